@@ -1,0 +1,73 @@
+//! From metrics to a score with reasons.
+
+use recording::Recording;
+use scene::ExerciseBundle;
+use serde::{Deserialize, Serialize};
+
+use crate::catalogue::Metric;
+
+/// Points lost on a rubric line, with the reason in words.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Deduction {
+    /// Metric id.
+    pub metric: String,
+    /// Points lost, of 100; 0 is listed too, so that every line of the rubric is shown.
+    pub points: f64,
+    /// Reason in words a trainee can act on.
+    pub why: String,
+}
+
+/// Which rubric judged.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RubricRef {
+    /// Exercise id.
+    pub id: String,
+    /// SHA-256 of the rubric.
+    pub sha256: String,
+}
+
+/// The judgement of one attempt.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Assessment {
+    /// 0–100.
+    pub score: f64,
+    /// At or above the pass mark and no hard fail.
+    pub passed: bool,
+    /// Every metric of the catalogue.
+    pub metrics: Vec<Metric>,
+    /// Points lost per rubric line.
+    pub deductions: Vec<Deduction>,
+    /// Reasons of hard fails.
+    pub hard_fails: Vec<String>,
+    /// The rubric.
+    pub rubric: RubricRef,
+    /// Version of the simulator that recorded the attempt.
+    pub simulator_version: String,
+}
+
+/// An attempt that cannot be judged.
+#[derive(Debug, thiserror::Error)]
+pub enum AssessError {
+    /// The recording holds no samples.
+    #[error("the recording holds no samples: there is nothing to score")]
+    NoSamples,
+    /// The exercise or scene inside is missing or refused.
+    #[error("{0}")]
+    Document(String),
+}
+
+/// Judges an attempt by an exercise; the recording's own, or another.
+///
+/// # Errors
+/// When there is nothing to judge.
+pub fn assess(_recording: &Recording, _bundle: &ExerciseBundle) -> Result<Assessment, AssessError> {
+    unimplemented!()
+}
+
+/// The exercise that a recording carries.
+///
+/// # Errors
+/// When an attachment is missing or refused.
+pub fn own_exercise(_recording: &Recording) -> Result<ExerciseBundle, AssessError> {
+    unimplemented!()
+}

@@ -1,0 +1,61 @@
+//! Events of an attempt, topic `/events`.
+
+use mechanics::axial::Contactor;
+
+/// What happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum EventKind {
+    /// The tip met the skin.
+    Contact,
+    /// The tip went through a boundary.
+    TipRupture,
+    /// The rim went through a boundary.
+    RimRupture,
+    /// The needle met a structure.
+    StructureHit,
+    /// The tip left the skin.
+    SkinExit,
+    /// The trainee confirmed the position.
+    Confirm,
+    /// A coaching message was shown.
+    Coaching,
+    /// Something was wrong and was contained.
+    Fault,
+}
+
+impl EventKind {
+    /// The contactor of a rupture.
+    #[must_use]
+    pub fn contactor(self) -> Option<Contactor> {
+        match self {
+            Self::TipRupture => Some(Contactor::Tip),
+            Self::RimRupture => Some(Contactor::Rim),
+            _ => None,
+        }
+    }
+}
+
+/// One event.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    /// Time since the start, in s.
+    pub t_s: f64,
+    /// What happened.
+    pub kind: EventKind,
+    /// Boundary of a rupture, from 0.
+    pub boundary: Option<u32>,
+    /// Axial displacement of the tip, in m.
+    pub x_m: f64,
+    /// Tip position, in m, patient frame. For a contact: the entry point.
+    pub position_m: [f64; 3],
+    /// Force just before, in N: the contactor's elastic force at a rupture, the whole axial force otherwise.
+    pub force_n: f64,
+    /// Energy dissipated by a rupture, in J.
+    pub dissipated_j: f64,
+    /// Track of a contact, from 0.
+    pub track: Option<u32>,
+    /// Structure of a hit: its index in the scene.
+    pub structure: Option<u32>,
+    /// Words: a layer's or structure's name, a coaching message, a fault.
+    pub text: String,
+}

@@ -1,0 +1,52 @@
+//! Who, what and with which program: the metadata record `stylet.session`, and the attachments.
+
+use uuid::Uuid;
+
+/// Name of the attachment that holds the exercise.
+pub const EXERCISE_ATTACHMENT: &str = "exercise.toml";
+/// Name of the attachment that holds the scene.
+pub const SCENE_ATTACHMENT: &str = "scene.toml";
+/// Prefix of the name of an attachment that holds a mesh; the scene's name for it follows.
+pub const MESH_PREFIX: &str = "mesh/";
+
+/// The metadata of an attempt.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Session {
+    /// UUIDv7 made by the client.
+    pub session_id: Uuid,
+    /// Exercise id.
+    pub exercise_id: String,
+    /// SHA-256 of the exercise document, lower-case hexadecimal.
+    pub exercise_sha256: String,
+    /// SHA-256 of the scene document.
+    pub scene_sha256: String,
+    /// Version of the simulator.
+    pub simulator_version: String,
+    /// Revision the simulator was built from, or empty.
+    pub git: String,
+    /// Device name, for example `operator:novice`.
+    pub device: String,
+    /// Device's maximum force, in N; infinite for an operator.
+    pub device_max_force_n: f64,
+    /// Servo rate, in Hz.
+    pub tick_hz: f64,
+    /// Seed of the patient and the operator.
+    pub seed: u64,
+    /// Opaque pseudonym of the trainee, never a name; may be empty.
+    pub trainee: String,
+    /// Start, RFC 3339 in UTC.
+    pub started_at: time::OffsetDateTime,
+    /// Thickness of each layer of the drawn patient, in mm.
+    pub patient_thickness_mm: Vec<f64>,
+}
+
+/// A file carried in the recording byte for byte.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attachment {
+    /// Name.
+    pub name: String,
+    /// Media type.
+    pub media_type: String,
+    /// Bytes.
+    pub data: Vec<u8>,
+}

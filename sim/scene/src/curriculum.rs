@@ -1,0 +1,56 @@
+//! A curriculum: a course of exercises with prerequisites and a mastery rule.
+
+/// When an exercise counts as mastered.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MasteryRule {
+    /// `passes` of the last `of` attempts.
+    Passes {
+        /// How many passes.
+        passes: u32,
+        /// Of how many attempts.
+        of: u32,
+    },
+    /// CUSUM or LC-CUSUM with its parameters.
+    Cusum {
+        /// Learning-curve form.
+        learning: bool,
+        /// Acceptable failure rate.
+        p0: f64,
+        /// Unacceptable failure rate.
+        p1: f64,
+        /// Type I error.
+        alpha: f64,
+        /// Type II error.
+        beta: f64,
+    },
+}
+
+/// One exercise of a curriculum.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurriculumEntry {
+    /// Path of the exercise document, relative to the course document.
+    pub file: String,
+    /// Exercise id.
+    pub exercise: String,
+    /// Ids of the exercises to master first.
+    pub prerequisites: Vec<String>,
+    /// Instrument shown after each attempt, if any.
+    pub survey: Option<String>,
+}
+
+/// A checked curriculum.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curriculum {
+    /// Identifier.
+    pub id: String,
+    /// Title.
+    pub title: String,
+    /// What it teaches.
+    pub description: String,
+    /// Exercises in order.
+    pub entries: Vec<CurriculumEntry>,
+    /// Mastery rule.
+    pub mastery: MasteryRule,
+    /// Lower-case hexadecimal SHA-256 of the document's bytes.
+    pub sha256: String,
+}

@@ -1,0 +1,32 @@
+//! What is wrong with a document, and where.
+
+/// One thing wrong: `file:line:column: field: value unit; allowed`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Issue {
+    /// The file as it was named to us.
+    pub file: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column, from 1.
+    pub column: usize,
+    /// Dotted path of the field, for example `layer[1].thickness_mm`.
+    pub field: String,
+    /// The value as written, with its unit, where there is one.
+    pub found: String,
+    /// What is allowed, in words.
+    pub allowed: String,
+}
+
+/// A refused document: at least one issue.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}", .issues.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+pub struct DocumentError {
+    /// Every issue found, in document order.
+    pub issues: Vec<Issue>,
+}
+
+impl std::fmt::Display for Issue {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}:{}:{}: {}: {}; {}", self.file, self.line, self.column, self.field, self.found, self.allowed)
+    }
+}

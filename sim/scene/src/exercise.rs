@@ -1,0 +1,101 @@
+//! An exercise: what to do in a scene and how it is judged.
+
+use nalgebra::{Point3, Vector3};
+
+/// One line of a rubric: 100 % at `full`, 0 % at `zero`, linear between, clamped.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RubricLine {
+    /// Metric id, for example `depth_error_mm`.
+    pub metric: String,
+    /// Value that earns everything, in the metric's unit. For a range metric, the distance from 0.
+    pub full: f64,
+    /// Value that earns nothing.
+    pub zero: f64,
+    /// Relative weight, > 0.
+    pub weight: f64,
+}
+
+/// A limit that fails the attempt whatever the score.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HardFail {
+    /// Metric id, for example `structure_hits.vessel` or `peak_force_n`.
+    pub metric: String,
+    /// The attempt fails when the value is above this.
+    pub above: f64,
+    /// Said to the trainee.
+    pub why: String,
+}
+
+/// A declarative coaching rule.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoachingRule {
+    /// Live quantity: `depth_mm`, `force_n`, `speed_mm_per_s` or `angle_error_deg`.
+    pub quantity: String,
+    /// Said when the quantity rises above this.
+    pub above: f64,
+    /// Armed again when it falls below this.
+    pub rearm_below: f64,
+    /// The message.
+    pub message: String,
+}
+
+/// A checked exercise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exercise {
+    /// Identifier.
+    pub id: String,
+    /// Title shown to people.
+    pub title: String,
+    /// Briefing shown before the attempt.
+    pub briefing: String,
+    /// Path of the scene document, relative to this document, as written.
+    pub scene: String,
+    /// Planned entry on the skin, patient frame, in mm.
+    pub entry_mm: [f64; 2],
+    /// Planned angle to the surface normal, in degrees, 0 ≤ θ ≤ 60.
+    pub angle_deg: f64,
+    /// Direction the needle leans towards, from patient +x to +y, in degrees.
+    pub azimuth_deg: f64,
+    /// Target depth along the axis, in mm.
+    pub target_depth_mm: f64,
+    /// Time limit, in s.
+    pub time_limit_s: f64,
+    /// Rubric; at least one line.
+    pub rubric: Vec<RubricLine>,
+    /// Hard fails.
+    pub hard_fails: Vec<HardFail>,
+    /// Score needed to pass, 0–100.
+    pub pass_mark: f64,
+    /// Coaching rules.
+    pub coaching: Vec<CoachingRule>,
+    /// Difficulty, 1–5.
+    pub difficulty: u8,
+    /// Lower-case hexadecimal SHA-256 of the document's bytes.
+    pub sha256: String,
+}
+
+impl Exercise {
+    /// Planned direction into the body, unit length, patient frame.
+    #[must_use]
+    pub fn axis(&self) -> Vector3<f64> {
+        unimplemented!()
+    }
+
+    /// Planned entry, in m, patient frame.
+    #[must_use]
+    pub fn entry_m(&self) -> Point3<f64> {
+        Point3::new(self.entry_mm[0] * 1e-3, self.entry_mm[1] * 1e-3, 0.0)
+    }
+
+    /// Planned position of the tip at the target, in m, patient frame.
+    #[must_use]
+    pub fn target_m(&self) -> Point3<f64> {
+        self.entry_m() + self.axis() * (self.target_depth_mm * 1e-3)
+    }
+
+    /// Lower-case hexadecimal SHA-256 of the rubric in canonical form: lines, hard fails and pass mark, and nothing else.
+    #[must_use]
+    pub fn rubric_sha256(&self) -> String {
+        unimplemented!()
+    }
+}

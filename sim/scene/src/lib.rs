@@ -1,0 +1,18 @@
+//! Documents: scenes, exercises and curricula in TOML. Parses, refuses with the place, yields the mechanics' parameters.
+//!
+//! Documents speak millimetres and newtons; [`Scene::puncture_spec`] yields SI.
+
+pub mod curriculum;
+pub mod error;
+pub mod exercise;
+pub mod force_case;
+pub mod load;
+pub mod model;
+pub mod patient;
+
+pub use curriculum::{Curriculum, MasteryRule};
+pub use error::{DocumentError, Issue};
+pub use exercise::{Exercise, HardFail, RubricLine};
+pub use load::{Document, DocumentKind, ExerciseBundle};
+pub use model::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
+pub use patient::Patient;

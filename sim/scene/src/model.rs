@@ -1,0 +1,127 @@
+//! A scene: layers, needle, structures, tissue options.
+
+use mechanics::puncture::PunctureSpec;
+use mechanics::structures::{StructureKind, StructureSpec};
+
+use crate::patient::Patient;
+
+/// A layer as its author wrote it: at 2.0 mm diameter, diamond tip, lubrication 1, toughness 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneLayer {
+    /// Name, unique in the scene.
+    pub name: String,
+    /// Thickness, in mm; 0 for a fascia.
+    pub thickness_mm: f64,
+    /// Spread of the thickness between patients (uniform, ±), in mm.
+    pub thickness_spread_mm: f64,
+    /// Boundary stiffness, in N/m.
+    pub stiffness_n_per_m: f64,
+    /// Damping per inserted length, in N·s/m².
+    pub damping_n_s_per_m2: f64,
+    /// Tip threshold, in N.
+    pub tip_rupture_n: f64,
+    /// Rim threshold, in N.
+    pub rim_rupture_n: f64,
+    /// Friction, in N/m.
+    pub friction_n_per_m: f64,
+    /// Cutting force, in N.
+    pub cutting_n: f64,
+    /// Density, in kg/m³.
+    pub density_kg_per_m3: f64,
+    /// Poisson ratio.
+    pub poisson_ratio: f64,
+    /// Young's modulus, in Pa, where the scene states it.
+    pub youngs_modulus_pa: Option<f64>,
+    /// Factor on P, c and f.
+    pub toughness_factor: f64,
+    /// Recoil time, in s, where the scene states it.
+    pub recoil_time_s: Option<f64>,
+    /// Texture for the picture: `skin`, `fat`, `muscle`, `fascia`, ….
+    pub texture: String,
+    /// Where the numbers come from.
+    pub source: String,
+}
+
+/// The needle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Needle {
+    /// `trocar` or `needle`.
+    pub kind: String,
+    /// Diameter, in mm.
+    pub diameter_mm: f64,
+    /// Exponent p of P, f ∝ D^p.
+    pub diameter_exponent: f64,
+    /// Tip type: diamond, bevel, conical or blunt.
+    pub tip: String,
+    /// Tip-to-rim distance, in mm.
+    pub tip_to_rim_mm: f64,
+    /// Length, in mm.
+    pub length_mm: f64,
+    /// Factor on c: 0.5 lubricated, 1, 1.5 dry.
+    pub lubrication: f64,
+    /// A bending beam on the foundation.
+    pub flexible: bool,
+    /// Presliding stiffness, in N/m.
+    pub presliding_stiffness_n_per_m: f64,
+    /// Lateral foundation, in N/m².
+    pub lateral_stiffness_n_per_m2: f64,
+}
+
+/// A structure inside the body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneStructure {
+    /// Its shape and place, in SI and the patient frame.
+    pub spec: StructureSpec,
+    /// File name of its mesh, for a mesh.
+    pub mesh_file: Option<String>,
+}
+
+impl SceneStructure {
+    /// What it is to the exercise.
+    #[must_use]
+    pub fn kind(&self) -> StructureKind {
+        self.spec.kind
+    }
+}
+
+/// How the tissue deforms.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TissueOptions {
+    /// auto, axisymmetric, mass-spring, volumetric or none.
+    pub model: String,
+    /// Tolerated relative error of the field.
+    pub tolerance: f64,
+    /// `none` or `field`.
+    pub coupling: String,
+}
+
+/// A checked scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// Identifier.
+    pub id: String,
+    /// Title shown to people.
+    pub title: String,
+    /// What it is and where it comes from.
+    pub description: String,
+    /// Layers from the surface down.
+    pub layers: Vec<SceneLayer>,
+    /// The needle.
+    pub needle: Needle,
+    /// Rate dependence of the thresholds.
+    pub rate: Option<mechanics::axial::RateDependence>,
+    /// Structures.
+    pub structures: Vec<SceneStructure>,
+    /// Tissue options.
+    pub tissue: TissueOptions,
+    /// Lower-case hexadecimal SHA-256 of the document's bytes.
+    pub sha256: String,
+}
+
+impl Scene {
+    /// The mechanics' specification for a patient, scaled for the needle and the tissue, in SI.
+    #[must_use]
+    pub fn puncture_spec(&self, _patient: &Patient) -> PunctureSpec {
+        unimplemented!()
+    }
+}
