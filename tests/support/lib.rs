@@ -1,1 +1,95 @@
-//! x
+//! What the system tests share: the project's own tree, its programs, and a service on a free port.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+/// The root of the project.
+#[must_use]
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().map_or_else(PathBuf::new, Path::to_path_buf)
+}
+
+/// The dependency graph as it is built on this platform.
+///
+/// # Panics
+/// When `cargo metadata` refuses the workspace.
+#[must_use]
+pub fn metadata() -> cargo_metadata::Metadata {
+    let platform = format!("{}-unknown-linux-gnu", std::env::consts::ARCH);
+    let metadata = cargo_metadata::MetadataCommand::new()
+        .manifest_path(root().join("Cargo.toml"))
+        .other_options(["--locked".to_owned(), format!("--filter-platform={platform}")])
+        .exec();
+    metadata.unwrap_or_else(|error| panic!("cargo metadata refuses the workspace: {error}"))
+}
+
+/// A program of the workspace, built beside this test.
+///
+/// # Panics
+/// When it has not been built: `cargo build --workspace --bins` comes first.
+#[must_use]
+pub fn program(name: &str) -> PathBuf {
+    let test = std::env::current_exe().unwrap_or_default();
+    let profile = test.parent().and_then(Path::parent).unwrap_or(Path::new("."));
+    let path = profile.join(name);
+    assert!(path.exists(), "{} is missing: run `cargo build --workspace --bins` first", path.display());
+    path
+}
+
+/// Runs a program of the workspace to its end.
+///
+/// # Panics
+/// When it cannot be started.
+#[must_use]
+pub fn run(name: &str, arguments: &[&str]) -> Output {
+    let output = Command::new(program(name)).args(arguments).current_dir(root()).output();
+    output.unwrap_or_else(|error| panic!("{name} cannot be started: {error}"))
+}
+
+/// Runs a program that must succeed, and returns what it printed.
+///
+/// # Panics
+/// When it fails; the message holds its standard error.
+#[must_use]
+pub fn run_ok(name: &str, arguments: &[&str]) -> String {
+    let output = run(name, arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{name} {arguments:?} failed: {stderr}");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// A running `web-admin serve`, ended when dropped.
+pub struct Service {
+    child: Child,
+    /// Address with scheme, for example `http://127.0.0.1:40123`.
+    pub url: String,
+}
+
+impl Service {
+    /// Serves a data folder on a free port and waits until it answers.
+    ///
+    /// # Panics
+    /// When it does not start; its own words go to the test's standard error.
+    #[must_use]
+    pub fn start(data_dir: &Path) -> Self {
+        let mut child = Command::new(program("web-admin"))
+            .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
+            .arg(data_dir)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap_or_else(|error| panic!("web-admin cannot be started: {error}"));
+        let stdout = child.stdout.take().map(BufReader::new);
+        let mut lines = stdout.into_iter().flat_map(BufRead::lines).map_while(Result::ok);
+        let url = lines.find_map(|line| line.find("http://").map(|at| line[at..].trim().to_owned()));
+        Self { child, url: url.unwrap_or_else(|| panic!("web-admin printed no address")) }
+    }
+}
+
+impl Drop for Service {
+    fn drop(&mut self) {
+        // A service that has ended by itself leaves nothing to kill.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

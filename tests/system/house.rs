@@ -1,0 +1,160 @@
+//! The invariants of ARCHITECTURE.md, most of them absences. Each fails when somebody opens a door that was kept shut:
+//! an import across a boundary, SQL outside the storage, a second reader of the clock, a file that became two rooms.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use cargo_metadata::{DependencyKind, Metadata};
+use tests::{metadata, root};
+
+/// Which of our crates a crate may use. A crate that is not listed here may use none.
+const ALLOWED: &[(&str, &[&str])] = &[
+    ("mechanics", &[]),
+    ("scene", &["mechanics"]),
+    ("recording", &["mechanics"]),
+    ("assessment", &["recording", "scene"]),
+    ("stylet", &["mechanics", "scene", "recording", "assessment"]),
+    ("web-admin", &["mechanics", "scene", "recording", "assessment"]),
+    ("tests", &["mechanics", "scene", "recording", "assessment", "stylet", "web-admin"]),
+];
+
+/// What must stay out of a crate, however it comes in.
+const NEVER: &[(&str, &[&str])] = &[
+    ("mechanics", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap", "tracing", "time", "log"]),
+    ("scene", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap"]),
+    ("recording", &["axum", "sqlx", "wgpu", "winit"]),
+    ("assessment", &["axum", "sqlx", "wgpu", "winit"]),
+    ("web-admin", &["wgpu", "winit", "egui"]),
+    ("stylet", &["axum", "sqlx"]),
+];
+
+
+/// The normal dependencies of every package, by name.
+fn edges(metadata: &Metadata) -> BTreeMap<String, BTreeSet<String>> {
+    let graph = metadata.resolve.as_ref().expect("a resolved graph");
+    let mut edges = BTreeMap::new();
+    for node in &graph.nodes {
+        let normal = node.deps.iter().filter(|d| d.dep_kinds.iter().any(|k| k.kind == DependencyKind::Normal));
+        let names: BTreeSet<_> = normal.map(|d| metadata[&d.pkg].name.to_string()).collect();
+        edges.entry(metadata[&node.id].name.to_string()).or_insert_with(BTreeSet::new).extend(names);
+    }
+    edges
+}
+
+fn reachable(from: &str, edges: &BTreeMap<String, BTreeSet<String>>) -> BTreeSet<String> {
+    let mut seen = BTreeSet::new();
+    let mut open = vec![from.to_owned()];
+    while let Some(name) = open.pop() {
+        for next in edges.get(&name).into_iter().flatten() {
+            if seen.insert(next.clone()) {
+                open.push(next.clone());
+            }
+        }
+    }
+    seen
+}
+
+#[test]
+fn crates_use_only_the_crates_they_may() {
+    let metadata = metadata();
+    let members: BTreeSet<_> = metadata.workspace_packages().iter().map(|p| p.name.to_string()).collect();
+    let allowed: BTreeMap<_, _> = ALLOWED.iter().map(|(name, may)| (*name, *may)).collect();
+    for (name, used) in edges(&metadata).iter().filter(|(name, _)| members.contains(*name)) {
+        let may = allowed.get(name.as_str()).copied().unwrap_or_default();
+        let forbidden: Vec<_> =
+            used.iter().filter(|u| members.contains(*u) && !may.contains(&u.as_str())).collect();
+        assert!(forbidden.is_empty(), "{name} may not use {forbidden:?}");
+    }
+}
+
+#[test]
+fn nothing_forbidden_comes_in_by_the_back_door() {
+    let edges = edges(&metadata());
+    for (name, never) in NEVER {
+        let reached = reachable(name, &edges);
+        let forbidden: Vec<_> = never.iter().filter(|n| reached.contains(**n)).collect();
+        assert!(forbidden.is_empty(), "{name} must never see {forbidden:?}");
+    }
+}
+
+#[test]
+fn heavy_dependencies_exist_once() {
+    let metadata = metadata();
+    for name in ["nalgebra", "glam", "axum", "sqlx-core", "tower-sessions", "mcap", "prost", "tokio"] {
+        let versions: Vec<_> =
+            metadata.packages.iter().filter(|p| p.name.as_str() == name).map(|p| p.version.to_string()).collect();
+        assert!(versions.len() <= 1, "two copies of {name}: {versions:?}");
+    }
+}
+
+/// Every Rust source of the workspace, with its path from the root.
+fn sources() -> Vec<(PathBuf, String)> {
+    let mut found = Vec::new();
+    for folder in ["sim", "web-admin", "tests"] {
+        collect(&root().join(folder), &mut found);
+    }
+    assert!(found.len() > 20, "the walk found only {} sources", found.len());
+    found
+}
+
+fn collect(folder: &Path, found: &mut Vec<(PathBuf, String)>) {
+    for entry in std::fs::read_dir(folder).expect("a readable folder").flatten() {
+        let path = entry.path();
+        if path.is_dir() {
+            collect(&path, found);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            let text = std::fs::read_to_string(&path).expect("a readable source");
+            found.push((path.strip_prefix(root()).expect("below the root").to_path_buf(), text));
+        }
+    }
+}
+
+/// Sources of a crate's library or program, without its tests, below `folder`.
+fn shipped(folder: &str) -> impl Iterator<Item = (PathBuf, String)> {
+    let sources = sources().into_iter();
+    let below: Vec<_> = sources.filter(|(path, _)| path.starts_with(folder)).collect();
+    assert!(!below.is_empty(), "{folder} holds no sources");
+    below.into_iter()
+}
+
+#[test]
+fn only_the_storage_speaks_sql() {
+    for (path, text) in shipped("web-admin/src") {
+        if path.starts_with("web-admin/src/storage") {
+            continue;
+        }
+        for word in ["SELECT ", "INSERT INTO", "UPDATE ", "DELETE FROM", "sqlx::query"] {
+            assert!(!text.contains(word), "{} contains {word:?}: SQL belongs in storage", path.display());
+        }
+    }
+}
+
+#[test]
+fn only_the_clock_reads_the_clock() {
+    for (path, text) in sources() {
+        let name = path.file_name().unwrap_or_default();
+        let measures = path.components().any(|c| ["benches", "tests", "system"].iter().any(|m| c.as_os_str() == *m));
+        if name == "clock.rs" || measures || path == Path::new("tests/system/house.rs") {
+            continue;
+        }
+        for call in ["SystemTime::now", "Instant::now", "now_utc()", "now_v7()"] {
+            assert!(!text.contains(call), "{} calls {call}: the clock is a parameter", path.display());
+        }
+    }
+}
+
+#[test]
+fn one_module_knows_parry() {
+    for (path, text) in shipped("sim/mechanics/src") {
+        let inside = path.starts_with("sim/mechanics/src/structures") || path.ends_with("structures.rs");
+        assert!(inside || !text.contains("parry3d_f64::"), "{} names parry3d", path.display());
+    }
+}
+
+#[test]
+fn files_are_one_room_each() {
+    for (path, text) in sources() {
+        let lines = text.lines().count();
+        assert!(lines <= 500, "{} has {lines} lines: probably two rooms", path.display());
+    }
+}
