@@ -1,5 +1,7 @@
 //! What the system tests share: the project's own tree, its programs, and a service on a free port.
 
+#![expect(clippy::panic, reason = "a test that cannot go on says why and stops")]
+
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -51,7 +53,6 @@ pub fn run(name: &str, arguments: &[&str]) -> Output {
 ///
 /// # Panics
 /// When it fails; the message holds its standard error.
-#[must_use]
 pub fn run_ok(name: &str, arguments: &[&str]) -> String {
     let output = run(name, arguments);
     let stderr = String::from_utf8_lossy(&output.stderr);
@@ -92,4 +93,33 @@ impl Drop for Service {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// Every shipped document, relative to the root, in a stable order.
+#[must_use]
+pub fn documents() -> Vec<String> {
+    let mut found = Vec::new();
+    let mut open = vec![PathBuf::from("curricula")];
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(root().join(&folder)).into_iter().flatten().flatten() {
+            let path = folder.join(entry.file_name());
+            if entry.path().is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|e| e == "toml") {
+                found.push(path.to_string_lossy().into_owned());
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The first exercise of the first shipped course, relative to the root.
+///
+/// # Panics
+/// When no exercise is shipped.
+#[must_use]
+pub fn first_exercise() -> String {
+    let is_exercise = |path: &&String| !path.contains("/scenes/") && !path.ends_with("course.toml");
+    documents().iter().find(is_exercise).cloned().unwrap_or_else(|| panic!("no exercise is shipped"))
 }

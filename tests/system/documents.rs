@@ -28,15 +28,21 @@ fn every_path_it_names_exists() {
 fn every_member_and_dependency_is_named() {
     let manifest = std::fs::read_to_string(root().join("Cargo.toml")).expect("Cargo.toml");
     let text = architecture();
-    let members = manifest.lines().skip_while(|l| !l.starts_with("members")).skip(1).take_while(|l| !l.starts_with(']'));
+    let members =
+        manifest.lines().skip_while(|l| !l.starts_with("members")).skip(1).take_while(|l| !l.starts_with(']'));
     for member in members.map(|l| l.trim().trim_matches([',', '"'])) {
         assert!(text.contains(&format!("`{member}")), "ARCHITECTURE.md misses the member {member}");
     }
     let section = manifest.split("[workspace.dependencies]").nth(1).and_then(|s| s.split("\n[").next());
-    let ours = |name: &str| ["sim", "web-admin"].iter().any(|f| Path::new(f).join(name).is_dir()) || root().join("sim").join(name).is_dir();
+    let ours = |name: &str| {
+        ["sim", "web-admin"].iter().any(|f| Path::new(f).join(name).is_dir()) || root().join("sim").join(name).is_dir()
+    };
     for line in section.unwrap_or_default().lines().filter(|l| l.contains(" = ")) {
         let name = line.split(" = ").next().unwrap_or_default();
-        let known = ours(name) || name == "web-admin" || text.contains(&format!("| {name} |")) || text.contains(&format!("`{name}`"));
+        let known = ours(name)
+            || name == "web-admin"
+            || text.contains(&format!("| {name} |"))
+            || text.contains(&format!("`{name}`"));
         assert!(known, "ARCHITECTURE.md does not say why {name} is a dependency");
     }
 }

@@ -28,7 +28,6 @@ const NEVER: &[(&str, &[&str])] = &[
     ("stylet", &["axum", "sqlx"]),
 ];
 
-
 /// The normal dependencies of every package, by name.
 fn edges(metadata: &Metadata) -> BTreeMap<String, BTreeSet<String>> {
     let graph = metadata.resolve.as_ref().expect("a resolved graph");
@@ -61,8 +60,7 @@ fn crates_use_only_the_crates_they_may() {
     let allowed: BTreeMap<_, _> = ALLOWED.iter().map(|(name, may)| (*name, *may)).collect();
     for (name, used) in edges(&metadata).iter().filter(|(name, _)| members.contains(*name)) {
         let may = allowed.get(name.as_str()).copied().unwrap_or_default();
-        let forbidden: Vec<_> =
-            used.iter().filter(|u| members.contains(*u) && !may.contains(&u.as_str())).collect();
+        let forbidden: Vec<_> = used.iter().filter(|u| members.contains(*u) && !may.contains(&u.as_str())).collect();
         assert!(forbidden.is_empty(), "{name} may not use {forbidden:?}");
     }
 }

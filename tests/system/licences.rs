@@ -26,9 +26,8 @@ const FILE_COPYLEFT: &[&str] = &["MPL-2.0"];
 /// True when one choice of an SPDX expression is accepted throughout.
 fn accepted(expression: &str) -> bool {
     let flat = expression.replace('/', " OR ").replace(['(', ')'], " ");
-    flat.split(" OR ").any(|choice| {
-        choice.split(" AND ").map(str::trim).all(|l| ACCEPTED.contains(&l) || FILE_COPYLEFT.contains(&l))
-    })
+    flat.split(" OR ")
+        .any(|choice| choice.split(" AND ").map(str::trim).all(|l| ACCEPTED.contains(&l) || FILE_COPYLEFT.contains(&l)))
 }
 
 #[test]

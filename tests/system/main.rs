@@ -1,5 +1,7 @@
 //! System tests: the rules of the house, and the whole path through both programs.
 
+#![expect(clippy::expect_used, clippy::panic, reason = "a test that cannot go on says why and stops")]
+
 mod browser;
 mod documents;
 mod house;

@@ -1,0 +1,196 @@
+//! The demonstration school through a real browser: a trainee, an instructor and an administrator sign in and open what they
+//! need, at a desk and on a phone. Fails when a page breaks an accessibility rule (axe-core), scrolls sideways on a
+//! phone, asks for something its own security policy refuses, or does not show what the visitor came for.
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use fantoccini::{Client, ClientBuilder, Locator};
+use serde_json::{Value, json};
+use tests::{Service, root, run_ok};
+
+const PASSWORD: &str = "a long enough demonstration password";
+
+/// A WebDriver on a port of its own, ended when dropped.
+struct Driver {
+    child: Child,
+    port: u16,
+}
+
+impl Driver {
+    fn start() -> Self {
+        let port = std::net::TcpListener::bind("127.0.0.1:0").and_then(|l| l.local_addr()).expect("a free port").port();
+        let child = Command::new("chromedriver")
+            .arg(format!("--port={port}"))
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("chromedriver is missing: deploy/test installs it (Debian: chromium-driver)");
+        Self { child, port }
+    }
+
+    async fn browser(&self, profile: &Path) -> Client {
+        let arguments = [
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-quic",
+            "--disable-dev-shm-usage",
+            "--no-first-run",
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--disable-sync",
+            &format!("--user-data-dir={}", profile.display()),
+        ];
+        let options = json!({
+            "goog:chromeOptions": { "args": arguments },
+            "goog:loggingPrefs": { "browser": "ALL" },
+        });
+        let Value::Object(capabilities) = options else { unreachable!("an object was just made") };
+        let driver = format!("http://127.0.0.1:{}", self.port);
+        for _ in 0..100 {
+            let mut builder = ClientBuilder::new(hyper_util::client::legacy::connect::HttpConnector::new());
+            match builder.capabilities(capabilities.clone()).connect(&driver).await {
+                Ok(client) => return client,
+                Err(_) => tokio::time::sleep(Duration::from_millis(100)).await,
+            }
+        }
+        panic!("chromedriver did not open a browser within ten seconds");
+    }
+}
+
+impl Drop for Driver {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// What every page must satisfy, at both widths.
+async fn inspect(browser: &Client, what: &str) {
+    for (width, height) in [(1280, 900), (500, 900)] {
+        browser.set_window_size(width, height).await.expect("a window of that size");
+        let overflow = browser
+            .execute("return document.documentElement.scrollWidth - document.documentElement.clientWidth", vec![])
+            .await
+            .expect("the page measures itself");
+        assert!(overflow.as_i64() <= Some(0), "{what} scrolls sideways by {overflow} px at {width} px");
+    }
+    let axe = std::fs::read_to_string(root().join("tests/browser/node_modules/axe-core/axe.min.js"))
+        .expect("axe-core is missing: deploy/test installs it (npm ci in tests/browser)");
+    browser.execute(&axe, vec![]).await.expect("axe-core loads");
+    let report = browser
+        .execute_async(
+            "const done = arguments[0];
+             axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa'] })
+                .then(r => done(r.violations.map(v => v.id + ': ' + v.help + ' at ' + v.nodes.map(n => n.target).join(', '))))
+                .catch(e => done(['axe failed: ' + e]))",
+            vec![],
+        )
+        .await
+        .expect("axe-core runs");
+    assert_eq!(report, json!([]), "{what} breaks accessibility rules");
+}
+
+async fn text(browser: &Client) -> String {
+    browser.find(Locator::Css("main")).await.expect("a main landmark").text().await.expect("its text")
+}
+
+async fn sign_in(browser: &Client, url: &str, email: &str) {
+    browser.delete_all_cookies().await.expect("cookies can be dropped");
+    browser.goto(&format!("{url}/login")).await.expect("the sign-in page");
+    let form = browser.form(Locator::Css("main form")).await.expect("a form");
+    form.set_by_name("email", email).await.expect("an e-mail field");
+    form.set_by_name("password", PASSWORD).await.expect("a password field");
+    form.submit().await.expect("the form is sent");
+    let landed = browser.current_url().await.expect("an address");
+    assert_eq!(landed.path(), "/", "{email} was not let in: {}", text(browser).await);
+}
+
+/// Follows the first link in the page whose address begins with `prefix`.
+async fn follow(browser: &Client, prefix: &str) {
+    let link = browser.find(Locator::Css(&format!("main a[href^='{prefix}']"))).await;
+    let link = link.unwrap_or_else(|_| panic!("no link to {prefix}"));
+    link.click().await.expect("the link opens");
+    let landed = browser.current_url().await.expect("an address");
+    assert!(landed.path().starts_with(prefix), "the link to {prefix} led to {landed}");
+}
+
+async fn contains(browser: &Client, what: &str, words: &[&str]) {
+    let text = text(browser).await.to_lowercase();
+    for word in words {
+        assert!(text.contains(word), "{what} does not show {word:?}:\n{text}");
+    }
+}
+
+async fn trainee(browser: &Client, url: &str, email: &str) {
+    sign_in(browser, url, email).await;
+    inspect(browser, "the trainee's home").await;
+    contains(browser, "the trainee's home", &["next", "attempt"]).await;
+    follow(browser, "/sessions/").await;
+    inspect(browser, "a session").await;
+    contains(browser, "a session", &["score", "force", "depth", "rupture", "mj"]).await;
+    let charts = browser.find_all(Locator::Css("main svg")).await.expect("pictures").len();
+    assert!(charts >= 2, "a session shows {charts} charts");
+    browser.goto(&format!("{url}/curricula")).await.expect("the curricula");
+    inspect(browser, "the curricula").await;
+    follow(browser, "/exercises/").await;
+    inspect(browser, "an exercise").await;
+}
+
+async fn instructor(browser: &Client, url: &str, email: &str) {
+    sign_in(browser, url, email).await;
+    inspect(browser, "the instructor's home").await;
+    browser.goto(&format!("{url}/cohorts")).await.expect("the cohorts");
+    inspect(browser, "the cohorts").await;
+    follow(browser, "/cohorts/").await;
+    inspect(browser, "a cohort").await;
+    contains(browser, "a cohort", &["help"]).await;
+    follow(browser, "/trainees/").await;
+    inspect(browser, "a trainee").await;
+}
+
+/// Refusals by the page's own policy and missing files appear in the browser's log.
+async fn complaints(browser: &Client) -> Vec<Value> {
+    let log = browser.issue_cmd(BrowserLog).await.expect("the browser's log");
+    let entries = log.as_array().cloned().unwrap_or_default();
+    entries.into_iter().filter(|e| e["level"] == "SEVERE").collect()
+}
+
+#[derive(Debug)]
+struct BrowserLog;
+
+impl fantoccini::wd::WebDriverCompatibleCommand for BrowserLog {
+    fn endpoint(&self, base: &url::Url, session: Option<&str>) -> Result<url::Url, url::ParseError> {
+        base.join(&format!("session/{}/se/log", session.unwrap_or_default()))
+    }
+
+    fn method_and_body(&self, _: &url::Url) -> (http::Method, Option<String>) {
+        (http::Method::POST, Some(json!({ "type": "browser" }).to_string()))
+    }
+}
+
+#[tokio::test]
+async fn the_school_in_a_browser() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let data = folder.path().join("data");
+    let arguments = ["demo", "--weeks", "1", "--password", PASSWORD, "--data-dir"];
+    let printed = run_ok("web-admin", &[&arguments[..], &[&data.to_string_lossy()]].concat());
+    let account = |role: &str| {
+        let line = printed.lines().find(|l| l.contains(role)).unwrap_or_else(|| panic!("no {role} in:\n{printed}"));
+        line.split_whitespace().find(|w| w.contains('@')).expect("an e-mail address").to_owned()
+    };
+    let service = Service::start(&data);
+    let driver = Driver::start();
+    let browser = driver.browser(&folder.path().join("profile")).await;
+    browser.goto(&format!("{}/", service.url)).await.expect("the front door");
+    inspect(&browser, "the sign-in page").await;
+    trainee(&browser, &service.url, &account("trainee")).await;
+    instructor(&browser, &service.url, &account("instructor")).await;
+    sign_in(&browser, &service.url, &account("administrator")).await;
+    browser.goto(&format!("{}/admin", service.url)).await.expect("the administrator's page");
+    inspect(&browser, "the administrator's page").await;
+    let complaints = complaints(&browser).await;
+    browser.close().await.expect("the browser closes");
+    assert!(complaints.is_empty(), "the browser complains: {complaints:#?}");
+}
