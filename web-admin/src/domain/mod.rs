@@ -1,0 +1,3 @@
+//! What the service knows, free of storage and pages.
+
+pub mod curve;
