@@ -1,7 +1,9 @@
 //! Metrics, rubrics and scores, computed from the recording alone; the same on the client and the server.
+//!
+//! [`assess`] is a pure function of a recording and an exercise. [`catalogue::DEFINITIONS`] is what every metric means.
 
 pub mod catalogue;
 pub mod score;
 
-pub use catalogue::{Direction, Metric};
-pub use score::{Assessment, Deduction, assess};
+pub use catalogue::{Definition, Direction, Metric};
+pub use score::{AssessError, Assessment, Damage, Deduction, RubricRef, assess, own_exercise};

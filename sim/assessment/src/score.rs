@@ -56,6 +56,44 @@ pub enum AssessError {
     Document(String),
 }
 
+/// Damage to tissue, by part. A part that does not apply to the attempt is absent.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Damage {
+    /// Energy dissipated by ruptures, in mJ.
+    pub rupture_mj: Option<f64>,
+    /// Energy spent on cutting, in mJ.
+    pub cutting_mj: Option<f64>,
+    /// Lateral work, in mJ.
+    pub lateral_mj: Option<f64>,
+    /// Area swept sideways inside tissue, in mm².
+    pub sweep_mm2: Option<f64>,
+    /// Puncture tracks: times the tip went through intact skin.
+    pub tracks: Option<f64>,
+    /// Times a structure that is not a target was hit.
+    pub structures_hit: Option<f64>,
+}
+
+impl Assessment {
+    /// The value of a metric, in its unit; `None` where it does not apply or is none of this attempt's metrics.
+    #[must_use]
+    pub fn value(&self, metric_id: &str) -> Option<f64> {
+        self.metrics.iter().find(|m| m.id == metric_id).and_then(|m| m.value)
+    }
+
+    /// Damage to tissue, by part and never as one index.
+    #[must_use]
+    pub fn damage(&self) -> Damage {
+        Damage {
+            rupture_mj: self.value("rupture_energy_mj"),
+            cutting_mj: self.value("cutting_energy_mj"),
+            lateral_mj: self.value("lateral_work_mj"),
+            sweep_mm2: self.value("sweep_area_mm2"),
+            tracks: self.value("skin_entries"),
+            structures_hit: self.value("structure_hits"),
+        }
+    }
+}
+
 /// Judges an attempt by an exercise; the recording's own, or another.
 ///
 /// # Errors

@@ -14,5 +14,6 @@ pub use curriculum::{Curriculum, MasteryRule};
 pub use error::{DocumentError, Issue};
 pub use exercise::{Exercise, HardFail, RubricLine};
 pub use load::{Document, DocumentKind, ExerciseBundle};
+pub use mechanics::structures::{Shape, StructureKind, StructureSpec};
 pub use model::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
 pub use patient::Patient;

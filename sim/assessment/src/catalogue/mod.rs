@@ -1,0 +1,139 @@
+//! The metric catalogue, version 1: what each metric means, where it applies, which way is better.
+
+mod table;
+
+use serde::{Deserialize, Serialize};
+
+pub use table::DEFINITIONS;
+
+/// Which way is better.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Direction {
+    /// Lower is better.
+    Lower,
+    /// Higher is better.
+    Higher,
+    /// Near 0 is better, either side.
+    Range,
+}
+
+/// A metric's value in one attempt.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Metric {
+    /// Id, for example `depth_error_mm` or `peak_force_layer_n.skin`.
+    pub id: String,
+    /// Version of the definition.
+    pub version: u32,
+    /// Value in `unit`; absent outside the metric's domain, and never NaN or infinite.
+    pub value: Option<f64>,
+    /// Unit; `count` for a count, `1` for a pure number.
+    pub unit: String,
+    /// Which way is better.
+    pub direction: Direction,
+    /// The metric applies to this attempt.
+    pub applies: bool,
+    /// Name in words, for people.
+    #[serde(default)]
+    pub label: String,
+    /// Why the metric does not apply, in words; empty where it does.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub absent: String,
+}
+
+/// What a metric is split by: the part of its id after the first full stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Split {
+    /// `.<layer>`, a layer's name in the scene.
+    Layer,
+    /// `.<layer>.<tip|rim>`: the boundary at the top of a layer, and what went through it.
+    Boundary,
+    /// `.<kind>`: target, vessel, nerve, bone or organ.
+    Kind,
+    /// `.<name>`, a structure's name in the scene.
+    Structure,
+}
+
+/// One row of the catalogue: shown to people as help, and the base of every metric.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Definition {
+    /// Id without what it is split by.
+    pub id: &'static str,
+    /// Version of the definition; a changed definition is a new version.
+    pub version: u32,
+    /// Unit; `count` for a count, `1` for a pure number.
+    pub unit: &'static str,
+    /// Which way is better.
+    pub direction: Direction,
+    /// Name in words.
+    pub label: &'static str,
+    /// The definition, in one sentence.
+    pub definition: &'static str,
+    /// Where it applies, in words.
+    pub domain: &'static str,
+    /// What to do about it, for a trainee who lost points.
+    pub advice: &'static str,
+    /// The id without a suffix is a metric.
+    pub plain: bool,
+    /// The id with a suffix is a metric.
+    pub split: Option<Split>,
+}
+
+impl Definition {
+    /// Name in words of the metric with a suffix, for example `peak force in muscle`.
+    #[must_use]
+    pub fn label_of(&self, suffix: &str) -> String {
+        let label = self.label;
+        match (self.split, suffix.rsplit_once('.')) {
+            (Some(Split::Boundary), Some((layer, contactor))) => format!("{label}, {contactor} through {layer}"),
+            (Some(Split::Layer), _) => format!("{label} in {suffix}"),
+            (Some(Split::Structure), _) => format!("{label} to {suffix}"),
+            _ => format!("{label}: {suffix}"),
+        }
+    }
+}
+
+/// The definition behind a metric id, plain or split.
+#[must_use]
+pub fn definition(metric_id: &str) -> Option<&'static Definition> {
+    let base = metric_id.split_once('.').map_or(metric_id, |(base, _)| base);
+    let is_split = base.len() < metric_id.len();
+    DEFINITIONS.iter().find(|d| d.id == base && if is_split { d.split.is_some() } else { d.plain })
+}
+
+#[cfg(test)]
+mod tests {
+    //! The catalogue holds what the specification lists, each row complete and found by its id.
+    //! Fails when a row is lost, doubled or left without words.
+
+    use super::*;
+
+    #[test]
+    fn every_row_is_complete_and_unique() {
+        for (i, d) in DEFINITIONS.iter().enumerate() {
+            assert!(d.plain || d.split.is_some(), "{} can be no metric", d.id);
+            assert!(DEFINITIONS[..i].iter().all(|other| other.id != d.id), "{} is listed twice", d.id);
+            for words in [d.unit, d.label, d.definition, d.domain, d.advice] {
+                assert!(!words.is_empty(), "{} lacks words", d.id);
+            }
+        }
+    }
+
+    #[test]
+    fn plain_and_split_ids_are_told_apart() {
+        assert_eq!(definition("peak_force_n").map(|d| d.unit), Some("N"));
+        assert_eq!(definition("peak_force_layer_n.deep fat").map(|d| d.id), Some("peak_force_layer_n"));
+        assert_eq!(definition("peak_force_layer_n"), None, "only by layer");
+        assert_eq!(definition("peak_force_n.skin"), None, "not by layer");
+        assert_eq!(definition("charm"), None);
+    }
+
+    #[test]
+    fn split_labels_read_as_words() {
+        let label = |id: &str| definition(id).map(|d| d.label_of(id.split_once('.').map_or("", |(_, s)| s)));
+        assert_eq!(label("peak_force_layer_n.fat").as_deref(), Some("peak force in fat"));
+        assert_eq!(label("over_insertion_mm.fat.rim").as_deref(), Some("advance after the pop, rim through fat"));
+        assert_eq!(label("structure_clearance_mm.left kidney").as_deref(), Some("clearance to left kidney"));
+        assert_eq!(label("structure_hits.vessel").as_deref(), Some("structures hit: vessel"));
+    }
+}
