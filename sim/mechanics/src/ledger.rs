@@ -31,3 +31,43 @@ pub struct Ledger {
     /// One entry per layer, from the surface down.
     pub layers: Vec<LayerEnergy>,
 }
+
+impl LayerEnergy {
+    /// Everything this layer dissipated on the needle's axis, in J.
+    #[must_use]
+    pub fn dissipated_j(&self) -> f64 {
+        self.rupture_j + self.viscous_j + self.friction_j + self.cutting_j
+    }
+}
+
+impl Ledger {
+    /// An empty ledger.
+    #[must_use]
+    pub fn new(layers: usize) -> Self {
+        Self { layers: vec![LayerEnergy::default(); layers], ..Self::default() }
+    }
+
+    /// Elastic energy stored now by all boundaries, in J.
+    #[must_use]
+    pub fn elastic_j(&self) -> f64 {
+        self.layers.iter().map(|layer| layer.elastic_j).sum()
+    }
+
+    /// Everything dissipated on the needle's axis, in J. Never decreases.
+    #[must_use]
+    pub fn dissipated_j(&self) -> f64 {
+        self.layers.iter().map(LayerEnergy::dissipated_j).sum()
+    }
+
+    /// Lateral work, in J.
+    #[must_use]
+    pub fn lateral_j(&self) -> f64 {
+        self.layers.iter().map(|layer| layer.lateral_j).sum()
+    }
+
+    /// What the balance misses, in J: input − returned − stored − dissipated; 0 for a closed ledger.
+    #[must_use]
+    pub fn closure_error_j(&self) -> f64 {
+        self.input_j - self.returned_j - self.elastic_j() - self.presliding_j - self.dissipated_j()
+    }
+}

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::axial::{AxialOutput, AxialSpec, ParamError, Rupture, Stage};
+use crate::axial::{AxialOutput, AxialSpec, AxialState, ParamError, Rupture, Stage};
 use crate::ledger::Ledger;
 use crate::structures::StructureSpec;
 
@@ -38,8 +38,8 @@ pub struct PunctureInput {
 /// All that must be saved to continue.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PunctureState {
-    /// Energy so far, over all tracks.
-    pub ledger: Ledger,
+    /// The axial law on the current track; its ledger covers all tracks.
+    pub axial: AxialState,
 }
 
 /// Reused between steps, never saved. Holds the events of the last step.
@@ -120,6 +120,14 @@ impl PunctureState {
     #[must_use]
     pub fn new(_params: &PunctureParams) -> Self {
         unimplemented!()
+    }
+}
+
+impl PunctureState {
+    /// Energy so far, over all tracks.
+    #[must_use]
+    pub fn ledger(&self) -> &Ledger {
+        &self.axial.ledger
     }
 }
 

@@ -1,6 +1,7 @@
 //! Sound scenes: no rupture of a monotonic insertion may raise the elastic energy or the force.
 
 use crate::axial::{AxialSpec, Contactor};
+use crate::closed_form::{PredictedRupture, ruptures};
 
 /// A threshold too high for its stiffness: its rupture would create energy or force.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -22,8 +23,83 @@ pub struct Unsound {
     pub largest_sound_n: f64,
 }
 
+/// A rise below this part of the larger value is round-off: two equal boundaries at one depth hand over without a rise.
+const ROUND_OFF: f64 = 1e-9;
+/// How finely smaller thresholds are tried before the edge is bisected. The sound ones need not be an interval (a threshold
+/// high enough may open the next boundary in the same cascade), so a bisection alone could miss the largest.
+const TRIES: u32 = 1000;
+/// Halvings of one try: brings the edge to round-off.
+const HALVINGS: u32 = 45;
+
 /// Every unsound rupture of a scene, in the order met; empty for a sound scene.
+///
+/// A cascade is judged as a whole and named by the rupture that sets it off.
 #[must_use]
-pub fn check(_spec: &AxialSpec) -> Vec<Unsound> {
-    unimplemented!()
+pub fn check(spec: &AxialSpec) -> Vec<Unsound> {
+    let predicted = ruptures(spec);
+    predicted
+        .chunk_by(|a, b| a.x_m.total_cmp(&b.x_m).is_eq())
+        .filter_map(|cascade| cascade.first())
+        .filter(|trigger| !is_sound(trigger))
+        .map(|trigger| describe(spec, trigger))
+        .collect()
+}
+
+fn rise(before: f64, after: f64) -> f64 {
+    let rise = after - before;
+    if rise > ROUND_OFF * before.max(after) { rise } else { 0.0 }
+}
+
+fn is_sound(rupture: &PredictedRupture) -> bool {
+    rise(rupture.force_before_n, rupture.force_after_n) <= 0.0
+        && rise(rupture.energy_before_j, rupture.energy_after_j) <= 0.0
+}
+
+fn describe(spec: &AxialSpec, trigger: &PredictedRupture) -> Unsound {
+    let threshold_n = threshold(spec, trigger.contactor, trigger.boundary);
+    Unsound {
+        boundary: trigger.boundary,
+        layer: spec.layers.get(trigger.boundary).map_or_else(String::new, |layer| layer.name.clone()),
+        contactor: trigger.contactor,
+        threshold_n,
+        force_rise_n: rise(trigger.force_before_n, trigger.force_after_n),
+        energy_rise_mj: rise(trigger.energy_before_j, trigger.energy_after_j) * 1e3,
+        largest_sound_n: largest_sound_n(spec, trigger, threshold_n),
+    }
+}
+
+fn threshold(spec: &AxialSpec, contactor: Contactor, boundary: usize) -> f64 {
+    spec.layers.get(boundary).map_or(0.0, |layer| match contactor {
+        Contactor::Tip => layer.tip_rupture_n,
+        Contactor::Rim => layer.rim_rupture_n,
+    })
+}
+
+/// The largest threshold below the stated one at which this rupture, in whatever cascade it then falls, is sound; 0 if none is.
+fn largest_sound_n(spec: &AxialSpec, trigger: &PredictedRupture, stated_n: f64) -> f64 {
+    let mut trial = spec.clone();
+    let mut sound_at = |threshold_n: f64| {
+        if let Some(layer) = trial.layers.get_mut(trigger.boundary) {
+            match trigger.contactor {
+                Contactor::Tip => layer.tip_rupture_n = threshold_n,
+                Contactor::Rim => layer.rim_rupture_n = threshold_n,
+            }
+        }
+        ruptures(&trial)
+            .iter()
+            .find(|rupture| rupture.contactor == trigger.contactor && rupture.boundary == trigger.boundary)
+            .is_none_or(is_sound)
+    };
+    let step_n = stated_n / f64::from(TRIES);
+    let Some(low) = (0..TRIES).rev().map(|n| f64::from(n) * step_n).find(|&n| sound_at(n)) else { return 0.0 };
+    let (mut sound_n, mut unsound_n) = (low, low + step_n);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (sound_n + unsound_n);
+        if sound_at(middle) {
+            sound_n = middle;
+        } else {
+            unsound_n = middle;
+        }
+    }
+    sound_n
 }

@@ -1,0 +1,126 @@
+//! Books a tick into the energy ledger.
+//!
+//! The hand's work in a tick is the change of elastic energy before the ruptures, plus force times Δx of the other
+//! parts with the tick's own forces. Every joule of it is booked once, so the ledger closes to round-off by construction; what
+//! the tests establish is that each part is a dissipation (never negative) and agrees with ∫F dx.
+//!
+//! Choices. Elastic and rupture energy belong to the layer whose boundary is tented or opened. Viscous and friction
+//! losses are shared by b_j l_j and c_j l_j. Cutting belongs to the layer that the tip is in.
+
+use super::params::Layer;
+use super::path::{Open, Path};
+use super::state::{AxialOutput, Rupture};
+use crate::ledger::{LayerEnergy, Ledger};
+
+/// What a tick did.
+pub(super) struct Tick {
+    pub open: Open,
+    pub x_m: f64,
+    pub dx_m: f64,
+    /// Change of the elastic energy before the ruptures, in J.
+    pub elastic_work_j: f64,
+    pub before: AxialOutput,
+    pub after: AxialOutput,
+    /// Stiffness of the presliding spring, in N/m.
+    pub presliding_n_per_m: f64,
+}
+
+pub(super) fn book(ledger: &mut Ledger, path: &Path<'_>, tick: &Tick, ruptures: &[Rupture]) {
+    let AxialOutput { viscous_n, friction_n, cutting_n, .. } = tick.after;
+    book_work(ledger, tick.elastic_work_j + (viscous_n + friction_n + cutting_n) * tick.dx_m);
+    book_ruptures(ledger, ruptures);
+    book_elastic(ledger, path, tick);
+    book_friction(ledger, path, tick);
+    share(ledger, path, &Share { depth_m: tick.after.depth_m, total_j: viscous_n * tick.dx_m, part: VISCOUS });
+    if let Some(entry) = path.layer_at(tick.after.depth_m).and_then(|layer| ledger.layers.get_mut(layer)) {
+        entry.cutting_j += cutting_n * tick.dx_m;
+    }
+}
+
+fn book_work(ledger: &mut Ledger, work_j: f64) {
+    if work_j > 0.0 {
+        ledger.input_j += work_j;
+    } else {
+        ledger.returned_j -= work_j;
+    }
+}
+
+/// Books the tick's drop of elastic energy, cascade as a whole.
+///
+/// Within a cascade a member may raise the energy, because the tick evaluates all of them at its end and the next
+/// boundary is by then tented deeper than the one that gave way. The rises are paid by the falls in proportion. What
+/// they cannot pay (a coarse tick over an unsound boundary) is work that the hand would have done on the way: it is
+/// booked as input, so that a dissipation never decreases.
+fn book_ruptures(ledger: &mut Ledger, ruptures: &[Rupture]) {
+    if ruptures.is_empty() {
+        return;
+    }
+    let (mut falls_j, mut rises_j) = (0.0, 0.0);
+    for rupture in ruptures {
+        falls_j += rupture.dissipated_j.max(0.0);
+        rises_j += (-rupture.dissipated_j).max(0.0);
+    }
+    let kept = if falls_j > rises_j { (falls_j - rises_j) / falls_j } else { 0.0 };
+    for rupture in ruptures {
+        if let Some(entry) = ledger.layers.get_mut(rupture.boundary) {
+            entry.rupture_j += rupture.dissipated_j.max(0.0) * kept;
+        }
+    }
+    ledger.input_j += (rises_j - falls_j).max(0.0);
+}
+
+fn book_elastic(ledger: &mut Ledger, path: &Path<'_>, tick: &Tick) {
+    for entry in &mut ledger.layers {
+        entry.elastic_j = 0.0;
+    }
+    let tents = [(tick.open.tip, path.tip(tick.open, tick.x_m)), (tick.open.rim, path.rim(tick.open, tick.x_m))];
+    for (boundary, tent) in tents {
+        if let Some(entry) = ledger.layers.get_mut(boundary) {
+            entry.elastic_j += tent.energy_j;
+        }
+    }
+}
+
+/// Friction's loss is its work less what the presliding spring took up. It is never negative: sliding loses cap · slip,
+/// and a shrinking cap (withdrawal) makes the spring lose what it can no longer hold. When the last of the needle leaves, the
+/// cap is 0 and the loss is shared as the tick before. The floor only removes round-off.
+fn book_friction(ledger: &mut Ledger, path: &Path<'_>, tick: &Tick) {
+    let stored_j = |friction_n: f64| friction_n * friction_n / (2.0 * tick.presliding_n_per_m);
+    let (old_j, new_j) = (stored_j(tick.before.friction_n), stored_j(tick.after.friction_n));
+    let total_j = (tick.after.friction_n * tick.dx_m - (new_j - old_j)).max(0.0);
+    ledger.presliding_j = new_j;
+    let here = Share { depth_m: tick.after.depth_m, total_j, part: FRICTION };
+    if !share(ledger, path, &here) {
+        share(ledger, path, &Share { depth_m: tick.before.depth_m, ..here });
+    }
+}
+
+/// A loss shared among the layers by coefficient × inserted length.
+struct Share {
+    depth_m: f64,
+    total_j: f64,
+    part: Part,
+}
+
+/// Which coefficient weighs, and which entry is booked.
+#[derive(Clone, Copy)]
+struct Part {
+    coefficient: fn(&Layer) -> f64,
+    entry: fn(&mut LayerEnergy) -> &mut f64,
+}
+
+const VISCOUS: Part = Part { coefficient: |layer| layer.damping_n_s_per_m2, entry: |energy| &mut energy.viscous_j };
+const FRICTION: Part = Part { coefficient: |layer| layer.friction_n_per_m, entry: |energy| &mut energy.friction_j };
+
+/// Books a share; false when no layer has a weight.
+fn share(ledger: &mut Ledger, path: &Path<'_>, share: &Share) -> bool {
+    let weight = |(layer, inserted_m): (&Layer, f64)| (share.part.coefficient)(layer) * inserted_m;
+    let total: f64 = path.inserted(share.depth_m).map(weight).sum();
+    if total <= 0.0 {
+        return false;
+    }
+    for (entry, inserted) in ledger.layers.iter_mut().zip(path.inserted(share.depth_m)) {
+        *(share.part.entry)(entry) += share.total_j * (weight(inserted) / total);
+    }
+    true
+}

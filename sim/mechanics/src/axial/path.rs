@@ -1,0 +1,92 @@
+//! The layers along a needle's path: where boundaries lie and what they do when tented. Shared by the step and the closed form.
+
+use super::params::{AxialSpec, Layer};
+
+/// How many boundaries each contactor has opened; they open in order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Open {
+    pub tip: usize,
+    pub rim: usize,
+}
+
+/// Force and energy of one tented boundary.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Tent {
+    pub deflection_m: f64,
+    pub force_n: f64,
+    pub energy_j: f64,
+}
+
+/// The layers laid along a path. `boundaries_m[i]` is D_i; one more entry than layers, the last being the far side.
+pub(crate) struct Path<'a> {
+    pub layers: &'a [Layer],
+    pub boundaries_m: &'a [f64],
+    pub tip_to_rim_m: f64,
+    pub factor: f64,
+}
+
+/// Fills `boundaries_m` with the running sum of the path thicknesses d_j · factor.
+pub(crate) fn lay_boundaries(layers: &[Layer], factor: f64, boundaries_m: &mut Vec<f64>) {
+    boundaries_m.clear();
+    boundaries_m.push(0.0);
+    let mut depth = 0.0;
+    for layer in layers {
+        depth += layer.thickness_m * factor;
+        boundaries_m.push(depth);
+    }
+}
+
+impl<'a> Path<'a> {
+    /// The path of a specification over boundaries laid with the same `factor`.
+    pub fn new(spec: &'a AxialSpec, boundaries_m: &'a [f64], factor: f64) -> Self {
+        Self { layers: &spec.layers, boundaries_m, tip_to_rim_m: spec.tip_to_rim_m, factor }
+    }
+
+    fn tent(&self, boundary: usize, reach_m: f64) -> Tent {
+        let (Some(layer), Some(depth)) = (self.layers.get(boundary), self.boundaries_m.get(boundary)) else {
+            return Tent::default();
+        };
+        let w = (reach_m - depth).max(0.0);
+        let k = layer.stiffness_n_per_m;
+        Tent { deflection_m: w, force_n: k * w, energy_j: 0.5 * k * w * w }
+    }
+
+    /// The boundary that the tip tents: the first it has not opened.
+    pub fn tip(&self, open: Open, x_m: f64) -> Tent {
+        self.tent(open.tip, x_m)
+    }
+
+    /// The boundary that the rim tents: the first it has not opened, if the tip has. A single contactor has no rim.
+    pub fn rim(&self, open: Open, x_m: f64) -> Tent {
+        if self.tip_to_rim_m > 0.0 && open.rim < open.tip {
+            self.tent(open.rim, x_m - self.tip_to_rim_m)
+        } else {
+            Tent::default()
+        }
+    }
+
+    /// U = ½ k_a w_t² + ½ k_c w_r², in J.
+    pub fn energy_j(&self, open: Open, x_m: f64) -> f64 {
+        self.tip(open, x_m).energy_j + self.rim(open, x_m).energy_j
+    }
+
+    /// Material depth s of the tip, in m: a boundary still intact is carried along instead of being passed.
+    pub fn depth_m(&self, open: Open, x_m: f64) -> f64 {
+        let stop = if open.tip < self.layers.len() { self.boundaries_m.get(open.tip) } else { None };
+        stop.map_or(x_m, |boundary| x_m.min(*boundary)).max(0.0)
+    }
+
+    /// Each layer with the length l_j = clip(s − D_j, 0, d_j) of needle inside it, in m, for a material depth s.
+    pub fn inserted(&self, depth_m: f64) -> impl Iterator<Item = (&'a Layer, f64)> + use<'a> {
+        let factor = self.factor;
+        self.layers
+            .iter()
+            .zip(self.boundaries_m)
+            .map(move |(layer, boundary)| (layer, (depth_m - boundary).max(0.0).min(layer.thickness_m * factor)))
+    }
+
+    /// The layer j with D_j < s ≤ D_{j+1}; none above the skin and below the last layer.
+    pub fn layer_at(&self, depth_m: f64) -> Option<usize> {
+        self.boundaries_m.windows(2).position(|pair| matches!(pair, [near, far] if *near < depth_m && depth_m <= *far))
+    }
+}

@@ -1,0 +1,148 @@
+//! What goes in and out of a step, and what lasts between steps.
+
+use serde::{Deserialize, Serialize};
+
+use super::params::AxialParams;
+use super::path::Open;
+use crate::ledger::Ledger;
+
+/// Which of the two contactors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Contactor {
+    /// The stylet tip.
+    Tip,
+    /// The cannula rim.
+    Rim,
+}
+
+/// Where a boundary stands, as in the paper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Stage {
+    /// The tip has not reached the boundary.
+    Untouched,
+    /// I: the tip tents it.
+    TipTents,
+    /// II: the tip is through, the rim not yet there.
+    TipThrough,
+    /// III: the rim tents it.
+    RimTents,
+    /// IV: the rim is through.
+    RimThrough,
+}
+
+/// One rupture.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rupture {
+    /// Which contactor went through.
+    pub contactor: Contactor,
+    /// Which boundary, from 0 at the surface.
+    pub boundary: usize,
+    /// The contactor's own elastic force just before, in N.
+    pub force_n: f64,
+    /// Axial displacement of the tip, in m.
+    pub x_m: f64,
+    /// Drop of the total elastic energy at this rupture, U_before − U_after, in J. Within a cascade one member may
+    /// be negative: what takes over was tented deeper than what gave way.
+    pub dissipated_j: f64,
+}
+
+/// One sample of motion along the needle's axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxialInput {
+    /// Time, in s. Must increase.
+    pub t_s: f64,
+    /// Axial displacement of the tip from the skin, in m.
+    pub x_m: f64,
+    /// 1/cos θ, the factor on every thickness for an oblique path; 1 for a perpendicular one.
+    pub path_factor: f64,
+}
+
+/// The force and its parts after one step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AxialOutput {
+    /// Backward difference of x, in m/s.
+    pub v_m_per_s: f64,
+    /// Elastic force of the boundary the tip tents, in N.
+    pub tip_n: f64,
+    /// Elastic force of the boundary the rim tents, in N.
+    pub rim_n: f64,
+    /// Viscous force, in N.
+    pub viscous_n: f64,
+    /// Friction, in N.
+    pub friction_n: f64,
+    /// Cutting force, in N.
+    pub cutting_n: f64,
+    /// Material depth of the tip, in m, ≥ 0.
+    pub depth_m: f64,
+    /// A bad input (non-finite, or time not increasing) was held: forces are those of the last good sample's state.
+    pub held: bool,
+}
+
+/// The last good sample.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct LastSample {
+    pub t_s: f64,
+    pub x_m: f64,
+    pub output: AxialOutput,
+}
+
+/// All that must be saved to continue: one puncture track and the last sample.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AxialState {
+    /// How many boundaries the tip has opened on this track; they open in order.
+    pub tip_open: usize,
+    /// How many boundaries the rim has opened on this track. Stays 0 for a single contactor.
+    pub rim_open: usize,
+    /// Deepest material depth that the tip has reached on this track, in m along the path.
+    pub deepest_m: f64,
+    /// Energy so far.
+    pub ledger: Ledger,
+    /// The last good sample; none before the first.
+    pub(super) last: Option<LastSample>,
+}
+
+/// Reused between steps, never saved.
+#[derive(Clone, Debug, Default)]
+pub struct AxialScratch {
+    /// Ruptures of the last step, in the order resolved. Capacity for every boundary twice, so a step never allocates.
+    pub ruptures: Vec<Rupture>,
+    /// D_i along the path of the current step, in m.
+    pub(super) boundaries_m: Vec<f64>,
+}
+
+impl AxialState {
+    /// A needle that has touched nothing.
+    #[must_use]
+    pub fn new(params: &AxialParams) -> Self {
+        let layers = params.spec().layers.len();
+        Self { tip_open: 0, rim_open: 0, deepest_m: 0.0, ledger: Ledger::new(layers), last: None }
+    }
+
+    /// The output of the last good sample; zeros before the first.
+    #[must_use]
+    pub fn last_output(&self) -> AxialOutput {
+        self.last.map_or_else(AxialOutput::default, |last| last.output)
+    }
+
+    pub(super) fn open(&self) -> Open {
+        Open { tip: self.tip_open, rim: self.rim_open }
+    }
+}
+
+impl AxialScratch {
+    /// Scratch large enough for `params`.
+    #[must_use]
+    pub fn new(params: &AxialParams) -> Self {
+        let layers = params.spec().layers.len();
+        Self { ruptures: Vec::with_capacity(2 * layers), boundaries_m: Vec::with_capacity(layers + 1) }
+    }
+}
+
+impl AxialOutput {
+    /// The axial force, in N: the sum of the parts in the order tip, rim, viscous, friction, cutting.
+    #[must_use]
+    pub fn total_n(&self) -> f64 {
+        self.tip_n + self.rim_n + self.viscous_n + self.friction_n + self.cutting_n
+    }
+}

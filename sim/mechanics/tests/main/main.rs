@@ -1,0 +1,6 @@
+//! What the mechanics promise, shown from outside.
+
+mod cells;
+mod reference;
+mod ruptures;
+mod scenes;

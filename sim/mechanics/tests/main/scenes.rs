@@ -1,0 +1,104 @@
+//! The scenes of physics section 2 and a runner, shared by the tests.
+
+use mechanics::axial::{
+    AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, Contactor, Layer, Rupture, step,
+};
+
+/// A layer in millimetres and newtons: thickness, stiffness, damping, tip, rim, friction, cutting.
+pub fn layer(name: &str, numbers: [f64; 7]) -> Layer {
+    let [thickness_mm, stiffness, damping, tip, rim, friction, cutting] = numbers;
+    Layer {
+        name: name.into(),
+        thickness_m: thickness_mm * 1e-3,
+        stiffness_n_per_m: stiffness,
+        damping_n_s_per_m2: damping,
+        tip_rupture_n: tip,
+        rim_rupture_n: rim,
+        friction_n_per_m: friction,
+        cutting_n: cutting,
+    }
+}
+
+/// Layers under a trocar with 2 mm from tip to rim.
+pub fn trocar_through(layers: Vec<Layer>) -> AxialSpec {
+    AxialSpec { layers, tip_to_rim_m: 0.002, presliding_stiffness_n_per_m: 2000.0, rate: None }
+}
+
+/// The paper's lower back with the thresholds of section 2: no friction, no cutting.
+pub fn paper() -> AxialSpec {
+    trocar_through(vec![
+        layer("skin", [0.8, 331.0, 3.0, 1.0, 1.3, 0.0, 0.0]),
+        layer("fat", [8.4, 83.0, 1.0, 0.5, 0.6, 0.0, 0.0]),
+        layer("muscle", [39.0, 497.0, 3.0, 1.5, 1.9, 0.0, 0.0]),
+    ])
+}
+
+/// The training lower back of section 2.
+pub fn training() -> AxialSpec {
+    trocar_through(vec![
+        layer("skin", [0.8, 331.0, 300.0, 1.0, 1.3, 100.0, 0.3]),
+        layer("fat", [8.4, 83.0, 100.0, 0.5, 0.6, 15.0, 0.1]),
+        layer("muscle", [39.0, 497.0, 300.0, 1.5, 1.9, 40.0, 0.3]),
+    ])
+}
+
+/// The law running on one trajectory.
+pub struct Run {
+    pub params: AxialParams,
+    pub state: AxialState,
+    pub scratch: AxialScratch,
+    pub path_factor: f64,
+}
+
+impl Run {
+    pub fn new(spec: AxialSpec) -> Self {
+        let params = AxialParams::new(spec).expect("a valid scene");
+        let (state, scratch) = (AxialState::new(&params), AxialScratch::new(&params));
+        Self { params, state, scratch, path_factor: 1.0 }
+    }
+
+    pub fn step(&mut self, t_s: f64, x_m: f64) -> AxialOutput {
+        let input = AxialInput { t_s, x_m, path_factor: self.path_factor };
+        step(&self.params, &mut self.state, &mut self.scratch, &input)
+    }
+
+    pub fn ruptures(&self) -> &[Rupture] {
+        &self.scratch.ruptures
+    }
+
+    /// The ruptures of the last step as the reference files write them.
+    pub fn events(&self) -> String {
+        let name = |rupture: &Rupture| match rupture.contactor {
+            Contactor::Tip => format!("tip:{}", rupture.boundary),
+            Contactor::Rim => format!("rim:{}", rupture.boundary),
+        };
+        self.ruptures().iter().map(name).collect::<Vec<_>>().join("+")
+    }
+
+    /// Moves at constant speed from one displacement to another over ticks of `dt_s`, handing each tick to `see`.
+    pub fn travel(&mut self, leg: &Leg, mut see: impl FnMut(&Self, f64, &AxialOutput)) {
+        let ticks = (leg.duration_s / leg.dt_s).round() as u32;
+        for tick in 0..=ticks {
+            let part = f64::from(tick) / f64::from(ticks);
+            let x_m = leg.from_m + (leg.to_m - leg.from_m) * part;
+            let output = self.step(leg.start_s + f64::from(tick) * leg.dt_s, x_m);
+            see(self, x_m, &output);
+        }
+    }
+}
+
+/// A straight piece of a trajectory. The first tick of a leg repeats the last of the one before, and is then held.
+#[derive(Clone, Copy)]
+pub struct Leg {
+    pub start_s: f64,
+    pub duration_s: f64,
+    pub dt_s: f64,
+    pub from_m: f64,
+    pub to_m: f64,
+}
+
+/// In, hold, out, in again, at 1 kHz: to 40 mm at 10 mm/s.
+pub fn in_hold_out_in() -> [Leg; 4] {
+    let leg = |start_s, duration_s, from_m, to_m| Leg { start_s, duration_s, dt_s: 1e-3, from_m, to_m };
+    [leg(0.0, 4.2, -0.002, 0.04), leg(4.2, 2.0, 0.04, 0.04), leg(6.2, 4.2, 0.04, -0.002), leg(10.4, 4.4, -0.002, 0.042)]
+}
