@@ -40,8 +40,8 @@ CREATE TABLE curriculum_revisions (
     curriculum_id TEXT NOT NULL,
     title TEXT NOT NULL,
     description TEXT NOT NULL,
-    mastery_passes INTEGER, -- passes of the last `mastery_of`; both absent for a CUSUM rule
-    mastery_of INTEGER,
+    mastery_passes INTEGER NOT NULL, -- passes of the last `mastery_of` attempts
+    mastery_of INTEGER NOT NULL,
     sha256 TEXT NOT NULL,
     bytes BLOB NOT NULL,
     published_at INTEGER NOT NULL,

@@ -41,6 +41,7 @@ CREATE TABLE metrics (
     direction TEXT NOT NULL CHECK (direction IN ('lower', 'higher', 'range')),
     applies INTEGER NOT NULL CHECK (applies IN (0, 1)),
     label TEXT NOT NULL,
+    absent TEXT NOT NULL, -- why the metric does not apply; empty where it does
     PRIMARY KEY (school_id, session_id, id, version),
     FOREIGN KEY (school_id, session_id) REFERENCES sessions (school_id, id)
 ) STRICT;
@@ -69,7 +70,7 @@ CREATE TRIGGER scores_never_go BEFORE DELETE ON scores
 BEGIN SELECT RAISE(ABORT, 'a score is never deleted'); END;
 
 -- What a page draws, decimated once when the recording is scored.
-CREATE TABLE session_traces (
+CREATE TABLE session_curves (
     school_id BLOB NOT NULL,
     session_id BLOB NOT NULL,
     body TEXT NOT NULL, -- JSON

@@ -1,3 +1,17 @@
 //! The service of Stylet: takes recordings in, scores them, shows what trainees and instructors need to see.
+//!
+//! A library with a thin program around it, so that tests run the router in process.
 
+pub mod cli;
+pub mod clock;
+pub mod config;
 pub mod domain;
+pub mod error;
+pub mod routes;
+pub mod secret;
+pub mod startup;
+pub mod storage;
+pub mod views;
+pub mod worker;
+
+pub use startup::AppState;

@@ -1,2 +1,3 @@
-//! x
+//! The program `web-admin`.
+
 fn main() {}

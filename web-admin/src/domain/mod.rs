@@ -1,4 +1,10 @@
 //! What the service knows, free of storage and pages.
 
 pub mod curve;
+pub mod moment;
+pub mod person;
 pub mod progress;
+
+pub use curve::Curve;
+pub use moment::{Moment, new_id};
+pub use person::{CurrentPerson, Role};

@@ -1,0 +1,133 @@
+//! How the service was told to run.
+
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// What it costs to hash a password.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PasswordCost {
+    /// Memory, in KiB.
+    pub memory_kib: u32,
+    /// Passes over the memory.
+    pub passes: u32,
+}
+
+impl PasswordCost {
+    /// OWASP's recommendation for argon2id, which the argon2 crate has as its default: 19 MiB, two passes.
+    pub const RECOMMENDED: Self = Self { memory_kib: 19 * 1024, passes: 2 };
+}
+
+/// How the service runs.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Where to listen.
+    pub listen: SocketAddr,
+    /// Folder for everything the service keeps.
+    pub data_dir: PathBuf,
+    /// Database, a `sqlite:` URL.
+    pub database_url: String,
+    /// Folder for recordings.
+    pub recordings_dir: PathBuf,
+    /// A proxy in front speaks TLS and sets `X-Forwarded-For`: cookies are `Secure`, and its word for the client's
+    /// address is believed.
+    pub behind_tls: bool,
+    /// Largest upload, in bytes.
+    pub max_upload_bytes: u64,
+    /// Longest silence within an upload before it is given up.
+    pub upload_silence: Duration,
+    /// What it costs to hash a password.
+    pub password_cost: PasswordCost,
+}
+
+/// An option whose value cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("{option}: \"{value}\"; {allowed}")]
+pub struct ConfigError {
+    /// The option.
+    pub option: &'static str,
+    /// Its value.
+    pub value: String,
+    /// What is allowed.
+    pub allowed: &'static str,
+}
+
+impl Config {
+    /// Everything in one folder, listening on this machine only.
+    #[must_use]
+    pub fn in_folder(data_dir: &Path) -> Self {
+        Self {
+            listen: SocketAddr::from(([127, 0, 0, 1], 8080)),
+            data_dir: data_dir.to_owned(),
+            database_url: sqlite_url(&data_dir.join("stylet.db")),
+            recordings_dir: data_dir.join("recordings"),
+            behind_tls: false,
+            max_upload_bytes: 512 * 1024 * 1024,
+            upload_silence: Duration::from_secs(30),
+            password_cost: PasswordCost::RECOMMENDED,
+        }
+    }
+
+    /// Folder for uploads that are not acknowledged yet.
+    #[must_use]
+    pub fn uploads_dir(&self) -> PathBuf {
+        // Beside the recordings, so that a finished upload is moved by a rename within one file system.
+        self.recordings_dir.join(".uploads")
+    }
+}
+
+fn sqlite_url(path: &Path) -> String {
+    format!("sqlite://{}", path.display())
+}
+
+/// A database as given: a `sqlite:` URL or a path.
+///
+/// # Errors
+/// When it is a URL of another database.
+pub fn database_url(given: &str) -> Result<String, ConfigError> {
+    match given.split_once(':') {
+        Some(("sqlite", _)) => Ok(given.to_owned()),
+        Some((scheme, rest)) if rest.starts_with("//") => Err(ConfigError {
+            option: "--database",
+            value: format!("{scheme}://…"),
+            allowed: "allowed is a sqlite: URL or a path",
+        }),
+        _ => Ok(sqlite_url(Path::new(given))),
+    }
+}
+
+/// A recordings folder as given: a `file://` URL or a path.
+///
+/// # Errors
+/// When it is a URL of something other than a folder.
+pub fn recordings_dir(given: &str) -> Result<PathBuf, ConfigError> {
+    match given.split_once("://") {
+        Some(("file", path)) => Ok(PathBuf::from(path)),
+        Some((scheme, _)) => Err(ConfigError {
+            option: "--recordings",
+            value: format!("{scheme}://…"),
+            allowed: "allowed is a file:// URL or a path",
+        }),
+        None => Ok(PathBuf::from(given)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_database_is_refused_without_repeating_its_password() {
+        let refused = database_url("postgres://user:secret@host/db").unwrap_err().to_string();
+        assert!(refused.contains("--database") && !refused.contains("secret"), "{refused}");
+        assert_eq!(database_url("/data/x.db").unwrap(), "sqlite:///data/x.db");
+        assert_eq!(database_url("sqlite:x.db").unwrap(), "sqlite:x.db");
+    }
+
+    #[test]
+    fn recordings_are_a_folder() {
+        assert_eq!(recordings_dir("file:///r").unwrap(), PathBuf::from("/r"));
+        assert_eq!(recordings_dir("r").unwrap(), PathBuf::from("r"));
+        assert!(recordings_dir("s3://bucket").is_err());
+    }
+}

@@ -1,0 +1,67 @@
+//! Who somebody is to a school.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+use uuid::Uuid;
+
+/// What a person may do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, sqlx::Type, utoipa::ToSchema, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+#[sqlx(rename_all = "lowercase")]
+pub enum Role {
+    /// Trains; sees their own attempts.
+    Trainee,
+    /// Teaches cohorts; sees the attempts of their trainees.
+    Instructor,
+    /// Sees the whole school.
+    Administrator,
+}
+
+impl Role {
+    /// The word for it in the database and on pages.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Trainee => "trainee",
+            Self::Instructor => "instructor",
+            Self::Administrator => "administrator",
+        }
+    }
+}
+
+impl fmt::Display for Role {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// A role that does not exist.
+#[derive(Debug, thiserror::Error)]
+#[error("role: \"{0}\"; allowed are trainee, instructor and administrator")]
+pub struct UnknownRole(String);
+
+impl FromStr for Role {
+    type Err = UnknownRole;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        [Self::Trainee, Self::Instructor, Self::Administrator]
+            .into_iter()
+            .find(|role| role.as_str() == text)
+            .ok_or_else(|| UnknownRole(text.to_owned()))
+    }
+}
+
+/// The signed-in person, known to be enabled at the time of the request.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CurrentPerson {
+    /// Who.
+    pub id: Uuid,
+    /// Their school; every query is limited to it.
+    pub school_id: Uuid,
+    /// What they may do.
+    pub role: Role,
+    /// Their name, for the page's head; never for a log.
+    pub display_name: String,
+}

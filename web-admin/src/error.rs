@@ -1,0 +1,164 @@
+//! What can go wrong in a request, and how it is said: as a page, or as `application/problem+json`.
+
+use axum::Json;
+use axum::http::header::{CONTENT_TYPE, RETRY_AFTER};
+use axum::http::{HeaderValue, StatusCode};
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+
+use crate::views::error::ErrorPage;
+
+/// Why a request was not done.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// There is no such thing, or it is another school's.
+    #[error("there is nothing here")]
+    NotFound,
+    /// Nobody is signed in.
+    #[error("a bearer token is needed")]
+    Unauthorized,
+    /// Somebody is signed in who may not do this.
+    #[error("{0}")]
+    Forbidden(&'static str),
+    /// The request makes no sense.
+    #[error("{0}")]
+    BadRequest(String),
+    /// It contradicts what is stored.
+    #[error("{0}")]
+    Conflict(String),
+    /// The body is larger than allowed.
+    #[error("the body is larger than {limit_bytes} bytes, the largest allowed")]
+    TooLarge {
+        /// Largest allowed, in bytes.
+        limit_bytes: u64,
+    },
+    /// The body was understood and is wrong.
+    #[error("{0}")]
+    Unprocessable(String),
+    /// The body did not arrive in time.
+    #[error("the body stopped arriving")]
+    Timeout,
+    /// Too many attempts.
+    #[error("too many attempts; try again in {retry_after_s} s")]
+    TooMany {
+        /// When to try again, in s.
+        retry_after_s: u64,
+    },
+    /// Our fault. The cause goes to the log, never to the user.
+    #[error("something went wrong here; it has been noted")]
+    Internal(#[source] anyhow::Error),
+}
+
+impl Error {
+    /// The HTTP status.
+    #[must_use]
+    pub const fn status(&self) -> StatusCode {
+        match self {
+            Self::NotFound => StatusCode::NOT_FOUND,
+            Self::Unauthorized => StatusCode::UNAUTHORIZED,
+            Self::Forbidden(_) => StatusCode::FORBIDDEN,
+            Self::BadRequest(_) => StatusCode::BAD_REQUEST,
+            Self::Conflict(_) => StatusCode::CONFLICT,
+            Self::TooLarge { .. } => StatusCode::PAYLOAD_TOO_LARGE,
+            Self::Unprocessable(_) => StatusCode::UNPROCESSABLE_ENTITY,
+            Self::Timeout => StatusCode::REQUEST_TIMEOUT,
+            Self::TooMany { .. } => StatusCode::TOO_MANY_REQUESTS,
+            Self::Internal(_) => StatusCode::INTERNAL_SERVER_ERROR,
+        }
+    }
+
+    /// Finishes an answer: what only its headers can say, and the one log line of an internal error.
+    pub(crate) fn dress(&self, mut response: Response) -> Response {
+        if let Self::TooMany { retry_after_s } = self {
+            response.headers_mut().insert(RETRY_AFTER, HeaderValue::from(*retry_after_s));
+        }
+        if let Self::Internal(cause) = self {
+            tracing::error!(cause = format!("{cause:#}"), "request failed");
+        }
+        response
+    }
+}
+
+impl From<sqlx::Error> for Error {
+    fn from(error: sqlx::Error) -> Self {
+        Self::Internal(anyhow::Error::new(error).context("database"))
+    }
+}
+
+impl From<anyhow::Error> for Error {
+    fn from(error: anyhow::Error) -> Self {
+        Self::Internal(error)
+    }
+}
+
+impl From<std::io::Error> for Error {
+    fn from(error: std::io::Error) -> Self {
+        Self::Internal(anyhow::Error::new(error).context("file system"))
+    }
+}
+
+impl From<tokio::task::JoinError> for Error {
+    fn from(error: tokio::task::JoinError) -> Self {
+        Self::Internal(anyhow::Error::new(error).context("background task"))
+    }
+}
+
+impl From<tower_sessions::session::Error> for Error {
+    fn from(error: tower_sessions::session::Error) -> Self {
+        Self::Internal(anyhow::Error::new(error).context("web session"))
+    }
+}
+
+/// RFC 9457.
+#[derive(Debug, Serialize, utoipa::ToSchema)]
+pub struct Problem {
+    /// The status in words.
+    pub title: String,
+    /// HTTP status.
+    pub status: u16,
+    /// What is wrong with this request.
+    pub detail: String,
+}
+
+/// An error of the API.
+#[derive(Debug)]
+pub struct ApiError(pub Error);
+
+impl<E: Into<Error>> From<E> for ApiError {
+    fn from(error: E) -> Self {
+        Self(error.into())
+    }
+}
+
+impl IntoResponse for ApiError {
+    fn into_response(self) -> Response {
+        let status = self.0.status();
+        let title = status.canonical_reason().unwrap_or_default().to_owned();
+        let problem = Problem { title, status: status.as_u16(), detail: self.0.to_string() };
+        let mut response = (status, Json(problem)).into_response();
+        response.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
+        if status == StatusCode::UNAUTHORIZED {
+            response.headers_mut().insert("www-authenticate", HeaderValue::from_static("Bearer"));
+        }
+        self.0.dress(response)
+    }
+}
+
+/// An error of a page.
+#[derive(Debug)]
+pub struct PageError(pub Error);
+
+impl<E: Into<Error>> From<E> for PageError {
+    fn from(error: E) -> Self {
+        Self(error.into())
+    }
+}
+
+impl IntoResponse for PageError {
+    fn into_response(self) -> Response {
+        let status = self.0.status();
+        let title = status.canonical_reason().unwrap_or_default();
+        let page = ErrorPage { status: status.as_u16(), title, message: self.0.to_string() };
+        self.0.dress((status, page).into_response())
+    }
+}

@@ -1,0 +1,82 @@
+//! A form must come from a page of ours: each carries a token that only the session and the page know.
+
+use axum::body::Body;
+use axum::extract::{Form, FromRequest, FromRequestParts, RawForm, Request};
+use axum::http::request::Parts;
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use tower_sessions::Session;
+
+use crate::error::{Error, PageError};
+use crate::secret;
+
+const KEY: &str = "csrf";
+const REFUSAL: &str = "This form is stale or came from another site. Go back, reload the page and send it again.";
+
+/// The session's CSRF token, for the hidden field `csrf` of every form; made when first asked for.
+#[derive(Clone, Debug)]
+pub struct Csrf(String);
+
+impl Csrf {
+    /// The token.
+    #[must_use]
+    pub fn token(&self) -> &str {
+        &self.0
+    }
+
+    /// The session's token.
+    ///
+    /// # Errors
+    /// When the session cannot be read or written.
+    pub async fn of(session: &Session) -> Result<Self, Error> {
+        if let Some(token) = session.get::<String>(KEY).await? {
+            return Ok(Self(token));
+        }
+        let token = secret::random_hex()?;
+        session.insert(KEY, &token).await?;
+        Ok(Self(token))
+    }
+}
+
+impl<S: Send + Sync> FromRequestParts<S> for Csrf {
+    type Rejection = PageError;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Self::Rejection> {
+        Ok(Self::of(&session(parts, state).await?).await?)
+    }
+}
+
+async fn session<S: Send + Sync>(parts: &mut Parts, state: &S) -> Result<Session, PageError> {
+    let missing = |(_, why): (_, &'static str)| PageError(Error::Internal(anyhow::anyhow!(why)));
+    Session::from_request_parts(parts, state).await.map_err(missing)
+}
+
+/// A form whose field `csrf` holds the session's token; anything else is refused with 403.
+#[derive(Clone, Debug)]
+pub struct CsrfForm<T>(pub T);
+
+#[derive(Deserialize)]
+struct TokenField {
+    #[serde(default)]
+    csrf: String,
+}
+
+impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for CsrfForm<T> {
+    type Rejection = Response;
+
+    async fn from_request(request: Request, state: &S) -> Result<Self, Self::Rejection> {
+        let (mut parts, body) = request.into_parts();
+        let session = session(&mut parts, state).await.map_err(IntoResponse::into_response)?;
+        let again = |body| Request::from_parts(parts.clone(), body);
+        let RawForm(bytes) = RawForm::from_request(again(body), state).await.map_err(IntoResponse::into_response)?;
+        let sent = Form::<TokenField>::from_request(again(Body::from(bytes.clone())), state).await;
+        let known = session.get::<String>(KEY).await.map_err(|e| PageError::from(e).into_response())?;
+        let genuine = matches!((&sent, &known), (Ok(sent), Some(known)) if secret::same(&sent.csrf, known));
+        if !genuine {
+            return Err(PageError(Error::Forbidden(REFUSAL)).into_response());
+        }
+        let form = Form::<T>::from_request(again(Body::from(bytes)), state).await;
+        form.map(|Form(fields)| Self(fields)).map_err(|e| PageError(Error::BadRequest(e.body_text())).into_response())
+    }
+}

@@ -1,0 +1,171 @@
+//! The sign-in page, and signing out.
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+
+use axum::Router;
+use axum::extract::{ConnectInfo, FromRequestParts, Query, State};
+use axum::http::request::Parts;
+use axum::response::{IntoResponse, Redirect, Response};
+use axum::routing::{get, post};
+use serde::Deserialize;
+use serde_json::json;
+use time::Duration;
+use tower_sessions::{Expiry, Session};
+use uuid::Uuid;
+
+use super::csrf::{Csrf, CsrfForm};
+use super::current::{SignedIn, person_of};
+use crate::AppState;
+use crate::domain::CurrentPerson;
+use crate::error::{Error, PageError};
+use crate::secret;
+use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::people::{self, Credentials};
+use crate::views::login::LoginPage;
+
+/// How long a stranger may look at the sign-in page before its form is stale.
+pub const STRANGER_SESSION: Duration = Duration::minutes(30);
+/// How long somebody stays signed in without doing anything.
+const SIGNED_IN_SESSION: Duration = Duration::hours(12);
+
+/// `/login`, for anybody.
+pub fn router() -> Router<AppState> {
+    Router::new().route("/login", get(show).post(sign_in))
+}
+
+/// `/logout`, for whoever is signed in.
+pub fn signed_in() -> Router<AppState> {
+    Router::new().route("/logout", post(sign_out))
+}
+
+#[derive(Deserialize)]
+struct NextQuery {
+    #[serde(default)]
+    next: String,
+}
+
+async fn show(
+    State(state): State<AppState>,
+    session: Session,
+    Query(query): Query<NextQuery>,
+) -> Result<Response, PageError> {
+    if person_of(&state, &session).await?.is_some() {
+        return Ok(Redirect::to(own_path(&query.next)).into_response());
+    }
+    let csrf = Csrf::of(&session).await?.token().to_owned();
+    let next = own_path(&query.next).to_owned();
+    Ok(LoginPage { error: None, email: String::new(), csrf, next }.into_response())
+}
+
+#[derive(Deserialize)]
+struct LoginForm {
+    email: String,
+    password: String,
+    #[serde(default)]
+    next: String,
+}
+
+async fn sign_in(
+    State(state): State<AppState>,
+    session: Session,
+    ClientAddress(address): ClientAddress,
+    CsrfForm(form): CsrfForm<LoginForm>,
+) -> Result<Response, PageError> {
+    if let Err(refused) = state.logins.take(address, &form.email) {
+        return again(&session, &form, refused).await;
+    }
+    let Some(known) = check(&state, &form).await? else {
+        return again(&session, &form, Error::Unauthorized).await;
+    };
+    let signed_in = SignedIn { person_id: known.id, credential_version: known.credential_version };
+    signed_in.start(&session).await?;
+    session.set_expiry(Some(Expiry::OnInactivity(SIGNED_IN_SESSION)));
+    note(&state, known.id, "person.signed_in").await?;
+    Ok(Redirect::to(own_path(&form.next)).into_response())
+}
+
+/// Whose address and password these are. Takes as long for an unknown address as for a wrong password.
+async fn check(state: &AppState, form: &LoginForm) -> Result<Option<Credentials>, Error> {
+    let known = people::credentials(state.db.reader(), &form.email).await?;
+    let (password, cost) = (form.password.clone(), state.config.password_cost);
+    let hash = known.as_ref().map(|known| known.password_hash.clone());
+    let fits = tokio::task::spawn_blocking(move || match hash {
+        Some(hash) => Ok(secret::password_fits(&password, &hash)),
+        None => secret::hash_password(&password, cost).map(|_| false),
+    });
+    let fits = fits.await??;
+    Ok(known.filter(|known| fits && known.disabled_at.is_none()))
+}
+
+/// The sign-in page once more, saying why.
+async fn again(session: &Session, form: &LoginForm, why: Error) -> Result<Response, PageError> {
+    let csrf = Csrf::of(session).await?.token().to_owned();
+    let words = match &why {
+        Error::Unauthorized => "The address or the password is wrong.".to_owned(),
+        other => format!("Not signed in: {other}."),
+    };
+    let next = own_path(&form.next).to_owned();
+    let page = LoginPage { error: Some(words), email: form.email.clone(), csrf, next };
+    Ok(why.dress((why.status(), page).into_response()))
+}
+
+async fn note(state: &AppState, person: Uuid, action: &str) -> Result<(), Error> {
+    let school_id = people::by_id(state.db.reader(), person).await?.map(|p| p.school_id);
+    let mut tx = state.db.write().await?;
+    let entry =
+        Entry { school_id, actor: Actor::Person(person), action, object: person.to_string(), details: json!({}) };
+    audit::append(&mut tx, entry, state.clock.now()).await?;
+    Ok(tx.commit().await?)
+}
+
+#[derive(Deserialize)]
+struct NoFields {}
+
+/// Signs out: the session is gone, here and in the browser.
+async fn sign_out(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    session: Session,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Redirect, PageError> {
+    session.flush().await?;
+    note(&state, person.id, "person.signed_out").await?;
+    Ok(Redirect::to("/login"))
+}
+
+/// A path of this site, or its start: never an address elsewhere, which `//host` and `/\\host` are to a browser.
+fn own_path(next: &str) -> &str {
+    let plain = next.bytes().all(|b| b.is_ascii_alphanumeric() || b"/-_.~".contains(&b));
+    if plain && next.starts_with('/') && !next.starts_with("//") { next } else { "/" }
+}
+
+/// The client's network address; what the proxy says it is, where we know of one.
+struct ClientAddress(IpAddr);
+
+impl FromRequestParts<AppState> for ClientAddress {
+    type Rejection = std::convert::Infallible;
+
+    async fn from_request_parts(parts: &mut Parts, state: &AppState) -> Result<Self, Self::Rejection> {
+        let forwarded = || {
+            // The last one is the proxy's own word; those before it are the client's.
+            let header = parts.headers.get("x-forwarded-for")?.to_str().ok()?;
+            header.rsplit(',').next()?.trim().parse().ok()
+        };
+        let peer = parts.extensions.get::<ConnectInfo<SocketAddr>>().map(|info| info.0.ip());
+        let told = if state.config.behind_tls { forwarded() } else { None };
+        Ok(Self(told.or(peer).unwrap_or(IpAddr::V4(Ipv4Addr::UNSPECIFIED))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::own_path;
+
+    #[test]
+    fn nobody_is_sent_elsewhere() {
+        assert_eq!(own_path("/sessions/1"), "/sessions/1");
+        for elsewhere in ["//evil.example", "/\\evil.example", "https://evil.example", "", "evil", "/a?b=//c"] {
+            assert_eq!(own_path(elsewhere), "/", "{elsewhere}");
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Every address the service answers, and the layers around them.
+
+use axum::Router;
+use axum::extract::Request;
+use axum::http::{HeaderName, HeaderValue, header};
+use axum::middleware::from_fn_with_state;
+use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::compression::CompressionLayer;
+use tower_http::set_header::SetResponseHeaderLayer;
+use tower_sessions::cookie::SameSite;
+use tower_sessions::{Expiry, SessionManagerLayer};
+
+use crate::AppState;
+use crate::error::{Error, PageError};
+use crate::storage::web_sessions::WebSessions;
+
+pub mod api;
+pub mod auth;
+pub mod health;
+pub mod pages;
+
+/// Nothing from elsewhere runs or is shown, nobody frames us, forms only come back here.
+const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self' data:; \
+     connect-src 'self'; font-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'";
+
+/// The whole service.
+pub fn router(state: AppState) -> Router {
+    // Layers also wrap the fallback: a stranger is asked to sign in at every address, whether it exists or not.
+    let signed_in = pages::router()
+        .merge(auth::signed_in())
+        .fallback(nothing_here)
+        .layer(from_fn_with_state(state.clone(), auth::require_person));
+    let app = Router::new()
+        .merge(signed_in)
+        .merge(auth::router())
+        .merge(pages::assets())
+        .nest("/api/v1", api::router(&state))
+        .layer(cookies(&state))
+        .merge(health::router())
+        .layer(from_fn_with_state(state.clone(), health::count_requests))
+        .layer(CompressionLayer::new())
+        .layer(CatchPanicLayer::new());
+    headers(app, &state).with_state(state)
+}
+
+async fn nothing_here(_: Request) -> PageError {
+    PageError(Error::NotFound)
+}
+
+fn cookies(state: &AppState) -> SessionManagerLayer<WebSessions> {
+    SessionManagerLayer::new(WebSessions::new(state.db.clone(), state.clock.clone()))
+        .with_name("stylet_session")
+        .with_http_only(true)
+        .with_same_site(SameSite::Lax)
+        .with_secure(state.config.behind_tls)
+        .with_expiry(Expiry::OnInactivity(auth::STRANGER_SESSION))
+}
+
+fn headers(app: Router<AppState>, state: &AppState) -> Router<AppState> {
+    let always = |name: HeaderName, value: &'static str| {
+        SetResponseHeaderLayer::if_not_present(name, HeaderValue::from_static(value))
+    };
+    let app = app
+        .layer(always(header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY))
+        .layer(always(header::X_CONTENT_TYPE_OPTIONS, "nosniff"))
+        .layer(always(header::REFERRER_POLICY, "same-origin"))
+        // A page tells of a person: neither a proxy nor a shared computer's cache may keep it.
+        .layer(always(header::CACHE_CONTROL, "no-store"));
+    if state.config.behind_tls {
+        return app.layer(always(header::STRICT_TRANSPORT_SECURITY, "max-age=31536000"));
+    }
+    app
+}

@@ -1,0 +1,87 @@
+//! Secrets: passwords, tokens, and comparing them without telling how much was right.
+
+use argon2::password_hash::phc::PasswordHash;
+use argon2::password_hash::{PasswordHasher, PasswordVerifier, try_generate_salt};
+use argon2::{Algorithm, Argon2, Params, Version};
+use sha2::{Digest, Sha256};
+
+use crate::config::PasswordCost;
+
+/// 32 random bytes from the operating system, in hexadecimal.
+///
+/// # Errors
+/// When the operating system has none to give.
+pub fn random_hex() -> anyhow::Result<String> {
+    Ok(hex::encode(random_16()?) + &hex::encode(random_16()?))
+}
+
+/// What argon2 takes for a salt is what the operating system gives: good for any secret.
+fn random_16() -> anyhow::Result<[u8; 16]> {
+    try_generate_salt().map_err(|e| anyhow::anyhow!("the operating system's random source failed: {e}"))
+}
+
+/// A password to be read out and typed: 16 characters of 32, 80 bits.
+///
+/// # Errors
+/// When the operating system's random source fails.
+pub fn random_password() -> anyhow::Result<String> {
+    // Without 0, 1, l and o, which look alike.
+    const LETTERS: &[u8; 32] = b"23456789abcdefghijkmnpqrstuvwxyz";
+    Ok(random_16()?.iter().map(|byte| char::from(LETTERS[usize::from(byte % 32)])).collect())
+}
+
+/// What is kept of a token.
+#[must_use]
+pub fn token_sha256(token: &str) -> [u8; 32] {
+    Sha256::digest(token.as_bytes()).into()
+}
+
+/// Compares two secrets by their hashes: the time it takes tells nothing about where they differ.
+#[must_use]
+pub fn same(a: &str, b: &str) -> bool {
+    let (a, b) = (token_sha256(a), token_sha256(b));
+    a.iter().zip(&b).fold(0, |differences, (x, y)| differences | (x ^ y)) == 0
+}
+
+/// Hashes a password with a fresh salt, in PHC form. Takes tens of milliseconds: call it where blocking is allowed.
+///
+/// # Errors
+/// When the cost is out of argon2's range.
+pub fn hash_password(password: &str, cost: PasswordCost) -> anyhow::Result<String> {
+    let params = Params::new(cost.memory_kib, cost.passes, 1, None).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
+    let argon2 = Argon2::new(Algorithm::Argon2id, Version::V0x13, params);
+    let hash = argon2.hash_password(password.as_bytes()).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
+    Ok(hash.to_string())
+}
+
+/// Whether a password has this hash. A hash that cannot be read fits no password.
+#[must_use]
+pub fn password_fits(password: &str, hash: &str) -> bool {
+    PasswordHash::new(hash).is_ok_and(|parsed| Argon2::default().verify_password(password.as_bytes(), &parsed).is_ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_right_password_fits() {
+        let hash = hash_password("correct horse", PasswordCost { memory_kib: 8, passes: 1 }).unwrap();
+        assert!(hash.starts_with("$argon2id$"), "{hash}");
+        assert!(password_fits("correct horse", &hash));
+        assert!(!password_fits("correct horsf", &hash));
+        assert!(!password_fits("correct horse", "not a hash"));
+    }
+
+    #[test]
+    fn the_same_is_the_same_and_nothing_else_is() {
+        assert!(same("abc", "abc"));
+        assert!(!same("abc", "abd") && !same("abc", "ab") && !same("", "a"));
+    }
+
+    #[test]
+    fn secrets_do_not_repeat() {
+        assert_ne!(random_hex().unwrap(), random_hex().unwrap());
+        assert_eq!(random_password().unwrap().len(), 16);
+    }
+}

@@ -1,0 +1,54 @@
+//! From a configuration to a running service.
+
+use std::sync::Arc;
+
+use anyhow::Context;
+use tokio::sync::{Notify, Semaphore};
+
+use crate::clock::Clock;
+use crate::config::Config;
+use crate::routes::auth::LoginLimits;
+use crate::routes::health::Counters;
+use crate::storage::Database;
+
+/// What every handler may use.
+#[derive(Clone, Debug)]
+pub struct AppState {
+    /// The database.
+    pub db: Database,
+    /// The clock.
+    pub clock: Clock,
+    /// How the service runs.
+    pub config: Arc<Config>,
+    /// Rung when a recording has been queued.
+    pub jobs: Arc<Notify>,
+    /// Brakes on guessing passwords.
+    pub logins: Arc<LoginLimits>,
+    /// What `/metrics` counts.
+    pub counters: Arc<Counters>,
+    /// How many recordings may be held in memory at once: one of ten minutes takes 150 MB.
+    pub parsing: Arc<Semaphore>,
+}
+
+impl AppState {
+    /// Makes the folders, opens the database and brings its schema up to date.
+    ///
+    /// # Errors
+    /// When a folder cannot be made, or the database cannot be opened or migrated.
+    pub async fn open(config: Config, clock: Clock) -> anyhow::Result<Self> {
+        for folder in [&config.data_dir, &config.recordings_dir, &config.uploads_dir()] {
+            std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        }
+        let db = Database::open(&config.database_url).await.context("cannot open the database")?;
+        db.migrate().await.context("cannot bring the database up to date")?;
+        Ok(Self {
+            db,
+            clock,
+            config: Arc::new(config),
+            jobs: Arc::default(),
+            logins: Arc::default(),
+            counters: Arc::default(),
+            parsing: Arc::new(Semaphore::new(2)),
+        })
+    }
+}

@@ -1,0 +1,159 @@
+//! Who did what, when: a log that only grows, each row sealed with the hash of the one before.
+
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use crate::domain::Moment;
+
+/// Something that was done.
+#[derive(Clone, Debug)]
+pub struct Entry<'a> {
+    /// In which school, where there is one.
+    pub school_id: Option<Uuid>,
+    /// By whom.
+    pub actor: Actor,
+    /// What, for example `session.uploaded`.
+    pub action: &'a str,
+    /// To what: an id, never a name.
+    pub object: String,
+    /// What else is worth knowing.
+    pub details: Value,
+}
+
+/// Who did it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Actor {
+    /// A person, in the browser or through the API.
+    Person(Uuid),
+    /// A training station.
+    Station(String),
+    /// Whoever may run this program on the server.
+    CommandLine,
+    /// The scoring worker.
+    Worker,
+}
+
+impl std::fmt::Display for Actor {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Person(id) => write!(f, "{id}"),
+            Self::Station(name) => write!(f, "station {name}"),
+            Self::CommandLine => f.write_str("command line"),
+            Self::Worker => f.write_str("worker"),
+        }
+    }
+}
+
+#[derive(FromRow)]
+struct Row {
+    seq: i64,
+    at: Moment,
+    school_id: Option<Uuid>,
+    actor: String,
+    action: String,
+    object: String,
+    details: String,
+    prev_hash: Vec<u8>,
+    hash: Vec<u8>,
+}
+
+impl Row {
+    /// sha256(prev ‖ the row as a JSON array): JSON keeps the fields apart whatever they hold.
+    fn seal(&self) -> Vec<u8> {
+        let canonical = serde_json::json!([
+            self.seq,
+            self.at.micros(),
+            self.school_id,
+            self.actor,
+            self.action,
+            self.object,
+            self.details
+        ]);
+        Sha256::new().chain_update(&self.prev_hash).chain_update(canonical.to_string()).finalize().to_vec()
+    }
+}
+
+/// Adds an entry, in the transaction of what it tells of: neither happens without the other.
+///
+/// # Errors
+/// When the database fails.
+pub async fn append(writer: &mut SqliteConnection, entry: Entry<'_>, now: Moment) -> Result<()> {
+    let last: Option<(i64, Vec<u8>)> = sqlx::query_as("SELECT seq, hash FROM audit_log ORDER BY seq DESC LIMIT 1")
+        .fetch_optional(&mut *writer)
+        .await?;
+    let (last_seq, prev_hash) = last.unwrap_or_else(|| (0, vec![0; 32]));
+    let mut row = Row {
+        seq: last_seq + 1,
+        at: now,
+        school_id: entry.school_id,
+        actor: entry.actor.to_string(),
+        action: entry.action.to_owned(),
+        object: entry.object,
+        details: entry.details.to_string(),
+        prev_hash,
+        hash: Vec::new(),
+    };
+    row.hash = row.seal();
+    insert(writer, &row).await
+}
+
+async fn insert(writer: &mut SqliteConnection, row: &Row) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO audit_log (seq, at, school_id, actor, action, object, details, prev_hash, hash)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
+    )
+    .bind(row.seq)
+    .bind(row.at)
+    .bind(row.school_id)
+    .bind(&row.actor)
+    .bind(&row.action)
+    .bind(&row.object)
+    .bind(&row.details)
+    .bind(&row.prev_hash)
+    .bind(&row.hash)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// What a walk along the chain found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Chain {
+    /// Rows walked.
+    pub rows: usize,
+    /// Hash of the last row, in hexadecimal: written down elsewhere, it also shows a log that was cut short.
+    pub head: String,
+    /// Rows that are not what was written, each in words.
+    pub findings: Vec<String>,
+}
+
+/// Walks the chain from the first row.
+///
+/// # Errors
+/// When the database fails.
+pub async fn check(executor: impl SqliteExecutor<'_>) -> Result<Chain> {
+    let rows: Vec<Row> = sqlx::query_as(
+        "SELECT seq, at, school_id, actor, action, object, details, prev_hash, hash FROM audit_log ORDER BY seq",
+    )
+    .fetch_all(executor)
+    .await?;
+    let mut findings = Vec::new();
+    let mut prev: &[u8] = &[0; 32];
+    for (expected, row) in (1_i64..).zip(&rows) {
+        if row.seq != expected {
+            findings.push(format!("audit log: row {expected} is missing, row {} follows", row.seq));
+            break;
+        }
+        if row.prev_hash != prev {
+            findings.push(format!("audit log: row {} does not follow the row before it", row.seq));
+        }
+        if row.seal() != row.hash {
+            findings.push(format!("audit log: row {} was changed after it was written", row.seq));
+        }
+        prev = &row.hash;
+    }
+    Ok(Chain { rows: rows.len(), head: hex::encode(prev), findings })
+}

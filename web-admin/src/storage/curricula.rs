@@ -1,0 +1,215 @@
+//! Curricula as they were published, and how far a trainee has come in them.
+
+use scene::MasteryRule;
+use sqlx::types::Json;
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use crate::domain::progress::{Attempt, Course, Step};
+use crate::domain::{Moment, new_id};
+
+/// A curriculum to be published.
+#[derive(Clone, Debug)]
+pub struct NewCurriculum<'a> {
+    /// Curriculum id.
+    pub curriculum_id: &'a str,
+    /// Title shown to people.
+    pub title: &'a str,
+    /// What it teaches.
+    pub description: &'a str,
+    /// Passes needed …
+    pub mastery_passes: u32,
+    /// … of how many of the last attempts.
+    pub mastery_of: u32,
+    /// SHA-256 of the document.
+    pub sha256: &'a str,
+    /// The document, byte for byte.
+    pub bytes: &'a [u8],
+    /// Its exercises in order.
+    pub entries: &'a [NewEntry],
+}
+
+/// An exercise of a curriculum to be published.
+#[derive(Clone, Debug)]
+pub struct NewEntry {
+    /// Exercise id.
+    pub exercise_id: String,
+    /// Ids of the exercises to master first.
+    pub prerequisites: Vec<String>,
+    /// Instrument shown after each attempt.
+    pub survey: Option<String>,
+}
+
+/// A curriculum that is taught.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Curriculum {
+    /// Id of its current revision.
+    pub revision_id: Uuid,
+    /// Curriculum id.
+    pub curriculum_id: String,
+    /// Title shown to people.
+    pub title: String,
+    /// What it teaches.
+    pub description: String,
+    /// Passes needed …
+    pub mastery_passes: u32,
+    /// … of how many of the last attempts.
+    pub mastery_of: u32,
+}
+
+#[derive(FromRow)]
+struct StepRow {
+    exercise_id: String,
+    title: String,
+    prerequisites: Json<Vec<String>>,
+}
+
+#[derive(FromRow)]
+struct AttemptRow {
+    id: Uuid,
+    exercise_id: String,
+    started_at: Moment,
+    score: f64,
+    passed: bool,
+}
+
+/// The curriculum revision with these bytes, if it was ever published.
+///
+/// # Errors
+/// When the database fails.
+pub async fn by_sha256(executor: impl SqliteExecutor<'_>, school: Uuid, sha256: &str) -> Result<Option<Uuid>> {
+    sqlx::query_scalar("SELECT id FROM curriculum_revisions WHERE school_id = $1 AND sha256 = $2")
+        .bind(school)
+        .bind(sha256)
+        .fetch_optional(executor)
+        .await
+}
+
+/// Stores a revision and its entries.
+///
+/// # Errors
+/// When it was published before, or the database fails.
+pub async fn publish(
+    writer: &mut SqliteConnection,
+    school: Uuid,
+    curriculum: &NewCurriculum<'_>,
+    now: Moment,
+) -> Result<Uuid> {
+    let id = new_id(now);
+    sqlx::query(
+        "INSERT INTO curriculum_revisions (id, school_id, curriculum_id, title, description, mastery_passes,
+         mastery_of, sha256, bytes, published_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)",
+    )
+    .bind(id)
+    .bind(school)
+    .bind(curriculum.curriculum_id)
+    .bind(curriculum.title)
+    .bind(curriculum.description)
+    .bind(curriculum.mastery_passes)
+    .bind(curriculum.mastery_of)
+    .bind(curriculum.sha256)
+    .bind(curriculum.bytes)
+    .bind(now)
+    .execute(&mut *writer)
+    .await?;
+    for (position, entry) in (0_i64..).zip(curriculum.entries) {
+        insert_entry(writer, id, position, entry).await?;
+    }
+    Ok(id)
+}
+
+async fn insert_entry(writer: &mut SqliteConnection, revision: Uuid, position: i64, entry: &NewEntry) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO curriculum_entries (revision_id, position, exercise_id, prerequisites, survey)
+         VALUES ($1, $2, $3, $4, $5)",
+    )
+    .bind(revision)
+    .bind(position)
+    .bind(&entry.exercise_id)
+    .bind(Json(&entry.prerequisites))
+    .bind(&entry.survey)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Makes a revision the one that is taught.
+///
+/// # Errors
+/// When the database fails.
+pub async fn make_current(writer: &mut SqliteConnection, school: Uuid, id: &str, revision: Uuid) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO curricula (school_id, curriculum_id, revision_id) VALUES ($1, $2, $3)
+         ON CONFLICT (school_id, curriculum_id) DO UPDATE SET revision_id = excluded.revision_id",
+    )
+    .bind(school)
+    .bind(id)
+    .bind(revision)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// The curricula a school teaches, by id.
+///
+/// # Errors
+/// When the database fails.
+pub async fn taught(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Curriculum>> {
+    sqlx::query_as(
+        "SELECT r.id AS revision_id, r.curriculum_id, r.title, r.description, r.mastery_passes, r.mastery_of
+         FROM curricula c JOIN curriculum_revisions r ON r.id = c.revision_id
+         WHERE c.school_id = $1 ORDER BY c.curriculum_id",
+    )
+    .bind(school)
+    .fetch_all(executor)
+    .await
+}
+
+/// The exercises of a taught curriculum, in order, each under its title in the revision that trainees are given.
+///
+/// # Errors
+/// When the database fails.
+pub async fn course(executor: impl SqliteExecutor<'_>, school: Uuid, curriculum: &Curriculum) -> Result<Course> {
+    let rows: Vec<StepRow> = sqlx::query_as(
+        "SELECT e.exercise_id, r.title, e.prerequisites
+         FROM curriculum_entries e
+         JOIN exercises x ON x.school_id = $1 AND x.exercise_id = e.exercise_id
+         JOIN exercise_revisions r ON r.id = x.revision_id
+         WHERE e.revision_id = $2 ORDER BY e.position",
+    )
+    .bind(school)
+    .bind(curriculum.revision_id)
+    .fetch_all(executor)
+    .await?;
+    let step = |row: StepRow| Step { exercise: row.exercise_id, title: row.title, prerequisites: row.prerequisites.0 };
+    let rule = MasteryRule::Passes { passes: curriculum.mastery_passes, of: curriculum.mastery_of };
+    Ok(Course { steps: rows.into_iter().map(step).collect(), rule })
+}
+
+/// The scored attempts of a trainee in order of time, each by its newest grading.
+///
+/// # Errors
+/// When the database fails.
+pub async fn attempts(executor: impl SqliteExecutor<'_>, school: Uuid, trainee: Uuid) -> Result<Vec<Attempt>> {
+    let rows: Vec<AttemptRow> = sqlx::query_as(
+        "SELECT s.id, s.exercise_id, s.started_at, c.score, c.passed FROM sessions s
+         JOIN scores c ON c.school_id = s.school_id AND c.session_id = s.id
+         WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.state = 'scored'
+           AND c.id = (SELECT n.id FROM scores n WHERE n.school_id = s.school_id AND n.session_id = s.id
+                       ORDER BY n.computed_at DESC, n.id DESC LIMIT 1)
+         ORDER BY s.started_at, s.id",
+    )
+    .bind(school)
+    .bind(trainee)
+    .fetch_all(executor)
+    .await?;
+    let attempt = |row: AttemptRow| Attempt {
+        session: row.id.to_string(),
+        exercise: row.exercise_id,
+        at: row.started_at.to_utc(),
+        score: row.score,
+        passed: row.passed,
+    };
+    Ok(rows.into_iter().map(attempt).collect())
+}

@@ -1,0 +1,105 @@
+//! The durable queue. A job lives until the transaction that stores its outcome deletes it: a crash repeats it.
+
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use super::scores::SessionKey;
+use crate::domain::Moment;
+
+/// A recording that waits to be scored.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Job {
+    /// School.
+    pub school_id: Uuid,
+    /// Session.
+    pub session_id: Uuid,
+    /// How often it was tried.
+    pub attempts: u32,
+}
+
+impl Job {
+    /// The attempt to score.
+    #[must_use]
+    pub const fn session(&self) -> SessionKey {
+        SessionKey { school_id: self.school_id, id: self.session_id }
+    }
+}
+
+/// Puts an attempt into the queue; once is enough.
+///
+/// # Errors
+/// When the database fails.
+pub async fn enqueue(writer: &mut SqliteConnection, session: SessionKey, now: Moment) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO jobs (school_id, session_id, kind, next_run_at) VALUES ($1, $2, 'score', $3)
+         ON CONFLICT (school_id, session_id, kind) DO NOTHING",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// The job that has been due for longest.
+///
+/// # Errors
+/// When the database fails.
+pub async fn due(executor: impl SqliteExecutor<'_>, now: Moment) -> Result<Option<Job>> {
+    sqlx::query_as(
+        "SELECT school_id, session_id, attempts FROM jobs WHERE next_run_at <= $1
+         ORDER BY next_run_at, session_id LIMIT 1",
+    )
+    .bind(now)
+    .fetch_optional(executor)
+    .await
+}
+
+/// When the next job is due, if any waits.
+///
+/// # Errors
+/// When the database fails.
+pub async fn next_at(executor: impl SqliteExecutor<'_>) -> Result<Option<Moment>> {
+    sqlx::query_scalar("SELECT min(next_run_at) FROM jobs").fetch_one(executor).await
+}
+
+/// Puts a job back after a failure that may pass.
+///
+/// # Errors
+/// When the database fails.
+pub async fn put_off(writer: &mut SqliteConnection, session: SessionKey, until: Moment, why: &str) -> Result<()> {
+    sqlx::query(
+        "UPDATE jobs SET attempts = attempts + 1, next_run_at = $3, error = $4
+         WHERE school_id = $1 AND session_id = $2",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .bind(until)
+    .bind(why)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Takes a job out of the queue.
+///
+/// # Errors
+/// When the database fails.
+pub async fn done(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
+    sqlx::query("DELETE FROM jobs WHERE school_id = $1 AND session_id = $2")
+        .bind(session.school_id)
+        .bind(session.id)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// How many jobs wait.
+///
+/// # Errors
+/// When the database fails.
+pub async fn count(executor: impl SqliteExecutor<'_>) -> Result<i64> {
+    sqlx::query_scalar("SELECT count(*) FROM jobs").fetch_one(executor).await
+}

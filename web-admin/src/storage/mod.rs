@@ -1,0 +1,114 @@
+//! Everything that is SQL. Functions that read take any executor; functions that write take a connection, which only
+//! [`Database::write`] hands out, so that a writer always holds `BEGIN IMMEDIATE`.
+//!
+//! Statements are written so that PostgreSQL would take them too: `$1`, `RETURNING`, `ON CONFLICT`.
+
+use std::str::FromStr;
+use std::time::Duration;
+
+use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePool, SqlitePoolOptions, SqliteSynchronous};
+use sqlx::{Sqlite, Transaction};
+
+pub mod audit;
+pub mod cohorts;
+pub mod curricula;
+pub mod exercises;
+pub mod jobs;
+pub mod people;
+pub mod reports;
+pub mod schools;
+pub mod scores;
+pub mod sessions;
+pub mod tokens;
+pub mod web_sessions;
+
+/// What a query may come to.
+pub type Result<T> = std::result::Result<T, sqlx::Error>;
+
+/// A transaction that holds the write lock from its first moment.
+pub type Write = Transaction<'static, Sqlite>;
+
+/// The database: one connection that writes, several that read.
+#[derive(Clone, Debug)]
+pub struct Database {
+    writer: SqlitePool,
+    reader: SqlitePool,
+}
+
+impl Database {
+    /// Opens the database of a `sqlite:` URL, and makes the file where it is missing.
+    ///
+    /// # Errors
+    /// When the URL is no SQLite URL, or the file cannot be opened.
+    pub async fn open(url: &str) -> Result<Self> {
+        let options = SqliteConnectOptions::from_str(url)?
+            .create_if_missing(true)
+            .journal_mode(SqliteJournalMode::Wal)
+            // A score that was shown must survive a power cut, so each commit reaches the disk.
+            .synchronous(SqliteSynchronous::Full)
+            .foreign_keys(true)
+            .busy_timeout(Duration::from_secs(10));
+        let writer = SqlitePoolOptions::new().max_connections(1).connect_with(options.clone()).await?;
+        let reader = SqlitePoolOptions::new()
+            .max_connections(4)
+            .connect_lazy_with(options.create_if_missing(false).pragma("query_only", "ON"));
+        Ok(Self { writer, reader })
+    }
+
+    /// Brings the schema up to date.
+    ///
+    /// # Errors
+    /// When a migration fails, or the database is newer than this program.
+    pub async fn migrate(&self) -> std::result::Result<(), sqlx::migrate::MigrateError> {
+        sqlx::migrate!("../migrations").run(&self.writer).await
+    }
+
+    /// Connections that read. Only one file may be open for writing at a time, so these refuse to write.
+    #[must_use]
+    pub fn reader(&self) -> &SqlitePool {
+        &self.reader
+    }
+
+    /// Starts a transaction that may write. `IMMEDIATE`: a deferred one that turns to writing later is refused at once
+    /// and ignores the busy timeout.
+    ///
+    /// # Errors
+    /// When the lock is not to be had within the busy timeout.
+    pub async fn write(&self) -> Result<Write> {
+        self.writer.begin_with("BEGIN IMMEDIATE").await
+    }
+
+    /// Answers when the database does.
+    ///
+    /// # Errors
+    /// When it does not.
+    pub async fn ping(&self) -> Result<()> {
+        sqlx::query("SELECT 1").execute(&self.reader).await.map(drop)
+    }
+
+    /// What SQLite itself finds wrong with the file: damaged pages and rows that point nowhere. Empty when all is well.
+    ///
+    /// # Errors
+    /// When the file cannot be read at all.
+    pub async fn integrity(&self) -> Result<Vec<String>> {
+        let mut findings: Vec<String> =
+            sqlx::query_scalar("SELECT integrity_check FROM pragma_integrity_check").fetch_all(&self.reader).await?;
+        findings.retain(|line| line != "ok");
+        let dangling: Vec<(String, Option<i64>, String)> =
+            sqlx::query_as(r#"SELECT "table", rowid, parent FROM pragma_foreign_key_check"#)
+                .fetch_all(&self.reader)
+                .await?;
+        findings.extend(
+            dangling.into_iter().map(|(table, row, parent)| {
+                format!("{table} row {}: no such row in {parent}", row.unwrap_or_default())
+            }),
+        );
+        Ok(findings)
+    }
+
+    /// Closes every connection, so that the write-ahead log is folded into the file.
+    pub async fn close(&self) {
+        self.reader.close().await;
+        self.writer.close().await;
+    }
+}

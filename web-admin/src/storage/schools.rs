@@ -1,0 +1,40 @@
+//! Schools.
+
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use crate::domain::{Moment, new_id};
+
+/// A school.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct School {
+    /// Id.
+    pub id: Uuid,
+    /// Name, unique.
+    pub name: String,
+}
+
+/// Every school, by name.
+///
+/// # Errors
+/// When the database fails.
+pub async fn all(executor: impl SqliteExecutor<'_>) -> Result<Vec<School>> {
+    sqlx::query_as("SELECT id, name FROM schools ORDER BY name").fetch_all(executor).await
+}
+
+/// The school of a name, made where it is missing.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find_or_create(writer: &mut SqliteConnection, name: &str, now: Moment) -> Result<School> {
+    sqlx::query_as(
+        "INSERT INTO schools (id, name, created_at) VALUES ($1, $2, $3)
+         ON CONFLICT (name) DO UPDATE SET name = excluded.name RETURNING id, name",
+    )
+    .bind(new_id(now))
+    .bind(name)
+    .bind(now)
+    .fetch_one(writer)
+    .await
+}

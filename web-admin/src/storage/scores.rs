@@ -1,0 +1,192 @@
+//! Metrics, scores and curves: what the worker makes of a recording.
+
+use assessment::{Assessment, Deduction, Direction, Metric};
+use sqlx::types::Json;
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use crate::domain::{Curve, Moment, new_id};
+
+/// A grading of an attempt.
+#[derive(Clone, Debug, PartialEq, FromRow)]
+pub struct Score {
+    /// 0–100.
+    pub score: f64,
+    /// At or above the pass mark and no hard fail.
+    pub passed: bool,
+    /// Exercise whose rubric judged.
+    pub rubric_id: String,
+    /// SHA-256 of the rubric.
+    pub rubric_sha256: String,
+    /// Points lost, per line of the rubric.
+    pub deductions: Json<Vec<Deduction>>,
+    /// Reasons of hard fails.
+    pub hard_fails: Json<Vec<String>>,
+    /// Version of the simulator that recorded the attempt.
+    pub simulator_version: String,
+    /// When it was computed.
+    pub computed_at: Moment,
+}
+
+#[derive(FromRow)]
+struct MetricRow {
+    id: String,
+    version: u32,
+    value: Option<f64>,
+    unit: String,
+    direction: String,
+    applies: bool,
+    label: String,
+    absent: String,
+}
+
+impl From<MetricRow> for Metric {
+    fn from(row: MetricRow) -> Self {
+        let direction = match row.direction.as_str() {
+            "higher" => Direction::Higher,
+            "range" => Direction::Range,
+            _ => Direction::Lower,
+        };
+        let MetricRow { id, version, value, unit, applies, label, absent, .. } = row;
+        Self { id, version, value, unit, direction, applies, label, absent }
+    }
+}
+
+const fn direction_word(direction: Direction) -> &'static str {
+    match direction {
+        Direction::Lower => "lower",
+        Direction::Higher => "higher",
+        Direction::Range => "range",
+    }
+}
+
+/// The attempt that something belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SessionKey {
+    /// School.
+    pub school_id: Uuid,
+    /// Session.
+    pub id: Uuid,
+}
+
+/// Adds a grading; earlier ones stay.
+///
+/// # Errors
+/// When the database fails.
+pub async fn add(
+    writer: &mut SqliteConnection,
+    session: SessionKey,
+    assessment: &Assessment,
+    now: Moment,
+) -> Result<()> {
+    for (position, metric) in (0_i64..).zip(&assessment.metrics) {
+        insert_metric(writer, session, position, metric).await?;
+    }
+    sqlx::query(
+        "INSERT INTO scores (id, school_id, session_id, score, passed, rubric_id, rubric_sha256, deductions,
+         hard_fails, simulator_version, computed_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
+    )
+    .bind(new_id(now))
+    .bind(session.school_id)
+    .bind(session.id)
+    .bind(assessment.score)
+    .bind(assessment.passed)
+    .bind(&assessment.rubric.id)
+    .bind(&assessment.rubric.sha256)
+    .bind(Json(&assessment.deductions))
+    .bind(Json(&assessment.hard_fails))
+    .bind(&assessment.simulator_version)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+async fn insert_metric(
+    writer: &mut SqliteConnection,
+    session: SessionKey,
+    position: i64,
+    metric: &Metric,
+) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO metrics (school_id, session_id, position, id, version, value, unit, direction, applies, label,
+         absent) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11) ON CONFLICT (school_id, session_id, id, version) DO NOTHING",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .bind(position)
+    .bind(&metric.id)
+    .bind(metric.version)
+    .bind(metric.value)
+    .bind(&metric.unit)
+    .bind(direction_word(metric.direction))
+    .bind(metric.applies)
+    .bind(&metric.label)
+    .bind(&metric.absent)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// The grading that counts: the newest.
+///
+/// # Errors
+/// When the database fails.
+pub async fn newest(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Score>> {
+    sqlx::query_as(
+        "SELECT score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
+         FROM scores WHERE school_id = $1 AND session_id = $2 ORDER BY computed_at DESC, id DESC LIMIT 1",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .fetch_optional(executor)
+    .await
+}
+
+/// The metrics of an attempt, in the catalogue's order.
+///
+/// # Errors
+/// When the database fails.
+pub async fn metrics(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Metric>> {
+    let rows: Vec<MetricRow> = sqlx::query_as(
+        "SELECT id, version, value, unit, direction, applies, label, absent FROM metrics
+         WHERE school_id = $1 AND session_id = $2 ORDER BY position, version",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .fetch_all(executor)
+    .await?;
+    Ok(rows.into_iter().map(Metric::from).collect())
+}
+
+/// Stores what a page draws of an attempt.
+///
+/// # Errors
+/// When the database fails.
+pub async fn put_curve(writer: &mut SqliteConnection, session: SessionKey, curve: &Curve) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO session_curves (school_id, session_id, body) VALUES ($1, $2, $3)
+         ON CONFLICT (school_id, session_id) DO UPDATE SET body = excluded.body",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .bind(Json(curve))
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// What a page draws of an attempt.
+///
+/// # Errors
+/// When the database fails.
+pub async fn curve(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Curve>> {
+    let body: Option<Json<Curve>> =
+        sqlx::query_scalar("SELECT body FROM session_curves WHERE school_id = $1 AND session_id = $2")
+            .bind(session.school_id)
+            .bind(session.id)
+            .fetch_optional(executor)
+            .await?;
+    Ok(body.map(|json| json.0))
+}

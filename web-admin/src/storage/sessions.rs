@@ -1,0 +1,217 @@
+//! Attempts: what was uploaded, by whom, and who may see it.
+
+use serde::Serialize;
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use crate::domain::{CurrentPerson, Moment, Role};
+
+/// What became of an uploaded recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, sqlx::Type, utoipa::ToSchema)]
+#[serde(rename_all = "lowercase")]
+#[sqlx(rename_all = "lowercase")]
+pub enum SessionState {
+    /// On disk, waiting to be scored.
+    Pending,
+    /// Scored.
+    Scored,
+    /// Read, but not to be scored; the reason stands beside it.
+    Refused,
+}
+
+/// An attempt.
+#[derive(Clone, Debug, PartialEq, FromRow)]
+pub struct Session {
+    /// Id, made by the client.
+    pub id: Uuid,
+    /// School.
+    pub school_id: Uuid,
+    /// Who tried.
+    pub trainee_id: Uuid,
+    /// Exercise id.
+    pub exercise_id: String,
+    /// SHA-256 of the exercise document.
+    pub exercise_sha256: String,
+    /// SHA-256 of the scene document.
+    pub scene_sha256: String,
+    /// The published revision; absent when this school never published the recording's exercise.
+    pub revision_id: Option<Uuid>,
+    /// When the attempt began.
+    pub started_at: Moment,
+    /// When the upload was acknowledged.
+    pub received_at: Moment,
+    /// Length, in s.
+    pub duration_s: f64,
+    /// The recording has its end; a cut one has not.
+    pub complete: bool,
+    /// Device.
+    pub device: String,
+    /// Version of the simulator.
+    pub simulator_version: String,
+    /// Seed, unsigned 64-bit, in decimal.
+    pub seed: String,
+    /// What became of it.
+    pub state: SessionState,
+    /// Why it was refused.
+    pub refusal: Option<String>,
+    /// The file, relative to the recordings folder.
+    pub recording_path: String,
+    /// SHA-256 of the file.
+    pub recording_sha256: String,
+    /// Size of the file, in bytes.
+    pub recording_size: i64,
+    /// Largest deviation of the server's re-simulation, in N.
+    pub verify_deviation_n: Option<f64>,
+    /// Events that differ in the server's re-simulation.
+    pub verify_event_differences: Option<i64>,
+    /// The re-simulation differs.
+    pub verify_flagged: Option<bool>,
+}
+
+/// The server's re-simulation of an attempt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verified {
+    /// Largest deviation of any force, in N.
+    pub deviation_n: f64,
+    /// Events that differ.
+    pub event_differences: i64,
+}
+
+impl Verified {
+    /// Anything but the very same forces and events.
+    #[must_use]
+    pub fn flagged(self) -> bool {
+        self.event_differences != 0 || self.deviation_n.abs() > 0.0 || self.deviation_n.is_nan()
+    }
+}
+
+/// Where a recording lies and what its bytes must hash to.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct RecordingFile {
+    /// Session.
+    pub id: Uuid,
+    /// The file, relative to the recordings folder.
+    pub recording_path: String,
+    /// SHA-256 of the file.
+    pub recording_sha256: String,
+    /// Size of the file, in bytes.
+    pub recording_size: i64,
+}
+
+/// Stores a new attempt.
+///
+/// # Errors
+/// When the id is taken, or the database fails.
+pub async fn insert(writer: &mut SqliteConnection, session: &Session) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO sessions (id, school_id, trainee_id, exercise_id, exercise_sha256, scene_sha256, revision_id,
+         started_at, received_at, duration_s, complete, device, simulator_version, seed, state, recording_path,
+         recording_sha256, recording_size)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18)",
+    )
+    .bind(session.id)
+    .bind(session.school_id)
+    .bind(session.trainee_id)
+    .bind(&session.exercise_id)
+    .bind(&session.exercise_sha256)
+    .bind(&session.scene_sha256)
+    .bind(session.revision_id)
+    .bind(session.started_at)
+    .bind(session.received_at)
+    .bind(session.duration_s)
+    .bind(session.complete)
+    .bind(&session.device)
+    .bind(&session.simulator_version)
+    .bind(&session.seed)
+    .bind(session.state)
+    .bind(&session.recording_path)
+    .bind(&session.recording_sha256)
+    .bind(session.recording_size)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// An attempt of a school, whoever asks.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Session>> {
+    sqlx::query_as("SELECT * FROM sessions WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .fetch_optional(executor)
+        .await
+}
+
+/// An attempt that a person may see: a trainee their own, an instructor also those of the cohorts they teach, an
+/// administrator the school's.
+///
+/// # Errors
+/// When the database fails.
+pub async fn visible(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: Uuid) -> Result<Option<Session>> {
+    sqlx::query_as(
+        "SELECT * FROM sessions s WHERE s.school_id = $1 AND s.id = $2 AND (s.trainee_id = $3 OR $4 OR EXISTS (
+           SELECT 1 FROM cohort_members teacher
+           JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
+           WHERE teacher.person_id = $3 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id))",
+    )
+    .bind(viewer.school_id)
+    .bind(id)
+    .bind(viewer.id)
+    .bind(viewer.role == Role::Administrator)
+    .fetch_optional(executor)
+    .await
+}
+
+/// Ends the wait for a score.
+///
+/// # Errors
+/// When the database fails.
+pub async fn mark_scored(writer: &mut SqliteConnection, school: Uuid, id: Uuid, verified: Verified) -> Result<()> {
+    sqlx::query(
+        "UPDATE sessions SET state = 'scored', refusal = NULL, verify_deviation_n = $3,
+         verify_event_differences = $4, verify_flagged = $5 WHERE school_id = $1 AND id = $2",
+    )
+    .bind(school)
+    .bind(id)
+    .bind(verified.deviation_n)
+    .bind(verified.event_differences)
+    .bind(verified.flagged())
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Ends the wait for a score that will never come, with the reason.
+///
+/// # Errors
+/// When the database fails.
+pub async fn mark_refused(writer: &mut SqliteConnection, school: Uuid, id: Uuid, why: &str) -> Result<()> {
+    sqlx::query("UPDATE sessions SET state = 'refused', refusal = $3 WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .bind(why)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Every recording of every school: for `verify`.
+///
+/// # Errors
+/// When the database fails.
+pub async fn recordings(executor: impl SqliteExecutor<'_>) -> Result<Vec<RecordingFile>> {
+    sqlx::query_as("SELECT id, recording_path, recording_sha256, recording_size FROM sessions ORDER BY school_id, id")
+        .fetch_all(executor)
+        .await
+}
+
+/// How many attempts are in a state, in every school: for `/metrics`.
+///
+/// # Errors
+/// When the database fails.
+pub async fn count(executor: impl SqliteExecutor<'_>, state: SessionState) -> Result<i64> {
+    sqlx::query_scalar("SELECT count(*) FROM sessions WHERE state = $1").bind(state).fetch_one(executor).await
+}
