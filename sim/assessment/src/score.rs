@@ -1,10 +1,14 @@
 //! From metrics to a score with reasons.
 
-use recording::Recording;
+use recording::session::{EXERCISE_ATTACHMENT, MESH_PREFIX, SCENE_ATTACHMENT};
+use recording::{Attachment, Recording};
 use scene::ExerciseBundle;
 use serde::{Deserialize, Serialize};
 
+use crate::attempt::Attempt;
 use crate::catalogue::Metric;
+use crate::metrics::{self, Measured};
+use crate::rubric;
 
 /// Points lost on a rubric line, with the reason in words.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,8 +53,16 @@ pub struct Assessment {
 #[derive(Debug, thiserror::Error)]
 pub enum AssessError {
     /// The recording holds no samples.
-    #[error("the recording holds no samples: there is nothing to score")]
+    #[error("the recording holds no usable samples: there is nothing to score")]
     NoSamples,
+    /// The recording's times span more than an attempt can last.
+    #[error("the recording spans {duration_s} s; at most {longest_s} s are scored")]
+    TooLong {
+        /// Time from the first sample to the last, in s.
+        duration_s: f64,
+        /// Longest allowed, in s.
+        longest_s: f64,
+    },
     /// The exercise or scene inside is missing or refused.
     #[error("{0}")]
     Document(String),
@@ -94,18 +106,41 @@ impl Assessment {
     }
 }
 
-/// Judges an attempt by an exercise; the recording's own, or another.
+/// Judges an attempt by an exercise; the recording's own, or another. The same recording and exercise always yield the
+/// same assessment.
 ///
 /// # Errors
-/// When there is nothing to judge.
-pub fn assess(_recording: &Recording, _bundle: &ExerciseBundle) -> Result<Assessment, AssessError> {
-    unimplemented!()
+/// When there is nothing to judge, or nothing to judge by.
+pub fn assess(recording: &Recording, bundle: &ExerciseBundle) -> Result<Assessment, AssessError> {
+    let exercise = &bundle.exercise;
+    let measured = metrics::measure(&Attempt::new(recording, bundle)?);
+    let deductions = rubric::deductions(exercise, &measured)?;
+    let hard_fails = rubric::hard_fails(exercise, &measured);
+    let score = (100.0 - deductions.iter().map(|d| d.points).sum::<f64>()).clamp(0.0, 100.0);
+    Ok(Assessment {
+        score,
+        // A score that equals the pass mark but for rounding passes.
+        passed: hard_fails.is_empty() && score >= exercise.pass_mark - 1e-9,
+        metrics: measured.iter().map(Measured::metric).collect(),
+        deductions,
+        hard_fails,
+        rubric: RubricRef { id: exercise.id.clone(), sha256: exercise.rubric_sha256() },
+        simulator_version: recording.session.simulator_version.clone(),
+    })
 }
 
 /// The exercise that a recording carries.
 ///
 /// # Errors
 /// When an attachment is missing or refused.
-pub fn own_exercise(_recording: &Recording) -> Result<ExerciseBundle, AssessError> {
-    unimplemented!()
+pub fn own_exercise(recording: &Recording) -> Result<ExerciseBundle, AssessError> {
+    let attached = |name: &str| {
+        let missing =
+            || AssessError::Document(format!("attachment {name}: missing; a recording carries its own exercise"));
+        recording.attachment(name).ok_or_else(missing)
+    };
+    let mesh = |a: &Attachment| a.name.strip_prefix(MESH_PREFIX).map(|name| (name.to_owned(), a.data.clone()));
+    let meshes: Vec<(String, Vec<u8>)> = recording.attachments.iter().filter_map(mesh).collect();
+    ExerciseBundle::from_parts(attached(EXERCISE_ATTACHMENT)?, attached(SCENE_ATTACHMENT)?, &meshes)
+        .map_err(|error| AssessError::Document(error.to_string()))
 }

@@ -1,0 +1,45 @@
+//! Depth and aim: where the needle went in, how deep, and how far from the target it ended.
+
+use super::Sheet;
+use crate::attempt::{Attempt, Outcome};
+
+pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
+    sheet.put("depth_error_mm", depth_error_mm(attempt));
+    sheet.put("overshoot_mm", overshoot_mm(attempt));
+    sheet.put("tip_error_mm", tip_error_mm(attempt));
+    sheet.put("entry_error_mm", entry_error_mm(attempt));
+    sheet.put("angle_error_deg", angle_error_deg(attempt));
+    sheet.put("skin_entries", skin_entries(attempt));
+}
+
+fn depth_error_mm(attempt: &Attempt) -> Outcome {
+    Ok(attempt.confirmed()?.x_m * 1e3 - attempt.bundle.exercise.target_depth_mm)
+}
+
+fn overshoot_mm(attempt: &Attempt) -> Outcome {
+    attempt.touched()?;
+    let deepest_m = attempt.timeline.samples().iter().map(|s| s.x_m).fold(f64::NEG_INFINITY, f64::max);
+    Ok((deepest_m * 1e3 - attempt.bundle.exercise.target_depth_mm).max(0.0))
+}
+
+fn tip_error_mm(attempt: &Attempt) -> Outcome {
+    Ok((attempt.confirmed()?.tip_m - attempt.bundle.exercise.target_m()).norm() * 1e3)
+}
+
+fn entry_error_mm(attempt: &Attempt) -> Outcome {
+    let insertion = attempt.insertion_at(attempt.confirmed()?.t_s)?;
+    Ok((insertion.entry_m - attempt.bundle.exercise.entry_m()).norm() * 1e3)
+}
+
+fn angle_error_deg(attempt: &Attempt) -> Outcome {
+    let axis = attempt.insertion_at(attempt.confirmed()?.t_s)?.axis;
+    let planned = attempt.bundle.exercise.axis();
+    // The arc tangent tells small angles apart, where the arc cosine has lost half of its digits.
+    Ok(libm::atan2(axis.cross(&planned).norm(), axis.dot(&planned)).to_degrees())
+}
+
+/// The tip opens the first boundary once per track; a way back into an open track is no new puncture.
+fn skin_entries(attempt: &Attempt) -> Outcome {
+    attempt.touched()?;
+    Ok(attempt.ruptures.iter().filter(|r| r.boundary == 0 && !r.by_rim).count() as f64)
+}

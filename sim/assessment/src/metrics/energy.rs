@@ -1,0 +1,35 @@
+//! The energy ledger's parts, as the recording last stated them.
+
+use super::Sheet;
+use crate::attempt::{Absent, Attempt, Outcome};
+
+pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
+    put(attempt, sheet, "rupture_energy_mj", 0);
+    put(attempt, sheet, "cutting_energy_mj", 1);
+    put(attempt, sheet, "friction_energy_mj", 2);
+    put(attempt, sheet, "lateral_work_mj", 3);
+}
+
+/// Puts down one of [`parts_mj`], summed over the layers and for each.
+fn put(attempt: &Attempt, sheet: &mut Sheet, id: &str, part: usize) {
+    let parts = parts_mj(attempt);
+    let part_of = |layer: Option<usize>| -> Outcome {
+        let parts = parts.as_ref().map_err(|absent| *absent)?;
+        Ok(parts.iter().enumerate().filter(|(i, _)| layer.is_none_or(|l| l == *i)).map(|(_, p)| p[part]).sum())
+    };
+    sheet.put(id, part_of(None));
+    for (i, layer) in attempt.bundle.scene.layers.iter().enumerate() {
+        sheet.put_for(id, &layer.name, part_of(Some(i)));
+    }
+}
+
+/// Rupture, cutting, friction and lateral work of each layer, in mJ.
+fn parts_mj(attempt: &Attempt) -> Result<Vec<[f64; 4]>, Absent> {
+    attempt.touched()?;
+    let energy = attempt.recording.energies.last().ok_or(Absent::NoLedger)?;
+    if energy.ledger.layers.len() != attempt.bundle.scene.layers.len() {
+        return Err(Absent::NoLedger);
+    }
+    let parts = energy.ledger.layers.iter();
+    Ok(parts.map(|e| [e.rupture_j, e.cutting_j, e.friction_j, e.lateral_j].map(|j| j * 1e3)).collect())
+}

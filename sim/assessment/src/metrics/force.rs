@@ -1,0 +1,151 @@
+//! Forces on the hand.
+
+use std::collections::BTreeMap;
+
+use recording::Sample;
+
+use super::Sheet;
+use crate::attempt::{Absent, Attempt, Insertion, Outcome};
+use crate::signal::derivative;
+
+pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
+    let axial_n = attempt.axial_n();
+    sheet.put("force_impulse_ns", impulse_ns(attempt, &axial_n));
+    sheet.put("force_rate_peak_n_per_s", rate_peak_n_per_s(attempt, &axial_n));
+    sheet.put("lateral_peak_n", lateral_peak_n(attempt));
+    let peaks_n = raise_before_ruptures(attempt, axial_n);
+    sheet.put("peak_force_n", attempt.touched().map(|_| peaks_n.iter().copied().fold(0.0, f64::max)));
+    let by_layer = layer_peaks_n(attempt, &peaks_n);
+    for (layer, peak_n) in attempt.bundle.scene.layers.iter().zip(by_layer) {
+        let outcome = attempt.touched().and_then(|_| peak_n.ok_or(not_reached(attempt)));
+        sheet.put_for("peak_force_layer_n", &layer.name, outcome);
+    }
+}
+
+fn not_reached(attempt: &Attempt) -> Absent {
+    attempt.inside().err().unwrap_or(Absent::LayerNotReached)
+}
+
+/// Trapezia between samples.
+fn impulse_ns(attempt: &Attempt, axial_n: &[f64]) -> Outcome {
+    attempt.touched()?;
+    let samples = attempt.timeline.samples();
+    let pairs = samples.windows(2).zip(axial_n.windows(2));
+    Ok(pairs.map(|(s, f)| (s[1].t_s - s[0].t_s) * (f[0] + f[1]) / 2.0).sum())
+}
+
+fn lateral_peak_n(attempt: &Attempt) -> Outcome {
+    attempt.touched()?;
+    let square = |s: &&Sample| s.lateral_n.iter().map(|n| f64::from(*n) * f64::from(*n)).sum::<f64>();
+    Ok(attempt.timeline.samples().iter().map(square).fold(0.0, f64::max).sqrt())
+}
+
+/// Rate of the force whose steps at ruptures are replaced by the slope beside them: a fall, and what the filter makes of
+/// it, is not a rise of the hand's making.
+fn rate_peak_n_per_s(attempt: &Attempt, axial_n: &[f64]) -> Outcome {
+    attempt.touched()?;
+    attempt.motion()?;
+    let steady_n = without_falls(attempt, axial_n);
+    Ok(derivative(&attempt.timeline.smooth(|i| steady_n[i])).into_iter().fold(0.0, f64::max))
+}
+
+fn without_falls(attempt: &Attempt, axial_n: &[f64]) -> Vec<f64> {
+    let samples = attempt.timeline.samples();
+    let slope = |i: usize| (axial_n[i + 1] - axial_n[i]) / (samples[i + 1].t_s - samples[i].t_s);
+    let mut ruptures = attempt.ruptures.iter().peekable();
+    let mut removed_n = 0.0;
+    let mut rate_n_per_s = 0.0;
+    (0..samples.len())
+        .map(|i| {
+            let mut ruptured = false;
+            while ruptures.next_if(|r| r.t_s <= samples[i].t_s).is_some() {
+                ruptured = true;
+            }
+            if i > 0 && ruptured {
+                let expected_n = rate_n_per_s * (samples[i].t_s - samples[i - 1].t_s);
+                removed_n += axial_n[i] - axial_n[i - 1] - expected_n;
+            } else if i > 0 {
+                rate_n_per_s = slope(i - 1);
+            }
+            axial_n[i] - removed_n
+        })
+        .collect()
+}
+
+/// Raises the sample before each rupture to the force just before it: the contactor's own force as the event states it,
+/// and the other parts as last recorded. Without it a peak would be lower the slower the recording.
+fn raise_before_ruptures(attempt: &Attempt, mut axial_n: Vec<f64>) -> Vec<f64> {
+    let samples = attempt.timeline.samples();
+    for rupture in &attempt.ruptures {
+        let Some(before) = samples.partition_point(|s| s.t_s < rupture.t_s).checked_sub(1) else { continue };
+        let sample = samples[before];
+        let own_n = f64::from(if rupture.by_rim { sample.rim_n } else { sample.tip_n });
+        // A contactor that did not press yet was moved here within one tick: no hand felt its force.
+        if own_n > 0.0 {
+            axial_n[before] = axial_n[before].max(axial_n[before] - own_n + rupture.force_n);
+        }
+    }
+    axial_n
+}
+
+fn layer_peaks_n(attempt: &Attempt, peaks_n: &[f64]) -> Vec<Option<f64>> {
+    let mut peaks: Vec<Option<f64>> = vec![None; attempt.thickness_m.len()];
+    let mut tip = Tip::new(attempt);
+    for (sample, force_n) in attempt.timeline.samples().iter().zip(peaks_n) {
+        if let Some(peak) = tip.layer(sample).and_then(|layer| peaks.get_mut(layer)) {
+            *peak = Some(peak.map_or(*force_n, |p: f64| p.max(*force_n)));
+        }
+    }
+    peaks
+}
+
+/// Follows the tip through the layers, sample by sample.
+struct Tip<'a> {
+    thickness_m: &'a [f64],
+    insertions: std::iter::Peekable<std::slice::Iter<'a, Insertion>>,
+    ruptures: std::iter::Peekable<std::slice::Iter<'a, crate::attempt::Rupture>>,
+    current: Option<&'a Insertion>,
+    /// How many boundaries the tip has opened, by track.
+    opened: BTreeMap<u32, usize>,
+}
+
+impl<'a> Tip<'a> {
+    fn new(attempt: &'a Attempt) -> Self {
+        Self {
+            thickness_m: &attempt.thickness_m,
+            insertions: attempt.insertions.iter().peekable(),
+            ruptures: attempt.ruptures.iter().peekable(),
+            current: None,
+            opened: BTreeMap::new(),
+        }
+    }
+
+    /// The layer whose boundary the tip tents, or in which it is; `None` where it touches nothing.
+    fn layer(&mut self, sample: &Sample) -> Option<usize> {
+        while let Some(insertion) = self.insertions.next_if(|i| i.from_s <= sample.t_s) {
+            self.current = Some(insertion);
+        }
+        let insertion = self.current?;
+        while let Some(rupture) = self.ruptures.next_if(|r| r.t_s <= sample.t_s) {
+            if !rupture.by_rim {
+                let opened = self.opened.entry(insertion.track).or_default();
+                *opened = (*opened).max(rupture.boundary + 1);
+            }
+        }
+        if sample.tip_n > 0.0 {
+            return Some(self.opened.get(&insertion.track).copied().unwrap_or(0));
+        }
+        let depth_m = f64::from(sample.depth_m) / insertion.path_factor();
+        (depth_m > 0.0).then(|| self.layer_at(depth_m))
+    }
+
+    /// The layer j with D_j < s ≤ D_{j+1}; the last one below it.
+    fn layer_at(&self, depth_m: f64) -> usize {
+        let mut bottom_m = 0.0;
+        let below = self.thickness_m.iter().position(|thickness_m| {
+            bottom_m += thickness_m;
+            depth_m <= bottom_m
+        });
+        below.unwrap_or(self.thickness_m.len().saturating_sub(1))
+    }
+}

@@ -1,0 +1,86 @@
+//! The metrics of an attempt, one file per theme. Each is a small function of the [`Attempt`].
+
+mod depth;
+mod energy;
+mod force;
+mod path;
+mod rupture;
+mod structures;
+mod time;
+
+use crate::attempt::{Absent, Attempt, Outcome};
+use crate::catalogue::{DEFINITIONS, Definition, Metric};
+
+/// A metric and how it came out.
+#[derive(Clone, Debug)]
+pub(crate) struct Measured {
+    /// Id with its suffix.
+    pub(crate) id: String,
+    /// Name in words.
+    pub(crate) label: String,
+    /// What it means.
+    pub(crate) definition: &'static Definition,
+    /// The value, finite, or why there is none.
+    pub(crate) outcome: Outcome,
+}
+
+impl Measured {
+    /// As it is handed out.
+    pub(crate) fn metric(&self) -> Metric {
+        Metric {
+            id: self.id.clone(),
+            version: self.definition.version,
+            value: self.outcome.ok(),
+            unit: self.definition.unit.to_owned(),
+            direction: self.definition.direction,
+            applies: self.outcome.is_ok(),
+            label: self.label.clone(),
+            absent: self.outcome.err().map_or_else(String::new, |absent| absent.why().to_owned()),
+        }
+    }
+}
+
+/// Collects what the themes measure.
+#[derive(Default)]
+struct Sheet {
+    rows: Vec<(usize, Measured)>,
+}
+
+impl Sheet {
+    /// Puts down a plain metric.
+    fn put(&mut self, id: &str, outcome: Outcome) {
+        self.enter(id, "", outcome);
+    }
+
+    /// Puts down a metric that is split by a suffix.
+    fn put_for(&mut self, id: &str, suffix: &str, outcome: Outcome) {
+        self.enter(id, suffix, outcome);
+    }
+
+    fn enter(&mut self, id: &str, suffix: &str, outcome: Outcome) {
+        let row = DEFINITIONS.iter().enumerate().find(|(_, d)| d.id == id);
+        let outcome = outcome.and_then(|value| if value.is_finite() { Ok(value) } else { Err(Absent::NotFinite) });
+        self.rows.extend(row.map(|(order, definition)| {
+            let (id, label) = if suffix.is_empty() {
+                (id.to_owned(), definition.label.to_owned())
+            } else {
+                (format!("{id}.{suffix}"), definition.label_of(suffix))
+            };
+            (order, Measured { id, label, definition, outcome })
+        }));
+    }
+}
+
+/// Every metric of the catalogue, in its order; the plain form first, then the scene's layers or structures.
+pub(crate) fn measure(attempt: &Attempt) -> Vec<Measured> {
+    let mut sheet = Sheet::default();
+    depth::measure(attempt, &mut sheet);
+    force::measure(attempt, &mut sheet);
+    rupture::measure(attempt, &mut sheet);
+    energy::measure(attempt, &mut sheet);
+    structures::measure(attempt, &mut sheet);
+    path::measure(attempt, &mut sheet);
+    time::measure(attempt, &mut sheet);
+    sheet.rows.sort_by_key(|(order, _)| *order);
+    sheet.rows.into_iter().map(|(_, measured)| measured).collect()
+}

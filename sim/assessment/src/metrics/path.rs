@@ -1,0 +1,104 @@
+//! The path of the tip and the shaft.
+
+use nalgebra::Point3;
+
+use super::Sheet;
+use crate::attempt::{Attempt, Outcome};
+use crate::motion::{Motion, shaft};
+use crate::signal::RATE_HZ;
+
+/// A change of direction is a turn by more than this, in rad.
+const REDIRECTED_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// A direction is held while the axis turns slower than this, in rad/s.
+const HELD_RAD_PER_S: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
+    sheet.put("path_length_mm", attempt.motion().map(|motion| path_mm(motion, |_| true)));
+    sheet.put("path_in_tissue_mm", inside(attempt, |motion| path_mm(motion, |k| step_inside(motion, k))));
+    sheet.put("axis_travel_mm", attempt.motion().map(axis_travel_mm));
+    sheet.put("sweep_area_mm2", inside(attempt, sweep_area_mm2));
+    sheet.put("redirections", inside(attempt, redirections));
+    sheet.put("path_deviation_sd_mm", path_deviation_sd_mm(attempt));
+    sheet.put("smoothness_ldlj", smoothness_ldlj(attempt));
+}
+
+fn inside(attempt: &Attempt, metric: impl Fn(&Motion) -> f64) -> Outcome {
+    attempt.inside()?;
+    attempt.motion().map(metric)
+}
+
+/// Both ends of the step that leads to a grid point are in tissue.
+fn step_inside(motion: &Motion, k: usize) -> bool {
+    motion.inside[k - 1] && motion.inside[k]
+}
+
+fn path_mm(motion: &Motion, counts: impl Fn(usize) -> bool) -> f64 {
+    let step = |k: usize| (motion.position(k) - motion.position(k - 1)).norm();
+    (1..motion.len()).filter(|k| counts(*k)).map(step).sum::<f64>() * 1e3
+}
+
+fn axis_travel_mm(motion: &Motion) -> f64 {
+    let step = |k: usize| (motion.position(k) - motion.position(k - 1)).dot(&motion.axis(k)).abs();
+    (1..motion.len()).map(step).sum::<f64>() * 1e3
+}
+
+fn sweep_area_mm2(motion: &Motion) -> f64 {
+    let shaft_at = |k: usize| shaft(motion.position(k), &motion.axis(k));
+    let swept = |k: usize| {
+        let ((entry, tip), (next_entry, next_tip)) = (shaft_at(k - 1), shaft_at(k));
+        triangle_m2(entry, tip, next_tip) + triangle_m2(entry, next_tip, next_entry)
+    };
+    (1..motion.len()).filter(|k| step_inside(motion, *k)).map(swept).sum::<f64>() * 1e6
+}
+
+fn triangle_m2(a: Point3<f64>, b: Point3<f64>, c: Point3<f64>) -> f64 {
+    (b - a).cross(&(c - a)).norm() / 2.0
+}
+
+/// Counts each time the axis leaves the direction it held; the next direction is the one in which it comes to be held.
+fn redirections(motion: &Motion) -> f64 {
+    let turning_rad_per_s = motion.turning_rad_per_s();
+    let mut held = None;
+    let mut turning = false;
+    let mut count = 0_u32;
+    for k in (0..motion.len()).filter(|k| motion.inside[*k]) {
+        let axis = motion.axis(k);
+        let direction = *held.get_or_insert(axis);
+        if !turning && axis.angle(&direction) > REDIRECTED_RAD {
+            count += 1;
+            turning = true;
+        }
+        if turning && turning_rad_per_s[k] < HELD_RAD_PER_S {
+            held = Some(axis);
+            turning = false;
+        }
+    }
+    f64::from(count)
+}
+
+fn path_deviation_sd_mm(attempt: &Attempt) -> Outcome {
+    attempt.inside()?;
+    let motion = attempt.motion()?;
+    let (entry_m, axis) = (attempt.bundle.exercise.entry_m(), attempt.bundle.exercise.axis());
+    let samples = attempt.timeline.samples();
+    let distance_m = |i: usize| (Point3::from(samples[i].position_m) - entry_m).cross(&axis).norm();
+    let distances_m = attempt.timeline.even(distance_m);
+    let in_tissue = || distances_m.iter().zip(&motion.inside).filter(|(_, inside)| **inside).map(|(d, _)| *d);
+    let count = in_tissue().count() as f64;
+    let mean_m = in_tissue().sum::<f64>() / count;
+    let variance = in_tissue().map(|d| (d - mean_m) * (d - mean_m)).sum::<f64>() / count;
+    Ok(variance.sqrt() * 1e3)
+}
+
+/// Log dimensionless jerk (Balasubramanian and others, "On the analysis of movement smoothness", 2015).
+fn smoothness_ldlj(attempt: &Attempt) -> Outcome {
+    attempt.inside()?;
+    let motion = attempt.motion()?;
+    let in_tissue = |k: &usize| motion.inside[*k];
+    let (speed, jerk) = (motion.speed_m_per_s(), motion.jerk_m_per_s3());
+    let peak = (0..motion.len()).filter(in_tissue).map(|k| speed[k]).fold(0.0, f64::max);
+    let squares: f64 = (0..motion.len()).filter(in_tissue).map(|k| jerk[k] * jerk[k]).sum();
+    let duration_s = (0..motion.len()).filter(in_tissue).count() as f64 / RATE_HZ;
+    Ok(-libm::log(duration_s * duration_s * duration_s / (peak * peak) * squares / RATE_HZ))
+}

@@ -1,0 +1,63 @@
+//! What each rupture cost: the force before it, the advance after it, the time to stop.
+
+use super::Sheet;
+use crate::attempt::{Absent, Attempt, Outcome, Rupture};
+use crate::signal::{RATE_HZ, derivative};
+
+/// How long after a rupture its advance is watched, in s.
+const WATCHED_S: f64 = 1.0;
+
+/// Axial speed at which the needle counts as stopped, in m/s.
+const STOPPED_M_PER_S: f64 = 0.5e-3;
+
+pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
+    put(attempt, sheet, "rupture_force_n", &|rupture| Ok(rupture.force_n));
+    put(attempt, sheet, "over_insertion_mm", &|rupture| Ok(over_insertion_mm(attempt, rupture)));
+    let speeds = attempt.motion().map(|motion| derivative(&motion.axial_m));
+    let stop = |rupture: &Rupture| stop_time_s(attempt, speeds.as_ref().map_err(|absent| *absent)?, rupture);
+    put(attempt, sheet, "stop_time_s", &stop);
+}
+
+/// Puts down the largest over all ruptures, and over those of each boundary and contactor.
+fn put(attempt: &Attempt, sheet: &mut Sheet, id: &str, of: &dyn Fn(&Rupture) -> Outcome) {
+    sheet.put(id, largest(attempt, of, |_| true));
+    let rim = attempt.bundle.scene.needle.tip_to_rim_mm > 0.0;
+    for (i, layer) in attempt.bundle.scene.layers.iter().enumerate() {
+        for by_rim in [false, true].into_iter().take(1 + usize::from(rim)) {
+            let suffix = format!("{}.{}", layer.name, if by_rim { "rim" } else { "tip" });
+            let outcome = largest(attempt, of, |r| r.boundary == i && r.by_rim == by_rim);
+            sheet.put_for(id, &suffix, outcome);
+        }
+    }
+}
+
+/// The largest over the chosen ruptures; one of them without a value leaves the whole without.
+fn largest(attempt: &Attempt, of: &dyn Fn(&Rupture) -> Outcome, chosen: impl Fn(&Rupture) -> bool) -> Outcome {
+    attempt.inside()?;
+    let values: Result<Vec<f64>, Absent> = attempt.ruptures.iter().filter(|r| chosen(r)).map(of).collect();
+    values?.into_iter().reduce(f64::max).ok_or(Absent::NoRupture)
+}
+
+/// A recording that ends sooner is watched to its end.
+fn over_insertion_mm(attempt: &Attempt, rupture: &Rupture) -> f64 {
+    let samples = attempt.timeline.samples();
+    let until_s = rupture.t_s + WATCHED_S;
+    let from = samples.partition_point(|s| s.t_s < rupture.t_s);
+    let watched = samples[from..].iter().take_while(|s| s.t_s <= until_s).map(|s| s.x_m);
+    let furthest_m = watched.fold(attempt.timeline.at(until_s, |s| s.x_m), f64::max);
+    (furthest_m - rupture.x_m).max(0.0) * 1e3
+}
+
+/// From the rupture to where the speed, linear between grid points, falls below the limit.
+fn stop_time_s(attempt: &Attempt, speed_m_per_s: &[f64], rupture: &Rupture) -> Outcome {
+    let since_s = rupture.t_s - attempt.timeline.start_s();
+    let from = (since_s * RATE_HZ).ceil().max(0.0) as usize;
+    let stopped = (from..speed_m_per_s.len()).find(|k| speed_m_per_s[*k].abs() < STOPPED_M_PER_S);
+    let k = stopped.ok_or(Absent::NeverStopped)?;
+    if k == from {
+        return Ok((k as f64 / RATE_HZ - since_s).max(0.0));
+    }
+    let (fast, slow) = (speed_m_per_s[k - 1].abs(), speed_m_per_s[k].abs());
+    let share = (fast - STOPPED_M_PER_S) / (fast - slow);
+    Ok(((k - 1) as f64 + share) / RATE_HZ - since_s)
+}

@@ -1,0 +1,60 @@
+//! Structures hit, and how close the shaft came to each.
+
+use nalgebra::Point3;
+use recording::EventKind;
+use scene::{SceneStructure, StructureKind};
+
+use super::Sheet;
+use crate::attempt::{Attempt, Outcome};
+use crate::distance::{Segment, resolution_m, to_structure_m};
+use crate::motion::{axis, shaft};
+
+const KINDS: [(StructureKind, &str); 5] = [
+    (StructureKind::Vessel, "vessel"),
+    (StructureKind::Nerve, "nerve"),
+    (StructureKind::Bone, "bone"),
+    (StructureKind::Organ, "organ"),
+    (StructureKind::Target, "target"),
+];
+
+pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
+    sheet.put("structure_hits", hits(attempt, |kind| kind != Some(StructureKind::Target)));
+    for (kind, name) in KINDS {
+        sheet.put_for("structure_hits", name, hits(attempt, |hit| hit == Some(kind)));
+    }
+    for structure in &attempt.bundle.scene.structures {
+        let outcome = attempt.touched().map(|_| clearance_mm(attempt, structure));
+        sheet.put_for("structure_clearance_mm", &structure.spec.name, outcome);
+    }
+}
+
+/// A hit of a structure that the scene does not know has no kind, and counts against the trainee.
+fn hits(attempt: &Attempt, counts: impl Fn(Option<StructureKind>) -> bool) -> Outcome {
+    attempt.touched()?;
+    let kind = |index: Option<u32>| {
+        let index = usize::try_from(index?).ok()?;
+        attempt.bundle.scene.structures.get(index).map(SceneStructure::kind)
+    };
+    let hits = attempt.recording.events.iter().filter(|e| e.kind == EventKind::StructureHit);
+    Ok(hits.filter(|e| counts(kind(e.structure))).count() as f64)
+}
+
+/// The least distance over all samples. A segment cannot come closer to anything by more than its ends have moved, so
+/// most samples need no look at the structure at all.
+fn clearance_mm(attempt: &Attempt, structure: &SceneStructure) -> f64 {
+    let spec = &structure.spec;
+    let resolution_m = resolution_m(&spec.shape);
+    let mut least_m = f64::INFINITY;
+    let mut looked: Option<(Segment, f64)> = None;
+    for sample in attempt.timeline.samples() {
+        let (from, to) = shaft(Point3::from(sample.position_m), &axis(sample));
+        let segment = Segment { from, to };
+        let at_least_m = looked.as_ref().map_or(0.0, |(seen, distance_m)| distance_m - seen.moved_m(&segment));
+        if at_least_m < least_m - resolution_m || looked.is_none() {
+            let distance_m = to_structure_m(spec, &segment);
+            least_m = least_m.min(distance_m);
+            looked = Some((segment, distance_m));
+        }
+    }
+    least_m * 1e3
+}

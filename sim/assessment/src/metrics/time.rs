@@ -1,0 +1,51 @@
+//! Time, idleness and actions.
+
+use super::Sheet;
+use crate::attempt::{Absent, Attempt, Outcome};
+use crate::signal::RATE_HZ;
+
+/// Slower than this is idle, in m/s.
+const IDLE_M_PER_S: f64 = 0.2e-3;
+/// Faster than this is a translational action, in m/s.
+const MOVING_M_PER_S: f64 = 5e-3;
+/// Faster than this is a rotational action, in rad/s.
+const TURNING_RAD_PER_S: f64 = 50.0 * std::f64::consts::PI / 180.0;
+/// An action lasts longer than this, in s.
+const ACTION_S: f64 = 0.2;
+
+pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
+    sheet.put("time_total_s", time_total_s(attempt));
+    sheet.put("time_in_tissue_s", time_in_tissue_s(attempt));
+    sheet.put("idle_fraction", idle_fraction(attempt));
+    let moves = attempt.motion().map(|motion| actions(&motion.speed_m_per_s(), MOVING_M_PER_S));
+    sheet.put("translational_actions", moves);
+    let turns = attempt.motion().map(|motion| actions(&motion.turning_rad_per_s(), TURNING_RAD_PER_S));
+    sheet.put("rotational_actions", turns);
+}
+
+fn time_total_s(attempt: &Attempt) -> Outcome {
+    if attempt.timeline.samples().len() < 2 { Err(Absent::TooShort) } else { Ok(attempt.timeline.duration_s()) }
+}
+
+/// A step across the skin counts by half: to within half a tick.
+fn time_in_tissue_s(attempt: &Attempt) -> Outcome {
+    attempt.inside()?;
+    let share = |depth_m: f32| if depth_m > 0.0 { 0.5 } else { 0.0 };
+    let steps = attempt.timeline.samples().windows(2);
+    Ok(steps.map(|s| (s[1].t_s - s[0].t_s) * (share(s[0].depth_m) + share(s[1].depth_m))).sum())
+}
+
+fn idle_fraction(attempt: &Attempt) -> Outcome {
+    attempt.inside()?;
+    let motion = attempt.motion()?;
+    let speeds = motion.speed_m_per_s();
+    let in_tissue = || speeds.iter().zip(&motion.inside).filter(|(_, inside)| **inside);
+    Ok(in_tissue().filter(|(speed, _)| **speed < IDLE_M_PER_S).count() as f64 / in_tissue().count() as f64)
+}
+
+/// Runs of grid points above a limit; n points span n − 1 steps.
+fn actions(column: &[f64], above: f64) -> f64 {
+    let runs = column.chunk_by(|a, b| (*a > above) == (*b > above));
+    let long = |run: &&[f64]| run[0] > above && (run.len() - 1) as f64 / RATE_HZ > ACTION_S;
+    runs.filter(long).count() as f64
+}

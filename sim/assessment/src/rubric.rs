@@ -1,0 +1,126 @@
+//! What each rubric line earns, and which limits were broken.
+
+use scene::{Exercise, RubricLine};
+
+use crate::attempt::Absent;
+use crate::catalogue::Direction;
+use crate::metrics::Measured;
+use crate::score::{AssessError, Deduction};
+use crate::words;
+
+/// How a rubric line's metric came out.
+#[derive(Clone, Copy)]
+pub(crate) enum Finding<'a> {
+    /// It has a value.
+    Value(&'a Measured, f64),
+    /// It does not apply, for a reason.
+    Absent(Absent),
+    /// This scene has no such metric.
+    Unknown,
+}
+
+/// One deduction per rubric line, the dearest first; what they leave of 100 points is the score.
+pub(crate) fn deductions(exercise: &Exercise, measured: &[Measured]) -> Result<Vec<Deduction>, AssessError> {
+    let total: f64 = exercise.rubric.iter().map(weight).sum();
+    if total <= 0.0 || !total.is_finite() {
+        return Err(AssessError::Document(format!(
+            "exercise {}: rubric weights add up to {total}; there must be a line with a finite weight above 0",
+            exercise.id
+        )));
+    }
+    let touched = !measured.iter().any(|m| m.outcome == Err(Absent::Untouched));
+    let mut deductions: Vec<Deduction> = exercise
+        .rubric
+        .iter()
+        .map(|line| {
+            let finding = finding(line, measured, touched);
+            let points = 100.0 * weight(line) / total * (1.0 - earned(line, &finding));
+            Deduction { metric: line.metric.clone(), points, why: words::reason(line, &finding, points) }
+        })
+        .collect();
+    deductions.sort_by(|a, b| b.points.total_cmp(&a.points));
+    Ok(deductions)
+}
+
+fn weight(line: &RubricLine) -> f64 {
+    if line.weight > 0.0 { line.weight } else { 0.0 }
+}
+
+/// An attempt that never reached the skin earns nothing, not even for being quick.
+fn finding<'a>(line: &RubricLine, measured: &'a [Measured], touched: bool) -> Finding<'a> {
+    let Some(found) = measured.iter().find(|m| m.id == line.metric) else { return Finding::Unknown };
+    match found.outcome {
+        _ if !touched => Finding::Absent(Absent::Untouched),
+        Ok(value) => Finding::Value(found, value),
+        Err(absent) => Finding::Absent(absent),
+    }
+}
+
+/// Share of the line's points that the attempt earned, 0–1.
+fn earned(line: &RubricLine, finding: &Finding) -> f64 {
+    match finding {
+        Finding::Value(measured, value) => linear(line, judged(measured.definition.direction, *value)),
+        Finding::Absent(absent) if absent.is_harmless() => 1.0,
+        Finding::Absent(_) | Finding::Unknown => 0.0,
+    }
+}
+
+/// What is compared with `full` and `zero`: a range metric's distance from 0, any other's value.
+fn judged(direction: Direction, value: f64) -> f64 {
+    if direction == Direction::Range { value.abs() } else { value }
+}
+
+/// 1 at `full`, 0 at `zero`, linear between, clamped. Where both are one, that value still earns everything.
+fn linear(line: &RubricLine, value: f64) -> f64 {
+    let rising = line.full > line.zero;
+    if (rising && value >= line.full) || (!rising && value <= line.full) {
+        return 1.0;
+    }
+    let share = (value - line.zero) / (line.full - line.zero);
+    if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
+}
+
+/// The reason of each limit that was broken.
+pub(crate) fn hard_fails(exercise: &Exercise, measured: &[Measured]) -> Vec<String> {
+    let broken = exercise.hard_fails.iter().filter_map(|limit| {
+        let found = measured.iter().find(|m| m.id == limit.metric)?;
+        let value = found.outcome.ok().filter(|value| *value > limit.above)?;
+        Some(words::hard_fail(limit, found, value))
+    });
+    broken.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    //! A rubric line earns 1 at full, 0 at zero and is linear between, whichever way is better.
+    //! Fails when a direction is confused, or a line without width divides by zero.
+
+    use super::*;
+
+    fn line(full: f64, zero: f64) -> RubricLine {
+        RubricLine { metric: "peak_force_n".to_owned(), full, zero, weight: 1.0 }
+    }
+
+    #[test]
+    fn lower_and_higher_lines_are_linear_and_clamped() {
+        for (value, share) in [(0.0, 1.0), (2.0, 1.0), (3.0, 0.75), (5.0, 0.25), (6.0, 0.0), (60.0, 0.0)] {
+            assert!((linear(&line(2.0, 6.0), value) - share).abs() < 1e-12, "lower at {value}");
+        }
+        for (value, share) in [(-9.0, 0.0), (-8.0, 0.0), (-6.5, 0.5), (-5.0, 1.0), (1.0, 1.0)] {
+            assert!((linear(&line(-5.0, -8.0), value) - share).abs() < 1e-12, "higher at {value}");
+        }
+    }
+
+    #[test]
+    fn a_line_without_width_is_a_step() {
+        assert!((linear(&line(2.0, 2.0), 2.0) - 1.0).abs() < 1e-12);
+        assert!(linear(&line(2.0, 2.0), 2.1).abs() < 1e-12);
+        assert!(linear(&line(f64::NAN, 2.0), 2.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_range_is_judged_by_its_distance_from_zero() {
+        assert!((judged(Direction::Range, -3.0) - 3.0).abs() < 1e-12);
+        assert!((judged(Direction::Higher, -3.0) + 3.0).abs() < 1e-12);
+    }
+}
