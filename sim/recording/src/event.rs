@@ -24,6 +24,21 @@ pub enum EventKind {
 }
 
 impl EventKind {
+    /// Its name in files and on pages, for example `tip_rupture`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Contact => "contact",
+            Self::TipRupture => "tip_rupture",
+            Self::RimRupture => "rim_rupture",
+            Self::StructureHit => "structure_hit",
+            Self::SkinExit => "skin_exit",
+            Self::Confirm => "confirm",
+            Self::Coaching => "coaching",
+            Self::Fault => "fault",
+        }
+    }
+
     /// The contactor of a rupture.
     #[must_use]
     pub fn contactor(self) -> Option<Contactor> {

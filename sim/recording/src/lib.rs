@@ -1,12 +1,18 @@
 //! The MCAP recording of an attempt: write, read, recover, verify, and the loop that simulates one.
 
+mod drawing;
 pub mod event;
+mod frames;
+mod metadata;
 pub mod read;
 pub mod recover;
 pub mod sample;
 pub mod session;
 pub mod simulate;
+mod summary;
+mod topics;
 pub mod verify;
+mod wire;
 pub mod write;
 
 pub use event::{Event, EventKind};

@@ -1,8 +1,20 @@
 //! Every valid message out of a cut or damaged file.
+//!
+//! A message is valid when its chunk's checksum is right. Damaged stretches are skipped: whatever is found next with a
+//! right checksum counts, whatever the lengths in between claim.
 
+use std::collections::BTreeMap;
 use std::io::{Read, Seek, Write};
 
-use crate::read::ReadError;
+use mcap::records::{MessageHeader, Record, op};
+use mcap::write::{Metadata, NoSeek};
+use mcap::{MAGIC, McapError};
+
+use crate::frames::{ChunkReader, Frame, PREFIX_BYTES, attachment, chunk_header_bytes};
+use crate::metadata;
+use crate::read::{Contents, ReadError};
+use crate::topics::declare;
+use crate::write;
 
 /// What a recovery found.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
@@ -11,7 +23,7 @@ pub struct Recovered {
     pub messages: u64,
     /// Servo ticks among them.
     pub samples: u64,
-    /// Bytes read before the damage, or all.
+    /// Bytes of the input.
     pub bytes_read: u64,
     /// What was wrong with the input, in words; empty when it was whole.
     pub damage: String,
@@ -19,8 +31,209 @@ pub struct Recovered {
 
 /// Copies every valid record of `source` into a new, complete file, and reopens it to check.
 ///
+/// What was wrong is also kept in the new file, as metadata `stylet.recovery`.
+///
 /// # Errors
 /// When not even the metadata can be read, or the disk refuses.
-pub fn recover<W: Read + Write + Seek>(_source: impl Read, _sink: W) -> Result<Recovered, ReadError> {
-    unimplemented!()
+pub fn recover<W: Read + Write + Seek>(mut source: impl Read, sink: W) -> Result<Recovered, ReadError> {
+    // Held whole: finding the next good chunk means looking at every byte behind a bad one.
+    let mut bytes = Vec::new();
+    source.read_to_end(&mut bytes)?;
+    let found = find(&bytes)?;
+    let damage = found.damage(&bytes);
+    let mut copy = Copy::new(sink)?;
+    for frame in found.frames.iter().filter(|f| f.opcode != op::CHUNK) {
+        copy.document(frame)?;
+    }
+    if !damage.is_empty() {
+        copy.note(&damage)?;
+    }
+    copy.messages(&found.frames)?;
+    let (messages, mut sink) = copy.finish()?;
+    sink.rewind()?;
+    let reopened = Contents::read(&mut sink)?;
+    if reopened.session.is_none() {
+        return Err(ReadError::missing(format!("metadata {}", metadata::RECORD), "not found"));
+    }
+    if !reopened.complete || reopened.messages != messages {
+        let why = format!("the recovered file reads back {} of {messages} messages", reopened.messages);
+        return Err(ReadError::NotARecording(why));
+    }
+    let samples = reopened.samples.len() as u64;
+    Ok(Recovered { messages, samples, bytes_read: bytes.len() as u64, damage })
+}
+
+/// The good records of a file that are worth copying, and what lies between.
+#[derive(Default)]
+struct Found<'a> {
+    frames: Vec<Frame<'a>>,
+    /// First byte and length of each stretch that is no good record.
+    gaps: Vec<(u64, u64)>,
+}
+
+fn find(bytes: &[u8]) -> Result<Found<'_>, ReadError> {
+    if bytes.is_empty() {
+        return Err(ReadError::NotARecording("the file is empty".to_owned()));
+    }
+    let mut found = Found::default();
+    let mut chunks = ChunkReader::new();
+    let mut at = if bytes.starts_with(MAGIC) { MAGIC.len() } else { 0 };
+    while at < bytes.len() {
+        match good_record(&bytes[at..], at as u64, &mut chunks) {
+            Some((frame, _)) if frame.opcode == op::DATA_END => break,
+            Some((frame, length)) => {
+                if matches!(frame.opcode, op::CHUNK | op::ATTACHMENT | op::METADATA) {
+                    found.frames.push(frame);
+                }
+                at += length;
+            }
+            None => {
+                found.skip(at as u64);
+                at += 1;
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// The record that begins here, with its length, if there is a good one.
+fn good_record<'a>(bytes: &'a [u8], offset: u64, chunks: &mut ChunkReader) -> Option<(Frame<'a>, usize)> {
+    let (&opcode, rest) = bytes.split_first()?;
+    let (length, rest) = rest.split_first_chunk::<8>()?;
+    let data = usize::try_from(u64::from_le_bytes(*length)).ok().and_then(|length| rest.get(..length));
+    let good = match opcode {
+        // The header inside a chunk says how long it is, and its checksum that this is so.
+        op::CHUNK => {
+            let data = chunk_data(rest)?;
+            let frame = Frame { offset, opcode, data };
+            return chunks.walk(&frame, |_| Ok(())).is_ok().then_some((frame, PREFIX_BYTES + data.len()));
+        }
+        op::ATTACHMENT => attachment(data?).is_ok(),
+        op::HEADER | op::METADATA | op::MESSAGE_INDEX => mcap::parse_record(opcode, data?).is_ok(),
+        op::DATA_END => data?.len() == 4,
+        _ => false,
+    };
+    let data = data?;
+    good.then_some((Frame { offset, opcode, data }, PREFIX_BYTES + data.len()))
+}
+
+/// The bytes of a chunk that begins here, by what its header says.
+fn chunk_data(bytes: &[u8]) -> Option<&[u8]> {
+    // Anything else is refused, and looking for this first makes the search through a damaged stretch quick.
+    const COMPRESSION: &[u8] = b"\x04\0\0\0zstd";
+    let header = bytes.get(..chunk_header_bytes("zstd"))?;
+    let (compression, size) = header.get(28..)?.split_at(COMPRESSION.len());
+    let size = u64::from_le_bytes(*size.first_chunk()?);
+    if compression != COMPRESSION {
+        return None;
+    }
+    bytes.get(..header.len().checked_add(usize::try_from(size).ok()?)?)
+}
+
+impl Found<'_> {
+    fn skip(&mut self, at: u64) {
+        match self.gaps.last_mut() {
+            Some((start, length)) if *start + *length == at => *length += 1,
+            _ => self.gaps.push((at, 1)),
+        }
+    }
+
+    /// What was wrong, in words.
+    fn damage(&self, bytes: &[u8]) -> String {
+        let gaps = self.gaps.iter().map(|(start, length)| format!("{length} bytes damaged at byte {start}"));
+        let mut words: Vec<String> = gaps.collect();
+        match Contents::read(bytes) {
+            Ok(contents) if contents.complete => {}
+            Ok(_) => words.push(format!("no end within {} bytes", bytes.len())),
+            Err(error) => words.push(error.to_string()),
+        }
+        words.join("; ")
+    }
+}
+
+/// A new file that is being filled from an old one.
+struct Copy<W: Write> {
+    out: mcap::Writer<NoSeek<W>>,
+    /// Schemas of the old file: name, encoding, content.
+    schemas: BTreeMap<u16, (String, String, Vec<u8>)>,
+    /// The new channel of each old one.
+    channels: BTreeMap<u16, u16>,
+    messages: u64,
+}
+
+/// A failure of the library while writing is the disk's.
+fn disk(error: McapError) -> ReadError {
+    match error {
+        McapError::Io(error) => ReadError::Io(error),
+        other => ReadError::Io(std::io::Error::other(other)),
+    }
+}
+
+impl<W: Write> Copy<W> {
+    fn new(sink: W) -> Result<Self, ReadError> {
+        let out = write::open(sink).map_err(disk)?;
+        Ok(Self { out, schemas: BTreeMap::new(), channels: BTreeMap::new(), messages: 0 })
+    }
+
+    /// Copies metadata or an attachment.
+    fn document(&mut self, frame: &Frame<'_>) -> Result<(), ReadError> {
+        if frame.opcode == op::ATTACHMENT {
+            let attachment = attachment(frame.data).map_err(|e| frame.damaged(e))?;
+            return self.out.attach(&attachment).map_err(disk);
+        }
+        match mcap::parse_record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
+            Record::Metadata(metadata) => self.out.write_metadata(&metadata).map_err(disk),
+            _ => Ok(()),
+        }
+    }
+
+    fn note(&mut self, damage: &str) -> Result<(), ReadError> {
+        let metadata = BTreeMap::from([("damage".to_owned(), damage.to_owned())]);
+        self.out.write_metadata(&Metadata { name: "stylet.recovery".to_owned(), metadata }).map_err(disk)
+    }
+
+    /// Copies the messages of every chunk.
+    fn messages(&mut self, frames: &[Frame<'_>]) -> Result<(), ReadError> {
+        // Channels are declared once, in the first chunk. Where that is lost, their fixed order still tells them apart.
+        let declared = declare(&mut self.out).map_err(disk)?;
+        self.channels = (1..).zip(declared).collect();
+        let mut chunks = ChunkReader::new();
+        for chunk in frames.iter().filter(|frame| frame.opcode == op::CHUNK) {
+            chunks.walk(chunk, |inner| self.record(&inner))?;
+        }
+        Ok(())
+    }
+
+    fn record(&mut self, frame: &Frame<'_>) -> Result<(), ReadError> {
+        match mcap::parse_record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
+            Record::Schema { header, data } => {
+                self.schemas.insert(header.id, (header.name, header.encoding, data.into_owned()));
+            }
+            Record::Channel(channel) => {
+                let (name, encoding, data) = self
+                    .schemas
+                    .get(&channel.schema_id)
+                    .ok_or_else(|| frame.damaged(format!("topic {} without a schema", channel.topic)))?;
+                let schema = self.out.add_schema(name, encoding, data).map_err(disk)?;
+                let to = self.out.add_channel(schema, &channel.topic, &channel.message_encoding, &channel.metadata);
+                self.channels.insert(channel.id, to.map_err(disk)?);
+            }
+            Record::Message { header, data } => {
+                if let Some(&channel_id) = self.channels.get(&header.channel_id) {
+                    let header = MessageHeader { channel_id, ..header };
+                    self.out.write_to_known_channel(&header, &data).map_err(disk)?;
+                    self.messages += 1;
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<(u64, W), ReadError> {
+        self.out.finish().map_err(disk)?;
+        let mut sink = self.out.into_inner().into_inner();
+        sink.flush()?;
+        Ok((self.messages, sink))
+    }
 }

@@ -1,6 +1,6 @@
 //! The loop of a headless attempt: a source of motion meets the tissue, every tick is recorded.
 
-use std::io::{Seek, Write};
+use std::io::Write;
 
 use mechanics::operator::Motion;
 use mechanics::puncture::PunctureParams;
@@ -33,7 +33,7 @@ pub struct Simulated {
 ///
 /// # Errors
 /// When the disk refuses.
-pub fn simulate<W: Write + Seek>(
+pub fn simulate<W: Write>(
     _params: &PunctureParams,
     _source: &mut dyn MotionSource,
     _writer: &mut Writer<W>,

@@ -1,10 +1,29 @@
 //! Writing a recording.
 
-use std::io::{Seek, Write};
+use std::fmt::Display;
+use std::io::Write;
 
+use mcap::records::MessageHeader;
+use mcap::write::{Metadata, NoSeek};
+use mcap::{Compression, WriteOptions};
+use prost::Message;
+
+pub use crate::drawing::SceneDrawing;
+use crate::drawing::{log_line, needle_transform, pose, scene, static_transform};
 use crate::event::Event;
+use crate::metadata;
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, Session};
+use crate::summary::{Ticker, Window, nanoseconds};
+use crate::topics::{Topic, declare};
+use crate::wire::{EnergyLedger, EventMessage, NeedleSample};
+
+/// The file's profile, and the first thing a reader checks.
+pub(crate) const PROFILE: &str = "stylet";
+/// Uncompressed size at which a chunk is closed even before its half second is over, in bytes.
+const CHUNK_BYTES: u64 = 1 << 20;
+/// Largest record that is written or read, in bytes. A file that claims a larger one is damaged.
+pub(crate) const MOST_RECORD_BYTES: usize = 64 << 20;
 
 /// A recording could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -12,69 +31,205 @@ pub enum WriteError {
     /// The MCAP library or the disk said no.
     #[error("recording: {0}")]
     Mcap(#[from] mcap::McapError),
+    /// Something that a recording cannot hold.
+    #[error("recording: {field} = {value}: {allowed}")]
+    Invalid {
+        /// What it is.
+        field: String,
+        /// The value found.
+        value: String,
+        /// What is allowed, in words.
+        allowed: String,
+    },
 }
 
-/// What `/scene` draws, plain data in SI.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SceneDrawing {
-    /// Name and thickness in m of each layer, from the surface down.
-    pub layers: Vec<(String, f64)>,
-    /// Structures.
-    pub structures: Vec<mechanics::structures::StructureSpec>,
-    /// Needle length, in m.
-    pub needle_length_m: f64,
-    /// Needle radius, in m.
-    pub needle_radius_m: f64,
+impl WriteError {
+    pub(crate) fn invalid(field: impl Display, value: impl Display, allowed: impl Display) -> Self {
+        Self::Invalid { field: field.to_string(), value: value.to_string(), allowed: allowed.to_string() }
+    }
 }
 
 /// Writes one attempt. Derives the slower topics from the samples it is given.
-pub struct Writer<W: Write + Seek> {
-    _w: W,
+///
+/// Every half second of recorded time it closes the chunk and flushes the sink, so that a program killed at any moment
+/// loses less than the last second.
+pub struct Writer<W: Write> {
+    mcap: mcap::Writer<NoSeek<W>>,
+    channels: [u16; Topic::ALL.len()],
+    sequences: [u32; Topic::ALL.len()],
+    start_ns: u64,
+    drawing: SceneDrawing,
+    window: Window,
+    /// Time of the last sample since the start, in ns.
+    elapsed_ns: u64,
+    flushes: Ticker,
+    summaries: Ticker,
+    poses: Ticker,
+    statics: Ticker,
 }
 
-impl<W: Write + Seek> Writer<W> {
+/// How every recording is written, recovered ones too.
+pub(crate) fn open<W: Write>(sink: W) -> mcap::McapResult<mcap::Writer<NoSeek<W>>> {
+    WriteOptions::new()
+        .profile(PROFILE)
+        .library(concat!("stylet/", env!("CARGO_PKG_VERSION")))
+        .compression(Some(Compression::Zstd))
+        // Without threads of its own the library writes the same bytes on every machine.
+        .compression_threads(0)
+        .chunk_size(Some(CHUNK_BYTES))
+        // A chunk is built in memory and written whole: a killed program never leaves a half-written header.
+        .disable_seeking(true)
+        .create(NoSeek::new(sink))
+}
+
+impl<W: Write> Writer<W> {
     /// Starts a recording: header, metadata and attachments first, so that a cut file still has them.
     ///
     /// # Errors
-    /// When the disk refuses.
+    /// When the disk refuses, an attachment is larger than 32 MiB, or the start lies outside the years 1970 to 2105.
     pub fn create(
-        _sink: W,
-        _session: &Session,
-        _attachments: &[Attachment],
-        _drawing: &SceneDrawing,
+        sink: W,
+        session: &Session,
+        attachments: &[Attachment],
+        drawing: &SceneDrawing,
     ) -> Result<Self, WriteError> {
-        unimplemented!()
+        let start_ns = start_ns(session)?;
+        let mut mcap = open(sink)?;
+        let metadata = metadata::to_text(session)?;
+        mcap.write_metadata(&Metadata { name: metadata::RECORD.to_owned(), metadata })?;
+        for attachment in attachments {
+            attach(&mut mcap, attachment, start_ns)?;
+        }
+        let channels = declare(&mut mcap)?;
+        let mut writer = Self {
+            mcap,
+            channels,
+            sequences: [0; Topic::ALL.len()],
+            start_ns,
+            drawing: drawing.clone(),
+            window: Window::EMPTY,
+            elapsed_ns: 0,
+            flushes: Ticker::new(2, 1),
+            summaries: Ticker::new(100, 1),
+            poses: Ticker::new(60, 0),
+            statics: Ticker::new(1, 1),
+        };
+        writer.put_statics()?;
+        writer.mcap.flush()?;
+        Ok(writer)
     }
 
     /// Writes one servo tick, and what is due on the slower topics.
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn sample(&mut self, _sample: &Sample) -> Result<(), WriteError> {
-        unimplemented!()
+    pub fn sample(&mut self, sample: &Sample) -> Result<(), WriteError> {
+        let now_ns = nanoseconds(sample.t_s);
+        if self.flushes.due(now_ns) {
+            self.mcap.flush()?;
+        }
+        if self.summaries.due(now_ns) {
+            self.put_summary()?;
+        }
+        self.elapsed_ns = now_ns;
+        self.window.add(sample);
+        self.put(Topic::Sample, now_ns, &NeedleSample::from(sample))?;
+        if self.statics.due(now_ns) {
+            self.put_statics()?;
+        }
+        if self.poses.due(now_ns) {
+            let unix_ns = self.start_ns.saturating_add(now_ns);
+            self.put(Topic::Pose, now_ns, &pose(sample, unix_ns))?;
+            self.put(Topic::Tf, now_ns, &needle_transform(sample, unix_ns))?;
+        }
+        Ok(())
     }
 
     /// Writes an event.
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn event(&mut self, _event: &Event) -> Result<(), WriteError> {
-        unimplemented!()
+    pub fn event(&mut self, event: &Event) -> Result<(), WriteError> {
+        let at_ns = nanoseconds(event.t_s);
+        self.put(Topic::Events, at_ns, &EventMessage::from(event))?;
+        self.put(Topic::Log, at_ns, &log_line(event, self.start_ns.saturating_add(at_ns)))
     }
 
     /// Writes the ledger.
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn energy(&mut self, _energy: &Energy) -> Result<(), WriteError> {
-        unimplemented!()
+    pub fn energy(&mut self, energy: &Energy) -> Result<(), WriteError> {
+        self.put(Topic::Energy, nanoseconds(energy.t_s), &EnergyLedger::from(energy))
     }
 
     /// Ends the recording: summary, indexes, footer.
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn finish(self) -> Result<W, WriteError> {
-        unimplemented!()
+    pub fn finish(mut self) -> Result<W, WriteError> {
+        self.put_summary()?;
+        self.mcap.finish()?;
+        let mut sink = self.mcap.into_inner().into_inner();
+        sink.flush().map_err(mcap::McapError::Io)?;
+        Ok(sink)
     }
+
+    /// The transforms and the drawing that viewers need before anything else, and again each second.
+    fn put_statics(&mut self) -> Result<(), WriteError> {
+        let unix_ns = self.start_ns.saturating_add(self.elapsed_ns);
+        self.put(Topic::Tf, self.elapsed_ns, &static_transform(unix_ns))?;
+        self.put(Topic::Scene, self.elapsed_ns, &scene(&self.drawing, unix_ns))
+    }
+
+    /// The summary of the window that has ended, at the time of its last tick.
+    fn put_summary(&mut self) -> Result<(), WriteError> {
+        match self.window.take() {
+            Some(summary) => self.put(Topic::Summary, self.elapsed_ns, &summary),
+            None => Ok(()),
+        }
+    }
+
+    fn put(&mut self, topic: Topic, elapsed_ns: u64, message: &impl Message) -> Result<(), WriteError> {
+        let sequence = &mut self.sequences[topic as usize];
+        let log_time = self.start_ns.saturating_add(elapsed_ns);
+        let header = MessageHeader {
+            channel_id: self.channels[topic as usize],
+            sequence: *sequence,
+            log_time,
+            publish_time: log_time,
+        };
+        *sequence = sequence.wrapping_add(1);
+        Ok(self.mcap.write_to_known_channel(&header, &message.encode_to_vec())?)
+    }
+}
+
+/// The start as Unix time in ns. Viewers count seconds in 32 bits.
+fn start_ns(session: &Session) -> Result<u64, WriteError> {
+    let nanoseconds = session.started_at.unix_timestamp_nanos();
+    let seconds = session.started_at.unix_timestamp();
+    u32::try_from(seconds)
+        .ok()
+        .and_then(|_| u64::try_from(nanoseconds).ok())
+        .ok_or_else(|| WriteError::invalid("started_at", session.started_at, "the years 1970 to 2105 are allowed"))
+}
+
+fn attach<W: Write>(
+    mcap: &mut mcap::Writer<NoSeek<W>>,
+    attachment: &Attachment,
+    start_ns: u64,
+) -> Result<(), WriteError> {
+    let bytes = attachment.data.len() + attachment.name.len() + attachment.media_type.len();
+    if bytes > MOST_RECORD_BYTES / 2 {
+        let what = format!("attachment {}", attachment.name);
+        return Err(WriteError::invalid(what, format!("{bytes} bytes"), "at most 32 MiB are allowed"));
+    }
+    mcap.attach(&mcap::Attachment {
+        log_time: start_ns,
+        create_time: start_ns,
+        name: attachment.name.clone(),
+        media_type: attachment.media_type.clone(),
+        data: (&attachment.data).into(),
+    })?;
+    Ok(())
 }

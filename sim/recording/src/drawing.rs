@@ -1,0 +1,228 @@
+//! What viewers see: frames, poses, the scene and log lines, in foxglove's well-known schemas.
+
+use foxglove::schemas::{
+    Color, CubePrimitive, CylinderPrimitive, FrameTransform, FrameTransforms, Log, Point3, Pose, PoseInFrame,
+    Quaternion, SceneEntity, SceneUpdate, SpherePrimitive, Timestamp, TriangleListPrimitive, Vector3, log,
+};
+use mechanics::structures::{Shape, StructureKind, StructureSpec};
+use nalgebra::{Point3 as Point, UnitQuaternion, Vector3 as Vector};
+
+use crate::event::{Event, EventKind};
+use crate::sample::Sample;
+use crate::summary::NS_PER_S;
+
+/// Frame that viewers start from; the patient lies in it.
+const WORLD: &str = "world";
+const PATIENT: &str = "patient";
+const NEEDLE: &str = "needle";
+/// Width and length of the slab that stands for a layer, in m.
+const SLAB_M: f64 = 0.12;
+/// Thickness at which a fascia without any is drawn, in m.
+const THINNEST_SLAB_M: f64 = 2e-4;
+/// A mesh of more triangles is drawn as its bounding box: the scene is repeated every second and the mesh itself is
+/// attached.
+const MOST_TRIANGLES: usize = 2_000;
+
+/// What `/scene` draws, plain data in SI.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneDrawing {
+    /// Name and thickness in m of each layer, from the surface down.
+    pub layers: Vec<(String, f64)>,
+    /// Structures.
+    pub structures: Vec<StructureSpec>,
+    /// Needle length, in m.
+    pub needle_length_m: f64,
+    /// Needle radius, in m.
+    pub needle_radius_m: f64,
+}
+
+/// A Unix time in ns as viewers want it; the last one they can hold where it is later.
+pub(crate) fn timestamp(unix_ns: u64) -> Timestamp {
+    let sec = u32::try_from(unix_ns / NS_PER_S).ok();
+    let nsec = u32::try_from(unix_ns % NS_PER_S).unwrap_or_default();
+    sec.and_then(|sec| Timestamp::new_checked(sec, nsec)).unwrap_or(Timestamp::MAX)
+}
+
+fn vector([x, y, z]: [f64; 3]) -> Option<Vector3> {
+    Some(Vector3 { x, y, z })
+}
+
+fn quaternion([x, y, z, w]: [f64; 4]) -> Option<Quaternion> {
+    Some(Quaternion { x, y, z, w })
+}
+
+/// A pose without rotation.
+fn at(position: [f64; 3]) -> Option<Pose> {
+    Some(Pose { position: vector(position), orientation: quaternion([0.0, 0.0, 0.0, 1.0]) })
+}
+
+fn rgba(r: f64, g: f64, b: f64, a: f64) -> Option<Color> {
+    Some(Color { r, g, b, a })
+}
+
+/// The needle's pose.
+pub(crate) fn pose(sample: &Sample, unix_ns: u64) -> PoseInFrame {
+    PoseInFrame {
+        timestamp: Some(timestamp(unix_ns)),
+        frame_id: PATIENT.to_owned(),
+        pose: Some(Pose { position: vector(sample.position_m), orientation: quaternion(sample.orientation) }),
+    }
+}
+
+fn transform(parent: &str, child: &str, pose: Option<Pose>, unix_ns: u64) -> FrameTransforms {
+    let Pose { position, orientation } = pose.unwrap_or_default();
+    FrameTransforms {
+        transforms: vec![FrameTransform {
+            timestamp: Some(timestamp(unix_ns)),
+            parent_frame_id: parent.to_owned(),
+            child_frame_id: child.to_owned(),
+            translation: position,
+            rotation: orientation,
+        }],
+    }
+}
+
+/// Where the needle is in the patient.
+pub(crate) fn needle_transform(sample: &Sample, unix_ns: u64) -> FrameTransforms {
+    let pose = Pose { position: vector(sample.position_m), orientation: quaternion(sample.orientation) };
+    transform(PATIENT, NEEDLE, Some(pose), unix_ns)
+}
+
+/// The transform that never changes: the patient lies at the world's origin.
+pub(crate) fn static_transform(unix_ns: u64) -> FrameTransforms {
+    transform(WORLD, PATIENT, at([0.0; 3]), unix_ns)
+}
+
+/// A line for the viewer's log.
+pub(crate) fn log_line(event: &Event, unix_ns: u64) -> Log {
+    let level = match event.kind {
+        EventKind::Fault => log::Level::Error,
+        EventKind::StructureHit => log::Level::Warning,
+        _ => log::Level::Info,
+    };
+    let (x_mm, force_n) = (event.x_m * 1e3, event.force_n);
+    let mut message = format!("{} at {x_mm:.3} mm, {force_n:.3} N", event.kind.name());
+    if let Some(boundary) = event.boundary {
+        message += &format!(", boundary {boundary}");
+    }
+    if !event.text.is_empty() {
+        message += &format!(": {}", event.text);
+    }
+    Log {
+        timestamp: Some(timestamp(unix_ns)),
+        level: level.into(),
+        message,
+        name: "stylet".to_owned(),
+        ..Log::default()
+    }
+}
+
+/// The scene at a time: layers as translucent slabs, structures, and the needle in its own frame.
+pub(crate) fn scene(drawing: &SceneDrawing, unix_ns: u64) -> SceneUpdate {
+    let mut entities = vec![needle(drawing)];
+    entities.extend(layers(drawing));
+    entities.extend(drawing.structures.iter().enumerate().map(|(i, s)| structure(i, s)));
+    for entity in &mut entities {
+        entity.timestamp = Some(timestamp(unix_ns));
+        entity.frame_locked = true;
+    }
+    SceneUpdate { deletions: Vec::new(), entities }
+}
+
+fn entity(frame: &str, id: String) -> SceneEntity {
+    SceneEntity { frame_id: frame.to_owned(), id, ..SceneEntity::default() }
+}
+
+fn needle(drawing: &SceneDrawing) -> SceneEntity {
+    let (length, width) = (drawing.needle_length_m, 2.0 * drawing.needle_radius_m);
+    let mut entity = entity(NEEDLE, "needle".to_owned());
+    // The tip is the frame's origin and the hub lies towards -z.
+    entity.cylinders.push(CylinderPrimitive {
+        pose: at([0.0, 0.0, -0.5 * length]),
+        size: vector([width, width, length]),
+        bottom_scale: 1.0,
+        top_scale: 1.0,
+        color: rgba(0.75, 0.77, 0.8, 1.0),
+    });
+    entity
+}
+
+fn layers(drawing: &SceneDrawing) -> Vec<SceneEntity> {
+    let mut top_m = 0.0;
+    let mut entities = Vec::new();
+    for (i, (name, thickness_m)) in drawing.layers.iter().enumerate() {
+        let shade = if i % 2 == 0 { 0.75 } else { 0.6 };
+        let drawn_m = thickness_m.max(THINNEST_SLAB_M);
+        let mut entity = entity(PATIENT, format!("layer {i}: {name}"));
+        entity.cubes.push(CubePrimitive {
+            pose: at([0.0, 0.0, top_m - 0.5 * drawn_m]),
+            size: vector([SLAB_M, SLAB_M, drawn_m]),
+            color: rgba(0.95, shade, 0.55 * shade, 0.25),
+        });
+        entities.push(entity);
+        top_m -= thickness_m;
+    }
+    entities
+}
+
+fn colour(kind: StructureKind) -> Option<Color> {
+    match kind {
+        StructureKind::Target => rgba(0.1, 0.7, 0.3, 0.6),
+        StructureKind::Vessel => rgba(0.8, 0.1, 0.1, 0.8),
+        StructureKind::Nerve => rgba(0.95, 0.8, 0.1, 0.8),
+        StructureKind::Bone => rgba(0.95, 0.93, 0.85, 1.0),
+        StructureKind::Organ => rgba(0.6, 0.25, 0.4, 0.6),
+    }
+}
+
+fn structure(index: usize, spec: &StructureSpec) -> SceneEntity {
+    let color = colour(spec.kind);
+    let centre = spec.position_m;
+    let mut entity = entity(PATIENT, format!("structure {index}: {}", spec.name));
+    match &spec.shape {
+        Shape::Sphere { radius_m } => entity.spheres.push(ball(&centre, *radius_m, color)),
+        Shape::Capsule { half_axis_m, radius_m } => {
+            entity.spheres.push(ball(&(centre + half_axis_m), *radius_m, color));
+            entity.spheres.push(ball(&(centre - half_axis_m), *radius_m, color));
+            entity.cylinders.push(tube(&centre, half_axis_m, *radius_m, color));
+        }
+        Shape::Box { half_extents_m } => entity.cubes.push(block(&centre, half_extents_m, color)),
+        Shape::Mesh { vertices_m, triangles } if triangles.len() <= MOST_TRIANGLES => {
+            entity.triangles.push(TriangleListPrimitive {
+                pose: at(centre.into()),
+                points: vertices_m.iter().map(|p| Point3 { x: p.x, y: p.y, z: p.z }).collect(),
+                color,
+                colors: Vec::new(),
+                indices: triangles.iter().flatten().copied().collect(),
+            });
+        }
+        Shape::Mesh { vertices_m, .. } => {
+            let low = vertices_m.iter().fold(Vector::repeat(f64::INFINITY), |low, v| low.inf(&v.coords));
+            let high = vertices_m.iter().fold(Vector::repeat(f64::NEG_INFINITY), |high, v| high.sup(&v.coords));
+            entity.cubes.push(block(&(centre + (low + high) * 0.5), &((high - low) * 0.5), color));
+        }
+    }
+    entity
+}
+
+fn ball(centre: &Point<f64>, radius_m: f64, color: Option<Color>) -> SpherePrimitive {
+    SpherePrimitive { pose: at((*centre).into()), size: vector([2.0 * radius_m; 3]), color }
+}
+
+fn block(centre: &Point<f64>, half_extents_m: &Vector<f64>, color: Option<Color>) -> CubePrimitive {
+    CubePrimitive { pose: at((*centre).into()), size: vector((half_extents_m * 2.0).into()), color }
+}
+
+fn tube(centre: &Point<f64>, half_axis_m: &Vector<f64>, radius_m: f64, color: Option<Color>) -> CylinderPrimitive {
+    // An axis along -z has no unique rotation from +z; half a turn about x is one.
+    let turn = UnitQuaternion::rotation_between(&Vector::z(), half_axis_m)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector::x_axis(), std::f64::consts::PI));
+    let [x, y, z, w] = turn.coords.into();
+    CylinderPrimitive {
+        pose: Some(Pose { position: vector((*centre).into()), orientation: quaternion([x, y, z, w]) }),
+        size: vector([2.0 * radius_m, 2.0 * radius_m, 2.0 * half_axis_m.norm()]),
+        bottom_scale: 1.0,
+        top_scale: 1.0,
+        color,
+    }
+}

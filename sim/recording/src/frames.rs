@@ -1,0 +1,215 @@
+//! The records of a file and of a chunk, one after the other, in bounded memory and with their place in the file.
+
+use std::fmt::Display;
+use std::io::{ErrorKind, Read};
+
+use mcap::records::{Record, op};
+use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{MAGIC, McapError};
+
+use crate::read::ReadError;
+use crate::write::MOST_RECORD_BYTES;
+
+/// Opcode and length before each record, in bytes.
+pub(crate) const PREFIX_BYTES: usize = 9;
+/// Bytes asked of the source at a time, so that a false length costs no memory before the data arrives.
+const READ_BYTES: usize = 1 << 20;
+
+/// A record: where it begins in the file, what it is, and its bytes behind opcode and length.
+pub(crate) struct Frame<'a> {
+    pub(crate) offset: u64,
+    pub(crate) opcode: u8,
+    pub(crate) data: &'a [u8],
+}
+
+impl Frame<'_> {
+    pub(crate) fn damaged(&self, why: impl Display) -> ReadError {
+        ReadError::damaged(self.offset, why)
+    }
+}
+
+/// Where the walk through a file has come to.
+struct Walk {
+    /// Bytes read.
+    read: u64,
+    /// Where the next record begins.
+    next: u64,
+    /// The last bytes read, as many as the closing magic has.
+    tail: [u8; MAGIC.len()],
+    /// The data section has ended, and its checksum was right.
+    data_ended: bool,
+}
+
+/// Shows every record of the data section to `visit`, chunks whole. `true` where the file is complete to its last
+/// byte; `false` where it was cut, or is damaged behind its data.
+pub(crate) fn walk(
+    mut source: impl Read,
+    mut visit: impl FnMut(Frame<'_>) -> Result<(), ReadError>,
+) -> Result<bool, ReadError> {
+    let options = LinearReaderOptions::default()
+        .with_emit_chunks(true)
+        .with_validate_data_section_crc(true)
+        .with_validate_summary_section_crc(true)
+        .with_check_finishes_after_end_magic(true)
+        .with_record_length_limit(MOST_RECORD_BYTES);
+    let mut reader = LinearReader::new_with_options(options);
+    let mut walk = Walk { read: 0, next: MAGIC.len() as u64, tail: [0; MAGIC.len()], data_ended: false };
+    while let Some(event) = reader.next_event() {
+        match event {
+            Ok(LinearReadEvent::ReadRequest(wanted)) => {
+                let count = walk.fill(&mut source, reader.insert(wanted.min(READ_BYTES)))?;
+                reader.notify_read(count);
+            }
+            Ok(LinearReadEvent::Record { opcode: op::FOOTER, .. }) if !walk.data_ended => {
+                return Err(ReadError::damaged(walk.next, "a footer before the end of the data"));
+            }
+            Ok(LinearReadEvent::Record { opcode, data }) => {
+                // The reader asks for no byte more than it needs, so what was read ends with this record.
+                let offset = std::mem::replace(&mut walk.next, walk.read);
+                walk.data_ended |= opcode == op::DATA_END;
+                if !walk.data_ended {
+                    visit(Frame { offset, opcode, data })?;
+                }
+            }
+            Err(_) if walk.data_ended => return Ok(false),
+            Err(error) => return walk.stopped(error),
+        }
+    }
+    Ok(true)
+}
+
+impl Walk {
+    fn fill(&mut self, source: &mut impl Read, buffer: &mut [u8]) -> Result<usize, ReadError> {
+        let count = loop {
+            match source.read(buffer) {
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                result => break result?,
+            }
+        };
+        self.read += count as u64;
+        for &byte in buffer[..count].iter().rev().take(MAGIC.len()).rev() {
+            self.tail.rotate_left(1);
+            self.tail[MAGIC.len() - 1] = byte;
+        }
+        Ok(count)
+    }
+
+    /// Whether the file was cut, or why it is no recording.
+    fn stopped(&self, error: McapError) -> Result<bool, ReadError> {
+        match error {
+            McapError::UnexpectedEof if self.read == 0 => Err(ReadError::NotARecording("the file is empty".to_owned())),
+            McapError::UnexpectedEof if self.read < MAGIC.len() as u64 => {
+                Err(ReadError::NotARecording(format!("it ends after {} bytes", self.read)))
+            }
+            McapError::BadMagic => {
+                Err(ReadError::NotARecording("it does not begin with the eight bytes of an MCAP file".to_owned()))
+            }
+            // A cut file has lost its end. One that still has it was not cut: a length within it is wrong.
+            McapError::UnexpectedEof if self.tail == *MAGIC => {
+                Err(ReadError::damaged(self.next, "the record's length reaches beyond the end of the file"))
+            }
+            McapError::UnexpectedEof => Ok(false),
+            McapError::RecordTooLarge { len, .. } => {
+                let why = format!("a record claims {len} bytes, allowed are {MOST_RECORD_BYTES}");
+                Err(ReadError::damaged(self.next, why))
+            }
+            error => Err(ReadError::damaged(self.next, error)),
+        }
+    }
+}
+
+/// Opens chunks. Keeps its decompressor from one to the next.
+pub(crate) struct ChunkReader {
+    reader: LinearReader,
+}
+
+impl ChunkReader {
+    pub(crate) fn new() -> Self {
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(MOST_RECORD_BYTES);
+        Self { reader: LinearReader::new_with_options(options) }
+    }
+
+    /// Shows the records of a chunk to `visit`, after its checksum was found right. They have the chunk's place.
+    pub(crate) fn walk(
+        &mut self,
+        chunk: &Frame<'_>,
+        mut visit: impl FnMut(Frame<'_>) -> Result<(), ReadError>,
+    ) -> Result<(), ReadError> {
+        let &Frame { offset, data, .. } = chunk;
+        check_chunk(data).map_err(|error| chunk.damaged(error))?;
+        let buffer = self.reader.insert(PREFIX_BYTES + data.len());
+        buffer[0] = op::CHUNK;
+        buffer[1..PREFIX_BYTES].copy_from_slice(&(data.len() as u64).to_le_bytes());
+        buffer[PREFIX_BYTES..].copy_from_slice(data);
+        self.reader.notify_read(PREFIX_BYTES + data.len());
+        loop {
+            let result = match self.reader.next_event() {
+                Some(Ok(LinearReadEvent::Record { opcode, data })) => visit(Frame { offset, opcode, data }),
+                // It wants the next record: this chunk has been shown to its end.
+                None | Some(Ok(LinearReadEvent::ReadRequest(_))) => return Ok(()),
+                Some(Err(error)) => Err(chunk.damaged(error)),
+            };
+            if result.is_err() {
+                *self = Self::new();
+                return result;
+            }
+        }
+    }
+}
+
+/// A chunk must be compressed as the contract says and fill its record exactly: the library would skip bytes behind it.
+fn check_chunk(data: &[u8]) -> Result<(), McapError> {
+    match mcap::parse_record(op::CHUNK, data)? {
+        Record::Chunk { header, .. } if header.compression != "zstd" => {
+            Err(McapError::UnsupportedCompression(header.compression))
+        }
+        Record::Chunk { header, data: records } => {
+            let header_bytes = chunk_header_bytes(&header.compression);
+            let (inside, available) = (header_bytes + records.len(), data.len());
+            if inside == available {
+                Ok(())
+            } else {
+                Err(McapError::BadChunkLength { header: inside as u64, available: available as u64 })
+            }
+        }
+        _ => Err(McapError::UnexpectedEoc),
+    }
+}
+
+/// Bytes of a chunk's header, behind its opcode and length.
+pub(crate) fn chunk_header_bytes(compression: &str) -> usize {
+    // Start and end time, uncompressed size, checksum, the string with its length, compressed size.
+    8 + 8 + 8 + 4 + 4 + compression.len() + 8
+}
+
+/// The attachment of a record, its checksum found right.
+pub(crate) fn attachment(data: &[u8]) -> Result<mcap::Attachment<'_>, McapError> {
+    // The library takes for granted that four bytes follow the two times, the two strings and the content.
+    if !attachment_fits(data).unwrap_or(false) {
+        return Err(McapError::BadAttachmentLength { header: 0, available: data.len() as u64 });
+    }
+    match mcap::parse_record(op::ATTACHMENT, data)? {
+        Record::Attachment { header, data, .. } => Ok(mcap::Attachment {
+            log_time: header.log_time,
+            create_time: header.create_time,
+            name: header.name,
+            media_type: header.media_type,
+            data,
+        }),
+        _ => Err(McapError::UnexpectedEof),
+    }
+}
+
+fn attachment_fits(data: &[u8]) -> Option<bool> {
+    let mut rest = data.get(16..)?;
+    for _ in ["name", "media type"] {
+        let (length, behind) = rest.split_first_chunk::<4>()?;
+        rest = behind.get(usize::try_from(u32::from_le_bytes(*length)).ok()?..)?;
+    }
+    let (length, behind) = rest.split_first_chunk::<8>()?;
+    Some(u64::from_le_bytes(*length).checked_add(4)? == behind.len() as u64)
+}

@@ -1,0 +1,103 @@
+//! Derived topics: what falls due when, and the least, largest and mean of a window.
+
+use crate::sample::Sample;
+use crate::wire::{NeedleSummary, Range};
+
+/// Nanoseconds in a second.
+pub(crate) const NS_PER_S: u64 = 1_000_000_000;
+
+/// A time since the start as whole nanoseconds. A time that is no number or negative becomes 0.
+pub(crate) fn nanoseconds(t_s: f64) -> u64 {
+    // A float-to-integer cast saturates, which is what a time that is off the scale should do.
+    (t_s * 1e9).round() as u64
+}
+
+/// Says when something of a fixed rate is due. Counts in whole periods, so that it never drifts.
+#[derive(Debug)]
+pub(crate) struct Ticker {
+    rate_hz: u32,
+    next: u128,
+}
+
+impl Ticker {
+    /// First due at `first` periods after the start.
+    pub(crate) fn new(rate_hz: u32, first: u32) -> Self {
+        Self { rate_hz, next: first.into() }
+    }
+
+    /// Whether a period has begun since the last time this was true.
+    pub(crate) fn due(&mut self, elapsed_ns: u64) -> bool {
+        let period = u128::from(elapsed_ns) * u128::from(self.rate_hz) / u128::from(NS_PER_S);
+        let due = period >= self.next;
+        if due {
+            self.next = period + 1;
+        }
+        due
+    }
+}
+
+/// Running least, largest and mean value.
+#[derive(Clone, Copy, Debug)]
+struct Running {
+    min: f32,
+    max: f32,
+    sum: f64,
+}
+
+impl Running {
+    const EMPTY: Self = Self { min: f32::INFINITY, max: f32::NEG_INFINITY, sum: 0.0 };
+
+    fn add(&mut self, value: f64) {
+        self.min = self.min.min(value as f32);
+        self.max = self.max.max(value as f32);
+        self.sum += value;
+    }
+
+    fn range(&self, ticks: u32) -> Range {
+        Range { min: self.min, max: self.max, mean: (self.sum / f64::from(ticks)) as f32 }
+    }
+}
+
+/// What has been seen of the current window of 10 ms.
+#[derive(Debug)]
+pub(crate) struct Window {
+    start_s: f64,
+    ticks: u32,
+    axial_n: Running,
+    depth_m: Running,
+    speed_m_per_s: Running,
+}
+
+impl Window {
+    /// Nothing yet.
+    pub(crate) const EMPTY: Self = Self {
+        start_s: 0.0,
+        ticks: 0,
+        axial_n: Running::EMPTY,
+        depth_m: Running::EMPTY,
+        speed_m_per_s: Running::EMPTY,
+    };
+
+    pub(crate) fn add(&mut self, sample: &Sample) {
+        if self.ticks == 0 {
+            self.start_s = sample.t_s;
+        }
+        let [vx, vy, vz] = sample.velocity_m_per_s.map(f64::from);
+        self.ticks += 1;
+        self.axial_n.add(sample.axial_n());
+        self.depth_m.add(f64::from(sample.depth_m));
+        self.speed_m_per_s.add((vx * vx + vy * vy + vz * vz).sqrt());
+    }
+
+    /// The window's summary, and an empty window in its place. `None` where nothing was added.
+    pub(crate) fn take(&mut self) -> Option<NeedleSummary> {
+        let window = std::mem::replace(self, Self::EMPTY);
+        (window.ticks > 0).then(|| NeedleSummary {
+            t_s: window.start_s,
+            ticks: window.ticks,
+            axial_n: Some(window.axial_n.range(window.ticks)),
+            depth_m: Some(window.depth_m.range(window.ticks)),
+            speed_m_per_s: Some(window.speed_m_per_s.range(window.ticks)),
+        })
+    }
+}

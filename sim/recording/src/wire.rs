@@ -1,0 +1,193 @@
+//! The messages as they are on the wire, and their conversion from and to plain data.
+//!
+//! The plain types are kept apart because Protobuf makes every part optional; a force law should not meet an `Option`.
+
+use mechanics::ledger::{LayerEnergy, Ledger};
+
+use crate::event::{Event, EventKind};
+use crate::sample::{Energy, Sample};
+
+mod generated {
+    include!(concat!(env!("OUT_DIR"), "/stylet.rs"));
+}
+
+pub(crate) use generated::{EnergyLedger, NeedleSample, NeedleSummary, Range};
+pub(crate) use generated::{Event as EventMessage, event::Kind};
+
+/// The `FileDescriptorSet` that every `stylet.*` schema carries.
+pub(crate) const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/stylet.bin"));
+
+impl From<[f64; 3]> for generated::Vector3 {
+    fn from([x, y, z]: [f64; 3]) -> Self {
+        Self { x, y, z }
+    }
+}
+
+impl From<[f32; 3]> for generated::Vector3f {
+    fn from([x, y, z]: [f32; 3]) -> Self {
+        Self { x, y, z }
+    }
+}
+
+/// Protobuf leaves out a part that is all zero, so an absent one is zero.
+fn components(vector: Option<generated::Vector3>) -> [f64; 3] {
+    vector.map_or([0.0; 3], |v| [v.x, v.y, v.z])
+}
+
+fn components_f32(vector: Option<generated::Vector3f>) -> [f32; 3] {
+    vector.map_or([0.0; 3], |v| [v.x, v.y, v.z])
+}
+
+impl From<&Sample> for NeedleSample {
+    fn from(s: &Sample) -> Self {
+        let [x, y, z, w] = s.orientation;
+        Self {
+            t_s: s.t_s,
+            position_m: Some(s.position_m.into()),
+            orientation: Some(generated::Quaternion { x, y, z, w }),
+            velocity_m_per_s: Some(s.velocity_m_per_s.into()),
+            x_m: s.x_m,
+            depth_m: s.depth_m,
+            force_n: Some(s.force_n.into()),
+            tip_n: s.tip_n,
+            rim_n: s.rim_n,
+            viscous_n: s.viscous_n,
+            friction_n: s.friction_n,
+            cutting_n: s.cutting_n,
+            lateral_n: Some(s.lateral_n.into()),
+            device_n: Some(s.device_n.into()),
+            flags: s.flags,
+            lateness_us: s.lateness_us,
+        }
+    }
+}
+
+impl From<NeedleSample> for Sample {
+    fn from(s: NeedleSample) -> Self {
+        Self {
+            t_s: s.t_s,
+            position_m: components(s.position_m),
+            orientation: s.orientation.map_or([0.0; 4], |q| [q.x, q.y, q.z, q.w]),
+            velocity_m_per_s: components_f32(s.velocity_m_per_s),
+            x_m: s.x_m,
+            depth_m: s.depth_m,
+            force_n: components_f32(s.force_n),
+            tip_n: s.tip_n,
+            rim_n: s.rim_n,
+            viscous_n: s.viscous_n,
+            friction_n: s.friction_n,
+            cutting_n: s.cutting_n,
+            lateral_n: components_f32(s.lateral_n),
+            device_n: components_f32(s.device_n),
+            flags: s.flags,
+            lateness_us: s.lateness_us,
+        }
+    }
+}
+
+impl From<EventKind> for Kind {
+    fn from(kind: EventKind) -> Self {
+        match kind {
+            EventKind::Contact => Self::Contact,
+            EventKind::TipRupture => Self::TipRupture,
+            EventKind::RimRupture => Self::RimRupture,
+            EventKind::StructureHit => Self::StructureHit,
+            EventKind::SkinExit => Self::SkinExit,
+            EventKind::Confirm => Self::Confirm,
+            EventKind::Coaching => Self::Coaching,
+            EventKind::Fault => Self::Fault,
+        }
+    }
+}
+
+/// The kind of an event, or why there is none.
+fn event_kind(number: i32) -> Result<EventKind, String> {
+    Ok(match Kind::try_from(number).unwrap_or(Kind::Unspecified) {
+        Kind::Unspecified => return Err(format!("event of kind {number}, allowed are 1 to 8")),
+        Kind::Contact => EventKind::Contact,
+        Kind::TipRupture => EventKind::TipRupture,
+        Kind::RimRupture => EventKind::RimRupture,
+        Kind::StructureHit => EventKind::StructureHit,
+        Kind::SkinExit => EventKind::SkinExit,
+        Kind::Confirm => EventKind::Confirm,
+        Kind::Coaching => EventKind::Coaching,
+        Kind::Fault => EventKind::Fault,
+    })
+}
+
+impl From<&Event> for EventMessage {
+    fn from(e: &Event) -> Self {
+        Self {
+            t_s: e.t_s,
+            kind: Kind::from(e.kind).into(),
+            boundary: e.boundary,
+            x_m: e.x_m,
+            position_m: Some(e.position_m.into()),
+            force_n: e.force_n,
+            dissipated_j: e.dissipated_j,
+            track: e.track,
+            structure: e.structure,
+            text: e.text.clone(),
+        }
+    }
+}
+
+impl TryFrom<EventMessage> for Event {
+    type Error = String;
+
+    fn try_from(e: EventMessage) -> Result<Self, String> {
+        Ok(Self {
+            t_s: e.t_s,
+            kind: event_kind(e.kind)?,
+            boundary: e.boundary,
+            x_m: e.x_m,
+            position_m: components(e.position_m),
+            force_n: e.force_n,
+            dissipated_j: e.dissipated_j,
+            track: e.track,
+            structure: e.structure,
+            text: e.text,
+        })
+    }
+}
+
+impl From<&LayerEnergy> for generated::LayerEnergy {
+    fn from(layer: &LayerEnergy) -> Self {
+        let &LayerEnergy { elastic_j, rupture_j, viscous_j, friction_j, cutting_j, lateral_j } = layer;
+        Self { elastic_j, rupture_j, viscous_j, friction_j, cutting_j, lateral_j }
+    }
+}
+
+impl From<generated::LayerEnergy> for LayerEnergy {
+    fn from(layer: generated::LayerEnergy) -> Self {
+        let generated::LayerEnergy { elastic_j, rupture_j, viscous_j, friction_j, cutting_j, lateral_j } = layer;
+        Self { elastic_j, rupture_j, viscous_j, friction_j, cutting_j, lateral_j }
+    }
+}
+
+impl From<&Energy> for EnergyLedger {
+    fn from(energy: &Energy) -> Self {
+        let ledger = &energy.ledger;
+        Self {
+            t_s: energy.t_s,
+            input_j: ledger.input_j,
+            returned_j: ledger.returned_j,
+            presliding_j: ledger.presliding_j,
+            layers: ledger.layers.iter().map(Into::into).collect(),
+        }
+    }
+}
+
+impl From<EnergyLedger> for Energy {
+    fn from(energy: EnergyLedger) -> Self {
+        Self {
+            t_s: energy.t_s,
+            ledger: Ledger {
+                input_j: energy.input_j,
+                returned_j: energy.returned_j,
+                presliding_j: energy.presliding_j,
+                layers: energy.layers.into_iter().map(Into::into).collect(),
+            },
+        }
+    }
+}

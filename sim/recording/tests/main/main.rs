@@ -1,0 +1,8 @@
+//! The recording as others rely on it: what is written is read, to the bit; what is damaged is noticed; what is cut is
+//! saved. Each module says why it could fail.
+
+mod damage;
+mod format;
+mod recover;
+mod round_trip;
+mod support;
