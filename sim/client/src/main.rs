@@ -1,2 +1,21 @@
-//! x
-fn main() {}
+//! `stylet`, the native simulator of needle puncture: commands, wiring, upload.
+//!
+//! Nothing about tissue is decided here: this crate reads files, calls the other crates, and says what came of it.
+
+mod attempt;
+mod cli;
+mod clock;
+mod commands;
+mod exit;
+mod machine;
+mod motion;
+mod new_file;
+mod output;
+mod progress;
+mod trajectory;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    exit::report(cli::parse(std::env::args_os()).and_then(|command| command.run()))
+}

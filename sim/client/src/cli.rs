@@ -1,0 +1,86 @@
+//! The command line: which commands there are, and one-line errors for a wrong call.
+
+use std::ffi::OsString;
+
+use clap::error::ErrorKind;
+use clap::{Parser, Subcommand};
+
+use crate::commands::{check, doctor, force, recover, score, simulate, upload, verify};
+use crate::exit::{Failure, Outcome};
+use crate::output;
+
+/// Training for percutaneous needle puncture: simulate, record, score, deliver.
+///
+/// Exit status: 0 done; 1 the work failed or a check found something; 2 the call or its input was wrong.
+#[derive(Parser)]
+#[command(name = "stylet", version, after_help = "Each command has its own help: stylet COMMAND --help")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// A command with its arguments.
+#[derive(Subcommand)]
+pub enum Command {
+    Simulate(simulate::Args),
+    Score(score::Args),
+    Verify(verify::Args),
+    Recover(recover::Args),
+    Check(check::Args),
+    Force(force::Args),
+    Upload(upload::Args),
+    Doctor(doctor::Args),
+}
+
+impl Command {
+    /// Does it.
+    pub fn run(&self) -> Outcome {
+        match self {
+            Self::Simulate(args) => simulate::run(args),
+            Self::Score(args) => score::run(args),
+            Self::Verify(args) => verify::run(args),
+            Self::Recover(args) => recover::run(args),
+            Self::Check(args) => check::run(args),
+            Self::Force(args) => force::run(args),
+            Self::Upload(args) => upload::run(args),
+            Self::Doctor(args) => doctor::run(args),
+        }
+    }
+}
+
+/// Reads the command line. Help and version are printed here and end as [`Failure::ReaderGone`] does: quietly, with 0.
+pub fn parse(args: impl Iterator<Item = OsString>) -> Result<Command, Failure> {
+    Cli::try_parse_from(args).map(|cli| cli.command).map_err(|error| match error.kind() {
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
+            // A reader that left while help was printed is no failure.
+            let _ = error.print();
+            Failure::ReaderGone
+        }
+        _ => Failure::input(wrong_call(&error.render().to_string())),
+    })
+}
+
+/// Clap explains a wrong call over several lines; our errors are one line each, for logs and scripts.
+fn wrong_call(rendered: &str) -> String {
+    let explained = rendered.split("\n\nUsage:").next().unwrap_or(rendered);
+    let explained = explained.split("\n\nFor more information").next().unwrap_or(explained);
+    let line = output::one_line(explained.trim_start_matches("error:"));
+    format!("{line} (see --help)")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Cli, wrong_call};
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_wrong_call_is_explained_on_one_line() {
+        let rendered = "error: the following arguments were not provided:\n  --out <F>\n\nUsage: stylet x\n\nFor more";
+        assert_eq!(wrong_call(rendered), "the following arguments were not provided: --out <F> (see --help)");
+    }
+}

@@ -1,0 +1,79 @@
+//! What `check` says of a file, for people and for programs.
+
+use std::io::{self, Write};
+
+use serde::Serialize;
+
+use super::plan::Plan;
+
+/// What was found in one file.
+#[derive(Serialize)]
+pub struct FileReport {
+    /// The file as it was named to us.
+    pub file: String,
+    /// Nothing was found.
+    pub ok: bool,
+    /// `scene`, `exercise` or `curriculum`; absent when refused.
+    pub kind: Option<&'static str>,
+    /// The document's id; absent when refused.
+    pub id: Option<String>,
+    /// Everything wrong with the document.
+    pub issues: Vec<String>,
+    /// What simulating it comes to: one plan per exercise, or one for a scene.
+    pub plans: Vec<Plan>,
+}
+
+impl FileReport {
+    /// A file that is no document.
+    pub fn refused(file: String, issues: Vec<String>) -> Self {
+        Self { file, ok: false, kind: None, id: None, issues, plans: Vec::new() }
+    }
+
+    /// A document, which may still be unsound.
+    pub fn new(file: String, kind: &'static str, id: &str, plans: Vec<Plan>) -> Self {
+        let ok = plans.iter().all(|plan| plan.unsound.is_empty());
+        Self { file, ok, kind: Some(kind), id: Some(id.to_owned()), issues: Vec::new(), plans }
+    }
+
+    /// One line for everything found.
+    pub fn problems(&self) -> Vec<String> {
+        let unsound = self.plans.iter().flat_map(|plan| {
+            let scene = &plan.scene;
+            plan.unsound.iter().map(move |why| format!("{}: scene {scene} is unsound: {why}", self.file))
+        });
+        self.issues.iter().cloned().chain(unsound).collect()
+    }
+
+    /// For people.
+    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        let (Some(kind), Some(id)) = (self.kind, &self.id) else {
+            return writeln!(out, "{}: refused, {} issues", self.file, self.issues.len());
+        };
+        writeln!(out, "{}: {kind} {id}: {}", self.file, if self.ok { "sound" } else { "unsound" })?;
+        self.plans.iter().try_for_each(|plan| write_plan(plan, out))
+    }
+}
+
+fn write_plan(plan: &Plan, out: &mut dyn Write) -> io::Result<()> {
+    match &plan.exercise {
+        Some(exercise) => writeln!(out, "\n  exercise {exercise} in scene {}, at {}°", plan.scene, plan.angle_deg)?,
+        None => writeln!(out, "\n  scene {}, at {}°", plan.scene, plan.angle_deg)?,
+    }
+    writeln!(out, "  {:24} {:>16} {:>10} {:>12} {:>10}", "layer", "thickness mm", "k N/m", "friction N/m", "cutting N")?;
+    for layer in &plan.layers {
+        let thickness = match layer.thickness_spread_mm {
+            0.0 => format!("{}", layer.thickness_mm),
+            spread => format!("{} ± {spread}", layer.thickness_mm),
+        };
+        let (name, k) = (&layer.name, layer.stiffness_n_per_m);
+        let (friction, cutting) = (layer.friction_n_per_m, layer.cutting_n);
+        writeln!(out, "  {name:24} {thickness:>16} {k:>10.1} {friction:>12.2} {cutting:>10.3}")?;
+    }
+    writeln!(out, "  {:24} {:>16} {:>10} {:>12}", "rupture (nominal patient)", "tip at mm", "before N", "after N")?;
+    for rupture in &plan.ruptures {
+        let name = format!("{} through {}", rupture.contactor, rupture.layer);
+        let (x, before, after) = (rupture.x_mm, rupture.force_before_n, rupture.force_after_n);
+        writeln!(out, "  {name:24} {x:>16.3} {before:>10.3} {after:>12.3}")?;
+    }
+    writeln!(out, "  model {}: {}", plan.model, plan.reason)
+}

@@ -1,0 +1,157 @@
+//! What `doctor` looks at, one function each.
+
+use std::io::Write;
+use std::path::Path;
+use std::time::Duration;
+
+use ureq::Agent;
+use ureq::http::Uri;
+
+use super::Finding;
+use crate::clock;
+use crate::machine::{self, Machine};
+
+/// Ticks of the timer probe: one second at 1 kHz.
+const TICKS: u32 = 1000;
+/// Length of a tick of the servo.
+const TICK: Duration = Duration::from_millis(1);
+/// A servo tick later than this is felt; 99 of 100 should be earlier.
+const LATE_US: f64 = 500.0;
+/// Bytes written to measure the disk.
+const DISK_TEST_BYTES: usize = 16 << 20;
+/// Less free space than this is warned of: about a hundred attempts of a minute.
+const LITTLE_SPACE_BYTES: u64 = 1 << 30;
+/// A disk slower than this cannot take a recording as it is made, in bytes per second: five times the rate of one.
+const SLOW_DISK_BYTES_PER_S: f64 = 1e6;
+
+/// The processor.
+pub fn processor(machine: &Machine) -> Finding {
+    let found = format!("{}, {} threads, {}", machine.cpu, machine.threads, machine.system);
+    match machine.threads {
+        1 => Finding::warning("processor", found, "a servo at 1 kHz wants a core for itself: use two or more"),
+        _ => Finding::ok("processor", found),
+    }
+}
+
+/// How late a thread at ordinary priority wakes up at 1 kHz.
+pub fn timer() -> Finding {
+    let start = clock::instant();
+    let mut late_us: Vec<f64> = (1..=TICKS)
+        .map(|tick| {
+            let due = TICK * tick;
+            std::thread::sleep(due.saturating_sub(start.elapsed()));
+            start.elapsed().saturating_sub(due).as_secs_f64() * 1e6
+        })
+        .collect();
+    late_us.sort_by(f64::total_cmp);
+    let percentile = |share: f64| late_us[((late_us.len() - 1) as f64 * share) as usize];
+    let (p50, p99, max) = (percentile(0.5), percentile(0.99), percentile(1.0));
+    let found = format!("1 kHz wake-up late by {p50:.0} µs at the median, {p99:.0} µs at p99, {max:.0} µs at most");
+    match p99 > LATE_US {
+        true => Finding::warning("timer", found, "allow real-time priority, and close what else is running"),
+        false => Finding::ok("timer", found),
+    }
+}
+
+/// Whether the servo may have real-time priority.
+pub fn priority() -> Finding {
+    let subject = "real-time priority";
+    match real_time_limit() {
+        None => Finding::warning(subject, "unknown on this system", "see the system's manual on thread priorities"),
+        Some(0) => Finding::warning(
+            subject,
+            "refused: the limit rtprio is 0",
+            "as root: echo '@users - rtprio 80' > /etc/security/limits.d/stylet.conf, then sign in again",
+        ),
+        Some(limit) => Finding::ok(subject, format!("allowed, up to {limit}")),
+    }
+}
+
+/// The highest real-time priority this process may take; absent where the system does not say.
+fn real_time_limit() -> Option<u32> {
+    const CAP_SYS_NICE: u64 = 1 << 23;
+    let capabilities = machine::proc_field("/proc/self/status", "CapEff")?;
+    if u64::from_str_radix(&capabilities, 16).is_ok_and(|held| held & CAP_SYS_NICE != 0) {
+        return Some(99);
+    }
+    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
+    let soft = limits.lines().find_map(|line| line.strip_prefix("Max realtime priority"))?.split_whitespace().next()?;
+    if soft == "unlimited" { Some(99) } else { soft.parse().ok() }
+}
+
+/// Room for recordings.
+pub fn disk_space(folder: &Path) -> Finding {
+    let subject = "disk space";
+    match machine::free_bytes(folder) {
+        None => Finding::warning(subject, format!("unknown in {}", folder.display()), "look at it yourself"),
+        Some(bytes) => {
+            let found = format!("{:.1} GB free in {}", bytes as f64 * 1e-9, folder.display());
+            match bytes < LITTLE_SPACE_BYTES {
+                true => Finding::warning(subject, found, "a minute's attempt takes up to 12 MB: make room"),
+                false => Finding::ok(subject, found),
+            }
+        }
+    }
+}
+
+/// How fast recordings reach the disk.
+pub fn disk_speed(folder: &Path) -> Finding {
+    let subject = "disk speed";
+    match write_speed(folder) {
+        Err(error) => Finding::problem(
+            subject,
+            format!("{} cannot be written to: {error}", folder.display()),
+            "choose another folder with --recordings, or change its permissions",
+        ),
+        Ok(bytes_per_s) => {
+            let found = format!("{:.0} MB/s written and synced in {}", bytes_per_s * 1e-6, folder.display());
+            match bytes_per_s < SLOW_DISK_BYTES_PER_S {
+                true => Finding::warning(subject, found, "a recording needs 0.2 MB/s: use a local disk"),
+                false => Finding::ok(subject, found),
+            }
+        }
+    }
+}
+
+/// Writes and syncs a temporary file; in bytes per second.
+fn write_speed(folder: &Path) -> std::io::Result<f64> {
+    let mut file = tempfile::tempfile_in(folder)?;
+    // Bytes that a compressing file system cannot shrink to nothing, from a multiplicative generator.
+    let mut word = 1_u32;
+    let noise: Vec<u8> = std::iter::repeat_with(|| {
+        word = word.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (word >> 24) as u8
+    })
+    .take(DISK_TEST_BYTES)
+    .collect();
+    let start = clock::instant();
+    file.write_all(&noise)?;
+    file.sync_all()?;
+    Ok(DISK_TEST_BYTES as f64 / start.elapsed().as_secs_f64())
+}
+
+/// Whether the service answers that it is alive.
+pub fn server(server: &Uri) -> Finding {
+    let address = format!("{}/healthz", server.to_string().trim_end_matches('/'));
+    let config = Agent::config_builder()
+        .http_status_as_error(false)
+        .max_redirects(0)
+        .max_redirects_will_error(false)
+        .timeout_global(Some(Duration::from_secs(10)))
+        .build();
+    let start = clock::instant();
+    match Agent::from(config).get(&address).call() {
+        Ok(response) if response.status() == 200 => {
+            let ms = start.elapsed().as_secs_f64() * 1e3;
+            Finding::ok("server", format!("{address} answers in {ms:.0} ms"))
+        }
+        Ok(response) => {
+            let found = format!("{address} answers HTTP {}", response.status().as_u16());
+            Finding::problem("server", found, "check that this is the address of web-admin, and that it is ready")
+        }
+        Err(error) => {
+            let advice = "check the address, the network, and that web-admin serve is running";
+            Finding::problem("server", format!("{address}: {error}"), advice)
+        }
+    }
+}

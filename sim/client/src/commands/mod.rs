@@ -1,0 +1,67 @@
+//! One file per command, and what several of them share.
+
+pub mod check;
+pub mod doctor;
+pub mod force;
+pub mod recover;
+pub mod score;
+pub mod simulate;
+pub mod upload;
+pub mod verify;
+
+use std::fs::{self, File};
+use std::io::BufReader;
+use std::path::Path;
+
+use mechanics::axial::Contactor;
+use mechanics::puncture::PunctureParams;
+use recording::Recording;
+use scene::{ExerciseBundle, Patient, Scene};
+
+use crate::exit::Failure;
+use crate::output;
+
+/// Reads a text file that the call names.
+fn read_text(path: &Path) -> Result<String, Failure> {
+    fs::read_to_string(path).map_err(|error| Failure::refused(path, format_args!("cannot be read: {error}")))
+}
+
+/// Opens a file that the call names.
+fn open(path: &Path) -> Result<File, Failure> {
+    let file = File::open(path).map_err(|error| Failure::refused(path, format_args!("cannot be read: {error}")))?;
+    match file.metadata() {
+        Ok(metadata) if metadata.is_dir() => Err(Failure::refused(path, "is a folder; a file is needed")),
+        _ => Ok(file),
+    }
+}
+
+/// Reads a recording; a cut one is warned of and used as far as it goes.
+fn read_recording(path: &Path) -> Result<Recording, Failure> {
+    let recording =
+        Recording::read(BufReader::new(open(path)?)).map_err(|error| Failure::refused(path, error))?;
+    if !recording.complete {
+        output::warning(format_args!(
+            "{}: the recording is cut; what it holds is used (stylet recover makes it whole)",
+            path.display()
+        ));
+    }
+    Ok(recording)
+}
+
+/// The exercise that a recording carries.
+fn own_exercise(path: &Path, recording: &Recording) -> Result<ExerciseBundle, Failure> {
+    assessment::score::own_exercise(recording).map_err(|error| Failure::refused(path, error))
+}
+
+/// The mechanics of a scene for a patient.
+fn puncture_params(file: &Path, scene: &Scene, patient: &Patient) -> Result<PunctureParams, Failure> {
+    PunctureParams::new(scene.puncture_spec(patient)).map_err(|error| Failure::refused(file, error))
+}
+
+/// The contactor's name, as in the columns and events of the force tables.
+fn contactor_name(contactor: Contactor) -> &'static str {
+    match contactor {
+        Contactor::Tip => "tip",
+        Contactor::Rim => "rim",
+    }
+}

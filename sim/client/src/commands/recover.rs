@@ -1,0 +1,56 @@
+//! `stylet recover`: every valid message out of a cut or damaged recording.
+
+use std::io::BufReader;
+use std::path::PathBuf;
+
+use recording::read::ReadError;
+use recording::recover;
+
+use crate::exit::{Failure, Outcome};
+use crate::new_file::NewFile;
+use crate::{commands, output};
+
+/// Copy every valid message of a cut or damaged recording into a whole one
+///
+/// The input is only read. The output is reopened and checked before it gets its name.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  stylet recover cut.mcap --out fixed.mcap")]
+pub struct Args {
+    /// The recording to read
+    #[arg(value_name = "REC.mcap")]
+    recording: PathBuf,
+    /// The recording to write
+    #[arg(long, value_name = "FIXED.mcap")]
+    out: PathBuf,
+    /// Replace the output if it exists
+    #[arg(long)]
+    force: bool,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let source = BufReader::new(commands::open(&args.recording)?);
+    let mut fixed = NewFile::create(&args.out, args.force)?;
+    let recovered = recover::recover(source, fixed.file()).map_err(|error| match error {
+        ReadError::Io(error) => Failure::work(format_args!("{}: {error}", args.out.display())),
+        error => Failure::refused(&args.recording, error),
+    })?;
+    fixed.keep()?;
+    if args.json {
+        return output::json(&recovered);
+    }
+    let damage = match recovered.damage.as_str() {
+        "" => "the input was whole",
+        damage => damage,
+    };
+    output::line(format_args!(
+        "{}: {} messages, {} of them samples, out of {} bytes; {damage}",
+        args.out.display(),
+        recovered.messages,
+        recovered.samples,
+        recovered.bytes_read,
+    ))
+}

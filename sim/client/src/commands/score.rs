@@ -1,0 +1,81 @@
+//! `stylet score`: metrics, score and reasons of a recording.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use assessment::{Assessment, Direction, Metric};
+use scene::ExerciseBundle;
+
+use crate::exit::{Failure, Outcome};
+use crate::{commands, output};
+
+/// Judge a recorded attempt: metrics, score and what cost points
+///
+/// Everything is computed from the recording alone, by the exercise it carries or by another one.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  stylet score attempt.mcap\n  stylet score attempt.mcap --json | jq .score")]
+pub struct Args {
+    /// The recording
+    #[arg(value_name = "REC.mcap")]
+    recording: PathBuf,
+    /// Judge by this exercise instead of the one recorded
+    #[arg(long, value_name = "E.toml")]
+    exercise: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let recording = commands::read_recording(&args.recording)?;
+    let bundle = match &args.exercise {
+        Some(path) => ExerciseBundle::read(path)?,
+        None => commands::own_exercise(&args.recording, &recording)?,
+    };
+    let judged = assessment::assess(&recording, &bundle).map_err(|error| Failure::refused(&args.recording, error))?;
+    match args.json {
+        true => output::json(&judged),
+        false => output::with(|out| report(&bundle, &judged, out)),
+    }
+}
+
+fn report(bundle: &ExerciseBundle, judged: &Assessment, out: &mut dyn Write) -> io::Result<()> {
+    let (exercise, verdict) = (&bundle.exercise, if judged.passed { "passed" } else { "not passed" });
+    writeln!(out, "{} ({})", exercise.title, exercise.id)?;
+    writeln!(out, "Score {:.1} of 100, {verdict} (pass mark {})", judged.score, exercise.pass_mark)?;
+    for why in &judged.hard_fails {
+        writeln!(out, "Failed whatever the score: {why}")?;
+    }
+    writeln!(out, "\n{:>8}  Rubric", "Points")?;
+    for deduction in &judged.deductions {
+        // Adding zero turns the −0 of a line that cost nothing into 0.
+        writeln!(out, "{:>8.1}  {}: {}", 0.0 - deduction.points + 0.0, deduction.metric, deduction.why)?;
+    }
+    writeln!(out, "\n{:>12} {:8}  Metric", "Value", "Unit")?;
+    for metric in &judged.metrics {
+        writeln!(out, "{:>12} {:8}  {}", shown(metric), metric.unit, described(metric))?;
+    }
+    writeln!(out, "\nSimulated competence; not a clinical claim. Thresholds are the exercise author's.")
+}
+
+/// The value at a precision people can read, or that there is none.
+fn shown(metric: &Metric) -> String {
+    match metric.value {
+        Some(value) if metric.applies => format!("{value:.3}"),
+        _ => "n/a".to_owned(),
+    }
+}
+
+/// Id, name in words and which way is better.
+fn described(metric: &Metric) -> String {
+    let better = match metric.direction {
+        Direction::Lower => "lower is better",
+        Direction::Higher => "higher is better",
+        Direction::Range => "nearer 0 is better",
+    };
+    match metric.label.as_str() {
+        "" => format!("{} ({better})", metric.id),
+        label => format!("{} – {label} ({better})", metric.id),
+    }
+}

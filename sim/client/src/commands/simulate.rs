@@ -1,0 +1,190 @@
+//! `stylet simulate`: an attempt without a window, faster than real time.
+
+use std::fs;
+use std::path::PathBuf;
+
+use clap::builder::RangedU64ValueParser;
+use mechanics::operator::Motion;
+use nalgebra::Vector3;
+use recording::Session;
+use recording::simulate::{self, Clock, MotionSource, Simulated};
+use scene::{ExerciseBundle, Patient};
+use serde::Serialize;
+use time::format_description::well_known::Rfc3339;
+use time::{OffsetDateTime, UtcOffset};
+use uuid::Uuid;
+
+use crate::attempt::{self, Hand};
+use crate::exit::{Failure, Outcome};
+use crate::new_file::NewFile;
+use crate::progress::Progress;
+use crate::{clock, commands, output};
+
+/// How many ticks pass between two looks at the progress bar.
+const TICKS_PER_UPDATE: u64 = 1000;
+
+/// Let a virtual operator perform an exercise and record it
+///
+/// The seed draws the patient and the operator's hand. The same seed gives the same file but for the session's
+/// identifier and start, which --session-id and --started-at fix. The recording gets its name only when it is whole.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  \
+    stylet simulate exercise.toml --operator expert --seed 7 --out attempt.mcap\n  \
+    stylet simulate exercise.toml --operator constant:2 --out slow.mcap")]
+pub struct Args {
+    /// The exercise
+    #[arg(value_name = "EXERCISE.toml")]
+    exercise: PathBuf,
+    /// Who moves the needle: novice, intermediate, expert, constant:MM_S (a stiff hand at that speed), or a CSV file
+    /// with t_s and either x_m along the planned axis or px_m, py_m, pz_m and optionally qx, qy, qz, qw
+    #[arg(long, value_name = "NAME|constant:MM_S|FILE.csv", default_value = "expert")]
+    operator: Hand,
+    /// Draws the patient and the operator's hand
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// The recording to write
+    #[arg(long, value_name = "REC.mcap")]
+    out: PathBuf,
+    /// Replace the recording if it exists
+    #[arg(long)]
+    force: bool,
+    /// Identifier of the session [default: a new UUIDv7]
+    #[arg(long, value_name = "UUID")]
+    session_id: Option<Uuid>,
+    /// Start of the attempt, for example 2026-01-31T09:00:00Z [default: now]
+    #[arg(long, value_name = "RFC3339", value_parser = start)]
+    started_at: Option<OffsetDateTime>,
+    /// Servo rate, in Hz, 100 to 10000
+    #[arg(long, value_name = "HZ", default_value_t = 1000, value_parser = RangedU64ValueParser::<u32>::new().range(100..=10_000))]
+    tick_hz: u32,
+    /// Pseudonym of the trainee, never a name: up to 64 letters, digits and -_.
+    #[arg(long, value_name = "PSEUDONYM", default_value = "", hide_default_value = true, value_parser = pseudonym)]
+    trainee: String,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is said of an attempt.
+#[derive(Serialize)]
+struct Summary {
+    recording: String,
+    session_id: Uuid,
+    exercise_id: String,
+    operator: String,
+    seed: u64,
+    patient_thickness_mm: Vec<f64>,
+    duration_s: f64,
+    ticks: u64,
+    ruptures: u64,
+    bytes: u64,
+    wall_s: f64,
+    times_real_time: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let bundle = ExerciseBundle::read(&args.exercise)?;
+    let session = session(args, &bundle);
+    let started = clock::instant();
+    let simulated = record(args, &session, &bundle)?;
+    let wall_s = started.elapsed().as_secs_f64();
+    let summary = Summary {
+        recording: args.out.display().to_string(),
+        session_id: session.session_id,
+        exercise_id: session.exercise_id,
+        operator: session.device,
+        seed: session.seed,
+        patient_thickness_mm: session.patient_thickness_mm,
+        duration_s: simulated.duration_s,
+        ticks: simulated.ticks,
+        ruptures: 0,
+        bytes: fs::metadata(&args.out).map_or(0, |metadata| metadata.len()),
+        wall_s,
+        times_real_time: simulated.duration_s / wall_s,
+    };
+    match args.json {
+        true => output::json(&summary),
+        false => report(&summary),
+    }
+}
+
+/// Simulates and writes, under a temporary name until all is on disk.
+fn record(args: &Args, session: &Session, bundle: &ExerciseBundle) -> Result<Simulated, Failure> {
+    let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
+    let params = commands::puncture_params(&args.exercise, &bundle.scene, &patient)?;
+    let source = args.operator.source(&bundle.exercise, args.seed)?;
+    let clock = Clock { tick_hz: session.tick_hz, time_limit_s: bundle.exercise.time_limit_s };
+    let total = (clock.time_limit_s * clock.tick_hz) as u64;
+    let mut watched = Watched { source, progress: Progress::new(total, "simulating"), ticks: 0 };
+    let mut file = NewFile::create(&args.out, args.force)?;
+    let mut writer = attempt::writer(file.file(), session, bundle, &args.out)?;
+    let simulated = simulate::simulate(&params, &mut watched, &mut writer, &clock)
+        .and_then(|simulated| writer.finish().map(|_| simulated))
+        .map_err(|error| Failure::work(format_args!("{}: {error}", args.out.display())))?;
+    file.keep()?;
+    Ok(simulated)
+}
+
+fn session(args: &Args, bundle: &ExerciseBundle) -> Session {
+    Session {
+        session_id: args.session_id.unwrap_or_else(clock::new_session_id),
+        exercise_id: bundle.exercise.id.clone(),
+        exercise_sha256: bundle.exercise.sha256.clone(),
+        scene_sha256: bundle.scene.sha256.clone(),
+        simulator_version: env!("CARGO_PKG_VERSION").to_owned(),
+        git: option_env!("STYLET_GIT_REVISION").unwrap_or_default().to_owned(),
+        device: args.operator.device(),
+        device_max_force_n: f64::INFINITY,
+        tick_hz: f64::from(args.tick_hz),
+        seed: args.seed,
+        trainee: args.trainee.clone(),
+        started_at: args.started_at.unwrap_or_else(clock::now),
+        patient_thickness_mm: Patient::draw(&bundle.scene, args.seed).thickness_mm,
+    }
+}
+
+fn report(summary: &Summary) -> Outcome {
+    let Summary { recording, session_id, duration_s, ruptures, wall_s, times_real_time, .. } = summary;
+    let megabytes = summary.bytes as f64 * 1e-6;
+    output::line(format_args!(
+        "{recording}: {duration_s:.2} s simulated in {wall_s:.2} s ({times_real_time:.0} × real time), \
+         {ruptures} ruptures, {megabytes:.2} MB, session {session_id}"
+    ))
+}
+
+/// A source of motion that moves a progress bar.
+struct Watched {
+    source: Box<dyn MotionSource>,
+    progress: Progress,
+    ticks: u64,
+}
+
+impl MotionSource for Watched {
+    fn step(&mut self, dt_s: f64, force_n: &Vector3<f64>) -> Motion {
+        self.ticks += 1;
+        if self.ticks.is_multiple_of(TICKS_PER_UPDATE) {
+            self.progress.set(self.ticks);
+        }
+        self.source.step(dt_s, force_n)
+    }
+}
+
+/// A start that fits the recording's clock: Unix nanoseconds, unsigned, 64 bit.
+fn start(text: &str) -> Result<OffsetDateTime, String> {
+    let start = OffsetDateTime::parse(text, &Rfc3339).map_err(|error| format!("{error}; RFC 3339 is allowed"))?;
+    let start = start.to_offset(UtcOffset::UTC);
+    match start.year() {
+        1970..=2500 => Ok(start),
+        year => Err(format!("year {year}; 1970 to 2500 is allowed")),
+    }
+}
+
+/// A pseudonym of a form that no name, address or sentence has.
+fn pseudonym(text: &str) -> Result<String, String> {
+    let allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    match text.len() <= 64 && text.chars().all(allowed) {
+        true => Ok(text.to_owned()),
+        false => Err("up to 64 letters, digits and -_. are allowed: a pseudonym, never a name".to_owned()),
+    }
+}

@@ -1,0 +1,59 @@
+//! `stylet verify`: a recording against its own re-simulation.
+
+use std::path::PathBuf;
+
+use recording::verify::{self, Verification};
+use scene::Patient;
+
+use crate::exit::{Failure, Outcome};
+use crate::{commands, output};
+
+/// Re-simulate a recording's input and compare every recorded force
+///
+/// Uses only what the file carries: the exercise, the scene and the patient drawn. Exit 0 when every force and event is
+/// the same to the bit, 1 when anything differs.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  stylet verify attempt.mcap")]
+pub struct Args {
+    /// The recording
+    #[arg(value_name = "REC.mcap")]
+    recording: PathBuf,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let recording = commands::read_recording(&args.recording)?;
+    let bundle = commands::own_exercise(&args.recording, &recording)?;
+    let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
+    let (drawn, layers) = (patient.thickness_mm.len(), bundle.scene.layers.len());
+    if drawn != layers {
+        let why = format_args!("patient_thickness_mm has {drawn} values; {layers} are allowed, one per layer");
+        return Err(Failure::refused(&args.recording, why));
+    }
+    let params = commands::puncture_params(&args.recording, &bundle.scene, &patient)?;
+    let verification = verify::verify(&recording, &params);
+    match args.json {
+        true => output::json(&verification)?,
+        false => report(&verification)?,
+    }
+    if is_exact(&verification) { Ok(()) } else { Err(Failure::Found) }
+}
+
+/// Nothing differs. A deviation that is not a number is one.
+fn is_exact(verification: &Verification) -> bool {
+    verification.largest_deviation_n == 0.0 && verification.event_differences == 0
+}
+
+fn report(verification: &Verification) -> Outcome {
+    let Verification { ticks, largest_deviation_n, at_s, channel, event_differences } = verification;
+    if is_exact(verification) {
+        return output::line(format_args!("same to the bit: largest deviation 0 N over {ticks} ticks, events identical"));
+    }
+    let place = if channel.is_empty() { String::new() } else { format!(" in {channel} at {at_s} s") };
+    output::line(format_args!(
+        "different: largest deviation {largest_deviation_n} N{place} over {ticks} ticks, {event_differences} event differences"
+    ))
+}

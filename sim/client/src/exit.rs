@@ -1,0 +1,62 @@
+//! How a command ends: 0 done, 1 the work failed or a check found something, 2 the call or its input was wrong.
+
+use std::fmt::Display;
+use std::path::Path;
+use std::process::ExitCode;
+
+use scene::DocumentError;
+
+use crate::output;
+
+/// Why a command did not do what it was asked.
+#[derive(Debug)]
+pub enum Failure {
+    /// The call or its input was wrong; each string is one line of standard error. Exit 2.
+    Input(Vec<String>),
+    /// The work failed; each string is one line of standard error. Exit 1.
+    Work(Vec<String>),
+    /// A check found something, and the report that says so is already printed. Exit 1.
+    Found,
+    /// Whoever read our output has gone, as `head` does: nothing is wrong. Exit 0.
+    ReaderGone,
+}
+
+/// What every command returns.
+pub type Outcome = Result<(), Failure>;
+
+impl Failure {
+    /// The call or its input was wrong.
+    pub fn input(line: impl Display) -> Self {
+        Self::Input(vec![line.to_string()])
+    }
+
+    /// The work failed.
+    pub fn work(line: impl Display) -> Self {
+        Self::Work(vec![line.to_string()])
+    }
+
+    /// An input file is refused, and why.
+    pub fn refused(file: &Path, why: impl Display) -> Self {
+        Self::input(format_args!("{}: {why}", file.display()))
+    }
+}
+
+impl From<DocumentError> for Failure {
+    fn from(error: DocumentError) -> Self {
+        Self::Input(error.issues.iter().map(ToString::to_string).collect())
+    }
+}
+
+/// Says on standard error what went wrong and turns the outcome into the exit status.
+pub fn report(outcome: Outcome) -> ExitCode {
+    let (lines, status) = match outcome {
+        Ok(()) | Err(Failure::ReaderGone) => (Vec::new(), 0),
+        Err(Failure::Found) => (Vec::new(), 1),
+        Err(Failure::Work(lines)) => (lines, 1),
+        Err(Failure::Input(lines)) => (lines, 2),
+    };
+    for line in &lines {
+        output::error(line);
+    }
+    ExitCode::from(status)
+}

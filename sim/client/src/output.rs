@@ -1,0 +1,52 @@
+//! The only module that prints. Results go to standard output, everything else to standard error.
+
+use std::fmt::{Arguments, Display};
+use std::io::{self, BufWriter, ErrorKind, Write};
+
+use serde::Serialize;
+
+use crate::exit::{Failure, Outcome};
+
+/// Prints through a buffered, locked standard output.
+pub fn with(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Outcome {
+    let mut out = BufWriter::new(io::stdout().lock());
+    write(&mut out).and_then(|()| out.flush()).map_err(|error| match error.kind() {
+        ErrorKind::BrokenPipe => Failure::ReaderGone,
+        _ => Failure::work(format_args!("standard output: {error}")),
+    })
+}
+
+/// Prints one line for people.
+pub fn line(text: Arguments<'_>) -> Outcome {
+    with(|out| writeln!(out, "{text}"))
+}
+
+/// Prints one JSON value for programs.
+pub fn json(value: &impl Serialize) -> Outcome {
+    let text = serde_json::to_string_pretty(value)
+        .map_err(|error| Failure::work(format_args!("the result cannot be written as JSON: {error}")))?;
+    line(format_args!("{text}"))
+}
+
+/// Says one thing that went wrong, on one line whatever it quotes.
+pub fn error(text: impl Display) {
+    say("error", text);
+}
+
+/// Says one thing the user should know, on one line whatever it quotes.
+pub fn warning(text: impl Display) {
+    say("warning", text);
+}
+
+fn say(kind: &str, text: impl Display) {
+    let text = one_line(&text.to_string());
+    // Standard error that cannot be written to leaves nobody to tell.
+    let _ = writeln!(io::stderr().lock(), "{kind}: {text}");
+}
+
+/// Joins the words of a text with single spaces and leaves control characters out, so that it cannot span lines or
+/// move a terminal's cursor.
+pub fn one_line(text: &str) -> String {
+    let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
