@@ -42,7 +42,9 @@ impl FromStr for Hand {
             _ => match text.strip_prefix("constant:") {
                 Some(speed) => constant(speed).map(Self::Constant),
                 None if text.to_ascii_lowercase().ends_with(".csv") => Ok(Self::File(text.into())),
-                None => Err("novice, intermediate, expert, constant:MM_S or a file ending in .csv is allowed".to_owned()),
+                None => {
+                    Err("novice, intermediate, expert, constant:MM_S or a file ending in .csv is allowed".to_owned())
+                }
             },
         }
     }

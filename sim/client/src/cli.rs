@@ -13,7 +13,12 @@ use crate::output;
 ///
 /// Exit status: 0 done; 1 the work failed or a check found something; 2 the call or its input was wrong.
 #[derive(Parser)]
-#[command(name = "stylet", version, after_help = "Each command has its own help: stylet COMMAND --help")]
+#[command(
+    name = "stylet",
+    version,
+    arg_required_else_help = false,
+    after_help = "Each command has its own help: stylet COMMAND --help"
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -40,7 +40,9 @@ impl StandIn {
 /// An answer with a JSON body.
 pub fn answer(status: &str, media_type: &str, body: &str) -> String {
     let length = body.len();
-    format!("HTTP/1.1 {status}\r\nContent-Type: {media_type}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n{body}")
+    format!(
+        "HTTP/1.1 {status}\r\nContent-Type: {media_type}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n{body}"
+    )
 }
 
 fn serve(stream: &mut TcpStream, answer: &str) -> Request {
@@ -55,7 +57,8 @@ fn serve(stream: &mut TcpStream, answer: &str) -> Request {
     if head.contains("expect: 100-continue") && !early {
         stream.write_all(b"HTTP/1.1 100 Continue\r\n\r\n").expect("an interim answer");
     }
-    let length = head.lines().find_map(|line| line.strip_prefix("content-length: ")).map_or(0, |n| n.parse().expect("a length"));
+    let length =
+        head.lines().find_map(|line| line.strip_prefix("content-length: ")).map_or(0, |n| n.parse().expect("a length"));
     let mut body = vec![0; if early { 0 } else { length }];
     reader.read_exact(&mut body).expect("a body");
     stream.write_all(answer.as_bytes()).expect("an answer");

@@ -95,7 +95,8 @@ fn a_service_that_keeps_failing_is_given_up() {
 fn pages_and_garbage_are_no_acknowledgement() {
     let portal = StandIn::answering(&[answer("200 OK", "text/html", "<html>Welcome to our network</html>")]);
     upload(&portal.address, &[]).ends(1).says(&["not delivered", "without a session"]);
-    let sign_in = "HTTP/1.1 303 See Other\r\nLocation: /login\r\nContent-Length: 0\r\nConnection: close\r\n\r\n".to_owned();
+    let sign_in =
+        "HTTP/1.1 303 See Other\r\nLocation: /login\r\nContent-Length: 0\r\nConnection: close\r\n\r\n".to_owned();
     upload(&StandIn::answering(&[sign_in]).address, &[]).ends(1).says(&["HTTP 303", "elsewhere"]);
     let garbage = StandIn::answering(&["mumble\u{1b}[2J mumble\r\n\r\n".to_owned()]);
     let run = upload(&garbage.address, &["--retries", "0"]).ends(1);

@@ -37,8 +37,7 @@ fn open(path: &Path) -> Result<File, Failure> {
 
 /// Reads a recording; a cut one is warned of and used as far as it goes.
 fn read_recording(path: &Path) -> Result<Recording, Failure> {
-    let recording =
-        Recording::read(BufReader::new(open(path)?)).map_err(|error| Failure::refused(path, error))?;
+    let recording = Recording::read(BufReader::new(open(path)?)).map_err(|error| Failure::refused(path, error))?;
     if !recording.complete {
         output::warning(format_args!(
             "{}: the recording is cut; what it holds is used (stylet recover makes it whole)",

@@ -50,7 +50,9 @@ fn is_exact(verification: &Verification) -> bool {
 fn report(verification: &Verification) -> Outcome {
     let Verification { ticks, largest_deviation_n, at_s, channel, event_differences } = verification;
     if is_exact(verification) {
-        return output::line(format_args!("same to the bit: largest deviation 0 N over {ticks} ticks, events identical"));
+        return output::line(format_args!(
+            "same to the bit: largest deviation 0 N over {ticks} ticks, events identical"
+        ));
     }
     let place = if channel.is_empty() { String::new() } else { format!(" in {channel} at {at_s} s") };
     output::line(format_args!(

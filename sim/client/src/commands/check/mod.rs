@@ -47,9 +47,7 @@ fn check(file: &Path) -> FileReport {
     let name = file.display().to_string();
     match scene::load::read(file) {
         Err(refused) => FileReport::refused(name, refused.issues.iter().map(ToString::to_string).collect()),
-        Ok(Document::Scene(scene)) => {
-            FileReport::new(name, "scene", &scene.id, vec![plan::Plan::of_scene(&scene)])
-        }
+        Ok(Document::Scene(scene)) => FileReport::new(name, "scene", &scene.id, vec![plan::Plan::of_scene(&scene)]),
         Ok(Document::Exercise(bundle)) => {
             FileReport::new(name, "exercise", &bundle.exercise.id, vec![plan::Plan::of_exercise(&bundle)])
         }

@@ -59,7 +59,11 @@ fn write_plan(plan: &Plan, out: &mut dyn Write) -> io::Result<()> {
         Some(exercise) => writeln!(out, "\n  exercise {exercise} in scene {}, at {}°", plan.scene, plan.angle_deg)?,
         None => writeln!(out, "\n  scene {}, at {}°", plan.scene, plan.angle_deg)?,
     }
-    writeln!(out, "  {:24} {:>16} {:>10} {:>12} {:>10}", "layer", "thickness mm", "k N/m", "friction N/m", "cutting N")?;
+    writeln!(
+        out,
+        "  {:24} {:>16} {:>10} {:>12} {:>10}",
+        "layer", "thickness mm", "k N/m", "friction N/m", "cutting N"
+    )?;
     for layer in &plan.layers {
         let thickness = match layer.thickness_spread_mm {
             0.0 => format!("{}", layer.thickness_mm),

@@ -18,7 +18,9 @@ use delivery::{Delivery, Service};
 /// Network errors and a busy or failing service are tried again, waiting twice as long each time. The token comes from
 /// --token-file or the environment variable STYLET_TOKEN, never from the command line, which other users can see.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  stylet upload *.mcap --server https://training.example.org --token-file ~/.stylet-token")]
+#[command(
+    after_help = "Example:\n  stylet upload *.mcap --server https://training.example.org --token-file ~/.stylet-token"
+)]
 pub struct Args {
     /// The recordings
     #[arg(value_name = "REC.mcap", required = true)]
@@ -47,7 +49,10 @@ pub fn run(args: &Args) -> Outcome {
     }
     let token = token(args.token_file.as_deref())?;
     if sends_in_the_clear(&args.server) {
-        output::warning(format_args!("{}: http is not encrypted: others on the network can read the token", args.server));
+        output::warning(format_args!(
+            "{}: http is not encrypted: others on the network can read the token",
+            args.server
+        ));
     }
     let wait = Duration::from_millis(args.retry_wait_ms);
     let service = Service::new(&args.server, token, args.retries, wait);
@@ -73,7 +78,8 @@ fn said(delivery: &Delivery) -> Outcome {
 
 /// An address with a scheme and a host, to which `/api/v1/…` can be added.
 pub fn server(text: &str) -> Result<Uri, String> {
-    let uri: Uri = text.parse().map_err(|error| format!("{error}; an address such as https://example.org is allowed"))?;
+    let uri: Uri =
+        text.parse().map_err(|error| format!("{error}; an address such as https://example.org is allowed"))?;
     match (uri.scheme_str(), uri.host(), uri.query()) {
         (Some("http" | "https"), Some(_), None) => Ok(uri),
         _ => Err("http://HOST or https://HOST, optionally with :PORT and a path, is allowed".to_owned()),
