@@ -1,7 +1,14 @@
 //! Shapes inside the body, through parry3d. The only module that sees parry3d's types.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{Point3, Vector3};
+use parry3d_f64::math::{Pose, Vector};
+use parry3d_f64::query;
+use parry3d_f64::shape::{self, Ball, Cuboid, Segment, TriMesh, TriMeshFlags};
 use serde::{Deserialize, Serialize};
+
+use crate::axial::{Domain, ParamError};
 
 /// What a structure is to the exercise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -59,4 +66,169 @@ pub struct StructureSpec {
     pub shape: Shape,
     /// Where it is, in the patient frame, in m.
     pub position_m: Point3<f64>,
+}
+
+/// Stiffness of bone under the tip, in N/m.
+const BONE_N_PER_M: f64 = 2500.0;
+
+/// The part of the needle that can meet a structure: from the entry (or the tip itself, in the air) to the tip.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shaft {
+    pub entry_m: Point3<f64>,
+    pub tip_m: Point3<f64>,
+}
+
+/// How a needle stands to a structure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Meeting {
+    /// Least distance of the shaft, in m; 0 where it touches.
+    pub distance_m: f64,
+    /// The tip itself is inside.
+    pub tip_inside: bool,
+}
+
+/// A checked structure, ready for queries. Queries run in coordinates about its position.
+#[derive(Debug)]
+pub(crate) struct Structure {
+    kind: StructureKind,
+    position: Vector,
+    solid: Solid,
+}
+
+#[derive(Debug)]
+enum Solid {
+    Ball(Ball),
+    Capsule(shape::Capsule),
+    Cuboid(Cuboid),
+    Mesh(Box<TriMesh>),
+}
+
+impl Solid {
+    fn shape(&self) -> &dyn shape::Shape {
+        match self {
+            Self::Ball(ball) => ball,
+            Self::Capsule(capsule) => capsule,
+            Self::Cuboid(cuboid) => cuboid,
+            Self::Mesh(mesh) => mesh.as_ref(),
+        }
+    }
+}
+
+impl Structure {
+    /// Checks a structure and builds its shape; `index` only names it in the error.
+    pub fn new(index: usize, spec: &StructureSpec) -> Result<Self, ParamError> {
+        let name = format!("structures[{index}] ({})", spec.name);
+        check_vector(&format!("{name}.position_m"), &spec.position_m.coords)?;
+        Ok(Self { kind: spec.kind, position: to_parry(&spec.position_m.coords), solid: build(&name, &spec.shape)? })
+    }
+
+    pub fn kind(&self) -> StructureKind {
+        self.kind
+    }
+
+    /// Distance of the shaft, and whether the tip is inside.
+    pub fn meet(&self, shaft: &Shaft) -> Meeting {
+        let tip = to_parry(&shaft.tip_m.coords) - self.position;
+        let entry = to_parry(&shaft.entry_m.coords) - self.position;
+        let solid = self.solid.shape();
+        let nearest = solid.project_local_point(tip, true);
+        if nearest.is_inside {
+            return Meeting { distance_m: 0.0, tip_inside: true };
+        }
+        // A segment of no length has no direction for the closest-point search; the tip's own distance also
+        // bounds the shaft's from above where that search gives up.
+        let from_tip = (nearest.point - tip).length();
+        let from_shaft = if entry == tip { from_tip } else { self.shaft_distance(Segment::new(entry, tip)) };
+        Meeting { distance_m: from_shaft.min(from_tip), tip_inside: false }
+    }
+
+    fn shaft_distance(&self, shaft: Segment) -> f64 {
+        query::distance(&Pose::IDENTITY, &shaft, &Pose::IDENTITY, self.solid.shape())
+            .map_or(f64::INFINITY, |found| found.distance)
+    }
+
+    /// Force of bone on the needle's tip, in N: stiffness × penetration along the outward normal; 0 for anything else.
+    pub fn bone_force_n(&self, tip_m: &Point3<f64>) -> Vector3<f64> {
+        if self.kind != StructureKind::Bone {
+            return Vector3::zeros();
+        }
+        let tip = to_parry(&tip_m.coords) - self.position;
+        let nearest = self.solid.shape().project_local_point(tip, false);
+        let outward = nearest.point - tip;
+        // At the very centre of a ball no direction is outward.
+        if nearest.is_inside && outward.is_finite() {
+            Vector3::new(outward.x, outward.y, outward.z) * BONE_N_PER_M
+        } else {
+            Vector3::zeros()
+        }
+    }
+}
+
+fn to_parry(vector: &Vector3<f64>) -> Vector {
+    Vector::new(vector.x, vector.y, vector.z)
+}
+
+fn check_vector(field: &str, vector: &Vector3<f64>) -> Result<(), ParamError> {
+    vector.iter().try_for_each(|&coordinate| Domain::Coordinate.check(field, coordinate, "m"))
+}
+
+fn build(name: &str, shape: &Shape) -> Result<Solid, ParamError> {
+    match shape {
+        Shape::Sphere { radius_m } => {
+            Domain::Positive.check(format!("{name}.radius_m"), *radius_m, "m")?;
+            Ok(Solid::Ball(Ball::new(*radius_m)))
+        }
+        Shape::Capsule { half_axis_m, radius_m } => {
+            Domain::Positive.check(format!("{name}.radius_m"), *radius_m, "m")?;
+            check_vector(&format!("{name}.half_axis_m"), half_axis_m)?;
+            let half = to_parry(half_axis_m);
+            Ok(Solid::Capsule(shape::Capsule::new(-half, half, *radius_m)))
+        }
+        Shape::Box { half_extents_m } => {
+            half_extents_m
+                .iter()
+                .try_for_each(|&half| Domain::Positive.check(format!("{name}.half_extents_m"), half, "m"))?;
+            Ok(Solid::Cuboid(Cuboid::new(to_parry(half_extents_m))))
+        }
+        Shape::Mesh { vertices_m, triangles } => build_mesh(name, vertices_m, triangles),
+    }
+}
+
+/// Builds a closed, outward-oriented mesh. Vertices at the same place are merged first: file formats such as STL repeat them.
+fn build_mesh(name: &str, vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<Solid, ParamError> {
+    let refuse = |value: f64, unit, allowed| ParamError { field: format!("{name}.mesh"), value, unit, allowed };
+    vertices_m.iter().try_for_each(|vertex| check_vector(&format!("{name}.mesh.vertices_m"), &vertex.coords))?;
+    if triangles.is_empty() {
+        return Err(refuse(0.0, "triangles", "must have at least 4 triangles"));
+    }
+    let known = vertices_m.len();
+    if let Some(index) = triangles.iter().flatten().find(|index| **index as usize >= known) {
+        return Err(refuse(f64::from(*index), "(vertex index)", "must be the index of a vertex"));
+    }
+    let vertices = vertices_m.iter().map(|vertex| to_parry(&vertex.coords)).collect();
+    let flags = TriMeshFlags::ORIENTED | TriMeshFlags::MERGE_DUPLICATE_VERTICES;
+    let mesh = TriMesh::with_flags(vertices, triangles.to_vec(), flags)
+        .map_err(|_| refuse(triangles.len() as f64, "triangles", "must form a surface"))?;
+    let open = open_edges(mesh.indices());
+    if open > 0 {
+        return Err(refuse(open as f64, "open edges", "must be closed: each edge in two triangles, once each way"));
+    }
+    let volume_m3 = signed_volume(&mesh);
+    if volume_m3 <= 0.0 {
+        return Err(refuse(volume_m3, "m³", "must have triangles counter-clockwise seen from outside"));
+    }
+    Ok(Solid::Mesh(Box::new(mesh)))
+}
+
+/// How many directed edges occur twice, or lack the opposite one.
+fn open_edges(triangles: &[[u32; 3]]) -> usize {
+    let edges = || triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+    let mut seen = BTreeSet::new();
+    let repeated = edges().filter(|edge| !seen.insert(*edge)).count();
+    repeated + seen.iter().filter(|(a, b)| !seen.contains(&(*b, *a))).count()
+}
+
+/// Volume by the divergence theorem, in m³; negative when the triangles face inwards.
+fn signed_volume(mesh: &TriMesh) -> f64 {
+    mesh.triangles().map(|triangle| triangle.a.dot(triangle.b.cross(triangle.c)) / 6.0).sum()
 }

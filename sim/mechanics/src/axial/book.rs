@@ -7,9 +7,9 @@
 //! Choices. Elastic and rupture energy belong to the layer whose boundary is tented or opened. Viscous and friction
 //! losses are shared by b_j l_j and c_j l_j. Cutting belongs to the layer that the tip is in.
 
-use super::params::Layer;
+use super::params::{AxialParams, Layer};
 use super::path::{Open, Path};
-use super::state::{AxialOutput, Rupture};
+use super::state::{AxialOutput, AxialScratch, AxialState, Rupture};
 use crate::ledger::{LayerEnergy, Ledger};
 
 /// What a tick did.
@@ -111,6 +111,15 @@ struct Part {
 
 const VISCOUS: Part = Part { coefficient: |layer| layer.damping_n_s_per_m2, entry: |energy| &mut energy.viscous_j };
 const FRICTION: Part = Part { coefficient: |layer| layer.friction_n_per_m, entry: |energy| &mut energy.friction_j };
+
+const LATERAL: Part = Part { coefficient: |_| 1.0, entry: |energy| &mut energy.lateral_j };
+
+/// Books lateral work, in J, on the layers in proportion to the inserted lengths of the step just made.
+pub(crate) fn book_lateral(params: &AxialParams, state: &mut AxialState, scratch: &AxialScratch, work_j: f64) {
+    let depth_m = state.last_output().depth_m;
+    let path = Path::new(params.spec(), &scratch.boundaries_m, scratch.path_factor);
+    share(&mut state.ledger, &path, &Share { depth_m, total_j: work_j, part: LATERAL });
+}
 
 /// Books a share; false when no layer has a weight.
 fn share(ledger: &mut Ledger, path: &Path<'_>, share: &Share) -> bool {

@@ -44,4 +44,6 @@ pub use params::{AxialParams, AxialSpec, Layer, MAX_LAYERS, ParamError, RateDepe
 pub use state::{AxialInput, AxialOutput, AxialScratch, AxialState, Contactor, Rupture, Stage};
 pub use step::step;
 
+pub(crate) use book::book_lateral;
+pub(crate) use params::Domain;
 pub(crate) use path::{Open, Path, lay_boundaries};

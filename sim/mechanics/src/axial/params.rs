@@ -76,6 +76,8 @@ pub(crate) enum Domain {
     NotNegative,
     /// Above 0, to 1e9.
     Positive,
+    /// −100 to 100: a coordinate, in m.
+    Coordinate,
 }
 
 impl Domain {
@@ -83,6 +85,7 @@ impl Domain {
         let (inside, allowed) = match self {
             Self::NotNegative => ((0.0..=1e9).contains(&value), "must be a number from 0 to 1e9"),
             Self::Positive => (value > 0.0 && value <= 1e9, "must be a number above 0, to 1e9"),
+            Self::Coordinate => ((-100.0..=100.0).contains(&value), "must be a number from -100 to 100"),
         };
         if inside { Ok(()) } else { Err(ParamError { field: field.into(), value, unit, allowed }) }
     }

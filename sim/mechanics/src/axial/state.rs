@@ -6,6 +6,9 @@ use super::params::AxialParams;
 use super::path::Open;
 use crate::ledger::Ledger;
 
+/// Samples closer than this are the same instant, in s: recordings count nanoseconds, and a velocity over less is noise.
+const MIN_TICK_S: f64 = 1e-9;
+
 /// Which of the two contactors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -109,6 +112,8 @@ pub struct AxialScratch {
     pub ruptures: Vec<Rupture>,
     /// D_i along the path of the current step, in m.
     pub(super) boundaries_m: Vec<f64>,
+    /// 1/cos θ of the current step.
+    pub(super) path_factor: f64,
 }
 
 impl AxialState {
@@ -125,7 +130,13 @@ impl AxialState {
         self.last.map_or_else(AxialOutput::default, |last| last.output)
     }
 
-    pub(super) fn open(&self) -> Open {
+    /// Whether a sample at this time would be a new one.
+    #[must_use]
+    pub fn is_later(&self, t_s: f64) -> bool {
+        t_s.is_finite() && self.last.as_ref().is_none_or(|last| t_s - last.t_s >= MIN_TICK_S)
+    }
+
+    pub(crate) fn open(&self) -> Open {
         Open { tip: self.tip_open, rim: self.rim_open }
     }
 }
@@ -135,7 +146,11 @@ impl AxialScratch {
     #[must_use]
     pub fn new(params: &AxialParams) -> Self {
         let layers = params.spec().layers.len();
-        Self { ruptures: Vec::with_capacity(2 * layers), boundaries_m: Vec::with_capacity(layers + 1) }
+        Self {
+            ruptures: Vec::with_capacity(2 * layers),
+            boundaries_m: Vec::with_capacity(layers + 1),
+            path_factor: 1.0,
+        }
     }
 }
 

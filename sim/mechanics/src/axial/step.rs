@@ -5,8 +5,6 @@ use super::params::{AxialParams, RateDependence};
 use super::path::{Open, Path, lay_boundaries};
 use super::state::{AxialInput, AxialOutput, AxialScratch, AxialState, Contactor, LastSample, Rupture};
 
-/// Samples closer than this are the same instant, in s: recordings count nanoseconds, and a velocity over less is noise.
-const MIN_TICK_S: f64 = 1e-9;
 /// A displacement beyond this, in m, is a broken device, not a needle.
 const MAX_DISPLACEMENT_M: f64 = 1e3;
 /// Largest path factor, 1/cos θ.
@@ -33,10 +31,11 @@ pub fn step(
     input: &AxialInput,
 ) -> AxialOutput {
     scratch.ruptures.clear();
-    let Some(motion) = accept(state.last.as_ref(), input) else {
+    let Some(motion) = accept(state, input) else {
         return AxialOutput { held: true, ..state.last_output() };
     };
-    let AxialScratch { ruptures, boundaries_m } = scratch;
+    scratch.path_factor = input.path_factor;
+    let AxialScratch { ruptures, boundaries_m, .. } = scratch;
     let AxialInput { t_s, x_m, path_factor } = *input;
     let spec = params.spec();
     lay_boundaries(&spec.layers, path_factor, boundaries_m);
@@ -66,18 +65,17 @@ pub fn step(
 }
 
 /// The motion since the last good sample, or none when this one is not to be believed. Both differences are 0 on the first.
-fn accept(last: Option<&LastSample>, input: &AxialInput) -> Option<Motion> {
-    let believable = input.t_s.is_finite()
+fn accept(state: &AxialState, input: &AxialInput) -> Option<Motion> {
+    let believable = state.is_later(input.t_s)
         && input.x_m.abs() <= MAX_DISPLACEMENT_M
         && input.path_factor > 0.0
         && input.path_factor <= MAX_PATH_FACTOR;
-    if !believable {
-        return None;
-    }
-    let Some(last) = last else { return Some(Motion { dx_m: 0.0, v_m_per_s: 0.0 }) };
-    let dt_s = input.t_s - last.t_s;
-    let dx_m = input.x_m - last.x_m;
-    (dt_s >= MIN_TICK_S).then(|| Motion { dx_m, v_m_per_s: dx_m / dt_s })
+    believable.then(|| {
+        state.last.as_ref().map_or(Motion { dx_m: 0.0, v_m_per_s: 0.0 }, |last| {
+            let dx_m = input.x_m - last.x_m;
+            Motion { dx_m, v_m_per_s: dx_m / (input.t_s - last.t_s) }
+        })
+    })
 }
 
 /// Rupture thresholds at the speed of this tick.

@@ -1,6 +1,10 @@
 //! Virtual operators: a seeded hand that holds the device, follows a set-point, trembles and reacts to felt pops.
 
+mod pose;
+
 use nalgebra::{Isometry3, Point3, Vector3};
+
+pub use pose::needle_pose;
 
 /// What an operator intends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,10 +101,4 @@ impl Operator {
     pub fn step(&mut self, _dt_s: f64, _force_n: &Vector3<f64>) -> Motion {
         unimplemented!()
     }
-}
-
-/// Pose of a needle whose tip is at a point and whose axis (hub to tip) is a unit vector.
-#[must_use]
-pub fn needle_pose(_tip_m: &Point3<f64>, _axis: &Vector3<f64>) -> Isometry3<f64> {
-    unimplemented!()
 }

@@ -1,30 +1,13 @@
-//! The needle in space: contact, latched axis, tracks, lateral foundation and structures around the axial law.
+//! What goes in and out of a step, and what lasts between steps.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::axial::{AxialOutput, AxialSpec, AxialState, ParamError, Rupture, Stage};
+use super::contact::{Latch, MAX_TRACKS, Track};
+use super::params::PunctureParams;
+use crate::axial::{AxialOutput, AxialScratch, AxialState, Rupture, Stage};
 use crate::ledger::Ledger;
-use crate::structures::StructureSpec;
-
-/// What [`PunctureParams`] is made of, unchecked.
-#[derive(Clone, Debug)]
-pub struct PunctureSpec {
-    /// The axial law.
-    pub axial: AxialSpec,
-    /// Lateral foundation per inserted metre, in N/m² (default 10 000).
-    pub lateral_stiffness_n_per_m2: f64,
-    /// Needle length from tip to hub, in m.
-    pub needle_length_m: f64,
-    /// Structures in the patient frame.
-    pub structures: Vec<StructureSpec>,
-}
-
-/// Checked parameters, constant for an attempt.
-#[derive(Debug)]
-pub struct PunctureParams {
-    _private: (),
-}
+use crate::structures::Meeting;
 
 /// One sample of the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,11 +18,23 @@ pub struct PunctureInput {
     pub patient_from_needle: Isometry3<f64>,
 }
 
-/// All that must be saved to continue.
+/// The needle at the last good sample.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct LastPose {
+    pub tip_m: Point3<f64>,
+    pub axis: Vector3<f64>,
+}
+
+/// All that must be saved to continue. Floats survive JSON exactly, so a continued run gives the same bits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PunctureState {
     /// The axial law on the current track; its ledger covers all tracks.
     pub axial: AxialState,
+    pub(super) tracks: Vec<Track>,
+    pub(super) latch: Option<Latch>,
+    pub(super) last: Option<LastPose>,
+    /// For each structure, whether the needle was in it.
+    pub(super) touching: Vec<bool>,
 }
 
 /// Reused between steps, never saved. Holds the events of the last step.
@@ -47,6 +42,9 @@ pub struct PunctureState {
 pub struct PunctureScratch {
     /// What happened in the last step, in order. Preallocated.
     pub events: Vec<PunctureEvent>,
+    pub(super) axial: AxialScratch,
+    /// How the needle stands to each structure.
+    pub(super) meetings: Vec<Meeting>,
 }
 
 /// Something that happened in a step.
@@ -79,7 +77,8 @@ pub enum PunctureEvent {
 /// The result of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PunctureOutput {
-    /// Axial displacement of the tip along the latched axis from its entry, in m; negative above the skin.
+    /// Axial displacement of the tip along the latched axis from its entry, in m. Before contact: the distance to the
+    /// skin along the needle's axis, negative.
     pub x_m: f64,
     /// The axial law's parts.
     pub axial: AxialOutput,
@@ -91,7 +90,7 @@ pub struct PunctureOutput {
     pub force_n: Vector3<f64>,
     /// Where the current boundary stands.
     pub stage: Stage,
-    /// The boundary that `stage` speaks of: the first that is not fully open.
+    /// The boundary that `stage` speaks of: the first that is not fully open, or the last when all are.
     pub boundary: usize,
     /// The axis is latched: the tip is in the body.
     pub inside: bool,
@@ -99,52 +98,40 @@ pub struct PunctureOutput {
     pub clearance_m: f64,
 }
 
-impl PunctureParams {
-    /// Checks and freezes a specification.
-    ///
-    /// # Errors
-    /// The first parameter that is non-finite or out of range.
-    pub fn new(_spec: PunctureSpec) -> Result<Self, ParamError> {
-        unimplemented!()
-    }
-
-    /// The specification these parameters were made from.
-    #[must_use]
-    pub fn spec(&self) -> &PunctureSpec {
-        unimplemented!()
-    }
-}
-
 impl PunctureState {
     /// A needle in the air.
     #[must_use]
-    pub fn new(_params: &PunctureParams) -> Self {
-        unimplemented!()
+    pub fn new(params: &PunctureParams) -> Self {
+        Self {
+            axial: AxialState::new(&params.axial),
+            tracks: Vec::with_capacity(MAX_TRACKS),
+            latch: None,
+            last: None,
+            touching: vec![false; params.structures.len()],
+        }
     }
-}
 
-impl PunctureState {
     /// Energy so far, over all tracks.
     #[must_use]
     pub fn ledger(&self) -> &Ledger {
         &self.axial.ledger
+    }
+
+    /// How many tracks there are.
+    #[must_use]
+    pub fn tracks(&self) -> usize {
+        self.tracks.len()
     }
 }
 
 impl PunctureScratch {
     /// Scratch large enough for `params`.
     #[must_use]
-    pub fn new(_params: &PunctureParams) -> Self {
-        unimplemented!()
+    pub fn new(params: &PunctureParams) -> Self {
+        let axial = AxialScratch::new(&params.axial);
+        let structures = params.structures.len();
+        // Contact and exit or fault, every rupture, every structure.
+        let events = 2 + axial.ruptures.capacity() + structures;
+        Self { events: Vec::with_capacity(events), axial, meetings: Vec::with_capacity(structures) }
     }
-}
-
-/// One step. Never fails: a bad input is held, flagged and reported as an event.
-pub fn step(
-    _params: &PunctureParams,
-    _state: &mut PunctureState,
-    _scratch: &mut PunctureScratch,
-    _input: &PunctureInput,
-) -> PunctureOutput {
-    unimplemented!()
 }

@@ -1,0 +1,121 @@
+//! Contact with the skin: where the needle enters, which track it takes, and the axis it is held to.
+
+use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::state::{LastPose, PunctureEvent, PunctureInput, PunctureState};
+
+/// Entries no farther apart than this, in m, share a track (physics section 2).
+const TRACK_RADIUS_M: f64 = 0.002;
+/// Most tracks that are remembered; beyond it the nearest is taken up, so that a step stays bounded.
+pub(super) const MAX_TRACKS: usize = 64;
+/// cos 80°. A needle lying flatter on the skin is taken for one at 80°: its path would otherwise have no end.
+const MIN_COS: f64 = 0.173_648_177_666_930_33;
+
+/// A puncture channel: what is open along it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Track {
+    /// Where it was first entered, in m. Re-entries do not move it, or a track could creep over the skin.
+    entry_m: Point3<f64>,
+    tip_open: usize,
+    rim_open: usize,
+    /// Deepest material depth below the skin, perpendicular to it, in m: a re-entry may come at another angle.
+    deepest_m: f64,
+}
+
+/// The puncture in progress.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Latch {
+    pub entry_m: Point3<f64>,
+    pub axis: Vector3<f64>,
+    pub path_factor: f64,
+    pub track: usize,
+    /// δ⊥ at the last good sample, in m.
+    pub offset_m: Vector3<f64>,
+}
+
+impl Latch {
+    /// Axial displacement of a tip, and what it is off the latched line, both in m.
+    pub fn resolve(&self, tip_m: &Point3<f64>) -> (f64, Vector3<f64>) {
+        let from_entry = tip_m - self.entry_m;
+        let x_m = from_entry.dot(&self.axis);
+        (x_m, from_entry - self.axis * x_m)
+    }
+}
+
+/// cos θ between the needle's axis and the inward normal, never less than that of 80°.
+fn incidence_cos(axis: &Vector3<f64>) -> f64 {
+    (-axis.z).max(MIN_COS)
+}
+
+/// Displacement of a needle that is not in the body: the distance to the skin along its axis, in m, negative above it.
+pub(super) fn free_displacement_m(pose: &LastPose) -> f64 {
+    -pose.tip_m.z / incidence_cos(&pose.axis)
+}
+
+/// Latches the axis of a needle whose tip has just got below the skin, and takes up or begins its track.
+pub(super) fn enter(state: &mut PunctureState, pose: &LastPose) -> PunctureEvent {
+    let entry_m = entry_point(state.last.as_ref(), pose);
+    let path_factor = 1.0 / incidence_cos(&pose.axis);
+    let (track, reused) = choose_track(&mut state.tracks, entry_m);
+    if let Some(known) = state.tracks.get(track) {
+        state.axial.tip_open = known.tip_open;
+        state.axial.rim_open = known.rim_open;
+        state.axial.deepest_m = known.deepest_m * path_factor;
+    }
+    let mut latch = Latch { entry_m, axis: pose.axis, path_factor, track, offset_m: Vector3::zeros() };
+    latch.offset_m = latch.resolve(&pose.tip_m).1;
+    state.latch = Some(latch);
+    PunctureEvent::Contact { entry_m, track, reused }
+}
+
+/// Stores what is open along the track that the needle has just left.
+pub(super) fn leave(state: &mut PunctureState, latch: &Latch) {
+    if let Some(track) = state.tracks.get_mut(latch.track) {
+        track.tip_open = state.axial.tip_open;
+        track.rim_open = state.axial.rim_open;
+        track.deepest_m = state.axial.deepest_m / latch.path_factor;
+    }
+}
+
+/// Where the tip's path from the last sample crosses the skin; for a first sample inside, where its axis does.
+fn entry_point(last: Option<&LastPose>, pose: &LastPose) -> Point3<f64> {
+    let tip = pose.tip_m;
+    let mut entry_m = match last {
+        Some(last) => last.tip_m + (tip - last.tip_m) * (last.tip_m.z / (last.tip_m.z - tip.z)),
+        None => tip - pose.axis * free_displacement_m(pose),
+    };
+    entry_m.z = 0.0;
+    entry_m
+}
+
+/// The track nearest to an entry if it is near enough or no further one can be remembered, else a new one.
+fn choose_track(tracks: &mut Vec<Track>, entry_m: Point3<f64>) -> (usize, bool) {
+    let nearest = tracks
+        .iter()
+        .enumerate()
+        .map(|(index, track)| (index, (track.entry_m - entry_m).norm()))
+        .min_by(|a, b| a.1.total_cmp(&b.1));
+    match nearest {
+        Some((index, distance_m)) if distance_m <= TRACK_RADIUS_M || tracks.len() >= MAX_TRACKS => (index, true),
+        _ => {
+            tracks.push(Track { entry_m, tip_open: 0, rim_open: 0, deepest_m: 0.0 });
+            (tracks.len() - 1, false)
+        }
+    }
+}
+
+/// The needle's pose as the law uses it, or none when it is not to be believed.
+pub(super) fn believe(state: &PunctureState, input: &PunctureInput) -> Option<LastPose> {
+    /// Farthest believable tip from the patient's origin, in m.
+    const MAX_COORDINATE_M: f64 = 100.0;
+    /// How far the square of the orientation's norm may be from 1.
+    const UNIT_TOLERANCE: f64 = 1e-6;
+    let pose = &input.patient_from_needle;
+    let tip_m = Point3::from(pose.translation.vector);
+    let axis = pose.rotation * Vector3::z();
+    let believable = state.axial.is_later(input.t_s)
+        && tip_m.iter().all(|coordinate| coordinate.abs() <= MAX_COORDINATE_M)
+        && (pose.rotation.norm_squared() - 1.0).abs() <= UNIT_TOLERANCE;
+    believable.then_some(LastPose { tip_m, axis })
+}
