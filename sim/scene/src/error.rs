@@ -7,7 +7,7 @@ pub struct Issue {
     pub file: String,
     /// Line, from 1.
     pub line: usize,
-    /// Column, from 1.
+    /// Column in characters, from 1.
     pub column: usize,
     /// Dotted path of the field, for example `layer[1].thickness_mm`.
     pub field: String,
@@ -28,5 +28,11 @@ pub struct DocumentError {
 impl std::fmt::Display for Issue {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}:{}:{}: {}: {}; {}", self.file, self.line, self.column, self.field, self.found, self.allowed)
+    }
+}
+
+impl From<Issue> for DocumentError {
+    fn from(issue: Issue) -> Self {
+        Self { issues: vec![issue] }
     }
 }

@@ -1,9 +1,11 @@
 //! An exercise: what to do in a scene and how it is judged.
 
 use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 /// One line of a rubric: 100 % at `full`, 0 % at `zero`, linear between, clamped.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RubricLine {
     /// Metric id, for example `depth_error_mm`.
     pub metric: String,
@@ -16,7 +18,7 @@ pub struct RubricLine {
 }
 
 /// A limit that fails the attempt whatever the score.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HardFail {
     /// Metric id, for example `structure_hits.vessel` or `peak_force_n`.
     pub metric: String,
@@ -27,7 +29,7 @@ pub struct HardFail {
 }
 
 /// A declarative coaching rule.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct CoachingRule {
     /// Live quantity: `depth_mm`, `force_n`, `speed_mm_per_s` or `angle_error_deg`.
     pub quantity: String,
@@ -76,9 +78,13 @@ pub struct Exercise {
 
 impl Exercise {
     /// Planned direction into the body, unit length, patient frame.
+    ///
+    /// The tip heads for the azimuth: at azimuth 0 an oblique needle goes in towards +x while its hub leans to −x.
     #[must_use]
     pub fn axis(&self) -> Vector3<f64> {
-        unimplemented!()
+        let (angle, azimuth) = (self.angle_deg.to_radians(), self.azimuth_deg.to_radians());
+        let sideways = libm::sin(angle);
+        Vector3::new(sideways * libm::cos(azimuth), sideways * libm::sin(azimuth), -libm::cos(angle))
     }
 
     /// Planned entry, in m, patient frame.
@@ -94,8 +100,21 @@ impl Exercise {
     }
 
     /// Lower-case hexadecimal SHA-256 of the rubric in canonical form: lines, hard fails and pass mark, and nothing else.
+    ///
+    /// Canonical form: compact JSON with its keys in the order of [`Judgement`]'s fields, every number in the shortest
+    /// form that reads back to the same f64. A comment, a briefing or another order of keys changes nothing.
     #[must_use]
     pub fn rubric_sha256(&self) -> String {
-        unimplemented!()
+        let judgement = Judgement { rubric: &self.rubric, hard_fail: &self.hard_fails, pass_mark: self.pass_mark };
+        // A judgement holds only text and numbers under text keys: its serialisation has no way to fail.
+        hex::encode(Sha256::digest(serde_json::to_vec(&judgement).unwrap_or_default()))
     }
+}
+
+/// What decides a score, in canonical order.
+#[derive(Serialize)]
+struct Judgement<'e> {
+    rubric: &'e [RubricLine],
+    hard_fail: &'e [HardFail],
+    pass_mark: f64,
 }

@@ -1,8 +1,14 @@
 //! The JSON of `stylet force`: layers at their effective values, in SI.
 
-use mechanics::axial::AxialSpec;
+use mechanics::axial::{AxialParams, AxialSpec, Layer, ParamError, RateDependence};
+use serde::Deserialize;
+use serde::de::IgnoredAny;
 
-use crate::error::DocumentError;
+use crate::error::{DocumentError, Issue};
+use crate::source::position;
+
+/// Largest angle of a path to the surface normal, in rad (60°, and a rounding).
+const STEEPEST_RAD: f64 = std::f64::consts::FRAC_PI_3 + 1e-9;
 
 /// A parsed case.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,10 +19,101 @@ pub struct ForceCase {
     pub angle_rad: f64,
 }
 
+/// The file as it stands. `name`, `note` and `units` are for people.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawCase {
+    #[serde(rename = "name")]
+    _name: Option<IgnoredAny>,
+    #[serde(rename = "note")]
+    _note: Option<IgnoredAny>,
+    #[serde(rename = "units")]
+    _units: Option<IgnoredAny>,
+    tip_to_rim_m: f64,
+    presliding_stiffness_n_per_m: f64,
+    #[serde(default)]
+    angle_rad: f64,
+    rate: Option<RawRate>,
+    layers: Vec<RawLayer>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawRate {
+    p_infinity_n: f64,
+    v0_m_per_s: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawLayer {
+    name: String,
+    thickness_m: f64,
+    stiffness_n_per_m: f64,
+    damping_n_s_per_m2: f64,
+    tip_rupture_n: f64,
+    rim_rupture_n: f64,
+    friction_n_per_m: f64,
+    cutting_n: f64,
+}
+
 /// Parses `SCENE.json`.
 ///
 /// # Errors
-/// Every issue found, with line and column.
-pub fn parse(_file: &str, _json: &str) -> Result<ForceCase, DocumentError> {
-    unimplemented!()
+/// The first issue found, with line and column.
+pub fn parse(file: &str, json: &str) -> Result<ForceCase, DocumentError> {
+    let issue = |(line, column), field: &str, found: String, allowed: &str| {
+        let (file, field, allowed) = (file.to_owned(), field.to_owned(), allowed.to_owned());
+        DocumentError::from(Issue { file, line, column, field, found, allowed })
+    };
+    let raw: RawCase = serde_json::from_str(json).map_err(|e| {
+        let place = (e.line(), e.column().max(1));
+        issue(place, "case", e.to_string(), "allowed: the form of reference/force/*.json")
+    })?;
+    let angle_rad = raw.angle_rad;
+    if !(0.0..=STEEPEST_RAD).contains(&angle_rad) {
+        let place = position(json, offset_of(json, "angle_rad"));
+        return Err(issue(place, "angle_rad", format!("{angle_rad} rad"), "allowed: 0 to 1.0472 rad (60°)"));
+    }
+    let spec = raw.spec();
+    AxialParams::new(spec.clone()).map_err(|ParamError { field, value, unit, allowed }| {
+        issue(position(json, offset_of(json, &field)), &field, format!("{value} {unit}"), allowed)
+    })?;
+    Ok(ForceCase { spec, angle_rad })
+}
+
+impl RawCase {
+    fn spec(self) -> AxialSpec {
+        let rate = self.rate.map(|r| RateDependence { p_infinity_n: r.p_infinity_n, v0_m_per_s: r.v0_m_per_s });
+        AxialSpec {
+            layers: self.layers.into_iter().map(layer).collect(),
+            tip_to_rim_m: self.tip_to_rim_m,
+            presliding_stiffness_n_per_m: self.presliding_stiffness_n_per_m,
+            rate,
+        }
+    }
+}
+
+fn layer(raw: RawLayer) -> Layer {
+    Layer {
+        name: raw.name,
+        thickness_m: raw.thickness_m,
+        stiffness_n_per_m: raw.stiffness_n_per_m,
+        damping_n_s_per_m2: raw.damping_n_s_per_m2,
+        tip_rupture_n: raw.tip_rupture_n,
+        rim_rupture_n: raw.rim_rupture_n,
+        friction_n_per_m: raw.friction_n_per_m,
+        cutting_n: raw.cutting_n,
+    }
+}
+
+/// Byte offset of a field such as `layers[1].thickness_m`, or 0.
+///
+/// Every layer has each of its keys exactly once, so layer n holds the n-th place where the key stands.
+fn offset_of(json: &str, field: &str) -> usize {
+    let (parent, key) = field.rsplit_once('.').unwrap_or(("", field));
+    let nth = parent.split(['[', ']']).nth(1).and_then(|n| n.parse().ok()).unwrap_or(0);
+    let quoted = format!("\"{key}\"");
+    let is_key = |at: &usize| json[at + quoted.len()..].trim_start().starts_with(':');
+    json.match_indices(&quoted).map(|(at, _)| at).filter(is_key).nth(nth).unwrap_or(0)
 }

@@ -7,8 +7,20 @@ pub mod error;
 pub mod exercise;
 pub mod force_case;
 pub mod load;
+pub mod metrics;
 pub mod model;
 pub mod patient;
+pub mod schema;
+
+mod describe;
+mod mesh;
+mod read_curriculum;
+mod read_exercise;
+mod read_scene;
+mod scaling;
+mod source;
+mod suggest;
+mod walk;
 
 pub use curriculum::{Curriculum, MasteryRule};
 pub use error::{DocumentError, Issue};
@@ -17,3 +29,4 @@ pub use load::{Document, DocumentKind, ExerciseBundle};
 pub use mechanics::structures::{Shape, StructureKind, StructureSpec};
 pub use model::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
 pub use patient::Patient;
+pub use schema::schema;

@@ -1,11 +1,18 @@
 //! From files or attachments to checked documents.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use toml::de::DeTable;
 
 use crate::curriculum::Curriculum;
-use crate::error::DocumentError;
+use crate::error::{DocumentError, Issue};
 use crate::exercise::Exercise;
 use crate::model::Scene;
+use crate::read_curriculum::read_curriculum;
+use crate::read_exercise::{SceneError, read_exercise};
+use crate::read_scene::{Files, read_scene};
+use crate::source::Source;
+use crate::walk;
 
 /// The kinds of document.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +30,7 @@ pub enum DocumentKind {
 /// A document of any kind.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Document {
-    /// A scene with the bytes of its meshes.
+    /// A scene with its meshes.
     Scene(Box<Scene>),
     /// An exercise with its scene.
     Exercise(Box<ExerciseBundle>),
@@ -46,21 +53,52 @@ pub struct ExerciseBundle {
     pub meshes: Vec<(String, Vec<u8>)>,
 }
 
+/// A scene with every byte it was read from.
+struct SceneParts {
+    scene: Scene,
+    bytes: Vec<u8>,
+    meshes: Files,
+}
+
 impl ExerciseBundle {
     /// Reads an exercise and all it names from disk.
     ///
     /// # Errors
     /// Every issue found.
-    pub fn read(_path: &Path) -> Result<Self, DocumentError> {
-        unimplemented!()
+    pub fn read(path: &Path) -> Result<Self, DocumentError> {
+        let bytes = read_file(path)?;
+        Self::assemble(&path.display().to_string(), bytes, |scene| {
+            let path = beside(path, scene);
+            let bytes = std::fs::read(&path).map_err(|e| SceneError::Missing(format!("{}: {e}", path.display())))?;
+            scene_from_disk(&path, bytes).map_err(SceneError::Refused)
+        })
     }
 
     /// Rebuilds it from a recording's attachments.
     ///
     /// # Errors
     /// Every issue found; a mesh that the scene names and `meshes` lacks is one.
-    pub fn from_parts(_exercise: &[u8], _scene: &[u8], _meshes: &[(String, Vec<u8>)]) -> Result<Self, DocumentError> {
-        unimplemented!()
+    pub fn from_parts(exercise: &[u8], scene: &[u8], meshes: &[(String, Vec<u8>)]) -> Result<Self, DocumentError> {
+        let find = |file: &str| {
+            let found = meshes.iter().find(|(name, _)| name == file);
+            found.map(|(_, bytes)| bytes.clone()).ok_or_else(|| "not attached".to_owned())
+        };
+        Self::assemble("attached exercise", exercise.to_vec(), |_| {
+            let source = Source::new("attached scene", scene).map_err(SceneError::Refused)?;
+            let (parsed, meshes) = read_scene(source, &find).map_err(SceneError::Refused)?;
+            Ok(SceneParts { scene: parsed, bytes: scene.to_vec(), meshes })
+        })
+    }
+
+    fn assemble(
+        file: &str,
+        exercise_bytes: Vec<u8>,
+        read_scene: impl FnOnce(&str) -> Result<SceneParts, SceneError>,
+    ) -> Result<Self, DocumentError> {
+        let source = Source::new(file, &exercise_bytes)?;
+        let (exercise, parts) = read_exercise(source, read_scene, |parts| &parts.scene)?;
+        let SceneParts { scene, bytes: scene_bytes, meshes } = parts;
+        Ok(Self { exercise, scene, exercise_bytes, scene_bytes, meshes })
     }
 }
 
@@ -68,6 +106,70 @@ impl ExerciseBundle {
 ///
 /// # Errors
 /// Every issue found.
-pub fn read(_path: &Path) -> Result<Document, DocumentError> {
-    unimplemented!()
+pub fn read(path: &Path) -> Result<Document, DocumentError> {
+    let bytes = read_file(path)?;
+    let source = Source::new(&path.display().to_string(), &bytes)?;
+    match kind_of(&walk::parse(&source)?) {
+        Some(DocumentKind::Scene) => Ok(Document::Scene(Box::new(scene_from_disk(path, bytes)?.scene))),
+        Some(DocumentKind::Exercise) => Ok(Document::Exercise(Box::new(ExerciseBundle::read(path)?))),
+        Some(DocumentKind::Curriculum) => {
+            let (curriculum, bundles) = read_curriculum(source, |file| ExerciseBundle::read(&beside(path, file)))?;
+            Ok(Document::Curriculum(Box::new(curriculum), bundles))
+        }
+        Some(DocumentKind::Instrument) => Err(source
+            .issue(0, "document", "an instrument", "this version reads scenes, exercises and curricula only")
+            .into()),
+        None => Err(source
+            .issue(
+                0,
+                "document",
+                "of no kind that is known",
+                "a scene has [[layer]], an exercise has scene, a curriculum has [[exercise]]",
+            )
+            .into()),
+    }
+}
+
+/// The kind of a document: the first that has one of its telling keys.
+///
+/// The key that every document of a kind needs comes first; the others tell the kind of one that lacks it, so that the
+/// lack is reported as what it is.
+fn kind_of(document: &DeTable<'_>) -> Option<DocumentKind> {
+    const TELLING: [(DocumentKind, &[&str]); 7] = [
+        (DocumentKind::Scene, &["layer"]),
+        (DocumentKind::Exercise, &["scene"]),
+        (DocumentKind::Curriculum, &["exercise", "exercises"]),
+        (DocumentKind::Instrument, &["item", "items"]),
+        (DocumentKind::Scene, &["layers", "needle", "structure", "tissue", "rate"]),
+        (DocumentKind::Exercise, &["rubric", "target", "entry", "hard_fail", "coaching", "pass_mark"]),
+        (DocumentKind::Curriculum, &["mastery"]),
+    ];
+    let has = |key: &&str| document.keys().any(|k| k.get_ref() == *key);
+    TELLING.iter().find(|(_, keys)| keys.iter().any(has)).map(|(kind, _)| *kind)
+}
+
+fn scene_from_disk(path: &Path, bytes: Vec<u8>) -> Result<SceneParts, DocumentError> {
+    let source = Source::new(&path.display().to_string(), &bytes)?;
+    let find = |file: &str| std::fs::read(beside(path, file)).map_err(|e| e.to_string());
+    let (scene, meshes) = read_scene(source, &find)?;
+    Ok(SceneParts { scene, bytes, meshes })
+}
+
+/// The path of a file that a document names relative to itself.
+fn beside(document: &Path, file: &str) -> PathBuf {
+    document.parent().unwrap_or(Path::new("")).join(file)
+}
+
+fn read_file(path: &Path) -> Result<Vec<u8>, DocumentError> {
+    std::fs::read(path).map_err(|e| {
+        let issue = Issue {
+            file: path.display().to_string(),
+            line: 1,
+            column: 1,
+            field: "document".to_owned(),
+            found: e.to_string(),
+            allowed: "allowed: a readable TOML document".to_owned(),
+        };
+        issue.into()
+    })
 }

@@ -1,16 +1,14 @@
 //! A scene: layers, needle, structures, tissue options.
 
-use mechanics::puncture::PunctureSpec;
 use mechanics::structures::{StructureKind, StructureSpec};
-
-use crate::patient::Patient;
+use serde::Deserialize;
 
 /// A layer as its author wrote it: at 2.0 mm diameter, diamond tip, lubrication 1, toughness 1.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct SceneLayer {
     /// Name, unique in the scene.
     pub name: String,
-    /// Thickness, in mm; 0 for a fascia.
+    /// Thickness, in mm; 0 for a fascia that only has thresholds.
     pub thickness_mm: f64,
     /// Spread of the thickness between patients (uniform, ±), in mm.
     pub thickness_spread_mm: f64,
@@ -20,7 +18,8 @@ pub struct SceneLayer {
     pub damping_n_s_per_m2: f64,
     /// Tip threshold, in N.
     pub tip_rupture_n: f64,
-    /// Rim threshold, in N.
+    /// Rim threshold, in N; 0 where the needle has no rim and the scene states none.
+    #[serde(default)]
     pub rim_rupture_n: f64,
     /// Friction, in N/m.
     pub friction_n_per_m: f64,
@@ -43,7 +42,7 @@ pub struct SceneLayer {
 }
 
 /// The needle.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Needle {
     /// `trocar` or `needle`.
     pub kind: String,
@@ -53,7 +52,8 @@ pub struct Needle {
     pub diameter_exponent: f64,
     /// Tip type: diamond, bevel, conical or blunt.
     pub tip: String,
-    /// Tip-to-rim distance, in mm.
+    /// Tip-to-rim distance, in mm; 0 is a single contactor.
+    #[serde(default)]
     pub tip_to_rim_mm: f64,
     /// Length, in mm.
     pub length_mm: f64,
@@ -85,7 +85,7 @@ impl SceneStructure {
 }
 
 /// How the tissue deforms.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct TissueOptions {
     /// auto, axisymmetric, mass-spring, volumetric or none.
     pub model: String,
@@ -116,12 +116,4 @@ pub struct Scene {
     pub tissue: TissueOptions,
     /// Lower-case hexadecimal SHA-256 of the document's bytes.
     pub sha256: String,
-}
-
-impl Scene {
-    /// The mechanics' specification for a patient, scaled for the needle and the tissue, in SI.
-    #[must_use]
-    pub fn puncture_spec(&self, _patient: &Patient) -> PunctureSpec {
-        unimplemented!()
-    }
 }

@@ -1,0 +1,150 @@
+//! What a document may say: each field's key, unit, range, default and meaning, written once.
+//!
+//! The reader ([`crate::walk`]) and the JSON Schema ([`crate::schema`]) both derive from these tables, so neither can
+//! drift from the other.
+
+mod curriculum;
+mod exercise;
+mod scene;
+mod text;
+
+pub(crate) use curriculum::CURRICULUM;
+pub(crate) use exercise::EXERCISE;
+pub(crate) use scene::SCENE;
+pub(crate) use text::Text;
+
+/// A TOML table: the fields it may hold, in the order people write them.
+#[derive(Debug)]
+pub(crate) struct Table {
+    /// What the table is, for the schema.
+    pub doc: &'static str,
+    /// Its fields.
+    pub fields: &'static [Field],
+}
+
+/// One field of a table.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Field {
+    /// The key, with the unit in it.
+    pub key: &'static str,
+    /// What its value may be.
+    pub kind: Kind,
+    /// Whether it may be left out, and what then holds.
+    pub presence: Presence,
+    /// What it means.
+    pub doc: &'static str,
+}
+
+/// What a value may be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Kind {
+    /// A finite number, ends included.
+    Number { unit: &'static str, min: f64, max: f64 },
+    /// A whole number, ends included.
+    Integer { min: i64, max: i64 },
+    /// `true` or `false`.
+    Flag,
+    /// Text of a certain form.
+    Text(&'static Text),
+    /// One of some words.
+    Choice(&'static [&'static str]),
+    /// So many finite numbers, each within the ends.
+    Vector { unit: &'static str, len: usize, min: f64, max: f64 },
+    /// A list of texts.
+    Texts(&'static Text),
+    /// A table.
+    Table(&'static Table),
+    /// An array of tables of a bounded length.
+    Tables { table: &'static Table, min: usize, max: usize },
+}
+
+/// Whether a field may be left out.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Presence {
+    /// It must be there.
+    Required,
+    /// It may be left out, and then there is none.
+    Optional,
+    /// Left out, it is this number.
+    Number(f64),
+    /// Left out, it is this text.
+    Text(&'static str),
+    /// Left out, it is this flag.
+    Flag(bool),
+    /// Left out, it is an empty list, or a table of defaults.
+    Empty,
+}
+
+impl Field {
+    /// A field that may be left out.
+    const fn new(key: &'static str, kind: Kind, doc: &'static str) -> Self {
+        Self { key, kind, presence: Presence::Optional, doc }
+    }
+
+    /// A number in `unit` within `range`.
+    const fn number(key: &'static str, unit: &'static str, range: (f64, f64), doc: &'static str) -> Self {
+        Self::new(key, Kind::Number { unit, min: range.0, max: range.1 }, doc)
+    }
+
+    /// Three numbers in mm, each within ±`limit`.
+    const fn place(key: &'static str, limit: f64, doc: &'static str) -> Self {
+        Self::new(key, Kind::Vector { unit: "mm", len: 3, min: -limit, max: limit }, doc)
+    }
+
+    /// Text of a form.
+    const fn text(key: &'static str, text: &'static Text, doc: &'static str) -> Self {
+        Self::new(key, Kind::Text(text), doc)
+    }
+
+    /// The same field with another presence.
+    const fn with(self, presence: Presence) -> Self {
+        Self { presence, ..self }
+    }
+
+    /// The same field, required.
+    const fn required(self) -> Self {
+        self.with(Presence::Required)
+    }
+
+    /// The same field with a number as default.
+    const fn or(self, default: f64) -> Self {
+        self.with(Presence::Number(default))
+    }
+
+    /// The same field with a text as default.
+    const fn or_text(self, default: &'static str) -> Self {
+        self.with(Presence::Text(default))
+    }
+
+    /// The unit that the key carries, or nothing.
+    pub(crate) fn unit(&self) -> &'static str {
+        match self.kind {
+            Kind::Number { unit, .. } | Kind::Vector { unit, .. } => unit,
+            _ => "",
+        }
+    }
+}
+
+impl Kind {
+    /// What is allowed, in words.
+    pub(crate) fn allowed(&self) -> String {
+        match self {
+            Self::Number { unit, min, max } => format!("allowed: a number from {min} to {max}{}", spaced(unit)),
+            Self::Integer { min, max } => format!("allowed: a whole number from {min} to {max}"),
+            Self::Flag => "allowed: true or false".to_owned(),
+            Self::Text(text) => format!("allowed: {}", text.words),
+            Self::Choice(words) => format!("allowed: {}", words.join(", ")),
+            Self::Vector { unit, len, min, max } => {
+                format!("allowed: {len} numbers, each from {min} to {max}{}", spaced(unit))
+            }
+            Self::Texts(text) => format!("allowed: a list of texts, each {}", text.words),
+            Self::Table(_) => "allowed: a table".to_owned(),
+            Self::Tables { min, max, .. } => format!("allowed: {min} to {max} tables, each headed [[…]]"),
+        }
+    }
+}
+
+/// A unit with a space before it, or nothing.
+pub(crate) fn spaced(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!(" {unit}") }
+}

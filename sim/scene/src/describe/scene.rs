@@ -1,0 +1,106 @@
+//! The fields of a scene.
+
+use super::{Field, Kind, Presence, Table, Text};
+
+/// A scene.
+pub(crate) static SCENE: Table = Table {
+    doc: "A scene: layered tissue, a needle and structures to reach or avoid",
+    fields: &[
+        Field::text("id", &Text::ID, "Identifier; with the SHA-256 of the bytes it names a revision").required(),
+        Field::text("title", &Text::LINE, "Title shown to people").required(),
+        Field::text("description", &Text::PROSE, "What it is and where it comes from").or_text(""),
+        Field::new("layer", Kind::Tables { table: &LAYER, min: 1, max: 32 }, "Layers from the surface down").required(),
+        Field::new("needle", Kind::Table(&NEEDLE), "The needle").with(Presence::Empty),
+        Field::new("rate", Kind::Table(&RATE), "Rate dependence of the thresholds: P(v) = P∞ + (P0 − P∞)/(1 + v/v0)"),
+        Field::new("structure", Kind::Tables { table: &STRUCTURE, min: 0, max: 64 }, "Structures inside the body")
+            .with(Presence::Empty),
+        Field::new("tissue", Kind::Table(&TISSUE), "How the tissue deforms").with(Presence::Empty),
+    ],
+};
+
+static LAYER: Table = Table {
+    doc: "A layer, its numbers at 2.0 mm diameter, diamond tip, lubrication 1, toughness 1",
+    fields: &[
+        Field::text("name", &Text::NAME, "Name, unique in the scene; metric ids end with it").required(),
+        Field::number("thickness_mm", "mm", (0.0, 500.0), "Thickness along the surface normal; 0 for a fascia")
+            .required(),
+        Field::number("thickness_spread_mm", "mm", (0.0, 100.0), "Spread between patients: uniform, ±").or(0.0),
+        Field::number("stiffness_n_per_m", "N/m", (0.1, 1e7), "Stiffness k of the layer's upper boundary").required(),
+        Field::number("damping_n_s_per_m2", "N·s/m²", (0.0, 1e5), "Damping b per inserted length").or(0.0),
+        Field::number("tip_rupture_n", "N", (0.0, 100.0), "Force at which the tip opens the boundary").required(),
+        Field::number(
+            "rim_rupture_n",
+            "N",
+            (0.0, 100.0),
+            "Force at which the cannula's rim opens it; a trocar needs it",
+        ),
+        Field::number("friction_n_per_m", "N/m", (0.0, 1e5), "Coulomb friction cap c per inserted length").or(0.0),
+        Field::number("cutting_n", "N", (0.0, 100.0), "Force f of cutting new material").or(0.0),
+        Field::number("density_kg_per_m3", "kg/m³", (100.0, 5000.0), "Density").or(1050.0),
+        Field::number("poisson_ratio", "", (0.0, 0.499), "Poisson ratio").or(0.45),
+        Field::number("youngs_modulus_pa", "Pa", (10.0, 1e10), "Young's modulus; from the stiffness if left out"),
+        Field::number("toughness_factor", "", (0.01, 100.0), "Factor on the thresholds, friction and cutting").or(1.0),
+        Field::number("recoil_time_s", "s", (1e-4, 10.0), "Recoil time after a rupture"),
+        Field::text("texture", &Text::NAME, "Texture of the picture: skin, fat, muscle, fascia, …").or_text("tissue"),
+        Field::text("source", &Text::PROSE, "Where the numbers come from").or_text(""),
+    ],
+};
+
+static NEEDLE: Table = Table {
+    doc: "The needle",
+    fields: &[
+        Field::new("kind", Kind::Choice(&["trocar", "needle"]), "A trocar has a rim behind its tip, a needle has none")
+            .or_text("trocar"),
+        Field::number("diameter_mm", "mm", (0.1, 10.0), "Diameter D").or(2.0),
+        Field::number("diameter_exponent", "", (0.8, 2.0), "Exponent p: thresholds and cutting go with D^p").or(1.0),
+        Field::new("tip", Kind::Choice(&["diamond", "bevel", "conical", "blunt"]), "Tip, a factor on the thresholds")
+            .or_text("diamond"),
+        Field::number("tip_to_rim_mm", "mm", (0.0, 50.0), "Tip to rim: 2 for a trocar, 0 for a needle, if left out"),
+        Field::number("length_mm", "mm", (10.0, 500.0), "Length from tip to hub").or(150.0),
+        Field::number("lubrication", "", (0.1, 3.0), "Factor on friction: 0.5 lubricated, 1, 1.5 dry").or(1.0),
+        Field::new("flexible", Kind::Flag, "A bending shaft").with(Presence::Flag(false)),
+        Field::number("presliding_stiffness_n_per_m", "N/m", (1.0, 1e7), "Stiffness of friction before it slides")
+            .or(2000.0),
+        Field::number("lateral_stiffness_n_per_m2", "N/m²", (0.0, 1e7), "Sideways foundation per inserted length")
+            .or(10_000.0),
+    ],
+};
+
+static RATE: Table = Table {
+    doc: "Rate dependence of the rupture thresholds, at 2.0 mm diameter and a diamond tip",
+    fields: &[
+        Field::number("p_infinity_n", "N", (0.0, 100.0), "P∞, the threshold at high speed").required(),
+        Field::number("v0_mm_per_s", "mm/s", (1e-3, 1e6), "Speed at which half of the change has happened").required(),
+    ],
+};
+
+static STRUCTURE: Table = Table {
+    doc: "A structure in the patient frame: origin on the planned skin, +z out of the body, so z is negative inside",
+    fields: &[
+        Field::text("name", &Text::NAME, "Name, unique in the scene; metric ids end with it").required(),
+        Field::new("kind", Kind::Choice(&["target", "vessel", "nerve", "bone", "organ"]), "What it is to the exercise")
+            .required(),
+        Field::new("shape", Kind::Choice(&["sphere", "capsule", "box", "mesh"]), "Its shape").required(),
+        Field::place("position_mm", 500.0, "Its centre; for a mesh, where the mesh's origin goes").required(),
+        Field::number("radius_mm", "mm", (0.05, 500.0), "Radius of a sphere or capsule"),
+        Field::place("half_axis_mm", 500.0, "Half of a capsule's axis, from its centre to one end"),
+        Field::place("half_extents_mm", 500.0, "Half of each edge of a box, each above 0"),
+        Field::text("file", &Text::LINE, "STL file of a mesh, relative to the scene"),
+        Field::new("unit", Kind::Choice(&["mm", "m"]), "Unit of the mesh's coordinates: STL does not say"),
+    ],
+};
+
+static TISSUE: Table = Table {
+    doc: "How the tissue deforms",
+    fields: &[
+        Field::new(
+            "model",
+            Kind::Choice(&["auto", "axisymmetric", "mass-spring", "volumetric", "none"]),
+            "Model of the deformation; auto lets the planner choose",
+        )
+        .or_text("auto"),
+        Field::number("tolerance", "", (1e-6, 1.0), "Tolerated relative error of the displacement").or(0.05),
+        Field::new("coupling", Kind::Choice(&["none", "field"]), "Whether the field sets the boundaries' stiffness")
+            .or_text("none"),
+    ],
+};

@@ -1,0 +1,55 @@
+//! The forms of text in documents.
+
+/// A form of text: a pattern for the schema, and a test for the reader.
+#[derive(Debug)]
+pub(crate) struct Text {
+    /// In words.
+    pub words: &'static str,
+    /// Fewest characters.
+    pub min: usize,
+    /// Most characters.
+    pub max: usize,
+    /// Regular expression of the schema (ECMA 262), matching what `allows` allows.
+    pub pattern: &'static str,
+    /// Whether a character may stand at a position, counted from 0.
+    pub allows: fn(usize, char) -> bool,
+}
+
+impl Text {
+    /// An identifier.
+    pub(crate) const ID: Self = Self {
+        words: "1 to 64 letters, digits, - or _, the first a letter or digit",
+        min: 1,
+        max: 64,
+        pattern: "^[A-Za-z0-9][A-Za-z0-9_-]*$",
+        allows: |at, c| c.is_ascii_alphanumeric() || (at > 0 && (c == '-' || c == '_')),
+    };
+
+    /// A name that metric ids may end with, which is why a dot is not allowed.
+    pub(crate) const NAME: Self = Self {
+        words: "1 to 60 characters without a dot or line break",
+        min: 1,
+        max: 60,
+        pattern: "^[^.\\u0000-\\u001f\\u007f]+$",
+        allows: |_, c| c != '.' && !c.is_ascii_control(),
+    };
+
+    /// One line, said or shown to people.
+    pub(crate) const LINE: Self = Self {
+        words: "1 to 300 characters on one line",
+        min: 1,
+        max: 300,
+        pattern: "^[^\\u0000-\\u001f\\u007f]+$",
+        allows: |_, c| !c.is_ascii_control(),
+    };
+
+    /// Paragraphs.
+    pub(crate) const PROSE: Self =
+        Self { words: "at most 8000 characters", min: 0, max: 8000, pattern: "", allows: |_, _| true };
+
+    /// Whether `text` has this form.
+    pub(crate) fn admits(&self, text: &str) -> bool {
+        (self.min..=self.max).contains(&text.chars().count())
+            && text.chars().enumerate().all(|(at, c)| (self.allows)(at, c))
+    }
+}

@@ -1,0 +1,162 @@
+//! Reads a curriculum with its exercises: prerequisites without cycles, then the typed document.
+
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::curriculum::{Curriculum, CurriculumEntry, MasteryRule};
+use crate::describe::CURRICULUM;
+use crate::error::DocumentError;
+use crate::load::ExerciseBundle;
+use crate::source::Source;
+use crate::walk::Walked;
+
+/// A curriculum as its keys stand in TOML.
+#[derive(Deserialize)]
+struct RawCurriculum {
+    id: String,
+    title: String,
+    description: String,
+    mastery: RawMastery,
+    exercise: Vec<RawEntry>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct RawMastery {
+    rule: String,
+    passes: u32,
+    of: u32,
+    p0: f64,
+    p1: f64,
+    alpha: f64,
+    beta: f64,
+}
+
+#[derive(Deserialize)]
+struct RawEntry {
+    file: String,
+    prerequisites: Vec<String>,
+    survey: Option<String>,
+}
+
+/// Reads a curriculum; `read_exercise` turns each path it names into an exercise.
+///
+/// # Errors
+/// Every issue found, in the curriculum, its exercises and their scenes.
+pub(crate) fn read_curriculum(
+    source: Source,
+    read_exercise: impl Fn(&str) -> Result<ExerciseBundle, DocumentError>,
+) -> Result<(Curriculum, Vec<ExerciseBundle>), DocumentError> {
+    let sha256 = source.sha256.clone();
+    let mut doc = Walked::new(source, &CURRICULUM)?;
+    doc.refuse_duplicates("exercise", "file");
+    check_mastery(&mut doc);
+    let entries = doc.tables("exercise");
+    let mut bundles = Vec::new();
+    for file in entries.iter().filter_map(|e| e["file"].as_str()) {
+        match read_exercise(file) {
+            Ok(bundle) => bundles.push(bundle),
+            Err(error) => doc.also(error),
+        }
+    }
+    if bundles.len() == entries.len() {
+        let ids: Vec<&str> = bundles.iter().map(|b| b.exercise.id.as_str()).collect();
+        check_order(&mut doc, &entries, &ids);
+    }
+    let raw = doc.finish()?;
+    Ok((curriculum(raw, &bundles, sha256), bundles))
+}
+
+/// Unique ids, prerequisites that exist, and none that needs itself.
+fn check_order(doc: &mut Walked, entries: &[Value], ids: &[&str]) {
+    let mut needs: Vec<Vec<usize>> = Vec::new();
+    for (at, entry) in entries.iter().enumerate() {
+        if let Some(first) = ids.iter().take(at).position(|id| *id == ids[at]) {
+            let allowed = format!("exercise[{first}] has this id already; each must be unique");
+            doc.refuse(&format!("exercise[{at}].file"), &format!("\"{}\"", ids[at]), &allowed);
+        }
+        let mut found = Vec::new();
+        for id in entry["prerequisites"].as_array().into_iter().flatten().filter_map(Value::as_str) {
+            match ids.iter().position(|known| *known == id) {
+                Some(needed) => found.push(needed),
+                None => {
+                    let field = format!("exercise[{at}].prerequisites");
+                    doc.refuse(&field, &format!("\"{id}\""), &format!("allowed: {}", ids.join(", ")));
+                }
+            }
+        }
+        needs.push(found);
+    }
+    if let Some(cycle) = find_cycle(&needs) {
+        let path: Vec<_> = cycle.iter().map(|&at| ids[at]).collect();
+        let field = format!("exercise[{}].prerequisites", cycle[0]);
+        doc.refuse(&field, &format!("a cycle: {}", path.join(" → ")), "allowed: prerequisites without a cycle");
+    }
+}
+
+/// A path from an exercise along its prerequisites back to itself, if there is one.
+fn find_cycle(needs: &[Vec<usize>]) -> Option<Vec<usize>> {
+    let mut done = vec![false; needs.len()];
+    (0..needs.len()).find_map(|start| visit(needs, start, &mut Vec::new(), &mut done))
+}
+
+fn visit(needs: &[Vec<usize>], at: usize, path: &mut Vec<usize>, done: &mut [bool]) -> Option<Vec<usize>> {
+    if let Some(start) = path.iter().position(|&p| p == at) {
+        return Some(path[start..].iter().copied().chain([at]).collect());
+    }
+    if done[at] {
+        return None;
+    }
+    path.push(at);
+    let cycle = needs[at].iter().find_map(|&next| visit(needs, next, path, done));
+    path.pop();
+    done[at] = true;
+    cycle
+}
+
+/// Which keys a rule needs; it may have no others.
+fn check_mastery(doc: &mut Walked) {
+    const COUNTS: [&str; 2] = ["passes", "of"];
+    const RATES: [&str; 4] = ["p0", "p1", "alpha", "beta"];
+    let mastery = doc.value["mastery"].clone();
+    let Some(rule) = mastery["rule"].as_str() else { return };
+    let (needed, other): (&[&str], &[&str]) = if rule == "passes" { (&COUNTS, &RATES) } else { (&RATES, &COUNTS) };
+    for key in needed.iter().filter(|key| !doc.is_written(&format!("mastery.{key}"))).collect::<Vec<_>>() {
+        doc.refuse(&format!("mastery.{key}"), "missing", &format!("the rule {rule} needs it"));
+    }
+    for key in other.iter().filter(|key| !mastery[**key].is_null()) {
+        let allowed = format!("the rule {rule} has {}", needed.join(", "));
+        doc.refuse(&format!("mastery.{key}"), "not a key of this rule", &allowed);
+    }
+    if let (Some(passes), Some(of)) = (mastery["passes"].as_u64(), mastery["of"].as_u64()) {
+        if passes > of {
+            doc.refuse("mastery.passes", &passes.to_string(), &format!("allowed: at most {of}, the rule's `of`"));
+        }
+    }
+    if let (Some(p0), Some(p1)) = (mastery["p0"].as_f64(), mastery["p1"].as_f64()) {
+        if p1 <= p0 {
+            doc.refuse("mastery.p1", &p1.to_string(), &format!("allowed: above {p0}, the rule's p0"));
+        }
+    }
+}
+
+fn curriculum(raw: RawCurriculum, bundles: &[ExerciseBundle], sha256: String) -> Curriculum {
+    let entry = |(entry, bundle): (RawEntry, &ExerciseBundle)| CurriculumEntry {
+        file: entry.file,
+        exercise: bundle.exercise.id.clone(),
+        prerequisites: entry.prerequisites,
+        survey: entry.survey,
+    };
+    let RawMastery { rule, passes, of, p0, p1, alpha, beta } = raw.mastery;
+    Curriculum {
+        id: raw.id,
+        title: raw.title,
+        description: raw.description.trim().to_owned(),
+        entries: raw.exercise.into_iter().zip(bundles).map(entry).collect(),
+        mastery: match rule.as_str() {
+            "passes" => MasteryRule::Passes { passes, of },
+            _ => MasteryRule::Cusum { learning: rule == "lc-cusum", p0, p1, alpha, beta },
+        },
+        sha256,
+    }
+}

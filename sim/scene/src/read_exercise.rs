@@ -1,0 +1,141 @@
+//! Reads an exercise with its scene: what relates its fields to each other and to the scene, then the typed document.
+
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::describe::EXERCISE;
+use crate::error::DocumentError;
+use crate::exercise::{CoachingRule, Exercise, HardFail, RubricLine};
+use crate::metrics;
+use crate::model::Scene;
+use crate::source::Source;
+use crate::walk::Walked;
+
+/// An exercise as its keys stand in TOML.
+#[derive(Deserialize)]
+struct RawExercise {
+    id: String,
+    title: String,
+    briefing: String,
+    scene: String,
+    difficulty: u8,
+    pass_mark: f64,
+    time_limit_s: f64,
+    entry: RawEntry,
+    target: RawTarget,
+    rubric: Vec<RubricLine>,
+    hard_fail: Vec<HardFail>,
+    coaching: Vec<CoachingRule>,
+}
+
+#[derive(Deserialize)]
+struct RawEntry {
+    #[serde(default)]
+    point_mm: [f64; 2],
+    angle_deg: f64,
+    azimuth_deg: f64,
+}
+
+#[derive(Deserialize)]
+struct RawTarget {
+    depth_mm: f64,
+}
+
+/// Reads an exercise; `read_scene` turns the path it names into a scene and whatever belongs to it.
+///
+/// # Errors
+/// Every issue found, in the exercise and in its scene.
+pub(crate) fn read_exercise<S>(
+    source: Source,
+    read_scene: impl FnOnce(&str) -> Result<S, SceneError>,
+    scene_of: impl Fn(&S) -> &Scene,
+) -> Result<(Exercise, S), DocumentError> {
+    let sha256 = source.sha256.clone();
+    let mut doc = Walked::new(source, &EXERCISE)?;
+    let scene = match doc.value["scene"].as_str().map(read_scene) {
+        None => None,
+        Some(Ok(scene)) => Some(scene),
+        Some(Err(SceneError::Missing(why))) => {
+            doc.refuse("scene", &why, "allowed: the path of a scene, relative to this document");
+            None
+        }
+        Some(Err(SceneError::Refused(error))) => {
+            doc.also(error);
+            None
+        }
+    };
+    check(&mut doc, scene.as_ref().map(scene_of));
+    let raw = doc.finish()?;
+    // Without a scene there was an issue, and `finish` has returned it.
+    scene.map(|scene| (exercise(raw, sha256), scene)).ok_or_else(|| DocumentError { issues: Vec::new() })
+}
+
+/// Why an exercise has no scene.
+pub(crate) enum SceneError {
+    /// Its file cannot be read.
+    Missing(String),
+    /// It was read and refused.
+    Refused(DocumentError),
+}
+
+fn check(doc: &mut Walked, scene: Option<&Scene>) {
+    for (at, line) in doc.tables("rubric").iter().enumerate() {
+        let path = format!("rubric[{at}]");
+        check_metric(doc, line, &path, scene);
+        if line["full"].is_number() && line["full"] == line["zero"] {
+            doc.refuse(&format!("{path}.zero"), &line["zero"].to_string(), "allowed: a number other than full");
+        }
+    }
+    doc.refuse_duplicates("rubric", "metric");
+    for (at, fail) in doc.tables("hard_fail").iter().enumerate() {
+        check_metric(doc, fail, &format!("hard_fail[{at}]"), scene);
+    }
+    check_coaching(doc);
+    if let (Some(scene), Some(depth_mm)) = (scene, doc.value["target"]["depth_mm"].as_f64()) {
+        let length_mm = scene.needle.length_mm;
+        if depth_mm > length_mm {
+            let allowed = format!("allowed: at most {length_mm} mm, the needle's length");
+            doc.refuse("target.depth_mm", &format!("{depth_mm} mm"), &allowed);
+        }
+    }
+}
+
+fn check_metric(doc: &mut Walked, table: &Value, path: &str, scene: Option<&Scene>) {
+    let (Some(metric), Some(scene)) = (table["metric"].as_str(), scene) else { return };
+    if let Some(allowed) = metrics::refusal(metric, scene) {
+        doc.refuse(&format!("{path}.metric"), &format!("\"{metric}\""), &allowed);
+    }
+}
+
+/// Fills in and checks where a coaching rule arms again: never above the limit at which it speaks.
+fn check_coaching(doc: &mut Walked) {
+    for (at, rule) in doc.tables("coaching").iter().enumerate() {
+        let Some(above) = rule["above"].as_f64() else { continue };
+        let rearm_below = rule["rearm_below"].as_f64().unwrap_or(above);
+        doc.value["coaching"][at]["rearm_below"] = rearm_below.into();
+        if rearm_below > above {
+            let allowed = format!("allowed: at most {above}, the rule's `above`");
+            doc.refuse(&format!("coaching[{at}].rearm_below"), &rearm_below.to_string(), &allowed);
+        }
+    }
+}
+
+fn exercise(raw: RawExercise, sha256: String) -> Exercise {
+    Exercise {
+        id: raw.id,
+        title: raw.title,
+        briefing: raw.briefing.trim().to_owned(),
+        scene: raw.scene,
+        entry_mm: raw.entry.point_mm,
+        angle_deg: raw.entry.angle_deg,
+        azimuth_deg: raw.entry.azimuth_deg,
+        target_depth_mm: raw.target.depth_mm,
+        time_limit_s: raw.time_limit_s,
+        rubric: raw.rubric,
+        hard_fails: raw.hard_fail,
+        pass_mark: raw.pass_mark,
+        coaching: raw.coaching,
+        difficulty: raw.difficulty,
+        sha256,
+    }
+}

@@ -1,0 +1,178 @@
+//! Reads a scene: what relates its fields and meshes to each other, then the typed document.
+
+use mechanics::axial::RateDependence;
+use mechanics::structures::{Shape, StructureKind, StructureSpec};
+use nalgebra::{Point3, Vector3};
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::describe::SCENE;
+use crate::error::DocumentError;
+use crate::mesh;
+use crate::model::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
+use crate::source::Source;
+use crate::walk::Walked;
+
+/// Finds the bytes of a file that a document names, or says why not.
+pub(crate) type Find<'f> = &'f dyn Fn(&str) -> Result<Vec<u8>, String>;
+
+/// The files that a document named, with their bytes.
+pub(crate) type Files = Vec<(String, Vec<u8>)>;
+
+/// A scene as its keys stand in TOML.
+#[derive(Deserialize)]
+struct RawScene {
+    id: String,
+    title: String,
+    description: String,
+    layer: Vec<SceneLayer>,
+    needle: Needle,
+    rate: Option<RawRate>,
+    structure: Vec<RawStructure>,
+    tissue: TissueOptions,
+}
+
+#[derive(Deserialize)]
+struct RawRate {
+    p_infinity_n: f64,
+    v0_mm_per_s: f64,
+}
+
+#[derive(Deserialize)]
+struct RawStructure {
+    name: String,
+    kind: StructureKind,
+    shape: String,
+    position_mm: [f64; 3],
+    #[serde(default)]
+    radius_mm: f64,
+    #[serde(default)]
+    half_axis_mm: [f64; 3],
+    #[serde(default)]
+    half_extents_mm: [f64; 3],
+    file: Option<String>,
+}
+
+/// Reads a scene and the meshes it names.
+///
+/// # Errors
+/// Every issue found.
+pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<(Scene, Files), DocumentError> {
+    let sha256 = source.sha256.clone();
+    let mut doc = Walked::new(source, &SCENE)?;
+    doc.refuse_duplicates("layer", "name");
+    doc.refuse_duplicates("structure", "name");
+    check_needle(&mut doc);
+    let (meshes, files) = read_structures(&mut doc, find);
+    let raw: RawScene = doc.finish()?;
+    let structures = raw.structure.into_iter().zip(meshes).map(|(s, mesh)| structure(s, mesh)).collect();
+    let rate = raw.rate.map(|r| RateDependence { p_infinity_n: r.p_infinity_n, v0_m_per_s: r.v0_mm_per_s / 1e3 });
+    let scene = Scene {
+        id: raw.id,
+        title: raw.title,
+        description: raw.description,
+        layers: raw.layer,
+        needle: raw.needle,
+        rate,
+        structures,
+        tissue: raw.tissue,
+        sha256,
+    };
+    Ok((scene, files))
+}
+
+/// A needle has no rim and a trocar has one, whose distance is 2 mm if left out; a rim needs its thresholds.
+fn check_needle(doc: &mut Walked) {
+    let needle = &doc.value["needle"];
+    let is_trocar = needle["kind"] == "trocar";
+    let is_flexible = needle["flexible"] == true;
+    let tip_to_rim_mm = needle["tip_to_rim_mm"].as_f64().unwrap_or(if is_trocar { 2.0 } else { 0.0 });
+    doc.value["needle"]["tip_to_rim_mm"] = tip_to_rim_mm.into();
+    if !is_trocar && tip_to_rim_mm > 0.0 {
+        let allowed = "allowed: 0 mm, for a needle has no rim; kind = \"trocar\" has one";
+        doc.refuse("needle.tip_to_rim_mm", &format!("{tip_to_rim_mm} mm"), allowed);
+    }
+    if is_flexible {
+        doc.refuse("needle.flexible", "true", "allowed: false; a bending shaft is not modelled yet");
+    }
+    let rimless: Vec<usize> = doc
+        .tables("layer")
+        .iter()
+        .enumerate()
+        .filter(|(_, l)| l["rim_rupture_n"].is_null())
+        .map(|(at, _)| at)
+        .collect();
+    for at in rimless {
+        let field = format!("layer[{at}].rim_rupture_n");
+        if is_trocar && tip_to_rim_mm > 0.0 && !doc.is_written(&field) {
+            doc.refuse(&field, "missing", "needed by a trocar: the force in N at which its rim opens the boundary");
+        }
+    }
+}
+
+/// Checks each structure's own keys, and reads its mesh if it has one.
+fn read_structures(doc: &mut Walked, find: Find<'_>) -> (Vec<Option<Shape>>, Files) {
+    let (mut shapes, mut files) = (Vec::new(), Files::new());
+    for (at, table) in doc.tables("structure").iter().enumerate() {
+        check_shape_keys(doc, table, &format!("structure[{at}]"));
+        let mut shape = None;
+        if let (Some("mesh"), Some(file), Some(unit)) =
+            (table["shape"].as_str(), table["file"].as_str(), table["unit"].as_str())
+        {
+            match find(file).and_then(|bytes| mesh::read(&bytes, unit == "mm").map(|shape| (bytes, shape))) {
+                Ok((bytes, mesh)) => {
+                    shape = Some(mesh);
+                    if !files.iter().any(|(name, _)| name == file) {
+                        files.push((file.to_owned(), bytes));
+                    }
+                }
+                Err(why) => doc.refuse(&format!("structure[{at}].file"), &format!("\"{file}\": {why}"), mesh::ALLOWED),
+            }
+        }
+        shapes.push(shape);
+    }
+    (shapes, files)
+}
+
+/// Which keys a shape needs; it may have no others of these.
+const SHAPE_KEYS: [(&str, &[&str]); 4] = [
+    ("sphere", &["radius_mm"]),
+    ("capsule", &["radius_mm", "half_axis_mm"]),
+    ("box", &["half_extents_mm"]),
+    ("mesh", &["file", "unit"]),
+];
+
+fn check_shape_keys(doc: &mut Walked, table: &Value, path: &str) {
+    let Some(&(shape, needed)) = SHAPE_KEYS.iter().find(|(shape, _)| table["shape"] == **shape) else { return };
+    let mut all: Vec<&str> = SHAPE_KEYS.iter().flat_map(|(_, keys)| keys.iter().copied()).collect();
+    all.dedup();
+    for key in all {
+        let field = format!("{path}.{key}");
+        match (needed.contains(&key), table[key].is_null()) {
+            (true, true) if !doc.is_written(&field) => doc.refuse(&field, "missing", &format!("a {shape} needs it")),
+            (false, false) => {
+                doc.refuse(&field, "not a key of this shape", &format!("a {shape} has {}", needed.join(", ")))
+            }
+            _ => {}
+        }
+    }
+    let extents = table["half_extents_mm"].as_array();
+    if shape == "box" && extents.is_some_and(|e| e.iter().any(|v| v.as_f64().is_none_or(|v| v <= 0.0))) {
+        doc.refuse(&format!("{path}.half_extents_mm"), "a half extent of 0 mm or less", "allowed: each above 0 mm");
+    }
+}
+
+fn structure(raw: RawStructure, mesh: Option<Shape>) -> SceneStructure {
+    let shape = match (mesh, raw.shape.as_str()) {
+        (Some(mesh), _) => mesh,
+        (None, "capsule") => Shape::Capsule { half_axis_m: metres(raw.half_axis_mm), radius_m: raw.radius_mm / 1e3 },
+        (None, "box") => Shape::Box { half_extents_m: metres(raw.half_extents_mm) },
+        (None, _) => Shape::Sphere { radius_m: raw.radius_mm / 1e3 },
+    };
+    let position_m = Point3::from(metres(raw.position_mm));
+    SceneStructure { spec: StructureSpec { name: raw.name, kind: raw.kind, shape, position_m }, mesh_file: raw.file }
+}
+
+fn metres(mm: [f64; 3]) -> Vector3<f64> {
+    Vector3::from(mm.map(|v| v / 1e3))
+}

@@ -1,0 +1,91 @@
+//! From a scene's numbers to those of its needle, tissue and patient.
+//!
+//! The tables hold at 2.0 mm diameter, diamond tip, lubrication 1 and toughness 1. With another needle, stiffness,
+//! damping and friction go with the diameter, thresholds and cutting with its power p; the tip is a factor on the
+//! thresholds, lubrication on friction, and toughness on thresholds, friction and cutting.
+
+use mechanics::axial::{AxialSpec, Layer, RateDependence};
+use mechanics::puncture::PunctureSpec;
+
+use crate::model::{Needle, Scene, SceneLayer};
+use crate::patient::Patient;
+
+/// Diameter at which the scenes' numbers hold, in mm.
+const REFERENCE_DIAMETER_MM: f64 = 2.0;
+
+/// Factors of a needle, each 1 at the reference needle.
+struct Factors {
+    /// On stiffness, damping and friction.
+    diameter: f64,
+    /// On thresholds and cutting.
+    diameter_power: f64,
+    /// On thresholds.
+    tip: f64,
+    /// On friction.
+    lubrication: f64,
+}
+
+impl Factors {
+    fn new(needle: &Needle) -> Self {
+        let diameter = needle.diameter_mm / REFERENCE_DIAMETER_MM;
+        Self {
+            diameter,
+            diameter_power: libm::pow(diameter, needle.diameter_exponent),
+            tip: tip_factor(&needle.tip),
+            lubrication: needle.lubrication,
+        }
+    }
+
+    fn layer(&self, layer: &SceneLayer, thickness_mm: f64) -> Layer {
+        let threshold = self.diameter_power * self.tip * layer.toughness_factor;
+        Layer {
+            name: layer.name.clone(),
+            thickness_m: thickness_mm / 1e3,
+            stiffness_n_per_m: layer.stiffness_n_per_m * self.diameter,
+            damping_n_s_per_m2: layer.damping_n_s_per_m2 * self.diameter,
+            tip_rupture_n: layer.tip_rupture_n * threshold,
+            rim_rupture_n: layer.rim_rupture_n * threshold,
+            friction_n_per_m: layer.friction_n_per_m * (self.diameter * self.lubrication * layer.toughness_factor),
+            cutting_n: layer.cutting_n * (self.diameter_power * layer.toughness_factor),
+        }
+    }
+}
+
+/// Factor of a tip on the thresholds.
+fn tip_factor(tip: &str) -> f64 {
+    match tip {
+        "bevel" => 0.85,
+        "conical" => 1.4,
+        "blunt" => 3.0,
+        _ => 1.0,
+    }
+}
+
+impl Scene {
+    /// The mechanics' specification for a patient, scaled for the needle and the tissue, in SI.
+    ///
+    /// P∞ of a rate dependence is a threshold too: it is scaled for the needle, so that P/P∞ does not depend on it.
+    /// A layer that the patient lacks has its nominal thickness.
+    #[must_use]
+    pub fn puncture_spec(&self, patient: &Patient) -> PunctureSpec {
+        let factors = Factors::new(&self.needle);
+        let thickness_mm =
+            |at: usize, layer: &SceneLayer| patient.thickness_mm.get(at).copied().unwrap_or(layer.thickness_mm);
+        let layers = self.layers.iter().enumerate().map(|(at, l)| factors.layer(l, thickness_mm(at, l))).collect();
+        let rate = self.rate.map(|r| RateDependence {
+            p_infinity_n: r.p_infinity_n * (factors.diameter_power * factors.tip),
+            v0_m_per_s: r.v0_m_per_s,
+        });
+        PunctureSpec {
+            axial: AxialSpec {
+                layers,
+                tip_to_rim_m: self.needle.tip_to_rim_mm / 1e3,
+                presliding_stiffness_n_per_m: self.needle.presliding_stiffness_n_per_m,
+                rate,
+            },
+            lateral_stiffness_n_per_m2: self.needle.lateral_stiffness_n_per_m2,
+            needle_length_m: self.needle.length_mm / 1e3,
+            structures: self.structures.iter().map(|s| s.spec.clone()).collect(),
+        }
+    }
+}

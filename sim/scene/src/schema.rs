@@ -1,0 +1,83 @@
+//! JSON Schema (draft 2020-12) of a document, from the same description that its reader uses.
+
+use serde_json::{Map, Value, json};
+
+use crate::describe::{CURRICULUM, EXERCISE, Field, Kind, Presence, SCENE, Table, Text};
+use crate::load::DocumentKind;
+
+/// The schema of a kind of document; none for instruments, which this version cannot read.
+///
+/// It states what each field may be. What relates fields or files to each other (unique names, metric ids, cycles,
+/// sound thresholds) only `stylet check` can tell.
+#[must_use]
+pub fn schema(kind: DocumentKind) -> Option<Value> {
+    let (name, description) = match kind {
+        DocumentKind::Scene => ("scene", &SCENE),
+        DocumentKind::Exercise => ("exercise", &EXERCISE),
+        DocumentKind::Curriculum => ("curriculum", &CURRICULUM),
+        DocumentKind::Instrument => return None,
+    };
+    let mut schema = table(description);
+    schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
+    schema["title"] = json!(format!("Stylet {name}"));
+    Some(schema)
+}
+
+fn table(table: &Table) -> Value {
+    let required: Vec<_> =
+        table.fields.iter().filter(|f| matches!(f.presence, Presence::Required)).map(|f| f.key).collect();
+    let properties: Map<_, _> = table.fields.iter().map(|f| (f.key.to_owned(), field(f))).collect();
+    json!({
+        "type": "object",
+        "description": table.doc,
+        "properties": properties,
+        "required": required,
+        "additionalProperties": false,
+    })
+}
+
+fn field(field: &Field) -> Value {
+    let mut schema = kind(&field.kind);
+    schema["description"] = match field.unit() {
+        "" => json!(format!("{}.", field.doc)),
+        unit => json!(format!("{}; in {unit}.", field.doc)),
+    };
+    match field.presence {
+        Presence::Number(n) if matches!(field.kind, Kind::Integer { .. }) => schema["default"] = json!(n as i64),
+        Presence::Number(n) => schema["default"] = json!(n),
+        Presence::Text(t) => schema["default"] = json!(t),
+        Presence::Flag(f) => schema["default"] = json!(f),
+        Presence::Required | Presence::Optional | Presence::Empty => {}
+    }
+    schema
+}
+
+fn kind(kind: &Kind) -> Value {
+    match kind {
+        Kind::Number { min, max, .. } => range(*min, *max),
+        Kind::Integer { min, max } => json!({"type": "integer", "minimum": min, "maximum": max}),
+        Kind::Flag => json!({"type": "boolean"}),
+        Kind::Text(form) => text(form),
+        Kind::Choice(words) => json!({"enum": words}),
+        Kind::Vector { len, min, max, .. } => {
+            json!({"type": "array", "items": range(*min, *max), "minItems": len, "maxItems": len})
+        }
+        Kind::Texts(form) => json!({"type": "array", "items": text(form)}),
+        Kind::Table(inner) => table(inner),
+        Kind::Tables { table: inner, min, max } => {
+            json!({"type": "array", "items": table(inner), "minItems": min, "maxItems": max})
+        }
+    }
+}
+
+fn range(min: f64, max: f64) -> Value {
+    json!({"type": "number", "minimum": min, "maximum": max})
+}
+
+fn text(form: &Text) -> Value {
+    let mut schema = json!({"type": "string", "minLength": form.min, "maxLength": form.max});
+    if !form.pattern.is_empty() {
+        schema["pattern"] = json!(form.pattern);
+    }
+    schema
+}

@@ -1,0 +1,84 @@
+//! The text of a document and the places in it.
+
+use sha2::{Digest, Sha256};
+
+use crate::error::{DocumentError, Issue};
+
+/// A document's text, with the name people know it by.
+#[derive(Clone, Debug)]
+pub(crate) struct Source {
+    /// The file as it was named to us.
+    pub file: String,
+    text: String,
+    /// Lower-case hexadecimal SHA-256 of the bytes.
+    pub sha256: String,
+}
+
+impl Source {
+    /// The text of a document's bytes.
+    ///
+    /// # Errors
+    /// Bytes that are not UTF-8.
+    pub(crate) fn new(file: &str, bytes: &[u8]) -> Result<Self, DocumentError> {
+        let sha256 = hex::encode(Sha256::digest(bytes));
+        match std::str::from_utf8(bytes) {
+            Ok(text) => Ok(Self { file: file.to_owned(), text: text.to_owned(), sha256 }),
+            Err(e) => {
+                let good = String::from_utf8_lossy(&bytes[..e.valid_up_to()]).into_owned();
+                let source = Self { file: file.to_owned(), text: good, sha256 };
+                let issue =
+                    source.issue(e.valid_up_to(), "document", "bytes that are not UTF-8", "allowed: UTF-8 text");
+                Err(issue.into())
+            }
+        }
+    }
+
+    /// The text.
+    pub(crate) fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// An issue at a byte offset.
+    pub(crate) fn issue(&self, offset: usize, field: &str, found: &str, allowed: &str) -> Issue {
+        let (line, column) = position(&self.text, offset);
+        Issue {
+            file: self.file.clone(),
+            line,
+            column,
+            field: field.to_owned(),
+            found: found.to_owned(),
+            allowed: allowed.to_owned(),
+        }
+    }
+
+    /// What is written in a range of bytes, cut to one short line.
+    pub(crate) fn excerpt(&self, span: std::ops::Range<usize>) -> String {
+        let written = self.text.get(span).unwrap_or_default();
+        let line = written.lines().next().unwrap_or_default();
+        let short: String = line.chars().take(60).collect();
+        if short.len() < written.len() { format!("{short}…") } else { short }
+    }
+}
+
+/// Line and column of a byte offset, both from 1, the column in characters.
+pub(crate) fn position(text: &str, offset: usize) -> (usize, usize) {
+    let before = text.get(..offset).unwrap_or(text);
+    let start = before.rfind('\n').map_or(0, |at| at + 1);
+    (1 + before.matches('\n').count(), 1 + before[start..].chars().count())
+}
+
+#[cfg(test)]
+mod tests {
+    //! Would fail if columns counted bytes, or lines were off by one.
+
+    use super::position;
+
+    #[test]
+    fn positions_count_from_one_in_characters() {
+        let text = "a = 1\nµm = 2\n";
+        assert_eq!(position(text, 0), (1, 1));
+        assert_eq!(position(text, 6), (2, 1));
+        assert_eq!(position(text, text.find('2').unwrap()), (2, 6));
+        assert_eq!(position(text, 999), (3, 1));
+    }
+}

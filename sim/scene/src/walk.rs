@@ -1,0 +1,272 @@
+//! From TOML to a checked document, collecting every issue on the way.
+//!
+//! The checked document is JSON with every default filled in, so that the typed documents deserialise from it without
+//! a second list of keys or defaults.
+
+use std::collections::BTreeMap;
+
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::describe::{Field, Kind, Presence, Table, spaced};
+use crate::error::{DocumentError, Issue};
+use crate::source::Source;
+use crate::suggest::nearest;
+
+/// A document that was walked: its values, where they stand, and what is wrong so far.
+#[derive(Debug)]
+pub(crate) struct Walked {
+    /// Where it came from.
+    pub source: Source,
+    /// Values by key, defaults filled in; what was refused is absent.
+    pub value: Value,
+    places: BTreeMap<String, usize>,
+    issues: Vec<Issue>,
+}
+
+/// Parses TOML; every syntax error is an issue.
+pub(crate) fn parse(source: &Source) -> Result<DeTable<'_>, DocumentError> {
+    let (table, errors) = DeTable::parse_recoverable(source.text());
+    let issues: Vec<Issue> = errors
+        .iter()
+        .map(|e| {
+            source.issue(e.span().map_or(0, |s| s.start), "TOML", &e.message().replace('\n', ", "), "not well-formed")
+        })
+        .collect();
+    if issues.is_empty() { Ok(table.into_inner()) } else { Err(DocumentError { issues }) }
+}
+
+impl Walked {
+    /// Walks a document along its description.
+    ///
+    /// # Errors
+    /// Text that is not TOML. What the description refuses is kept for [`Walked::finish`].
+    pub(crate) fn new(source: Source, description: &'static Table) -> Result<Self, DocumentError> {
+        let (value, walker) = {
+            let table = parse(&source)?;
+            let mut walker = Walker { source: &source, places: BTreeMap::new(), issues: Vec::new() };
+            let value = walker.table(description, &table, "", 0);
+            (value, (walker.places, walker.issues))
+        };
+        let (places, issues) = walker;
+        Ok(Self { source, value, places, issues })
+    }
+
+    /// Adds an issue at a field; a field that is not written down is placed where its nearest parent is.
+    pub(crate) fn refuse(&mut self, field: &str, found: &str, allowed: &str) {
+        let issue = self.issue(field, found, allowed);
+        self.issues.push(issue);
+    }
+
+    /// An issue at a field, not added.
+    pub(crate) fn issue(&self, field: &str, found: &str, allowed: &str) -> Issue {
+        let mut place = field;
+        while !place.is_empty() && !self.places.contains_key(place) {
+            place = place.rfind(['.', '[']).map_or("", |at| &place[..at]);
+        }
+        self.source.issue(self.places.get(place).copied().unwrap_or(0), field, found, allowed)
+    }
+
+    /// Whether a field stands in the document, refused or not.
+    pub(crate) fn is_written(&self, field: &str) -> bool {
+        self.places.contains_key(field)
+    }
+
+    /// Adds issues found elsewhere, for example in a document that this one names.
+    pub(crate) fn also(&mut self, error: DocumentError) {
+        self.issues.extend(error.issues);
+    }
+
+    /// The tables of an array, or none.
+    pub(crate) fn tables(&self, key: &str) -> Vec<Value> {
+        self.value[key].as_array().cloned().unwrap_or_default()
+    }
+
+    /// Refuses the second of two equal texts at `key` in the tables of an array.
+    pub(crate) fn refuse_duplicates(&mut self, array: &str, key: &str) {
+        let mut seen: BTreeMap<String, usize> = BTreeMap::new();
+        for (at, table) in self.tables(array).iter().enumerate() {
+            let Some(text) = table[key].as_str() else { continue };
+            if let Some(first) = seen.get(text) {
+                let allowed = format!("{array}[{first}] has it already; each must be unique");
+                self.refuse(&format!("{array}[{at}].{key}"), &format!("\"{text}\""), &allowed);
+            } else {
+                seen.insert(text.to_owned(), at);
+            }
+        }
+    }
+
+    /// The typed document.
+    ///
+    /// # Errors
+    /// Every issue found so far, in document order, those of this document first.
+    pub(crate) fn finish<T: DeserializeOwned>(mut self) -> Result<T, DocumentError> {
+        if self.issues.is_empty() {
+            match serde_json::from_value(std::mem::take(&mut self.value)) {
+                Ok(document) => return Ok(document),
+                Err(e) => self.refuse("document", &e.to_string(), "not as described"),
+            }
+        }
+        let own = self.source.file;
+        self.issues.sort_by_key(|i| (i.file != own, i.file.clone(), i.line, i.column));
+        Err(DocumentError { issues: self.issues })
+    }
+}
+
+/// A path of keys, safe to print on one line.
+fn join(parent: &str, key: &str) -> String {
+    let key: String = key.chars().map(|c| if c.is_control() { '�' } else { c }).collect();
+    if parent.is_empty() { key } else { format!("{parent}.{key}") }
+}
+
+struct Walker<'s> {
+    source: &'s Source,
+    places: BTreeMap<String, usize>,
+    issues: Vec<Issue>,
+}
+
+impl Walker<'_> {
+    fn table(&mut self, table: &'static Table, found: &DeTable<'_>, path: &str, offset: usize) -> Value {
+        for key in found.keys() {
+            if !table.fields.iter().any(|f| f.key == key.get_ref().as_ref()) {
+                let issue = self.source.issue(
+                    key.span().start,
+                    &join(path, key.get_ref()),
+                    "unknown key",
+                    &suggestion(key.get_ref(), table),
+                );
+                self.issues.push(issue);
+            }
+        }
+        let mut checked = Map::new();
+        for field in table.fields {
+            let path = join(path, field.key);
+            let value = match found.iter().find(|(k, _)| k.get_ref() == field.key) {
+                Some((_, value)) => {
+                    self.places.insert(path.clone(), value.span().start);
+                    self.value(field, value, &path)
+                }
+                None => self.absent(field, &path, offset),
+            };
+            if let Some(value) = value {
+                checked.insert(field.key.to_owned(), value);
+            }
+        }
+        Value::Object(checked)
+    }
+
+    fn absent(&mut self, field: &Field, path: &str, offset: usize) -> Option<Value> {
+        match field.presence {
+            Presence::Required => {
+                self.issues.push(self.source.issue(offset, path, "missing", &field.kind.allowed()));
+                None
+            }
+            Presence::Optional => None,
+            Presence::Number(number) => default_number(field, number),
+            Presence::Text(text) => Some(text.into()),
+            Presence::Flag(flag) => Some(flag.into()),
+            Presence::Empty => Some(match field.kind {
+                Kind::Table(table) => self.table(table, &DeTable::new(), path, offset),
+                _ => Value::Array(Vec::new()),
+            }),
+        }
+    }
+
+    fn value(&mut self, field: &Field, value: &Spanned<DeValue<'_>>, path: &str) -> Option<Value> {
+        let checked = match (&field.kind, value.get_ref()) {
+            (Kind::Number { min, max, .. }, found) => number(found, *min, *max),
+            (Kind::Integer { min, max }, DeValue::Integer(i)) => {
+                parse_integer(i.as_str(), i.radix()).filter(|i| (min..=max).contains(&i)).map(Value::from)
+            }
+            (Kind::Flag, DeValue::Boolean(flag)) => Some(Value::from(*flag)),
+            (Kind::Text(text), DeValue::String(s)) => text.admits(s).then(|| s.as_ref().into()),
+            (Kind::Choice(words), DeValue::String(s)) => words.contains(&s.as_ref()).then(|| s.as_ref().into()),
+            (Kind::Table(table), DeValue::Table(t)) => return Some(self.table(table, t, path, value.span().start)),
+            (Kind::Tables { table, min, max }, DeValue::Array(a)) if (min..=max).contains(&&a.len()) => {
+                return self.tables(table, a.iter(), path);
+            }
+            (Kind::Vector { len, min, max, .. }, DeValue::Array(a)) if a.len() == *len => {
+                a.iter().map(|e| number(e.get_ref(), *min, *max)).collect::<Option<Vec<_>>>().map(Value::Array)
+            }
+            (Kind::Texts(text), DeValue::Array(a)) => a
+                .iter()
+                .map(|e| e.get_ref().as_str().filter(|s| text.admits(s)).map(Value::from))
+                .collect::<Option<Vec<_>>>()
+                .map(Value::Array),
+            _ => None,
+        };
+        if checked.is_none() {
+            self.refuse_value(field, value, path);
+        }
+        checked
+    }
+
+    fn tables<'t, 'i: 't>(
+        &mut self,
+        table: &'static Table,
+        found: impl Iterator<Item = &'t Spanned<DeValue<'i>>>,
+        path: &str,
+    ) -> Option<Value> {
+        let mut checked = Vec::new();
+        for (at, element) in found.enumerate() {
+            let path = format!("{path}[{at}]");
+            self.places.insert(path.clone(), element.span().start);
+            match element.get_ref() {
+                DeValue::Table(t) => checked.push(self.table(table, t, &path, element.span().start)),
+                _ => {
+                    let found = self.source.excerpt(element.span());
+                    self.issues.push(self.source.issue(element.span().start, &path, &found, "allowed: a table"));
+                    checked.push(Value::Null);
+                }
+            }
+        }
+        Some(Value::Array(checked))
+    }
+
+    fn refuse_value(&mut self, field: &Field, value: &Spanned<DeValue<'_>>, path: &str) {
+        let found = match value.get_ref() {
+            DeValue::Array(a) if matches!(field.kind, Kind::Tables { .. }) => format!("{} tables", a.len()),
+            _ => format!("{}{}", self.source.excerpt(value.span()), spaced(field.unit())),
+        };
+        self.issues.push(self.source.issue(value.span().start, path, &found, &field.kind.allowed()));
+    }
+}
+
+/// What to say of an unknown key.
+fn suggestion(key: &str, table: &Table) -> String {
+    match nearest(key, table) {
+        Some(field) if !field.unit().is_empty() => {
+            format!("did you mean `{}`? the unit is in the key", field.key)
+        }
+        Some(field) => format!("did you mean `{}`?", field.key),
+        None => {
+            let known: Vec<_> = table.fields.iter().map(|f| f.key).collect();
+            format!("allowed: {}", known.join(", "))
+        }
+    }
+}
+
+fn default_number(field: &Field, number: f64) -> Option<Value> {
+    match field.kind {
+        // A default is a small whole number here, so the cast is exact.
+        Kind::Integer { .. } => Some(Value::from(number as i64)),
+        _ => serde_json::Number::from_f64(number).map(Value::Number),
+    }
+}
+
+/// A finite number within the ends; NaN and infinities are in no range.
+fn number(found: &DeValue<'_>, min: f64, max: f64) -> Option<Value> {
+    let number = match found {
+        DeValue::Float(f) => f.as_str().parse::<f64>().ok()?,
+        DeValue::Integer(i) if i.radix() == 10 => i.as_str().parse::<f64>().ok()?,
+        DeValue::Integer(i) => parse_integer(i.as_str(), i.radix())? as f64,
+        _ => return None,
+    };
+    (min..=max).contains(&number).then(|| serde_json::Number::from_f64(number).map(Value::Number)).flatten()
+}
+
+fn parse_integer(text: &str, radix: u32) -> Option<i64> {
+    i64::from_str_radix(text, radix).ok()
+}
