@@ -12,6 +12,7 @@ pub mod model;
 pub mod patient;
 pub mod schema;
 
+mod check;
 mod describe;
 mod mesh;
 mod read_curriculum;
@@ -22,6 +23,7 @@ mod source;
 mod suggest;
 mod walk;
 
+pub use check::check;
 pub use curriculum::{Curriculum, MasteryRule};
 pub use error::{DocumentError, Issue};
 pub use exercise::{Exercise, HardFail, RubricLine};

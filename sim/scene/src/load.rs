@@ -156,11 +156,11 @@ fn scene_from_disk(path: &Path, bytes: Vec<u8>) -> Result<SceneParts, DocumentEr
 }
 
 /// The path of a file that a document names relative to itself.
-fn beside(document: &Path, file: &str) -> PathBuf {
+pub(crate) fn beside(document: &Path, file: &str) -> PathBuf {
     document.parent().unwrap_or(Path::new("")).join(file)
 }
 
-fn read_file(path: &Path) -> Result<Vec<u8>, DocumentError> {
+pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, DocumentError> {
     std::fs::read(path).map_err(|e| {
         let issue = Issue {
             file: path.display().to_string(),

@@ -11,8 +11,8 @@ pub enum Suffix {
     Layer,
     /// Nothing for the total, or a layer: `cutting_energy_mj`, `cutting_energy_mj.fat`.
     TotalOrLayer,
-    /// A layer, whose upper boundary is meant, and the contactor: `rupture_force_n.skin.tip`, `.rim`.
-    Rupture,
+    /// Nothing for the largest, or a layer, whose upper boundary is meant, and the contactor: `stop_time_s.skin.rim`.
+    LargestOrRupture,
     /// Nothing for all but targets, or a kind of structure: `structure_hits`, `structure_hits.vessel`.
     TotalOrKind,
     /// The name of a structure: `structure_clearance_mm.artery`.
@@ -28,9 +28,9 @@ pub const METRICS: &[(&str, Suffix)] = &[
     ("angle_error_deg", Suffix::None),
     ("peak_force_n", Suffix::None),
     ("peak_force_layer_n", Suffix::Layer),
-    ("rupture_force_n", Suffix::Rupture),
-    ("over_insertion_mm", Suffix::Rupture),
-    ("stop_time_s", Suffix::Rupture),
+    ("rupture_force_n", Suffix::LargestOrRupture),
+    ("over_insertion_mm", Suffix::LargestOrRupture),
+    ("stop_time_s", Suffix::LargestOrRupture),
     ("force_impulse_ns", Suffix::None),
     ("force_rate_peak_n_per_s", Suffix::None),
     ("rupture_energy_mj", Suffix::TotalOrLayer),
@@ -65,13 +65,13 @@ pub(crate) fn refusal(metric: &str, scene: &Scene) -> Option<String> {
         return Some(format!("not a metric; allowed: {}", known.join(", ")));
     };
     let endings = endings(suffix, scene);
-    let total = matches!(suffix, Suffix::None | Suffix::TotalOrLayer | Suffix::TotalOrKind);
+    let stands_alone = !matches!(suffix, Suffix::Layer | Suffix::Structure);
     match rest {
-        None if total => None,
+        None if stands_alone => None,
         Some(rest) if endings.iter().any(|e| e == rest) => None,
         _ => {
-            let total = if total { vec![id.to_owned()] } else { Vec::new() };
-            let allowed: Vec<_> = total.into_iter().chain(endings.iter().map(|e| format!("{id}.{e}"))).collect();
+            let alone = stands_alone.then(|| id.to_owned());
+            let allowed: Vec<_> = alone.into_iter().chain(endings.iter().map(|e| format!("{id}.{e}"))).collect();
             Some(match allowed.len() {
                 0 => format!("the scene has nothing that {id} could speak of"),
                 _ => format!("allowed in this scene: {}", allowed.join(", ")),
@@ -85,7 +85,7 @@ fn endings(suffix: Suffix, scene: &Scene) -> Vec<String> {
     match suffix {
         Suffix::None => Vec::new(),
         Suffix::Layer | Suffix::TotalOrLayer => layers.collect(),
-        Suffix::Rupture => {
+        Suffix::LargestOrRupture => {
             let contactors: &[&str] = if scene.needle.tip_to_rim_mm > 0.0 { &["tip", "rim"] } else { &["tip"] };
             layers.flat_map(|l| contactors.iter().map(move |c| format!("{l}.{c}"))).collect()
         }

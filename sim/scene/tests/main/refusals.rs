@@ -45,7 +45,10 @@ fn a_number_out_of_range_is_shown_with_its_unit_and_the_range() {
         &error(SCENE, "thickness_mm = 8.4", "thickness_mm = -8.4"),
         &[":13:16: layer[1].thickness_mm: -8.4 mm", "allowed: a number from 0 to 500 mm"],
     );
-    says(&error(SCENE, "diameter_mm = 2.0", "diameter_mm = 2000"), &["needle.diameter_mm: 2000 mm", "from 0.1 to 10 mm"]);
+    says(
+        &error(SCENE, "diameter_mm = 2.0", "diameter_mm = 2000"),
+        &["needle.diameter_mm: 2000 mm", "from 0.1 to 10 mm"],
+    );
 }
 
 #[test]
@@ -119,7 +122,10 @@ fn a_structure_has_the_keys_of_its_shape() {
         let structure = format!("[[structure]]\nname = \"v\"\nkind = \"vessel\"\nposition_mm = [0, 0, -20]\n{keys}\n");
         format!("{structure}[needle]")
     };
-    says(&error(SCENE, "[needle]", &with("shape = \"sphere\"")), &["structure[0].radius_mm: missing", "a sphere needs it"]);
+    says(
+        &error(SCENE, "[needle]", &with("shape = \"sphere\"")),
+        &["structure[0].radius_mm: missing", "a sphere needs it"],
+    );
     let twice = with("shape = \"sphere\"\nradius_mm = 2\nhalf_extents_mm = [1, 1, 1]");
     says(&error(SCENE, "[needle]", &twice), &["structure[0].half_extents_mm: not a key of this shape"]);
     let flat = with("shape = \"box\"\nhalf_extents_mm = [1, 0, 1]");
@@ -133,7 +139,10 @@ fn an_exercise_that_cannot_be_scored_is_refused() {
     says(&error(EXERCISE, "zero = 4", "zero = 0.5"), &["rubric[0].zero: 0.5", "other than full"]);
     says(&error(EXERCISE, "zero = 4", "zero = 4\nweight = 0"), &["rubric[0].weight: 0"]);
     says(&error(EXERCISE, "title =", "pass_mark = 101\ntitle ="), &["pass_mark: 101", "from 0 to 100"]);
-    says(&error(EXERCISE, "depth_mm = 20", "depth_mm = 160"), &["target.depth_mm: 160 mm", "150 mm, the needle's length"]);
+    says(
+        &error(EXERCISE, "depth_mm = 20", "depth_mm = 160"),
+        &["target.depth_mm: 160 mm", "150 mm, the needle's length"],
+    );
     let twice = "[[rubric]]\nmetric = \"depth_error_mm\"\nfull = 1\nzero = 2\n\n[[rubric]]\n";
     says(&error(EXERCISE, "[[rubric]]\n", twice), &["rubric[1].metric", "must be unique"]);
 }
@@ -182,7 +191,10 @@ fn issues_of_a_scene_are_reported_with_those_of_its_exercise() {
 #[test]
 fn prerequisites_that_need_themselves_are_named_as_a_path() {
     let cycle = "file = \"a.toml\"\nprerequisites = [\"b\"]";
-    says(&error(CURRICULUM, "file = \"a.toml\"", cycle), &["exercise[0].prerequisites", "a → b → a", "without a cycle"]);
+    says(
+        &error(CURRICULUM, "file = \"a.toml\"", cycle),
+        &["exercise[0].prerequisites", "a → b → a", "without a cycle"],
+    );
     says(&error(CURRICULUM, "[\"a\"]", "[\"b\"]"), &["exercise[1].prerequisites", "b → b"]);
 }
 

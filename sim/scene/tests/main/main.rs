@@ -1,10 +1,18 @@
 //! The scene crate through its public functions: shipped documents, refusals, schema, scaling, patients, meshes.
 
+#[cfg(test)]
 mod force_case;
+#[cfg(test)]
 mod mesh;
+#[cfg(test)]
 mod patient;
+#[cfg(test)]
 mod refusals;
+#[cfg(test)]
 mod scaling;
+#[cfg(test)]
 mod schema;
+#[cfg(test)]
 mod shipped;
+#[cfg(test)]
 mod support;

@@ -64,7 +64,7 @@ pub fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     write(&folder, "scene.toml", SCENE);
     for id in ["a", "b"] {
-        write(&folder, &format!("{id}.toml"), &EXERCISE.replace("\"one\"", &format!("\"{id}\"")));
+        write(&folder, &format!("{id}.toml"), EXERCISE.replace("\"one\"", &format!("\"{id}\"")));
     }
     folder
 }
