@@ -39,23 +39,20 @@ pub fn run(args: &Args) -> Outcome {
         true => output::json(&verification)?,
         false => report(&verification)?,
     }
-    if is_exact(&verification) { Ok(()) } else { Err(Failure::Found) }
-}
-
-/// Nothing differs. A deviation that is not a number is one.
-fn is_exact(verification: &Verification) -> bool {
-    verification.largest_deviation_n == 0.0 && verification.event_differences == 0
+    if verification.exact() { Ok(()) } else { Err(Failure::Found) }
 }
 
 fn report(verification: &Verification) -> Outcome {
-    let Verification { ticks, largest_deviation_n, at_s, channel, event_differences } = verification;
-    if is_exact(verification) {
+    let Verification { ticks, largest_deviation_n, at_s, channel, largest_depth_deviation_m, event_differences } =
+        verification;
+    if verification.exact() {
         return output::line(format_args!(
             "same to the bit: largest deviation 0 N over {ticks} ticks, events identical"
         ));
     }
     let place = if channel.is_empty() { String::new() } else { format!(" in {channel} at {at_s} s") };
     output::line(format_args!(
-        "different: largest deviation {largest_deviation_n} N{place} over {ticks} ticks, {event_differences} event differences"
+        "different: largest deviation {largest_deviation_n} N{place} over {ticks} ticks, {} mm in depth, {event_differences} event differences",
+        largest_depth_deviation_m * 1e3
     ))
 }
