@@ -1,0 +1,306 @@
+//! Each metric on motions whose answer is known in closed form.
+//! Fails when a definition, a unit or a domain is implemented otherwise than the catalogue says.
+
+use assessment::{Assessment, assess};
+use nalgebra::Vector3;
+use recording::{EventKind, Recording};
+use scene::{ExerciseBundle, Shape, StructureKind};
+
+use crate::support::{Pose, bundle, decimate, down, ledger, line, mark, orientation, press, record, structure};
+
+const PI: f64 = std::f64::consts::PI;
+
+fn judge(recording: &Recording, bundle: &ExerciseBundle) -> Assessment {
+    assess(recording, bundle).expect("there are samples and a rubric")
+}
+
+#[track_caller]
+fn expect(assessment: &Assessment, id: &str, expected: f64, tolerance: f64) {
+    let value = assessment.value(id).unwrap_or_else(|| panic!("{id} does not apply"));
+    assert!((value - expected).abs() <= tolerance, "{id} is {value}, not {expected}");
+}
+
+#[track_caller]
+fn expect_absent(assessment: &Assessment, id: &str) {
+    let metric = assessment.metrics.iter().find(|m| m.id == id).unwrap_or_else(|| panic!("{id} is not listed"));
+    assert!(!metric.applies && metric.value.is_none() && !metric.absent.is_empty(), "{metric:?}");
+}
+
+/// From 5 mm above the skin at 2 mm/s to a depth, then held for a second.
+fn plunge(to_mm: f64) -> Recording {
+    let moving_s = (to_mm + 5.0) / 2.0;
+    record(1000.0, moving_s + 1.0, |t_s| down(0.0, 0.0, 2.0 * t_s.min(moving_s) - 5.0))
+}
+
+#[test]
+fn a_straight_insertion_has_its_lengths_and_times() {
+    let assessment = judge(&plunge(21.9), &bundle());
+    expect(&assessment, "depth_error_mm", 1.9, 1e-6);
+    expect(&assessment, "overshoot_mm", 1.9, 1e-6);
+    expect(&assessment, "tip_error_mm", 1.9, 1e-6);
+    expect(&assessment, "entry_error_mm", 0.0, 0.01);
+    expect(&assessment, "angle_error_deg", 0.0, 1e-6);
+    expect(&assessment, "time_total_s", 14.45, 1e-9);
+    expect(&assessment, "time_in_tissue_s", 11.95, 2e-3);
+    expect(&assessment, "path_length_mm", 26.9, 0.02);
+    expect(&assessment, "path_in_tissue_mm", 21.9, 0.03);
+    expect(&assessment, "axis_travel_mm", 26.9, 0.02);
+    expect(&assessment, "path_deviation_sd_mm", 0.0, 1e-9);
+    expect(&assessment, "sweep_area_mm2", 0.0, 1e-6);
+    expect(&assessment, "idle_fraction", 1.0 / 11.95, 0.003);
+    expect(&assessment, "skin_entries", 1.0, 0.0);
+    expect(&assessment, "redirections", 0.0, 0.0);
+    expect(&assessment, "translational_actions", 0.0, 0.0);
+}
+
+#[test]
+fn depth_is_taken_at_the_confirm_and_not_later() {
+    let mut recording = plunge(30.0);
+    mark(&mut recording, 11.5, EventKind::Confirm, None);
+    let assessment = judge(&recording, &bundle());
+    expect(&assessment, "depth_error_mm", -2.0, 1e-6);
+    expect(&assessment, "overshoot_mm", 10.0, 1e-6);
+}
+
+#[test]
+fn without_a_confirm_the_deepest_moment_counts() {
+    let assessment = judge(&record(1000.0, 20.0, |t_s| down(0.0, 0.0, 18.0 - 0.2 * (t_s - 10.0).powi(2))), &bundle());
+    expect(&assessment, "depth_error_mm", -2.0, 1e-6);
+    expect(&assessment, "overshoot_mm", 0.0, 0.0);
+}
+
+#[test]
+fn an_oblique_attempt_is_measured_along_its_own_axis() {
+    let mut bundle = bundle();
+    bundle.exercise.angle_deg = 30.0;
+    bundle.exercise.entry_mm = [3.0, 4.0];
+    let axis = bundle.exercise.axis();
+    // Enters at the origin instead of 5 mm away, in the planned direction.
+    let recording = record(1000.0, 12.0, |t_s| {
+        let tip = axis * (2.0 * t_s - 2.0);
+        Pose { tip_mm: [tip.x, tip.y, tip.z], axis }
+    });
+    let assessment = judge(&recording, &bundle);
+    expect(&assessment, "entry_error_mm", 5.0, 0.01);
+    expect(&assessment, "angle_error_deg", 0.0, 1e-6);
+    expect(&assessment, "depth_error_mm", 2.0, 1e-6);
+    expect(&assessment, "axis_travel_mm", 24.0, 0.01);
+    expect(&assessment, "tip_error_mm", (25.0_f64 + 4.0 - 4.0 * Vector3::new(3.0, 4.0, 0.0).dot(&axis)).sqrt(), 1e-3);
+}
+
+#[test]
+fn forces_are_split_by_the_layer_that_the_tip_tents_or_is_in() {
+    let mut recording = plunge(18.0);
+    // Fat begins at 2 mm and ruptures at 3 mm, muscle at 12 mm and ruptures at 14 mm.
+    mark(&mut recording, 4.0, EventKind::TipRupture, Some(1));
+    mark(&mut recording, 9.5, EventKind::TipRupture, Some(2));
+    press(&mut recording, 3.0..4.0, |_| 1.0);
+    press(&mut recording, 8.0..9.5, |_| 3.0);
+    press(&mut recording, 10.0..11.0, |_| 2.0);
+    let assessment = judge(&recording, &bundle());
+    expect(&assessment, "peak_force_n", 3.0, 1e-6);
+    expect(&assessment, "peak_force_layer_n.skin", 0.0, 1e-6);
+    expect(&assessment, "peak_force_layer_n.fat", 1.0, 1e-6);
+    expect(&assessment, "peak_force_layer_n.muscle", 3.0, 1e-6);
+    expect(&assessment, "force_impulse_ns", 1.0 + 4.5 + 2.0, 0.02);
+}
+
+#[test]
+fn the_force_rate_leaves_the_fall_at_a_rupture_out() {
+    let mut recording = plunge(18.0);
+    mark(&mut recording, 6.0, EventKind::TipRupture, Some(1));
+    press(&mut recording, 4.0..6.0, |t_s| 1.5 * (t_s - 4.0));
+    let assessment = judge(&recording, &bundle());
+    expect(&assessment, "force_rate_peak_n_per_s", 1.5, 0.1);
+    let mut unmarked = recording;
+    unmarked.events.retain(|e| e.boundary != Some(1));
+    unmarked.samples.iter_mut().for_each(|s| s.force_n = s.force_n.map(|n| -n));
+    let rate = judge(&unmarked, &bundle()).value("force_rate_peak_n_per_s").unwrap_or(0.0);
+    assert!(rate > 50.0, "a sudden rise that is no rupture's fall is seen: {rate}");
+}
+
+#[test]
+fn a_rupture_has_its_force_its_advance_and_its_stop() {
+    // Ruptures muscle at 2 s and 4 mm, runs on at 10 mm/s for 0.3 s, then stands.
+    let mut recording =
+        record(1000.0, 4.0, |t_s| down(0.0, 0.0, 2.0 * t_s.min(2.0) + 10.0 * (t_s - 2.0).clamp(0.0, 0.3)));
+    mark(&mut recording, 2.0, EventKind::TipRupture, Some(2));
+    if let Some(rupture) = recording.events.iter_mut().find(|e| e.boundary == Some(2)) {
+        rupture.force_n = 1.7;
+    }
+    let assessment = judge(&recording, &bundle());
+    expect(&assessment, "rupture_force_n.muscle.tip", 1.7, 1e-9);
+    expect(&assessment, "rupture_force_n", 1.7, 1e-9);
+    expect(&assessment, "over_insertion_mm.muscle.tip", 3.0, 1e-6);
+    // The low-pass takes the corner off: 0.5 of 10 mm/s is reached a little after the hand stands.
+    expect(&assessment, "stop_time_s.muscle.tip", 0.3, 0.02);
+    expect(&assessment, "stop_time_s", 2.3, 0.02);
+    expect_absent(&assessment, "over_insertion_mm.muscle.rim");
+    expect_absent(&assessment, "rupture_force_n.fat.tip");
+}
+
+#[test]
+fn a_needle_that_never_stands_still_has_no_stop_time() {
+    let recording = record(1000.0, 4.0, |t_s| down(0.0, 0.0, 5.0 * t_s));
+    expect_absent(&judge(&recording, &bundle()), "stop_time_s");
+}
+
+#[test]
+fn energies_come_from_the_last_ledger() {
+    let mut recording = plunge(10.0);
+    ledger(&mut recording, [9.0, 9.0, 9.0]);
+    ledger(&mut recording, [1e-3, 2e-3, 0.0]);
+    let assessment = judge(&recording, &bundle());
+    expect(&assessment, "rupture_energy_mj", 3.0, 1e-9);
+    expect(&assessment, "rupture_energy_mj.fat", 2.0, 1e-9);
+    expect(&assessment, "lateral_work_mj", 0.0, 0.0);
+    assert_eq!(assessment.damage().rupture_mj, assessment.value("rupture_energy_mj"));
+    expect_absent(&judge(&plunge(10.0), &bundle()), "friction_energy_mj.skin");
+}
+
+#[test]
+fn a_sideways_shift_sweeps_a_rectangle_and_a_tilt_a_triangle() {
+    let shift = record(1000.0, 4.0, |t_s| down(2.0 * (t_s - 1.0).clamp(0.0, 2.0), 0.0, 10.0));
+    expect(&judge(&shift, &bundle()), "sweep_area_mm2", 40.0, 0.2);
+    let tilt = record(1000.0, 4.0, |t_s| {
+        let angle = (0.1 * (t_s - 1.0)).clamp(0.0, 0.2);
+        let axis = Vector3::new(libm::sin(angle), 0.0, -libm::cos(angle));
+        let tip = axis * 10.0 / libm::cos(angle);
+        Pose { tip_mm: [tip.x, tip.y, tip.z], axis }
+    });
+    let assessment = judge(&tilt, &bundle());
+    expect(&assessment, "sweep_area_mm2", 50.0 * libm::tan(0.2), 0.2);
+    expect(&assessment, "redirections", 1.0, 0.0);
+}
+
+#[test]
+fn a_circle_about_the_line_has_its_length_and_no_spread() {
+    let turn = |t_s: f64| (2.0 * libm::cos(2.0 * PI * t_s), 2.0 * libm::sin(2.0 * PI * t_s));
+    let circle = record(1000.0, 10.0, |t_s| down(turn(t_s).0, turn(t_s).1, 10.0));
+    let assessment = judge(&circle, &bundle());
+    expect(&assessment, "path_length_mm", 40.0 * PI, 0.1);
+    expect(&assessment, "path_deviation_sd_mm", 0.0, 1e-6);
+    expect(&assessment, "axis_travel_mm", 0.0, 1e-6);
+    expect(&assessment, "translational_actions", 1.0, 0.0);
+    // A line through the plan: |2 sin| has the mean 4/π and the mean square 2.
+    let swing = record(1000.0, 10.0, |t_s| down(turn(t_s).1, 0.0, 10.0));
+    expect(&judge(&swing, &bundle()), "path_deviation_sd_mm", (2.0 - 16.0 / (PI * PI)).sqrt(), 1e-3);
+}
+
+#[test]
+fn a_quick_turn_is_one_rotational_action_whatever_the_quaternions_sign() {
+    let mut recording = record(1000.0, 3.0, |t_s| {
+        let angle = (t_s - 1.0).clamp(0.0, 0.5) * 2.0;
+        Pose { tip_mm: [0.0, 0.0, -10.0], axis: Vector3::new(libm::sin(angle), 0.0, -libm::cos(angle)) }
+    });
+    recording.samples.iter_mut().step_by(3).for_each(|s| s.orientation = s.orientation.map(|q| -q));
+    expect(&judge(&recording, &bundle()), "rotational_actions", 1.0, 0.0);
+    recording.samples.iter_mut().for_each(|s| s.orientation = orientation(&-Vector3::z()));
+    expect(&judge(&recording, &bundle()), "rotational_actions", 0.0, 0.0);
+}
+
+#[test]
+fn smoothness_of_a_sine_is_its_closed_form() {
+    // v = A ω cos ωt, j = −A ω³ cos ωt: T³/v² ∫j² dt = T³ ω⁴ T/2 over whole periods.
+    let (omega, duration_s) = (2.0 * PI * 0.5, 20.0_f64);
+    let sine = record(1000.0, duration_s, |t_s| down(0.0, 0.0, 10.0 + 3.0 * libm::sin(omega * t_s)));
+    let expected = -libm::log(duration_s.powi(4) * omega.powi(4) / 2.0);
+    expect(&judge(&sine, &bundle()), "smoothness_ldlj", expected, 0.02);
+}
+
+#[test]
+fn clearance_is_measured_from_the_whole_shaft() {
+    let mut bundle = bundle();
+    let sphere = Shape::Sphere { radius_m: 2e-3 };
+    let capsule = Shape::Capsule { half_axis_m: Vector3::new(0.0, 20e-3, 0.0), radius_m: 1e-3 };
+    let cuboid = Shape::Box { half_extents_m: Vector3::new(1e-3, 2e-3, 3e-3) };
+    let corners = [[0.0, -0.05, 0.0], [0.0, 0.05, 0.0], [0.0, 0.0, 0.05]];
+    let mesh = Shape::Mesh { vertices_m: corners.map(Into::into).to_vec(), triangles: vec![[0, 1, 2]] };
+    bundle.scene.structures = vec![
+        structure("beside the shaft", StructureKind::Vessel, sphere.clone(), [5.0, 0.0, -10.0]),
+        structure("below the tip", StructureKind::Target, sphere, [0.0, 0.0, -28.0]),
+        structure("across", StructureKind::Nerve, capsule, [4.0, 0.0, -10.0]),
+        structure("rib", StructureKind::Bone, cuboid, [4.0, 6.0, -23.0]),
+        structure("wall", StructureKind::Organ, mesh, [7.0, 0.0, -30.0]),
+        structure("struck", StructureKind::Organ, Shape::Sphere { radius_m: 1e-3 }, [0.5, 0.0, -12.0]),
+    ];
+    let assessment = judge(&plunge(20.0), &bundle);
+    expect(&assessment, "structure_clearance_mm.beside the shaft", 3.0, 1e-6);
+    expect(&assessment, "structure_clearance_mm.below the tip", 6.0, 1e-6);
+    expect(&assessment, "structure_clearance_mm.across", 3.0, 1e-6);
+    expect(&assessment, "structure_clearance_mm.rib", 5.0, 1e-6);
+    expect(&assessment, "structure_clearance_mm.wall", 7.0, 0.05);
+    expect(&assessment, "structure_clearance_mm.struck", 0.0, 0.0);
+}
+
+#[test]
+fn hits_are_counted_by_kind_and_targets_apart() {
+    let mut bundle = bundle();
+    let sphere = || Shape::Sphere { radius_m: 1e-3 };
+    bundle.scene.structures = vec![
+        structure("artery", StructureKind::Vessel, sphere(), [0.0, 0.0, -5.0]),
+        structure("calyx", StructureKind::Target, sphere(), [0.0, 0.0, -15.0]),
+    ];
+    let mut recording = plunge(20.0);
+    for (t_s, structure) in [(5.0, 0), (10.0, 1)] {
+        mark(&mut recording, t_s, EventKind::StructureHit, None);
+        let hit = recording.events.iter_mut().rfind(|e| e.kind == EventKind::StructureHit);
+        hit.expect("just marked").structure = Some(structure);
+    }
+    let assessment = judge(&recording, &bundle);
+    expect(&assessment, "structure_hits", 1.0, 0.0);
+    expect(&assessment, "structure_hits.vessel", 1.0, 0.0);
+    expect(&assessment, "structure_hits.target", 1.0, 0.0);
+    expect(&assessment, "structure_hits.bone", 0.0, 0.0);
+}
+
+#[test]
+fn a_needle_in_the_air_has_only_times_and_lengths() {
+    let assessment = judge(&record(1000.0, 3.0, |t_s| down(t_s, 0.0, -5.0)), &bundle());
+    expect(&assessment, "time_total_s", 3.0, 1e-9);
+    expect(&assessment, "path_length_mm", 3.0, 1e-3);
+    for metric in &assessment.metrics {
+        let in_air =
+            ["time_total_s", "path_length_mm", "axis_travel_mm", "translational_actions", "rotational_actions"];
+        assert_eq!(metric.applies, in_air.contains(&metric.id.as_str()), "{metric:?}");
+    }
+}
+
+#[test]
+fn one_sample_has_no_speed_and_no_time() {
+    let assessment = judge(&record(1000.0, 0.0, |_| down(0.0, 0.0, 20.0)), &bundle());
+    expect(&assessment, "depth_error_mm", 0.0, 1e-9);
+    for id in ["time_total_s", "path_length_mm", "smoothness_ldlj", "idle_fraction", "force_rate_peak_n_per_s"] {
+        expect_absent(&assessment, id);
+    }
+}
+
+#[test]
+fn every_row_of_the_catalogue_is_measured() {
+    let mut bundle = bundle();
+    let sphere = Shape::Sphere { radius_m: 1e-3 };
+    bundle.scene.structures = vec![structure("artery", StructureKind::Vessel, sphere, [0.0, 0.0, -5.0])];
+    let metrics = judge(&plunge(20.0), &bundle).metrics;
+    for row in assessment::catalogue::DEFINITIONS {
+        let plain = metrics.iter().any(|m| m.id == row.id);
+        let split = metrics.iter().any(|m| m.id.strip_prefix(row.id).is_some_and(|rest| rest.starts_with('.')));
+        assert_eq!((plain, split), (row.plain, row.split.is_some()), "{}", row.id);
+    }
+    assert!(metrics.iter().all(|m| !m.label.is_empty()));
+}
+
+#[test]
+fn the_rate_of_the_recording_does_not_reach_a_metric() {
+    let tremor = |t_s: f64| 0.1 * libm::sin(2.0 * PI * 11.0 * t_s);
+    let mut fast = record(1000.0, 12.0, |t_s| down(tremor(t_s), 0.0, 2.0 * t_s.min(10.0) + tremor(t_s) - 1.0));
+    press(&mut fast, 1.0..12.0, |t_s| 1.0 + libm::sin(t_s));
+    mark(&mut fast, 6.0, EventKind::TipRupture, Some(1));
+    let mut bundle = bundle();
+    bundle.exercise.rubric = vec![line("peak_force_n", 1.0, 3.0, 1.0)];
+    let (fast, slow) = (judge(&fast, &bundle), judge(&decimate(&fast, 4), &bundle));
+    for (a, b) in fast.metrics.iter().zip(&slow.metrics) {
+        assert_eq!((a.applies, &a.absent), (b.applies, &b.absent), "{} applies at one rate only", a.id);
+        let (x, y) = (a.value.unwrap_or(0.0), b.value.unwrap_or(0.0));
+        assert!((x - y).abs() <= 0.01 * x.abs().max(y.abs()) + 1e-3, "{}: {x} at 1 kHz, {y} at 250 Hz", a.id);
+    }
+}

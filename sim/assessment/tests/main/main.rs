@@ -1,0 +1,7 @@
+//! Tests of the assessment through its front door.
+#![expect(clippy::expect_used, clippy::panic, reason = "a test says what it expects by failing")]
+
+mod closed_form;
+mod hostile;
+mod scoring;
+mod support;
