@@ -172,20 +172,32 @@ impl<'a> Attempt<'a> {
         started.map_or_else(|| self.touched(), Ok)
     }
 
-    /// Axial force on the hand, in N: the recorded force less its lateral part, along the latched axis. Unlike the sum
-    /// of the axial law's parts it holds the contact with bone.
-    pub(crate) fn axial_n(&self) -> Vec<f64> {
-        let mut under_way = self.insertions.iter().peekable();
+    /// Each usable sample with the insertion under way, if the needle has met the skin by then.
+    pub(crate) fn ticks(&self) -> impl Iterator<Item = (&'a Sample, Option<&Insertion>)> {
+        let mut ahead = self.insertions.iter().peekable();
         let mut current = None;
-        let mut axial = |s: &Sample| {
-            while let Some(next) = under_way.next_if(|next| next.from_s <= s.t_s) {
+        self.timeline.samples().iter().map(move |sample| {
+            while let Some(next) = ahead.next_if(|next| next.from_s <= sample.t_s) {
                 current = Some(next);
             }
-            let force = |i: usize| f64::from(s.force_n[i]) - f64::from(s.lateral_n[i]);
-            current.map_or(0.0, |i| -i.axis.dot(&Vector3::new(force(0), force(1), force(2))))
-        };
-        self.timeline.samples().iter().map(|s| axial(s)).collect()
+            (*sample, current)
+        })
     }
+
+    /// Axial force on the hand at each sample, in N: the recorded force less its lateral part, along the latched axis.
+    /// Unlike the sum of the axial law's parts it holds the contact with bone.
+    pub(crate) fn axial_n(&self) -> Vec<f64> {
+        let axial = |(s, insertion): (&Sample, Option<&Insertion>)| {
+            let force = |i: usize| f64::from(s.force_n[i]) - f64::from(s.lateral_n[i]);
+            insertion.map_or(0.0, |i| -i.axis.dot(&Vector3::new(force(0), force(1), force(2))))
+        };
+        self.ticks().map(axial).collect()
+    }
+}
+
+/// The tip is in the body.
+pub(crate) fn is_inserted(sample: &Sample) -> bool {
+    sample.depth_m > 0.0 || sample.flags & flags::INSIDE != 0
 }
 
 /// The drawn patient's thicknesses, or the scene's own where the recording has none that fit.
@@ -229,8 +241,7 @@ fn insertions(events: &[Event], timeline: &Timeline) -> Vec<Insertion> {
     let mut insertions: Vec<Insertion> = events.iter().filter_map(contact).collect();
     insertions.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
     if insertions.is_empty() {
-        let inserted = |s: &&&Sample| s.depth_m > 0.0 || s.flags & flags::INSIDE != 0;
-        insertions.extend(samples.iter().find(inserted).map(|s| {
+        insertions.extend(samples.iter().find(|s| is_inserted(s)).map(|s| {
             let entry_m = Point3::from(s.position_m) - axis(s) * s.x_m;
             Insertion { from_s: s.t_s, entry_m, axis: axis(s), track: 0 }
         }));

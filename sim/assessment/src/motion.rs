@@ -111,15 +111,6 @@ fn axis_of([x, y, z, w]: [f64; 4]) -> Vector3<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)) * Vector3::z()
 }
 
-/// The shaft inside the body: from where it crosses the skin (the plane z = 0) to the tip.
-///
-/// The tip alone outside the body, and for a shaft so nearly parallel to the skin that it has no crossing to speak of.
-pub(crate) fn shaft(tip_m: Point3<f64>, axis: &Vector3<f64>) -> (Point3<f64>, Point3<f64>) {
-    let steep = axis.z < -0.05;
-    let entry_m = if tip_m.z < 0.0 && steep { tip_m - axis * (tip_m.z / axis.z) } else { tip_m };
-    (entry_m, tip_m)
-}
-
 /// Low-passed motion at [`RATE_HZ`].
 pub(crate) struct Motion {
     position_m: [Vec<f64>; 3],

@@ -1,11 +1,13 @@
 //! Forces on the hand.
 
 use std::collections::BTreeMap;
+use std::iter::Peekable;
+use std::slice::Iter;
 
 use recording::Sample;
 
 use super::Sheet;
-use crate::attempt::{Absent, Attempt, Insertion, Outcome};
+use crate::attempt::{Absent, Attempt, Insertion, Outcome, Rupture};
 use crate::signal::derivative;
 
 pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
@@ -91,8 +93,9 @@ fn raise_before_ruptures(attempt: &Attempt, mut axial_n: Vec<f64>) -> Vec<f64> {
 fn layer_peaks_n(attempt: &Attempt, peaks_n: &[f64]) -> Vec<Option<f64>> {
     let mut peaks: Vec<Option<f64>> = vec![None; attempt.thickness_m.len()];
     let mut tip = Tip::new(attempt);
-    for (sample, force_n) in attempt.timeline.samples().iter().zip(peaks_n) {
-        if let Some(peak) = tip.layer(sample).and_then(|layer| peaks.get_mut(layer)) {
+    for ((sample, insertion), force_n) in attempt.ticks().zip(peaks_n) {
+        let layer = insertion.and_then(|insertion| tip.layer(sample, insertion));
+        if let Some(peak) = layer.and_then(|layer| peaks.get_mut(layer)) {
             *peak = Some(peak.map_or(*force_n, |p: f64| p.max(*force_n)));
         }
     }
@@ -102,9 +105,7 @@ fn layer_peaks_n(attempt: &Attempt, peaks_n: &[f64]) -> Vec<Option<f64>> {
 /// Follows the tip through the layers, sample by sample.
 struct Tip<'a> {
     thickness_m: &'a [f64],
-    insertions: std::iter::Peekable<std::slice::Iter<'a, Insertion>>,
-    ruptures: std::iter::Peekable<std::slice::Iter<'a, crate::attempt::Rupture>>,
-    current: Option<&'a Insertion>,
+    ruptures: Peekable<Iter<'a, Rupture>>,
     /// How many boundaries the tip has opened, by track.
     opened: BTreeMap<u32, usize>,
 }
@@ -113,27 +114,21 @@ impl<'a> Tip<'a> {
     fn new(attempt: &'a Attempt) -> Self {
         Self {
             thickness_m: &attempt.thickness_m,
-            insertions: attempt.insertions.iter().peekable(),
             ruptures: attempt.ruptures.iter().peekable(),
-            current: None,
             opened: BTreeMap::new(),
         }
     }
 
     /// The layer whose boundary the tip tents, or in which it is; `None` where it touches nothing.
-    fn layer(&mut self, sample: &Sample) -> Option<usize> {
-        while let Some(insertion) = self.insertions.next_if(|i| i.from_s <= sample.t_s) {
-            self.current = Some(insertion);
-        }
-        let insertion = self.current?;
+    fn layer(&mut self, sample: &Sample, insertion: &Insertion) -> Option<usize> {
+        let opened = self.opened.entry(insertion.track).or_default();
         while let Some(rupture) = self.ruptures.next_if(|r| r.t_s <= sample.t_s) {
             if !rupture.by_rim {
-                let opened = self.opened.entry(insertion.track).or_default();
                 *opened = (*opened).max(rupture.boundary + 1);
             }
         }
         if sample.tip_n > 0.0 {
-            return Some(self.opened.get(&insertion.track).copied().unwrap_or(0));
+            return Some(*opened);
         }
         let depth_m = f64::from(sample.depth_m) / insertion.path_factor();
         (depth_m > 0.0).then(|| self.layer_at(depth_m))

@@ -1,10 +1,10 @@
 //! The path of the tip and the shaft.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::Sheet;
 use crate::attempt::{Attempt, Outcome};
-use crate::motion::{Motion, shaft};
+use crate::motion::Motion;
 use crate::signal::RATE_HZ;
 
 /// A change of direction is a turn by more than this, in rad.
@@ -50,6 +50,16 @@ fn sweep_area_mm2(motion: &Motion) -> f64 {
         triangle_m2(entry, tip, next_tip) + triangle_m2(entry, next_tip, next_entry)
     };
     (1..motion.len()).filter(|k| step_inside(motion, *k)).map(swept).sum::<f64>() * 1e6
+}
+
+/// The shaft inside the body: from where it crosses the skin (the plane z = 0) to the tip.
+///
+/// It moves with the needle, while the entry that the simulation latched does not: a needle shifted sideways sweeps a
+/// rectangle. The tip alone outside the body, and for a shaft so nearly parallel to the skin that it has no crossing to speak of.
+fn shaft(tip_m: Point3<f64>, axis: &Vector3<f64>) -> (Point3<f64>, Point3<f64>) {
+    let steep = axis.z < -0.05;
+    let entry_m = if tip_m.z < 0.0 && steep { tip_m - axis * (tip_m.z / axis.z) } else { tip_m };
+    (entry_m, tip_m)
 }
 
 fn triangle_m2(a: Point3<f64>, b: Point3<f64>, c: Point3<f64>) -> f64 {

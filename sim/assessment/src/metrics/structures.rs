@@ -5,9 +5,8 @@ use recording::EventKind;
 use scene::{SceneStructure, StructureKind};
 
 use super::Sheet;
-use crate::attempt::{Attempt, Outcome};
+use crate::attempt::{Attempt, Outcome, is_inserted};
 use crate::distance::{Segment, resolution_m, to_structure_m};
-use crate::motion::{axis, shaft};
 
 const KINDS: [(StructureKind, &str); 5] = [
     (StructureKind::Vessel, "vessel"),
@@ -39,15 +38,16 @@ fn hits(attempt: &Attempt, counts: impl Fn(Option<StructureKind>) -> bool) -> Ou
     Ok(hits.filter(|e| counts(kind(e.structure))).count() as f64)
 }
 
-/// The least distance over all samples. A segment cannot come closer to anything by more than its ends have moved, so
+/// The least distance over all samples, from the entry to the tip, as hits are told in the simulation. A segment cannot come closer to anything by more than its ends have moved, so
 /// most samples need no look at the structure at all.
 fn clearance_mm(attempt: &Attempt, structure: &SceneStructure) -> f64 {
     let spec = &structure.spec;
     let resolution_m = resolution_m(&spec.shape);
     let mut least_m = f64::INFINITY;
     let mut looked: Option<(Segment, f64)> = None;
-    for sample in attempt.timeline.samples() {
-        let (from, to) = shaft(Point3::from(sample.position_m), &axis(sample));
+    for (sample, insertion) in attempt.ticks() {
+        let to = Point3::from(sample.position_m);
+        let from = insertion.filter(|_| is_inserted(sample)).map_or(to, |insertion| insertion.entry_m);
         let segment = Segment { from, to };
         let at_least_m = looked.as_ref().map_or(0.0, |(seen, distance_m)| distance_m - seen.moved_m(&segment));
         if at_least_m < least_m - resolution_m || looked.is_none() {

@@ -106,6 +106,30 @@ fn forces_are_split_by_the_layer_that_the_tip_tents_or_is_in() {
 }
 
 #[test]
+fn the_peak_before_a_rupture_does_not_depend_on_the_last_sample_before_it() {
+    let mut recording = plunge(18.0);
+    // 20 N/s up to 3 N, which is met between two samples of 250 Hz.
+    mark(&mut recording, 6.003, EventKind::TipRupture, Some(1));
+    recording.events.iter_mut().filter(|e| e.boundary == Some(1)).for_each(|e| e.force_n = 3.0);
+    press(&mut recording, 5.853..6.003, |t_s| 20.0 * (t_s - 5.853));
+    for recording in [decimate(&recording, 4), recording] {
+        let assessment = judge(&recording, &bundle());
+        expect(&assessment, "peak_force_n", 3.0, 1e-6);
+        expect(&assessment, "peak_force_layer_n.fat", 3.0, 1e-6);
+    }
+}
+
+#[test]
+fn bone_is_felt_in_the_peak_force() {
+    let mut recording = plunge(18.0);
+    recording.samples[9000].force_n = [0.0, 0.0, 12.5];
+    recording.samples[9000].lateral_n = [0.0, 0.25, 0.0];
+    let assessment = judge(&recording, &bundle());
+    expect(&assessment, "peak_force_n", 12.5, 1e-6);
+    expect(&assessment, "lateral_peak_n", 0.25, 1e-9);
+}
+
+#[test]
 fn the_force_rate_leaves_the_fall_at_a_rupture_out() {
     let mut recording = plunge(18.0);
     mark(&mut recording, 6.0, EventKind::TipRupture, Some(1));
