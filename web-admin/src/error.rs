@@ -32,6 +32,12 @@ pub enum Error {
         /// Largest allowed, in bytes.
         limit_bytes: u64,
     },
+    /// The body is of a kind that is not taken.
+    #[error("{0}")]
+    UnsupportedMedia(&'static str),
+    /// There is no score, and there will be none.
+    #[error("this attempt was not scored: {0}")]
+    Unscored(String),
     /// The body was understood and is wrong.
     #[error("{0}")]
     Unprocessable(String),
@@ -54,12 +60,13 @@ impl Error {
     #[must_use]
     pub const fn status(&self) -> StatusCode {
         match self {
-            Self::NotFound => StatusCode::NOT_FOUND,
+            Self::NotFound | Self::Unscored(_) => StatusCode::NOT_FOUND,
             Self::Unauthorized => StatusCode::UNAUTHORIZED,
             Self::Forbidden(_) => StatusCode::FORBIDDEN,
             Self::BadRequest(_) => StatusCode::BAD_REQUEST,
             Self::Conflict(_) => StatusCode::CONFLICT,
             Self::TooLarge { .. } => StatusCode::PAYLOAD_TOO_LARGE,
+            Self::UnsupportedMedia(_) => StatusCode::UNSUPPORTED_MEDIA_TYPE,
             Self::Unprocessable(_) => StatusCode::UNPROCESSABLE_ENTITY,
             Self::Timeout => StatusCode::REQUEST_TIMEOUT,
             Self::TooMany { .. } => StatusCode::TOO_MANY_REQUESTS,

@@ -1,3 +1,5 @@
-//! The program `web-admin`.
+//! The program `web-admin`: everything is in the library, where tests can reach it.
 
-fn main() {}
+fn main() -> std::process::ExitCode {
+    web_admin::cli::main()
+}

@@ -1,1 +1,171 @@
-//! The commands of `web-admin`.
+//! The commands of `web-admin`. Exit 0: done; 1: the work failed or a check found something; 2: the call was wrong.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::AppState;
+use crate::clock::Clock;
+use crate::config::{self, Config};
+
+mod curricula;
+mod serve;
+mod user;
+mod verify;
+
+/// Trainees' records, scores, curricula and progress.
+#[derive(Debug, Parser)]
+#[command(name = "web-admin", version, propagate_version = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Serves pages and the API; makes and migrates the database where needed
+    Serve(serve::ServeArgs),
+    /// Makes the database, or brings it up to date
+    Migrate(Storage),
+    /// Adds people and gives them access
+    #[command(subcommand)]
+    User(user::UserCommand),
+    /// Publishes curricula
+    #[command(subcommand)]
+    Curricula(curricula::CurriculaCommand),
+    /// Checks the database, every recording and the audit log; names each finding and exits 1
+    Verify(Storage),
+    /// Prints the API's OpenAPI description
+    Openapi,
+}
+
+/// Where everything is kept.
+#[derive(Clone, Debug, Args)]
+pub struct Storage {
+    /// Folder for everything the service keeps
+    #[arg(long, value_name = "DIR", default_value = "data", env = "STYLET_DATA_DIR")]
+    data_dir: PathBuf,
+    /// Database: a sqlite: URL or a path [default: stylet.db in the data folder]
+    #[arg(long, value_name = "URL", env = "STYLET_DATABASE")]
+    database: Option<String>,
+    /// Recordings: a file:// URL or a folder [default: recordings in the data folder]
+    #[arg(long, value_name = "URL", env = "STYLET_RECORDINGS")]
+    recordings: Option<String>,
+}
+
+impl Storage {
+    /// The configuration they ask for.
+    ///
+    /// # Errors
+    /// When one of them is of a kind that is not supported.
+    pub fn config(&self) -> Result<Config, Failure> {
+        let mut config = Config::in_folder(&self.data_dir);
+        if let Some(given) = &self.database {
+            config.database_url = config::database_url(given)?;
+        }
+        if let Some(given) = &self.recordings {
+            config.recordings_dir = config::recordings_dir(given)?;
+        }
+        Ok(config)
+    }
+
+    /// Opens what is kept there.
+    ///
+    /// # Errors
+    /// When it cannot be opened.
+    pub async fn open(&self) -> Result<AppState, Failure> {
+        Ok(AppState::open(self.config()?, Clock::system()).await?)
+    }
+}
+
+/// Why a command did not do its work.
+#[derive(Debug)]
+pub enum Failure {
+    /// The call or its input was wrong.
+    Usage(String),
+    /// The work failed.
+    Work(anyhow::Error),
+    /// A check found something, and has said what.
+    Found,
+}
+
+impl From<config::ConfigError> for Failure {
+    fn from(error: config::ConfigError) -> Self {
+        Self::Usage(error.to_string())
+    }
+}
+
+impl From<anyhow::Error> for Failure {
+    fn from(error: anyhow::Error) -> Self {
+        Self::Work(error)
+    }
+}
+
+impl From<sqlx::Error> for Failure {
+    fn from(error: sqlx::Error) -> Self {
+        Self::Work(anyhow::Error::new(error).context("database"))
+    }
+}
+
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Self {
+        Self::Work(error.into())
+    }
+}
+
+impl Failure {
+    /// Says it in one line, and how the program ends.
+    fn report(self) -> ExitCode {
+        let (words, code) = match self {
+            Self::Usage(words) => (words, 2),
+            Self::Work(error) => (format!("{error:#}"), 1),
+            Self::Found => return ExitCode::from(1),
+        };
+        // Where even standard error is gone there is nobody left to tell.
+        let _ = writeln!(std::io::stderr(), "web-admin: {words}");
+        ExitCode::from(code)
+    }
+}
+
+/// Prints a line of a command's result. A reader that has gone away is no failure of ours.
+fn say(line: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stdout(), "{line}");
+}
+
+/// Runs the program.
+#[must_use]
+pub fn main() -> ExitCode {
+    let command = match Cli::try_parse() {
+        Ok(cli) => cli.command,
+        Err(refused) => refused.exit(),
+    };
+    let runtime = match tokio::runtime::Runtime::new() {
+        Ok(runtime) => runtime,
+        Err(error) => return Failure::from(error).report(),
+    };
+    match runtime.block_on(run(command)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}
+
+async fn run(command: Command) -> Result<(), Failure> {
+    match command {
+        Command::Serve(args) => serve::run(&args).await,
+        Command::Migrate(storage) => {
+            storage.open().await?.db.close().await;
+            say("the database is up to date");
+            Ok(())
+        }
+        Command::User(command) => user::run(&command).await,
+        Command::Curricula(command) => curricula::run(&command).await,
+        Command::Verify(storage) => verify::run(&storage).await,
+        Command::Openapi => {
+            let description = crate::routes::api::description();
+            say(serde_json::to_string_pretty(&description).map_err(anyhow::Error::from)?);
+            Ok(())
+        }
+    }
+}

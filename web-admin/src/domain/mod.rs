@@ -4,6 +4,7 @@ pub mod curve;
 pub mod moment;
 pub mod person;
 pub mod progress;
+pub mod series;
 
 pub use curve::Curve;
 pub use moment::{Moment, new_id};

@@ -41,8 +41,19 @@ impl Database {
     /// # Errors
     /// When the URL is no SQLite URL, or the file cannot be opened.
     pub async fn open(url: &str) -> Result<Self> {
-        let options = SqliteConnectOptions::from_str(url)?
-            .create_if_missing(true)
+        Self::connect(SqliteConnectOptions::from_str(url)?.create_if_missing(true)).await
+    }
+
+    /// Opens a database that must be there.
+    ///
+    /// # Errors
+    /// When it is not.
+    pub async fn open_existing(url: &str) -> Result<Self> {
+        Self::connect(SqliteConnectOptions::from_str(url)?.create_if_missing(false)).await
+    }
+
+    async fn connect(options: SqliteConnectOptions) -> Result<Self> {
+        let options = options
             .journal_mode(SqliteJournalMode::Wal)
             // A score that was shown must survive a power cut, so each commit reaches the disk.
             .synchronous(SqliteSynchronous::Full)

@@ -165,6 +165,25 @@ pub async fn visible(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, 
     .await
 }
 
+/// The newest attempts that a person may see, at most 100.
+///
+/// # Errors
+/// When the database fails.
+pub async fn newest_visible(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<Session>> {
+    sqlx::query_as(
+        "SELECT * FROM sessions s WHERE s.school_id = $1 AND (s.trainee_id = $2 OR $3 OR EXISTS (
+           SELECT 1 FROM cohort_members teacher
+           JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
+           WHERE teacher.person_id = $2 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id))
+         ORDER BY s.started_at DESC, s.id DESC LIMIT 100",
+    )
+    .bind(viewer.school_id)
+    .bind(viewer.id)
+    .bind(viewer.role == Role::Administrator)
+    .fetch_all(executor)
+    .await
+}
+
 /// Ends the wait for a score.
 ///
 /// # Errors

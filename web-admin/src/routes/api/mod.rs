@@ -1,10 +1,81 @@
-//! `/api/v1`: JSON for programs.
+//! `/api/v1`: JSON for programs, by bearer token.
 
-use axum::Router;
+use axum::extract::{FromRequestParts, Path};
+use axum::http::request::Parts;
+use axum::middleware::from_fn_with_state;
+use axum::routing::{get, post};
+use axum::{Json, Router};
+use utoipa::openapi::OpenApi as Description;
+use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
+use utoipa::{Modify, OpenApi};
+use uuid::Uuid;
 
 use crate::AppState;
+use crate::error::{ApiError, Error};
 
-/// The API.
-pub fn router(_: &AppState) -> Router<AppState> {
+mod caller;
+mod documents;
+mod sessions;
+mod upload;
+
+/// The API. Who is calling is settled by a layer that also covers addresses that do not exist.
+pub fn router(state: &AppState) -> Router<AppState> {
     Router::new()
+        .route("/sessions", post(upload::create).get(sessions::list))
+        .route("/sessions/{id}", get(sessions::show))
+        .route("/sessions/{id}/score", get(sessions::score))
+        .route("/sessions/{id}/recording", get(sessions::recording))
+        .route("/sessions/{id}/series", get(sessions::series))
+        .route("/me/assignments", get(documents::assignments))
+        .route("/exercises/{id}", get(documents::exercise))
+        .fallback(async || ApiError(Error::NotFound))
+        .layer(from_fn_with_state(state.clone(), caller::require_caller))
+        // Describes what is public knowledge anyway: no token needed.
+        .route("/openapi.json", get(async || Json(description())))
+}
+
+/// The OpenAPI description.
+#[must_use]
+pub fn description() -> Description {
+    ApiDescription::openapi()
+}
+
+#[derive(OpenApi)]
+#[openapi(
+    info(title = "Stylet", description = "Recordings in, scores out."),
+    servers((url = "/api/v1")),
+    security(("token" = [])),
+    modifiers(&BearerToken),
+    paths(
+        upload::create,
+        sessions::list,
+        sessions::show,
+        sessions::score,
+        sessions::recording,
+        sessions::series,
+        documents::assignments,
+        documents::exercise
+    )
+)]
+struct ApiDescription;
+
+struct BearerToken;
+
+impl Modify for BearerToken {
+    fn modify(&self, openapi: &mut Description) {
+        let components = openapi.components.get_or_insert_default();
+        components.add_security_scheme("token", SecurityScheme::Http(Http::new(HttpAuthScheme::Bearer)));
+    }
+}
+
+/// The id in a path. What cannot be an id names nothing: 404, as an id of nothing.
+struct Id(Uuid);
+
+impl<S: Send + Sync> FromRequestParts<S> for Id {
+    type Rejection = ApiError;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Self::Rejection> {
+        let path = Path::<Uuid>::from_request_parts(parts, state).await;
+        path.map(|Path(id)| Self(id)).map_err(|_| ApiError(Error::NotFound))
+    }
 }

@@ -1,0 +1,124 @@
+//! `web-admin serve`.
+
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use anyhow::Context;
+use clap::Args;
+use tokio::net::TcpListener;
+use tokio::signal::unix::{SignalKind, signal};
+use tower_sessions::ExpiredDeletion;
+use tracing_subscriber::EnvFilter;
+
+use super::{Failure, Storage, say};
+use crate::AppState;
+use crate::clock::Clock;
+use crate::storage::people;
+use crate::storage::web_sessions::WebSessions;
+use crate::{recordings, routes, worker};
+
+/// How long a request may go on after the service was told to stop.
+const LAST_ORDERS: Duration = Duration::from_secs(10);
+/// How often what has expired is thrown away.
+const TIDY_EVERY: Duration = Duration::from_secs(600);
+
+/// How to serve.
+#[derive(Debug, Args)]
+pub struct ServeArgs {
+    /// Address and port to listen on
+    #[arg(long, value_name = "ADDR", default_value = "127.0.0.1:8080", env = "STYLET_LISTEN")]
+    listen: SocketAddr,
+    #[command(flatten)]
+    storage: Storage,
+    /// A proxy in front speaks TLS and sets X-Forwarded-For: cookies become Secure
+    #[arg(long, env = "STYLET_BEHIND_TLS")]
+    behind_tls: bool,
+    /// Largest upload, in MB
+    #[arg(long, value_name = "MB", default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    max_upload_mb: u64,
+}
+
+pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
+    start_log();
+    let mut config = args.storage.config()?;
+    config.listen = args.listen;
+    config.behind_tls = args.behind_tls;
+    config.max_upload_bytes = args.max_upload_mb * 1_000_000;
+    let state = AppState::open(config, Clock::system()).await?;
+    let cleared = recordings::clear_uploads(&state.config.uploads_dir()).context("cannot clear unfinished uploads")?;
+    tracing::info!(cleared, "unfinished uploads cleared");
+    greet(&state).await?;
+    serve(&state).await?;
+    state.db.close().await;
+    Ok(())
+}
+
+/// Logs go to standard error; `RUST_LOG` says how much.
+fn start_log() {
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+}
+
+/// An empty service tells how to get in.
+async fn greet(state: &AppState) -> Result<(), Failure> {
+    if people::count(state.db.reader()).await? == 0 {
+        say(format_args!(
+            "Nobody can sign in yet. Add the first person with: web-admin user add --data-dir {} \
+             --role administrator --name NAME --email ADDRESS",
+            state.config.data_dir.display()
+        ));
+    }
+    Ok(())
+}
+
+async fn serve(state: &AppState) -> anyhow::Result<()> {
+    let listen = state.config.listen;
+    let listener = TcpListener::bind(listen).await.with_context(|| format!("cannot listen on {listen}"))?;
+    say(format_args!("Listening on http://{}", listener.local_addr()?));
+    let background = [tokio::spawn(worker::run(state.clone())), tokio::spawn(tidy(state.clone()))];
+    let (told, mut stop) = tokio::sync::watch::channel(false);
+    let app = routes::router(state.clone()).into_make_service_with_connect_info::<SocketAddr>();
+    let mut hear = stop.clone();
+    let serving = axum::serve(listener, app).with_graceful_shutdown(async move {
+        // The sender lives until the end of this function, so the wait only ends by being told.
+        let _ = hear.wait_for(|stop| *stop).await;
+    });
+    let waiting = async {
+        let _ = stop.wait_for(|stop| *stop).await;
+        tokio::time::sleep(LAST_ORDERS).await;
+    };
+    let listening = async {
+        wait_for_signal().await?;
+        told.send_replace(true);
+        std::future::pending::<anyhow::Result<()>>().await
+    };
+    let ended = tokio::select! {
+        served = serving.into_future() => served.map_err(anyhow::Error::from),
+        () = waiting => Ok(()),
+        failed = listening => failed,
+    };
+    background.iter().for_each(tokio::task::JoinHandle::abort);
+    tracing::info!("stopped");
+    ended
+}
+
+async fn wait_for_signal() -> anyhow::Result<()> {
+    let mut terminate = signal(SignalKind::terminate()).context("cannot listen for SIGTERM")?;
+    tokio::select! {
+        interrupted = tokio::signal::ctrl_c() => interrupted.context("cannot listen for Ctrl-C")?,
+        _ = terminate.recv() => {}
+    }
+    Ok(())
+}
+
+/// Throws away what has expired, now and then.
+async fn tidy(state: AppState) {
+    let sessions = WebSessions::new(state.db.clone(), state.clock.clone());
+    loop {
+        if let Err(error) = sessions.delete_expired().await {
+            tracing::warn!(cause = %error, "expired sessions could not be deleted");
+        }
+        state.logins.tidy();
+        tokio::time::sleep(TIDY_EVERY).await;
+    }
+}

@@ -1,0 +1,293 @@
+//! `web-admin user`: adding people and giving them access.
+
+use anyhow::Context;
+use clap::{Args, Subcommand};
+use serde_json::{Value, json};
+use sqlx::SqliteConnection;
+use uuid::Uuid;
+
+use super::{Failure, Storage, say};
+use crate::AppState;
+use crate::domain::Role;
+use crate::secret;
+use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::cohorts::{self, Membership};
+use crate::storage::people::{self, NewPerson, Person};
+use crate::storage::schools::{self, School};
+use crate::storage::tokens::{self, TokenHolder};
+
+/// Shortest password taken.
+const MIN_PASSWORD: usize = 10;
+
+/// `web-admin user …`
+#[derive(Debug, Subcommand)]
+pub enum UserCommand {
+    /// Adds a person; prints a password where none is given
+    Add(AddArgs),
+    /// Sets a new password, which ends every earlier sign-in; prints it where none is given
+    ResetPassword(ResetArgs),
+    /// Keeps a person from signing in and revokes their tokens; their attempts stay
+    Disable(WhoArgs),
+    /// Makes a token for the API and prints it, this once
+    Token(TokenArgs),
+}
+
+/// A new person.
+#[derive(Debug, Args)]
+pub struct AddArgs {
+    #[command(flatten)]
+    who: WhoArgs,
+    /// Name shown to people
+    #[arg(long)]
+    name: String,
+    /// What they may do
+    #[arg(long, value_enum, default_value = "trainee")]
+    role: Role,
+    /// School, made where it is missing [default: the only one there is]
+    #[arg(long)]
+    school: Option<String>,
+    /// Cohort to teach or to learn in, made where it is missing
+    #[arg(long)]
+    cohort: Option<String>,
+    /// Password; `-` reads it from standard input, which keeps it out of the list of processes
+    #[arg(long)]
+    password: Option<String>,
+    /// Make a token for the API too
+    #[arg(long)]
+    token: bool,
+}
+
+/// A new password.
+#[derive(Debug, Args)]
+pub struct ResetArgs {
+    #[command(flatten)]
+    who: WhoArgs,
+    /// Password; `-` reads it from standard input, which keeps it out of the list of processes
+    #[arg(long)]
+    password: Option<String>,
+}
+
+/// Who is meant.
+#[derive(Debug, Args)]
+pub struct WhoArgs {
+    #[command(flatten)]
+    storage: Storage,
+    /// Address they sign in with
+    #[arg(long)]
+    email: String,
+}
+
+/// A new token.
+#[derive(Debug, Args)]
+pub struct TokenArgs {
+    #[command(flatten)]
+    storage: Storage,
+    /// Whose, or
+    #[arg(long, required_unless_present = "station")]
+    email: Option<String>,
+    /// the name of a station, which uploads for whoever its recordings name by pseudonym
+    #[arg(long, conflicts_with = "email")]
+    station: Option<String>,
+    /// The station's school [default: the only one there is]
+    #[arg(long)]
+    school: Option<String>,
+}
+
+pub(super) async fn run(command: &UserCommand) -> Result<(), Failure> {
+    match command {
+        UserCommand::Add(args) => add(args).await,
+        UserCommand::ResetPassword(args) => reset_password(args).await,
+        UserCommand::Disable(args) => disable(args).await,
+        UserCommand::Token(args) => token(args).await,
+    }
+}
+
+async fn add(args: &AddArgs) -> Result<(), Failure> {
+    check_email(&args.who.email)?;
+    let (password, told) = password(args.password.as_deref())?;
+    let state = args.who.storage.open().await?;
+    let password_hash = secret::hash_password(&password, state.config.password_cost)?;
+    let mut tx = state.db.write().await?;
+    if people::by_email(&mut *tx, &args.who.email).await?.is_some() {
+        return Err(Failure::Usage(format!("--email: \"{}\"; somebody has this address already", args.who.email)));
+    }
+    let school = choose_school(&mut tx, &state, args.school.as_deref()).await?;
+    let new = NewPerson {
+        school_id: school.id,
+        role: args.role,
+        email: &args.who.email,
+        display_name: &args.name,
+        password_hash: &password_hash,
+    };
+    let person = people::add(&mut tx, &new, state.clock.now()).await?;
+    note(&mut tx, &state, &person, "person.added", json!({ "role": args.role })).await?;
+    if let Some(cohort) = &args.cohort {
+        join(&mut tx, &state, &person, cohort).await?;
+    }
+    let token = if args.token { Some(give_token(&mut tx, &state, &person).await?) } else { None };
+    tx.commit().await?;
+    say(format_args!("{} {} added to {}; pseudonym {}", person.role, person.email, school.name, person.pseudonym));
+    told.into_iter().for_each(say);
+    token.into_iter().for_each(|token| say(format_args!("token: {token}")));
+    Ok(())
+}
+
+async fn join(tx: &mut SqliteConnection, state: &AppState, person: &Person, cohort: &str) -> Result<(), Failure> {
+    if person.role == Role::Administrator {
+        return Err(Failure::Usage("--cohort: an administrator neither teaches nor learns; leave it out".to_owned()));
+    }
+    let cohort = cohorts::find_or_create(tx, person.school_id, cohort, state.clock.now()).await?;
+    let membership =
+        Membership { school_id: person.school_id, cohort_id: cohort.id, person_id: person.id, role: person.role };
+    cohorts::join(tx, membership).await?;
+    Ok(note(tx, state, person, "cohort.joined", json!({ "cohort": cohort.id })).await?)
+}
+
+async fn reset_password(args: &ResetArgs) -> Result<(), Failure> {
+    let (password, told) = password(args.password.as_deref())?;
+    let state = args.who.storage.open().await?;
+    let hash = secret::hash_password(&password, state.config.password_cost)?;
+    let mut tx = state.db.write().await?;
+    let person = find(&mut tx, &args.who.email).await?;
+    people::set_password(&mut tx, person.id, &hash).await?;
+    note(&mut tx, &state, &person, "person.password_reset", json!({})).await?;
+    tx.commit().await?;
+    say(format_args!("{} has a new password and is signed out everywhere", person.email));
+    told.into_iter().for_each(say);
+    Ok(())
+}
+
+async fn disable(args: &WhoArgs) -> Result<(), Failure> {
+    let state = args.storage.open().await?;
+    let mut tx = state.db.write().await?;
+    let person = find(&mut tx, &args.email).await?;
+    if !people::disable(&mut tx, person.id, state.clock.now()).await? {
+        say(format_args!("{} was disabled before", person.email));
+        return Ok(());
+    }
+    let revoked = tokens::revoke_all(&mut tx, person.id, state.clock.now()).await?;
+    note(&mut tx, &state, &person, "person.disabled", json!({ "tokens_revoked": revoked })).await?;
+    tx.commit().await?;
+    say(format_args!("{} is disabled; {revoked} tokens revoked", person.email));
+    Ok(())
+}
+
+async fn token(args: &TokenArgs) -> Result<(), Failure> {
+    let state = args.storage.open().await?;
+    let mut tx = state.db.write().await?;
+    let token = match (&args.email, &args.station) {
+        (Some(email), _) => {
+            let person = find(&mut tx, email).await?;
+            give_token(&mut tx, &state, &person).await?
+        }
+        (None, station) => {
+            let school = choose_school(&mut tx, &state, args.school.as_deref()).await?;
+            let holder = TokenHolder { school_id: school.id, person_id: None, station: station.clone() };
+            make_token(&mut tx, &state, &holder).await?
+        }
+    };
+    tx.commit().await?;
+    say(format_args!("token: {token}"));
+    Ok(())
+}
+
+async fn give_token(tx: &mut SqliteConnection, state: &AppState, person: &Person) -> Result<String, Failure> {
+    let holder = TokenHolder { school_id: person.school_id, person_id: Some(person.id), station: None };
+    make_token(tx, state, &holder).await
+}
+
+async fn make_token(tx: &mut SqliteConnection, state: &AppState, holder: &TokenHolder) -> Result<String, Failure> {
+    let token = secret::random_hex()?;
+    let now = state.clock.now();
+    let id = tokens::add(tx, holder, &secret::token_sha256(&token), now).await?;
+    let entry = Entry {
+        school_id: Some(holder.school_id),
+        actor: Actor::CommandLine,
+        action: "token.made",
+        object: id.to_string(),
+        details: json!({ "person": holder.person_id, "station": holder.station }),
+    };
+    audit::append(tx, entry, now).await?;
+    Ok(token)
+}
+
+/// The named school; the only one there is where none is named; a first one where there is none.
+pub(super) async fn choose_school(
+    tx: &mut SqliteConnection,
+    state: &AppState,
+    name: Option<&str>,
+) -> Result<School, Failure> {
+    let existing = schools::all(&mut *tx).await?;
+    let name = match (name, existing.as_slice()) {
+        (Some(name), _) => name,
+        (None, []) => "School",
+        (None, [only]) => return Ok(only.clone()),
+        (None, several) => {
+            let names: Vec<_> = several.iter().map(|school| school.name.as_str()).collect();
+            return Err(Failure::Usage(format!("--school is needed; there are: {}", names.join(", "))));
+        }
+    };
+    if let Some(known) = existing.iter().find(|school| school.name == name) {
+        return Ok(known.clone());
+    }
+    let school = schools::find_or_create(tx, name, state.clock.now()).await?;
+    let entry = Entry {
+        school_id: Some(school.id),
+        actor: Actor::CommandLine,
+        action: "school.added",
+        object: school.id.to_string(),
+        details: json!({ "name": school.name }),
+    };
+    audit::append(tx, entry, state.clock.now()).await?;
+    Ok(school)
+}
+
+async fn find(tx: &mut SqliteConnection, email: &str) -> Result<Person, Failure> {
+    let found = people::by_email(tx, email).await?;
+    found.ok_or_else(|| Failure::Usage(format!("--email: \"{email}\"; nobody has this address")))
+}
+
+async fn note(
+    tx: &mut SqliteConnection,
+    state: &AppState,
+    person: &Person,
+    action: &str,
+    details: Value,
+) -> anyhow::Result<()> {
+    let object: Uuid = person.id;
+    let entry = Entry {
+        school_id: Some(person.school_id),
+        actor: Actor::CommandLine,
+        action,
+        object: object.to_string(),
+        details,
+    };
+    audit::append(tx, entry, state.clock.now()).await.context("audit log")
+}
+
+/// The password to set, and a line that tells it where it was made here.
+fn password(given: Option<&str>) -> Result<(String, Option<String>), Failure> {
+    let password = match given {
+        None => {
+            let made = secret::random_password()?;
+            let told = format!("password: {made}");
+            return Ok((made, Some(told)));
+        }
+        Some("-") => std::io::read_to_string(std::io::stdin())?.trim_end_matches(['\r', '\n']).to_owned(),
+        Some(given) => given.to_owned(),
+    };
+    let length = password.chars().count();
+    if length < MIN_PASSWORD {
+        return Err(Failure::Usage(format!("--password: {length} characters; at least {MIN_PASSWORD} are needed")));
+    }
+    Ok((password, None))
+}
+
+fn check_email(email: &str) -> Result<(), Failure> {
+    let parts =
+        email.split_once('@').filter(|(name, host)| !name.is_empty() && !host.is_empty() && !host.contains('@'));
+    if parts.is_none() || email.contains(char::is_whitespace) || email.len() > 254 {
+        return Err(Failure::Usage(format!("--email: \"{email}\"; an address like name@example.org is needed")));
+    }
+    Ok(())
+}

@@ -1,0 +1,152 @@
+//! Recordings on disk: taken in piece by piece, kept only when they are whole on the disk, read a few at a time.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use axum::body::Body;
+use futures::StreamExt;
+use recording::{ReadError, Recording};
+use sha2::{Digest, Sha256};
+use tokio::io::AsyncWriteExt;
+use uuid::Uuid;
+
+use crate::AppState;
+use crate::error::Error;
+
+/// A file that is deleted unless it is kept.
+#[derive(Debug)]
+struct PartFile {
+    path: PathBuf,
+    kept: bool,
+}
+
+impl Drop for PartFile {
+    fn drop(&mut self) {
+        if !self.kept {
+            // Nobody waits for the answer; what is left over goes at the next start.
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// An upload that has arrived and is on the disk, but is not kept yet.
+#[derive(Debug)]
+pub struct Received {
+    part: PartFile,
+    /// SHA-256 of the bytes, lower-case hexadecimal.
+    pub sha256: String,
+    /// In bytes.
+    pub size: u64,
+}
+
+impl Received {
+    /// Takes over a file that is there already, on the file system of the recordings; it is moved when it is kept.
+    /// Blocks.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn adopt(path: PathBuf) -> std::io::Result<Self> {
+        let (sha256, size) = hash_file(&path)?;
+        File::open(&path)?.sync_all()?;
+        Ok(Self { part: PartFile { path, kept: false }, sha256, size })
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.part.path
+    }
+
+    /// Moves the file to its place and makes the move last. Blocks.
+    ///
+    /// # Errors
+    /// When the disk refuses; the place may then hold the file or not, and nothing names it yet.
+    pub fn keep(mut self, place: &Path) -> std::io::Result<()> {
+        let folder = place.parent().unwrap_or(Path::new("."));
+        std::fs::create_dir_all(folder)?;
+        std::fs::rename(&self.part.path, place)?;
+        self.part.kept = true;
+        File::open(folder)?.sync_all()?;
+        // The folder itself may be new.
+        folder.parent().map_or(Ok(()), |above| File::open(above)?.sync_all())
+    }
+}
+
+/// Takes in a body, hashing it on the way, until it is on the disk.
+///
+/// # Errors
+/// When it is too large, stops arriving, or the disk refuses. Nothing is left behind.
+pub async fn receive(state: &AppState, body: Body) -> Result<Received, Error> {
+    let config = &state.config;
+    let path = config.uploads_dir().join(format!("{}.part", Uuid::new_v4()));
+    let mut file = tokio::fs::File::create_new(&path).await?;
+    let part = PartFile { path, kept: false };
+    let (mut hash, mut size) = (Sha256::new(), 0_u64);
+    let mut chunks = body.into_data_stream();
+    while let Some(chunk) =
+        tokio::time::timeout(config.upload_silence, chunks.next()).await.map_err(|_| Error::Timeout)?
+    {
+        let chunk = chunk.map_err(|_| Error::BadRequest("the body broke off".to_owned()))?;
+        size += chunk.len() as u64;
+        if size > config.max_upload_bytes {
+            return Err(Error::TooLarge { limit_bytes: config.max_upload_bytes });
+        }
+        hash.update(&chunk);
+        file.write_all(&chunk).await?;
+    }
+    file.flush().await?;
+    file.sync_all().await?;
+    Ok(Received { part, sha256: hex::encode(hash.finalize()), size })
+}
+
+/// Reads a recording where blocking is allowed, when there is room for one in memory, and makes something of it.
+///
+/// # Errors
+/// When the work could not be run; the inner error, when the file is no recording.
+pub async fn with<T: Send + 'static>(
+    state: &AppState,
+    path: PathBuf,
+    make: impl FnOnce(Recording) -> T + Send + 'static,
+) -> Result<Result<T, ReadError>, Error> {
+    let room = state.parsing.clone().acquire_owned().await.map_err(anyhow::Error::from)?;
+    let work = tokio::task::spawn_blocking(move || {
+        let _room = room;
+        Recording::read(BufReader::new(File::open(path)?)).map(make)
+    });
+    Ok(work.await?)
+}
+
+/// Deletes what uploads left behind when the service was stopped in their midst. Nobody was told they had arrived.
+///
+/// # Errors
+/// When the folder cannot be read or a file not be deleted.
+pub fn clear_uploads(folder: &Path) -> std::io::Result<usize> {
+    let mut cleared = 0;
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|extension| extension == "part") {
+            std::fs::remove_file(path)?;
+            cleared += 1;
+        }
+    }
+    Ok(cleared)
+}
+
+/// SHA-256 of a file, lower-case hexadecimal, and its size in bytes. Blocks.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn hash_file(path: &Path) -> std::io::Result<(String, u64)> {
+    let (mut file, mut hash, mut size) = (File::open(path)?, Sha256::new(), 0);
+    let mut piece = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut piece)? {
+            0 => return Ok((hex::encode(hash.finalize()), size)),
+            read => {
+                hash.update(&piece[..read]);
+                size += read as u64;
+            }
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! Who is calling, settled before anything else of a request is read.
+
+use axum::extract::{FromRequestParts, Request, State};
+use axum::http::header::AUTHORIZATION;
+use axum::http::request::Parts;
+use axum::http::{HeaderMap, Method};
+use axum::middleware::Next;
+use axum::response::Response;
+use tower_sessions::Session;
+use uuid::Uuid;
+
+use crate::AppState;
+use crate::domain::CurrentPerson;
+use crate::error::{ApiError, Error};
+use crate::routes::auth::person_of;
+use crate::secret;
+use crate::storage::audit::Actor;
+use crate::storage::people::{self, Person};
+use crate::storage::tokens;
+
+/// Who is calling.
+#[derive(Clone, Debug)]
+pub(super) enum Caller {
+    /// A person, by their own token or signed in.
+    Person(CurrentPerson),
+    /// A training station, which uploads for whoever the recording names.
+    Station {
+        /// Its school.
+        school_id: Uuid,
+        /// Its name.
+        name: String,
+    },
+}
+
+impl Caller {
+    pub(super) const fn school_id(&self) -> Uuid {
+        match self {
+            Self::Person(person) => person.school_id,
+            Self::Station { school_id, .. } => *school_id,
+        }
+    }
+
+    pub(super) fn actor(&self) -> Actor {
+        match self {
+            Self::Person(person) => Actor::Person(person.id),
+            Self::Station { name, .. } => Actor::Station(name.clone()),
+        }
+    }
+
+    /// The person; a station is nobody in particular.
+    pub(super) const fn person(&self) -> Result<&CurrentPerson, Error> {
+        match self {
+            Self::Person(person) => Ok(person),
+            Self::Station { .. } => Err(Error::Forbidden("a station's token uploads, and reads no attempts")),
+        }
+    }
+}
+
+/// Lets callers with a valid token pass, and the signed-in where nothing is changed: a cookie goes along with any
+/// request a browser makes, also one that another site made it make.
+pub(super) async fn require_caller(
+    State(state): State<AppState>,
+    session: Session,
+    mut request: Request,
+    next: Next,
+) -> Result<Response, ApiError> {
+    let reads = matches!(*request.method(), Method::GET | Method::HEAD);
+    let caller = match bearer(request.headers()) {
+        Some(token) => by_token(&state, token).await?,
+        None if reads => person_of(&state, &session).await?.map(Caller::Person),
+        None => None,
+    };
+    request.extensions_mut().insert(caller.ok_or(Error::Unauthorized)?);
+    Ok(next.run(request).await)
+}
+
+fn bearer(headers: &HeaderMap) -> Option<&str> {
+    let (scheme, token) = headers.get(AUTHORIZATION)?.to_str().ok()?.split_once(' ')?;
+    scheme.eq_ignore_ascii_case("bearer").then_some(token.trim())
+}
+
+async fn by_token(state: &AppState, token: &str) -> Result<Option<Caller>, Error> {
+    let Some(holder) = tokens::holder(state.db.reader(), &secret::token_sha256(token)).await? else {
+        return Ok(None);
+    };
+    match holder {
+        tokens::TokenHolder { person_id: Some(id), .. } => {
+            let person = people::by_id(state.db.reader(), id).await?;
+            Ok(person.and_then(Person::into_current).map(Caller::Person))
+        }
+        tokens::TokenHolder { school_id, station, .. } => {
+            Ok(Some(Caller::Station { school_id, name: station.unwrap_or_default() }))
+        }
+    }
+}
+
+impl<S: Send + Sync> FromRequestParts<S> for Caller {
+    type Rejection = ApiError;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Self::Rejection> {
+        parts.extensions.get::<Self>().cloned().ok_or(ApiError(Error::Unauthorized))
+    }
+}

@@ -1,0 +1,120 @@
+//! What to train, and the documents to train it with.
+
+use axum::Json;
+use axum::extract::{Path, State};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::caller::Caller;
+use crate::AppState;
+use crate::domain::Moment;
+use crate::domain::progress::{Course, Progress, StepState};
+use crate::error::{ApiError, Error, Problem};
+use crate::storage::curricula::{self, Curriculum};
+use crate::storage::exercises::{self, RevisionBytes};
+
+/// What the caller may train now.
+#[derive(Debug, Serialize, ToSchema)]
+pub(super) struct Assignments {
+    /// Exercises that are not mastered and whose prerequisites are, course by course.
+    assignments: Vec<Assignment>,
+}
+
+/// An exercise to train.
+#[derive(Debug, Serialize, ToSchema)]
+struct Assignment {
+    curriculum_id: String,
+    curriculum_title: String,
+    exercise_id: String,
+    title: String,
+    /// The one to do first in its course.
+    next: bool,
+    /// Passes among the last attempts that the mastery rule looks at.
+    passes: u32,
+    /// Passes needed …
+    passes_needed: u32,
+    /// … of how many of the last attempts.
+    of: u32,
+}
+
+/// What the caller may train now: not yet mastered, prerequisites honoured.
+#[utoipa::path(get, path = "/me/assignments",
+    responses((status = 200, body = Assignments), (status = 401, body = Problem)))]
+pub(super) async fn assignments(State(state): State<AppState>, caller: Caller) -> Result<Json<Assignments>, ApiError> {
+    let person = caller.person()?;
+    let reader = state.db.reader();
+    let attempts = curricula::attempts(reader, person.school_id, person.id).await?;
+    let mut assignments = Vec::new();
+    for curriculum in curricula::taught(reader, person.school_id).await? {
+        let course = curricula::course(reader, person.school_id, &curriculum).await?;
+        let progress = Progress::of(&course, &attempts, state.clock.now().to_utc());
+        assignments.extend(open(&curriculum, &course, &progress));
+    }
+    Ok(Json(Assignments { assignments }))
+}
+
+fn open(curriculum: &Curriculum, course: &Course, progress: &Progress) -> Vec<Assignment> {
+    let steps = course.steps.iter().zip(&progress.steps).enumerate();
+    let assigned = steps.filter_map(|(index, (step, done))| {
+        let StepState::Open { passes } = done.state else { return None };
+        Some(Assignment {
+            curriculum_id: curriculum.curriculum_id.clone(),
+            curriculum_title: curriculum.title.clone(),
+            exercise_id: step.exercise.clone(),
+            title: step.title.clone(),
+            next: progress.next == Some(index),
+            passes,
+            passes_needed: curriculum.mastery_passes,
+            of: curriculum.mastery_of,
+        })
+    });
+    assigned.collect()
+}
+
+/// An exercise in the revision that trainees are given.
+#[derive(Debug, Serialize, ToSchema)]
+pub(super) struct ExerciseView {
+    exercise_id: String,
+    title: String,
+    /// 1–5.
+    difficulty: u8,
+    /// 0–100.
+    pass_mark: f64,
+    exercise_sha256: String,
+    scene_sha256: String,
+    #[schema(value_type = String, format = DateTime)]
+    published_at: Moment,
+    /// The exercise document.
+    exercise_toml: String,
+    /// The scene document.
+    scene_toml: String,
+    /// Names of the scene's meshes.
+    meshes: Vec<String>,
+}
+
+/// An exercise in the revision that trainees are given.
+#[utoipa::path(get, path = "/exercises/{id}", params(("id" = String, Path)),
+    responses((status = 200, body = ExerciseView), (status = 404, body = Problem)))]
+pub(super) async fn exercise(
+    State(state): State<AppState>,
+    caller: Caller,
+    Path(id): Path<String>,
+) -> Result<Json<ExerciseView>, ApiError> {
+    let (reader, school) = (state.db.reader(), caller.school_id());
+    let revision = exercises::current(reader, school, &id).await?.ok_or(Error::NotFound)?;
+    let bytes = exercises::bytes(reader, school, revision.id).await?.ok_or(Error::NotFound)?;
+    let RevisionBytes { exercise, scene, meshes } = bytes;
+    Ok(Json(ExerciseView {
+        exercise_id: revision.exercise_id,
+        title: revision.title,
+        difficulty: revision.difficulty,
+        pass_mark: revision.pass_mark,
+        exercise_sha256: revision.exercise_sha256,
+        scene_sha256: revision.scene_sha256,
+        published_at: revision.published_at,
+        // Only documents that were read as TOML are ever published, and TOML is UTF-8.
+        exercise_toml: String::from_utf8_lossy(&exercise).into_owned(),
+        scene_toml: String::from_utf8_lossy(&scene).into_owned(),
+        meshes: meshes.into_iter().map(|(name, _)| name).collect(),
+    }))
+}

@@ -1,0 +1,212 @@
+//! Attempts and what was made of them.
+
+use std::path::PathBuf;
+
+use assessment::{Assessment, RubricRef};
+use axum::Json;
+use axum::extract::{Query, Request, State};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::{Deserialize, Serialize};
+use tower::ServiceExt;
+use tower_http::services::ServeFile;
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use super::Id;
+use super::caller::Caller;
+use crate::AppState;
+use crate::domain::Moment;
+use crate::domain::series::{self, Span};
+use crate::error::{ApiError, Error, Problem};
+use crate::recordings;
+use crate::storage::scores::{self, SessionKey};
+use crate::storage::sessions::{self, Session, SessionState};
+
+/// An attempt.
+#[derive(Debug, Serialize, ToSchema)]
+pub(super) struct SessionView {
+    /// Id, made by the client.
+    session_id: Uuid,
+    /// Who tried.
+    trainee_id: Uuid,
+    exercise_id: String,
+    exercise_sha256: String,
+    /// The school never published the exercise that the recording carries.
+    unknown_exercise: bool,
+    #[schema(value_type = String, format = DateTime)]
+    started_at: Moment,
+    #[schema(value_type = String, format = DateTime)]
+    received_at: Moment,
+    /// In s.
+    duration_s: f64,
+    /// False for a recording that was cut.
+    complete: bool,
+    device: String,
+    simulator_version: String,
+    /// Unsigned 64-bit, in decimal.
+    seed: String,
+    state: SessionState,
+    /// Why it was refused.
+    refusal: Option<String>,
+    recording_sha256: String,
+    recording_size_bytes: i64,
+    /// The server's own re-simulation; absent until it is made.
+    verification: Option<VerificationView>,
+}
+
+/// What the server's re-simulation found.
+#[derive(Debug, Serialize, ToSchema)]
+struct VerificationView {
+    /// Largest deviation of any force, in N.
+    largest_deviation_n: f64,
+    event_differences: i64,
+    /// It is not the same to the bit.
+    flagged: bool,
+}
+
+impl From<Session> for SessionView {
+    fn from(session: Session) -> Self {
+        let verification = session.verify_deviation_n.map(|largest_deviation_n| VerificationView {
+            largest_deviation_n,
+            event_differences: session.verify_event_differences.unwrap_or_default(),
+            flagged: session.verify_flagged.unwrap_or_default(),
+        });
+        Self {
+            session_id: session.id,
+            trainee_id: session.trainee_id,
+            exercise_id: session.exercise_id,
+            exercise_sha256: session.exercise_sha256,
+            unknown_exercise: session.revision_id.is_none(),
+            started_at: session.started_at,
+            received_at: session.received_at,
+            duration_s: session.duration_s,
+            complete: session.complete,
+            device: session.device,
+            simulator_version: session.simulator_version,
+            seed: session.seed,
+            state: session.state,
+            refusal: session.refusal,
+            recording_sha256: session.recording_sha256,
+            recording_size_bytes: session.recording_size,
+            verification,
+        }
+    }
+}
+
+/// The newest attempts, at most 100.
+#[derive(Debug, Serialize, ToSchema)]
+pub(super) struct SessionList {
+    sessions: Vec<SessionView>,
+}
+
+/// The newest attempts that the caller may see, at most 100.
+#[utoipa::path(get, path = "/sessions", responses((status = 200, body = SessionList), (status = 401, body = Problem)))]
+pub(super) async fn list(State(state): State<AppState>, caller: Caller) -> Result<Json<SessionList>, ApiError> {
+    let found = sessions::newest_visible(state.db.reader(), caller.person()?).await?;
+    Ok(Json(SessionList { sessions: found.into_iter().map(SessionView::from).collect() }))
+}
+
+/// The attempt of an id, if there is one that the caller may see.
+async fn find(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
+    sessions::visible(state.db.reader(), caller.person()?, id).await?.ok_or(Error::NotFound)
+}
+
+/// An attempt.
+#[utoipa::path(get, path = "/sessions/{id}", params(("id" = Uuid, Path)),
+    responses((status = 200, body = SessionView), (status = 404, body = Problem)))]
+pub(super) async fn show(
+    State(state): State<AppState>,
+    caller: Caller,
+    Id(id): Id,
+) -> Result<Json<SessionView>, ApiError> {
+    Ok(Json(find(&state, &caller, id).await?.into()))
+}
+
+/// Where the score stands while there is none.
+#[derive(Debug, Serialize, ToSchema)]
+struct Waiting {
+    state: SessionState,
+}
+
+/// The newest score, in the form of `stylet score --json`. 202 while the recording waits to be scored.
+#[utoipa::path(get, path = "/sessions/{id}/score", params(("id" = Uuid, Path)),
+    responses((status = 200, body = Object), (status = 202, body = Waiting), (status = 404, body = Problem)))]
+pub(super) async fn score(State(state): State<AppState>, caller: Caller, Id(id): Id) -> Result<Response, ApiError> {
+    let session = find(&state, &caller, id).await?;
+    let key = SessionKey { school_id: session.school_id, id };
+    let Some(score) = scores::newest(state.db.reader(), key).await? else {
+        return match session.state {
+            SessionState::Refused => Err(Error::Unscored(session.refusal.unwrap_or_default()).into()),
+            waiting => Ok((StatusCode::ACCEPTED, Json(Waiting { state: waiting })).into_response()),
+        };
+    };
+    let metrics = scores::metrics(state.db.reader(), key).await?;
+    let assessment = Assessment {
+        score: score.score,
+        passed: score.passed,
+        metrics,
+        deductions: score.deductions.0,
+        hard_fails: score.hard_fails.0,
+        rubric: RubricRef { id: score.rubric_id, sha256: score.rubric_sha256 },
+        simulator_version: score.simulator_version,
+    };
+    Ok(Json(assessment).into_response())
+}
+
+fn recording_path(state: &AppState, session: &Session) -> PathBuf {
+    state.config.recordings_dir.join(&session.recording_path)
+}
+
+/// The recording, whole or a range of its bytes.
+#[utoipa::path(get, path = "/sessions/{id}/recording", params(("id" = Uuid, Path)),
+    responses((status = 200, content_type = "application/octet-stream"), (status = 206), (status = 416),
+              (status = 404, body = Problem)))]
+pub(super) async fn recording(
+    State(state): State<AppState>,
+    caller: Caller,
+    Id(id): Id,
+    request: Request,
+) -> Result<Response, ApiError> {
+    let session = find(&state, &caller, id).await?;
+    let file = ServeFile::new(recording_path(&state, &session));
+    let Ok(found) = file.oneshot(request).await;
+    let mut response = found.into_response();
+    let name = HeaderValue::from_str(&format!("attachment; filename=\"{id}.mcap\"")).map_err(anyhow::Error::from)?;
+    response.headers_mut().insert(header::CONTENT_DISPOSITION, name);
+    response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("application/octet-stream"));
+    Ok(response)
+}
+
+#[derive(Deserialize)]
+pub(super) struct SeriesQuery {
+    points: Option<usize>,
+}
+
+/// An attempt over time.
+#[derive(Debug, Serialize, ToSchema)]
+pub(super) struct Series {
+    /// Spans of time in order.
+    spans: Vec<Span>,
+}
+
+/// Smallest and largest values over `points` spans of time.
+#[utoipa::path(get, path = "/sessions/{id}/series",
+    params(("id" = Uuid, Path), ("points" = Option<usize>, Query, description = "1 to 10000; 1000 by default")),
+    responses((status = 200, body = Series), (status = 400, body = Problem), (status = 404, body = Problem)))]
+pub(super) async fn series(
+    State(state): State<AppState>,
+    caller: Caller,
+    Id(id): Id,
+    query: Result<Query<SeriesQuery>, axum::extract::rejection::QueryRejection>,
+) -> Result<Json<Series>, ApiError> {
+    let session = find(&state, &caller, id).await?;
+    let points = query.ok().map(|Query(asked)| asked.points.unwrap_or(1000));
+    let allowed = points.filter(|n| (1..=series::MAX_POINTS).contains(n));
+    let points = allowed.ok_or_else(|| {
+        Error::BadRequest(format!("points: not a whole number from 1 to {}, which are allowed", series::MAX_POINTS))
+    })?;
+    let path = recording_path(&state, &session);
+    let spans = recordings::with(&state, path, move |recording| series::spans(&recording.samples, points)).await?;
+    Ok(Json(Series { spans: spans.map_err(|e| anyhow::Error::from(e).context("a stored recording"))? }))
+}

@@ -1,0 +1,52 @@
+//! Uploading a recording: acknowledged only when the file and its row are on the disk.
+
+use axum::Json;
+use axum::body::Body;
+use axum::extract::State;
+use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE};
+use axum::http::{HeaderMap, StatusCode};
+
+use super::caller::Caller;
+use super::sessions::SessionView;
+use crate::AppState;
+use crate::error::{ApiError, Error, Problem};
+use crate::intake::{self, Bearer, Kept};
+use crate::recordings;
+
+/// Takes in a recording. The same one again is acknowledged again; another one under its id is refused.
+#[utoipa::path(post, path = "/sessions", request_body(content_type = "application/octet-stream"),
+    responses((status = 201, body = SessionView), (status = 200, body = SessionView), (status = 401, body = Problem),
+              (status = 409, body = Problem), (status = 413, body = Problem), (status = 415, body = Problem),
+              (status = 422, body = Problem)))]
+pub(super) async fn create(
+    State(state): State<AppState>,
+    caller: Caller,
+    headers: HeaderMap,
+    body: Body,
+) -> Result<(StatusCode, Json<SessionView>), ApiError> {
+    check_headers(&headers, state.config.max_upload_bytes)?;
+    let received = recordings::receive(&state, body).await?;
+    Ok(match intake::take_in(&state, &bearer(&caller), received).await? {
+        Kept::Now(session) => (StatusCode::CREATED, Json(session.into())),
+        Kept::Before(session) => (StatusCode::OK, Json(session.into())),
+    })
+}
+
+fn bearer(caller: &Caller) -> Bearer {
+    let trainee_id = caller.person().ok().map(|person| person.id);
+    Bearer { school_id: caller.school_id(), trainee_id, actor: caller.actor() }
+}
+
+/// Refuses what can be refused before a byte of the body is read.
+fn check_headers(headers: &HeaderMap, limit_bytes: u64) -> Result<(), Error> {
+    let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
+    let media_type = text(CONTENT_TYPE).unwrap_or_default().split(';').next().unwrap_or_default().trim();
+    if !media_type.eq_ignore_ascii_case("application/octet-stream") {
+        return Err(Error::UnsupportedMedia("Content-Type: only application/octet-stream is allowed"));
+    }
+    match text(CONTENT_LENGTH).and_then(|length| length.parse::<u64>().ok()) {
+        Some(0) => Err(Error::Unprocessable("the body is empty: a recording was expected".to_owned())),
+        Some(length) if length > limit_bytes => Err(Error::TooLarge { limit_bytes }),
+        _ => Ok(()),
+    }
+}
