@@ -125,11 +125,11 @@ impl<W: Write> Writer<W> {
     /// When the disk refuses.
     pub fn sample(&mut self, sample: &Sample) -> Result<(), WriteError> {
         let now_ns = nanoseconds(sample.t_s);
-        if self.flushes.due(now_ns) {
-            self.mcap.flush()?;
-        }
         if self.summaries.due(now_ns) {
             self.put_summary()?;
+        }
+        if self.flushes.due(now_ns) {
+            self.mcap.flush()?;
         }
         self.elapsed_ns = now_ns;
         self.window.add(sample);

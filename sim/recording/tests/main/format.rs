@@ -1,2 +1,267 @@
 //! The file as other programs expect it: profile, topics, schemas, rates, order and times. It would fail where a viewer
 //! or a script that keeps to the contract no longer finds what it looks for.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use foxglove::schemas::{FrameTransforms, Log, PoseInFrame, SceneUpdate};
+use mcap::records::{Record, op};
+use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use prost::Message;
+use recording::Event;
+
+use crate::support::{drawing, file, rupture, sample, session, writer};
+
+/// Every record of a file in order, chunks whole.
+fn records(bytes: &[u8]) -> Vec<Record<'static>> {
+    let mut reader = LinearReader::new_with_options(LinearReaderOptions::default().with_emit_chunks(true));
+    reader.insert(bytes.len()).copy_from_slice(bytes);
+    reader.notify_read(bytes.len());
+    let mut found = Vec::new();
+    while let Some(event) = reader.next_event() {
+        match event.unwrap() {
+            LinearReadEvent::Record { opcode, data } => {
+                found.push(mcap::parse_record(opcode, data).unwrap().into_owned());
+            }
+            LinearReadEvent::ReadRequest(_) => panic!("a whole file wants more bytes"),
+        }
+    }
+    found
+}
+
+/// The messages of a topic: log time in ns after the start, and content.
+fn messages(bytes: &[u8], topic: &str) -> Vec<(u64, Vec<u8>)> {
+    let start = u64::try_from(session().started_at.unix_timestamp_nanos()).unwrap();
+    mcap::MessageStream::new(bytes)
+        .unwrap()
+        .map(Result::unwrap)
+        .filter(|m| m.channel.topic == topic)
+        .map(|m| (m.log_time - start, m.data.to_vec()))
+        .collect()
+}
+
+#[test]
+fn topics_have_the_schemas_of_the_contract() {
+    let summary = mcap::Summary::read(&file(10)).unwrap().unwrap();
+    let found: BTreeMap<_, _> = summary
+        .channels
+        .values()
+        .map(|c| (c.topic.as_str(), (c.schema.as_ref().unwrap().name.as_str(), c.message_encoding.as_str())))
+        .collect();
+    let expected = [
+        ("/needle/sample", "stylet.NeedleSample"),
+        ("/needle/summary", "stylet.NeedleSummary"),
+        ("/needle/pose", "foxglove.PoseInFrame"),
+        ("/needle/energy", "stylet.EnergyLedger"),
+        ("/tf", "foxglove.FrameTransforms"),
+        ("/scene", "foxglove.SceneUpdate"),
+        ("/events", "stylet.Event"),
+        ("/log", "foxglove.Log"),
+    ];
+    assert_eq!(found, expected.map(|(topic, schema)| (topic, (schema, "protobuf"))).into());
+    for schema in summary.schemas.values() {
+        assert_eq!(schema.encoding, "protobuf");
+        assert!(!schema.data.is_empty(), "{} has no descriptors", schema.name);
+    }
+}
+
+#[test]
+fn the_file_begins_with_what_a_cut_must_not_take() {
+    let bytes = file(3000);
+    let records = records(&bytes);
+    match &records[..5] {
+        [
+            Record::Header(header),
+            Record::Metadata(metadata),
+            Record::Attachment { header: exercise, .. },
+            Record::Attachment { header: scene, .. },
+            Record::Chunk { .. },
+        ] => {
+            assert_eq!(header.profile, "stylet");
+            assert_eq!(metadata.name, "stylet.session");
+            assert_eq!((exercise.name.as_str(), scene.name.as_str()), ("exercise.toml", "scene.toml"));
+        }
+        other => panic!("{other:?}"),
+    }
+    for record in &records {
+        match record {
+            Record::Chunk { header, .. } => {
+                assert_eq!(header.compression, "zstd");
+                assert!(header.message_end_time - header.message_start_time < 500_000_000);
+            }
+            Record::Message { .. } => panic!("a message outside the chunks"),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn metadata_has_the_keys_of_the_contract() {
+    let metadata = records(&file(1)).into_iter().find_map(|record| match record {
+        Record::Metadata(metadata) => Some(metadata.metadata),
+        _ => None,
+    });
+    let keys: BTreeSet<String> = metadata.unwrap().into_keys().collect();
+    let expected = [
+        "session_id",
+        "exercise_id",
+        "exercise_sha256",
+        "scene_sha256",
+        "simulator_version",
+        "git",
+        "device",
+        "device_max_force_n",
+        "tick_hz",
+        "seed",
+        "trainee",
+        "started_at",
+        "patient_thickness_mm",
+    ];
+    assert_eq!(keys, expected.map(str::to_owned).into());
+}
+
+#[test]
+fn everything_is_indexed() {
+    let bytes = file(3000);
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let stats = summary.stats.unwrap();
+    let chunks = records(&bytes).iter().filter(|r| r.opcode() == op::CHUNK).count();
+    assert_eq!(summary.chunk_indexes.len(), chunks);
+    assert!(summary.chunk_indexes.iter().all(|index| index.message_index_length > 0));
+    assert_eq!(summary.attachment_indexes.len(), 2);
+    assert_eq!(summary.metadata_indexes.len(), 1);
+    assert_eq!(stats.message_count, mcap::MessageStream::new(&bytes).unwrap().count() as u64);
+}
+
+#[test]
+fn rates_are_those_of_the_contract() {
+    let bytes = file(10_000);
+    let count = |topic| messages(&bytes, topic).len();
+    assert_eq!(count("/needle/sample"), 10_000);
+    assert_eq!(count("/needle/summary"), 1_000);
+    assert_eq!(count("/needle/pose"), 600);
+    assert_eq!(count("/tf"), 600 + 10);
+    assert_eq!(count("/scene"), 10);
+    assert_eq!(count("/events"), 1);
+    assert_eq!(count("/log"), 1);
+}
+
+#[test]
+fn log_time_is_the_start_plus_the_tick() {
+    let bytes = file(2000);
+    for (n, (log_ns, _)) in messages(&bytes, "/needle/sample").into_iter().enumerate() {
+        assert_eq!(log_ns, n as u64 * 1_000_000);
+    }
+    for topic in ["/needle/summary", "/needle/pose", "/tf", "/scene"] {
+        let times: Vec<u64> = messages(&bytes, topic).into_iter().map(|(log_ns, _)| log_ns).collect();
+        assert!(times.is_sorted(), "{topic} goes back in time");
+    }
+}
+
+/// The part of `stylet.NeedleSummary` that the next test looks at, declared a second time so that a changed field
+/// number is noticed.
+#[derive(Clone, PartialEq, Message)]
+struct Summary {
+    #[prost(double, tag = "1")]
+    t_s: f64,
+    #[prost(uint32, tag = "2")]
+    ticks: u32,
+    #[prost(message, optional, tag = "3")]
+    axial_n: Option<Range>,
+    #[prost(message, optional, tag = "5")]
+    speed_m_per_s: Option<Range>,
+}
+
+#[derive(Clone, PartialEq, Message)]
+struct Range {
+    #[prost(float, tag = "1")]
+    min: f32,
+    #[prost(float, tag = "2")]
+    max: f32,
+    #[prost(float, tag = "3")]
+    mean: f32,
+}
+
+fn range(values: &[f64]) -> Range {
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    Range { min: low as f32, max: high as f32, mean: (values.iter().sum::<f64>() / values.len() as f64) as f32 }
+}
+
+#[test]
+fn a_summary_is_the_range_of_its_ten_milliseconds() {
+    let summaries = messages(&file(995), "/needle/summary");
+    assert_eq!(summaries.len(), 100);
+    for (window, (_, data)) in (0..).zip(summaries) {
+        let ticks = if window == 99 { 5 } else { 10 };
+        let samples: Vec<_> = (10 * window..10 * window + ticks).map(sample).collect();
+        let axial: Vec<f64> = samples.iter().map(|s| s.axial_n()).collect();
+        let speed = samples.iter().map(|s| s.velocity_m_per_s.map(f64::from).iter().map(|v| v * v).sum::<f64>().sqrt());
+        let expected = Summary {
+            t_s: samples[0].t_s,
+            ticks: u32::try_from(ticks).unwrap(),
+            axial_n: Some(range(&axial)),
+            speed_m_per_s: Some(range(&speed.collect::<Vec<_>>())),
+        };
+        assert_eq!(Summary::decode(data.as_slice()).unwrap(), expected);
+    }
+}
+
+#[test]
+fn viewers_get_the_frames_before_anything_else_and_again_each_second() {
+    let bytes = file(3000);
+    let first = mcap::MessageStream::new(&bytes).unwrap().next().unwrap().unwrap();
+    assert_eq!(first.channel.topic, "/tf");
+    let mut statics = Vec::new();
+    for (log_ns, data) in messages(&bytes, "/tf") {
+        for transform in FrameTransforms::decode(data.as_slice()).unwrap().transforms {
+            match (transform.parent_frame_id.as_str(), transform.child_frame_id.as_str()) {
+                ("world", "patient") => statics.push(log_ns),
+                ("patient", "needle") => {}
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+    assert_eq!(statics, [0, 1_000_000_000, 2_000_000_000]);
+    let (log_ns, data) = messages(&bytes, "/needle/pose").swap_remove(7);
+    let pose = PoseInFrame::decode(data.as_slice()).unwrap();
+    let expected = sample(log_ns / 1_000_000).position_m;
+    let found = pose.pose.unwrap().position.unwrap();
+    assert_eq!((pose.frame_id.as_str(), [found.x, found.y, found.z]), ("patient", expected));
+}
+
+#[test]
+fn the_scene_shows_layers_structures_and_needle() {
+    let (_, data) = messages(&file(1), "/scene").swap_remove(0);
+    let entities = SceneUpdate::decode(data.as_slice()).unwrap().entities;
+    let ids: Vec<&str> = entities.iter().map(|e| e.id.as_str()).collect();
+    let layers = ["layer 0: skin", "layer 1: fascia", "layer 2: muscle"];
+    let structures = ["structure 0: cyst", "structure 1: artery", "structure 2: rib", "structure 3: spleen"];
+    assert_eq!(ids, [&["needle"][..], &layers, &structures].concat());
+    // The muscle begins under the skin and ends at its own thickness; the fascia takes no room.
+    let muscle = &entities[3].cubes[0];
+    let (centre, size) = (muscle.pose.unwrap().position.unwrap().z, muscle.size.unwrap().z);
+    assert!((centre + 0.5 * size + 0.0008).abs() < 1e-12);
+    assert!((centre - 0.5 * size + 0.0398).abs() < 1e-12);
+    let drawn =
+        |e: &foxglove::schemas::SceneEntity| e.cubes.len() + e.spheres.len() + e.cylinders.len() + e.triangles.len();
+    assert_eq!(entities.iter().map(drawn).collect::<Vec<_>>(), [1, 1, 1, 1, 1, 3, 1, 1]);
+    assert_eq!(drawing().structures.len(), 4);
+}
+
+#[test]
+fn an_event_also_reads_as_a_line_of_the_log() {
+    let mut writer = writer();
+    writer.event(&rupture(0.25)).unwrap();
+    writer.event(&Event { kind: recording::EventKind::Fault, text: "device lost".to_owned(), ..rupture(0.5) }).unwrap();
+    let lines: Vec<Log> = messages(&writer.finish().unwrap(), "/log")
+        .into_iter()
+        .map(|(_, data)| Log::decode(data.as_slice()).unwrap())
+        .collect();
+    assert_eq!(lines[0].message, "tip_rupture at 3.021 mm, 1.000 N, boundary 0: skin");
+    assert_eq!(lines[1].level, i32::from(foxglove::schemas::log::Level::Error));
+}
+
+#[test]
+fn the_same_attempt_makes_the_same_bytes() {
+    assert!(file(1500) == file(1500));
+}

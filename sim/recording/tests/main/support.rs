@@ -2,7 +2,7 @@
 
 use mechanics::ledger::{LayerEnergy, Ledger};
 use mechanics::structures::{Shape, StructureKind, StructureSpec};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 use recording::sample::flags;
 use recording::session::{EXERCISE_ATTACHMENT, SCENE_ATTACHMENT};
 use recording::write::SceneDrawing;
@@ -81,7 +81,7 @@ pub fn sample(n: u64) -> Sample {
     Sample {
         t_s,
         position_m: [wobble(0), wobble(1), 0.01 - 0.002 * t_s + wobble(2)],
-        orientation: [wobble(3), 1.0 - wobble(4).abs(), wobble(5), wobble(6)],
+        orientation: UnitQuaternion::from_euler_angles(wobble(3), 3.0, wobble(4)).coords.into(),
         velocity_m_per_s: [force(0), force(1), force(2)],
         x_m: 0.002 * t_s + wobble(2),
         depth_m: 0.001 * force(3),
