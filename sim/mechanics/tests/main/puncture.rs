@@ -116,7 +116,7 @@ fn re_entry_in_the_same_track_finds_it_open_and_three_millimetres_beside_it_clos
     assert_eq!((contacts(&same), ruptures(&same)), (vec![(0, true)], 0));
     assert_eq!((contacts(&beside), ruptures(&beside)), (vec![(1, false)], 6));
     let elastic = |ticks: &[Tick]| ticks.iter().map(|tick| tick.output.axial.tip_n).fold(0.0, f64::max);
-    assert_eq!(elastic(&same), 0.0, "an open track tents nothing");
+    assert!(elastic(&same) <= 0.0, "an open track tents nothing");
     assert!(elastic(&beside) > 1.49, "{}", elastic(&beside));
     assert_eq!(needle.state.tracks(), 2);
 }
