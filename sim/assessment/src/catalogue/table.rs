@@ -102,7 +102,7 @@ pub const DEFINITIONS: &[Definition] = &[
     ),
     row("force_rate_peak_n_per_s", "N/s", Lower).says(
         "peak force rate",
-        "Largest rate of rise of the low-passed axial force, the falls at ruptures taken out.",
+        "Largest rate of rise of the low-passed axial force, the falls at ruptures and 0.05 s on either side taken out.",
         "build the force up smoothly",
     ),
     row("rupture_energy_mj", "mJ", Lower).also_by(Split::Layer).applies(LEDGER).says(

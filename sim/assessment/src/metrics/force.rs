@@ -8,7 +8,10 @@ use recording::Sample;
 
 use super::Sheet;
 use crate::attempt::{Absent, Attempt, Insertion, Outcome, Rupture};
-use crate::signal::derivative;
+use crate::signal::{RATE_HZ, derivative};
+
+/// How near to a rupture the force rate is not looked at, in s: what a fall leaves in the filter is gone by then.
+const BESIDE_RUPTURE_S: f64 = 0.05;
 
 pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
     let axial_n = attempt.axial_n();
@@ -42,36 +45,41 @@ fn lateral_peak_n(attempt: &Attempt) -> Outcome {
     Ok(attempt.timeline.samples().iter().map(square).fold(0.0, f64::max).sqrt())
 }
 
-/// Rate of the force whose steps at ruptures are replaced by the slope beside them: a fall, and what the filter makes of
-/// it, is not a rise of the hand's making.
+/// Rate of the force without its steps at ruptures, and only away from them: a fall, and what the filter makes of the
+/// rest of it, is no rise of the hand's making.
 fn rate_peak_n_per_s(attempt: &Attempt, axial_n: &[f64]) -> Outcome {
     attempt.touched()?;
     attempt.motion()?;
     let steady_n = without_falls(attempt, axial_n);
-    Ok(derivative(&attempt.timeline.smooth(|i| steady_n[i])).into_iter().fold(0.0, f64::max))
+    let rates = derivative(&attempt.timeline.smooth(|i| steady_n[i]));
+    let time_s = |k: usize| attempt.timeline.start_s() + k as f64 / RATE_HZ;
+    let away = |k: usize| {
+        let next = attempt.ruptures.partition_point(|r| r.t_s < time_s(k) - BESIDE_RUPTURE_S);
+        attempt.ruptures.get(next).is_none_or(|r| r.t_s > time_s(k) + BESIDE_RUPTURE_S)
+    };
+    rates
+        .into_iter()
+        .enumerate()
+        .filter(|(k, _)| away(*k))
+        .map(|(_, rate)| rate)
+        .reduce(f64::max)
+        .ok_or(Absent::TooShort)
 }
 
 fn without_falls(attempt: &Attempt, axial_n: &[f64]) -> Vec<f64> {
-    let samples = attempt.timeline.samples();
-    let slope = |i: usize| (axial_n[i + 1] - axial_n[i]) / (samples[i + 1].t_s - samples[i].t_s);
     let mut ruptures = attempt.ruptures.iter().peekable();
     let mut removed_n = 0.0;
-    let mut rate_n_per_s = 0.0;
-    (0..samples.len())
-        .map(|i| {
-            let mut ruptured = false;
-            while ruptures.next_if(|r| r.t_s <= samples[i].t_s).is_some() {
-                ruptured = true;
-            }
-            if i > 0 && ruptured {
-                let expected_n = rate_n_per_s * (samples[i].t_s - samples[i - 1].t_s);
-                removed_n += axial_n[i] - axial_n[i - 1] - expected_n;
-            } else if i > 0 {
-                rate_n_per_s = slope(i - 1);
-            }
-            axial_n[i] - removed_n
-        })
-        .collect()
+    let mut last_n = axial_n.first().copied().unwrap_or(0.0);
+    let steady = attempt.timeline.samples().iter().zip(axial_n).map(|(sample, force_n)| {
+        let mut ruptured = false;
+        while ruptures.next_if(|r| r.t_s <= sample.t_s).is_some() {
+            ruptured = true;
+        }
+        removed_n += if ruptured { force_n - last_n } else { 0.0 };
+        last_n = *force_n;
+        force_n - removed_n
+    });
+    steady.collect()
 }
 
 /// Raises the sample before each rupture to the force just before it: the contactor's own force as the event states it,

@@ -48,16 +48,19 @@ fn over_insertion_mm(attempt: &Attempt, rupture: &Rupture) -> f64 {
     (furthest_m - rupture.x_m).max(0.0) * 1e3
 }
 
-/// From the rupture to where the speed, linear between grid points, falls below the limit.
+/// From the rupture to where the speed, linear between grid points, falls to the limit. A needle that turns back has
+/// stopped on the way, though no grid point may have seen it.
 fn stop_time_s(attempt: &Attempt, speed_m_per_s: &[f64], rupture: &Rupture) -> Outcome {
     let since_s = rupture.t_s - attempt.timeline.start_s();
     let from = (since_s * RATE_HZ).ceil().max(0.0) as usize;
-    let stopped = (from..speed_m_per_s.len()).find(|k| speed_m_per_s[*k].abs() < STOPPED_M_PER_S);
-    let k = stopped.ok_or(Absent::NeverStopped)?;
-    if k == from {
-        return Ok((k as f64 / RATE_HZ - since_s).max(0.0));
+    if speed_m_per_s.get(from).is_some_and(|speed| speed.abs() < STOPPED_M_PER_S) {
+        return Ok((from as f64 / RATE_HZ - since_s).max(0.0));
     }
-    let (fast, slow) = (speed_m_per_s[k - 1].abs(), speed_m_per_s[k].abs());
-    let share = (fast - STOPPED_M_PER_S) / (fast - slow);
-    Ok(((k - 1) as f64 + share) / RATE_HZ - since_s)
+    let mut steps = speed_m_per_s.windows(2).enumerate().skip(from);
+    let stop = steps.find_map(|(k, step)| {
+        let (before, after) = (step[0].abs(), step[1] * step[0].signum());
+        let share = (before - STOPPED_M_PER_S) / (before - after);
+        (after < STOPPED_M_PER_S).then_some((k as f64 + share) / RATE_HZ)
+    });
+    stop.map(|stop_s| stop_s - since_s).ok_or(Absent::NeverStopped)
 }

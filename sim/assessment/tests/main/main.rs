@@ -4,4 +4,5 @@
 mod closed_form;
 mod hostile;
 mod scoring;
+mod simulated;
 mod support;

@@ -1,0 +1,174 @@
+//! Simulated hands at the shipped exercises, judged from what was recorded.
+//! Fails when skill does not show in the score, when the recording's rate reaches a metric, when what a recording
+//! carries is not what it is judged by, or when any figure of one pinned attempt changes.
+
+use std::path::{Path, PathBuf};
+
+use assessment::{Assessment, Metric, assess, own_exercise};
+use mechanics::operator::{Operator, Plan, Skill};
+use mechanics::puncture::PunctureParams;
+use nalgebra::Vector3;
+use recording::session::{EXERCISE_ATTACHMENT, SCENE_ATTACHMENT};
+use recording::tick::{Attempt, Input};
+use recording::{Attachment, Recording, Writer};
+use scene::{ExerciseBundle, Patient};
+
+use crate::support::{decimate, empty};
+
+const TICK_HZ: f64 = 1000.0;
+
+fn course() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/lower-back-basics")
+}
+
+fn exercise(file: &str) -> ExerciseBundle {
+    ExerciseBundle::read(&course().join(file)).expect("a shipped exercise is sound")
+}
+
+fn attempt(bundle: &ExerciseBundle, skill: &Skill, seed: u64) -> Recording {
+    let patient = Patient::draw(&bundle.scene, seed);
+    let params = PunctureParams::new(bundle.scene.puncture_spec(&patient)).expect("a shipped scene is sound");
+    let exercise = &bundle.exercise;
+    let plan = Plan {
+        entry_m: exercise.entry_m(),
+        axis: exercise.axis(),
+        target_x_m: exercise.target_depth_mm * 1e-3,
+        approach_m: 0.01,
+        hold_s: 1.0,
+    };
+    let mut hand = Operator::skilled(skill, &plan, seed);
+    let mut tissue = Attempt::new(&params);
+    let mut recording = empty();
+    recording.session.patient_thickness_mm = patient.thickness_mm;
+    let mut force_n = Vector3::zeros();
+    for i in 0..(exercise.time_limit_s * TICK_HZ) as u64 {
+        let t_s = i as f64 / TICK_HZ;
+        let motion = hand.step(if i == 0 { 0.0 } else { 1.0 / TICK_HZ }, &force_n);
+        let tick = tissue.step(&Input::new(t_s, &motion));
+        recording.samples.push(tick.sample);
+        recording.events.extend(tick.events);
+        force_n = tick.force_n;
+        if motion.done {
+            break;
+        }
+    }
+    recording.energies.push(tissue.energy(recording.samples.last().map_or(0.0, |s| s.t_s)));
+    recording
+}
+
+fn median_score(bundle: &ExerciseBundle, skill: &Skill) -> f64 {
+    let score = |seed| assess(&attempt(bundle, skill, seed), bundle).expect("scored").score;
+    let mut scores: Vec<f64> = (1..=7).map(score).collect();
+    scores.sort_by(f64::total_cmp);
+    scores[3]
+}
+
+#[test]
+fn experts_score_higher_than_novices() {
+    for file in ["2-stop-in-the-fat.toml", "3-reach-the-muscle.toml", "6-avoid-the-vessel.toml"] {
+        let bundle = exercise(file);
+        let (novice, expert) = (median_score(&bundle, &Skill::novice()), median_score(&bundle, &Skill::expert()));
+        assert!(expert > novice + 5.0, "{file}: novice {novice}, expert {expert}");
+    }
+}
+
+/// How far apart two recordings of one attempt may be: 1 %, and what a tick of the slower one resolves. Where its samples
+/// fall between the grid's points, the steps that cutting puts into the force are seen a little earlier or later.
+fn allowed(metric: &Metric, size: f64, from: usize) -> f64 {
+    let share = if metric.id == "force_rate_peak_n_per_s" && from > 0 { 0.025 } else { 0.01 };
+    let tick = match metric.id.as_str() {
+        "time_total_s" | "time_in_tissue_s" => 0.004,
+        "idle_fraction" => 0.001,
+        _ => 0.0,
+    };
+    share * size + tick
+}
+
+#[test]
+fn a_quarter_of_the_samples_give_the_same_metrics() {
+    let bundle = exercise("6-avoid-the-vessel.toml");
+    for (skill, seed, from) in [(Skill::novice(), 3, 0), (Skill::expert(), 4, 0), (Skill::novice(), 5, 2)] {
+        let fast = attempt(&bundle, &skill, seed);
+        let slow = assess(&decimate(&fast, from), &bundle).expect("scored");
+        let fast = assess(&fast, &bundle).expect("scored");
+        for (a, b) in fast.metrics.iter().zip(&slow.metrics) {
+            let (x, y) = (a.value.unwrap_or(0.0), b.value.unwrap_or(0.0));
+            let near = (x - y).abs() <= allowed(a, x.abs().max(y.abs()), from);
+            assert!(near && a.applies == b.applies, "{} from {from}: {x} at 1 kHz, {y} at 250 Hz", a.id);
+        }
+        assert!((fast.score - slow.score).abs() < 1.0, "{} at 1 kHz, {} at 250 Hz", fast.score, slow.score);
+    }
+}
+
+#[test]
+fn every_line_of_the_shipped_rubrics_is_a_metric_of_its_scene() {
+    for entry in std::fs::read_dir(course()).expect("shipped") {
+        let path = entry.expect("shipped").path();
+        if path.file_name().is_none_or(|name| name == "course.toml") {
+            continue;
+        }
+        let bundle = ExerciseBundle::read(&path).expect("a shipped exercise is sound");
+        let assessment = assess(&attempt(&bundle, &Skill::expert(), 1), &bundle).expect("scored");
+        let limits = bundle.exercise.hard_fails.iter().map(|limit| &limit.metric);
+        for id in bundle.exercise.rubric.iter().map(|line| &line.metric).chain(limits) {
+            assert!(assessment.metrics.iter().any(|m| m.id == *id), "{}: {id}", path.display());
+        }
+    }
+}
+
+#[test]
+fn documents_and_catalogue_know_the_same_metrics() {
+    let documents: Vec<&str> = scene::metrics::METRICS.iter().map(|(id, _)| *id).collect();
+    let catalogue: Vec<&str> = assessment::catalogue::DEFINITIONS.iter().map(|d| d.id).collect();
+    assert_eq!(documents, catalogue);
+}
+
+/// Writes an attempt with its documents, and reads it back.
+fn through_a_file(attempt: &Recording, bundle: &ExerciseBundle) -> Recording {
+    let attach = |name: &str, data: &[u8]| Attachment {
+        name: name.to_owned(),
+        media_type: "application/toml".to_owned(),
+        data: data.to_vec(),
+    };
+    let attachments =
+        [attach(EXERCISE_ATTACHMENT, &bundle.exercise_bytes), attach(SCENE_ATTACHMENT, &bundle.scene_bytes)];
+    let mut writer = Writer::create(Vec::new(), &attempt.session, &attachments, &Default::default())
+        .expect("memory does not refuse");
+    for sample in &attempt.samples {
+        writer.sample(sample).expect("memory does not refuse");
+    }
+    for event in &attempt.events {
+        writer.event(event).expect("memory does not refuse");
+    }
+    for energy in &attempt.energies {
+        writer.energy(energy).expect("memory does not refuse");
+    }
+    let bytes = writer.finish().expect("memory does not refuse");
+    Recording::read(bytes.as_slice()).expect("just written")
+}
+
+/// Nine digits: the last bits are the platform's.
+fn rounded(mut assessment: Assessment) -> Assessment {
+    let round = |value: f64| format!("{value:.8e}").parse().unwrap_or(value);
+    assessment.score = round(assessment.score);
+    assessment.metrics.iter_mut().for_each(|m| m.value = m.value.map(round));
+    assessment.deductions.iter_mut().for_each(|d| d.points = round(d.points));
+    assessment
+}
+
+#[test]
+fn a_recording_is_judged_by_the_exercise_it_carries() {
+    let bundle = exercise("6-avoid-the-vessel.toml");
+    let attempt = attempt(&bundle, &Skill::intermediate(), 11);
+    let recording = through_a_file(&attempt, &bundle);
+    let own = own_exercise(&recording).expect("attached");
+    assert_eq!(own.exercise, bundle.exercise);
+    let assessment = assess(&recording, &own).expect("scored");
+    assert_eq!(assessment, assess(&attempt, &bundle).expect("scored"), "nothing is lost on the way through the file");
+    assert_eq!(assessment.rubric.id, "avoid-the-vessel");
+    insta::assert_json_snapshot!(rounded(assessment));
+    let mut bare = recording;
+    bare.attachments.clear();
+    let missing = own_exercise(&bare).map(|_| ()).expect_err("nothing is attached");
+    assert!(missing.to_string().contains("exercise.toml"), "{missing}");
+}
