@@ -59,7 +59,7 @@ fn finding<'a>(line: &RubricLine, measured: &'a [Measured], touched: bool) -> Fi
 /// Share of the line's points that the attempt earned, 0–1.
 fn earned(line: &RubricLine, finding: &Finding) -> f64 {
     match finding {
-        Finding::Value(measured, value) => linear(line, judged(measured.definition.direction, *value)),
+        Finding::Value(measured, value) => linear(line, judged(measured.direction, *value)),
         Finding::Absent(absent) if absent.is_harmless() => 1.0,
         Finding::Absent(_) | Finding::Unknown => 0.0,
     }

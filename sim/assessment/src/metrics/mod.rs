@@ -9,7 +9,7 @@ mod structures;
 mod time;
 
 use crate::attempt::{Absent, Attempt, Outcome};
-use crate::catalogue::{DEFINITIONS, Definition, Metric};
+use crate::catalogue::{DEFINITIONS, Definition, Direction, Metric};
 
 /// A metric and how it came out.
 #[derive(Clone, Debug)]
@@ -20,6 +20,8 @@ pub(crate) struct Measured {
     pub(crate) label: String,
     /// What it means.
     pub(crate) definition: &'static Definition,
+    /// Which way is better: the definition's, but for a target that is to be reached.
+    pub(crate) direction: Direction,
     /// The value, finite, or why there is none.
     pub(crate) outcome: Outcome,
 }
@@ -32,7 +34,7 @@ impl Measured {
             version: self.definition.version,
             value: self.outcome.ok(),
             unit: self.definition.unit.to_owned(),
-            direction: self.definition.direction,
+            direction: self.direction,
             applies: self.outcome.is_ok(),
             label: self.label.clone(),
             absent: self.outcome.err().map_or_else(String::new, |absent| absent.why().to_owned()),
@@ -57,6 +59,13 @@ impl Sheet {
         self.enter(id, suffix, outcome);
     }
 
+    /// Turns the metric just put down the other way.
+    fn turn(&mut self, direction: Direction) {
+        if let Some((_, measured)) = self.rows.last_mut() {
+            measured.direction = direction;
+        }
+    }
+
     fn enter(&mut self, id: &str, suffix: &str, outcome: Outcome) {
         let row = DEFINITIONS.iter().enumerate().find(|(_, d)| d.id == id);
         let outcome = outcome.and_then(|value| if value.is_finite() { Ok(value) } else { Err(Absent::NotFinite) });
@@ -66,7 +75,7 @@ impl Sheet {
             } else {
                 (format!("{id}.{suffix}"), definition.label_of(suffix))
             };
-            (order, Measured { id, label, definition, outcome })
+            (order, Measured { id, label, definition, direction: definition.direction, outcome })
         }));
     }
 }

@@ -6,6 +6,7 @@ use scene::{SceneStructure, StructureKind};
 
 use super::Sheet;
 use crate::attempt::{Attempt, Outcome, is_inserted};
+use crate::catalogue::Direction;
 use crate::distance::{Segment, resolution_m, to_structure_m};
 
 const KINDS: [(StructureKind, &str); 5] = [
@@ -24,6 +25,9 @@ pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
     for structure in &attempt.bundle.scene.structures {
         let outcome = attempt.touched().map(|_| clearance_mm(attempt, structure));
         sheet.put_for("structure_clearance_mm", &structure.spec.name, outcome);
+        if structure.kind() == StructureKind::Target {
+            sheet.turn(Direction::Lower);
+        }
     }
 }
 

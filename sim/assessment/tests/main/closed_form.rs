@@ -1,7 +1,7 @@
 //! Each metric on motions whose answer is known in closed form.
 //! Fails when a definition, a unit or a domain is implemented otherwise than the catalogue says.
 
-use assessment::{Assessment, assess};
+use assessment::{Assessment, Direction, assess};
 use nalgebra::Vector3;
 use recording::{EventKind, Recording};
 use scene::{ExerciseBundle, Shape, StructureKind};
@@ -255,6 +255,9 @@ fn clearance_is_measured_from_the_whole_shaft() {
     expect(&assessment, "structure_clearance_mm.rib", 5.0, 1e-6);
     expect(&assessment, "structure_clearance_mm.wall", 7.0, 0.05);
     expect(&assessment, "structure_clearance_mm.struck", 0.0, 0.0);
+    let direction = |id: &str| assessment.metrics.iter().find(|m| m.id == id).map(|m| m.direction);
+    assert_eq!(direction("structure_clearance_mm.rib"), Some(Direction::Higher));
+    assert_eq!(direction("structure_clearance_mm.below the tip"), Some(Direction::Lower), "a target is to be reached");
 }
 
 #[test]
