@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::Context;
-use assessment::{Assessment, assess, score::own_exercise};
+use assessment::{Assessment, assess, own_exercise};
 use mechanics::puncture::PunctureParams;
 use recording::Recording;
 use recording::verify::verify;

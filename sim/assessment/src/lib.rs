@@ -24,6 +24,7 @@
 mod attempt;
 pub mod catalogue;
 mod distance;
+pub mod documents;
 mod metrics;
 mod motion;
 mod rubric;
@@ -32,4 +33,5 @@ mod signal;
 mod words;
 
 pub use catalogue::{Definition, Direction, Metric};
-pub use score::{AssessError, Assessment, Damage, Deduction, RubricRef, assess, own_exercise};
+pub use documents::{attachments, own_exercise};
+pub use score::{AssessError, Assessment, Damage, Deduction, RubricRef, assess};

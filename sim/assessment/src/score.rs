@@ -1,7 +1,6 @@
 //! From metrics to a score with reasons.
 
-use recording::session::{EXERCISE_ATTACHMENT, MESH_PREFIX, SCENE_ATTACHMENT};
-use recording::{Attachment, Recording};
+use recording::Recording;
 use scene::ExerciseBundle;
 use serde::{Deserialize, Serialize};
 
@@ -127,20 +126,4 @@ pub fn assess(recording: &Recording, bundle: &ExerciseBundle) -> Result<Assessme
         rubric: RubricRef { id: exercise.id.clone(), sha256: exercise.rubric_sha256() },
         simulator_version: recording.session.simulator_version.clone(),
     })
-}
-
-/// The exercise that a recording carries.
-///
-/// # Errors
-/// When an attachment is missing or refused.
-pub fn own_exercise(recording: &Recording) -> Result<ExerciseBundle, AssessError> {
-    let attached = |name: &str| {
-        let missing =
-            || AssessError::Document(format!("attachment {name}: missing; a recording carries its own exercise"));
-        recording.attachment(name).ok_or_else(missing)
-    };
-    let mesh = |a: &Attachment| a.name.strip_prefix(MESH_PREFIX).map(|name| (name.to_owned(), a.data.clone()));
-    let meshes: Vec<(String, Vec<u8>)> = recording.attachments.iter().filter_map(mesh).collect();
-    ExerciseBundle::from_parts(attached(EXERCISE_ATTACHMENT)?, attached(SCENE_ATTACHMENT)?, &meshes)
-        .map_err(|error| AssessError::Document(error.to_string()))
 }

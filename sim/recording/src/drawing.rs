@@ -4,6 +4,7 @@ use foxglove::schemas::{
     Color, CubePrimitive, CylinderPrimitive, FrameTransform, FrameTransforms, Log, Point3, Pose, PoseInFrame,
     Quaternion, SceneEntity, SceneUpdate, SpherePrimitive, Timestamp, TriangleListPrimitive, Vector3, log,
 };
+use mechanics::puncture::PunctureSpec;
 use mechanics::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3 as Point, UnitQuaternion, Vector3 as Vector};
 
@@ -34,6 +35,20 @@ pub struct SceneDrawing {
     pub needle_length_m: f64,
     /// Needle radius, in m.
     pub needle_radius_m: f64,
+}
+
+impl SceneDrawing {
+    /// What there is to draw of a puncture with a needle of a radius, in m.
+    #[must_use]
+    pub fn of(spec: &PunctureSpec, needle_radius_m: f64) -> Self {
+        let layers = spec.axial.layers.iter();
+        Self {
+            layers: layers.map(|layer| (layer.name.clone(), layer.thickness_m)).collect(),
+            structures: spec.structures.clone(),
+            needle_length_m: spec.needle_length_m,
+            needle_radius_m,
+        }
+    }
 }
 
 /// A Unix time in ns as viewers want it; the last one they can hold where it is later.

@@ -1,5 +1,6 @@
 //! An exercise: what to do in a scene and how it is judged.
 
+use mechanics::operator::Plan;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -97,6 +98,18 @@ impl Exercise {
     #[must_use]
     pub fn target_m(&self) -> Point3<f64> {
         self.entry_m() + self.axis() * (self.target_depth_mm * 1e-3)
+    }
+
+    /// What a virtual operator intends: from 10 mm above the skin to the target, a hold of 2 s, and out again.
+    #[must_use]
+    pub fn plan(&self) -> Plan {
+        Plan {
+            entry_m: self.entry_m(),
+            axis: self.axis(),
+            target_x_m: self.target_depth_mm * 1e-3,
+            approach_m: 0.010,
+            hold_s: 2.0,
+        }
     }
 
     /// Lower-case hexadecimal SHA-256 of the rubric in canonical form: lines, hard fails and pass mark, and nothing else.

@@ -11,6 +11,7 @@ use crate::clock::Clock;
 use crate::config::{self, Config};
 
 mod curricula;
+mod demo;
 mod serve;
 mod user;
 mod verify;
@@ -35,6 +36,8 @@ enum Command {
     /// Publishes curricula
     #[command(subcommand)]
     Curricula(curricula::CurriculaCommand),
+    /// Makes a demonstration school with people, a course and simulated attempts; prints the accounts
+    Demo(demo::DemoArgs),
     /// Checks the database, every recording and the audit log; names each finding and exits 1
     Verify(Storage),
     /// Prints the API's OpenAPI description
@@ -161,6 +164,7 @@ async fn run(command: Command) -> Result<(), Failure> {
         }
         Command::User(command) => user::run(&command).await,
         Command::Curricula(command) => curricula::run(&command).await,
+        Command::Demo(args) => demo::run(&args).await,
         Command::Verify(storage) => verify::run(&storage).await,
         Command::Openapi => {
             let description = crate::routes::api::description();

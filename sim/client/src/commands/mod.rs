@@ -49,7 +49,7 @@ fn read_recording(path: &Path) -> Result<Recording, Failure> {
 
 /// The exercise that a recording carries.
 fn own_exercise(path: &Path, recording: &Recording) -> Result<ExerciseBundle, Failure> {
-    assessment::score::own_exercise(recording).map_err(|error| Failure::refused(path, error))
+    assessment::own_exercise(recording).map_err(|error| Failure::refused(path, error))
 }
 
 /// The mechanics of a scene for a patient.

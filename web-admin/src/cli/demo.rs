@@ -1,0 +1,45 @@
+//! `web-admin demo`.
+
+use clap::{Args, value_parser};
+
+use super::{Failure, Storage, say};
+use crate::demo::{self, Account, Demonstration};
+use crate::domain::Role;
+use crate::secret;
+
+/// What to make where.
+#[derive(Debug, Args)]
+pub struct DemoArgs {
+    #[command(flatten)]
+    storage: Storage,
+    /// Password of every account [default: a random one, printed]
+    #[arg(long)]
+    password: Option<String>,
+    /// Weeks of practice before today
+    #[arg(long, default_value_t = 6, value_parser = value_parser!(u32).range(1..=26))]
+    weeks: u32,
+    /// Draws every patient and every hand
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+pub(super) async fn run(args: &DemoArgs) -> Result<(), Failure> {
+    let password = args.password.clone().map_or_else(secret::random_password, Ok)?;
+    let state = args.storage.open().await?;
+    let wanted = Demonstration { weeks: args.weeks, password, seed: args.seed };
+    let accounts = demo::make(&state, &wanted).await?;
+    state.db.close().await;
+    say("The demonstration school. Its people are invented, its attempts simulated; the password of every account is");
+    say(format_args!("    {}", wanted.password));
+    accounts.iter().for_each(|account| say(line(account)));
+    Ok(())
+}
+
+fn line(Account { role, name, email }: &Account) -> String {
+    let role = match role {
+        Role::Administrator => "administrator",
+        Role::Instructor => "instructor",
+        Role::Trainee => "trainee",
+    };
+    format!("    {role:<14} {email:<34} {name}")
+}

@@ -1,0 +1,72 @@
+//! One attempt of the demonstration: a virtual operator at an exercise, recorded as a station would.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+use assessment::attachments;
+use mechanics::operator::{Operator, Skill};
+use mechanics::puncture::PunctureParams;
+use recording::simulate::{Clock, simulate};
+use recording::write::SceneDrawing;
+use recording::{Session, Writer};
+use scene::{ExerciseBundle, Patient};
+
+use crate::domain::Moment;
+use crate::domain::moment::new_id;
+
+/// Servo rate of the demonstration's station, in Hz.
+const TICK_HZ: f64 = 1000.0;
+
+/// What is to be tried.
+#[derive(Clone, Debug)]
+pub struct Task {
+    /// The exercise.
+    pub bundle: ExerciseBundle,
+    /// How well.
+    pub skill: Skill,
+    /// Draws the patient and the hand.
+    pub seed: u64,
+    /// Pseudonym of the trainee.
+    pub trainee: String,
+    /// When it begins.
+    pub at: Moment,
+}
+
+/// Performs the task and writes the recording. Returns its length, in s. Blocks.
+///
+/// # Errors
+/// When the exercise is refused by the mechanics, or the disk refuses.
+pub fn perform(task: &Task, path: &Path) -> anyhow::Result<f64> {
+    let ExerciseBundle { exercise, scene, .. } = &task.bundle;
+    let patient = Patient::draw(scene, task.seed);
+    let spec = scene.puncture_spec(&patient);
+    let drawing = SceneDrawing::of(&spec, scene.needle.diameter_mm * 0.5e-3);
+    let params = PunctureParams::new(spec)?;
+    let session = session(task, patient);
+    let mut operator = Operator::skilled(&task.skill, &exercise.plan(), task.seed);
+    let clock = Clock { tick_hz: TICK_HZ, time_limit_s: exercise.time_limit_s };
+    let file = BufWriter::new(File::create_new(path)?);
+    let mut writer = Writer::create(file, &session, &attachments(&task.bundle), &drawing)?;
+    let simulated = simulate(&params, &mut operator, &mut writer, &clock)?;
+    writer.finish()?.into_inner()?.sync_all()?;
+    Ok(simulated.duration_s)
+}
+
+fn session(task: &Task, patient: Patient) -> Session {
+    Session {
+        session_id: new_id(task.at),
+        exercise_id: task.bundle.exercise.id.clone(),
+        exercise_sha256: task.bundle.exercise.sha256.clone(),
+        scene_sha256: task.bundle.scene.sha256.clone(),
+        simulator_version: env!("CARGO_PKG_VERSION").to_owned(),
+        git: String::new(),
+        device: "operator:demonstration".to_owned(),
+        device_max_force_n: f64::INFINITY,
+        tick_hz: TICK_HZ,
+        seed: task.seed,
+        trainee: task.trainee.clone(),
+        started_at: task.at.to_utc(),
+        patient_thickness_mm: patient.thickness_mm,
+    }
+}

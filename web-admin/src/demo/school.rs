@@ -1,0 +1,120 @@
+//! Who is in the demonstration school, and how each of them learns. The stories are chosen so that every page has
+//! something to show: somebody quick, somebody stuck, somebody who stopped coming, somebody who slips back.
+
+use mechanics::operator::Skill;
+
+/// Name of the school.
+pub const SCHOOL: &str = "Demonstration School of Medicine";
+/// Name of the administrator.
+pub const ADMINISTRATOR: &str = "Ingrid Halvorsen";
+
+/// A cohort with its instructor.
+#[derive(Clone, Copy, Debug)]
+pub struct Cohort {
+    /// Name.
+    pub name: &'static str,
+    /// Who teaches it.
+    pub instructor: &'static str,
+}
+
+/// The cohorts.
+pub const COHORTS: [Cohort; 2] = [
+    Cohort { name: "Year 4, group A", instructor: "Miriam Osei" },
+    Cohort { name: "Year 4, group B", instructor: "Tomás Ferreira" },
+];
+
+/// How a trainee comes and learns.
+#[derive(Clone, Copy, Debug)]
+pub struct Learner {
+    /// Name.
+    pub name: &'static str,
+    /// Index into [`COHORTS`].
+    pub cohort: usize,
+    /// Skill at the first attempt: 0 is the novice preset, 1 the expert.
+    pub start: f64,
+    /// Share of the way to the expert that an attempt gains.
+    pub gain: f64,
+    /// Days of the week with an attempt, 0 is Monday.
+    pub days: &'static [u8],
+    /// Weeks at the end of the demonstration without any attempt.
+    pub absent_weeks: u32,
+    /// Weeks at the end of the demonstration performed as on the first day.
+    pub slump_weeks: u32,
+}
+
+const fn steady(name: &'static str, cohort: usize, start: f64, gain: f64) -> Learner {
+    Learner { name, cohort, start, gain, days: &[0, 2, 4], absent_weeks: 0, slump_weeks: 0 }
+}
+
+/// The trainees.
+pub const LEARNERS: [Learner; 14] = [
+    steady("Ada Okafor", 0, 0.30, 0.12),
+    Learner { days: &[0, 3], ..steady("Bruno Keller", 0, 0.10, 0.08) },
+    steady("Chidi Mbeki", 0, 0.45, 0.10),
+    Learner { days: &[1, 3], absent_weeks: 3, ..steady("Daria Novak", 0, 0.20, 0.07) },
+    Learner { days: &[1, 4], ..steady("Emil Sørensen", 0, 0.00, 0.01) },
+    steady("Fatima Haddad", 0, 0.35, 0.09),
+    Learner { days: &[0, 2], ..steady("George Whitlock", 0, 0.15, 0.06) },
+    steady("Hana Suzuki", 1, 0.55, 0.15),
+    Learner { days: &[0, 1, 3], slump_weeks: 2, ..steady("Ivan Petrov", 1, 0.25, 0.10) },
+    Learner { days: &[2, 4], ..steady("Julia Lindqvist", 1, 0.20, 0.08) },
+    steady("Kofi Asante", 1, 0.40, 0.11),
+    Learner { days: &[1], ..steady("Leila Rahimi", 1, 0.30, 0.10) },
+    Learner { days: &[0, 3], ..steady("Mateo Vargas", 1, 0.05, 0.05) },
+    Learner { days: &[], ..steady("Nina Castellano", 1, 0.30, 0.10) },
+];
+
+impl Learner {
+    /// Skill at the n-th attempt, from 0, with `weeks_left` before the end: an exponential learning curve from
+    /// `start`, or a slump.
+    #[must_use]
+    pub fn skill(&self, n: u32, weeks_left: u32) -> Skill {
+        let learned = if weeks_left < self.slump_weeks { 0 } else { n };
+        let remaining = (1.0 - self.start) * libm::pow(1.0 - self.gain, f64::from(learned));
+        Skill::novice().towards(&Skill::expert(), 1.0 - remaining)
+    }
+
+    /// Whether an attempt falls on a day, `weeks_left` before the end.
+    #[must_use]
+    pub fn comes(&self, weekday: u8, weeks_left: u32) -> bool {
+        weeks_left >= self.absent_weeks && self.days.contains(&weekday)
+    }
+}
+
+/// The address that a name signs in with.
+#[must_use]
+pub fn email(name: &str) -> String {
+    let plain = name.to_lowercase().replace(' ', ".");
+    let ascii = plain.chars().map(|c| match c {
+        'á' => 'a',
+        'ø' => 'o',
+        other => other,
+    });
+    format!("{}@demo.example", ascii.collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a name makes an address that cannot be typed, or when somebody gets worse by practising.
+
+    use super::*;
+
+    #[test]
+    fn every_address_is_plain_and_unique() {
+        let instructors = COHORTS.iter().map(|cohort| cohort.instructor);
+        let names = LEARNERS.iter().map(|learner| learner.name).chain(instructors).chain([ADMINISTRATOR]);
+        let mut addresses: Vec<_> = names.map(email).collect();
+        assert!(addresses.iter().all(|address| address.is_ascii()), "{addresses:?}");
+        addresses.sort();
+        addresses.dedup();
+        assert_eq!(addresses.len(), LEARNERS.len() + COHORTS.len() + 1);
+    }
+
+    #[test]
+    fn practice_steadies_the_hand() {
+        for learner in LEARNERS {
+            let (first, later) = (learner.skill(0, 9), learner.skill(20, 9));
+            assert!(later.tremor_m < first.tremor_m && later.angle_sd_rad < first.angle_sd_rad, "{}", learner.name);
+        }
+    }
+}
