@@ -6,7 +6,6 @@ use mechanics::operator::Motion;
 use mechanics::puncture::PunctureParams;
 use nalgebra::Vector3;
 
-use crate::event::EventKind;
 use crate::summary::{Ticker, nanoseconds};
 use crate::tick::{Attempt, Input};
 use crate::write::{WriteError, Writer};
@@ -34,6 +33,8 @@ pub struct Simulated {
     pub duration_s: f64,
     /// Ticks recorded.
     pub ticks: u64,
+    /// Ruptures recorded.
+    pub ruptures: u64,
 }
 
 /// Rate and length of an attempt.
@@ -61,7 +62,7 @@ pub fn simulate<W: Write>(
     let mut attempt = Attempt::new(params);
     let mut ledgers = Ticker::new(LEDGER_HZ, 0);
     let mut force_n = Vector3::zeros();
-    let mut simulated = Simulated { duration_s: 0.0, ticks: 0 };
+    let mut simulated = Simulated { duration_s: 0.0, ticks: 0, ruptures: 0 };
     let mut done = false;
     let mut owed = false;
     while !done {
@@ -74,18 +75,19 @@ pub fn simulate<W: Write>(
         let motion = source.step(dt_s, &force_n);
         let tick = attempt.step(&Input::new(t_s, &motion));
         writer.sample(&tick.sample)?;
-        let mut ruptured = false;
+        let ruptures_before = simulated.ruptures;
         for event in &tick.events {
             writer.event(event)?;
-            ruptured |= matches!(event.kind, EventKind::TipRupture | EventKind::RimRupture);
+            simulated.ruptures += u64::from(event.kind.contactor().is_some());
         }
-        owed = !(ledgers.due(nanoseconds(t_s)) || ruptured);
+        owed = !(ledgers.due(nanoseconds(t_s)) || simulated.ruptures > ruptures_before);
         if !owed {
             writer.energy(&attempt.energy(t_s))?;
         }
         force_n = tick.force_n;
         done = motion.done;
-        simulated = Simulated { duration_s: t_s, ticks: simulated.ticks + 1 };
+        simulated.duration_s = t_s;
+        simulated.ticks += 1;
     }
     if owed {
         writer.energy(&attempt.energy(simulated.duration_s))?;
