@@ -1,0 +1,66 @@
+//! `stylet bench`: speed against error, as CSV, Markdown and SVG plots.
+
+mod chart;
+mod curve;
+mod force;
+mod motion;
+mod pace;
+mod recording;
+mod sheet;
+mod specimen;
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+
+use crate::exit::Outcome;
+use crate::machine::{self, Machine};
+use crate::{new_file, output};
+
+/// Measure speed and error, and write CSV, Markdown and plots
+///
+/// force: error of the force law against tick rate and speed, time per tick, force against depth. recording: size, time
+/// to write a tick, speed of simulating, time and memory to read and score. Use a release build for figures to report.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  stylet bench --out bench")]
+pub struct Args {
+    /// What to measure
+    #[arg(default_value = "all")]
+    what: What,
+    /// Folder for the results; created if need be, older results in it are replaced
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Measure a hundredth of it, to see that it works
+    #[arg(long)]
+    quick: bool,
+}
+
+/// What can be measured.
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum What {
+    /// Everything
+    All,
+    /// The force law
+    Force,
+    /// Recordings
+    Recording,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    new_file::create_folder(&args.out)?;
+    let mut written = Vec::new();
+    if matches!(args.what, What::All | What::Force) {
+        written.extend(force::measure(&args.out, args.quick)?);
+    }
+    if matches!(args.what, What::All | What::Recording) {
+        written.extend(recording::measure(&args.out, args.quick)?);
+    }
+    output::with(|out| written.iter().try_for_each(|path| writeln!(out, "{}", path.display())))
+}
+
+/// On what a result was measured, for the head of a Markdown file.
+fn measured_on() -> String {
+    let Machine { cpu, threads, system } = Machine::this();
+    format!("Measured with {} on {cpu}, {threads} threads, {system}.", machine::program())
+}

@@ -1,0 +1,198 @@
+//! Recordings: size, time to write a tick, speed of simulating, time and memory to read and score.
+
+use std::fs::{self, File};
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use ::recording::simulate::{self, Clock};
+use ::recording::{Recording, Session};
+use scene::{ExerciseBundle, Patient};
+use time::OffsetDateTime;
+use uuid::Uuid;
+
+use super::chart::{Chart, Curve};
+use super::motion::Rehearsal;
+use super::sheet::{self, Sheet};
+use super::{measured_on, specimen};
+use crate::exit::Failure;
+use crate::progress::Progress;
+use crate::{attempt, clock, commands, machine};
+
+const TICK_HZ: f64 = 1000.0;
+/// Length of an attempt whose writing is timed, in s: what "× real time" is promised for.
+const ATTEMPT_S: f64 = 30.0;
+/// Length of the recording that is read and scored, in s.
+const LONG_S: f64 = 600.0;
+
+/// Everything measured.
+struct Measured {
+    times_real_time: f64,
+    bytes_per_s: f64,
+    /// Time to write each tick, in µs, sorted.
+    tick_us: Vec<f64>,
+    long_s: f64,
+    long_bytes: u64,
+    read_s: f64,
+    score_s: f64,
+    peak_bytes: Option<u64>,
+}
+
+/// Measures, and writes `recording.{csv,md,svg}`; returns the files written.
+///
+/// # Errors
+/// When the disk refuses.
+pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
+    let share = if quick { 0.01 } else { 1.0 };
+    let bundle = specimen::training()?;
+    let scratch = tempfile::tempdir_in(out).map_err(|error| Failure::refused(out, error))?;
+    let file = scratch.path().join("attempt.mcap");
+    let attempt_s = (ATTEMPT_S * share).max(1.0);
+    let wall_s = simulate_into(&file, &bundle, attempt_s)?;
+    let bytes = size(&file)?;
+    let tick_us = time_writing(&file, &bundle)?;
+    let long_s = (LONG_S * share).max(1.0);
+    simulate_into(&file, &bundle, long_s)?;
+    let long_bytes = size(&file)?;
+    machine::reset_peak_memory();
+    let (read_s, score_s) = read_and_score(&file)?;
+    let measured = Measured {
+        times_real_time: attempt_s / wall_s,
+        bytes_per_s: bytes as f64 / attempt_s,
+        tick_us,
+        long_s,
+        long_bytes,
+        read_s,
+        score_s,
+        peak_bytes: machine::peak_memory_bytes(),
+    };
+    report(out, &measured)
+}
+
+/// Simulates and records an attempt of a length; returns the wall time, in s.
+fn simulate_into(path: &Path, bundle: &ExerciseBundle, length_s: f64) -> Result<f64, Failure> {
+    let _progress = Progress::new(1, "simulating");
+    let patient = Patient::nominal(&bundle.scene);
+    let params = commands::puncture_params(path, &bundle.scene, &patient)?;
+    let mut hand = Rehearsal::new(attempt::plan(&bundle.exercise), length_s);
+    let start = clock::instant();
+    let mut file = create(path)?;
+    let mut writer = attempt::writer(&mut file, &session(bundle), bundle, path)?;
+    simulate::simulate(&params, &mut hand, &mut writer, &Clock { tick_hz: TICK_HZ, time_limit_s: length_s })
+        .and_then(|_| writer.finish().map(drop))
+        .map_err(|error| Failure::work(format_args!("{}: {error}", path.display())))?;
+    Ok(start.elapsed().as_secs_f64())
+}
+
+/// Writes the recording's ticks again beside it, and times each; in µs, sorted.
+fn time_writing(path: &Path, bundle: &ExerciseBundle) -> Result<Vec<f64>, Failure> {
+    let recording = read(path)?;
+    let again = path.with_extension("again");
+    let mut file = create(&again)?;
+    let mut writer = attempt::writer(&mut file, &recording.session, bundle, &again)?;
+    let mut tick_us = Vec::with_capacity(recording.samples.len());
+    for sample in &recording.samples {
+        let start = clock::instant();
+        let wrote = writer.sample(sample);
+        tick_us.push(start.elapsed().as_secs_f64() * 1e6);
+        wrote.map_err(|error| Failure::work(format_args!("{}: {error}", again.display())))?;
+    }
+    tick_us.sort_by(f64::total_cmp);
+    Ok(tick_us)
+}
+
+/// Reads and scores; wall time of each, in s.
+fn read_and_score(path: &Path) -> Result<(f64, f64), Failure> {
+    let start = clock::instant();
+    let recording = read(path)?;
+    let read_s = start.elapsed().as_secs_f64();
+    let bundle = commands::own_exercise(path, &recording)?;
+    assessment::assess(&recording, &bundle).map_err(|error| Failure::refused(path, error))?;
+    Ok((read_s, start.elapsed().as_secs_f64() - read_s))
+}
+
+fn read(path: &Path) -> Result<Recording, Failure> {
+    Recording::read(BufReader::new(commands::open(path)?)).map_err(|error| Failure::refused(path, error))
+}
+
+fn create(path: &Path) -> Result<File, Failure> {
+    File::create(path).map_err(|error| Failure::work(format_args!("{}: {error}", path.display())))
+}
+
+fn size(path: &Path) -> Result<u64, Failure> {
+    fs::metadata(path).map(|metadata| metadata.len()).map_err(|error| Failure::refused(path, error))
+}
+
+/// The same session every time: what is measured must not depend on the clock.
+fn session(bundle: &ExerciseBundle) -> Session {
+    Session {
+        session_id: Uuid::nil(),
+        exercise_id: bundle.exercise.id.clone(),
+        exercise_sha256: bundle.exercise.sha256.clone(),
+        scene_sha256: bundle.scene.sha256.clone(),
+        simulator_version: env!("CARGO_PKG_VERSION").to_owned(),
+        git: String::new(),
+        device: "operator:bench".to_owned(),
+        device_max_force_n: f64::INFINITY,
+        tick_hz: TICK_HZ,
+        seed: 0,
+        trainee: String::new(),
+        started_at: OffsetDateTime::UNIX_EPOCH,
+        patient_thickness_mm: Patient::nominal(&bundle.scene).thickness_mm,
+    }
+}
+
+fn report(out: &Path, measured: &Measured) -> Result<Vec<PathBuf>, Failure> {
+    let sheet = sheet(measured);
+    let (table, plot) = (out.join("recording.csv"), out.join("recording.svg"));
+    sheet.write_csv(&table)?;
+    chart(&measured.tick_us).draw(&plot)?;
+    let text = format!(
+        "# Recording\n\n{}\n\nA tick is written at 1 kHz, with everything due on the slower topics; the share of a core is the \
+         mean time per tick over 1 ms. Memory is the process's peak while it reads and scores.\n\n{}\n![time to write a \
+         tick](recording.svg)\n",
+        measured_on(),
+        sheet.markdown()
+    );
+    Ok(vec![table, plot, sheet::write_text(out.join("recording.md"), &text)?])
+}
+
+fn sheet(measured: &Measured) -> Sheet {
+    let ticks = &measured.tick_us;
+    let percentile =
+        |share: f64| ticks.get((ticks.len().saturating_sub(1) as f64 * share) as usize).copied().unwrap_or(0.0);
+    let mean_us = ticks.iter().sum::<f64>() / ticks.len().max(1) as f64;
+    let long = format!("{:.0} s recording", measured.long_s);
+    let mut sheet = Sheet::new(["what", "value", "unit", "bar"]);
+    let mut row = |what: &str, value: f64, unit: &str, bar: &str| {
+        sheet.row([what, &format!("{value:.2}"), unit, bar]);
+    };
+    row("simulate, everything recorded", measured.times_real_time, "× real time", "≥ 50");
+    row("size", measured.bytes_per_s * 1e-3, "kB per second", "");
+    row("size of 60 s", measured.bytes_per_s * 60e-6, "MB", "≤ 12");
+    row("write a tick, median", percentile(0.5), "µs", "");
+    row("write a tick, p99", percentile(0.99), "µs", "");
+    row("write a tick, most", percentile(1.0), "µs", "");
+    row("write at 1 kHz", mean_us * 1e-3 * 100.0, "% of a core", "≤ 3");
+    row(&format!("{long}, size"), measured.long_bytes as f64 * 1e-6, "MB", "");
+    row(&format!("{long}, read"), measured.read_s, "s", "");
+    row(&format!("{long}, score"), measured.score_s, "s", "");
+    row(&format!("{long}, read and score"), measured.read_s + measured.score_s, "s", "≤ 2");
+    if let Some(bytes) = measured.peak_bytes {
+        row(&format!("{long}, peak memory"), bytes as f64 * 1e-6, "MB resident", "≤ 200");
+    }
+    sheet
+}
+
+/// How many ticks take longer than a time.
+fn chart(sorted_us: &[f64]) -> Chart {
+    let ticks = sorted_us.len();
+    // Neighbours that would fall on the same pixel are left out, but never the slowest ones.
+    let shown = |index: &usize| index.is_multiple_of(100) || index + 100 > ticks;
+    let points = (0..ticks).filter(shown).map(|index| (sorted_us[index], (ticks - index) as f64 / ticks as f64));
+    Chart {
+        title: "Time to write one tick".to_owned(),
+        x: "time, µs".to_owned(),
+        y: "share of ticks that take longer".to_owned(),
+        curves: vec![Curve { name: String::new(), points: points.collect() }],
+    }
+}

@@ -1,0 +1,39 @@
+//! `stylet bench`, shortened: every file it promises is there, and the figures that do not depend on the machine hold.
+
+use std::fs;
+
+use tempfile::TempDir;
+
+use crate::{stylet, text};
+
+#[test]
+fn the_force_law_is_late_by_at_most_one_tick() {
+    let folder = TempDir::new().expect("a folder");
+    let out = folder.path().join("new/folder");
+    stylet(&["bench", "force", "--quick", "--out", text(&out)]).ends(0);
+    let table = fs::read_to_string(out.join("force-error.csv")).expect("a table");
+    for row in table.lines().skip(1) {
+        let cells: Vec<&str> = row.split(',').collect();
+        let number = |column: usize| cells[column].parse::<f64>().expect("a number");
+        let (late_mm, one_tick_mm) = (number(2), number(3));
+        assert!(late_mm <= one_tick_mm * (1.0 + 1e-9), "{row}");
+        assert_eq!(cells[5], "0", "every rupture of the closed form comes: {row}");
+    }
+    for picture in ["force-error.svg", "force-depth-lower-back-paper.svg", "force-depth-lower-back-training.svg"] {
+        let svg = fs::read_to_string(out.join(picture)).expect("a picture");
+        assert!(svg.contains("</svg>") && svg.contains(", N") | svg.contains(", mm"), "{picture} has units");
+    }
+    assert!(fs::read_to_string(out.join("force.md")).expect("a report").contains("ns per tick"));
+}
+
+#[test]
+fn recordings_are_measured() {
+    let folder = TempDir::new().expect("a folder");
+    stylet(&["bench", "recording", "--quick", "--out", text(folder.path())]).ends(0);
+    let report = fs::read_to_string(folder.path().join("recording.md")).expect("a report");
+    for figure in ["× real time", "MB", "µs", "% of a core", "read and score"] {
+        assert!(report.contains(figure), "'{figure}' is missing in: {report}");
+    }
+    let left = fs::read_dir(folder.path()).expect("a folder").count();
+    assert_eq!(left, 3, "a table, a report and a picture, and no recording left behind");
+}
