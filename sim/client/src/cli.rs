@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
-use crate::commands::{check, doctor, force, recover, score, simulate, upload, verify};
+use crate::commands::{bench, check, doctor, force, recover, schema, score, simulate, upload, verify};
 use crate::exit::{Failure, Outcome};
 use crate::output;
 
@@ -32,9 +32,11 @@ pub enum Command {
     Verify(verify::Args),
     Recover(recover::Args),
     Check(check::Args),
+    Schema(schema::Args),
     Force(force::Args),
     Upload(upload::Args),
     Doctor(doctor::Args),
+    Bench(bench::Args),
 }
 
 impl Command {
@@ -46,9 +48,11 @@ impl Command {
             Self::Verify(args) => verify::run(args),
             Self::Recover(args) => recover::run(args),
             Self::Check(args) => check::run(args),
+            Self::Schema(args) => schema::run(args),
             Self::Force(args) => force::run(args),
             Self::Upload(args) => upload::run(args),
             Self::Doctor(args) => doctor::run(args),
+            Self::Bench(args) => bench::run(args),
         }
     }
 }

@@ -18,7 +18,6 @@ pub struct Playback {
     rows: Vec<(f64, Isometry3<f64>)>,
     next: usize,
     elapsed_s: f64,
-    started: bool,
 }
 
 impl Playback {
@@ -35,7 +34,7 @@ impl Playback {
                 return Err(table.wrong(1, "needs the column x_m, or px_m, py_m and pz_m (optionally qx, qy, qz, qw)"));
             }
         };
-        Ok(Self { rows, next: 0, elapsed_s: 0.0, started: false })
+        Ok(Self { rows, next: 0, elapsed_s: 0.0 })
     }
 
     /// Length of the motion, in s.
@@ -65,10 +64,7 @@ impl Playback {
 
 impl MotionSource for Playback {
     fn step(&mut self, dt_s: f64, _force_n: &Vector3<f64>) -> Motion {
-        if self.started {
-            self.elapsed_s += dt_s;
-        }
-        self.started = true;
+        self.elapsed_s += dt_s;
         let patient_from_needle = self.pose(self.elapsed_s);
         // Half a tick of slack: the sum of many ticks is not exactly the last row's time.
         let done = self.elapsed_s + 0.5 * dt_s >= self.duration_s();

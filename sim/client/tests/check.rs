@@ -1,9 +1,131 @@
-//! `stylet check` and `stylet schema`.
+//! `stylet check` and `stylet schema`: every issue of every file with its place; sound documents with their closed form.
+//! Would fail if a bad document were let through, if only its first issue were named, or if the closed form moved.
 
-use crate::stylet;
+use std::fs;
+use std::path::PathBuf;
+
+use tempfile::TempDir;
+
+use crate::{Run, repository, stylet, text};
+
+/// Checks the paper's scene after a change to its text.
+fn changed(from: &str, to: &str) -> (TempDir, Run) {
+    let paper = fs::read_to_string(repository("curricula/scenes/lower-back-paper.toml")).expect("a scene");
+    assert!(paper.contains(from), "'{from}' is not in the scene");
+    let folder = TempDir::new().expect("a folder");
+    let file = folder.path().join("scene.toml");
+    fs::write(&file, paper.replacen(from, to, 1)).expect("a file");
+    let run = stylet(&["check", text(&file)]);
+    (folder, run)
+}
+
+/// Asserts that a change is found (exit 1) and named with file, line and the given parts.
+#[track_caller]
+fn found(from: &str, to: &str, parts: &[&str]) {
+    let (_folder, run) = changed(from, to);
+    let run = run.ends(1);
+    run.says(parts);
+    for line in run.stderr.lines() {
+        let place = line.split_once("scene.toml:").expect("a file").1;
+        let line: usize = place.split(':').next().expect("a line").parse().expect("a number");
+        assert!(line > 0);
+    }
+}
+
+fn shipped() -> Vec<PathBuf> {
+    let scenes = fs::read_dir(repository("curricula/scenes")).expect("a folder");
+    let scenes = scenes.map(|entry| entry.expect("an entry").path());
+    scenes.chain([repository("curricula/lower-back-basics/course.toml")]).collect()
+}
+
+#[test]
+fn everything_shipped_is_sound() {
+    let files = shipped();
+    let args: Vec<&str> = ["check", "--json"].into_iter().chain(files.iter().map(|file| text(file))).collect();
+    let run = stylet(&args).ends(0);
+    assert_eq!(run.stderr, "");
+    let reports = run.json();
+    assert_eq!(reports.as_array().map(Vec::len), Some(files.len()));
+    let course = &reports[files.len() - 1];
+    assert_eq!((&course["kind"], &course["ok"]), (&"curriculum".into(), &true.into()));
+    assert!(course["plans"].as_array().expect("plans").len() >= 6);
+    assert_eq!(course["plans"][0]["model"], "none");
+}
+
+#[test]
+fn the_papers_trocar_opens_its_boundaries_where_the_closed_form_says() {
+    let scene = repository("curricula/scenes/lower-back-paper.toml");
+    let run = stylet(&["check", "--json", text(&scene)]).ends(0);
+    let report = run.json();
+    let ruptures = report[0]["plans"][0]["ruptures"].as_array().expect("ruptures").clone();
+    let expected = [(3.021, 1.0), (5.927, 1.726), (6.824, 0.5), (10.029, 1.012), (12.218, 1.5), (15.023, 1.9)];
+    assert_eq!(ruptures.len(), expected.len());
+    for (rupture, (x_mm, force_n)) in ruptures.iter().zip(expected) {
+        assert!((rupture["x_mm"].as_f64().expect("a number") - x_mm).abs() < 5e-4, "{rupture}");
+        assert!((rupture["force_before_n"].as_f64().expect("a number") - force_n).abs() < 5e-4, "{rupture}");
+    }
+}
+
+#[test]
+fn people_see_layers_spread_ruptures_and_the_model() {
+    let scene = repository("curricula/scenes/lower-back-training.toml");
+    let run = stylet(&["check", text(&scene)]).ends(0);
+    for part in ["0.8 ± 0.1", "tip through skin", "3.021", "1.726", "model none: the force law alone"] {
+        assert!(run.stdout.contains(part), "'{part}' is missing in: {}", run.stdout);
+    }
+}
+
+#[test]
+fn bad_documents_are_found_with_the_place() {
+    found("thickness_mm = 0.8", "thickness_mm = -0.8", &["layer[0].thickness_mm", "-0.8 mm"]);
+    found("thickness_mm = 0.8", "thickness_mm = nan", &["layer[0].thickness_mm", "nan"]);
+    found("thickness_mm = 0.8", "thickness_m = 0.0008", &["thickness_m", "thickness_mm"]);
+    found("stiffness_n_per_m = 331", "stifness_n_per_m = 331", &["stifness_n_per_m", "stiffness_n_per_m"]);
+    found("id = ", "id = = ", &["scene.toml:"]);
+}
+
+#[test]
+fn an_unsound_scene_is_refused_with_what_would_be_sound() {
+    // Softer fat is tented 11 mm deep before it gives 0.5 N; the muscle, tented 3 mm by then, takes over with 1.3 N.
+    let (_folder, run) = changed("stiffness_n_per_m = 83", "stiffness_n_per_m = 45");
+    let run = run.ends(1);
+    run.says(&["scene.toml:", "boundary 1 (fat)", "unsound", " N", " mJ", "at most"]);
+}
+
+#[test]
+fn a_prerequisite_cycle_is_found() {
+    let folder = TempDir::new().expect("a folder");
+    let course = fs::read_to_string(repository("curricula/lower-back-basics/course.toml")).expect("a course");
+    let copy = |from: &str| {
+        let to = folder.path().join(from);
+        fs::create_dir_all(&to).expect("a folder");
+        for entry in fs::read_dir(repository("curricula").join(from)).expect("a folder") {
+            let entry = entry.expect("an entry");
+            fs::copy(entry.path(), to.join(entry.file_name())).expect("a copy");
+        }
+    };
+    copy("scenes");
+    copy("lower-back-basics");
+    let file = folder.path().join("lower-back-basics/course.toml");
+    // The first exercise comes to need the second, which needs the first.
+    let first = "file = \"1-feel-the-layers.toml\"\n";
+    assert!(course.contains(first));
+    fs::write(&file, course.replacen(first, &format!("{first}prerequisites = [\"stop-in-the-fat\"]\n"), 1))
+        .expect("a file");
+    stylet(&["check", text(&file)]).ends(1).says(&["course.toml:", "prerequisite"]);
+}
 
 #[test]
 fn a_file_that_is_not_there_is_a_wrong_call() {
     stylet(&["check", "nowhere.toml"]).refused(&["nowhere.toml"]);
     stylet(&["check"]).refused(&["FILE"]);
+}
+
+#[test]
+fn each_kind_has_a_schema() {
+    for kind in ["scene", "exercise", "curriculum"] {
+        let schema = stylet(&["schema", kind]).ends(0).json();
+        assert_eq!(schema["$schema"], "https://json-schema.org/draft/2020-12/schema", "{kind}");
+        assert!(schema["properties"].is_object(), "{kind}");
+    }
 }

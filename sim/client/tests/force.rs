@@ -86,7 +86,7 @@ fn a_teleport_through_everything_is_one_cascade_in_order() {
     let (_folder, run) = trocar("note,x_m,t_s\nabove,-0.001,0\nthrough,0.05,0.001\n");
     let run = run.ends(0);
     let last = run.stdout.lines().last().expect("a row");
-    assert!(last.ends_with(",tip:0+rim:0+tip:1+rim:1+tip:2+rim:2"), "{last}");
+    assert!(last.ends_with(",tip:0+tip:1+tip:2+rim:0+rim:1+rim:2"), "{last}");
 }
 
 #[test]
@@ -127,10 +127,12 @@ fn an_unsound_scene_is_warned_of_and_computed() {
     let folder = TempDir::new().expect("a folder");
     let scene = folder.path().join("scene.json");
     let good = fs::read_to_string(reference("table_i.json")).expect("a reference");
-    // Skin that holds to 9 N tents 27 mm deep; fat and muscle, long since passed, would then push harder than it did.
-    fs::write(&scene, good.replacen("\"tip_rupture_n\": 0.1", "\"tip_rupture_n\": 9.0", 1)).expect("a file");
+    // Fat that holds to 2 N is tented 24 mm deep; when it gives way, muscle that holds to 12 N takes over with 7.8 N.
+    let unsound = good.replace("\"tip_rupture_n\": 0.3", "\"tip_rupture_n\": 2.0");
+    let unsound = unsound.replace("\"tip_rupture_n\": 1.5", "\"tip_rupture_n\": 12.0");
+    fs::write(&scene, unsound).expect("a file");
     let run = force(&scene, &reference("table_i.csv")).ends(0);
-    run.says(&["warning:", "unsound", "boundary 0", " N", " mJ", "largest sound threshold"]);
+    run.says(&["warning:", "unsound", "boundary 1", "fat", " N", " mJ", "largest sound threshold"]);
     assert_eq!(run.stdout.lines().next(), Some(COLUMNS));
 }
 

@@ -1,9 +1,13 @@
 //! The program as a user meets it: the real binary, its output, its exit status, and one-line errors.
 
+#![expect(clippy::expect_used, reason = "a helper that cannot do its part has nobody to tell but the test")]
+
+mod bench;
 mod call;
 mod check;
 mod doctor;
 mod force;
+mod recordings;
 mod stand_in;
 mod upload;
 

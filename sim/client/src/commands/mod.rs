@@ -1,9 +1,11 @@
 //! One file per command, and what several of them share.
 
+pub mod bench;
 pub mod check;
 pub mod doctor;
 pub mod force;
 pub mod recover;
+pub mod schema;
 pub mod score;
 pub mod simulate;
 pub mod upload;

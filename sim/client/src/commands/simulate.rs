@@ -98,7 +98,7 @@ pub fn run(args: &Args) -> Outcome {
         patient_thickness_mm: session.patient_thickness_mm,
         duration_s: simulated.duration_s,
         ticks: simulated.ticks,
-        ruptures: 0,
+        ruptures: simulated.ruptures,
         bytes: fs::metadata(&args.out).map_or(0, |metadata| metadata.len()),
         wall_s,
         times_real_time: simulated.duration_s / wall_s,

@@ -14,7 +14,7 @@ use report::FileReport;
 /// Validate scenes, exercises and curricula, and print what simulating them comes to
 ///
 /// Lists every issue of every file with its line and column. Refuses unsound scenes, whose ruptures would raise the
-/// force or the elastic energy, naming the largest sound threshold. Prints the layers, the spread between patients and
+/// force or the elastic energy, and names the largest sound threshold. Prints the layers, the spread between patients and
 /// the closed-form ruptures of each exercise. Exit 0 when all is well, 1 when anything was found.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet check curricula/scenes/*.toml curricula/lower-back/course.toml")]
@@ -37,7 +37,7 @@ pub fn run(args: &Args) -> Outcome {
         true => output::json(&reports)?,
         false => output::with(|out| reports.iter().try_for_each(|report| report.write(out)))?,
     }
-    for line in reports.iter().flat_map(FileReport::problems) {
+    for line in reports.iter().flat_map(|report| &report.issues) {
         output::error(line);
     }
     if reports.iter().all(|report| report.ok) { Ok(()) } else { Err(Failure::Found) }
@@ -45,15 +45,15 @@ pub fn run(args: &Args) -> Outcome {
 
 fn check(file: &Path) -> FileReport {
     let name = file.display().to_string();
-    match scene::load::read(file) {
+    match scene::check(file) {
         Err(refused) => FileReport::refused(name, refused.issues.iter().map(ToString::to_string).collect()),
-        Ok(Document::Scene(scene)) => FileReport::new(name, "scene", &scene.id, vec![plan::Plan::of_scene(&scene)]),
+        Ok(Document::Scene(scene)) => FileReport::sound(name, "scene", &scene.id, vec![plan::Plan::of_scene(&scene)]),
         Ok(Document::Exercise(bundle)) => {
-            FileReport::new(name, "exercise", &bundle.exercise.id, vec![plan::Plan::of_exercise(&bundle)])
+            FileReport::sound(name, "exercise", &bundle.exercise.id, vec![plan::Plan::of_exercise(&bundle)])
         }
         Ok(Document::Curriculum(curriculum, bundles)) => {
             let plans = bundles.iter().map(plan::Plan::of_exercise).collect();
-            FileReport::new(name, "curriculum", &curriculum.id, plans)
+            FileReport::sound(name, "curriculum", &curriculum.id, plans)
         }
     }
 }

@@ -1,7 +1,7 @@
-//! What simulating a scene comes to: layers as the needle meets them, ruptures in closed form, soundness, the model.
+//! What simulating a scene comes to: layers as the needle meets them, ruptures in closed form, the model.
 
-use mechanics::axial::{AxialSpec, Contactor};
-use mechanics::{closed_form, soundness};
+use mechanics::axial::AxialSpec;
+use mechanics::closed_form;
 use scene::{ExerciseBundle, Patient, Scene, SceneLayer};
 use serde::Serialize;
 
@@ -20,8 +20,6 @@ pub struct Plan {
     pub layers: Vec<LayerPlan>,
     /// Ruptures of a slow insertion into the nominal patient.
     pub ruptures: Vec<RupturePlan>,
-    /// Ruptures that would create force or energy, in any patient; in words.
-    pub unsound: Vec<String>,
     /// Which tissue model is used.
     pub model: &'static str,
     /// Why.
@@ -74,14 +72,13 @@ impl Plan {
     }
 
     fn new(exercise: Option<String>, scene: &Scene, angle_deg: f64) -> Self {
-        let nominal = spec(scene, &Patient::nominal(scene), angle_deg);
+        let nominal = spec(scene, angle_deg);
         Self {
             exercise,
             scene: scene.id.clone(),
             angle_deg,
             layers: scene.layers.iter().zip(&nominal.layers).map(LayerPlan::new).collect(),
             ruptures: ruptures(&nominal),
-            unsound: unsound(scene, angle_deg),
             model: "none",
             reason: "the force law alone; this version has no model of the deforming tissue",
         }
@@ -101,9 +98,9 @@ impl LayerPlan {
     }
 }
 
-/// The axial law of a patient along an oblique path, whose thicknesses are d/cos θ.
-fn spec(scene: &Scene, patient: &Patient, angle_deg: f64) -> AxialSpec {
-    let mut spec = scene.puncture_spec(patient).axial;
+/// The axial law of the nominal patient along an oblique path, whose thicknesses are d/cos θ.
+fn spec(scene: &Scene, angle_deg: f64) -> AxialSpec {
+    let mut spec = scene.puncture_spec(&Patient::nominal(scene)).axial;
     let path_factor = 1.0 / libm::cos(angle_deg.to_radians());
     for layer in &mut spec.layers {
         layer.thickness_m *= path_factor;
@@ -124,26 +121,4 @@ fn ruptures(spec: &AxialSpec) -> Vec<RupturePlan> {
             force_after_n: rupture.force_after_n,
         })
         .collect()
-}
-
-/// Each unsound rupture once, in the first patient that has it: the nominal one, the thinnest, the thickest.
-fn unsound(scene: &Scene, angle_deg: f64) -> Vec<String> {
-    let mut known: Vec<(usize, Contactor)> = Vec::new();
-    let mut found = Vec::new();
-    for (who, side) in [("", 0.0), (" in the thinnest patient", -1.0), (" in the thickest patient", 1.0)] {
-        for unsound in soundness::check(&spec(scene, &patient(scene, side), angle_deg)) {
-            let rupture = (unsound.boundary, unsound.contactor);
-            if !known.contains(&rupture) {
-                known.push(rupture);
-                found.push(format!("{unsound}{who}"));
-            }
-        }
-    }
-    found
-}
-
-/// The patient whose every layer is at one end of its spread: −1 the thinnest, 0 the nominal, +1 the thickest.
-fn patient(scene: &Scene, side: f64) -> Patient {
-    let thickness = |layer: &SceneLayer| (layer.thickness_mm + side * layer.thickness_spread_mm).max(0.0);
-    Patient { thickness_mm: scene.layers.iter().map(thickness).collect() }
 }

@@ -17,39 +17,29 @@ pub struct FileReport {
     pub kind: Option<&'static str>,
     /// The document's id; absent when refused.
     pub id: Option<String>,
-    /// Everything wrong with the document.
+    /// Everything wrong with the document, with line and column.
     pub issues: Vec<String>,
     /// What simulating it comes to: one plan per exercise, or one for a scene.
     pub plans: Vec<Plan>,
 }
 
 impl FileReport {
-    /// A file that is no document.
+    /// A file that is no document, or an unsound one.
     pub fn refused(file: String, issues: Vec<String>) -> Self {
         Self { file, ok: false, kind: None, id: None, issues, plans: Vec::new() }
     }
 
-    /// A document, which may still be unsound.
-    pub fn new(file: String, kind: &'static str, id: &str, plans: Vec<Plan>) -> Self {
-        let ok = plans.iter().all(|plan| plan.unsound.is_empty());
-        Self { file, ok, kind: Some(kind), id: Some(id.to_owned()), issues: Vec::new(), plans }
-    }
-
-    /// One line for everything found.
-    pub fn problems(&self) -> Vec<String> {
-        let unsound = self.plans.iter().flat_map(|plan| {
-            let scene = &plan.scene;
-            plan.unsound.iter().map(move |why| format!("{}: scene {scene} is unsound: {why}", self.file))
-        });
-        self.issues.iter().cloned().chain(unsound).collect()
+    /// A document with nothing wrong.
+    pub fn sound(file: String, kind: &'static str, id: &str, plans: Vec<Plan>) -> Self {
+        Self { file, ok: true, kind: Some(kind), id: Some(id.to_owned()), issues: Vec::new(), plans }
     }
 
     /// For people.
     pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let (Some(kind), Some(id)) = (self.kind, &self.id) else {
-            return writeln!(out, "{}: refused, {} issues", self.file, self.issues.len());
+            return writeln!(out, "{}: refused, {} to correct", self.file, self.issues.len());
         };
-        writeln!(out, "{}: {kind} {id}: {}", self.file, if self.ok { "sound" } else { "unsound" })?;
+        writeln!(out, "{}: {kind} {id}: sound", self.file)?;
         self.plans.iter().try_for_each(|plan| write_plan(plan, out))
     }
 }

@@ -1,0 +1,38 @@
+//! `stylet schema`: the JSON Schema of a document.
+
+use clap::ValueEnum;
+
+use crate::exit::{Failure, Outcome};
+use crate::output;
+
+/// Print the JSON Schema of a kind of document
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  stylet schema scene > scene.schema.json")]
+pub struct Args {
+    /// Which document
+    kind: Kind,
+}
+
+/// The documents that have a schema.
+#[derive(Clone, Copy, ValueEnum)]
+enum Kind {
+    /// Layers, needle and structures
+    Scene,
+    /// What to do in a scene and how it is judged
+    Exercise,
+    /// A course of exercises
+    Curriculum,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let kind = match args.kind {
+        Kind::Scene => scene::DocumentKind::Scene,
+        Kind::Exercise => scene::DocumentKind::Exercise,
+        Kind::Curriculum => scene::DocumentKind::Curriculum,
+    };
+    match scene::schema(kind) {
+        Some(schema) => output::json(&schema),
+        None => Err(Failure::work("this version has no schema of that document")),
+    }
+}
