@@ -83,6 +83,9 @@ pub enum Stage {
 }
 
 impl Stage {
+    /// All four, in order.
+    pub const ALL: [Self; 4] = [Self::I, Self::II, Self::III, Self::IV];
+
     /// Roman numeral.
     #[must_use]
     pub fn numeral(self) -> &'static str {
@@ -91,6 +94,17 @@ impl Stage {
             Self::II => "II",
             Self::III => "III",
             Self::IV => "IV",
+        }
+    }
+
+    /// The stage as a class of drawings.
+    #[must_use]
+    pub fn class(self) -> &'static str {
+        match self {
+            Self::I => "one",
+            Self::II => "two",
+            Self::III => "three",
+            Self::IV => "four",
         }
     }
 

@@ -3,6 +3,8 @@
 use askama::Template;
 use askama_web::WebTemplate;
 
+use super::assets;
+
 /// The sign-in page.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "login.html")]
@@ -15,4 +17,23 @@ pub struct LoginPage {
     pub csrf: String,
     /// Where to go afterwards: a path of this site.
     pub next: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::views::samples;
+
+    #[test]
+    fn renders_with_its_token_and_without_the_password() {
+        let page = LoginPage {
+            error: Some("The address or the password is wrong.".to_owned()),
+            email: "\"><script>".to_owned(),
+            csrf: "token".to_owned(),
+            next: "/sessions/1".to_owned(),
+        };
+        let html = samples::keep("login", &page);
+        assert!(html.contains(r#"name="csrf" value="token""#) && html.contains(r#"role="alert""#));
+        assert!(!html.contains("<script>"), "what was typed is escaped");
+    }
 }

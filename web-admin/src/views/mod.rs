@@ -1,4 +1,22 @@
-//! What pages look like: one struct beside each template.
+//! What pages look like: one struct beside each template, plain data in, HTML out.
 
+pub mod admin;
+pub mod assets;
+pub mod charts;
+pub mod cohort;
+pub mod curricula;
 pub mod error;
+pub mod exercise;
+pub mod format;
+pub mod instructor;
+pub mod judgement;
 pub mod login;
+#[cfg(test)]
+mod samples;
+pub mod session;
+pub mod shell;
+pub mod status;
+pub mod trainee;
+
+pub use shell::{Place, Shell};
+pub use status::Status;

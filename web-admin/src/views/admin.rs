@@ -1,0 +1,153 @@
+//! The administrator's pages: the school at a glance, and its people.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use time::OffsetDateTime;
+
+use super::cohort::CohortCard;
+use super::{Shell, Status, format};
+use crate::domain::Role;
+
+/// The administrator's home.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "admin_home.html")]
+pub struct AdminHomePage {
+    /// Frame.
+    pub shell: Shell,
+    /// The school's name.
+    pub school: String,
+    /// Figures: how many, and of what.
+    pub counts: Vec<(i64, &'static str)>,
+    /// The queue.
+    pub queue: Queue,
+    /// Cohorts.
+    pub cohorts: Vec<CohortCard>,
+}
+
+/// The administration.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "admin.html")]
+pub struct AdminPage {
+    /// Frame.
+    pub shell: Shell,
+    /// The school's name.
+    pub school: String,
+    /// People by name.
+    pub people: Vec<PersonRow>,
+    /// The queue.
+    pub queue: Queue,
+    /// Stations with a token.
+    pub stations: Vec<StationRow>,
+}
+
+/// What waits to be scored, and what went wrong.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Queue {
+    /// Recordings in the queue.
+    pub waiting: i64,
+    /// Of them, those that failed at least once: session's page, tries and last error.
+    pub failing: Vec<(String, i64, String)>,
+    /// Recordings that could not be scored.
+    pub refused: i64,
+    /// Recordings whose re-simulation differs.
+    pub flagged: i64,
+}
+
+impl Queue {
+    /// What waits, in words.
+    #[must_use]
+    pub fn waiting_words(&self) -> String {
+        if self.waiting == 1 { "1 recording waits".to_owned() } else { format!("{} recordings wait", self.waiting) }
+    }
+
+    /// What could not be scored, in words.
+    #[must_use]
+    pub fn refused_words(&self) -> String {
+        format!("{} could not be scored", format::counted(self.refused, "recording"))
+    }
+
+    /// What differs, in words.
+    #[must_use]
+    pub fn flagged_words(&self) -> String {
+        format!("{} with a re-simulation that differs", format::counted(self.flagged, "recording"))
+    }
+}
+
+/// A person.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PersonRow {
+    /// Name.
+    pub name: String,
+    /// Page, for a trainee.
+    pub href: Option<String>,
+    /// Address.
+    pub email: String,
+    /// Role.
+    pub role: Role,
+    /// Cohorts by name.
+    pub cohorts: String,
+    /// May sign in.
+    pub enabled: bool,
+    /// Upload tokens that are valid.
+    pub tokens: i64,
+}
+
+/// A station that may upload.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StationRow {
+    /// Name.
+    pub name: String,
+    /// Since when.
+    pub since: OffsetDateTime,
+    /// Its token was revoked.
+    pub revoked: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::views::samples;
+
+    fn queue() -> Queue {
+        let failing = vec![("/sessions/1".to_owned(), 3, "disk full <no>".to_owned())];
+        Queue { waiting: 4, failing, refused: 1, flagged: 0 }
+    }
+
+    #[test]
+    fn the_home_shows_counts_and_the_queue() {
+        let page = AdminHomePage {
+            shell: samples::shell(Role::Administrator),
+            school: "Example School".to_owned(),
+            counts: vec![(28, "trainees"), (3, "instructors"), (1034, "attempts")],
+            queue: queue(),
+            cohorts: vec![],
+        };
+        let html = samples::keep("admin-home", &page);
+        assert!(
+            html.contains("1034") && html.contains("4 recordings wait") && html.contains("No cohorts yet"),
+            "{html}"
+        );
+    }
+
+    #[test]
+    fn the_administration_lists_people_and_what_fails() {
+        let person = |name: &str, role, enabled| PersonRow {
+            name: name.to_owned(),
+            href: None,
+            email: "a@example.org".to_owned(),
+            role,
+            cohorts: "Spring 2026".to_owned(),
+            enabled,
+            tokens: 1,
+        };
+        let page = AdminPage {
+            shell: samples::shell(Role::Administrator),
+            school: "Example School".to_owned(),
+            people: vec![person("Ana", Role::Trainee, true), person("Bo", Role::Instructor, false)],
+            queue: queue(),
+            stations: vec![StationRow { name: "Skills lab 2".to_owned(), since: samples::NOW, revoked: false }],
+        };
+        let html = samples::keep("admin", &page);
+        assert!(html.contains("disk full &#60;no&#62;") && html.contains("Disabled") && html.contains("Skills lab 2"));
+    }
+}

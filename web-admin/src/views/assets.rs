@@ -1,0 +1,42 @@
+//! The style sheet and pictures, carried inside the program.
+
+use std::sync::LazyLock;
+
+use rust_embed::{Embed, EmbeddedFile};
+
+#[derive(Embed)]
+#[folder = "assets/"]
+struct Assets;
+
+/// An asset with its hash.
+#[must_use]
+pub fn find(name: &str) -> Option<(EmbeddedFile, String)> {
+    let file = Assets::get(name)?;
+    let hash = hex::encode(&file.metadata.sha256_hash()[..8]);
+    Some((file, hash))
+}
+
+/// The address of the style sheet. It changes with the sheet, so that a browser may keep it for a year.
+#[must_use]
+pub fn style_sheet() -> &'static str {
+    static ADDRESS: LazyLock<String> = LazyLock::new(|| {
+        let hash = find("style.css").map_or_else(String::new, |(_, hash)| hash);
+        format!("/assets/style.css?v={hash}")
+    });
+    &ADDRESS
+}
+
+#[cfg(test)]
+mod tests {
+    //! Every page names the style sheet: it must be there, under an address that changes with it.
+
+    use super::*;
+
+    #[test]
+    fn the_style_sheet_is_carried_and_its_address_holds_its_hash() {
+        let (file, hash) = find("style.css").expect("a style sheet");
+        assert!(!file.data.is_empty());
+        assert_eq!(style_sheet(), format!("/assets/style.css?v={hash}"));
+        assert!(find("../Cargo.toml").is_none());
+    }
+}

@@ -1,0 +1,107 @@
+//! Tissue damage by layer and part, as stacked bars.
+
+use super::scale::Scale;
+use super::svg::{Area, Caption, Svg};
+use super::{Size, scale};
+
+/// The energy that a layer took, by part, in mJ.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LayerDamage {
+    /// The layer's name.
+    pub name: String,
+    /// Set free by ruptures, in mJ.
+    pub rupture_mj: f64,
+    /// Spent on cutting, in mJ.
+    pub cutting_mj: f64,
+    /// Spent on friction, in mJ.
+    pub friction_mj: f64,
+    /// Lateral work, in mJ.
+    pub lateral_mj: f64,
+}
+
+impl LayerDamage {
+    /// Class and value of each part, in the order of the legend.
+    #[must_use]
+    pub fn parts(&self) -> [(&'static str, f64); 4] {
+        [
+            ("rupture", self.rupture_mj),
+            ("cutting", self.cutting_mj),
+            ("friction", self.friction_mj),
+            ("lateral", self.lateral_mj),
+        ]
+    }
+
+    /// The sum of the parts, in mJ: the bar's length. It is no damage index.
+    #[must_use]
+    pub fn total_mj(&self) -> f64 {
+        self.parts().iter().map(|(_, value)| value.max(0.0)).sum()
+    }
+}
+
+const ROW: f64 = 40.0;
+const BAR: f64 = 16.0;
+
+/// Draws one bar per layer.
+#[must_use]
+pub fn damage(layers: &[LayerDamage], size: Size) -> String {
+    let id = format!("damage-{}", size.name());
+    let caption = Caption {
+        id: &id,
+        class: size.name(),
+        title: "Energy taken by each layer",
+        description: "One bar per layer, split into rupture, cutting, friction and lateral work in millijoules. The table below has the numbers.",
+    };
+    let rows = f64::from(u32::try_from(layers.len()).unwrap_or(0));
+    let most = layers.iter().map(LayerDamage::total_mj).fold(0.0, f64::max);
+    let x = Scale::new((0.0, most * 1.02), (4.0, size.width() - 60.0));
+    let bottom = rows * ROW + 6.0;
+    let mut svg = Svg::new(size.width(), bottom + 40.0, &caption);
+    let ticks = x.ticks(size.ticks());
+    for tick in &ticks {
+        svg.line("grid", (x.at(*tick), 4.0), (x.at(*tick), bottom));
+        svg.text("tick middle", (x.at(*tick), bottom + 15.0), &scale::tick_label(*tick, &ticks));
+    }
+    svg.text("axis-title end", (size.width() - 60.0, bottom + 31.0), "energy (mJ)");
+    for (row, layer) in (0_u32..).zip(layers) {
+        draw_bar(&mut svg, &x, layer, f64::from(row) * ROW);
+    }
+    svg.finish()
+}
+
+fn draw_bar(svg: &mut Svg, x: &Scale, layer: &LayerDamage, top: f64) {
+    svg.text("layer-name", (4.0, top + 14.0), &layer.name);
+    let mut from = 0.0;
+    for (class, value) in layer.parts() {
+        let to = from + value.max(0.0);
+        let area = Area { x: x.at(from), y: top + 20.0, width: x.at(to) - x.at(from), height: BAR };
+        svg.rect(&format!("part {class}"), area);
+        if area.width > 14.0 {
+            let initial = class.get(..1).unwrap_or_default().to_uppercase();
+            svg.text("part-name middle", (area.x + area.width / 2.0, top + 32.0), &initial);
+        }
+        from = to;
+    }
+    svg.text("value", (x.at(from) + 6.0, top + 33.0), &format!("{from:.1}"));
+}
+
+#[cfg(test)]
+mod tests {
+    //! A bar's parts must add up to its length, and a body without damage must still be drawn.
+
+    use super::*;
+
+    #[test]
+    fn parts_follow_each_other_without_gap() {
+        let layer = LayerDamage { name: "skin".to_owned(), rupture_mj: 1.0, cutting_mj: 2.0, ..LayerDamage::default() };
+        let markup = damage(std::slice::from_ref(&layer), Size::Wide);
+        assert_eq!(markup.matches("<rect").count(), 2, "parts of 0 are left out");
+        assert!(markup.contains(">3.0<"));
+    }
+
+    #[test]
+    fn no_damage_is_drawn_without_nonsense() {
+        let markup = damage(&[LayerDamage::default()], Size::Narrow);
+        assert!(!markup.contains("NaN") && !markup.contains("<rect"));
+        assert!(!damage(&[], Size::Wide).contains("NaN"));
+    }
+}

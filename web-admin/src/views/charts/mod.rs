@@ -1,0 +1,64 @@
+//! Charts as SVG, drawn on the server: data in, markup out.
+//!
+//! Colours are classes that the style sheet resolves, so that one chart serves light, dark and print, and no inline
+//! style is needed. Every chart has a title and a description, and every difference of colour has a second cue.
+
+mod cross_section;
+mod damage;
+mod force_depth;
+mod marks;
+mod plot;
+mod progress;
+mod scale;
+mod svg;
+mod time;
+
+pub use cross_section::{Outline, Section, Structure, cross_section};
+pub use damage::{LayerDamage, damage};
+pub use force_depth::force_depth;
+pub use marks::numbered;
+pub use progress::{ScorePoint, mastery_strip, score_bar, scores, share_bar, sparkline};
+pub use time::force_and_depth;
+
+/// For which width a chart is drawn. Text in an SVG shrinks with it, so a phone gets a drawing of its own; the style
+/// sheet shows one of the two.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Size {
+    /// A desk or paper.
+    Wide,
+    /// A phone.
+    Narrow,
+}
+
+impl Size {
+    /// Class of the drawing, and suffix of its ids.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Wide => "wide",
+            Self::Narrow => "narrow",
+        }
+    }
+
+    /// Width of the drawing, in its own units: CSS pixels at its natural size.
+    #[must_use]
+    pub fn width(self) -> f64 {
+        match self {
+            Self::Wide => 760.0,
+            Self::Narrow => 340.0,
+        }
+    }
+
+    /// How many ticks an axis along the width may have.
+    fn ticks(self) -> usize {
+        match self {
+            Self::Wide => 10,
+            Self::Narrow => 5,
+        }
+    }
+}
+
+/// A chart for both widths.
+pub fn both(draw: impl Fn(Size) -> String) -> String {
+    draw(Size::Wide) + &draw(Size::Narrow)
+}

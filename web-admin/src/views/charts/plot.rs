@@ -1,0 +1,83 @@
+//! A plot: two scales over an area, their grid, ticks and titles.
+
+use super::scale::{Scale, tick_label};
+use super::svg::{Area, Svg};
+
+/// Two scales over an area of the paper.
+#[derive(Clone, Copy, Debug)]
+pub struct Plot {
+    /// Across.
+    pub x: Scale,
+    /// Up, or down where larger values lie lower.
+    pub y: Scale,
+    /// The area between the axes.
+    pub area: Area,
+}
+
+impl Plot {
+    /// Larger values lie higher.
+    #[must_use]
+    pub fn rising(area: Area, x: (f64, f64), y: (f64, f64)) -> Self {
+        Self { x: Scale::new(x, (area.x, area.right())), y: Scale::new(y, (area.bottom(), area.y)), area }
+    }
+
+    /// Larger values lie lower, as depth does.
+    #[must_use]
+    pub fn falling(area: Area, x: (f64, f64), y: (f64, f64)) -> Self {
+        Self { x: Scale::new(x, (area.x, area.right())), y: Scale::new(y, (area.y, area.bottom())), area }
+    }
+
+    /// The place of a pair of values.
+    #[must_use]
+    pub fn at(&self, x: f64, y: f64) -> (f64, f64) {
+        (self.x.at(x), self.y.at(y))
+    }
+
+    /// Grid lines and labels of the axis along the width, below the area.
+    pub fn draw_x_axis(&self, svg: &mut Svg, most: usize, title: &str) {
+        let ticks = self.x.ticks(most);
+        let bottom = self.area.bottom();
+        for tick in &ticks {
+            let x = self.x.at(*tick);
+            svg.line("grid", (x, self.area.y), (x, bottom));
+            svg.text("tick middle", (x, bottom + 15.0), &tick_label(*tick, &ticks));
+        }
+        svg.line("axis", (self.area.x, bottom), (self.area.right(), bottom));
+        svg.text("axis-title end", (self.area.right(), bottom + 31.0), title);
+    }
+
+    /// Grid lines and labels of the axis along the height, left of the area.
+    pub fn draw_y_axis(&self, svg: &mut Svg, most: usize, title: &str) {
+        let ticks = self.y.ticks(most);
+        for tick in &ticks {
+            let y = self.y.at(*tick);
+            svg.line("grid", (self.area.x, y), (self.area.right(), y));
+            svg.text("tick end", (self.area.x - 6.0, y + 4.0), &tick_label(*tick, &ticks));
+        }
+        svg.line("axis", (self.area.x, self.area.y), (self.area.x, self.area.bottom()));
+        svg.text_upwards("axis-title middle", (12.0, self.area.y + self.area.height / 2.0), title);
+    }
+
+    /// A band over the full height between two values.
+    #[must_use]
+    pub fn column(&self, from: f64, to: f64) -> Area {
+        let (left, right) = (self.x.at(from), self.x.at(to));
+        Area { x: left, y: self.area.y, width: right - left, height: self.area.height }
+    }
+
+    /// A band over the full width between two values.
+    #[must_use]
+    pub fn row(&self, from: f64, to: f64) -> Area {
+        let (top, bottom) = (self.y.at(from), self.y.at(to));
+        Area { x: self.area.x, y: top.min(bottom), width: self.area.width, height: (bottom - top).abs() }
+    }
+}
+
+/// Least and greatest of some values, with 0 among them; `None` when there are none.
+#[must_use]
+pub fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values
+        .filter(|v| v.is_finite())
+        .map(|v| (v.min(0.0), v.max(0.0)))
+        .reduce(|(low, high), (a, b)| (low.min(a), high.max(b)))
+}

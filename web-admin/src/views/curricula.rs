@@ -1,0 +1,62 @@
+//! The curricula a school teaches.
+
+use askama::Template;
+use askama_web::WebTemplate;
+
+use super::{Shell, Status};
+
+/// The list of curricula.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "curricula.html")]
+pub struct CurriculaPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Curricula.
+    pub courses: Vec<CourseCard>,
+}
+
+/// A curriculum.
+#[derive(Clone, Debug)]
+pub struct CourseCard {
+    /// Title.
+    pub title: String,
+    /// What it teaches.
+    pub description: String,
+    /// The mastery rule in words.
+    pub rule: String,
+    /// Its exercises in order.
+    pub exercises: Vec<ExerciseLine>,
+}
+
+/// An exercise of a curriculum.
+#[derive(Clone, Debug)]
+pub struct ExerciseLine {
+    /// Its page.
+    pub href: String,
+    /// Its title.
+    pub title: String,
+    /// Difficulty, 1–5.
+    pub difficulty: u8,
+    /// Titles of the exercises to master first.
+    pub prerequisites: Vec<String>,
+    /// How the visitor stands, for a trainee.
+    pub status: Option<Status>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::Role;
+    use crate::views::samples;
+
+    #[test]
+    fn lists_exercises_with_what_comes_before_them() {
+        let html = samples::keep("curricula", &samples::curricula_page());
+        assert!(
+            html.contains("after Feel the layers") && html.contains(r#"href="/exercises/stop-in-the-fat""#),
+            "{html}"
+        );
+        let empty = CurriculaPage { shell: samples::shell(Role::Administrator), courses: vec![] };
+        assert!(samples::keep("curricula-empty", &empty).contains("No curricula yet"));
+    }
+}

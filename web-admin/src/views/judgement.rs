@@ -1,0 +1,290 @@
+//! A score taken apart: what each line of the rubric gave, why, and everything else that was measured.
+
+use assessment::{Deduction, Metric};
+use scene::Exercise;
+
+use super::charts::{self, LayerDamage};
+use super::format;
+
+/// What was judged, by what.
+#[derive(Clone, Copy, Debug)]
+pub struct Graded<'a> {
+    /// 0–100.
+    pub score: f64,
+    /// At or above the pass mark and no hard fail.
+    pub passed: bool,
+    /// Points lost, per line of the rubric.
+    pub deductions: &'a [Deduction],
+    /// Reasons of hard fails.
+    pub hard_fails: &'a [String],
+    /// Every metric.
+    pub metrics: &'a [Metric],
+    /// The exercise as it was judged; absent when the school never published it.
+    pub exercise: Option<&'a Exercise>,
+}
+
+/// A score with its arithmetic.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judgement {
+    /// 0–100.
+    pub score: f64,
+    /// At or above the pass mark and no hard fail.
+    pub passed: bool,
+    /// Score needed to pass, 0–100.
+    pub pass_mark: Option<f64>,
+    /// The score as a bar with the pass mark on it.
+    pub bar: String,
+    /// Reasons of hard fails.
+    pub hard_fails: Vec<String>,
+    /// What cost points, dearest first: reason and points.
+    pub lost: Vec<(String, f64)>,
+    /// Every line of the rubric.
+    pub rubric: Vec<RubricRow>,
+    /// Every other metric, by what it tells.
+    pub groups: Vec<Group>,
+    /// Energy by layer.
+    pub damage: Vec<LayerDamage>,
+    /// The same as bars, for both widths.
+    pub damage_chart: String,
+    /// Other damage: label and value.
+    pub damage_facts: Vec<(String, String)>,
+}
+
+/// A line of the rubric, judged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RubricRow {
+    /// What was measured.
+    pub label: String,
+    /// How it is defined.
+    pub definition: String,
+    /// The attempt's value, with its unit.
+    pub value: String,
+    /// What earns everything, with its unit; empty when the rubric is not known here.
+    pub full: String,
+    /// What earns nothing, with its unit.
+    pub zero: String,
+    /// Points earned.
+    pub earned: Option<f64>,
+    /// Points to be had.
+    pub available: Option<f64>,
+    /// Points lost.
+    pub lost: f64,
+    /// The reason, in words.
+    pub why: String,
+}
+
+/// Metrics that tell of one thing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group {
+    /// Heading.
+    pub title: &'static str,
+    /// Metrics in the catalogue's order.
+    pub rows: Vec<MetricRow>,
+}
+
+/// A metric outside the rubric.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MetricRow {
+    /// What was measured.
+    pub label: String,
+    /// How it is defined.
+    pub definition: String,
+    /// The value with its unit, or why there is none.
+    pub value: String,
+    /// It applies to this attempt.
+    pub applies: bool,
+    /// Which way is better.
+    pub better: &'static str,
+}
+
+/// Headings, and the beginnings of the ids below them.
+const GROUPS: [(&str, &[&str]); 5] = [
+    ("Accuracy", &["depth_error", "overshoot", "tip_error", "entry_error", "angle_error"]),
+    ("Force", &["peak_force", "rupture_force", "force_", "lateral_peak"]),
+    ("After each pop", &["over_insertion", "stop_time"]),
+    (
+        "Tissue and structures",
+        &[
+            "rupture_energy",
+            "cutting",
+            "friction",
+            "lateral_work",
+            "sweep",
+            "skin_entries",
+            "redirections",
+            "structure",
+        ],
+    ),
+    ("Time and motion", &[""]),
+];
+
+impl Judgement {
+    /// Takes a score apart.
+    #[must_use]
+    pub fn new(graded: &Graded<'_>) -> Self {
+        let mut lost: Vec<(String, f64)> = graded
+            .deductions
+            .iter()
+            .filter(|d| d.points > 0.0)
+            .map(|d| (format::sentence(reason(&d.why)), d.points))
+            .collect();
+        lost.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let damage = damage(graded.metrics);
+        let pass_mark = graded.exercise.map(|e| e.pass_mark);
+        Self {
+            score: graded.score,
+            passed: graded.passed,
+            pass_mark,
+            bar: charts::score_bar(graded.score, pass_mark),
+            hard_fails: graded.hard_fails.to_vec(),
+            lost,
+            rubric: graded.deductions.iter().map(|d| rubric_row(graded, d)).collect(),
+            groups: groups(graded),
+            damage_chart: charts::both(|size| charts::damage(&damage, size)),
+            damage,
+            damage_facts: damage_facts(graded.metrics),
+        }
+    }
+}
+
+/// A reason ends with its cost, which stands in a column of its own here.
+#[must_use]
+pub fn reason(why: &str) -> &str {
+    match why.rsplit_once(": ") {
+        Some((reason, cost)) if cost.starts_with('−') || cost == "no points lost" => reason,
+        _ => why,
+    }
+}
+
+fn rubric_row(graded: &Graded<'_>, deduction: &Deduction) -> RubricRow {
+    let metric = graded.metrics.iter().find(|m| m.id == deduction.metric);
+    let unit = metric.map_or("", |m| m.unit.as_str());
+    let line = graded.exercise.and_then(|e| e.rubric.iter().find(|l| l.metric == deduction.metric));
+    let weights: f64 = graded.exercise.map_or(0.0, |e| e.rubric.iter().map(|l| l.weight).sum());
+    let available = line.filter(|_| weights > 0.0).map(|l| l.weight / weights * 100.0);
+    RubricRow {
+        label: metric.map_or_else(|| deduction.metric.clone(), |m| format::sentence(&m.label)),
+        definition: definition(&deduction.metric),
+        value: metric.map_or_else(|| "not measured".to_owned(), value),
+        full: line.map_or_else(String::new, |l| format::quantity(l.full, unit)),
+        zero: line.map_or_else(String::new, |l| format::quantity(l.zero, unit)),
+        earned: available.map(|a| (a - deduction.points).max(0.0)),
+        available,
+        lost: deduction.points,
+        why: format::sentence(reason(&deduction.why)),
+    }
+}
+
+fn value(metric: &Metric) -> String {
+    match metric.value {
+        Some(value) if metric.applies => format::quantity(value, &metric.unit),
+        _ => "not applicable".to_owned(),
+    }
+}
+
+fn definition(metric: &str) -> String {
+    assessment::catalogue::definition(metric).map_or_else(String::new, |d| d.definition.to_owned())
+}
+
+/// The metrics that the rubric does not judge, each below the first heading that claims it.
+fn groups(graded: &Graded<'_>) -> Vec<Group> {
+    let mut groups = GROUPS.map(|(title, _)| Group { title, rows: Vec::new() });
+    for metric in graded.metrics.iter().filter(|m| graded.deductions.iter().all(|d| d.metric != m.id)) {
+        let claims = |(_, starts): &(&str, &[&str])| starts.iter().any(|start| metric.id.starts_with(start));
+        if let Some(index) = GROUPS.iter().position(claims) {
+            groups[index].rows.push(metric_row(metric));
+        }
+    }
+    groups.into_iter().filter(|g| !g.rows.is_empty()).collect()
+}
+
+fn metric_row(metric: &Metric) -> MetricRow {
+    let label = if metric.label.is_empty() { &metric.id } else { &metric.label };
+    MetricRow {
+        label: format::sentence(label),
+        definition: definition(&metric.id),
+        value: value(metric),
+        applies: metric.applies && metric.value.is_some(),
+        better: match metric.direction {
+            assessment::Direction::Lower => "lower",
+            assessment::Direction::Higher => "higher",
+            assessment::Direction::Range => "near 0",
+        },
+    }
+}
+
+/// The energy metrics by layer, in the order of the layers.
+fn damage(metrics: &[Metric]) -> Vec<LayerDamage> {
+    let mut layers: Vec<LayerDamage> = Vec::new();
+    for (part, layer, value) in metrics.iter().filter_map(by_layer) {
+        let index = layers.iter().position(|l| l.name == layer).unwrap_or_else(|| {
+            layers.push(LayerDamage { name: layer.to_owned(), ..LayerDamage::default() });
+            layers.len() - 1
+        });
+        match part {
+            "rupture_energy_mj" => layers[index].rupture_mj = value,
+            "cutting_energy_mj" => layers[index].cutting_mj = value,
+            "friction_energy_mj" => layers[index].friction_mj = value,
+            _ => layers[index].lateral_mj = value,
+        }
+    }
+    layers
+}
+
+fn by_layer(metric: &Metric) -> Option<(&str, &str, f64)> {
+    let (part, layer) = metric.id.split_once('.')?;
+    let energies = ["rupture_energy_mj", "cutting_energy_mj", "friction_energy_mj", "lateral_work_mj"];
+    energies.contains(&part).then_some((part, layer, metric.value?))
+}
+
+fn damage_facts(metrics: &[Metric]) -> Vec<(String, String)> {
+    let wanted = ["sweep_area_mm2", "skin_entries", "structure_hits"];
+    let found = wanted.iter().filter_map(|id| metrics.iter().find(|m| m.id == *id));
+    found.map(|m| (format::sentence(&m.label), value(m))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    //! The arithmetic on the page must be the score's own: lines add up to it, and no metric is shown twice or lost.
+
+    use super::*;
+    use crate::views::samples;
+
+    #[test]
+    fn the_lines_add_up_to_the_score() {
+        let judgement = samples::judgement();
+        let earned: f64 = judgement.rubric.iter().filter_map(|r| r.earned).sum();
+        let available: f64 = judgement.rubric.iter().filter_map(|r| r.available).sum();
+        assert!((available - 100.0).abs() < 1e-9);
+        assert!((earned - judgement.score).abs() < 1e-9, "{earned} is not {}", judgement.score);
+    }
+
+    #[test]
+    fn what_cost_most_comes_first_and_what_cost_nothing_is_left_out() {
+        let lost = samples::judgement().lost;
+        assert!(lost.windows(2).all(|w| w[0].1 >= w[1].1));
+        assert!(lost.iter().all(|(why, points)| *points > 0.0 && !why.contains("points")));
+    }
+
+    #[test]
+    fn every_metric_is_shown_once() {
+        let metrics = samples::metrics();
+        let judgement = samples::judgement();
+        let shown = judgement.rubric.len() + judgement.groups.iter().map(|g| g.rows.len()).sum::<usize>();
+        assert_eq!(shown, metrics.len());
+    }
+
+    #[test]
+    fn damage_is_read_by_layer() {
+        let layers = samples::judgement().damage;
+        let names: Vec<&str> = layers.iter().map(|l| l.name.as_str()).collect();
+        assert_eq!(names, ["skin", "fat", "muscle"]);
+        assert!(layers[0].rupture_mj > 0.0);
+    }
+
+    #[test]
+    fn only_a_cost_is_cut_from_a_reason() {
+        assert_eq!(reason("1.9 mm too deep: −12 points"), "1.9 mm too deep");
+        assert_eq!(reason("structures hit: vessel 1"), "structures hit: vessel 1");
+    }
+}

@@ -1,0 +1,201 @@
+//! One attempt: score with reasons, curves, damage, verification.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use time::OffsetDateTime;
+
+use super::charts;
+use super::judgement::Judgement;
+use super::{Shell, Status, format};
+use crate::domain::curve::{Curve, MarkKind, Stage};
+
+/// The page of an attempt.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "session.html")]
+pub struct SessionPage {
+    /// Frame.
+    pub shell: Shell,
+    /// The exercise's title.
+    pub exercise: String,
+    /// The exercise's page, where the school publishes it.
+    pub exercise_href: Option<String>,
+    /// The trainee's name and page, where the visitor is somebody else.
+    pub trainee: Option<(String, String)>,
+    /// When the attempt began.
+    pub started_at: OffsetDateTime,
+    /// What became of it.
+    pub outcome: Outcome,
+    /// The curves.
+    pub drawing: Option<Drawing>,
+    /// The server's re-simulation.
+    pub verification: Verification,
+    /// What else is known: name and value.
+    pub facts: Vec<(&'static str, String)>,
+}
+
+/// What became of an attempt.
+#[derive(Clone, Debug)]
+pub enum Outcome {
+    /// In the queue.
+    Waiting,
+    /// Not to be scored, with the reason.
+    Refused(String),
+    /// Scored.
+    Scored(Box<Judgement>),
+}
+
+/// What the server's own re-simulation of the recorded input found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Verification {
+    /// Not run yet.
+    Waiting,
+    /// Every force and event is the same.
+    Same,
+    /// Something differs.
+    Differs {
+        /// Largest deviation of any force, in N.
+        deviation_n: f64,
+        /// Events that differ.
+        events: i64,
+    },
+}
+
+/// The curves as drawings and tables.
+#[derive(Clone, Debug)]
+pub struct Drawing {
+    /// Force against depth, for both widths.
+    pub force_depth: String,
+    /// Force and depth against time, for both widths.
+    pub force_time: String,
+    /// Numbered events.
+    pub marks: Vec<MarkRow>,
+    /// Stages of each boundary.
+    pub stages: Vec<StageRow>,
+    /// Name, beginning and end of each layer, in mm along the needle.
+    pub layers: Vec<(String, f64, f64)>,
+    /// Time, depth and force at about twenty moments.
+    pub points: Vec<(f64, f64, f64)>,
+}
+
+/// A numbered event.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MarkRow {
+    /// Number in the drawings.
+    pub number: usize,
+    /// What happened.
+    pub what: String,
+    /// When, in s.
+    pub t_s: f64,
+    /// Where, in mm along the needle.
+    pub depth_mm: f64,
+    /// Force just before, in N.
+    pub force_n: f64,
+}
+
+/// A stage of a boundary.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StageRow {
+    /// The layer below the boundary.
+    pub boundary: String,
+    /// The stage.
+    pub stage: Stage,
+    /// Where it began, in mm along the needle.
+    pub from_mm: f64,
+    /// Where it ended, in mm along the needle.
+    pub to_mm: f64,
+}
+
+/// Rows of the table of the curve.
+const TABLE_ROWS: usize = 24;
+
+impl Drawing {
+    /// Draws a curve.
+    #[must_use]
+    pub fn new(curve: &Curve) -> Self {
+        let stride = curve.points.len().div_ceil(TABLE_ROWS).max(1);
+        Self {
+            force_depth: charts::both(|size| charts::force_depth(curve, size)),
+            force_time: charts::both(|size| charts::force_and_depth(curve, size)),
+            marks: charts::numbered(curve)
+                .map(|(number, mark)| MarkRow {
+                    number,
+                    what: what_happened(mark.kind, &mark.name),
+                    t_s: mark.t_s,
+                    depth_mm: mark.depth_mm,
+                    force_n: mark.force_n,
+                })
+                .collect(),
+            stages: stage_rows(curve),
+            layers: curve.bands.iter().map(|b| (b.name.clone(), b.top_mm, b.bottom_mm)).collect(),
+            points: curve.points.iter().step_by(stride).map(|p| (p.t_s, p.depth_mm, p.force_n)).collect(),
+        }
+    }
+}
+
+fn stage_rows(curve: &Curve) -> Vec<StageRow> {
+    let row = |span: &crate::domain::curve::StageSpan| StageRow {
+        boundary: curve.bands.get(span.boundary).map_or_else(String::new, |b| b.name.clone()),
+        stage: span.stage,
+        from_mm: span.from_mm,
+        to_mm: span.to_mm,
+    };
+    curve.stages.iter().map(row).collect()
+}
+
+fn what_happened(kind: MarkKind, name: &str) -> String {
+    match kind {
+        MarkKind::TipRupture => format!("tip through {name}"),
+        MarkKind::RimRupture => format!("rim through {name}"),
+        MarkKind::StructureHit => format!("hit {name}"),
+        MarkKind::Confirm => "position confirmed".to_owned(),
+        MarkKind::Contact => "skin touched".to_owned(),
+        MarkKind::SkinExit => "needle out".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! The page must show the score with its arithmetic, and say plainly when there is none.
+
+    use super::*;
+    use crate::views::samples;
+
+    #[test]
+    fn a_scored_attempt_shows_its_arithmetic() {
+        let html = samples::keep("session", &samples::session_page());
+        for wanted in
+            ["out of 100", "Passed", "1.9 mm too deep", "−4.8", "Rim through fat", "full marks", "mJ", "identical"]
+        {
+            assert!(html.contains(wanted), "{wanted} is missing");
+        }
+        assert!(html.matches("<caption").count() >= 5, "each table says what it is");
+    }
+
+    #[test]
+    fn a_waiting_attempt_says_so() {
+        let page = SessionPage {
+            outcome: Outcome::Waiting,
+            drawing: None,
+            verification: Verification::Waiting,
+            ..samples::session_page()
+        };
+        assert!(samples::keep("session-waiting", &page).contains("is being scored"));
+    }
+
+    #[test]
+    fn a_refused_attempt_gives_the_reason() {
+        let outcome = Outcome::Refused("the recording holds no samples".to_owned());
+        let page = SessionPage { outcome, drawing: None, ..samples::session_page() };
+        assert!(samples::keep("session-refused", &page).contains("the recording holds no samples"));
+    }
+
+    #[test]
+    fn a_deviation_is_shown_as_a_warning() {
+        let page = SessionPage {
+            verification: Verification::Differs { deviation_n: 0.25, events: 2 },
+            ..samples::session_page()
+        };
+        let html = samples::keep("session-differs", &page);
+        assert!(html.contains("differs from the recording") && html.contains("0.25"));
+    }
+}

@@ -1,0 +1,111 @@
+//! A state as a word, an icon and a colour: never the colour alone.
+
+use askama::Template;
+
+/// How something stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// An attempt at or above the pass mark, without a hard fail.
+    Passed,
+    /// An attempt that did not pass.
+    Failed,
+    /// An attempt in the queue.
+    Waiting,
+    /// A recording that could not be scored.
+    Refused,
+    /// An exercise whose mastery rule was met.
+    Mastered,
+    /// An exercise being practised.
+    Current,
+    /// An exercise that may be practised.
+    Open,
+    /// An exercise behind another.
+    Locked,
+    /// An exercise whose mastery rule is not computed yet.
+    Unjudged,
+    /// A trainee who may need help.
+    Help,
+    /// A trainee who needs none.
+    OnTrack,
+    /// A trainee who has mastered the course.
+    Complete,
+}
+
+/// The small label of a state.
+#[derive(Debug, Template)]
+#[template(path = "parts/badge.html")]
+struct Badge<'a> {
+    tone: &'static str,
+    icon: &'static str,
+    word: &'a str,
+}
+
+impl Status {
+    /// The word.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Passed => "Passed",
+            Self::Failed => "Not passed",
+            Self::Waiting => "Being scored",
+            Self::Refused => "Not scored",
+            Self::Mastered => "Mastered",
+            Self::Current => "Next",
+            Self::Open => "Open",
+            Self::Locked => "Locked",
+            Self::Unjudged => "Rule not computed yet",
+            Self::Help => "Needs help",
+            Self::OnTrack => "On track",
+            Self::Complete => "Course mastered",
+        }
+    }
+
+    /// The class of its colour.
+    #[must_use]
+    pub fn tone(self) -> &'static str {
+        match self {
+            Self::Passed | Self::Mastered | Self::Complete => "good",
+            Self::Failed | Self::Refused => "bad",
+            Self::Help => "warn",
+            Self::Current => "lead",
+            Self::Waiting | Self::Open | Self::Locked | Self::Unjudged | Self::OnTrack => "quiet",
+        }
+    }
+
+    /// The icon's path, in a square of 16.
+    fn icon(self) -> &'static str {
+        match self {
+            Self::Passed | Self::Mastered | Self::Complete => "M3 8.5l3.2 3.2L13 5",
+            Self::Failed | Self::Refused => "M4 4l8 8M12 4l-8 8",
+            Self::Help => "M8 2.5v7M8 12.2v1.3",
+            Self::Current => "M3 8h9M8.5 4.5L12 8l-3.5 3.5",
+            Self::Waiting | Self::Unjudged => "M8 2.5a5.5 5.5 0 1 0 0 11a5.5 5.5 0 1 0 0-11M8 5v3.2l2 1.3",
+            Self::Open | Self::OnTrack => "M8 4.5a3.5 3.5 0 1 0 0 7a3.5 3.5 0 1 0 0-7",
+            Self::Locked => "M4 7.5h8v6H4zM5.5 7.5V5.3a2.5 2.5 0 0 1 5 0v2.2",
+        }
+    }
+
+    /// The label with its own word.
+    #[must_use]
+    pub fn badge(self) -> String {
+        self.badge_saying(self.word())
+    }
+
+    /// The label with another word.
+    #[must_use]
+    pub fn badge_saying(self, word: &str) -> String {
+        // Rendering into a String fails for no data we can hold; an empty label is still a page.
+        Badge { tone: self.tone(), icon: self.icon(), word }.render().unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_label_has_word_icon_and_tone_and_escapes_its_word() {
+        let html = Status::Help.badge_saying("Stuck <b>");
+        assert!(html.contains("warn") && html.contains("<path") && html.contains("Stuck &#60;b&#62;"), "{html}");
+    }
+}

@@ -1,0 +1,257 @@
+//! A trainee's training: their own home, and what an instructor sees of it.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use scene::MasteryRule;
+use time::OffsetDateTime;
+
+use super::charts::{self, ScorePoint};
+use super::{Shell, Status, format};
+use crate::domain::progress::{Attempt, Course, Progress, StepState};
+
+/// A trainee's home.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "trainee.html")]
+pub struct TraineePage {
+    /// Frame.
+    pub shell: Shell,
+    /// The trainee's name.
+    pub name: String,
+    /// The trainee is the visitor.
+    pub own: bool,
+    /// Cohorts, by name.
+    pub cohorts: Vec<String>,
+    /// Courses, the one in progress first.
+    pub courses: Vec<CourseView>,
+    /// Latest attempts, newest first.
+    pub attempts: Vec<AttemptRow>,
+    /// Which stretch of the attempts this is.
+    pub pages: Pages,
+}
+
+/// How far a trainee has come in a course.
+#[derive(Clone, Debug)]
+pub struct CourseView {
+    /// Title.
+    pub title: String,
+    /// The mastery rule in words.
+    pub rule: String,
+    /// What to do next.
+    pub next: Option<NextStep>,
+    /// Exercises mastered.
+    pub mastered: usize,
+    /// Everything is mastered.
+    pub complete: bool,
+    /// Why help may be needed.
+    pub concerns: Vec<(&'static str, String)>,
+    /// Exercises in order.
+    pub steps: Vec<StepRow>,
+    /// Score over time, title and drawing, one per exercise tried.
+    pub charts: Vec<(String, String)>,
+}
+
+/// What to do next.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NextStep {
+    /// Page of the exercise.
+    pub href: String,
+    /// Its title.
+    pub title: String,
+    /// Why this one, and how far it is from mastery.
+    pub why: String,
+}
+
+/// An exercise of a course.
+#[derive(Clone, Debug)]
+pub struct StepRow {
+    /// Page of the exercise.
+    pub href: String,
+    /// Its title.
+    pub title: String,
+    /// How it stands.
+    pub status: Status,
+    /// More about how it stands.
+    pub detail: String,
+    /// Scored attempts.
+    pub attempts: usize,
+    /// Attempts passed.
+    pub passes: usize,
+    /// Best score, 0–100.
+    pub best: Option<f64>,
+    /// Scores as a small line.
+    pub spark: String,
+}
+
+/// An attempt in a list.
+#[derive(Clone, Debug)]
+pub struct AttemptRow {
+    /// Page of the attempt.
+    pub href: String,
+    /// When it began.
+    pub at: OffsetDateTime,
+    /// Who tried, where the list mixes people.
+    pub trainee: Option<String>,
+    /// Title of the exercise.
+    pub exercise: String,
+    /// How it stands.
+    pub status: Status,
+    /// 0–100, once scored.
+    pub score: Option<f64>,
+    /// What cost most.
+    pub note: String,
+    /// The re-simulation differs.
+    pub flagged: bool,
+}
+
+/// A stretch of a long list.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Pages {
+    /// This stretch, from 1.
+    pub page: u32,
+    /// How many stretches there are.
+    pub last: u32,
+    /// How many entries there are in all.
+    pub entries: u32,
+}
+
+/// What a course view is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct CourseFacts<'a> {
+    /// Title.
+    pub title: &'a str,
+    /// Exercises and rule.
+    pub course: &'a Course,
+    /// The pass mark of each exercise, 0–100, in the course's order.
+    pub pass_marks: &'a [f64],
+}
+
+impl TraineePage {
+    /// What the table of attempts is called.
+    #[must_use]
+    pub fn attempts_caption(&self) -> String {
+        format!("{} in all, newest first", format::counted(self.pages.entries, "attempt"))
+    }
+}
+
+impl CourseView {
+    /// Puts progress into words and drawings. `key` keeps the drawings' ids apart between courses.
+    #[must_use]
+    pub fn new(facts: &CourseFacts<'_>, progress: &Progress, key: usize) -> Self {
+        let steps = (0..progress.steps.len()).map(|i| step_row(facts, progress, i)).collect();
+        let tried = |i: &usize| !progress.steps[*i].attempts.is_empty();
+        let charts = (0..progress.steps.len()).filter(tried).map(|i| chart(facts, progress, (key, i))).collect();
+        Self {
+            title: facts.title.to_owned(),
+            rule: rule_in_words(&facts.course.rule),
+            next: progress.next.map(|i| next_step(facts.course, progress, i)),
+            mastered: progress.mastered(),
+            complete: progress.complete(),
+            concerns: progress.concerns.iter().map(|c| (c.label(), c.reason())).collect(),
+            steps,
+            charts,
+        }
+    }
+}
+
+/// The mastery rule in words.
+#[must_use]
+pub fn rule_in_words(rule: &MasteryRule) -> String {
+    match *rule {
+        MasteryRule::Passes { passes, of } if passes == of => {
+            format!("mastered with {passes} {} in a row", if passes == 1 { "pass" } else { "passes" })
+        }
+        MasteryRule::Passes { passes, of } => format!("mastered with {passes} passes among {of} attempts in a row"),
+        MasteryRule::Cusum { .. } => "mastered by a learning curve, which is not computed yet".to_owned(),
+    }
+}
+
+fn next_step(course: &Course, progress: &Progress, index: usize) -> NextStep {
+    let step = &course.steps[index];
+    let why = match (&progress.steps[index].state, &course.rule) {
+        (StepState::Open { passes: 0 }, _) if progress.steps[index].attempts.is_empty() => "Not tried yet.".to_owned(),
+        (StepState::Open { passes }, MasteryRule::Passes { passes: needed, of }) => {
+            format!("{passes} of the last {of} attempts passed; {needed} are needed.")
+        }
+        _ => "The mastery rule of this course is a learning curve, which is not computed yet.".to_owned(),
+    };
+    NextStep { href: exercise_href(&step.exercise), title: step.title.clone(), why }
+}
+
+/// The page of an exercise.
+#[must_use]
+pub fn exercise_href(exercise: &str) -> String {
+    format!("/exercises/{exercise}")
+}
+
+/// The points of a score chart.
+#[must_use]
+pub fn score_points(attempts: &[Attempt]) -> Vec<ScorePoint> {
+    attempts.iter().map(|a| ScorePoint { at: a.at, score: a.score, passed: a.passed }).collect()
+}
+
+fn step_row(facts: &CourseFacts<'_>, progress: &Progress, index: usize) -> StepRow {
+    let (step, done) = (&facts.course.steps[index], &progress.steps[index]);
+    let (status, detail) = match &done.state {
+        StepState::Mastered { on } => (Status::Mastered, format!("on {}", format::date(*on))),
+        StepState::Open { .. } if progress.next == Some(index) => (Status::Current, String::new()),
+        StepState::Open { .. } => (Status::Open, String::new()),
+        StepState::Locked { missing } => (Status::Locked, format!("after {}", missing.join(" and "))),
+        StepState::Unjudged => (Status::Unjudged, String::new()),
+    };
+    StepRow {
+        href: exercise_href(&step.exercise),
+        title: step.title.clone(),
+        status,
+        detail,
+        attempts: done.attempts.len(),
+        passes: done.passes(),
+        best: done.best(),
+        spark: charts::sparkline(&score_points(&done.attempts), pass_mark(facts, index)),
+    }
+}
+
+fn pass_mark(facts: &CourseFacts<'_>, index: usize) -> f64 {
+    facts.pass_marks.get(index).copied().unwrap_or(0.0)
+}
+
+fn chart(facts: &CourseFacts<'_>, progress: &Progress, (key, index): (usize, usize)) -> (String, String) {
+    let points = score_points(&progress.steps[index].attempts);
+    let title = facts.course.steps[index].title.clone();
+    let drawing = charts::scores(&points, pass_mark(facts, index), (&format!("{key}-{index}"), &title));
+    (title, drawing)
+}
+
+#[cfg(test)]
+mod tests {
+    //! The home must tell what to do next and why, and be useful before the first attempt.
+
+    use super::*;
+    use crate::views::samples;
+
+    #[test]
+    fn the_own_home_says_what_is_next() {
+        let html = samples::keep("trainee-home", &samples::trainee_page(true));
+        assert!(html.contains("Do next") && html.contains("2 of the last 5 attempts passed; 3 are needed."), "{html}");
+        assert!(html.contains("<caption"));
+    }
+
+    #[test]
+    fn an_instructor_sees_the_reasons_for_help() {
+        let html = samples::keep("trainee-for-instructor", &samples::trainee_page(false));
+        assert!(html.contains("Ana Lindqvist") && html.contains("no attempt for"), "{html}");
+    }
+
+    #[test]
+    fn a_newcomer_is_told_how_to_start() {
+        let html = samples::keep("trainee-newcomer", &samples::newcomer_page());
+        assert!(html.contains("Not tried yet.") && html.contains("No attempts yet"), "{html}");
+    }
+
+    #[test]
+    fn rules_are_said_in_words() {
+        let rule = |passes, of| rule_in_words(&MasteryRule::Passes { passes, of });
+        assert_eq!(rule(3, 5), "mastered with 3 passes among 5 attempts in a row");
+        assert_eq!(rule(3, 3), "mastered with 3 passes in a row");
+        assert_eq!(rule(1, 1), "mastered with 1 pass in a row");
+    }
+}
