@@ -43,7 +43,11 @@ pub fn step(
 
     let elastic_work_j = path.energy_j(state.open(), x_m) - state.ledger.elastic_j();
     let thresholds = Thresholds { rate: spec.rate, speed_m_per_s: motion.v_m_per_s.abs() };
-    let open = resolve(&path, state.open(), &thresholds, x_m, ruptures);
+    let mut open = state.open();
+    // Withdrawal ruptures nothing. Without rate dependence this changes no bit: what a lesser tent could open is open.
+    if motion.dx_m >= 0.0 {
+        open = resolve(&path, open, &thresholds, x_m, ruptures);
+    }
     let at = Moment { open, x_m, motion };
     let output = forces(params, &path, state, &at);
 

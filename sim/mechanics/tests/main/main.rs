@@ -1,9 +1,17 @@
 //! What the mechanics promise, shown from outside.
 
 #[cfg(test)]
+mod allocation;
+#[cfg(test)]
 mod cells;
 #[cfg(test)]
+mod energy;
+#[cfg(test)]
+mod hard_cases;
+#[cfg(test)]
 mod operators;
+#[cfg(test)]
+mod properties;
 #[cfg(test)]
 mod puncture;
 #[cfg(test)]
@@ -12,3 +20,5 @@ mod reference;
 mod ruptures;
 #[cfg(test)]
 mod scenes;
+#[cfg(test)]
+mod structures;

@@ -106,3 +106,16 @@ fn rate_dependence_is_half_way_at_v0_and_absent_by_default() {
     assert!((rupture_force(rate, 0.01) - 0.75).abs() < tick_n, "half way from 1.0 N to 0.5 N at v0");
     assert!((rupture_force(None, 0.01) - 1.0).abs() < tick_n);
 }
+
+#[test]
+fn drawing_back_ruptures_nothing_even_where_speed_weakens_the_tissue() {
+    let rate = Some(RateDependence { p_infinity_n: 0.0, v0_m_per_s: 0.001 });
+    let mut run = Run::new(AxialSpec { rate, ..paper() });
+    run.step(0.0, 0.0);
+    // 0.9 N of 1.0 N, reached slowly; at 0.5 m/s the threshold is 2 mN, whichever way the needle goes.
+    run.step(1000.0, 0.9 / 331.0);
+    run.step(1000.001, 0.9 / 331.0 - 0.0005);
+    assert_eq!(run.state.tip_open, 0);
+    run.step(1000.002, 0.9 / 331.0);
+    assert_eq!(run.events(), "tip:0");
+}

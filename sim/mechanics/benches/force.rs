@@ -1,0 +1,79 @@
+//! Time of one step of the force law: three layers, two contactors. The bar is a median of 500 ns.
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use mechanics::axial::{AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, Layer, step};
+use mechanics::operator::needle_pose;
+use mechanics::puncture::{PunctureInput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState};
+use nalgebra::{Point3, Vector3};
+
+/// The training lower back of physics section 2.
+fn training() -> AxialSpec {
+    let layer = |name: &str, [d, k, b, tip, rim, c, f]: [f64; 7]| Layer {
+        name: name.into(),
+        thickness_m: d,
+        stiffness_n_per_m: k,
+        damping_n_s_per_m2: b,
+        tip_rupture_n: tip,
+        rim_rupture_n: rim,
+        friction_n_per_m: c,
+        cutting_n: f,
+    };
+    AxialSpec {
+        layers: vec![
+            layer("skin", [0.0008, 331.0, 300.0, 1.0, 1.3, 100.0, 0.3]),
+            layer("fat", [0.0084, 83.0, 100.0, 0.5, 0.6, 15.0, 0.1]),
+            layer("muscle", [0.039, 497.0, 300.0, 1.5, 1.9, 40.0, 0.3]),
+        ],
+        tip_to_rim_m: 0.002,
+        presliding_stiffness_n_per_m: 2000.0,
+        rate: None,
+    }
+}
+
+/// Strokes of 30 mm, 4 s each way at 1 kHz: every stage and both directions.
+fn displacement_m(tick: u32) -> f64 {
+    let phase = tick % 8000;
+    let part = if phase < 4000 { phase } else { 8000 - phase };
+    f64::from(part) * 7.5e-6 - 0.001
+}
+
+fn force(criterion: &mut Criterion) {
+    let Ok(params) = AxialParams::new(training()) else { return };
+    let mut scratch = AxialScratch::new(&params);
+    let mut state = AxialState::new(&params);
+    let mut tick = 0;
+    criterion.bench_function("axial step, three layers, two contactors", |bencher| {
+        bencher.iter(|| {
+            if tick % 8000 == 0 {
+                (state.tip_open, state.rim_open, state.deepest_m) = (0, 0, 0.0);
+            }
+            let input = AxialInput { t_s: f64::from(tick) * 1e-3, x_m: displacement_m(tick), path_factor: 1.0 };
+            tick += 1;
+            step(black_box(&params), &mut state, &mut scratch, black_box(&input))
+        });
+    });
+
+    let spec = PunctureSpec {
+        axial: training(),
+        lateral_stiffness_n_per_m2: 10_000.0,
+        needle_length_m: 0.15,
+        structures: vec![],
+    };
+    let Ok(params) = PunctureParams::new(spec) else { return };
+    let (mut state, mut scratch) = (PunctureState::new(&params), PunctureScratch::new(&params));
+    let mut tick = 0;
+    criterion.bench_function("puncture step, three layers, two contactors", |bencher| {
+        bencher.iter(|| {
+            let tip_m = Point3::new(0.0, 0.0, -displacement_m(tick));
+            let patient_from_needle = needle_pose(&tip_m, &-Vector3::z());
+            let input = PunctureInput { t_s: f64::from(tick) * 1e-3, patient_from_needle };
+            tick += 1;
+            mechanics::puncture::step(black_box(&params), &mut state, &mut scratch, black_box(&input))
+        });
+    });
+}
+
+criterion_group!(benches, force);
+criterion_main!(benches);
