@@ -2,33 +2,55 @@
 
 use std::path::{Path, PathBuf};
 
-use mechanics::axial::Contactor;
+use mechanics::axial::{AxialSpec, Contactor};
 use mechanics::soundness::{self, Unsound};
 
 use crate::describe::SCENE;
 use crate::error::{DocumentError, Issue};
-use crate::load::{Document, beside, read, read_file};
+use crate::load::{Document, ExerciseBundle, beside, read, read_file};
 use crate::model::Scene;
 use crate::patient::Patient;
 use crate::source::Source;
 use crate::walk::Walked;
 
+/// A rupture that would create force or energy, and where.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// In which patient: `nominal`, `thinnest` or `thickest`.
+    pub patient: &'static str,
+    /// On a path at this angle to the surface normal, in degrees.
+    pub angle_deg: f64,
+    /// The rupture.
+    pub unsound: Unsound,
+}
+
 impl Scene {
-    /// Every rupture that would create force or energy: in the nominal patient, then those only at the ends of the spread.
-    ///
-    /// An oblique path makes every layer thicker and so moves boundaries apart, which never makes a rupture take over more.
+    /// Every unsound rupture, each once, in the first place that has it: the nominal patient, the thinnest and the thickest
+    /// of the spread, each met perpendicularly and at `angle_deg` to the surface normal.
     #[must_use]
-    pub fn soundness(&self) -> Vec<Unsound> {
+    pub fn soundness(&self, angle_deg: f64) -> Vec<Finding> {
         let [thinnest, thickest] = Patient::extremes(self);
-        let mut found: Vec<Unsound> = Vec::new();
-        for patient in [Patient::nominal(self), thinnest, thickest] {
-            for unsound in soundness::check(&self.puncture_spec(&patient).axial) {
-                if !found.iter().any(|f| (f.boundary, f.contactor) == (unsound.boundary, unsound.contactor)) {
-                    found.push(unsound);
+        let patients = [("nominal", Patient::nominal(self)), ("thinnest", thinnest), ("thickest", thickest)];
+        let mut findings: Vec<Finding> = Vec::new();
+        for ((patient, drawn), angle_deg) in patients.iter().flat_map(|p| [(p, 0.0), (p, angle_deg)]) {
+            for unsound in soundness::check(&self.path_spec(drawn, angle_deg)) {
+                let is_same =
+                    |f: &Finding| (f.unsound.boundary, f.unsound.contactor) == (unsound.boundary, unsound.contactor);
+                if !findings.iter().any(is_same) {
+                    findings.push(Finding { patient, angle_deg, unsound });
                 }
             }
         }
-        found
+        findings
+    }
+
+    /// The axial law of a patient along a path at an angle, in degrees: every thickness is d/cos θ.
+    #[must_use]
+    pub fn path_spec(&self, patient: &Patient, angle_deg: f64) -> AxialSpec {
+        let mut spec = self.puncture_spec(patient).axial;
+        let along = 1.0 / libm::cos(angle_deg.to_radians());
+        spec.layers.iter_mut().for_each(|layer| layer.thickness_m *= along);
+        spec
     }
 }
 
@@ -38,41 +60,51 @@ impl Scene {
 /// Every issue found.
 pub fn check(path: &Path) -> Result<Document, DocumentError> {
     let document = read(path)?;
-    let mut issues = Vec::new();
-    for (path, scene) in scenes(path, &document) {
-        issues.extend(unsound_issues(&path, scene)?);
-    }
+    let issues = unsound(path, &document)?;
     if issues.is_empty() { Ok(document) } else { Err(DocumentError { issues }) }
 }
 
-/// Every scene of a document with its path, once.
-fn scenes<'d>(path: &Path, document: &'d Document) -> Vec<(PathBuf, &'d Scene)> {
-    let mut scenes = match document {
-        Document::Scene(scene) => vec![(path.to_owned(), scene.as_ref())],
-        Document::Exercise(bundle) => vec![(beside(path, &bundle.exercise.scene), &bundle.scene)],
-        Document::Curriculum(curriculum, bundles) => curriculum
-            .entries
-            .iter()
-            .zip(bundles)
-            .map(|(entry, bundle)| (beside(&beside(path, &entry.file), &bundle.exercise.scene), &bundle.scene))
-            .collect(),
-    };
-    scenes.sort_by(|a, b| a.0.cmp(&b.0));
-    scenes.dedup_by(|a, b| a.0 == b.0);
-    scenes
+/// An issue for each unsound rupture in the scenes of a document that was read from `path`.
+fn unsound(path: &Path, document: &Document) -> Result<Vec<Issue>, DocumentError> {
+    let mut issues: Vec<Issue> = Vec::new();
+    for (path, scene, angle_deg) in scenes(path, document) {
+        for issue in unsound_issues(&path, scene, angle_deg)? {
+            let is_same = |i: &Issue| (&i.file, i.line, &i.field) == (&issue.file, issue.line, &issue.field);
+            if !issues.iter().any(is_same) {
+                issues.push(issue);
+            }
+        }
+    }
+    Ok(issues)
 }
 
-fn unsound_issues(path: &Path, scene: &Scene) -> Result<Vec<Issue>, DocumentError> {
-    let unsound = scene.soundness();
-    if unsound.is_empty() {
+/// Every scene of a document with its path, and the angle at which it is met.
+fn scenes<'d>(path: &Path, document: &'d Document) -> Vec<(PathBuf, &'d Scene, f64)> {
+    let of_exercise = |path: &Path, bundle: &'d ExerciseBundle| {
+        (beside(path, &bundle.exercise.scene), &bundle.scene, bundle.exercise.angle_deg)
+    };
+    match document {
+        Document::Scene(scene) => vec![(path.to_owned(), scene.as_ref(), 0.0)],
+        Document::Exercise(bundle) => vec![of_exercise(path, bundle)],
+        Document::Curriculum(curriculum, bundles) => {
+            let entries = curriculum.entries.iter().zip(bundles);
+            entries.map(|(entry, bundle)| of_exercise(&beside(path, &entry.file), bundle)).collect()
+        }
+    }
+}
+
+fn unsound_issues(path: &Path, scene: &Scene, angle_deg: f64) -> Result<Vec<Issue>, DocumentError> {
+    let findings = scene.soundness(angle_deg);
+    if findings.is_empty() {
         return Ok(Vec::new());
     }
     // The scene keeps no places: they are found again, only when there is something to place.
     let doc = Walked::new(Source::new(&path.display().to_string(), &read_file(path)?)?, &SCENE)?;
-    Ok(unsound.iter().map(|unsound| issue(&doc, scene, unsound)).collect())
+    Ok(findings.iter().map(|finding| issue(&doc, scene, finding)).collect())
 }
 
-fn issue(doc: &Walked, scene: &Scene, unsound: &Unsound) -> Issue {
+fn issue(doc: &Walked, scene: &Scene, finding: &Finding) -> Issue {
+    let Finding { patient, angle_deg, unsound } = finding;
     let Unsound { boundary, layer, threshold_n, force_rise_n, energy_rise_mj, largest_sound_n, .. } = unsound;
     let as_written = scene.layers.get(*boundary);
     let (key, contactor, written_n) = match unsound.contactor {
@@ -83,9 +115,9 @@ fn issue(doc: &Walked, scene: &Scene, unsound: &Unsound) -> Issue {
     // The document speaks of the reference needle and toughness; the rounding is downwards, so that the limit is sound.
     let limit_n = (largest_sound_n * written_n / threshold_n * 1e4).floor() / 1e4;
     let found = format!(
-        "{written_n} N is unsound: when the {contactor} opens boundary {boundary} ({layer}), the force would rise by \
-         {force_rise_n:.4} N and the elastic energy by {energy_rise_mj:.4} mJ"
+        "{written_n} N is unsound: when the {contactor} opens boundary {boundary} ({layer}) of the {patient} patient at \
+         {angle_deg}°, the force rises by {force_rise_n:.4} N and the elastic energy by {energy_rise_mj:.4} mJ"
     );
-    let allowed = format!("allowed: at most {limit_n} N here, or a stiffer boundary, or a softer next layer");
+    let allowed = format!("the largest sound threshold is {limit_n} N; or a stiffer boundary, or a softer next layer");
     doc.issue(&format!("layer[{boundary}].{key}"), &found, &allowed)
 }

@@ -2,6 +2,7 @@
 //!
 //! Documents speak millimetres and newtons; [`Scene::puncture_spec`] yields SI.
 
+pub mod check;
 pub mod curriculum;
 pub mod error;
 pub mod exercise;
@@ -12,7 +13,6 @@ pub mod model;
 pub mod patient;
 pub mod schema;
 
-mod check;
 mod describe;
 mod mesh;
 mod read_curriculum;

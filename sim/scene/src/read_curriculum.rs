@@ -128,15 +128,12 @@ fn check_mastery(doc: &mut Walked) {
         let allowed = format!("the rule {rule} has {}", needed.join(", "));
         doc.refuse(&format!("mastery.{key}"), "not a key of this rule", &allowed);
     }
-    if let (Some(passes), Some(of)) = (mastery["passes"].as_u64(), mastery["of"].as_u64()) {
-        if passes > of {
-            doc.refuse("mastery.passes", &passes.to_string(), &format!("allowed: at most {of}, the rule's `of`"));
-        }
+    let pair = |a: &str, b: &str| Some((mastery[a].as_f64()?, mastery[b].as_f64()?));
+    if let Some((passes, of)) = pair("passes", "of").filter(|(passes, of)| passes > of) {
+        doc.refuse("mastery.passes", &passes.to_string(), &format!("allowed: at most {of}, the rule's `of`"));
     }
-    if let (Some(p0), Some(p1)) = (mastery["p0"].as_f64(), mastery["p1"].as_f64()) {
-        if p1 <= p0 {
-            doc.refuse("mastery.p1", &p1.to_string(), &format!("allowed: above {p0}, the rule's p0"));
-        }
+    if let Some((p0, p1)) = pair("p0", "p1").filter(|(p0, p1)| p1 <= p0) {
+        doc.refuse("mastery.p1", &p1.to_string(), &format!("allowed: above {p0}, the rule's p0"));
     }
 }
 

@@ -1,5 +1,7 @@
 //! The scene crate through its public functions: shipped documents, refusals, schema, scaling, patients, meshes.
 
+#![expect(clippy::float_cmp, reason = "what is read back must be exactly what was written")]
+
 #[cfg(test)]
 mod force_case;
 #[cfg(test)]
@@ -14,5 +16,7 @@ mod scaling;
 mod schema;
 #[cfg(test)]
 mod shipped;
+#[cfg(test)]
+mod soundness;
 #[cfg(test)]
 mod support;

@@ -127,3 +127,37 @@ fn attachments_rebuild_the_same_exercise() {
         assert_eq!(rebuilt, bundle);
     }
 }
+
+#[test]
+fn an_exercises_direction_is_a_unit_vector_into_the_body() {
+    let (_, exercises) = course();
+    for bundle in &exercises {
+        let axis = bundle.exercise.axis();
+        assert!((axis.norm() - 1.0).abs() < 1e-15 && axis.z < 0.0, "{}", bundle.exercise.id);
+    }
+    let oblique = exercises.iter().find(|b| b.exercise.id == "oblique-approach").unwrap().exercise.axis();
+    assert!(oblique.x.abs() < 1e-15 && (oblique.y - 25.0_f64.to_radians().sin()).abs() < 1e-15, "{oblique}");
+}
+
+#[test]
+fn a_rubrics_hash_follows_what_decides_the_score_and_nothing_else() {
+    let (_, exercises) = course();
+    let exercise = &exercises[1].exercise;
+    let hash = exercise.rubric_sha256();
+    let mut reworded = exercise.clone();
+    reworded.briefing.push_str(" Take your time.");
+    reworded.coaching.clear();
+    reworded.time_limit_s += 1.0;
+    assert_eq!(reworded.rubric_sha256(), hash);
+    let changes: [fn(&mut scene::Exercise); 4] = [
+        |e| e.pass_mark += 1.0,
+        |e| e.rubric[0].weight += 1.0,
+        |e| e.rubric.reverse(),
+        |e| e.hard_fails[0].above += 1.0,
+    ];
+    for change in changes {
+        let mut changed = exercise.clone();
+        change(&mut changed);
+        assert_ne!(changed.rubric_sha256(), hash);
+    }
+}

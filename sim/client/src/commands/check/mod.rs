@@ -17,7 +17,7 @@ use report::FileReport;
 /// force or the elastic energy, and names the largest sound threshold. Prints the layers, the spread between patients and
 /// the closed-form ruptures of each exercise. Exit 0 when all is well, 1 when anything was found.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  stylet check curricula/scenes/*.toml curricula/lower-back/course.toml")]
+#[command(after_help = "Example:\n  stylet check curricula/scenes/*.toml curricula/lower-back-basics/course.toml")]
 pub struct Args {
     /// The documents
     #[arg(value_name = "FILE", required = true)]

@@ -72,7 +72,7 @@ impl Plan {
     }
 
     fn new(exercise: Option<String>, scene: &Scene, angle_deg: f64) -> Self {
-        let nominal = spec(scene, angle_deg);
+        let nominal = scene.path_spec(&Patient::nominal(scene), angle_deg);
         Self {
             exercise,
             scene: scene.id.clone(),
@@ -96,16 +96,6 @@ impl LayerPlan {
             cutting_n: met.cutting_n,
         }
     }
-}
-
-/// The axial law of the nominal patient along an oblique path, whose thicknesses are d/cos θ.
-fn spec(scene: &Scene, angle_deg: f64) -> AxialSpec {
-    let mut spec = scene.puncture_spec(&Patient::nominal(scene)).axial;
-    let path_factor = 1.0 / libm::cos(angle_deg.to_radians());
-    for layer in &mut spec.layers {
-        layer.thickness_m *= path_factor;
-    }
-    spec
 }
 
 fn ruptures(spec: &AxialSpec) -> Vec<RupturePlan> {
