@@ -3,7 +3,9 @@
 
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on says why and stops")]
 
+mod attempt;
 mod damage;
+mod fewer;
 mod format;
 mod recover;
 mod round_trip;
