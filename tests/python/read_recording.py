@@ -12,6 +12,7 @@ import sys
 from collections import Counter
 from datetime import datetime
 
+from mcap.exceptions import McapError
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 
@@ -54,7 +55,7 @@ def check_header(reader):
 def check_messages(reader, session):
     """Decodes every message; returns how many there are of each topic, and the samples' times in s."""
     started = datetime.fromisoformat(session["started_at"].replace("Z", "+00:00")).timestamp()
-    counts, last, times, seconds = Counter(), {}, [], 0.0
+    counts, last, times = Counter(), {}, []
     for schema, channel, message, decoded in reader.iter_decoded_messages(log_time_order=False):
         topic = channel.topic
         check(SCHEMAS.get(topic) == schema.name, f"{topic} has schema {schema.name}")
@@ -98,4 +99,7 @@ def main(path):
 if __name__ == "__main__":
     if len(sys.argv) != 2:
         sys.exit((print(__doc__, file=sys.stderr), 2)[1])
-    main(sys.argv[1])
+    try:
+        main(sys.argv[1])
+    except (McapError, OSError) as error:
+        sys.exit(f"{sys.argv[1]}: {error}")

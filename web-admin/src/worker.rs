@@ -129,6 +129,7 @@ fn resimulate(recording: &Recording, bundle: &ExerciseBundle) -> Result<Verified
     Ok(Verified {
         deviation_n: found.largest_deviation_n,
         event_differences: i64::try_from(found.event_differences).unwrap_or(i64::MAX),
+        exact: found.exact(),
     })
 }
 

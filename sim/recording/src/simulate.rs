@@ -59,38 +59,65 @@ pub fn simulate<W: Write>(
     if !(clock.tick_hz > 0.0 && clock.tick_hz.is_finite()) {
         return Err(WriteError::invalid("tick_hz", clock.tick_hz, "a finite rate above 0 Hz is allowed"));
     }
-    let mut attempt = Attempt::new(params);
-    let mut ledgers = Ticker::new(LEDGER_HZ, 0);
+    let mut run = Run {
+        attempt: Attempt::new(params),
+        writer,
+        ledgers: Ticker::new(LEDGER_HZ, 0),
+        owed: false,
+        simulated: Simulated { duration_s: 0.0, ticks: 0, ruptures: 0 },
+    };
     let mut force_n = Vector3::zeros();
-    let mut simulated = Simulated { duration_s: 0.0, ticks: 0, ruptures: 0 };
-    let mut done = false;
-    let mut owed = false;
-    while !done {
-        let t_s = simulated.ticks as f64 / clock.tick_hz;
-        // Written so that a limit that is no number ends the attempt.
-        if !(t_s <= clock.time_limit_s) {
+    loop {
+        let t_s = run.simulated.ticks as f64 / clock.tick_hz;
+        if t_s > clock.time_limit_s || clock.time_limit_s.is_nan() {
             break;
         }
-        let dt_s = if simulated.ticks == 0 { 0.0 } else { 1.0 / clock.tick_hz };
+        let dt_s = if run.simulated.ticks == 0 { 0.0 } else { 1.0 / clock.tick_hz };
         let motion = source.step(dt_s, &force_n);
-        let tick = attempt.step(&Input::new(t_s, &motion));
-        writer.sample(&tick.sample)?;
-        let ruptures_before = simulated.ruptures;
+        force_n = run.tick(&Input::new(t_s, &motion))?;
+        if motion.done {
+            break;
+        }
+    }
+    run.ledger()?;
+    Ok(run.simulated)
+}
+
+/// An attempt on its way into a recording.
+struct Run<'a, W: Write> {
+    attempt: Attempt<'a>,
+    writer: &'a mut Writer<W>,
+    ledgers: Ticker,
+    /// The last tick's ledger has not been written.
+    owed: bool,
+    /// What it has come to so far.
+    simulated: Simulated,
+}
+
+impl<W: Write> Run<'_, W> {
+    /// Simulates and records a tick; returns the force on the hand, in N.
+    fn tick(&mut self, input: &Input) -> Result<Vector3<f64>, WriteError> {
+        let tick = self.attempt.step(input);
+        self.writer.sample(&tick.sample)?;
         for event in &tick.events {
-            writer.event(event)?;
-            simulated.ruptures += u64::from(event.kind.contactor().is_some());
+            self.writer.event(event)?;
         }
-        owed = !(ledgers.due(nanoseconds(t_s)) || simulated.ruptures > ruptures_before);
-        if !owed {
-            writer.energy(&attempt.energy(t_s))?;
+        let ruptures = tick.events.iter().filter(|event| event.kind.contactor().is_some()).count() as u64;
+        self.simulated.duration_s = input.t_s;
+        self.simulated.ticks += 1;
+        self.simulated.ruptures += ruptures;
+        self.owed = true;
+        if self.ledgers.due(nanoseconds(input.t_s)) || ruptures > 0 {
+            self.ledger()?;
         }
-        force_n = tick.force_n;
-        done = motion.done;
-        simulated.duration_s = t_s;
-        simulated.ticks += 1;
+        Ok(tick.force_n)
     }
-    if owed {
-        writer.energy(&attempt.energy(simulated.duration_s))?;
+
+    /// Writes the ledger, if it is owed.
+    fn ledger(&mut self) -> Result<(), WriteError> {
+        if std::mem::take(&mut self.owed) {
+            self.writer.energy(&self.attempt.energy(self.simulated.duration_s))?;
+        }
+        Ok(())
     }
-    Ok(simulated)
 }

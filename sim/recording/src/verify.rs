@@ -101,6 +101,7 @@ fn channels(s: &Sample) -> [(&'static str, f32); 14] {
     ]
 }
 
+#[expect(clippy::float_cmp, reason = "verification asks for the very same number")]
 fn deviation(a: f64, b: f64) -> f64 {
     // Comparing first, because the difference of two equal infinities is no number.
     let same = a == b || (a.is_nan() && b.is_nan());

@@ -76,13 +76,15 @@ pub struct Verified {
     pub deviation_n: f64,
     /// Events that differ.
     pub event_differences: i64,
+    /// The very same forces, depths and events.
+    pub exact: bool,
 }
 
 impl Verified {
-    /// Anything but the very same forces and events.
+    /// Anything but the very same.
     #[must_use]
     pub fn flagged(self) -> bool {
-        self.event_differences != 0 || self.deviation_n.abs() > 0.0 || self.deviation_n.is_nan()
+        !self.exact
     }
 }
 
