@@ -112,3 +112,50 @@ fn is_above(point: Point3<f64>, triangle: &[Point3<f64>; 3], normal: &Vector3<f6
     let edge = |i: usize| (triangle[(i + 1) % 3] - triangle[i]).cross(&(point - triangle[i])).dot(normal) >= 0.0;
     normal.norm_squared() > 0.0 && (0..3).all(edge)
 }
+
+#[cfg(test)]
+mod tests {
+    //! The distance of a segment is the least distance of its points.
+    //! Fails when a closed form takes a wrong edge, face or parabola, or misses a crossing.
+
+    use proptest::prelude::*;
+    use scene::StructureKind;
+
+    use super::*;
+
+    fn point() -> impl Strategy<Value = Point3<f64>> {
+        prop::array::uniform3(prop_oneof![4 => -3.0..3.0_f64, 1 => Just(0.0), 1 => Just(1.0)]).prop_map(Point3::from)
+    }
+
+    fn shape() -> impl Strategy<Value = Shape> {
+        prop_oneof![
+            Just(Shape::Sphere { radius_m: 0.7 }),
+            point().prop_map(|p| Shape::Capsule { half_axis_m: p.coords, radius_m: 0.3 }),
+            point().prop_map(|p| Shape::Box { half_extents_m: p.coords.abs() }),
+            [point(), point(), point()]
+                .prop_map(|corners| Shape::Mesh { vertices_m: corners.to_vec(), triangles: vec![[0, 1, 2]] }),
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
+
+        #[test]
+        fn no_point_of_the_segment_is_nearer_and_one_is_as_near(
+            (from, to) in (point(), point()), shape in shape(), position_m in point(),
+        ) {
+            let spec = StructureSpec { name: String::new(), kind: StructureKind::Organ, shape, position_m };
+            let segment = Segment { from, to };
+            let distance = to_structure_m(&spec, &segment);
+            let steps = 500;
+            let of_point = |i: i32| {
+                let at = segment.at(f64::from(i) / f64::from(steps));
+                to_structure_m(&spec, &Segment { from: at, to: at })
+            };
+            let nearest = (0..=steps).map(of_point).fold(f64::INFINITY, f64::min);
+            let step_m = (to - from).norm() / f64::from(steps);
+            prop_assert!(distance <= nearest + 1e-9, "{} but a point is at {}", distance, nearest);
+            prop_assert!(distance >= nearest - step_m, "{} but no point is nearer than {}", distance, nearest);
+        }
+    }
+}

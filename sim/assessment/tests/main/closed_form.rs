@@ -1,36 +1,14 @@
-//! Each metric on motions whose answer is known in closed form.
+//! Each metric of depth, force, time and rupture on motions whose answer is known in closed form.
 //! Fails when a definition, a unit or a domain is implemented otherwise than the catalogue says.
 
-use assessment::{Assessment, Direction, assess};
-use nalgebra::Vector3;
-use recording::{EventKind, Recording};
-use scene::{ExerciseBundle, Shape, StructureKind};
+use recording::EventKind;
+use scene::{Shape, StructureKind};
 
-use crate::support::{Pose, bundle, decimate, down, ledger, line, mark, orientation, press, record, structure};
+use crate::support::{
+    Pose, bundle, decimate, down, expect, expect_absent, judge, ledger, line, mark, plunge, press, record, structure,
+};
 
 const PI: f64 = std::f64::consts::PI;
-
-fn judge(recording: &Recording, bundle: &ExerciseBundle) -> Assessment {
-    assess(recording, bundle).expect("there are samples and a rubric")
-}
-
-#[track_caller]
-fn expect(assessment: &Assessment, id: &str, expected: f64, tolerance: f64) {
-    let value = assessment.value(id).unwrap_or_else(|| panic!("{id} does not apply"));
-    assert!((value - expected).abs() <= tolerance, "{id} is {value}, not {expected}");
-}
-
-#[track_caller]
-fn expect_absent(assessment: &Assessment, id: &str) {
-    let metric = assessment.metrics.iter().find(|m| m.id == id).unwrap_or_else(|| panic!("{id} is not listed"));
-    assert!(!metric.applies && metric.value.is_none() && !metric.absent.is_empty(), "{metric:?}");
-}
-
-/// From 5 mm above the skin at 2 mm/s to a depth, then held for a second.
-fn plunge(to_mm: f64) -> Recording {
-    let moving_s = (to_mm + 5.0) / 2.0;
-    record(1000.0, moving_s + 1.0, |t_s| down(0.0, 0.0, 2.0 * t_s.min(moving_s) - 5.0))
-}
 
 #[test]
 fn a_straight_insertion_has_its_lengths_and_times() {
@@ -85,7 +63,12 @@ fn an_oblique_attempt_is_measured_along_its_own_axis() {
     expect(&assessment, "angle_error_deg", 0.0, 1e-6);
     expect(&assessment, "depth_error_mm", 2.0, 1e-6);
     expect(&assessment, "axis_travel_mm", 24.0, 0.01);
-    expect(&assessment, "tip_error_mm", (25.0_f64 + 4.0 - 4.0 * Vector3::new(3.0, 4.0, 0.0).dot(&axis)).sqrt(), 1e-3);
+    expect(
+        &assessment,
+        "tip_error_mm",
+        (25.0_f64 + 4.0 - 4.0 * nalgebra::Vector3::new(3.0, 4.0, 0.0).dot(&axis)).sqrt(),
+        1e-3,
+    );
 }
 
 #[test]
@@ -180,105 +163,6 @@ fn energies_come_from_the_last_ledger() {
     expect(&assessment, "lateral_work_mj", 0.0, 0.0);
     assert_eq!(assessment.damage().rupture_mj, assessment.value("rupture_energy_mj"));
     expect_absent(&judge(&plunge(10.0), &bundle()), "friction_energy_mj.skin");
-}
-
-#[test]
-fn a_sideways_shift_sweeps_a_rectangle_and_a_tilt_a_triangle() {
-    let shift = record(1000.0, 4.0, |t_s| down(2.0 * (t_s - 1.0).clamp(0.0, 2.0), 0.0, 10.0));
-    expect(&judge(&shift, &bundle()), "sweep_area_mm2", 40.0, 0.2);
-    let tilt = record(1000.0, 4.0, |t_s| {
-        let angle = (0.1 * (t_s - 1.0)).clamp(0.0, 0.2);
-        let axis = Vector3::new(libm::sin(angle), 0.0, -libm::cos(angle));
-        let tip = axis * 10.0 / libm::cos(angle);
-        Pose { tip_mm: [tip.x, tip.y, tip.z], axis }
-    });
-    let assessment = judge(&tilt, &bundle());
-    expect(&assessment, "sweep_area_mm2", 50.0 * libm::tan(0.2), 0.2);
-    expect(&assessment, "redirections", 1.0, 0.0);
-}
-
-#[test]
-fn a_circle_about_the_line_has_its_length_and_no_spread() {
-    let turn = |t_s: f64| (2.0 * libm::cos(2.0 * PI * t_s), 2.0 * libm::sin(2.0 * PI * t_s));
-    let circle = record(1000.0, 10.0, |t_s| down(turn(t_s).0, turn(t_s).1, 10.0));
-    let assessment = judge(&circle, &bundle());
-    expect(&assessment, "path_length_mm", 40.0 * PI, 0.1);
-    expect(&assessment, "path_deviation_sd_mm", 0.0, 1e-6);
-    expect(&assessment, "axis_travel_mm", 0.0, 1e-6);
-    expect(&assessment, "translational_actions", 1.0, 0.0);
-    // A line through the plan: |2 sin| has the mean 4/π and the mean square 2.
-    let swing = record(1000.0, 10.0, |t_s| down(turn(t_s).1, 0.0, 10.0));
-    expect(&judge(&swing, &bundle()), "path_deviation_sd_mm", (2.0 - 16.0 / (PI * PI)).sqrt(), 1e-3);
-}
-
-#[test]
-fn a_quick_turn_is_one_rotational_action_whatever_the_quaternions_sign() {
-    let mut recording = record(1000.0, 3.0, |t_s| {
-        let angle = (t_s - 1.0).clamp(0.0, 0.5) * 2.0;
-        Pose { tip_mm: [0.0, 0.0, -10.0], axis: Vector3::new(libm::sin(angle), 0.0, -libm::cos(angle)) }
-    });
-    recording.samples.iter_mut().step_by(3).for_each(|s| s.orientation = s.orientation.map(|q| -q));
-    expect(&judge(&recording, &bundle()), "rotational_actions", 1.0, 0.0);
-    recording.samples.iter_mut().for_each(|s| s.orientation = orientation(&-Vector3::z()));
-    expect(&judge(&recording, &bundle()), "rotational_actions", 0.0, 0.0);
-}
-
-#[test]
-fn smoothness_of_a_sine_is_its_closed_form() {
-    // v = A ω cos ωt, j = −A ω³ cos ωt: T³/v² ∫j² dt = T³ ω⁴ T/2 over whole periods.
-    let (omega, duration_s) = (2.0 * PI * 0.5, 20.0_f64);
-    let sine = record(1000.0, duration_s, |t_s| down(0.0, 0.0, 10.0 + 3.0 * libm::sin(omega * t_s)));
-    let expected = -libm::log(duration_s.powi(4) * omega.powi(4) / 2.0);
-    expect(&judge(&sine, &bundle()), "smoothness_ldlj", expected, 0.02);
-}
-
-#[test]
-fn clearance_is_measured_from_the_whole_shaft() {
-    let mut bundle = bundle();
-    let sphere = Shape::Sphere { radius_m: 2e-3 };
-    let capsule = Shape::Capsule { half_axis_m: Vector3::new(0.0, 20e-3, 0.0), radius_m: 1e-3 };
-    let cuboid = Shape::Box { half_extents_m: Vector3::new(1e-3, 2e-3, 3e-3) };
-    let corners = [[0.0, -0.05, 0.0], [0.0, 0.05, 0.0], [0.0, 0.0, 0.05]];
-    let mesh = Shape::Mesh { vertices_m: corners.map(Into::into).to_vec(), triangles: vec![[0, 1, 2]] };
-    bundle.scene.structures = vec![
-        structure("beside the shaft", StructureKind::Vessel, sphere.clone(), [5.0, 0.0, -10.0]),
-        structure("below the tip", StructureKind::Target, sphere, [0.0, 0.0, -28.0]),
-        structure("across", StructureKind::Nerve, capsule, [4.0, 0.0, -10.0]),
-        structure("rib", StructureKind::Bone, cuboid, [4.0, 6.0, -23.0]),
-        structure("wall", StructureKind::Organ, mesh, [7.0, 0.0, -30.0]),
-        structure("struck", StructureKind::Organ, Shape::Sphere { radius_m: 1e-3 }, [0.5, 0.0, -12.0]),
-    ];
-    let assessment = judge(&plunge(20.0), &bundle);
-    expect(&assessment, "structure_clearance_mm.beside the shaft", 3.0, 1e-6);
-    expect(&assessment, "structure_clearance_mm.below the tip", 6.0, 1e-6);
-    expect(&assessment, "structure_clearance_mm.across", 3.0, 1e-6);
-    expect(&assessment, "structure_clearance_mm.rib", 5.0, 1e-6);
-    expect(&assessment, "structure_clearance_mm.wall", 7.0, 0.05);
-    expect(&assessment, "structure_clearance_mm.struck", 0.0, 0.0);
-    let direction = |id: &str| assessment.metrics.iter().find(|m| m.id == id).map(|m| m.direction);
-    assert_eq!(direction("structure_clearance_mm.rib"), Some(Direction::Higher));
-    assert_eq!(direction("structure_clearance_mm.below the tip"), Some(Direction::Lower), "a target is to be reached");
-}
-
-#[test]
-fn hits_are_counted_by_kind_and_targets_apart() {
-    let mut bundle = bundle();
-    let sphere = || Shape::Sphere { radius_m: 1e-3 };
-    bundle.scene.structures = vec![
-        structure("artery", StructureKind::Vessel, sphere(), [0.0, 0.0, -5.0]),
-        structure("calyx", StructureKind::Target, sphere(), [0.0, 0.0, -15.0]),
-    ];
-    let mut recording = plunge(20.0);
-    for (t_s, structure) in [(5.0, 0), (10.0, 1)] {
-        mark(&mut recording, t_s, EventKind::StructureHit, None);
-        let hit = recording.events.iter_mut().rfind(|e| e.kind == EventKind::StructureHit);
-        hit.expect("just marked").structure = Some(structure);
-    }
-    let assessment = judge(&recording, &bundle);
-    expect(&assessment, "structure_hits", 1.0, 0.0);
-    expect(&assessment, "structure_hits.vessel", 1.0, 0.0);
-    expect(&assessment, "structure_hits.target", 1.0, 0.0);
-    expect(&assessment, "structure_hits.bone", 0.0, 0.0);
 }
 
 #[test]

@@ -4,5 +4,6 @@
 mod closed_form;
 mod hostile;
 mod scoring;
+mod shaft;
 mod simulated;
 mod support;

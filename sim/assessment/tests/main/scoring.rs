@@ -5,7 +5,7 @@ use assessment::{Assessment, assess};
 use recording::{EventKind, Recording};
 use scene::{ExerciseBundle, RubricLine};
 
-use crate::support::{bundle, down, limit, line, mark, press, record};
+use crate::support::{bundle, down, judge, limit, line, mark, press, record};
 
 fn to_depth(depth_mm: f64) -> Recording {
     record(1000.0, 12.0, |t_s| down(0.0, 0.0, depth_mm * t_s.min(10.0) / 10.0 - 0.001))
@@ -15,10 +15,6 @@ fn with(rubric: Vec<RubricLine>) -> ExerciseBundle {
     let mut bundle = bundle();
     bundle.exercise.rubric = rubric;
     bundle
-}
-
-fn judge(recording: &Recording, bundle: &ExerciseBundle) -> Assessment {
-    assess(recording, bundle).expect("there are samples and a rubric")
 }
 
 fn why<'a>(assessment: &'a Assessment, metric: &str) -> &'a str {

@@ -4,13 +4,12 @@
 
 use std::path::{Path, PathBuf};
 
-use assessment::{Assessment, Metric, assess, own_exercise};
+use assessment::{Assessment, Metric, assess, attachments, own_exercise};
 use mechanics::operator::{Operator, Plan, Skill};
 use mechanics::puncture::PunctureParams;
 use nalgebra::Vector3;
-use recording::session::{EXERCISE_ATTACHMENT, SCENE_ATTACHMENT};
 use recording::tick::{Attempt, Input};
-use recording::{Attachment, Recording, Writer};
+use recording::{Recording, Writer};
 use scene::{ExerciseBundle, Patient};
 
 use crate::support::{decimate, empty};
@@ -130,13 +129,7 @@ fn documents_and_catalogue_know_the_same_metrics() {
 
 /// Writes an attempt with its documents, and reads it back.
 fn through_a_file(attempt: &Recording, bundle: &ExerciseBundle) -> Recording {
-    let attach = |name: &str, data: &[u8]| Attachment {
-        name: name.to_owned(),
-        media_type: "application/toml".to_owned(),
-        data: data.to_vec(),
-    };
-    let attachments =
-        [attach(EXERCISE_ATTACHMENT, &bundle.exercise_bytes), attach(SCENE_ATTACHMENT, &bundle.scene_bytes)];
+    let attachments = attachments(bundle);
     let mut writer = Writer::create(Vec::new(), &attempt.session, &attachments, &Default::default())
         .expect("memory does not refuse");
     for sample in &attempt.samples {

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use assessment::{Assessment, assess};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use recording::{Energy, Event, EventKind, Recording, Sample, Session, sample::flags};
 use scene::{
@@ -211,4 +212,26 @@ pub fn ledger(recording: &mut Recording, rupture_j: [f64; 3]) {
 pub fn decimate(recording: &Recording, from: usize) -> Recording {
     let samples = recording.samples.iter().skip(from).step_by(4).copied().collect();
     Recording { samples, ..recording.clone() }
+}
+
+pub fn judge(recording: &Recording, bundle: &ExerciseBundle) -> Assessment {
+    assess(recording, bundle).expect("there are samples and a rubric")
+}
+
+#[track_caller]
+pub fn expect(assessment: &Assessment, id: &str, expected: f64, tolerance: f64) {
+    let value = assessment.value(id).unwrap_or_else(|| panic!("{id} does not apply"));
+    assert!((value - expected).abs() <= tolerance, "{id} is {value}, not {expected}");
+}
+
+#[track_caller]
+pub fn expect_absent(assessment: &Assessment, id: &str) {
+    let metric = assessment.metrics.iter().find(|m| m.id == id).unwrap_or_else(|| panic!("{id} is not listed"));
+    assert!(!metric.applies && metric.value.is_none() && !metric.absent.is_empty(), "{metric:?}");
+}
+
+/// From 5 mm above the skin at 2 mm/s to a depth, then held for a second.
+pub fn plunge(to_mm: f64) -> Recording {
+    let moving_s = (to_mm + 5.0) / 2.0;
+    record(1000.0, moving_s + 1.0, |t_s| down(0.0, 0.0, 2.0 * t_s.min(moving_s) - 5.0))
 }
