@@ -1,15 +1,59 @@
 //! Pages: HTML for the signed-in person.
 
 use axum::Router;
+use axum::extract::{FromRequestParts, Path};
+use axum::http::request::Parts;
+use axum::routing::get;
+use scene::ExerciseBundle;
+use uuid::Uuid;
 
 use crate::AppState;
+use crate::error::{Error, PageError};
+use crate::storage::exercises;
+
+mod admin;
+mod assets;
+mod cohorts;
+mod exercise;
+mod home;
+mod rows;
+mod sessions;
+mod standing;
+mod trainees;
 
 /// Pages for whoever is signed in; the layer around them has settled who that is.
 pub fn router() -> Router<AppState> {
     Router::new()
+        .route("/", get(home::show))
+        .route("/curricula", get(exercise::curricula))
+        .route("/exercises/{id}", get(exercise::show))
+        .route("/cohorts", get(cohorts::list))
+        .route("/cohorts/{id}", get(cohorts::show))
+        .route("/trainees/{id}", get(trainees::show))
+        .route("/sessions/{id}", get(sessions::show))
+        .route("/admin", get(admin::show))
 }
 
 /// Style sheets and scripts: for anybody.
 pub fn assets() -> Router<AppState> {
-    Router::new()
+    Router::new().route("/assets/{file}", get(assets::serve))
+}
+
+/// A revision as it was published. Publishing has checked it, so a refusal now is our fault.
+async fn published(state: &AppState, school: Uuid, revision: Uuid) -> Result<Option<ExerciseBundle>, Error> {
+    let Some(bytes) = exercises::bytes(state.db.reader(), school, revision).await? else { return Ok(None) };
+    let parsed = ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes);
+    Ok(Some(parsed.map_err(|refused| anyhow::Error::new(refused).context("a published exercise is refused"))?))
+}
+
+/// The id in an address. What is no id names nothing: 404, as an id that nobody has.
+struct Id(Uuid);
+
+impl<S: Send + Sync> FromRequestParts<S> for Id {
+    type Rejection = PageError;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Self::Rejection> {
+        let path = Path::<Uuid>::from_request_parts(parts, state).await;
+        path.map(|Path(id)| Self(id)).map_err(|_| PageError(Error::NotFound))
+    }
 }

@@ -1,0 +1,87 @@
+//! The administrator's pages.
+
+use axum::extract::State;
+use uuid::Uuid;
+
+use super::cohorts;
+use crate::AppState;
+use crate::domain::{CurrentPerson, Moment, Role};
+use crate::error::{Error, PageError};
+use crate::routes::auth::Csrf;
+use crate::storage::reports::{self, Counts, ListedPerson, Named, Station};
+use crate::views::admin::{AdminHomePage, AdminPage, PersonRow, Queue, StationRow};
+use crate::views::{Place, Shell};
+
+/// What counts as recent, in s.
+const WEEK_S: i64 = 7 * 24 * 3600;
+
+/// The administrator's home.
+pub(super) async fn home(state: &AppState, shell: Shell, person: &CurrentPerson) -> Result<AdminHomePage, Error> {
+    let counts = counts(state, person.school_id).await?;
+    Ok(AdminHomePage {
+        shell,
+        queue: queue(state, person.school_id, &counts).await?,
+        counts: vec![
+            (counts.trainees, "trainees"),
+            (counts.instructors, "instructors"),
+            (counts.attempts, "attempts"),
+            (counts.recent, "attempts in the last 7 days"),
+        ],
+        school: counts.school,
+        cohorts: cohorts::cards(state, person).await?,
+    })
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+) -> Result<AdminPage, PageError> {
+    if person.role != Role::Administrator {
+        return Err(PageError(Error::Forbidden("this page is for administrators")));
+    }
+    let (reader, school) = (state.db.reader(), person.school_id);
+    let counts = counts(&state, school).await?;
+    let memberships = reports::memberships(reader, school).await?;
+    let people = reports::people(reader, school).await?;
+    Ok(AdminPage {
+        shell: Shell::new(&person, csrf.token(), Place::Administration),
+        queue: queue(&state, school, &counts).await?,
+        school: counts.school,
+        people: people.into_iter().map(|p| person_row(p, &memberships)).collect(),
+        stations: reports::stations(reader, school).await?.into_iter().map(station_row).collect(),
+    })
+}
+
+async fn counts(state: &AppState, school: Uuid) -> Result<Counts, Error> {
+    let since: Moment = state.clock.now().plus_s(-WEEK_S);
+    Ok(reports::counts(state.db.reader(), school, since).await?)
+}
+
+async fn queue(state: &AppState, school: Uuid, counts: &Counts) -> Result<Queue, Error> {
+    let failing = reports::failing_jobs(state.db.reader(), school).await?;
+    let row = |job: reports::FailingJob| (format!("/sessions/{}", job.session_id), job.attempts, job.error);
+    Ok(Queue {
+        waiting: counts.waiting,
+        failing: failing.into_iter().map(row).collect(),
+        refused: counts.refused,
+        flagged: counts.flagged,
+    })
+}
+
+fn person_row(person: ListedPerson, memberships: &[Named]) -> PersonRow {
+    let cohorts = memberships.iter().filter(|m| m.id == person.id).map(|m| m.name.as_str());
+    PersonRow {
+        href: (person.role == Role::Trainee).then(|| format!("/trainees/{}", person.id)),
+        cohorts: cohorts.collect::<Vec<_>>().join(", "),
+        name: person.display_name,
+        email: person.email,
+        role: person.role,
+        enabled: person.enabled,
+        tokens: person.tokens,
+    }
+}
+
+fn station_row(station: Station) -> StationRow {
+    StationRow { name: station.station, since: station.created_at.to_utc(), revoked: station.revoked }
+}

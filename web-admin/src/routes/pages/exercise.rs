@@ -1,0 +1,121 @@
+//! `/curricula` and `/exercises/{id}`.
+
+use axum::extract::{Path, State};
+use scene::ExerciseBundle;
+
+use super::standing::{self, Taught};
+use super::{published, rows};
+use crate::AppState;
+use crate::domain::progress::{Progress, Step, StepState};
+use crate::domain::{CurrentPerson, Role};
+use crate::error::{Error, PageError};
+use crate::routes::auth::Csrf;
+use crate::storage::{curricula as stored, exercises, reports};
+use crate::views::curricula::{CourseCard, CurriculaPage, ExerciseLine};
+use crate::views::exercise::{Context, ExercisePage, ExerciseView};
+use crate::views::trainee::{exercise_href, rule_in_words, score_points};
+use crate::views::{Place, Shell, Status, charts};
+
+/// A course, and the visitor's progress in it where they are a trainee.
+type Visited = (Taught, Option<Progress>);
+
+pub(super) async fn curricula(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+) -> Result<CurriculaPage, PageError> {
+    let courses = visited(&state, &person).await?;
+    let shell = Shell::new(&person, csrf.token(), Place::Curricula);
+    Ok(CurriculaPage { shell, courses: courses.iter().map(course_card).collect() })
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Path(id): Path<String>,
+    csrf: Csrf,
+) -> Result<ExercisePage, PageError> {
+    let current = exercises::current(state.db.reader(), person.school_id, &id).await?.ok_or(Error::NotFound)?;
+    let bundle = published(&state, person.school_id, current.id).await?.ok_or(Error::NotFound)?;
+    let courses = visited(&state, &person).await?;
+    let listed = reports::latest_at(state.db.reader(), &person, &id).await?;
+    let own = person.role == Role::Trainee;
+    Ok(ExercisePage {
+        shell: Shell::new(&person, csrf.token(), Place::Curricula),
+        contexts: courses.iter().filter_map(|visited| context(visited, &id)).collect(),
+        attempts: if own { rows::own(listed) } else { rows::mixed(listed) },
+        chart: chart(&courses, &bundle),
+        exercise: ExerciseView::new(&bundle),
+        own,
+    })
+}
+
+async fn visited(state: &AppState, person: &CurrentPerson) -> Result<Vec<Visited>, Error> {
+    let courses = standing::courses(state, person.school_id).await?;
+    if person.role != Role::Trainee {
+        return Ok(courses.into_iter().map(|taught| (taught, None)).collect());
+    }
+    let attempts = stored::attempts(state.db.reader(), person.school_id, person.id).await?;
+    let now = state.clock.now().to_utc();
+    let judged = |taught: Taught| {
+        let progress = Progress::of(&taught.course, &attempts, now);
+        (taught, Some(progress))
+    };
+    Ok(courses.into_iter().map(judged).collect())
+}
+
+fn course_card((taught, progress): &Visited) -> CourseCard {
+    let line = |(i, step): (usize, &Step)| ExerciseLine {
+        href: exercise_href(&step.exercise),
+        title: step.title.clone(),
+        difficulty: taught.difficulties[i],
+        prerequisites: links(taught, |other| step.prerequisites.contains(&other.exercise)).map(|(t, _)| t).collect(),
+        status: progress.as_ref().map(|p| status(p, i)),
+    };
+    CourseCard {
+        title: taught.title.clone(),
+        description: taught.description.clone(),
+        rule: rule_in_words(&taught.course.rule),
+        exercises: taught.course.steps.iter().enumerate().map(line).collect(),
+    }
+}
+
+/// Title and page of the steps that satisfy a condition.
+fn links(taught: &Taught, wanted: impl Fn(&Step) -> bool) -> impl Iterator<Item = (String, String)> {
+    let steps = taught.course.steps.iter().filter(move |step| wanted(step));
+    steps.map(|step| (step.title.clone(), exercise_href(&step.exercise)))
+}
+
+fn status(progress: &Progress, index: usize) -> Status {
+    match progress.steps[index].state {
+        StepState::Mastered { .. } => Status::Mastered,
+        StepState::Open { .. } if progress.next == Some(index) => Status::Current,
+        StepState::Open { .. } => Status::Open,
+        StepState::Locked { .. } => Status::Locked,
+        StepState::Unjudged => Status::Unjudged,
+    }
+}
+
+fn context((taught, progress): &Visited, id: &str) -> Option<Context> {
+    let steps = &taught.course.steps;
+    let index = steps.iter().position(|step| step.exercise == id)?;
+    Some(Context {
+        course: taught.title.clone(),
+        place: (index + 1, steps.len()),
+        rule: rule_in_words(&taught.course.rule),
+        prerequisites: links(taught, |step| steps[index].prerequisites.contains(&step.exercise)).collect(),
+        opens: links(taught, |step| step.prerequisites.iter().any(|p| p == id)).collect(),
+        status: progress.as_ref().map(|p| status(p, index)),
+    })
+}
+
+/// The visitor's own scores over time, where they have any.
+fn chart(courses: &[Visited], bundle: &ExerciseBundle) -> Option<String> {
+    let exercise = &bundle.exercise;
+    let attempts = courses.iter().find_map(|(taught, progress)| {
+        let index = taught.course.steps.iter().position(|step| step.exercise == exercise.id)?;
+        progress.as_ref().map(|p| &p.steps[index].attempts)
+    })?;
+    let drawn = || charts::scores(&score_points(attempts), exercise.pass_mark, ("own", "Score over time"));
+    (!attempts.is_empty()).then(drawn)
+}

@@ -1,0 +1,49 @@
+//! From stored attempts to rows of a list.
+
+use crate::storage::reports::ListedAttempt;
+use crate::storage::sessions::SessionState;
+use crate::views::Status;
+use crate::views::judgement::reason;
+use crate::views::trainee::AttemptRow;
+
+/// Rows for a list of one trainee's attempts.
+pub(super) fn own(attempts: Vec<ListedAttempt>) -> Vec<AttemptRow> {
+    attempts.into_iter().map(|attempt| AttemptRow { trainee: None, ..row(attempt) }).collect()
+}
+
+/// Rows for a list that mixes trainees.
+pub(super) fn mixed(attempts: Vec<ListedAttempt>) -> Vec<AttemptRow> {
+    attempts.into_iter().map(row).collect()
+}
+
+fn row(attempt: ListedAttempt) -> AttemptRow {
+    let status = match (attempt.state, attempt.passed) {
+        (SessionState::Pending, _) => Status::Waiting,
+        (SessionState::Refused, _) => Status::Refused,
+        (SessionState::Scored, Some(true)) => Status::Passed,
+        (SessionState::Scored, _) => Status::Failed,
+    };
+    AttemptRow {
+        href: format!("/sessions/{}", attempt.id),
+        at: attempt.started_at.to_utc(),
+        status,
+        note: note(&attempt),
+        trainee: Some(attempt.trainee),
+        exercise: attempt.exercise,
+        score: attempt.score,
+        flagged: attempt.flagged,
+    }
+}
+
+/// Why it was refused or failed, or else what cost most.
+fn note(attempt: &ListedAttempt) -> String {
+    if let Some(refusal) = &attempt.refusal {
+        return refusal.clone();
+    }
+    if let Some(why) = attempt.hard_fails.as_ref().and_then(|fails| fails.0.first()) {
+        return why.clone();
+    }
+    let deductions = attempt.deductions.as_ref().map_or(&[][..], |json| &json.0);
+    let dearest = deductions.iter().filter(|d| d.points > 0.0).max_by(|a, b| a.points.total_cmp(&b.points));
+    dearest.map_or_else(String::new, |d| reason(&d.why).to_owned())
+}

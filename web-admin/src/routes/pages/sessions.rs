@@ -1,0 +1,108 @@
+//! `/sessions/{id}`: one attempt.
+
+use axum::extract::State;
+use scene::ExerciseBundle;
+
+use super::{Id, published};
+use crate::AppState;
+use crate::domain::CurrentPerson;
+use crate::error::{Error, PageError};
+use crate::routes::auth::Csrf;
+use crate::storage::scores::{self, SessionKey};
+use crate::storage::sessions::{self, Session, SessionState};
+use crate::storage::{exercises, reports};
+use crate::views::judgement::{Graded, Judgement};
+use crate::views::session::{Drawing, Outcome, SessionPage, Verification};
+use crate::views::trainee::exercise_href;
+use crate::views::{Place, Shell, format};
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+) -> Result<SessionPage, PageError> {
+    let reader = state.db.reader();
+    let session = sessions::visible(reader, &person, id).await?.ok_or(Error::NotFound)?;
+    let key = SessionKey { school_id: session.school_id, id };
+    let bundle = match session.revision_id {
+        Some(revision) => published(&state, session.school_id, revision).await?,
+        None => None,
+    };
+    let taught = exercises::current(reader, session.school_id, &session.exercise_id).await?;
+    let title = bundle.as_ref().map(|b| b.exercise.title.clone()).or(taught.as_ref().map(|t| t.title.clone()));
+    let curve = scores::curve(reader, key).await?;
+    Ok(SessionPage {
+        shell: Shell::new(&person, csrf.token(), Place::Elsewhere),
+        exercise: title.unwrap_or_else(|| session.exercise_id.clone()),
+        exercise_href: taught.map(|t| exercise_href(&t.exercise_id)),
+        trainee: trainee(&state, &person, &session).await?,
+        started_at: session.started_at.to_utc(),
+        outcome: outcome(&state, &session, bundle.as_ref()).await?,
+        drawing: curve.as_ref().map(Drawing::new),
+        verification: verification(&session),
+        facts: facts(&session),
+    })
+}
+
+/// Name and page of the trainee, where the visitor is somebody else.
+async fn trainee(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &Session,
+) -> Result<Option<(String, String)>, Error> {
+    if person.id == session.trainee_id {
+        return Ok(None);
+    }
+    let trainee = reports::trainee(state.db.reader(), person, session.trainee_id).await?;
+    Ok(trainee.map(|t| (t.name, format!("/trainees/{}", t.id))))
+}
+
+async fn outcome(state: &AppState, session: &Session, bundle: Option<&ExerciseBundle>) -> Result<Outcome, Error> {
+    let reader = state.db.reader();
+    let key = SessionKey { school_id: session.school_id, id: session.id };
+    let Some(score) = scores::newest(reader, key).await? else {
+        return Ok(match session.state {
+            SessionState::Refused => Outcome::Refused(session.refusal.clone().unwrap_or_default()),
+            SessionState::Pending | SessionState::Scored => Outcome::Waiting,
+        });
+    };
+    let metrics = scores::metrics(reader, key).await?;
+    let graded = Graded {
+        score: score.score,
+        passed: score.passed,
+        deductions: &score.deductions,
+        hard_fails: &score.hard_fails,
+        metrics: &metrics,
+        exercise: bundle.map(|b| &b.exercise),
+    };
+    Ok(Outcome::Scored(Box::new(Judgement::new(&graded))))
+}
+
+fn verification(session: &Session) -> Verification {
+    match (session.verify_flagged, session.verify_deviation_n) {
+        (None, _) => Verification::Waiting,
+        (Some(false), _) => Verification::Same,
+        (Some(true), deviation) => Verification::Differs {
+            deviation_n: deviation.unwrap_or(f64::INFINITY),
+            events: session.verify_event_differences.unwrap_or(0),
+        },
+    }
+}
+
+fn facts(session: &Session) -> Vec<(&'static str, String)> {
+    let state = if session.complete { "complete" } else { "cut off before its end" };
+    let published = if session.revision_id.is_some() { "" } else { ", never published by this school" };
+    let short = |hash: &str| format::short_hash(hash).to_owned();
+    vec![
+        ("Duration", format::span(session.duration_s)),
+        ("Device", session.device.clone()),
+        ("Received", format::date_time(session.received_at.to_utc())),
+        ("Simulator", session.simulator_version.clone()),
+        ("Seed", session.seed.clone()),
+        ("Recording", format!("{}, {state}", format::size(session.recording_size))),
+        ("Exercise revision", short(&session.exercise_sha256) + published),
+        ("Scene revision", short(&session.scene_sha256)),
+        ("Session", session.id.to_string()),
+    ]
+}

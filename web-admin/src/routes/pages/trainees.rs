@@ -1,0 +1,85 @@
+//! `/trainees/{id}`, and a trainee's own home.
+
+use axum::extract::{Query, State};
+use serde::Deserialize;
+
+use super::standing::{self, Taught};
+use super::{Id, rows};
+use crate::AppState;
+use crate::domain::{CurrentPerson, Role};
+use crate::error::{Error, PageError};
+use crate::routes::auth::Csrf;
+use crate::storage::reports::{self, Named, Stretch};
+use crate::storage::{cohorts, curricula};
+use crate::views::trainee::{CourseView, Pages, TraineePage};
+use crate::views::{Place, Shell};
+
+/// Attempts on one page of the list.
+const PER_PAGE: u32 = 25;
+
+/// Which page of the list.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+pub(super) struct PageQuery {
+    /// From 1.
+    page: Option<u32>,
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    Query(query): Query<PageQuery>,
+) -> Result<TraineePage, PageError> {
+    let trainee = reports::trainee(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
+    let shell = Shell::new(&person, csrf.token(), Place::Elsewhere);
+    Ok(page(&state, shell, &person, (trainee, query)).await?)
+}
+
+/// The page of a trainee whom the visitor may see.
+pub(super) async fn page(
+    state: &AppState,
+    shell: Shell,
+    visitor: &CurrentPerson,
+    (trainee, query): (Named, PageQuery),
+) -> Result<TraineePage, Error> {
+    let (reader, school) = (state.db.reader(), visitor.school_id);
+    let courses = standing::courses(state, school).await?;
+    let attempts = curricula::attempts(reader, school, trainee.id).await?;
+    let progress = standing::progress(&courses, &attempts, state);
+    let view = |(i, progress)| {
+        let taught: &Taught = &courses[i];
+        CourseView::new(&taught.facts(), &progress, i)
+    };
+    let pages = pages(reports::count_attempts(reader, school, trainee.id).await?, query);
+    let stretch = Stretch { limit: PER_PAGE, offset: pages.page.saturating_sub(1) * PER_PAGE };
+    let cohorts = cohorts::of_person(reader, school, trainee.id, Role::Trainee).await?;
+    Ok(TraineePage {
+        shell,
+        name: trainee.name,
+        own: trainee.id == visitor.id,
+        cohorts: cohorts.into_iter().map(|c| c.name).collect(),
+        courses: progress.into_iter().map(view).collect(),
+        attempts: rows::own(reports::attempts_of(reader, school, trainee.id, stretch).await?),
+        pages,
+    })
+}
+
+/// A page beyond the last is the last.
+fn pages(entries: u32, query: PageQuery) -> Pages {
+    let last = entries.div_ceil(PER_PAGE).max(1);
+    Pages { page: query.page.unwrap_or(1).clamp(1, last), last, entries }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_lies_between_the_first_and_the_last() {
+        let page = |entries, page| pages(entries, PageQuery { page }).page;
+        assert_eq!([page(60, None), page(60, Some(0)), page(60, Some(2)), page(60, Some(99))], [1, 1, 2, 3]);
+        assert_eq!(pages(0, PageQuery::default()), Pages { page: 1, last: 1, entries: 0 });
+        assert_eq!(pages(25, PageQuery::default()).last, 1);
+    }
+}

@@ -1,0 +1,177 @@
+//! Lists of attempts.
+
+use assessment::Deduction;
+use sqlx::types::Json;
+use sqlx::{FromRow, SqliteExecutor};
+use uuid::Uuid;
+
+use crate::domain::progress::Attempt;
+use crate::domain::{CurrentPerson, Moment, Role};
+use crate::storage::Result;
+use crate::storage::sessions::SessionState;
+
+/// An attempt in a list.
+#[derive(Clone, Debug, PartialEq, FromRow)]
+pub struct ListedAttempt {
+    /// Session.
+    pub id: Uuid,
+    /// When it began.
+    pub started_at: Moment,
+    /// Who tried.
+    pub trainee: String,
+    /// The exercise's title, or its id where this school never published it.
+    pub exercise: String,
+    /// What became of it.
+    pub state: SessionState,
+    /// Why it was refused.
+    pub refusal: Option<String>,
+    /// The re-simulation differs.
+    pub flagged: bool,
+    /// 0–100, by the newest grading.
+    pub score: Option<f64>,
+    /// Passed, by the newest grading.
+    pub passed: Option<bool>,
+    /// Points lost, by the newest grading.
+    pub deductions: Option<Json<Vec<Deduction>>>,
+    /// Reasons of hard fails, by the newest grading.
+    pub hard_fails: Option<Json<Vec<String>>>,
+}
+
+/// A list of attempts: the same columns whatever limits it.
+macro_rules! listed {
+    ($rest:literal) => {
+        concat!(
+            "SELECT s.id, s.started_at, p.display_name AS trainee, coalesce(r.title, s.exercise_id) AS exercise,
+               s.state, s.refusal, coalesce(s.verify_flagged, 0) AS flagged, c.score, c.passed, c.deductions,
+               c.hard_fails
+             FROM sessions s
+             JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
+             LEFT JOIN exercise_revisions r ON r.id = s.revision_id
+             LEFT JOIN scores c ON c.id = (SELECT n.id FROM scores n
+               WHERE n.school_id = s.school_id AND n.session_id = s.id ORDER BY n.computed_at DESC, n.id DESC LIMIT 1) ",
+            $rest,
+            " ORDER BY s.started_at DESC, s.id DESC LIMIT $3 OFFSET $4"
+        )
+    };
+}
+
+/// A stretch of a list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stretch {
+    /// At most so many.
+    pub limit: u32,
+    /// After so many.
+    pub offset: u32,
+}
+
+/// The attempts of a trainee, newest first.
+///
+/// # Errors
+/// When the database fails.
+pub async fn attempts_of(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    trainee: Uuid,
+    stretch: Stretch,
+) -> Result<Vec<ListedAttempt>> {
+    sqlx::query_as(listed!("WHERE s.school_id = $1 AND s.trainee_id = $2"))
+        .bind(school)
+        .bind(trainee)
+        .bind(stretch.limit)
+        .bind(stretch.offset)
+        .fetch_all(executor)
+        .await
+}
+
+/// How many attempts a trainee has made.
+///
+/// # Errors
+/// When the database fails.
+pub async fn count_attempts(executor: impl SqliteExecutor<'_>, school: Uuid, trainee: Uuid) -> Result<u32> {
+    sqlx::query_scalar("SELECT count(*) FROM sessions WHERE school_id = $1 AND trainee_id = $2")
+        .bind(school)
+        .bind(trainee)
+        .fetch_one(executor)
+        .await
+}
+
+/// The latest attempts in the cohorts that somebody teaches.
+///
+/// # Errors
+/// When the database fails.
+pub async fn latest_taught(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<ListedAttempt>> {
+    sqlx::query_as(listed!(
+        "WHERE s.school_id = $1 AND EXISTS (SELECT 1 FROM cohort_members teacher
+           JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
+           WHERE teacher.person_id = $2 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id)"
+    ))
+    .bind(viewer.school_id)
+    .bind(viewer.id)
+    .bind(10)
+    .bind(0)
+    .fetch_all(executor)
+    .await
+}
+
+/// The latest attempts at an exercise that a person may see.
+///
+/// # Errors
+/// When the database fails.
+pub async fn latest_at(
+    executor: impl SqliteExecutor<'_>,
+    viewer: &CurrentPerson,
+    exercise: &str,
+) -> Result<Vec<ListedAttempt>> {
+    sqlx::query_as(listed!(
+        "WHERE s.school_id = $1 AND s.exercise_id = $5 AND ($6 OR s.trainee_id = $2 OR EXISTS (
+           SELECT 1 FROM cohort_members teacher
+           JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
+           WHERE teacher.person_id = $2 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id))"
+    ))
+    .bind(viewer.school_id)
+    .bind(viewer.id)
+    .bind(25)
+    .bind(0)
+    .bind(exercise)
+    .bind(viewer.role == Role::Administrator)
+    .fetch_all(executor)
+    .await
+}
+
+#[derive(FromRow)]
+struct CohortAttempt {
+    trainee_id: Uuid,
+    id: Uuid,
+    exercise_id: String,
+    started_at: Moment,
+    score: f64,
+    passed: bool,
+}
+
+/// Every scored attempt of a cohort's trainees, each by its newest grading, beside the trainee who made it.
+///
+/// # Errors
+/// When the database fails.
+pub async fn cohort_attempts(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    cohort: Uuid,
+) -> Result<Vec<(Uuid, Attempt)>> {
+    let rows: Vec<CohortAttempt> = sqlx::query_as(
+        "SELECT s.trainee_id, s.id, s.exercise_id, s.started_at, c.score, c.passed
+         FROM cohort_members m
+         JOIN sessions s ON s.school_id = m.school_id AND s.trainee_id = m.person_id AND s.state = 'scored'
+         JOIN scores c ON c.id = (SELECT n.id FROM scores n
+           WHERE n.school_id = s.school_id AND n.session_id = s.id ORDER BY n.computed_at DESC, n.id DESC LIMIT 1)
+         WHERE m.school_id = $1 AND m.cohort_id = $2 AND m.role = 'trainee'",
+    )
+    .bind(school)
+    .bind(cohort)
+    .fetch_all(executor)
+    .await?;
+    let attempt = |row: CohortAttempt| {
+        let (session, at) = (row.id.to_string(), row.started_at.to_utc());
+        (row.trainee_id, Attempt { session, exercise: row.exercise_id, at, score: row.score, passed: row.passed })
+    };
+    Ok(rows.into_iter().map(attempt).collect())
+}

@@ -1,0 +1,70 @@
+//! Cohorts and trainees that a person may see.
+
+use sqlx::{FromRow, SqliteExecutor};
+use uuid::Uuid;
+
+use crate::domain::{CurrentPerson, Role};
+use crate::storage::Result;
+
+/// A name and what it belongs to.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Named {
+    /// Id of a person or a cohort.
+    pub id: Uuid,
+    /// Name.
+    pub name: String,
+}
+
+/// The cohorts that a person may see: those they teach, or all of the school for an administrator.
+///
+/// # Errors
+/// When the database fails.
+pub async fn cohorts(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<Named>> {
+    sqlx::query_as(
+        "SELECT c.id, c.name FROM cohorts c WHERE c.school_id = $1 AND ($3 OR EXISTS (SELECT 1 FROM cohort_members m
+           WHERE m.cohort_id = c.id AND m.person_id = $2 AND m.role = 'instructor')) ORDER BY c.name",
+    )
+    .bind(viewer.school_id)
+    .bind(viewer.id)
+    .bind(viewer.role == Role::Administrator)
+    .fetch_all(executor)
+    .await
+}
+
+/// The people of a cohort in a role, by name.
+///
+/// # Errors
+/// When the database fails.
+pub async fn members(executor: impl SqliteExecutor<'_>, school: Uuid, cohort: Uuid, role: Role) -> Result<Vec<Named>> {
+    sqlx::query_as(
+        "SELECT p.id, p.display_name AS name FROM cohort_members m
+         JOIN people p ON p.school_id = m.school_id AND p.id = m.person_id
+         WHERE m.school_id = $1 AND m.cohort_id = $2 AND m.role = $3 AND p.disabled_at IS NULL
+         ORDER BY p.display_name, p.id",
+    )
+    .bind(school)
+    .bind(cohort)
+    .bind(role)
+    .fetch_all(executor)
+    .await
+}
+
+/// A trainee whom a person may see: themselves, a trainee of a cohort they teach, or any for an administrator.
+///
+/// # Errors
+/// When the database fails.
+pub async fn trainee(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: Uuid) -> Result<Option<Named>> {
+    sqlx::query_as(
+        "SELECT p.id, p.display_name AS name FROM people p
+         WHERE p.school_id = $1 AND p.id = $3 AND p.role = 'trainee' AND ($4 OR p.id = $2 OR EXISTS (
+           SELECT 1 FROM cohort_members teacher
+           JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
+           WHERE teacher.person_id = $2 AND teacher.role = 'instructor' AND learner.person_id = p.id))",
+    )
+    .bind(viewer.school_id)
+    .bind(viewer.id)
+    .bind(id)
+    .bind(viewer.role == Role::Administrator)
+    .fetch_optional(executor)
+    .await
+}
