@@ -109,12 +109,21 @@ fn good_record<'a>(bytes: &'a [u8], offset: u64, chunks: &mut ChunkReader) -> Op
             return chunks.walk(&frame, |_| Ok(())).is_ok().then_some((frame, PREFIX_BYTES + data.len()));
         }
         op::ATTACHMENT => attachment(data?).is_ok(),
-        op::HEADER | op::METADATA | op::MESSAGE_INDEX => mcap::parse_record(opcode, data?).is_ok(),
+        op::METADATA => mcap::parse_record(opcode, data?).is_ok(),
+        // These two have no checksum and little structure: behind damage, anything might look like one.
+        op::HEADER => offset == MAGIC.len() as u64,
+        op::MESSAGE_INDEX => index_fits(data?),
         op::DATA_END => data?.len() == 4,
         _ => false,
     };
     let data = data?;
     good.then_some((Frame { offset, opcode, data }, PREFIX_BYTES + data.len()))
+}
+
+/// Whether the entries of a message index fill it exactly: channel, length of the entries, entries.
+fn index_fits(data: &[u8]) -> bool {
+    let length = data.get(2..6).and_then(|bytes| bytes.first_chunk::<4>());
+    length.is_some_and(|length| u64::from(u32::from_le_bytes(*length)) + 6 == data.len() as u64)
 }
 
 /// The bytes of a chunk that begins here, by what its header says.

@@ -6,10 +6,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use foxglove::schemas::{FrameTransforms, Log, PoseInFrame, SceneUpdate};
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mechanics::structures::Shape;
+use nalgebra::{Point3, Vector3};
 use prost::Message;
-use recording::Event;
+use recording::{Event, Writer};
 
-use crate::support::{drawing, file, rupture, sample, session, writer};
+use crate::support::{attachments, drawing, file, rupture, sample, session, writer};
 
 /// Every record of a file in order, chunks whole.
 fn records(bytes: &[u8]) -> Vec<Record<'static>> {
@@ -246,6 +248,29 @@ fn the_scene_shows_layers_structures_and_needle() {
         |e: &foxglove::schemas::SceneEntity| e.cubes.len() + e.spheres.len() + e.cylinders.len() + e.triangles.len();
     assert_eq!(entities.iter().map(drawn).collect::<Vec<_>>(), [1, 1, 1, 1, 1, 3, 1, 1]);
     assert_eq!(drawing().structures.len(), 4);
+}
+
+#[test]
+fn a_large_mesh_is_drawn_as_its_bounding_box() {
+    let vertices_m = vec![Point3::new(-0.01, 0.0, 0.0), Point3::new(0.03, 0.02, 0.0), Point3::new(0.0, 0.0, 0.05)];
+    let mut drawing = drawing();
+    drawing.structures.truncate(1);
+    drawing.structures[0].shape = Shape::Mesh { vertices_m, triangles: vec![[0, 1, 2]; 2001] };
+    let writer = Writer::create(Vec::new(), &session(), &attachments(), &drawing).unwrap();
+    let (_, data) = messages(&writer.finish().unwrap(), "/scene").swap_remove(0);
+    let entity = SceneUpdate::decode(data.as_slice()).unwrap().entities.pop().unwrap();
+    assert!(entity.triangles.is_empty());
+    let (centre, size) = (entity.cubes[0].pose.unwrap().position.unwrap(), entity.cubes[0].size.unwrap());
+    let expected = drawing.structures[0].position_m + Vector3::new(0.01, 0.01, 0.025);
+    assert!((Point3::new(centre.x, centre.y, centre.z) - expected).norm() < 1e-15);
+    assert!((Vector3::new(size.x, size.y, size.z) - Vector3::new(0.04, 0.02, 0.05)).norm() < 1e-15);
+}
+
+#[test]
+fn a_minute_of_noise_stays_under_twelve_megabytes() {
+    // Every channel trembles in its last bit, which is the worst that a real attempt could come to.
+    let bytes = file(60_000).len();
+    assert!(bytes < 12_000_000, "{bytes} bytes");
 }
 
 #[test]

@@ -83,6 +83,19 @@ fn a_false_length_costs_nothing() {
 }
 
 #[test]
+fn a_damaged_index_costs_nothing() {
+    let bytes = file(3000);
+    let (start, length) = chunks(&bytes)[3];
+    for at in 0..40 {
+        let mut damaged = bytes.clone();
+        damaged[start + length + at] ^= 0x10;
+        let (found, recording) = recovered(&damaged);
+        assert_eq!(recording.samples, samples(3000));
+        assert_ne!(found.damage, "");
+    }
+}
+
+#[test]
 fn the_channels_are_known_without_their_declaration() {
     let bytes = file(1000);
     let (start, length) = chunks(&bytes)[0];

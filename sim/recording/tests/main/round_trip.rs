@@ -57,6 +57,10 @@ fn what_a_file_cannot_hold_is_refused_in_words() {
     assert!(early.contains("started_at") && early.contains("1970"), "{early}");
     let still = refused(Session { tick_hz: 0.0, ..session() });
     assert!(still.contains("tick_hz = 0") && still.contains("Hz"), "{still}");
+    let mut heavy = attachments();
+    heavy[1].data = vec![0; (32 << 20) + 1];
+    let heavy = Writer::create(Vec::new(), &session(), &heavy, &drawing()).map(|_| ()).unwrap_err().to_string();
+    assert!(heavy.contains("attachment scene.toml") && heavy.contains("32 MiB"), "{heavy}");
 }
 
 prop_compose! {
