@@ -7,7 +7,7 @@ use mechanics::operator::{Operator, Plan, Skill, needle_pose};
 use mechanics::puncture::{PunctureInput, step};
 use nalgebra::{Point3, Vector3};
 
-use crate::puncture::Needle;
+use crate::needle::Needle;
 use crate::scenes::{Run, in_hold_out_in, training};
 use crate::structures::one_of_each;
 

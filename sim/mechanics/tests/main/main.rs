@@ -9,6 +9,8 @@ mod energy;
 #[cfg(test)]
 mod hard_cases;
 #[cfg(test)]
+mod needle;
+#[cfg(test)]
 mod operators;
 #[cfg(test)]
 mod properties;

@@ -10,7 +10,7 @@ use mechanics::puncture::{PunctureEvent, PunctureOutput};
 use mechanics::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3, Vector3};
 
-use crate::puncture::Needle;
+use crate::needle::Needle;
 use crate::scenes::{paper, training};
 
 const DT: f64 = 1e-3;

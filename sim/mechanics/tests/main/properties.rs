@@ -4,7 +4,8 @@
 //! They would fail if a dissipation could be negative, a boundary could heal or open out of turn, or some input gave a
 //! force that is not a number.
 
-use mechanics::axial::{AxialParams, AxialSpec, Layer, ParamError, RateDependence};
+use mechanics::axial::{AxialParams, AxialSpec, Contactor, Layer, ParamError, RateDependence};
+use mechanics::soundness::Unsound;
 use proptest::prelude::*;
 
 use crate::scenes::{Run, layer, paper};
@@ -87,6 +88,17 @@ proptest! {
         for issue in mechanics::soundness::check(&spec) {
             prop_assert!(issue.largest_sound_n < issue.threshold_n);
             prop_assert!(issue.force_rise_n > 0.0 || issue.energy_rise_mj > 0.0);
+            if issue.largest_sound_n > 0.0 {
+                let mut mended = spec.clone();
+                let layer = &mut mended.layers[issue.boundary];
+                match issue.contactor {
+                    Contactor::Tip => layer.tip_rupture_n = issue.largest_sound_n,
+                    Contactor::Rim => layer.rim_rupture_n = issue.largest_sound_n,
+                }
+                let left = mechanics::soundness::check(&mended);
+                let same = |other: &Unsound| (other.boundary, other.contactor) == (issue.boundary, issue.contactor);
+                prop_assert!(!left.iter().any(same), "{issue} and still {left:?}");
+            }
         }
     }
 }

@@ -117,5 +117,5 @@ fn drawing_back_ruptures_nothing_even_where_speed_weakens_the_tissue() {
     run.step(1000.001, 0.9 / 331.0 - 0.0005);
     assert_eq!(run.state.tip_open, 0);
     run.step(1000.002, 0.9 / 331.0);
-    assert_eq!(run.events(), "tip:0");
+    assert!(run.events().starts_with("tip:0"), "going in again it must: {}", run.events());
 }

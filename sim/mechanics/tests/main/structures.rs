@@ -7,7 +7,7 @@ use mechanics::puncture::{PunctureEvent, PunctureParams, PunctureSpec};
 use mechanics::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3, Vector3};
 
-use crate::puncture::Needle;
+use crate::needle::Needle;
 use crate::scenes::paper;
 
 const MM: f64 = 1e-3;
