@@ -62,6 +62,7 @@ impl Chart {
         let mut canvas = ChartBuilder::on(&root)
             .caption(&self.title, (FONT, 22))
             .margin(16)
+            .margin_right(36)
             .x_label_area_size(46)
             .y_label_area_size(76)
             .build_cartesian_2d((x.0..x.1).log_scale(), (y.0..y.1).log_scale())?;
@@ -83,7 +84,9 @@ impl Chart {
                 line.label(&curve.name).legend(key(index));
             }
         }
-        canvas.configure_series_labels().background_style(WHITE.mix(0.85)).label_font((FONT, 14)).draw()?;
+        if self.curves.iter().any(|curve| !curve.name.is_empty()) {
+            canvas.configure_series_labels().background_style(WHITE.mix(0.85)).label_font((FONT, 14)).draw()?;
+        }
         root.present()?;
         Ok(())
     }

@@ -77,7 +77,10 @@ fn picture(path: &Path, scene: &Scene, spec: &AxialSpec, points: &[Point]) -> Dr
         .x_label_area_size(46)
         .y_label_area_size(60)
         .build_cartesian_2d(-ABOVE_MM..end_mm(spec), 0.0..top_n)?;
-    canvas.draw_series(bands(spec, top_n))?;
+    for Band { name, area, tint } in bands(scene, spec, top_n) {
+        let square = move |(x, y)| Rectangle::new([(x + 3, y - 6), (x + 17, y + 6)], tint.filled());
+        canvas.draw_series([area])?.label(name).legend(square);
+    }
     canvas
         .configure_mesh()
         .disable_x_mesh()
@@ -97,25 +100,49 @@ fn picture(path: &Path, scene: &Scene, spec: &AxialSpec, points: &[Point]) -> Dr
     canvas.draw_series(LineSeries::new(elastic, colour(1).stroke_width(1)))?.label("elastic part").legend(key(1));
     canvas.draw_series(LineSeries::new(force, colour(0).stroke_width(2)))?.label("axial force").legend(key(0));
     let legend = SeriesLabelPosition::MiddleRight;
-    canvas.configure_series_labels().position(legend).background_style(WHITE).label_font((FONT, 14)).draw()?;
+    canvas
+        .configure_series_labels()
+        .position(legend)
+        .background_style(WHITE.mix(0.9))
+        .border_style(INK.mix(0.4))
+        .label_font((FONT, 14))
+        .draw()?;
     root.present()?;
     Ok(())
 }
 
-/// The layers as the tip would meet them undeformed, each in its own tint.
-fn bands(spec: &AxialSpec, top_n: f64) -> Vec<Rectangle<(f64, f64)>> {
-    const TINTS: [RGBColor; 4] =
-        [RGBColor(252, 232, 220), RGBColor(255, 246, 214), RGBColor(236, 236, 242), RGBColor(250, 222, 222)];
+/// A layer as the tip would meet it undeformed.
+struct Band {
+    name: String,
+    area: Rectangle<(f64, f64)>,
+    tint: RGBColor,
+}
+
+fn bands(scene: &Scene, spec: &AxialSpec, top_n: f64) -> Vec<Band> {
     let end_mm = end_mm(spec);
     let mut from_mm = 0.0;
     let mut bands = Vec::new();
-    for (index, layer) in spec.layers.iter().enumerate() {
-        let to_mm = (from_mm + layer.thickness_m * 1e3).min(end_mm);
-        let tint = TINTS[index % TINTS.len()].filled();
-        bands.push(Rectangle::new([(from_mm, 0.0), (to_mm, top_n)], tint));
+    for (layer, met) in scene.layers.iter().zip(&spec.layers) {
+        let to_mm = (from_mm + met.thickness_m * 1e3).min(end_mm);
+        let tint = tint(&layer.texture);
+        bands.push(Band {
+            name: layer.name.clone(),
+            area: Rectangle::new([(from_mm, 0.0), (to_mm, top_n)], tint.filled()),
+            tint,
+        });
         from_mm = to_mm;
     }
     bands
+}
+
+/// A light colour that people expect of a tissue.
+fn tint(texture: &str) -> RGBColor {
+    match texture {
+        "skin" => RGBColor(252, 226, 210),
+        "fat" => RGBColor(255, 246, 208),
+        "muscle" => RGBColor(249, 220, 220),
+        _ => RGBColor(226, 228, 240),
+    }
 }
 
 /// A rupture in closed form: a dashed line with its name and position at the upper end.
@@ -132,7 +159,7 @@ fn marks(spec: &AxialSpec, top_n: f64) -> Vec<Mark> {
         // Neighbouring labels would overlap on one line: four heights take turns.
         let height_n = top_n * (0.985 - 0.05 * (index % 4) as f64);
         let layer = &spec.layers[rupture.boundary].name;
-        let label = format!("{layer}, {} {x_mm:.3}", contactor_name(rupture.contactor));
+        let label = format!("{layer}, {} {x_mm:.3} mm", contactor_name(rupture.contactor));
         Mark { line: [(x_mm, 0.0), (x_mm, height_n)], label, place: (x_mm + 0.1, height_n) }
     });
     marks.collect()

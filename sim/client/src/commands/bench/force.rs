@@ -49,7 +49,11 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     sheet(&cases).write_csv(&table)?;
     let plot = out.join("force-error.svg");
     chart(&cases).draw(&plot)?;
-    written.extend([table, plot, sheet::write_text(out.join("force.md"), &markdown(&cases, &pace))?]);
+    written.extend([
+        table,
+        plot,
+        sheet::write_text(out.join("force.md"), &markdown(&measured_on(quick), &cases, &pace))?,
+    ]);
     Ok(written)
 }
 
@@ -135,7 +139,7 @@ fn chart(cases: &[Case]) -> Chart {
     }
 }
 
-fn markdown(cases: &[Case], pace: &Pace) -> String {
+fn markdown(measured_on: &str, cases: &[Case], pace: &Pace) -> String {
     let header = RATES_HZ.iter().map(|rate| format!("{rate} Hz"));
     let mut late = Sheet::new(std::iter::once("speed".to_owned()).chain(header));
     for of_speed in cases.chunks(RATES_HZ.len()) {
@@ -152,7 +156,7 @@ fn markdown(cases: &[Case], pace: &Pace) -> String {
          tick\n\n{}\n## Force against depth at 2 mm/s\n\nDashed: the ruptures in closed form.\n\n![force against depth, \
          the paper's scene](force-depth-lower-back-paper.svg)\n![force against depth, the training \
          scene](force-depth-lower-back-training.svg)\n",
-        measured_on(),
+        measured_on,
         late.markdown(),
         pace.markdown()
     )

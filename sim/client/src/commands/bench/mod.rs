@@ -60,7 +60,9 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 /// On what a result was measured, for the head of a Markdown file.
-fn measured_on() -> String {
+fn measured_on(quick: bool) -> String {
     let Machine { cpu, threads, system } = Machine::this();
-    format!("Measured with {} on {cpu}, {threads} threads, {system}.", machine::program())
+    let program = machine::program();
+    let shortened = if quick { " **Shortened to a hundredth: not to be reported.**" } else { "" };
+    format!("Measured with {program} on {cpu}, {threads} threads, {system}.{shortened}")
 }

@@ -65,7 +65,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
         score_s,
         peak_bytes: machine::peak_memory_bytes(),
     };
-    report(out, &measured)
+    report(out, &measured_on(quick), &measured)
 }
 
 /// Simulates and records an attempt of a length; returns the wall time, in s.
@@ -141,7 +141,7 @@ fn session(bundle: &ExerciseBundle) -> Session {
     }
 }
 
-fn report(out: &Path, measured: &Measured) -> Result<Vec<PathBuf>, Failure> {
+fn report(out: &Path, measured_on: &str, measured: &Measured) -> Result<Vec<PathBuf>, Failure> {
     let sheet = sheet(measured);
     let (table, plot) = (out.join("recording.csv"), out.join("recording.svg"));
     sheet.write_csv(&table)?;
@@ -150,7 +150,7 @@ fn report(out: &Path, measured: &Measured) -> Result<Vec<PathBuf>, Failure> {
         "# Recording\n\n{}\n\nA tick is written at 1 kHz, with everything due on the slower topics; the share of a core is the \
          mean time per tick over 1 ms. Memory is the process's peak while it reads and scores.\n\n{}\n![time to write a \
          tick](recording.svg)\n",
-        measured_on(),
+        measured_on,
         sheet.markdown()
     );
     Ok(vec![table, plot, sheet::write_text(out.join("recording.md"), &text)?])
