@@ -1,14 +1,17 @@
-//! Motion read from a file, as a source for the simulation.
+//! Sources of motion for the simulation: one read from a file, and one that shows how far another has come.
 
 use std::path::Path;
 
 use mechanics::operator::{Motion, Plan, needle_pose};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use recording::simulate::MotionSource;
+use recording::simulate::{Clock, MotionSource};
 
 use crate::exit::Failure;
+use crate::progress::Progress;
 use crate::trajectory::{self, Table};
 
+/// How many ticks pass between two looks at the progress bar.
+const TICKS_PER_UPDATE: u64 = 1000;
 /// How far a quaternion's length may be from 1: rounding in a file, but not a mistake.
 const QUATERNION_TOLERANCE: f64 = 1e-3;
 
@@ -110,4 +113,29 @@ fn quaternions(table: &Table) -> Result<Vec<UnitQuaternion<f64>>, Failure> {
             Ok(UnitQuaternion::new_normalize(quaternion))
         })
         .collect()
+}
+
+/// A source of motion that moves a progress bar.
+pub struct Watched {
+    source: Box<dyn MotionSource>,
+    progress: Progress,
+    ticks: u64,
+}
+
+impl Watched {
+    /// Watches a source that may take as long as the clock allows.
+    pub fn new(source: Box<dyn MotionSource>, clock: &Clock) -> Self {
+        let most = (clock.time_limit_s * clock.tick_hz) as u64;
+        Self { source, progress: Progress::new(most, "simulating"), ticks: 0 }
+    }
+}
+
+impl MotionSource for Watched {
+    fn step(&mut self, dt_s: f64, force_n: &Vector3<f64>) -> Motion {
+        self.ticks += 1;
+        if self.ticks.is_multiple_of(TICKS_PER_UPDATE) {
+            self.progress.set(self.ticks);
+        }
+        self.source.step(dt_s, force_n)
+    }
 }

@@ -1,5 +1,7 @@
 //! A progress bar on standard error, and only where that is a terminal.
 
+use std::io::Read;
+
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// A bar that disappears when dropped.
@@ -25,6 +27,11 @@ impl Progress {
     /// Moves the bar on by `steps`.
     pub fn advance(&self, steps: u64) {
         self.0.inc(steps);
+    }
+
+    /// A source that moves the bar by every byte read from it.
+    pub fn watch<'s, R: Read + 's>(&self, source: R) -> impl Read + use<'s, R> {
+        self.0.wrap_read(source)
     }
 }
 

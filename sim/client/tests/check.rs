@@ -89,7 +89,7 @@ fn an_unsound_scene_is_refused_with_what_would_be_sound() {
     // Softer fat is tented 11 mm deep before it gives 0.5 N; the muscle, tented 3 mm by then, takes over with 1.3 N.
     let (_folder, run) = changed("stiffness_n_per_m = 83", "stiffness_n_per_m = 45");
     let run = run.ends(1);
-    run.says(&["scene.toml:", "boundary 1 (fat)", "unsound", " N", " mJ", "at most"]);
+    run.says(&["scene.toml:", "boundary 1 (fat)", "unsound", " N", " mJ", "largest sound threshold is"]);
 }
 
 #[test]

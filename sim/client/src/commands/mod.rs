@@ -22,6 +22,7 @@ use scene::{ExerciseBundle, Patient, Scene};
 
 use crate::exit::Failure;
 use crate::output;
+use crate::progress::Progress;
 
 /// Reads a text file that the call names.
 fn read_text(path: &Path) -> Result<String, Failure> {
@@ -39,7 +40,11 @@ fn open(path: &Path) -> Result<File, Failure> {
 
 /// Reads a recording; a cut one is warned of and used as far as it goes.
 fn read_recording(path: &Path) -> Result<Recording, Failure> {
-    let recording = Recording::read(BufReader::new(open(path)?)).map_err(|error| Failure::refused(path, error))?;
+    let file = open(path)?;
+    let progress = Progress::new(file.metadata().map_or(0, |metadata| metadata.len()), "reading");
+    let source = BufReader::new(progress.watch(file));
+    let recording = Recording::read(source).map_err(|error| Failure::refused(path, error))?;
+    drop(progress);
     if !recording.complete {
         output::warning(format_args!(
             "{}: the recording is cut; what it holds is used (stylet recover makes it whole)",

@@ -8,6 +8,7 @@ use recording::recover;
 
 use crate::exit::{Failure, Outcome};
 use crate::new_file::NewFile;
+use crate::progress::Progress;
 use crate::{commands, output};
 
 /// Copy every valid message of a cut or damaged recording into a whole one
@@ -32,12 +33,15 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    let source = BufReader::new(commands::open(&args.recording)?);
+    let file = commands::open(&args.recording)?;
+    let progress = Progress::new(file.metadata().map_or(0, |metadata| metadata.len()), "recovering");
+    let source = BufReader::new(progress.watch(file));
     let mut fixed = NewFile::create(&args.out, args.force)?;
     let recovered = recover::recover(source, fixed.file()).map_err(|error| match error {
         ReadError::Io(error) => Failure::work(format_args!("{}: {error}", args.out.display())),
         error => Failure::refused(&args.recording, error),
     })?;
+    drop(progress);
     fixed.keep()?;
     if args.json {
         return output::json(&recovered);

@@ -4,10 +4,9 @@ use std::fs;
 use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
-use mechanics::operator::Motion;
-use nalgebra::Vector3;
+use mechanics::soundness;
 use recording::Session;
-use recording::simulate::{self, Clock, MotionSource, Simulated};
+use recording::simulate::{self, Clock, Simulated};
 use scene::{ExerciseBundle, Patient};
 use serde::Serialize;
 use time::format_description::well_known::Rfc3339;
@@ -16,12 +15,9 @@ use uuid::Uuid;
 
 use crate::attempt::{self, Hand};
 use crate::exit::{Failure, Outcome};
+use crate::motion::Watched;
 use crate::new_file::NewFile;
-use crate::progress::Progress;
 use crate::{clock, commands, output};
-
-/// How many ticks pass between two looks at the progress bar.
-const TICKS_PER_UPDATE: u64 = 1000;
 
 /// Let a virtual operator perform an exercise and record it
 ///
@@ -113,10 +109,12 @@ pub fn run(args: &Args) -> Outcome {
 fn record(args: &Args, session: &Session, bundle: &ExerciseBundle) -> Result<Simulated, Failure> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
     let params = commands::puncture_params(&args.exercise, &bundle.scene, &patient)?;
+    for unsound in soundness::check(&bundle.scene.path_spec(&patient, bundle.exercise.angle_deg)) {
+        output::warning(format_args!("{}: unsound scene: {unsound}", args.exercise.display()));
+    }
     let source = args.operator.source(&bundle.exercise, args.seed)?;
     let clock = Clock { tick_hz: session.tick_hz, time_limit_s: bundle.exercise.time_limit_s };
-    let total = (clock.time_limit_s * clock.tick_hz) as u64;
-    let mut watched = Watched { source, progress: Progress::new(total, "simulating"), ticks: 0 };
+    let mut watched = Watched::new(source, &clock);
     let mut file = NewFile::create(&args.out, args.force)?;
     let mut writer = attempt::writer(file.file(), session, bundle, &args.out)?;
     let simulated = simulate::simulate(&params, &mut watched, &mut writer, &clock)
@@ -151,23 +149,6 @@ fn report(summary: &Summary) -> Outcome {
         "{recording}: {duration_s:.2} s simulated in {wall_s:.2} s ({times_real_time:.0} × real time), \
          {ruptures} ruptures, {megabytes:.2} MB, session {session_id}"
     ))
-}
-
-/// A source of motion that moves a progress bar.
-struct Watched {
-    source: Box<dyn MotionSource>,
-    progress: Progress,
-    ticks: u64,
-}
-
-impl MotionSource for Watched {
-    fn step(&mut self, dt_s: f64, force_n: &Vector3<f64>) -> Motion {
-        self.ticks += 1;
-        if self.ticks.is_multiple_of(TICKS_PER_UPDATE) {
-            self.progress.set(self.ticks);
-        }
-        self.source.step(dt_s, force_n)
-    }
 }
 
 /// A start that fits the recording's clock: Unix nanoseconds, unsigned, 64 bit.

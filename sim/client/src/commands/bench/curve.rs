@@ -95,8 +95,9 @@ fn picture(path: &Path, scene: &Scene, spec: &AxialSpec, points: &[Point]) -> Dr
         canvas.draw_series(DashedLineSeries::new(mark.line, 4, 4, INK.mix(0.6).stroke_width(1)))?;
         canvas.draw_series([Text::new(mark.label, mark.place, (FONT, 13).into_font().color(&INK))])?;
     }
-    let elastic = points.iter().map(|&(x, _, elastic)| (x, elastic));
-    let force = points.iter().map(|&(x, force, _)| (x, force));
+    let shown = visible(points);
+    let elastic = shown.iter().map(|&(x, _, elastic)| (x, elastic));
+    let force = shown.iter().map(|&(x, force, _)| (x, force));
     canvas.draw_series(LineSeries::new(elastic, colour(1).stroke_width(1)))?.label("elastic part").legend(key(1));
     canvas.draw_series(LineSeries::new(force, colour(0).stroke_width(2)))?.label("axial force").legend(key(0));
     let legend = SeriesLabelPosition::MiddleRight;
@@ -109,6 +110,17 @@ fn picture(path: &Path, scene: &Scene, spec: &AxialSpec, points: &[Point]) -> Dr
         .draw()?;
     root.present()?;
     Ok(())
+}
+
+/// The points that can be told apart: every tenth, and those beside a drop. The rest would only make the file large.
+fn visible(points: &[Point]) -> Vec<Point> {
+    const DROP_N: f64 = 0.005;
+    let near_drop = |index: usize| {
+        let around = &points[index.saturating_sub(1)..(index + 2).min(points.len())];
+        around.windows(2).any(|pair| (pair[1].1 - pair[0].1).abs() > DROP_N)
+    };
+    let kept = |index: &usize| index.is_multiple_of(10) || *index + 1 == points.len() || near_drop(*index);
+    (0..points.len()).filter(kept).map(|index| points[index]).collect()
 }
 
 /// A layer as the tip would meet it undeformed.

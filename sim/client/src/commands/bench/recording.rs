@@ -15,7 +15,7 @@ use super::motion::Rehearsal;
 use super::sheet::{self, Sheet};
 use super::{measured_on, specimen};
 use crate::exit::Failure;
-use crate::progress::Progress;
+use crate::motion::Watched;
 use crate::{attempt, clock, commands, machine};
 
 const TICK_HZ: f64 = 1000.0;
@@ -70,14 +70,15 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
 
 /// Simulates and records an attempt of a length; returns the wall time, in s.
 fn simulate_into(path: &Path, bundle: &ExerciseBundle, length_s: f64) -> Result<f64, Failure> {
-    let _progress = Progress::new(1, "simulating");
     let patient = Patient::nominal(&bundle.scene);
     let params = commands::puncture_params(path, &bundle.scene, &patient)?;
-    let mut hand = Rehearsal::new(attempt::plan(&bundle.exercise), length_s);
+    let pace = Clock { tick_hz: TICK_HZ, time_limit_s: length_s };
+    let hand = Rehearsal::new(attempt::plan(&bundle.exercise), length_s);
+    let mut watched = Watched::new(Box::new(hand), &pace);
     let start = clock::instant();
     let mut file = create(path)?;
     let mut writer = attempt::writer(&mut file, &session(bundle), bundle, path)?;
-    simulate::simulate(&params, &mut hand, &mut writer, &Clock { tick_hz: TICK_HZ, time_limit_s: length_s })
+    simulate::simulate(&params, &mut watched, &mut writer, &pace)
         .and_then(|_| writer.finish().map(drop))
         .map_err(|error| Failure::work(format_args!("{}: {error}", path.display())))?;
     Ok(start.elapsed().as_secs_f64())

@@ -1,7 +1,7 @@
 //! One recording over HTTP: streamed, tried again where that can help, and acknowledged or not.
 
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::Read;
 use std::path::Path;
 use std::time::Duration;
 
@@ -95,7 +95,8 @@ impl Service {
     }
 
     fn send(&self, file: File, length: u64) -> Result<Answer, ureq::Error> {
-        let mut body = Watched { file, progress: Progress::new(length, "uploading") };
+        let progress = Progress::new(length, "uploading");
+        let mut body = progress.watch(file);
         let mut response = self
             .agent
             .post(&self.address)
@@ -154,18 +155,4 @@ fn no_answer(address: &str, error: &ureq::Error) -> Answer {
     // An address that names no host or no protocol we speak will not do so later either.
     let hopeless = matches!(error, ureq::Error::BadUri(_) | ureq::Error::InvalidProxyUrl | ureq::Error::Tls(_));
     Answer { status: None, delivered: false, try_again: !hopeless, detail: format!("{address}: {error}") }
-}
-
-/// A file that moves a progress bar as it is read.
-struct Watched {
-    file: File,
-    progress: Progress,
-}
-
-impl Read for Watched {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let read = self.file.read(buffer)?;
-        self.progress.advance(read as u64);
-        Ok(read)
-    }
 }
