@@ -9,10 +9,10 @@ use crate::error::{DocumentError, Issue};
 use crate::exercise::Exercise;
 use crate::model::Scene;
 use crate::read_curriculum::read_curriculum;
-use crate::read_exercise::{SceneError, read_exercise};
+use crate::read_exercise::read_exercise;
 use crate::read_scene::{Files, read_scene};
 use crate::source::Source;
-use crate::walk;
+use crate::walk::{self, NamedError};
 
 /// The kinds of document.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,12 +66,11 @@ impl ExerciseBundle {
     /// # Errors
     /// Every issue found.
     pub fn read(path: &Path) -> Result<Self, DocumentError> {
-        let bytes = read_file(path)?;
-        Self::assemble(&path.display().to_string(), bytes, |scene| {
-            let path = beside(path, scene);
-            let bytes = std::fs::read(&path).map_err(|e| SceneError::Missing(format!("{}: {e}", path.display())))?;
-            scene_from_disk(&path, bytes).map_err(SceneError::Refused)
-        })
+        Self::from_disk(path, read_file(path)?)
+    }
+
+    fn from_disk(path: &Path, bytes: Vec<u8>) -> Result<Self, DocumentError> {
+        Self::assemble(&path.display().to_string(), bytes, |scene| read_named(path, scene, scene_from_disk))
     }
 
     /// Rebuilds it from a recording's attachments.
@@ -84,8 +83,8 @@ impl ExerciseBundle {
             found.map(|(_, bytes)| bytes.clone()).ok_or_else(|| "not attached".to_owned())
         };
         Self::assemble("attached exercise", exercise.to_vec(), |_| {
-            let source = Source::new("attached scene", scene).map_err(SceneError::Refused)?;
-            let (parsed, meshes) = read_scene(source, &find).map_err(SceneError::Refused)?;
+            let source = Source::new("attached scene", scene).map_err(NamedError::Refused)?;
+            let (parsed, meshes) = read_scene(source, &find).map_err(NamedError::Refused)?;
             Ok(SceneParts { scene: parsed, bytes: scene.to_vec(), meshes })
         })
     }
@@ -93,7 +92,7 @@ impl ExerciseBundle {
     fn assemble(
         file: &str,
         exercise_bytes: Vec<u8>,
-        read_scene: impl FnOnce(&str) -> Result<SceneParts, SceneError>,
+        read_scene: impl FnOnce(&str) -> Result<SceneParts, NamedError>,
     ) -> Result<Self, DocumentError> {
         let source = Source::new(file, &exercise_bytes)?;
         let (exercise, parts) = read_exercise(source, read_scene, |parts| &parts.scene)?;
@@ -111,9 +110,10 @@ pub fn read(path: &Path) -> Result<Document, DocumentError> {
     let source = Source::new(&path.display().to_string(), &bytes)?;
     match kind_of(&walk::parse(&source)?) {
         Some(DocumentKind::Scene) => Ok(Document::Scene(Box::new(scene_from_disk(path, bytes)?.scene))),
-        Some(DocumentKind::Exercise) => Ok(Document::Exercise(Box::new(ExerciseBundle::read(path)?))),
+        Some(DocumentKind::Exercise) => Ok(Document::Exercise(Box::new(ExerciseBundle::from_disk(path, bytes)?))),
         Some(DocumentKind::Curriculum) => {
-            let (curriculum, bundles) = read_curriculum(source, |file| ExerciseBundle::read(&beside(path, file)))?;
+            let (curriculum, bundles) =
+                read_curriculum(source, |file| read_named(path, file, ExerciseBundle::from_disk))?;
             Ok(Document::Curriculum(Box::new(curriculum), bundles))
         }
         Some(DocumentKind::Instrument) => Err(source
@@ -153,6 +153,17 @@ fn scene_from_disk(path: &Path, bytes: Vec<u8>) -> Result<SceneParts, DocumentEr
     let find = |file: &str| std::fs::read(beside(path, file)).map_err(|e| e.to_string());
     let (scene, meshes) = read_scene(source, &find)?;
     Ok(SceneParts { scene, bytes, meshes })
+}
+
+/// Reads a document that another one names.
+fn read_named<T>(
+    naming: &Path,
+    file: &str,
+    read: impl FnOnce(&Path, Vec<u8>) -> Result<T, DocumentError>,
+) -> Result<T, NamedError> {
+    let path = beside(naming, file);
+    let bytes = std::fs::read(&path).map_err(|e| NamedError::Missing(format!("{}: {e}", path.display())))?;
+    read(&path, bytes).map_err(NamedError::Refused)
 }
 
 /// The path of a file that a document names relative to itself.

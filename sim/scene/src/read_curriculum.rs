@@ -8,7 +8,7 @@ use crate::describe::CURRICULUM;
 use crate::error::DocumentError;
 use crate::load::ExerciseBundle;
 use crate::source::Source;
-use crate::walk::Walked;
+use crate::walk::{NamedError, Walked};
 
 /// A curriculum as its keys stand in TOML.
 #[derive(Deserialize)]
@@ -45,7 +45,7 @@ struct RawEntry {
 /// Every issue found, in the curriculum, its exercises and their scenes.
 pub(crate) fn read_curriculum(
     source: Source,
-    read_exercise: impl Fn(&str) -> Result<ExerciseBundle, DocumentError>,
+    read_exercise: impl Fn(&str) -> Result<ExerciseBundle, NamedError>,
 ) -> Result<(Curriculum, Vec<ExerciseBundle>), DocumentError> {
     let sha256 = source.sha256.clone();
     let mut doc = Walked::new(source, &CURRICULUM)?;
@@ -53,11 +53,9 @@ pub(crate) fn read_curriculum(
     check_mastery(&mut doc);
     let entries = doc.tables("exercise");
     let mut bundles = Vec::new();
-    for file in entries.iter().filter_map(|e| e["file"].as_str()) {
-        match read_exercise(file) {
-            Ok(bundle) => bundles.push(bundle),
-            Err(error) => doc.also(error),
-        }
+    for (at, entry) in entries.iter().enumerate() {
+        let named = entry["file"].as_str().map(&read_exercise);
+        bundles.extend(named.and_then(|named| doc.accept(&format!("exercise[{at}].file"), named)));
     }
     if bundles.len() == entries.len() {
         let ids: Vec<&str> = bundles.iter().map(|b| b.exercise.id.as_str()).collect();

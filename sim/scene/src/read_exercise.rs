@@ -9,7 +9,7 @@ use crate::exercise::{CoachingRule, Exercise, HardFail, RubricLine};
 use crate::metrics;
 use crate::model::Scene;
 use crate::source::Source;
-use crate::walk::Walked;
+use crate::walk::{NamedError, Walked};
 
 /// An exercise as its keys stand in TOML.
 #[derive(Deserialize)]
@@ -47,35 +47,17 @@ struct RawTarget {
 /// Every issue found, in the exercise and in its scene.
 pub(crate) fn read_exercise<S>(
     source: Source,
-    read_scene: impl FnOnce(&str) -> Result<S, SceneError>,
+    read_scene: impl FnOnce(&str) -> Result<S, NamedError>,
     scene_of: impl Fn(&S) -> &Scene,
 ) -> Result<(Exercise, S), DocumentError> {
     let sha256 = source.sha256.clone();
     let mut doc = Walked::new(source, &EXERCISE)?;
-    let scene = match doc.value["scene"].as_str().map(read_scene) {
-        None => None,
-        Some(Ok(scene)) => Some(scene),
-        Some(Err(SceneError::Missing(why))) => {
-            doc.refuse("scene", &why, "allowed: the path of a scene, relative to this document");
-            None
-        }
-        Some(Err(SceneError::Refused(error))) => {
-            doc.also(error);
-            None
-        }
-    };
+    let named = doc.value["scene"].as_str().map(read_scene);
+    let scene = named.and_then(|scene| doc.accept("scene", scene));
     check(&mut doc, scene.as_ref().map(scene_of));
     let raw = doc.finish()?;
     // Without a scene there was an issue, and `finish` has returned it.
     scene.map(|scene| (exercise(raw, sha256), scene)).ok_or_else(|| DocumentError { issues: Vec::new() })
-}
-
-/// Why an exercise has no scene.
-pub(crate) enum SceneError {
-    /// Its file cannot be read.
-    Missing(String),
-    /// It was read and refused.
-    Refused(DocumentError),
 }
 
 fn check(doc: &mut Walked, scene: Option<&Scene>) {

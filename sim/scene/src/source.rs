@@ -4,6 +4,9 @@ use sha2::{Digest, Sha256};
 
 use crate::error::{DocumentError, Issue};
 
+/// Most bytes of a document: bounds the work that a hostile one, full of mistakes, can ask for.
+const MOST_BYTES: usize = 256 * 1024;
+
 /// A document's text, with the name people know it by.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
@@ -18,9 +21,14 @@ impl Source {
     /// The text of a document's bytes.
     ///
     /// # Errors
-    /// Bytes that are not UTF-8.
+    /// Too many bytes, or bytes that are not UTF-8.
     pub(crate) fn new(file: &str, bytes: &[u8]) -> Result<Self, DocumentError> {
         let sha256 = hex::encode(Sha256::digest(bytes));
+        if bytes.len() > MOST_BYTES {
+            let source = Self { file: file.to_owned(), text: String::new(), sha256 };
+            let (found, allowed) = (format!("{} bytes", bytes.len()), format!("allowed: at most {MOST_BYTES} bytes"));
+            return Err(source.issue(0, "document", &found, &allowed).into());
+        }
         match std::str::from_utf8(bytes) {
             Ok(text) => Ok(Self { file: file.to_owned(), text: text.to_owned(), sha256 }),
             Err(e) => {

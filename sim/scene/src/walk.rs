@@ -26,6 +26,15 @@ pub(crate) struct Walked {
     issues: Vec<Issue>,
 }
 
+/// Why a document that another names cannot be had.
+#[derive(Debug)]
+pub(crate) enum NamedError {
+    /// Its file cannot be read.
+    Missing(String),
+    /// It was read and refused.
+    Refused(DocumentError),
+}
+
 /// Parses TOML; every syntax error is an issue.
 pub(crate) fn parse(source: &Source) -> Result<DeTable<'_>, DocumentError> {
     let (table, errors) = DeTable::parse_recoverable(source.text());
@@ -74,9 +83,16 @@ impl Walked {
         self.places.contains_key(field)
     }
 
-    /// Adds issues found elsewhere, for example in a document that this one names.
-    pub(crate) fn also(&mut self, error: DocumentError) {
-        self.issues.extend(error.issues);
+    /// A document that a field names, or its issues: a missing file is one of the field.
+    pub(crate) fn accept<T>(&mut self, field: &str, named: Result<T, NamedError>) -> Option<T> {
+        match named {
+            Ok(document) => return Some(document),
+            Err(NamedError::Missing(why)) => {
+                self.refuse(field, &why, "allowed: the path of a document, relative to this one");
+            }
+            Err(NamedError::Refused(error)) => self.issues.extend(error.issues),
+        }
+        None
     }
 
     /// The tables of an array, or none.

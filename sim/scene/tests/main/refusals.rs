@@ -201,7 +201,7 @@ fn prerequisites_that_need_themselves_are_named_as_a_path() {
 #[test]
 fn a_curriculum_names_what_exists_and_only_once() {
     says(&error(CURRICULUM, "[\"a\"]", "[\"c\"]"), &["exercise[1].prerequisites: \"c\"", "allowed: a, b"]);
-    says(&error(CURRICULUM, "b.toml", "gone.toml"), &["gone.toml", "No such file"]);
+    says(&error(CURRICULUM, "b.toml", "gone.toml"), &[":13:8: exercise[1].file:", "gone.toml", "No such file"]);
     says(&error(CURRICULUM, "b.toml", "a.toml"), &["exercise[1].file: \"a.toml\"", "must be unique"]);
     let folder = folder();
     write(&folder, "b.toml", EXERCISE.replace("\"one\"", "\"a\""));
@@ -221,6 +221,12 @@ fn a_mastery_rule_has_its_own_keys() {
 fn an_instrument_is_refused_rather_than_pretended() {
     let error = read_text(&folder(), "id = \"sus\"\n[[item]]\ntext = \"x\"\n").unwrap_err();
     says(&error.to_string(), &["an instrument", "scenes, exercises and curricula only"]);
+}
+
+#[test]
+fn a_document_that_is_too_long_is_refused_unread() {
+    let text = format!("{SCENE}# {}", "x".repeat(300_000));
+    says(&read_text(&folder(), &text).unwrap_err().to_string(), &["bytes; allowed: at most 262144 bytes"]);
 }
 
 #[test]
