@@ -113,9 +113,9 @@ fn facts(bundle: &ExerciseBundle) -> Vec<(&'static str, String)> {
     let needle = &bundle.scene.needle;
     vec![
         ("Scene", bundle.scene.title.clone()),
-        ("Needle", format!("{} {}, {} tip", format::quantity(needle.diameter_mm, "mm"), needle.kind, needle.tip)),
-        ("Target", format!("{} along the needle", format::quantity(*target_depth_mm, "mm"))),
-        ("Angle to the surface normal", format!("{}°", format::fixed(*angle_deg, 0))),
+        ("Needle", format!("{} {}, {} tip", format::stated(needle.diameter_mm, "mm"), needle.kind, needle.tip)),
+        ("Target", format!("{} along the needle", format::stated(target_depth_mm, "mm"))),
+        ("Angle to the surface normal", format::stated(angle_deg, "°")),
         ("Time limit", format::span(*time_limit_s)),
         ("Pass mark", format!("{} of 100", format::points(*pass_mark))),
         ("Difficulty", format!("{difficulty} of 5")),
@@ -128,15 +128,15 @@ fn rubric_line(line: &scene::RubricLine, weights: f64) -> RubricLineView {
     RubricLineView {
         label,
         definition,
-        full: format::quantity(line.full, unit),
-        zero: format::quantity(line.zero, unit),
+        full: format::stated(line.full, unit),
+        zero: format::stated(line.zero, unit),
         points: if weights > 0.0 { line.weight / weights * 100.0 } else { 0.0 },
     }
 }
 
 fn hard_fail(limit: &scene::HardFail) -> (String, String) {
     let (label, _, unit) = metric_words(&limit.metric);
-    (format!("{label} above {}", format::quantity(limit.above, unit)), limit.why.clone())
+    (format!("{label} above {}", format::stated(limit.above, unit)), limit.why.clone())
 }
 
 /// Label, definition and unit of a metric id, plain or split.
@@ -215,7 +215,7 @@ mod tests {
     fn shows_briefing_drawing_and_rubric() {
         let html = samples::keep("exercise", &samples::exercise_page());
         for wanted in
-            ["Stop in the fat", "<svg", "Depth error", "0.50\u{a0}mm", "lumbar vessel", "out of 100", "example"]
+            ["Stop in the fat", "<svg", "Depth error", "0.5\u{a0}mm", "lumbar vessel", "out of 100", "example"]
         {
             assert!(html.contains(wanted), "{wanted} is missing");
         }

@@ -41,6 +41,17 @@ pub fn quantity(value: impl Borrow<f64>, unit: &str) -> String {
     }
 }
 
+/// A value as somebody stated it in a document, with its unit: no digit more than they wrote.
+#[must_use]
+pub fn stated(value: impl Borrow<f64>, unit: &str) -> String {
+    let number = value.borrow().to_string().replace('-', "−");
+    match unit {
+        "count" | "1" | "" => number,
+        "°" => number + unit,
+        unit => format!("{number}\u{a0}{unit}"),
+    }
+}
+
 /// A score or mark, 0–100, rounded down: 69.6 must not read as the 70 that passes.
 #[must_use]
 pub fn points(score: impl Borrow<f64>) -> String {
@@ -101,10 +112,10 @@ pub fn span(seconds: f64) -> String {
         return "unknown".to_owned();
     }
     let minutes = (seconds / 60.0).floor();
-    if minutes < 1.0 {
-        format!("{seconds:.1}\u{a0}s")
-    } else {
-        format!("{minutes:.0} min {:.0}\u{a0}s", seconds % 60.0)
+    match (minutes, (seconds % 60.0).floor()) {
+        (..1.0, _) => format!("{seconds:.1}\u{a0}s"),
+        (_, ..1.0) => format!("{minutes:.0}\u{a0}min"),
+        (_, rest) => format!("{minutes:.0} min {rest:.0}\u{a0}s"),
     }
 }
 
@@ -148,6 +159,7 @@ mod tests {
         assert_eq!(quantity(1.934, "mm"), "1.93\u{a0}mm");
         assert_eq!(quantity(-12.34, "N"), "−12.3\u{a0}N");
         assert_eq!(quantity(-0.001, "mm"), "0.00\u{a0}mm");
+        assert_eq!([stated(2.0, "mm"), stated(0.5, "°"), stated(-1.25, "1")], ["2\u{a0}mm", "0.5°", "−1.25"]);
         assert_eq!([quantity(3.0, "count"), quantity(4.0, "°"), quantity(0.5, "1")], ["3", "4.00°", "0.50"]);
     }
 
@@ -167,7 +179,8 @@ mod tests {
         assert_eq!(date_time(now), "2 Mar 2026, 09:05");
         assert_eq!(ago(datetime!(2026-03-02 06:00 UTC), now), "3 hours ago");
         assert_eq!(ago(datetime!(2026-03-01 06:00 UTC), now), "1 day ago");
-        assert_eq!([span(42.04), span(125.0), span(f64::NAN)], ["42.0\u{a0}s", "2 min 5\u{a0}s", "unknown"]);
+        assert_eq!([span(42.04), span(125.0), span(300.0)], ["42.0\u{a0}s", "2 min 5\u{a0}s", "5\u{a0}min"]);
+        assert_eq!(span(f64::NAN), "unknown");
     }
 
     #[test]

@@ -78,8 +78,10 @@ pub struct RubricRow {
 pub struct Group {
     /// Heading.
     pub title: &'static str,
-    /// Metrics in the catalogue's order.
+    /// Metrics that apply, in the catalogue's order.
     pub rows: Vec<MetricRow>,
+    /// Names of those that do not apply to this attempt.
+    pub absent: Vec<String>,
 }
 
 /// A metric outside the rubric.
@@ -89,10 +91,8 @@ pub struct MetricRow {
     pub label: String,
     /// How it is defined.
     pub definition: String,
-    /// The value with its unit, or why there is none.
+    /// The value with its unit.
     pub value: String,
-    /// It applies to this attempt.
-    pub applies: bool,
     /// Which way is better.
     pub better: &'static str,
 }
@@ -156,6 +156,13 @@ pub fn reason(why: &str) -> &str {
     }
 }
 
+/// A reason without the marks it is measured by and the advice: for a list of attempts.
+#[must_use]
+pub fn short_reason(why: &str) -> &str {
+    let why = reason(why);
+    why.split_once(", full marks for ").map_or(why, |(what, _)| what)
+}
+
 fn rubric_row(graded: &Graded<'_>, deduction: &Deduction) -> RubricRow {
     let metric = graded.metrics.iter().find(|m| m.id == deduction.metric);
     let unit = metric.map_or("", |m| m.unit.as_str());
@@ -166,8 +173,8 @@ fn rubric_row(graded: &Graded<'_>, deduction: &Deduction) -> RubricRow {
         label: metric.map_or_else(|| deduction.metric.clone(), |m| format::sentence(&m.label)),
         definition: definition(&deduction.metric),
         value: metric.map_or_else(|| "not measured".to_owned(), value),
-        full: line.map_or_else(String::new, |l| format::quantity(l.full, unit)),
-        zero: line.map_or_else(String::new, |l| format::quantity(l.zero, unit)),
+        full: line.map_or_else(String::new, |l| format::stated(l.full, unit)),
+        zero: line.map_or_else(String::new, |l| format::stated(l.zero, unit)),
         earned: available.map(|a| (a - deduction.points).max(0.0)),
         available,
         lost: deduction.points,
@@ -188,14 +195,19 @@ fn definition(metric: &str) -> String {
 
 /// The metrics that the rubric does not judge, each below the first heading that claims it.
 fn groups(graded: &Graded<'_>) -> Vec<Group> {
-    let mut groups = GROUPS.map(|(title, _)| Group { title, rows: Vec::new() });
+    let mut groups = GROUPS.map(|(title, _)| Group { title, rows: Vec::new(), absent: Vec::new() });
     for metric in graded.metrics.iter().filter(|m| graded.deductions.iter().all(|d| d.metric != m.id)) {
         let claims = |(_, starts): &(&str, &[&str])| starts.iter().any(|start| metric.id.starts_with(start));
         if let Some(index) = GROUPS.iter().position(claims) {
-            groups[index].rows.push(metric_row(metric));
+            let row = metric_row(metric);
+            if metric.applies && metric.value.is_some() {
+                groups[index].rows.push(row);
+            } else {
+                groups[index].absent.push(row.label);
+            }
         }
     }
-    groups.into_iter().filter(|g| !g.rows.is_empty()).collect()
+    groups.into_iter().filter(|g| !g.rows.is_empty() || !g.absent.is_empty()).collect()
 }
 
 fn metric_row(metric: &Metric) -> MetricRow {
@@ -204,7 +216,6 @@ fn metric_row(metric: &Metric) -> MetricRow {
         label: format::sentence(label),
         definition: definition(&metric.id),
         value: value(metric),
-        applies: metric.applies && metric.value.is_some(),
         better: match metric.direction {
             assessment::Direction::Lower => "lower",
             assessment::Direction::Higher => "higher",
@@ -270,7 +281,8 @@ mod tests {
     fn every_metric_is_shown_once() {
         let metrics = samples::metrics();
         let judgement = samples::judgement();
-        let shown = judgement.rubric.len() + judgement.groups.iter().map(|g| g.rows.len()).sum::<usize>();
+        let shown =
+            judgement.rubric.len() + judgement.groups.iter().map(|g| g.rows.len() + g.absent.len()).sum::<usize>();
         assert_eq!(shown, metrics.len());
     }
 
@@ -286,5 +298,9 @@ mod tests {
     fn only_a_cost_is_cut_from_a_reason() {
         assert_eq!(reason("1.9 mm too deep: −12 points"), "1.9 mm too deep");
         assert_eq!(reason("structures hit: vessel 1"), "structures hit: vessel 1");
+        assert_eq!(
+            short_reason("overshoot 1.9 mm, full marks for 0.5 mm or less – brace: −6 points"),
+            "overshoot 1.9 mm"
+        );
     }
 }

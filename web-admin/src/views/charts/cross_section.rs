@@ -2,8 +2,9 @@
 
 use super::Size;
 use super::force_depth::texture_class;
+use super::labels::Labels;
 use super::plot::Plot;
-use super::svg::{Area, Caption, Svg, text_width};
+use super::svg::{Area, Caption, Svg};
 
 /// What is drawn, in mm: across is along the needle's lean, from the entry; depth is below the skin.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,15 +68,6 @@ impl Outline {
         }
     }
 
-    fn centre(&self) -> (f64, f64) {
-        match *self {
-            Self::Circle { centre, .. } => centre,
-            Self::Rect { from, to } | Self::Capsule { from, to, .. } => {
-                (f64::midpoint(from.0, to.0), f64::midpoint(from.1, to.1))
-            }
-        }
-    }
-
     /// Points around it.
     fn points(&self) -> Vec<(f64, f64)> {
         match *self {
@@ -115,9 +107,9 @@ pub fn cross_section(section: &Section, size: Size) -> String {
     let mut svg = Svg::new(size.width(), area.bottom() + 14.0, &caption);
     draw_layers(&mut svg, &plot, section);
     draw_depths(&mut svg, &plot);
-    let taken: Vec<Area> = section.structures.iter().map(|s| draw_structure(&mut svg, &plot, s)).collect();
+    let shapes: Vec<Area> = section.structures.iter().map(|s| draw_structure(&mut svg, &plot, s)).collect();
     draw_needle(&mut svg, &plot, section);
-    draw_target(&mut svg, &plot, section, &taken);
+    draw_names(&mut svg, &plot, section, &shapes);
     svg.finish()
 }
 
@@ -181,26 +173,16 @@ fn draw_depths(svg: &mut Svg, plot: &Plot) {
     svg.text_upwards("axis-title middle", (12.0, plot.area.y + plot.area.height / 2.0), "depth below the skin (mm)");
 }
 
-/// Draws a structure with its name, and says what room they take.
+/// Draws a structure, and says what room it takes.
 fn draw_structure(svg: &mut Svg, plot: &Plot, structure: &Structure) -> Area {
     let points: Vec<_> = structure.outline.points().iter().map(|(u, z)| plot.at(*u, *z)).collect();
     svg.polygon(&format!("structure {}", structure.kind), &points);
-    let (u, z) = structure.outline.centre();
-    let (x, y) = plot.at(u, z);
-    let right = points.iter().map(|p| p.0).fold(x, f64::max);
-    let left = points.iter().map(|p| p.0).fold(x, f64::min);
-    // On the side away from the middle, where the needle runs; inside the paper in any case.
-    let middle = plot.area.x + plot.area.width / 2.0;
-    let name_width = 6.0 + text_width(&structure.name);
-    let (top, bottom) = points.iter().fold((y, y), |(top, bottom), p| (top.min(p.1), bottom.max(p.1)));
-    let shape = Area { x: left, y: top, width: right - left, height: bottom - top };
-    if x >= middle && right + name_width < plot.area.right() {
-        svg.text("structure-name", (right + 6.0, y + 4.0), &structure.name);
-        Area { width: shape.width + name_width, ..shape }
-    } else {
-        svg.text("structure-name end", (left - 6.0, y + 4.0), &structure.name);
-        Area { x: left - name_width, width: shape.width + name_width, ..shape }
-    }
+    let ends = |pick: fn(&(f64, f64)) -> f64| {
+        let values = || points.iter().map(pick);
+        (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
+    };
+    let ((left, right), (top, bottom)) = (ends(|p| p.0), ends(|p| p.1));
+    Area { x: left, y: top, width: right - left, height: bottom - top }
 }
 
 fn draw_needle(svg: &mut Svg, plot: &Plot, section: &Section) {
@@ -211,30 +193,31 @@ fn draw_needle(svg: &mut Svg, plot: &Plot, section: &Section) {
     let hub_mm = -ABOVE * 0.9;
     svg.line("needle", place(hub_mm), place(0.0));
     svg.line("path", place(0.0), place(section.target_depth_mm));
+    let (x, y) = place(section.target_depth_mm);
+    svg.circle("aim", (x, y), 7.0);
+    svg.line("aim", (x - 11.0, y), (x + 11.0, y));
+    svg.line("aim", (x, y - 11.0), (x, y + 11.0));
     let (x, y) = place(hub_mm);
     svg.text("needle-name", (x + 10.0, y + 12.0), &format!("needle, {:.0}° to the normal", section.angle_deg));
 }
 
-/// The target, its name on the first side where it covers no structure: right, left, below.
-fn draw_target(svg: &mut Svg, plot: &Plot, section: &Section, taken: &[Area]) {
-    let (u, z) = on_needle(section, section.target_depth_mm);
-    let (x, y) = plot.at(u, z);
-    svg.circle("aim", (x, y), 7.0);
-    svg.line("aim", (x - 11.0, y), (x + 11.0, y));
-    svg.line("aim", (x, y - 11.0), (x, y + 11.0));
-    let label = format!("target at {:.1} mm", section.target_depth_mm);
-    let width = text_width(&label);
-    let sides = [
-        ("target-name", (x + 16.0, y + 4.0), x + 16.0),
-        ("target-name end", (x - 16.0, y + 4.0), x - 16.0 - width),
-        ("target-name middle", (x, y + 27.0), x - width / 2.0),
-    ];
-    let free = |(_, (_, baseline), left): &(&str, (f64, f64), f64)| {
-        let room = Area { x: *left, y: baseline - 12.0, width, height: 16.0 };
-        room.x > plot.area.x && room.right() < plot.area.right() && !taken.iter().any(|t| t.meets(&room))
+/// Names of the target and the structures, clear of the shapes, of each other and of the planned path.
+fn draw_names(svg: &mut Svg, plot: &Plot, section: &Section, shapes: &[Area]) {
+    let around =
+        |(x, y): (f64, f64), reach: f64| Area { x: x - reach, y: y - reach, width: 2.0 * reach, height: 2.0 * reach };
+    let place = |share: f64| {
+        let (u, z) = on_needle(section, section.target_depth_mm * share);
+        plot.at(u, z)
     };
-    let (class, at, _) = sides.iter().find(|side| free(side)).unwrap_or(&sides[2]);
-    svg.text(class, *at, &label);
+    let target = around(place(1.0), 12.0);
+    let mut labels = Labels::new(plot.area);
+    shapes.iter().for_each(|shape| labels.avoid(*shape));
+    labels.avoid(target);
+    (0..20).for_each(|i| labels.avoid(around(place(f64::from(i) / 20.0), 3.0)));
+    labels.place(svg, "target-name", (&format!("target at {} mm", section.target_depth_mm), target));
+    for (structure, shape) in section.structures.iter().zip(shapes) {
+        labels.place(svg, "structure-name", (&structure.name, *shape));
+    }
 }
 
 #[cfg(test)]
@@ -264,7 +247,7 @@ mod tests {
             "structure vessel",
             "artery &lt;1&gt;",
             "class=\"aim\"",
-            "target at 20.0 mm",
+            "target at 20 mm",
         ] {
             assert!(markup.contains(wanted), "{wanted} is missing");
         }

@@ -41,7 +41,7 @@ impl LayerDamage {
 const ROW: f64 = 40.0;
 const BAR: f64 = 16.0;
 
-/// Draws one bar per layer.
+/// Draws one bar per layer that took any energy.
 #[must_use]
 pub fn damage(layers: &[LayerDamage], size: Size) -> String {
     let id = format!("damage-{}", size.name());
@@ -51,8 +51,9 @@ pub fn damage(layers: &[LayerDamage], size: Size) -> String {
         title: "Energy taken by each layer",
         description: "One bar per layer, split into rupture, cutting, friction and lateral work in millijoules. The table below has the numbers.",
     };
+    let layers: Vec<&LayerDamage> = layers.iter().filter(|l| l.total_mj() > 0.0).collect();
     let rows = f64::from(u32::try_from(layers.len()).unwrap_or(0));
-    let most = layers.iter().map(LayerDamage::total_mj).fold(0.0, f64::max);
+    let most = layers.iter().map(|l| l.total_mj()).fold(0.0, f64::max);
     let x = Scale::new((0.0, most * 1.02), (4.0, size.width() - 60.0));
     let bottom = rows * ROW + 6.0;
     let mut svg = Svg::new(size.width(), bottom + 40.0, &caption);

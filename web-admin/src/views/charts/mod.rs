@@ -6,6 +6,7 @@
 mod cross_section;
 mod damage;
 mod force_depth;
+mod labels;
 mod marks;
 mod plot;
 mod progress;

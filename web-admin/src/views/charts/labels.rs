@@ -1,0 +1,89 @@
+//! Names in a drawing, each beside its thing and clear of everything else.
+
+use super::svg::{Area, Svg, text_width};
+
+/// Height of a line of text.
+const LINE: f64 = 16.0;
+
+/// The room that is taken.
+#[derive(Debug)]
+pub struct Labels {
+    paper: Area,
+    taken: Vec<Area>,
+}
+
+impl Labels {
+    /// An empty drawing.
+    #[must_use]
+    pub fn new(paper: Area) -> Self {
+        Self { paper, taken: Vec::new() }
+    }
+
+    /// Keeps names away from something.
+    pub fn avoid(&mut self, area: Area) {
+        self.taken.push(area);
+    }
+
+    /// Writes a name on the first free side of its thing: right, left, below, above; below where none is free.
+    pub fn place(&mut self, svg: &mut Svg, class: &str, (name, thing): (&str, Area)) {
+        let sides = sides(thing, text_width(name));
+        let (anchor, room) = sides.iter().find(|(_, room)| self.is_free(room)).unwrap_or(&sides[2]);
+        let x = match *anchor {
+            "end" => room.right(),
+            "middle" => room.x + room.width / 2.0,
+            _ => room.x,
+        };
+        svg.text(&format!("{class} {anchor}"), (x, room.bottom() - 4.0), name);
+        self.taken.push(*room);
+    }
+
+    fn is_free(&self, room: &Area) -> bool {
+        let inside = room.x >= self.paper.x
+            && room.right() <= self.paper.right()
+            && room.y >= self.paper.y
+            && room.bottom() <= self.paper.bottom();
+        inside && !self.taken.iter().any(|taken| taken.meets(room))
+    }
+}
+
+/// Anchor and room of a name on each side.
+fn sides(thing: Area, width: f64) -> [(&'static str, Area); 4] {
+    let (middle_x, middle_y) = (thing.x + thing.width / 2.0, thing.y + thing.height / 2.0);
+    let room = |x, y| Area { x, y, width, height: LINE };
+    [
+        ("start", room(thing.right() + 6.0, middle_y - LINE / 2.0)),
+        ("end", room(thing.x - 6.0 - width, middle_y - LINE / 2.0)),
+        ("middle", room(middle_x - width / 2.0, thing.bottom() + 2.0)),
+        ("middle", room(middle_x - width / 2.0, thing.y - LINE - 2.0)),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    //! Two names must not cover each other, nor run off the paper.
+
+    use super::*;
+
+    #[test]
+    fn names_take_the_first_free_side() {
+        let paper = Area { x: 0.0, y: 0.0, width: 200.0, height: 200.0 };
+        let thing = Area { x: 90.0, y: 90.0, width: 20.0, height: 20.0 };
+        let mut labels = Labels::new(paper);
+        let mut svg = Svg::ornament(200.0, 200.0, "c");
+        for _ in 0..3 {
+            labels.place(&mut svg, "name", ("vessel", thing));
+        }
+        let [right, left, below] = labels.taken[..] else { panic!("three rooms") };
+        assert!(right.x > thing.right() && left.right() < thing.x && below.y > thing.bottom());
+        assert!(!right.meets(&left) && !left.meets(&below));
+    }
+
+    #[test]
+    fn a_name_that_would_leave_the_paper_goes_to_the_other_side() {
+        let paper = Area { x: 0.0, y: 0.0, width: 200.0, height: 200.0 };
+        let mut labels = Labels::new(paper);
+        let edge = Area { x: 170.0, y: 90.0, width: 20.0, height: 20.0 };
+        labels.place(&mut Svg::ornament(200.0, 200.0, "c"), "name", ("vessel", edge));
+        assert!(labels.taken[0].right() < edge.x);
+    }
+}
