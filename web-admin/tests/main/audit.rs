@@ -1,0 +1,87 @@
+//! The audit log only grows, and a change to it shows. Fails when a statement can alter a row, or when a row that was
+//! altered behind the triggers' back goes unnoticed.
+
+use web_admin::domain::Role;
+use web_admin::storage::audit::check;
+
+use super::support::App;
+use super::support::recordings::{Attempt, record};
+
+async fn with_some_rows() -> App {
+    let app = App::new().await;
+    let school = app.school("North").await;
+    let ada = app.member(school, Role::Trainee, "ada@example.org").await;
+    app.signed_in("ada@example.org").await;
+    assert_eq!(app.with_token(&ada.token).upload(&record(&Attempt::default())).await.status, 201);
+    app
+}
+
+async fn execute(app: &App, statement: &'static str) -> Result<(), sqlx::Error> {
+    let mut tx = app.state.db.write().await.unwrap();
+    sqlx::raw_sql(statement).execute(&mut *tx).await?;
+    tx.commit().await
+}
+
+#[tokio::test]
+async fn what_is_done_is_in_the_log_in_order() {
+    let app = with_some_rows().await;
+    let actions: Vec<String> =
+        sqlx::query_scalar("SELECT action FROM audit_log ORDER BY seq").fetch_all(app.state.db.reader()).await.unwrap();
+    assert_eq!(actions, ["person.added", "person.signed_in", "session.uploaded"]);
+    let chain = check(app.state.db.reader()).await.unwrap();
+    assert_eq!((chain.rows, chain.findings.len()), (3, 0), "{chain:?}");
+}
+
+#[tokio::test]
+async fn no_statement_alters_or_deletes_a_row() {
+    let app = with_some_rows().await;
+    for statement in [
+        "UPDATE audit_log SET actor = 'nobody' WHERE seq = 1",
+        "DELETE FROM audit_log WHERE seq = 3",
+        "INSERT OR REPLACE INTO audit_log SELECT 2, at, school_id, 'nobody', action, object, details, prev_hash, hash
+         FROM audit_log WHERE seq = 2",
+        "INSERT INTO audit_log SELECT 9, at, school_id, actor, action, object, details, prev_hash, hash
+         FROM audit_log WHERE seq = 3",
+    ] {
+        let refused = execute(&app, statement).await.unwrap_err().to_string();
+        assert!(refused.contains("append-only"), "{statement}: {refused}");
+    }
+    assert!(check(app.state.db.reader()).await.unwrap().findings.is_empty());
+}
+
+#[tokio::test]
+async fn a_row_changed_behind_the_triggers_back_is_found() {
+    for (tampering, finding) in [
+        ("UPDATE audit_log SET object = 'x' WHERE seq = 2", "row 2 was changed"),
+        ("UPDATE audit_log SET prev_hash = zeroblob(32) WHERE seq = 2", "row 2 does not follow"),
+        ("DELETE FROM audit_log WHERE seq = 2", "row 2 is missing"),
+    ] {
+        let app = with_some_rows().await;
+        execute(&app, "DROP TRIGGER audit_log_never_changes; DROP TRIGGER audit_log_never_shrinks").await.unwrap();
+        execute(&app, tampering).await.unwrap();
+        let chain = check(app.state.db.reader()).await.unwrap();
+        assert!(chain.findings.iter().any(|found| found.contains(finding)), "{tampering}: {chain:?}");
+    }
+}
+
+#[tokio::test]
+async fn scores_and_revisions_stay_as_they_are() {
+    let app = with_some_rows().await;
+    let school = app.school("North").await;
+    app.publish(school).await;
+    web_admin::worker::work_off(&app.state).await.unwrap();
+    for statement in [
+        "UPDATE scores SET score = 100",
+        "DELETE FROM scores",
+        "UPDATE exercise_revisions SET title = ''",
+        "DELETE FROM exercise_revisions",
+        "UPDATE curriculum_revisions SET title = ''",
+        "DELETE FROM curriculum_revisions",
+    ] {
+        assert!(
+            execute(&app, statement).await.unwrap_err().to_string().contains("never")
+                || execute(&app, statement).await.unwrap_err().to_string().contains("re-grading"),
+            "{statement}"
+        );
+    }
+}

@@ -1,0 +1,112 @@
+//! The program as somebody at a terminal meets it: exit codes, one line for an error, and what `verify` finds.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use web_admin::domain::Role;
+
+use super::support::recordings::{Attempt, record};
+use super::support::{App, PASSWORD, course_folder};
+
+fn web_admin(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_web-admin")).args(arguments).arg("--data-dir").arg(folder).output().unwrap()
+}
+
+/// Runs what must succeed; what it printed.
+fn done(folder: &Path, arguments: &[&str]) -> String {
+    let output = web_admin(folder, arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Runs what must fail with a code; its one line of complaint.
+fn fails(folder: &Path, arguments: &[&str], code: i32) -> String {
+    let output = web_admin(folder, arguments);
+    let words = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {words}");
+    assert_eq!(words.trim_end().lines().count(), 1, "{arguments:?}: {words}");
+    words
+}
+
+#[test]
+fn a_school_is_set_up_from_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path();
+    done(data, &["migrate"]);
+    let added =
+        done(data, &["user", "add", "--email", "Head@example.org", "--name", "Head", "--role", "administrator"]);
+    assert!(added.contains("administrator head@example.org") && added.contains("password: "), "{added}");
+    let ada = ["user", "add", "--email", "ada@example.org", "--name", "Ada", "--cohort", "2026", "--token"];
+    let added = done(data, &[&ada[..], &["--password", PASSWORD]].concat());
+    assert!(added.contains("token: ") && !added.contains("password"), "{added}");
+    let course = course_folder().parent().unwrap().to_string_lossy().into_owned();
+    assert!(done(data, &["curricula", "import", &course]).contains("new       course lower-back-basics"));
+    let again = done(data, &["curricula", "import", &course]);
+    assert!(again.lines().all(|line| line.starts_with("unchanged")), "{again}");
+    assert!(done(data, &["user", "token", "--email", "ada@example.org"]).starts_with("token: "));
+    assert!(done(data, &["user", "token", "--station", "room 2"]).starts_with("token: "));
+    assert!(done(data, &["user", "reset-password", "--email", "ada@example.org"]).contains("password: "));
+    assert!(done(data, &["user", "disable", "--email", "ada@example.org"]).contains("2 tokens revoked"));
+    assert!(done(data, &["user", "disable", "--email", "ada@example.org"]).contains("before"));
+    assert!(done(data, &["verify"]).contains("0 findings"));
+}
+
+#[test]
+fn a_wrong_call_is_told_what_is_allowed() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = folder.path();
+    let add = |email: &'static str, rest: &[&'static str]| {
+        [&["user", "add", "--name", "Ada", "--email", email], rest].concat()
+    };
+    assert!(fails(data, &add("ada", &[]), 2).contains("name@example.org"));
+    assert!(fails(data, &add("a@b.c", &["--password", "short"]), 2).contains("at least 10"));
+    assert!(fails(data, &["user", "disable", "--email", "a@b.c"], 2).contains("nobody has this address"));
+    done(data, &add("a@b.c", &["--school", "North"]));
+    assert!(fails(data, &add("A@B.C", &["--school", "North"]), 2).contains("already"));
+    done(data, &add("d@e.f", &["--school", "South"]));
+    assert!(fails(data, &add("g@h.i", &[]), 2).contains("North, South"));
+    let head = ["--school", "North", "--role", "administrator", "--cohort", "A"];
+    assert!(fails(data, &add("g@h.i", &head), 2).contains("--cohort"));
+    assert!(fails(data, &["migrate", "--database", "postgres://x/y"], 2).contains("sqlite:"));
+    assert!(fails(data, &["curricula", "import", "/nonexistent"], 2).contains("/nonexistent"));
+    let empty = tempfile::tempdir().unwrap();
+    assert!(fails(data, &["curricula", "import", &empty.path().to_string_lossy()], 2).contains("no course.toml"));
+    assert!(fails(&data.join("nothing-here"), &["verify"], 1).contains("cannot open the database"));
+    let output = Command::new(env!("CARGO_BIN_EXE_web-admin")).arg("openapi").output().unwrap();
+    assert!(output.status.success() && output.stdout.starts_with(b"{"));
+}
+
+#[tokio::test]
+async fn verify_names_every_damage() {
+    let app = App::new().await;
+    let school = app.school("North").await;
+    let mut ada = app.with_token(&app.member(school, Role::Trainee, "ada@example.org").await.token);
+    let attempts: Vec<_> = (0..3).map(|_| Attempt::default()).collect();
+    for attempt in &attempts {
+        assert_eq!(ada.upload(&record(attempt)).await.status, 201);
+    }
+    let mut tx = app.state.db.write().await.unwrap();
+    sqlx::raw_sql("DROP TRIGGER audit_log_never_changes; UPDATE audit_log SET object = 'x' WHERE seq = 2")
+        .execute(&mut *tx)
+        .await
+        .unwrap();
+    tx.commit().await.unwrap();
+    let file = |n: usize| {
+        app.state.config.recordings_dir.join(school.to_string()).join(format!("{}.mcap", attempts[n].session_id))
+    };
+    std::fs::remove_file(file(0)).unwrap();
+    let mut bytes = std::fs::read(file(1)).unwrap();
+    std::fs::write(file(1), &bytes[1..]).unwrap();
+    bytes = std::fs::read(file(2)).unwrap();
+    bytes[100] ^= 1;
+    std::fs::write(file(2), bytes).unwrap();
+    app.state.db.close().await;
+    let output = web_admin(app.folder.path(), &["verify"]);
+    let words = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{words}");
+    for (attempt, finding) in attempts.iter().zip(["No such file", "were stored", "not those that were stored"]) {
+        let line = words.lines().find(|line| line.contains(&attempt.session_id.to_string())).unwrap();
+        assert!(line.contains(finding), "{line}");
+    }
+    assert!(words.contains("row 2 was changed") && words.contains("4 findings"), "{words}");
+}

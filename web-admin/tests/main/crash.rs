@@ -1,0 +1,144 @@
+//! The service dies at the worst moment. Fails when an acknowledged upload is lost, or when one that was not is listed.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use serde_json::Value;
+use web_admin::domain::Role;
+
+use super::support::App;
+use super::support::recordings::{Attempt, record};
+
+/// A real `web-admin serve`, killed when dropped.
+struct Service {
+    child: Child,
+    address: String,
+    greeting: String,
+}
+
+impl Service {
+    fn start(folder: &Path) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_web-admin"))
+            .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
+            .arg(folder)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut greeting = String::new();
+        for line in BufReader::new(child.stdout.take().unwrap()).lines() {
+            let line = line.unwrap();
+            if let Some((_, address)) = line.split_once("http://") {
+                return Self { child, address: address.trim().to_owned(), greeting };
+            }
+            greeting += &line;
+        }
+        panic!("the service printed no address")
+    }
+
+    fn signal(&self, name: &str) {
+        assert!(Command::new("kill").args([name, &self.child.id().to_string()]).status().unwrap().success());
+    }
+
+    /// Sends the head of a request and `part` of the body.
+    fn begin(&self, head: &str, token: &str, part: &[u8]) -> TcpStream {
+        let mut stream = TcpStream::connect(&self.address).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+        let head = format!("{head}\r\nHost: localhost\r\nAuthorization: Bearer {token}\r\nConnection: close\r\n\r\n");
+        stream.write_all(head.as_bytes()).unwrap();
+        stream.write_all(part).unwrap();
+        stream
+    }
+
+    fn upload(&self, token: &str, whole: &[u8], sent: usize) -> TcpStream {
+        let head = format!(
+            "POST /api/v1/sessions HTTP/1.1\r\nContent-Type: application/octet-stream\r\nContent-Length: {}",
+            whole.len()
+        );
+        self.begin(&head, token, &whole[..sent])
+    }
+
+    /// Ids of the listed sessions.
+    fn listed(&self, token: &str) -> Vec<String> {
+        let (status, body) = answer(self.begin("GET /api/v1/sessions HTTP/1.1", token, &[]));
+        assert_eq!(status, 200, "{body}");
+        let list: Value = serde_json::from_str(&body).unwrap();
+        let sessions = list["sessions"].as_array().unwrap().iter();
+        sessions.map(|session| session["session_id"].as_str().unwrap().to_owned()).collect()
+    }
+}
+
+impl Drop for Service {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn answer(mut stream: TcpStream) -> (u16, String) {
+    let mut text = String::new();
+    stream.read_to_string(&mut text).unwrap();
+    let (head, body) = text.split_once("\r\n\r\n").unwrap();
+    (head.split(' ').nth(1).unwrap().parse().unwrap(), body.to_owned())
+}
+
+/// A folder with one trainee; their token.
+async fn founded() -> (tempfile::TempDir, String) {
+    let app = App::new().await;
+    let school = app.school("North").await;
+    let token = app.member(school, Role::Trainee, "ada@example.org").await.token;
+    app.state.db.close().await;
+    (app.folder, token)
+}
+
+fn parts(folder: &Path) -> usize {
+    std::fs::read_dir(folder.join("recordings/.uploads")).unwrap().count()
+}
+
+#[tokio::test]
+async fn killed_in_the_midst_of_an_upload_it_keeps_what_it_acknowledged_and_nothing_else() {
+    let (folder, token) = founded().await;
+    let (kept, lost) = (Attempt::default(), Attempt::default());
+    let (kept_bytes, lost_bytes) = (record(&kept), record(&lost));
+    let service = Service::start(folder.path());
+    let (status, body) = answer(service.upload(&token, &kept_bytes, kept_bytes.len()));
+    assert_eq!(status, 201, "{body}");
+    let half_way = service.upload(&token, &lost_bytes, lost_bytes.len() / 2);
+    for _ in 0..200 {
+        if parts(folder.path()) > 0 {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    assert_eq!(parts(folder.path()), 1, "the upload has begun");
+    service.signal("-KILL");
+    drop((half_way, service));
+
+    let service = Service::start(folder.path());
+    assert_eq!(service.listed(&token), [kept.session_id.to_string()]);
+    assert_eq!(parts(folder.path()), 0, "what was left over is gone");
+    let path = format!("GET /api/v1/sessions/{}/score HTTP/1.1", kept.session_id);
+    let scored = (0..200).any(|_| {
+        std::thread::sleep(Duration::from_millis(20));
+        answer(service.begin(&path, &token, &[])).0 == 200
+    });
+    assert!(scored, "what waited to be scored is scored after the restart");
+    assert_eq!(answer(service.upload(&token, &kept_bytes, kept_bytes.len())).0, 200);
+    assert_eq!(answer(service.upload(&token, &lost_bytes, lost_bytes.len())).0, 201, "it can be sent again");
+    drop(service);
+    let program = env!("CARGO_BIN_EXE_web-admin");
+    let verified = Command::new(program).args(["verify", "--data-dir"]).arg(folder.path()).output().unwrap();
+    assert!(verified.status.success(), "{}", String::from_utf8_lossy(&verified.stdout));
+}
+
+#[tokio::test]
+async fn told_to_stop_it_stops_at_once_and_well() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut service = Service::start(&folder.path().join("new"));
+    assert!(service.greeting.contains("web-admin user add"), "{}", service.greeting);
+    service.signal("-TERM");
+    assert!(service.child.wait().unwrap().success());
+}

@@ -1,0 +1,13 @@
+//! The service through its front door: the router in process, a real database file per test, one client per role.
+
+mod access;
+mod api;
+mod audit;
+mod commands;
+mod crash;
+mod documents;
+mod schema;
+mod scoring;
+mod signing_in;
+mod support;
+mod uploads;

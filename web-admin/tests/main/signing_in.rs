@@ -1,0 +1,130 @@
+//! Signing in and out. Fails when guessing is not braked, when a form of another site is taken, when a session keeps
+//! its id over a sign-in or outlives a new password, or when an unknown address answers otherwise than a known one.
+
+use axum::body::Body;
+use axum::http::{Request, header};
+use web_admin::domain::Role;
+use web_admin::secret;
+use web_admin::storage::people;
+
+use super::support::client::csrf_in;
+use super::support::{App, PASSWORD};
+
+async fn app() -> App {
+    let app = App::new().await;
+    let school = app.school("North").await;
+    app.member(school, Role::Trainee, "ada@example.org").await;
+    app
+}
+
+#[tokio::test]
+async fn the_right_password_signs_in_under_a_new_session_id() {
+    let app = app().await;
+    let mut ada = app.stranger();
+    let csrf = ada.csrf().await;
+    let before = ada.cookie.clone().unwrap();
+    let fields = [("csrf", csrf.as_str()), ("email", "Ada@Example.org"), ("password", PASSWORD), ("next", "/cohorts")];
+    let answer = ada.form("/login", &fields).await;
+    assert_eq!((answer.status.as_u16(), answer.header("location")), (303, "/cohorts"));
+    assert_ne!(ada.cookie.clone().unwrap(), before, "an id that was planted before is worth nothing");
+    let set = answer.header("set-cookie");
+    assert!(set.contains("HttpOnly") && set.contains("SameSite=Lax") && !set.contains("Secure"), "{set}");
+    let mut planted = app.stranger();
+    planted.cookie = Some(before);
+    assert_eq!(planted.get("/").await.header("location"), "/login");
+    let back = ada.get("/login?next=//evil.example").await;
+    assert_eq!((back.status.as_u16(), back.header("location")), (303, "/"));
+}
+
+#[tokio::test]
+async fn behind_tls_the_cookie_is_secure_and_browsers_are_told_so() {
+    let app = App::with(web_admin::clock::Clock::system(), |config| config.behind_tls = true).await;
+    let page = app.stranger().get("/login").await;
+    assert!(page.header("set-cookie").contains("Secure"), "{}", page.header("set-cookie"));
+    assert!(page.header("strict-transport-security").contains("max-age"));
+}
+
+#[tokio::test]
+async fn a_wrong_password_and_an_unknown_address_look_the_same() {
+    let app = app().await;
+    let mut stranger = app.stranger();
+    let wrong = stranger.sign_in("ada@example.org", "wrong").await;
+    let unknown = stranger.sign_in("eve@example.org", "wrong").await;
+    assert_eq!((wrong.status.as_u16(), unknown.status.as_u16()), (401, 401));
+    assert_eq!(wrong.text().replace("ada@", "eve@"), unknown.text(), "the pages differ in the address typed only");
+    assert_eq!(stranger.get("/").await.header("location"), "/login");
+}
+
+#[tokio::test]
+async fn twenty_wrong_passwords_make_even_the_right_one_wait() {
+    let app = app().await;
+    let mut eve = app.stranger();
+    let mut statuses = Vec::new();
+    for _ in 0..20 {
+        statuses.push(eve.sign_in("ada@example.org", "wrong").await.status.as_u16());
+    }
+    assert_eq!((statuses[0], statuses[19]), (401, 429), "{statuses:?}");
+    let right = app.stranger().sign_in("ada@example.org", PASSWORD).await;
+    assert_eq!(right.status, 429);
+    assert!(right.header("retry-after").parse::<u64>().unwrap() > 0);
+}
+
+#[tokio::test]
+async fn guessing_many_accounts_from_one_address_is_braked_too() {
+    let app = app().await;
+    let address = std::net::IpAddr::from([192, 0, 2, 1]);
+    let taken = (0..200).filter(|n| app.state.logins.take(address, &format!("{n}@example.org")).is_ok()).count();
+    assert!((50..150).contains(&taken), "{taken} accounts could be tried at once");
+    assert!(app.state.logins.take([192, 0, 2, 2].into(), "0@example.net").is_ok(), "others may go on");
+    app.state.logins.tidy();
+    assert!(app.state.logins.take(address, "1@example.net").is_err(), "tidying forgets no recent guess");
+}
+
+#[tokio::test]
+async fn a_form_without_its_token_is_refused() {
+    let app = app().await;
+    let mut ada = app.stranger();
+    let csrf = ada.csrf().await;
+    for fields in [
+        vec![("email", "ada@example.org"), ("password", PASSWORD)],
+        vec![("csrf", "0"), ("email", "ada@example.org"), ("password", PASSWORD)],
+    ] {
+        assert_eq!(ada.form("/login", &fields).await.status, 403);
+    }
+    let fields = [("csrf", csrf.as_str()), ("email", "ada@example.org"), ("password", PASSWORD)];
+    assert_eq!(app.stranger().form("/login", &fields).await.status, 403, "another session's token");
+    let mut ada = app.signed_in("ada@example.org").await;
+    assert_eq!(ada.form("/logout", &[]).await.status, 403);
+    assert_ne!(ada.get("/").await.header("location"), "/login", "still signed in");
+    let not_a_form = Request::post("/logout").header(header::CONTENT_TYPE, "application/json").body(Body::from("{}"));
+    assert_eq!(ada.send(not_a_form.unwrap()).await.status, 415);
+}
+
+#[tokio::test]
+async fn signing_out_ends_the_session_everywhere() {
+    let app = app().await;
+    let mut ada = app.signed_in("ada@example.org").await;
+    let kept = ada.clone();
+    let csrf = csrf_in(&ada.get("/").await.text());
+    assert_eq!(ada.form("/logout", &[("csrf", &csrf)]).await.header("location"), "/login");
+    for mut client in [ada, kept] {
+        assert_eq!(client.get("/").await.header("location"), "/login");
+    }
+}
+
+#[tokio::test]
+async fn a_new_password_and_being_disabled_end_every_sign_in() {
+    let app = app().await;
+    let mut ada = app.signed_in("ada@example.org").await;
+    let person = people::by_email(app.state.db.reader(), "ada@example.org").await.unwrap().unwrap();
+    let hash = secret::hash_password("another password", app.state.config.password_cost).unwrap();
+    assert!(app.write(async |tx| people::set_password(tx, person.id, &hash).await.unwrap()).await);
+    assert_eq!(ada.get("/").await.header("location"), "/login");
+    assert_eq!(ada.sign_in("ada@example.org", PASSWORD).await.status, 401);
+    assert_eq!(ada.sign_in("ada@example.org", "another password").await.status, 303);
+    let now = app.state.clock.now();
+    assert!(app.write(async |tx| people::disable(tx, person.id, now).await.unwrap()).await);
+    assert!(!app.write(async |tx| people::disable(tx, person.id, now).await.unwrap()).await, "once is enough");
+    assert_eq!(ada.get("/").await.header("location"), "/login");
+    assert_eq!(ada.sign_in("ada@example.org", "another password").await.status, 401);
+}

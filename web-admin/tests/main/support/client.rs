@@ -1,0 +1,115 @@
+//! A client of the router: a cookie jar of one, a token, and answers read whole.
+
+use axum::Router;
+use axum::body::Body;
+use axum::http::{HeaderMap, Method, Request, StatusCode, header};
+use serde_json::Value;
+use tower::ServiceExt;
+
+/// Somebody who sends requests.
+#[derive(Clone)]
+pub struct Client {
+    router: Router,
+    pub cookie: Option<String>,
+    pub token: Option<String>,
+}
+
+/// An answer, read whole.
+#[derive(Debug)]
+pub struct Answer {
+    pub status: StatusCode,
+    pub headers: HeaderMap,
+    pub body: Vec<u8>,
+}
+
+impl Answer {
+    pub fn text(&self) -> String {
+        String::from_utf8_lossy(&self.body).into_owned()
+    }
+
+    pub fn json(&self) -> Value {
+        serde_json::from_slice(&self.body).unwrap_or_else(|error| panic!("{error}: {}", self.text()))
+    }
+
+    pub fn header(&self, name: &str) -> &str {
+        self.headers.get(name).map_or("", |value| value.to_str().unwrap())
+    }
+
+    /// Refused with a status, as a problem.
+    pub fn is_problem(&self, status: u16, word: &str) {
+        assert_eq!(self.status, status, "{}", self.text());
+        assert_eq!(self.header("content-type"), "application/problem+json");
+        let problem = self.json();
+        assert_eq!(problem["status"], status);
+        assert!(problem["detail"].as_str().unwrap().contains(word), "{problem}");
+    }
+}
+
+impl Client {
+    pub fn new(router: Router) -> Self {
+        Self { router, cookie: None, token: None }
+    }
+
+    pub async fn send(&mut self, mut request: Request<Body>) -> Answer {
+        let headers = request.headers_mut();
+        if let Some(token) = &self.token {
+            headers.insert(header::AUTHORIZATION, format!("Bearer {token}").parse().unwrap());
+        }
+        if let Some(cookie) = &self.cookie {
+            headers.insert(header::COOKIE, cookie.parse().unwrap());
+        }
+        let response = self.router.clone().oneshot(request).await.unwrap();
+        let (parts, body) = response.into_parts();
+        if let Some(set) = parts.headers.get(header::SET_COOKIE) {
+            let pair = set.to_str().unwrap().split(';').next().unwrap();
+            self.cookie = Some(pair.to_owned()).filter(|pair| !pair.ends_with('='));
+        }
+        let body = axum::body::to_bytes(body, usize::MAX).await.unwrap().to_vec();
+        Answer { status: parts.status, headers: parts.headers, body }
+    }
+
+    pub async fn request(&mut self, method: Method, path: &str) -> Answer {
+        self.send(Request::builder().method(method).uri(path).body(Body::empty()).unwrap()).await
+    }
+
+    pub async fn get(&mut self, path: &str) -> Answer {
+        self.request(Method::GET, path).await
+    }
+
+    /// Sends a form as a browser would; the fields must need no escaping but spaces and `@`.
+    pub async fn form(&mut self, path: &str, fields: &[(&str, &str)]) -> Answer {
+        let escape = |text: &str| text.replace(' ', "+").replace('@', "%40").replace('/', "%2F");
+        let pairs: Vec<_> = fields.iter().map(|(name, value)| format!("{name}={}", escape(value))).collect();
+        let request = Request::post(path)
+            .header(header::CONTENT_TYPE, "application/x-www-form-urlencoded")
+            .body(Body::from(pairs.join("&")))
+            .unwrap();
+        self.send(request).await
+    }
+
+    pub async fn upload(&mut self, recording: &[u8]) -> Answer {
+        let request = Request::post("/api/v1/sessions")
+            .header(header::CONTENT_TYPE, "application/octet-stream")
+            .body(Body::from(recording.to_vec()))
+            .unwrap();
+        self.send(request).await
+    }
+
+    /// The CSRF token of the sign-in page.
+    pub async fn csrf(&mut self) -> String {
+        let page = self.get("/login").await;
+        assert_eq!(page.status, 200, "{}", page.text());
+        csrf_in(&page.text())
+    }
+
+    pub async fn sign_in(&mut self, email: &str, password: &str) -> Answer {
+        let csrf = self.csrf().await;
+        self.form("/login", &[("csrf", &csrf), ("email", email), ("password", password)]).await
+    }
+}
+
+/// The value of the hidden field `csrf`.
+pub fn csrf_in(page: &str) -> String {
+    let field = page.split("name=\"csrf\"").nth(1).unwrap_or_else(|| panic!("no csrf field in {page}"));
+    field.split("value=\"").nth(1).unwrap().split('"').next().unwrap().to_owned()
+}

@@ -1,0 +1,163 @@
+//! What the tests share: a service in a folder of its own, clients, and recordings of real, short attempts.
+
+pub mod client;
+pub mod recordings;
+
+use std::path::{Path, PathBuf};
+
+use axum::Router;
+use serde_json::json;
+use sqlx::SqliteConnection;
+use tempfile::TempDir;
+use uuid::Uuid;
+use web_admin::AppState;
+use web_admin::clock::Clock;
+use web_admin::config::{Config, PasswordCost};
+use web_admin::domain::Role;
+use web_admin::publishing;
+use web_admin::routes;
+use web_admin::secret;
+use web_admin::storage::audit::{self, Actor, Entry};
+use web_admin::storage::cohorts::{self, Membership};
+use web_admin::storage::people::{self, NewPerson, Person};
+use web_admin::storage::schools;
+use web_admin::storage::tokens::{self, TokenHolder};
+
+use client::Client;
+
+/// The password of everybody.
+pub const PASSWORD: &str = "a long enough password";
+
+/// The course that is shipped.
+pub fn course_folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../curricula/lower-back-basics")
+}
+
+/// A service with an empty database, in a folder that goes with it.
+pub struct App {
+    pub state: AppState,
+    pub router: Router,
+    pub folder: TempDir,
+}
+
+/// Somebody with a token.
+pub struct Member {
+    pub person: Person,
+    pub token: String,
+}
+
+impl App {
+    pub async fn new() -> Self {
+        Self::with(Clock::system(), |_| {}).await
+    }
+
+    /// With a clock, and a change to the configuration.
+    pub async fn with(clock: Clock, change: impl FnOnce(&mut Config)) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let mut config = Config::in_folder(folder.path());
+        // Real hashing, at the least cost there is: what is tested is not its strength.
+        config.password_cost = PasswordCost { memory_kib: 8, passes: 1 };
+        change(&mut config);
+        let state = AppState::open(config, clock).await.unwrap();
+        Self { router: routes::router(state.clone()), state, folder }
+    }
+
+    pub async fn write<T>(&self, work: impl AsyncFnOnce(&mut SqliteConnection) -> T) -> T {
+        let mut tx = self.state.db.write().await.unwrap();
+        let made = work(&mut tx).await;
+        tx.commit().await.unwrap();
+        made
+    }
+
+    pub async fn school(&self, name: &str) -> Uuid {
+        let now = self.state.clock.now();
+        self.write(async |tx| schools::find_or_create(tx, name, now).await.unwrap().id).await
+    }
+
+    /// Adds a person with a token, and the audit entry that says so.
+    pub async fn member(&self, school: Uuid, role: Role, email: &str) -> Member {
+        let (now, token) = (self.state.clock.now(), secret::random_hex().unwrap());
+        let hash = secret::hash_password(PASSWORD, self.state.config.password_cost).unwrap();
+        let new = NewPerson { school_id: school, role, email, display_name: "Somebody", password_hash: &hash };
+        let person = self
+            .write(async |tx| {
+                let person = people::add(tx, &new, now).await.unwrap();
+                let holder = TokenHolder { school_id: school, person_id: Some(person.id), station: None };
+                tokens::add(tx, &holder, &secret::token_sha256(&token), now).await.unwrap();
+                let entry = Entry {
+                    school_id: Some(school),
+                    actor: Actor::CommandLine,
+                    action: "person.added",
+                    object: person.id.to_string(),
+                    details: json!({}),
+                };
+                audit::append(tx, entry, now).await.unwrap();
+                person
+            })
+            .await;
+        Member { person, token }
+    }
+
+    /// The token of a station.
+    pub async fn station(&self, school: Uuid) -> String {
+        let (now, token) = (self.state.clock.now(), secret::random_hex().unwrap());
+        let holder = TokenHolder { school_id: school, person_id: None, station: Some("room 2".to_owned()) };
+        self.write(async |tx| tokens::add(tx, &holder, &secret::token_sha256(&token), now).await.unwrap()).await;
+        token
+    }
+
+    /// Puts people into a cohort.
+    pub async fn cohort(&self, school: Uuid, name: &str, people: &[&Person]) {
+        let now = self.state.clock.now();
+        self.write(async |tx| {
+            let cohort = cohorts::find_or_create(tx, school, name, now).await.unwrap();
+            for person in people {
+                let membership =
+                    Membership { school_id: school, cohort_id: cohort.id, person_id: person.id, role: person.role };
+                cohorts::join(tx, membership).await.unwrap();
+            }
+        })
+        .await;
+    }
+
+    /// Publishes the shipped course.
+    pub async fn publish(&self, school: Uuid) -> Vec<publishing::Published> {
+        let now = self.state.clock.now();
+        let course = course_folder().join("course.toml");
+        self.write(async |tx| publishing::course(tx, school, &course, now).await.unwrap()).await
+    }
+
+    /// A client without anything.
+    pub fn stranger(&self) -> Client {
+        Client::new(self.router.clone())
+    }
+
+    /// A client with a token.
+    pub fn with_token(&self, token: &str) -> Client {
+        let mut client = self.stranger();
+        client.token = Some(token.to_owned());
+        client
+    }
+
+    /// A client that has signed in through the form.
+    pub async fn signed_in(&self, email: &str) -> Client {
+        let mut client = self.stranger();
+        let answer = client.sign_in(email, PASSWORD).await;
+        assert_eq!(answer.status, 303, "{}", answer.text());
+        client
+    }
+
+    /// Every file in the recordings folder and below, relative to it.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let root = &self.state.config.recordings_dir;
+        let mut found = Vec::new();
+        let mut open = vec![root.clone()];
+        while let Some(folder) = open.pop() {
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() { open.push(path) } else { found.push(path.strip_prefix(root).unwrap().to_owned()) }
+            }
+        }
+        found
+    }
+}

@@ -1,0 +1,122 @@
+//! Recordings of short attempts at the shipped exercise, simulated with the real force law.
+
+use std::io::Cursor;
+use std::sync::LazyLock;
+
+use mechanics::operator::Motion;
+use mechanics::puncture::PunctureParams;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use recording::session::{EXERCISE_ATTACHMENT, SCENE_ATTACHMENT};
+use recording::simulate::{Clock, MotionSource, simulate};
+use recording::write::SceneDrawing;
+use recording::{Attachment, Sample, Session, Writer};
+use scene::{ExerciseBundle, Patient};
+use uuid::Uuid;
+
+use super::course_folder;
+
+/// The shipped exercise that is attempted.
+pub static EXERCISE: LazyLock<ExerciseBundle> =
+    LazyLock::new(|| ExerciseBundle::read(&course_folder().join("1-feel-the-layers.toml")).unwrap());
+
+/// What an attempt is to be.
+#[derive(Clone)]
+pub struct Attempt {
+    pub session_id: Uuid,
+    /// Pseudonym in the metadata.
+    pub trainee: String,
+    pub seed: u64,
+    /// Depth at which the hand turns back, in mm.
+    pub depth_mm: f64,
+}
+
+impl Default for Attempt {
+    fn default() -> Self {
+        Self { session_id: Uuid::new_v4(), trainee: String::new(), seed: 7, depth_mm: 18.0 }
+    }
+}
+
+/// A hand that goes straight in at 20 mm/s, confirms, and comes straight out.
+struct StraightHand {
+    t_s: f64,
+    depth_m: f64,
+}
+
+impl MotionSource for StraightHand {
+    fn step(&mut self, dt_s: f64, _force_n: &Vector3<f64>) -> Motion {
+        const START_M: f64 = -0.005;
+        const SPEED_M_PER_S: f64 = 0.02;
+        self.t_s += dt_s;
+        let way_m = self.depth_m - START_M;
+        let gone_m = self.t_s * SPEED_M_PER_S;
+        let x_m = if gone_m < way_m { START_M + gone_m } else { self.depth_m - (gone_m - way_m) };
+        // The needle's +z points to its tip; turned about x it points into the body.
+        let turned = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+        Motion {
+            patient_from_needle: Isometry3::from_parts(Translation3::new(0.0, 0.0, -x_m), turned),
+            confirm: (gone_m - way_m).abs() < 1e-3,
+            done: gone_m > 2.0 * way_m,
+        }
+    }
+}
+
+fn session(attempt: &Attempt, patient: &Patient) -> Session {
+    Session {
+        session_id: attempt.session_id,
+        exercise_id: EXERCISE.exercise.id.clone(),
+        exercise_sha256: EXERCISE.exercise.sha256.clone(),
+        scene_sha256: EXERCISE.scene.sha256.clone(),
+        simulator_version: "0.1.0".to_owned(),
+        git: String::new(),
+        device: "operator:test".to_owned(),
+        device_max_force_n: f64::INFINITY,
+        tick_hz: 1000.0,
+        seed: attempt.seed,
+        trainee: attempt.trainee.clone(),
+        started_at: time::macros::datetime!(2026-03-04 05:06:07 UTC),
+        patient_thickness_mm: patient.thickness_mm.clone(),
+    }
+}
+
+fn attachments() -> Vec<Attachment> {
+    let document = |name: &str, data: &[u8]| Attachment {
+        name: name.to_owned(),
+        media_type: "application/toml".to_owned(),
+        data: data.to_vec(),
+    };
+    vec![document(EXERCISE_ATTACHMENT, &EXERCISE.exercise_bytes), document(SCENE_ATTACHMENT, &EXERCISE.scene_bytes)]
+}
+
+/// Records an attempt; `spoil` may add to what is written before it ends.
+fn write(attempt: &Attempt, spoil: impl FnOnce(&mut Writer<Cursor<Vec<u8>>>), moves: bool) -> Vec<u8> {
+    let patient = Patient::draw(&EXERCISE.scene, attempt.seed);
+    let params = PunctureParams::new(EXERCISE.scene.puncture_spec(&patient)).unwrap();
+    let sink = Cursor::new(Vec::new());
+    let mut writer =
+        Writer::create(sink, &session(attempt, &patient), &attachments(), &SceneDrawing::default()).unwrap();
+    if moves {
+        let mut hand = StraightHand { t_s: 0.0, depth_m: attempt.depth_mm * 1e-3 };
+        simulate(&params, &mut hand, &mut writer, &Clock { tick_hz: 1000.0, time_limit_s: 30.0 }).unwrap();
+    }
+    spoil(&mut writer);
+    writer.finish().unwrap().into_inner()
+}
+
+/// A whole attempt.
+pub fn record(attempt: &Attempt) -> Vec<u8> {
+    write(attempt, |_| {}, true)
+}
+
+/// An attempt whose last force is not what the tissue answered.
+pub fn tampered(attempt: &Attempt) -> Vec<u8> {
+    let forged = |writer: &mut Writer<_>| {
+        let sample = Sample { t_s: 60.0, orientation: [1.0, 0.0, 0.0, 0.0], tip_n: 3.0, ..Sample::default() };
+        writer.sample(&sample).unwrap();
+    };
+    write(attempt, forged, true)
+}
+
+/// A recording in which nothing moved.
+pub fn without_samples(attempt: &Attempt) -> Vec<u8> {
+    write(attempt, |_| {}, false)
+}
