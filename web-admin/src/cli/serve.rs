@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::Context;
 use clap::Args;
 use tokio::net::TcpListener;
-use tokio::signal::unix::{SignalKind, signal};
+use tokio::signal::unix::{Signal, SignalKind, signal};
 use tower_sessions::ExpiredDeletion;
 use tracing_subscriber::EnvFilter;
 
@@ -74,41 +74,49 @@ async fn greet(state: &AppState) -> Result<(), Failure> {
 async fn serve(state: &AppState) -> anyhow::Result<()> {
     let listen = state.config.listen;
     let listener = TcpListener::bind(listen).await.with_context(|| format!("cannot listen on {listen}"))?;
+    // Before anybody is told that we are up: whoever then stops us must find the handler in place.
+    let signals = Signals::listen()?;
     say(format_args!("Listening on http://{}", listener.local_addr()?));
     let background = [tokio::spawn(worker::run(state.clone())), tokio::spawn(tidy(state.clone()))];
-    let (told, mut stop) = tokio::sync::watch::channel(false);
+    let (stop, stopped) = tokio::sync::oneshot::channel();
     let app = routes::router(state.clone()).into_make_service_with_connect_info::<SocketAddr>();
-    let mut hear = stop.clone();
-    let serving = axum::serve(listener, app).with_graceful_shutdown(async move {
-        // The sender lives until the end of this function, so the wait only ends by being told.
-        let _ = hear.wait_for(|stop| *stop).await;
+    let serving = axum::serve(listener, app).with_graceful_shutdown(async {
+        // The sender is never dropped unused, so the wait ends by being told.
+        let _ = stopped.await;
     });
-    let waiting = async {
-        let _ = stop.wait_for(|stop| *stop).await;
+    let last_orders = async {
+        signals.wait().await;
+        // Nobody listens any more where serving has ended by itself.
+        let _ = stop.send(());
         tokio::time::sleep(LAST_ORDERS).await;
-    };
-    let listening = async {
-        wait_for_signal().await?;
-        told.send_replace(true);
-        std::future::pending::<anyhow::Result<()>>().await
     };
     let ended = tokio::select! {
         served = serving.into_future() => served.map_err(anyhow::Error::from),
-        () = waiting => Ok(()),
-        failed = listening => failed,
+        () = last_orders => Ok(()),
     };
     background.iter().for_each(tokio::task::JoinHandle::abort);
     tracing::info!("stopped");
     ended
 }
 
-async fn wait_for_signal() -> anyhow::Result<()> {
-    let mut terminate = signal(SignalKind::terminate()).context("cannot listen for SIGTERM")?;
-    tokio::select! {
-        interrupted = tokio::signal::ctrl_c() => interrupted.context("cannot listen for Ctrl-C")?,
-        _ = terminate.recv() => {}
+/// What asks the service to stop.
+struct Signals {
+    interrupt: Signal,
+    terminate: Signal,
+}
+
+impl Signals {
+    fn listen() -> anyhow::Result<Self> {
+        let listen = |kind| signal(kind).context("cannot listen for signals");
+        Ok(Self { interrupt: listen(SignalKind::interrupt())?, terminate: listen(SignalKind::terminate())? })
     }
-    Ok(())
+
+    async fn wait(mut self) {
+        tokio::select! {
+            _ = self.interrupt.recv() => {}
+            _ = self.terminate.recv() => {}
+        }
+    }
 }
 
 /// Throws away what has expired, now and then.

@@ -21,22 +21,23 @@ struct Service {
 
 impl Service {
     fn start(folder: &Path) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_web-admin"))
+        let child = Command::new(env!("CARGO_BIN_EXE_web-admin"))
             .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
             .arg(folder)
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        let mut greeting = String::new();
-        for line in BufReader::new(child.stdout.take().unwrap()).lines() {
-            let line = line.unwrap();
-            if let Some((_, address)) = line.split_once("http://") {
-                return Self { child, address: address.trim().to_owned(), greeting };
+        let mut service = Self { child, address: String::new(), greeting: String::new() };
+        let mut lines = BufReader::new(service.child.stdout.take().unwrap()).lines().map(Result::unwrap);
+        while service.address.is_empty() {
+            let line = lines.next().expect("the service prints its address");
+            match line.split_once("http://") {
+                Some((_, address)) => address.trim().clone_into(&mut service.address),
+                None => service.greeting += &line,
             }
-            greeting += &line;
         }
-        panic!("the service printed no address")
+        service
     }
 
     fn signal(&self, name: &str) {

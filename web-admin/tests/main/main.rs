@@ -1,5 +1,12 @@
 //! The service through its front door: the router in process, a real database file per test, one client per role.
 
+#![expect(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test that cannot go on says so and stops"
+)]
+
 mod access;
 mod api;
 mod audit;
