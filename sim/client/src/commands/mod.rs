@@ -11,8 +11,8 @@ pub mod simulate;
 pub mod upload;
 pub mod verify;
 
-use std::fs::{self, File};
-use std::io::BufReader;
+use std::fs::File;
+use std::io::{BufReader, Read};
 use std::path::Path;
 
 use mechanics::axial::Contactor;
@@ -24,9 +24,18 @@ use crate::exit::Failure;
 use crate::output;
 use crate::progress::Progress;
 
+/// Most bytes read of a scene or a token: whatever is larger is neither, or has no end.
+const LARGEST_TEXT_BYTES: u64 = 16 << 20;
+
 /// Reads a text file that the call names.
 fn read_text(path: &Path) -> Result<String, Failure> {
-    fs::read_to_string(path).map_err(|error| Failure::refused(path, format_args!("cannot be read: {error}")))
+    let mut text = String::new();
+    let read = open(path)?.take(LARGEST_TEXT_BYTES + 1).read_to_string(&mut text);
+    match read {
+        Ok(length) if length as u64 <= LARGEST_TEXT_BYTES => Ok(text),
+        Ok(_) => Err(Failure::refused(path, "larger than 16 MiB; a document is far smaller")),
+        Err(error) => Err(Failure::refused(path, format_args!("cannot be read: {error}"))),
+    }
 }
 
 /// Opens a file that the call names.

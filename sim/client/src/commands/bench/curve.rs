@@ -112,15 +112,23 @@ fn picture(path: &Path, scene: &Scene, spec: &AxialSpec, points: &[Point]) -> Dr
     Ok(())
 }
 
-/// The points that can be told apart: every tenth, and those beside a drop. The rest would only make the file large.
+/// The points where a line bends. The picture's coordinates are whole pixels: a straight piece drawn through all of its
+/// points would have steps, and ten times the bytes.
 fn visible(points: &[Point]) -> Vec<Point> {
-    const DROP_N: f64 = 0.005;
-    let near_drop = |index: usize| {
-        let around = &points[index.saturating_sub(1)..(index + 2).min(points.len())];
-        around.windows(2).any(|pair| (pair[1].1 - pair[0].1).abs() > DROP_N)
-    };
-    let kept = |index: &usize| index.is_multiple_of(10) || *index + 1 == points.len() || near_drop(*index);
-    (0..points.len()).filter(kept).map(|index| points[index]).collect()
+    /// A bend is a change of either rise per tick by more than this, in N.
+    const BEND_N: f64 = 1e-6;
+    let rise = |pair: &[Point]| (pair[1].1 - pair[0].1, pair[1].2 - pair[0].2);
+    let mut shown: Vec<Point> = points.first().copied().into_iter().collect();
+    let mut before = points.first_chunk::<2>().map_or((0.0, 0.0), |pair| rise(pair));
+    for pair in points.windows(2) {
+        let now = rise(pair);
+        if (now.0 - before.0).abs() > BEND_N || (now.1 - before.1).abs() > BEND_N {
+            shown.push(pair[0]);
+            before = now;
+        }
+    }
+    shown.extend(points.last());
+    shown
 }
 
 /// A layer as the tip would meet it undeformed.
