@@ -103,8 +103,21 @@ async fn sign_in(browser: &Client, url: &str, email: &str) {
     form.set_by_name("email", email).await.expect("an e-mail field");
     form.set_by_name("password", PASSWORD).await.expect("a password field");
     form.submit().await.expect("the form is sent");
-    let landed = browser.current_url().await.expect("an address");
-    assert_eq!(landed.path(), "/", "{email} was not let in: {}", text(browser).await);
+    let landed = lands(browser, |path| path == "/").await;
+    assert_eq!(landed, "/", "{email} was not let in: {}", text(browser).await);
+}
+
+/// Waits for an address: a click and a sent form return before the next page is there.
+async fn lands(browser: &Client, wanted: impl Fn(&str) -> bool) -> String {
+    let mut path = String::new();
+    for _ in 0..50 {
+        browser.current_url().await.expect("an address").path().clone_into(&mut path);
+        if wanted(&path) {
+            break;
+        }
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    path
 }
 
 /// Follows the first link in the page whose address begins with `prefix`.
@@ -112,8 +125,8 @@ async fn follow(browser: &Client, prefix: &str) {
     let link = browser.find(Locator::Css(&format!("main a[href^='{prefix}']"))).await;
     let link = link.unwrap_or_else(|_| panic!("no link to {prefix}"));
     link.click().await.expect("the link opens");
-    let landed = browser.current_url().await.expect("an address");
-    assert!(landed.path().starts_with(prefix), "the link to {prefix} led to {landed}");
+    let landed = lands(browser, |path| path.starts_with(prefix)).await;
+    assert!(landed.starts_with(prefix), "the link to {prefix} led to {landed}");
 }
 
 async fn contains(browser: &Client, what: &str, words: &[&str]) {
