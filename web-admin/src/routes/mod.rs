@@ -1,12 +1,16 @@
 //! Every address the service answers, and the layers around them.
 
+use std::time::Duration;
+
 use axum::Router;
 use axum::extract::Request;
-use axum::http::{HeaderName, HeaderValue, header};
+use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::from_fn_with_state;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
+use tower_http::compression::predicate::{DefaultPredicate, NotForContentType, Predicate};
 use tower_http::set_header::SetResponseHeaderLayer;
+use tower_http::timeout::TimeoutLayer;
 use tower_sessions::cookie::SameSite;
 use tower_sessions::{Expiry, SessionManagerLayer};
 
@@ -23,6 +27,9 @@ pub mod pages;
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self' data:; \
      connect-src 'self'; font-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'";
 
+/// Longest that a page or a form may take, a form that trickles in among them. Uploads have their own limit.
+const PAGE_TIMEOUT: Duration = Duration::from_secs(30);
+
 /// The whole service.
 pub fn router(state: AppState) -> Router {
     // Layers also wrap the fallback: a stranger is asked to sign in at every address, whether it exists or not.
@@ -30,15 +37,18 @@ pub fn router(state: AppState) -> Router {
         .merge(auth::signed_in())
         .fallback(nothing_here)
         .layer(from_fn_with_state(state.clone(), auth::require_person));
+    // A recording is compressed already, and a range of it must stay a range of its bytes.
+    let packable = DefaultPredicate::new().and(NotForContentType::new("application/octet-stream"));
     let app = Router::new()
         .merge(signed_in)
         .merge(auth::router())
         .merge(pages::assets())
+        .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, PAGE_TIMEOUT))
         .nest("/api/v1", api::router(&state))
         .layer(cookies(&state))
         .merge(health::router())
         .layer(from_fn_with_state(state.clone(), health::count_requests))
-        .layer(CompressionLayer::new())
+        .layer(CompressionLayer::new().compress_when(packable))
         .layer(CatchPanicLayer::new());
     headers(app, &state).with_state(state)
 }

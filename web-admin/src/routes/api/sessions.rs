@@ -58,8 +58,8 @@ pub(super) struct SessionView {
 /// What the server's re-simulation found.
 #[derive(Debug, Serialize, ToSchema)]
 struct VerificationView {
-    /// Largest deviation of any force, in N.
-    largest_deviation_n: f64,
+    /// Largest deviation of any force, in N; absent where it is no number.
+    largest_deviation_n: Option<f64>,
     event_differences: i64,
     /// It is not the same to the bit.
     flagged: bool,
@@ -67,10 +67,10 @@ struct VerificationView {
 
 impl From<Session> for SessionView {
     fn from(session: Session) -> Self {
-        let verification = session.verify_deviation_n.map(|largest_deviation_n| VerificationView {
-            largest_deviation_n,
+        let verification = session.verify_flagged.map(|flagged| VerificationView {
+            largest_deviation_n: session.verify_deviation_n,
             event_differences: session.verify_event_differences.unwrap_or_default(),
-            flagged: session.verify_flagged.unwrap_or_default(),
+            flagged,
         });
         Self {
             session_id: session.id,
