@@ -1,5 +1,6 @@
 //! `web-admin serve`.
 
+use std::io::IsTerminal;
 use std::net::SocketAddr;
 use std::time::Duration;
 
@@ -56,7 +57,8 @@ pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
 /// Logs go to standard error; `RUST_LOG` says how much.
 fn start_log() {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let colours = std::io::stderr().is_terminal();
+    tracing_subscriber::fmt().with_env_filter(filter).with_ansi(colours).with_writer(std::io::stderr).init();
 }
 
 /// An empty service tells how to get in.
