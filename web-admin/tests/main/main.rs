@@ -13,6 +13,8 @@ mod audit;
 mod commands;
 mod crash;
 mod documents;
+mod page_speed;
+mod pages;
 mod schema;
 mod scoring;
 mod signing_in;

@@ -1,0 +1,178 @@
+//! The pages through the front door, role by role. Fails when a page shows somebody what they may not see, hides what
+//! they came for, or tells the missing from the forbidden.
+
+use uuid::Uuid;
+use web_admin::domain::Role;
+use web_admin::worker;
+
+use super::support::recordings::{Attempt, record, tampered, without_samples};
+use super::support::{App, Member};
+
+/// A school with a course, a trainee with one scored attempt, and everybody around them.
+struct School {
+    app: App,
+    trainee: Member,
+    attempt: Uuid,
+}
+
+impl School {
+    async fn new() -> Self {
+        let app = App::new().await;
+        let north = app.school("North").await;
+        app.publish(north).await;
+        let trainee = app.member(north, Role::Trainee, "ada@example.org").await;
+        let teacher = app.member(north, Role::Instructor, "teacher@example.org").await;
+        app.member(north, Role::Trainee, "bob@example.org").await;
+        app.member(north, Role::Instructor, "other@example.org").await;
+        app.member(north, Role::Administrator, "head@example.org").await;
+        let south = app.school("South").await;
+        app.member(south, Role::Administrator, "head@south.example").await;
+        app.cohort(north, "Spring", &[&trainee.person, &teacher.person]).await;
+        let attempt = upload(&app, &trainee, record).await;
+        worker::work_off(&app.state).await.unwrap();
+        Self { app, trainee, attempt }
+    }
+
+    async fn page(&self, email: &str, path: &str) -> String {
+        let answer = self.app.signed_in(email).await.get(path).await;
+        assert_eq!(answer.status, 200, "{email} {path}: {}", answer.text());
+        assert!(!answer.text().contains("NaN"), "{path}");
+        answer.text()
+    }
+
+    /// The only cohort's page, by the list's own link.
+    async fn cohort_path(&self) -> String {
+        let list = self.page("teacher@example.org", "/cohorts").await;
+        let id = list.split("href=\"/cohorts/").nth(1).expect("a cohort").split('"').next().unwrap();
+        format!("/cohorts/{id}")
+    }
+}
+
+async fn upload(app: &App, trainee: &Member, recorded: impl Fn(&Attempt) -> Vec<u8>) -> Uuid {
+    let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
+    let answer = app.with_token(&trainee.token).upload(&recorded(&attempt)).await;
+    assert_eq!(answer.status, 201, "{}", answer.text());
+    attempt.session_id
+}
+
+#[tokio::test]
+async fn a_trainee_finds_what_is_next_and_the_attempt_with_its_reasons() {
+    let school = School::new().await;
+    let home = school.page("ada@example.org", "/").await;
+    for wanted in ["Do next", "Feel the layers", "1 attempt in all", &format!("/sessions/{}", school.attempt)] {
+        assert!(home.contains(wanted), "{wanted} is missing in {home}");
+    }
+    let session = school.page("ada@example.org", &format!("/sessions/{}", school.attempt)).await;
+    for wanted in
+        ["out of 100", "full marks", "Tip through skin", "Rim through skin", "identical", "<svg", "Energy by layer"]
+    {
+        assert!(session.contains(wanted), "{wanted} is missing in {session}");
+    }
+    let exercise = school.page("ada@example.org", "/exercises/feel-the-layers").await;
+    assert!(exercise.contains("Your attempts") && exercise.contains("Cross-section"), "{exercise}");
+    let curricula = school.page("ada@example.org", "/curricula").await;
+    assert!(curricula.contains("/exercises/avoid-the-vessel") && curricula.contains("Locked"), "{curricula}");
+}
+
+#[tokio::test]
+async fn an_instructor_sees_the_cohort_they_teach() {
+    let school = School::new().await;
+    let cohort = school.page("teacher@example.org", &school.cohort_path().await).await;
+    assert!(cohort.contains("Who is where") && cohort.contains(&format!("/trainees/{}", school.trainee.person.id)));
+    let home = school.page("teacher@example.org", "/").await;
+    assert!(home.contains("Spring") && home.contains(&format!("/sessions/{}", school.attempt)), "{home}");
+    let trainee = school.page("teacher@example.org", &format!("/trainees/{}", school.trainee.person.id)).await;
+    assert!(trainee.contains("Feel the layers"), "{trainee}");
+    let exercise = school.page("teacher@example.org", "/exercises/feel-the-layers").await;
+    assert!(exercise.contains("Latest attempts") && exercise.contains(&school.attempt.to_string()), "{exercise}");
+    let other = school.page("other@example.org", "/").await;
+    assert!(other.contains("You teach no cohort yet") && !other.contains(&school.attempt.to_string()), "{other}");
+}
+
+#[tokio::test]
+async fn an_administrator_sees_the_school_and_its_queue() {
+    let school = School::new().await;
+    school.app.station(school.trainee.person.school_id).await;
+    upload(&school.app, &school.trainee, record).await;
+    let home = school.page("head@example.org", "/").await;
+    assert!(home.contains("North") && home.contains("1 recording waits") && home.contains("Spring"), "{home}");
+    let admin = school.page("head@example.org", "/admin").await;
+    assert!(admin.contains("ada@example.org") && admin.contains("room 2"), "{admin}");
+    assert!(!admin.contains("head@south.example"), "another school's people stay there");
+    school.page("head@example.org", &school.cohort_path().await).await;
+}
+
+#[tokio::test]
+async fn what_is_not_yours_is_not_there() {
+    let school = School::new().await;
+    let paths = [
+        format!("/sessions/{}", school.attempt),
+        format!("/trainees/{}", school.trainee.person.id),
+        school.cohort_path().await,
+    ];
+    for email in ["bob@example.org", "other@example.org", "head@south.example"] {
+        let mut browser = school.app.signed_in(email).await;
+        for path in &paths {
+            let answer = browser.get(path).await;
+            assert_eq!(answer.status, 404, "{email} {path}");
+            let never = browser.get(&path.replace(|c: char| c.is_ascii_digit(), "0")).await;
+            assert_eq!(answer.text(), never.text(), "the forbidden reads as the missing");
+        }
+    }
+    let mut abroad = school.app.signed_in("head@south.example").await;
+    assert_eq!(abroad.get("/exercises/feel-the-layers").await.status, 404);
+    assert!(abroad.get("/curricula").await.text().contains("No curricula yet"));
+}
+
+#[tokio::test]
+async fn pages_for_other_roles_are_refused_and_broken_ids_name_nothing() {
+    let school = School::new().await;
+    let mut ada = school.app.signed_in("ada@example.org").await;
+    for path in ["/cohorts", "/admin"] {
+        let answer = ada.get(path).await;
+        assert_eq!(answer.status, 403, "{path}");
+        assert!(answer.text().contains("You may not do this"));
+    }
+    let mut teacher = school.app.signed_in("teacher@example.org").await;
+    assert_eq!(teacher.get("/admin").await.status, 403);
+    for path in ["/sessions/x", "/trainees/1", "/cohorts/%ff", "/exercises/none", "/nothing"] {
+        assert_eq!(teacher.get(path).await.status, 404, "{path}");
+    }
+    assert_eq!(ada.get("/?page=0").await.status, 200);
+    assert_eq!(ada.get("/?page=4000000000").await.status, 200);
+    assert_eq!(ada.get("/?page=x").await.status, 400);
+}
+
+#[tokio::test]
+async fn an_attempt_says_what_became_of_it() {
+    let school = School::new().await;
+    let waiting = upload(&school.app, &school.trainee, record).await;
+    let page = school.page("ada@example.org", &format!("/sessions/{waiting}")).await;
+    assert!(page.contains("is being scored"), "{page}");
+    let forged = upload(&school.app, &school.trainee, tampered).await;
+    let empty = upload(&school.app, &school.trainee, without_samples).await;
+    worker::work_off(&school.app.state).await.unwrap();
+    let page = school.page("ada@example.org", &format!("/sessions/{forged}")).await;
+    assert!(page.contains("differs from the recording"), "{page}");
+    let page = school.page("ada@example.org", &format!("/sessions/{empty}")).await;
+    assert!(page.contains("could not be scored"), "{page}");
+    let home = school.page("ada@example.org", "/").await;
+    assert!(home.contains("Re-simulation differs") && home.contains("Not scored"), "{home}");
+}
+
+#[tokio::test]
+async fn the_style_sheet_is_kept_by_the_browser_until_it_changes() {
+    let app = App::new().await;
+    let mut stranger = app.stranger();
+    let login = stranger.get("/login").await.text();
+    let path = login.split("rel=\"stylesheet\" href=\"").nth(1).unwrap().split('"').next().unwrap();
+    let sheet = stranger.get(path).await;
+    assert_eq!((sheet.status.as_u16(), sheet.header("content-type")), (200, "text/css"));
+    assert!(sheet.header("cache-control").contains("immutable"), "{}", sheet.header("cache-control"));
+    let unnamed = stranger.get("/assets/style.css").await;
+    assert!(unnamed.header("cache-control").contains("no-cache"));
+    let again = axum::http::Request::get(path).header("if-none-match", sheet.header("etag"));
+    let again = stranger.send(again.body(axum::body::Body::empty()).unwrap()).await;
+    assert_eq!((again.status.as_u16(), again.body.len()), (304, 0));
+    assert_eq!(stranger.get("/assets/nothing.css").await.status, 404);
+}
