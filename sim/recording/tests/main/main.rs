@@ -6,7 +6,6 @@
 
 mod attempt;
 mod damage;
-mod fewer;
 mod format;
 mod recover;
 mod round_trip;
