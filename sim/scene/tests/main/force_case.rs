@@ -4,9 +4,9 @@
 
 use scene::force_case::parse;
 
-const TROCAR: &str = include_str!("../data/force/trocar.json");
-const TABLE_I: &str = include_str!("../data/force/table_i.json");
-const TRAINING: &str = include_str!("../data/force/training_in_hold_out_in.json");
+const TROCAR: &str = include_str!("../../../../tests/data/force/trocar.json");
+const TABLE_I: &str = include_str!("../../../../tests/data/force/table_i.json");
+const TRAINING: &str = include_str!("../../../../tests/data/force/training_in_hold_out_in.json");
 
 fn error(from: &str, to: &str) -> String {
     assert!(TROCAR.contains(from), "{from} is not in the case");
