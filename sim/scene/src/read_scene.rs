@@ -63,6 +63,7 @@ pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<(Scene, Files
     doc.refuse_duplicates("layer", "name");
     doc.refuse_duplicates("structure", "name");
     check_needle(&mut doc);
+    check_tissue(&mut doc);
     let (meshes, files) = read_structures(&mut doc, find);
     let raw: RawScene = doc.finish()?;
     let structures = raw.structure.into_iter().zip(meshes).map(|(s, mesh)| structure(s, mesh)).collect();
@@ -107,6 +108,19 @@ fn check_needle(doc: &mut Walked) {
         if is_trocar && tip_to_rim_mm > 0.0 && !doc.is_written(&field) {
             doc.refuse(&field, "missing", "needed by a trocar: the force in N at which its rim opens the boundary");
         }
+    }
+}
+
+/// What the format knows and this version does not model is refused: an author must not think it was obeyed.
+fn check_tissue(doc: &mut Walked) {
+    let word = |key: &str| doc.value["tissue"][key].as_str().unwrap_or_default().to_owned();
+    let (model, coupling) = (word("model"), word("coupling"));
+    let allowed = "allowed: auto or none; the deforming tissue is not modelled yet";
+    if !["auto", "none", ""].contains(&model.as_str()) {
+        doc.refuse("tissue.model", &format!("\"{model}\""), allowed);
+    }
+    if coupling == "field" {
+        doc.refuse("tissue.coupling", "\"field\"", "allowed: none; the deforming tissue is not modelled yet");
     }
 }
 

@@ -48,19 +48,19 @@ const fn steady(name: &'static str, cohort: usize, start: f64, gain: f64) -> Lea
 
 /// The trainees.
 pub const LEARNERS: [Learner; 14] = [
-    steady("Ada Okafor", 0, 0.30, 0.12),
-    Learner { days: &[0, 3], ..steady("Bruno Keller", 0, 0.10, 0.08) },
-    steady("Chidi Mbeki", 0, 0.45, 0.10),
-    Learner { days: &[1, 3], absent_weeks: 3, ..steady("Daria Novak", 0, 0.20, 0.07) },
-    Learner { days: &[1, 4], ..steady("Emil Sørensen", 0, 0.00, 0.01) },
-    steady("Fatima Haddad", 0, 0.35, 0.09),
-    Learner { days: &[0, 2], ..steady("George Whitlock", 0, 0.15, 0.06) },
-    steady("Hana Suzuki", 1, 0.55, 0.15),
-    Learner { days: &[0, 1, 3], slump_weeks: 2, ..steady("Ivan Petrov", 1, 0.25, 0.10) },
-    Learner { days: &[2, 4], ..steady("Julia Lindqvist", 1, 0.20, 0.08) },
-    steady("Kofi Asante", 1, 0.40, 0.11),
+    steady("Ada Okafor", 0, 0.20, 0.10),
+    Learner { days: &[0, 3], ..steady("Bruno Keller", 0, 0.00, 0.06) },
+    steady("Chidi Mbeki", 0, 0.30, 0.08),
+    Learner { days: &[1, 3], absent_weeks: 3, ..steady("Daria Novak", 0, 0.05, 0.06) },
+    Learner { days: &[1, 4], ..steady("Emil Sørensen", 0, 0.00, 0.003) },
+    steady("Fatima Haddad", 0, 0.10, 0.07),
+    Learner { days: &[0, 2], ..steady("George Whitlock", 0, 0.00, 0.05) },
+    steady("Hana Suzuki", 1, 0.40, 0.15),
+    Learner { days: &[0, 1, 3], slump_weeks: 2, ..steady("Ivan Petrov", 1, 0.10, 0.10) },
+    Learner { days: &[2, 4], ..steady("Julia Lindqvist", 1, 0.05, 0.06) },
+    steady("Kofi Asante", 1, 0.15, 0.09),
     Learner { days: &[1], ..steady("Leila Rahimi", 1, 0.30, 0.10) },
-    Learner { days: &[0, 3], ..steady("Mateo Vargas", 1, 0.05, 0.05) },
+    Learner { days: &[0, 3], ..steady("Mateo Vargas", 1, 0.00, 0.03) },
     Learner { days: &[], ..steady("Nina Castellano", 1, 0.30, 0.10) },
 ];
 

@@ -114,6 +114,10 @@ fn a_needle_has_no_rim_and_a_trocars_rim_needs_thresholds() {
     says(&error(SCENE, "diameter_mm = 2.0", bad), &["needle.tip_to_rim_mm: 2 mm", "no rim"]);
     says(&error(SCENE, "rim_rupture_n = 0.6\n", ""), &["layer[1].rim_rupture_n: missing", "needed by a trocar"]);
     says(&error(SCENE, "diameter_mm = 2.0", "flexible = true"), &["needle.flexible: true", "not modelled yet"]);
+    for (key, value) in [("model", "volumetric"), ("coupling", "field")] {
+        let tissue = format!("[tissue]\n{key} = \"{value}\"\n[needle]");
+        says(&error(SCENE, "[needle]", &tissue), &[&format!("tissue.{key}: \"{value}\""), "not modelled yet"]);
+    }
 }
 
 #[test]
