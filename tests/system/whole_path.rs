@@ -86,18 +86,28 @@ fn session_id(url: &str, token: &str) -> String {
     sessions[0]["session_id"].as_str().expect("an id").to_owned()
 }
 
-/// A page as the trainee sees it, signed in through the form.
+/// A page as the trainee sees it, signed in through the form. The cookie is carried by hand: the session gets a new
+/// id at sign-in, and an old one must not work.
 fn page(url: &str, path: &str) -> String {
-    let agent = ureq::Agent::new_with_defaults();
-    let login = agent.get(format!("{url}/login")).call().expect("the sign-in page");
-    let form = login.into_body().read_to_string().expect("a body");
+    let agent: ureq::Agent = ureq::Agent::config_builder().max_redirects(0).build().into();
+    let mut login = agent.get(format!("{url}/login")).call().expect("the sign-in page");
+    let form = login.body_mut().read_to_string().expect("a body");
     let csrf = form.split("name=\"csrf\" value=\"").nth(1).and_then(|s| s.split('"').next()).expect("a form token");
-    agent
+    let signed_in = agent
         .post(format!("{url}/login"))
+        .header("Cookie", cookie(&login))
         .send_form([("email", "ada@example.org"), ("password", PASSWORD), ("csrf", csrf)])
         .expect("signed in");
-    let answer = agent.get(format!("{url}{path}")).call().expect("the page");
+    assert_ne!(cookie(&signed_in), cookie(&login), "the session keeps its id");
+    let answer = agent.get(format!("{url}{path}")).header("Cookie", cookie(&signed_in)).call().expect("the page");
+    assert_eq!(answer.status(), 200, "{path}");
     answer.into_body().read_to_string().expect("a body")
+}
+
+/// The cookie that an answer sets.
+fn cookie<B>(answer: &ureq::http::Response<B>) -> String {
+    let set = answer.headers().get("set-cookie").and_then(|value| value.to_str().ok()).expect("a cookie");
+    set.split(';').next().unwrap_or_default().to_owned()
 }
 
 #[test]
