@@ -5,20 +5,15 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use mechanics::operator::{Operator, Plan, Skill};
-use recording::session::{EXERCISE_ATTACHMENT, MESH_PREFIX, SCENE_ATTACHMENT};
+use assessment::attachments;
+use mechanics::operator::{Operator, Skill};
 use recording::simulate::MotionSource;
 use recording::write::SceneDrawing;
-use recording::{Attachment, Session, Writer};
-use scene::{Exercise, ExerciseBundle, Patient, Scene};
+use recording::{Session, Writer};
+use scene::{Exercise, ExerciseBundle, Patient};
 
 use crate::exit::Failure;
 use crate::motion::Playback;
-
-/// Distance above the skin that a virtual operator starts from, in m.
-const APPROACH_M: f64 = 0.010;
-/// Time that a virtual operator holds at the target before it withdraws, in s.
-const HOLD_S: f64 = 2.0;
 
 /// Who moves the needle.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,23 +67,12 @@ impl Hand {
     /// # Errors
     /// When its file is refused.
     pub fn source(&self, exercise: &Exercise, seed: u64) -> Result<Box<dyn MotionSource>, Failure> {
-        let plan = plan(exercise);
+        let plan = exercise.plan();
         Ok(match self {
             Self::Preset(_, skill) => Box::new(Operator::skilled(skill, &plan, seed)),
             Self::Constant(mm_per_s) => Box::new(Operator::constant(mm_per_s * 1e-3, &plan)),
             Self::File(path) => Box::new(Playback::read(path, &plan)?),
         })
-    }
-}
-
-/// What a virtual operator intends in an exercise.
-pub fn plan(exercise: &Exercise) -> Plan {
-    Plan {
-        entry_m: exercise.entry_m(),
-        axis: exercise.axis(),
-        target_x_m: exercise.target_depth_mm * 1e-3,
-        approach_m: APPROACH_M,
-        hold_s: HOLD_S,
     }
 }
 
@@ -103,33 +87,8 @@ pub fn writer<'f>(
     path: &Path,
 ) -> Result<Writer<BufWriter<&'f mut File>>, Failure> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
-    Writer::create(BufWriter::new(file), session, &attachments(bundle), &drawing(&bundle.scene, &patient))
+    let scene = &bundle.scene;
+    let drawing = SceneDrawing::of(&scene.puncture_spec(&patient), scene.needle.diameter_mm * 0.5e-3);
+    Writer::create(BufWriter::new(file), session, &attachments(bundle), &drawing)
         .map_err(|error| Failure::work(format_args!("{}: {error}", path.display())))
-}
-
-/// Every document that the attempt depends on, byte for byte.
-fn attachments(bundle: &ExerciseBundle) -> Vec<Attachment> {
-    let attachment = |name: String, media_type: &str, data: &[u8]| Attachment {
-        name,
-        media_type: media_type.to_owned(),
-        data: data.to_vec(),
-    };
-    let documents = [(EXERCISE_ATTACHMENT, &bundle.exercise_bytes), (SCENE_ATTACHMENT, &bundle.scene_bytes)];
-    let meshes = bundle.meshes.iter();
-    documents
-        .into_iter()
-        .map(|(name, bytes)| attachment(name.to_owned(), "application/toml", bytes))
-        .chain(meshes.map(|(name, bytes)| attachment(format!("{MESH_PREFIX}{name}"), "model/stl", bytes)))
-        .collect()
-}
-
-/// What a viewer draws of a scene for a patient.
-fn drawing(scene: &Scene, patient: &Patient) -> SceneDrawing {
-    let layers = scene.layers.iter().zip(&patient.thickness_mm);
-    SceneDrawing {
-        layers: layers.map(|(layer, thickness_mm)| (layer.name.clone(), thickness_mm * 1e-3)).collect(),
-        structures: scene.structures.iter().map(|structure| structure.spec.clone()).collect(),
-        needle_length_m: scene.needle.length_mm * 1e-3,
-        needle_radius_m: scene.needle.diameter_mm * 0.5e-3,
-    }
 }

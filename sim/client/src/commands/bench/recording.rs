@@ -73,7 +73,7 @@ fn simulate_into(path: &Path, bundle: &ExerciseBundle, length_s: f64) -> Result<
     let patient = Patient::nominal(&bundle.scene);
     let params = commands::puncture_params(path, &bundle.scene, &patient)?;
     let pace = Clock { tick_hz: TICK_HZ, time_limit_s: length_s };
-    let hand = Rehearsal::new(attempt::plan(&bundle.exercise), length_s);
+    let hand = Rehearsal::new(bundle.exercise.plan(), length_s);
     let mut watched = Watched::new(Box::new(hand), &pace);
     let start = clock::instant();
     let mut file = create(path)?;
