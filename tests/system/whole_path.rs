@@ -105,7 +105,7 @@ fn page(url: &str, path: &str) -> String {
 }
 
 /// The cookie that an answer sets.
-fn cookie<B>(answer: &ureq::http::Response<B>) -> String {
+fn cookie<B>(answer: &http::Response<B>) -> String {
     let set = answer.headers().get("set-cookie").and_then(|value| value.to_str().ok()).expect("a cookie");
     set.split(';').next().unwrap_or_default().to_owned()
 }

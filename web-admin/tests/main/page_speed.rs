@@ -101,6 +101,11 @@ impl School {
     }
 }
 
+#[expect(clippy::print_stdout, reason = "this test tells what it measured")]
+fn report(attempts: usize, name: &str, (median, bytes): (Duration, usize)) {
+    println!("{attempts:6} attempts  {name:18} {:6.2} ms  {:4} kB", median.as_secs_f64() * 1e3, bytes / 1000);
+}
+
 async fn measure(attempts: usize) -> Vec<(&'static str, Duration)> {
     let school = School::new().await;
     school.fill(attempts).await;
@@ -118,7 +123,7 @@ async fn measure(attempts: usize) -> Vec<(&'static str, Duration)> {
         ("instructor's home", &teacher, "/"),
     ] {
         let (median, bytes) = school.median(browser, path).await;
-        println!("{attempts:6} attempts  {name:18} {:6.2} ms  {:4} kB", median.as_secs_f64() * 1e3, bytes / 1000);
+        report(attempts, name, (median, bytes));
         medians.push((name, median));
     }
     medians
