@@ -1,4 +1,5 @@
-//! The physics of a puncture: force law, tracks, lateral foundation, structures, energy ledger, virtual operators.
+//! The physics of a puncture: force law, tracks, lateral foundation, structures, energy ledger, virtual operators,
+//! deforming tissue.
 //!
 //! Pure: data in, data out. No clock, thread, file, socket or log; randomness only from a seed it is given.
 //! Everything is in SI units. `+` axial force pushes the needle out of the body; `+` displacement goes in.
@@ -13,3 +14,4 @@ pub mod operator;
 pub mod puncture;
 pub mod soundness;
 pub mod structures;
+pub mod tissue;

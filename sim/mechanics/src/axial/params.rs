@@ -78,6 +78,8 @@ pub(crate) enum Domain {
     Positive,
     /// −100 to 100: a coordinate, in m.
     Coordinate,
+    /// 0 to 0.499: a Poisson ratio.
+    Poisson,
 }
 
 impl Domain {
@@ -86,6 +88,7 @@ impl Domain {
             Self::NotNegative => ((0.0..=1e9).contains(&value), "must be a number from 0 to 1e9"),
             Self::Positive => (value > 0.0 && value <= 1e9, "must be a number above 0, to 1e9"),
             Self::Coordinate => ((-100.0..=100.0).contains(&value), "must be a number from -100 to 100"),
+            Self::Poisson => ((0.0..=0.499).contains(&value), "must be a number from 0 to 0.499"),
         };
         if inside { Ok(()) } else { Err(ParamError { field: field.into(), value, unit, allowed }) }
     }
