@@ -9,8 +9,9 @@ mod energy;
 #[cfg(test)]
 mod hard_cases;
 #[cfg(test)]
-mod needle;
+mod multifrontal;
 #[cfg(test)]
+mod needle;
 mod operators;
 #[cfg(test)]
 mod properties;

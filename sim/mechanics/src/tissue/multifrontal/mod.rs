@@ -1,0 +1,231 @@
+//! Cholesky factorisation of a stiffness matrix given by its elements: multifrontal, with nested dissection by place.
+//!
+//! The elements are halved again and again across their longest extent. What two halves share is eliminated after
+//! both, so each half is a small dense matrix of its own (Duff and Reid 1983; George 1973). Unknowns that only one
+//! element has, such as those inside a high-order element, go first by themselves: static condensation.
+//!
+//! Sums run in one fixed order and nothing is fused, so a factor has the same bits everywhere.
+
+mod dense;
+mod dissection;
+
+use dissection::{Dissection, Front};
+
+/// The elements of a matrix: which unknowns each has, and where it is.
+pub struct Connectivity<'a> {
+    /// How many unknowns there are.
+    pub unknowns: usize,
+    /// The unknowns of each element, in the order of its matrix, none twice. [`FIXED`] marks a degree of freedom that
+    /// is clamped.
+    pub elements: &'a [Vec<u32>],
+    /// A point inside each element, in m.
+    pub centroids_m: &'a [[f64; 3]],
+}
+
+/// A clamped degree of freedom: it is left out of the matrix.
+pub const FIXED: u32 = u32::MAX;
+
+/// A pivot this much smaller than its diagonal was is lost in rounding.
+const LOST_PIVOT: f64 = 1e-14;
+
+/// The matrix is not positive definite: something can move without resistance.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("the stiffness matrix is not positive definite at unknown {unknown}: its pivot is {pivot}")]
+pub struct NotPositiveDefinite {
+    /// The unknown whose pivot is not positive.
+    pub unknown: u32,
+    /// The pivot.
+    pub pivot: f64,
+}
+
+/// A factorised symmetric positive definite matrix.
+#[derive(Clone, Debug)]
+pub struct Cholesky {
+    /// Fronts in the order of elimination.
+    fronts: Vec<Front>,
+    /// Place in the order of elimination of each unknown.
+    place: Vec<u32>,
+    /// Columns of all fronts: of each the reciprocal of its diagonal, then what is below.
+    values: Vec<f64>,
+    /// Largest front.
+    largest: usize,
+}
+
+impl Cholesky {
+    /// Factorises the sum of the elements' matrices. `stiffness(element, matrix)` fills a dense symmetric matrix, as
+    /// many rows as the element has degrees of freedom, clamped ones included, column after column. It is given zeros.
+    ///
+    /// # Errors
+    /// When the sum is not positive definite.
+    pub fn factorise(
+        connectivity: &Connectivity<'_>,
+        mut stiffness: impl FnMut(usize, &mut [f64]),
+    ) -> Result<Self, NotPositiveDefinite> {
+        let dissection = Dissection::new(connectivity);
+        if let Some(unknown) = dissection.place.iter().position(|&place| place == FIXED) {
+            return Err(NotPositiveDefinite { unknown: u32::try_from(unknown).unwrap_or(FIXED), pivot: 0.0 });
+        }
+        let mut factor = Self {
+            values: Vec::with_capacity(dissection.nonzeros()),
+            largest: dissection.fronts.iter().map(Front::size).max().unwrap_or(0),
+            place: dissection.place,
+            fronts: dissection.fronts,
+        };
+        let mut assembly = Assembly::new(connectivity.unknowns);
+        for (at, leaf) in dissection.leaves.iter().enumerate() {
+            assembly.begin(&factor.fronts[at]);
+            for &element in leaf {
+                assembly.add_element(&factor.place, &connectivity.elements[element], |m| stiffness(element, m));
+            }
+            for &child in &dissection.children[at] {
+                assembly.add_child(child, &factor.fronts[child]);
+            }
+            let lost = assembly.finish(at, &factor.fronts[at], &mut factor.values);
+            lost.map_or(Ok(()), |(column, pivot)| {
+                let place = factor.fronts[at].start + column;
+                let unknown = factor.place.iter().position(|&p| p as usize == place).unwrap_or_default();
+                Err(NotPositiveDefinite { unknown: u32::try_from(unknown).unwrap_or(FIXED), pivot })
+            })?;
+        }
+        Ok(factor)
+    }
+
+    /// Solves in place: a right-hand side goes in, the solution comes out. `scratch` has at least
+    /// [`Self::scratch_len`] numbers.
+    pub fn solve(&self, b: &mut [f64], scratch: &mut [f64]) {
+        let (x, t) = scratch.split_at_mut(self.place.len());
+        for (&place, &value) in self.place.iter().zip(b.iter()) {
+            x[place as usize] = value;
+        }
+        let mut values = &self.values[..];
+        for front in &self.fronts {
+            let (columns, rest) = values.split_at(front.nonzeros());
+            values = rest;
+            let t = &mut t[..front.size()];
+            t[..front.own].copy_from_slice(&x[front.start..][..front.own]);
+            t[front.own..].fill(0.0);
+            dense::forward(columns, front.own, t);
+            x[front.start..][..front.own].copy_from_slice(&t[..front.own]);
+            for (&row, &change) in front.rows.iter().zip(&t[front.own..]) {
+                x[row as usize] += change;
+            }
+        }
+        let mut values = &self.values[..];
+        for front in self.fronts.iter().rev() {
+            let (rest, columns) = values.split_at(values.len() - front.nonzeros());
+            values = rest;
+            let t = &mut t[..front.size()];
+            t[..front.own].copy_from_slice(&x[front.start..][..front.own]);
+            for (&row, value) in front.rows.iter().zip(&mut t[front.own..]) {
+                *value = x[row as usize];
+            }
+            dense::backward(columns, front.own, t);
+            x[front.start..][..front.own].copy_from_slice(&t[..front.own]);
+        }
+        for (&place, value) in self.place.iter().zip(b) {
+            *value = x[place as usize];
+        }
+    }
+
+    /// How many numbers a solve needs as scratch.
+    #[must_use]
+    pub fn scratch_len(&self) -> usize {
+        self.place.len() + self.largest
+    }
+
+    /// How many numbers the factor holds.
+    #[must_use]
+    pub fn nonzeros(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Bytes that the factor holds.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let rows: usize = self.fronts.iter().map(|front| front.rows.len()).sum();
+        size_of_val(&self.values[..]) + size_of_val(&self.place[..]) + size_of_val(&self.fronts[..]) + 4 * rows
+    }
+}
+
+/// The dense matrix of the front being assembled, and what finished fronts have left to their parents.
+struct Assembly {
+    /// Place in the front of each place in the order of elimination.
+    local: Vec<u32>,
+    /// The front, column after column; only the lower triangle counts.
+    matrix: Vec<f64>,
+    /// Its rows and columns.
+    size: usize,
+    /// An element's matrix.
+    element: Vec<f64>,
+    /// The degrees of freedom of an element that are not clamped: in the element, in the front.
+    free: Vec<(usize, usize)>,
+    /// Schur complement of each front on its rows, until its parent takes it.
+    left: Vec<Vec<f64>>,
+}
+
+impl Assembly {
+    fn new(unknowns: usize) -> Self {
+        Self {
+            local: vec![0; unknowns],
+            matrix: Vec::new(),
+            size: 0,
+            element: Vec::new(),
+            free: Vec::new(),
+            left: Vec::new(),
+        }
+    }
+
+    fn begin(&mut self, front: &Front) {
+        self.size = front.size();
+        self.matrix.clear();
+        self.matrix.resize(self.size * self.size, 0.0);
+        let places = (front.start..front.start + front.own).chain(front.rows.iter().map(|&row| row as usize));
+        for (local, place) in places.enumerate() {
+            self.local[place] = u32::try_from(local).unwrap_or(FIXED);
+        }
+    }
+
+    fn add_element(&mut self, place: &[u32], unknowns: &[u32], fill: impl FnOnce(&mut [f64])) {
+        let n = unknowns.len();
+        self.element.clear();
+        self.element.resize(n * n, 0.0);
+        fill(&mut self.element);
+        let free = unknowns.iter().enumerate().filter(|&(_, &unknown)| unknown != FIXED);
+        self.free.clear();
+        self.free.extend(free.map(|(at, &u)| (at, self.local[place[u as usize] as usize] as usize)));
+        for &(column, to_column) in &self.free {
+            for &(row, to_row) in self.free.iter().filter(|&&(_, to_row)| to_row >= to_column) {
+                self.matrix[to_column * self.size + to_row] += self.element[column * n + row];
+            }
+        }
+    }
+
+    fn add_child(&mut self, child: usize, front: &Front) {
+        let left = std::mem::take(&mut self.left[child]);
+        let n = front.rows.len();
+        for (column, &column_place) in front.rows.iter().enumerate() {
+            let to_column = self.local[column_place as usize] as usize;
+            for (row, &row_place) in front.rows.iter().enumerate().skip(column) {
+                // Rows keep their order in every front, so what is below the diagonal stays below it.
+                self.matrix[to_column * self.size + self.local[row_place as usize] as usize] += left[column * n + row];
+            }
+        }
+    }
+
+    /// Eliminates the front's own unknowns, appends its columns to `values` and keeps the rest for the parent.
+    /// Returns the first column whose pivot was lost, with the pivot.
+    fn finish(&mut self, at: usize, front: &Front, values: &mut Vec<f64>) -> Option<(usize, f64)> {
+        let size = self.size;
+        let lost = dense::eliminate(&mut self.matrix, size, front.own, LOST_PIVOT);
+        for column in 0..front.own {
+            let column = &self.matrix[column * size..][column..size];
+            values.push(1.0 / column[0]);
+            values.extend_from_slice(&column[1..]);
+        }
+        let rest = (front.own..size).flat_map(|column| &self.matrix[column * size..][front.own..size]);
+        let rest = rest.copied().collect();
+        self.left.resize(at + 1, Vec::new());
+        self.left[at] = rest;
+        lost
+    }
+}
