@@ -11,6 +11,7 @@ mod hard_cases;
 #[cfg(test)]
 mod multifrontal;
 #[cfg(test)]
+#[cfg(test)]
 mod needle;
 mod operators;
 #[cfg(test)]
