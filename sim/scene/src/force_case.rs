@@ -5,7 +5,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 
 use crate::error::{DocumentError, Issue};
-use crate::source::position;
+use crate::source::{json_offset, position};
 
 /// Largest angle of a path to the surface normal, in rad (60°, and a rounding).
 const STEEPEST_RAD: f64 = std::f64::consts::FRAC_PI_3 + 1e-9;
@@ -72,12 +72,12 @@ pub fn parse(file: &str, json: &str) -> Result<ForceCase, DocumentError> {
     })?;
     let angle_rad = raw.angle_rad;
     if !(0.0..=STEEPEST_RAD).contains(&angle_rad) {
-        let place = position(json, offset_of(json, "angle_rad"));
+        let place = position(json, json_offset(json, "angle_rad"));
         return Err(issue(place, "angle_rad", format!("{angle_rad} rad"), "allowed: 0 to 1.0472 rad (60°)"));
     }
     let spec = raw.spec();
     AxialParams::new(spec.clone()).map_err(|ParamError { field, value, unit, allowed }| {
-        issue(position(json, offset_of(json, &field)), &field, format!("{value} {unit}"), allowed)
+        issue(position(json, json_offset(json, &field)), &field, format!("{value} {unit}"), allowed)
     })?;
     Ok(ForceCase { spec, angle_rad })
 }
@@ -105,15 +105,4 @@ fn layer(raw: RawLayer) -> Layer {
         friction_n_per_m: raw.friction_n_per_m,
         cutting_n: raw.cutting_n,
     }
-}
-
-/// Byte offset of a field such as `layers[1].thickness_m`, or 0.
-///
-/// Every layer has each of its keys exactly once, so layer n holds the n-th place where the key stands.
-fn offset_of(json: &str, field: &str) -> usize {
-    let (parent, key) = field.rsplit_once('.').unwrap_or(("", field));
-    let nth = parent.split(['[', ']']).nth(1).and_then(|n| n.parse().ok()).unwrap_or(0);
-    let quoted = format!("\"{key}\"");
-    let is_key = |at: &usize| json[at + quoted.len()..].trim_start().starts_with(':');
-    json.match_indices(&quoted).map(|(at, _)| at).filter(is_key).nth(nth).unwrap_or(0)
 }

@@ -6,6 +6,7 @@ pub mod check;
 pub mod curriculum;
 pub mod error;
 pub mod exercise;
+pub mod field_case;
 pub mod force_case;
 pub mod load;
 pub mod metrics;

@@ -34,7 +34,7 @@ impl Model {
 /// An isotropic linear elastic layer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ElasticLayer {
-    /// Thickness, in m, above 0.
+    /// Thickness, in m. 0 for a sheet that only has thresholds: it carries nothing.
     pub thickness_m: f64,
     /// Young's modulus, in Pa.
     pub youngs_modulus_pa: f64,
@@ -114,12 +114,21 @@ impl Slab {
         }
         for (at, layer) in self.layers.iter().enumerate() {
             let field = |name: &str| format!("layers[{at}].{name}");
-            Domain::Positive.check(field("thickness_m"), layer.thickness_m, "m")?;
+            Domain::NotNegative.check(field("thickness_m"), layer.thickness_m, "m")?;
             Domain::Positive.check(field("youngs_modulus_pa"), layer.youngs_modulus_pa, "Pa")?;
             Domain::Poisson.check(field("poisson_ratio"), layer.poisson_ratio, "")?;
             Domain::Positive.check(field("density_kg_per_m3"), layer.density_kg_per_m3, "kg/m³")?;
         }
+        let depth_m: f64 = self.layers.iter().map(|layer| layer.thickness_m).sum();
+        Domain::Positive.check("layers.thickness_m", depth_m, "m in all")?;
         Domain::Positive.check("radius_m", self.radius_m, "m")
+    }
+
+    /// The layers that have a thickness. The models are made of these.
+    #[must_use]
+    pub fn solid(&self) -> Self {
+        let layers = self.layers.iter().filter(|layer| layer.thickness_m > 0.0).copied().collect();
+        Self { layers, radius_m: self.radius_m }
     }
 }
 
