@@ -15,3 +15,4 @@ pub mod puncture;
 pub mod soundness;
 pub mod structures;
 pub mod tissue;
+pub mod trials;

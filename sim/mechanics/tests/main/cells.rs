@@ -5,7 +5,7 @@
 
 use mechanics::axial::{AxialSpec, Layer};
 
-use crate::scenes::{Run, layer};
+use mechanics::trials::scenes::{Run, layer};
 
 const SPEED: f64 = 0.002;
 const DT: f64 = 0.001;
@@ -43,7 +43,7 @@ fn cell(layers: &[Layer], i: usize, ruptured: bool, (x, v): (f64, f64)) -> f64 {
 #[test]
 fn a_single_contactor_is_the_closed_form_in_all_six_cells() {
     let spec = table_i();
-    let mut run = Run::new(spec.clone());
+    let mut run = Run::new(spec.clone()).expect("a valid scene");
     let mut visited = [[0_u32; 2]; 3];
     let mut x_before = 0.0;
     for tick in 0..24_000 {

@@ -11,8 +11,6 @@ mod hard_cases;
 #[cfg(test)]
 mod multifrontal;
 #[cfg(test)]
-#[cfg(test)]
-mod needle;
 mod operators;
 #[cfg(test)]
 mod properties;
@@ -22,7 +20,5 @@ mod puncture;
 mod reference;
 #[cfg(test)]
 mod ruptures;
-#[cfg(test)]
-mod scenes;
 #[cfg(test)]
 mod structures;

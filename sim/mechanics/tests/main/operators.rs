@@ -10,8 +10,8 @@ use mechanics::puncture::{PunctureEvent, PunctureOutput};
 use mechanics::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3, Vector3};
 
-use crate::needle::Needle;
-use crate::scenes::{paper, training};
+use mechanics::trials::needle::Needle;
+use mechanics::trials::scenes::{paper, training};
 
 const DT: f64 = 1e-3;
 const TARGET_M: f64 = 0.025;
@@ -44,7 +44,7 @@ fn perform(operator: &mut Operator, mut needle: Needle) -> Vec<Tick> {
 }
 
 fn attempt(skill: &Skill, seed: u64, scene: AxialSpec) -> Vec<Tick> {
-    perform(&mut Operator::skilled(skill, &plan(), seed), Needle::new(scene, vec![]))
+    perform(&mut Operator::skilled(skill, &plan(), seed), Needle::new(scene, vec![]).expect("a valid scene"))
 }
 
 fn confirmed_x_m(ticks: &[Tick]) -> f64 {
@@ -115,7 +115,7 @@ fn an_operator_that_meets_bone_pushes_gives_up_and_comes_back() {
         position_m: Point3::new(0.0, 0.0, -0.014),
     };
     for skill in [Skill::novice(), Skill::expert()] {
-        let needle = Needle::new(training(), vec![bone.clone()]);
+        let needle = Needle::new(training(), vec![bone.clone()]).expect("a valid scene");
         let ticks = perform(&mut Operator::skilled(&skill, &plan(), 1), needle);
         assert!(ticks.last().expect("ticks").motion.done, "it must not push for ever");
         let hardest_n = ticks.iter().map(|tick| tick.output.bone_n.norm()).fold(0.0, f64::max);
@@ -126,7 +126,7 @@ fn an_operator_that_meets_bone_pushes_gives_up_and_comes_back() {
 #[test]
 fn a_constant_speed_is_exactly_constant_from_the_start_position_at_time_zero() {
     let mut operator = Operator::constant(0.002, &plan());
-    let ticks = perform(&mut operator, Needle::new(paper(), vec![]));
+    let ticks = perform(&mut operator, Needle::new(paper(), vec![]).expect("a valid scene"));
     for (n, tick) in ticks.iter().take(17_000).enumerate() {
         let wanted = -0.01 + 0.002 * (n as f64 * DT);
         assert!((tick.output.x_m - wanted).abs() < 1e-12, "tick {n}: {}", tick.output.x_m);

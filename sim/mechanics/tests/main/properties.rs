@@ -8,7 +8,7 @@ use mechanics::axial::{AxialParams, AxialSpec, Contactor, Layer, ParamError, Rat
 use mechanics::soundness::Unsound;
 use proptest::prelude::*;
 
-use crate::scenes::{Run, layer, paper};
+use mechanics::trials::scenes::{Run, layer, paper};
 
 fn any_layer() -> impl Strategy<Value = Layer> {
     let thickness = prop_oneof![Just(0.0), 0.01..40.0_f64];
@@ -39,7 +39,7 @@ fn any_walk() -> impl Strategy<Value = Vec<(f64, f64)>> {
 /// Walks a scene, checking each tick.
 fn walk(spec: AxialSpec, steps: &[(f64, f64)]) -> Result<(), TestCaseError> {
     let layers = spec.layers.clone();
-    let mut run = Run::new(spec);
+    let mut run = Run::new(spec).expect("a valid scene");
     let (mut t_s, mut x_m) = (0.0, -0.001);
     run.step(t_s, x_m);
     for &(dt, dx) in steps {

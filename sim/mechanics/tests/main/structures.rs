@@ -7,8 +7,8 @@ use mechanics::puncture::{PunctureEvent, PunctureParams, PunctureSpec};
 use mechanics::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3, Vector3};
 
-use crate::needle::Needle;
-use crate::scenes::paper;
+use mechanics::trials::needle::Needle;
+use mechanics::trials::scenes::paper;
 
 const MM: f64 = 1e-3;
 
@@ -56,7 +56,7 @@ fn hits(needle: &Needle) -> Vec<(usize, bool)> {
 
 /// Clearance of a needle straight down at (x, y) mm with its tip at a depth in mm, in mm.
 fn clearance_mm(spec: StructureSpec, (x, y): (f64, f64), depth: f64) -> f64 {
-    let mut needle = Needle::new(paper(), vec![spec]);
+    let mut needle = Needle::new(paper(), vec![spec]).expect("a valid scene");
     needle.down(x * MM, y * MM, MM);
     needle.down(x * MM, y * MM, -depth * MM).clearance_m / MM
 }
@@ -94,7 +94,8 @@ fn clearance_is_the_geometric_distance_for_every_shape() {
 #[test]
 fn a_structure_is_hit_once_per_entry_and_again_after_leaving() {
     for shape in [ball(5.0), cube(5.0)] {
-        let mut needle = Needle::new(paper(), vec![structure(StructureKind::Vessel, shape, (0.0, 0.0, -20.0))]);
+        let mut needle = Needle::new(paper(), vec![structure(StructureKind::Vessel, shape, (0.0, 0.0, -20.0))])
+            .expect("a valid scene");
         let mut seen = Vec::new();
         for depth_mm in [-1.0, 10.0, 14.9, 15.1, 20.0, 24.0, 30.0, 20.0, 10.0, 20.0] {
             needle.down(0.0, 0.0, -depth_mm * MM);
@@ -106,7 +107,8 @@ fn a_structure_is_hit_once_per_entry_and_again_after_leaving() {
 
 #[test]
 fn the_shaft_hits_what_it_is_swept_into() {
-    let mut needle = Needle::new(paper(), vec![structure(StructureKind::Nerve, ball(2.0), (5.0, 0.0, -10.0))]);
+    let mut needle = Needle::new(paper(), vec![structure(StructureKind::Nerve, ball(2.0), (5.0, 0.0, -10.0))])
+        .expect("a valid scene");
     needle.down(0.0, 0.0, MM);
     needle.down(0.0, 0.0, -30.0 * MM);
     assert_eq!(hits(&needle), []);
@@ -121,7 +123,8 @@ fn the_shaft_hits_what_it_is_swept_into() {
 
 #[test]
 fn targets_are_hit_but_do_not_count_for_clearance() {
-    let mut needle = Needle::new(paper(), vec![structure(StructureKind::Target, ball(5.0), (0.0, 0.0, -20.0))]);
+    let mut needle = Needle::new(paper(), vec![structure(StructureKind::Target, ball(5.0), (0.0, 0.0, -20.0))])
+        .expect("a valid scene");
     needle.down(0.0, 0.0, MM);
     let output = needle.down(0.0, 0.0, -20.0 * MM);
     assert_eq!(hits(&needle), [(0, true)]);
@@ -132,7 +135,8 @@ fn targets_are_hit_but_do_not_count_for_clearance() {
 fn bone_pushes_the_tip_out_along_its_normal_with_2500_newtons_per_metre() {
     let cuboid = Shape::Box { half_extents_m: Vector3::new(10.0 * MM, 10.0 * MM, 10.0 * MM) };
     for shape in [ball(10.0), cuboid, cube(10.0)] {
-        let mut needle = Needle::new(paper(), vec![structure(StructureKind::Bone, shape, (0.0, 0.0, -20.0))]);
+        let mut needle = Needle::new(paper(), vec![structure(StructureKind::Bone, shape, (0.0, 0.0, -20.0))])
+            .expect("a valid scene");
         let outside = needle.down(0.0, 0.0, -9.0 * MM);
         let inside = needle.down(0.0, 0.0, -12.0 * MM);
         assert!(outside.bone_n.norm() <= 0.0);
@@ -141,12 +145,16 @@ fn bone_pushes_the_tip_out_along_its_normal_with_2500_newtons_per_metre() {
         assert!((inside.force_n - whole_n).norm() < 1e-12);
     }
     let vessel = structure(StructureKind::Vessel, ball(10.0), (0.0, 0.0, -20.0));
-    assert!(Needle::new(paper(), vec![vessel]).down(0.0, 0.0, -12.0 * MM).bone_n.norm() <= 0.0, "only bone is stiff");
+    assert!(
+        Needle::new(paper(), vec![vessel]).expect("a valid scene").down(0.0, 0.0, -12.0 * MM).bone_n.norm() <= 0.0,
+        "only bone is stiff"
+    );
 }
 
 #[test]
 fn the_centre_of_a_bone_has_no_outward_direction_and_no_force_that_is_not_a_number() {
-    let mut needle = Needle::new(paper(), vec![structure(StructureKind::Bone, ball(10.0), (0.0, 0.0, -20.0))]);
+    let mut needle = Needle::new(paper(), vec![structure(StructureKind::Bone, ball(10.0), (0.0, 0.0, -20.0))])
+        .expect("a valid scene");
     let output = needle.down(0.0, 0.0, -20.0 * MM);
     assert!(output.force_n.iter().all(|force| force.is_finite()));
 }

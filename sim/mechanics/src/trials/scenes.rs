@@ -1,10 +1,13 @@
-//! The scenes of physics section 2 and a runner, shared by the tests.
+//! The scenes of physics section 2, and the force law running on one trajectory.
 
-use mechanics::axial::{
-    AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, Contactor, Layer, Rupture, step,
+use crate::axial::{
+    AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, Contactor, Layer, ParamError, Rupture,
+    step,
 };
 
-/// A layer in millimetres and newtons: thickness, stiffness, damping, tip, rim, friction, cutting.
+/// A layer from its numbers: thickness in mm, stiffness in N/m, damping in N·s/m², tip and rim threshold in N, friction in
+/// N/m, cutting in N.
+#[must_use]
 pub fn layer(name: &str, numbers: [f64; 7]) -> Layer {
     let [thickness_mm, stiffness, damping, tip, rim, friction, cutting] = numbers;
     Layer {
@@ -20,11 +23,13 @@ pub fn layer(name: &str, numbers: [f64; 7]) -> Layer {
 }
 
 /// Layers under a trocar with 2 mm from tip to rim.
+#[must_use]
 pub fn trocar_through(layers: Vec<Layer>) -> AxialSpec {
     AxialSpec { layers, tip_to_rim_m: 0.002, presliding_stiffness_n_per_m: 2000.0, rate: None }
 }
 
 /// The paper's lower back with the thresholds of section 2: no friction, no cutting.
+#[must_use]
 pub fn paper() -> AxialSpec {
     trocar_through(vec![
         layer("skin", [0.8, 331.0, 3.0, 1.0, 1.3, 0.0, 0.0]),
@@ -34,6 +39,7 @@ pub fn paper() -> AxialSpec {
 }
 
 /// The training lower back of section 2.
+#[must_use]
 pub fn training() -> AxialSpec {
     trocar_through(vec![
         layer("skin", [0.8, 331.0, 300.0, 1.0, 1.3, 100.0, 0.3]),
@@ -42,31 +48,43 @@ pub fn training() -> AxialSpec {
     ])
 }
 
-/// The law running on one trajectory.
+/// The force law running on one trajectory.
 pub struct Run {
+    /// The scene.
     pub params: AxialParams,
+    /// The track so far.
     pub state: AxialState,
+    /// The last step's ruptures.
     pub scratch: AxialScratch,
+    /// 1/cos θ of the path.
     pub path_factor: f64,
 }
 
 impl Run {
-    pub fn new(spec: AxialSpec) -> Self {
-        let params = AxialParams::new(spec).expect("a valid scene");
+    /// A needle above the skin of a scene, perpendicular to it.
+    ///
+    /// # Errors
+    /// When the scene makes no sense.
+    pub fn new(spec: AxialSpec) -> Result<Self, ParamError> {
+        let params = AxialParams::new(spec)?;
         let (state, scratch) = (AxialState::new(&params), AxialScratch::new(&params));
-        Self { params, state, scratch, path_factor: 1.0 }
+        Ok(Self { params, state, scratch, path_factor: 1.0 })
     }
 
+    /// One step, at a time in s and a displacement in m.
     pub fn step(&mut self, t_s: f64, x_m: f64) -> AxialOutput {
         let input = AxialInput { t_s, x_m, path_factor: self.path_factor };
         step(&self.params, &mut self.state, &mut self.scratch, &input)
     }
 
+    /// The ruptures of the last step.
+    #[must_use]
     pub fn ruptures(&self) -> &[Rupture] {
         &self.scratch.ruptures
     }
 
-    /// The ruptures of the last step as the reference files write them.
+    /// The ruptures of the last step as the reference files write them, for example `tip:0+tip:1`.
+    #[must_use]
     pub fn events(&self) -> String {
         let name = |rupture: &Rupture| match rupture.contactor {
             Contactor::Tip => format!("tip:{}", rupture.boundary),
@@ -75,7 +93,7 @@ impl Run {
         self.ruptures().iter().map(name).collect::<Vec<_>>().join("+")
     }
 
-    /// Moves at constant speed from one displacement to another over ticks of `dt_s`, handing each tick to `see`.
+    /// Moves at constant speed from one displacement to another, handing each tick to `see` with its displacement in m.
     pub fn travel(&mut self, leg: &Leg, mut see: impl FnMut(&Self, f64, &AxialOutput)) {
         let ticks = (leg.duration_s / leg.dt_s).round() as u32;
         for tick in 0..=ticks {
@@ -90,14 +108,20 @@ impl Run {
 /// A straight piece of a trajectory. The first tick of a leg repeats the last of the one before, and is then held.
 #[derive(Clone, Copy)]
 pub struct Leg {
+    /// Time of its first tick, in s.
     pub start_s: f64,
+    /// Length, in s.
     pub duration_s: f64,
+    /// Time of a tick, in s.
     pub dt_s: f64,
+    /// First displacement, in m.
     pub from_m: f64,
+    /// Last displacement, in m.
     pub to_m: f64,
 }
 
 /// In, hold, out, in again, at 1 kHz: to 40 mm at 10 mm/s.
+#[must_use]
 pub fn in_hold_out_in() -> [Leg; 4] {
     let leg = |start_s, duration_s, from_m, to_m| Leg { start_s, duration_s, dt_s: 1e-3, from_m, to_m };
     [leg(0.0, 4.2, -0.002, 0.04), leg(4.2, 2.0, 0.04, 0.04), leg(6.2, 4.2, 0.04, -0.002), leg(10.4, 4.4, -0.002, 0.042)]

@@ -1,32 +1,44 @@
-//! A needle in the hand of a test: poses at 1 kHz, and what came of each.
+//! A needle in a hand: poses at 1 kHz, and what came of each.
 
-use mechanics::axial::AxialSpec;
-use mechanics::operator::needle_pose;
-use mechanics::puncture::{
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use crate::axial::{AxialSpec, ParamError};
+use crate::operator::needle_pose;
+use crate::puncture::{
     PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, step,
 };
-use mechanics::structures::StructureSpec;
-use nalgebra::{Isometry3, Point3, Vector3};
+use crate::structures::StructureSpec;
 
 /// Time of a tick, in s.
 pub const DT: f64 = 1e-3;
+/// Speed of a straight move, in m/s.
+pub const SPEED_M_PER_S: f64 = 0.02;
 
 /// A needle driven pose by pose at 1 kHz.
 pub struct Needle {
+    /// The scene.
     pub params: PunctureParams,
+    /// The puncture so far.
     pub state: PunctureState,
+    /// The last step's events.
     pub scratch: PunctureScratch,
+    /// How many steps there were.
     pub tick: u32,
 }
 
 impl Needle {
-    pub fn new(axial: AxialSpec, structures: Vec<StructureSpec>) -> Self {
+    /// A needle in the air over a scene with structures.
+    ///
+    /// # Errors
+    /// When the scene or a structure makes no sense.
+    pub fn new(axial: AxialSpec, structures: Vec<StructureSpec>) -> Result<Self, ParamError> {
         let spec = PunctureSpec { axial, lateral_stiffness_n_per_m2: 10_000.0, needle_length_m: 0.15, structures };
-        let params = PunctureParams::new(spec).expect("a valid scene");
+        let params = PunctureParams::new(spec)?;
         let (state, scratch) = (PunctureState::new(&params), PunctureScratch::new(&params));
-        Self { params, state, scratch, tick: 0 }
+        Ok(Self { params, state, scratch, tick: 0 })
     }
 
+    /// One step, to a pose.
     pub fn pose(&mut self, patient_from_needle: Isometry3<f64>) -> PunctureOutput {
         let input = PunctureInput { t_s: f64::from(self.tick) * DT, patient_from_needle };
         self.tick += 1;
@@ -38,9 +50,9 @@ impl Needle {
         self.pose(needle_pose(&Point3::new(x_m, y_m, z_m), &-Vector3::z()))
     }
 
-    /// Moves the tip along a line at 20 mm/s, returning every output with its events.
+    /// Moves the tip along a line at [`SPEED_M_PER_S`], returning every output with its events.
     pub fn travel(&mut self, axis: Vector3<f64>, from: Point3<f64>, to: Point3<f64>) -> Vec<Tick> {
-        let ticks = ((to - from).norm() / (0.02 * DT)).ceil() as u32;
+        let ticks = ((to - from).norm() / (SPEED_M_PER_S * DT)).ceil() as u32;
         (1..=ticks)
             .map(|tick| {
                 let tip_m = from + (to - from) * (f64::from(tick) / f64::from(ticks));
@@ -51,8 +63,12 @@ impl Needle {
     }
 }
 
+/// What came of one pose.
 pub struct Tick {
+    /// Where the tip was, in m.
     pub tip_m: Point3<f64>,
+    /// The forces.
     pub output: PunctureOutput,
+    /// What happened.
     pub events: Vec<PunctureEvent>,
 }

@@ -1,0 +1,74 @@
+//! The hard cases of physics section 8: for each model that a case concerns, what is measured, and the bound it must keep.
+//!
+//! Trials are data, so that the tests run the same measurements as the report prints. A trial passes when what it
+//! measures is a number and not above its bound; a trial that cannot be set up measures nothing and fails. What a model must refuse
+//! is measured as 0 when it is refused and 1 when it is not.
+
+mod case;
+mod force_law;
+pub mod needle;
+pub mod scenes;
+
+use core::error::Error;
+
+pub use force_law::lateness_m;
+
+/// What a measurement comes to: a number in the trial's unit, or why there is none.
+pub type Measured = Result<f64, Box<dyn Error>>;
+
+/// A hard case, one of the things that must hold in it, and how that is measured.
+#[derive(Clone, Copy, Debug)]
+pub struct Trial {
+    /// The model it concerns.
+    pub model: &'static str,
+    /// Its name within the model: that of the function that measures, and of the test.
+    pub name: &'static str,
+    /// The hard case, in the words of physics section 8.
+    pub case: &'static str,
+    /// What is measured, in words.
+    pub measures: &'static str,
+    /// The largest value that passes, in `unit`.
+    pub bound: f64,
+    /// Unit of the bound and of the measured value; empty for a count or a ratio.
+    pub unit: &'static str,
+    /// Measures it.
+    pub measure: fn() -> Measured,
+}
+
+impl Trial {
+    /// Whether a measured value keeps the bound. What is not a number does not.
+    #[must_use]
+    pub fn passes(&self, measured: f64) -> bool {
+        measured <= self.bound
+    }
+}
+
+/// Every trial of every model.
+#[must_use]
+pub fn all() -> Vec<Trial> {
+    [force_law::trials()].concat()
+}
+
+/// The list of a model's trials, each named by the function that measures it.
+macro_rules! trials {
+    ($model:literal: $($name:path, $case:expr, $measures:literal, <= $bound:literal $unit:literal;)+) => {
+        /// The trials of this model.
+        pub(super) fn trials() -> Vec<super::Trial> {
+            vec![$(super::Trial {
+                model: $model,
+                name: stringify!($name),
+                case: $case,
+                measures: $measures,
+                bound: $bound,
+                unit: $unit,
+                measure: $name,
+            }),+]
+        }
+    };
+}
+use trials;
+
+/// The largest value; not a number as soon as one of them is not, which `f64::max` would hide.
+fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(f64::NEG_INFINITY, libm::fmaximum)
+}
