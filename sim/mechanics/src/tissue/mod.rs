@@ -6,6 +6,7 @@
 
 pub mod multifrontal;
 mod problem;
+pub mod volumetric;
 
 pub use problem::{ElasticLayer, Load, LoadKind, Model, Problem, Slab};
 

@@ -22,3 +22,7 @@ mod reference;
 mod ruptures;
 #[cfg(test)]
 mod structures;
+#[cfg(test)]
+mod volumetric;
+#[cfg(test)]
+mod volumetric_reference;

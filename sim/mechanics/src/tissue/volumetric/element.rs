@@ -1,0 +1,79 @@
+//! One hexahedron: its polynomials where it is integrated, and its stiffness at rest.
+
+use nalgebra::Vector3;
+
+use super::basis;
+use super::body::MaterialPoint;
+
+/// Values and slopes of an element's polynomials at its quadrature points.
+pub(super) struct Shape {
+    /// How many nodes, and points.
+    pub nodes: usize,
+    /// Weight of each point.
+    pub weights: Vec<f64>,
+    /// Of each point, of each node: value, and slope by ξ, η, ζ.
+    table: Vec<(f64, Vector3<f64>)>,
+}
+
+impl Shape {
+    pub fn new(order: usize) -> Self {
+        let n = order + 1;
+        let ends: Vec<f64> = basis::lobatto(order).into_iter().map(|(x, _)| x).collect();
+        let gauss = basis::gauss(n);
+        let line: Vec<(f64, f64)> = gauss
+            .iter()
+            .flat_map(|&(x, _)| (0..n).map(|node| basis::lagrange(&ends, node, x)).collect::<Vec<_>>())
+            .collect();
+        let split = |at: usize| [at % n, at / n % n, at / n / n];
+        let nodes = n * n * n;
+        let (mut weights, mut table) = (Vec::with_capacity(nodes), Vec::with_capacity(nodes * nodes));
+        for point in (0..nodes).map(split) {
+            weights.push(point.iter().map(|&at| gauss[at].1).product());
+            for node in (0..nodes).map(split) {
+                let [x, y, z]: [(f64, f64); 3] = std::array::from_fn(|axis| line[point[axis] * n + node[axis]]);
+                let slope = Vector3::new(x.1 * y.0 * z.0, x.0 * y.1 * z.0, x.0 * y.0 * z.1);
+                table.push((x.0 * y.0 * z.0, slope));
+            }
+        }
+        Self { nodes, weights, table }
+    }
+
+    /// Of a point, value and slope of each node.
+    pub fn at(&self, point: usize) -> &[(f64, Vector3<f64>)] {
+        &self.table[point * self.nodes..][..self.nodes]
+    }
+}
+
+/// Fills an element's stiffness for small strains: Σ λ ∇a ∇bᵀ + μ ∇b ∇aᵀ + μ (∇a·∇b) I at the points, for nodes a and b.
+pub(super) fn stiffness(shape: &Shape, points: &[MaterialPoint], matrix: &mut [f64]) {
+    let size = 3 * shape.nodes;
+    let mut mu = vec![0.0; size * size];
+    let mut gradient = vec![0.0; size];
+    for (at, point) in points.iter().enumerate() {
+        for (gradient, (_, slope)) in gradient.chunks_exact_mut(3).zip(shape.at(at)) {
+            gradient.copy_from_slice((point.inverse.transpose() * slope).as_slice());
+        }
+        for (column, &value) in gradient.iter().enumerate() {
+            let (lambda_row, mu_row) = (value * point.lambda_j, value * point.mu_j);
+            let below = column * size + column / 3 * 3..(column + 1) * size;
+            let (lambda, mu) = (&mut matrix[below.clone()], &mut mu[below]);
+            for ((lambda, mu), g) in lambda.iter_mut().zip(mu).zip(&gradient[column / 3 * 3..]) {
+                *lambda += lambda_row * g;
+                *mu += mu_row * g;
+            }
+        }
+    }
+    for (a, b) in (0..shape.nodes).flat_map(|b| (b..shape.nodes).map(move |a| (a, b))) {
+        let trace: f64 = (0..3).map(|c| mu[(3 * b + c) * size + 3 * a + c]).sum();
+        for (c, d) in (0..9).map(|at| (at / 3, at % 3)) {
+            let diagonal = if c == d { trace } else { 0.0 };
+            let value = matrix[(3 * b + d) * size + 3 * a + c] + mu[(3 * b + c) * size + 3 * a + d] + diagonal;
+            mu[(3 * a + c) * size + 3 * b + d] = value;
+        }
+    }
+    // What is above the diagonal blocks of `mu` is now the stiffness; its mirror image is the other half.
+    for (row, column) in (0..size).flat_map(|column| (0..size).map(move |row| (row, column))) {
+        let above = if row / 3 >= column / 3 { row * size + column } else { column * size + row };
+        matrix[column * size + row] = mu[above];
+    }
+}
