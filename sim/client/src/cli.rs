@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
-use crate::commands::{bench, check, doctor, force, recover, schema, score, simulate, upload, verify};
+use crate::commands::{bench, check, doctor, field, force, recover, schema, score, simulate, upload, verify};
 use crate::exit::{Failure, Outcome};
 use crate::output;
 
@@ -34,6 +34,7 @@ pub enum Command {
     Check(check::Args),
     Schema(schema::Args),
     Force(force::Args),
+    Field(field::Args),
     Upload(upload::Args),
     Doctor(doctor::Args),
     Bench(bench::Args),
@@ -50,6 +51,7 @@ impl Command {
             Self::Check(args) => check::run(args),
             Self::Schema(args) => schema::run(args),
             Self::Force(args) => force::run(args),
+            Self::Field(args) => field::run(args),
             Self::Upload(args) => upload::run(args),
             Self::Doctor(args) => doctor::run(args),
             Self::Bench(args) => bench::run(args),

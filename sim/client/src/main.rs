@@ -12,6 +12,7 @@ mod motion;
 mod new_file;
 mod output;
 mod progress;
+mod timing;
 mod trajectory;
 
 use std::process::ExitCode;

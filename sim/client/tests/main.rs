@@ -6,6 +6,7 @@ mod bench;
 mod call;
 mod check;
 mod doctor;
+mod field;
 mod force;
 mod recordings;
 mod stand_in;

@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod check;
 pub mod doctor;
+pub mod field;
 pub mod force;
 pub mod recover;
 pub mod schema;

@@ -4,7 +4,9 @@
 //! one [`Load`]. Depths count downwards from the skin; displacements are along `+z`, out of the body, so that a push
 //! into the body moves the tissue by a negative amount.
 
+pub mod axisymmetric;
 pub mod multifrontal;
+pub mod planner;
 mod problem;
 pub mod volumetric;
 

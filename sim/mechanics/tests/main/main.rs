@@ -3,6 +3,8 @@
 #[cfg(test)]
 mod allocation;
 #[cfg(test)]
+mod axisymmetric;
+#[cfg(test)]
 mod cells;
 #[cfg(test)]
 mod energy;

@@ -1,0 +1,162 @@
+//! The answer to a case: displacements, the model that found them, and what it cost.
+
+use std::io::{self, Write};
+
+use mechanics::tissue::axisymmetric::Superposed;
+use mechanics::tissue::planner::{self, PlanError, Wish};
+use mechanics::tissue::{FieldModel, Problem};
+use scene::field_case::FieldCase;
+use serde::Serialize;
+
+use crate::progress::Progress;
+use crate::timing::{self, Effort};
+
+/// What `stylet field` prints.
+#[derive(Serialize)]
+pub struct Answer {
+    /// The model that was used.
+    model: &'static str,
+    /// Why.
+    reason: String,
+    /// Unknowns of the largest load's model.
+    unknowns: usize,
+    /// Bytes of all loads' models.
+    bytes: usize,
+    /// Time to choose, mesh and factorise, over all loads, in s.
+    setup_s: f64,
+    /// Median time of a re-solve, or of a step, of the slowest load, in s.
+    solve_s: f64,
+    /// Median time of what a tick of the simulator pays for all samples, in s.
+    answer_s: f64,
+    /// Estimated relative error of the worst load.
+    pub estimated_relative_error: f64,
+    /// The estimate meets the tolerance.
+    #[serde(skip)]
+    pub met: bool,
+    /// One for each load depth.
+    solutions: Vec<Solution>,
+}
+
+/// Displacements under the load at one depth: a row for each sample depth, a column for each sample radius.
+#[derive(Serialize)]
+struct Solution {
+    /// Depth of the load, in m.
+    depth_m: f64,
+    /// Along +z, out of the body, in m.
+    u_axial_m: Vec<Vec<f64>>,
+    /// Outward, in m.
+    u_radial_m: Vec<Vec<f64>>,
+}
+
+impl Answer {
+    /// Answers a case.
+    ///
+    /// # Errors
+    /// When no model can be made of it.
+    pub fn new(case: &FieldCase, wish: &Wish) -> Result<Self, PlanError> {
+        let progress = Progress::new(case.problems.len() as u64, "solving");
+        let mut answer: Option<Self> = None;
+        for (problem, &depth_m) in case.problems.iter().zip(&case.load_depths_m) {
+            let (planned, setup_s) = timing::once(|| planner::plan(problem, wish));
+            let planned = planned?;
+            let mut field = planned.field;
+            let solve_s = timing::median_s(Effort::SHORT, || field.solve(case.force_n));
+            let solution = Solution::new(field.as_ref(), problem, depth_m);
+            let one = Self {
+                model: field.model().name(),
+                reason: planned.reason,
+                unknowns: field.unknowns(),
+                bytes: field.bytes(),
+                setup_s,
+                solve_s,
+                answer_s: answer_s(field.as_mut(), problem, case.force_n),
+                estimated_relative_error: planned.estimated_relative_error,
+                met: planned.met,
+                solutions: vec![solution],
+            };
+            answer = Some(match answer {
+                Some(before) => before.and(one),
+                None => one,
+            });
+            progress.advance(1);
+        }
+        answer.ok_or(PlanError::NoLoad)
+    }
+
+    /// Two loads' answers as one. The worse estimate brings its reason along.
+    fn and(mut self, other: Self) -> Self {
+        self.solutions.extend(other.solutions);
+        let worse = other.estimated_relative_error > self.estimated_relative_error;
+        Self {
+            model: self.model,
+            reason: if worse { other.reason } else { self.reason },
+            unknowns: self.unknowns.max(other.unknowns),
+            bytes: self.bytes + other.bytes,
+            setup_s: self.setup_s + other.setup_s,
+            solve_s: self.solve_s.max(other.solve_s),
+            answer_s: self.answer_s.max(other.answer_s),
+            estimated_relative_error: self.estimated_relative_error.max(other.estimated_relative_error),
+            met: self.met && other.met,
+            solutions: self.solutions,
+        }
+    }
+
+    /// For people.
+    pub fn write(&self, case: &FieldCase, out: &mut dyn Write) -> io::Result<()> {
+        writeln!(out, "{}: {}", self.model, self.reason)?;
+        writeln!(
+            out,
+            "{} unknowns, {:.2} MB, estimated error {:.3} %",
+            self.unknowns,
+            self.bytes as f64 / 1e6,
+            self.estimated_relative_error * 1e2
+        )?;
+        let (setup_ms, solve_us, answer_us) = (self.setup_s * 1e3, self.solve_s * 1e6, self.answer_s * 1e6);
+        writeln!(out, "set-up {setup_ms:.2} ms, solve {solve_us:.1} µs, answer in a tick {answer_us:.2} µs")?;
+        writeln!(
+            out,
+            "\n{:>14} {:>14} {:>14} {:>14} {:>14}",
+            "load at mm", "depth mm", "r mm", "axial mm", "radial mm"
+        )?;
+        let Some(first) = case.problems.first() else { return Ok(()) };
+        for solution in &self.solutions {
+            for (row, depth_m) in first.sample_depth_m.iter().enumerate() {
+                for (column, r_m) in first.sample_r_m.iter().enumerate() {
+                    let (axial, radial) = (solution.u_axial_m[row][column], solution.u_radial_m[row][column]);
+                    let numbers =
+                        [solution.depth_m, *depth_m, *r_m, axial, radial].map(|m| format!("{:>14.6}", m * 1e3));
+                    writeln!(out, "{}", numbers.join(" "))?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What a tick pays for all samples, in s: responses to unit loads, computed once, times the load.
+fn answer_s(field: &mut dyn FieldModel, problem: &Problem, force_n: f64) -> f64 {
+    let points: Vec<[f64; 2]> = points(problem).collect();
+    let superposed = Superposed::new(&mut [field], &points);
+    let mut displacements = vec![[0.0; 2]; points.len()];
+    timing::median_s(Effort::SHORT, || {
+        superposed.answer(&[std::hint::black_box(force_n)], &mut displacements);
+        std::hint::black_box(&displacements);
+    })
+}
+
+/// Radius and depth of every sample, in m, a depth after the other.
+fn points(problem: &Problem) -> impl Iterator<Item = [f64; 2]> {
+    problem.sample_depth_m.iter().flat_map(|&depth_m| problem.sample_r_m.iter().map(move |&r_m| [r_m, depth_m]))
+}
+
+impl Solution {
+    fn new(field: &dyn FieldModel, problem: &Problem, depth_m: f64) -> Self {
+        let part = |component: usize| {
+            let row = |&depth_m: &f64| {
+                problem.sample_r_m.iter().map(|&r_m| field.displacement_m(r_m, depth_m)[component]).collect()
+            };
+            problem.sample_depth_m.iter().map(row).collect()
+        };
+        Self { depth_m, u_axial_m: part(0), u_radial_m: part(1) }
+    }
+}

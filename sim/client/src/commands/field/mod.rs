@@ -1,0 +1,70 @@
+//! `stylet field`: the tissue alone.
+
+mod answer;
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use mechanics::tissue::Model;
+use mechanics::tissue::planner::Wish;
+use scene::field_case::FieldCase;
+
+use crate::exit::{Failure, Outcome};
+use crate::{commands, output};
+use answer::Answer;
+
+/// Compute how layered tissue deforms under a needle
+///
+/// Reads layers, a load at some depths and sample points from CASE.json (SI units), lets the planner choose a model and a
+/// mesh for the tolerance, and prints the displacement at every sample with the estimated error, the size of the model
+/// and how long it took. Displacements are along +z, out of the body: a push is negative.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  stylet field lower_back.json --tolerance 0.001 --json")]
+pub struct Args {
+    /// The case, in SI
+    #[arg(value_name = "CASE.json")]
+    case: PathBuf,
+    /// Model of the tissue; auto lets the planner choose
+    #[arg(long, default_value = "auto")]
+    model: ModelChoice,
+    /// Tolerated relative error of the axial displacement over all samples, 1e-6 to 1
+    #[arg(long, value_name = "E", default_value_t = 0.01)]
+    tolerance: f64,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// The models that can be asked for.
+#[derive(Clone, Copy, ValueEnum)]
+enum ModelChoice {
+    Auto,
+    Axisymmetric,
+}
+
+impl ModelChoice {
+    fn model(self) -> Option<Model> {
+        match self {
+            Self::Auto => None,
+            Self::Axisymmetric => Some(Model::Axisymmetric),
+        }
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    if !(1e-6..=1.0).contains(&args.tolerance) {
+        return Err(Failure::input(format_args!("--tolerance: {}; allowed: 1e-6 to 1", args.tolerance)));
+    }
+    let json = commands::read_text(&args.case)?;
+    let case: FieldCase = scene::field_case::parse(&args.case.display().to_string(), &json)?;
+    let wish = Wish { model: args.model.model(), tolerance: args.tolerance };
+    let answer = Answer::new(&case, &wish).map_err(|error| Failure::refused(&args.case, error))?;
+    if !answer.met {
+        output::warning(format_args!(
+            "the tolerance {} is not met: the estimated error is {:.2e}",
+            args.tolerance, answer.estimated_relative_error
+        ));
+    }
+    if args.json { output::json(&answer) } else { output::with(|out| answer.write(&case, out)) }
+}

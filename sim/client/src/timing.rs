@@ -1,0 +1,42 @@
+//! How long something takes: medians of many repeats, for machines are noisy.
+
+use crate::clock;
+
+/// Repeats and time spent on one figure.
+#[derive(Clone, Copy)]
+pub struct Effort {
+    /// Fewest repeats.
+    pub least: usize,
+    /// Most repeats.
+    pub most: usize,
+    /// Beyond the fewest repeats, time after which no more are made, in s.
+    pub budget_s: f64,
+}
+
+impl Effort {
+    /// For a figure that a person waits for.
+    pub const SHORT: Self = Self { least: 5, most: 2001, budget_s: 0.05 };
+}
+
+/// What `work` returns, and how long it took, in s.
+pub fn once<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = clock::instant();
+    let result = work();
+    (result, start.elapsed().as_secs_f64())
+}
+
+/// Median time of one call, in s. Calls shorter than reading the clock, tens of nanoseconds, are timed in batches.
+pub fn median_s(effort: Effort, mut work: impl FnMut()) -> f64 {
+    /// A batch lasts at least this long, in s, so that reading the clock is less than a hundredth of it.
+    const BATCH_S: f64 = 5e-6;
+    let (_, first_s) = once(&mut work);
+    let batch = (BATCH_S / first_s.max(1e-9)).ceil().max(1.0) as usize;
+    let start = clock::instant();
+    let mut times = Vec::with_capacity(effort.most);
+    while times.len() < effort.most && (times.len() < effort.least || start.elapsed().as_secs_f64() < effort.budget_s) {
+        let ((), time_s) = once(|| (0..batch).for_each(|_| work()));
+        times.push(time_s / batch as f64);
+    }
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}

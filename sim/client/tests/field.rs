@@ -1,0 +1,66 @@
+//! `stylet field`: the reference case is answered as it was asked, and mistakes are one line.
+//!
+//! Would fail if an answer were in another sign, order or unit, or if the estimate were not the program's own.
+
+use serde_json::Value;
+
+use crate::{repository, stylet, text};
+
+const CASE: &str = "tests/data/field/lower_back.json";
+
+fn column(value: &Value) -> Vec<f64> {
+    value
+        .as_array()
+        .expect("rows")
+        .iter()
+        .flat_map(|row| row.as_array().expect("a row"))
+        .filter_map(Value::as_f64)
+        .collect()
+}
+
+#[test]
+fn a_reference_case_is_answered_within_its_tolerance() {
+    let case = repository(CASE);
+    let answer = stylet(&["field", text(&case), "--tolerance", "0.01", "--json"]).ends(0).json();
+    assert_eq!(answer["model"], "axisymmetric");
+    let estimate = answer["estimated_relative_error"].as_f64().expect("an estimate");
+    assert!(estimate > 1e-4 && estimate <= 0.01, "{estimate}");
+    for key in ["unknowns", "bytes", "setup_s", "solve_s", "answer_s"] {
+        assert!(answer[key].as_f64().expect("a number") > 0.0, "{key}");
+    }
+    let reference: Value = serde_json::from_str(&std::fs::read_to_string(case).expect("the case")).expect("JSON");
+    let pairs = answer["solutions"]
+        .as_array()
+        .expect("solutions")
+        .iter()
+        .zip(reference["solutions"].as_array().expect("solutions"));
+    for (found, wanted) in pairs {
+        assert_eq!(found["depth_m"], wanted["depth_m"]);
+        let (found, wanted) = (column(&found["u_axial_m"]), column(&wanted["u_axial_m"]));
+        assert_eq!(found.len(), wanted.len());
+        let wrong: f64 = found.iter().zip(&wanted).map(|(f, w)| (f - w) * (f - w)).sum();
+        let whole: f64 = wanted.iter().map(|w| w * w).sum();
+        assert!((wrong / whole).sqrt() <= 0.01, "{wrong}");
+    }
+}
+
+#[test]
+fn a_person_reads_what_was_chosen_and_why() {
+    let run = stylet(&["field", text(&repository(CASE)), "--tolerance", "0.1", "--model", "axisymmetric"]).ends(0);
+    for word in ["axisymmetric: axisymmetric was asked for", "unknowns", "estimated error", "µs", "axial mm"] {
+        assert!(run.stdout.contains(word), "'{word}' is missing in: {}", run.stdout);
+    }
+}
+
+#[test]
+fn mistakes_are_refused_on_one_line() {
+    let case = repository(CASE);
+    stylet(&["field", text(&case), "--tolerance", "0"]).refused(&["--tolerance: 0", "1e-6 to 1"]);
+    stylet(&["field", text(&case), "--model", "clay"]).refused(&["clay"]);
+    stylet(&["field", "no-such-file.json"]).refused(&["no-such-file.json"]);
+    let folder = tempfile::TempDir::new().expect("a folder");
+    let bad = folder.path().join("bad.json");
+    let broken = std::fs::read_to_string(&case).expect("the case").replacen("33100.0", "-1", 1);
+    std::fs::write(&bad, broken).expect("a file");
+    stylet(&["field", text(&bad)]).refused(&["bad.json:", "layers[1].youngs_modulus_pa"]);
+}

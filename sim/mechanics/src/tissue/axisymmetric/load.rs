@@ -1,0 +1,46 @@
+//! The load as forces on the nodes, per radian: its share across the radius times its share down the depth.
+
+use std::f64::consts::PI;
+
+use super::basis::{basis, fine_rule};
+use super::mesh::{Span, Spans, ends_m, same_depth};
+use crate::tissue::Load;
+
+/// Load radii beyond which the traction is nothing: exp(−7²) = 5e-22.
+const REACH: f64 = 7.0;
+
+/// ∫ g(x) φ(x) dx over each strip, summed at the nodes.
+fn weigh(spans: &Spans, within_m: [f64; 2], density: impl Fn(f64) -> f64) -> Vec<f64> {
+    let mut weights = vec![0.0; spans.nodes()];
+    for span in spans.all() {
+        let (from_m, to_m) = (span.from_m.max(within_m[0]), span.to_m.min(within_m[1]));
+        for &(x, weight) in fine_rule().iter().filter(|_| to_m > from_m) {
+            let at_m = 0.5 * (from_m + to_m) + 0.5 * (to_m - from_m) * x;
+            let values = basis(span.order).values((at_m - span.middle_m()) / span.half_m());
+            let scale = 0.5 * (to_m - from_m) * weight * density(at_m);
+            for (node, value) in weights[span.first..=span.first + span.order].iter_mut().zip(values) {
+                *node += scale * value;
+            }
+        }
+    }
+    weights
+}
+
+/// The force of 1 N on every node across the radius, in N per radian: ∫ φ p r dr with p = exp(−(r/a)²)/(πa²).
+pub(super) fn across(radius_m: f64, spans: &Spans) -> Vec<f64> {
+    let scale = 1.0 / (PI * radius_m * radius_m);
+    weigh(spans, [0.0, REACH * radius_m], |r| scale * r * libm::exp(-(r / radius_m) * (r / radius_m)))
+}
+
+/// The share of the load on every node down the depth: all on one of them, or even over a stretch.
+pub(super) fn along(load: &Load, spans: &Spans) -> Vec<f64> {
+    let [from_m, to_m] = ends_m(load);
+    if !same_depth(from_m, to_m) {
+        return weigh(spans, [from_m, to_m], |_| 1.0 / (to_m - from_m));
+    }
+    let mut weights = vec![0.0; spans.nodes()];
+    let begins = |span: &&Span| same_depth(span.from_m, from_m);
+    let node = spans.all().iter().find(begins).map_or(weights.len() - 1, |span| span.first);
+    weights[node] = 1.0;
+    weights
+}
