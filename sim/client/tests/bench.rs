@@ -37,3 +37,27 @@ fn recordings_are_measured() {
     let left = fs::read_dir(folder.path()).expect("a folder").count();
     assert_eq!(left, 3, "a table, a report and a picture, and no recording left behind");
 }
+
+#[test]
+fn every_hard_case_keeps_its_bound_and_a_shortened_report_says_so() {
+    let folder = TempDir::new().expect("a folder");
+    let out = folder.path();
+    stylet(&["bench", "hard-cases", "--quick", "--out", text(out)]).ends(0);
+    let table = fs::read_to_string(out.join("hard-cases.csv")).expect("a table");
+    let mut rows = csv::Reader::from_reader(table.as_bytes());
+    assert_eq!(
+        rows.headers().expect("a header"),
+        "case,model,trial,measures,bound,measured,unit,pass".split(',').collect::<Vec<_>>()
+    );
+    let mut count = 0;
+    for row in rows.records() {
+        let row = row.expect("a row");
+        let number = |column: usize| row[column].parse::<f64>().expect("a number");
+        assert!(number(5) <= number(4) && &row[7] == "yes", "{row:?}");
+        count += 1;
+    }
+    assert!(count > 0, "no trial was run");
+    let report = fs::read_to_string(out.join("hard-cases.md")).expect("a report");
+    let said = [format!("Trials: {count}; failed: 0."), "Only the trials of the force law were run.".to_owned()];
+    assert!(said.iter().all(|said| report.contains(said)), "{report}");
+}

@@ -3,6 +3,7 @@
 mod chart;
 mod curve;
 mod force;
+mod hard_cases;
 mod motion;
 mod pace;
 mod recording;
@@ -20,7 +21,8 @@ use crate::{new_file, output};
 /// Measure speed and error, and write CSV, Markdown and plots
 ///
 /// force: error of the force law against tick rate and speed, time per tick, force against depth. recording: size, time
-/// to write a tick, speed of simulating, time and memory to read and score. Use a release build for figures to report.
+/// to write a tick, speed of simulating, time and memory to read and score. hard-cases: every hard case with its bound and
+/// what was measured. Use a release build for figures to report.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet bench --out bench")]
 pub struct Args {
@@ -44,6 +46,8 @@ enum What {
     Force,
     /// Recordings
     Recording,
+    /// The hard cases; exit 1 when one exceeds its bound
+    HardCases,
 }
 
 /// Runs the command.
@@ -55,6 +59,9 @@ pub fn run(args: &Args) -> Outcome {
     }
     if matches!(args.what, What::All | What::Recording) {
         written.extend(recording::measure(&args.out, args.quick)?);
+    }
+    if matches!(args.what, What::All | What::HardCases) {
+        written.extend(hard_cases::measure(&args.out, args.quick)?);
     }
     output::with(|out| written.iter().try_for_each(|path| writeln!(out, "{}", path.display())))
 }

@@ -25,7 +25,7 @@ use crate::closed_form::{self, PredictedRupture};
 
 super::trials! { "force law":
     stab_lateness, case::STAB, "latest rupture after its closed form; bound: a tick", <= 1.0 "mm";
-    stab_force, case::STAB, "largest force; bound: every part at its most at once", <= 16.7 "N";
+    stab_force, case::STAB, "largest force; bound: every part at its most at once", <= 16.48 "N";
     teleport_ledger, case::TELEPORT, "what the energy ledger misses", <= 1e-12 "J";
     teleport_energy, case::TELEPORT, "energy gained by the ruptures", <= 0.0 "mJ";
     teleport_afterwards, case::TELEPORT, "ruptures left over for the next tick", <= 0.0 "";

@@ -12,8 +12,8 @@ pub(super) fn stab_lateness() -> Measured {
     Ok(lateness_m(training(), &STAB)? * 1e3)
 }
 
-/// Bound: the largest pair of thresholds 3.4 N, Σ b d · 1 m/s = 12.78 N up to 43 mm, Σ c d and cutting: in all no more
-/// than 1.5 + 1.9 + 0.24 + 0.84 + 10.14 + 0.08 + 0.126 + 1.352 + 0.3.
+/// The bound, in N: the largest pair of thresholds, Σ b l · 1 m/s, Σ c l and the largest cutting force, for l down to
+/// 43 mm: 1.5 + 1.9, 0.24 + 0.84 + 10.14, 0.08 + 0.126 + 1.352 and 0.3.
 pub(super) fn stab_force() -> Measured {
     let mut forces_n = Vec::new();
     Run::new(training())?.travel(&STAB, |_, _, output| forces_n.push(output.total_n()));
