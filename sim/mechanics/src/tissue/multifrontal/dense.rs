@@ -3,36 +3,57 @@
 /// Columns eliminated together.
 const BLOCK: usize = 4;
 
+/// Columns that a later column is brought up to date with while it is in the nearest cache.
+const PANEL: usize = 12 * BLOCK;
+
 /// Eliminates the first `own` columns of a symmetric matrix of `size` rows, column after column, lower triangle: its
 /// columns become those of the Cholesky factor, and the rest becomes the Schur complement. Returns the first column
 /// whose pivot is not above `lost` times its diagonal, with the pivot.
 pub(super) fn eliminate(matrix: &mut [f64], size: usize, own: usize, lost: f64) -> Option<(usize, f64)> {
-    let diagonal: Vec<f64> = (0..own).map(|column| matrix[column * size + column]).collect();
-    for first in (0..own).step_by(BLOCK) {
-        let end = own.min(first + BLOCK);
+    let least: Vec<f64> = (0..own).map(|column| lost * matrix[column * size + column]).collect();
+    for first in (0..own).step_by(PANEL) {
+        let end = own.min(first + PANEL);
         let (panel, rest) = matrix[first * size..].split_at_mut((end - first) * size);
-        for column in first..end {
-            let (before, this) = panel.split_at_mut((column - first) * size);
-            let this = &mut this[column..size];
-            for earlier in before.chunks_exact(size) {
-                let factor = earlier[column];
-                for (value, e) in this.iter_mut().zip(&earlier[column..]) {
-                    *value -= factor * e;
-                }
+        for at in (first..end).step_by(BLOCK) {
+            let after = end.min(at + BLOCK);
+            let (block, later) = panel[(at - first) * size..].split_at_mut((after - at) * size);
+            if let Some(pivot) = eliminate_block(block, size, at, &least) {
+                return Some(pivot);
             }
-            let pivot = this[0];
-            if !(pivot > lost * diagonal[column] && pivot.is_finite()) {
-                return Some((column, pivot));
-            }
-            let root = pivot.sqrt();
-            this.iter_mut().for_each(|value| *value /= root);
+            bring_up_to_date(later, size, after, block);
         }
-        for (at, target) in rest.chunks_exact_mut(size).enumerate() {
-            let row = end + at;
-            subtract_panel(&mut target[row..], panel, size, row);
-        }
+        bring_up_to_date(rest, size, end, panel);
     }
     None
+}
+
+/// Eliminates a block of columns, of which `first` is the first, within themselves.
+fn eliminate_block(block: &mut [f64], size: usize, first: usize, least: &[f64]) -> Option<(usize, f64)> {
+    for at in 0..block.len() / size {
+        let column = first + at;
+        let (before, this) = block.split_at_mut(at * size);
+        let this = &mut this[column..size];
+        for earlier in before.chunks_exact(size) {
+            subtract_one(this, &earlier[column..], earlier[column]);
+        }
+        let pivot = this[0];
+        if !(pivot > least[column] && pivot.is_finite()) {
+            return Some((column, pivot));
+        }
+        let root = pivot.sqrt();
+        this.iter_mut().for_each(|value| *value /= root);
+    }
+    None
+}
+
+/// Subtracts from columns, of which `first` is the first, what a finished panel takes from them.
+fn bring_up_to_date(columns: &mut [f64], size: usize, first: usize, panel: &[f64]) {
+    for (at, target) in columns.chunks_exact_mut(size).enumerate() {
+        let row = first + at;
+        for block in panel.chunks(BLOCK * size) {
+            subtract_panel(&mut target[row..], block, size, row);
+        }
+    }
 }
 
 /// Subtracts from a column, given from its diagonal `row` down, what the panel's columns take from it.

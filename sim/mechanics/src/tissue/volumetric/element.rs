@@ -44,26 +44,46 @@ impl Shape {
     }
 }
 
+/// Points that are added up together, so that the matrices are read and written once for four.
+const TOGETHER: usize = 4;
+
 /// Fills an element's stiffness for small strains: Σ λ ∇a ∇bᵀ + μ ∇b ∇aᵀ + μ (∇a·∇b) I at the points, for nodes a and b.
 pub(super) fn stiffness(shape: &Shape, points: &[MaterialPoint], matrix: &mut [f64]) {
     let size = 3 * shape.nodes;
     let mut mu = vec![0.0; size * size];
-    let mut gradient = vec![0.0; size];
-    for (at, point) in points.iter().enumerate() {
-        for (gradient, (_, slope)) in gradient.chunks_exact_mut(3).zip(shape.at(at)) {
-            gradient.copy_from_slice((point.inverse.transpose() * slope).as_slice());
-        }
-        for (column, &value) in gradient.iter().enumerate() {
-            let (lambda_row, mu_row) = (value * point.lambda_j, value * point.mu_j);
-            let below = column * size + column / 3 * 3..(column + 1) * size;
-            let (lambda, mu) = (&mut matrix[below.clone()], &mut mu[below]);
-            for ((lambda, mu), g) in lambda.iter_mut().zip(mu).zip(&gradient[column / 3 * 3..]) {
-                *lambda += lambda_row * g;
-                *mu += mu_row * g;
+    let mut gradients: [Vec<f64>; TOGETHER] = std::array::from_fn(|_| vec![0.0; size]);
+    for first in (0..points.len()).step_by(TOGETHER) {
+        let mut weights = [[0.0; TOGETHER]; 2];
+        for (at, point) in points[first..].iter().take(TOGETHER).enumerate() {
+            (weights[0][at], weights[1][at]) = (point.lambda_j, point.mu_j);
+            let to_material = point.inverse.transpose();
+            for (gradient, (_, slope)) in gradients[at].chunks_exact_mut(3).zip(shape.at(first + at)) {
+                gradient.copy_from_slice((to_material * slope).as_slice());
             }
         }
+        add_products(gradients.each_ref().map(Vec::as_slice), weights[0], matrix);
+        add_products(gradients.each_ref().map(Vec::as_slice), weights[1], &mut mu);
     }
-    for (a, b) in (0..shape.nodes).flat_map(|b| (b..shape.nodes).map(move |a| (a, b))) {
+    combine(shape.nodes, matrix, &mut mu);
+}
+
+/// Adds the weighted products of gradients at a few points, from each node's block on the diagonal down.
+fn add_products(gradients: [&[f64]; TOGETHER], weights: [f64; TOGETHER], matrix: &mut [f64]) {
+    let size = gradients[0].len();
+    for (at, column) in matrix.chunks_exact_mut(size).enumerate() {
+        let factors: [f64; TOGETHER] = std::array::from_fn(|point| weights[point] * gradients[point][at]);
+        let column = &mut column[at / 3 * 3..];
+        let [a, b, c, d] = gradients.map(|gradient| &gradient[size - column.len()..]);
+        for i in 0..column.len() {
+            column[i] += (factors[0] * a[i] + factors[1] * b[i]) + (factors[2] * c[i] + factors[3] * d[i]);
+        }
+    }
+}
+
+/// Makes the stiffness of the products weighted by λ, in `matrix`, and by μ.
+fn combine(nodes: usize, matrix: &mut [f64], mu: &mut [f64]) {
+    let size = 3 * nodes;
+    for (a, b) in (0..nodes).flat_map(|b| (b..nodes).map(move |a| (a, b))) {
         let trace: f64 = (0..3).map(|c| mu[(3 * b + c) * size + 3 * a + c]).sum();
         for (c, d) in (0..9).map(|at| (at / 3, at % 3)) {
             let diagonal = if c == d { trace } else { 0.0 };

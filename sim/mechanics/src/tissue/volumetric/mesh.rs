@@ -109,6 +109,11 @@ impl MeshSpec3 {
         Domain::Positive.check("mesh.reach_m", self.reach_m, "m")
     }
 
+    /// Unknowns of the mesh of a problem, held ones counted too.
+    pub(super) fn unknowns(&self, problem: &Problem3) -> Result<usize, ParamError> {
+        Ok(3 * self.mesh(problem)?.mesh.nodes_m.len())
+    }
+
     /// Half the block's width and the radii of the rings, in m.
     fn radii_m(&self, radius_m: f64) -> Vec<f64> {
         let radii = self.across.divide([0.0, radius_m], (0.0, 0.0));

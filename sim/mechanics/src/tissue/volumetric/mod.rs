@@ -13,6 +13,7 @@ mod basis;
 mod body;
 mod corotational;
 mod element;
+mod fit;
 mod kernel;
 mod load;
 mod locate;
@@ -26,6 +27,7 @@ use nalgebra::{Point3, Vector3};
 
 pub use body::Body;
 pub use corotational::{Corotational, Energies, Motion};
+pub use fit::{Fitted, fit};
 pub use mesh::{Grading, HexMesh, MeshSpec3, ORDERS};
 pub use minimiser::{Effort, Outcome};
 pub use problem::{Inclusion, Material, Problem3, Shape, Skin, Symmetry};

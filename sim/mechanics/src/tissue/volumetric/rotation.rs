@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Matrix4, SymmetricEigen, Vector3};
 
 /// Steps of Newton's method for the largest root; it converges from above, quadratically but at double roots.
-const NEWTON_STEPS: usize = 12;
+const NEWTON_STEPS: usize = 24;
 
 /// Below this share of the quaternion its scalar part is a small difference: the rotation is near a half turn.
 const SCALAR_SHARE: f64 = 0.05;
@@ -36,7 +36,8 @@ fn quick(f: &Matrix3<f64>, symmetric: &Matrix3<f64>, axis: &Vector3<f64>) -> Opt
             return None;
         }
         root -= change;
-        if change.abs() <= 1e-15 * root {
+        // Newton's method squares what is left.
+        if change.abs() <= 1e-9 * root {
             break;
         }
     }

@@ -1,0 +1,130 @@
+//! The cheapest mesh that meets a tolerance, with an error that is measured and not hoped for.
+//!
+//! A ladder of meshes is climbed, and each rung is judged on the problem itself, at the points where an answer is
+//! wanted, by the same mesh with elements of one order more. That has a fraction of the error, so the distance between
+//! the two answers is the error of the lower one to about a third. A finer rung of the same order is no judge: what a
+//! coarse mesh misses, the next one often misses too.
+
+use nalgebra::{Point3, Vector3};
+
+use super::{Grading, MeshSpec3, Problem3, Volumetric, VolumetricError};
+use crate::axial::Domain;
+use crate::tissue::FieldModel;
+
+/// A model with what is known of its error.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The model, solved for 1 N.
+    pub model: Volumetric,
+    /// Its mesh.
+    pub mesh: MeshSpec3,
+    /// Relative L2 error of the displacement along the needle, over the problem's sample points around it.
+    pub estimated_relative_error: f64,
+    /// Whether the estimate meets the tolerance. Where not, this is the most accurate mesh that was tried.
+    pub met: bool,
+}
+
+/// Meshes from coarse to fine: the order; size at the load, in load radii, and growth, across and along the needle.
+/// They are the best of some six hundred for their cost on a layered lower back under a load of the skin.
+const RUNGS: [(usize, [f64; 2], [f64; 2]); 8] = [
+    (2, [1.5, 1.5], [0.4, 2.0]),
+    (2, [0.6, 1.0], [1.0, 1.2]),
+    (2, [0.8, 0.7], [1.0, 1.2]),
+    (2, [0.6, 0.7], [0.7, 0.8]),
+    (3, [0.8, 1.0], [0.7, 1.2]),
+    (3, [1.0, 0.7], [0.7, 1.2]),
+    (3, [0.8, 0.4], [0.7, 0.8]),
+    (3, [0.6, 0.4], [0.4, 0.5]),
+];
+
+/// Judges of more unknowns take many seconds to factorise.
+const MOST_UNKNOWNS: usize = 25_000;
+
+/// The patch ends this many load radii away from the load. Of what reaches that far, the rigid rest takes less than
+/// a thousandth of the largest displacement.
+const REACH: f64 = 100.0;
+
+/// Share of the tolerance that is aimed at, for an estimate that may be a quarter too small.
+const AIM: f64 = 0.75;
+
+impl MeshSpec3 {
+    /// Meshes for a problem, from coarse to fine, of the least part of it that has to be meshed.
+    #[must_use]
+    pub fn ladder(problem: &Problem3) -> [Self; RUNGS.len()] {
+        let radius_m = problem.flat.load.radius_m;
+        let grading = |[near, growth]: [f64; 2]| Grading { near_m: near * radius_m, growth };
+        let rung = |(order, across, along)| Self {
+            symmetry: problem.symmetry(),
+            order,
+            around: 1,
+            across: grading(across),
+            along: grading(along),
+            reach_m: REACH * radius_m,
+        };
+        RUNGS.map(rung)
+    }
+}
+
+/// Finds the cheapest mesh of the ladder whose relative error over the problem's sample points meets a tolerance.
+///
+/// # Errors
+/// The first number of the problem that is out of range, or a tolerance that is not a positive number.
+pub fn fit(problem: &Problem3, tolerance: f64) -> Result<Fitted, VolumetricError> {
+    problem.check()?;
+    Domain::Positive.check("tolerance", tolerance, "")?;
+    let [coarsest, finer @ ..] = MeshSpec3::ladder(problem);
+    let mut best = judged(problem, coarsest, tolerance)?;
+    for mesh in finer {
+        let done = best.estimated_relative_error <= AIM * tolerance;
+        if done || judge(mesh).unknowns(problem)? > MOST_UNKNOWNS {
+            break;
+        }
+        best = judged(problem, mesh, tolerance)?;
+    }
+    Ok(best)
+}
+
+/// The mesh that a mesh is judged by.
+fn judge(mesh: MeshSpec3) -> MeshSpec3 {
+    MeshSpec3 { order: mesh.order + 1, ..mesh }
+}
+
+fn judged(problem: &Problem3, mesh: MeshSpec3, tolerance: f64) -> Result<Fitted, VolumetricError> {
+    let solved = |mesh: &MeshSpec3| {
+        let mut model = Volumetric::new(problem, mesh)?;
+        model.solve(1.0);
+        Ok::<_, VolumetricError>(model)
+    };
+    let better = answer_m(problem, &solved(&judge(mesh))?);
+    let model = solved(&mesh)?;
+    let estimated_relative_error = distance(&answer_m(problem, &model), &better);
+    Ok(Fitted { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance })
+}
+
+/// Displacement along the needle at the sample points, in m.
+fn answer_m(problem: &Problem3, model: &Volumetric) -> Vec<f64> {
+    let along = Vector3::new(libm::sin(problem.tilt_rad), 0.0, -libm::cos(problem.tilt_rad));
+    samples_m(problem).iter().map(|point| model.displacement_at(point).dot(&along)).collect()
+}
+
+/// The points where an answer is wanted, in m: at the problem's radii around where the needle meets its load, on both
+/// sides in its plane and beside it.
+fn samples_m(problem: &Problem3) -> Vec<Point3<f64>> {
+    let (_, to_m) = problem.loaded_m();
+    let centre_m = to_m * libm::tan(problem.tilt_rad);
+    let mut points = Vec::new();
+    for &depth_m in &problem.flat.sample_depth_m {
+        for &r_m in &problem.flat.sample_r_m {
+            let around = [[centre_m + r_m, 0.0], [centre_m - r_m, 0.0], [centre_m, r_m]];
+            points.extend(around.map(|[x, y]| problem.skin.bend(&Point3::new(x, y, -depth_m))));
+        }
+    }
+    points
+}
+
+/// Relative L2 distance of an answer to a better one. Where nothing moves there is nothing to be wrong about.
+fn distance(answer: &[f64], better: &[f64]) -> f64 {
+    let wrong: f64 = answer.iter().zip(better).map(|(a, b)| (a - b) * (a - b)).sum();
+    let whole: f64 = better.iter().map(|b| b * b).sum();
+    if wrong == 0.0 { 0.0 } else { (wrong / whole).sqrt() }
+}
