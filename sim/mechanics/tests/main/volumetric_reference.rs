@@ -2,7 +2,9 @@
 //! out changes nothing. It could fail on a coarse load, a layer that is missed, a mirrored side, or an element that
 //! locks.
 
-use mechanics::tissue::volumetric::{Corotational, Effort, Grading, MeshSpec3, Patch, Problem3, Symmetry, Volumetric};
+use mechanics::tissue::volumetric::{
+    Corotational, Effort, Grading, MeshSpec3, Patch, Problem3, Symmetry, Volumetric, fit, rung,
+};
 use mechanics::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
 use nalgebra::Point3;
 use serde_json::Value;
@@ -126,4 +128,29 @@ fn large_rotations_change_nothing_under_a_small_force() {
     model.solve(1e-5);
     let found = reference.error(&model, 1e-5);
     assert!(model.last().converged && found < 0.05, "{found}, {:?}", model.last());
+}
+
+#[test]
+fn a_fit_says_what_it_made_and_keeps_its_tolerance() {
+    let reference = Reference::lower_back();
+    let fitted = fit(&Problem3::flat(&reference.problem), 0.05).expect("a fit");
+    let found = reference.error(&fitted.model, 1.0);
+    assert!(fitted.met && found <= 0.05, "{found}");
+    let words = fitted.mesh_in_words();
+    assert!(words.ends_with("in a quarter of the tissue"), "{words}");
+}
+
+#[test]
+fn the_ladder_goes_down_in_error_and_ends() {
+    let reference = Reference::lower_back();
+    let problem = Problem3::flat(&reference.problem);
+    let models = (0..5).map(|at| rung(&problem, at).expect("a rung").expect("a model"));
+    let errors: Vec<f64> = models
+        .map(|mut model| {
+            model.solve(1.0);
+            reference.error(&model, 1.0)
+        })
+        .collect();
+    assert!(errors.is_sorted_by(|coarse, fine| fine < coarse), "{errors:?}");
+    assert!(rung(&problem, MeshSpec3::ladder(&problem).len()).is_none());
 }

@@ -7,7 +7,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{Grading, MeshSpec3, Problem3, Volumetric, VolumetricError};
+use super::{Grading, MeshSpec3, Problem3, Symmetry, Volumetric, VolumetricError};
 use crate::axial::Domain;
 use crate::tissue::FieldModel;
 
@@ -22,6 +22,19 @@ pub struct Fitted {
     pub estimated_relative_error: f64,
     /// Whether the estimate meets the tolerance. Where not, this is the most accurate mesh that was tried.
     pub met: bool,
+}
+
+impl Fitted {
+    /// The mesh, for people: "42 hexahedra of order 3 in a quarter of the tissue".
+    #[must_use]
+    pub fn mesh_in_words(&self) -> String {
+        let part = match self.mesh.symmetry {
+            Symmetry::Quarter => "a quarter of the tissue",
+            Symmetry::Half => "half of the tissue",
+            Symmetry::Full => "the whole tissue",
+        };
+        format!("{} hexahedra of order {} in {part}", self.model.patch().body().elements(), self.mesh.order)
+    }
 }
 
 /// Meshes from coarse to fine: the order; size at the load, in load radii, and growth, across and along the needle.
@@ -63,6 +76,14 @@ impl MeshSpec3 {
         };
         RUNGS.map(rung)
     }
+}
+
+/// The model on one mesh of the ladder, from coarse to fine, for a speed–error sweep. Nothing past the last.
+///
+/// # Errors
+/// The first number of the problem that is out of range.
+pub fn rung(problem: &Problem3, at: usize) -> Option<Result<Volumetric, VolumetricError>> {
+    MeshSpec3::ladder(problem).get(at).map(|mesh| Volumetric::new(problem, mesh))
 }
 
 /// Finds the cheapest mesh of the ladder whose relative error over the problem's sample points meets a tolerance.
