@@ -11,6 +11,8 @@ mod energy;
 #[cfg(test)]
 mod hard_cases;
 #[cfg(test)]
+mod mass_spring;
+#[cfg(test)]
 mod multifrontal;
 #[cfg(test)]
 mod operators;

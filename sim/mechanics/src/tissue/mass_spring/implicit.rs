@@ -1,0 +1,266 @@
+//! Implicit integration: backward Euler, as the least of what a step would cost.
+//!
+//! With x the displacement at the start, v the velocity and s the step of displacement to be found, backward Euler
+//! M(s/h − v)/h = f(x + s) − αMs/h − βK s/h is where
+//!
+//! ```text
+//! E(s) = |s − hv|²/(2h²) + α|s|²/(2h) + (β/2h) sᵀK(x)s + U(x + s) − F w(x + s),   |s|² = sᵀMs
+//! ```
+//!
+//! is least (Martin et al. 2011). A few Newton steps go down E: the stiffness they use is never negative, so that each
+//! points downhill, and halving its length ends below where it began. From E(s) ≤ E(0) follows U − Fw ≤ U₀ − Fw₀ + ½|v|²,
+//! so the velocity can always be scaled to the energy that is left: **energy never grows**, however few steps were made.
+
+use super::LatticeError;
+use super::kernel::{Field, pull_all};
+use super::lattice::Lattice;
+use super::laws::{Elastic, Stiffness};
+use super::motion::Motion;
+use super::relax::{Limit, Relaxation, norm_squared};
+
+/// Newton steps of one step in time, at most.
+pub const NEWTON_STEPS: usize = 6;
+/// Conjugate gradients of one Newton step, at most.
+pub const ITERATIONS: usize = 400;
+/// Halvings of a Newton step that went too far, at most.
+pub const HALVINGS: usize = 20;
+
+/// Residual, over the first, at which a Newton step ends: the next one starts from there.
+const ROUGH: f64 = 1e-6;
+/// Residual, over what the tissue holds, at which a step in time ends.
+const TIGHT: f64 = 1e-9;
+
+/// Memory of the implicit steps.
+#[derive(Clone, Debug)]
+pub struct ImplicitScratch {
+    relaxation: Relaxation,
+    /// Displacement at the start, in m.
+    start_m: Field,
+    /// Step of displacement being found, in m.
+    step_m: Field,
+    /// A step that is tried, in m.
+    tried_m: Field,
+    correction_m: Field,
+    inverse_diagonal: Field,
+    /// Whatever springs pull, in N.
+    work: Field,
+}
+
+impl ImplicitScratch {
+    /// Memory for this lattice.
+    #[must_use]
+    pub fn new(lattice: &Lattice) -> Self {
+        let zeros = || Field::zeros(lattice.grid.places());
+        Self {
+            relaxation: Relaxation::new(lattice),
+            start_m: zeros(),
+            step_m: zeros(),
+            tried_m: zeros(),
+            correction_m: zeros(),
+            inverse_diagonal: zeros(),
+            work: zeros(),
+        }
+    }
+}
+
+/// One step of any length; an infinite one goes to rest. A step of 0 changes nothing.
+///
+/// # Errors
+/// A step that is not a number, or negative; nothing has moved then.
+pub fn step(
+    lattice: &Lattice,
+    motion: &mut Motion,
+    scratch: &mut ImplicitScratch,
+    step_s: f64,
+) -> Result<(), LatticeError> {
+    if step_s.is_nan() || step_s < 0.0 {
+        return Err(LatticeError::Time { time_s: step_s, longest_s: f64::INFINITY });
+    }
+    if step_s > 0.0 {
+        Step { lattice, motion, scratch, per_s: 1.0 / step_s }.make();
+    }
+    Ok(())
+}
+
+/// A step being made. In terms of 1/h an infinite step is nothing special.
+struct Step<'a> {
+    lattice: &'a Lattice,
+    motion: &'a mut Motion,
+    scratch: &'a mut ImplicitScratch,
+    /// 1/h, in 1/s.
+    per_s: f64,
+}
+
+impl Step<'_> {
+    fn make(mut self) {
+        self.scratch.start_m.copy_from(&self.motion.displacement_m);
+        self.scratch.step_m.clear();
+        let (potential_j, moving_j) = (self.potential_j(), self.moving_j());
+        let first_j = potential_j + moving_j;
+        self.precondition();
+        let mut cost_j = self.coast(first_j);
+        let mut floor = TIGHT * TIGHT * (potential_j.abs() + moving_j);
+        for newton in 0..NEWTON_STEPS {
+            self.find_residual();
+            let square = norm_squared(&self.scratch.relaxation.residual, &self.scratch.inverse_diagonal);
+            if newton == 0 {
+                floor = floor.max(TIGHT * TIGHT * square);
+            }
+            if square <= floor || !self.find_correction(square.sqrt()) {
+                break;
+            }
+            let Some(lower_j) = self.descend(cost_j) else { break };
+            cost_j = lower_j;
+        }
+        self.finish(first_j);
+    }
+
+    /// Starts from where the velocity leads, if that is cheaper than staying. Returns the cost.
+    fn coast(&mut self, staying_j: f64) -> f64 {
+        if self.per_s > 0.0 {
+            self.scratch.tried_m.copy_from(&self.motion.velocity_m_per_s);
+            self.scratch.tried_m.scale(1.0 / self.per_s);
+            if let Some(cost_j) = self.try_step(staying_j) {
+                return cost_j;
+            }
+        }
+        self.motion.displacement_m.copy_from(&self.scratch.start_m);
+        staying_j
+    }
+
+    /// Takes as much of the correction as makes E smaller. Returns the new E, or none when nothing did.
+    fn descend(&mut self, cost_j: f64) -> Option<f64> {
+        let mut part = 1.0;
+        for _ in 0..HALVINGS {
+            self.scratch.tried_m.copy_from(&self.scratch.step_m);
+            self.scratch.tried_m.add_scaled(part, &self.scratch.correction_m);
+            if let Some(lower_j) = self.try_step(cost_j) {
+                return Some(lower_j);
+            }
+            part *= 0.5;
+        }
+        None
+    }
+
+    /// Takes the tried step if E is below a bound. Returns the new E.
+    fn try_step(&mut self, below_j: f64) -> Option<f64> {
+        self.motion.displacement_m.copy_from(&self.scratch.start_m);
+        self.motion.displacement_m.add_scaled(1.0, &self.scratch.tried_m);
+        let cost_j = self.potential_j() + self.delay_j() + self.dashpots_j();
+        if cost_j < below_j {
+            self.scratch.step_m.copy_from(&self.scratch.tried_m);
+            return Some(cost_j);
+        }
+        None
+    }
+
+    /// Energy of the springs less the work of the load, in J.
+    fn potential_j(&self) -> f64 {
+        let u = &self.motion.displacement_m;
+        self.lattice.spring_energy_j(u) - self.motion.force_n * self.motion.load.work_m(u)
+    }
+
+    fn moving_j(&self) -> f64 {
+        self.lattice.motion_energy_j(&self.motion.velocity_m_per_s)
+    }
+
+    /// What E counts for inertia and for drag of the tried step, in J.
+    fn delay_j(&self) -> f64 {
+        let (per_s, drag) = (self.per_s, self.lattice.damping.mass_per_s * self.per_s);
+        let axis_j = |axis: usize| -> f64 {
+            let velocities = self.motion.velocity_m_per_s.axes[axis].iter();
+            let known = velocities.zip(&self.lattice.masses.axes[axis]).zip(&self.scratch.tried_m.axes[axis]);
+            known.map(|((v, m), s)| 0.5 * m * ((s * per_s - v) * (s * per_s - v) + drag * s * s)).sum()
+        };
+        (0..3).map(axis_j).sum()
+    }
+
+    /// What E counts for the dashpots of the tried step, in J.
+    fn dashpots_j(&mut self) -> f64 {
+        let law = self.dashpots();
+        if law.along <= 0.0 {
+            return 0.0;
+        }
+        self.scratch.work.clear();
+        let fields = [&self.scratch.start_m, &self.scratch.tried_m];
+        pull_all(self.lattice, &law, fields, &mut self.scratch.work);
+        0.5 * self.scratch.work.dot(&self.scratch.tried_m)
+    }
+
+    /// Resistance of the dashpots to the step, in the directions of the springs at its start.
+    fn dashpots(&self) -> Stiffness {
+        Stiffness { along: self.lattice.damping.stiffness_s * self.per_s, across: 0.0 }
+    }
+
+    /// Inertia and drag per displacement, over mass, in 1/s².
+    fn inertia_per_s2(&self) -> f64 {
+        self.per_s * (self.per_s + self.lattice.damping.mass_per_s)
+    }
+
+    /// The inverse of the diagonal at rest: good enough for a preconditioner in any shape.
+    fn precondition(&mut self) {
+        let (inertia, along) = (self.inertia_per_s2(), 1.0 + self.dashpots().along);
+        for axis in 0..3 {
+            let known = self.lattice.masses.axes[axis].iter().zip(&self.lattice.diagonal.axes[axis]);
+            for (inverse, (mass, diagonal)) in self.scratch.inverse_diagonal.axes[axis].iter_mut().zip(known) {
+                let sum = inertia * mass + along * diagonal;
+                *inverse = if *mass > 0.0 { 1.0 / sum } else { 0.0 };
+            }
+        }
+    }
+
+    /// −∂E/∂s, in N.
+    fn find_residual(&mut self) {
+        let law = self.dashpots();
+        let inertia = self.inertia_per_s2();
+        let scratch = &mut *self.scratch;
+        scratch.work.clear();
+        if law.along > 0.0 {
+            pull_all(self.lattice, &law, [&scratch.start_m, &scratch.step_m], &mut scratch.work);
+            scratch.work.scale(-1.0);
+        }
+        pull_all(self.lattice, &Elastic, [&self.motion.displacement_m], &mut scratch.work);
+        self.motion.load.add(self.motion.force_n, &mut scratch.work);
+        for axis in 0..3 {
+            let known = self.lattice.masses.axes[axis].iter().zip(&self.motion.velocity_m_per_s.axes[axis]);
+            let known = known.zip(&scratch.step_m.axes[axis]).zip(&scratch.work.axes[axis]);
+            for (residual, (((mass, v), s), force)) in scratch.relaxation.residual.axes[axis].iter_mut().zip(known) {
+                *residual = force + mass * (self.per_s * v - inertia * s);
+            }
+        }
+    }
+
+    /// A Newton step from the residual. Whether one was found.
+    fn find_correction(&mut self, scale: f64) -> bool {
+        let law = Stiffness { along: 1.0 + self.dashpots().along, across: 1.0 };
+        let inertia = self.inertia_per_s2();
+        let (lattice, displacement_m) = (self.lattice, &self.motion.displacement_m);
+        let scratch = &mut *self.scratch;
+        scratch.correction_m.clear();
+        let apply = |p: &Field, product: &mut Field| {
+            pull_all(lattice, &law, [displacement_m, p], product);
+            for axis in 0..3 {
+                let known = lattice.masses.axes[axis].iter().zip(&p.axes[axis]);
+                product.axes[axis].iter_mut().zip(known).for_each(|(sum, (mass, p))| *sum += inertia * mass * p);
+            }
+        };
+        let limit = (Limit { iterations: ITERATIONS, relative: ROUGH }, scale);
+        scratch.relaxation.solve(apply, &scratch.inverse_diagonal, &mut scratch.correction_m, limit) > 0
+    }
+
+    /// Displacement and velocity from the step, the velocity scaled to the energy that is left.
+    fn finish(self, first_j: f64) {
+        let Self { lattice, motion, scratch, per_s } = self;
+        motion.displacement_m.copy_from(&scratch.start_m);
+        motion.displacement_m.add_scaled(1.0, &scratch.step_m);
+        motion.velocity_m_per_s.copy_from(&scratch.step_m);
+        motion.velocity_m_per_s.scale(per_s);
+        let u = &motion.displacement_m;
+        let potential_j = lattice.spring_energy_j(u) - motion.force_n * motion.load.work_m(u);
+        let moving_j = lattice.motion_energy_j(&motion.velocity_m_per_s);
+        let left_j = (first_j - potential_j).max(0.0);
+        if moving_j > left_j {
+            motion.velocity_m_per_s.scale((left_j / moving_j).sqrt());
+        }
+    }
+}

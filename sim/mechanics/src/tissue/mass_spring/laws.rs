@@ -1,0 +1,118 @@
+//! What a spring pulls.
+//!
+//! A spring of constant k, rest vector e and rest length l₀ between ends that moved apart by Δ is the vector D = e + Δ
+//! and stretches by
+//!
+//! ```text
+//! l − l₀ = q / (l + l₀),   q = l² − l₀² = Δ·(e + D),   l² = l₀² + q
+//! ```
+//!
+//! so that a stretch of 1e-9 of the length is as exact as a large one: the difference of two lengths would lose it.
+//! The pull k (l − l₀) D/l is along the spring wherever it has turned to: a rigid motion costs nothing.
+
+use super::kernel::Law;
+use super::links::Link;
+use super::real::Real;
+
+/// Least length over rest length that a direction is divided by. Ends that meet have no direction: the pull fades to 0
+/// over this length instead of being 0/0. Its square is well above the rounding of l₀² + q in single precision, so that
+/// no pull is ever larger than k l₀ there.
+const COLLAPSED: f64 = 1e-3;
+
+/// A spring as it is now.
+struct Stretched<T> {
+    /// From A to B, in m.
+    along_m: [T; 3],
+    /// Length, in m, at least [`COLLAPSED`] of that at rest.
+    length_m: T,
+    /// (l − l₀)/l: what of k is pull per vector.
+    strain: T,
+}
+
+#[inline(always)]
+fn stretched<T: Real>(link: &Link<T>, change_m: [T; 3]) -> Stretched<T> {
+    let ([ex, ey, ez], [ux, uy, uz]) = (link.rest_m, change_m);
+    let along_m = [ex + ux, ey + uy, ez + uz];
+    let grown_m2 = dot(change_m, [ex + along_m[0], ey + along_m[1], ez + along_m[2]]);
+    let rest_m2 = link.length_m * link.length_m;
+    let (least_m2, length_m2) = (T::of(COLLAPSED * COLLAPSED) * rest_m2, rest_m2 + grown_m2);
+    let length_m = if length_m2 > least_m2 { length_m2 } else { least_m2 }.sqrt();
+    Stretched { along_m, length_m, strain: grown_m2 / (length_m * (length_m + link.length_m)) }
+}
+
+#[inline(always)]
+fn dot<T: Real>(a: [T; 3], b: [T; 3]) -> T {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn times<T: Real>(factor: T, vector: [T; 3]) -> [T; 3] {
+    [factor * vector[0], factor * vector[1], factor * vector[2]]
+}
+
+/// Pull of displaced ends. Field: displacement.
+pub(super) struct Elastic;
+
+impl<T: Real> Law<T, 1> for Elastic {
+    #[inline(always)]
+    fn pull(&self, link: &Link<T>, constant: T, [change_m]: [[T; 3]; 1]) -> [T; 3] {
+        let spring = stretched(link, change_m);
+        times(constant * spring.strain, spring.along_m)
+    }
+}
+
+/// The same with a dashpot in every spring, β k along it. Fields: displacement, velocity.
+pub(super) struct Damped {
+    /// β, in s.
+    pub(super) stiffness_damping_s: f64,
+}
+
+impl<T: Real> Law<T, 2> for Damped {
+    #[inline(always)]
+    fn pull(&self, link: &Link<T>, constant: T, [change_m, rate_m_per_s]: [[T; 3]; 2]) -> [T; 3] {
+        let spring = stretched(link, change_m);
+        let rate = dot(spring.along_m, rate_m_per_s) / (spring.length_m * spring.length_m);
+        times(constant * (spring.strain + T::of(self.stiffness_damping_s) * rate), spring.along_m)
+    }
+}
+
+/// Resistance to a change of displacement, without the part of a compressed spring that pushes it further aside: what
+/// remains is never negative, so that a step found with it goes downhill. Fields: displacement, its change.
+pub(super) struct Stiffness {
+    /// Factor on the part along the spring: 1, and more where a dashpot adds to it.
+    pub(super) along: f64,
+    /// Factor on the part across it.
+    pub(super) across: f64,
+}
+
+impl<T: Real> Law<T, 2> for Stiffness {
+    #[inline(always)]
+    fn pull(&self, link: &Link<T>, constant: T, [change_m, delta]: [[T; 3]; 2]) -> [T; 3] {
+        let spring = stretched(link, change_m);
+        let zero = T::default();
+        let tension = if spring.strain > zero { spring.strain } else { zero };
+        let across = T::of(-self.across) * constant * tension;
+        let part = dot(spring.along_m, delta) / (spring.length_m * spring.length_m);
+        let [x, y, z] = times((T::of(-self.along) * constant - across) * part, spring.along_m);
+        [x + across * delta[0], y + across * delta[1], z + across * delta[2]]
+    }
+}
+
+/// Resistance to a change of displacement at rest. Field: change of displacement.
+pub(super) struct Linear;
+
+impl<T: Real> Law<T, 1> for Linear {
+    #[inline(always)]
+    fn pull(&self, link: &Link<T>, constant: T, [delta]: [[T; 3]; 1]) -> [T; 3] {
+        let per_m2 = T::of(-1.0) / (link.length_m * link.length_m);
+        times(per_m2 * (constant * dot(link.rest_m, delta)), link.rest_m)
+    }
+}
+
+/// Energy of a spring, in J.
+#[inline(always)]
+pub(super) fn energy_j(link: &Link<f64>, constant: f64, change_m: [f64; 3]) -> f64 {
+    let spring = stretched(link, change_m);
+    let stretch_m = spring.strain * spring.length_m;
+    0.5 * constant * stretch_m * stretch_m
+}

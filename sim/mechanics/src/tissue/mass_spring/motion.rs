@@ -1,0 +1,51 @@
+//! What a lattice does in time: displacements, velocities and the force that is held.
+
+use super::kernel::Field;
+use super::lattice::Lattice;
+use super::load::NodalLoad;
+
+/// Largest force that is taken, in N: far above any hand, low enough that nothing overflows.
+pub const MAX_FORCE_N: f64 = 1e4;
+
+/// The state of a lattice.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    pub(super) displacement_m: Field,
+    pub(super) velocity_m_per_s: Field,
+    pub(super) load: NodalLoad,
+    pub(super) force_n: f64,
+}
+
+impl Motion {
+    /// A lattice at rest under no force.
+    #[must_use]
+    pub fn new(lattice: &Lattice, load: NodalLoad) -> Self {
+        let zeros = Field::zeros(lattice.grid.places());
+        Self { displacement_m: zeros.clone(), velocity_m_per_s: zeros, load, force_n: 0.0 }
+    }
+
+    /// Pushes into the body with this force from now on, in N. One that is not a number, or infinite, is held off: the
+    /// last one stays. Beyond [`MAX_FORCE_N`] either way it is that.
+    pub fn push(&mut self, force_n: f64) {
+        if force_n.is_finite() {
+            self.force_n = force_n.clamp(-MAX_FORCE_N, MAX_FORCE_N);
+        }
+    }
+
+    /// Gives every node that moves a displacement in m, from its position in the patient's frame in m, and stops it.
+    pub fn displace(&mut self, lattice: &Lattice, displacement_m: impl Fn([f64; 3]) -> [f64; 3]) {
+        for node in lattice.grid.nodes() {
+            let wanted = displacement_m(lattice.grid.position_m(node));
+            for axis in (0..3).filter(|&axis| lattice.grid.is_free(node, axis)) {
+                self.displacement_m.axes[axis][lattice.grid.place(node)] = wanted[axis];
+            }
+        }
+        self.velocity_m_per_s.clear();
+    }
+
+    /// Displacement at a place in the patient's frame, in m: trilinear between the nodes, zero outside the lattice.
+    #[must_use]
+    pub fn displacement_m(&self, lattice: &Lattice, position_m: [f64; 3]) -> [f64; 3] {
+        lattice.interpolate(&self.displacement_m, position_m)
+    }
+}

@@ -1,0 +1,93 @@
+//! Conjugate gradients without a matrix, preconditioned by the diagonal (Hestenes and Stiefel 1952).
+
+use super::kernel::{Field, dot};
+use super::lattice::Lattice;
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Limit {
+    pub(super) iterations: usize,
+    /// Residual over right-hand side, both in the norm of the preconditioner.
+    pub(super) relative: f64,
+}
+
+/// Memory of the iteration.
+#[derive(Clone, Debug)]
+pub(super) struct Relaxation {
+    /// Right-hand side less A x. Set before [`Relaxation::solve`].
+    pub(super) residual: Field,
+    direction: Field,
+    product: Field,
+}
+
+impl Relaxation {
+    pub(super) fn new(lattice: &Lattice) -> Self {
+        let zeros = || Field::zeros(lattice.grid.places());
+        Self { residual: zeros(), direction: zeros(), product: zeros() }
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.residual.bytes() + self.direction.bytes() + self.product.bytes()
+    }
+
+    /// Improves `x` until the residual is below `limit` of `scale`, the norm of a right-hand side. `apply` adds A p to
+    /// its second argument. Where `inverse_diagonal` is 0 nothing moves, whatever the residual. Returns how many
+    /// iterations it took.
+    pub(super) fn solve(
+        &mut self,
+        mut apply: impl FnMut(&Field, &mut Field),
+        inverse_diagonal: &Field,
+        x: &mut Field,
+        (limit, scale): (Limit, f64),
+    ) -> usize {
+        self.direction.clear();
+        let mut before = 1.0;
+        for iteration in 0..limit.iterations {
+            let now = norm_squared(&self.residual, inverse_diagonal);
+            if now.is_nan() || now <= limit.relative * limit.relative * scale * scale {
+                return iteration;
+            }
+            self.turn(inverse_diagonal, now / before);
+            before = now;
+            self.product.clear();
+            apply(&self.direction, &mut self.product);
+            let curvature = self.direction.dot(&self.product);
+            if curvature.is_nan() || curvature <= 0.0 {
+                return iteration;
+            }
+            x.add_scaled(now / curvature, &self.direction);
+            self.residual.add_scaled(-now / curvature, &self.product);
+        }
+        limit.iterations
+    }
+
+    /// direction ← D⁻¹ residual + factor · direction
+    fn turn(&mut self, inverse_diagonal: &Field, factor: f64) {
+        for axis in 0..3 {
+            let known = self.residual.axes[axis].iter().zip(&inverse_diagonal.axes[axis]);
+            for (direction, (residual, inverse)) in self.direction.axes[axis].iter_mut().zip(known) {
+                *direction = residual * inverse + factor * *direction;
+            }
+        }
+    }
+}
+
+/// rᵀ D⁻¹ r.
+pub(super) fn norm_squared(residual: &Field, inverse_diagonal: &Field) -> f64 {
+    let axes = residual.axes.iter().zip(&inverse_diagonal.axes);
+    axes.map(|(residual, inverse)| dot_thrice(residual, inverse)).sum()
+}
+
+/// Σ r² d, several terms side by side.
+fn dot_thrice(residual: &[f64], inverse: &[f64]) -> f64 {
+    const WIDTH: usize = 8;
+    let mut weighted = [0.0; WIDTH];
+    let (r, d) = (residual.as_chunks::<WIDTH>(), inverse.as_chunks::<WIDTH>());
+    let whole: f64 = r.0.iter().zip(d.0).fold(0.0, |sum, (r, d)| {
+        for lane in 0..WIDTH {
+            weighted[lane] = r[lane] * d[lane];
+        }
+        sum + dot(&weighted, r)
+    });
+    whole + r.1.iter().zip(d.1).map(|(r, d)| r * r * d).sum::<f64>()
+}

@@ -1,0 +1,82 @@
+//! Reading a lattice: displacement between nodes, and what the springs do under a displacement that is given.
+
+use super::kernel::{Field, pull_all};
+use super::lattice::Lattice;
+use super::laws::{Elastic, Linear};
+
+/// What the springs do under a displacement given at every node, held ones too: for verification.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Response {
+    /// Energy of the springs of the computed part, in J.
+    pub energy_j: f64,
+    /// The same of the linearised lattice, in J.
+    pub linear_energy_j: f64,
+    /// Every node, from the skin down.
+    pub nodes: Vec<NodeForce>,
+}
+
+/// What the springs pull at a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NodeForce {
+    /// Where the node is at rest in the patient's frame, in m.
+    pub position_m: [f64; 3],
+    /// Whether it moves: it is not on the rim, beyond it or on the base.
+    pub moves: bool,
+    /// Pull of its springs, in N.
+    pub force_n: [f64; 3],
+    /// The same of the linearised lattice, in N.
+    pub linear_force_n: [f64; 3],
+}
+
+impl Lattice {
+    /// What the springs do under a displacement in m, given at every position in the patient's frame in m.
+    #[must_use]
+    pub fn respond(&self, displacement_m: impl Fn([f64; 3]) -> [f64; 3]) -> Response {
+        let zeros = || Field::zeros(self.grid.places());
+        let (mut u, mut forces, mut resistance) = (zeros(), zeros(), zeros());
+        for node in self.grid.nodes() {
+            let wanted = displacement_m(self.grid.position_m(node));
+            u.axes.iter_mut().zip(wanted).for_each(|(axis, wanted)| axis[self.grid.place(node)] = wanted);
+        }
+        pull_all(self, &Elastic, [&u], &mut forces);
+        pull_all(self, &Linear, [&u], &mut resistance);
+        let at = |field: &Field, place: usize| [0, 1, 2].map(|axis| field.axes[axis][place]);
+        let node_force = |node: [usize; 3]| NodeForce {
+            position_m: self.grid.position_m(node),
+            moves: self.grid.moves(node),
+            force_n: at(&forces, self.grid.place(node)),
+            linear_force_n: at(&resistance, self.grid.place(node)).map(|resistance| -resistance),
+        };
+        Response {
+            energy_j: self.spring_energy_j(&u),
+            linear_energy_j: 0.5 * u.dot(&resistance),
+            nodes: self.grid.nodes().map(node_force).collect(),
+        }
+    }
+
+    /// Trilinear between the nodes, zero outside the lattice. A quarter mirrors what it does not hold.
+    pub(super) fn interpolate(&self, field: &Field, [x_m, y_m, z_m]: [f64; 3]) -> [f64; 3] {
+        let grid = &self.grid;
+        let mirrored = grid.centre() == 0;
+        let across = |at_m: f64| if mirrored { at_m.abs() } else { at_m } / grid.spacing_m + grid.centre() as f64;
+        let [x, y] = [across(x_m), across(y_m)];
+        let last = (grid.side - 1) as f64;
+        let within = |at: f64| at >= 0.0 && at <= last;
+        // Rounding may put the skin or an interface a hair outside.
+        if !(within(x) && within(y) && -z_m > -1e-9 && -z_m < grid.depths_m[grid.storeys.len()]) {
+            return [0.0; 3];
+        }
+        let cell = |at: f64| at.min(last - 1.0).floor();
+        let (k, down) = grid.storey_at(-z_m);
+        let (first, parts) = ([cell(x) as usize, cell(y) as usize, k], [x - cell(x), y - cell(y), down]);
+        let mut sum = [0.0; 3];
+        for bits in 0..8_usize {
+            let corner = [bits & 1, bits >> 1 & 1, bits >> 2];
+            let weights = [0, 1, 2].map(|axis| if corner[axis] == 1 { parts[axis] } else { 1.0 - parts[axis] });
+            let place = grid.place([0, 1, 2].map(|axis| first[axis] + corner[axis]));
+            (0..3).for_each(|axis| sum[axis] += weights.iter().product::<f64>() * field.axes[axis][place]);
+        }
+        let signs = [x_m, y_m, 1.0].map(|at| if mirrored && at < 0.0 { -1.0 } else { 1.0 });
+        [0, 1, 2].map(|axis| sum[axis] * signs[axis])
+    }
+}
