@@ -153,7 +153,7 @@ impl<'a> Attempt<'a> {
         self.touched()?;
         let event = self.recording.events.iter().find(|e| e.kind == EventKind::Confirm && e.t_s.is_finite());
         let t_s = event.map_or_else(|| self.deepest_s(), |e| e.t_s);
-        let coordinate = |i: usize| self.timeline.at(t_s, |s| s.position_m[i]);
+        let coordinate = |i: usize| self.timeline.at(t_s, |s| s.tip_m()[i]);
         Ok(Confirmed {
             t_s,
             x_m: self.timeline.at(t_s, |s| s.x_m),

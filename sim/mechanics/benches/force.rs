@@ -59,6 +59,7 @@ fn force(criterion: &mut Criterion) {
         axial: training(),
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.15,
+        needle_bending_n_m2: None,
         structures: vec![],
     };
     let Ok(params) = PunctureParams::new(spec) else { return };

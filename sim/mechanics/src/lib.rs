@@ -8,6 +8,7 @@
 //! the plane z = 0. *Needle*: origin at the stylet tip, `+z` from the hub towards the tip.
 
 pub mod axial;
+pub mod beam;
 pub mod closed_form;
 pub mod ledger;
 pub mod operator;

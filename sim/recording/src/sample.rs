@@ -35,9 +35,17 @@ pub struct Sample {
     pub flags: u32,
     /// Lateness of the tick, in µs.
     pub lateness_us: f32,
+    /// What the tip of a needle that bends is off `position_m`, in m; 0 for a straight one.
+    pub bend_m: [f32; 3],
 }
 
 impl Sample {
+    /// Where the tip is, bent or not, in m, patient frame.
+    #[must_use]
+    pub fn tip_m(&self) -> [f64; 3] {
+        std::array::from_fn(|i| self.position_m[i] + f64::from(self.bend_m[i]))
+    }
+
     /// Axial force on the hand, in N: the sum of its parts.
     #[must_use]
     pub fn axial_n(&self) -> f64 {

@@ -133,6 +133,7 @@ impl<'a> Attempt<'a> {
                 | flag(axial.held || faulty, flags::HELD)
                 | flag(input.confirm, flags::CONFIRM),
             lateness_us: 0.0,
+            bend_m: single(&output.bend_m),
         }
     }
 

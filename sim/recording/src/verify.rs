@@ -21,7 +21,7 @@ pub struct Verification {
     pub at_s: f64,
     /// Channel of it, for example `friction_n`; empty when there is none.
     pub channel: String,
-    /// Largest deviation of the tip's axial displacement and depth, in m.
+    /// Largest deviation of the tip's axial displacement, depth and bend, in m.
     pub largest_depth_deviation_m: f64,
     /// Events of the re-simulation that the recording lacks, or the other way round.
     pub event_differences: u64,
@@ -77,7 +77,9 @@ impl Verification {
         }
         let depth_m = deviation(recorded.depth_m.into(), again.depth_m.into());
         let x_m = deviation(recorded.x_m, again.x_m);
-        self.largest_depth_deviation_m = self.largest_depth_deviation_m.max(depth_m).max(x_m);
+        let bends = recorded.bend_m.into_iter().zip(again.bend_m);
+        let bend_m = bends.map(|(a, b)| deviation(a.into(), b.into())).fold(0.0, f64::max);
+        self.largest_depth_deviation_m = self.largest_depth_deviation_m.max(depth_m).max(x_m).max(bend_m);
     }
 }
 

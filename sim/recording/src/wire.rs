@@ -58,6 +58,7 @@ impl From<&Sample> for NeedleSample {
             device_n: Some(s.device_n.into()),
             flags: s.flags,
             lateness_us: s.lateness_us,
+            bend_m: s.bend_m.iter().any(|c| *c != 0.0).then(|| s.bend_m.into()),
         }
     }
 }
@@ -81,6 +82,7 @@ impl From<NeedleSample> for Sample {
             device_n: components_f32(s.device_n),
             flags: s.flags,
             lateness_us: s.lateness_us,
+            bend_m: components_f32(s.bend_m),
         }
     }
 }

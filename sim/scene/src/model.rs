@@ -61,6 +61,10 @@ pub struct Needle {
     pub lubrication: f64,
     /// A bending beam on the foundation.
     pub flexible: bool,
+    /// Young's modulus of the shaft, in Pa. Only a shaft that bends has a use for it.
+    pub youngs_modulus_pa: f64,
+    /// Bore of the shaft, in mm; 0 is solid.
+    pub inner_diameter_mm: f64,
     /// Presliding stiffness, in N/m.
     pub presliding_stiffness_n_per_m: f64,
     /// Lateral foundation, in N/m².

@@ -5,6 +5,7 @@
 //! thresholds, lubrication on friction, and toughness on thresholds, friction and cutting.
 
 use mechanics::axial::{AxialSpec, Layer, RateDependence};
+use mechanics::beam::tube_n_m2;
 use mechanics::puncture::PunctureSpec;
 
 use crate::model::{Needle, Scene, SceneLayer};
@@ -61,6 +62,14 @@ fn tip_factor(tip: &str) -> f64 {
     }
 }
 
+impl Needle {
+    /// Bending stiffness EI of the shaft, in N·m²; none for a rigid one.
+    fn bending_n_m2(&self) -> Option<f64> {
+        let (outer_m, inner_m) = (self.diameter_mm / 1e3, self.inner_diameter_mm / 1e3);
+        self.flexible.then(|| tube_n_m2(self.youngs_modulus_pa, outer_m, inner_m))
+    }
+}
+
 impl Scene {
     /// The mechanics' specification for a patient, scaled for the needle and the tissue, in SI.
     ///
@@ -85,6 +94,7 @@ impl Scene {
             },
             lateral_stiffness_n_per_m2: self.needle.lateral_stiffness_n_per_m2,
             needle_length_m: self.needle.length_mm / 1e3,
+            needle_bending_n_m2: self.needle.bending_n_m2(),
             structures: self.structures.iter().map(|s| s.spec.clone()).collect(),
         }
     }

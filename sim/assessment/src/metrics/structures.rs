@@ -50,7 +50,7 @@ fn clearance_mm(attempt: &Attempt, structure: &SceneStructure) -> f64 {
     let mut least_m = f64::INFINITY;
     let mut looked: Option<(Segment, f64)> = None;
     for (sample, insertion) in attempt.ticks() {
-        let to = Point3::from(sample.position_m);
+        let to = Point3::from(sample.tip_m());
         let from = insertion.filter(|_| is_inserted(sample)).map_or(to, |insertion| insertion.entry_m);
         let segment = Segment { from, to };
         let at_least_m = looked.as_ref().map_or(0.0, |(seen, distance_m)| distance_m - seen.moved_m(&segment));

@@ -78,6 +78,8 @@ fn needle() -> Needle {
         length_mm: 150.0,
         lubrication: 1.0,
         flexible: false,
+        youngs_modulus_pa: 193e9,
+        inner_diameter_mm: 0.0,
         presliding_stiffness_n_per_m: 2000.0,
         lateral_stiffness_n_per_m2: 10_000.0,
     }

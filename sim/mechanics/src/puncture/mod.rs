@@ -2,7 +2,8 @@
 //!
 //! The skin is the plane z = 0. Contact is the tip crossing it inwards; the entry is where its path crossed. From then
 //! on the needle's axis is latched, x = (tip − entry)·axis, and what the tip is off that line presses sideways on a
-//! Winkler foundation: F⊥ = −k_lat s δ⊥. The needle leaves when its tip is above the skin again. A first sample inside the body enters along its axis.
+//! Winkler foundation: F⊥ = −k_lat s δ⊥, or what [`crate::beam`] makes of it where the needle bends: then structures
+//! and bone meet the tip that is bent. The needle leaves when its tip is above the skin again. A first sample inside the body enters along its axis.
 //!
 //! Each puncture runs in a track. Entering within 2 mm of a known track's entry takes up its open boundaries and its deepest
 //! point; farther away begins a new one. A perpendicular straight path gives exactly the bits of [`crate::axial::step`].

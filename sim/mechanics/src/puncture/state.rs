@@ -84,6 +84,8 @@ pub struct PunctureOutput {
     pub axial: AxialOutput,
     /// Lateral force on the hand, in the patient frame, in N.
     pub lateral_n: Vector3<f64>,
+    /// What the tip is off the place where the hand would have it, in the patient frame, in m: 0 for a rigid needle.
+    pub bend_m: Vector3<f64>,
     /// Contact force of bone on the hand, in the patient frame, in N.
     pub bone_n: Vector3<f64>,
     /// Whole force on the hand, in the patient frame, in N.

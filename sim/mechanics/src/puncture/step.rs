@@ -6,6 +6,7 @@ use super::contact::{Latch, believe, enter, free_displacement_m, leave};
 use super::params::PunctureParams;
 use super::state::{LastPose, PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, PunctureState};
 use crate::axial::{self, AxialInput, AxialOutput, Stage};
+use crate::beam::Bend;
 use crate::structures::{Shaft, StructureKind};
 
 /// One step. Never fails: a bad input is held, flagged and reported as an event.
@@ -18,19 +19,41 @@ pub fn step(
     scratch.events.clear();
     let Some(pose) = believe(state, input) else {
         scratch.events.push(PunctureEvent::Fault);
-        survey(params, state, scratch);
-        return assemble(params, state, scratch, AxialOutput { held: true, ..state.axial.last_output() });
+        let axial = AxialOutput { held: true, ..state.axial.last_output() };
+        let side = Side::new(state, params.bend(axial.depth_m));
+        survey(params, state, scratch, &side);
+        return assemble(params, state, scratch, (axial, &side));
     };
     let left = cross_skin(state, scratch, &pose);
     state.last = Some(pose);
     let axial = advance(params, state, scratch, (input.t_s, left.as_ref()));
+    let bend = params.bend(axial.depth_m);
+    press(params, state, scratch, &bend);
     if let Some(latch) = left {
         leave(state, &latch);
         scratch.events.push(PunctureEvent::SkinExit);
     }
-    survey(params, state, scratch);
+    let side = Side::new(state, bend);
+    survey(params, state, scratch, &side);
     report_hits(state, scratch);
-    assemble(params, state, scratch, axial)
+    assemble(params, state, scratch, (axial, &side))
+}
+
+/// The needle sideways: a function of the state after the step, which is why a held sample repeats it.
+struct Side {
+    /// Lateral force on the hand, in N.
+    force_n: Vector3<f64>,
+    /// What the tip is off the place where the hand would have it, in m.
+    bend_m: Vector3<f64>,
+}
+
+impl Side {
+    fn new(state: &PunctureState, bend: Bend) -> Self {
+        let Some(Latch { offset_m, .. }) = state.latch else {
+            return Self { force_n: Vector3::zeros(), bend_m: Vector3::zeros() };
+        };
+        Self { force_n: offset_m * -bend.stiffness_n_per_m, bend_m: offset_m * (bend.tip_share - 1.0) }
+    }
 }
 
 /// Enters or leaves the body where the tip has crossed the skin. Returns the puncture that was just left, if one was.
@@ -44,7 +67,7 @@ fn cross_skin(state: &mut PunctureState, scratch: &mut PunctureScratch, pose: &L
     None
 }
 
-/// Steps the axial law on the needle's displacement and books the lateral work.
+/// Steps the axial law on the needle's displacement.
 ///
 /// The tick that leaves the body still runs on the track it leaves, with the tip above the skin, so that whatever was
 /// stored there is given back or lost and nothing is carried into the air.
@@ -58,14 +81,17 @@ fn advance(
     let input = AxialInput { t_s, x_m: displacement_m(state), path_factor };
     let output = axial::step(&params.axial, &mut state.axial, &mut scratch.axial, &input);
     scratch.events.extend(scratch.axial.ruptures.iter().copied().map(PunctureEvent::Rupture));
+    output
+}
+
+/// Presses the needle against the sides of its track, and books the work.
+fn press(params: &PunctureParams, state: &mut PunctureState, scratch: &PunctureScratch, bend: &Bend) {
     if let (Some(latch), Some(last)) = (&mut state.latch, &state.last) {
         let offset_m = latch.resolve(&last.tip_m).1;
-        let force_n = params.spec().lateral_stiffness_n_per_m2 * output.depth_m * offset_m.norm();
-        let work_j = force_n * (offset_m - latch.offset_m).norm();
+        let work_j = bend.stiffness_n_per_m * offset_m.norm() * (offset_m - latch.offset_m).norm();
         latch.offset_m = offset_m;
         axial::book_lateral(&params.axial, &mut state.axial, &scratch.axial, work_j);
     }
-    output
 }
 
 /// x at the last good sample, in m; 0 before the first.
@@ -78,11 +104,11 @@ fn displacement_m(state: &PunctureState) -> f64 {
 }
 
 /// Finds how the needle of the last good sample stands to every structure.
-fn survey(params: &PunctureParams, state: &PunctureState, scratch: &mut PunctureScratch) {
+fn survey(params: &PunctureParams, state: &PunctureState, scratch: &mut PunctureScratch, side: &Side) {
     scratch.meetings.clear();
     if let Some(pose) = &state.last {
-        let entry_m = state.latch.as_ref().map_or(pose.tip_m, |latch| latch.entry_m);
-        let shaft = Shaft { entry_m, tip_m: pose.tip_m };
+        let tip_m = pose.tip_m + side.bend_m;
+        let shaft = Shaft { entry_m: state.latch.as_ref().map_or(tip_m, |latch| latch.entry_m), tip_m };
         scratch.meetings.extend(params.structures.iter().map(|structure| structure.meet(&shaft)));
     }
 }
@@ -103,22 +129,21 @@ fn assemble(
     params: &PunctureParams,
     state: &PunctureState,
     scratch: &PunctureScratch,
-    axial: AxialOutput,
+    (axial, side): (AxialOutput, &Side),
 ) -> PunctureOutput {
     let (stage, boundary) = stage(params, state);
-    let lateral_n = state.latch.as_ref().map_or_else(Vector3::zeros, |latch| {
-        latch.offset_m * -(params.spec().lateral_stiffness_n_per_m2 * axial.depth_m)
-    });
     let bone_n = state.last.as_ref().map_or_else(Vector3::zeros, |pose| {
-        params.structures.iter().map(|structure| structure.bone_force_n(&pose.tip_m)).sum()
+        let tip_m = pose.tip_m + side.bend_m;
+        params.structures.iter().map(|structure| structure.bone_force_n(&tip_m)).sum()
     });
     let axis = state.latch.as_ref().map_or_else(Vector3::zeros, |latch| latch.axis);
     PunctureOutput {
         x_m: displacement_m(state),
         axial,
-        lateral_n,
+        lateral_n: side.force_n,
+        bend_m: side.bend_m,
         bone_n,
-        force_n: axis * -axial.total_n() + lateral_n + bone_n,
+        force_n: axis * -axial.total_n() + side.force_n + bone_n,
         stage,
         boundary,
         inside: state.latch.is_some(),

@@ -27,13 +27,30 @@ pub struct Needle {
 }
 
 impl Needle {
-    /// A needle in the air over a scene with structures.
+    /// A rigid needle in the air over a scene with structures.
     ///
     /// # Errors
     /// When the scene or a structure makes no sense.
     pub fn new(axial: AxialSpec, structures: Vec<StructureSpec>) -> Result<Self, ParamError> {
-        let spec = PunctureSpec { axial, lateral_stiffness_n_per_m2: 10_000.0, needle_length_m: 0.15, structures };
-        let params = PunctureParams::new(spec)?;
+        Self::bending(axial, structures, None)
+    }
+
+    /// A needle of a bending stiffness, in N·m², or a rigid one.
+    ///
+    /// # Errors
+    /// As [`Needle::new`].
+    pub fn bending(
+        axial: AxialSpec,
+        structures: Vec<StructureSpec>,
+        needle_bending_n_m2: Option<f64>,
+    ) -> Result<Self, ParamError> {
+        let params = PunctureParams::new(PunctureSpec {
+            axial,
+            lateral_stiffness_n_per_m2: 10_000.0,
+            needle_length_m: 0.15,
+            needle_bending_n_m2,
+            structures,
+        })?;
         let (state, scratch) = (PunctureState::new(&params), PunctureScratch::new(&params));
         Ok(Self { params, state, scratch, tick: 0 })
     }

@@ -5,6 +5,8 @@ mod allocation;
 #[cfg(test)]
 mod axisymmetric;
 #[cfg(test)]
+mod beam;
+#[cfg(test)]
 mod cells;
 #[cfg(test)]
 mod energy;

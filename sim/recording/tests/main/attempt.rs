@@ -34,6 +34,11 @@ fn layer(name: &str, [thickness_mm, stiffness, damping, tip, rim, friction, cutt
 
 /// The training lower back under a trocar, with a vessel 30 mm deep.
 fn params() -> PunctureParams {
+    bending(None)
+}
+
+/// The same under a needle of a bending stiffness, in N·m², or a rigid one.
+fn bending(needle_bending_n_m2: Option<f64>) -> PunctureParams {
     let layers = vec![
         layer("skin", [0.8, 331.0, 300.0, 1.0, 1.3, 100.0, 0.3]),
         layer("fat", [8.4, 83.0, 100.0, 0.5, 0.6, 15.0, 0.1]),
@@ -50,6 +55,7 @@ fn params() -> PunctureParams {
         axial,
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.1,
+        needle_bending_n_m2,
         structures: vec![vessel],
     })
     .unwrap()
@@ -221,6 +227,21 @@ fn a_simulated_recording_re_simulates_to_the_bit() {
             assert!(simulated.duration_s > 6.0);
         }
     }
+}
+
+#[test]
+fn a_needle_that_bends_re_simulates_to_the_bit_and_is_not_taken_for_a_rigid_one() {
+    let bent = bending(Some(2e-3));
+    let mut writer = writer();
+    simulate(&bent, &mut Script::default(), &mut writer, &CLOCK).unwrap();
+    let recording = read(&writer.finish().unwrap());
+    assert!(verify(&recording, &bent).exact());
+    assert!(recording.samples.iter().any(|s| s.bend_m[0].abs() > 1e-4), "it must have bent");
+    let as_rigid = verified(&recording);
+    assert!(as_rigid.largest_deviation_n > 1e-3 && as_rigid.largest_depth_deviation_m > 1e-4, "{as_rigid:?}");
+    let mut moved = recording.clone();
+    moved.samples[1300].bend_m[1] += 1e-4;
+    assert!(verify(&moved, &bent).largest_depth_deviation_m > 0.9e-4);
 }
 
 #[test]

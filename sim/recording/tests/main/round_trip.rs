@@ -72,15 +72,15 @@ prop_compose! {
         position_m in any_vector(),
         orientation in any::<[f64; 4]>(),
         x_m in any::<f64>(),
-        vectors in any::<[[f32; 3]; 4]>(),
+        vectors in any::<[[f32; 3]; 5]>(),
         scalars in any::<[f32; 7]>(),
         flags in any::<u32>(),
     ) -> Sample {
-        let [velocity_m_per_s, force_n, lateral_n, device_n] = vectors;
+        let [velocity_m_per_s, force_n, lateral_n, device_n, bend_m] = vectors;
         let [depth_m, tip_n, rim_n, viscous_n, friction_n, cutting_n, lateness_us] = scalars;
         Sample {
             t_s: 0.0, position_m, orientation, velocity_m_per_s, x_m, depth_m, force_n, tip_n, rim_n, viscous_n,
-            friction_n, cutting_n, lateral_n, device_n, flags, lateness_us,
+            friction_n, cutting_n, lateral_n, device_n, flags, lateness_us, bend_m,
         }
     }
 }

@@ -95,6 +95,7 @@ pub fn sample(n: u64) -> Sample {
         device_n: [force(0), force(1), force(2)],
         flags: flags::INSIDE,
         lateness_us: 40.0 * force(1),
+        bend_m: [0.0; 3],
     }
 }
 

@@ -58,7 +58,20 @@ static NEEDLE: Table = Table {
         Field::number("tip_to_rim_mm", "mm", (0.0, 50.0), "Tip to rim: 2 for a trocar, 0 for a needle, if left out"),
         Field::number("length_mm", "mm", (10.0, 500.0), "Length from tip to hub").or(150.0),
         Field::number("lubrication", "", (0.1, 3.0), "Factor on friction: 0.5 lubricated, 1, 1.5 dry").or(1.0),
-        Field::new("flexible", Kind::Flag, "A bending shaft").with(Presence::Flag(false)),
+        Field::new("flexible", Kind::Flag, "A bending shaft; a trocar is rigid").with(Presence::Flag(false)),
+        Field::number(
+            "youngs_modulus_pa",
+            "Pa",
+            (1e9, 1e12),
+            "Young's modulus of a shaft that bends; steel if left out",
+        )
+        .or(193e9),
+        Field::number(
+            "inner_diameter_mm",
+            "mm",
+            (0.0, 9.9),
+            "Bore of a shaft that bends; 0.66 D if left out, 0 is solid",
+        ),
         Field::number("presliding_stiffness_n_per_m", "N/m", (1.0, 1e7), "Stiffness of friction before it slides")
             .or(2000.0),
         Field::number("lateral_stiffness_n_per_m2", "N/m²", (0.0, 1e7), "Sideways foundation per inserted length")

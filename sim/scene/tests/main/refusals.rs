@@ -113,7 +113,9 @@ fn a_needle_has_no_rim_and_a_trocars_rim_needs_thresholds() {
     let bad = "kind = \"needle\"\ntip_to_rim_mm = 2";
     says(&error(SCENE, "diameter_mm = 2.0", bad), &["needle.tip_to_rim_mm: 2 mm", "no rim"]);
     says(&error(SCENE, "rim_rupture_n = 0.6\n", ""), &["layer[1].rim_rupture_n: missing", "needed by a trocar"]);
-    says(&error(SCENE, "diameter_mm = 2.0", "flexible = true"), &["needle.flexible: true", "not modelled yet"]);
+    says(&error(SCENE, "diameter_mm = 2.0", "flexible = true"), &["needle.flexible: true", "a trocar is rigid"]);
+    let wide = "diameter_mm = 2.0\ninner_diameter_mm = 2.0";
+    says(&error(SCENE, "diameter_mm = 2.0", wide), &["needle.inner_diameter_mm: 2 mm", "less than 2 mm"]);
     for (key, value) in [("model", "volumetric"), ("coupling", "field")] {
         let tissue = format!("[tissue]\n{key} = \"{value}\"\n[needle]");
         says(&error(SCENE, "[needle]", &tissue), &[&format!("tissue.{key}: \"{value}\""), "not modelled yet"]);

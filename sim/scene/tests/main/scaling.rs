@@ -103,6 +103,22 @@ fn the_needle_and_rate_reach_the_mechanics_in_si() {
 }
 
 #[test]
+fn a_needle_bends_only_where_the_scene_says_so_and_as_a_steel_tube_unless_it_says_more() {
+    let bending = |needle: &str| {
+        let scene = scene(&SCENE.replace("diameter_mm = 2.0", needle));
+        scene.puncture_spec(&Patient::nominal(&scene)).needle_bending_n_m2
+    };
+    // π/64 · 193e9 Pa · (2 mm)⁴, worked out by hand: 0.151 582 N·m².
+    let solid = bending("kind = \"needle\"\nflexible = true\ninner_diameter_mm = 0").unwrap();
+    assert!((solid / 0.151_582 - 1.0).abs() < 1e-5, "{solid} N·m²");
+    let steel = bending("kind = \"needle\"\nflexible = true").unwrap();
+    assert!((steel / (solid * (1.0 - 0.66_f64.powi(4))) - 1.0).abs() < 1e-12);
+    let half = bending("kind = \"needle\"\nflexible = true\nyoungs_modulus_pa = 96.5e9").unwrap();
+    assert!((half / steel - 0.5).abs() < 1e-12);
+    assert_eq!((bending("kind = \"needle\""), bending("diameter_mm = 2.0")), (None, None));
+}
+
+#[test]
 fn friction_and_cutting_are_0_unless_the_scene_states_them() {
     let layer = layer_of(&scene(SCENE));
     assert_eq!((layer.friction_n_per_m, layer.cutting_n), (0.0, 0.0));
