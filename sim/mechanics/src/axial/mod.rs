@@ -35,14 +35,16 @@
 //! never fused, so that the same input gives the same bits on every machine.
 
 mod book;
+mod loads;
 mod params;
 mod path;
 mod state;
 mod step;
 
+pub use loads::loads;
 pub use params::{AxialParams, AxialSpec, Layer, MAX_LAYERS, ParamError, RateDependence};
-pub use state::{AxialInput, AxialOutput, AxialScratch, AxialState, Contactor, Rupture, Stage};
-pub use step::step;
+pub use state::{AxialInput, AxialOutput, AxialScratch, AxialState, Contactor, Rupture, Stage, Standing};
+pub use step::{ahead, step};
 
 pub(crate) use book::book_lateral;
 pub(crate) use params::Domain;

@@ -105,6 +105,17 @@ pub struct AxialState {
     pub(super) last: Option<LastSample>,
 }
 
+/// Where the law stands: what is open, and the forces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Standing {
+    /// How many boundaries the tip has opened.
+    pub tip_open: usize,
+    /// How many boundaries the rim has opened.
+    pub rim_open: usize,
+    /// The forces.
+    pub output: AxialOutput,
+}
+
 /// Reused between steps, never saved.
 #[derive(Clone, Debug, Default)]
 pub struct AxialScratch {
@@ -128,6 +139,12 @@ impl AxialState {
     #[must_use]
     pub fn last_output(&self) -> AxialOutput {
         self.last.map_or_else(AxialOutput::default, |last| last.output)
+    }
+
+    /// Where the law stands at the last good sample.
+    #[must_use]
+    pub fn standing(&self) -> Standing {
+        Standing { tip_open: self.tip_open, rim_open: self.rim_open, output: self.last_output() }
     }
 
     /// Whether a sample at this time would be a new one.

@@ -3,7 +3,7 @@
 use super::book::{Tick, book};
 use super::params::{AxialParams, RateDependence};
 use super::path::{Open, Path, lay_boundaries};
-use super::state::{AxialInput, AxialOutput, AxialScratch, AxialState, Contactor, LastSample, Rupture};
+use super::state::{AxialInput, AxialOutput, AxialScratch, AxialState, Contactor, LastSample, Rupture, Standing};
 
 /// A displacement beyond this, in m, is a broken device, not a needle.
 const MAX_DISPLACEMENT_M: f64 = 1e3;
@@ -66,6 +66,29 @@ pub fn step(
     state.deepest_m = state.deepest_m.max(output.depth_m);
     state.last = Some(LastSample { t_s, x_m, output });
     output
+}
+
+/// What the law would say `dt_s` after the last good sample if the needle kept its velocity; changes nothing.
+///
+/// For whoever sees the law's samples at a lower rate: boundaries that would give way in between do so in the answer.
+/// `scratch` is that of the last step. The ruptures foreseen are left in it.
+#[must_use]
+pub fn ahead(params: &AxialParams, state: &AxialState, scratch: &mut AxialScratch, dt_s: f64) -> Standing {
+    let now = state.standing();
+    scratch.ruptures.clear();
+    let v_m_per_s = now.output.v_m_per_s;
+    let (Some(last), true) = (&state.last, dt_s > 0.0 && dt_s.is_finite()) else { return now };
+    let AxialScratch { ruptures, boundaries_m, path_factor } = scratch;
+    let path = Path::new(params.spec(), boundaries_m, *path_factor);
+    let motion = Motion { dx_m: v_m_per_s * dt_s, v_m_per_s };
+    let x_m = last.x_m + motion.dx_m;
+    let thresholds = Thresholds { rate: params.spec().rate, speed_m_per_s: v_m_per_s.abs() };
+    let mut open = state.open();
+    if motion.dx_m >= 0.0 {
+        open = resolve(&path, open, &thresholds, x_m, ruptures);
+    }
+    let output = forces(params, &path, state, &Moment { open, x_m, motion });
+    Standing { tip_open: open.tip, rim_open: open.rim, output }
 }
 
 /// The motion since the last good sample, or none when this one is not to be believed. Both differences are 0 on the first.

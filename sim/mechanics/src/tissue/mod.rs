@@ -5,6 +5,7 @@
 //! into the body moves the tissue by a negative amount.
 
 pub mod axisymmetric;
+pub mod follow;
 pub mod mass_spring;
 pub mod multifrontal;
 pub mod planner;

@@ -11,6 +11,8 @@ mod cells;
 #[cfg(test)]
 mod energy;
 #[cfg(test)]
+mod follow;
+#[cfg(test)]
 mod hard_cases;
 #[cfg(test)]
 mod mass_spring;

@@ -1,0 +1,36 @@
+//! What the needle does to the tissue: the forces of a step as loads at boundaries and along layers.
+
+use super::params::{AxialParams, Layer};
+use super::path::Path;
+use super::state::{AxialScratch, Standing};
+
+/// Writes the loads of a needle that stands so into `loads_n`, in N, positive into the body: for n layers first the contactor at
+/// each of the n boundaries, then the drag along each of the n layers. Their sum is the axial force. Never allocates.
+///
+/// Viscosity is shared by b_j l_j and friction by c_j l_j, as in the ledger; cutting drags the layer that the tip is in.
+/// `scratch` is that of the last step. Entries that `loads_n` lacks are left out.
+pub fn loads(params: &AxialParams, standing: &Standing, scratch: &AxialScratch, loads_n: &mut [f64]) {
+    loads_n.fill(0.0);
+    let layers = params.spec().layers.len();
+    let Standing { tip_open, rim_open, output } = standing;
+    let mut add = |at: usize, force_n: f64| {
+        if let Some(load_n) = loads_n.get_mut(at) {
+            *load_n += force_n;
+        }
+    };
+    add((*tip_open).min(layers - 1), output.tip_n);
+    add((*rim_open).min(layers - 1), output.rim_n);
+    let path = Path::new(params.spec(), &scratch.boundaries_m, scratch.path_factor);
+    let mut drag = |force_n: f64, coefficient: fn(&Layer) -> f64| {
+        let weight = |(layer, inserted_m): (&Layer, f64)| coefficient(layer) * inserted_m;
+        let total: f64 = path.inserted(output.depth_m).map(weight).sum();
+        if total > 0.0 {
+            path.inserted(output.depth_m).enumerate().for_each(|(j, l)| add(layers + j, force_n * (weight(l) / total)));
+        }
+    };
+    drag(output.viscous_n, |layer| layer.damping_n_s_per_m2);
+    drag(output.friction_n, |layer| layer.friction_n_per_m);
+    if let Some(layer) = path.layer_at(output.depth_m) {
+        add(layers + layer, output.cutting_n);
+    }
+}

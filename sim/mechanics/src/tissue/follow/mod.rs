@@ -1,0 +1,20 @@
+//! The field follows the needle: the force law's loads, with recoil, on unit responses that were computed once.
+//!
+//! The tissue is linear and a needle loads it at known places: a contactor at each boundary, the shaft's drag along each layer.
+//! So a model of the tissue is asked once for the answer to 1 N at each of them ([`Responses`]), and a step of the field is a
+//! handful of load amplitudes ([`FollowState`]): any displacement is their sum.
+//!
+//! The field runs beside the force law and takes its latest loads without waiting, at whatever rate it can. A load that
+//! rises is followed at once, for the tissue moves with the needle that pushes it. A contactor's load falls no faster than the
+//! tissue comes back: after a rupture it decays with the time constant of the boundary's layer. Drag sticks to the shaft and
+//! is followed both ways, so that a withdrawal pulls the tissue out.
+
+mod coupling;
+mod responses;
+mod spec;
+mod state;
+
+pub use coupling::{HandOver, Insertion, hand_over};
+pub use responses::{Fit, Responses};
+pub use spec::{TissueSpec, recoil_time_s};
+pub use state::{FollowParams, FollowState, step};

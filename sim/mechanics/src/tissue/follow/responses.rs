@@ -1,0 +1,86 @@
+//! Unit responses: what 1 N at each place does at each point, computed once.
+
+use super::spec::TissueSpec;
+use crate::axial::ParamError;
+use crate::tissue::{FieldModel, Load, LoadKind, Problem};
+
+/// Makes a model of one load: the choice of model and mesh is the caller's.
+pub type Fit<'f> = &'f mut dyn FnMut(&Problem) -> Result<Box<dyn FieldModel>, ParamError>;
+
+/// Axial displacement at each point under 1 N of each load.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Responses {
+    loads: usize,
+    /// Point by point, each with one entry per load, in m/N, positive into the body.
+    axial_m_per_n: Vec<f64>,
+}
+
+impl Responses {
+    /// Asks a model of each load of a tissue, in the order of [`crate::axial::loads`], for the displacement at each point: a
+    /// radius and a depth, in m.
+    ///
+    /// # Errors
+    /// When the tissue makes no sense or a model cannot be had.
+    pub fn new(tissue: &TissueSpec, points_m: &[[f64; 2]], fit: Fit<'_>) -> Result<Self, ParamError> {
+        tissue.check()?;
+        let loads = tissue.loads();
+        let mut axial_m_per_n = vec![0.0; points_m.len() * loads.len()];
+        for (at, load) in loads.iter().enumerate() {
+            let Some(load) = load else { continue };
+            let mut model = fit(&problem(tissue, *load, points_m))?;
+            model.solve(1.0);
+            for (response, &[r_m, depth_m]) in axial_m_per_n.iter_mut().skip(at).step_by(loads.len()).zip(points_m) {
+                // Displacements of a model are along +z, out of the body.
+                *response = -model.displacement_m(r_m, depth_m)[0];
+            }
+        }
+        Ok(Self { loads: loads.len(), axial_m_per_n })
+    }
+
+    /// Responses on the axis at every boundary of the force law: what the picture's tents are made of.
+    ///
+    /// # Errors
+    /// As [`Responses::new`].
+    pub fn at_boundaries(tissue: &TissueSpec, fit: Fit<'_>) -> Result<Self, ParamError> {
+        let depths = tissue.boundaries_m.iter().take(tissue.layers());
+        Self::new(tissue, &depths.map(|&depth_m| [0.0, depth_m]).collect::<Vec<_>>(), fit)
+    }
+
+    /// Axial displacement at a point under loads of these sizes, in m, positive into the body; 0 where there is no such point.
+    /// Never allocates.
+    #[must_use]
+    pub fn axial_m(&self, point: usize, loads_n: &[f64]) -> f64 {
+        let row = self.axial_m_per_n.chunks_exact(self.loads).nth(point).unwrap_or_default();
+        row.iter().zip(loads_n).map(|(response, load_n)| response * load_n).sum()
+    }
+
+    /// Bytes that it holds.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + size_of_val(self.axial_m_per_n.as_slice())
+    }
+}
+
+impl TissueSpec {
+    /// Stiffness of each boundary as the field has it, in N/m: F/|u| on the axis under a contactor at that boundary.
+    ///
+    /// # Errors
+    /// When the tissue makes no sense or a model cannot be had.
+    pub fn stiffnesses_n_per_m(&self, fit: Fit<'_>) -> Result<Vec<f64>, ParamError> {
+        self.check()?;
+        let depths = self.boundaries_m.iter().take(self.layers());
+        depths
+            .map(|&depth_m| {
+                let load = Load { kind: LoadKind::Contactor { depth_m }, radius_m: self.load_radius_m };
+                let mut model = fit(&problem(self, load, &[[0.0, depth_m]]))?;
+                model.solve(1.0);
+                Ok(1.0 / model.displacement_m(0.0, depth_m)[0].abs())
+            })
+            .collect()
+    }
+}
+
+fn problem(tissue: &TissueSpec, load: Load, points_m: &[[f64; 2]]) -> Problem {
+    let (sample_r_m, sample_depth_m) = points_m.iter().map(|&[r_m, depth_m]| (r_m, depth_m)).unzip();
+    Problem { slab: tissue.slab.clone(), load, sample_r_m, sample_depth_m }
+}
