@@ -6,7 +6,7 @@ use rand_pcg::Pcg64;
 /// Draws farther out than this many standard deviations are cut off: a hand is clumsy, not absurd.
 const CUT_SD: f64 = 3.0;
 
-pub(super) struct Draw {
+pub(crate) struct Draw {
     bits: Pcg64,
 }
 

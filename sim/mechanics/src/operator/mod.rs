@@ -9,7 +9,7 @@
 //! each later call advances by its step. A loop that stamps its n-th call (from 0) with n·dt so has t = 0 at the start.
 
 mod constant;
-mod gauss;
+pub(crate) mod gauss;
 mod hand;
 mod intent;
 mod pop;

@@ -8,10 +8,12 @@ mod case;
 mod force_law;
 pub mod needle;
 pub mod scenes;
+mod soak;
 
 use core::error::Error;
 
 pub use force_law::lateness_m;
+pub use soak::{Soaked, soak};
 
 /// What a measurement comes to: a number in the trial's unit, or why there is none.
 pub type Measured = Result<f64, Box<dyn Error>>;

@@ -29,6 +29,8 @@ mod reference;
 #[cfg(test)]
 mod ruptures;
 #[cfg(test)]
+mod soak;
+#[cfg(test)]
 mod structures;
 #[cfg(test)]
 mod volumetric;

@@ -1,0 +1,184 @@
+//! A soak: a scene under random needle motion, watched at every tick.
+//!
+//! Slow insertions and withdrawals, stabs at 1 m/s, teleports, oblique re-entries, rests, and samples that are no numbers or
+//! come twice, in an order drawn from a seed. Whatever the needle does, forces stay finite and below what the scene's numbers
+//! allow, the ledger closes, and what was dissipated stays so.
+
+use nalgebra::{Point3, Vector3};
+
+use super::needle::DT;
+use crate::ledger::Ledger;
+use crate::operator::gauss::Draw;
+use crate::operator::needle_pose;
+use crate::puncture::{
+    PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, step,
+};
+
+/// The steepest path, in degrees: the steepest oblique of physics section 8.
+const STEEPEST_DEG: f64 = 60.0;
+
+/// How far the needle strays sideways from where it entered, in m.
+const ASIDE_M: f64 = 0.004;
+
+/// The farthest that a teleport goes, in m.
+const TELEPORT_M: f64 = 0.05;
+
+/// What was seen. Every figure is the largest of any tick; none may be a NaN.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Soaked {
+    /// Ticks of 1 ms.
+    pub ticks: u32,
+    /// Punctures begun.
+    pub tracks: usize,
+    /// Ruptures.
+    pub ruptures: usize,
+    /// Largest elastic, friction and cutting force, in N.
+    pub force_n: f64,
+    /// The most that force may be in this scene, in N.
+    pub force_bound_n: f64,
+    /// Largest imbalance of the ledger, as a share of the input.
+    pub closure: f64,
+    /// Largest fall of the dissipated energy in a tick, in J.
+    pub undone_j: f64,
+    /// Ticks whose force on the hand was not finite.
+    pub not_finite: usize,
+}
+
+impl Soaked {
+    /// Whether every bound was kept.
+    #[must_use]
+    pub fn passes(&self) -> bool {
+        self.not_finite == 0 && self.force_n <= self.force_bound_n && self.closure <= 1e-3 && self.undone_j <= 0.0
+    }
+}
+
+/// Moves a needle at random through a scene for so many ticks of 1 ms.
+#[must_use]
+pub fn soak(params: &PunctureParams, ticks: u32, seed: u64) -> Soaked {
+    let (mut state, mut scratch) = (PunctureState::new(params), PunctureScratch::new(params));
+    let mut hand = Hand::new(params.spec(), seed);
+    let mut seen = Soaked { ticks, force_bound_n: force_bound_n(params.spec()), ..Soaked::default() };
+    let mut dissipated_j = 0.0;
+    for tick in 0..ticks {
+        let input = hand.sample(f64::from(tick) * DT);
+        let output = step(params, &mut state, &mut scratch, &input);
+        seen.tick(&output, state.ledger(), &mut dissipated_j);
+        seen.ruptures += scratch.events.iter().filter(|event| matches!(event, PunctureEvent::Rupture(_))).count();
+    }
+    seen.tracks = state.tracks();
+    seen
+}
+
+impl Soaked {
+    fn tick(&mut self, output: &PunctureOutput, ledger: &Ledger, dissipated_j: &mut f64) {
+        let axial = &output.axial;
+        self.force_n = libm::fmaximum(self.force_n, (axial.total_n() - axial.viscous_n).abs());
+        self.not_finite += usize::from(!output.force_n.iter().all(|part| part.is_finite()));
+        // The first micrometre of a motion has no input to hold a share of.
+        let share = ledger.closure_error_j().abs() / ledger.input_j.max(1e-9);
+        self.closure = libm::fmaximum(self.closure, share);
+        self.undone_j = libm::fmaximum(self.undone_j, *dissipated_j - ledger.dissipated_j());
+        *dissipated_j = ledger.dissipated_j();
+    }
+}
+
+/// The most that elasticity, friction and cutting may come to, in N: the largest pair of thresholds, as no boundary is left
+/// tented above its own; Σ c d along the steepest path; the largest cutting force.
+fn force_bound_n(spec: &PunctureSpec) -> f64 {
+    let largest = |of: fn(&crate::axial::Layer) -> f64| spec.axial.layers.iter().map(of).fold(0.0, f64::max);
+    // A rate-dependent threshold may rise to its limit at high speed.
+    let rate = spec.axial.rate.as_ref().map_or(0.0, |rate| rate.p_infinity_n);
+    let steepest = 1.0 / libm::cos(STEEPEST_DEG.to_radians());
+    let friction_n: f64 = spec.axial.layers.iter().map(|layer| layer.friction_n_per_m * layer.thickness_m).sum();
+    largest(|l| l.tip_rupture_n).max(rate)
+        + largest(|l| l.rim_rupture_n).max(rate)
+        + friction_n * steepest
+        + largest(|l| l.cutting_n)
+}
+
+/// A piece of the motion.
+#[derive(Clone, Copy)]
+enum Piece {
+    /// In a straight line.
+    Straight,
+    /// To the end at once.
+    Teleport,
+    /// A sample that is no number, then where it was.
+    NotANumber,
+    /// The clock stands still.
+    Repeated,
+}
+
+/// A hand that draws its motion from a seed.
+struct Hand {
+    draw: Draw,
+    deepest_m: f64,
+    piece: Piece,
+    from_m: Point3<f64>,
+    to_m: Point3<f64>,
+    axis: Vector3<f64>,
+    ticks: u32,
+    done: u32,
+}
+
+impl Hand {
+    fn new(spec: &PunctureSpec, seed: u64) -> Self {
+        let deepest_m = 0.01 + spec.axial.layers.iter().map(|layer| layer.thickness_m).sum::<f64>();
+        let from_m = Point3::new(0.0, 0.0, 0.001);
+        Self {
+            draw: Draw::new(seed),
+            deepest_m,
+            piece: Piece::Straight,
+            from_m,
+            to_m: from_m,
+            axis: -Vector3::z(),
+            ticks: 1,
+            done: 1,
+        }
+    }
+
+    fn sample(&mut self, t_s: f64) -> PunctureInput {
+        if self.done == self.ticks {
+            self.next();
+        }
+        self.done += 1;
+        let part = f64::from(self.done) / f64::from(self.ticks);
+        let straight_m = self.from_m + (self.to_m - self.from_m) * part;
+        let (tip_m, t_s) = match self.piece {
+            Piece::Straight => (straight_m, t_s),
+            Piece::Teleport => (self.to_m, t_s),
+            Piece::NotANumber => (straight_m * f64::NAN, t_s),
+            Piece::Repeated => (straight_m, t_s - 2.0 * DT),
+        };
+        PunctureInput { t_s, patient_from_needle: needle_pose(&tip_m, &self.axis) }
+    }
+
+    /// Draws the next piece.
+    fn next(&mut self) {
+        (self.from_m, self.done) = (self.to_m, 0);
+        let depth_m = self.draw.uniform() * self.deepest_m;
+        let aside_m = Vector3::new(self.draw.normal(ASIDE_M / 3.0), self.draw.normal(ASIDE_M / 3.0), 0.0);
+        let (piece, to_m, speed_m_per_s) = match (8.0 * self.draw.uniform()) as u32 {
+            0..=1 => (Piece::Straight, self.at(depth_m), 0.002 + 0.05 * self.draw.uniform()),
+            2..=3 => (Piece::Straight, self.at(-0.002) + aside_m, 0.05),
+            4 => (Piece::Straight, self.at(self.deepest_m), 1.0),
+            5 => (Piece::Teleport, self.at(depth_m.min(TELEPORT_M)) + aside_m, 1.0),
+            6 => (Piece::NotANumber, self.from_m, 1.0),
+            _ => (Piece::Repeated, self.from_m, 1.0),
+        };
+        (self.piece, self.to_m) = (piece, to_m);
+        let travel_s = (self.to_m - self.from_m).norm() / speed_m_per_s;
+        self.ticks = 1 + (travel_s / DT) as u32 + (200.0 * self.draw.uniform()) as u32;
+        if self.from_m.z > 0.0 {
+            let tilt = self.draw.uniform() * STEEPEST_DEG.to_radians();
+            let round = core::f64::consts::TAU * self.draw.uniform();
+            let aside = libm::sin(tilt);
+            self.axis = Vector3::new(aside * libm::cos(round), aside * libm::sin(round), -libm::cos(tilt));
+        }
+    }
+
+    /// The point of the needle's path at a depth, in m.
+    fn at(&self, depth_m: f64) -> Point3<f64> {
+        self.from_m + self.axis * ((depth_m + self.from_m.z) / -self.axis.z)
+    }
+}
