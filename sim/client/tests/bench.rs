@@ -61,3 +61,19 @@ fn every_hard_case_keeps_its_bound_and_a_shortened_report_says_so() {
     let said = [format!("Trials: {count}; failed: 0."), "Only the trials of the force law were run.".to_owned()];
     assert!(said.iter().all(|said| report.contains(said)), "{report}");
 }
+
+#[test]
+fn a_soak_reports_every_shipped_scene() {
+    let folder = TempDir::new().expect("a folder");
+    stylet(&["bench", "soak", "--quick", "--out", text(folder.path())]).ends(0);
+    let table = fs::read_to_string(folder.path().join("soak.csv")).expect("a table");
+    let mut rows = csv::Reader::from_reader(table.as_bytes());
+    let rows: Vec<_> = rows.records().map(|row| row.expect("a row")).collect();
+    assert!(rows.len() >= 6, "{table}");
+    for row in rows {
+        let number = |column: usize| row[column].parse::<f64>().expect("a number");
+        assert!(number(3) > 0.0, "something ruptured: {row:?}");
+        assert!(number(4) <= number(5) && number(6) <= 1e-3 && &row[9] == "yes", "{row:?}");
+    }
+    assert!(fs::read_to_string(folder.path().join("soak.md")).expect("a report").contains("lower-back-training"));
+}

@@ -8,6 +8,7 @@ mod motion;
 mod pace;
 mod recording;
 mod sheet;
+mod soak;
 mod specimen;
 
 use std::path::PathBuf;
@@ -22,7 +23,7 @@ use crate::{new_file, output};
 ///
 /// force: error of the force law against tick rate and speed, time per tick, force against depth. recording: size, time
 /// to write a tick, speed of simulating, time and memory to read and score. hard-cases: every hard case with its bound and
-/// what was measured. Use a release build for figures to report.
+/// what was measured. soak: ten minutes of random needle motion on every shipped scene. Use a release build for figures to report.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet bench --out bench")]
 pub struct Args {
@@ -48,6 +49,8 @@ enum What {
     Recording,
     /// The hard cases; exit 1 when one exceeds its bound
     HardCases,
+    /// Random needle motion; exit 1 when a bound is exceeded
+    Soak,
 }
 
 /// Runs the command.
@@ -62,6 +65,9 @@ pub fn run(args: &Args) -> Outcome {
     }
     if matches!(args.what, What::All | What::HardCases) {
         written.extend(hard_cases::measure(&args.out, args.quick)?);
+    }
+    if matches!(args.what, What::All | What::Soak) {
+        written.extend(soak::measure(&args.out, args.quick)?);
     }
     output::with(|out| written.iter().try_for_each(|path| writeln!(out, "{}", path.display())))
 }

@@ -8,6 +8,15 @@ use crate::exit::Failure;
 const EXERCISE: &str = include_str!("../../../../../curricula/lower-back-basics/3-reach-the-muscle.toml");
 const PAPER: &str = include_str!("../../../../../curricula/scenes/lower-back-paper.toml");
 const TRAINING: &str = include_str!("../../../../../curricula/scenes/lower-back-training.toml");
+/// Every shipped scene.
+const SHIPPED: [&str; 6] = [
+    PAPER,
+    TRAINING,
+    include_str!("../../../../../curricula/scenes/lower-back-lean.toml"),
+    include_str!("../../../../../curricula/scenes/lower-back-obese.toml"),
+    include_str!("../../../../../curricula/scenes/lower-back-thick-needle.toml"),
+    include_str!("../../../../../curricula/scenes/lower-back-vessel.toml"),
+];
 
 /// The paper's scene and the training scene, each with the exercise that is measured.
 ///
@@ -25,6 +34,14 @@ pub fn training() -> Result<ExerciseBundle, Failure> {
     bundle(TRAINING)
 }
 
+/// Every shipped scene.
+///
+/// # Errors
+/// When a document built in is refused.
+pub fn shipped() -> Result<Vec<Scene>, Failure> {
+    SHIPPED.iter().map(|scene| Ok(bundle(scene)?.scene)).collect()
+}
+
 /// The axial law of a scene's nominal patient.
 pub fn axial(scene: &Scene) -> AxialSpec {
     scene.puncture_spec(&Patient::nominal(scene)).axial
@@ -32,4 +49,22 @@ pub fn axial(scene: &Scene) -> AxialSpec {
 
 fn bundle(scene: &str) -> Result<ExerciseBundle, Failure> {
     Ok(ExerciseBundle::from_parts(EXERCISE.as_bytes(), scene.as_bytes(), &[])?)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::fs;
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn every_shipped_scene_is_measured() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/scenes");
+        let files = fs::read_dir(folder).expect("the shipped scenes").map(|entry| entry.expect("a file").path());
+        let scenes = files.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
+        let on_disk: BTreeSet<String> = scenes.map(|path| fs::read_to_string(path).expect("a scene")).collect();
+        assert_eq!(on_disk, SHIPPED.map(str::to_owned).into());
+    }
 }
