@@ -1,5 +1,5 @@
 //! The physics of a puncture: force law, tracks, lateral foundation, structures, energy ledger, virtual operators,
-//! deforming tissue.
+//! deforming tissue, and the fit of layers to a measured curve.
 //!
 //! Pure: data in, data out. No clock, thread, file, socket or log; randomness only from a seed it is given.
 //! Everything is in SI units. `+` axial force pushes the needle out of the body; `+` displacement goes in.
@@ -9,6 +9,7 @@
 
 pub mod axial;
 pub mod beam;
+pub mod calibrate;
 pub mod closed_form;
 pub mod ledger;
 pub mod operator;

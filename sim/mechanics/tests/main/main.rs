@@ -7,6 +7,8 @@ mod axisymmetric;
 #[cfg(test)]
 mod beam;
 #[cfg(test)]
+mod calibrate;
+#[cfg(test)]
 mod cells;
 #[cfg(test)]
 mod energy;

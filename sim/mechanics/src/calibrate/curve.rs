@@ -1,0 +1,114 @@
+//! A measured force–depth curve, cleared of what the slow law cannot mean.
+
+use super::CalibrateError;
+
+/// Fewest samples of a curve that a fit is tried on.
+pub const MIN_SAMPLES: usize = 12;
+/// Most samples that a fit runs on; a longer curve is thinned to this, which bounds the time.
+const MOST_SAMPLES: usize = 2000;
+/// A step back of less than this, in m, is noise of the depth, or a held hand, and no withdrawal (choice).
+const BACK_M: f64 = 0.2e-3;
+
+/// Depth of the tip and axial force along a slow insertion, and a withdrawal if there is one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// Displacement of the tip from the skin, in m.
+    pub(super) depth_m: Vec<f64>,
+    /// Axial force, in N; positive pushes the needle out.
+    pub(super) force_n: Vec<f64>,
+    left_out: usize,
+}
+
+impl Curve {
+    /// A curve of (depth in m, force in N) in the order measured. Samples that neither advance nor withdraw by 0.2 mm are
+    /// left out: the law cuts only while it advances, so that a trembling depth would switch cutting on and off.
+    ///
+    /// # Errors
+    /// A number that is not finite, or fewer than [`MIN_SAMPLES`] samples left.
+    pub fn new(samples: &[(f64, f64)]) -> Result<Self, CalibrateError> {
+        if let Some(row) = samples.iter().position(|(x, f)| !x.is_finite() || !f.is_finite()) {
+            return Err(CalibrateError::NotFinite { row });
+        }
+        let moving = moving(samples);
+        if moving.len() < MIN_SAMPLES {
+            return Err(CalibrateError::TooFew { found: moving.len(), needed: MIN_SAMPLES });
+        }
+        let every = moving.len().div_ceil(MOST_SAMPLES);
+        let kept: Vec<(f64, f64)> = moving.into_iter().step_by(every).collect();
+        Ok(Self {
+            depth_m: kept.iter().map(|sample| sample.0).collect(),
+            force_n: kept.iter().map(|sample| sample.1).collect(),
+            left_out: samples.len() - kept.len(),
+        })
+    }
+
+    /// How many samples the fit runs on.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.depth_m.len()
+    }
+
+    /// Never: a curve has at least [`MIN_SAMPLES`] samples.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.depth_m.is_empty()
+    }
+
+    /// How many samples were left out: noise of the depth, holds, and the thinning of a long curve.
+    #[must_use]
+    pub fn left_out(&self) -> usize {
+        self.left_out
+    }
+
+    /// The largest force, in N.
+    #[must_use]
+    pub fn peak_n(&self) -> f64 {
+        self.force_n.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The greatest depth, in m.
+    #[must_use]
+    pub fn deepest_m(&self) -> f64 {
+        self.depth_m.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Whether any part of it withdraws, which is what shows friction.
+    #[must_use]
+    pub fn withdraws(&self) -> bool {
+        self.depth_m.windows(2).any(|pair| pair[1] < pair[0])
+    }
+
+    /// The same curve with every depth multiplied.
+    #[must_use]
+    pub fn stretched(&self, factor: f64) -> Self {
+        Self { depth_m: self.depth_m.iter().map(|x| x * factor).collect(), ..self.clone() }
+    }
+
+    /// The samples that are deeper than all before them, in order: what a first insertion shows.
+    pub(super) fn front(&self) -> Vec<usize> {
+        let mut deepest_m = f64::NEG_INFINITY;
+        let deeper = |&at: &usize| {
+            let is_deeper = self.depth_m[at] > deepest_m;
+            deepest_m = deepest_m.max(self.depth_m[at]);
+            is_deeper
+        };
+        (0..self.len()).filter(deeper).collect()
+    }
+}
+
+/// The samples that go on in the direction of the motion, which turns once a step back exceeds [`BACK_M`].
+fn moving(samples: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut kept: Vec<(f64, f64)> = samples.first().copied().into_iter().collect();
+    let mut direction = 1.0;
+    for sample in samples.iter().skip(1) {
+        let Some(last) = kept.last() else { break };
+        let ahead_m = (sample.0 - last.0) * direction;
+        if ahead_m < -BACK_M {
+            direction = -direction;
+        }
+        if !(-BACK_M..=0.0).contains(&ahead_m) {
+            kept.push(*sample);
+        }
+    }
+    kept
+}

@@ -1,0 +1,126 @@
+//! Least squares within bounds: Levenberg–Marquardt with projected steps.
+//!
+//! Each step solves (JᵀJ + λ diag JᵀJ) δ = −Jᵀr over the variables that are free: not at a bound that the gradient
+//! pushes against, and with an effect at all (Marquardt, "An algorithm for least-squares estimation of nonlinear
+//! parameters", SIAM J. Appl. Math. 11, 1963). The step is cut off at the bounds and taken only if it lowers the sum of
+//! squares, so that the end is never worse than the start.
+
+use nalgebra::{DMatrix, DVector};
+
+/// How often λ is raised before a point counts as the lowest.
+const TRIES: u32 = 14;
+const FIRST_LAMBDA: f64 = 1e-3;
+/// A step that lowers the sum of squares by less than this part ends the descent.
+const LEAST_GAIN: f64 = 1e-8;
+
+/// A sum of squares to be made small.
+pub(super) struct Problem<'p> {
+    /// Residuals at a point, always as many.
+    pub residuals: &'p dyn Fn(&[f64]) -> Vec<f64>,
+    pub lower: &'p [f64],
+    pub upper: &'p [f64],
+    /// Steps of the finite differences.
+    pub step: &'p [f64],
+    /// A sum of squares that is as good as none.
+    pub enough: f64,
+}
+
+/// Where a descent ended.
+#[derive(Clone, Debug)]
+pub(super) struct Lowest {
+    pub at: Vec<f64>,
+    /// Sum of the squares.
+    pub cost: f64,
+    pub iterations: u32,
+    /// Whether it ended because nothing lower was near.
+    pub converged: bool,
+}
+
+impl Problem<'_> {
+    /// Goes down from a point for at most so many iterations.
+    pub fn descend(&self, start: &[f64], most: u32) -> Lowest {
+        let mut lambda = FIRST_LAMBDA;
+        let at = self.within(start);
+        let cost = square(&(self.residuals)(&at));
+        let mut lowest = Lowest { at, cost, iterations: 0, converged: false };
+        while lowest.iterations < most && !lowest.converged {
+            lowest.iterations += 1;
+            let before = lowest.cost;
+            if let Some((at, cost)) = self.improve(&lowest, &mut lambda) {
+                lowest.at = at;
+                lowest.cost = cost;
+            }
+            lowest.converged = before - lowest.cost <= LEAST_GAIN * before || lowest.cost <= self.enough;
+        }
+        lowest
+    }
+
+    /// One accepted step, if there is one.
+    fn improve(&self, from: &Lowest, lambda: &mut f64) -> Option<(Vec<f64>, f64)> {
+        let jacobian = self.jacobian(&from.at);
+        let residuals = DVector::from_vec((self.residuals)(&from.at));
+        let gradient = jacobian.tr_mul(&residuals);
+        let normal = jacobian.tr_mul(&jacobian);
+        let free = self.free(&from.at, &gradient, &normal);
+        for _ in 0..TRIES {
+            if let Some(step) = solve(&normal, &gradient, &free, *lambda) {
+                let mut trial = from.at.clone();
+                for (&variable, by) in free.iter().zip(step.iter()) {
+                    trial[variable] += by;
+                }
+                let trial = self.within(&trial);
+                let cost = square(&(self.residuals)(&trial));
+                if cost < from.cost {
+                    *lambda = (*lambda * 0.2).max(1e-12);
+                    return Some((trial, cost));
+                }
+            }
+            *lambda = (*lambda * 5.0).min(1e12);
+        }
+        None
+    }
+
+    /// ∂r/∂θ by central differences, one-sided at a bound.
+    pub fn jacobian(&self, at: &[f64]) -> DMatrix<f64> {
+        let columns: Vec<DVector<f64>> = (0..at.len())
+            .map(|variable| {
+                let moved = |by: f64| {
+                    let mut point = at.to_vec();
+                    point[variable] = (at[variable] + by).max(self.lower[variable]).min(self.upper[variable]);
+                    (point[variable], DVector::from_vec((self.residuals)(&point)))
+                };
+                let (ahead, high) = moved(self.step[variable]);
+                let (behind, low) = moved(-self.step[variable]);
+                (high - low) / (ahead - behind)
+            })
+            .collect();
+        DMatrix::from_columns(&columns)
+    }
+
+    fn free(&self, at: &[f64], gradient: &DVector<f64>, normal: &DMatrix<f64>) -> Vec<usize> {
+        let is_free = |&variable: &usize| {
+            let held_below = at[variable] <= self.lower[variable] && gradient[variable] >= 0.0;
+            let held_above = at[variable] >= self.upper[variable] && gradient[variable] <= 0.0;
+            normal[(variable, variable)] > 0.0 && !held_below && !held_above
+        };
+        (0..at.len()).filter(is_free).collect()
+    }
+
+    fn within(&self, point: &[f64]) -> Vec<f64> {
+        point.iter().zip(self.lower.iter().zip(self.upper)).map(|(v, (low, high))| v.max(*low).min(*high)).collect()
+    }
+}
+
+fn solve(normal: &DMatrix<f64>, gradient: &DVector<f64>, free: &[usize], lambda: f64) -> Option<DVector<f64>> {
+    let mut damped = normal.select_rows(free).select_columns(free);
+    for at in 0..free.len() {
+        damped[(at, at)] *= 1.0 + lambda;
+    }
+    let down = -gradient.select_rows(free);
+    damped.cholesky().map(|factor| factor.solve(&down))
+}
+
+/// Sum of the squares.
+pub(super) fn square(residuals: &[f64]) -> f64 {
+    residuals.iter().map(|r| r * r).sum()
+}

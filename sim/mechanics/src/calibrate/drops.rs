@@ -1,0 +1,119 @@
+//! The drops of a curve: where its force falls at once, a boundary has given way.
+
+use super::curve::Curve;
+
+/// A fall must be this many standard deviations of the noise to be a drop (choice).
+const NOISE_FACTOR: f64 = 6.0;
+/// A fall must be this part of the curve's peak to be a drop (choice).
+const PEAK_PART: f64 = 0.02;
+
+/// The advancing part of a curve, which is where boundaries can give way.
+pub(super) struct Front {
+    pub depth_m: Vec<f64>,
+    pub force_n: Vec<f64>,
+}
+
+/// A fall of the force between two neighbouring samples of the front.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Drop {
+    /// The sample of the front before it; the boundary gave way between it and the next.
+    pub gap: usize,
+    /// How far the force falls altogether, in N.
+    pub fall_n: f64,
+}
+
+impl Front {
+    pub fn new(curve: &Curve) -> Self {
+        let front = curve.front();
+        Self {
+            depth_m: front.iter().map(|&at| curve.depth_m[at]).collect(),
+            force_n: front.iter().map(|&at| curve.force_n[at]).collect(),
+        }
+    }
+
+    /// The middle of a gap, in m: no sample tells where in the gap a boundary gave way.
+    pub fn middle_m(&self, gap: usize) -> f64 {
+        0.5 * (self.depth_m[gap] + self.depth_m[gap + 1])
+    }
+
+    /// How wide a gap is, in m.
+    pub fn width_m(&self, gap: usize) -> f64 {
+        self.depth_m[gap + 1] - self.depth_m[gap]
+    }
+
+    /// How many gaps there are.
+    pub fn gaps(&self) -> usize {
+        self.depth_m.len().saturating_sub(1)
+    }
+
+    /// The gap whose middle is nearest to a depth.
+    pub fn nearest_gap(&self, depth_m: f64) -> usize {
+        let after = self.depth_m.partition_point(|&x| x <= depth_m);
+        after.saturating_sub(1).min(self.gaps().saturating_sub(1))
+    }
+
+    /// Standard deviation of the force's noise, in N: the median of |second differences|, which straight pieces do not
+    /// add to and a few drops do not move. A second difference of white noise has √6 of its deviation.
+    pub fn noise_n(&self) -> f64 {
+        const MEDIAN_TO_DEVIATION: f64 = 1.4826;
+        let bend = |w: &[f64]| (w[0] - 2.0 * w[1] + w[2]).abs();
+        let mut bends: Vec<f64> = self.force_n.windows(3).map(bend).collect();
+        bends.sort_by(f64::total_cmp);
+        let median = bends.get(bends.len() / 2).copied().unwrap_or(0.0);
+        MEDIAN_TO_DEVIATION * median / 6.0_f64.sqrt()
+    }
+
+    /// The least fall that counts as a drop, in N.
+    pub fn least_fall_n(&self) -> f64 {
+        let peak_n = self.force_n.iter().copied().fold(0.0, f64::max);
+        (NOISE_FACTOR * self.noise_n()).max(PEAK_PART * peak_n)
+    }
+
+    /// Every drop, in order of depth.
+    pub fn drops(&self) -> Vec<Drop> {
+        let least_n = self.least_fall_n();
+        let falls = self.falls(least_n);
+        falls.into_iter().flat_map(|(top, bottom)| self.split(top, bottom, least_n)).collect()
+    }
+
+    /// Stretches from a top to a bottom whose fall is large enough; a rise of as much ends a stretch.
+    fn falls(&self, least_n: f64) -> Vec<(usize, usize)> {
+        let force = |at: usize| self.force_n[at];
+        let (mut falls, mut top, mut bottom) = (Vec::new(), 0, None);
+        for at in 1..self.force_n.len() {
+            bottom = match bottom {
+                None if force(top) - force(at) >= least_n => Some(at),
+                None => {
+                    top = if force(at) >= force(top) { at } else { top };
+                    None
+                }
+                Some(low) if force(at) - force(low) >= least_n => {
+                    falls.push((top, low));
+                    top = at;
+                    None
+                }
+                Some(low) => Some(if force(at) < force(low) { at } else { low }),
+            };
+        }
+        falls.extend(bottom.map(|low| (top, low)));
+        falls
+    }
+
+    /// The drops within one fall: runs of steep steps, each a drop if it falls far enough; without one, the steepest step.
+    fn split(&self, top: usize, bottom: usize, least_n: f64) -> Vec<Drop> {
+        let fall_n = |gap: usize| self.force_n[gap] - self.force_n[gap + 1];
+        let steepest = |gaps: &[usize]| gaps.iter().copied().max_by(|&a, &b| fall_n(a).total_cmp(&fall_n(b)));
+        let steep: Vec<usize> = (top..bottom).filter(|&gap| fall_n(gap) > 0.5 * least_n).collect();
+        let drop = |run: &[usize]| {
+            let total_n: f64 = run.iter().map(|&gap| fall_n(gap)).sum();
+            steepest(run).filter(|_| total_n >= least_n).map(|gap| Drop { gap, fall_n: total_n })
+        };
+        let found: Vec<Drop> = steep.chunk_by(|a, b| a + 1 == *b).filter_map(drop).collect();
+        if !found.is_empty() {
+            return found;
+        }
+        let whole: Vec<usize> = (top..bottom).collect();
+        let fall_n = self.force_n[top] - self.force_n[bottom];
+        steepest(&whole).map(|gap| Drop { gap, fall_n }).into_iter().collect()
+    }
+}

@@ -1,0 +1,289 @@
+//! The fit as a whole: guess, descend, try neighbouring places, make sound, say how well it went.
+
+use super::CalibrateError;
+use super::curve::Curve;
+use super::descent::Lowest;
+use super::guess::{Fresh, fresh, laid_over};
+use super::model::{Guess, Model, Places, VARIABLES, residual_rms_n};
+use super::uncertainty::{Estimate, FINEST_PART, estimate, in_words};
+use crate::axial::{AxialParams, AxialSpec, Contactor};
+use crate::closed_form;
+use crate::soundness::{self, Unsound};
+
+/// Iterations of a whole descent, and of one that only tells whether a neighbouring place is better.
+const DESCENT: u32 = 60;
+const TRIAL: u32 = 3;
+/// How far a place is moved in one try, in gaps.
+const STRIDES: [isize; 6] = [1, -1, 4, -4, 16, -16];
+/// Rounds over all places. A round without gain ends it.
+const ROUNDS: u32 = 12;
+/// A place is moved only for this gain, as a part of the sum of squares.
+const WORTH: f64 = 1e-6;
+/// A moved place is descended from only if it does not raise the sum of squares beyond this factor at once.
+const HOPELESS: f64 = 2.0;
+/// How many of the least drops may be something else than a rupture: the end of a cut, where the next boundary is met.
+const DOUBTFUL: usize = 2;
+/// How often unsound thresholds are lowered: each round settles at least the shallowest.
+const LOWERINGS: usize = 2 * crate::axial::MAX_LAYERS;
+/// A place this many gaps from a drop of the curve explains it.
+const NEAR_GAPS: usize = 2;
+
+/// Where a fit starts from.
+#[derive(Clone, Copy, Debug)]
+pub enum Start<'s> {
+    /// The curve alone.
+    Fresh(Fresh),
+    /// A scene's law, whose layers and needle are kept.
+    Scene(&'s AxialSpec),
+}
+
+/// A scene that the data alone would ask for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Asked {
+    /// Its root mean square residual, in N.
+    pub rms_n: f64,
+    /// Its ruptures that would create force or energy.
+    pub unsound: Vec<Unsound>,
+}
+
+/// A rupture of the fitted law beside the curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Peak {
+    /// Which contactor.
+    pub contactor: Contactor,
+    /// Which boundary, from 0.
+    pub boundary: usize,
+    /// Where the law opens it, in m.
+    pub depth_m: f64,
+    /// The law's force at the last sample before, in N.
+    pub force_n: f64,
+    /// The curve's drop there, if it has one: the middle of its gap in m, and the force at the last sample before in N.
+    pub measured: Option<(f64, f64)>,
+}
+
+/// A fitted law and how far it can be trusted.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// The law: sound, with the damping and rate dependence of the start.
+    pub spec: AxialSpec,
+    /// Root mean square residual, in N.
+    pub rms_n: f64,
+    /// The curve's largest force, in N.
+    pub peak_n: f64,
+    /// Noise of the curve, in N, from its second differences.
+    pub noise_n: f64,
+    /// Iterations of all descents.
+    pub iterations: u32,
+    /// Whether the last descent ended because nothing lower was near.
+    pub converged: bool,
+    /// Ruptures within the curve.
+    pub peaks: Vec<Peak>,
+    /// Drops of the curve that no rupture explains: depth in m, fall in N.
+    pub unexplained: Vec<(f64, f64)>,
+    /// Every fitted parameter.
+    pub estimates: Vec<Estimate>,
+    /// What the curve cannot determine, in words.
+    pub undetermined: Vec<String>,
+    /// What the data alone would ask for, where that is unsound.
+    pub asked: Option<Asked>,
+}
+
+/// A guess that was descended from.
+#[derive(Clone)]
+struct Candidate {
+    guess: Guess,
+    lowest: Lowest,
+}
+
+/// The search, with what it has done so far.
+struct Search<'m, 'w> {
+    model: &'m Model<'m>,
+    iterations: u32,
+    watch: &'w mut dyn FnMut(u32),
+}
+
+/// Fits the law to a curve. `watch` is told the iterations done so far.
+///
+/// # Errors
+/// A curve without enough drops, or a start that does not fit the curve or the law.
+pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Result<Fit, CalibrateError> {
+    let model = Model::new(curve);
+    let mut search = Search { model: &model, iterations: 0, watch };
+    let mut best = match start {
+        Start::Fresh(asked) => search.from_drops(&asked)?,
+        Start::Scene(spec) => {
+            AxialParams::new(spec.clone())?;
+            let over = search.descend(&laid_over(&model.front, spec)?, false, DESCENT);
+            search.refine(over, false)
+        }
+    };
+    let unsound = soundness::check(&best.guess.spec);
+    let rms_n = residual_rms_n(&best.guess.spec, curve);
+    let asked = (!unsound.is_empty()).then_some(Asked { rms_n, unsound });
+    best = search.descend(&best.guess, true, DESCENT);
+    if asked.is_some() {
+        best = search.refine(best, true);
+    }
+    best.guess.spec = sound(best.guess.spec);
+    if let Start::Scene(spec) = start {
+        best = keep_if_better(&model, best, spec);
+    }
+    Ok(report(&model, best, search.iterations, asked))
+}
+
+impl Search<'_, '_> {
+    /// Fits as many layers as asked for. Not asked, a drop too small to be told from the end of a cut is a rupture only if
+    /// the curve is worth its layer.
+    fn from_drops(&mut self, asked: &Fresh) -> Result<Candidate, CalibrateError> {
+        let mut best = self.best_of(fresh(&self.model.front, self.model.curve, asked)?);
+        for _ in 0..DOUBTFUL {
+            let fewer = best.guess.spec.layers.len() - 1;
+            if asked.layers.is_some() || fewer == 0 {
+                break;
+            }
+            let asked = Fresh { layers: Some(fewer), ..*asked };
+            let simpler = self.best_of(fresh(&self.model.front, self.model.curve, &asked)?);
+            if self.worth(&simpler) > self.worth(&best) {
+                break;
+            }
+            best = simpler;
+        }
+        Ok(best)
+    }
+
+    /// The lowest place that any of the guesses leads to.
+    fn best_of(&mut self, guesses: [Guess; 3]) -> Candidate {
+        let [first, second, third] = guesses.map(|guess| self.descend(&guess, false, DESCENT));
+        let lower = |a: Candidate, b: Candidate| if b.lowest.cost < a.lowest.cost { b } else { a };
+        self.refine(lower(lower(first, second), third), false)
+    }
+
+    /// The Bayesian information criterion, n ln(cost/n) + p ln n: the lower, the better the layers pay for themselves (Schwarz,
+    /// "Estimating the dimension of a model", Ann. Stat. 6, 1978). A residual below a thousandth of the peak is none.
+    fn worth(&self, candidate: &Candidate) -> f64 {
+        let samples = self.model.curve.len() as f64;
+        let finest = (FINEST_PART * self.model.curve.peak_n()).powi(2);
+        let variance = (candidate.lowest.cost / samples).max(finest);
+        let variables = VARIABLES.len() * candidate.guess.spec.layers.len();
+        samples * libm::log(variance) + variables as f64 * libm::log(samples)
+    }
+
+    fn descend(&mut self, guess: &Guess, sound: bool, most: u32) -> Candidate {
+        let lowest = self.model.descend(guess, sound, most);
+        self.iterations += lowest.iterations;
+        (self.watch)(self.iterations);
+        let spec = self.model.spec(guess, &lowest.at);
+        Candidate { guess: Guess { spec, places: guess.places.clone() }, lowest }
+    }
+
+    /// Moves each place to a neighbouring gap while that lowers the sum of squares.
+    fn refine(&mut self, mut best: Candidate, sound: bool) -> Candidate {
+        for _ in 0..ROUNDS {
+            let before = best.lowest.cost;
+            for which in 0..2 * best.guess.spec.layers.len() {
+                for stride in STRIDES {
+                    best = self.try_place(best, (which, stride), sound);
+                }
+            }
+            if before - best.lowest.cost <= WORTH * before {
+                break;
+            }
+        }
+        let last = self.descend(&best.guess, sound, DESCENT);
+        if last.lowest.cost <= best.lowest.cost { last } else { best }
+    }
+
+    fn try_place(&mut self, best: Candidate, (which, stride): (usize, isize), sound: bool) -> Candidate {
+        let gaps = self.model.front.gaps();
+        let Some(places) = moved(&best.guess.places, which, stride, gaps) else { return best };
+        let guess = Guess { spec: best.guess.spec.clone(), places };
+        if self.model.cost(&guess, sound) > HOPELESS * best.lowest.cost {
+            return best;
+        }
+        let tried = self.descend(&guess, sound, TRIAL);
+        if tried.lowest.cost < best.lowest.cost * (1.0 - WORTH) { tried } else { best }
+    }
+}
+
+/// The places with one of them moved, if it stays within the curve and in order. Tips come first, then rims.
+fn moved(places: &Places, which: usize, stride: isize, gaps: usize) -> Option<Places> {
+    let layers = places.tip.len();
+    let mut trial = places.clone();
+    let row = if which < layers { &mut trial.tip } else { &mut trial.rim };
+    let place = row.get_mut(which % layers)?;
+    *place = Some((*place)?.checked_add_signed(stride).filter(|&gap| gap < gaps)?);
+    row.iter().flatten().is_sorted().then_some(trial)
+}
+
+/// Lowers what thresholds are still unsound to the largest sound ones; after a fit under the constraint, by next to nothing.
+fn sound(mut spec: AxialSpec) -> AxialSpec {
+    const BELOW: f64 = 1.0 - 1e-4;
+    for _ in 0..LOWERINGS {
+        let Some(first) = soundness::check(&spec).into_iter().next() else { break };
+        if let Some(layer) = spec.layers.get_mut(first.boundary) {
+            match first.contactor {
+                Contactor::Tip => layer.tip_rupture_n = first.largest_sound_n * BELOW,
+                Contactor::Rim => layer.rim_rupture_n = first.largest_sound_n * BELOW,
+            }
+        }
+    }
+    spec
+}
+
+/// The start itself, where it is sound and the fit found nothing better.
+fn keep_if_better(model: &Model<'_>, fitted: Candidate, start: &AxialSpec) -> Candidate {
+    let is_sound = soundness::check(start).is_empty();
+    if is_sound && residual_rms_n(start, model.curve) <= residual_rms_n(&fitted.guess.spec, model.curve) {
+        return Candidate { guess: Guess { spec: start.clone(), ..fitted.guess }, ..fitted };
+    }
+    fitted
+}
+
+fn report(model: &Model<'_>, best: Candidate, iterations: u32, asked: Option<Asked>) -> Fit {
+    let Candidate { guess, lowest } = best;
+    let estimates = estimate(model, &guess);
+    let peaks = peaks(model, &guess);
+    Fit {
+        rms_n: residual_rms_n(&guess.spec, model.curve),
+        peak_n: model.curve.peak_n(),
+        noise_n: model.front.noise_n(),
+        iterations,
+        converged: lowest.converged,
+        unexplained: unexplained(model, &guess.places),
+        undetermined: in_words(model, &guess, &estimates),
+        estimates,
+        peaks,
+        asked,
+        spec: guess.spec,
+    }
+}
+
+fn peaks(model: &Model<'_>, guess: &Guess) -> Vec<Peak> {
+    let front = &model.front;
+    let drops = front.drops();
+    let forces = model.forces(&guess.spec);
+    let along: Vec<f64> = model.curve.front().into_iter().map(|at| forces[at]).collect();
+    let placed = closed_form::ruptures(&guess.spec).into_iter().filter_map(|rupture| {
+        let row = match rupture.contactor {
+            Contactor::Tip => &guess.places.tip,
+            Contactor::Rim => &guess.places.rim,
+        };
+        let gap = row.get(rupture.boundary).copied().flatten()?;
+        let drop = drops.iter().find(|drop| drop.gap.abs_diff(gap) <= NEAR_GAPS);
+        Some(Peak {
+            contactor: rupture.contactor,
+            boundary: rupture.boundary,
+            depth_m: rupture.x_m,
+            force_n: along[gap],
+            measured: drop.map(|drop| (front.middle_m(drop.gap), front.force_n[drop.gap])),
+        })
+    });
+    placed.collect()
+}
+
+fn unexplained(model: &Model<'_>, places: &Places) -> Vec<(f64, f64)> {
+    let is_placed =
+        |gap: usize| places.tip.iter().chain(&places.rim).flatten().any(|place| place.abs_diff(gap) <= NEAR_GAPS);
+    let drops = model.front.drops().into_iter().filter(|drop| !is_placed(drop.gap));
+    drops.map(|drop| (model.front.middle_m(drop.gap), drop.fall_n)).collect()
+}

@@ -1,0 +1,66 @@
+//! Layers from a measured force–depth curve: least squares with bounds on the force law itself, at slow speed.
+//!
+//! A drop of the force is a boundary that gave way, so the curve shows directly where ruptures are ([`Curve`] and its drops).
+//! With these places held, thickness, stiffness, friction and cutting of every layer are fitted by Levenberg–Marquardt
+//! within bounds, the Jacobian taken by central differences of the law stepped along the samples; thresholds follow
+//! from the places. Then each place is tried in the neighbouring gaps. The result is sound ([`crate::soundness`]):
+//! where the data ask for a rupture that would create force or energy, the fit is repeated under that constraint and says so.
+//!
+//! What a curve cannot tell is found from the singular directions of the Jacobian and named in words.
+
+mod curve;
+mod descent;
+mod drops;
+mod fit;
+mod guess;
+mod model;
+mod uncertainty;
+
+pub use curve::{Curve, MIN_SAMPLES};
+pub use fit::{Asked, Fit, Peak, Start, fit};
+pub use guess::Fresh;
+pub use model::{Quantity, residual_rms_n};
+pub use uncertainty::{Estimate, Standing};
+
+/// Why a curve cannot be fitted.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CalibrateError {
+    /// A depth or force that is not finite.
+    #[error("sample {row}: a depth or force is not finite; finite numbers are allowed")]
+    NotFinite {
+        /// The sample, from 0.
+        row: usize,
+    },
+    /// Too few samples.
+    #[error("{found} samples that move; at least {needed} are needed")]
+    TooFew {
+        /// Samples that advance or withdraw.
+        found: usize,
+        /// How many are needed.
+        needed: usize,
+    },
+    /// More layers than the curve has drops for.
+    #[error(
+        "{found} drops of at least {least_n:.3} N while the tip advances; {asked} layers need {}: ask for fewer, or lay a starting scene over the curve",
+        asked * per_layer
+    )]
+    TooFewDrops {
+        /// Drops of the curve.
+        found: usize,
+        /// Layers asked for.
+        asked: usize,
+        /// Drops that a layer makes: two with a rim.
+        per_layer: usize,
+        /// The least fall that counts, in N.
+        least_n: f64,
+    },
+    /// The starting scene has no rupture within the curve.
+    #[error("no boundary of the starting scene gives way within the curve's {deepest_mm:.2} mm")]
+    StartBeyondCurve {
+        /// How deep the curve goes, in mm.
+        deepest_mm: f64,
+    },
+    /// The starting scene is not one that the law takes.
+    #[error(transparent)]
+    Params(#[from] crate::axial::ParamError),
+}

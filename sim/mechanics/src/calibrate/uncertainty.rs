@@ -1,0 +1,239 @@
+//! How far the fitted numbers can be trusted, and what the curve does not tell at all.
+//!
+//! With the Jacobian J of the law and residual deviation σ, the variables' covariance is σ² (JᵀJ)⁻¹. Each variable is
+//! measured in its own size, so that an eigenvector of JᵀJ with eigenvalue λ is a joint relative change that alters the
+//! curve by √λ; one that could be as large as the variables themselves before it showed, σ/√λ > 1, is not determined.
+
+use nalgebra::{DMatrix, SymmetricEigen};
+
+use super::model::{Guess, Model, Quantity, VARIABLES, residual_rms_n};
+use crate::axial::{AxialSpec, Layer};
+
+/// A residual never speaks for more than this part of the peak (choice): a noise-free curve would make everything exact.
+pub(super) const FINEST_PART: f64 = 1e-3;
+/// A component of an eigenvector above this takes part in what it says.
+const TAKES_PART: f64 = 0.3;
+/// A variable that lies so much in undetermined directions has no standard error (sum of squares).
+const MOSTLY: f64 = 0.1;
+
+/// How a fitted parameter stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// Inside its bounds.
+    Free,
+    /// At its lower bound.
+    AtLower,
+    /// At its upper bound.
+    AtUpper,
+    /// The curve does not depend on it: it is as it was.
+    Kept,
+}
+
+/// A fitted parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Of which layer, from 0.
+    pub layer: usize,
+    /// Which of its parameters.
+    pub quantity: Quantity,
+    /// Its value, in SI.
+    pub value: f64,
+    /// Its standard error, in the same unit, where the curve determines it.
+    pub standard_error: Option<f64>,
+    /// Whether it is free or held.
+    pub standing: Standing,
+}
+
+/// The covariance of the free variables, in their own sizes, and the directions that it does not cover.
+struct Spread {
+    /// Index of each free variable among all.
+    free: Vec<usize>,
+    size: Vec<f64>,
+    covariance: DMatrix<f64>,
+    /// Undetermined directions over the free variables.
+    blind: Vec<Vec<f64>>,
+}
+
+/// Every parameter of every layer.
+pub(super) fn estimate(model: &Model<'_>, guess: &Guess) -> Vec<Estimate> {
+    let values = Model::variables(&guess.spec);
+    let standings = standings(model, guess, &values);
+    let spread = spread(model, guess, &standings);
+    let mut estimates = Vec::new();
+    for (at, layer) in guess.spec.layers.iter().enumerate() {
+        for (column, quantity) in VARIABLES.into_iter().enumerate() {
+            let variable = at * VARIABLES.len() + column;
+            let standard_error = spread.error(&[(variable, 1.0)]);
+            let (value, standing) = (values[variable], standings[variable]);
+            estimates.push(Estimate { layer: at, quantity, value, standard_error, standing });
+        }
+        estimates.push(threshold(model, guess, (at, layer), (&spread, Quantity::TipThreshold)));
+        if guess.spec.tip_to_rim_m > 0.0 {
+            estimates.push(threshold(model, guess, (at, layer), (&spread, Quantity::RimThreshold)));
+        }
+    }
+    estimates
+}
+
+/// A threshold P = k w follows from k and the boundary's depth D, and its place is known to within a gap h of the curve:
+/// δP = w δk − k δD, and k h/√12 for the place.
+fn threshold(
+    model: &Model<'_>,
+    guess: &Guess,
+    (at, layer): (usize, &Layer),
+    (spread, quantity): (&Spread, Quantity),
+) -> Estimate {
+    let (place, value) = match quantity {
+        Quantity::RimThreshold => (guess.places.rim[at], layer.rim_rupture_n),
+        _ => (guess.places.tip[at], layer.tip_rupture_n),
+    };
+    let k = layer.stiffness_n_per_m;
+    let mut weights = vec![(at * VARIABLES.len() + 1, value / k)];
+    weights.extend((0..at).map(|above| (above * VARIABLES.len(), -k)));
+    let standard_error = place.and_then(|gap| {
+        let place_n = k * model.front.width_m(gap) / 12.0_f64.sqrt();
+        spread.error(&weights).map(|fit_n| libm::hypot(fit_n, place_n))
+    });
+    let standing = if place.is_some() { Standing::Free } else { Standing::Kept };
+    Estimate { layer: at, quantity, value, standard_error, standing }
+}
+
+fn standings(model: &Model<'_>, guess: &Guess, values: &[f64]) -> Vec<Standing> {
+    let jacobian = model.sensitivity(guess);
+    let standing = |(variable, &value): (usize, &f64)| {
+        let (lower, upper) = VARIABLES[variable % VARIABLES.len()].bounds();
+        match jacobian.column(variable).amax() {
+            0.0 => Standing::Kept,
+            _ if value <= lower => Standing::AtLower,
+            _ if value >= upper => Standing::AtUpper,
+            _ => Standing::Free,
+        }
+    };
+    values.iter().enumerate().map(standing).collect()
+}
+
+fn spread(model: &Model<'_>, guess: &Guess, standings: &[Standing]) -> Spread {
+    let free: Vec<usize> = (0..standings.len()).filter(|&at| standings[at] == Standing::Free).collect();
+    let values = Model::variables(&guess.spec);
+    let size: Vec<f64> = free.iter().map(|&at| values[at].abs().max(least_size(at))).collect();
+    let mut jacobian = model.sensitivity(guess).select_columns(&free);
+    for (mut column, size) in jacobian.column_iter_mut().zip(&size) {
+        column *= *size;
+    }
+    let samples = model.curve.len();
+    let squares = residual_rms_n(&guess.spec, model.curve).powi(2) * samples as f64;
+    let variance = squares / samples.saturating_sub(free.len()).max(1) as f64;
+    let finest = FINEST_PART * model.curve.peak_n();
+    let (mut covariance, mut blind) = (DMatrix::zeros(free.len(), free.len()), Vec::new());
+    if !free.is_empty() {
+        let eigen = SymmetricEigen::new(jacobian.tr_mul(&jacobian));
+        for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+            if *value <= variance.max(finest * finest) {
+                blind.push(vector.iter().copied().collect());
+            } else {
+                covariance += vector * vector.transpose() * (variance / value);
+            }
+        }
+    }
+    Spread { free, size, covariance, blind }
+}
+
+/// A size below which a variable is as good as 0: 1 mm, 10 N/m, 1 N/m, 0.05 N (choice).
+fn least_size(variable: usize) -> f64 {
+    match VARIABLES[variable % VARIABLES.len()] {
+        Quantity::Thickness => 1e-3,
+        Quantity::Stiffness => 10.0,
+        Quantity::Friction => 1.0,
+        Quantity::Cutting | Quantity::TipThreshold | Quantity::RimThreshold => 0.05,
+    }
+}
+
+impl Spread {
+    /// The standard error of a weighted sum of variables; none where an undetermined direction moves one of them.
+    fn error(&self, weights: &[(usize, f64)]) -> Option<f64> {
+        let mut sum = vec![0.0; self.free.len()];
+        for &(variable, weight) in weights {
+            // A variable at its bound, or without effect, is held: it adds no error.
+            if let Ok(at) = self.free.binary_search(&variable) {
+                sum[at] = weight * self.size[at];
+                if self.blind.iter().map(|direction| direction[at] * direction[at]).sum::<f64>() > MOSTLY {
+                    return None;
+                }
+            } else if weights.len() == 1 {
+                return None;
+            }
+        }
+        let column = DMatrix::from_column_slice(sum.len(), 1, &sum);
+        let variance = (column.transpose() * &self.covariance * &column).sum();
+        Some(variance.max(0.0).sqrt())
+    }
+}
+
+/// What the curve cannot determine, in words.
+pub(super) fn in_words(model: &Model<'_>, guess: &Guess, estimates: &[Estimate]) -> Vec<String> {
+    let mut words: Vec<String> = estimates
+        .iter()
+        .filter(|estimate| estimate.standing == Standing::Kept)
+        .map(|estimate| {
+            format!("{}: {}", name(&guess.spec, estimate.layer, estimate.quantity), unseen(estimate.quantity))
+        })
+        .collect();
+    let values = Model::variables(&guess.spec);
+    let spread = spread(model, guess, &standings(model, guess, &values));
+    for direction in &spread.blind {
+        let parts = spread.free.iter().zip(direction).filter(|(_, part)| part.abs() > TAKES_PART);
+        let parts: Vec<usize> = parts.map(|(&variable, _)| variable).collect();
+        words.push(confused(model, &guess.spec, &parts));
+    }
+    words.push("damping of every layer: a curve without times shows no rate".to_owned());
+    words
+}
+
+fn confused(model: &Model<'_>, spec: &AxialSpec, variables: &[usize]) -> String {
+    let quantity = |&variable: &usize| VARIABLES[variable % VARIABLES.len()];
+    let names: Vec<String> = variables.iter().map(|at| name(spec, at / VARIABLES.len(), quantity(at))).collect();
+    let is_resistance = |at: &usize| matches!(quantity(at), Quantity::Friction | Quantity::Cutting);
+    let why = match variables.iter().all(is_resistance) && !model.curve.withdraws() {
+        true => "; the curve has no withdrawal, which would show friction alone",
+        false => "",
+    };
+    match names.as_slice() {
+        [only] => format!("{only}: its effect is lost in the residual{why}"),
+        _ => {
+            format!("{} cannot be told apart: a joint change of them is lost in the residual{why}", names.join(" and "))
+        }
+    }
+}
+
+fn name(spec: &AxialSpec, layer: usize, quantity: Quantity) -> String {
+    let layer = spec.layers.get(layer).map_or("", |layer| layer.name.as_str());
+    format!("{} of {layer}", quantity.words())
+}
+
+impl Quantity {
+    /// What it is, in words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Thickness => "thickness",
+            Self::Stiffness => "stiffness",
+            Self::Friction => "friction",
+            Self::Cutting => "cutting",
+            Self::TipThreshold => "tip threshold",
+            Self::RimThreshold => "rim threshold",
+        }
+    }
+}
+
+/// Why a curve may not depend on a parameter.
+fn unseen(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Thickness => "the curve does not feel its far side",
+        Quantity::Stiffness => "its boundary never carries the tip within the curve, or only between two samples",
+        Quantity::Friction => "the needle never gets into it within the curve",
+        Quantity::Cutting => "the tip never cuts in it without tenting what lies below",
+        Quantity::TipThreshold | Quantity::RimThreshold => {
+            "its boundary opens together with the one above, or beyond the curve"
+        }
+    }
+}
