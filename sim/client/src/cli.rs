@@ -6,6 +6,7 @@ use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
 use crate::commands::{bench, check, doctor, field, force, recover, schema, score, simulate, upload, verify};
+use crate::commands::{bench, calibrate, check, doctor, force, recover, schema, score, simulate, upload, verify};
 use crate::exit::{Failure, Outcome};
 use crate::output;
 
@@ -35,6 +36,7 @@ pub enum Command {
     Schema(schema::Args),
     Force(force::Args),
     Field(field::Args),
+    Calibrate(calibrate::Args),
     Upload(upload::Args),
     Doctor(doctor::Args),
     Bench(bench::Args),
@@ -52,6 +54,7 @@ impl Command {
             Self::Schema(args) => schema::run(args),
             Self::Force(args) => force::run(args),
             Self::Field(args) => field::run(args),
+            Self::Calibrate(args) => calibrate::run(args),
             Self::Upload(args) => upload::run(args),
             Self::Doctor(args) => doctor::run(args),
             Self::Bench(args) => bench::run(args),

@@ -19,6 +19,15 @@ impl Progress {
         })
     }
 
+    /// Counts steps whose number nobody knows beforehand.
+    pub fn busy(doing: &'static str) -> Self {
+        let bar = ProgressBar::new_spinner().with_message(doing);
+        Self(match ProgressStyle::with_template("{spinner} {msg}, {pos} steps, {elapsed}") {
+            Ok(style) => bar.with_style(style),
+            Err(_) => bar,
+        })
+    }
+
     /// Moves the bar to `done` steps.
     pub fn set(&self, done: u64) {
         self.0.set_position(done);

@@ -26,7 +26,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a file with a header and at least one row.
+    /// Reads a file with a header and at least one row; lines that start with # are comments.
     ///
     /// # Errors
     /// When it cannot be read or is no table.
@@ -34,6 +34,7 @@ impl Table {
         let file = path.display().to_string();
         let mut reader = ReaderBuilder::new()
             .trim(Trim::All)
+            .comment(Some(b'#'))
             .from_path(path)
             .map_err(|error| Failure::refused(path, explain(&error)))?;
         let header = reader.headers().map_err(|error| refuse(&file, &error))?.clone();
@@ -88,13 +89,25 @@ impl Table {
                     return Err(self.wrong(line_of(row), why));
                 }
                 previous = t_s;
-                let mut values = [0.0; N];
-                for (value, &column) in values.iter_mut().zip(&columns) {
-                    *value = self.number(row, column)?;
-                }
-                Ok((t_s, values))
+                Ok((t_s, self.values(row, columns)?))
             })
             .collect()
+    }
+
+    /// The chosen columns as numbers, row by row.
+    ///
+    /// # Errors
+    /// Naming the line, value and unit of the first bad number.
+    pub fn rows<const N: usize>(&self, columns: [usize; N]) -> Result<Vec<[f64; N]>, Failure> {
+        self.rows.iter().map(|row| self.values(row, columns)).collect()
+    }
+
+    fn values<const N: usize>(&self, row: &StringRecord, columns: [usize; N]) -> Result<[f64; N], Failure> {
+        let mut values = [0.0; N];
+        for (value, &column) in values.iter_mut().zip(&columns) {
+            *value = self.number(row, column)?;
+        }
+        Ok(values)
     }
 
     fn number(&self, row: &StringRecord, column: usize) -> Result<f64, Failure> {
@@ -102,6 +115,7 @@ impl Table {
         let unit = match name.rsplit_once('_') {
             Some((_, "s")) => " s",
             Some((_, "m")) => " m",
+            Some((_, "n")) => " N",
             _ => "",
         };
         let wrong = |allowed: &str| self.wrong(line_of(row), format_args!("{name} = {text}{unit}; {allowed}"));

@@ -12,6 +12,7 @@ pub mod load;
 pub mod metrics;
 pub mod model;
 pub mod patient;
+pub mod rewrite;
 pub mod schema;
 
 mod describe;

@@ -130,6 +130,14 @@ pub fn read(path: &Path) -> Result<Document, DocumentError> {
     }
 }
 
+/// Reads a scene from a text, as if it stood at `path`: that names it in errors, and its meshes lie beside it.
+///
+/// # Errors
+/// Every issue found.
+pub fn read_scene_text(path: &Path, text: &str) -> Result<Scene, DocumentError> {
+    scene_from_disk(path, text.as_bytes().to_vec()).map(|parts| parts.scene)
+}
+
 /// The kind of a document: the first that has one of its telling keys.
 ///
 /// The key that every document of a kind needs comes first; the others tell the kind of one that lacks it, so that the

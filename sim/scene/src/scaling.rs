@@ -50,6 +50,30 @@ impl Factors {
             cutting_n: layer.cutting_n * (self.diameter_power * layer.toughness_factor),
         }
     }
+
+    /// What must be written for [`Factors::layer`] to yield `met`.
+    fn undone(&self, written: &SceneLayer, met: &Layer) -> SceneLayer {
+        let threshold = self.diameter_power * self.tip * written.toughness_factor;
+        SceneLayer {
+            thickness_mm: met.thickness_m * 1e3,
+            stiffness_n_per_m: met.stiffness_n_per_m / self.diameter,
+            damping_n_s_per_m2: met.damping_n_s_per_m2 / self.diameter,
+            tip_rupture_n: met.tip_rupture_n / threshold,
+            rim_rupture_n: met.rim_rupture_n / threshold,
+            friction_n_per_m: met.friction_n_per_m / (self.diameter * self.lubrication * written.toughness_factor),
+            cutting_n: met.cutting_n / (self.diameter_power * written.toughness_factor),
+            ..written.clone()
+        }
+    }
+}
+
+impl Scene {
+    /// The scene's layers as they would have to be written for [`Scene::puncture_spec`] to yield `spec`: the factors undone.
+    /// What a specification does not hold (density, texture, spread, …) stays.
+    pub(crate) fn layers_of(&self, spec: &AxialSpec) -> Vec<SceneLayer> {
+        let factors = Factors::new(&self.needle);
+        self.layers.iter().zip(&spec.layers).map(|(written, met)| factors.undone(written, met)).collect()
+    }
 }
 
 /// Factor of a tip on the thresholds.

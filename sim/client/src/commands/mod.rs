@@ -1,6 +1,7 @@
 //! One file per command, and what several of them share.
 
 pub mod bench;
+pub mod calibrate;
 pub mod check;
 pub mod doctor;
 pub mod field;

@@ -4,8 +4,8 @@ use super::CalibrateError;
 use super::curve::Curve;
 use super::descent::Lowest;
 use super::guess::{Fresh, fresh, laid_over};
-use super::model::{Guess, Model, Places, VARIABLES, residual_rms_n};
-use super::uncertainty::{Estimate, FINEST_PART, estimate, in_words};
+use super::model::{Guess, Model, Places, Quantity, VARIABLES, residual_rms_n};
+use super::uncertainty::{Estimate, FINEST_PART, Standing, estimate, in_words, standings};
 use crate::axial::{AxialParams, AxialSpec, Contactor};
 use crate::closed_form;
 use crate::soundness::{self, Unsound};
@@ -18,7 +18,7 @@ const STRIDES: [isize; 6] = [1, -1, 4, -4, 16, -16];
 /// Rounds over all places. A round without gain ends it.
 const ROUNDS: u32 = 12;
 /// A place is moved only for this gain, as a part of the sum of squares.
-const WORTH: f64 = 1e-6;
+const WORTH: f64 = 1e-5;
 /// A moved place is descended from only if it does not raise the sum of squares beyond this factor at once.
 const HOPELESS: f64 = 2.0;
 /// How many of the least drops may be something else than a rupture: the end of a cut, where the next boundary is met.
@@ -110,7 +110,7 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
     let model = Model::new(curve);
     let mut search = Search { model: &model, iterations: 0, watch };
     let mut best = match start {
-        Start::Fresh(asked) => search.from_drops(&asked)?,
+        Start::Fresh(asked) => search.by_drops(&asked)?,
         Start::Scene(spec) => {
             AxialParams::new(spec.clone())?;
             let over = search.descend(&laid_over(&model.front, spec)?, false, DESCENT);
@@ -124,8 +124,13 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
     if asked.is_some() {
         best = search.refine(best, true);
     }
+    let first = match start {
+        Start::Scene(spec) => Some(spec),
+        Start::Fresh(_) => None,
+    };
+    best = tidy(&model, best, first);
     best.guess.spec = sound(best.guess.spec);
-    if let Start::Scene(spec) = start {
+    if let Some(spec) = first {
         best = keep_if_better(&model, best, spec);
     }
     Ok(report(&model, best, search.iterations, asked))
@@ -134,7 +139,7 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
 impl Search<'_, '_> {
     /// Fits as many layers as asked for. Not asked, a drop too small to be told from the end of a cut is a rupture only if
     /// the curve is worth its layer.
-    fn from_drops(&mut self, asked: &Fresh) -> Result<Candidate, CalibrateError> {
+    fn by_drops(&mut self, asked: &Fresh) -> Result<Candidate, CalibrateError> {
         let mut best = self.best_of(fresh(&self.model.front, self.model.curve, asked)?);
         for _ in 0..DOUBTFUL {
             let fewer = best.guess.spec.layers.len() - 1;
@@ -213,6 +218,33 @@ fn moved(places: &Places, which: usize, stride: isize, gaps: usize) -> Option<Pl
     let place = row.get_mut(which % layers)?;
     *place = Some((*place)?.checked_add_signed(stride).filter(|&gap| gap < gaps)?);
     row.iter().flatten().is_sorted().then_some(trial)
+}
+
+/// Puts on its bound what ended next to it, and gives back its starting value to every variable that the curve does not depend
+/// on: the way down may have moved it. The far side of a layer keeps its depth, not its distance to the near side.
+fn tidy(model: &Model<'_>, fitted: Candidate, start: Option<&AxialSpec>) -> Candidate {
+    let mut variables = Model::variables(&fitted.guess.spec);
+    let standings = standings(model, &fitted.guess, &variables);
+    let first = start.map_or_else(|| variables.clone(), Model::variables);
+    let last_thickness = variables.len() - VARIABLES.len();
+    let (mut depth_m, mut start_m) = (0.0, 0.0);
+    for (at, &began) in first.iter().enumerate() {
+        let quantity = VARIABLES[at % VARIABLES.len()];
+        let is_thickness = quantity == Quantity::Thickness;
+        start_m += if is_thickness { began } else { 0.0 };
+        if standings[at] == Standing::Kept {
+            let keeps_depth = is_thickness && at < last_thickness;
+            variables[at] = if keeps_depth { (start_m - depth_m).max(0.0) } else { began };
+        } else {
+            variables[at] = quantity.on_its_bound(variables[at]);
+        }
+        depth_m += if is_thickness { variables[at] } else { 0.0 };
+    }
+    let spec = model.spec(&fitted.guess, &variables);
+    let tidied = Candidate { guess: Guess { spec, ..fitted.guess.clone() }, lowest: fitted.lowest.clone() };
+    let rms_n = |candidate: &Candidate| residual_rms_n(&candidate.guess.spec, model.curve);
+    let as_good_n = (model.as_good_as_none() / model.curve.len() as f64).sqrt();
+    if rms_n(&tidied) <= rms_n(&fitted) * (1.0 + WORTH) + as_good_n { tidied } else { fitted }
 }
 
 /// Lowers what thresholds are still unsound to the largest sound ones; after a fit under the constraint, by next to nothing.

@@ -49,6 +49,23 @@ impl Quantity {
         (lower, upper)
     }
 
+    /// A size below which it is as good as 0 (choice): 1 mm, 10 N/m, 1 N/m, 0.05 N.
+    pub(super) fn least_size(self) -> f64 {
+        match self {
+            Self::Thickness => 1e-3,
+            Self::Stiffness => 10.0,
+            Self::Friction => 1.0,
+            Self::Cutting | Self::TipThreshold | Self::RimThreshold => 0.05,
+        }
+    }
+
+    /// A value on its lower bound if it is a thousandth of the least size from it, else as it is.
+    pub(super) fn on_its_bound(self, value: f64) -> f64 {
+        const NEXT_TO: f64 = 1e-3;
+        let (lower, _) = self.bounds();
+        if value - lower <= NEXT_TO * self.least_size() { lower } else { value }
+    }
+
     fn get(self, layer: &Layer) -> f64 {
         match self {
             Self::Thickness => layer.thickness_m,

@@ -4,7 +4,7 @@
 //! measured in its own size, so that an eigenvector of JᵀJ with eigenvalue λ is a joint relative change that alters the
 //! curve by √λ; one that could be as large as the variables themselves before it showed, σ/√λ > 1, is not determined.
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::model::{Guess, Model, Quantity, VARIABLES, residual_rms_n};
 use crate::axial::{AxialSpec, Layer};
@@ -44,14 +44,15 @@ pub struct Estimate {
     pub standing: Standing,
 }
 
-/// The covariance of the free variables, in their own sizes, and the directions that it does not cover.
+/// The covariance of the variables that the curve depends on, in their own sizes, and the directions that it does not cover. Those
+/// at a bound are among them: a bound must not make certain what shares its effect with them.
 struct Spread {
-    /// Index of each free variable among all.
-    free: Vec<usize>,
+    /// Index of each among all.
+    seen: Vec<usize>,
     size: Vec<f64>,
     covariance: DMatrix<f64>,
-    /// Undetermined directions over the free variables.
-    blind: Vec<Vec<f64>>,
+    /// Undetermined directions.
+    blind: Vec<DVector<f64>>,
 }
 
 /// Every parameter of every layer.
@@ -98,7 +99,8 @@ fn threshold(
     Estimate { layer: at, quantity, value, standard_error, standing }
 }
 
-fn standings(model: &Model<'_>, guess: &Guess, values: &[f64]) -> Vec<Standing> {
+/// How each variable stands.
+pub(super) fn standings(model: &Model<'_>, guess: &Guess, values: &[f64]) -> Vec<Standing> {
     let jacobian = model.sensitivity(guess);
     let standing = |(variable, &value): (usize, &f64)| {
         let (lower, upper) = VARIABLES[variable % VARIABLES.len()].bounds();
@@ -113,59 +115,45 @@ fn standings(model: &Model<'_>, guess: &Guess, values: &[f64]) -> Vec<Standing> 
 }
 
 fn spread(model: &Model<'_>, guess: &Guess, standings: &[Standing]) -> Spread {
-    let free: Vec<usize> = (0..standings.len()).filter(|&at| standings[at] == Standing::Free).collect();
+    let seen: Vec<usize> = (0..standings.len()).filter(|&at| standings[at] != Standing::Kept).collect();
     let values = Model::variables(&guess.spec);
-    let size: Vec<f64> = free.iter().map(|&at| values[at].abs().max(least_size(at))).collect();
-    let mut jacobian = model.sensitivity(guess).select_columns(&free);
+    let size: Vec<f64> =
+        seen.iter().map(|&at| values[at].abs().max(VARIABLES[at % VARIABLES.len()].least_size())).collect();
+    let mut jacobian = model.sensitivity(guess).select_columns(&seen);
     for (mut column, size) in jacobian.column_iter_mut().zip(&size) {
         column *= *size;
     }
     let samples = model.curve.len();
     let squares = residual_rms_n(&guess.spec, model.curve).powi(2) * samples as f64;
-    let variance = squares / samples.saturating_sub(free.len()).max(1) as f64;
+    let variance = squares / samples.saturating_sub(seen.len()).max(1) as f64;
     let finest = FINEST_PART * model.curve.peak_n();
-    let (mut covariance, mut blind) = (DMatrix::zeros(free.len(), free.len()), Vec::new());
-    if !free.is_empty() {
+    let (mut covariance, mut blind) = (DMatrix::zeros(seen.len(), seen.len()), Vec::new());
+    if !seen.is_empty() {
         let eigen = SymmetricEigen::new(jacobian.tr_mul(&jacobian));
         for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
             if *value <= variance.max(finest * finest) {
-                blind.push(vector.iter().copied().collect());
+                blind.push(vector.into_owned());
             } else {
                 covariance += vector * vector.transpose() * (variance / value);
             }
         }
     }
-    Spread { free, size, covariance, blind }
-}
-
-/// A size below which a variable is as good as 0: 1 mm, 10 N/m, 1 N/m, 0.05 N (choice).
-fn least_size(variable: usize) -> f64 {
-    match VARIABLES[variable % VARIABLES.len()] {
-        Quantity::Thickness => 1e-3,
-        Quantity::Stiffness => 10.0,
-        Quantity::Friction => 1.0,
-        Quantity::Cutting | Quantity::TipThreshold | Quantity::RimThreshold => 0.05,
-    }
+    Spread { seen, size, covariance, blind }
 }
 
 impl Spread {
-    /// The standard error of a weighted sum of variables; none where an undetermined direction moves one of them.
+    /// The standard error of a weighted sum of variables; none where an undetermined direction moves it, or nothing in it is
+    /// seen. A variable without effect adds no error.
     fn error(&self, weights: &[(usize, f64)]) -> Option<f64> {
-        let mut sum = vec![0.0; self.free.len()];
+        let mut sum = DVector::zeros(self.seen.len());
         for &(variable, weight) in weights {
-            // A variable at its bound, or without effect, is held: it adds no error.
-            if let Ok(at) = self.free.binary_search(&variable) {
+            if let Ok(at) = self.seen.binary_search(&variable) {
                 sum[at] = weight * self.size[at];
-                if self.blind.iter().map(|direction| direction[at] * direction[at]).sum::<f64>() > MOSTLY {
-                    return None;
-                }
-            } else if weights.len() == 1 {
-                return None;
             }
         }
-        let column = DMatrix::from_column_slice(sum.len(), 1, &sum);
-        let variance = (column.transpose() * &self.covariance * &column).sum();
-        Some(variance.max(0.0).sqrt())
+        let hidden: f64 = self.blind.iter().map(|direction| direction.dot(&sum).powi(2)).sum();
+        let is_seen = sum.norm_squared() > 0.0 && hidden <= MOSTLY * sum.norm_squared();
+        is_seen.then(|| (&self.covariance * &sum).dot(&sum).max(0.0).sqrt())
     }
 }
 
@@ -181,7 +169,7 @@ pub(super) fn in_words(model: &Model<'_>, guess: &Guess, estimates: &[Estimate])
     let values = Model::variables(&guess.spec);
     let spread = spread(model, guess, &standings(model, guess, &values));
     for direction in &spread.blind {
-        let parts = spread.free.iter().zip(direction).filter(|(_, part)| part.abs() > TAKES_PART);
+        let parts = spread.seen.iter().zip(direction.iter()).filter(|(_, part)| part.abs() > TAKES_PART);
         let parts: Vec<usize> = parts.map(|(&variable, _)| variable).collect();
         words.push(confused(model, &guess.spec, &parts));
     }

@@ -1,0 +1,186 @@
+//! `stylet calibrate`: a scene from a measured force–depth curve.
+
+mod data;
+mod report;
+mod sheet;
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::builder::RangedU64ValueParser;
+use mechanics::axial::AxialSpec;
+use mechanics::calibrate::{self, Curve, Fit, Fresh, Start};
+use scene::{DocumentError, Patient, Scene};
+
+use crate::exit::{Failure, Outcome};
+use crate::new_file::NewFile;
+use crate::progress::Progress;
+use crate::{commands, output};
+use report::Report;
+
+/// Weight of the patient that a curve is taken to be of, in kg (Stylet's physics, section 2; literature).
+const REFERENCE_KG: f64 = 71.1;
+/// Layers grow with the weight to this power (literature).
+const WEIGHT_EXPONENT: f64 = 1.5;
+
+/// Fit a scene's layers to a measured force–depth curve
+///
+/// DATA.csv has the columns depth_m (displacement of the tip from the skin) and force_n (positive pushes the needle out), from
+/// a slow perpendicular insertion and, if measured, the withdrawal, which alone shows friction. Lines that start with # are
+/// comments. Each drop of the force is a boundary that gave way. Fitted within bounds are thickness, stiffness, thresholds,
+/// friction and cutting of every layer; the result is always sound. Says the residual, the error of each peak, and which
+/// parameters the curve cannot determine.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  \
+    stylet calibrate phantom.csv --out phantom.toml\n  \
+    stylet calibrate epidural.csv --start curricula/scenes/epidural-71kg.toml --weight-kg 90 --out epidural-90kg.toml")]
+pub struct Args {
+    /// The measured curve: a header with depth_m (m) and force_n (N); other columns are ignored
+    #[arg(value_name = "DATA.csv")]
+    data: PathBuf,
+    /// The scene to write; its name becomes the scene's id
+    #[arg(long, value_name = "SCENE.toml")]
+    out: PathBuf,
+    /// A scene to start from: its layers, names, needle and whatever the curve does not tell are kept
+    #[arg(long, value_name = "SCENE.toml", conflicts_with_all = ["layers", "tip_to_rim_mm"])]
+    start: Option<PathBuf>,
+    /// How many layers, the largest drops first [default: as many as the drops are worth]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=32))]
+    layers: Option<usize>,
+    /// Distance from a trocar's tip to its rim, in mm, 0 to 50; 0 is a needle. Its drops are taken to alternate, tip and rim
+    #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = tip_to_rim)]
+    tip_to_rim_mm: f64,
+    /// Write the scene for a patient of this weight, in kg, 30 to 200: depths × (weight/71.1)^1.5 at the same forces
+    #[arg(long, value_name = "KG", value_parser = weight)]
+    weight_kg: Option<f64>,
+    /// Replace the scene if it exists
+    #[arg(long)]
+    force: bool,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let mut file = NewFile::create(&args.out, args.force)?;
+    let curve = data::read(&args.data)?;
+    let start = args.start.as_deref().map(|path| read_start(path, args.weight_kg.is_some())).transpose()?;
+    let fitted = fit(args, &curve, start.as_ref())?;
+    let scale = args.weight_kg.map_or(1.0, |kg| libm::pow(kg / REFERENCE_KG, WEIGHT_EXPONENT));
+    let target = stretched(&fitted.spec, scale);
+    let base = start.unwrap_or_else(|| Base::fresh(&args.out, &args.data, &target));
+    let written = write(args, (&base, &target), &curve.stretched(scale))?;
+    file.file()
+        .write_all(written.text.as_bytes())
+        .map_err(|error| Failure::work(format_args!("{}: {error}", args.out.display())))?;
+    file.keep()?;
+    let report = Report::new((args, scale), &curve, &fitted, &written);
+    report.warn();
+    if args.json { output::json(&report) } else { output::with(|out| report.write(out)) }
+}
+
+/// The text that the fitted numbers are put into.
+struct Base {
+    path: PathBuf,
+    text: String,
+}
+
+/// A scene as it was written.
+struct Written {
+    text: String,
+    scene: Scene,
+    /// Of the written scene on the curve, in N.
+    rms_n: f64,
+}
+
+impl Base {
+    fn fresh(out: &Path, data: &Path, spec: &AxialSpec) -> Self {
+        Self { path: out.to_owned(), text: sheet::blank(data, spec) }
+    }
+
+    fn scene(&self) -> Result<Scene, DocumentError> {
+        scene::load::read_scene_text(&self.path, &self.text)
+    }
+}
+
+fn read_start(path: &Path, is_scaled: bool) -> Result<Base, Failure> {
+    let base = Base { path: path.to_owned(), text: commands::read_text(path)? };
+    let scene = base.scene()?;
+    if is_scaled && !scene.structures.is_empty() {
+        let why =
+            "structure: a scene with structures cannot be made for another weight, for their places would not follow";
+        return Err(Failure::refused(path, why));
+    }
+    Ok(base)
+}
+
+fn fit(args: &Args, curve: &Curve, start: Option<&Base>) -> Result<Fit, Failure> {
+    let progress = Progress::busy("fitting");
+    let mut watch = |done: u32| progress.set(u64::from(done));
+    let fitted = match start {
+        Some(base) => {
+            let scene = base.scene()?;
+            let spec = scene.puncture_spec(&Patient::nominal(&scene)).axial;
+            calibrate::fit(curve, Start::Scene(&spec), &mut watch)
+        }
+        None => {
+            let fresh = Fresh { layers: args.layers, tip_to_rim_m: args.tip_to_rim_mm / 1e3 };
+            calibrate::fit(curve, Start::Fresh(fresh), &mut watch)
+        }
+    };
+    fitted.map_err(|error| Failure::refused(&args.data, error))
+}
+
+/// The law with every depth multiplied and every force kept: k w and c l stay when w and l grow and k and c shrink.
+/// So a sound law stays sound; its energies grow with the depths.
+fn stretched(spec: &AxialSpec, factor: f64) -> AxialSpec {
+    let mut spec = spec.clone();
+    for layer in &mut spec.layers {
+        layer.thickness_m *= factor;
+        layer.stiffness_n_per_m /= factor;
+        layer.friction_n_per_m /= factor;
+    }
+    spec
+}
+
+/// Puts the numbers into the text and reads it back: what is stated is what the file says, rounding included.
+fn write(args: &Args, (base, target): (&Base, &AxialSpec), curve: &Curve) -> Result<Written, Failure> {
+    let id = sheet::id_of(&args.out);
+    let old = base.scene()?;
+    let put = |source: &str| -> Result<(String, Scene, f64), Failure> {
+        let text = scene::rewrite::rewrite(&base.text, (&old, target), &id, source)?;
+        let scene = scene::load::read_scene_text(&args.out, &text)?;
+        let spec = scene.puncture_spec(&Patient::nominal(&scene)).axial;
+        let rms_n = calibrate::residual_rms_n(&spec, curve);
+        Ok((text, scene, rms_n))
+    };
+    let (_, _, rms_n) = put("")?;
+    let (text, scene, rms_n) = put(&sheet::source(args, rms_n, curve.peak_n()))?;
+    match scene.soundness(0.0).first() {
+        None => Ok(Written { text, scene, rms_n }),
+        Some(finding) => {
+            let patient = finding.patient;
+            Err(Failure::work(format_args!(
+                "{}: not written: with the start's thickness_spread_mm the {patient} patient is unsound: {}",
+                args.out.display(),
+                finding.unsound
+            )))
+        }
+    }
+}
+
+fn tip_to_rim(text: &str) -> Result<f64, String> {
+    within(text, (0.0, 50.0), "mm")
+}
+
+fn weight(text: &str) -> Result<f64, String> {
+    within(text, (30.0, 200.0), "kg")
+}
+
+fn within(text: &str, (least, most): (f64, f64), unit: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (least..=most).contains(&value) => Ok(value),
+        _ => Err(format!("{text} {unit}; a number from {least} {unit} to {most} {unit} is allowed")),
+    }
+}

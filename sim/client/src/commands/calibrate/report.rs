@@ -1,0 +1,215 @@
+//! What is said of a fit, for people and for programs.
+
+use std::io::{self, Write};
+
+use mechanics::calibrate::{Curve, Estimate, Fit, Quantity, Standing};
+use scene::Scene;
+use serde::Serialize;
+
+use super::{Args, Written};
+use crate::commands::contactor_name;
+use crate::output;
+
+/// The result of a fit.
+#[derive(Serialize)]
+pub struct Report {
+    data: String,
+    scene: String,
+    samples: usize,
+    samples_left_out: usize,
+    noise_n: f64,
+    steps: u32,
+    converged: bool,
+    /// Of the scene as written, on the curve.
+    residual_rms_n: f64,
+    residual_relative_to_peak: f64,
+    peak_n: f64,
+    /// Depths of the written scene over those of the curve; 1 without --weight-kg.
+    depth_scale: f64,
+    peaks: Vec<PeakRow>,
+    unexplained_drops: Vec<DropRow>,
+    /// As this needle meets them, at the depths of the curve.
+    parameters: Vec<ParameterRow>,
+    undetermined: Vec<String>,
+    /// What the data alone would ask for, where that is unsound.
+    unsound_without_constraint: Option<AskedRow>,
+}
+
+#[derive(Serialize)]
+struct PeakRow {
+    layer: String,
+    contactor: &'static str,
+    boundary: usize,
+    depth_mm: f64,
+    force_n: f64,
+    measured_depth_mm: Option<f64>,
+    measured_force_n: Option<f64>,
+    depth_error_mm: Option<f64>,
+    force_error_relative: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct DropRow {
+    depth_mm: f64,
+    fall_n: f64,
+}
+
+#[derive(Serialize)]
+struct ParameterRow {
+    layer: String,
+    parameter: &'static str,
+    value: f64,
+    standard_error: Option<f64>,
+    unit: &'static str,
+    /// `free`, `lower bound`, `upper bound` or `kept`.
+    state: &'static str,
+}
+
+#[derive(Serialize)]
+struct AskedRow {
+    residual_rms_n: f64,
+    ruptures: Vec<String>,
+}
+
+impl Report {
+    /// Gathers what is said.
+    pub fn new((args, depth_scale): (&Args, f64), curve: &Curve, fit: &Fit, written: &Written) -> Self {
+        let name = |layer: usize| written.scene.layers.get(layer).map_or_else(String::new, |l| l.name.clone());
+        Self {
+            data: args.data.display().to_string(),
+            scene: args.out.display().to_string(),
+            samples: curve.len(),
+            samples_left_out: curve.left_out(),
+            noise_n: fit.noise_n,
+            steps: fit.iterations,
+            converged: fit.converged,
+            residual_rms_n: written.rms_n,
+            residual_relative_to_peak: written.rms_n / fit.peak_n,
+            peak_n: fit.peak_n,
+            depth_scale,
+            peaks: peaks(fit, &written.scene),
+            unexplained_drops: fit
+                .unexplained
+                .iter()
+                .map(|&(x, fall_n)| DropRow { depth_mm: x * 1e3, fall_n })
+                .collect(),
+            parameters: fit.estimates.iter().map(|estimate| parameter(estimate, name(estimate.layer))).collect(),
+            undetermined: fit.undetermined.clone(),
+            unsound_without_constraint: fit.asked.as_ref().map(|asked| AskedRow {
+                residual_rms_n: asked.rms_n,
+                ruptures: asked.unsound.iter().map(ToString::to_string).collect(),
+            }),
+        }
+    }
+
+    /// Says on standard error what the user should know before using the scene.
+    pub fn warn(&self) {
+        if let Some(asked) = &self.unsound_without_constraint {
+            output::warning(format_args!(
+                "{}: the data ask for an unsound scene ({}); the sound one fits with {:.3} N instead of {:.3} N",
+                self.data,
+                asked.ruptures.join("; "),
+                self.residual_rms_n,
+                asked.residual_rms_n
+            ));
+        }
+        for drop in &self.unexplained_drops {
+            output::warning(format_args!(
+                "{}: the drop of {:.3} N at {:.2} mm is explained by no rupture; another layer might be needed (--layers)",
+                self.data, drop.fall_n, drop.depth_mm
+            ));
+        }
+        if !self.converged {
+            output::warning(format_args!(
+                "{}: the fit had not come to rest when its {} steps were used up",
+                self.data, self.steps
+            ));
+        }
+    }
+
+    /// For people.
+    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        let (samples, left_out, steps) = (self.samples, self.samples_left_out, self.steps);
+        writeln!(
+            out,
+            "{}: fitted to {samples} samples of {} ({left_out} left out) in {steps} steps",
+            self.scene, self.data
+        )?;
+        let percent = 100.0 * self.residual_relative_to_peak;
+        let (rms_n, peak_n, noise_n) = (self.residual_rms_n, self.peak_n, self.noise_n);
+        writeln!(
+            out,
+            "  residual {rms_n:.4} N rms, {percent:.2} % of the peak of {peak_n:.3} N; noise of the curve {noise_n:.4} N"
+        )?;
+        if self.weighted() {
+            writeln!(out, "  depths written × {:.4}; those below are the curve's", self.depth_scale)?;
+        }
+        self.write_peaks(out)?;
+        self.write_parameters(out)?;
+        writeln!(out, "  the curve cannot determine:")?;
+        self.undetermined.iter().try_for_each(|line| writeln!(out, "    {line}"))
+    }
+
+    fn weighted(&self) -> bool {
+        (self.depth_scale - 1.0).abs() > f64::EPSILON
+    }
+
+    fn write_peaks(&self, out: &mut dyn Write) -> io::Result<()> {
+        writeln!(out, "\n  {:32} {:>9} {:>9} {:>9} {:>8}", "peak", "depth mm", "error mm", "force N", "error %")?;
+        for peak in &self.peaks {
+            let title = format!("{} through {}", peak.contactor, peak.layer);
+            let depth = peak.depth_error_mm.map_or_else(|| "–".to_owned(), |mm| format!("{mm:+.3}"));
+            let force =
+                peak.force_error_relative.map_or_else(|| "–".to_owned(), |part| format!("{:+.2}", part * 100.0));
+            writeln!(out, "  {title:32} {:>9.3} {depth:>9} {:>9.3} {force:>8}", peak.depth_mm, peak.force_n)?;
+        }
+        writeln!(out, "  (– where the curve has no drop of its own)")
+    }
+
+    fn write_parameters(&self, out: &mut dyn Write) -> io::Result<()> {
+        writeln!(out, "\n  {:24} {:14} {:>10} {:>10} {:4} state", "layer", "parameter", "value", "± error", "unit")?;
+        for row in &self.parameters {
+            let ParameterRow { layer, parameter, value, unit, state, .. } = row;
+            let error = row.standard_error.map_or_else(|| "–".to_owned(), |error| format!("{error:.3}"));
+            writeln!(out, "  {layer:24} {parameter:14} {value:>10.3} {error:>10} {unit:4} {state}")?;
+        }
+        writeln!(out)
+    }
+}
+
+fn peaks(fit: &Fit, scene: &Scene) -> Vec<PeakRow> {
+    let row = |peak: &mechanics::calibrate::Peak| PeakRow {
+        layer: scene.layers.get(peak.boundary).map_or_else(String::new, |layer| layer.name.clone()),
+        contactor: contactor_name(peak.contactor),
+        boundary: peak.boundary,
+        depth_mm: peak.depth_m * 1e3,
+        force_n: peak.force_n,
+        measured_depth_mm: peak.measured.map(|(x, _)| x * 1e3),
+        measured_force_n: peak.measured.map(|(_, force_n)| force_n),
+        depth_error_mm: peak.measured.map(|(x, _)| (peak.depth_m - x) * 1e3),
+        force_error_relative: peak.measured.map(|(_, force_n)| peak.force_n / force_n - 1.0),
+    };
+    fit.peaks.iter().map(row).collect()
+}
+
+fn parameter(estimate: &Estimate, layer: String) -> ParameterRow {
+    let (unit, scale) = match estimate.quantity {
+        Quantity::Thickness => ("mm", 1e3),
+        Quantity::Stiffness | Quantity::Friction => ("N/m", 1.0),
+        Quantity::Cutting | Quantity::TipThreshold | Quantity::RimThreshold => ("N", 1.0),
+    };
+    let state = match estimate.standing {
+        Standing::Free => "free",
+        Standing::AtLower => "lower bound",
+        Standing::AtUpper => "upper bound",
+        Standing::Kept => "kept",
+    };
+    ParameterRow {
+        layer,
+        parameter: estimate.quantity.words(),
+        value: estimate.value * scale,
+        standard_error: estimate.standard_error.map(|error| error * scale),
+        unit,
+        state,
+    }
+}
