@@ -5,8 +5,9 @@ use std::ffi::OsString;
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
-use crate::commands::{bench, check, doctor, field, force, recover, schema, score, simulate, upload, verify};
-use crate::commands::{bench, calibrate, check, doctor, force, recover, schema, score, simulate, upload, verify};
+use crate::commands::{
+    bench, calibrate, check, doctor, field, force, recover, schema, score, simulate, upload, verify,
+};
 use crate::exit::{Failure, Outcome};
 use crate::output;
 

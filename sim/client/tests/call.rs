@@ -38,8 +38,7 @@ fn numbers_out_of_range_name_value_and_range() {
 
 #[test]
 fn commands_of_later_versions_do_not_exist() {
-    for command in ["play", "replay", "render", "calibrate", "pair", "outbox"] {
-    for command in ["play", "replay", "render", "field", "pair", "outbox"] {
+    for command in ["play", "replay", "render", "pair", "outbox"] {
         stylet(&[command]).refused(&["unrecognized subcommand", command]);
     }
 }
