@@ -14,12 +14,14 @@ mod drops;
 mod fit;
 mod guess;
 mod model;
+mod peaks;
 mod uncertainty;
 
 pub use curve::{Curve, MIN_SAMPLES};
-pub use fit::{Asked, Fit, Peak, Start, fit};
+pub use fit::{Asked, Fit, Start, fit};
 pub use guess::Fresh;
 pub use model::{Quantity, residual_rms_n};
+pub use peaks::Peak;
 pub use uncertainty::{Estimate, Standing};
 
 /// Why a curve cannot be fitted.

@@ -7,11 +7,10 @@
 use mechanics::axial::AxialSpec;
 use mechanics::calibrate::{CalibrateError, Curve, Fit, Fresh, Quantity, Standing, Start, fit, residual_rms_n};
 use mechanics::soundness;
+use mechanics::trials::scenes::{Run, layer, training};
 use proptest::prelude::*;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
-
-use crate::scenes::{Run, layer, training};
 
 /// A needle without a rim through skin, fat and muscle whose boundaries all give way within 30 mm.
 fn needle() -> AxialSpec {
@@ -39,7 +38,7 @@ fn track(deepest_mm: f64, back_mm: f64) -> Vec<f64> {
 fn measured(spec: &AxialSpec, track: &[f64], noise_n: f64) -> Vec<(f64, f64)> {
     let mut slow = spec.clone();
     slow.layers.iter_mut().for_each(|layer| layer.damping_n_s_per_m2 = 0.0);
-    let mut run = Run::new(slow);
+    let mut run = Run::new(slow).expect("a law");
     let mut random = Pcg64Mcg::seed_from_u64(7);
     let mut noise = || {
         let uniform: f64 = (0..12).map(|_| f64::from(random.next_u32()) / f64::from(u32::MAX)).sum();
