@@ -1,241 +1,249 @@
-//! Finite elements in (r, z): against independent references, closed forms and laws.
+//! The axisymmetric model against the reference cases: its true error, the error it claims, and what it costs.
 //!
-//! Would fail on a wrong sign, a load that does not add up to its force, a layer off its interface, locking near
-//! ν = ½, an estimate that flatters, or a solve that allocates.
+//! It would fail on a wrong stiffness or load, on a mesh that misses an interface, and on an estimate that flatters.
 
-use allocation_counter::measure;
-use mechanics::tissue::axisymmetric::{Axisymmetric, Fitted, MeshSpec, Side, Superposed, fit};
+use mechanics::tissue::axisymmetric::verification::{contactor, distance, layer};
+use mechanics::tissue::axisymmetric::{Axisymmetric, Fitted, MeshSpec, Superposed, fit};
 use mechanics::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
-use serde_json::Value;
+use proptest::prelude::*;
+use serde::Deserialize;
 
-const CASES: [(&str, f64); 3] = [
-    (include_str!("../../../../tests/data/field/homogeneous.json"), 2e-5),
-    (include_str!("../../../../tests/data/field/lower_back.json"), 2e-5),
-    (include_str!("../../../../tests/data/field/stiff_skin_soft_fat.json"), 2e-4),
-];
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().expect("a number")
+#[derive(Deserialize)]
+struct CaseLayer {
+    thickness_m: f64,
+    youngs_modulus_pa: f64,
+    poisson_ratio: f64,
 }
 
-fn numbers(value: &Value) -> Vec<f64> {
-    value.as_array().expect("a list").iter().map(number).collect()
+#[derive(Deserialize)]
+struct Solution {
+    depth_m: f64,
+    u_axial_m: Vec<Vec<f64>>,
+    u_radial_m: Vec<Vec<f64>>,
 }
 
-fn layer(thickness_m: f64, youngs_modulus_pa: f64, poisson_ratio: f64) -> ElasticLayer {
-    ElasticLayer { thickness_m, youngs_modulus_pa, poisson_ratio, density_kg_per_m3: 1050.0 }
+#[derive(Deserialize)]
+struct Case {
+    layers: Vec<CaseLayer>,
+    radius_m: f64,
+    load_radius_m: f64,
+    force_n: f64,
+    sample_r_m: Vec<f64>,
+    sample_depth_m: Vec<f64>,
+    solutions: Vec<Solution>,
 }
 
-fn contactor(depth_m: f64, radius_m: f64) -> Load {
-    Load { kind: LoadKind::Contactor { depth_m }, radius_m }
-}
+impl Case {
+    fn read(text: &str) -> Self {
+        serde_json::from_str(text).expect("a reference case")
+    }
 
-/// A problem with samples on the skin and at the load.
-fn problem(layers: Vec<ElasticLayer>, radius_m: f64, load: Load) -> Problem {
-    let LoadKind::Contactor { depth_m } = load.kind else { panic!("a contactor") };
-    let sample_r_m = (0..=20).map(|step| f64::from(step) * 0.5 * load.radius_m).filter(|&r| r <= radius_m).collect();
-    Problem { slab: Slab { layers, radius_m }, load, sample_r_m, sample_depth_m: vec![0.0, depth_m] }
-}
+    fn problem(&self, depth_m: f64) -> Problem {
+        let layer = |l: &CaseLayer| layer(l.thickness_m, l.youngs_modulus_pa, l.poisson_ratio);
+        Problem {
+            slab: Slab { layers: self.layers.iter().map(layer).collect(), radius_m: self.radius_m },
+            load: Load { kind: LoadKind::Contactor { depth_m }, radius_m: self.load_radius_m },
+            sample_r_m: self.sample_r_m.clone(),
+            sample_depth_m: self.sample_depth_m.clone(),
+        }
+    }
 
-fn lower_back(load: Load) -> Problem {
-    problem(vec![layer(8e-4, 132e3, 0.45), layer(8.4e-3, 33.1e3, 0.45), layer(39e-3, 198e3, 0.45)], 0.05, load)
-}
-
-fn fitted(problem: &Problem, tolerance: f64) -> Fitted {
-    fit(problem, tolerance).expect("a model")
-}
-
-/// Errors of every load of a reference case: true and estimated.
-fn errors(case: &str, tolerance: f64) -> Vec<(f64, f64)> {
-    let case: Value = serde_json::from_str(case).expect("JSON");
-    let layers = case["layers"].as_array().expect("layers").iter();
-    let elastic =
-        |l: &Value| layer(number(&l["thickness_m"]), number(&l["youngs_modulus_pa"]), number(&l["poisson_ratio"]));
-    let layers: Vec<ElasticLayer> = layers.map(elastic).collect();
-    let force_n = number(&case["force_n"]);
-    let solve = |solution: &Value| {
-        let problem = Problem {
-            slab: Slab { layers: layers.clone(), radius_m: number(&case["radius_m"]) },
-            load: contactor(number(&solution["depth_m"]), number(&case["load_radius_m"])),
-            sample_r_m: numbers(&case["sample_r_m"]),
-            sample_depth_m: numbers(&case["sample_depth_m"]),
-        };
-        let mut fitted = fitted(&problem, tolerance);
-        assert!(fitted.met, "the tolerance {tolerance} is met");
-        fitted.model.solve(force_n);
+    /// Relative L2 error of one component of an answer to the case's force, over all sample points.
+    fn error(&self, model: &Axisymmetric, reference: &[Vec<f64>], component: usize) -> f64 {
         let (mut wrong, mut whole) = (0.0, 0.0);
-        for (row, &depth_m) in solution["u_axial_m"].as_array().expect("rows").iter().zip(&problem.sample_depth_m) {
-            for (wanted, &r_m) in numbers(row).into_iter().zip(&problem.sample_r_m) {
-                let found = fitted.model.displacement_m(r_m, depth_m)[0];
-                wrong += (found - wanted) * (found - wanted);
-                whole += wanted * wanted;
+        for (row, &depth_m) in reference.iter().zip(&self.sample_depth_m) {
+            for (should, &r_m) in row.iter().zip(&self.sample_r_m) {
+                wrong += (model.displacement_m(r_m, depth_m)[component] - should).powi(2);
+                whole += should * should;
             }
         }
-        ((wrong / whole).sqrt(), fitted.estimated_relative_error)
-    };
-    case["solutions"].as_array().expect("solutions").iter().map(solve).collect()
+        (wrong / whole).sqrt()
+    }
+}
+
+fn cases() -> [Case; 3] {
+    [
+        Case::read(include_str!("../../../../tests/data/field/homogeneous.json")),
+        Case::read(include_str!("../../../../tests/data/field/lower_back.json")),
+        Case::read(include_str!("../../../../tests/data/field/stiff_skin_soft_fat.json")),
+    ]
+}
+
+/// Fits every load of every case and hands over the solved model with its true axial error.
+fn each_fit(tolerance: f64, mut check: impl FnMut(&Fitted, f64)) {
+    for case in cases() {
+        for solution in &case.solutions {
+            let mut fitted = fit(&case.problem(solution.depth_m), tolerance).expect("a model");
+            fitted.model.solve(case.force_n);
+            check(&fitted, case.error(&fitted.model, &solution.u_axial_m, 0));
+        }
+    }
+}
+
+fn meets_with_an_honest_estimate(tolerance: f64, most_nonzeros: usize) {
+    each_fit(tolerance, |fitted, error| {
+        let estimate = fitted.estimated_relative_error;
+        assert!(fitted.met && error <= tolerance, "error {error}, estimate {estimate}");
+        assert!(estimate <= 3.0 * error && error <= 3.0 * estimate, "error {error}, estimate {estimate}");
+        assert!(error >= tolerance / 4.0, "error {error}: more accurate than asked for, so dearer than needed");
+        let nonzeros = fitted.model.nonzeros();
+        assert!(nonzeros <= most_nonzeros, "a solve that reads {nonzeros} numbers is too slow");
+    });
 }
 
 #[test]
-fn every_reference_is_met_at_both_tolerances_and_the_estimate_is_within_a_factor_of_three() {
-    for tolerance in [1e-2, 1e-3] {
-        for (case, doubt) in CASES {
-            for (error, estimate) in errors(case, tolerance) {
-                assert!(error <= tolerance, "{error} for {tolerance}");
-                assert!(estimate <= 3.0 * (error + doubt) && error <= 3.0 * estimate + doubt, "{estimate} for {error}");
-            }
+fn one_per_cent_is_met_on_every_reference_case() {
+    meets_with_an_honest_estimate(1e-2, 20_000);
+}
+
+#[test]
+fn a_tenth_of_a_per_cent_is_met_on_every_reference_case() {
+    meets_with_an_honest_estimate(1e-3, 60_000);
+}
+
+/// The references are good to 2e-5, that of the stiff skin to 2e-4.
+#[test]
+fn the_top_of_the_ladder_agrees_with_the_references_in_both_components() {
+    for (case, bound) in cases().iter().zip([6e-5, 6e-5, 2.5e-4]) {
+        for solution in &case.solutions {
+            let problem = case.problem(solution.depth_m);
+            let mut model = Axisymmetric::new(&problem, &MeshSpec::graded(&problem, 10.0)).expect("a model");
+            model.solve(case.force_n);
+            let axial = case.error(&model, &solution.u_axial_m, 0);
+            let radial = case.error(&model, &solution.u_radial_m, 1);
+            assert!(axial < bound && radial < 6.0 * bound, "axial {axial}, radial {radial}");
         }
     }
 }
 
 #[test]
-fn a_growing_block_tends_to_the_half_space() {
-    // u(0) = (1 − ν²) F/(E a √π); a block of 50 footprints is 1.7 % stiffer, and the rest goes with 1/R.
-    let (youngs, poisson, a) = (50e3, 0.3, 1e-3);
-    let exact_m = (1.0 - poisson * poisson) / (youngs * a * core::f64::consts::PI.sqrt());
-    let short = |radius_m: f64| {
-        let fitted = fitted(&problem(vec![layer(radius_m, youngs, poisson)], radius_m, contactor(0.0, a)), 1e-4);
-        exact_m / -fitted.model.displacement_m(0.0, 0.0)[0] - 1.0
-    };
-    let [narrow, wide, wider] = [0.05, 0.1, 0.2].map(short);
-    assert!((narrow - 0.017).abs() < 1e-3, "{narrow}");
-    assert!((1.9..2.1).contains(&(narrow / wide)) && (1.9..2.1).contains(&(wide / wider)), "{narrow} {wide} {wider}");
-}
-
-#[test]
-fn a_confined_column_is_its_springs_in_series() {
-    // A footprint far wider than the column is a uniform pressure F/(πa²): u = p Σ d/M, M = E(1 − ν)/((1 + ν)(1 − 2ν)).
-    let layers = vec![layer(0.004, 20e3, 0.3), layer(0.01, 5e3, 0.45), layer(0.006, 200e3, 0.1)];
-    let modulus = |l: &ElasticLayer| {
-        let (e, v) = (l.youngs_modulus_pa, l.poisson_ratio);
-        e * (1.0 - v) / ((1.0 + v) * (1.0 - 2.0 * v))
-    };
-    let a = 10.0;
-    let exact_m = layers.iter().map(|l| l.thickness_m / modulus(l)).sum::<f64>() / (core::f64::consts::PI * a * a);
-    let column = problem(layers, 0.02, contactor(0.0, a));
-    let mesh = MeshSpec::ladder(&column).swap_remove(1);
-    let model = Axisymmetric::with_side(&column, &mesh, Side::Sliding).expect("a column");
-    for r_m in [0.0, 0.007, 0.02] {
-        let [axial_m, radial_m] = model.displacement_m(r_m, 0.0);
-        assert!((axial_m / -exact_m - 1.0).abs() < 1e-5, "{axial_m} for {exact_m}");
-        assert!(radial_m.abs() < 1e-5 * exact_m, "{radial_m}");
+fn superposed_responses_are_the_sum_of_the_loads() {
+    let case = &cases()[1];
+    let fitted = |solution: &Solution| fit(&case.problem(solution.depth_m), 1e-2).expect("a model").model;
+    let mut models: Vec<Axisymmetric> = case.solutions.iter().map(fitted).collect();
+    let points = [[0.0, 0.0], [0.0013, 0.0008], [0.02, 0.0092], [0.007, 0.03]];
+    let (responses, forces_n) = (Superposed::new(&mut models, &points), [0.3, -0.1, 1.7]);
+    let mut answer = [[f64::NAN; 2]; 4];
+    responses.answer(&forces_n, &mut answer);
+    models.iter_mut().zip(forces_n).for_each(|(model, force_n)| model.solve(force_n));
+    for ([r_m, depth_m], answer) in points.into_iter().zip(answer) {
+        for (component, is) in answer.into_iter().enumerate() {
+            let sum: f64 = models.iter().map(|model| model.displacement_m(r_m, depth_m)[component]).sum();
+            assert!((is - sum).abs() <= 1e-12 * sum.abs(), "{is} for {sum}");
+        }
     }
 }
 
+/// A drag over a short stretch is a load on its middle, and many short ones add up to a long one.
 #[test]
-fn what_one_load_does_at_another_the_other_does_at_it() {
-    // Betti: ∫ p_b u_a = ∫ p_a u_b, each over its own footprint.
-    let a = 1e-3;
-    let work = |from_m: f64, at_m: f64| {
-        let model = fitted(&lower_back(contactor(from_m, a)), 1e-4).model;
-        let dr = a / 100.0;
-        let ring = |step: u32| {
-            let r_m = (f64::from(step) + 0.5) * dr;
-            2.0 * r_m * dr / (a * a) * libm::exp(-(r_m / a) * (r_m / a)) * model.displacement_m(r_m, at_m)[0]
+fn a_drag_is_the_sum_of_its_parts() {
+    let layers = vec![layer(0.002, 1e5, 0.45), layer(0.01, 2e4, 0.45), layer(0.03, 1e5, 0.45)];
+    let at = |from_m: f64, to_m: f64| {
+        let mut problem = contactor(layers.clone(), 0.0);
+        problem.load.kind = LoadKind::Drag { from_m, to_m };
+        Axisymmetric::new(&problem, &MeshSpec::graded(&problem, 8.0)).expect("a model")
+    };
+    let (whole, parts) = (at(0.0, 0.006), [at(0.0, 0.001), at(0.001, 0.003), at(0.003, 0.006)]);
+    for [r_m, depth_m] in [[0.0, 0.0], [0.0005, 0.002], [0.003, 0.004], [0.01, 0.0], [0.002, 0.012]] {
+        let shares = parts.iter().zip([1.0 / 6.0, 2.0 / 6.0, 3.0 / 6.0]);
+        let sum: f64 = shares.map(|(part, share)| share * part.displacement_m(r_m, depth_m)[0]).sum();
+        let is = whole.displacement_m(r_m, depth_m)[0];
+        assert!((is / sum - 1.0).abs() < 5e-3, "{is} for {sum} at {r_m}, {depth_m}");
+    }
+    let (point, short) = (contactor(layers.clone(), 0.001), at(0.0009, 0.0011));
+    let point = Axisymmetric::new(&point, &MeshSpec::graded(&point, 8.0)).expect("a model");
+    let [is, should] = [&short, &point].map(|model| model.displacement_m(0.005, 0.0)[0]);
+    assert!((is / should - 1.0).abs() < 5e-3, "{is} for {should}");
+}
+
+#[test]
+fn sheets_without_thickness_change_nothing() {
+    let solid = contactor(vec![layer(0.001, 1e5, 0.45), layer(0.03, 2e4, 0.45)], 0.001);
+    let mut sheeted = solid.clone();
+    sheeted.slab.layers.insert(1, layer(0.0, 1e6, 0.3));
+    sheeted.slab.layers.insert(0, layer(0.0, 1e6, 0.3));
+    let [one, other] = [&solid, &sheeted].map(|problem| fit(problem, 1e-2).expect("a model"));
+    assert_eq!(one.mesh, other.mesh);
+    let [one_m, other_m] = [one, other].map(|fitted| fitted.model.displacement_m(0.001, 0.001).map(f64::to_bits));
+    assert_eq!(one_m, other_m);
+}
+
+/// Whether nothing moves at a place, not even by rounding.
+fn still(model: &Axisymmetric, [r_m, depth_m]: [f64; 2]) -> bool {
+    model.displacement_m(r_m, depth_m).iter().all(|u| u.abs() <= 0.0)
+}
+
+#[test]
+fn a_load_on_the_clamped_base_moves_nothing() {
+    let fitted = fit(&contactor(vec![layer(0.03, 2e4, 0.45)], 0.03), 1e-2).expect("a model");
+    assert!(fitted.met && fitted.estimated_relative_error.abs() < f64::EPSILON);
+    assert!(still(&fitted.model, [0.0, 0.01]));
+    assert!(fitted.model.stiffness_n_per_m().is_infinite());
+}
+
+#[test]
+fn outside_the_tissue_nothing_moves() {
+    let model = fit(&contactor(vec![layer(0.03, 2e4, 0.45)], 0.0), 1e-2).expect("a model").model;
+    for place in [[-1.0, 0.0], [0.0, -0.001], [0.06, 0.0], [0.0, 0.04], [f64::NAN, 0.0], [0.0, f64::INFINITY]] {
+        assert!(still(&model, place), "{place:?}");
+    }
+    assert!(model.displacement_m(0.0, 0.0)[0] < 0.0);
+}
+
+#[test]
+fn a_mesh_that_does_not_fit_is_refused_with_the_place() {
+    let problem = contactor(vec![layer(0.002, 1e5, 0.45), layer(0.03, 2e4, 0.45)], 0.0);
+    let good = MeshSpec::graded(&problem, 4.0);
+    let refused = |change: &dyn Fn(&mut MeshSpec)| {
+        let mut mesh = good.clone();
+        change(&mut mesh);
+        Axisymmetric::new(&problem, &mesh).expect_err("refused").to_string()
+    };
+    assert!(refused(&|mesh| mesh.axial[0].end_m = 0.001).contains("mesh.axial = 0.002 m"));
+    assert!(refused(&|mesh| mesh.radial[0].order = 11).contains("mesh.radial[0].order = 11"));
+    assert!(refused(&|mesh| mesh.radial[1].end_m = f64::NAN).contains("mesh.radial[1].end_m = NaN m"));
+    assert!(refused(&|mesh| mesh.axial.clear()).contains("mesh.axial = 0 m"));
+    assert!(fit(&problem, f64::NAN).expect_err("refused").to_string().contains("tolerance = NaN"));
+}
+
+/// A layer of any thickness, contrast and compressibility that a scene may have.
+fn any_layer() -> impl Strategy<Value = ElasticLayer> {
+    let log = |low: f64, high: f64| (libm::log(low)..libm::log(high)).prop_map(libm::exp);
+    (log(1e-5, 0.1), log(1e3, 1e8), 0.0..=0.499).prop_map(|(thickness_m, e, nu)| layer(thickness_m, e, nu))
+}
+
+fn any_problem() -> impl Strategy<Value = Problem> {
+    let layers = prop::collection::vec(any_layer(), 1..=10);
+    let log = |low: f64, high: f64| (libm::log(low)..libm::log(high)).prop_map(libm::exp);
+    let place = (0.0..=1.0, 0.0..=1.0, any::<bool>());
+    (layers, log(5e-5, 5e-3), log(5.0, 500.0), place).prop_map(|(layers, radius_m, wide, (one, other, drag))| {
+        let mut problem = contactor(layers, 0.0);
+        problem.slab.radius_m = wide * radius_m;
+        problem.load.radius_m = radius_m;
+        problem.sample_r_m = (0..=20).map(|at| (0.5 * f64::from(at) * radius_m).min(problem.slab.radius_m)).collect();
+        let boundaries = problem.slab.boundaries_m();
+        let base_m = boundaries[boundaries.len() - 1];
+        problem.load.kind = if drag {
+            LoadKind::Drag { from_m: f64::min(one, other) * base_m, to_m: f64::max(one, other) * base_m }
+        } else {
+            LoadKind::Contactor { depth_m: boundaries[(one * (boundaries.len() - 1) as f64) as usize] }
         };
-        (0..600).map(ring).sum::<f64>()
-    };
-    let (down, up) = (work(0.0, 0.0092), work(0.0092, 0.0));
-    assert!((down / up - 1.0).abs() < 2e-3, "{down} {up}");
+        problem
+    })
 }
 
-/// What a tolerance of 1 % changes against a finer one, at the axis under the load.
-fn doubt(problem: &Problem, finer: f64) -> f64 {
-    let LoadKind::Contactor { depth_m } = problem.load.kind else { panic!("a contactor") };
-    let [rough, fine] = [1e-2, finer].map(|tolerance| {
-        let fitted = fitted(problem, tolerance);
-        assert!(fitted.met, "{tolerance}: {}", fitted.estimated_relative_error);
-        fitted.model.displacement_m(0.0, depth_m)[0]
-    });
-    assert!(fine < 0.0, "a push goes in");
-    (rough / fine - 1.0).abs()
-}
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
 
-#[test]
-fn nearly_incompressible_layers_do_not_lock() {
-    let layers = vec![layer(8e-4, 132e3, 0.499), layer(8.4e-3, 33.1e3, 0.499), layer(39e-3, 198e3, 0.499)];
-    let changed = doubt(&problem(layers, 0.05, contactor(0.0, 1e-3)), 1e-3);
-    assert!(changed < 2e-2, "{changed}");
-}
-
-#[test]
-fn stiffness_may_differ_by_a_factor_of_a_hundred_thousand() {
-    for ratio in [1e2, 1e3, 1e4, 1e5] {
-        let changed = doubt(
-            &problem(vec![layer(1e-3, ratio * 1e3, 0.45), layer(0.03, 1e3, 0.45)], 0.05, contactor(0.0, 1e-3)),
-            5e-3,
-        );
-        assert!(changed < 2e-2, "{ratio}: {changed}");
-    }
-}
-
-#[test]
-fn a_thin_skin_on_a_thick_muscle_is_met_at_every_boundary() {
-    for depth_m in [0.0, 8e-4] {
-        let changed = doubt(
-            &problem(vec![layer(8e-4, 132e3, 0.45), layer(39e-3, 198e3, 0.45)], 0.05, contactor(depth_m, 1e-3)),
-            1e-3,
-        );
-        assert!(changed < 2e-2, "{changed}");
-    }
-}
-
-#[test]
-fn a_sheet_without_thickness_is_left_out_and_a_layer_may_come_twice() {
-    let once = vec![layer(0.01, 30e3, 0.45), layer(0.02, 60e3, 0.45)];
-    let twice = vec![layer(0.0, 1e6, 0.3), layer(0.004, 30e3, 0.45), layer(0.006, 30e3, 0.45), layer(0.02, 60e3, 0.45)];
-    let [one, two] = [once, twice].map(|layers| {
-        let mut problem = problem(layers, 0.05, contactor(0.0, 1e-3));
-        problem.slab = problem.slab.solid();
-        fitted(&problem, 1e-4).model.displacement_m(0.0, 0.0)[0]
-    });
-    assert!((one / two - 1.0).abs() < 5e-4, "{one} {two}");
-}
-
-#[test]
-fn a_drag_over_a_stretch_is_the_mean_of_the_loads_along_it() {
-    let drag = Load { kind: LoadKind::Drag { from_m: 0.002, to_m: 0.006 }, radius_m: 1e-3 };
-    let mut asked = lower_back(contactor(0.0, 1e-3));
-    let part = |asked: &Problem| fitted(asked, 1e-4).model.displacement_m(0.0, 0.0)[0];
-    let steps = 16;
-    let mean = (0..steps)
-        .map(|step| {
-            let depth_m = 0.002 + 0.004 * (f64::from(step) + 0.5) / f64::from(steps);
-            asked.load = contactor(depth_m, 1e-3);
-            part(&asked) / f64::from(steps)
-        })
-        .sum::<f64>();
-    asked.load = drag;
-    let whole = part(&asked);
-    assert!((whole / mean - 1.0).abs() < 2e-3, "{whole} {mean}");
-}
-
-#[test]
-fn what_cannot_be_is_refused_by_name() {
-    let refused = |layers: Vec<ElasticLayer>, load: Load| {
-        fit(&problem(layers, 0.05, load), 0.01).expect_err("a refusal").to_string()
-    };
-    let good = layer(0.01, 1e4, 0.45);
-    assert!(refused(vec![layer(f64::NAN, 1e4, 0.45)], contactor(0.0, 1e-3)).contains("layers[0].thickness_m"));
-    assert!(refused(vec![good, layer(0.01, 1e4, 0.5)], contactor(0.0, 1e-3)).contains("layers[1].poisson_ratio"));
-    assert!(refused(vec![good], contactor(0.011, 1e-3)).contains("load_depth_m"));
-    assert!(refused(vec![good], contactor(0.0, f64::INFINITY)).contains("load_radius_m"));
-    assert!(fit(&lower_back(contactor(0.0, 1e-3)), f64::NAN).expect_err("a refusal").to_string().contains("tolerance"));
-}
-
-#[test]
-fn a_solve_and_an_answer_never_allocate() {
-    let mut model = fitted(&lower_back(contactor(0.0, 1e-3)), 0.01).model;
-    let points: Vec<[f64; 2]> = (0..100).map(|at| [f64::from(at) * 1e-4, 0.0]).collect();
-    let superposed = Superposed::new(&mut [&mut model], &points);
-    let mut displacements = vec![[0.0; 2]; points.len()];
-    let counted = measure(|| {
-        model.solve(0.3);
-        superposed.answer(&[0.3], &mut displacements);
-    });
-    assert_eq!(counted.count_total, 0);
-    for (&[r_m, depth_m], found) in points.iter().zip(&displacements) {
-        let wanted = model.displacement_m(r_m, depth_m);
-        assert!((found[0] - wanted[0]).abs() < 1e-15 && (found[1] - wanted[1]).abs() < 1e-15, "{found:?} {wanted:?}");
+    /// Whatever the scene: the tolerance is met, but for the doubt of the estimate, or it is admitted that it is not.
+    #[test]
+    fn any_scene_is_met_or_admitted(problem in any_problem()) {
+        let fitted = fit(&problem, 1e-2).expect("a model");
+        let estimate = fitted.estimated_relative_error;
+        prop_assert!(estimate.is_finite() && fitted.met == (estimate <= 1e-2));
+        prop_assert!(fitted.model.stiffness_n_per_m() > 0.0);
+        let better = MeshSpec::graded(&problem, 10.0).graded_to_side();
+        let error = distance(&problem, &fitted.model, &Axisymmetric::new(&problem, &better).expect("a model"));
+        prop_assert!(!fitted.met || error <= 1.2e-2, "error {error}, estimate {estimate}");
     }
 }

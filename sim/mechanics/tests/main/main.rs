@@ -9,6 +9,8 @@ mod beam;
 #[cfg(test)]
 mod calibrate;
 #[cfg(test)]
+mod axisymmetric_laws;
+#[cfg(test)]
 mod cells;
 #[cfg(test)]
 mod energy;

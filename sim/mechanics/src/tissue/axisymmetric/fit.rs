@@ -4,9 +4,13 @@
 //! two answers, at the points where an answer is wanted, is the error of the lower one to about a tenth. The first rung
 //! that meets the tolerance is then trimmed against the same higher rung: orders that the tolerance does not need go.
 
+use super::grading::LEVELS;
 use super::{Axisymmetric, AxisymmetricError, MeshSpec};
 use crate::axial::Domain;
 use crate::tissue::{FieldModel, Problem};
+
+/// The level from which the side is suspected: below, everything is wrong.
+const SUSPECT: usize = 7;
 
 /// A model with what is known of its error.
 #[derive(Clone, Debug)]
@@ -21,14 +25,15 @@ pub struct Fitted {
     pub met: bool,
 }
 
-/// Passes over the strips in search of orders to spare: most is found in the first.
-const PASSES: usize = 3;
+/// Passes over the strips in search of orders to spare: the third finds next to nothing.
+const PASSES: usize = 2;
+
+/// Share of the tolerance that is aimed at. The estimate is good to a few per cent, and the rest is for what the sample
+/// points do not see.
+const AIM: f64 = 0.8;
 
 /// What the higher rung's own error may be, as a share of the tolerance, when the lower one is judged by it.
 const DOUBT: f64 = 0.25;
-
-/// The estimate of a chosen mesh is at most this share of the tolerance: it is itself good to about a tenth.
-const MARGIN: f64 = 0.85;
 
 /// Finds the cheapest mesh whose relative error over the problem's sample points meets a tolerance.
 ///
@@ -38,22 +43,63 @@ const MARGIN: f64 = 0.85;
 pub fn fit(problem: &Problem, tolerance: f64) -> Result<Fitted, AxisymmetricError> {
     problem.check()?;
     Domain::Positive.check("tolerance", tolerance, "")?;
-    let mut climbed: Vec<Rung> = Vec::new();
-    for mesh in MeshSpec::ladder(problem) {
-        climbed.push(Rung::new(problem, mesh)?);
-        let [.., low, middle, high] = &climbed[..] else { continue };
-        let target = MARGIN * tolerance;
-        if low.error(high) <= target && middle.error(high) <= DOUBT * tolerance {
-            let high = climbed.swap_remove(climbed.len() - 1);
-            let low = climbed.swap_remove(climbed.len() - 2);
-            let rung = Trimming { problem, truth: &high.answer, tolerance: target }.trim(low)?;
+    let aim = AIM * tolerance;
+    let mut climb = Climb { problem, rungs: Vec::new(), to_side: false };
+    let mut level = *LEVELS.start();
+    while level <= *LEVELS.end() {
+        climb.rungs.push(climb.rung(level, climb.to_side)?);
+        if let Some((low, high)) = climb.met(aim) {
+            let rung = Trimming { problem, truth: &high.answer, aim }.trim(low)?;
             return Ok(rung.fitted(&high, tolerance));
         }
+        level = climb.next(level)?;
     }
     // Nothing judges the top of the ladder but the rung below, which is worse: the estimate is on the safe side.
-    let top = climbed.swap_remove(climbed.len() - 1);
-    let below = climbed.swap_remove(climbed.len() - 1);
+    let top = climb.rungs.swap_remove(climb.rungs.len() - 1);
+    let below = climb.rungs.swap_remove(climb.rungs.len() - 1);
     Ok(top.fitted(&below, tolerance))
+}
+
+/// The rungs climbed so far.
+struct Climb<'a> {
+    problem: &'a Problem,
+    rungs: Vec<Rung>,
+    /// Whether their meshes are graded to the side.
+    to_side: bool,
+}
+
+impl Climb<'_> {
+    fn rung(&self, level: usize, to_side: bool) -> Result<Rung, AxisymmetricError> {
+        let mesh = MeshSpec::graded(self.problem, level as f64);
+        Rung::new(self.problem, if to_side { mesh.graded_to_side() } else { mesh })
+    }
+
+    /// The rung that meets the aim and the one that shows it, if the highest rung does.
+    fn met(&mut self, aim: f64) -> Option<(Rung, Rung)> {
+        let [.., low, middle, high] = &self.rungs[..] else { return None };
+        if low.error(high) > aim || middle.error(high) > DOUBT * aim {
+            return None;
+        }
+        let (high, _, low) = (self.rungs.pop()?, self.rungs.pop(), self.rungs.pop()?);
+        Some((low, high))
+    }
+
+    /// The level after this one. Where the side matters more than the order, the climb begins again two levels lower on
+    /// meshes that are graded to it.
+    fn next(&mut self, level: usize) -> Result<usize, AxisymmetricError> {
+        if let [.., low, middle, _] = &self.rungs[..]
+            && !self.to_side
+            && level >= SUSPECT
+        {
+            let sided = self.rung(level - 2, true)?;
+            if low.error(&sided) > low.error(middle) {
+                self.to_side = true;
+                self.rungs = vec![sided];
+                return Ok(level - 1);
+            }
+        }
+        Ok(level + 1)
+    }
 }
 
 /// A mesh, its model and its axial displacement at the sample points, in m/N.
@@ -96,7 +142,8 @@ struct Trimming<'a> {
     problem: &'a Problem,
     /// A better answer, in m/N.
     truth: &'a [f64],
-    tolerance: f64,
+    /// The error to end below.
+    aim: f64,
 }
 
 /// What one order less in one strip does.
@@ -125,7 +172,7 @@ impl Trimming<'_> {
         let mut picked = self.pick(rung, self.spares(rung)?);
         while !picked.is_empty() {
             let trimmed = Rung::new(self.problem, lowered(&rung.mesh, &picked))?;
-            if distance(&trimmed.answer, self.truth) <= self.tolerance {
+            if distance(&trimmed.answer, self.truth) <= self.aim {
                 return Ok(Some(trimmed));
             }
             picked.pop();
@@ -137,7 +184,7 @@ impl Trimming<'_> {
         let strips = rung.mesh.radial.iter().chain(&rung.mesh.axial).enumerate();
         let spare = |(strip, _): (usize, _)| {
             let lower = Rung::new(self.problem, lowered(&rung.mesh, &[strip]))?;
-            let saved = rung.model.factor.nonzeros() as f64 - lower.model.factor.nonzeros() as f64;
+            let saved = rung.model.nonzeros() as f64 - lower.model.nonzeros() as f64;
             let change = lower.answer.iter().zip(&rung.answer).map(|(a, b)| a - b).collect();
             Ok(Spare { strip, saved, change })
         };
@@ -152,7 +199,7 @@ impl Trimming<'_> {
             let now = distance(&answer, self.truth);
             let after = |spare: &Spare| distance(&added(&answer, &spare.change), self.truth);
             let price = |spare: &Spare| (after(spare) * after(spare) - now * now) / spare.saved;
-            let fits = (0..spares.len()).filter(|&at| after(&spares[at]) <= self.tolerance);
+            let fits = (0..spares.len()).filter(|&at| after(&spares[at]) <= self.aim);
             let Some(best) = fits.min_by(|&a, &b| price(&spares[a]).total_cmp(&price(&spares[b]))) else {
                 return picked;
             };

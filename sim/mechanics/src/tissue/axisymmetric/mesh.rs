@@ -27,6 +27,16 @@ pub struct MeshSpec {
 }
 
 impl MeshSpec {
+    /// The mesh with every strip halved: twice as fine.
+    #[must_use]
+    pub fn halved(&self) -> Self {
+        let halves = |strips: &[Strip]| {
+            let ends = std::iter::once(0.0).chain(strips.iter().map(|strip| strip.end_m)).zip(strips);
+            ends.flat_map(|(from_m, &strip)| [Strip { end_m: 0.5 * (from_m + strip.end_m), ..strip }, strip]).collect()
+        };
+        Self { radial: halves(&self.radial), axial: halves(&self.axial) }
+    }
+
     /// Checks that the mesh fits the problem.
     ///
     /// # Errors
@@ -77,7 +87,7 @@ pub(super) fn ends_m(load: &Load) -> [f64; 2] {
 
 /// Depths at which a strip must end, ascending, from 0 to the base, in m.
 pub(super) fn lines_m(problem: &Problem) -> Vec<f64> {
-    let mut lines = problem.slab.boundaries_m();
+    let mut lines = problem.slab.solid().boundaries_m();
     for end_m in ends_m(&problem.load) {
         if !lines.iter().any(|&line| same_depth(line, end_m)) {
             lines.push(end_m);
