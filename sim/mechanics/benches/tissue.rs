@@ -37,7 +37,8 @@ fn superposed(criterion: &mut Criterion) {
     let points: Vec<[f64; 2]> = (0..108).map(|at| [2e-4 * f64::from(at % 36), 3e-4 * f64::from(at / 36)]).collect();
     let fitted = problems().into_iter().take(3).filter_map(|(_, problem)| Some(fit(&problem, 1e-2).ok()?.model));
     let mut models: Vec<Axisymmetric> = fitted.collect();
-    let responses = Superposed::new(&mut models, &points);
+    let mut loads: Vec<&mut dyn FieldModel> = models.iter_mut().map(|model| model as _).collect();
+    let responses = Superposed::new(&mut loads, &points);
     let mut answer = vec![[0.0; 2]; points.len()];
     criterion.bench_function("axisymmetric/superposed, three loads, 108 points", |bencher| {
         bencher.iter(|| responses.answer(black_box(&[0.5, 1.0, 0.2]), &mut answer));

@@ -5,6 +5,9 @@
 use allocation_counter::measure;
 use mechanics::operator::{Operator, Plan, Skill, needle_pose};
 use mechanics::puncture::{PunctureInput, step};
+use mechanics::tissue::FieldModel;
+use mechanics::tissue::axisymmetric::verification::{contactor, layer};
+use mechanics::tissue::axisymmetric::{Superposed, fit};
 use nalgebra::{Point3, Vector3};
 
 use crate::structures::one_of_each;
@@ -54,4 +57,22 @@ fn an_operator_never_allocates() {
         }
     });
     assert_eq!(counted.count_total, 0);
+}
+
+#[test]
+fn the_axisymmetric_model_never_allocates_once_it_is_made() {
+    let problem = contactor(vec![layer(0.002, 1e5, 0.45), layer(0.04, 2e4, 0.45)], 0.0);
+    let mut model = fit(&problem, 1e-2).expect("a model").model;
+    let points: Vec<[f64; 2]> = (0..100).map(|at| [2e-4 * f64::from(at), 3e-4 * f64::from(at)]).collect();
+    let responses = Superposed::new(&mut [&mut model], &points);
+    let mut answer = vec![[0.0; 2]; points.len()];
+    let counted = measure(|| {
+        for tick in 0..100 {
+            model.solve(f64::from(tick));
+            answer.iter_mut().zip(&points).for_each(|(to, &[r_m, depth_m])| *to = model.displacement_m(r_m, depth_m));
+            responses.answer(&[f64::from(tick)], &mut answer);
+        }
+    });
+    assert_eq!(counted.count_total, 0);
+    assert!(answer[0][0] < 0.0);
 }

@@ -122,7 +122,8 @@ fn superposed_responses_are_the_sum_of_the_loads() {
     let fitted = |solution: &Solution| fit(&case.problem(solution.depth_m), 1e-2).expect("a model").model;
     let mut models: Vec<Axisymmetric> = case.solutions.iter().map(fitted).collect();
     let points = [[0.0, 0.0], [0.0013, 0.0008], [0.02, 0.0092], [0.007, 0.03]];
-    let (responses, forces_n) = (Superposed::new(&mut models, &points), [0.3, -0.1, 1.7]);
+    let mut loads: Vec<&mut dyn FieldModel> = models.iter_mut().map(|model| model as _).collect();
+    let (responses, forces_n) = (Superposed::new(&mut loads, &points), [0.3, -0.1, 1.7]);
     let mut answer = [[f64::NAN; 2]; 4];
     responses.answer(&forces_n, &mut answer);
     models.iter_mut().zip(forces_n).for_each(|(model, force_n)| model.solve(force_n));

@@ -12,7 +12,7 @@ pub struct Superposed {
 
 impl Superposed {
     /// Solves each load for 1 N and keeps what it does at these points, (r, depth) in m.
-    pub fn new<M: FieldModel>(loads: &mut [M], points_m: &[[f64; 2]]) -> Self {
+    pub fn new(loads: &mut [&mut dyn FieldModel], points_m: &[[f64; 2]]) -> Self {
         let mut responses = Vec::with_capacity(loads.len() * points_m.len());
         for load in loads {
             load.solve(1.0);
