@@ -237,6 +237,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     /// Whatever the scene: the tolerance is met, but for the doubt of the estimate, or it is admitted that it is not.
+    /// Only where the load is felt: deep in a narrow column it fades below what the mesh, made for the load, resolves.
     #[test]
     fn any_scene_is_met_or_admitted(problem in any_problem()) {
         let fitted = fit(&problem, 1e-2).expect("a model");
@@ -244,7 +245,10 @@ proptest! {
         prop_assert!(estimate.is_finite() && fitted.met == (estimate <= 1e-2));
         prop_assert!(fitted.model.stiffness_n_per_m() > 0.0);
         let better = MeshSpec::graded(&problem, 10.0).graded_to_side();
-        let error = distance(&problem, &fitted.model, &Axisymmetric::new(&problem, &better).expect("a model"));
+        let truth = Axisymmetric::new(&problem, &better).expect("a model");
+        let most_m = problem.sample_depth_m.iter().map(|&depth_m| truth.displacement_m(0.0, depth_m)[0].abs());
+        prop_assume!(most_m.fold(0.0, f64::max) * truth.stiffness_n_per_m() > 1e-3);
+        let error = distance(&problem, &fitted.model, &truth);
         prop_assert!(!fitted.met || error <= 1.2e-2, "error {error}, estimate {estimate}");
     }
 }

@@ -1,16 +1,16 @@
 //! The cheapest mesh that meets a tolerance, with an error that is measured and not hoped for.
 //!
-//! A ladder of meshes is climbed. Two rungs higher the error is about nine times smaller, so the distance between the
-//! two answers, at the points where an answer is wanted, is the error of the lower one to about a tenth. The first rung
-//! that meets the tolerance is then trimmed against the same higher rung: orders that the tolerance does not need go.
+//! The climb begins near the mesh that the reference cases need. Two orders more in every strip divide the error by about
+//! nine, so the distance between the two answers, at the points where an answer is wanted, is the error of the lower one
+//! to about a tenth. (Two, because one alone may add nothing where a field is nearly even; in every strip, because a
+//! strip that never changed would pass for one that is exact.) The first mesh that its judge finds good enough is
+//! trimmed against the same judge: orders that the tolerance does not need go.
 
-use super::grading::LEVELS;
+use super::basis::MAX_ORDER;
+use super::grading::LEAST_ORDER;
 use super::{Axisymmetric, AxisymmetricError, MeshSpec};
 use crate::axial::Domain;
 use crate::tissue::{FieldModel, Problem};
-
-/// The level from which the side is suspected: below, everything is wrong.
-const SUSPECT: usize = 7;
 
 /// A model with what is known of its error.
 #[derive(Clone, Debug)]
@@ -19,7 +19,8 @@ pub struct Fitted {
     pub model: Axisymmetric,
     /// Its mesh.
     pub mesh: MeshSpec,
-    /// Relative L2 error of the axial displacement over the problem's sample points.
+    /// Relative L2 error of the axial displacement over the problem's sample points. Blind where they see less than a
+    /// thousandth of what the load does where it acts.
     pub estimated_relative_error: f64,
     /// Whether the estimate meets the tolerance. Where not, this is the most accurate mesh there is.
     pub met: bool,
@@ -28,12 +29,25 @@ pub struct Fitted {
 /// Passes over the strips in search of orders to spare: the third finds next to nothing.
 const PASSES: usize = 2;
 
-/// Share of the tolerance that is aimed at. The estimate is good to a few per cent, and the rest is for what the sample
-/// points do not see.
+/// Share of the tolerance that is aimed at. The rest is for the judge's own error and for what the sample points do not
+/// see.
 const AIM: f64 = 0.8;
 
-/// What the higher rung's own error may be, as a share of the tolerance, when the lower one is judged by it.
-const DOUBT: f64 = 0.25;
+/// What is judged may be wrong by this many tolerances: its judge is then wrong by a sixth of one.
+const DOUBT: f64 = 1.5;
+
+/// Share of the tolerance that grading to the side may change. Where it changes more, or more than the orders of the
+/// judge do, every mesh is graded to it.
+const SIDE: f64 = 0.5;
+
+/// Orders between what is judged and the judge.
+const BETTER: usize = 2;
+
+/// The level that meets a tolerance of 1 %, or nearly, on the reference cases.
+const LEVEL_AT_1_PERCENT: f64 = 5.0;
+
+/// Levels that divide the error by ten.
+const LEVELS_PER_DECADE: f64 = 2.0;
 
 /// Finds the cheapest mesh whose relative error over the problem's sample points meets a tolerance.
 ///
@@ -43,62 +57,66 @@ const DOUBT: f64 = 0.25;
 pub fn fit(problem: &Problem, tolerance: f64) -> Result<Fitted, AxisymmetricError> {
     problem.check()?;
     Domain::Positive.check("tolerance", tolerance, "")?;
-    let aim = AIM * tolerance;
-    let mut climb = Climb { problem, rungs: Vec::new(), to_side: false };
-    let mut level = *LEVELS.start();
-    while level <= *LEVELS.end() {
-        climb.rungs.push(climb.rung(level, climb.to_side)?);
-        if let Some((low, high)) = climb.met(aim) {
-            let rung = Trimming { problem, truth: &high.answer, aim }.trim(low)?;
-            return Ok(rung.fitted(&high, tolerance));
+    let level = first_level(tolerance);
+    let mut climb = Climb { problem, mesh: MeshSpec::graded(problem, level as f64), tolerance, to_side: false };
+    for orders in 0..=MAX_ORDER - BETTER - level {
+        if let Some((enough, judge)) = climb.judged(orders)? {
+            let rung = Trimming { problem, truth: &judge.answer, aim: AIM * tolerance }.trim(enough)?;
+            return Ok(rung.fitted(&judge, tolerance));
         }
-        level = climb.next(level)?;
     }
-    // Nothing judges the top of the ladder but the rung below, which is worse: the estimate is on the safe side.
-    let top = climb.rungs.swap_remove(climb.rungs.len() - 1);
-    let below = climb.rungs.swap_remove(climb.rungs.len() - 1);
-    Ok(top.fitted(&below, tolerance))
+    let top = climb.rung(MAX_ORDER)?;
+    let judge = Rung::new(problem, top.mesh.clone().graded_to_side().halved())?;
+    Ok(top.fitted(&judge, tolerance))
 }
 
-/// The rungs climbed so far.
+/// The level to begin at.
+fn first_level(tolerance: f64) -> usize {
+    let decades = libm::log10(0.01 / tolerance);
+    let level = LEVEL_AT_1_PERCENT + LEVELS_PER_DECADE * decades + 0.5;
+    (level as usize).clamp(LEAST_ORDER, MAX_ORDER - BETTER)
+}
+
+/// The search for a mesh that is good enough, and for its judge.
 struct Climb<'a> {
     problem: &'a Problem,
-    rungs: Vec<Rung>,
-    /// Whether their meshes are graded to the side.
+    tolerance: f64,
+    /// The mesh to begin with.
+    mesh: MeshSpec,
+    /// Whether it is graded to the side.
     to_side: bool,
 }
 
 impl Climb<'_> {
-    fn rung(&self, level: usize, to_side: bool) -> Result<Rung, AxisymmetricError> {
-        let mesh = MeshSpec::graded(self.problem, level as f64);
-        Rung::new(self.problem, if to_side { mesh.graded_to_side() } else { mesh })
+    /// The mesh with so many orders more.
+    fn rung(&self, orders: usize) -> Result<Rung, AxisymmetricError> {
+        Rung::new(self.problem, self.mesh.clone().raised(orders))
     }
 
-    /// The rung that meets the aim and the one that shows it, if the highest rung does.
-    fn met(&mut self, aim: f64) -> Option<(Rung, Rung)> {
-        let [.., low, middle, high] = &self.rungs[..] else { return None };
-        if low.error(high) > aim || middle.error(high) > DOUBT * aim {
-            return None;
-        }
-        let (high, _, low) = (self.rungs.pop()?, self.rungs.pop(), self.rungs.pop()?);
-        Some((low, high))
-    }
-
-    /// The level after this one. Where the side matters more than the order, the climb begins again two levels lower on
-    /// meshes that are graded to it.
-    fn next(&mut self, level: usize) -> Result<usize, AxisymmetricError> {
-        if let [.., low, middle, _] = &self.rungs[..]
-            && !self.to_side
-            && level >= SUSPECT
-        {
-            let sided = self.rung(level - 2, true)?;
-            if low.error(&sided) > low.error(middle) {
+    /// A rung and its judge, if that can be trusted.
+    fn pair(&mut self, orders: usize) -> Result<Option<(Rung, Rung)>, AxisymmetricError> {
+        let (low, judge) = (self.rung(orders)?, self.rung(orders + BETTER)?);
+        let error = low.error(&judge);
+        let trusted = error <= DOUBT * self.tolerance;
+        if !self.to_side {
+            let sided = Rung::new(self.problem, low.mesh.clone().graded_to_side())?;
+            if low.error(&sided) > if trusted { SIDE * self.tolerance } else { error } {
                 self.to_side = true;
-                self.rungs = vec![sided];
-                return Ok(level - 1);
+                self.mesh = self.mesh.clone().graded_to_side();
+                return self.pair(orders);
             }
         }
-        Ok(level + 1)
+        Ok(trusted.then_some((low, judge)))
+    }
+
+    /// A rung that meets the aim and the judge that shows it: the rung of so many orders more, or the next.
+    fn judged(&mut self, orders: usize) -> Result<Option<(Rung, Rung)>, AxisymmetricError> {
+        let Some((mut rung, judge)) = self.pair(orders)? else { return Ok(None) };
+        let meets = |rung: &Rung| rung.error(&judge) <= AIM * self.tolerance;
+        if !meets(&rung) {
+            rung = self.rung(orders + 1)?;
+        }
+        Ok(if meets(&rung) { Some((rung, judge)) } else { None })
     }
 }
 

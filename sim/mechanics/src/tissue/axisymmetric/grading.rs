@@ -23,7 +23,7 @@ const THINNESS: f64 = 0.2;
 const SLACK: f64 = 0.2;
 
 /// Linear elements lock where a layer bends or cannot be compressed.
-const LEAST_ORDER: usize = 2;
+pub(super) const LEAST_ORDER: usize = 2;
 
 /// A strip at the side is this share of the one before, and there are two: enough for the corner where a stiff layer
 /// meets the clamp, whose stress is singular and which no order resolves (Babuška and Guo 1988 take 0.15 too).
@@ -67,6 +67,14 @@ impl MeshSpec {
         self
     }
 
+    /// The same with so many orders more in every strip, as far as there are.
+    #[must_use]
+    pub fn raised(mut self, by: usize) -> Self {
+        let strips = self.radial.iter_mut().chain(&mut self.axial);
+        strips.for_each(|strip| strip.order = (strip.order + by).min(MAX_ORDER));
+        self
+    }
+
     /// Meshes of growing cost and accuracy for one problem, a factor of about 3 in error apart.
     #[must_use]
     pub fn ladder(problem: &Problem) -> Vec<Self> {
@@ -75,7 +83,7 @@ impl MeshSpec {
 }
 
 /// Levels of the ladder.
-pub(super) const LEVELS: std::ops::RangeInclusive<usize> = LEAST_ORDER..=MAX_ORDER;
+const LEVELS: std::ops::RangeInclusive<usize> = LEAST_ORDER..=MAX_ORDER;
 
 struct Grading {
     /// Radius of the load, in m.
