@@ -3,7 +3,7 @@
 //! It would fail on a wrong stiffness or load, on a mesh that misses an interface, and on an estimate that flatters.
 
 use mechanics::tissue::axisymmetric::verification::{contactor, distance, layer};
-use mechanics::tissue::axisymmetric::{Axisymmetric, Fitted, MeshSpec, Superposed, fit};
+use mechanics::tissue::axisymmetric::{Axisymmetric, Fitted, MeshSpec, Superposed, fit, rung};
 use mechanics::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
 use proptest::prelude::*;
 use serde::Deserialize;
@@ -114,6 +114,29 @@ fn the_top_of_the_ladder_agrees_with_the_references_in_both_components() {
             assert!(axial < bound && radial < 6.0 * bound, "axial {axial}, radial {radial}");
         }
     }
+}
+
+#[test]
+fn the_ladder_ends_and_every_rung_is_better_than_the_one_before() {
+    let case = &cases()[1];
+    let problem = case.problem(0.0);
+    let rungs: Vec<Axisymmetric> =
+        (0..).map_while(|at| rung(&problem, at)).map(|rung| rung.expect("a model")).collect();
+    let errors = rungs.into_iter().map(|mut model| {
+        model.solve(case.force_n);
+        case.error(&model, &case.solutions[0].u_axial_m, 0)
+    });
+    let errors: Vec<f64> = errors.collect();
+    assert!(errors.len() > 5 && errors.windows(2).all(|pair| pair[1] < pair[0]), "{errors:?}");
+    let mut wrong = problem;
+    wrong.load.radius_m = f64::NAN;
+    assert!(rung(&wrong, 0).is_some_and(|refused| refused.is_err_and(|why| why.to_string().contains("load_radius_m"))));
+}
+
+#[test]
+fn a_mesh_is_told_in_words() {
+    let fitted = fit(&cases()[1].problem(0.0), 1e-2).expect("a model");
+    assert_eq!(fitted.mesh_in_words(), "3 × 4 elements of order up to 5");
 }
 
 #[test]

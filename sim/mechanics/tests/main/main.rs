@@ -5,11 +5,11 @@ mod allocation;
 #[cfg(test)]
 mod axisymmetric;
 #[cfg(test)]
+mod axisymmetric_laws;
+#[cfg(test)]
 mod beam;
 #[cfg(test)]
 mod calibrate;
-#[cfg(test)]
-mod axisymmetric_laws;
 #[cfg(test)]
 mod cells;
 #[cfg(test)]

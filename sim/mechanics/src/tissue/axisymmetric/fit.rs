@@ -7,7 +7,7 @@
 //! trimmed against the same judge: orders that the tolerance does not need go.
 
 use super::basis::MAX_ORDER;
-use super::grading::LEAST_ORDER;
+use super::grading::{LEAST_ORDER, LEVELS};
 use super::{Axisymmetric, AxisymmetricError, MeshSpec};
 use crate::axial::Domain;
 use crate::tissue::{FieldModel, Problem};
@@ -24,6 +24,27 @@ pub struct Fitted {
     pub estimated_relative_error: f64,
     /// Whether the estimate meets the tolerance. Where not, this is the most accurate mesh there is.
     pub met: bool,
+}
+
+impl Fitted {
+    /// The mesh, for people.
+    #[must_use]
+    pub fn mesh_in_words(&self) -> String {
+        let MeshSpec { radial, axial } = &self.mesh;
+        let order = radial.iter().chain(axial).map(|strip| strip.order).max().unwrap_or(0);
+        format!("{} × {} elements of order up to {order}", radial.len(), axial.len())
+    }
+}
+
+/// The model on a mesh of the ladder from coarse to fine; none past the last.
+///
+/// # Errors
+/// The first number of the problem that is out of range, or contrasts beyond double precision.
+pub fn rung(problem: &Problem, at: usize) -> Option<Result<Axisymmetric, AxisymmetricError>> {
+    let level = LEVELS.clone().nth(at)?;
+    // What does not make sense must be refused before a mesh is made of it.
+    let checked = problem.check().map_err(AxisymmetricError::from);
+    Some(checked.and_then(|()| Axisymmetric::new(problem, &MeshSpec::graded(problem, level as f64))))
 }
 
 /// Passes over the strips in search of orders to spare: the third finds next to nothing.

@@ -83,7 +83,7 @@ impl MeshSpec {
 }
 
 /// Levels of the ladder.
-const LEVELS: std::ops::RangeInclusive<usize> = LEAST_ORDER..=MAX_ORDER;
+pub(super) const LEVELS: std::ops::RangeInclusive<usize> = LEAST_ORDER..=MAX_ORDER;
 
 struct Grading {
     /// Radius of the load, in m.

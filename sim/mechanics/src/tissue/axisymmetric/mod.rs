@@ -17,7 +17,7 @@ mod superposed;
 pub mod verification;
 
 pub use basis::MAX_ORDER;
-pub use fit::{Fitted, fit};
+pub use fit::{Fitted, fit, rung};
 pub use mesh::{MeshSpec, Strip};
 pub use model::Axisymmetric;
 pub use superposed::Superposed;
