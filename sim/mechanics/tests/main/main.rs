@@ -21,6 +21,8 @@ mod hard_cases;
 #[cfg(test)]
 mod mass_spring;
 #[cfg(test)]
+mod mass_spring_convergence;
+#[cfg(test)]
 mod multifrontal;
 #[cfg(test)]
 mod operators;

@@ -3,7 +3,7 @@
 use super::LatticeError;
 use super::calibration::HEIGHT_PER_WIDTH;
 use crate::axial::{Domain, ParamError};
-use crate::tissue::Slab;
+use crate::tissue::{ElasticLayer, Slab};
 
 /// Degrees of freedom at most: 6 million take 2 GB and a minute to relax, and nothing shipped needs more.
 pub const MAX_UNKNOWNS: usize = 6_000_000;
@@ -65,7 +65,7 @@ impl Grid {
             let field = "patch.radius_m".into();
             return Err(ParamError { field, value: patch.radius_m, unit: "m", allowed }.into());
         }
-        affordable(slab, patch, reach)?;
+        affordable(slab, patch)?;
         let reach = reach as usize;
         let side = if patch.symmetry == Symmetry::Full { 2 * reach + 1 } else { reach + 1 };
         let storeys = storeys(slab, patch)?;
@@ -78,6 +78,11 @@ impl Grid {
         }
         let (spacing_m, symmetry) = (patch.spacing_m, patch.symmetry);
         Ok(Self { spacing_m, symmetry, reach, side, storeys, depths_m })
+    }
+
+    /// Depth of the held base, in m.
+    pub(super) fn depth_m(&self) -> f64 {
+        self.depths_m[self.storeys.len()]
     }
 
     /// Column or row of the axis.
@@ -131,13 +136,19 @@ impl Grid {
     }
 }
 
+impl Patch {
+    /// Degrees of freedom of a lattice on this patch of a slab, to a few percent.
+    pub(super) fn unknowns(&self, slab: &Slab) -> f64 {
+        let part = if self.symmetry == Symmetry::Full { 4.0 } else { 1.0 };
+        let reach = self.radius_m.min(slab.radius_m) / self.spacing_m;
+        let whole_m: f64 = slab.layers.iter().map(|layer| layer.thickness_m).sum();
+        3.0 * part * std::f64::consts::FRAC_PI_4 * reach * reach * (self.depth_m.min(whole_m) / self.spacing_m)
+    }
+}
+
 /// Refuses a lattice that is too large, naming what makes it so and the nearest that can be done.
-fn affordable(slab: &Slab, patch: &Patch, reach: f64) -> Result<(), LatticeError> {
-    let whole_m: f64 = slab.layers.iter().map(|layer| layer.thickness_m).sum();
-    let part = if patch.symmetry == Symmetry::Full { 4.0 } else { 1.0 };
-    let quarter = std::f64::consts::FRAC_PI_4 * reach * reach;
-    let unknowns = 3.0 * part * quarter * (patch.depth_m.min(whole_m) / patch.spacing_m);
-    let limit = MAX_UNKNOWNS as f64;
+fn affordable(slab: &Slab, patch: &Patch) -> Result<(), LatticeError> {
+    let (unknowns, limit) = (patch.unknowns(slab), MAX_UNKNOWNS as f64);
     if unknowns <= limit {
         return Ok(());
     }
@@ -145,13 +156,18 @@ fn affordable(slab: &Slab, patch: &Patch, reach: f64) -> Result<(), LatticeError
     Err(LatticeError::TooLarge { spacing_m: patch.spacing_m, unknowns, nearest_m })
 }
 
+/// The layers that begin above a depth in m and have a thickness, each with its number and the depth of its top in m.
+/// A layer without a thickness carries nothing.
+fn reached(slab: &Slab, depth_m: f64) -> impl Iterator<Item = (usize, f64, &ElasticLayer)> {
+    let layers = slab.boundaries_m().into_iter().zip(&slab.layers).enumerate();
+    let layers = layers.map(|(at, (top_m, layer))| (at, top_m, layer));
+    layers.filter(move |(_, top_m, layer)| *top_m < depth_m * (1.0 - 1e-9) && layer.thickness_m > 0.0)
+}
+
 /// Splits the layers down to the patch's depth into storeys whose height suits the spacing.
 fn storeys(slab: &Slab, patch: &Patch) -> Result<Vec<Storey>, LatticeError> {
     let mut storeys = Vec::new();
-    for (layer, (top_m, part)) in slab.boundaries_m().iter().zip(&slab.layers).enumerate() {
-        if *top_m >= patch.depth_m * (1.0 - 1e-9) {
-            break;
-        }
+    for (layer, top_m, part) in reached(slab, patch.depth_m) {
         let thickness_m = part.thickness_m;
         let count = storey_count(thickness_m, patch.spacing_m).ok_or_else(|| LatticeError::Spacing {
             layer,
@@ -174,14 +190,19 @@ fn storey_count(thickness_m: f64, spacing_m: f64) -> Option<f64> {
     (count >= 1.0 && count >= tall * (1.0 - 1e-9)).then_some(count)
 }
 
+/// The thinnest layer that begins above a depth in m, in m.
+pub(super) fn thinnest_m(slab: &Slab, depth_m: f64) -> f64 {
+    reached(slab, depth_m).fold(f64::INFINITY, |least, (.., layer)| least.min(layer.thickness_m))
+}
+
 /// The widest spacing up to the patch's at which every layer that the patch reaches can be split, in m.
 pub(super) fn nearest_spacing_m(slab: &Slab, patch: &Patch) -> f64 {
-    let reached = || slab.boundaries_m().into_iter().zip(&slab.layers).filter(|(top_m, _)| *top_m < patch.depth_m);
-    let thinnest_m = reached().fold(f64::INFINITY, |least, (_, layer)| least.min(layer.thickness_m));
+    let thinnest_m = thinnest_m(slab, patch.depth_m);
     // From two storeys on there is a count for every spacing, so the last of these always fits.
     let always_m = thinnest_m * std::f64::consts::FRAC_1_SQRT_2;
     let widest_m = patch.spacing_m.min(thinnest_m * std::f64::consts::SQRT_2);
-    let steps = (0..=100).map(|step| widest_m + (always_m.min(widest_m) - widest_m) * f64::from(step) / 100.0);
-    let fits = |&spacing_m: &f64| reached().all(|(_, layer)| storey_count(layer.thickness_m, spacing_m).is_some());
-    steps.into_iter().find(fits).unwrap_or(always_m)
+    let mut steps = (0..=100).map(|step| widest_m + (always_m.min(widest_m) - widest_m) * f64::from(step) / 100.0);
+    let layers = || reached(slab, patch.depth_m);
+    let fits = |&spacing_m: &f64| layers().all(|(.., layer)| storey_count(layer.thickness_m, spacing_m).is_some());
+    steps.find(fits).unwrap_or(always_m)
 }

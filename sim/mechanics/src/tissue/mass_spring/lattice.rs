@@ -103,13 +103,6 @@ impl Lattice {
         self.masses.axes.iter().flatten().filter(|&&mass| mass > 0.0).count()
     }
 
-    /// Bytes that the lattice holds.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        let fields = self.masses.bytes() + self.inverse_masses.bytes() + self.diagonal.bytes();
-        fields + self.constants.iter().map(|constants| size_of_val(&constants[..])).sum::<usize>()
-    }
-
     /// Depth of each plane of nodes, in m.
     #[must_use]
     pub fn plane_depths_m(&self) -> &[f64] {

@@ -80,7 +80,7 @@ fn down(grid: &Grid, kind: LoadKind) -> Result<Vec<f64>, ParamError> {
         LoadKind::Drag { from_m, to_m } => (from_m, to_m),
     };
     Domain::NotNegative.check("load_depth_m", from_m, "m")?;
-    let base_m = grid.depths_m[grid.storeys.len()];
+    let base_m = grid.depth_m();
     if !(to_m >= from_m && from_m < base_m * (1.0 - 1e-9)) {
         let allowed = "must be above the base of the lattice, and above the lower end of the drag";
         return Err(ParamError { field: "load_depth_m".into(), value: from_m, unit: "m", allowed });

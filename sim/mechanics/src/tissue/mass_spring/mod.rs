@@ -5,10 +5,11 @@
 //! below which no lattice gets.
 //!
 //! A [`Lattice`] is stepped explicitly ([`explicit`]) or implicitly ([`implicit`]); [`MassSpring`] answers with the rest
-//! of its linearisation, as every [`FieldModel`](super::FieldModel) does.
+//! of its linearisation, as every [`FieldModel`](super::FieldModel) does. [`fit`] finds the coarsest that is accurate enough.
 
 mod calibration;
 pub mod explicit;
+mod fit;
 mod grid;
 pub mod implicit;
 mod kernel;
@@ -22,6 +23,7 @@ mod real;
 mod relax;
 mod response;
 
+pub use fit::{Fitted, fit, rung};
 pub use grid::{MAX_UNKNOWNS, Patch, Symmetry};
 pub use lattice::{Damping, Lattice, Opened, Puncture};
 pub use load::NodalLoad;
@@ -29,6 +31,7 @@ pub use model::MassSpring;
 pub use motion::{MAX_FORCE_N, Motion};
 pub use response::{NodeForce, Response};
 
+use super::axisymmetric::AxisymmetricError;
 use crate::axial::ParamError;
 
 /// Why a lattice cannot be made or stepped, and the nearest that can be done.
@@ -37,6 +40,9 @@ pub enum LatticeError {
     /// A number out of range.
     #[error(transparent)]
     Param(#[from] ParamError),
+    /// There is nothing to judge a lattice by.
+    #[error(transparent)]
+    Judge(#[from] AxisymmetricError),
     /// A layer that no whole number of near-cubic cells fills.
     #[error(
         "layers[{layer}] of {thickness_m} m cannot be split into cells near a cube: spacing_m must be {nearest_m} m or \

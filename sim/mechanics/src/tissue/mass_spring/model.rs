@@ -1,7 +1,7 @@
 //! The lattice as a model of the tissue: the answer of small strains to one load.
 
 use super::LatticeError;
-use super::grid::Patch;
+use super::grid::{Grid, Patch};
 use super::kernel::{Field, pull_all};
 use super::lattice::{Damping, Lattice};
 use super::laws::Linear;
@@ -12,20 +12,20 @@ use crate::tissue::{FieldModel, Model, Problem};
 /// When an answer is at rest: two digits below what any lattice is worth.
 const AT_REST: Limit = Limit { iterations: 5000, relative: 1e-7 };
 
-/// A lattice at rest under one load.
+/// A lattice at rest under one load. At small strains it is linear, so that it comes to rest once, under 1 N, and every
+/// force is a multiple.
 #[derive(Clone, Debug)]
 pub struct MassSpring {
-    lattice: Lattice,
-    load: NodalLoad,
-    displacement_m: Field,
+    grid: Grid,
+    unknowns: usize,
+    /// Displacement under 1 N, in m.
+    unit_m: Field,
     force_n: f64,
-    relaxation: Relaxation,
-    inverse_diagonal: Field,
     iterations: usize,
 }
 
 impl MassSpring {
-    /// Calibrates a lattice for a problem; nothing pushes yet.
+    /// Calibrates a lattice for a problem and lets it come to rest under 1 N.
     ///
     /// # Errors
     /// As [`Lattice::new`] and [`NodalLoad::new`].
@@ -33,28 +33,36 @@ impl MassSpring {
         problem.check()?;
         let lattice = Lattice::new(&problem.slab, patch, Damping::default())?;
         let load = NodalLoad::new(&lattice, &problem.load)?;
-        let zeros = || Field::zeros(lattice.grid.places());
-        let mut inverse_diagonal = zeros();
-        for (inverses, diagonal) in inverse_diagonal.axes.iter_mut().zip(&lattice.diagonal.axes) {
-            for (inverse, &sum) in inverses.iter_mut().zip(diagonal) {
-                *inverse = if sum > 0.0 { 1.0 / sum } else { 0.0 };
-            }
-        }
-        let (displacement_m, relaxation) = (zeros(), Relaxation::new(&lattice));
-        Ok(Self { lattice, load, displacement_m, force_n: 0.0, relaxation, inverse_diagonal, iterations: 0 })
+        let (unit_m, iterations) = rest(&lattice, &load);
+        Ok(Self { unknowns: lattice.unknowns(), grid: lattice.grid, unit_m, force_n: 1.0, iterations })
     }
 
-    /// The lattice.
-    #[must_use]
-    pub fn lattice(&self) -> &Lattice {
-        &self.lattice
-    }
-
-    /// Iterations of the last answer.
+    /// Conjugate gradients that it took to come to rest.
     #[must_use]
     pub fn iterations(&self) -> usize {
         self.iterations
     }
+
+    /// Depth of the held base, in m: that of the patch, rounded up to a plane of nodes.
+    #[must_use]
+    pub fn depth_m(&self) -> f64 {
+        self.grid.depth_m()
+    }
+}
+
+/// Displacement of the linearised lattice at rest under 1 N, in m, and the iterations it took.
+fn rest(lattice: &Lattice, load: &NodalLoad) -> (Field, usize) {
+    let mut displacement_m = Field::zeros(lattice.grid.places());
+    let mut inverse_diagonal = lattice.diagonal.clone();
+    for sum in inverse_diagonal.axes.iter_mut().flatten().filter(|sum| **sum > 0.0) {
+        *sum = 1.0 / *sum;
+    }
+    let mut relaxation = Relaxation::new(lattice);
+    load.add(1.0, &mut relaxation.residual);
+    let whole = norm_squared(&relaxation.residual, &inverse_diagonal).sqrt();
+    let apply = |p: &Field, product: &mut Field| pull_all(lattice, &Linear, [p], product);
+    let iterations = relaxation.solve(apply, &inverse_diagonal, &mut displacement_m, (AT_REST, whole));
+    (displacement_m, iterations)
 }
 
 impl FieldModel for MassSpring {
@@ -63,37 +71,22 @@ impl FieldModel for MassSpring {
     }
 
     fn unknowns(&self) -> usize {
-        self.lattice.unknowns()
+        self.unknowns
     }
 
     fn bytes(&self) -> usize {
-        let fields = self.displacement_m.bytes() + self.inverse_diagonal.bytes();
-        self.lattice.bytes() + fields + self.relaxation.bytes()
+        self.unit_m.bytes()
     }
 
-    /// Warm: from the last answer, scaled to the new force. What is not a number, or infinite, leaves the last answer.
+    /// What is not a number, or infinite, leaves the last answer.
     fn solve(&mut self, force_n: f64) {
-        if !force_n.is_finite() {
-            return;
+        if force_n.is_finite() {
+            self.force_n = force_n;
         }
-        let scale = if self.force_n == 0.0 { 0.0 } else { force_n / self.force_n };
-        self.displacement_m.scale(scale);
-        self.force_n = force_n;
-        let Self { lattice, load, displacement_m, relaxation, inverse_diagonal, .. } = self;
-        let residual = &mut relaxation.residual;
-        residual.clear();
-        load.add(force_n, residual);
-        let whole = norm_squared(residual, inverse_diagonal).sqrt();
-        // The law resists, so its pulls of −u are the springs' pulls of u.
-        residual.scale(-1.0);
-        pull_all(lattice, &Linear, [displacement_m], residual);
-        residual.scale(-1.0);
-        let apply = |p: &Field, product: &mut Field| pull_all(lattice, &Linear, [p], product);
-        self.iterations = relaxation.solve(apply, inverse_diagonal, displacement_m, (AT_REST, whole));
     }
 
     fn displacement_m(&self, r_m: f64, depth_m: f64) -> [f64; 2] {
-        let [radial_m, _, axial_m] = self.lattice.interpolate(&self.displacement_m, [r_m, 0.0, -depth_m]);
-        [axial_m, radial_m]
+        let [radial_m, _, axial_m] = self.grid.interpolate(&self.unit_m, [r_m, 0.0, -depth_m]);
+        [axial_m * self.force_n, radial_m * self.force_n]
     }
 }

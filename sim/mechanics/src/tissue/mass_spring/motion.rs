@@ -46,6 +46,6 @@ impl Motion {
     /// Displacement at a place in the patient's frame, in m: trilinear between the nodes, zero outside the lattice.
     #[must_use]
     pub fn displacement_m(&self, lattice: &Lattice, position_m: [f64; 3]) -> [f64; 3] {
-        lattice.interpolate(&self.displacement_m, position_m)
+        lattice.grid.interpolate(&self.displacement_m, position_m)
     }
 }

@@ -1,5 +1,6 @@
 //! Reading a lattice: displacement between nodes, and what the springs do under a displacement that is given.
 
+use super::grid::Grid;
 use super::kernel::{Field, pull_all};
 use super::lattice::Lattice;
 use super::laws::{Elastic, Linear};
@@ -53,27 +54,28 @@ impl Lattice {
             nodes: self.grid.nodes().map(node_force).collect(),
         }
     }
+}
 
+impl Grid {
     /// Trilinear between the nodes, zero outside the lattice. A quarter mirrors what it does not hold.
     pub(super) fn interpolate(&self, field: &Field, [x_m, y_m, z_m]: [f64; 3]) -> [f64; 3] {
-        let grid = &self.grid;
-        let mirrored = grid.centre() == 0;
-        let across = |at_m: f64| if mirrored { at_m.abs() } else { at_m } / grid.spacing_m + grid.centre() as f64;
+        let mirrored = self.centre() == 0;
+        let across = |at_m: f64| if mirrored { at_m.abs() } else { at_m } / self.spacing_m + self.centre() as f64;
         let [x, y] = [across(x_m), across(y_m)];
-        let last = (grid.side - 1) as f64;
+        let last = (self.side - 1) as f64;
         let within = |at: f64| at >= 0.0 && at <= last;
         // Rounding may put the skin or an interface a hair outside.
-        if !(within(x) && within(y) && -z_m > -1e-9 && -z_m < grid.depths_m[grid.storeys.len()]) {
+        if !(within(x) && within(y) && -z_m > -1e-9 && -z_m < self.depth_m()) {
             return [0.0; 3];
         }
         let cell = |at: f64| at.min(last - 1.0).floor();
-        let (k, down) = grid.storey_at(-z_m);
+        let (k, down) = self.storey_at(-z_m);
         let (first, parts) = ([cell(x) as usize, cell(y) as usize, k], [x - cell(x), y - cell(y), down]);
         let mut sum = [0.0; 3];
         for bits in 0..8_usize {
             let corner = [bits & 1, bits >> 1 & 1, bits >> 2];
             let weights = [0, 1, 2].map(|axis| if corner[axis] == 1 { parts[axis] } else { 1.0 - parts[axis] });
-            let place = grid.place([0, 1, 2].map(|axis| first[axis] + corner[axis]));
+            let place = self.place([0, 1, 2].map(|axis| first[axis] + corner[axis]));
             (0..3).for_each(|axis| sum[axis] += weights.iter().product::<f64>() * field.axes[axis][place]);
         }
         let signs = [x_m, y_m, 1.0].map(|at| if mirrored && at < 0.0 { -1.0 } else { 1.0 });
