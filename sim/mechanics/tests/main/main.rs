@@ -27,6 +27,8 @@ mod multifrontal;
 #[cfg(test)]
 mod operators;
 #[cfg(test)]
+mod planner;
+#[cfg(test)]
 mod properties;
 #[cfg(test)]
 mod puncture;

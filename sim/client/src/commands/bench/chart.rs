@@ -25,6 +25,8 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 const SIZE: (u32, u32) = (800, 500);
+/// A line of no more points than this shows each of them.
+const FEW: usize = 40;
 
 /// One line.
 pub struct Curve {
@@ -32,6 +34,13 @@ pub struct Curve {
     pub name: String,
     /// Points in order, in the axes' units. Those that are not positive have no place on logarithmic axes.
     pub points: Vec<(f64, f64)>,
+}
+
+impl Curve {
+    /// The points that logarithmic axes have a place for.
+    fn shown(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.points.iter().copied().filter(|&(x, y)| x > 0.0 && y > 0.0)
+    }
 }
 
 /// A chart with two logarithmic axes: speed and error span powers of ten.
@@ -44,6 +53,8 @@ pub struct Chart {
     pub y: String,
     /// Lines.
     pub curves: Vec<Curve>,
+    /// Points that stand out: a ring around each.
+    pub rings: Vec<Curve>,
 }
 
 impl Chart {
@@ -78,13 +89,20 @@ impl Chart {
             .axis_desc_style((FONT, 16))
             .draw()?;
         for (index, curve) in self.curves.iter().enumerate() {
-            let points: Vec<_> = curve.points.iter().copied().filter(|&(x, y)| x > 0.0 && y > 0.0).collect();
-            let line = canvas.draw_series(LineSeries::new(points, colour(index).stroke_width(2)))?;
+            if curve.points.len() <= FEW {
+                canvas.draw_series(curve.shown().map(|point| Circle::new(point, 3, colour(index).filled())))?;
+            }
+            let line = canvas.draw_series(LineSeries::new(curve.shown(), colour(index).stroke_width(2)))?;
             if !curve.name.is_empty() {
                 line.label(&curve.name).legend(key(index));
             }
         }
-        if self.curves.iter().any(|curve| !curve.name.is_empty()) {
+        for rings in &self.rings {
+            let ring = |point| Circle::new(point, 8, INK.stroke_width(2));
+            let drawn = canvas.draw_series(rings.shown().map(ring))?;
+            drawn.label(&rings.name).legend(|(x, y)| Circle::new((x + 10, y), 6, INK.stroke_width(2)));
+        }
+        if self.curves.iter().chain(&self.rings).any(|curve| !curve.name.is_empty()) {
             canvas.configure_series_labels().background_style(WHITE.mix(0.85)).label_font((FONT, 14)).draw()?;
         }
         root.present()?;
@@ -93,7 +111,8 @@ impl Chart {
 
     /// Whole powers of ten that hold every positive value.
     fn range(&self, of: impl Fn(&(f64, f64)) -> f64) -> (f64, f64) {
-        let values = self.curves.iter().flat_map(|curve| &curve.points).map(of).filter(|value| *value > 0.0);
+        let values =
+            self.curves.iter().chain(&self.rings).flat_map(|curve| &curve.points).map(of).filter(|value| *value > 0.0);
         let (low, high) = values.fold((f64::INFINITY, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
         if high == 0.0 {
             return (1.0, 10.0);

@@ -136,6 +136,7 @@ fn chart(cases: &[Case]) -> Chart {
         x: "tick rate, Hz".to_owned(),
         y: "largest lateness of a rupture, mm".to_owned(),
         curves: curves.into(),
+        rings: Vec::new(),
     }
 }
 

@@ -1,7 +1,9 @@
 //! `stylet bench`: speed against error, as CSV, Markdown and SVG plots.
 
 mod chart;
+mod coupling;
 mod curve;
+mod field;
 mod force;
 mod hard_cases;
 mod motion;
@@ -11,17 +13,19 @@ mod sheet;
 mod soak;
 mod specimen;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 
-use crate::exit::Outcome;
+use crate::exit::{Failure, Outcome};
 use crate::machine::{self, Machine};
 use crate::{new_file, output};
 
 /// Measure speed and error, and write CSV, Markdown and plots
 ///
-/// force: error of the force law against tick rate and speed, time per tick, force against depth. recording: size, time
+/// force: error of the force law against tick rate and speed, time per tick, force against depth. field: error of the tissue's displacement against unknowns, set-up
+/// and time per solve, for every model, with the planner's choice and other solvers beside it. coupling: error of the force
+/// that the field carries against its rate. recording: size, time
 /// to write a tick, speed of simulating, time and memory to read and score. hard-cases: every hard case with its bound and
 /// what was measured. soak: ten minutes of random needle motion on every shipped scene. Use a release build for figures to report.
 #[derive(clap::Args)]
@@ -45,6 +49,10 @@ enum What {
     All,
     /// The force law
     Force,
+    /// The deforming tissue
+    Field,
+    /// The force law and the tissue at their two rates
+    Coupling,
     /// Recordings
     Recording,
     /// The hard cases; exit 1 when one exceeds its bound
@@ -53,21 +61,27 @@ enum What {
     Soak,
 }
 
+/// Measures into a folder, shortened or not, and returns the files written.
+type Measure = fn(&Path, bool) -> Result<Vec<PathBuf>, Failure>;
+
+/// What there is to measure, in the order of `all`.
+const MEASURES: [(What, Measure); 6] = [
+    (What::Force, force::measure),
+    (What::Field, field::measure),
+    (What::Coupling, coupling::measure),
+    (What::Recording, recording::measure),
+    (What::HardCases, hard_cases::measure),
+    (What::Soak, soak::measure),
+];
+
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     new_file::create_folder(&args.out)?;
     let mut written = Vec::new();
-    if matches!(args.what, What::All | What::Force) {
-        written.extend(force::measure(&args.out, args.quick)?);
-    }
-    if matches!(args.what, What::All | What::Recording) {
-        written.extend(recording::measure(&args.out, args.quick)?);
-    }
-    if matches!(args.what, What::All | What::HardCases) {
-        written.extend(hard_cases::measure(&args.out, args.quick)?);
-    }
-    if matches!(args.what, What::All | What::Soak) {
-        written.extend(soak::measure(&args.out, args.quick)?);
+    for (what, measure) in MEASURES {
+        if args.what == What::All || args.what == what {
+            written.extend(measure(&args.out, args.quick)?);
+        }
     }
     output::with(|out| written.iter().try_for_each(|path| writeln!(out, "{}", path.display())))
 }

@@ -195,5 +195,6 @@ fn chart(sorted_us: &[f64]) -> Chart {
         x: "time, µs".to_owned(),
         y: "share of ticks that take longer".to_owned(),
         curves: vec![Curve { name: String::new(), points: points.collect() }],
+        rings: Vec::new(),
     }
 }

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use mechanics::tissue::axisymmetric::Superposed;
 use mechanics::tissue::planner::{self, PlanError, Wish};
+use mechanics::tissue::volumetric::Problem3;
 use mechanics::tissue::{FieldModel, Problem};
 use scene::field_case::FieldCase;
 use serde::Serialize;
@@ -57,7 +58,7 @@ impl Answer {
         let progress = Progress::new(case.problems.len() as u64, "solving");
         let mut answer: Option<Self> = None;
         for (problem, &depth_m) in case.problems.iter().zip(&case.load_depths_m) {
-            let (planned, setup_s) = timing::once(|| planner::plan(problem, wish));
+            let (planned, setup_s) = timing::once(|| planner::plan(&Problem3::flat(problem), wish));
             let planned = planned?;
             let mut field = planned.field;
             let solve_s = timing::median_s(Effort::SHORT, || field.solve(case.force_n));
@@ -134,7 +135,7 @@ impl Answer {
 }
 
 /// What a tick pays for all samples, in s: responses to unit loads, computed once, times the load.
-fn answer_s(field: &mut dyn FieldModel, problem: &Problem, force_n: f64) -> f64 {
+pub fn answer_s(field: &mut dyn FieldModel, problem: &Problem, force_n: f64) -> f64 {
     let points: Vec<[f64; 2]> = points(problem).collect();
     let superposed = Superposed::new(&mut [field], &points);
     let mut displacements = vec![[0.0; 2]; points.len()];

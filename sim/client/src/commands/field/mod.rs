@@ -12,6 +12,7 @@ use scene::field_case::FieldCase;
 use crate::exit::{Failure, Outcome};
 use crate::{commands, output};
 use answer::Answer;
+pub use answer::answer_s;
 
 /// Compute how layered tissue deforms under a needle
 ///
@@ -40,6 +41,7 @@ pub struct Args {
 enum ModelChoice {
     Auto,
     Axisymmetric,
+    Volumetric,
 }
 
 impl ModelChoice {
@@ -47,6 +49,7 @@ impl ModelChoice {
         match self {
             Self::Auto => None,
             Self::Axisymmetric => Some(Model::Axisymmetric),
+            Self::Volumetric => Some(Model::Volumetric),
         }
     }
 }

@@ -1,0 +1,263 @@
+//! The tissue: error against time for each model and reference case, with the planner's choice marked.
+
+mod cases;
+mod growth;
+mod peers;
+
+use std::path::{Path, PathBuf};
+
+use mechanics::tissue::planner::{self, Wish};
+use mechanics::tissue::volumetric::Problem3;
+use mechanics::tissue::{FieldModel, Model};
+
+use super::chart::{Chart, Curve};
+use super::measured_on;
+use super::sheet::{self, Sheet};
+use crate::commands::field::answer_s;
+use crate::exit::Failure;
+use crate::progress::Progress;
+use crate::timing::{self, Effort};
+use cases::Load;
+
+/// Tolerances at which the planner is asked.
+const TOLERANCES: [f64; 4] = [0.05, 0.02, 0.01, 0.001];
+
+const MODELS: [Model; 3] = [Model::Axisymmetric, Model::MassSpring, Model::Volumetric];
+
+/// One mesh of one model on one load, or what the planner chose for it.
+pub struct Row {
+    case: &'static str,
+    depth_m: f64,
+    model: &'static str,
+    /// The tolerance the planner was asked for; absent for a mesh of the sweep.
+    tolerance: Option<f64>,
+    unknowns: usize,
+    bytes: usize,
+    error: f64,
+    estimate: Option<f64>,
+    setup_s: f64,
+    solve_s: f64,
+    answer_s: f64,
+}
+
+impl Row {
+    fn is_surface_load_on(&self, case: &str) -> bool {
+        self.case == case && self.depth_m <= 0.0
+    }
+}
+
+/// Measures, and writes `field*.{csv,md,svg}`; returns the files written.
+///
+/// # Errors
+/// When the disk refuses.
+pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
+    let loads = cases::all()?;
+    let rows = sweep(&loads, quick)?;
+    let table = out.join("field.csv");
+    sheet(&rows).write_csv(&table)?;
+    let mut written = vec![table];
+    for case in cases::NAMES {
+        for (name, chart) in [("time", time_chart(&rows, case)), ("convergence", convergence_chart(&rows, case))] {
+            let plot = out.join(format!("field-{name}-{case}.svg"));
+            chart.draw(&plot)?;
+            written.push(plot);
+        }
+    }
+    let plot = out.join("field-growth.svg");
+    growth::chart(&rows).draw(&plot)?;
+    written.push(plot);
+    written.push(sheet::write_text(out.join("field.md"), &markdown(&rows, quick))?);
+    Ok(written)
+}
+
+/// What the planner chooses for every load, and every mesh of every model.
+fn sweep(loads: &[Load], quick: bool) -> Result<Vec<Row>, Failure> {
+    let progress = Progress::new(loads.len() as u64, "tissue");
+    let mut rows = Vec::new();
+    for load in loads {
+        for tolerance in TOLERANCES {
+            rows.push(chosen(load, tolerance)?);
+        }
+        // The other loads differ from the first only in depth: 3-D sweeps of them would take long and show the same.
+        let models = MODELS.into_iter().filter(|model| *model == Model::Axisymmetric || load.depth_m <= 0.0);
+        for model in models {
+            rows.extend(ladder(load, model, quick)?);
+        }
+        progress.advance(1);
+    }
+    Ok(rows)
+}
+
+fn chosen(load: &Load, tolerance: f64) -> Result<Row, Failure> {
+    let wish = Wish { model: None, tolerance };
+    let question = Problem3::flat(&load.problem);
+    let (planned, setup_s) = timing::once(|| planner::plan(&question, &wish));
+    let planned = planned.map_err(Failure::work)?;
+    let estimate = Some(planned.estimated_relative_error);
+    Ok(Row { tolerance: Some(tolerance), estimate, ..row(load, planned.field, setup_s) })
+}
+
+/// Every mesh of a model's ladder; the coarsest two of a shortened report.
+fn ladder(load: &Load, model: Model, quick: bool) -> Result<Vec<Row>, Failure> {
+    let mut rows = Vec::new();
+    for at in 0..if quick { 2 } else { usize::MAX } {
+        let (made, setup_s) = timing::once(|| planner::rung(&load.problem, model, at));
+        let Some(field) = made else { break };
+        rows.push(row(load, field.map_err(Failure::work)?, setup_s));
+    }
+    Ok(rows)
+}
+
+fn row(load: &Load, mut field: Box<dyn FieldModel>, setup_s: f64) -> Row {
+    let solve_s = timing::median_s(Effort::SHORT, || field.solve(load.force_n));
+    let error = load.error(field.as_ref());
+    let answer_s = answer_s(field.as_mut(), &load.problem, load.force_n);
+    Row {
+        case: load.case,
+        depth_m: load.depth_m,
+        model: field.model().name(),
+        tolerance: None,
+        unknowns: field.unknowns(),
+        bytes: field.bytes(),
+        error,
+        estimate: None,
+        setup_s,
+        solve_s,
+        answer_s,
+    }
+}
+
+fn sheet(rows: &[Row]) -> Sheet {
+    let mut sheet = Sheet::new([
+        "case",
+        "load_depth_mm",
+        "model",
+        "planner_tolerance",
+        "unknowns",
+        "bytes",
+        "relative_error",
+        "estimated_relative_error",
+        "setup_s",
+        "solve_s",
+        "answer_s",
+    ]);
+    let optional = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:e}"));
+    for row in rows {
+        sheet.row([
+            row.case.to_owned(),
+            format!("{}", row.depth_m * 1e3),
+            row.model.to_owned(),
+            row.tolerance.map_or_else(String::new, |tolerance| tolerance.to_string()),
+            row.unknowns.to_string(),
+            row.bytes.to_string(),
+            format!("{:e}", row.error),
+            optional(row.estimate),
+            format!("{:e}", row.setup_s),
+            format!("{:e}", row.solve_s),
+            format!("{:e}", row.answer_s),
+        ]);
+    }
+    sheet
+}
+
+/// A figure of a row, for an axis.
+type Figure = fn(&Row) -> f64;
+
+/// Error against time of a re-solve or step, the load at the surface.
+fn time_chart(rows: &[Row], case: &str) -> Chart {
+    chart(rows, case, ("time of a re-solve or step, ms", |row| row.solve_s * 1e3))
+}
+
+/// Error against unknowns, the load at the surface.
+fn convergence_chart(rows: &[Row], case: &str) -> Chart {
+    chart(rows, case, ("unknowns", |row| row.unknowns as f64))
+}
+
+fn chart(rows: &[Row], case: &str, (x, figure): (&str, Figure)) -> Chart {
+    let of = |wanted: &dyn Fn(&&Row) -> bool| {
+        let shown = rows.iter().filter(|row| row.is_surface_load_on(case)).filter(wanted);
+        shown.map(|row| (figure(row), row.error * 1e2)).collect()
+    };
+    let curves = MODELS.iter().map(|model| Curve {
+        name: model.name().to_owned(),
+        points: of(&|row| row.tolerance.is_none() && row.model == model.name()),
+    });
+    Chart {
+        title: format!("Error of each model, {case}, load at the surface"),
+        x: x.to_owned(),
+        y: "relative error of the axial displacement, %".to_owned(),
+        curves: curves.collect(),
+        rings: vec![Curve { name: "the planner's choice".to_owned(), points: of(&|row| row.tolerance.is_some()) }],
+    }
+}
+
+fn markdown(rows: &[Row], quick: bool) -> String {
+    let mut chosen = Sheet::new([
+        "case",
+        "load at",
+        "tolerance",
+        "model",
+        "unknowns",
+        "error",
+        "estimate",
+        "set-up",
+        "re-solve",
+        "superposed",
+        "memory",
+    ]);
+    let mut swept = Sheet::new(["case", "model", "unknowns", "error", "set-up", "re-solve or step", "superposed"]);
+    for row in rows {
+        let percent = |share: f64| format!("{:.3} %", share * 1e2);
+        let times = [row.setup_s, row.solve_s, row.answer_s].map(human_time);
+        if let (Some(tolerance), Some(estimate)) = (row.tolerance, row.estimate) {
+            let [setup, solve, answer] = times;
+            chosen.row([
+                row.case.to_owned(),
+                format!("{} mm", row.depth_m * 1e3),
+                format!("{} %", tolerance * 1e2),
+                row.model.to_owned(),
+                row.unknowns.to_string(),
+                percent(row.error),
+                percent(estimate),
+                setup,
+                solve,
+                answer,
+                format!("{:.2} MB", row.bytes as f64 / 1e6),
+            ]);
+        } else if row.depth_m <= 0.0 {
+            let [setup, solve, answer] = times;
+            let (case, model, unknowns) = (row.case.to_owned(), row.model.to_owned(), row.unknowns.to_string());
+            swept.row([case, model, unknowns, percent(row.error), setup, solve, answer]);
+        }
+    }
+    let pictures = cases::NAMES.map(|case| {
+        format!(
+            "![{case}, error against time](field-time-{case}.svg)\n![{case}, convergence](field-convergence-{case}.svg)"
+        )
+    });
+    format!(
+        "# Tissue\n\n{}\n\nError: relative L2 error of the axial displacement over all samples, against finite elements \
+         converged to 2e-5 (stiff_skin_soft_fat: 2e-4). Times: medians on one thread. *Re-solve*: a back-substitution, or \
+         one step of a model that steps; *superposed*: what a tick of the simulator pays, all samples, where the model is \
+         linear.\n\n## What the planner chooses\n\n{}\n## Every mesh, load at the surface\n\n{}\n{}\n\n## Growth\n\n{}\n![growth](field-growth.svg)\n\n## Beside other \
+         solvers\n\nOn lower_back, load at the surface; theirs as published with the cases, on another machine. In brackets: \
+         their time over ours, our cheapest answer that is no less accurate.\n\n{}",
+        measured_on(quick),
+        chosen.markdown(),
+        swept.markdown(),
+        pictures.join("\n"),
+        growth::markdown(rows),
+        peers::markdown(rows),
+    )
+}
+
+/// A time as people write it.
+fn human_time(time_s: f64) -> String {
+    match time_s {
+        t if t < 1e-6 => format!("{:.0} ns", t * 1e9),
+        t if t < 1e-4 => format!("{:.2} µs", t * 1e6),
+        t if t < 1e-3 => format!("{:.0} µs", t * 1e6),
+        t if t < 1.0 => format!("{:.2} ms", t * 1e3),
+        t => format!("{t:.2} s"),
+    }
+}

@@ -1,0 +1,155 @@
+//! From a question and a tolerance to the cheapest model that answers it, with the reason in words.
+//!
+//! Flat layers under a perpendicular needle are a problem in (r, z). There the axisymmetric model is exact in its dimension
+//! and cheaper than any other at every error that the others reach (`stylet bench field` shows it), so it is taken. What has
+//! no axis of symmetry goes to the volumetric model, the only one that can answer it. The lattice is taken where it is asked
+//! for by name: its central forces fix ν = 1/4, an error that no refinement removes.
+//!
+//! The error of a choice is not looked up but estimated on the very question, against a clearly better mesh.
+
+mod patch;
+
+pub use patch::{Patch, patch};
+
+use super::axisymmetric::{self, AxisymmetricError};
+use super::volumetric::{self, Problem3, Skin, VolumetricError};
+use super::{FieldModel, Model, Problem};
+
+/// What is asked of the planner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wish {
+    /// The model that is asked for by name; the planner chooses without one.
+    pub model: Option<Model>,
+    /// Tolerated relative L2 error of the axial displacement over the samples.
+    pub tolerance: f64,
+}
+
+/// A model made for a question.
+pub struct Planned {
+    /// The model, solved for 1 N.
+    pub field: Box<dyn FieldModel>,
+    /// Why this model and this mesh.
+    pub reason: String,
+    /// Estimated relative error.
+    pub estimated_relative_error: f64,
+    /// The estimate meets the tolerance.
+    pub met: bool,
+}
+
+/// Why there is no model.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// The axisymmetric model refuses.
+    #[error(transparent)]
+    Axisymmetric(#[from] AxisymmetricError),
+    /// The volumetric model refuses.
+    #[error(transparent)]
+    Volumetric(#[from] VolumetricError),
+    /// A model that was asked for cannot answer this question.
+    #[error("model = \"{}\": {why}; allowed: \"auto\" or \"volumetric\"", .model.name())]
+    Unsuited {
+        /// The model.
+        model: Model,
+        /// What it cannot do.
+        why: &'static str,
+    },
+    /// There is nothing to answer.
+    #[error("load_depths_m: none; at least one load is needed")]
+    NoLoad,
+    /// A model is made and "none" was asked for.
+    #[error(
+        "model = \"none\": there is no field to answer with; allowed: \"auto\", \"axisymmetric\", \"mass-spring\", \"volumetric\""
+    )]
+    NoModel,
+}
+
+/// The model for a question, and why: the cheap half of a plan.
+///
+/// # Errors
+/// When the model that is asked for cannot answer the question.
+pub fn choose(question: &Problem3, wished: Option<Model>) -> Result<(Model, String), PlanError> {
+    let bent = what_breaks_the_axis(question);
+    match (wished, bent) {
+        (Some(Model::None), _) => Err(PlanError::NoModel),
+        (Some(model @ (Model::Axisymmetric | Model::MassSpring)), Some(why)) => Err(PlanError::Unsuited { model, why }),
+        (Some(model), _) => Ok((model, format!("{} was asked for", model.name()))),
+        (None, Some(why)) => Ok((Model::Volumetric, format!("{why}, so it takes three dimensions"))),
+        (None, None) => {
+            let why = "flat layers under a perpendicular needle have an axis, so (r, z) is exact";
+            Ok((Model::Axisymmetric, why.to_owned()))
+        }
+    }
+}
+
+fn what_breaks_the_axis(question: &Problem3) -> Option<&'static str> {
+    if question.tilt_rad != 0.0 {
+        Some("the needle is oblique")
+    } else if !question.inclusions.is_empty() {
+        Some("there are inclusions")
+    } else if question.skin != Skin::Flat {
+        Some("the skin is curved")
+    } else {
+        None
+    }
+}
+
+/// Chooses and makes the model.
+///
+/// # Errors
+/// The first number of the question or the wish that is out of range, or a model that cannot answer the question.
+pub fn plan(question: &Problem3, wish: &Wish) -> Result<Planned, PlanError> {
+    let (model, why) = choose(question, wish.model)?;
+    let flat = &question.flat;
+    let made = match model {
+        Model::None => return Err(PlanError::NoModel),
+        Model::Axisymmetric => Made::from(axisymmetric::fit(flat, wish.tolerance)?),
+        Model::MassSpring => return Err(PlanError::NoModel),
+        Model::Volumetric => Made::from(volumetric::fit(question, wish.tolerance)?),
+    };
+    let Made { field, mesh, estimated_relative_error, met } = made;
+    let verdict = if met { "the cheapest found that meets" } else { "the best there is, and does not meet" };
+    let mut reason = format!("{why}; {mesh}: {verdict} a tolerance of {} %", 1e2 * wish.tolerance);
+    if !met && model != Model::Axisymmetric && what_breaks_the_axis(question).is_none() {
+        reason += "; \"axisymmetric\" gets nearer";
+    }
+    Ok(Planned { field, reason, estimated_relative_error, met })
+}
+
+/// A mesh of a model's ladder, from coarse to fine; none past the last, or where the model cannot be chosen.
+#[must_use]
+pub fn rung(problem: &Problem, model: Model, at: usize) -> Option<Result<Box<dyn FieldModel>, PlanError>> {
+    match model {
+        Model::None => None,
+        Model::Axisymmetric => boxed(axisymmetric::rung(problem, at)),
+        Model::MassSpring => None,
+        Model::Volumetric => boxed(volumetric::rung(&Problem3::flat(problem), at)),
+    }
+}
+
+fn boxed<M: FieldModel + 'static, E: Into<PlanError>>(
+    rung: Option<Result<M, E>>,
+) -> Option<Result<Box<dyn FieldModel>, PlanError>> {
+    rung.map(|made| made.map(|model| Box::new(model) as Box<dyn FieldModel>).map_err(Into::into))
+}
+
+/// What a model's own fit found.
+struct Made {
+    field: Box<dyn FieldModel>,
+    mesh: String,
+    estimated_relative_error: f64,
+    met: bool,
+}
+
+macro_rules! made_from {
+    ($($model:ident)+) => {
+        $(impl From<$model::Fitted> for Made {
+            fn from(fitted: $model::Fitted) -> Self {
+                let mesh = fitted.mesh_in_words();
+                let $model::Fitted { model, estimated_relative_error, met, .. } = fitted;
+                Self { field: Box::new(model), mesh, estimated_relative_error, met }
+            }
+        })+
+    };
+}
+
+made_from!(axisymmetric volumetric);

@@ -1,0 +1,95 @@
+//! The patch of tissue that a needle moves: no wider and no deeper than its influence.
+
+use crate::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MeshSpec};
+use crate::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
+
+/// The first patch tried is this many footprints wide.
+const NARROWEST: f64 = 10.0;
+
+/// A patch is at most this many times doubled.
+const DOUBLINGS: usize = 6;
+
+/// Level of the graded meshes that compare patches: exact to a thousandth or so, below any tolerance of a patch.
+const LEVEL: f64 = 6.0;
+
+/// A patch, and what a wider one would change.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Patch {
+    /// The tissue inside it.
+    pub slab: Slab,
+    /// Relative change of the axial displacement over the sample radii when the patch is twice as wide.
+    pub relative_change: f64,
+}
+
+/// The narrowest patch around a load whose clamped side and base change the axial displacement at its depth, over radii in
+/// m, by no more than a tolerance, or the widest tried. Layers below its reach are left out.
+///
+/// A body has no side. Clamping one at R costs about as much as going from R to 2R brings, since the displacement beyond
+/// falls at least with 1/R.
+///
+/// # Errors
+/// When the layers or the load are out of range.
+pub fn patch(
+    layers: &[ElasticLayer],
+    load: &Load,
+    sample_r_m: &[f64],
+    tolerance: f64,
+) -> Result<Patch, AxisymmetricError> {
+    let answer = |radius_m: f64| -> Result<(Slab, Vec<f64>), AxisymmetricError> {
+        let slab = cut(layers, lower_end_m(load) + radius_m, radius_m);
+        let depth_m = middle_m(load);
+        let problem = Problem { slab, load: *load, sample_r_m: Vec::new(), sample_depth_m: vec![depth_m] };
+        let model = Axisymmetric::new(&problem, &MeshSpec::graded(&problem, LEVEL))?;
+        let axial_m = sample_r_m.iter().map(|&r_m| model.displacement_m(r_m, depth_m)[0]).collect();
+        Ok((problem.slab, axial_m))
+    };
+    let mut radius_m = NARROWEST * load.radius_m;
+    let (mut slab, mut narrow) = answer(radius_m)?;
+    let mut relative_change = f64::INFINITY;
+    for _ in 0..DOUBLINGS {
+        radius_m *= 2.0;
+        let (wider, wide) = answer(radius_m)?;
+        relative_change = difference(&narrow, &wide);
+        if relative_change <= tolerance {
+            break;
+        }
+        (slab, narrow) = (wider, wide);
+    }
+    Ok(Patch { slab, relative_change })
+}
+
+/// The layers down to a depth, the last one cut there.
+fn cut(layers: &[ElasticLayer], depth_m: f64, radius_m: f64) -> Slab {
+    let mut left_m = depth_m;
+    let mut kept = Vec::new();
+    for layer in layers.iter().filter(|layer| layer.thickness_m > 0.0) {
+        if left_m <= 0.0 {
+            break;
+        }
+        kept.push(ElasticLayer { thickness_m: layer.thickness_m.min(left_m), ..*layer });
+        left_m -= layer.thickness_m;
+    }
+    Slab { layers: kept, radius_m }
+}
+
+fn lower_end_m(load: &Load) -> f64 {
+    match load.kind {
+        LoadKind::Contactor { depth_m } => depth_m,
+        LoadKind::Drag { to_m, .. } => to_m,
+    }
+}
+
+fn middle_m(load: &Load) -> f64 {
+    match load.kind {
+        LoadKind::Contactor { depth_m } => depth_m,
+        LoadKind::Drag { from_m, to_m } => 0.5 * (from_m + to_m),
+    }
+}
+
+/// ‖a − b‖/‖b‖.
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    let square = |value: f64| value * value;
+    let wrong: f64 = a.iter().zip(b).map(|(a, b)| square(a - b)).sum();
+    let whole: f64 = b.iter().map(|&b| square(b)).sum();
+    (wrong / whole).sqrt()
+}
