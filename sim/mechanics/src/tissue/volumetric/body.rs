@@ -70,8 +70,9 @@ impl Body {
             unknowns,
             mass_kg: vec![0.0; count],
         };
+        let shape = Shape::new(body.mesh.order);
         for element in 0..body.elements() {
-            body.add_points(element, &material)?;
+            body.add_points(&shape, element, &material)?;
         }
         Ok(body)
     }
@@ -79,10 +80,10 @@ impl Body {
     /// Computes the quadrature points of an element and adds its mass to its nodes.
     fn add_points(
         &mut self,
+        shape: &Shape,
         element: usize,
         material: &impl Fn(usize, &Point3<f64>) -> Material,
     ) -> Result<(), VolumetricError> {
-        let shape = Shape::new(self.mesh.order);
         let nodes = &self.mesh.elements[element * shape.nodes..][..shape.nodes];
         for (at, weight) in shape.weights.iter().enumerate() {
             let (mut place, mut jacobian) = (Vector3::zeros(), Matrix3::zeros());

@@ -67,6 +67,12 @@ impl Motion {
         Ok(Self { minimiser, step_s, effort, u_m, v_m_per_s, coasting_m, start_m })
     }
 
+    /// Goes back to where the last step began, without speed.
+    fn retreat(&mut self) {
+        self.u_m.copy_from_slice(&self.start_m);
+        self.v_m_per_s.fill(0.0);
+    }
+
     /// Displacement of the unknowns, in m.
     #[must_use]
     pub fn u_m(&self) -> &[f64] {
@@ -136,6 +142,19 @@ impl Motion {
     }
 }
 
+/// Parts of a load that are tried before it is refused.
+const ATTEMPTS: usize = 10;
+
+/// A load under which no equilibrium was found, and the one that is held instead.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("force_n = {wanted_n} N: no equilibrium was found; the nearest load that was is {held_n} N")]
+pub struct Refused {
+    /// The load that was asked for, in N.
+    pub wanted_n: f64,
+    /// The load that the answer is for, in N.
+    pub held_n: f64,
+}
+
 /// The tissue around a needle, with large rotations.
 #[derive(Clone, Debug)]
 pub struct Corotational {
@@ -143,6 +162,11 @@ pub struct Corotational {
     motion: Motion,
     load_n: Vec<f64>,
     last: Outcome,
+    /// The load that acts, in N.
+    held_n: f64,
+    /// The load nearest to it under which no equilibrium was found, in N.
+    lost_n: Option<f64>,
+    refused: Option<Refused>,
 }
 
 impl Corotational {
@@ -153,7 +177,7 @@ impl Corotational {
     pub fn new(patch: Patch, step_s: Option<f64>, effort: Effort) -> Result<Self, VolumetricError> {
         let motion = Motion::new(patch.body(), step_s, effort)?;
         let load_n = vec![0.0; patch.body().unknowns()];
-        Ok(Self { patch, motion, load_n, last: Outcome::default() })
+        Ok(Self { patch, motion, load_n, last: Outcome::default(), held_n: 0.0, lost_n: None, refused: None })
     }
 
     /// The tissue.
@@ -179,10 +203,53 @@ impl Corotational {
         self.last
     }
 
+    /// Whether the last load was more than could be brought to equilibrium. What is answered is then the load nearest
+    /// to it that could. A step in time is never refused: it goes as far as its effort takes it.
+    ///
+    /// # Errors
+    /// The load that was refused, with the one that is held.
+    pub fn check(&self) -> Result<(), Refused> {
+        self.refused.map_or(Ok(()), Err)
+    }
+
     /// Energies now.
     #[must_use]
     pub fn energies(&self) -> Energies {
         self.motion.energies(self.patch.body())
+    }
+
+    /// One step under a load, in N.
+    fn step(&mut self, force_n: f64) {
+        for (force, unit) in self.load_n.iter_mut().zip(self.patch.load()) {
+            *force = force_n * unit;
+        }
+        self.last = self.motion.step(self.patch.body(), &self.load_n);
+    }
+
+    /// Goes to the equilibrium under a load, in N: at once, else by parts that are halved until one is found.
+    fn approach(&mut self, wanted_n: f64) {
+        let mut part = wanted_n - self.held_n;
+        let beyond =
+            |lost: f64| (lost - self.held_n).signum() == part.signum() && (lost - self.held_n).abs() <= part.abs();
+        let attempts = if self.lost_n.is_some_and(beyond) { 0 } else { ATTEMPTS };
+        for _ in 0..attempts {
+            let left = wanted_n - self.held_n;
+            let whole = left.abs() <= part.abs();
+            let next_n = if whole { wanted_n } else { self.held_n + part };
+            self.step(next_n);
+            if self.last.converged {
+                (self.held_n, self.lost_n) = (next_n, None);
+                if whole {
+                    self.refused = None;
+                    return;
+                }
+            } else {
+                self.motion.retreat();
+                self.lost_n = Some(next_n);
+                part *= 0.5;
+            }
+        }
+        self.refused = Some(Refused { wanted_n, held_n: self.held_n });
     }
 }
 
@@ -199,14 +266,16 @@ impl FieldModel for Corotational {
         self.patch.bytes() + self.motion.bytes() + 8 * self.load_n.len()
     }
 
-    /// One step. A force that cannot be answered holds the last load.
+    /// One step. A force that cannot be answered, such as NaN, holds the last load; an equilibrium that cannot be
+    /// found is refused, see [`Self::check`].
     fn solve(&mut self, force_n: f64) {
-        if answerable(force_n) {
-            for (force, unit) in self.load_n.iter_mut().zip(self.patch.load()) {
-                *force = force_n * unit;
-            }
+        let force_n = if answerable(force_n) { force_n } else { self.held_n };
+        if self.motion.step_s.is_some() {
+            self.held_n = force_n;
+            self.step(force_n);
+        } else {
+            self.approach(force_n);
         }
-        self.last = self.motion.step(self.patch.body(), &self.load_n);
     }
 
     fn displacement_m(&self, r_m: f64, depth_m: f64) -> [f64; 2] {

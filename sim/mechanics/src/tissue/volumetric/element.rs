@@ -50,6 +50,9 @@ const TOGETHER: usize = 4;
 /// Fills an element's stiffness for small strains: Σ λ ∇a ∇bᵀ + μ ∇b ∇aᵀ + μ (∇a·∇b) I at the points, for nodes a and b.
 pub(super) fn stiffness(shape: &Shape, points: &[MaterialPoint], matrix: &mut [f64]) {
     let size = 3 * shape.nodes;
+    // Within one material the products weighted by λ are those weighted by μ times a number.
+    let ratio = points[0].lambda_j / points[0].mu_j;
+    let one_material = points.iter().all(|point| (point.lambda_j - ratio * point.mu_j).abs() <= 1e-14 * point.lambda_j);
     let mut mu = vec![0.0; size * size];
     let mut gradients: [Vec<f64>; TOGETHER] = std::array::from_fn(|_| vec![0.0; size]);
     for first in (0..points.len()).step_by(TOGETHER) {
@@ -61,22 +64,42 @@ pub(super) fn stiffness(shape: &Shape, points: &[MaterialPoint], matrix: &mut [f
                 gradient.copy_from_slice((to_material * slope).as_slice());
             }
         }
-        add_products(gradients.each_ref().map(Vec::as_slice), weights[0], matrix);
-        add_products(gradients.each_ref().map(Vec::as_slice), weights[1], &mut mu);
+        let gradients = gradients.each_ref().map(Vec::as_slice);
+        add_products(gradients, weights[1], &mut mu);
+        if !one_material {
+            add_products(gradients, weights[0], matrix);
+        }
+    }
+    if one_material {
+        matrix.iter_mut().zip(&mu).for_each(|(lambda, mu)| *lambda = ratio * mu);
     }
     combine(shape.nodes, matrix, &mut mu);
 }
 
-/// Adds the weighted products of gradients at a few points, from each node's block on the diagonal down.
+/// Adds the weighted products of gradients at a few points, from each node's block on the diagonal down; the three
+/// columns of a node at once.
 fn add_products(gradients: [&[f64]; TOGETHER], weights: [f64; TOGETHER], matrix: &mut [f64]) {
     let size = gradients[0].len();
-    for (at, column) in matrix.chunks_exact_mut(size).enumerate() {
-        let factors: [f64; TOGETHER] = std::array::from_fn(|point| weights[point] * gradients[point][at]);
-        let column = &mut column[at / 3 * 3..];
-        let [a, b, c, d] = gradients.map(|gradient| &gradient[size - column.len()..]);
-        for i in 0..column.len() {
-            column[i] += (factors[0] * a[i] + factors[1] * b[i]) + (factors[2] * c[i] + factors[3] * d[i]);
-        }
+    for (node, columns) in matrix.chunks_exact_mut(3 * size).enumerate() {
+        let first = 3 * node;
+        let factors: [[f64; TOGETHER]; 3] =
+            std::array::from_fn(|axis| std::array::from_fn(|point| weights[point] * gradients[point][first + axis]));
+        let (x, rest) = columns.split_at_mut(size);
+        let (y, z) = rest.split_at_mut(size);
+        let columns = [&mut x[first..], &mut y[first..], &mut z[first..]];
+        add_node(columns, &factors, gradients.map(|gradient| &gradient[first..]));
+    }
+}
+
+/// Adds combinations of four vectors to three columns of the same length.
+fn add_node([x, y, z]: [&mut [f64]; 3], factors: &[[f64; TOGETHER]; 3], [a, b, c, d]: [&[f64]; TOGETHER]) {
+    let n = x.len();
+    let (y, z, a, b, c, d) = (&mut y[..n], &mut z[..n], &a[..n], &b[..n], &c[..n], &d[..n]);
+    for i in 0..n {
+        let sum = |f: &[f64; TOGETHER]| (f[0] * a[i] + f[1] * b[i]) + (f[2] * c[i] + f[3] * d[i]);
+        x[i] += sum(&factors[0]);
+        y[i] += sum(&factors[1]);
+        z[i] += sum(&factors[2]);
     }
 }
 

@@ -26,7 +26,7 @@ mod rotation;
 use nalgebra::{Point3, Vector3};
 
 pub use body::Body;
-pub use corotational::{Corotational, Energies, Motion};
+pub use corotational::{Corotational, Energies, Motion, Refused};
 pub use fit::{Fitted, fit, rung};
 pub use mesh::{Grading, HexMesh, MeshSpec3, ORDERS};
 pub use minimiser::{Effort, Outcome};
