@@ -61,6 +61,7 @@ fn force(criterion: &mut Criterion) {
         needle_length_m: 0.15,
         needle_bending_n_m2: None,
         structures: vec![],
+        tissue: None,
     };
     let Ok(params) = PunctureParams::new(spec) else { return };
     let (mut state, mut scratch) = (PunctureState::new(&params), PunctureScratch::new(&params));

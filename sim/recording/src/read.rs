@@ -13,10 +13,11 @@ use crate::metadata;
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, EXERCISE_ATTACHMENT, SCENE_ATTACHMENT, Session};
 use crate::topics::Topic;
-use crate::wire::{EnergyLedger, EventMessage, NeedleSample};
+use crate::tent::Tent;
+use crate::wire::{EnergyLedger, EventMessage, NeedleSample, TissueTent};
 use crate::write::PROFILE;
 
-/// Most samples, and most events and ledgers, that are read: over an hour at 1 kHz. A small file can unpack to far more.
+/// Most samples, and most events, ledgers and tents, that are read: over an hour at 1 kHz. A small file can unpack to far more.
 const MOST_MESSAGES: usize = 4_000_000;
 
 /// Why a file is not a usable recording.
@@ -69,6 +70,8 @@ pub struct Recording {
     pub events: Vec<Event>,
     /// Ledger snapshots in order of time.
     pub energies: Vec<Energy>,
+    /// The field in order of time; empty where the scene has none, and in files that are older than this topic.
+    pub tents: Vec<Tent>,
     /// The file is whole, footer and all. One that was cut, or is damaged behind its data, is not.
     pub complete: bool,
 }
@@ -96,6 +99,7 @@ impl Recording {
             samples: contents.samples,
             events: contents.events,
             energies: contents.energies,
+            tents: contents.tents,
             complete: contents.complete,
         })
     }
@@ -115,6 +119,7 @@ pub(crate) struct Contents {
     pub(crate) samples: Vec<Sample>,
     pub(crate) events: Vec<Event>,
     pub(crate) energies: Vec<Energy>,
+    pub(crate) tents: Vec<Tent>,
     pub(crate) complete: bool,
     /// Messages on every topic.
     pub(crate) messages: u64,
@@ -189,7 +194,7 @@ impl Contents {
 
     fn take_message(&mut self, channel: u16, data: &[u8]) -> Result<(), String> {
         self.messages += 1;
-        if self.samples.len().max(self.events.len() + self.energies.len()) >= MOST_MESSAGES {
+        if self.samples.len().max(self.events.len() + self.energies.len() + self.tents.len()) >= MOST_MESSAGES {
             return Err(format!("more than {MOST_MESSAGES} messages"));
         }
         let topic = self.channels.get(&channel);
@@ -201,6 +206,10 @@ impl Contents {
             }
             Some(Topic::Energy) => {
                 self.energies.push(decode::<EnergyLedger>(data)?.into());
+                Ok(())
+            }
+            Some(Topic::Tent) => {
+                self.tents.push(decode::<TissueTent>(data)?.into());
                 Ok(())
             }
             _ => Ok(()),

@@ -13,7 +13,7 @@ use mcap::{MAGIC, McapError};
 use crate::frames::{ChunkReader, Frame, PREFIX_BYTES, attachment, chunk_header_bytes};
 use crate::metadata;
 use crate::read::{Contents, ReadError};
-use crate::topics::declare;
+use crate::topics::{Topic, declare};
 use crate::write;
 
 /// What a recovery found.
@@ -204,8 +204,9 @@ impl<W: Write> Copy<W> {
     /// Copies the messages of every chunk.
     fn messages(&mut self, frames: &[Frame<'_>]) -> Result<(), ReadError> {
         // Channels are declared once, in the first chunk. Where that is lost, their fixed order still tells them apart.
-        let declared = declare(&mut self.out).map_err(disk)?;
-        self.channels = (1..).zip(declared).collect();
+        for (channel, topic) in (1..).zip(Topic::ALL) {
+            self.channels.insert(channel, declare(&mut self.out, topic).map_err(disk)?);
+        }
         let mut chunks = ChunkReader::new();
         for chunk in frames.iter().filter(|frame| frame.opcode == op::CHUNK) {
             chunks.walk(chunk, |inner| self.record(&inner))?;

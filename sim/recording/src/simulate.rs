@@ -102,6 +102,9 @@ impl<W: Write> Run<'_, W> {
         for event in &tick.events {
             self.writer.event(event)?;
         }
+        if let Some(tent) = &tick.tent {
+            self.writer.tent(tent)?;
+        }
         let ruptures = tick.events.iter().filter(|event| event.kind.contactor().is_some()).count() as u64;
         self.simulated.duration_s = input.t_s;
         self.simulated.ticks += 1;

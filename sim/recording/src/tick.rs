@@ -12,6 +12,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use crate::event::{Event, EventKind};
 use crate::sample::{Energy, Sample, flags};
+use crate::tent::{Follower, Tent};
 
 /// What drives a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +66,8 @@ pub struct Tick {
     pub sample: Sample,
     /// What happened, in order. Empty in almost every tick.
     pub events: Vec<Event>,
+    /// How the field stands, where a step of it was due.
+    pub tent: Option<Tent>,
     /// Whole force on the hand, in N, patient frame.
     pub force_n: Vector3<f64>,
 }
@@ -75,6 +78,8 @@ pub struct Attempt<'a> {
     params: &'a PunctureParams,
     state: PunctureState,
     scratch: PunctureScratch,
+    /// The field behind the law, if the scene has one.
+    follower: Option<Follower<'a>>,
     last: Option<Input>,
     /// Axial force of the last tick, in N.
     axial_n: f64,
@@ -88,6 +93,7 @@ impl<'a> Attempt<'a> {
             params,
             state: PunctureState::new(params),
             scratch: PunctureScratch::new(params),
+            follower: Follower::new(params),
             last: None,
             axial_n: 0.0,
         }
@@ -101,7 +107,9 @@ impl<'a> Attempt<'a> {
         let events = self.events(input, &output);
         self.last = Some(*input);
         self.axial_n = output.axial.total_n();
-        Tick { sample, events, force_n: output.force_n }
+        let law = (self.params, &self.state, &self.scratch);
+        let tent = self.follower.as_mut().and_then(|follower| follower.tick(input.t_s, law));
+        Tick { sample, events, tent, force_n: output.force_n }
     }
 
     /// The ledger after the last tick, at a time in s.

@@ -19,13 +19,23 @@ pub(crate) enum Topic {
     Events,
     Energy,
     Log,
+    Tent,
 }
 
 impl Topic {
     /// In the order in which a recording declares them. Append only: `recover` numbers channels by it when the
     /// declarations themselves are lost.
-    pub(crate) const ALL: [Self; 8] =
-        [Self::Sample, Self::Summary, Self::Pose, Self::Tf, Self::Scene, Self::Events, Self::Energy, Self::Log];
+    pub(crate) const ALL: [Self; 9] = [
+        Self::Sample,
+        Self::Summary,
+        Self::Pose,
+        Self::Tf,
+        Self::Scene,
+        Self::Events,
+        Self::Energy,
+        Self::Log,
+        Self::Tent,
+    ];
 
     /// The topic's name.
     pub(crate) fn name(self) -> &'static str {
@@ -38,6 +48,7 @@ impl Topic {
             Self::Events => "/events",
             Self::Energy => "/needle/energy",
             Self::Log => "/log",
+            Self::Tent => "/tissue/tent",
         }
     }
 
@@ -49,6 +60,7 @@ impl Topic {
             Self::Summary => return ours("stylet.NeedleSummary"),
             Self::Events => return ours("stylet.Event"),
             Self::Energy => return ours("stylet.EnergyLedger"),
+            Self::Tent => return ours("stylet.TissueTent"),
             Self::Pose => PoseInFrame::get_schema(),
             Self::Tf => FrameTransforms::get_schema(),
             Self::Scene => SceneUpdate::get_schema(),
@@ -57,19 +69,21 @@ impl Topic {
         well_known.unwrap_or_else(|| Schema::new("", "", &[][..]))
     }
 
+    /// Whether every recording declares it at its start. The field's is declared with its first message, after all others: a scene
+    /// without a field pays nothing for it.
+    pub(crate) fn is_always_declared(self) -> bool {
+        self != Self::Tent
+    }
+
     /// The topic of a name.
     pub(crate) fn of_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|topic| topic.name() == name)
     }
 }
 
-/// Declares every topic; the result is each one's channel, by its place in [`Topic::ALL`].
-pub(crate) fn declare<W: Write + Seek>(writer: &mut mcap::Writer<W>) -> mcap::McapResult<[u16; Topic::ALL.len()]> {
-    let mut channels = [0; Topic::ALL.len()];
-    for (channel, topic) in channels.iter_mut().zip(Topic::ALL) {
-        let schema = topic.schema();
-        let schema_id = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
-        *channel = writer.add_channel(schema_id, topic.name(), "protobuf", &BTreeMap::new())?;
-    }
-    Ok(channels)
+/// Declares a topic; the result is its channel.
+pub(crate) fn declare<W: Write + Seek>(writer: &mut mcap::Writer<W>, topic: Topic) -> mcap::McapResult<u16> {
+    let schema = topic.schema();
+    let schema_id = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
+    writer.add_channel(schema_id, topic.name(), "protobuf", &BTreeMap::new())
 }

@@ -7,6 +7,7 @@ use mechanics::puncture::PunctureParams;
 use crate::event::{Event, EventKind};
 use crate::read::Recording;
 use crate::sample::Sample;
+use crate::tent::Tent;
 use crate::tick::{Attempt, Input};
 
 /// The largest deviation found.
@@ -25,13 +26,20 @@ pub struct Verification {
     pub largest_depth_deviation_m: f64,
     /// Events of the re-simulation that the recording lacks, or the other way round.
     pub event_differences: u64,
+    /// Steps of the field compared: 0 in a scene without one, and for a file that is older than the field's topic.
+    pub tents: u64,
+    /// Largest deviation of the field's displacements, in m.
+    pub largest_tent_deviation_m: f64,
+    /// Steps of the field that the recording lacks, or the other way round.
+    pub tent_differences: u64,
 }
 
 impl Verification {
     /// The recording is, to the bit, what its input makes of this scene.
     #[must_use]
     pub fn exact(&self) -> bool {
-        self.largest_deviation_n <= 0.0 && self.largest_depth_deviation_m <= 0.0 && self.event_differences == 0
+        let largest = self.largest_deviation_n.max(self.largest_depth_deviation_m).max(self.largest_tent_deviation_m);
+        largest <= 0.0 && self.event_differences + self.tent_differences == 0
     }
 }
 
@@ -51,14 +59,22 @@ pub fn verify(recording: &Recording, params: &PunctureParams) -> Verification {
         channel: String::new(),
         largest_depth_deviation_m: 0.0,
         event_differences: 0,
+        tents: recording.tents.len() as u64,
+        largest_tent_deviation_m: 0.0,
+        tent_differences: 0,
     };
+    let mut tents = Vec::new();
     for recorded in &recording.samples {
         let tick = attempt.step(&Input::from(recorded));
         events.extend(tick.events.into_iter().filter(comparable));
         verification.compare(recorded, &tick.sample, device_takes_all);
+        tents.extend(tick.tent);
     }
     let recorded: Vec<&Event> = recording.events.iter().filter(|e| comparable(e)).collect();
     verification.event_differences = differences(&recorded, &events);
+    if verification.tents > 0 {
+        verification.compare_field(&recording.tents, &tents);
+    }
     verification
 }
 
@@ -68,18 +84,36 @@ impl Verification {
             if channel.starts_with("device_n") && !device_takes_all {
                 continue;
             }
-            let deviation_n = deviation(a.into(), b.into());
-            if deviation_n > self.largest_deviation_n {
-                self.largest_deviation_n = deviation_n;
-                self.at_s = recorded.t_s;
-                channel.clone_into(&mut self.channel);
-            }
+            self.note(deviation(a.into(), b.into()), recorded.t_s, channel);
         }
         let depth_m = deviation(recorded.depth_m.into(), again.depth_m.into());
         let x_m = deviation(recorded.x_m, again.x_m);
         let bends = recorded.bend_m.into_iter().zip(again.bend_m);
         let bend_m = bends.map(|(a, b)| deviation(a.into(), b.into())).fold(0.0, f64::max);
         self.largest_depth_deviation_m = self.largest_depth_deviation_m.max(depth_m).max(x_m).max(bend_m);
+    }
+
+    /// Notes the deviation of a force, in N, if it is the largest so far.
+    fn note(&mut self, deviation_n: f64, at_s: f64, channel: &str) {
+        if deviation_n > self.largest_deviation_n {
+            self.largest_deviation_n = deviation_n;
+            self.at_s = at_s;
+            channel.clone_into(&mut self.channel);
+        }
+    }
+
+    /// Compares the steps of the field one by one. One at another time, or of another scene, is a difference and ends it: what
+    /// follows has nothing to be compared with.
+    fn compare_field(&mut self, recorded: &[Tent], again: &[Tent]) {
+        let alike = |a: &Tent, b: &Tent| a.t_s.total_cmp(&b.t_s).is_eq() && shape(a) == shape(b);
+        let same = recorded.iter().zip(again).take_while(|(a, b)| alike(a, b)).count();
+        self.tent_differences = (recorded.len().max(again.len()) - same) as u64;
+        for (a, b) in recorded.iter().zip(again).take(same) {
+            let tent_m = largest(&a.tent_m, &b.tent_m);
+            self.largest_tent_deviation_m = self.largest_tent_deviation_m.max(tent_m);
+            self.note(largest(&a.contactor_n, &b.contactor_n), a.t_s, "contactor_n");
+            self.note(largest(&a.drag_n, &b.drag_n), a.t_s, "drag_n");
+        }
     }
 }
 
@@ -101,6 +135,16 @@ fn channels(s: &Sample) -> [(&'static str, f32); 14] {
         ("device_n.y", s.device_n[1]),
         ("device_n.z", s.device_n[2]),
     ]
+}
+
+/// How many boundaries and layers a step of the field knows.
+fn shape(tent: &Tent) -> [usize; 3] {
+    [tent.tent_m.len(), tent.contactor_n.len(), tent.drag_n.len()]
+}
+
+/// The largest deviation between two lists.
+fn largest(a: &[f32], b: &[f32]) -> f64 {
+    a.iter().zip(b).map(|(&a, &b)| deviation(a.into(), b.into())).fold(0.0, f64::max)
 }
 
 #[expect(clippy::float_cmp, reason = "verification asks for the very same number")]

@@ -6,12 +6,13 @@ use mechanics::ledger::{LayerEnergy, Ledger};
 
 use crate::event::{Event, EventKind};
 use crate::sample::{Energy, Sample};
+use crate::tent::Tent;
 
 mod generated {
     include!(concat!(env!("OUT_DIR"), "/stylet.rs"));
 }
 
-pub(crate) use generated::{EnergyLedger, NeedleSample, NeedleSummary, Range};
+pub(crate) use generated::{EnergyLedger, NeedleSample, NeedleSummary, Range, TissueTent};
 pub(crate) use generated::{Event as EventMessage, event::Kind};
 
 /// The `FileDescriptorSet` that every `stylet.*` schema carries.
@@ -84,6 +85,20 @@ impl From<NeedleSample> for Sample {
             lateness_us: s.lateness_us,
             bend_m: components_f32(s.bend_m),
         }
+    }
+}
+
+impl From<&Tent> for TissueTent {
+    fn from(tent: &Tent) -> Self {
+        let Tent { t_s, tent_m, contactor_n, drag_n } = tent.clone();
+        Self { t_s, tent_m, contactor_n, drag_n }
+    }
+}
+
+impl From<TissueTent> for Tent {
+    fn from(tent: TissueTent) -> Self {
+        let TissueTent { t_s, tent_m, contactor_n, drag_n } = tent;
+        Self { t_s, tent_m, contactor_n, drag_n }
     }
 }
 

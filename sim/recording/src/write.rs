@@ -16,7 +16,8 @@ use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, Session};
 use crate::summary::{Ticker, Window, nanoseconds};
 use crate::topics::{Topic, declare};
-use crate::wire::{EnergyLedger, EventMessage, NeedleSample};
+use crate::tent::Tent;
+use crate::wire::{EnergyLedger, EventMessage, NeedleSample, TissueTent};
 
 /// The file's profile, and the first thing a reader checks.
 pub(crate) const PROFILE: &str = "stylet";
@@ -55,7 +56,8 @@ impl WriteError {
 /// loses less than the last second.
 pub struct Writer<W: Write> {
     mcap: mcap::Writer<NoSeek<W>>,
-    channels: [u16; Topic::ALL.len()],
+    /// The channel of each topic that is declared.
+    channels: [Option<u16>; Topic::ALL.len()],
     sequences: [u32; Topic::ALL.len()],
     start_ns: u64,
     drawing: SceneDrawing,
@@ -100,7 +102,10 @@ impl<W: Write> Writer<W> {
         for attachment in attachments {
             attach(&mut mcap, attachment, start_ns)?;
         }
-        let channels = declare(&mut mcap)?;
+        let mut channels = [None; Topic::ALL.len()];
+        for topic in Topic::ALL.into_iter().filter(|topic| topic.is_always_declared()) {
+            channels[topic as usize] = Some(declare(&mut mcap, topic)?);
+        }
         let mut writer = Self {
             mcap,
             channels,
@@ -163,6 +168,14 @@ impl<W: Write> Writer<W> {
         self.put(Topic::Energy, nanoseconds(energy.t_s), &EnergyLedger::from(energy))
     }
 
+    /// Writes how the field stands.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn tent(&mut self, tent: &Tent) -> Result<(), WriteError> {
+        self.put(Topic::Tent, nanoseconds(tent.t_s), &TissueTent::from(tent))
+    }
+
     /// Ends the recording: summary, indexes, footer.
     ///
     /// # Errors
@@ -191,14 +204,14 @@ impl<W: Write> Writer<W> {
     }
 
     fn put(&mut self, topic: Topic, elapsed_ns: u64, message: &impl Message) -> Result<(), WriteError> {
+        let channel_id = match self.channels[topic as usize] {
+            Some(declared) => declared,
+            None => declare(&mut self.mcap, topic)?,
+        };
+        self.channels[topic as usize] = Some(channel_id);
         let sequence = &mut self.sequences[topic as usize];
         let log_time = self.start_ns.saturating_add(elapsed_ns);
-        let header = MessageHeader {
-            channel_id: self.channels[topic as usize],
-            sequence: *sequence,
-            log_time,
-            publish_time: log_time,
-        };
+        let header = MessageHeader { channel_id, sequence: *sequence, log_time, publish_time: log_time };
         *sequence = sequence.wrapping_add(1);
         Ok(self.mcap.write_to_known_channel(&header, &message.encode_to_vec())?)
     }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use mechanics::axial::{AxialSpec, Contactor};
 use mechanics::soundness::{self, Unsound};
+use mechanics::tissue::follow::FollowError;
 
 use crate::describe::SCENE;
 use crate::error::{DocumentError, Issue};
@@ -27,31 +28,36 @@ pub struct Finding {
 impl Scene {
     /// Every unsound rupture, each once, in the first place that has it: the nominal patient, the thinnest and the thickest
     /// of the spread, each met perpendicularly and at `angle_deg` to the surface normal.
-    #[must_use]
-    pub fn soundness(&self, angle_deg: f64) -> Vec<Finding> {
+    ///
+    /// # Errors
+    /// When no model of a coupled tissue can be had.
+    pub fn soundness(&self, angle_deg: f64) -> Result<Vec<Finding>, FollowError> {
         let [thinnest, thickest] = Patient::extremes(self);
         let patients = [("nominal", Patient::nominal(self)), ("thinnest", thinnest), ("thickest", thickest)];
         let mut findings: Vec<Finding> = Vec::new();
-        for ((patient, drawn), angle_deg) in patients.iter().flat_map(|p| [(p, 0.0), (p, angle_deg)]) {
-            for unsound in soundness::check(&self.path_spec(drawn, angle_deg)) {
-                let is_same =
-                    |f: &Finding| (f.unsound.boundary, f.unsound.contactor) == (unsound.boundary, unsound.contactor);
-                if !findings.iter().any(is_same) {
-                    findings.push(Finding { patient, angle_deg, unsound });
+        for (patient, drawn) in patients {
+            let axial = self.coupled_spec(&drawn)?;
+            for angle_deg in [0.0, angle_deg] {
+                for unsound in soundness::check(&along_path(axial.clone(), angle_deg)) {
+                    let is_same = |f: &Finding| {
+                        (f.unsound.boundary, f.unsound.contactor) == (unsound.boundary, unsound.contactor)
+                    };
+                    if !findings.iter().any(is_same) {
+                        findings.push(Finding { patient, angle_deg, unsound });
+                    }
                 }
             }
         }
-        findings
+        Ok(findings)
     }
+}
 
-    /// The axial law of a patient along a path at an angle, in degrees: every thickness is d/cos θ.
-    #[must_use]
-    pub fn path_spec(&self, patient: &Patient, angle_deg: f64) -> AxialSpec {
-        let mut spec = self.puncture_spec(patient).axial;
-        let along = 1.0 / libm::cos(angle_deg.to_radians());
-        spec.layers.iter_mut().for_each(|layer| layer.thickness_m *= along);
-        spec
-    }
+/// An axial law along a path at an angle to the surface normal, in degrees: every thickness is d/cos θ.
+#[must_use]
+pub fn along_path(mut spec: AxialSpec, angle_deg: f64) -> AxialSpec {
+    let along = 1.0 / libm::cos(angle_deg.to_radians());
+    spec.layers.iter_mut().for_each(|layer| layer.thickness_m *= along);
+    spec
 }
 
 /// Reads a document and all it names, and refuses unsound scenes.
@@ -95,12 +101,15 @@ fn scenes<'d>(path: &Path, document: &'d Document) -> Vec<(PathBuf, &'d Scene, f
 
 fn unsound_issues(path: &Path, scene: &Scene, angle_deg: f64) -> Result<Vec<Issue>, DocumentError> {
     let findings = scene.soundness(angle_deg);
-    if findings.is_empty() {
+    if findings.as_ref().is_ok_and(Vec::is_empty) {
         return Ok(Vec::new());
     }
     // The scene keeps no places: they are found again, only when there is something to place.
     let doc = Walked::new(Source::new(&path.display().to_string(), &read_file(path)?)?, &SCENE)?;
-    Ok(findings.iter().map(|finding| issue(&doc, scene, finding)).collect())
+    Ok(match findings {
+        Ok(findings) => findings.iter().map(|finding| issue(&doc, scene, finding)).collect(),
+        Err(why) => vec![doc.issue("tissue.coupling", &why.to_string(), "allowed: a tissue that a model can be made of")],
+    })
 }
 
 fn issue(doc: &Walked, scene: &Scene, finding: &Finding) -> Issue {
@@ -114,8 +123,9 @@ fn issue(doc: &Walked, scene: &Scene, finding: &Finding) -> Issue {
     let written_n = written_n.unwrap_or(*threshold_n);
     // The document speaks of the reference needle and toughness; the rounding is downwards, so that the limit is sound.
     let limit_n = (largest_sound_n * written_n / threshold_n * 1e4).floor() / 1e4;
+    let with = if scene.is_coupled() { " with the field's stiffnesses" } else { "" };
     let found = format!(
-        "{written_n} N is unsound: when the {contactor} opens boundary {boundary} ({layer}) of the {patient} patient at \
+        "{written_n} N is unsound{with}: when the {contactor} opens boundary {boundary} ({layer}) of the {patient} patient at \
          {angle_deg}°, the force rises by {force_rise_n:.4} N and the elastic energy by {energy_rise_mj:.4} mJ"
     );
     let allowed = format!("the largest sound threshold is {limit_n} N; or a stiffer boundary, or a softer next layer");

@@ -23,9 +23,10 @@ mod read_scene;
 mod scaling;
 mod source;
 mod suggest;
+mod tissue;
 mod walk;
 
-pub use check::check;
+pub use check::{along_path, check};
 pub use curriculum::{Curriculum, MasteryRule};
 pub use error::{DocumentError, Issue};
 pub use exercise::{Exercise, HardFail, RubricLine};

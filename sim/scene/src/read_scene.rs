@@ -122,16 +122,12 @@ fn check_needle(doc: &mut Walked) {
     }
 }
 
-/// What the format knows and this version does not model is refused: an author must not think it was obeyed.
+/// Only a field can set the boundaries' stiffness.
 fn check_tissue(doc: &mut Walked) {
-    let word = |key: &str| doc.value["tissue"][key].as_str().unwrap_or_default().to_owned();
-    let (model, coupling) = (word("model"), word("coupling"));
-    let allowed = "allowed: auto or none; the deforming tissue is not modelled yet";
-    if !["auto", "none", ""].contains(&model.as_str()) {
-        doc.refuse("tissue.model", &format!("\"{model}\""), allowed);
-    }
-    if coupling == "field" {
-        doc.refuse("tissue.coupling", "\"field\"", "allowed: none; the deforming tissue is not modelled yet");
+    let tissue = &doc.value["tissue"];
+    if tissue["coupling"] == "field" && tissue["model"] == "none" {
+        let allowed = "allowed: none, for model = \"none\" has no field; another model has one";
+        doc.refuse("tissue.coupling", "\"field\"", allowed);
     }
 }
 

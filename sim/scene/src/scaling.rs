@@ -96,11 +96,24 @@ impl Needle {
 
 impl Scene {
     /// The mechanics' specification for a patient, scaled for the needle and the tissue, in SI.
+    #[must_use]
+    pub fn puncture_spec(&self, patient: &Patient) -> PunctureSpec {
+        let axial = self.axial_spec(patient);
+        PunctureSpec {
+            tissue: self.tissue_under(&axial),
+            axial,
+            lateral_stiffness_n_per_m2: self.needle.lateral_stiffness_n_per_m2,
+            needle_length_m: self.needle.length_mm / 1e3,
+            needle_bending_n_m2: self.needle.bending_n_m2(),
+            structures: self.structures.iter().map(|s| s.spec.clone()).collect(),
+        }
+    }
+
+    /// The axial law for a patient, with the scene's own stiffnesses.
     ///
     /// P∞ of a rate dependence is a threshold too: it is scaled for the needle, so that P/P∞ does not depend on it.
     /// A layer that the patient lacks has its nominal thickness.
-    #[must_use]
-    pub fn puncture_spec(&self, patient: &Patient) -> PunctureSpec {
+    pub(crate) fn axial_spec(&self, patient: &Patient) -> AxialSpec {
         let factors = Factors::new(&self.needle);
         let thickness_mm =
             |at: usize, layer: &SceneLayer| patient.thickness_mm.get(at).copied().unwrap_or(layer.thickness_mm);
@@ -109,17 +122,11 @@ impl Scene {
             p_infinity_n: r.p_infinity_n * (factors.diameter_power * factors.tip),
             v0_m_per_s: r.v0_m_per_s,
         });
-        PunctureSpec {
-            axial: AxialSpec {
-                layers,
-                tip_to_rim_m: self.needle.tip_to_rim_mm / 1e3,
-                presliding_stiffness_n_per_m: self.needle.presliding_stiffness_n_per_m,
-                rate,
-            },
-            lateral_stiffness_n_per_m2: self.needle.lateral_stiffness_n_per_m2,
-            needle_length_m: self.needle.length_mm / 1e3,
-            needle_bending_n_m2: self.needle.bending_n_m2(),
-            structures: self.structures.iter().map(|s| s.spec.clone()).collect(),
+        AxialSpec {
+            layers,
+            tip_to_rim_m: self.needle.tip_to_rim_mm / 1e3,
+            presliding_stiffness_n_per_m: self.needle.presliding_stiffness_n_per_m,
+            rate,
         }
     }
 }

@@ -116,7 +116,8 @@ pub fn empty() -> Recording {
         started_at: time::OffsetDateTime::UNIX_EPOCH,
         patient_thickness_mm: vec![2.0, 10.0, 40.0],
     };
-    Recording { session, attachments: vec![], samples: vec![], events: vec![], energies: vec![], complete: true }
+    let (attachments, samples, events, energies, tents) = (vec![], vec![], vec![], vec![], vec![]);
+    Recording { session, attachments, samples, events, energies, tents, complete: true }
 }
 
 /// Where the needle is.

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
+use mechanics::puncture::PunctureError;
 use mechanics::soundness;
 use recording::Session;
 use recording::simulate::{self, Clock, Simulated};
@@ -109,7 +110,10 @@ pub fn run(args: &Args) -> Outcome {
 fn record(args: &Args, session: &Session, bundle: &ExerciseBundle) -> Result<Simulated, Failure> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
     let params = commands::puncture_params(&args.exercise, &bundle.scene, &patient)?;
-    for unsound in soundness::check(&bundle.scene.path_spec(&patient, bundle.exercise.angle_deg)) {
+    for unsound in soundness::check(&scene::along_path(params.spec().axial.clone(), bundle.exercise.angle_deg)) {
+        if bundle.scene.is_coupled() {
+            return Err(Failure::refused(&args.exercise, PunctureError::Unsound(unsound)));
+        }
         output::warning(format_args!("{}: unsound scene: {unsound}", args.exercise.display()));
     }
     let source = args.operator.source(&bundle.exercise, args.seed)?;

@@ -8,7 +8,7 @@ use scene::Patient;
 use crate::exit::{Failure, Outcome};
 use crate::{commands, output};
 
-/// Re-simulate a recording's input and compare every recorded force
+/// Re-simulate a recording's input and compare every recorded force and tent
 ///
 /// Uses only what the file carries: the exercise, the scene and the patient drawn. Exit 0 when every force and event is
 /// the same to the bit, 1 when anything differs.
@@ -43,16 +43,18 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 fn report(verification: &Verification) -> Outcome {
-    let Verification { ticks, largest_deviation_n, at_s, channel, largest_depth_deviation_m, event_differences } =
+    let Verification { ticks, largest_deviation_n, at_s, channel, event_differences, tents, tent_differences, .. } =
         verification;
     if verification.exact() {
         return output::line(format_args!(
-            "same to the bit: largest deviation 0 N over {ticks} ticks, events identical"
+            "same to the bit: largest deviation 0 N over {ticks} ticks and {tents} steps of the field, events identical"
         ));
     }
     let place = if channel.is_empty() { String::new() } else { format!(" in {channel} at {at_s} s") };
     output::line(format_args!(
-        "different: largest deviation {largest_deviation_n} N{place} over {ticks} ticks, {} mm in depth, {event_differences} event differences",
-        largest_depth_deviation_m * 1e3
+        "different: largest deviation {largest_deviation_n} N{place} over {ticks} ticks, {} mm in depth, {event_differences} event differences; \
+         field: {} mm, {tent_differences} steps differ",
+        verification.largest_depth_deviation_m * 1e3,
+        verification.largest_tent_deviation_m * 1e3
     ))
 }

@@ -16,6 +16,6 @@ mod params;
 mod state;
 mod step;
 
-pub use params::{PunctureParams, PunctureSpec};
+pub use params::{PunctureError, PunctureParams, PunctureSpec};
 pub use state::{PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, PunctureState};
-pub use step::step;
+pub use step::{loads, step};

@@ -2,7 +2,9 @@
 
 use crate::axial::{AxialParams, AxialSpec, Domain, ParamError};
 use crate::beam::{Beam, Bend};
+use crate::soundness::{self, Unsound};
 use crate::structures::{Structure, StructureSpec};
+use crate::tissue::follow::{Field, FollowError, TissueSpec};
 
 /// What [`PunctureParams`] is made of, unchecked.
 #[derive(Clone, Debug)]
@@ -17,6 +19,22 @@ pub struct PunctureSpec {
     pub needle_bending_n_m2: Option<f64>,
     /// Structures in the patient frame.
     pub structures: Vec<StructureSpec>,
+    /// The tissue that follows the needle; none where nobody looks.
+    pub tissue: Option<TissueSpec>,
+}
+
+/// Why there is no puncture.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PunctureError {
+    /// A parameter is out of range.
+    #[error(transparent)]
+    Param(#[from] ParamError),
+    /// The tissue cannot be followed.
+    #[error("tissue: {0}")]
+    Field(#[from] FollowError),
+    /// With the stiffnesses that the field gives the boundaries, a rupture would create force or energy.
+    #[error("tissue.coupling = \"field\": {0}")]
+    Unsound(Unsound),
 }
 
 /// Checked parameters, constant for an attempt.
@@ -26,14 +44,21 @@ pub struct PunctureParams {
     pub(super) axial: AxialParams,
     pub(super) structures: Vec<Structure>,
     beam: Option<Beam>,
+    field: Option<Field>,
 }
 
 impl PunctureParams {
-    /// Checks and freezes a specification.
+    /// Checks and freezes a specification, and makes its field. Where the tissue is coupled, each boundary takes the field's
+    /// stiffness.
     ///
     /// # Errors
-    /// The first parameter that is non-finite or out of range, or the first mesh that is not closed.
-    pub fn new(spec: PunctureSpec) -> Result<Self, ParamError> {
+    /// The first parameter that is non-finite or out of range, the first mesh that is not closed, a tissue that no model can be
+    /// had of, or the first rupture that is unsound with the field's stiffnesses.
+    pub fn new(mut spec: PunctureSpec) -> Result<Self, PunctureError> {
+        let field = spec.tissue.as_ref().map(Field::new).transpose()?;
+        if let (Some(TissueSpec { coupled: true, .. }), Some(field)) = (&spec.tissue, &field) {
+            couple(&mut spec.axial, field)?;
+        }
         let axial = AxialParams::new(spec.axial.clone())?;
         Domain::NotNegative.check("lateral_stiffness_n_per_m2", spec.lateral_stiffness_n_per_m2, "N/m²")?;
         Domain::Positive.check("needle_length_m", spec.needle_length_m, "m")?;
@@ -46,19 +71,38 @@ impl PunctureParams {
             .iter()
             .enumerate()
             .map(|(index, spec)| Structure::new(index, spec))
-            .collect::<Result<_, _>>()?;
-        Ok(Self { spec, axial, structures, beam })
+            .collect::<Result<_, ParamError>>()?;
+        Ok(Self { spec, axial, structures, beam, field })
     }
 
-    /// The specification these parameters were made from.
+    /// The specification these parameters were made from, with the stiffnesses that the law uses.
     #[must_use]
     pub fn spec(&self) -> &PunctureSpec {
         &self.spec
+    }
+
+    /// The field that follows the needle, if the scene has one.
+    #[must_use]
+    pub fn field(&self) -> Option<&Field> {
+        self.field.as_ref()
     }
 
     /// What the needle does sideways when inserted by a length, in m.
     pub(super) fn bend(&self, inserted_m: f64) -> Bend {
         let rigid = || Bend::rigid(self.spec.lateral_stiffness_n_per_m2, inserted_m);
         self.beam.as_ref().map_or_else(rigid, |beam| beam.bend(inserted_m))
+    }
+}
+
+/// Gives every boundary the field's stiffness.
+fn couple(axial: &mut AxialSpec, field: &Field) -> Result<(), PunctureError> {
+    for (layer, stiffness_n_per_m) in axial.layers.iter_mut().zip(field.on_axis().stiffnesses_n_per_m()) {
+        layer.stiffness_n_per_m = stiffness_n_per_m;
+    }
+    // Checked first: what is not a number has no closed form.
+    AxialParams::new(axial.clone())?;
+    match soundness::check(axial).into_iter().next() {
+        Some(unsound) => Err(PunctureError::Unsound(unsound)),
+        None => Ok(()),
     }
 }

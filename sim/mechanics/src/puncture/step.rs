@@ -39,6 +39,11 @@ pub fn step(
     assemble(params, state, scratch, (axial, &side))
 }
 
+/// Writes what the needle does to the tissue after the last step into `loads_n`, in N, as [`axial::loads`] does. Never allocates.
+pub fn loads(params: &PunctureParams, state: &PunctureState, scratch: &PunctureScratch, loads_n: &mut [f64]) {
+    axial::loads(&params.axial, &state.axial.standing(), &scratch.axial, loads_n);
+}
+
 /// The needle sideways: a function of the state after the step, which is why a held sample repeats it.
 struct Side {
     /// Lateral force on the hand, in N.

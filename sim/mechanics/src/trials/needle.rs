@@ -2,10 +2,11 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::axial::{AxialSpec, ParamError};
+use crate::axial::AxialSpec;
 use crate::operator::needle_pose;
 use crate::puncture::{
-    PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, step,
+    PunctureError, PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec,
+    PunctureState, step,
 };
 use crate::structures::StructureSpec;
 
@@ -31,7 +32,7 @@ impl Needle {
     ///
     /// # Errors
     /// When the scene or a structure makes no sense.
-    pub fn new(axial: AxialSpec, structures: Vec<StructureSpec>) -> Result<Self, ParamError> {
+    pub fn new(axial: AxialSpec, structures: Vec<StructureSpec>) -> Result<Self, PunctureError> {
         Self::bending(axial, structures, None)
     }
 
@@ -43,13 +44,14 @@ impl Needle {
         axial: AxialSpec,
         structures: Vec<StructureSpec>,
         needle_bending_n_m2: Option<f64>,
-    ) -> Result<Self, ParamError> {
+    ) -> Result<Self, PunctureError> {
         let params = PunctureParams::new(PunctureSpec {
             axial,
             lateral_stiffness_n_per_m2: 10_000.0,
             needle_length_m: 0.15,
             needle_bending_n_m2,
             structures,
+            tissue: None,
         })?;
         let (state, scratch) = (PunctureState::new(&params), PunctureScratch::new(&params));
         Ok(Self { params, state, scratch, tick: 0 })

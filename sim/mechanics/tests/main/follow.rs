@@ -4,9 +4,9 @@
 //! or not on the layer, a drag that pushes on withdrawal, and a follower that drifts or is thrown by a bad clock.
 
 use allocation_counter::measure;
-use mechanics::axial::{AxialParams, AxialSpec, ParamError, ahead, loads};
+use mechanics::axial::{AxialParams, AxialSpec, ahead, loads};
 use mechanics::tissue::follow::{
-    FollowParams, FollowState, HandOver, Insertion, Responses, TissueSpec, hand_over, recoil_time_s, step,
+    FollowError, FollowParams, FollowState, HandOver, Insertion, Responses, TissueSpec, hand_over, recoil_time_s, step,
 };
 use mechanics::tissue::{ElasticLayer, FieldModel, LoadKind, Model, Problem, Slab};
 
@@ -21,10 +21,18 @@ pub fn lower_back() -> TissueSpec {
         density_kg_per_m3,
     };
     let layers = vec![layer(0.8e-3, 132e3, 1090.0), layer(8.4e-3, 33.1e3, 950.0), layer(39e-3, 198e3, 1050.0)];
-    let recoil = |l: &ElasticLayer| recoil_time_s(l.thickness_m, 1e-3, l.density_kg_per_m3, l.youngs_modulus_pa);
+    let recoil = |l: &ElasticLayer| recoil_time_s(l, 1e-3);
     let recoil_time_s = layers.iter().map(recoil).collect();
     let slab = Slab { layers, radius_m: 0.05 };
-    TissueSpec { boundaries_m: slab.boundaries_m(), slab, load_radius_m: 1e-3, tolerance: 0.05, recoil_time_s }
+    TissueSpec {
+        boundaries_m: slab.boundaries_m(),
+        slab,
+        load_radius_m: 1e-3,
+        model: None,
+        tolerance: 0.05,
+        coupled: false,
+        recoil_time_s,
+    }
 }
 
 /// The force law with its loads and a field behind it.
@@ -113,14 +121,20 @@ fn recoil_takes_as_long_as_the_root_of_the_density_at_any_rate() {
         let mut tissue = lower_back();
         let skin = &mut tissue.slab.layers[0];
         skin.density_kg_per_m3 *= density;
-        tissue.recoil_time_s[0] = recoil_time_s(skin.thickness_m, 1e-3, skin.density_kg_per_m3, skin.youngs_modulus_pa);
+        tissue.recoil_time_s[0] = recoil_time_s(skin, 1e-3);
         let tau_s = factor * 2e-3 * (1090.0_f64 / 132e3).sqrt();
         for steps in [1, 2, 15, 1000] {
             let left = left_n(&tissue, steps, tau_s);
             assert!((left - libm::exp(-1.0)).abs() < 1e-12, "{left} N in {steps} steps at {density} × the density");
         }
     }
-    assert!((recoil_time_s(0.01, 1e-3, 1000.0, 1000.0) - 0.01).abs() < 1e-15);
+    let soft = ElasticLayer {
+        thickness_m: 0.01,
+        youngs_modulus_pa: 1000.0,
+        poisson_ratio: 0.45,
+        density_kg_per_m3: 1000.0,
+    };
+    assert!((recoil_time_s(&soft, 1e-3) - 0.01).abs() < 1e-15);
 }
 
 #[test]
@@ -256,7 +270,7 @@ impl FieldModel for Springs {
     }
 }
 
-pub fn springs(problem: &Problem) -> Result<Box<dyn FieldModel>, ParamError> {
+pub fn springs(problem: &Problem) -> Result<Box<dyn FieldModel>, FollowError> {
     problem.check()?;
     let depth_m = match problem.load.kind {
         LoadKind::Contactor { depth_m } => depth_m,

@@ -184,6 +184,7 @@ fn broken_shapes_are_refused_with_their_place_and_what_is_allowed() {
             needle_length_m: 0.15,
             needle_bending_n_m2: None,
             structures: vec![structure(StructureKind::Organ, shape, (0.0, 0.0, -20.0))],
+            tissue: None,
         };
         let error = PunctureParams::new(spec).expect_err("must be refused").to_string();
         assert!(error.contains(wanted), "{error}");

@@ -57,6 +57,7 @@ fn bending(needle_bending_n_m2: Option<f64>) -> PunctureParams {
         needle_length_m: 0.1,
         needle_bending_n_m2,
         structures: vec![vessel],
+        tissue: None,
     })
     .unwrap()
 }

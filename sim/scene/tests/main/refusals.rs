@@ -116,10 +116,8 @@ fn a_needle_has_no_rim_and_a_trocars_rim_needs_thresholds() {
     says(&error(SCENE, "diameter_mm = 2.0", "flexible = true"), &["needle.flexible: true", "a trocar is rigid"]);
     let wide = "diameter_mm = 2.0\ninner_diameter_mm = 2.0";
     says(&error(SCENE, "diameter_mm = 2.0", wide), &["needle.inner_diameter_mm: 2 mm", "less than 2 mm"]);
-    for (key, value) in [("model", "volumetric"), ("coupling", "field")] {
-        let tissue = format!("[tissue]\n{key} = \"{value}\"\n[needle]");
-        says(&error(SCENE, "[needle]", &tissue), &[&format!("tissue.{key}: \"{value}\""), "not modelled yet"]);
-    }
+    let coupled = "[tissue]\nmodel = \"none\"\ncoupling = \"field\"\n[needle]";
+    says(&error(SCENE, "[needle]", coupled), &["tissue.coupling: \"field\"", "model = \"none\" has no field"]);
 }
 
 #[test]

@@ -36,11 +36,11 @@ fn an_unsound_threshold_is_refused_where_it_is_written() {
 
 #[test]
 fn the_limit_that_is_named_is_sound_and_more_is_not() {
-    let finding = scene(&unsound()).soundness(0.0).remove(0);
+    let finding = scene(&unsound()).soundness(0.0).unwrap().remove(0);
     assert_eq!(finding.unsound.contactor, Contactor::Tip);
     let with = |tip_n: f64| {
         let text = unsound().replace("tip_rupture_n = 1.0", &format!("tip_rupture_n = {tip_n}"));
-        scene(&text).soundness(0.0).iter().any(|f| (f.unsound.boundary, f.unsound.contactor) == (0, Contactor::Tip))
+        scene(&text).soundness(0.0).unwrap().iter().any(|f| (f.unsound.boundary, f.unsound.contactor) == (0, Contactor::Tip))
     };
     assert!(!with(finding.unsound.largest_sound_n * (1.0 - 1e-6)));
     assert!(with(finding.unsound.largest_sound_n * (1.0 + 1e-3)));
@@ -62,7 +62,7 @@ fn the_limit_is_in_the_documents_terms_whatever_the_needle() {
 #[test]
 fn the_thinnest_patient_must_be_sound_too() {
     let sound = tough(&SCENE.replace("thickness_mm = 0.8", "thickness_mm = 4"));
-    assert!(scene(&sound).soundness(0.0).is_empty());
+    assert!(scene(&sound).soundness(0.0).unwrap().is_empty());
     let spread = sound.replace("thickness_mm = 4", "thickness_mm = 4\nthickness_spread_mm = 3.5");
     let error = refusal(&spread).to_string();
     assert!(error.contains("of the thinnest patient"), "{error}");
@@ -70,5 +70,5 @@ fn the_thinnest_patient_must_be_sound_too() {
 
 #[test]
 fn reading_alone_does_not_refuse_an_unsound_scene() {
-    assert!(!scene(&unsound()).soundness(0.0).is_empty());
+    assert!(!scene(&unsound()).soundness(0.0).unwrap().is_empty());
 }

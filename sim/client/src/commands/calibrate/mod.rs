@@ -157,7 +157,8 @@ fn write(args: &Args, (base, target): (&Base, &AxialSpec), curve: &Curve) -> Res
     };
     let (_, _, rms_n) = put("")?;
     let (text, scene, rms_n) = put(&sheet::source(args, rms_n, curve.peak_n()))?;
-    match scene.soundness(0.0).first() {
+    let findings = scene.soundness(0.0).map_err(|why| Failure::refused(&args.out, why))?;
+    match findings.first() {
         None => Ok(Written { text, scene, rms_n }),
         Some(finding) => {
             let patient = finding.patient;

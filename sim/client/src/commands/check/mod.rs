@@ -9,6 +9,7 @@ use scene::Document;
 
 use crate::exit::{Failure, Outcome};
 use crate::output;
+use plan::Plan;
 use report::FileReport;
 
 /// Validate scenes, exercises and curricula, and print what simulating them comes to
@@ -45,15 +46,21 @@ pub fn run(args: &Args) -> Outcome {
 
 fn check(file: &Path) -> FileReport {
     let name = file.display().to_string();
-    match scene::check(file) {
-        Err(refused) => FileReport::refused(name, refused.issues.iter().map(ToString::to_string).collect()),
-        Ok(Document::Scene(scene)) => FileReport::sound(name, "scene", &scene.id, vec![plan::Plan::of_scene(&scene)]),
-        Ok(Document::Exercise(bundle)) => {
-            FileReport::sound(name, "exercise", &bundle.exercise.id, vec![plan::Plan::of_exercise(&bundle)])
+    let document = match scene::check(file) {
+        Err(refused) => return FileReport::refused(name, refused.issues.iter().map(ToString::to_string).collect()),
+        Ok(document) => document,
+    };
+    let (kind, id, plans) = match &document {
+        Document::Scene(scene) => ("scene", &scene.id, Plan::of_scene(scene).map(|plan| vec![plan])),
+        Document::Exercise(bundle) => {
+            ("exercise", &bundle.exercise.id, Plan::of_exercise(bundle).map(|plan| vec![plan]))
         }
-        Ok(Document::Curriculum(curriculum, bundles)) => {
-            let plans = bundles.iter().map(plan::Plan::of_exercise).collect();
-            FileReport::sound(name, "curriculum", &curriculum.id, plans)
+        Document::Curriculum(curriculum, bundles) => {
+            ("curriculum", &curriculum.id, bundles.iter().map(Plan::of_exercise).collect())
         }
+    };
+    match plans {
+        Ok(plans) => FileReport::sound(name, kind, id, plans),
+        Err(why) => FileReport::refused(name, vec![format!("{}: {why}", file.display())]),
     }
 }

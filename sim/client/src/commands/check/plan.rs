@@ -2,7 +2,8 @@
 
 use mechanics::axial::AxialSpec;
 use mechanics::closed_form;
-use scene::{ExerciseBundle, Patient, Scene, SceneLayer};
+use mechanics::tissue::follow::FollowError;
+use scene::{ExerciseBundle, Patient, Scene, SceneLayer, along_path};
 use serde::Serialize;
 
 use crate::commands::contactor_name;
@@ -62,18 +63,24 @@ pub struct RupturePlan {
 
 impl Plan {
     /// The plan of a scene met perpendicularly.
-    pub fn of_scene(scene: &Scene) -> Self {
+    ///
+    /// # Errors
+    /// When no model of a coupled tissue can be had.
+    pub fn of_scene(scene: &Scene) -> Result<Self, FollowError> {
         Self::new(None, scene, 0.0)
     }
 
     /// The plan of an exercise at its angle.
-    pub fn of_exercise(bundle: &ExerciseBundle) -> Self {
+    ///
+    /// # Errors
+    /// As [`Plan::of_scene`].
+    pub fn of_exercise(bundle: &ExerciseBundle) -> Result<Self, FollowError> {
         Self::new(Some(bundle.exercise.id.clone()), &bundle.scene, bundle.exercise.angle_deg)
     }
 
-    fn new(exercise: Option<String>, scene: &Scene, angle_deg: f64) -> Self {
-        let nominal = scene.path_spec(&Patient::nominal(scene), angle_deg);
-        Self {
+    fn new(exercise: Option<String>, scene: &Scene, angle_deg: f64) -> Result<Self, FollowError> {
+        let nominal = along_path(scene.coupled_spec(&Patient::nominal(scene))?, angle_deg);
+        Ok(Self {
             exercise,
             scene: scene.id.clone(),
             angle_deg,
@@ -81,7 +88,7 @@ impl Plan {
             ruptures: ruptures(&nominal),
             model: "none",
             reason: "the force law alone; this version has no model of the deforming tissue",
-        }
+        })
     }
 }
 

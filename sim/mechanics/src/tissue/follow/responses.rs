@@ -1,11 +1,11 @@
 //! Unit responses: what 1 N at each place does at each point, computed once.
 
+use super::field::FollowError;
 use super::spec::TissueSpec;
-use crate::axial::ParamError;
-use crate::tissue::{FieldModel, Load, LoadKind, Problem};
+use crate::tissue::{FieldModel, Load, Problem};
 
 /// Makes a model of one load: the choice of model and mesh is the caller's.
-pub type Fit<'f> = &'f mut dyn FnMut(&Problem) -> Result<Box<dyn FieldModel>, ParamError>;
+pub type Fit<'f> = &'f mut dyn FnMut(&Problem) -> Result<Box<dyn FieldModel>, FollowError>;
 
 /// Axial displacement at each point under 1 N of each load.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,7 +21,7 @@ impl Responses {
     ///
     /// # Errors
     /// When the tissue makes no sense or a model cannot be had.
-    pub fn new(tissue: &TissueSpec, points_m: &[[f64; 2]], fit: Fit<'_>) -> Result<Self, ParamError> {
+    pub fn new(tissue: &TissueSpec, points_m: &[[f64; 2]], fit: Fit<'_>) -> Result<Self, FollowError> {
         tissue.check()?;
         let loads = tissue.loads();
         let mut axial_m_per_n = vec![0.0; points_m.len() * loads.len()];
@@ -41,9 +41,8 @@ impl Responses {
     ///
     /// # Errors
     /// As [`Responses::new`].
-    pub fn at_boundaries(tissue: &TissueSpec, fit: Fit<'_>) -> Result<Self, ParamError> {
-        let depths = tissue.boundaries_m.iter().take(tissue.layers());
-        Self::new(tissue, &depths.map(|&depth_m| [0.0, depth_m]).collect::<Vec<_>>(), fit)
+    pub fn at_boundaries(tissue: &TissueSpec, fit: Fit<'_>) -> Result<Self, FollowError> {
+        Self::new(tissue, &tissue.points_m(), fit)
     }
 
     /// Axial displacement at a point under loads of these sizes, in m, positive into the body; 0 where there is no such point.
@@ -54,6 +53,14 @@ impl Responses {
         row.iter().zip(loads_n).map(|(response, load_n)| response * load_n).sum()
     }
 
+    /// Stiffness of each boundary as the field has it, in N/m. As [`TissueSpec::stiffnesses_n_per_m`], for the responses
+    /// [`Responses::at_boundaries`].
+    #[must_use]
+    pub fn stiffnesses_n_per_m(&self) -> Vec<f64> {
+        let rows = self.axial_m_per_n.chunks_exact(self.loads).enumerate();
+        rows.map(|(at, row)| row.get(at).map_or(f64::INFINITY, |own| 1.0 / own.abs())).collect()
+    }
+
     /// Bytes that it holds.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -62,21 +69,26 @@ impl Responses {
 }
 
 impl TissueSpec {
-    /// Stiffness of each boundary as the field has it, in N/m: F/|u| on the axis under a contactor at that boundary.
+    /// Stiffness of each boundary as the field has it, in N/m: F/|u| on the axis under a contactor at that boundary. To the bit
+    /// that of [`Responses::at_boundaries`] by the same fit; infinite at the clamped base.
     ///
     /// # Errors
     /// When the tissue makes no sense or a model cannot be had.
-    pub fn stiffnesses_n_per_m(&self, fit: Fit<'_>) -> Result<Vec<f64>, ParamError> {
+    pub fn stiffnesses_n_per_m(&self, fit: Fit<'_>) -> Result<Vec<f64>, FollowError> {
         self.check()?;
-        let depths = self.boundaries_m.iter().take(self.layers());
-        depths
-            .map(|&depth_m| {
-                let load = Load { kind: LoadKind::Contactor { depth_m }, radius_m: self.load_radius_m };
-                let mut model = fit(&problem(self, load, &[[0.0, depth_m]]))?;
-                model.solve(1.0);
-                Ok(1.0 / model.displacement_m(0.0, depth_m)[0].abs())
-            })
-            .collect()
+        let points_m = self.points_m();
+        let under = |(load, &[r_m, depth_m]): (&Option<Load>, &[f64; 2])| {
+            let Some(load) = load else { return Ok(f64::INFINITY) };
+            let mut model = fit(&problem(self, *load, &points_m))?;
+            model.solve(1.0);
+            Ok(1.0 / model.displacement_m(r_m, depth_m)[0].abs())
+        };
+        self.loads().iter().zip(&points_m).map(under).collect()
+    }
+
+    /// Every boundary on the axis: a radius and a depth, in m.
+    fn points_m(&self) -> Vec<[f64; 2]> {
+        self.boundaries_m.iter().take(self.layers()).map(|&depth_m| [0.0, depth_m]).collect()
     }
 }
 

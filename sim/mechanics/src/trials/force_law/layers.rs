@@ -3,9 +3,9 @@
 use nalgebra::{Point3, Vector3};
 
 use super::{DT, lateness_m, latest_m};
-use crate::axial::{AxialSpec, Contactor, ParamError, Rupture};
+use crate::axial::{AxialSpec, Contactor, Rupture};
 use crate::closed_form;
-use crate::puncture::PunctureEvent;
+use crate::puncture::{PunctureError, PunctureEvent};
 use crate::trials::needle::{Needle, Tick};
 use crate::trials::scenes::{Leg, Run, in_hold_out_in, layer, paper, training, trocar_through};
 use crate::trials::{Measured, largest};
@@ -84,7 +84,7 @@ pub(super) fn withdrawn_energy() -> Measured {
 }
 
 /// In to 30 mm and out; then in again so far beside the first entry, in m. The ticks of the second insertion.
-fn enter_again(beside_m: f64) -> Result<Vec<Tick>, ParamError> {
+fn enter_again(beside_m: f64) -> Result<Vec<Tick>, PunctureError> {
     let at = |x_m, z_m| Point3::new(x_m, 0.0, z_m);
     let down = -Vector3::z();
     let mut needle = Needle::new(paper(), vec![])?;
