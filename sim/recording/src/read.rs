@@ -12,8 +12,8 @@ use crate::frames::{ChunkReader, Frame, attachment, walk};
 use crate::metadata;
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, EXERCISE_ATTACHMENT, SCENE_ATTACHMENT, Session};
-use crate::topics::Topic;
 use crate::tent::Tent;
+use crate::topics::Topic;
 use crate::wire::{EnergyLedger, EventMessage, NeedleSample, TissueTent};
 use crate::write::PROFILE;
 

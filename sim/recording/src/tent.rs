@@ -41,11 +41,7 @@ impl<'a> Follower<'a> {
     }
 
     /// Follows a tick of the force law at a time in s; the tent, where a step of the field is due.
-    pub(crate) fn tick(
-        &mut self,
-        t_s: f64,
-        law: (&PunctureParams, &PunctureState, &PunctureScratch),
-    ) -> Option<Tent> {
+    pub(crate) fn tick(&mut self, t_s: f64, law: (&PunctureParams, &PunctureState, &PunctureScratch)) -> Option<Tent> {
         if !self.steps.due(nanoseconds(t_s)) {
             return None;
         }

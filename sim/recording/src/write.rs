@@ -15,8 +15,8 @@ use crate::metadata;
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, Session};
 use crate::summary::{Ticker, Window, nanoseconds};
-use crate::topics::{Topic, declare};
 use crate::tent::Tent;
+use crate::topics::{Topic, declare};
 use crate::wire::{EnergyLedger, EventMessage, NeedleSample, TissueTent};
 
 /// The file's profile, and the first thing a reader checks.

@@ -108,7 +108,9 @@ fn unsound_issues(path: &Path, scene: &Scene, angle_deg: f64) -> Result<Vec<Issu
     let doc = Walked::new(Source::new(&path.display().to_string(), &read_file(path)?)?, &SCENE)?;
     Ok(match findings {
         Ok(findings) => findings.iter().map(|finding| issue(&doc, scene, finding)).collect(),
-        Err(why) => vec![doc.issue("tissue.coupling", &why.to_string(), "allowed: a tissue that a model can be made of")],
+        Err(why) => {
+            vec![doc.issue("tissue.coupling", &why.to_string(), "allowed: a tissue that a model can be made of")]
+        }
     })
 }
 

@@ -128,12 +128,8 @@ fn recoil_takes_as_long_as_the_root_of_the_density_at_any_rate() {
             assert!((left - libm::exp(-1.0)).abs() < 1e-12, "{left} N in {steps} steps at {density} × the density");
         }
     }
-    let soft = ElasticLayer {
-        thickness_m: 0.01,
-        youngs_modulus_pa: 1000.0,
-        poisson_ratio: 0.45,
-        density_kg_per_m3: 1000.0,
-    };
+    let soft =
+        ElasticLayer { thickness_m: 0.01, youngs_modulus_pa: 1000.0, poisson_ratio: 0.45, density_kg_per_m3: 1000.0 };
     assert!((recoil_time_s(&soft, 1e-3) - 0.01).abs() < 1e-15);
 }
 

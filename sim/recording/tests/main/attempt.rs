@@ -33,7 +33,7 @@ fn layer(name: &str, [thickness_mm, stiffness, damping, tip, rim, friction, cutt
 }
 
 /// The training lower back under a trocar, with a vessel 30 mm deep.
-fn params() -> PunctureParams {
+pub fn params() -> PunctureParams {
     bending(None)
 }
 

@@ -6,6 +6,7 @@
 
 mod attempt;
 mod damage;
+mod field;
 mod format;
 mod recover;
 mod round_trip;

@@ -22,3 +22,4 @@ mod shipped;
 mod soundness;
 #[cfg(test)]
 mod support;
+mod tissue;

@@ -40,7 +40,11 @@ fn the_limit_that_is_named_is_sound_and_more_is_not() {
     assert_eq!(finding.unsound.contactor, Contactor::Tip);
     let with = |tip_n: f64| {
         let text = unsound().replace("tip_rupture_n = 1.0", &format!("tip_rupture_n = {tip_n}"));
-        scene(&text).soundness(0.0).unwrap().iter().any(|f| (f.unsound.boundary, f.unsound.contactor) == (0, Contactor::Tip))
+        scene(&text)
+            .soundness(0.0)
+            .unwrap()
+            .iter()
+            .any(|f| (f.unsound.boundary, f.unsound.contactor) == (0, Contactor::Tip))
     };
     assert!(!with(finding.unsound.largest_sound_n * (1.0 - 1e-6)));
     assert!(with(finding.unsound.largest_sound_n * (1.0 + 1e-3)));
