@@ -5,6 +5,7 @@ use super::spec::TissueSpec;
 use super::state::FollowParams;
 use crate::axial::ParamError;
 use crate::tissue::planner::{PlanError, Wish, plan};
+use crate::tissue::volumetric::Problem3;
 use crate::tissue::{FieldModel, Problem};
 
 /// Rate of the field, in Hz (physics section 5).
@@ -61,6 +62,6 @@ impl TissueSpec {
     }
 
     fn model(&self, problem: &Problem) -> Result<Box<dyn FieldModel>, FollowError> {
-        Ok(plan(problem, &Wish { model: self.model, tolerance: self.tolerance })?.field)
+        Ok(plan(&Problem3::flat(problem), &Wish { model: self.model, tolerance: self.tolerance })?.field)
     }
 }
