@@ -47,8 +47,8 @@ pub fn rung(problem: &Problem, at: usize) -> Option<Result<Axisymmetric, Axisymm
     Some(checked.and_then(|()| Axisymmetric::new(problem, &MeshSpec::graded(problem, level as f64))))
 }
 
-/// Passes over the strips in search of orders to spare: the third finds next to nothing.
-const PASSES: usize = 2;
+/// Attempts at lowering several strips together.
+const TRIES: usize = 3;
 
 /// Share of the tolerance that is aimed at. The rest is for the judge's own error and for what the sample points do not
 /// see.
@@ -79,15 +79,17 @@ pub fn fit(problem: &Problem, tolerance: f64) -> Result<Fitted, AxisymmetricErro
     problem.check()?;
     Domain::Positive.check("tolerance", tolerance, "")?;
     let level = first_level(tolerance);
-    let mut climb = Climb { problem, mesh: MeshSpec::graded(problem, level as f64), tolerance, to_side: false };
+    let mesh = MeshSpec::graded(problem, level as f64);
+    let mut climb = Climb { problem, tolerance, mesh, to_side: false, error: f64::INFINITY };
     for orders in 0..=MAX_ORDER - BETTER - level {
         if let Some((enough, judge)) = climb.judged(orders)? {
             let rung = Trimming { problem, truth: &judge.answer, aim: AIM * tolerance }.trim(enough)?;
             return Ok(rung.fitted(&judge, tolerance));
         }
     }
-    let top = climb.rung(MAX_ORDER)?;
-    let judge = Rung::new(problem, top.mesh.clone().graded_to_side().halved())?;
+    let finest = if climb.to_side { climb.mesh } else { climb.mesh.graded_to_side() }.raised(MAX_ORDER);
+    let judge = Rung::new(problem, finest.clone().halved())?;
+    let top = Rung::new(problem, finest)?;
     Ok(top.fitted(&judge, tolerance))
 }
 
@@ -106,6 +108,8 @@ struct Climb<'a> {
     mesh: MeshSpec,
     /// Whether it is graded to the side.
     to_side: bool,
+    /// Error of the last rung.
+    error: f64,
 }
 
 impl Climb<'_> {
@@ -114,12 +118,14 @@ impl Climb<'_> {
         Rung::new(self.problem, self.mesh.clone().raised(orders))
     }
 
-    /// A rung and its judge, if that can be trusted.
+    /// A rung and its judge, if that can be trusted. The side is looked at when it can, and when an order more has not
+    /// halved the error, as it would but for the corner there.
     fn pair(&mut self, orders: usize) -> Result<Option<(Rung, Rung)>, AxisymmetricError> {
         let (low, judge) = (self.rung(orders)?, self.rung(orders + BETTER)?);
         let error = low.error(&judge);
         let trusted = error <= DOUBT * self.tolerance;
-        if !self.to_side {
+        let stalled = error > 0.5 * std::mem::replace(&mut self.error, error);
+        if !self.to_side && (trusted || stalled) {
             let sided = Rung::new(self.problem, low.mesh.clone().graded_to_side())?;
             if low.error(&sided) > if trusted { SIDE * self.tolerance } else { error } {
                 self.to_side = true;
@@ -195,28 +201,23 @@ struct Spare {
 }
 
 impl Trimming<'_> {
-    fn trim(&self, mut rung: Rung) -> Result<Rung, AxisymmetricError> {
-        for _ in 0..PASSES {
-            match self.pass(&rung)? {
-                Some(cheaper) => rung = cheaper,
-                None => break,
+    /// One order less in as many strips as the tolerance allows. Small changes of the mesh add up, so what each does
+    /// alone tells what several do together. That is measured; where it is too much, less is tried.
+    fn trim(&self, rung: Rung) -> Result<Rung, AxisymmetricError> {
+        let (spares, mut aim) = (self.spares(&rung)?, self.aim);
+        for _ in 0..TRIES {
+            let picked = self.pick(&rung, &spares, aim);
+            if picked.is_empty() {
+                break;
             }
+            let trimmed = Rung::new(self.problem, lowered(&rung.mesh, &picked))?;
+            let error = distance(&trimmed.answer, self.truth);
+            if error <= self.aim {
+                return Ok(trimmed);
+            }
+            aim *= self.aim / error;
         }
         Ok(rung)
-    }
-
-    /// One order less in as many strips as the tolerance allows, if in any. Small changes of the mesh add up, so what
-    /// each does alone tells what several do together; the result is measured all the same.
-    fn pass(&self, rung: &Rung) -> Result<Option<Rung>, AxisymmetricError> {
-        let mut picked = self.pick(rung, self.spares(rung)?);
-        while !picked.is_empty() {
-            let trimmed = Rung::new(self.problem, lowered(&rung.mesh, &picked))?;
-            if distance(&trimmed.answer, self.truth) <= self.aim {
-                return Ok(Some(trimmed));
-            }
-            picked.pop();
-        }
-        Ok(None)
     }
 
     fn spares(&self, rung: &Rung) -> Result<Vec<Spare>, AxisymmetricError> {
@@ -231,15 +232,16 @@ impl Trimming<'_> {
     }
 
     /// The strips to lower, those first that cost the least accuracy for what they save.
-    fn pick(&self, rung: &Rung, mut spares: Vec<Spare>) -> Vec<usize> {
+    fn pick(&self, rung: &Rung, spares: &[Spare], aim: f64) -> Vec<usize> {
+        let mut spares: Vec<&Spare> = spares.iter().collect();
         let mut answer = rung.answer.clone();
         let mut picked = Vec::new();
         loop {
             let now = distance(&answer, self.truth);
             let after = |spare: &Spare| distance(&added(&answer, &spare.change), self.truth);
             let price = |spare: &Spare| (after(spare) * after(spare) - now * now) / spare.saved;
-            let fits = (0..spares.len()).filter(|&at| after(&spares[at]) <= self.aim);
-            let Some(best) = fits.min_by(|&a, &b| price(&spares[a]).total_cmp(&price(&spares[b]))) else {
+            let fits = (0..spares.len()).filter(|&at| after(spares[at]) <= aim);
+            let Some(best) = fits.min_by(|&a, &b| price(spares[a]).total_cmp(&price(spares[b]))) else {
                 return picked;
             };
             let spare = spares.swap_remove(best);

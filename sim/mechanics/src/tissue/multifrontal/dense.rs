@@ -40,31 +40,28 @@ fn eliminate_block(block: &mut [f64], size: usize, first: usize, least: &[f64]) 
         if !(pivot > least[column] && pivot.is_finite()) {
             return Some((column, pivot));
         }
-        let root = pivot.sqrt();
-        this.iter_mut().for_each(|value| *value /= root);
+        let scale = 1.0 / pivot.sqrt();
+        this.iter_mut().for_each(|value| *value *= scale);
     }
     None
 }
 
-/// Subtracts from columns, of which `first` is the first, what a finished panel takes from them.
+/// Subtracts from columns, of which `first` is the first, what a finished panel takes from them. Two at a time, for
+/// which the panel is read once; what is above the second one's diagonal does not count.
 fn bring_up_to_date(columns: &mut [f64], size: usize, first: usize, panel: &[f64]) {
-    for (at, target) in columns.chunks_exact_mut(size).enumerate() {
-        let row = first + at;
+    for (at, pair) in columns.chunks_mut(2 * size).enumerate() {
+        let row = first + 2 * at;
+        let (one, two) = pair.split_at_mut(size);
         for block in panel.chunks(BLOCK * size) {
-            subtract_panel(&mut target[row..], block, size, row);
+            if two.is_empty() || block.len() < BLOCK * size {
+                for (at, target) in [&mut *one, &mut *two].into_iter().filter(|target| !target.is_empty()).enumerate() {
+                    block.chunks_exact(size).for_each(|c| subtract_one(&mut target[row..], &c[row..], c[row + at]));
+                }
+            } else {
+                let four = std::array::from_fn(|c| &block[c * size + row..(c + 1) * size]);
+                subtract_four_from_two([&mut one[row..], &mut two[row..]], four);
+            }
         }
-    }
-}
-
-/// Subtracts from a column, given from its diagonal `row` down, what the panel's columns take from it.
-fn subtract_panel(target: &mut [f64], panel: &[f64], size: usize, row: usize) {
-    if panel.len() == BLOCK * size {
-        let columns: [&[f64]; BLOCK] = std::array::from_fn(|c| &panel[c * size + row..(c + 1) * size]);
-        subtract_four(target, columns, columns.map(|column| column[0]));
-        return;
-    }
-    for column in panel.chunks_exact(size) {
-        subtract_one(target, &column[row..], column[row]);
     }
 }
 
@@ -79,6 +76,17 @@ fn subtract_four(target: &mut [f64], [a, b, c, d]: [&[f64]; BLOCK], factors: [f6
     let (a, b, c, d) = (&a[..n], &b[..n], &c[..n], &d[..n]);
     for i in 0..n {
         target[i] -= (factors[0] * a[i] + factors[1] * b[i]) + (factors[2] * c[i] + factors[3] * d[i]);
+    }
+}
+
+/// Four columns, given from a row down, times their values in that row and in the next.
+fn subtract_four_from_two([one, two]: [&mut [f64]; 2], [a, b, c, d]: [&[f64]; BLOCK]) {
+    let n = one.len();
+    let (two, a, b, c, d) = (&mut two[..n], &a[..n], &b[..n], &c[..n], &d[..n]);
+    let [f, g] = [0, 1].map(|at| [a[at], b[at], c[at], d[at]]);
+    for i in 0..n {
+        one[i] -= (f[0] * a[i] + f[1] * b[i]) + (f[2] * c[i] + f[3] * d[i]);
+        two[i] -= (g[0] * a[i] + g[1] * b[i]) + (g[2] * c[i] + g[3] * d[i]);
     }
 }
 

@@ -159,7 +159,10 @@ struct Assembly {
     element: Vec<f64>,
     /// The degrees of freedom of an element that are not clamped: in the element, in the front.
     free: Vec<(usize, usize)>,
-    /// Schur complement of each front on its rows, until its parent takes it.
+    /// Rows of a finished front in the one being assembled.
+    rows: Vec<usize>,
+    /// Schur complement of each front on its rows, column after column from the diagonal down, until its parent takes
+    /// it.
     left: Vec<Vec<f64>>,
 }
 
@@ -171,6 +174,7 @@ impl Assembly {
             size: 0,
             element: Vec::new(),
             free: Vec::new(),
+            rows: Vec::new(),
             left: Vec::new(),
         }
     }
@@ -194,21 +198,27 @@ impl Assembly {
         self.free.clear();
         self.free.extend(free.map(|(at, &u)| (at, self.local[place[u as usize] as usize] as usize)));
         for &(column, to_column) in &self.free {
-            for &(row, to_row) in self.free.iter().filter(|&&(_, to_row)| to_row >= to_column) {
-                self.matrix[to_column * self.size + to_row] += self.element[column * n + row];
+            let (from, to) = (&self.element[column * n..][..n], &mut self.matrix[to_column * self.size..][..self.size]);
+            // What falls above the diagonal does not count; adding it is faster than asking.
+            for &(row, to_row) in &self.free {
+                to[to_row] += from[row];
             }
         }
     }
 
     fn add_child(&mut self, child: usize, front: &Front) {
         let left = std::mem::take(&mut self.left[child]);
-        let n = front.rows.len();
-        for (column, &column_place) in front.rows.iter().enumerate() {
-            let to_column = self.local[column_place as usize] as usize;
-            for (row, &row_place) in front.rows.iter().enumerate().skip(column) {
-                // Rows keep their order in every front, so what is below the diagonal stays below it.
-                self.matrix[to_column * self.size + self.local[row_place as usize] as usize] += left[column * n + row];
+        let mut left = &left[..];
+        self.rows.clear();
+        self.rows.extend(front.rows.iter().map(|&place| self.local[place as usize] as usize));
+        for (column, &to_column) in self.rows.iter().enumerate() {
+            let (values, rest) = left.split_at(self.rows.len() - column);
+            let to = &mut self.matrix[to_column * self.size..][..self.size];
+            // Rows keep their order in every front, so what is below the diagonal stays below it.
+            for (value, &to_row) in values.iter().zip(&self.rows[column..]) {
+                to[to_row] += value;
             }
+            left = rest;
         }
     }
 
@@ -222,10 +232,13 @@ impl Assembly {
             values.push(1.0 / column[0]);
             values.extend_from_slice(&column[1..]);
         }
-        let rest = (front.own..size).flat_map(|column| &self.matrix[column * size..][front.own..size]);
-        let rest = rest.copied().collect();
+        let rows = front.rows.len();
+        let mut left = Vec::with_capacity(rows * (rows + 1) / 2);
+        for column in front.own..size {
+            left.extend_from_slice(&self.matrix[column * size..][column..size]);
+        }
         self.left.resize(at + 1, Vec::new());
-        self.left[at] = rest;
+        self.left[at] = left;
         lost
     }
 }
