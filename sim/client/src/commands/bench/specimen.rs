@@ -9,9 +9,10 @@ const EXERCISE: &str = include_str!("../../../../../curricula/lower-back-basics/
 const PAPER: &str = include_str!("../../../../../curricula/scenes/lower-back-paper.toml");
 const TRAINING: &str = include_str!("../../../../../curricula/scenes/lower-back-training.toml");
 /// Every shipped scene.
-const SHIPPED: [&str; 6] = [
+const SHIPPED: [&str; 7] = [
     PAPER,
     TRAINING,
+    include_str!("../../../../../curricula/scenes/epidural-71kg.toml"),
     include_str!("../../../../../curricula/scenes/lower-back-lean.toml"),
     include_str!("../../../../../curricula/scenes/lower-back-obese.toml"),
     include_str!("../../../../../curricula/scenes/lower-back-thick-needle.toml"),
