@@ -34,7 +34,9 @@ impl Playback {
             (Some(_), _) => along_axis(path, plan)?,
             (None, Some(_)) => poses(&table, plan)?,
             (None, None) => {
-                return Err(table.wrong(1, "needs the column x_m, or px_m, py_m and pz_m (optionally qx, qy, qz, qw)"));
+                return Err(
+                    table.wrong_header("needs the column x_m, or px_m, py_m and pz_m (optionally qx, qy, qz, qw)")
+                );
             }
         };
         Ok(Self { rows, next: 0, elapsed_s: 0.0 })

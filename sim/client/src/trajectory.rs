@@ -1,5 +1,6 @@
 //! Trajectories in CSV: a header naming the columns, then one row per sample.
 
+use std::fs;
 use std::path::Path;
 
 use csv::{ReaderBuilder, StringRecord, Trim};
@@ -32,13 +33,12 @@ impl Table {
     /// When it cannot be read or is no table.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         let file = path.display().to_string();
-        let mut reader = ReaderBuilder::new()
-            .trim(Trim::All)
-            .comment(Some(b'#'))
-            .from_path(path)
-            .map_err(|error| Failure::refused(path, explain(&error)))?;
-        let header = reader.headers().map_err(|error| refuse(&file, &error))?.clone();
-        let rows: Vec<_> = reader.records().collect::<Result<_, _>>().map_err(|error| refuse(&file, &error))?;
+        let bytes = fs::read(path).map_err(|error| Failure::refused(path, error))?;
+        let refuse = |error: csv::Error| refuse(&file, &bytes, &error);
+        let mut reader = ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).from_reader(&bytes[..]);
+        let header = placed(&bytes, reader.headers().map_err(refuse)?.clone());
+        let rows = reader.records().map(|row| row.map(|row| placed(&bytes, row)).map_err(refuse));
+        let rows: Vec<_> = rows.collect::<Result<_, _>>()?;
         if rows.is_empty() {
             return Err(Failure::input(format_args!("{file}: no rows; a header and at least one row are needed")));
         }
@@ -53,7 +53,7 @@ impl Table {
         let mut found = self.header.iter().enumerate().filter(|(_, title)| *title == name);
         let first = found.next().map(|(index, _)| index);
         match found.next() {
-            Some(_) => Err(self.wrong(1, format_args!("column {name} appears twice; once is allowed"))),
+            Some(_) => Err(self.wrong_header(format_args!("column {name} appears twice; once is allowed"))),
             None => Ok(first),
         }
     }
@@ -67,7 +67,7 @@ impl Table {
         for (column, name) in columns.iter_mut().zip(names) {
             *column = self.column(name)?.ok_or_else(|| {
                 let header = self.header.iter().collect::<Vec<_>>().join(",");
-                self.wrong(1, format_args!("column {name} is missing; the header is '{header}'"))
+                self.wrong_header(format_args!("column {name} is missing; the header is '{header}'"))
             })?;
         }
         Ok(columns)
@@ -134,6 +134,11 @@ impl Table {
         Failure::input(format_args!("{}:{line}: {why}", self.file))
     }
 
+    /// An error in the header of this file.
+    pub fn wrong_header(&self, why: impl std::fmt::Display) -> Failure {
+        self.wrong(line_of(&self.header), why)
+    }
+
     /// The line in the file of a row, counted from 0.
     pub fn line(&self, row: usize) -> u64 {
         self.rows.get(row).map_or(1, line_of)
@@ -154,9 +159,27 @@ fn line_of(row: &StringRecord) -> u64 {
     row.position().map_or(1, csv::Position::line)
 }
 
-fn refuse(file: &str, error: &csv::Error) -> Failure {
+/// A row that knows the line it stands on.
+fn placed(bytes: &[u8], mut row: StringRecord) -> StringRecord {
+    let position = row.position().cloned().map(|mut position| {
+        position.set_line(line_at(bytes, &position));
+        position
+    });
+    row.set_position(position);
+    row
+}
+
+/// The line of what was read from a position on: to the csv crate, comments and empty lines are a part of the row below them.
+fn line_at(bytes: &[u8], position: &csv::Position) -> u64 {
+    let from = usize::try_from(position.byte()).unwrap_or(usize::MAX);
+    let lines = bytes.get(from..).unwrap_or_default().split(|&byte| byte == b'\n');
+    let is_passed_over = |line: &&[u8]| line.first() == Some(&b'#') || line.trim_ascii().is_empty();
+    position.line() + lines.take_while(is_passed_over).count() as u64
+}
+
+fn refuse(file: &str, bytes: &[u8], error: &csv::Error) -> Failure {
     match error.position() {
-        Some(position) => Failure::input(format_args!("{file}:{}: {}", position.line(), explain(error))),
+        Some(position) => Failure::input(format_args!("{file}:{}: {}", line_at(bytes, position), explain(error))),
         None => Failure::input(format_args!("{file}: {}", explain(error))),
     }
 }
