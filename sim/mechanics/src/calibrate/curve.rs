@@ -24,7 +24,7 @@ impl Curve {
     /// left out: the law cuts only while it advances, so that a trembling depth would switch cutting on and off.
     ///
     /// # Errors
-    /// A number that is not finite, or fewer than [`MIN_SAMPLES`] samples left.
+    /// A number that is not finite, or fewer than [`MIN_SAMPLES`] samples left, or fewer of them that go deeper than all before.
     pub fn new(samples: &[(f64, f64)]) -> Result<Self, CalibrateError> {
         if let Some(row) = samples.iter().position(|(x, f)| !x.is_finite() || !f.is_finite()) {
             return Err(CalibrateError::NotFinite { row });
@@ -35,11 +35,15 @@ impl Curve {
         }
         let every = moving.len().div_ceil(MOST_SAMPLES);
         let kept: Vec<(f64, f64)> = moving.into_iter().step_by(every).collect();
-        Ok(Self {
+        let curve = Self {
             depth_m: kept.iter().map(|sample| sample.0).collect(),
             force_n: kept.iter().map(|sample| sample.1).collect(),
             left_out: samples.len() - kept.len(),
-        })
+        };
+        match curve.front().len() {
+            found @ ..MIN_SAMPLES => Err(CalibrateError::NoInsertion { found, needed: MIN_SAMPLES }),
+            _ => Ok(curve),
+        }
     }
 
     /// How many samples the fit runs on.

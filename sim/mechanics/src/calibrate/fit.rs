@@ -6,7 +6,8 @@ use super::descent::Lowest;
 use super::guess::{Fresh, fresh, laid_over};
 use super::model::{Guess, Model, Places, Quantity, VARIABLES, residual_rms_n};
 use super::peaks::{Peak, peaks, unexplained};
-use super::uncertainty::{Estimate, FINEST_PART, Standing, estimate, in_words, standings};
+use super::uncertainty::{Estimate, FINEST_PART, Standing, estimate, standings};
+use super::words::in_words;
 use crate::axial::{AxialParams, AxialSpec, Contactor};
 use crate::soundness::{self, Unsound};
 
@@ -120,8 +121,8 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
 }
 
 impl Search<'_, '_> {
-    /// Fits as many layers as asked for. Not asked, a drop too small to be told from the end of a cut is a rupture only if
-    /// the curve is worth its layer.
+    /// Fits as many layers as asked for. Not asked, a drop that may be noise, or that the law makes without a rupture, where a
+    /// cut ends, is a layer only if the curve is worth one.
     fn by_drops(&mut self, asked: &Fresh) -> Result<Candidate, CalibrateError> {
         let mut best = self.best_of(fresh(&self.model.front, self.model.curve, asked)?);
         for _ in 0..DOUBTFUL {
@@ -131,7 +132,7 @@ impl Search<'_, '_> {
             }
             let asked = Fresh { layers: Some(fewer), ..*asked };
             let simpler = self.best_of(fresh(&self.model.front, self.model.curve, &asked)?);
-            if self.worth(&simpler) > self.worth(&best) {
+            if self.worth(&simpler) > self.worth(&best) || !unexplained(self.model, &simpler.guess).is_empty() {
                 break;
             }
             best = simpler;
@@ -208,7 +209,7 @@ fn moved(places: &Places, which: usize, stride: isize, gaps: usize) -> Option<Pl
 fn tidy(model: &Model<'_>, fitted: Candidate, start: Option<&AxialSpec>) -> Candidate {
     let mut variables = Model::variables(&fitted.guess.spec);
     let standings = standings(model, &fitted.guess, &variables);
-    let first = start.map_or_else(|| variables.clone(), Model::variables);
+    let first = start.map_or_else(|| without_cutting(&variables), Model::variables);
     let last_thickness = variables.len() - VARIABLES.len();
     let (mut depth_m, mut start_m) = (0.0, 0.0);
     for (at, &began) in first.iter().enumerate() {
@@ -228,6 +229,15 @@ fn tidy(model: &Model<'_>, fitted: Candidate, start: Option<&AxialSpec>) -> Cand
     let rms_n = |candidate: &Candidate| residual_rms_n(&candidate.guess.spec, model.curve);
     let as_good_n = (model.as_good_as_none() / model.curve.len() as f64).sqrt();
     if rms_n(&tidied) <= rms_n(&fitted) * (1.0 + WORTH) + as_good_n { tidied } else { fitted }
+}
+
+/// What a fit without a start has instead of its start: a cut that no curve shows is none.
+fn without_cutting(variables: &[f64]) -> Vec<f64> {
+    let or_none = |(at, &value): (usize, &f64)| match VARIABLES[at % VARIABLES.len()] {
+        Quantity::Cutting => 0.0,
+        _ => value,
+    };
+    variables.iter().enumerate().map(or_none).collect()
 }
 
 /// Lowers what thresholds are still unsound to the largest sound ones; after a fit under the constraint, by next to nothing.
@@ -264,7 +274,7 @@ fn report(model: &Model<'_>, best: Candidate, iterations: u32, asked: Option<Ask
         noise_n: model.front.noise_n(),
         iterations,
         converged: lowest.converged,
-        unexplained: unexplained(model, &guess.places),
+        unexplained: unexplained(model, &guess),
         undetermined: in_words(model, &guess, &estimates),
         estimates,
         peaks,

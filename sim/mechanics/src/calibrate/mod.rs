@@ -16,6 +16,7 @@ mod guess;
 mod model;
 mod peaks;
 mod uncertainty;
+mod words;
 
 pub use curve::{Curve, MIN_SAMPLES};
 pub use fit::{Asked, Fit, Start, fit};
@@ -34,16 +35,26 @@ pub enum CalibrateError {
         row: usize,
     },
     /// Too few samples.
-    #[error("{found} samples that move; at least {needed} are needed")]
+    #[error("samples that move: {found}; at least {needed} are needed")]
     TooFew {
         /// Samples that advance or withdraw.
         found: usize,
         /// How many are needed.
         needed: usize,
     },
+    /// Too few samples that go deeper.
+    #[error(
+        "samples deeper than all before them: {found}; at least {needed} are needed, of an insertion in the order measured"
+    )]
+    NoInsertion {
+        /// Samples deeper than all before them.
+        found: usize,
+        /// How many are needed.
+        needed: usize,
+    },
     /// More layers than the curve has drops for.
     #[error(
-        "{found} drops of at least {least_n:.3} N while the tip advances; {asked} layers need {}: ask for fewer, or lay a starting scene over the curve",
+        "drops of at least {least_n:.3} N while the tip advances: {found}; {} are needed for layers: {asked}. Fewer layers, or a starting scene laid over the curve, are allowed",
         asked * per_layer
     )]
     TooFewDrops {

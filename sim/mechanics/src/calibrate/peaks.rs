@@ -1,11 +1,16 @@
 //! The ruptures of a fitted law beside the drops of the curve.
 
-use super::model::{Guess, Model, Places};
-use crate::axial::Contactor;
+use super::model::{Guess, Model};
+use crate::axial::{AxialSpec, Contactor};
 use crate::closed_form;
 
 /// A place this many gaps from a drop of the curve explains it.
 const NEAR_GAPS: usize = 2;
+/// A drop is beyond doubt if it falls this many times the least (choice): the range of noise over a long flat stretch may
+/// reach the least.
+const BEYOND_DOUBT: f64 = 2.0;
+/// The law makes a drop if it falls there by this part of it (choice).
+const MADE_PART: f64 = 0.5;
 
 /// A rupture of the fitted law beside the curve.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,15 +31,14 @@ pub struct Peak {
 pub(super) fn peaks(model: &Model<'_>, guess: &Guess) -> Vec<Peak> {
     let front = &model.front;
     let drops = front.drops();
-    let forces = model.forces(&guess.spec);
-    let along: Vec<f64> = model.curve.front().into_iter().map(|at| forces[at]).collect();
+    let along = along_front(model, &guess.spec);
     let placed = closed_form::ruptures(&guess.spec).into_iter().filter_map(|rupture| {
         let row = match rupture.contactor {
             Contactor::Tip => &guess.places.tip,
             Contactor::Rim => &guess.places.rim,
         };
         let gap = row.get(rupture.boundary).copied().flatten()?;
-        let drop = drops.iter().find(|drop| drop.gap.abs_diff(gap) <= NEAR_GAPS);
+        let drop = drops.iter().find(|drop| is_near(drop.gap, gap));
         Some(Peak {
             contactor: rupture.contactor,
             boundary: rupture.boundary,
@@ -46,10 +50,29 @@ pub(super) fn peaks(model: &Model<'_>, guess: &Guess) -> Vec<Peak> {
     placed.collect()
 }
 
-/// The drops of the curve that no rupture is near to: depth in m, fall in N.
-pub(super) fn unexplained(model: &Model<'_>, places: &Places) -> Vec<(f64, f64)> {
-    let is_placed =
-        |gap: usize| places.tip.iter().chain(&places.rim).flatten().any(|place| place.abs_diff(gap) <= NEAR_GAPS);
-    let drops = model.front.drops().into_iter().filter(|drop| !is_placed(drop.gap));
-    drops.map(|drop| (model.front.middle_m(drop.gap), drop.fall_n)).collect()
+/// The drops of the curve beyond doubt that the law does not make: no rupture is near, nor does it fall there by itself,
+/// where a cut ends. Depth in m, fall in N.
+pub(super) fn unexplained(model: &Model<'_>, guess: &Guess) -> Vec<(f64, f64)> {
+    let Guess { spec, places } = guess;
+    let (front, along) = (&model.front, along_front(model, spec));
+    let is_placed = |gap: usize| places.tip.iter().chain(&places.rim).flatten().any(|&place| is_near(gap, place));
+    let falls = |force_n: &[f64], gap: usize| force_n[gap] - force_n[gap + 1];
+    let is_made = |gap: usize| {
+        let near = gap.saturating_sub(NEAR_GAPS)..=(gap + NEAR_GAPS).min(front.gaps() - 1);
+        near.into_iter().any(|at| falls(&along, at) >= MADE_PART * falls(&front.force_n, gap))
+    };
+    let least_n = BEYOND_DOUBT * front.least_fall_n();
+    let drops = front.drops().into_iter().filter(|drop| drop.fall_n >= least_n);
+    let unmade = drops.filter(|drop| !is_placed(drop.gap) && !is_made(drop.gap));
+    unmade.map(|drop| (front.middle_m(drop.gap), drop.fall_n)).collect()
+}
+
+/// The law's force at every sample of the front, in N.
+fn along_front(model: &Model<'_>, spec: &AxialSpec) -> Vec<f64> {
+    let forces = model.forces(spec);
+    model.curve.front().into_iter().map(|at| forces[at]).collect()
+}
+
+fn is_near(gap: usize, place: usize) -> bool {
+    gap.abs_diff(place) <= NEAR_GAPS
 }

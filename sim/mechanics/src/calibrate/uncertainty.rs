@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::model::{Guess, Model, Quantity, VARIABLES, residual_rms_n};
-use crate::axial::{AxialSpec, Layer};
+use crate::axial::Layer;
 
 /// A residual never speaks for more than this part of the peak (choice): a noise-free curve would make everything exact.
 pub(super) const FINEST_PART: f64 = 1e-3;
@@ -157,71 +157,13 @@ impl Spread {
     }
 }
 
-/// What the curve cannot determine, in words.
-pub(super) fn in_words(model: &Model<'_>, guess: &Guess, estimates: &[Estimate]) -> Vec<String> {
-    let mut words: Vec<String> = estimates
-        .iter()
-        .filter(|estimate| estimate.standing == Standing::Kept)
-        .map(|estimate| {
-            format!("{}: {}", name(&guess.spec, estimate.layer, estimate.quantity), unseen(estimate.quantity))
-        })
-        .collect();
+/// The variables that take part in each direction that the curve does not determine.
+pub(super) fn undetermined(model: &Model<'_>, guess: &Guess) -> Vec<Vec<usize>> {
     let values = Model::variables(&guess.spec);
     let spread = spread(model, guess, &standings(model, guess, &values));
-    for direction in &spread.blind {
+    let taking_part = |direction: &DVector<f64>| {
         let parts = spread.seen.iter().zip(direction.iter()).filter(|(_, part)| part.abs() > TAKES_PART);
-        let parts: Vec<usize> = parts.map(|(&variable, _)| variable).collect();
-        words.push(confused(model, &guess.spec, &parts));
-    }
-    words.push("damping of every layer: a curve without times shows no rate".to_owned());
-    words
-}
-
-fn confused(model: &Model<'_>, spec: &AxialSpec, variables: &[usize]) -> String {
-    let quantity = |&variable: &usize| VARIABLES[variable % VARIABLES.len()];
-    let names: Vec<String> = variables.iter().map(|at| name(spec, at / VARIABLES.len(), quantity(at))).collect();
-    let is_resistance = |at: &usize| matches!(quantity(at), Quantity::Friction | Quantity::Cutting);
-    let why = match variables.iter().all(is_resistance) && !model.curve.withdraws() {
-        true => "; the curve has no withdrawal, which would show friction alone",
-        false => "",
+        parts.map(|(&variable, _)| variable).collect()
     };
-    match names.as_slice() {
-        [only] => format!("{only}: its effect is lost in the residual{why}"),
-        _ => {
-            format!("{} cannot be told apart: a joint change of them is lost in the residual{why}", names.join(" and "))
-        }
-    }
-}
-
-fn name(spec: &AxialSpec, layer: usize, quantity: Quantity) -> String {
-    let layer = spec.layers.get(layer).map_or("", |layer| layer.name.as_str());
-    format!("{} of {layer}", quantity.words())
-}
-
-impl Quantity {
-    /// What it is, in words.
-    #[must_use]
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Thickness => "thickness",
-            Self::Stiffness => "stiffness",
-            Self::Friction => "friction",
-            Self::Cutting => "cutting",
-            Self::TipThreshold => "tip threshold",
-            Self::RimThreshold => "rim threshold",
-        }
-    }
-}
-
-/// Why a curve may not depend on a parameter.
-fn unseen(quantity: Quantity) -> &'static str {
-    match quantity {
-        Quantity::Thickness => "the curve does not feel its far side",
-        Quantity::Stiffness => "its boundary never carries the tip within the curve, or only between two samples",
-        Quantity::Friction => "the needle never gets into it within the curve",
-        Quantity::Cutting => "the tip never cuts in it without tenting what lies below",
-        Quantity::TipThreshold | Quantity::RimThreshold => {
-            "its boundary opens together with the one above, or beyond the curve"
-        }
-    }
+    spread.blind.iter().map(taking_part).collect()
 }

@@ -28,6 +28,12 @@ pub fn trocar_through(layers: Vec<Layer>) -> AxialSpec {
     AxialSpec { layers, tip_to_rim_m: 0.002, presliding_stiffness_n_per_m: 2000.0, rate: None }
 }
 
+/// Layers under a needle without a rim.
+#[must_use]
+pub fn needle_through(layers: Vec<Layer>) -> AxialSpec {
+    AxialSpec { tip_to_rim_m: 0.0, ..trocar_through(layers) }
+}
+
 /// The paper's lower back with the thresholds of section 2: no friction, no cutting.
 #[must_use]
 pub fn paper() -> AxialSpec {

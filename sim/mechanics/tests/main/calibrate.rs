@@ -7,23 +7,18 @@
 use mechanics::axial::AxialSpec;
 use mechanics::calibrate::{CalibrateError, Curve, Fit, Fresh, Quantity, Standing, Start, fit, residual_rms_n};
 use mechanics::soundness;
-use mechanics::trials::scenes::{Run, layer, training};
+use mechanics::trials::scenes::{Run, layer, needle_through, training};
 use proptest::prelude::*;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
 /// A needle without a rim through skin, fat and muscle whose boundaries all give way within 30 mm.
 fn needle() -> AxialSpec {
-    AxialSpec {
-        layers: vec![
-            layer("skin", [3.0, 400.0, 0.0, 2.0, 0.0, 60.0, 0.3]),
-            layer("fat", [12.0, 300.0, 0.0, 1.2, 0.0, 15.0, 0.1]),
-            layer("muscle", [30.0, 600.0, 0.0, 3.0, 0.0, 40.0, 0.3]),
-        ],
-        tip_to_rim_m: 0.0,
-        presliding_stiffness_n_per_m: 2000.0,
-        rate: None,
-    }
+    needle_through(vec![
+        layer("skin", [3.0, 400.0, 0.0, 2.0, 0.0, 60.0, 0.3]),
+        layer("fat", [12.0, 300.0, 0.0, 1.2, 0.0, 15.0, 0.1]),
+        layer("muscle", [30.0, 600.0, 0.0, 3.0, 0.0, 40.0, 0.3]),
+    ])
 }
 
 /// A sample every 0.05 mm: in to `deepest_mm`, and back out to `back_mm`.
@@ -202,12 +197,15 @@ fn what_cannot_be_fitted_is_refused_with_the_reason() {
     let mut broken = measured(&needle(), &track(10.0, 10.0), 0.0);
     broken[3].1 = f64::NAN;
     assert_eq!(refused(&broken), CalibrateError::NotFinite { row: 3 });
+    let mut backwards = measured(&needle(), &track(10.0, 10.0), 0.0);
+    backwards.reverse();
+    assert_eq!(refused(&backwards), CalibrateError::NoInsertion { found: 1, needed: 12 });
     let line: Vec<_> = track(10.0, 10.0).into_iter().map(|x| (x, 300.0 * x)).collect();
     let no_drop = fit(&curve(&line), fresh(None), &mut |_| ()).expect_err("no drop");
     assert!(matches!(no_drop, CalibrateError::TooFewDrops { found: 0, asked: 1, .. }), "{no_drop}");
     let steps = curve(&measured(&needle(), &track(32.0, 32.0), 0.0));
     let too_many = fit(&steps, fresh(Some(9)), &mut |_| ()).expect_err("too many");
-    assert!(too_many.to_string().contains("9 layers need 9"), "{too_many}");
+    assert!(too_many.to_string().contains("9 are needed for layers: 9"), "{too_many}");
     let mut deep = needle();
     deep.layers[0].tip_rupture_n = 50.0;
     let beyond = fit(&steps, Start::Scene(&deep), &mut |_| ()).expect_err("beyond");

@@ -4,24 +4,18 @@
 //! It would fail if damping used a wrong layer's coefficient or length, which are the paper's own misprints.
 
 use mechanics::axial::{AxialSpec, Layer};
-
-use mechanics::trials::scenes::{Run, layer};
+use mechanics::trials::scenes::{Run, layer, needle_through};
 
 const SPEED: f64 = 0.002;
 const DT: f64 = 0.001;
 
 /// Table I, with thresholds low enough that every cell is visited alone.
 fn table_i() -> AxialSpec {
-    AxialSpec {
-        layers: vec![
-            layer("skin", [0.8, 331.0, 3.0, 0.1, 0.0, 0.0, 0.0]),
-            layer("fat", [8.4, 83.0, 1.0, 0.3, 0.0, 0.0, 0.0]),
-            layer("muscle", [39.0, 497.0, 3.0, 1.5, 0.0, 0.0, 0.0]),
-        ],
-        tip_to_rim_m: 0.0,
-        presliding_stiffness_n_per_m: 2000.0,
-        rate: None,
-    }
+    needle_through(vec![
+        layer("skin", [0.8, 331.0, 3.0, 0.1, 0.0, 0.0, 0.0]),
+        layer("fat", [8.4, 83.0, 1.0, 0.3, 0.0, 0.0, 0.0]),
+        layer("muscle", [39.0, 497.0, 3.0, 1.5, 0.0, 0.0, 0.0]),
+    ])
 }
 
 /// Σ_{j<i} b_j d_j, in N·s/m.
