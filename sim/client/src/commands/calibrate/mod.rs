@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::RangedU64ValueParser;
 use mechanics::axial::AxialSpec;
-use mechanics::calibrate::{self, Curve, Fit, Fresh, Start};
+use mechanics::calibrate::{self, CalibrateError, Curve, Fit, Fresh, Start};
 use scene::{DocumentError, Patient, Scene};
 
 use crate::exit::{Failure, Outcome};
@@ -48,10 +48,10 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=32))]
     layers: Option<usize>,
     /// Distance from a trocar's tip to its rim, in mm, 0 to 50; 0 is a needle. Its drops are taken to alternate, tip and rim
-    #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = tip_to_rim)]
+    #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = tip_to_rim, allow_negative_numbers = true)]
     tip_to_rim_mm: f64,
     /// Write the scene for a patient of this weight, in kg, 30 to 200: depths × (weight/71.1)^1.5 at the same forces
-    #[arg(long, value_name = "KG", value_parser = weight)]
+    #[arg(long, value_name = "KG", value_parser = weight, allow_negative_numbers = true)]
     weight_kg: Option<f64>,
     /// Replace the scene if it exists
     #[arg(long)]
@@ -129,7 +129,10 @@ fn fit(args: &Args, curve: &Curve, start: Option<&Base>) -> Result<Fit, Failure>
             calibrate::fit(curve, Start::Fresh(fresh), &mut watch)
         }
     };
-    fitted.map_err(|error| Failure::refused(&args.data, error))
+    fitted.map_err(|error| match error {
+        CalibrateError::TooFewDrops { .. } => Failure::refused(&args.data, format_args!("{error} (--layers, --start)")),
+        _ => Failure::refused(&args.data, error),
+    })
 }
 
 /// The law with every depth multiplied and every force kept: k w and c l stay when w and l grow and k and c shrink.

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use mechanics::calibrate::{Curve, Estimate, Fit, Quantity, Standing};
+use mechanics::soundness::Unsound;
 use scene::Scene;
 use serde::Serialize;
 
@@ -68,7 +69,17 @@ struct ParameterRow {
 #[derive(Serialize)]
 struct AskedRow {
     residual_rms_n: f64,
-    ruptures: Vec<String>,
+    ruptures: Vec<RiseRow>,
+}
+
+/// A rupture that would create force or energy.
+#[derive(Serialize)]
+struct RiseRow {
+    layer: String,
+    contactor: &'static str,
+    threshold_n: f64,
+    force_rise_n: f64,
+    energy_rise_mj: f64,
 }
 
 impl Report {
@@ -97,7 +108,7 @@ impl Report {
             undetermined: fit.undetermined.clone(),
             unsound_without_constraint: fit.asked.as_ref().map(|asked| AskedRow {
                 residual_rms_n: asked.rms_n,
-                ruptures: asked.unsound.iter().map(ToString::to_string).collect(),
+                ruptures: asked.unsound.iter().map(RiseRow::new).collect(),
             }),
         }
     }
@@ -106,9 +117,10 @@ impl Report {
     pub fn warn(&self) {
         if let Some(asked) = &self.unsound_without_constraint {
             output::warning(format_args!(
-                "{}: the data ask for an unsound scene ({}); the sound one fits with {:.3} N instead of {:.3} N",
+                "{}: the data alone ask for a rupture that creates force or energy: {}; the scene is sound and fits with {:.3} N \
+                 rms instead of {:.3} N",
                 self.data,
-                asked.ruptures.join("; "),
+                asked.ruptures.iter().map(RiseRow::words).collect::<Vec<_>>().join("; "),
                 self.residual_rms_n,
                 asked.residual_rms_n
             ));
@@ -155,13 +167,13 @@ impl Report {
     }
 
     fn write_peaks(&self, out: &mut dyn Write) -> io::Result<()> {
-        writeln!(out, "\n  {:32} {:>9} {:>9} {:>9} {:>8}", "peak", "depth mm", "error mm", "force N", "error %")?;
+        writeln!(out, "\n  {:36} {:>9} {:>9} {:>9} {:>8}", "peak", "depth mm", "error mm", "force N", "error %")?;
         for peak in &self.peaks {
             let title = format!("{} through {}", peak.contactor, peak.layer);
             let depth = peak.depth_error_mm.map_or_else(|| "–".to_owned(), |mm| format!("{mm:+.3}"));
             let force =
                 peak.force_error_relative.map_or_else(|| "–".to_owned(), |part| format!("{:+.2}", part * 100.0));
-            writeln!(out, "  {title:32} {:>9.3} {depth:>9} {:>9.3} {force:>8}", peak.depth_mm, peak.force_n)?;
+            writeln!(out, "  {title:36} {:>9.3} {depth:>9} {:>9.3} {force:>8}", peak.depth_mm, peak.force_n)?;
         }
         writeln!(out, "  (– where the curve has no drop of its own)")
     }
@@ -173,7 +185,29 @@ impl Report {
             let error = row.standard_error.map_or_else(|| "–".to_owned(), |error| format!("{error:.3}"));
             writeln!(out, "  {layer:24} {parameter:14} {value:>10.3} {error:>10} {unit:4} {state}")?;
         }
-        writeln!(out)
+        writeln!(
+            out,
+            "  (as this needle meets them; the scene states them for the reference needle, 2 mm with a diamond tip)\n"
+        )
+    }
+}
+
+impl RiseRow {
+    fn new(unsound: &Unsound) -> Self {
+        Self {
+            layer: unsound.layer.clone(),
+            contactor: contactor_name(unsound.contactor),
+            threshold_n: unsound.threshold_n,
+            force_rise_n: unsound.force_rise_n,
+            energy_rise_mj: unsound.energy_rise_mj,
+        }
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "{} through {} at {:.3} N, force +{:.3} N, energy +{:.3} mJ",
+            self.contactor, self.layer, self.threshold_n, self.force_rise_n, self.energy_rise_mj
+        )
     }
 }
 

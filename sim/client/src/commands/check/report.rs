@@ -51,7 +51,7 @@ fn write_plan(plan: &Plan, out: &mut dyn Write) -> io::Result<()> {
     }
     writeln!(
         out,
-        "  {:24} {:>16} {:>10} {:>12} {:>10}",
+        "  {:36} {:>16} {:>10} {:>12} {:>10}",
         "layer", "thickness mm", "k N/m", "friction N/m", "cutting N"
     )?;
     for layer in &plan.layers {
@@ -61,13 +61,13 @@ fn write_plan(plan: &Plan, out: &mut dyn Write) -> io::Result<()> {
         };
         let (name, k) = (&layer.name, layer.stiffness_n_per_m);
         let (friction, cutting) = (layer.friction_n_per_m, layer.cutting_n);
-        writeln!(out, "  {name:24} {thickness:>16} {k:>10.1} {friction:>12.2} {cutting:>10.3}")?;
+        writeln!(out, "  {name:36} {thickness:>16} {k:>10.1} {friction:>12.2} {cutting:>10.3}")?;
     }
-    writeln!(out, "  {:24} {:>16} {:>10} {:>12}", "rupture (nominal patient)", "tip at mm", "before N", "after N")?;
+    writeln!(out, "  {:36} {:>16} {:>10} {:>12}", "rupture (nominal patient)", "tip at mm", "before N", "after N")?;
     for rupture in &plan.ruptures {
         let name = format!("{} through {}", rupture.contactor, rupture.layer);
         let (x, before, after) = (rupture.x_mm, rupture.force_before_n, rupture.force_after_n);
-        writeln!(out, "  {name:24} {x:>16.3} {before:>10.3} {after:>12.3}")?;
+        writeln!(out, "  {name:36} {x:>16.3} {before:>10.3} {after:>12.3}")?;
     }
     writeln!(out, "  model {}: {}", plan.model, plan.reason)
 }
