@@ -5,8 +5,8 @@ use mechanics::tissue::{ElasticLayer, Load, LoadKind, Problem, Slab};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use crate::error::{DocumentError, Issue};
-use crate::source::{json_offset, position};
+use crate::error::DocumentError;
+use crate::json::Json;
 
 /// Depths this close are the same, in m: a boundary is a running sum and need not have the digits that people write.
 const SAME_DEPTH_M: f64 = 1e-9;
@@ -77,17 +77,8 @@ struct RawSolution {
 /// # Errors
 /// The first issue found, with line and column.
 pub fn parse(file: &str, json: &str) -> Result<FieldCase, DocumentError> {
-    let issue = |(line, column), field: &str, found: String, allowed: &str| {
-        let (file, field, allowed) = (file.to_owned(), field.to_owned(), allowed.to_owned());
-        DocumentError::from(Issue { file, line, column, field, found, allowed })
-    };
-    let raw: RawCase = serde_json::from_str(json).map_err(|e| {
-        let place = (e.line(), e.column().max(1));
-        issue(place, "case", e.to_string(), "allowed: the form of reference/field/*.json")
-    })?;
-    raw.into_case().map_err(|ParamError { field, value, unit, allowed }| {
-        issue(position(json, json_offset(json, &field)), &field, format!("{value} {unit}"), allowed)
-    })
+    let json = Json { file, text: json };
+    json.read::<RawCase>("reference/field/*.json")?.into_case().map_err(|error| json.refused(error))
 }
 
 impl RawCase {

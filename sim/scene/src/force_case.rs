@@ -4,8 +4,8 @@ use mechanics::axial::{AxialParams, AxialSpec, Layer, ParamError, RateDependence
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use crate::error::{DocumentError, Issue};
-use crate::source::{json_offset, position};
+use crate::error::DocumentError;
+use crate::json::Json;
 
 /// Largest angle of a path to the surface normal, in rad (60°, and a rounding).
 const STEEPEST_RAD: f64 = std::f64::consts::FRAC_PI_3 + 1e-9;
@@ -62,23 +62,14 @@ struct RawLayer {
 /// # Errors
 /// The first issue found, with line and column.
 pub fn parse(file: &str, json: &str) -> Result<ForceCase, DocumentError> {
-    let issue = |(line, column), field: &str, found: String, allowed: &str| {
-        let (file, field, allowed) = (file.to_owned(), field.to_owned(), allowed.to_owned());
-        DocumentError::from(Issue { file, line, column, field, found, allowed })
-    };
-    let raw: RawCase = serde_json::from_str(json).map_err(|e| {
-        let place = (e.line(), e.column().max(1));
-        issue(place, "case", e.to_string(), "allowed: the form of reference/force/*.json")
-    })?;
-    let angle_rad = raw.angle_rad;
+    let json = Json { file, text: json };
+    let raw: RawCase = json.read("reference/force/*.json")?;
+    let (angle_rad, spec) = (raw.angle_rad, raw.spec());
     if !(0.0..=STEEPEST_RAD).contains(&angle_rad) {
-        let place = position(json, json_offset(json, "angle_rad"));
-        return Err(issue(place, "angle_rad", format!("{angle_rad} rad"), "allowed: 0 to 1.0472 rad (60°)"));
+        let allowed = "allowed: 0 to 1.0472 rad (60°)";
+        return Err(json.refused(ParamError { field: "angle_rad".to_owned(), value: angle_rad, unit: "rad", allowed }));
     }
-    let spec = raw.spec();
-    AxialParams::new(spec.clone()).map_err(|ParamError { field, value, unit, allowed }| {
-        issue(position(json, json_offset(json, &field)), &field, format!("{value} {unit}"), allowed)
-    })?;
+    AxialParams::new(spec.clone()).map_err(|error| json.refused(error))?;
     Ok(ForceCase { spec, angle_rad })
 }
 

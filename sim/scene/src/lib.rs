@@ -16,6 +16,7 @@ pub mod rewrite;
 pub mod schema;
 
 mod describe;
+mod json;
 mod mesh;
 mod read_curriculum;
 mod read_exercise;

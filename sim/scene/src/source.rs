@@ -75,19 +75,6 @@ pub(crate) fn position(text: &str, offset: usize) -> (usize, usize) {
     (1 + before.matches('\n').count(), 1 + before[start..].chars().count())
 }
 
-/// Byte offset in JSON of a field such as `layers[1].thickness_m` or `sample_r_m[3]`, or 0.
-///
-/// Every table of a list has each of its keys exactly once, so table n holds the n-th place where the key stands. A number
-/// in a list is placed where the list begins.
-pub(crate) fn json_offset(json: &str, field: &str) -> usize {
-    let (parent, key) = field.rsplit_once('.').unwrap_or(("", field));
-    let key = key.split_once('[').map_or(key, |(list, _)| list);
-    let nth = parent.split(['[', ']']).nth(1).and_then(|n| n.parse().ok()).unwrap_or(0);
-    let quoted = format!("\"{key}\"");
-    let is_key = |at: &usize| json[at + quoted.len()..].trim_start().starts_with(':');
-    json.match_indices(&quoted).map(|(at, _)| at).filter(is_key).nth(nth).unwrap_or(0)
-}
-
 #[cfg(test)]
 mod tests {
     //! Would fail if columns counted bytes, or lines were off by one.

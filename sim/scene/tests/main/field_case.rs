@@ -5,12 +5,9 @@
 use mechanics::tissue::LoadKind;
 use scene::field_case::parse;
 
-const LOWER_BACK: &str = include_str!("../../../../tests/data/field/lower_back.json");
+use crate::support::mistake;
 
-fn error(from: &str, to: &str) -> String {
-    assert!(LOWER_BACK.contains(from), "{from} is not in the case");
-    parse("case.json", &LOWER_BACK.replacen(from, to, 1)).unwrap_err().to_string()
-}
+const LOWER_BACK: &str = include_str!("../../../../tests/data/field/lower_back.json");
 
 fn load_depth_m(problem: &mechanics::tissue::Problem) -> f64 {
     match problem.load.kind {
@@ -47,11 +44,16 @@ fn a_layer_without_thickness_carries_nothing() {
 
 #[test]
 fn mistakes_are_refused_with_their_place() {
-    assert!(error("\"poisson_ratio\": 0.45", "\"poisson_ratio\": 0.5").contains("layers[0].poisson_ratio: 0.5"));
-    assert!(error("\"radius_m\": 0.05", "\"radius_m\": 0").contains("radius_m: 0 m"));
-    assert!(error("\"load_radius_m\": 0.001", "\"load_radius_m\": -1").contains("load_radius_m: -1 m"));
-    assert!(error("\"force_n\": 0.05", "\"force_n\": 1e300").contains("force_n"));
-    assert!(error("\"force_n\"", "\"force\"").contains("unknown field `force`"));
-    assert!(error("0.00025", "0.25").contains("sample_r_m[1]: 0.25 m"));
+    for (from, to, said) in [
+        ("\"poisson_ratio\": 0.45", "\"poisson_ratio\": 0.5", "layers[0].poisson_ratio: 0.5"),
+        ("\"radius_m\": 0.05", "\"radius_m\": 0", "radius_m: 0 m"),
+        ("\"load_radius_m\": 0.001", "\"load_radius_m\": -1", "load_radius_m: -1 m"),
+        ("\"force_n\": 0.05", "\"force_n\": 1e300", "force_n"),
+        ("\"force_n\"", "\"force\"", "unknown field `force`"),
+        ("0.00025", "0.25", "sample_r_m[1]: 0.25 m"),
+    ] {
+        let error = mistake(parse, LOWER_BACK, (from, to));
+        assert!(error.contains(said), "{error}");
+    }
     assert!(parse("case.json", "{}").unwrap_err().to_string().starts_with("case.json:1:"));
 }

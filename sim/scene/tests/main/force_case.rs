@@ -4,14 +4,11 @@
 
 use scene::force_case::parse;
 
+use crate::support::mistake;
+
 const TROCAR: &str = include_str!("../../../../tests/data/force/trocar.json");
 const TABLE_I: &str = include_str!("../../../../tests/data/force/table_i.json");
 const TRAINING: &str = include_str!("../../../../tests/data/force/training_in_hold_out_in.json");
-
-fn error(from: &str, to: &str) -> String {
-    assert!(TROCAR.contains(from), "{from} is not in the case");
-    parse("case.json", &TROCAR.replacen(from, to, 1)).unwrap_err().to_string()
-}
 
 #[test]
 fn the_reference_cases_read() {
@@ -41,12 +38,17 @@ fn a_value_out_of_range_is_placed_in_its_own_layer() {
 
 #[test]
 fn mistakes_are_refused_with_line_and_column() {
-    assert!(error("\"cutting_n\"", "\"cuting_n\"").contains("unknown field `cuting_n`"));
-    assert!(error("0.0084", "\"8.4 mm\"").contains("invalid type"));
-    assert!(error("\"thickness_m\": 0.0084,", "").contains("missing field `thickness_m`"));
-    assert!(error("0.0084", "1e999").contains("out of range"));
-    assert!(error("0.0084", "NaN").starts_with("case.json:"));
-    assert!(error("\"angle_rad\": 0.0", "\"angle_rad\": 1.5").contains("angle_rad: 1.5 rad; allowed: 0 to 1.0472 rad"));
+    for (from, to, said) in [
+        ("\"cutting_n\"", "\"cuting_n\"", "unknown field `cuting_n`"),
+        ("0.0084", "\"8.4 mm\"", "invalid type"),
+        ("\"thickness_m\": 0.0084,", "", "missing field `thickness_m`"),
+        ("0.0084", "1e999", "out of range"),
+        ("0.0084", "NaN", "case.json:"),
+        ("\"angle_rad\": 0.0", "\"angle_rad\": 1.5", "angle_rad: 1.5 rad; allowed: 0 to 1.0472 rad"),
+    ] {
+        let error = mistake(parse, TROCAR, (from, to));
+        assert!(error.contains(said), "{error}");
+    }
     assert!(parse("case.json", "").unwrap_err().to_string().starts_with("case.json:1:"));
 }
 

@@ -5,6 +5,16 @@ use std::path::{Path, PathBuf};
 use scene::load::read;
 use scene::{Document, DocumentError, Scene};
 
+/// What the reader of a case says when one of its words is another.
+pub fn mistake<T: std::fmt::Debug>(
+    parse: fn(&str, &str) -> Result<T, DocumentError>,
+    case: &str,
+    (from, to): (&str, &str),
+) -> String {
+    assert!(case.contains(from), "{from} is not in the case");
+    parse("case.json", &case.replacen(from, to, 1)).unwrap_err().to_string()
+}
+
 /// A small scene that is fine as it stands.
 pub const SCENE: &str = r#"id = "small"
 title = "Small"
