@@ -3,34 +3,11 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use mechanics::axial::{AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, Layer, step};
+use mechanics::axial::{AxialInput, AxialParams, AxialScratch, AxialState, step};
 use mechanics::operator::needle_pose;
 use mechanics::puncture::{PunctureInput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState};
+use mechanics::trials::scenes::training;
 use nalgebra::{Point3, Vector3};
-
-/// The training lower back of physics section 2.
-fn training() -> AxialSpec {
-    let layer = |name: &str, [d, k, b, tip, rim, c, f]: [f64; 7]| Layer {
-        name: name.into(),
-        thickness_m: d,
-        stiffness_n_per_m: k,
-        damping_n_s_per_m2: b,
-        tip_rupture_n: tip,
-        rim_rupture_n: rim,
-        friction_n_per_m: c,
-        cutting_n: f,
-    };
-    AxialSpec {
-        layers: vec![
-            layer("skin", [0.0008, 331.0, 300.0, 1.0, 1.3, 100.0, 0.3]),
-            layer("fat", [0.0084, 83.0, 100.0, 0.5, 0.6, 15.0, 0.1]),
-            layer("muscle", [0.039, 497.0, 300.0, 1.5, 1.9, 40.0, 0.3]),
-        ],
-        tip_to_rim_m: 0.002,
-        presliding_stiffness_n_per_m: 2000.0,
-        rate: None,
-    }
-}
 
 /// Strokes of 30 mm, 4 s each way at 1 kHz: every stage and both directions.
 fn displacement_m(tick: u32) -> f64 {

@@ -3,11 +3,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use mechanics::axial::{AxialSpec, Layer};
 use mechanics::closed_form::ruptures;
 use mechanics::operator::{Motion, Operator, Plan, Skill};
 use mechanics::puncture::{PunctureParams, PunctureSpec};
 use mechanics::structures::{Shape, StructureKind, StructureSpec};
+use mechanics::trials::scenes::training;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use recording::recover::recover;
 use recording::sample::flags;
@@ -19,19 +19,6 @@ use crate::support::{file, read, writer};
 
 const CLOCK: Clock = Clock { tick_hz: 1000.0, time_limit_s: 60.0 };
 
-fn layer(name: &str, [thickness_mm, stiffness, damping, tip, rim, friction, cutting]: [f64; 7]) -> Layer {
-    Layer {
-        name: name.to_owned(),
-        thickness_m: thickness_mm * 1e-3,
-        stiffness_n_per_m: stiffness,
-        damping_n_s_per_m2: damping,
-        tip_rupture_n: tip,
-        rim_rupture_n: rim,
-        friction_n_per_m: friction,
-        cutting_n: cutting,
-    }
-}
-
 /// The training lower back under a trocar, with a vessel 30 mm deep.
 pub fn params() -> PunctureParams {
     bending(None)
@@ -39,20 +26,14 @@ pub fn params() -> PunctureParams {
 
 /// The same under a needle of a bending stiffness, in N·m², or a rigid one.
 fn bending(needle_bending_n_m2: Option<f64>) -> PunctureParams {
-    let layers = vec![
-        layer("skin", [0.8, 331.0, 300.0, 1.0, 1.3, 100.0, 0.3]),
-        layer("fat", [8.4, 83.0, 100.0, 0.5, 0.6, 15.0, 0.1]),
-        layer("muscle", [39.0, 497.0, 300.0, 1.5, 1.9, 40.0, 0.3]),
-    ];
     let vessel = StructureSpec {
         name: "artery".to_owned(),
         kind: StructureKind::Vessel,
         shape: Shape::Sphere { radius_m: 0.003 },
         position_m: Point3::new(0.0, 0.0, -0.03),
     };
-    let axial = AxialSpec { layers, tip_to_rim_m: 0.002, presliding_stiffness_n_per_m: 2000.0, rate: None };
     PunctureParams::new(PunctureSpec {
-        axial,
+        axial: training(),
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.1,
         needle_bending_n_m2,
