@@ -111,15 +111,14 @@ async fn measure(attempts: usize) -> Vec<(&'static str, Duration)> {
     school.fill(attempts).await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let trainee = school.app.signed_in("trainee0@example.org").await;
-    let list = teacher.get("/cohorts").await.text();
-    let cohort = list.split("href=\"/cohorts/").nth(1).unwrap().split('"').next().unwrap().to_owned();
+    let cohort = teacher.get("/cohorts").await.link("/cohorts/");
     let session = format!("/sessions/{}", school.first);
     let mut medians = Vec::new();
     for (name, browser, path) in [
         ("session", &trainee, session.as_str()),
         ("trainee's home", &trainee, "/"),
         ("exercise", &trainee, "/exercises/feel-the-layers"),
-        ("cohort of 30", &teacher, &format!("/cohorts/{cohort}")),
+        ("cohort of 30", &teacher, cohort.as_str()),
         ("instructor's home", &teacher, "/"),
     ] {
         let (median, bytes) = school.median(browser, path).await;

@@ -42,9 +42,7 @@ impl School {
 
     /// The only cohort's page, by the list's own link.
     async fn cohort_path(&self) -> String {
-        let list = self.page("teacher@example.org", "/cohorts").await;
-        let id = list.split("href=\"/cohorts/").nth(1).expect("a cohort").split('"').next().unwrap();
-        format!("/cohorts/{id}")
+        self.app.signed_in("teacher@example.org").await.get("/cohorts").await.link("/cohorts/")
     }
 }
 

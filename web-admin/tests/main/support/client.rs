@@ -27,6 +27,13 @@ impl Answer {
         String::from_utf8_lossy(&self.body).into_owned()
     }
 
+    /// The first address in the page that begins with `prefix`.
+    pub fn link(&self, prefix: &str) -> String {
+        let page = self.text();
+        let rest = page.split(&format!("href=\"{prefix}")).nth(1).expect("a link");
+        format!("{prefix}{}", rest.split('"').next().unwrap_or_default())
+    }
+
     pub fn json(&self) -> Value {
         serde_json::from_slice(&self.body).unwrap_or_else(|error| panic!("{error}: {}", self.text()))
     }
