@@ -58,6 +58,17 @@ fn a_question_goes_to_the_cheapest_model_that_can_answer_it() {
 }
 
 #[test]
+fn a_named_model_is_used_and_its_error_is_told() {
+    let wish = Wish { model: Some(Model::MassSpring), tolerance: 0.01 };
+    let planned = plan(&Problem3::flat(&flat()), &wish).expect("a plan");
+    assert_eq!(planned.field.model(), Model::MassSpring);
+    assert!(!planned.met && planned.estimated_relative_error > 0.05, "{}", planned.estimated_relative_error);
+    for words in ["was asked for", "does not meet", "axisymmetric"] {
+        assert!(planned.reason.contains(words), "{}", planned.reason);
+    }
+}
+
+#[test]
 fn what_meets_the_tolerance_says_so() {
     for tolerance in [0.05, 0.01] {
         let planned = plan(&Problem3::flat(&flat()), &Wish { model: None, tolerance }).expect("a plan");

@@ -41,6 +41,7 @@ pub struct Args {
 enum ModelChoice {
     Auto,
     Axisymmetric,
+    MassSpring,
     Volumetric,
 }
 
@@ -49,6 +50,7 @@ impl ModelChoice {
         match self {
             Self::Auto => None,
             Self::Axisymmetric => Some(Model::Axisymmetric),
+            Self::MassSpring => Some(Model::MassSpring),
             Self::Volumetric => Some(Model::Volumetric),
         }
     }

@@ -12,6 +12,7 @@ mod patch;
 pub use patch::{Patch, patch};
 
 use super::axisymmetric::{self, AxisymmetricError};
+use super::mass_spring::{self, LatticeError};
 use super::volumetric::{self, Problem3, Skin, VolumetricError};
 use super::{FieldModel, Model, Problem};
 
@@ -42,6 +43,9 @@ pub enum PlanError {
     /// The axisymmetric model refuses.
     #[error(transparent)]
     Axisymmetric(#[from] AxisymmetricError),
+    /// The lattice refuses.
+    #[error(transparent)]
+    MassSpring(#[from] LatticeError),
     /// The volumetric model refuses.
     #[error(transparent)]
     Volumetric(#[from] VolumetricError),
@@ -103,7 +107,7 @@ pub fn plan(question: &Problem3, wish: &Wish) -> Result<Planned, PlanError> {
     let made = match model {
         Model::None => return Err(PlanError::NoModel),
         Model::Axisymmetric => Made::from(axisymmetric::fit(flat, wish.tolerance)?),
-        Model::MassSpring => return Err(PlanError::NoModel),
+        Model::MassSpring => Made::from(mass_spring::fit(flat, wish.tolerance)?),
         Model::Volumetric => Made::from(volumetric::fit(question, wish.tolerance)?),
     };
     let Made { field, mesh, estimated_relative_error, met } = made;
@@ -121,7 +125,7 @@ pub fn rung(problem: &Problem, model: Model, at: usize) -> Option<Result<Box<dyn
     match model {
         Model::None => None,
         Model::Axisymmetric => boxed(axisymmetric::rung(problem, at)),
-        Model::MassSpring => None,
+        Model::MassSpring => boxed(mass_spring::rung(problem, at)),
         Model::Volumetric => boxed(volumetric::rung(&Problem3::flat(problem), at)),
     }
 }
@@ -152,4 +156,4 @@ macro_rules! made_from {
     };
 }
 
-made_from!(axisymmetric volumetric);
+made_from!(axisymmetric mass_spring volumetric);
