@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::PathBuf;
 
+use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::{Run, repository, stylet, text};
@@ -49,7 +50,42 @@ fn everything_shipped_is_sound() {
     let course = &reports[files.len() - 1];
     assert_eq!((&course["kind"], &course["ok"]), (&"curriculum".into(), &true.into()));
     assert!(course["plans"].as_array().expect("plans").len() >= 6);
-    assert_eq!(course["plans"][0]["model"], "none");
+    for plan in
+        reports.as_array().expect("reports").iter().flat_map(|report| report["plans"].as_array().expect("plans"))
+    {
+        assert_eq!(plan["model"], "axisymmetric", "{plan}");
+        let number = |key: &str| plan[key].as_f64().expect("a number");
+        assert!(number("bytes") > 0.0 && number("bytes") <= 64e6, "{plan}");
+        assert!(number("unknowns") > 0.0 && number("expected_relative_error") > 0.0, "{plan}");
+        let told = plan["reason"].as_str().expect("a reason").contains("tolerance is not met");
+        assert_eq!(number("expected_relative_error") > number("tolerance"), told, "{plan}");
+    }
+}
+
+/// The plan of the training scene with a table for its tissue.
+fn plan_with(tissue: &str) -> Value {
+    let folder = TempDir::new().expect("a folder");
+    let scene = fs::read_to_string(repository("curricula/scenes/lower-back-training.toml")).expect("a scene");
+    let file = folder.path().join("scene.toml");
+    fs::write(&file, scene.replacen("[needle]", &format!("[tissue]\n{tissue}\n[needle]"), 1)).expect("a file");
+    stylet(&["check", "--json", text(&file)]).ends(0).json()[0]["plans"][0].clone()
+}
+
+#[test]
+fn a_scene_pays_only_for_the_tissue_that_it_names() {
+    let none = plan_with("model = \"none\"");
+    assert_eq!(
+        (&none["model"], &none["reason"].as_str().map(|why| why.contains("force law alone"))),
+        (&"none".into(), &Some(true))
+    );
+    for free in ["unknowns", "bytes", "setup_s", "step_s", "radius_mm"] {
+        assert_eq!(none[free].as_f64(), Some(0.0), "{free}");
+    }
+    let [coarse, fine] = ["tolerance = 0.2", "tolerance = 0.01"].map(plan_with);
+    for grows in ["unknowns", "bytes", "radius_mm"] {
+        assert!(fine[grows].as_f64() > coarse[grows].as_f64(), "{grows}: {fine} {coarse}");
+    }
+    assert!(fine["expected_relative_error"].as_f64() < coarse["expected_relative_error"].as_f64());
 }
 
 #[test]
@@ -70,7 +106,9 @@ fn the_papers_trocar_opens_its_boundaries_where_the_closed_form_says() {
 fn people_see_layers_spread_ruptures_and_the_model() {
     let scene = repository("curricula/scenes/lower-back-training.toml");
     let run = stylet(&["check", text(&scene)]).ends(0);
-    for part in ["0.8 ± 0.1", "tip through skin", "3.021", "1.726", "model none: the force law alone"] {
+    for part in
+        ["0.8 ± 0.1", "tip through skin", "3.021", "1.726", "model axisymmetric: ", "unknowns within", "expected error"]
+    {
         assert!(run.stdout.contains(part), "'{part}' is missing in: {}", run.stdout);
     }
 }

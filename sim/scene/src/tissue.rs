@@ -1,11 +1,14 @@
 //! From a scene to the tissue that its field is made of.
 
 use mechanics::axial::AxialSpec;
-use mechanics::tissue::follow::{FollowError, TissueSpec, patch_radius_m, recoil_time_s};
+use mechanics::tissue::follow::{FollowError, TissueSpec, recoil_time_s};
 use mechanics::tissue::{ElasticLayer, Model, Slab};
 
 use crate::model::{Scene, SceneLayer};
 use crate::patient::Patient;
+
+/// A patient's body is held this far from the needle, in m. The field models only what the needle moves of it.
+const BODY_RADIUS_M: f64 = 0.25;
 
 impl Scene {
     /// The tissue of a patient, in SI; none where the scene names no model, or no layer of the patient has a thickness.
@@ -37,7 +40,7 @@ impl Scene {
             written.recoil_time_s.unwrap_or_else(|| recoil_time_s(layer, load_radius_m))
         };
         let recoil_time_s = self.layers.iter().zip(&layers).map(recoil).collect();
-        let slab = Slab { layers, radius_m: patch_radius_m(load_radius_m) };
+        let slab = Slab { layers, radius_m: BODY_RADIUS_M };
         Some(TissueSpec {
             boundaries_m: slab.boundaries_m(),
             slab: slab.solid(),

@@ -4,7 +4,7 @@
 //! or if a patch were narrower than its tolerance allows or wider than it needs.
 
 use mechanics::tissue::axisymmetric::{Axisymmetric, MeshSpec};
-use mechanics::tissue::planner::{PlanError, Wish, choose, patch, plan};
+use mechanics::tissue::planner::{PlanError, Reach, Wish, choose, patch, plan, reach};
 use mechanics::tissue::volumetric::{Inclusion, Material, Problem3, Shape, Skin};
 use mechanics::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Model, Problem, Slab};
 use nalgebra::Point3;
@@ -92,26 +92,24 @@ fn answer_m(slab: &Slab) -> Vec<f64> {
 #[test]
 fn a_patch_is_as_wide_as_its_tolerance_asks_and_no_wider() {
     let deep = vec![layer(0.0008, 132e3), layer(0.0084, 33e3), layer(2.0, 198e3)];
-    let [coarse, fine] = [0.1, 0.01].map(|tolerance| patch(&deep, &SKIN, &radii_m(), tolerance).expect("a patch"));
-    assert!(fine.slab.radius_m > coarse.slab.radius_m, "{coarse:?} {fine:?}");
-    for (patch, tolerance) in [(coarse, 0.1), (fine, 0.01)] {
-        assert!(patch.relative_change <= tolerance, "{patch:?}");
-        let wide = Slab { layers: deep.clone(), radius_m: 16.0 * patch.slab.radius_m };
-        let (narrow, wide) = (answer_m(&patch.slab), answer_m(&wide));
+    let [coarse, fine] = [0.1, 0.01].map(|tolerance| reach(&deep, &SKIN, &radii_m(), tolerance).expect("a reach"));
+    assert!(fine.radius_m > coarse.radius_m, "{coarse:?} {fine:?}");
+    for (Reach { radius_m, relative_change }, tolerance) in [(coarse, 0.1), (fine, 0.01)] {
+        assert!(relative_change <= tolerance, "{relative_change}");
+        let [narrow, wide] = [1.0, 16.0].map(|times| answer_m(&patch(&deep, 0.0, times * radius_m)));
         let wrong: f64 = narrow.iter().zip(&wide).map(|(a, b)| (a - b) * (a - b)).sum();
         let whole: f64 = wide.iter().map(|b| b * b).sum();
         let off = (wrong / whole).sqrt();
         // All doublings beyond it together take at most as much again as the first one: the changes halve or better.
-        assert!(off <= 2.0 * tolerance, "{off} beyond the patch of {} m", patch.slab.radius_m);
+        assert!(off <= 2.0 * tolerance, "{off} beyond the patch of {radius_m} m");
     }
 }
 
 #[test]
 fn layers_below_the_reach_of_the_needle_are_left_out() {
     let mut layers = lower_back();
-    layers.extend([layer(1.0, 198e3), layer(1.0, 50e3)]);
-    let patch = patch(&layers, &SKIN, &radii_m(), 0.05).expect("a patch");
-    assert!(patch.slab.layers.len() < layers.len(), "{patch:?}");
-    let depth_m: f64 = patch.slab.layers.iter().map(|layer| layer.thickness_m).sum();
-    assert!(depth_m <= patch.slab.radius_m * (1.0 + 1e-12), "{patch:?}");
+    layers.extend([layer(0.0, 1e3), layer(1.0, 198e3), layer(1.0, 50e3)]);
+    let slab = patch(&layers, 0.0092, 0.06);
+    assert_eq!(slab.layers.len(), 4, "neither the sheet without thickness nor what is too deep: {slab:?}");
+    assert!((slab.boundaries_m()[4] - 0.0692).abs() < 1e-12 && slab.radius_m == 0.06, "{slab:?}");
 }

@@ -8,7 +8,7 @@ use mechanics::axial::{AxialSpec, Layer};
 use mechanics::closed_form::ruptures;
 use mechanics::operator::{Motion, needle_pose};
 use mechanics::puncture::{PunctureError, PunctureParams, PunctureSpec};
-use mechanics::tissue::follow::{TissueSpec, patch_radius_m, recoil_time_s};
+use mechanics::tissue::follow::{TissueSpec, recoil_time_s};
 use mechanics::tissue::{ElasticLayer, Slab};
 use nalgebra::{Point3, Vector3};
 use recording::simulate::{Clock, MotionSource, simulate};
@@ -53,7 +53,7 @@ fn tissue(axial: &AxialSpec, youngs_modulus_pa: &[f64], density_kg_per_m3: f64) 
         density_kg_per_m3,
     };
     let layers: Vec<ElasticLayer> = axial.layers.iter().zip(youngs_modulus_pa).map(elastic).collect();
-    let slab = Slab { layers, radius_m: patch_radius_m(LOAD_RADIUS_M) };
+    let slab = Slab { layers, radius_m: 50.0 * LOAD_RADIUS_M };
     TissueSpec {
         boundaries_m: slab.boundaries_m(),
         recoil_time_s: slab.layers.iter().map(|layer| recoil_time_s(layer, LOAD_RADIUS_M)).collect(),

@@ -2,6 +2,7 @@
 
 mod plan;
 mod report;
+mod tissue;
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +17,7 @@ use report::FileReport;
 ///
 /// Lists every issue of every file with its line and column. Refuses unsound scenes, whose ruptures would raise the
 /// force or the elastic energy, and names the largest sound threshold. Prints the layers, the spread between patients and
-/// the closed-form ruptures of each exercise. Exit 0 when all is well, 1 when anything was found.
+/// the closed-form ruptures of each exercise, and the plan of its tissue: model, unknowns, bytes, expected error, cost. Exit 0 when all is well, 1 when anything was found.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet check curricula/scenes/*.toml curricula/lower-back-basics/course.toml")]
 pub struct Args {

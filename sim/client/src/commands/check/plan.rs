@@ -6,6 +6,7 @@ use mechanics::tissue::follow::FollowError;
 use scene::{ExerciseBundle, Patient, Scene, SceneLayer, along_path};
 use serde::Serialize;
 
+use super::tissue::TissuePlan;
 use crate::commands::contactor_name;
 
 /// The plan of one scene, or of one exercise in its scene.
@@ -21,10 +22,9 @@ pub struct Plan {
     pub layers: Vec<LayerPlan>,
     /// Ruptures of a slow insertion into the nominal patient.
     pub ruptures: Vec<RupturePlan>,
-    /// Which tissue model is used.
-    pub model: &'static str,
-    /// Why.
-    pub reason: &'static str,
+    /// The deforming tissue.
+    #[serde(flatten)]
+    pub tissue: TissuePlan,
 }
 
 /// A layer as the needle meets it.
@@ -86,8 +86,7 @@ impl Plan {
             angle_deg,
             layers: scene.layers.iter().zip(&nominal.layers).map(LayerPlan::new).collect(),
             ruptures: ruptures(&nominal),
-            model: "none",
-            reason: "the force law alone; this version has no model of the deforming tissue",
+            tissue: TissuePlan::new(scene, angle_deg)?,
         })
     }
 }

@@ -69,5 +69,5 @@ fn write_plan(plan: &Plan, out: &mut dyn Write) -> io::Result<()> {
         let (x, before, after) = (rupture.x_mm, rupture.force_before_n, rupture.force_after_n);
         writeln!(out, "  {name:36} {x:>16.3} {before:>10.3} {after:>12.3}")?;
     }
-    writeln!(out, "  model {}: {}", plan.model, plan.reason)
+    plan.tissue.write(out)
 }

@@ -4,9 +4,9 @@ use super::responses::Responses;
 use super::spec::TissueSpec;
 use super::state::FollowParams;
 use crate::axial::ParamError;
-use crate::tissue::planner::{PlanError, Wish, plan};
+use crate::tissue::planner::{self, PlanError, Planned, Reach, Wish, patch, reach};
 use crate::tissue::volumetric::Problem3;
-use crate::tissue::{FieldModel, Problem};
+use crate::tissue::{Load, LoadKind, Model};
 
 /// Rate of the field, in Hz (physics section 5).
 pub const FIELD_HZ: u32 = 120;
@@ -22,21 +22,63 @@ pub enum FollowError {
     Plan(#[from] PlanError),
 }
 
+/// What the field of a tissue is computed with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FieldPlan {
+    /// The model.
+    pub model: Model,
+    /// Why this one, and its mesh under the load that is worst off.
+    pub reason: String,
+    /// How far the tissue is modelled around the needle, in m.
+    pub radius_m: f64,
+    /// Unknowns of the largest load's model.
+    pub unknowns: usize,
+    /// Most bytes held at a time: the largest load's model, which is let go when it has answered, and the responses.
+    pub bytes: usize,
+    /// Expected relative error of the displacement on the axis: of the mesh and of the patch, the worst load's.
+    pub expected_relative_error: f64,
+}
+
 /// A tissue that follows the needle, ready for an attempt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     follow: FollowParams,
     on_axis: Responses,
+    plan: FieldPlan,
 }
 
 impl Field {
-    /// Computes what 1 N at each place does at every boundary on the axis, by the model that the planner chooses.
+    /// Computes what 1 N at each place does at every boundary on the axis, by the model that the planner chooses, on a patch
+    /// no larger than the needle's influence. Mesh and patch share the tolerance.
     ///
     /// # Errors
     /// When the tissue makes no sense or no model can be had.
     pub fn new(tissue: &TissueSpec) -> Result<Self, FollowError> {
-        let on_axis = Responses::at_boundaries(tissue, &mut |problem| tissue.model(problem))?;
-        Ok(Self { follow: FollowParams::new(tissue)?, on_axis })
+        tissue.check()?;
+        let share = 0.5 * tissue.tolerance;
+        let skin = Load { kind: LoadKind::Contactor { depth_m: 0.0 }, radius_m: tissue.load_radius_m };
+        let body = &tissue.slab;
+        let Reach { radius_m, relative_change } = reach(&body.layers, &skin, &[0.0], share).map_err(PlanError::from)?;
+        let radius_m = radius_m.min(body.radius_m);
+        let deepest_m = tissue.boundaries_m.iter().copied().fold(0.0, f64::max);
+        let patched = TissueSpec { slab: patch(&body.layers, deepest_m, radius_m), ..tissue.clone() };
+        let wish = Wish { model: tissue.model, tolerance: share };
+        let mut plan = FieldPlan {
+            model: Model::None,
+            reason: String::new(),
+            radius_m,
+            unknowns: 0,
+            bytes: 0,
+            expected_relative_error: f64::NEG_INFINITY,
+        };
+        let on_axis = Responses::at_boundaries(&patched, &mut |problem| {
+            let planned = planner::plan(&Problem3::flat(problem), &wish)?;
+            plan.take(&planned);
+            Ok::<_, FollowError>(planned.field)
+        })?;
+        plan.bytes += on_axis.bytes();
+        plan.expected_relative_error += relative_change;
+        Ok(Self { follow: FollowParams::new(tissue)?, on_axis, plan })
     }
 
     /// What the follower needs to know.
@@ -50,18 +92,33 @@ impl Field {
     pub fn on_axis(&self) -> &Responses {
         &self.on_axis
     }
+
+    /// What it was computed with.
+    #[must_use]
+    pub fn plan(&self) -> &FieldPlan {
+        &self.plan
+    }
+}
+
+impl FieldPlan {
+    /// Takes the model of one more load into account.
+    fn take(&mut self, planned: &Planned) {
+        self.model = planned.field.model();
+        self.unknowns = self.unknowns.max(planned.field.unknowns());
+        self.bytes = self.bytes.max(planned.field.bytes());
+        if planned.estimated_relative_error > self.expected_relative_error {
+            self.expected_relative_error = planned.estimated_relative_error;
+            self.reason.clone_from(&planned.reason);
+        }
+    }
 }
 
 impl TissueSpec {
     /// The stiffness of each boundary by the model that the planner chooses, in N/m: what a coupled law uses.
     ///
     /// # Errors
-    /// When the tissue makes no sense or no model can be had.
+    /// As [`Field::new`].
     pub fn planned_stiffnesses_n_per_m(&self) -> Result<Vec<f64>, FollowError> {
-        self.stiffnesses_n_per_m(&mut |problem| self.model(problem))
-    }
-
-    fn model(&self, problem: &Problem) -> Result<Box<dyn FieldModel>, FollowError> {
-        Ok(plan(&Problem3::flat(problem), &Wish { model: self.model, tolerance: self.tolerance })?.field)
+        Ok(Field::new(self)?.on_axis.stiffnesses_n_per_m())
     }
 }

@@ -24,7 +24,7 @@ mod spec;
 mod state;
 
 pub use coupling::{HandOver, Insertion, hand_over};
-pub use field::{FIELD_HZ, Field, FollowError};
+pub use field::{FIELD_HZ, Field, FieldPlan, FollowError};
 pub use responses::{Fit, Responses};
-pub use spec::{TissueSpec, patch_radius_m, recoil_time_s};
+pub use spec::{TissueSpec, recoil_time_s, tilt_excess};
 pub use state::{FollowParams, FollowState, step};

@@ -6,7 +6,7 @@ use crate::tissue::{ElasticLayer, Load, LoadKind, Model, Slab};
 /// A slab under a needle, and where the needle loads it. Unchecked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TissueSpec {
-    /// The layers that have a thickness.
+    /// The body: the layers that have a thickness, held at a radius. The field models no more of it than the needle moves.
     pub slab: Slab,
     /// Radius of the needle's footprint, in m.
     pub load_radius_m: f64,
@@ -35,11 +35,13 @@ pub fn recoil_time_s(layer: &ElasticLayer, load_radius_m: f64) -> f64 {
     layer.thickness_m.max(2.0 * load_radius_m) * (layer.density_kg_per_m3 / layer.youngs_modulus_pa).sqrt()
 }
 
-/// Radius of the tissue that is modelled around a needle's footprint, in m: a side clamped 50 footprints away takes 1.7 % off a
-/// half-space's displacement (physics section 8).
+/// How much larger the tent along a needle at an angle to the normal, in rad, is than that of the perpendicular field: sin²θ
+/// ν/(2(1 − ν)) of it, as the surface of a half-space gives way to a push along it (1 − ν/2)/(1 − ν) times as much as to one
+/// into it, averaged over directions (Johnson, "Contact Mechanics", sections 3.2 and 3.6).
 #[must_use]
-pub fn patch_radius_m(load_radius_m: f64) -> f64 {
-    50.0 * load_radius_m
+pub fn tilt_excess(angle_rad: f64, poisson_ratio: f64) -> f64 {
+    let sine = libm::sin(angle_rad);
+    sine * sine * poisson_ratio / (2.0 * (1.0 - poisson_ratio))
 }
 
 impl TissueSpec {

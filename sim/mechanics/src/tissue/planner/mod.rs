@@ -9,7 +9,7 @@
 
 mod patch;
 
-pub use patch::{Patch, patch};
+pub use patch::{Reach, patch, reach};
 
 use super::axisymmetric::{self, AxisymmetricError};
 use super::mass_spring::{self, LatticeError};

@@ -12,55 +12,53 @@ const DOUBLINGS: usize = 6;
 /// Level of the graded meshes that compare patches: exact to a thousandth or so, below any tolerance of a patch.
 const LEVEL: f64 = 6.0;
 
-/// A patch, and what a wider one would change.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Patch {
-    /// The tissue inside it.
-    pub slab: Slab,
-    /// Relative change of the axial displacement over the sample radii when the patch is twice as wide.
+/// How far a needle's influence reaches, and what reaching farther would change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// Radius beyond which the tissue may be held, in m.
+    pub radius_m: f64,
+    /// Relative change of the axial displacement over the sample radii when it is held twice as far away.
     pub relative_change: f64,
 }
 
-/// The narrowest patch around a load whose clamped side and base change the axial displacement at its depth, over radii in
-/// m, by no more than a tolerance, or the widest tried. Layers below its reach are left out.
+/// The nearest that tissue may be clamped, beside a load and below it, and change the axial displacement at its depth, over
+/// radii in m, by no more than a tolerance; or the farthest tried.
 ///
 /// A body has no side. Clamping one at R costs about as much as going from R to 2R brings, since the displacement beyond
 /// falls at least with 1/R.
 ///
 /// # Errors
 /// When the layers or the load are out of range.
-pub fn patch(
+pub fn reach(
     layers: &[ElasticLayer],
     load: &Load,
     sample_r_m: &[f64],
     tolerance: f64,
-) -> Result<Patch, AxisymmetricError> {
-    let answer = |radius_m: f64| -> Result<(Slab, Vec<f64>), AxisymmetricError> {
-        let slab = cut(layers, lower_end_m(load) + radius_m, radius_m);
-        let depth_m = middle_m(load);
+) -> Result<Reach, AxisymmetricError> {
+    let depth_m = middle_m(load);
+    let answer = |radius_m: f64| -> Result<Vec<f64>, AxisymmetricError> {
+        let slab = patch(layers, lower_end_m(load), radius_m);
         let problem = Problem { slab, load: *load, sample_r_m: Vec::new(), sample_depth_m: vec![depth_m] };
         let model = Axisymmetric::new(&problem, &MeshSpec::graded(&problem, LEVEL))?;
-        let axial_m = sample_r_m.iter().map(|&r_m| model.displacement_m(r_m, depth_m)[0]).collect();
-        Ok((problem.slab, axial_m))
+        Ok(sample_r_m.iter().map(|&r_m| model.displacement_m(r_m, depth_m)[0]).collect())
     };
     let mut radius_m = NARROWEST * load.radius_m;
-    let (mut slab, mut narrow) = answer(radius_m)?;
-    let mut relative_change = f64::INFINITY;
+    let (mut narrow, mut relative_change) = (answer(radius_m)?, f64::INFINITY);
     for _ in 0..DOUBLINGS {
-        radius_m *= 2.0;
-        let (wider, wide) = answer(radius_m)?;
+        let wide = answer(2.0 * radius_m)?;
         relative_change = difference(&narrow, &wide);
         if relative_change <= tolerance {
             break;
         }
-        (slab, narrow) = (wider, wide);
+        (radius_m, narrow) = (2.0 * radius_m, wide);
     }
-    Ok(Patch { slab, relative_change })
+    Ok(Reach { radius_m, relative_change })
 }
 
-/// The layers down to a depth, the last one cut there.
-fn cut(layers: &[ElasticLayer], depth_m: f64, radius_m: f64) -> Slab {
-    let mut left_m = depth_m;
+/// The tissue within a radius of loads that go down to a depth, both in m: no layer below that, the last one cut there.
+#[must_use]
+pub fn patch(layers: &[ElasticLayer], deepest_m: f64, radius_m: f64) -> Slab {
+    let mut left_m = deepest_m + radius_m;
     let mut kept = Vec::new();
     for layer in layers.iter().filter(|layer| layer.thickness_m > 0.0) {
         if left_m <= 0.0 {

@@ -1,0 +1,108 @@
+//! What the deforming tissue of a scene comes to: the model, its size, its error and its cost.
+
+use std::io::{self, Write};
+
+use mechanics::tissue::Model;
+use mechanics::tissue::follow::{Field, FieldPlan, FollowError, tilt_excess};
+use scene::{Patient, Scene};
+use serde::Serialize;
+
+use crate::timing::{self, Effort};
+
+/// The plan of a scene's tissue. All zero where there is none.
+#[derive(Serialize)]
+pub struct TissuePlan {
+    /// Which tissue model is used.
+    model: &'static str,
+    /// Why.
+    reason: String,
+    /// How far the tissue is modelled around the needle, in mm.
+    radius_mm: f64,
+    /// Unknowns of the largest load's model.
+    unknowns: usize,
+    /// Most bytes held at a time.
+    bytes: usize,
+    /// Expected relative error of the displacement on the needle's axis: mesh, patch, and the angle of the needle.
+    expected_relative_error: f64,
+    /// The tolerance that the scene states.
+    tolerance: f64,
+    /// Time to set an attempt up, in s.
+    setup_s: f64,
+    /// Time of one step of the field, every boundary, in s.
+    step_s: f64,
+}
+
+impl TissuePlan {
+    /// Makes the field of the nominal patient.
+    ///
+    /// # Errors
+    /// When no model of the tissue can be had.
+    pub fn new(scene: &Scene, angle_deg: f64) -> Result<Self, FollowError> {
+        let Some(tissue) = scene.tissue_spec(&Patient::nominal(scene)) else { return Ok(Self::none(scene)) };
+        let (field, setup_s) = timing::once(|| Field::new(&tissue));
+        let field = field?;
+        let FieldPlan { model, reason, radius_m, unknowns, bytes, expected_relative_error } = field.plan().clone();
+        let poisson_ratio = tissue.slab.layers.iter().map(|layer| layer.poisson_ratio).fold(0.0, f64::max);
+        let excess = tilt_excess(angle_deg.to_radians(), poisson_ratio);
+        let expected_relative_error = expected_relative_error + excess;
+        let reason = if expected_relative_error <= tissue.tolerance {
+            reason
+        } else {
+            format!("{reason}; at {angle_deg}° the tolerance is not met: {:.1} % come of the angle", 1e2 * excess)
+        };
+        Ok(Self {
+            model: model.name(),
+            reason,
+            radius_mm: radius_m * 1e3,
+            unknowns,
+            bytes,
+            expected_relative_error,
+            tolerance: tissue.tolerance,
+            setup_s,
+            step_s: step_s(&field),
+        })
+    }
+
+    fn none(scene: &Scene) -> Self {
+        Self {
+            model: Model::None.name(),
+            reason: "the force law alone; the scene names no model of the tissue".to_owned(),
+            radius_mm: 0.0,
+            unknowns: 0,
+            bytes: 0,
+            expected_relative_error: 0.0,
+            tolerance: scene.tissue.tolerance,
+            setup_s: 0.0,
+            step_s: 0.0,
+        }
+    }
+
+    /// For people.
+    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        writeln!(out, "  model {}: {}", self.model, self.reason)?;
+        if self.unknowns == 0 {
+            return Ok(());
+        }
+        let (megabytes, error) = (self.bytes as f64 / 1e6, 1e2 * self.expected_relative_error);
+        let (setup_ms, step_ns) = (self.setup_s * 1e3, self.step_s * 1e9);
+        writeln!(
+            out,
+            "  {} unknowns within {:.0} mm, {megabytes:.2} MB, expected error {error:.1} % of {} %; set-up {setup_ms:.0} ms, a step \
+             {step_ns:.0} ns",
+            self.unknowns,
+            self.radius_mm,
+            1e2 * self.tolerance
+        )
+    }
+}
+
+/// Median time of the tents of all boundaries under loads everywhere, in s.
+fn step_s(field: &Field) -> f64 {
+    let boundaries = field.on_axis().stiffnesses_n_per_m().len();
+    let loads_n = vec![1.0; 2 * boundaries];
+    timing::median_s(Effort::SHORT, || {
+        for boundary in 0..boundaries {
+            std::hint::black_box(field.on_axis().axial_m(boundary, std::hint::black_box(&loads_n)));
+        }
+    })
+}
