@@ -15,3 +15,8 @@ pub(super) const CASCADE: &str = "cascades";
 pub(super) const STRONG: &str = "thresholds above the device's force";
 pub(super) const HOURS: &str = "8 simulated hours without drift";
 pub(super) const RATES: &str = "1 and 4 kHz giving the same forces";
+pub(super) const FIELD_RATE: &str = "tissue at 15 Hz under a 1 kHz needle";
+pub(super) const RATIOS: &str = "stiffness ratios 1e2–1e5 between layers";
+pub(super) const THIN_SKIN: &str = "0.8 mm skin on 39 mm muscle";
+pub(super) const INCOMPRESSIBLE: &str = "ν = 0.499";
+pub(super) const SLIVERS: &str = "slivers and inverted elements";

@@ -9,6 +9,7 @@ mod force_law;
 pub mod needle;
 pub mod scenes;
 mod soak;
+mod volumetric;
 
 use core::error::Error;
 
@@ -48,7 +49,7 @@ impl Trial {
 /// Every trial of every model.
 #[must_use]
 pub fn all() -> Vec<Trial> {
-    [force_law::trials()].concat()
+    [force_law::trials(), volumetric::trials()].concat()
 }
 
 /// The list of a model's trials, each named by the function that measures it.

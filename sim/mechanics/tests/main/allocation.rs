@@ -8,6 +8,7 @@ use mechanics::puncture::{PunctureInput, step};
 use mechanics::tissue::FieldModel;
 use mechanics::tissue::axisymmetric::verification::{contactor, layer};
 use mechanics::tissue::axisymmetric::{Superposed, fit};
+use mechanics::tissue::volumetric::{Corotational, Effort, MeshSpec3, Patch, Problem3, Volumetric};
 use nalgebra::{Point3, Vector3};
 
 use crate::structures::one_of_each;
@@ -75,4 +76,26 @@ fn the_axisymmetric_model_never_allocates_once_it_is_made() {
     });
     assert_eq!(counted.count_total, 0);
     assert!(answer[0][0] < 0.0);
+}
+
+#[test]
+fn the_volumetric_models_never_allocate_once_they_are_made() {
+    let problem = Problem3::flat(&contactor(vec![layer(0.002, 1e5, 0.45), layer(0.04, 2e4, 0.45)], 0.0));
+    let mesh = MeshSpec3::ladder(&problem)[0];
+    let patch = Patch::new(&problem, &mesh).expect("a patch");
+    let effort = Effort { iterations: 10, tolerance: 1e-3 };
+    let mut models: [Box<dyn FieldModel>; 3] = [
+        Box::new(Volumetric::new(&problem, &mesh).expect("a model")),
+        Box::new(Corotational::new(patch.clone(), None, effort).expect("held")),
+        Box::new(Corotational::new(patch, Some(1e-3), effort).expect("held")),
+    ];
+    let counted = measure(|| {
+        for model in &mut models {
+            for force_n in [0.1, 0.2, 50.0, f64::NAN, 0.0] {
+                model.solve(force_n);
+                assert!(model.displacement_m(1e-3, 1e-3)[0].is_finite());
+            }
+        }
+    });
+    assert_eq!(counted.count_total, 0);
 }

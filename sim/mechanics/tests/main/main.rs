@@ -43,4 +43,8 @@ mod structures;
 #[cfg(test)]
 mod volumetric;
 #[cfg(test)]
+mod volumetric_laws;
+#[cfg(test)]
+mod volumetric_motion;
+#[cfg(test)]
 mod volumetric_reference;
