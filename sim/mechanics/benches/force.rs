@@ -3,9 +3,11 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use mechanics::axial::{AxialInput, AxialParams, AxialScratch, AxialState, step};
+use mechanics::axial::{AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, Layer, step};
 use mechanics::operator::needle_pose;
 use mechanics::puncture::{PunctureInput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState};
+use mechanics::tissue::follow::{Field, FollowState, TissueSpec, patch_radius_m, recoil_time_s};
+use mechanics::tissue::{ElasticLayer, Slab};
 use mechanics::trials::scenes::training;
 use nalgebra::{Point3, Vector3};
 
@@ -31,8 +33,31 @@ fn force(criterion: &mut Criterion) {
             step(black_box(&params), &mut state, &mut scratch, black_box(&input))
         });
     });
+}
 
-    let spec = PunctureSpec {
+/// The tissue of the training lower back under a needle of 1 mm radius, its stiffnesses feeding the law.
+fn tissue(axial: &AxialSpec) -> TissueSpec {
+    let elastic = |layer: &Layer| ElasticLayer {
+        thickness_m: layer.thickness_m,
+        youngs_modulus_pa: layer.stiffness_n_per_m * (1.0 - 0.45 * 0.45) / 0.002,
+        poisson_ratio: 0.45,
+        density_kg_per_m3: 1050.0,
+    };
+    let slab = Slab { layers: axial.layers.iter().map(elastic).collect(), radius_m: patch_radius_m(0.001) };
+    TissueSpec {
+        boundaries_m: slab.boundaries_m(),
+        recoil_time_s: slab.layers.iter().map(|layer| recoil_time_s(layer, 0.001)).collect(),
+        slab,
+        load_radius_m: 0.001,
+        model: None,
+        tolerance: 0.05,
+        coupled: true,
+    }
+}
+
+/// What a needle that bends, and a law coupled to the field, add to a step of the puncture.
+fn puncture(criterion: &mut Criterion) {
+    let plain = || PunctureSpec {
         axial: training(),
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.15,
@@ -40,19 +65,42 @@ fn force(criterion: &mut Criterion) {
         structures: vec![],
         tissue: None,
     };
-    let Ok(params) = PunctureParams::new(spec) else { return };
-    let (mut state, mut scratch) = (PunctureState::new(&params), PunctureScratch::new(&params));
-    let mut tick = 0;
-    criterion.bench_function("puncture step, three layers, two contactors", |bencher| {
+    let cases = [
+        ("puncture step, three layers, two contactors", plain()),
+        ("puncture step, a needle that bends", PunctureSpec { needle_bending_n_m2: Some(2e-3), ..plain() }),
+        ("puncture step, coupled to the field", PunctureSpec { tissue: Some(tissue(&training())), ..plain() }),
+    ];
+    for (name, spec) in cases {
+        let Ok(params) = PunctureParams::new(spec) else { return };
+        let (mut state, mut scratch) = (PunctureState::new(&params), PunctureScratch::new(&params));
+        let mut tick = 0;
+        criterion.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                let tip_m = Point3::new(1e-4, 0.0, -displacement_m(tick));
+                let patient_from_needle = needle_pose(&tip_m, &-Vector3::z());
+                let input = PunctureInput { t_s: f64::from(tick) * 1e-3, patient_from_needle };
+                tick += 1;
+                mechanics::puncture::step(black_box(&params), &mut state, &mut scratch, black_box(&input))
+            });
+        });
+        if let Some(field) = params.field() {
+            follow(criterion, field, |loads_n| mechanics::puncture::loads(&params, &state, &scratch, loads_n));
+        }
+    }
+}
+
+/// One step of the field: take the law's loads, follow, and tent every boundary.
+fn follow(criterion: &mut Criterion, field: &Field, take: impl Fn(&mut [f64])) {
+    let mut followed = FollowState::new(field.follow());
+    let mut latest_n = followed.loads_n.clone();
+    criterion.bench_function("field step, three layers", |bencher| {
         bencher.iter(|| {
-            let tip_m = Point3::new(0.0, 0.0, -displacement_m(tick));
-            let patient_from_needle = needle_pose(&tip_m, &-Vector3::z());
-            let input = PunctureInput { t_s: f64::from(tick) * 1e-3, patient_from_needle };
-            tick += 1;
-            mechanics::puncture::step(black_box(&params), &mut state, &mut scratch, black_box(&input))
+            take(&mut latest_n);
+            mechanics::tissue::follow::step(field.follow(), &mut followed, 1.0 / 120.0, black_box(&latest_n));
+            (0..3).map(|boundary| field.on_axis().axial_m(boundary, &followed.loads_n)).sum::<f64>()
         });
     });
 }
 
-criterion_group!(benches, force);
+criterion_group!(benches, force, puncture);
 criterion_main!(benches);

@@ -6,7 +6,8 @@
 use allocation_counter::measure;
 use mechanics::axial::{AxialParams, AxialSpec, ahead, loads};
 use mechanics::tissue::follow::{
-    FollowError, FollowParams, FollowState, HandOver, Insertion, Responses, TissueSpec, hand_over, recoil_time_s, step,
+    FollowError, FollowParams, FollowState, HandOver, Insertion, Responses, TissueSpec, hand_over, rate_errors,
+    recoil_time_s, step,
 };
 use mechanics::tissue::{ElasticLayer, FieldModel, LoadKind, Model, Problem, Slab};
 
@@ -230,7 +231,9 @@ fn the_force_handed_over_at_120_hz_is_within_a_hundredth() {
     let params = AxialParams::new(training()).expect("a valid scene");
     let steady = Insertion { speed_m_per_s: 0.01, depth_m: 0.03, tremor_m: 0.0 };
     for insertion in [steady, Insertion { tremor_m: 60e-6, ..steady }] {
-        let errors = [15.0, 30.0, 60.0, 120.0, 1000.0].map(|hz| hand_over(&params, &insertion, hz));
+        let rows = rate_errors(&params, &insertion, &[15.0, 30.0, 60.0, 120.0, 1000.0]);
+        assert_eq!(rows[3].error, hand_over(&params, &insertion, rows[3].field_hz));
+        let errors: Vec<HandOver> = rows.iter().map(|row| row.error).collect();
         assert!(errors[3].forecast <= 0.01, "{insertion:?}: {:?}", errors[3]);
         assert!(errors.windows(2).all(|pair| pair[1].forecast <= pair[0].forecast), "{errors:?}");
         assert!(errors[..4].iter().all(|error| error.forecast < error.held), "{errors:?}");

@@ -27,6 +27,21 @@ pub struct HandOver {
     pub forecast: f64,
 }
 
+/// One field rate, and what is lost at it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RateError {
+    /// Rate of the field, in Hz.
+    pub field_hz: f64,
+    /// What is lost.
+    pub error: HandOver,
+}
+
+/// Measures an insertion at each of these field rates, in Hz: the force error against the field's rate.
+#[must_use]
+pub fn rate_errors(params: &AxialParams, insertion: &Insertion, rates_hz: &[f64]) -> Vec<RateError> {
+    rates_hz.iter().map(|&field_hz| RateError { field_hz, error: hand_over(params, insertion, field_hz) }).collect()
+}
+
 /// Rate of the force law, in Hz.
 const LAW_HZ: u32 = 1000;
 /// Frequency of the tremor, in Hz.
