@@ -55,6 +55,7 @@ fn range(tents: &[Tent], (from_s, to_s): (f64, f64), value: impl Fn(&Tent) -> f3
 
 #[test]
 fn every_boundary_of_every_shipped_exercise_tents_up_to_each_of_its_pops() {
+    let mut tented = 0;
     for bundle in exercises() {
         let patient = Patient::nominal(&bundle.scene);
         let params = PunctureParams::new(bundle.scene.puncture_spec(&patient)).expect("a shipped scene");
@@ -63,6 +64,12 @@ fn every_boundary_of_every_shipped_exercise_tents_up_to_each_of_its_pops() {
         for boundary in 0..bundle.scene.layers.len() {
             let what = format!("boundary {boundary} of {}", bundle.exercise.id);
             let tip = ruptures(&recording, EventKind::TipRupture, boundary);
+            // What opens in the tick of a boundary above it, in a cascade, is never pushed by itself.
+            let above = recording.events.iter().take_while(|event| *event != tip);
+            if above.filter(|event| event.kind == EventKind::TipRupture).any(|event| event.t_s >= tip.t_s) {
+                continue;
+            }
+            tented += 1;
             let load_n = |tent: &Tent| tent.contactor_n[boundary];
             let (peak_n, _) = range(&recording.tents, (0.0, tip.t_s), load_n);
             // The last step of the field is up to 1/120 s and a tick before the pop.
@@ -84,6 +91,7 @@ fn every_boundary_of_every_shipped_exercise_tents_up_to_each_of_its_pops() {
         assert!(verify(&recording, &params).exact(), "{}", bundle.exercise.id);
         out_again(&bundle, &recording);
     }
+    assert!(tented >= 30, "{tented} boundaries were tented");
 }
 
 /// On the way out the shaft drags the tissue outwards, where the layers drag at all.
