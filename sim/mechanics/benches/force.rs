@@ -6,7 +6,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use mechanics::axial::{AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, Layer, step};
 use mechanics::operator::needle_pose;
 use mechanics::puncture::{PunctureInput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState};
-use mechanics::tissue::follow::{Field, FollowState, TissueSpec, patch_radius_m, recoil_time_s};
+use mechanics::tissue::follow::{Field, FollowState, TissueSpec, recoil_time_s};
 use mechanics::tissue::{ElasticLayer, Slab};
 use mechanics::trials::scenes::training;
 use nalgebra::{Point3, Vector3};
@@ -43,7 +43,7 @@ fn tissue(axial: &AxialSpec) -> TissueSpec {
         poisson_ratio: 0.45,
         density_kg_per_m3: 1050.0,
     };
-    let slab = Slab { layers: axial.layers.iter().map(elastic).collect(), radius_m: patch_radius_m(0.001) };
+    let slab = Slab { layers: axial.layers.iter().map(elastic).collect(), radius_m: 0.1 };
     TissueSpec {
         boundaries_m: slab.boundaries_m(),
         recoil_time_s: slab.layers.iter().map(|layer| recoil_time_s(layer, 0.001)).collect(),
