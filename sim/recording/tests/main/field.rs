@@ -282,7 +282,7 @@ fn a_coupled_law_has_the_fields_stiffness_and_its_ruptures_are_where_the_closed_
         assert!((-1e-9..2.001e-6).contains(&(event.x_m - expected.x_m)), "{event:?} {expected:?}");
     }
     // Under one contactor alone the field moves as far as the needle does: that is what its stiffness means.
-    let only = recording.tents.iter().filter(|tent| tent.contactor_n[0] > 0.0 && tent.t_s < 0.85).next_back().unwrap();
+    let only = recording.tents.iter().rfind(|tent| tent.contactor_n[0] > 0.0 && tent.t_s < 0.85).unwrap();
     let sample = recording.samples.iter().find(|sample| sample.t_s == only.t_s).unwrap();
     assert!((f64::from(only.tent_m[0]) / sample.x_m - 1.0).abs() < 1e-5, "{only:?} at {} m", sample.x_m);
     assert!(verify(&recording, &coupled).exact());
