@@ -10,6 +10,7 @@ pub mod mass_spring;
 pub mod multifrontal;
 pub mod planner;
 mod problem;
+pub(crate) mod quadrature;
 pub mod volumetric;
 
 pub use problem::{ElasticLayer, Load, LoadKind, Model, Problem, Slab};

@@ -4,10 +4,12 @@
 //! measures is a number and not above its bound; a trial that cannot be set up measures nothing and fails. What a model must refuse
 //! is measured as 0 when it is refused and 1 when it is not.
 
+mod axisymmetric;
 mod case;
 mod force_law;
 pub mod needle;
 pub mod scenes;
+pub mod slabs;
 mod soak;
 mod volumetric;
 
@@ -49,7 +51,7 @@ impl Trial {
 /// Every trial of every model.
 #[must_use]
 pub fn all() -> Vec<Trial> {
-    [force_law::trials(), volumetric::trials()].concat()
+    [force_law::trials(), axisymmetric::trials(), volumetric::trials()].concat()
 }
 
 /// The list of a model's trials, each named by the function that measures it.

@@ -6,9 +6,9 @@ use allocation_counter::measure;
 use mechanics::operator::{Operator, Plan, Skill, needle_pose};
 use mechanics::puncture::{PunctureInput, step};
 use mechanics::tissue::FieldModel;
-use mechanics::tissue::axisymmetric::verification::{contactor, layer};
 use mechanics::tissue::axisymmetric::{Superposed, fit};
 use mechanics::tissue::volumetric::{Corotational, Effort, MeshSpec3, Patch, Problem3, Volumetric};
+use mechanics::trials::slabs::{contactor, layer};
 use nalgebra::{Point3, Vector3};
 
 use crate::structures::one_of_each;

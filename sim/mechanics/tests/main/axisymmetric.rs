@@ -2,9 +2,9 @@
 //!
 //! It would fail on a wrong stiffness or load, on a mesh that misses an interface, and on an estimate that flatters.
 
-use mechanics::tissue::axisymmetric::verification::{contactor, distance, layer};
 use mechanics::tissue::axisymmetric::{Axisymmetric, Fitted, MeshSpec, Superposed, fit, rung};
 use mechanics::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
+use mechanics::trials::slabs::{contactor, distance, layer};
 use proptest::prelude::*;
 use serde::Deserialize;
 
@@ -178,18 +178,6 @@ fn a_drag_is_the_sum_of_its_parts() {
     let point = Axisymmetric::new(&point, &MeshSpec::graded(&point, 8.0)).expect("a model");
     let [is, should] = [&short, &point].map(|model| model.displacement_m(0.005, 0.0)[0]);
     assert!((is / should - 1.0).abs() < 5e-3, "{is} for {should}");
-}
-
-#[test]
-fn sheets_without_thickness_change_nothing() {
-    let solid = contactor(vec![layer(0.001, 1e5, 0.45), layer(0.03, 2e4, 0.45)], 0.001);
-    let mut sheeted = solid.clone();
-    sheeted.slab.layers.insert(1, layer(0.0, 1e6, 0.3));
-    sheeted.slab.layers.insert(0, layer(0.0, 1e6, 0.3));
-    let [one, other] = [&solid, &sheeted].map(|problem| fit(problem, 1e-2).expect("a model"));
-    assert_eq!(one.mesh, other.mesh);
-    let [one_m, other_m] = [one, other].map(|fitted| fitted.model.displacement_m(0.001, 0.001).map(f64::to_bits));
-    assert_eq!(one_m, other_m);
 }
 
 /// Whether nothing moves at a place, not even by rounding.

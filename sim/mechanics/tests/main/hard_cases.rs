@@ -46,6 +46,18 @@ hard_cases! {
         cascade_lateness cascade_order threshold_excess
         hours_drift hours_ledger
         rates_instants rates_friction;
+    axisymmetric "axisymmetric":
+        soft_within_error stiff_within_error contrast_estimate
+        skin_error
+        incompressible_error incompressible_locking
+        film_error film_patch inverted_accepted
+        stab_memory
+        teleport_linearity
+        bad_force_answers
+        hold_changes
+        sheets_change duplicate_change
+        thin_error
+        half_space_error half_space_rate boussinesq_error punch_error column_error patch_error mutual_error;
     volumetric "volumetric":
         ratio_error thin_skin_error incompressible_error
         sliver_energy inverted_left inverted_growth
@@ -64,27 +76,33 @@ fn every_trial_has_a_test_of_its_own() {
 }
 
 /// Every hard case in the words of physics section 8, and the models that it concerns.
-const CASES: [(&str, &[&str]); 20] = [
-    ("1 m/s stab", &["force law", "volumetric"]),
-    ("50 mm teleport in one tick", &["force law", "volumetric"]),
-    ("NaN, infinite, repeated, missing and backwards-in-time samples", &["force law", "volumetric"]),
+const CASES: [(&str, &[&str]); 26] = [
+    ("1 m/s stab", &["force law", "axisymmetric", "volumetric"]),
+    ("50 mm teleport in one tick", &["force law", "axisymmetric", "volumetric"]),
+    ("NaN, infinite, repeated, missing and backwards-in-time samples", &["force law", "axisymmetric", "volumetric"]),
     ("dt = 0", &["force law"]),
     ("a released handle", &["force law", "volumetric"]),
     ("reversal inside the presliding zone", &["force law"]),
-    ("ten minutes' hold", &["force law", "volumetric"]),
+    ("ten minutes' hold", &["force law", "axisymmetric", "volumetric"]),
     ("withdrawal, re-entry in the same track and 3 mm beside it", &["force law"]),
     ("60° oblique", &["force law", "volumetric"]),
-    ("zero-thickness and duplicate layers", &["force law", "volumetric"]),
-    ("a layer thinner than L", &["force law"]),
+    ("zero-thickness and duplicate layers", &["force law", "axisymmetric", "volumetric"]),
+    ("a layer thinner than L", &["force law", "axisymmetric"]),
     ("cascades", &["force law"]),
     ("thresholds above the device's force", &["force law"]),
     ("8 simulated hours without drift", &["force law"]),
     ("1 and 4 kHz giving the same forces", &["force law"]),
     ("tissue at 15 Hz under a 1 kHz needle", &["volumetric"]),
-    ("stiffness ratios 1e2–1e5 between layers", &["volumetric"]),
-    ("0.8 mm skin on 39 mm muscle", &["volumetric"]),
-    ("ν = 0.499", &["volumetric"]),
-    ("slivers and inverted elements", &["volumetric"]),
+    ("stiffness ratios 1e2–1e5 between layers", &["axisymmetric", "volumetric"]),
+    ("0.8 mm skin on 39 mm muscle", &["axisymmetric", "volumetric"]),
+    ("ν = 0.499", &["axisymmetric", "volumetric"]),
+    ("slivers and inverted elements", &["axisymmetric", "volumetric"]),
+    ("half-space, Gaussian load", &["axisymmetric"]),
+    ("Boussinesq", &["axisymmetric"]),
+    ("flat punch", &["axisymmetric"]),
+    ("layered column (confined)", &["axisymmetric"]),
+    ("patch test", &["axisymmetric"]),
+    ("two loads' work on each other (Betti)", &["axisymmetric"]),
 ];
 
 #[test]

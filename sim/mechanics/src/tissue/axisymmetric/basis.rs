@@ -1,16 +1,14 @@
-//! Polynomials on [−1, 1]: Lagrange's on Gauss–Lobatto nodes, and Gauss–Legendre quadrature.
+//! Lagrange's polynomials on [−1, 1], with what every mesh needs of them.
 
-use std::f64::consts::PI;
 use std::sync::LazyLock;
+
+use crate::tissue::quadrature::{gauss, lobatto};
 
 /// Highest order of an element.
 pub const MAX_ORDER: usize = 10;
 
 /// One number per node of an element along one direction.
 pub(super) type Nodal = [f64; MAX_ORDER + 1];
-
-/// Newton's steps towards a root of a Legendre polynomial: from the cosines below the fifth changes nothing.
-const NEWTON: usize = 6;
 
 /// Points of the fine rule: it integrates a Gaussian to the last digits over seven of its radii.
 const FINE: usize = 32;
@@ -39,32 +37,7 @@ pub(super) fn fine_rule() -> &'static [Point] {
     &TABLES.fine
 }
 
-/// Legendre's polynomial of a degree and its slope at x, |x| < 1.
-fn legendre(degree: usize, x: f64) -> [f64; 2] {
-    let (mut before, mut value) = (1.0, x);
-    for n in 1..degree {
-        let n = n as f64;
-        (before, value) = (value, ((2.0 * n + 1.0) * x * value - n * before) / (n + 1.0));
-    }
-    [value, degree as f64 * (before - x * value) / (1.0 - x * x)]
-}
-
-/// Points and weights of Gauss's quadrature on [−1, 1].
-fn gauss(count: usize) -> Vec<Point> {
-    let point = |at: usize| {
-        let mut x = -libm::cos(PI * (at as f64 + 0.75) / (count as f64 + 0.5));
-        for _ in 0..NEWTON {
-            let [value, slope] = legendre(count, x);
-            x -= value / slope;
-        }
-        let [_, slope] = legendre(count, x);
-        (x, 2.0 / ((1.0 - x * x) * slope * slope))
-    };
-    (0..count).map(point).collect()
-}
-
-/// Lagrange's polynomials of one order on the Gauss–Lobatto nodes: ±1 and the extrema of Legendre's polynomial, which
-/// keeps high orders well conditioned.
+/// Lagrange's polynomials of one order on the Gauss–Lobatto nodes.
 #[derive(Clone, Debug)]
 pub(super) struct Basis {
     order: usize,
@@ -78,8 +51,8 @@ pub(super) struct Basis {
 impl Basis {
     pub fn new(order: usize) -> Self {
         let mut nodes = [0.0; MAX_ORDER + 1];
-        for (at, node) in nodes[..=order].iter_mut().enumerate() {
-            *node = lobatto(order, at);
+        for (node, (x, _)) in nodes.iter_mut().zip(lobatto(order)) {
+            *node = x;
         }
         let mut weights = [0.0; MAX_ORDER + 1];
         for i in 0..=order {
@@ -119,20 +92,4 @@ impl Basis {
         }
         slopes
     }
-}
-
-/// The Gauss–Lobatto node `at` of an order.
-fn lobatto(order: usize, at: usize) -> f64 {
-    if at == 0 || at == order {
-        return if at == 0 { -1.0 } else { 1.0 };
-    }
-    let n = order as f64;
-    let mut x = -libm::cos(PI * at as f64 / n);
-    for _ in 0..NEWTON {
-        let [value, slope] = legendre(order, x);
-        // Legendre's equation gives the second derivative: (1 − x²) P″ = 2x P′ − n(n + 1) P.
-        let bend = (2.0 * x * slope - n * (n + 1.0) * value) / (1.0 - x * x);
-        x -= slope / bend;
-    }
-    x
 }

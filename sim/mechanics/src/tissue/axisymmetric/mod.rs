@@ -14,7 +14,6 @@ mod load;
 mod mesh;
 mod model;
 mod superposed;
-pub mod verification;
 
 pub use basis::MAX_ORDER;
 pub use fit::{Fitted, fit, rung};

@@ -81,7 +81,11 @@ impl FieldModel for Axisymmetric {
         self.factor.bytes() + numbers * size_of::<f64>()
     }
 
+    /// What is not a number, or infinite, leaves the last answer.
     fn solve(&mut self, force_n: f64) {
+        if !force_n.is_finite() {
+            return;
+        }
         for (value, load) in self.solution.iter_mut().zip(&self.load) {
             *value = load * force_n;
         }

@@ -1,0 +1,51 @@
+//! Layers and loads of the tissue's trials, and how far a model is from the truth.
+
+use crate::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MAX_ORDER, MeshSpec};
+use crate::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
+
+/// A layer of a thickness in m, a modulus in Pa and a Poisson ratio.
+#[must_use]
+pub fn layer(thickness_m: f64, youngs_modulus_pa: f64, poisson_ratio: f64) -> ElasticLayer {
+    ElasticLayer { thickness_m, youngs_modulus_pa, poisson_ratio, density_kg_per_m3: 1000.0 }
+}
+
+/// A contactor of radius 1 mm at a depth of layers 50 mm wide, asked where the reference cases are: at each boundary,
+/// out to 20 mm.
+#[must_use]
+pub fn contactor(layers: Vec<ElasticLayer>, depth_m: f64) -> Problem {
+    let slab = Slab { layers, radius_m: 0.05 };
+    let sample_depth_m = slab.boundaries_m()[..slab.layers.len()].to_vec();
+    let sample_r_m = (0..=40).map(|at| 0.0005 * f64::from(at)).collect();
+    Problem { slab, load: Load { kind: LoadKind::Contactor { depth_m }, radius_m: 0.001 }, sample_r_m, sample_depth_m }
+}
+
+/// The axisymmetric model on the top of its ladder: exact but for what is measured.
+///
+/// # Errors
+/// As for [`Axisymmetric::new`].
+pub fn exact(problem: &Problem) -> Result<Axisymmetric, AxisymmetricError> {
+    Axisymmetric::new(problem, &MeshSpec::graded(problem, MAX_ORDER as f64))
+}
+
+/// A far finer mesh than any that is chosen: the top of the ladder, twice graded to the side, with every strip halved.
+///
+/// # Errors
+/// As for [`Axisymmetric::new`].
+pub fn overkill(problem: &Problem) -> Result<Axisymmetric, AxisymmetricError> {
+    let top = MeshSpec::graded(problem, MAX_ORDER as f64);
+    Axisymmetric::new(problem, &top.graded_to_side().graded_to_side().halved())
+}
+
+/// Relative L2 distance of the axial displacement at the problem's sample points from that of another model.
+#[must_use]
+pub fn distance(problem: &Problem, model: &impl FieldModel, truth: &impl FieldModel) -> f64 {
+    let (mut wrong, mut whole) = (0.0, 0.0);
+    for &depth_m in &problem.sample_depth_m {
+        for &r_m in &problem.sample_r_m {
+            let [[is, _], [should, _]] = [model.displacement_m(r_m, depth_m), truth.displacement_m(r_m, depth_m)];
+            wrong += (is - should) * (is - should);
+            whole += should * should;
+        }
+    }
+    (wrong / whole).sqrt()
+}
