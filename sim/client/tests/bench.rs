@@ -63,6 +63,52 @@ fn every_hard_case_keeps_its_bound_and_a_shortened_report_says_so() {
 }
 
 #[test]
+fn the_planners_choices_keep_their_tolerance_on_the_reference_cases() {
+    let folder = TempDir::new().expect("a folder");
+    stylet(&["bench", "field", "--quick", "--out", text(folder.path())]).ends(0);
+    let table = fs::read_to_string(folder.path().join("field.csv")).expect("a table");
+    let mut rows = csv::Reader::from_reader(table.as_bytes());
+    let (mut chosen, mut models) = (0, std::collections::BTreeSet::new());
+    for row in rows.records() {
+        let row = row.expect("a row");
+        models.insert(row[2].to_owned());
+        if let Ok(tolerance) = row[3].parse::<f64>() {
+            let number = |column: usize| row[column].parse::<f64>().expect("a number");
+            let (error, estimate) = (number(6), number(7));
+            assert!(error <= tolerance, "{row:?}");
+            assert!(error <= 3.0 * estimate && estimate <= 3.0 * error, "the estimate is the error: {row:?}");
+            chosen += 1;
+        }
+    }
+    assert!(chosen >= 12 && models.len() == 3, "{table}");
+    for picture in ["field-time-lower_back.svg", "field-convergence-lower_back.svg", "field-growth.svg"] {
+        assert!(fs::read_to_string(folder.path().join(picture)).expect("a picture").contains("</svg>"), "{picture}");
+    }
+    let report = fs::read_to_string(folder.path().join("field.md")).expect("a report");
+    for part in ["What the planner chooses", "An oblique needle", "Growth", "dolfinx"] {
+        assert!(report.contains(part), "'{part}' is missing");
+    }
+}
+
+#[test]
+fn the_field_carries_the_laws_force_to_a_hundredth() {
+    let folder = TempDir::new().expect("a folder");
+    stylet(&["bench", "coupling", "--out", text(folder.path())]).ends(0);
+    let table = fs::read_to_string(folder.path().join("coupling.csv")).expect("a table");
+    let mut rows = csv::Reader::from_reader(table.as_bytes());
+    let rows: Vec<Vec<f64>> = rows
+        .records()
+        .map(|row| row.expect("a row").iter().map(|cell| cell.parse().expect("a number")).collect())
+        .collect();
+    let bar = rows.iter().find(|row| row[..3] == [10.0, 0.0, 120.0]).expect("10 mm/s at 120 Hz");
+    assert!(bar[5] <= 0.01, "the bar of 1 % at 120 Hz: {bar:?}");
+    assert!(bar[5] < bar[3], "a forecast is better than holding: {bar:?}");
+    assert!(
+        fs::read_to_string(folder.path().join("coupling.svg")).expect("a picture").contains("rate of the field, Hz")
+    );
+}
+
+#[test]
 fn a_soak_reports_every_shipped_scene() {
     let folder = TempDir::new().expect("a folder");
     stylet(&["bench", "soak", "--quick", "--out", text(folder.path())]).ends(0);

@@ -1,0 +1,70 @@
+//! An oblique needle: every mesh of the volumetric model against the finest.
+
+use mechanics::tissue::FieldModel;
+use mechanics::tissue::volumetric::{self, Problem3, Volumetric};
+
+use super::cases::Load;
+use super::{human_time, percent};
+use crate::commands::bench::sheet::Sheet;
+use crate::commands::field::solve_s;
+use crate::exit::Failure;
+use crate::timing;
+
+const TILT_DEG: f64 = 30.0;
+
+/// A mesh, its answer to the load and its times.
+struct Rung {
+    unknowns: usize,
+    bytes: usize,
+    axial_m: Vec<f64>,
+    setup_s: f64,
+    solve_s: f64,
+}
+
+/// Measures the load on the skin of lower_back.
+///
+/// # Errors
+/// When the model refuses a mesh.
+pub fn measure(loads: &[Load], quick: bool) -> Result<Sheet, Failure> {
+    let mut sheet = Sheet::new(["unknowns", "difference to the finest", "set-up", "re-solve", "memory"]);
+    let Some(load) = loads.iter().find(|load| load.case == "lower_back" && load.depth_m <= 0.0) else {
+        return Ok(sheet);
+    };
+    let question = Problem3 { tilt_rad: TILT_DEG.to_radians(), ..Problem3::flat(&load.problem) };
+    let mut rungs = Vec::new();
+    for at in 0..if quick { 2 } else { usize::MAX } {
+        let (made, setup_s) = timing::once(|| volumetric::rung(&question, at));
+        let Some(model) = made else { break };
+        rungs.push(Rung::new(load, model.map_err(Failure::work)?, setup_s));
+    }
+    let Some((finest, coarser)) = rungs.split_last() else { return Ok(sheet) };
+    for rung in coarser {
+        sheet.row([
+            rung.unknowns.to_string(),
+            percent(difference(&rung.axial_m, &finest.axial_m)),
+            human_time(rung.setup_s),
+            human_time(rung.solve_s),
+            format!("{:.1} MB", rung.bytes as f64 / 1e6),
+        ]);
+    }
+    let (unknowns, memory) = (finest.unknowns.to_string(), format!("{:.1} MB", finest.bytes as f64 / 1e6));
+    sheet.row([unknowns, "–".to_owned(), human_time(finest.setup_s), human_time(finest.solve_s), memory]);
+    Ok(sheet)
+}
+
+impl Rung {
+    fn new(load: &Load, mut model: Volumetric, setup_s: f64) -> Self {
+        let solve_s = solve_s(&mut model, load.force_n);
+        let depths = load.problem.sample_depth_m.iter();
+        let points = depths.flat_map(|&depth_m| load.problem.sample_r_m.iter().map(move |&r_m| (r_m, depth_m)));
+        let axial_m = points.map(|(r_m, depth_m)| model.displacement_m(r_m, depth_m)[0]).collect();
+        Self { unknowns: model.unknowns(), bytes: model.bytes(), axial_m, setup_s, solve_s }
+    }
+}
+
+/// ‖a − b‖/‖b‖.
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    let wrong: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
+    let whole: f64 = b.iter().map(|b| b * b).sum();
+    (wrong / whole).sqrt()
+}
