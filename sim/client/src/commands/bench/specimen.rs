@@ -1,5 +1,7 @@
 //! What is measured: the shipped scenes and an exercise, built into the program so that every copy measures the same.
 
+use std::path::Path;
+
 use mechanics::axial::AxialSpec;
 use scene::{ExerciseBundle, Patient, Scene};
 
@@ -40,7 +42,7 @@ pub fn training() -> Result<ExerciseBundle, Failure> {
 /// # Errors
 /// When a document built in is refused.
 pub fn shipped() -> Result<Vec<Scene>, Failure> {
-    SHIPPED.iter().map(|scene| Ok(bundle(scene)?.scene)).collect()
+    SHIPPED.iter().map(|text| Ok(scene::load::read_scene_text(Path::new("shipped scene"), text)?)).collect()
 }
 
 /// The axial law of a scene's nominal patient.
@@ -56,7 +58,6 @@ fn bundle(scene: &str) -> Result<ExerciseBundle, Failure> {
 mod tests {
     use std::collections::BTreeSet;
     use std::fs;
-    use std::path::Path;
 
     use super::*;
 
