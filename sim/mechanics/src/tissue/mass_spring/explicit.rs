@@ -6,6 +6,8 @@
 //!
 //! Its energy error stays bounded for any number of steps below the stable one (Hairer, Lubich and Wanner 2006, IX).
 
+use wide::f32x4;
+
 use super::LatticeError;
 use super::kernel::{Field, pull_plane};
 use super::lattice::Lattice;
@@ -34,12 +36,18 @@ impl ExplicitScratch {
         Self { displacement_m: zeros(), velocity_m_per_s: zeros(), forces_n: zeros() }
     }
 
-    fn round(&mut self, motion: &Motion) {
-        let rounded = [&mut self.displacement_m, &mut self.velocity_m_per_s];
-        for (rounded, exact) in rounded.into_iter().zip([&motion.displacement_m, &motion.velocity_m_per_s]) {
+    /// Rounds a plane of a motion.
+    fn round(&mut self, lattice: &Lattice, motion: &Motion, k: usize) {
+        let plane = lattice.grid.place([0, 0, k])..lattice.grid.place([0, 0, k + 1]);
+        let round = |rounded: &mut Field<f32>, exact: &Field| {
             for (rounded, exact) in rounded.axes.iter_mut().zip(&exact.axes) {
-                rounded.iter_mut().zip(exact).for_each(|(rounded, exact)| *rounded = *exact as f32);
+                let pairs = rounded[plane.clone()].iter_mut().zip(&exact[plane.clone()]);
+                pairs.for_each(|(rounded, exact)| *rounded = *exact as f32);
             }
+        };
+        round(&mut self.displacement_m, &motion.displacement_m);
+        if lattice.damping.stiffness_s > 0.0 {
+            round(&mut self.velocity_m_per_s, &motion.velocity_m_per_s);
         }
     }
 }
@@ -58,7 +66,6 @@ pub fn step(
     if !(0.0..=stable_s).contains(&step_s) {
         return Err(LatticeError::Step { step_s, stable_s });
     }
-    scratch.round(motion);
     sub_step(lattice, motion, scratch, step_s);
     Ok(())
 }
@@ -79,48 +86,44 @@ pub fn advance(
         return Err(LatticeError::Time { time_s, longest_s });
     }
     let substeps = (time_s / stable_s).ceil() as u32;
-    scratch.round(motion);
     for _ in 0..substeps {
         sub_step(lattice, motion, scratch, time_s / f64::from(substeps));
     }
     Ok(substeps)
 }
 
-/// A step of a motion that the scratch holds rounded.
 fn sub_step(lattice: &Lattice, motion: &mut Motion, scratch: &mut ExplicitScratch, step_s: f64) {
     motion.load.add_single(motion.force_n, &mut scratch.forces_n);
     let stiffness_damping_s = lattice.damping.stiffness_s;
-    // A plane's forces are complete once the springs kept in it have pulled, and no later plane asks where it was.
+    scratch.round(lattice, motion, 0);
+    // A plane's forces are complete once the springs kept in it have pulled, and no later plane asks where it was: all
+    // that a plane needs is done while it is near.
     for k in 0..lattice.links.len() {
-        let forces = (k, &mut scratch.forces_n);
+        scratch.round(lattice, motion, k + 1);
+        let ExplicitScratch { displacement_m, velocity_m_per_s, forces_n } = &mut *scratch;
         if stiffness_damping_s > 0.0 {
-            let fields = [&scratch.displacement_m, &scratch.velocity_m_per_s];
-            pull_plane(lattice, &Damped { stiffness_damping_s }, fields, forces);
+            let law = Damped { stiffness_damping_s };
+            pull_plane::<f32x4, 2>(lattice, &law, [displacement_m, velocity_m_per_s], (k, forces_n));
         } else {
-            pull_plane(lattice, &Elastic, [&scratch.displacement_m], forces);
+            pull_plane::<f32x4, 1>(lattice, &Elastic, [displacement_m], (k, forces_n));
         }
-        move_plane(lattice, motion, (k, scratch), step_s);
+        move_plane(lattice, motion, (k, forces_n), step_s);
     }
 }
 
 /// Moves the nodes of a plane by their forces, and clears these.
-fn move_plane(lattice: &Lattice, motion: &mut Motion, (k, scratch): (usize, &mut ExplicitScratch), step_s: f64) {
-    let plane = lattice.grid.side * lattice.grid.side;
-    let range = || k * plane..(k + 1) * plane;
+fn move_plane(lattice: &Lattice, motion: &mut Motion, (k, forces_n): (usize, &mut Field<f32>), step_s: f64) {
+    let plane = lattice.grid.place([0, 0, k])..lattice.grid.place([0, 0, k + 1]);
     let kept = 1.0 - step_s * lattice.damping.mass_per_s;
     for axis in 0..3 {
-        let velocities = &mut motion.velocity_m_per_s.axes[axis][range()];
-        let known = lattice.inverse_masses.axes[axis][range()].iter().zip(&mut scratch.forces_n.axes[axis][range()]);
-        let moved = motion.displacement_m.axes[axis][range()].iter_mut().zip(&mut *velocities);
-        let rounded = &mut scratch.displacement_m.axes[axis][range()];
-        for (((inverse, force), (u, v)), rounded) in known.zip(moved).zip(rounded) {
+        let velocities = &mut motion.velocity_m_per_s.axes[axis][plane.clone()];
+        let moved = motion.displacement_m.axes[axis][plane.clone()].iter_mut().zip(velocities);
+        let forces = &mut forces_n.axes[axis][plane.clone()];
+        let known = lattice.inverse_masses.axes[axis][plane.clone()].iter().zip(forces);
+        for ((inverse, force), (u, v)) in known.zip(moved) {
             *v = *v * kept + step_s * inverse * f64::from(*force);
             *u += step_s * *v;
-            (*rounded, *force) = (*u as f32, 0.0);
-        }
-        if lattice.damping.stiffness_s > 0.0 {
-            let rounded = &mut scratch.velocity_m_per_s.axes[axis][range()];
-            rounded.iter_mut().zip(velocities).for_each(|(rounded, v)| *rounded = *v as f32);
+            *force = 0.0;
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::LatticeError;
 use super::calibration::HEIGHT_PER_WIDTH;
+use super::lanes::LANES;
 use crate::axial::{Domain, ParamError};
 use crate::tissue::{ElasticLayer, Slab};
 
@@ -90,13 +91,18 @@ impl Grid {
         if self.symmetry == Symmetry::Full { self.reach } else { 0 }
     }
 
-    /// Places of all nodes, and one more row: the kernel reads beyond the last, with a spring constant of 0.
+    /// Places of a plane: whole lanes.
+    pub(super) fn plane(&self) -> usize {
+        (self.side * self.side).next_multiple_of(LANES)
+    }
+
+    /// Places of all nodes, and of one more plane and row: the kernel reads beyond the last, with a spring constant of 0.
     pub(super) fn places(&self) -> usize {
-        self.side * self.side * self.depths_m.len() + self.side + 1
+        self.plane() * (self.depths_m.len() + 1) + self.side + LANES
     }
 
     pub(super) fn place(&self, [i, j, k]: [usize; 3]) -> usize {
-        (k * self.side + j) * self.side + i
+        k * self.plane() + j * self.side + i
     }
 
     /// All nodes, in the order of their places.

@@ -1,12 +1,14 @@
 //! One pass over all springs: what each pulls, added to its ends.
 //!
-//! Numbers along x are contiguous, and a row of springs of one direction is computed [`WIDTH`] at a time. A pull is added to one end and subtracted from the other:
-//! the sum of all forces stays 0 to rounding.
+//! The springs kept at [`LANES`] neighbouring places are computed at once: their seven corners are read once, and what
+//! the nine directions pull is added up before it is written. A pull is added to one end and subtracted from the other,
+//! so that the sum of all forces stays 0 to rounding.
 
+use wide::f64x4;
+
+use super::lanes::{LANES, Lanes};
 use super::lattice::Lattice;
-use super::laws::energy_j;
-use super::links::{CLASSES, Link};
-use super::real::Real;
+use super::links::{CLASSES, CORNERS, Link};
 
 /// A vector at every node.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,7 +16,7 @@ pub(super) struct Field<T = f64> {
     pub(super) axes: [Vec<T>; 3],
 }
 
-impl<T: Real> Field<T> {
+impl<T: Copy + Default> Field<T> {
     pub(super) fn zeros(places: usize) -> Self {
         Self { axes: [(); 3].map(|()| vec![T::default(); places]) }
     }
@@ -75,75 +77,92 @@ pub(super) trait Law<T, const N: usize> {
     fn pull(&self, link: &Link<T>, constant: T, differences: [[T; 3]; N]) -> [T; 3];
 }
 
-/// Springs that are computed together: few enough for their pulls to stay in the first cache.
-const LONGEST: usize = 256;
-
-/// Pulls of springs in a run.
-type Pulls<T> = [[T; LONGEST]; 3];
-
-/// Springs of one direction at places that follow each other, and the places of their first ends. Rows of nodes follow
-/// each other too: a spring that would leave its row has a constant of 0.
-struct Run<'a> {
-    link: &'a Link<f64>,
-    constants: &'a [f32],
-    ends: [usize; 2],
-}
-
-/// Calls with every run of springs kept in plane `k`.
-#[inline(always)]
-fn each_run(lattice: &Lattice, k: usize, mut call: impl FnMut(&Run<'_>)) {
-    for &[begin, end] in &lattice.runs {
-        for (class, (link, constants)) in CLASSES.iter().zip(lattice.links[k].iter().zip(&lattice.constants)) {
-            if k + class.b[2] < lattice.links.len() {
-                let ends = [class.a, class.b].map(|[i, j, down]| begin + lattice.grid.place([i, j, k + down]));
-                let first = lattice.grid.place([0, 0, k]);
-                call(&Run { link, constants: &constants[first + begin..first + end], ends });
-            }
-        }
-    }
-}
-
-/// Stretches of a plane in which there are springs, none longer than a run, short gaps included.
+/// Stretches of a plane in which there are springs, of whole [`LANES`], short gaps included.
 pub(super) fn runs(has_springs: &[bool]) -> Vec<[usize; 2]> {
-    /// A gap is cheaper to compute than to skip below this.
-    const GAP: usize = 24;
     let mut runs: Vec<[usize; 2]> = Vec::new();
-    for place in (0..has_springs.len()).filter(|&place| has_springs[place]) {
+    for (at, _) in has_springs.chunks(LANES).enumerate().filter(|(_, lanes)| lanes.contains(&true)) {
+        let (begin, end) = (at * LANES, (at + 1) * LANES);
         match runs.last_mut() {
-            Some([begin, end]) if place < *end + GAP && place < *begin + LONGEST => *end = place + 1,
-            _ => runs.push([place, place + 1]),
+            Some(run) if run[1] == begin => run[1] = end,
+            _ => runs.push([begin, end]),
         }
     }
     runs
 }
 
+/// The springs kept at neighbouring places, while they are computed.
+struct Corners<T, const N: usize> {
+    /// The fields at each corner.
+    fields: [[[T; 3]; CORNERS.len()]; N],
+    /// What the springs pull at each corner, in N.
+    pulls: [[T; 3]; CORNERS.len()],
+}
+
+impl<T: Lanes, const N: usize> Corners<T, N> {
+    /// Adds the pulls of one direction. That it is known to the compiler keeps all corners in registers.
+    #[inline(always)]
+    fn pull<const CLASS: usize>(&mut self, law: &impl Law<T, N>, springs: &Springs<'_, T>, at: usize) {
+        let [a, b] = const { CLASSES[CLASS].ends };
+        let mut differences = [[T::of(0.0); 3]; N];
+        for (difference, corners) in differences.iter_mut().zip(&self.fields) {
+            *difference = with(corners[b], corners[a], |b, a| b - a);
+        }
+        let constant = T::load_single(&springs.constants[CLASS], at);
+        let pull = law.pull(&springs.links[CLASS], constant, differences);
+        self.pulls[a] = with(self.pulls[a], pull, |sum, pull| sum + pull);
+        self.pulls[b] = with(self.pulls[b], pull, |sum, pull| sum - pull);
+    }
+}
+
+/// The springs kept in a plane.
+struct Springs<'a, T> {
+    links: [Link<T>; CLASSES.len()],
+    constants: &'a [Vec<f32>; CLASSES.len()],
+}
+
 /// Adds the pulls of the springs kept in plane `k` to `forces`.
-pub(super) fn pull_plane<T: Real, const N: usize>(
+pub(super) fn pull_plane<T: Lanes, const N: usize>(
     lattice: &Lattice,
     law: &impl Law<T, N>,
-    fields: [&Field<T>; N],
-    (k, forces): (usize, &mut Field<T>),
+    fields: [&Field<T::Number>; N],
+    (k, forces): (usize, &mut Field<T::Number>),
 ) {
-    let mut pulls = [[T::default(); LONGEST]; 3];
-    each_run(lattice, k, |run| {
-        pull_run(law, run, fields, &mut pulls);
-        for (pulls, forces) in pulls.iter().zip(&mut forces.axes) {
-            for (force, &pull) in forces[run.ends[0]..].iter_mut().zip(&pulls[..run.constants.len()]) {
-                *force += pull;
+    let springs = Springs { links: lattice.links[k].map(|link| link.in_lanes()), constants: &lattice.constants };
+    let (first, steps) = (lattice.grid.place([0, 0, k]), CORNERS.map(|corner| lattice.grid.place(corner)));
+    for &[begin, end] in &lattice.runs {
+        for at in (first + begin..first + end).step_by(LANES) {
+            let zero = [[T::of(0.0); 3]; CORNERS.len()];
+            let mut corners = Corners { fields: [zero; N], pulls: zero };
+            for (corners, field) in corners.fields.iter_mut().zip(fields) {
+                for (corner, step) in corners.iter_mut().zip(steps) {
+                    *corner = [0, 1, 2].map(|axis| T::load(&field.axes[axis], at + step));
+                }
             }
-            for (force, &pull) in forces[run.ends[1]..].iter_mut().zip(&pulls[..run.constants.len()]) {
-                *force -= pull;
+            corners.pull::<0>(law, &springs, at);
+            corners.pull::<1>(law, &springs, at);
+            corners.pull::<2>(law, &springs, at);
+            corners.pull::<3>(law, &springs, at);
+            corners.pull::<4>(law, &springs, at);
+            corners.pull::<5>(law, &springs, at);
+            corners.pull::<6>(law, &springs, at);
+            corners.pull::<7>(law, &springs, at);
+            corners.pull::<8>(law, &springs, at);
+            // Neighbouring corners share places, so one is written before the next is read.
+            for (pull, step) in corners.pulls.iter().zip(steps) {
+                for (pull, forces) in pull.iter().zip(&mut forces.axes) {
+                    (T::load(forces, at + step) + *pull).store(forces, at + step);
+                }
             }
         }
-    });
+    }
 }
 
 /// Adds the pulls of all springs to `forces`.
-pub(super) fn pull_all<T: Real, const N: usize>(
+pub(super) fn pull_all<const N: usize>(
     lattice: &Lattice,
-    law: &impl Law<T, N>,
-    fields: [&Field<T>; N],
-    forces: &mut Field<T>,
+    law: &impl Law<f64x4, N>,
+    fields: [&Field; N],
+    forces: &mut Field,
 ) {
     for k in 0..lattice.links.len() {
         pull_plane(lattice, law, fields, (k, forces));
@@ -151,67 +170,6 @@ pub(super) fn pull_all<T: Real, const N: usize>(
 }
 
 #[inline(always)]
-fn pull_run<T: Real, const N: usize>(
-    law: &impl Law<T, N>,
-    run: &Run<'_>,
-    fields: [&Field<T>; N],
-    pulls: &mut Pulls<T>,
-) {
-    let count = run.constants.len().min(LONGEST);
-    let mut ends = [Ends::NONE; N];
-    for (ends, field) in ends.iter_mut().zip(fields) {
-        *ends = Ends::new(field, run.ends, count);
-    }
-    let link = run.link.rounded();
-    let constants = &run.constants[..count];
-    let [x, y, z] = pulls;
-    let (x, y, z) = (&mut x[..count], &mut y[..count], &mut z[..count]);
-    for i in 0..count {
-        let mut differences = [[T::default(); 3]; N];
-        for n in 0..N {
-            differences[n] = ends[n].difference(i);
-        }
-        [x[i], y[i], z[i]] = law.pull(&link, T::of_single(constants[i]), differences);
-    }
-}
-
-/// Energy of the springs kept in plane `k`, in J; of the computed part only.
-pub(super) fn energy_of_plane_j(lattice: &Lattice, k: usize, displacement_m: &Field) -> f64 {
-    let mut sum_j = 0.0;
-    each_run(lattice, k, |run| {
-        let ends = Ends::new(displacement_m, run.ends, run.constants.len());
-        for (i, &constant) in run.constants.iter().enumerate() {
-            sum_j += energy_j(run.link, f64::from(constant), ends.difference(i));
-        }
-    });
-    sum_j
-}
-
-/// A field at both ends of a run of springs.
-#[derive(Clone, Copy)]
-struct Ends<'a, T> {
-    ax: &'a [T],
-    ay: &'a [T],
-    az: &'a [T],
-    bx: &'a [T],
-    by: &'a [T],
-    bz: &'a [T],
-}
-
-impl<'a, T: Real> Ends<'a, T> {
-    const NONE: Self = Self { ax: &[], ay: &[], az: &[], bx: &[], by: &[], bz: &[] };
-
-    #[inline(always)]
-    fn new(field: &'a Field<T>, [a, b]: [usize; 2], count: usize) -> Self {
-        let [x, y, z] = &field.axes;
-        let (ax, ay, az) = (&x[a..a + count], &y[a..a + count], &z[a..a + count]);
-        let (bx, by, bz) = (&x[b..b + count], &y[b..b + count], &z[b..b + count]);
-        Self { ax, ay, az, bx, by, bz }
-    }
-
-    /// B less A of a spring.
-    #[inline(always)]
-    fn difference(&self, i: usize) -> [T; 3] {
-        [self.bx[i] - self.ax[i], self.by[i] - self.ay[i], self.bz[i] - self.az[i]]
-    }
+fn with<T: Copy>(a: [T; 3], b: [T; 3], of: impl Fn(T, T) -> T) -> [T; 3] {
+    [of(a[0], b[0]), of(a[1], b[1]), of(a[2], b[2])]
 }

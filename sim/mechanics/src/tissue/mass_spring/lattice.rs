@@ -5,7 +5,7 @@ use super::calibration::spring_constants;
 use super::grid::{Grid, Patch, Symmetry};
 use super::kernel::{self, Field};
 use super::laws;
-use super::links::{CLASSES, Link};
+use super::links::{CLASSES, CORNERS, Link};
 use super::motion::Motion;
 use crate::axial::Domain;
 use crate::tissue::Slab;
@@ -90,7 +90,7 @@ impl Lattice {
         };
         lattice.fill_cells(slab);
         lattice.hold_nodes();
-        let plane = lattice.grid.side * lattice.grid.side;
+        let plane = lattice.grid.plane();
         let has_springs = |place| lattice.constants.iter().any(|constants| constants[place] > 0.0);
         lattice.runs = kernel::runs(&(0..plane).map(has_springs).collect::<Vec<_>>());
         lattice.highest_rad_per_s = lattice.bound_rad_per_s();
@@ -175,7 +175,12 @@ impl Lattice {
     }
 
     pub(super) fn spring_energy_j(&self, displacement_m: &Field) -> f64 {
-        (0..self.links.len()).map(|k| kernel::energy_of_plane_j(self, k, displacement_m)).sum()
+        let mut sum_j = 0.0;
+        self.for_each_spring(|link, constant, [a, b]| {
+            let change_m = [0, 1, 2].map(|axis| displacement_m.axes[axis][b] - displacement_m.axes[axis][a]);
+            sum_j += laws::energy_j(link, constant, change_m);
+        });
+        sum_j
     }
 
     fn cells(&self) -> impl Iterator<Item = [usize; 3]> {
@@ -253,7 +258,7 @@ impl Lattice {
             for (at, class) in CLASSES.iter().enumerate() {
                 let constant = f64::from(self.constants[at][self.grid.place([i, j, k])]);
                 if constant > 0.0 {
-                    let ends = [class.a, class.b].map(|[x, y, z]| self.grid.place([i + x, j + y, k + z]));
+                    let ends = class.ends.map(|end| self.grid.place([i, j, k]) + self.grid.place(CORNERS[end]));
                     call(&self.links[k][at], constant, ends);
                 }
             }
@@ -263,10 +268,9 @@ impl Lattice {
     fn cut_out(&mut self, [i, j, k]: [usize; 3], motion: &Motion, opened: &mut Opened) {
         let node = self.grid.place([i, j, k]);
         for (at, class) in CLASSES.iter().enumerate() {
-            for end in [class.a, class.b] {
+            for end in class.ends.map(|end| CORNERS[end]) {
                 let Some(anchor) = before([i, j, k], end) else { continue };
-                let ends =
-                    [class.a, class.b].map(|[x, y, z]| self.grid.place([anchor[0] + x, anchor[1] + y, anchor[2] + z]));
+                let ends = class.ends.map(|end| self.grid.place(anchor) + self.grid.place(CORNERS[end]));
                 let constant = f64::from(std::mem::take(&mut self.constants[at][self.grid.place(anchor)]));
                 if constant > 0.0 {
                     let u = &motion.displacement_m.axes;

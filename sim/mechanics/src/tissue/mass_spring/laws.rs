@@ -11,8 +11,8 @@
 //! The pull k (l − l₀) D/l is along the spring wherever it has turned to: a rigid motion costs nothing.
 
 use super::kernel::Law;
+use super::lanes::Lanes;
 use super::links::Link;
-use super::real::Real;
 
 /// Least length over rest length that a direction is divided by. Ends that meet have no direction: the pull fades to 0
 /// over this length instead of being 0/0. Its square is well above the rounding of l₀² + q in single precision, so that
@@ -30,30 +30,29 @@ struct Stretched<T> {
 }
 
 #[inline(always)]
-fn stretched<T: Real>(link: &Link<T>, change_m: [T; 3]) -> Stretched<T> {
+fn stretched<T: Lanes>(link: &Link<T>, change_m: [T; 3]) -> Stretched<T> {
     let ([ex, ey, ez], [ux, uy, uz]) = (link.rest_m, change_m);
     let along_m = [ex + ux, ey + uy, ez + uz];
     let grown_m2 = dot(change_m, [ex + along_m[0], ey + along_m[1], ez + along_m[2]]);
     let rest_m2 = link.length_m * link.length_m;
-    let (least_m2, length_m2) = (T::of(COLLAPSED * COLLAPSED) * rest_m2, rest_m2 + grown_m2);
-    let length_m = if length_m2 > least_m2 { length_m2 } else { least_m2 }.sqrt();
+    let length_m = (rest_m2 + grown_m2).at_least(T::of(COLLAPSED * COLLAPSED) * rest_m2).sqrt();
     Stretched { along_m, length_m, strain: grown_m2 / (length_m * (length_m + link.length_m)) }
 }
 
 #[inline(always)]
-fn dot<T: Real>(a: [T; 3], b: [T; 3]) -> T {
+fn dot<T: Lanes>(a: [T; 3], b: [T; 3]) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]
-fn times<T: Real>(factor: T, vector: [T; 3]) -> [T; 3] {
+fn times<T: Lanes>(factor: T, vector: [T; 3]) -> [T; 3] {
     [factor * vector[0], factor * vector[1], factor * vector[2]]
 }
 
 /// Pull of displaced ends. Field: displacement.
 pub(super) struct Elastic;
 
-impl<T: Real> Law<T, 1> for Elastic {
+impl<T: Lanes> Law<T, 1> for Elastic {
     #[inline(always)]
     fn pull(&self, link: &Link<T>, constant: T, [change_m]: [[T; 3]; 1]) -> [T; 3] {
         let spring = stretched(link, change_m);
@@ -67,7 +66,7 @@ pub(super) struct Damped {
     pub(super) stiffness_damping_s: f64,
 }
 
-impl<T: Real> Law<T, 2> for Damped {
+impl<T: Lanes> Law<T, 2> for Damped {
     #[inline(always)]
     fn pull(&self, link: &Link<T>, constant: T, [change_m, rate_m_per_s]: [[T; 3]; 2]) -> [T; 3] {
         let spring = stretched(link, change_m);
@@ -85,13 +84,11 @@ pub(super) struct Stiffness {
     pub(super) across: f64,
 }
 
-impl<T: Real> Law<T, 2> for Stiffness {
+impl<T: Lanes> Law<T, 2> for Stiffness {
     #[inline(always)]
     fn pull(&self, link: &Link<T>, constant: T, [change_m, delta]: [[T; 3]; 2]) -> [T; 3] {
         let spring = stretched(link, change_m);
-        let zero = T::default();
-        let tension = if spring.strain > zero { spring.strain } else { zero };
-        let across = T::of(-self.across) * constant * tension;
+        let across = T::of(-self.across) * constant * spring.strain.at_least(T::of(0.0));
         let part = dot(spring.along_m, delta) / (spring.length_m * spring.length_m);
         let [x, y, z] = times((T::of(-self.along) * constant - across) * part, spring.along_m);
         [x + across * delta[0], y + across * delta[1], z + across * delta[2]]
@@ -101,7 +98,7 @@ impl<T: Real> Law<T, 2> for Stiffness {
 /// Resistance to a change of displacement at rest. Field: change of displacement.
 pub(super) struct Linear;
 
-impl<T: Real> Law<T, 1> for Linear {
+impl<T: Lanes> Law<T, 1> for Linear {
     #[inline(always)]
     fn pull(&self, link: &Link<T>, constant: T, [delta]: [[T; 3]; 1]) -> [T; 3] {
         let per_m2 = T::of(-1.0) / (link.length_m * link.length_m);
@@ -110,9 +107,10 @@ impl<T: Real> Law<T, 1> for Linear {
 }
 
 /// Energy of a spring, in J.
-#[inline(always)]
 pub(super) fn energy_j(link: &Link<f64>, constant: f64, change_m: [f64; 3]) -> f64 {
-    let spring = stretched(link, change_m);
-    let stretch_m = spring.strain * spring.length_m;
+    let axes = link.rest_m.iter().zip(change_m);
+    let grown_m2: f64 = axes.map(|(rest_m, change_m)| change_m * (2.0 * rest_m + change_m)).sum();
+    let length_m = (link.length_m * link.length_m + grown_m2).max(0.0).sqrt();
+    let stretch_m = grown_m2 / (length_m + link.length_m);
     0.5 * constant * stretch_m * stretch_m
 }

@@ -1,32 +1,35 @@
-//! The nine directions in which a node has springs, each with one neighbour: three edges and six face diagonals.
+//! The nine directions in which a place has springs: three edges and six face diagonals.
 
-use super::real::Real;
+use super::lanes::Lanes;
 
-/// A direction of springs. A spring joins an end A to an end B, both given as steps along x, y and down from the node
-/// at which the spring is kept; no step is negative.
+/// The nodes that the springs kept at a place join, as steps along x, y and down from it.
+pub(super) const CORNERS: [[usize; 3]; 7] =
+    [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1]];
+
+/// A direction of springs: the corners that its ends A and B are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Class {
-    pub(super) a: [usize; 3],
-    pub(super) b: [usize; 3],
+    pub(super) ends: [usize; 2],
 }
 
-/// All directions.
+/// All directions: along x, y and down, then across xy, across xz and across yz.
 pub(super) const CLASSES: [Class; 9] = [
-    Class { a: [0, 0, 0], b: [1, 0, 0] },
-    Class { a: [0, 0, 0], b: [0, 1, 0] },
-    Class { a: [0, 0, 0], b: [0, 0, 1] },
-    Class { a: [0, 0, 0], b: [1, 1, 0] },
-    Class { a: [1, 0, 0], b: [0, 1, 0] },
-    Class { a: [0, 0, 0], b: [1, 0, 1] },
-    Class { a: [1, 0, 0], b: [0, 0, 1] },
-    Class { a: [0, 0, 0], b: [0, 1, 1] },
-    Class { a: [0, 1, 0], b: [0, 0, 1] },
+    Class { ends: [0, 1] },
+    Class { ends: [0, 2] },
+    Class { ends: [0, 3] },
+    Class { ends: [0, 4] },
+    Class { ends: [1, 2] },
+    Class { ends: [0, 5] },
+    Class { ends: [1, 3] },
+    Class { ends: [0, 6] },
+    Class { ends: [2, 3] },
 ];
 
 impl Class {
     /// The axes along which the spring reaches, and the others.
     pub(super) fn axes(self) -> (&'static [usize], &'static [usize]) {
-        match [0, 1, 2].map(|axis| self.a[axis] != self.b[axis]) {
+        let [a, b] = self.ends.map(|end| CORNERS[end]);
+        match [0, 1, 2].map(|axis| a[axis] != b[axis]) {
             [true, false, false] => (&[0], &[1, 2]),
             [false, true, false] => (&[1], &[0, 2]),
             [false, false, true] => (&[2], &[0, 1]),
@@ -48,15 +51,15 @@ pub(super) struct Link<T> {
 
 impl Link<f64> {
     pub(super) fn new(class: Class, sides_m: [f64; 3]) -> Self {
-        let step = |axis: usize| (class.b[axis] as f64 - class.a[axis] as f64) * sides_m[axis];
+        let [a, b] = class.ends.map(|end| CORNERS[end]);
+        let step = |axis: usize| (b[axis] as f64 - a[axis] as f64) * sides_m[axis];
         let rest_m = [step(0), step(1), -step(2)];
         Self { rest_m, length_m: rest_m.iter().map(|e| e * e).sum::<f64>().sqrt() }
     }
 
-    /// The same in another precision.
+    /// The same spring in every lane.
     #[inline(always)]
-    pub(super) fn rounded<T: Real>(&self) -> Link<T> {
-        let [x, y, z] = self.rest_m;
-        Link { rest_m: [T::of(x), T::of(y), T::of(z)], length_m: T::of(self.length_m) }
+    pub(super) fn in_lanes<T: Lanes>(&self) -> Link<T> {
+        Link { rest_m: self.rest_m.map(T::of), length_m: T::of(self.length_m) }
     }
 }

@@ -13,13 +13,13 @@ mod fit;
 mod grid;
 pub mod implicit;
 mod kernel;
+mod lanes;
 mod lattice;
 mod laws;
 mod links;
 mod load;
 mod model;
 mod motion;
-mod real;
 mod relax;
 mod response;
 

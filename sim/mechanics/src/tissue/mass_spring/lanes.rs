@@ -1,0 +1,74 @@
+//! Numbers side by side: single ones for explicit steps, double ones for everything that is solved for.
+
+use std::ops::{Add, Div, Mul, Sub};
+
+use wide::{f32x4, f64x4};
+
+/// Springs that are computed at once: as many single numbers as fit a vector register of every machine.
+pub(super) const LANES: usize = 4;
+
+/// Numbers of neighbouring places along x.
+pub(super) trait Lanes:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// One of them.
+    type Number: Copy + Default;
+    /// The same number in all.
+    fn of(value: f64) -> Self;
+    /// Those that begin at a place; 0 where there are none.
+    fn load(values: &[Self::Number], place: usize) -> Self;
+    /// The same of single numbers.
+    fn load_single(values: &[f32], place: usize) -> Self;
+    /// Puts them where they begin; nowhere when they do not fit.
+    fn store(self, values: &mut [Self::Number], place: usize);
+    fn sqrt(self) -> Self;
+    fn at_least(self, least: Self) -> Self;
+}
+
+/// The numbers that begin at a place; 0 where there are none.
+#[inline(always)]
+fn chunk<T: Copy + Default>(values: &[T], place: usize) -> [T; LANES] {
+    values.get(place..).and_then(|values| values.first_chunk()).copied().unwrap_or_default()
+}
+
+macro_rules! lanes {
+    ($lanes:ty, $number:ty) => {
+        impl Lanes for $lanes {
+            type Number = $number;
+
+            #[inline(always)]
+            fn of(value: f64) -> Self {
+                Self::splat(value as $number)
+            }
+
+            #[inline(always)]
+            fn load(values: &[$number], place: usize) -> Self {
+                Self::new(chunk(values, place))
+            }
+
+            #[inline(always)]
+            fn load_single(values: &[f32], place: usize) -> Self {
+                Self::new(chunk(values, place).map(<$number>::from))
+            }
+
+            #[inline(always)]
+            fn store(self, values: &mut [$number], place: usize) {
+                if let Some(chunk) = values.get_mut(place..).and_then(|values| values.first_chunk_mut()) {
+                    *chunk = self.to_array();
+                }
+            }
+
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                self.sqrt()
+            }
+
+            #[inline(always)]
+            fn at_least(self, least: Self) -> Self {
+                self.fast_max(least)
+            }
+        }
+    };
+}
+lanes!(f32x4, f32);
+lanes!(f64x4, f64);
