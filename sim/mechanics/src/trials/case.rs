@@ -26,3 +26,4 @@ pub(super) const PUNCH: &str = "flat punch";
 pub(super) const COLUMN: &str = "layered column (confined)";
 pub(super) const PATCH: &str = "patch test";
 pub(super) const MUTUAL: &str = "two loads' work on each other (Betti)";
+pub(super) const LONG_STEP: &str = "explicit step 4 × too large (refused with the stable step named, never NaN)";

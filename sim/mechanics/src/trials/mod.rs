@@ -7,6 +7,7 @@
 mod axisymmetric;
 mod case;
 mod force_law;
+mod mass_spring;
 pub mod needle;
 pub mod scenes;
 pub mod slabs;
@@ -51,7 +52,7 @@ impl Trial {
 /// Every trial of every model.
 #[must_use]
 pub fn all() -> Vec<Trial> {
-    [force_law::trials(), axisymmetric::trials(), volumetric::trials()].concat()
+    [force_law::trials(), axisymmetric::trials(), mass_spring::trials(), volumetric::trials()].concat()
 }
 
 /// The list of a model's trials, each named by the function that measures it.

@@ -58,6 +58,17 @@ hard_cases! {
         sheets_change duplicate_change
         thin_error
         half_space_error half_space_rate boussinesq_error punch_error column_error patch_error mutual_error;
+    mass_spring "mass-spring":
+        contrast_error thin_skin_refused thin_skin_error
+        incompressible_estimate incompressible_met
+        sliver_refused inverted_energy inverted_rest
+        long_step_refused
+        stab_energy teleport_explicit teleport_implicit
+        bad_samples no_time
+        release_explicit release_growth release_implicit release_rest
+        hold_creep
+        coincident_answer
+        slow_tissue_energy slow_tissue_rest rates_displacement;
     volumetric "volumetric":
         ratio_error thin_skin_error incompressible_error
         sliver_energy inverted_left inverted_growth
@@ -76,33 +87,37 @@ fn every_trial_has_a_test_of_its_own() {
 }
 
 /// Every hard case in the words of physics section 8, and the models that it concerns.
-const CASES: [(&str, &[&str]); 26] = [
-    ("1 m/s stab", &["force law", "axisymmetric", "volumetric"]),
-    ("50 mm teleport in one tick", &["force law", "axisymmetric", "volumetric"]),
-    ("NaN, infinite, repeated, missing and backwards-in-time samples", &["force law", "axisymmetric", "volumetric"]),
-    ("dt = 0", &["force law"]),
-    ("a released handle", &["force law", "volumetric"]),
+const CASES: [(&str, &[&str]); 27] = [
+    ("1 m/s stab", &["force law", "axisymmetric", "mass-spring", "volumetric"]),
+    ("50 mm teleport in one tick", &["force law", "axisymmetric", "mass-spring", "volumetric"]),
+    (
+        "NaN, infinite, repeated, missing and backwards-in-time samples",
+        &["force law", "axisymmetric", "mass-spring", "volumetric"],
+    ),
+    ("dt = 0", &["force law", "mass-spring"]),
+    ("a released handle", &["force law", "mass-spring", "volumetric"]),
     ("reversal inside the presliding zone", &["force law"]),
-    ("ten minutes' hold", &["force law", "axisymmetric", "volumetric"]),
+    ("ten minutes' hold", &["force law", "axisymmetric", "mass-spring", "volumetric"]),
     ("withdrawal, re-entry in the same track and 3 mm beside it", &["force law"]),
     ("60° oblique", &["force law", "volumetric"]),
-    ("zero-thickness and duplicate layers", &["force law", "axisymmetric", "volumetric"]),
+    ("zero-thickness and duplicate layers", &["force law", "axisymmetric", "mass-spring", "volumetric"]),
     ("a layer thinner than L", &["force law", "axisymmetric"]),
     ("cascades", &["force law"]),
     ("thresholds above the device's force", &["force law"]),
     ("8 simulated hours without drift", &["force law"]),
-    ("1 and 4 kHz giving the same forces", &["force law"]),
-    ("tissue at 15 Hz under a 1 kHz needle", &["volumetric"]),
-    ("stiffness ratios 1e2–1e5 between layers", &["axisymmetric", "volumetric"]),
-    ("0.8 mm skin on 39 mm muscle", &["axisymmetric", "volumetric"]),
-    ("ν = 0.499", &["axisymmetric", "volumetric"]),
-    ("slivers and inverted elements", &["axisymmetric", "volumetric"]),
+    ("1 and 4 kHz giving the same forces", &["force law", "mass-spring"]),
+    ("tissue at 15 Hz under a 1 kHz needle", &["mass-spring", "volumetric"]),
+    ("stiffness ratios 1e2–1e5 between layers", &["axisymmetric", "mass-spring", "volumetric"]),
+    ("0.8 mm skin on 39 mm muscle", &["axisymmetric", "mass-spring", "volumetric"]),
+    ("ν = 0.499", &["axisymmetric", "mass-spring", "volumetric"]),
+    ("slivers and inverted elements", &["axisymmetric", "mass-spring", "volumetric"]),
     ("half-space, Gaussian load", &["axisymmetric"]),
     ("Boussinesq", &["axisymmetric"]),
     ("flat punch", &["axisymmetric"]),
     ("layered column (confined)", &["axisymmetric"]),
     ("patch test", &["axisymmetric"]),
     ("two loads' work on each other (Betti)", &["axisymmetric"]),
+    ("explicit step 4 × too large (refused with the stable step named, never NaN)", &["mass-spring"]),
 ];
 
 #[test]

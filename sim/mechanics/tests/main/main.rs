@@ -23,6 +23,8 @@ mod mass_spring;
 #[cfg(test)]
 mod mass_spring_convergence;
 #[cfg(test)]
+mod mass_spring_motion;
+#[cfg(test)]
 mod multifrontal;
 #[cfg(test)]
 mod operators;

@@ -14,16 +14,19 @@ use super::kernel::Law;
 use super::lanes::Lanes;
 use super::links::Link;
 
-/// Least length over rest length that a direction is divided by. Ends that meet have no direction: the pull fades to 0
-/// over this length instead of being 0/0. Its square is well above the rounding of l₀² + q in single precision, so that
-/// no pull is ever larger than k l₀ there.
-const COLLAPSED: f64 = 1e-3;
+/// Length over rest length below which a spring no longer stiffens its resistance to being turned: it pulls k (1 − l₀/l) D
+/// with the l of this length, so that its stiffness is within ±k in every direction. The law of longer springs would
+/// reach −∞ at l = 0, where a spring turns inside out, and no step would be short enough there.
+const SHORTEST: f64 = 0.5;
+
+/// The least change of the square of a spring's length that counts, over its square at rest.
+const MOST_SHORTENED: f64 = SHORTEST * SHORTEST - 1.0;
 
 /// A spring as it is now.
 struct Stretched<T> {
     /// From A to B, in m.
     along_m: [T; 3],
-    /// Length, in m, at least [`COLLAPSED`] of that at rest.
+    /// Length, in m, at least [`SHORTEST`] of that at rest.
     length_m: T,
     /// (l − l₀)/l: what of k is pull per vector.
     strain: T,
@@ -33,9 +36,10 @@ struct Stretched<T> {
 fn stretched<T: Lanes>(link: &Link<T>, change_m: [T; 3]) -> Stretched<T> {
     let ([ex, ey, ez], [ux, uy, uz]) = (link.rest_m, change_m);
     let along_m = [ex + ux, ey + uy, ez + uz];
-    let grown_m2 = dot(change_m, [ex + along_m[0], ey + along_m[1], ez + along_m[2]]);
     let rest_m2 = link.length_m * link.length_m;
-    let length_m = (rest_m2 + grown_m2).at_least(T::of(COLLAPSED * COLLAPSED) * rest_m2).sqrt();
+    let grown_m2 = dot(change_m, [ex + along_m[0], ey + along_m[1], ez + along_m[2]]);
+    let grown_m2 = grown_m2.at_least(T::of(MOST_SHORTENED) * rest_m2);
+    let length_m = (rest_m2 + grown_m2).sqrt();
     Stretched { along_m, length_m, strain: grown_m2 / (length_m * (length_m + link.length_m)) }
 }
 
@@ -108,9 +112,11 @@ impl<T: Lanes> Law<T, 1> for Linear {
 
 /// Energy of a spring, in J.
 pub(super) fn energy_j(link: &Link<f64>, constant: f64, change_m: [f64; 3]) -> f64 {
+    let rest_m2 = link.length_m * link.length_m;
     let axes = link.rest_m.iter().zip(change_m);
     let grown_m2: f64 = axes.map(|(rest_m, change_m)| change_m * (2.0 * rest_m + change_m)).sum();
-    let length_m = (link.length_m * link.length_m + grown_m2).max(0.0).sqrt();
-    let stretch_m = grown_m2 / (length_m + link.length_m);
-    0.5 * constant * stretch_m * stretch_m
+    let counted_m2 = grown_m2.max(MOST_SHORTENED * rest_m2);
+    let length_m = (rest_m2 + counted_m2).sqrt();
+    let stretch_m = counted_m2 / (length_m + link.length_m);
+    0.5 * constant * (stretch_m * stretch_m + stretch_m / length_m * (grown_m2 - counted_m2))
 }

@@ -1,0 +1,87 @@
+//! A lattice that moves, and what integrates it.
+
+use super::{RADIUS_M, lower_back, patch, problem};
+use crate::tissue::mass_spring::explicit::{self, ExplicitScratch};
+use crate::tissue::mass_spring::implicit::{self, ImplicitScratch};
+use crate::tissue::mass_spring::{Damping, Lattice, LatticeError, Motion, NodalLoad};
+use crate::trials::{Measured, largest};
+
+/// A lattice of 1 mm cells under a load of the skin, and what moves it.
+pub(super) struct Moved {
+    pub(super) lattice: Lattice,
+    pub(super) motion: Motion,
+    explicit: ExplicitScratch,
+    implicit: ImplicitScratch,
+}
+
+/// A way to let a time in s pass.
+pub(super) type Advance = fn(&mut Moved, f64) -> Result<(), LatticeError>;
+
+impl Moved {
+    pub(super) fn new(damping: Damping) -> Result<Self, LatticeError> {
+        let problem = problem(lower_back());
+        let lattice = Lattice::new(&problem.slab, &patch(1.1e-3, RADIUS_M), damping)?;
+        let motion = Motion::new(&lattice, NodalLoad::new(&lattice, &problem.load)?);
+        let (explicit, implicit) = (ExplicitScratch::new(&lattice), ImplicitScratch::new(&lattice));
+        Ok(Self { lattice, motion, explicit, implicit })
+    }
+
+    pub(super) fn undamped() -> Result<Self, LatticeError> {
+        Self::new(Damping::default())
+    }
+
+    /// In stable sub-steps.
+    pub(super) fn explicitly(&mut self, time_s: f64) -> Result<(), LatticeError> {
+        explicit::advance(&self.lattice, &mut self.motion, &mut self.explicit, time_s).map(|_| ())
+    }
+
+    /// In one step.
+    pub(super) fn implicitly(&mut self, time_s: f64) -> Result<(), LatticeError> {
+        implicit::step(&self.lattice, &mut self.motion, &mut self.implicit, time_s)
+    }
+
+    /// An explicit step, however long.
+    pub(super) fn step(&mut self, step_s: f64) -> Result<(), LatticeError> {
+        explicit::step(&self.lattice, &mut self.motion, &mut self.explicit, step_s)
+    }
+
+    pub(super) fn energy_j(&self) -> f64 {
+        self.lattice.elastic_energy_j(&self.motion) + self.lattice.kinetic_energy_j(&self.motion)
+    }
+
+    /// Displacement of the skin at the needle, in m.
+    pub(super) fn skin_m(&self) -> f64 {
+        self.motion.displacement_m(&self.lattice, [0.0; 3])[2]
+    }
+
+    /// Turns the cells around the needle inside out.
+    pub(super) fn invert(&mut self) {
+        let near = |[x, y, z]: [f64; 3]| x * x + y * y < 4e-6 && z > -2e-3;
+        self.motion.displace(&self.lattice, |at| if near(at) { [0.0, 0.0, -2.5e-3] } else { [0.0; 3] });
+    }
+
+    pub(super) fn rest(&mut self) -> Result<(), LatticeError> {
+        (0..8).try_for_each(|_| self.implicitly(f64::INFINITY))
+    }
+}
+
+/// Most energy ever over the most work done until then, while the force of each tick is held for the tick.
+pub(super) fn energy_over_work(
+    moved: &mut Moved,
+    (advance, tick_s): (Advance, f64),
+    forces_n: impl IntoIterator<Item = f64>,
+) -> Measured {
+    let (mut ratios, mut work_j, mut most_j) = (Vec::new(), 0.0, 0.0_f64);
+    for force_n in forces_n {
+        moved.motion.push(force_n);
+        let before_j = moved.lattice.load_work_j(&moved.motion);
+        advance(moved, tick_s)?;
+        work_j += moved.lattice.load_work_j(&moved.motion) - before_j;
+        most_j = most_j.max(work_j);
+        // Nothing has been done yet while no force has moved anything.
+        if most_j > 0.0 {
+            ratios.push(moved.energy_j() / most_j);
+        }
+    }
+    Ok(largest(ratios))
+}
