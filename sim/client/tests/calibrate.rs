@@ -152,7 +152,7 @@ fn the_residual_is_that_of_the_scene_as_written() {
 
 /// White to the fit, the same in every run: n² mod 1009 has no period shorter than the curve.
 fn ripple(n: u32) -> f64 {
-    0.02 * (f64::from(n * n % 1009) / 1009.0 * std::f64::consts::TAU).sin()
+    0.02 * libm::sin(f64::from(n * n % 1009) / 1009.0 * std::f64::consts::TAU)
 }
 
 #[test]

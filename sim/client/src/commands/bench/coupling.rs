@@ -92,8 +92,8 @@ fn markdown(rows: &[Row], quick: bool) -> String {
         "# Coupling\n\n{}\n\nThe force law runs at 1 kHz, the field beside it at its own rate. Error: rms over an insertion of \
          the training scene to 30 mm of the force that the field carries at each millisecond, as a share of the peak force. \
          *Held*: the last force taken; *extrapolated*: with its last rate of change; *forecast*: the law's closed form, run \
-         ahead with the needle's last velocity, which knows when the next boundary gives way. The field uses the forecast. \
-         The bar is 1 % at 120 Hz and 10 mm/s.\n\n## At 120 Hz\n\n{}\n![coupling](coupling.svg)\n",
+         ahead with the needle's last velocity, which knows when the next boundary gives way: what a field \
+         beside the law should carry. The bar is 1 % at 120 Hz and 10 mm/s.\n\n## At 120 Hz\n\n{}\n![coupling](coupling.svg)\n",
         measured_on(quick),
         sheet.markdown()
     )

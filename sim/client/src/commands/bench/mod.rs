@@ -23,11 +23,11 @@ use crate::{new_file, output};
 
 /// Measure speed and error, and write CSV, Markdown and plots
 ///
-/// force: error of the force law against tick rate and speed, time per tick, force against depth. field: error of the tissue's displacement against unknowns, set-up
-/// and time per solve, for every model, with the planner's choice and other solvers beside it. coupling: error of the force
-/// that the field carries against its rate. recording: size, time
-/// to write a tick, speed of simulating, time and memory to read and score. hard-cases: every hard case with its bound and
-/// what was measured. soak: ten minutes of random needle motion on every shipped scene. Use a release build for figures to report.
+/// force: error of the force law against tick rate and speed, time per tick, force against depth. field: error of the
+/// tissue's displacement against unknowns, set-up and time per solve, for every model, with the planner's choice marked and
+/// other solvers beside it. coupling: error of the force that the field carries against its rate. recording: size, time to
+/// write a tick, speed of simulating, time and memory to read and score. hard-cases: every hard case with its bound and what
+/// was measured. soak: ten minutes of random needle motion on every shipped scene. Use a release build for figures to report.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet bench --out bench")]
 pub struct Args {
