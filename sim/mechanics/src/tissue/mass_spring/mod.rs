@@ -20,15 +20,17 @@ mod links;
 mod load;
 mod model;
 mod motion;
+mod puncture;
 mod relax;
 mod response;
 
 pub use fit::{Fitted, fit, rung};
 pub use grid::{MAX_UNKNOWNS, Patch, Symmetry};
-pub use lattice::{Damping, Lattice, Opened, Puncture};
+pub use lattice::{Damping, Lattice};
 pub use load::NodalLoad;
 pub use model::MassSpring;
 pub use motion::{MAX_FORCE_N, Motion};
+pub use puncture::{Opened, Puncture};
 pub use response::{NodeForce, Response};
 
 use super::axisymmetric::AxisymmetricError;

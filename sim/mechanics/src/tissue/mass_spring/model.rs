@@ -21,7 +21,6 @@ pub struct MassSpring {
     /// Displacement under 1 N, in m.
     unit_m: Field,
     force_n: f64,
-    iterations: usize,
 }
 
 impl MassSpring {
@@ -33,25 +32,13 @@ impl MassSpring {
         problem.check()?;
         let lattice = Lattice::new(&problem.slab, patch, Damping::default())?;
         let load = NodalLoad::new(&lattice, &problem.load)?;
-        let (unit_m, iterations) = rest(&lattice, &load);
-        Ok(Self { unknowns: lattice.unknowns(), grid: lattice.grid, unit_m, force_n: 1.0, iterations })
-    }
-
-    /// Conjugate gradients that it took to come to rest.
-    #[must_use]
-    pub fn iterations(&self) -> usize {
-        self.iterations
-    }
-
-    /// Depth of the held base, in m: that of the patch, rounded up to a plane of nodes.
-    #[must_use]
-    pub fn depth_m(&self) -> f64 {
-        self.grid.depth_m()
+        let unit_m = rest(&lattice, &load);
+        Ok(Self { unknowns: lattice.unknowns(), grid: lattice.grid, unit_m, force_n: 1.0 })
     }
 }
 
-/// Displacement of the linearised lattice at rest under 1 N, in m, and the iterations it took.
-fn rest(lattice: &Lattice, load: &NodalLoad) -> (Field, usize) {
+/// Displacement of the linearised lattice at rest under 1 N, in m.
+fn rest(lattice: &Lattice, load: &NodalLoad) -> Field {
     let mut displacement_m = Field::zeros(lattice.grid.places());
     let mut inverse_diagonal = lattice.diagonal.clone();
     for sum in inverse_diagonal.axes.iter_mut().flatten().filter(|sum| **sum > 0.0) {
@@ -61,8 +48,8 @@ fn rest(lattice: &Lattice, load: &NodalLoad) -> (Field, usize) {
     load.add(1.0, &mut relaxation.residual);
     let whole = norm_squared(&relaxation.residual, &inverse_diagonal).sqrt();
     let apply = |p: &Field, product: &mut Field| pull_all(lattice, &Linear, [p], product);
-    let iterations = relaxation.solve(apply, &inverse_diagonal, &mut displacement_m, (AT_REST, whole));
-    (displacement_m, iterations)
+    relaxation.solve(apply, &inverse_diagonal, &mut displacement_m, (AT_REST, whole));
+    displacement_m
 }
 
 impl FieldModel for MassSpring {

@@ -1,0 +1,73 @@
+//! Where a needle went, springs are open.
+
+use super::lattice::Lattice;
+use super::laws;
+use super::links::{CLASSES, CORNERS};
+use super::motion::Motion;
+
+/// A cylinder through which a needle went.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Puncture {
+    /// Where it went, in the patient's x and y, in m.
+    pub at_m: [f64; 2],
+    /// Depth of the boundary it went through, in m.
+    pub depth_m: f64,
+    /// Its radius, in m.
+    pub radius_m: f64,
+}
+
+/// What a puncture did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Opened {
+    /// Springs that no longer pull.
+    pub springs: usize,
+    /// Energy they had stored in the whole tissue, in J.
+    pub energy_j: f64,
+}
+
+impl Lattice {
+    /// Takes away every spring that ends at a node of the boundary's plane within the needle: the node is cut out and
+    /// no longer moves. The rest of the tissue is free to recoil.
+    pub fn open(&mut self, motion: &Motion, puncture: &Puncture) -> Opened {
+        let (upper, part) = self.grid.storey_at(puncture.depth_m);
+        let k = if part > 0.5 { upper + 1 } else { upper };
+        let mut opened = Opened::default();
+        for [i, j, k] in self.grid.nodes().filter(|node| node[2] == k) {
+            let [x_m, y_m, _] = self.grid.position_m([i, j, k]);
+            let [dx_m, dy_m] = [x_m - puncture.at_m[0], y_m - puncture.at_m[1]];
+            if dx_m * dx_m + dy_m * dy_m <= puncture.radius_m * puncture.radius_m {
+                self.cut_out([i, j, k], motion, &mut opened);
+            }
+        }
+        self.refresh();
+        opened.energy_j *= self.symmetric_parts();
+        opened
+    }
+
+    fn cut_out(&mut self, [i, j, k]: [usize; 3], motion: &Motion, opened: &mut Opened) {
+        let node = self.grid.place([i, j, k]);
+        for (at, class) in CLASSES.iter().enumerate() {
+            for end in class.ends.map(|end| CORNERS[end]) {
+                let Some(anchor) = before([i, j, k], end) else { continue };
+                let ends = class.ends.map(|end| self.grid.place(anchor) + self.grid.place(CORNERS[end]));
+                let constant = f64::from(std::mem::take(&mut self.constants[at][self.grid.place(anchor)]));
+                if constant > 0.0 {
+                    let u = &motion.displacement_m.axes;
+                    let change_m = [0, 1, 2].map(|axis| u[axis][ends[1]] - u[axis][ends[0]]);
+                    let link = &self.links[anchor[2]][at];
+                    opened.springs += 1;
+                    opened.energy_j += laws::energy_j(link, constant, change_m);
+                }
+            }
+        }
+        for axis in 0..3 {
+            self.masses.axes[axis][node] = 0.0;
+        }
+    }
+}
+
+/// The node, if there is one, from which `steps` lead to this.
+fn before(node: [usize; 3], steps: [usize; 3]) -> Option<[usize; 3]> {
+    let back = [0, 1, 2].map(|axis| node[axis].checked_sub(steps[axis]));
+    Some([back[0]?, back[1]?, back[2]?])
+}
