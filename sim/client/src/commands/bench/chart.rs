@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::path::Path;
 
+pub use plotters::chart::SeriesLabelPosition;
 use plotters::prelude::*;
 
 use crate::exit::{Failure, Outcome};
@@ -53,6 +54,8 @@ pub struct Chart {
     pub y: String,
     /// Lines.
     pub curves: Vec<Curve>,
+    /// Where nothing is drawn.
+    pub legend: SeriesLabelPosition,
     /// Points that stand out: a ring around each.
     pub rings: Vec<Curve>,
 }
@@ -103,7 +106,12 @@ impl Chart {
             drawn.label(&rings.name).legend(|(x, y)| Circle::new((x + 10, y), 6, INK.stroke_width(2)));
         }
         if self.curves.iter().chain(&self.rings).any(|curve| !curve.name.is_empty()) {
-            canvas.configure_series_labels().background_style(WHITE.mix(0.85)).label_font((FONT, 14)).draw()?;
+            canvas
+                .configure_series_labels()
+                .position(self.legend.clone())
+                .background_style(WHITE.mix(0.85))
+                .label_font((FONT, 14))
+                .draw()?;
         }
         root.present()?;
         Ok(())

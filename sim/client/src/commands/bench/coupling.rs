@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use mechanics::axial::AxialParams;
 use mechanics::tissue::follow::{HandOver, Insertion, hand_over};
 
-use super::chart::{Chart, Curve};
+use super::chart::{Chart, Curve, SeriesLabelPosition};
 use super::sheet::{self, Sheet};
 use super::{measured_on, specimen};
 use crate::exit::Failure;
@@ -76,6 +76,7 @@ fn chart(rows: &[Row]) -> Chart {
             curve("extrapolated", |error| error.extrapolated),
             curve("forecast by the law", |error| error.forecast),
         ],
+        legend: SeriesLabelPosition::LowerLeft,
         rings: Vec::new(),
     }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use mechanics::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, Contactor};
 use mechanics::closed_form::{self, PredictedRupture};
 
-use super::chart::{Chart, Curve};
+use super::chart::{Chart, Curve, SeriesLabelPosition};
 use super::pace::{self, Pace};
 use super::sheet::{self, Sheet};
 use super::{curve, measured_on, specimen};
@@ -136,6 +136,7 @@ fn chart(cases: &[Case]) -> Chart {
         x: "tick rate, Hz".to_owned(),
         y: "largest lateness of a rupture, mm".to_owned(),
         curves: curves.into(),
+        legend: SeriesLabelPosition::MiddleRight,
         rings: Vec::new(),
     }
 }

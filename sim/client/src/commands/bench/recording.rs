@@ -10,7 +10,7 @@ use scene::{ExerciseBundle, Patient};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::chart::{Chart, Curve};
+use super::chart::{Chart, Curve, SeriesLabelPosition};
 use super::motion::Rehearsal;
 use super::sheet::{self, Sheet};
 use super::{measured_on, specimen};
@@ -195,6 +195,7 @@ fn chart(sorted_us: &[f64]) -> Chart {
         x: "time, µs".to_owned(),
         y: "share of ticks that take longer".to_owned(),
         curves: vec![Curve { name: String::new(), points: points.collect() }],
+        legend: SeriesLabelPosition::MiddleRight,
         rings: Vec::new(),
     }
 }

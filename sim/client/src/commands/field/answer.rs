@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use mechanics::tissue::axisymmetric::Superposed;
 use mechanics::tissue::planner::{self, PlanError, Wish};
 use mechanics::tissue::volumetric::Problem3;
-use mechanics::tissue::{FieldModel, Model, Problem};
+use mechanics::tissue::{FieldModel, Problem};
 use scene::field_case::FieldCase;
 use serde::Serialize;
 
@@ -61,7 +61,7 @@ impl Answer {
             let (planned, setup_s) = timing::once(|| planner::plan(&Problem3::flat(problem), wish));
             let planned = planned?;
             let mut field = planned.field;
-            let solve_s = solve_s(field.as_mut(), case.force_n);
+            let solve_s = timing::median_s(Effort::SHORT, || field.solve(case.force_n));
             let solution = Solution::new(field.as_ref(), problem, depth_m);
             let one = Self {
                 model: field.model().name(),
@@ -132,18 +132,6 @@ impl Answer {
         }
         Ok(())
     }
-}
-
-/// Median time of a re-solve or a step, in s. A lattice iterates from its last answer: it is timed from rest, since the same
-/// load again, or a multiple of it, is no work.
-pub fn solve_s(field: &mut dyn FieldModel, force_n: f64) -> f64 {
-    let iterates = field.model() == Model::MassSpring;
-    timing::median_s(Effort::SHORT, || {
-        if iterates {
-            field.solve(0.0);
-        }
-        field.solve(std::hint::black_box(force_n));
-    })
 }
 
 /// What a tick pays for all samples, in s: responses to unit loads, computed once, times the load.

@@ -12,7 +12,7 @@ use scene::field_case::FieldCase;
 use crate::exit::{Failure, Outcome};
 use crate::{commands, output};
 use answer::Answer;
-pub use answer::{answer_s, solve_s};
+pub use answer::answer_s;
 
 /// Compute how layered tissue deforms under a needle
 ///

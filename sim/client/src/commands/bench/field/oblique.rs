@@ -6,9 +6,8 @@ use mechanics::tissue::volumetric::{self, Problem3, Volumetric};
 use super::cases::Load;
 use super::{human_time, percent};
 use crate::commands::bench::sheet::Sheet;
-use crate::commands::field::solve_s;
 use crate::exit::Failure;
-use crate::timing;
+use crate::timing::{self, Effort};
 
 const TILT_DEG: f64 = 30.0;
 
@@ -54,7 +53,7 @@ pub fn measure(loads: &[Load], quick: bool) -> Result<Sheet, Failure> {
 
 impl Rung {
     fn new(load: &Load, mut model: Volumetric, setup_s: f64) -> Self {
-        let solve_s = solve_s(&mut model, load.force_n);
+        let solve_s = timing::median_s(Effort::SHORT, || model.solve(load.force_n));
         let depths = load.problem.sample_depth_m.iter();
         let points = depths.flat_map(|&depth_m| load.problem.sample_r_m.iter().map(move |&r_m| (r_m, depth_m)));
         let axial_m = points.map(|(r_m, depth_m)| model.displacement_m(r_m, depth_m)[0]).collect();

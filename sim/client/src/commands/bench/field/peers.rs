@@ -40,8 +40,15 @@ const PEERS: [Peer; 15] = [
 
 /// The table: for each figure, our cheapest answer that is no less accurate, of any model and of the 3-D one.
 pub fn markdown(rows: &[Row]) -> String {
-    let header =
-        ["solver", "unknowns", "error", "its time", "our best model: re-solve", "superposed", "our volumetric: step"];
+    let header = [
+        "solver",
+        "unknowns",
+        "error",
+        "its time",
+        "our best model: re-solve",
+        "superposed",
+        "our volumetric: re-solve",
+    ];
     let mut sheet = Sheet::new(header);
     let ours: Vec<&Row> = rows.iter().filter(|row| row.is_surface_load_on("lower_back")).collect();
     for peer in &PEERS {
