@@ -56,7 +56,7 @@ pub fn markdown(rows: &[Row]) -> String {
             let fits = move |row: &&&Row| row.error <= peer.error && (!volumetric || row.model == "volumetric");
             ours.iter().filter(fits).min_by(|a, b| a.solve_s.total_cmp(&b.solve_s))
         };
-        let times = |time_s: f64| format!("{} ({:.1} ×)", super::human_time(time_s), peer.time_s / time_s);
+        let times = |time_s: f64| format!("{} ({} ×)", super::human_time(time_s), ratio(peer.time_s / time_s));
         let best = good(false);
         let volumetric = if peer.is_3d { good(true) } else { None };
         sheet.row([
@@ -70,4 +70,13 @@ pub fn markdown(rows: &[Row]) -> String {
         ]);
     }
     sheet.markdown()
+}
+
+/// A ratio with the digits that count.
+fn ratio(ratio: f64) -> String {
+    match ratio {
+        r if r < 10.0 => format!("{r:.1}"),
+        r if r < 1e4 => format!("{r:.0}"),
+        r => format!("{r:.0e}"),
+    }
 }
