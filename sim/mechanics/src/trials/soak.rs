@@ -2,7 +2,7 @@
 //!
 //! Slow insertions and withdrawals, stabs at 1 m/s, teleports, oblique re-entries, rests, and samples that are no numbers or
 //! come twice, in an order drawn from a seed. Whatever the needle does, forces stay finite and below what the scene's numbers
-//! allow, the ledger closes, and what was dissipated stays so.
+//! allow, the ledger closes, what was dissipated stays so, and the field that follows stays finite.
 
 use nalgebra::{Point3, Vector3};
 
@@ -11,8 +11,10 @@ use crate::ledger::Ledger;
 use crate::operator::gauss::Draw;
 use crate::operator::needle_pose;
 use crate::puncture::{
-    PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, step,
+    PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, loads,
+    step,
 };
+use crate::tissue::follow::{self, Field, FollowState};
 
 /// The steepest path, in degrees: the steepest oblique of physics section 8.
 const STEEPEST_DEG: f64 = 60.0;
@@ -40,7 +42,9 @@ pub struct Soaked {
     pub closure: f64,
     /// Largest fall of the dissipated energy in a tick, in J.
     pub undone_j: f64,
-    /// Ticks whose force on the hand was not finite.
+    /// Largest displacement of a boundary by the field that follows the needle, in m; 0 without a field.
+    pub tent_m: f64,
+    /// Ticks whose force on the hand, or whose field, was not finite.
     pub not_finite: usize,
 }
 
@@ -58,18 +62,50 @@ pub fn soak(params: &PunctureParams, ticks: u32, seed: u64) -> Soaked {
     let (mut state, mut scratch) = (PunctureState::new(params), PunctureScratch::new(params));
     let mut hand = Hand::new(params.spec(), seed);
     let mut seen = Soaked { ticks, force_bound_n: force_bound_n(params.spec()), ..Soaked::default() };
+    let mut tissue = params.field().map(Tissue::new);
     let mut dissipated_j = 0.0;
     for tick in 0..ticks {
         let input = hand.sample(f64::from(tick) * DT);
         let output = step(params, &mut state, &mut scratch, &input);
         seen.tick(&output, state.ledger(), &mut dissipated_j);
+        if let Some(tissue) = tissue.as_mut().filter(|_| tick % FIELD_TICKS == 0) {
+            loads(params, &state, &scratch, &mut tissue.latest_n);
+            seen.tents(tissue);
+        }
         seen.ruptures += scratch.events.iter().filter(|event| matches!(event, PunctureEvent::Rupture(_))).count();
     }
     seen.tracks = state.tracks();
     seen
 }
 
+/// The field steps once in so many ticks: 125 Hz.
+const FIELD_TICKS: u32 = 8;
+
+/// A field behind the force law.
+struct Tissue<'a> {
+    field: &'a Field,
+    state: FollowState,
+    latest_n: Vec<f64>,
+}
+
+impl<'a> Tissue<'a> {
+    fn new(field: &'a Field) -> Self {
+        let state = FollowState::new(field.follow());
+        Self { field, latest_n: vec![0.0; state.loads_n.len()], state }
+    }
+}
+
 impl Soaked {
+    fn tents(&mut self, tissue: &mut Tissue<'_>) {
+        let Tissue { field, state, latest_n } = tissue;
+        follow::step(field.follow(), state, f64::from(FIELD_TICKS) * DT, latest_n);
+        for boundary in 0..state.loads_n.len() / 2 {
+            let tent_m = field.on_axis().axial_m(boundary, &state.loads_n);
+            self.not_finite += usize::from(!tent_m.is_finite());
+            self.tent_m = libm::fmaximum(self.tent_m, tent_m.abs());
+        }
+    }
+
     fn tick(&mut self, output: &PunctureOutput, ledger: &Ledger, dissipated_j: &mut f64) {
         let axial = &output.axial;
         self.force_n = libm::fmaximum(self.force_n, (axial.total_n() - axial.viscous_n).abs());

@@ -35,9 +35,10 @@ pub fn recoil_time_s(layer: &ElasticLayer, load_radius_m: f64) -> f64 {
     layer.thickness_m.max(2.0 * load_radius_m) * (layer.density_kg_per_m3 / layer.youngs_modulus_pa).sqrt()
 }
 
-/// How much larger the tent along a needle at an angle to the normal, in rad, is than that of the perpendicular field: sin²θ
-/// ν/(2(1 − ν)) of it, as the surface of a half-space gives way to a push along it (1 − ν/2)/(1 − ν) times as much as to one
-/// into it, averaged over directions (Johnson, "Contact Mechanics", sections 3.2 and 3.6).
+/// What the angle of a needle to the normal, in rad, adds to the error of the perpendicular field: sin²θ ν/(2(1 − ν)). So much
+/// more does the surface of a half-space give way along the needle, since it yields to a push along it (1 − ν/2)/(1 − ν) times
+/// as much as to one into it, averaged over directions (Johnson, "Contact Mechanics", sections 3.2 and 3.6). Stiff layers
+/// resist a push along them, so that in layers the difference is smaller.
 #[must_use]
 pub fn tilt_excess(angle_rad: f64, poisson_ratio: f64) -> f64 {
     let sine = libm::sin(angle_rad);
