@@ -113,7 +113,7 @@ impl Answer {
             self.estimated_relative_error * 1e2
         )?;
         let (setup_ms, solve_us, answer_us) = (self.setup_s * 1e3, self.solve_s * 1e6, self.answer_s * 1e6);
-        writeln!(out, "set-up {setup_ms:.2} ms, solve {solve_us:.1} µs, answer in a tick {answer_us:.2} µs")?;
+        writeln!(out, "set-up {setup_ms:.2} ms, solve {solve_us:.2} µs, answer in a tick {answer_us:.2} µs")?;
         writeln!(
             out,
             "\n{:>14} {:>14} {:>14} {:>14} {:>14}",
