@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::FieldModel;
 use crate::axial::{Domain, MAX_LAYERS, ParamError};
 
 /// The models of the tissue.
@@ -132,7 +133,33 @@ impl Slab {
     }
 }
 
+impl Load {
+    /// Its upper and its lower end, in m: the same depth twice for a contactor.
+    #[must_use]
+    pub fn ends_m(&self) -> [f64; 2] {
+        match self.kind {
+            LoadKind::Contactor { depth_m } => [depth_m, depth_m],
+            LoadKind::Drag { from_m, to_m } => [from_m, to_m],
+        }
+    }
+}
+
+/// Relative L2 distance ‖a − b‖/‖b‖ of an answer to a better one. Where nothing moves there is nothing to be wrong about.
+#[must_use]
+pub fn relative_distance(answer: &[f64], better: &[f64]) -> f64 {
+    let wrong: f64 = answer.iter().zip(better).map(|(a, b)| (a - b) * (a - b)).sum();
+    let whole: f64 = better.iter().map(|b| b * b).sum();
+    if wrong == 0.0 { 0.0 } else { (wrong / whole).sqrt() }
+}
+
 impl Problem {
+    /// Axial displacement of a field's last answer at every sample, in m: depth after depth.
+    #[must_use]
+    pub fn axial_m(&self, field: &dyn FieldModel) -> Vec<f64> {
+        let row = |&depth_m: &f64| self.sample_r_m.iter().map(move |&r_m| field.displacement_m(r_m, depth_m)[0]);
+        self.sample_depth_m.iter().flat_map(row).collect()
+    }
+
     /// Checks that the question makes sense.
     ///
     /// # Errors

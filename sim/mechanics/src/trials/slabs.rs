@@ -1,7 +1,7 @@
 //! Layers and loads of the tissue's trials, and how far a model is from the truth.
 
 use crate::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MAX_ORDER, MeshSpec};
-use crate::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
+use crate::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab, relative_distance};
 
 /// A layer of a thickness in m, a modulus in Pa and a Poisson ratio.
 #[must_use]
@@ -38,14 +38,6 @@ pub fn overkill(problem: &Problem) -> Result<Axisymmetric, AxisymmetricError> {
 
 /// Relative L2 distance of the axial displacement at the problem's sample points from that of another model.
 #[must_use]
-pub fn distance(problem: &Problem, model: &impl FieldModel, truth: &impl FieldModel) -> f64 {
-    let (mut wrong, mut whole) = (0.0, 0.0);
-    for &depth_m in &problem.sample_depth_m {
-        for &r_m in &problem.sample_r_m {
-            let [[is, _], [should, _]] = [model.displacement_m(r_m, depth_m), truth.displacement_m(r_m, depth_m)];
-            wrong += (is - should) * (is - should);
-            whole += should * should;
-        }
-    }
-    (wrong / whole).sqrt()
+pub fn distance(problem: &Problem, model: &dyn FieldModel, truth: &dyn FieldModel) -> f64 {
+    relative_distance(&problem.axial_m(model), &problem.axial_m(truth))
 }

@@ -10,7 +10,7 @@ use super::basis::MAX_ORDER;
 use super::grading::{LEAST_ORDER, LEVELS};
 use super::{Axisymmetric, AxisymmetricError, MeshSpec};
 use crate::axial::Domain;
-use crate::tissue::{FieldModel, Problem};
+use crate::tissue::{Problem, relative_distance};
 
 /// A model with what is known of its error.
 #[derive(Clone, Debug)]
@@ -157,15 +157,12 @@ struct Rung {
 impl Rung {
     fn new(problem: &Problem, mesh: MeshSpec) -> Result<Self, AxisymmetricError> {
         let model = Axisymmetric::new(problem, &mesh)?;
-        let row = |&depth_m: &f64| problem.sample_r_m.iter().map(move |&r_m| (r_m, depth_m));
-        let points = problem.sample_depth_m.iter().flat_map(row);
-        let answer = points.map(|(r_m, depth_m)| model.displacement_m(r_m, depth_m)[0]).collect();
-        Ok(Self { mesh, model, answer })
+        Ok(Self { answer: problem.axial_m(&model), mesh, model })
     }
 
     /// Relative distance to a better answer.
     fn error(&self, better: &Self) -> f64 {
-        distance(&self.answer, &better.answer)
+        relative_distance(&self.answer, &better.answer)
     }
 
     fn fitted(self, better: &Self, tolerance: f64) -> Fitted {
@@ -173,13 +170,6 @@ impl Rung {
         let met = estimated_relative_error <= tolerance;
         Fitted { model: self.model, mesh: self.mesh, estimated_relative_error, met }
     }
-}
-
-/// Relative L2 distance of an answer to the truth. Where nothing moves there is nothing to be wrong about.
-fn distance(answer: &[f64], truth: &[f64]) -> f64 {
-    let wrong: f64 = answer.iter().zip(truth).map(|(a, t)| (a - t) * (a - t)).sum();
-    let whole: f64 = truth.iter().map(|t| t * t).sum();
-    if wrong == 0.0 { 0.0 } else { (wrong / whole).sqrt() }
 }
 
 /// The search for orders that a tolerance does not need.
@@ -211,7 +201,7 @@ impl Trimming<'_> {
                 break;
             }
             let trimmed = Rung::new(self.problem, lowered(&rung.mesh, &picked))?;
-            let error = distance(&trimmed.answer, self.truth);
+            let error = relative_distance(&trimmed.answer, self.truth);
             if error <= self.aim {
                 return Ok(trimmed);
             }
@@ -237,8 +227,8 @@ impl Trimming<'_> {
         let mut answer = rung.answer.clone();
         let mut picked = Vec::new();
         loop {
-            let now = distance(&answer, self.truth);
-            let after = |spare: &Spare| distance(&added(&answer, &spare.change), self.truth);
+            let now = relative_distance(&answer, self.truth);
+            let after = |spare: &Spare| relative_distance(&added(&answer, &spare.change), self.truth);
             let price = |spare: &Spare| (after(spare) * after(spare) - now * now) / spare.saved;
             let fits = (0..spares.len()).filter(|&at| after(spares[at]) <= aim);
             let Some(best) = fits.min_by(|&a, &b| price(spares[a]).total_cmp(&price(spares[b]))) else {

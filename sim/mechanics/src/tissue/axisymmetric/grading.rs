@@ -7,7 +7,7 @@
 //! thinness 0.15 to 0.3; the cost is flat around them.
 
 use super::basis::MAX_ORDER;
-use super::mesh::{MeshSpec, Strip, ends_m, lines_m};
+use super::mesh::{MeshSpec, Strip, lines_m};
 use crate::tissue::Problem;
 
 /// An element covers this share of a + d.
@@ -36,7 +36,7 @@ impl MeshSpec {
         let grading = Grading { radius_m: problem.load.radius_m, level };
         let mut mesh = Self { radial: Vec::new(), axial: Vec::new() };
         grading.fill([0.0, problem.slab.radius_m], [0.0, problem.slab.radius_m], &mut mesh.radial);
-        let (lines, [from_m, to_m]) = (lines_m(problem), ends_m(&problem.load));
+        let (lines, [from_m, to_m]) = (lines_m(problem), problem.load.ends_m());
         for ends in lines.windows(2) {
             let (ends_m, half_m) = ([ends[0], ends[1]], 0.5 * (ends[1] - ends[0]));
             let middle_m = ends[0] + half_m;

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::basis::{basis, fine_rule};
-use super::mesh::{Span, Spans, ends_m, same_depth};
+use super::mesh::{Span, Spans, same_depth};
 use crate::tissue::Load;
 
 /// Load radii beyond which the traction is nothing: exp(−7²) = 5e-22.
@@ -34,7 +34,7 @@ pub(super) fn across(radius_m: f64, spans: &Spans) -> Vec<f64> {
 
 /// The share of the load on every node down the depth: all on one of them, or even over a stretch.
 pub(super) fn along(load: &Load, spans: &Spans) -> Vec<f64> {
-    let [from_m, to_m] = ends_m(load);
+    let [from_m, to_m] = load.ends_m();
     if !same_depth(from_m, to_m) {
         return weigh(spans, [from_m, to_m], |_| 1.0 / (to_m - from_m));
     }

@@ -2,7 +2,7 @@
 
 use super::basis::MAX_ORDER;
 use crate::axial::ParamError;
-use crate::tissue::{Load, LoadKind, Problem};
+use crate::tissue::Problem;
 
 /// Depths closer than this are the same, in m.
 const SAME_DEPTH_M: f64 = 1e-9;
@@ -77,18 +77,10 @@ pub(super) fn same_depth(a_m: f64, b_m: f64) -> bool {
     (a_m - b_m).abs() <= SAME_DEPTH_M
 }
 
-/// Upper and lower end of a load, in m.
-pub(super) fn ends_m(load: &Load) -> [f64; 2] {
-    match load.kind {
-        LoadKind::Contactor { depth_m } => [depth_m, depth_m],
-        LoadKind::Drag { from_m, to_m } => [from_m, to_m],
-    }
-}
-
 /// Depths at which a strip must end, ascending, from 0 to the base, in m.
 pub(super) fn lines_m(problem: &Problem) -> Vec<f64> {
     let mut lines = problem.slab.solid().boundaries_m();
-    for end_m in ends_m(&problem.load) {
+    for end_m in problem.load.ends_m() {
         if !lines.iter().any(|&line| same_depth(line, end_m)) {
             lines.push(end_m);
         }

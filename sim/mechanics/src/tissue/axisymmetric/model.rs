@@ -3,7 +3,7 @@
 use super::assembly::Grid;
 use super::basis::basis;
 use super::load::{across, along};
-use super::mesh::{Spans, ends_m};
+use super::mesh::Spans;
 use super::{AxisymmetricError, MeshSpec, Side};
 use crate::tissue::multifrontal::{Cholesky, FIXED};
 use crate::tissue::{FieldModel, Model, Problem};
@@ -48,7 +48,7 @@ impl Axisymmetric {
         let scratch = vec![0.0; factor.scratch_len()];
         let mut model = Self { grid, factor, solution: load.clone(), load, scratch, stiffness_n_per_m: 0.0 };
         model.solve(1.0);
-        let [from_m, to_m] = ends_m(&problem.load);
+        let [from_m, to_m] = problem.load.ends_m();
         model.stiffness_n_per_m = 1.0 / model.displacement_m(0.0, 0.5 * (from_m + to_m))[0].abs();
         Ok(model)
     }

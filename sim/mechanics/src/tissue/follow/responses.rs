@@ -53,8 +53,8 @@ impl Responses {
         row.iter().zip(loads_n).map(|(response, load_n)| response * load_n).sum()
     }
 
-    /// Stiffness of each boundary as the field has it, in N/m. As [`TissueSpec::stiffnesses_n_per_m`], for the responses
-    /// [`Responses::at_boundaries`].
+    /// Stiffness of each boundary as the field has it, in N/m: F/|u| on the axis under a contactor at that boundary, for the
+    /// responses [`Responses::at_boundaries`]. Infinite at the clamped base.
     #[must_use]
     pub fn stiffnesses_n_per_m(&self) -> Vec<f64> {
         let rows = self.axial_m_per_n.chunks_exact(self.loads).enumerate();
@@ -69,23 +69,6 @@ impl Responses {
 }
 
 impl TissueSpec {
-    /// Stiffness of each boundary as the field has it, in N/m: F/|u| on the axis under a contactor at that boundary. To the bit
-    /// that of [`Responses::at_boundaries`] by the same fit; infinite at the clamped base.
-    ///
-    /// # Errors
-    /// When the tissue makes no sense or a model cannot be had.
-    pub fn stiffnesses_n_per_m(&self, fit: Fit<'_>) -> Result<Vec<f64>, FollowError> {
-        self.check()?;
-        let points_m = self.points_m();
-        let under = |(load, &[r_m, depth_m]): (&Option<Load>, &[f64; 2])| {
-            let Some(load) = load else { return Ok(f64::INFINITY) };
-            let mut model = fit(&problem(self, *load, &points_m))?;
-            model.solve(1.0);
-            Ok(1.0 / model.displacement_m(r_m, depth_m)[0].abs())
-        };
-        self.loads().iter().zip(&points_m).map(under).collect()
-    }
-
     /// Every boundary on the axis: a radius and a depth, in m.
     fn points_m(&self) -> Vec<[f64; 2]> {
         self.boundaries_m.iter().take(self.layers()).map(|&depth_m| [0.0, depth_m]).collect()

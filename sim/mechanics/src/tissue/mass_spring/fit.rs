@@ -12,7 +12,7 @@ use std::iter;
 use super::grid::{nearest_spacing_m, thinnest_m};
 use super::{LatticeError, MassSpring, Patch, Symmetry};
 use crate::axial::Domain;
-use crate::tissue::{FieldModel, LoadKind, Problem, axisymmetric};
+use crate::tissue::{LoadKind, Problem, axisymmetric};
 
 /// A model with what is known of its error.
 #[derive(Clone, Debug)]
@@ -110,8 +110,8 @@ impl<'a> Judge<'a> {
         let solid = Problem { slab: problem.slab.solid(), ..problem.clone() };
         let mut quarter = solid.clone();
         quarter.slab.layers.iter_mut().for_each(|layer| layer.poisson_ratio = 0.25);
-        let truth_m = answer_m(problem, &axisymmetric::fit(&solid, JUDGED_TO)?.model);
-        let limit_m = answer_m(problem, &axisymmetric::fit(&quarter, JUDGED_TO)?.model);
+        let truth_m = problem.axial_m(&axisymmetric::fit(&solid, JUDGED_TO)?.model);
+        let limit_m = problem.axial_m(&axisymmetric::fit(&quarter, JUDGED_TO)?.model);
         let size_m = norm(truth_m.iter().copied());
         let judge = Self { problem, quarter, limit_m, size_m, floor: 0.0 };
         Ok(Self { floor: judge.distance(&truth_m), ..judge })
@@ -169,21 +169,15 @@ impl<'a> Judge<'a> {
         });
         cut.sample_r_m.retain(|&r_m| r_m < patch.radius_m);
         cut.sample_depth_m.retain(|&depth_m| depth_m < patch.depth_m);
-        Ok(self.distance(&answer_m(self.problem, &axisymmetric::fit(&cut, JUDGED_TO)?.model)))
+        Ok(self.distance(&self.problem.axial_m(&axisymmetric::fit(&cut, JUDGED_TO)?.model)))
     }
 
     fn fitted(&self, patch: Patch, tolerance: f64) -> Result<Fitted, LatticeError> {
         let model = MassSpring::new(self.problem, &patch)?;
         let floor = self.floor;
-        let estimated_relative_error = floor + self.distance(&answer_m(self.problem, &model));
+        let estimated_relative_error = floor + self.distance(&self.problem.axial_m(&model));
         Ok(Fitted { model, patch, floor, estimated_relative_error, met: estimated_relative_error <= tolerance })
     }
-}
-
-/// Axial displacement at the sample points, in m.
-fn answer_m(problem: &Problem, model: &impl FieldModel) -> Vec<f64> {
-    let row = |&depth_m: &f64| problem.sample_r_m.iter().map(move |&r_m| model.displacement_m(r_m, depth_m)[0]);
-    problem.sample_depth_m.iter().flat_map(row).collect()
 }
 
 fn norm(values: impl Iterator<Item = f64>) -> f64 {

@@ -1,7 +1,7 @@
 //! The patch of tissue that a needle moves: no wider and no deeper than its influence.
 
 use crate::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MeshSpec};
-use crate::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
+use crate::tissue::{ElasticLayer, FieldModel, Load, Problem, Slab, relative_distance};
 
 /// The first patch tried is this many footprints wide.
 const NARROWEST: f64 = 10.0;
@@ -35,9 +35,10 @@ pub fn reach(
     sample_r_m: &[f64],
     tolerance: f64,
 ) -> Result<Reach, AxisymmetricError> {
-    let depth_m = middle_m(load);
+    let [from_m, to_m] = load.ends_m();
+    let depth_m = 0.5 * (from_m + to_m);
     let answer = |radius_m: f64| -> Result<Vec<f64>, AxisymmetricError> {
-        let slab = patch(layers, lower_end_m(load), radius_m);
+        let slab = patch(layers, to_m, radius_m);
         let problem = Problem { slab, load: *load, sample_r_m: Vec::new(), sample_depth_m: vec![depth_m] };
         let model = Axisymmetric::new(&problem, &MeshSpec::graded(&problem, LEVEL))?;
         Ok(sample_r_m.iter().map(|&r_m| model.displacement_m(r_m, depth_m)[0]).collect())
@@ -46,7 +47,7 @@ pub fn reach(
     let (mut narrow, mut relative_change) = (answer(radius_m)?, f64::INFINITY);
     for _ in 0..DOUBLINGS {
         let wide = answer(2.0 * radius_m)?;
-        relative_change = difference(&narrow, &wide);
+        relative_change = relative_distance(&narrow, &wide);
         if relative_change <= tolerance {
             break;
         }
@@ -68,26 +69,4 @@ pub fn patch(layers: &[ElasticLayer], deepest_m: f64, radius_m: f64) -> Slab {
         left_m -= layer.thickness_m;
     }
     Slab { layers: kept, radius_m }
-}
-
-fn lower_end_m(load: &Load) -> f64 {
-    match load.kind {
-        LoadKind::Contactor { depth_m } => depth_m,
-        LoadKind::Drag { to_m, .. } => to_m,
-    }
-}
-
-fn middle_m(load: &Load) -> f64 {
-    match load.kind {
-        LoadKind::Contactor { depth_m } => depth_m,
-        LoadKind::Drag { from_m, to_m } => 0.5 * (from_m + to_m),
-    }
-}
-
-/// ‖a − b‖/‖b‖.
-fn difference(a: &[f64], b: &[f64]) -> f64 {
-    let square = |value: f64| value * value;
-    let wrong: f64 = a.iter().zip(b).map(|(a, b)| square(a - b)).sum();
-    let whole: f64 = b.iter().map(|&b| square(b)).sum();
-    (wrong / whole).sqrt()
 }

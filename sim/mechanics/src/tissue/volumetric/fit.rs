@@ -9,7 +9,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::{Grading, MeshSpec3, Problem3, Symmetry, Volumetric, VolumetricError};
 use crate::axial::Domain;
-use crate::tissue::FieldModel;
+use crate::tissue::{FieldModel, relative_distance};
 
 /// A model with what is known of its error.
 #[derive(Clone, Debug)]
@@ -146,7 +146,7 @@ fn judged(problem: &Problem3, mesh: MeshSpec3, tolerance: f64) -> Result<Fitted,
     };
     let better = answer_m(problem, &solved(&judge(mesh))?);
     let model = solved(&mesh)?;
-    let estimated_relative_error = distance(&answer_m(problem, &model), &better) / seen(problem);
+    let estimated_relative_error = relative_distance(&answer_m(problem, &model), &better) / seen(problem);
     Ok(Fitted { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance })
 }
 
@@ -170,7 +170,7 @@ fn answer_m(problem: &Problem3, model: &Volumetric) -> Vec<f64> {
 /// The points where an answer is wanted, in m: at the problem's radii around where the needle meets its load, on both
 /// sides in its plane and beside it.
 fn samples_m(problem: &Problem3) -> Vec<Point3<f64>> {
-    let (_, to_m) = problem.loaded_m();
+    let [_, to_m] = problem.flat.load.ends_m();
     let centre_m = to_m * libm::tan(problem.tilt_rad);
     let mut points = Vec::new();
     for &depth_m in &problem.flat.sample_depth_m {
@@ -180,11 +180,4 @@ fn samples_m(problem: &Problem3) -> Vec<Point3<f64>> {
         }
     }
     points
-}
-
-/// Relative L2 distance of an answer to a better one. Where nothing moves there is nothing to be wrong about.
-fn distance(answer: &[f64], better: &[f64]) -> f64 {
-    let wrong: f64 = answer.iter().zip(better).map(|(a, b)| (a - b) * (a - b)).sum();
-    let whole: f64 = better.iter().map(|b| b * b).sum();
-    if wrong == 0.0 { 0.0 } else { (wrong / whole).sqrt() }
 }

@@ -16,7 +16,7 @@ const ALONG: usize = 4;
 /// Forces on the unknowns of a load of 1 N into the body along the needle, in N; of `share` of it, where only a part
 /// of the tissue is meshed. They add up to that whatever the quadrature and the curvature of the skin.
 pub(super) fn unit_load(problem: &Problem3, patch: &PatchMesh, body: &Body, share: f64) -> Vec<f64> {
-    let (from, to) = problem.loaded_m();
+    let [from, to] = problem.flat.load.ends_m();
     let direction = Vector3::new(libm::sin(problem.tilt_rad), 0.0, -libm::cos(problem.tilt_rad));
     let mut load = vec![0.0; body.unknowns()];
     let mut sum = 0.0;
@@ -82,7 +82,7 @@ impl Element<'_> {
             jacobian += self.patch.flat_m[nodes[node] as usize].coords * slope.transpose();
         });
         let area = jacobian.column(0).cross(&jacobian.column(1)).z.abs();
-        let (from, to) = self.problem.loaded_m();
+        let [from, to] = self.problem.flat.load.ends_m();
         let centre = libm::tan(self.problem.tilt_rad) * (-flat.z).clamp(from, to);
         let distance = Point3::new(flat.x - centre, flat.y, 0.0).coords / self.problem.flat.load.radius_m;
         let share = libm::exp(-distance.norm_squared()) * area * weight;

@@ -61,8 +61,8 @@ pub(super) struct PatchMesh {
 
 impl Grading {
     /// Planes from one place to another, both included, for a load between two places.
-    fn divide(&self, [from, to]: [f64; 2], load: (f64, f64)) -> Vec<f64> {
-        let size = |at: f64| self.near_m + self.growth * (load.0 - at).max(at - load.1).max(0.0);
+    fn divide(&self, [from, to]: [f64; 2], load: [f64; 2]) -> Vec<f64> {
+        let size = |at: f64| self.near_m + self.growth * (load[0] - at).max(at - load[1]).max(0.0);
         // How many elements fit up to each of many places.
         const STEPS: usize = 512;
         let step = (to - from) / STEPS as f64;
@@ -116,7 +116,7 @@ impl MeshSpec3 {
 
     /// Half the block's width and the radii of the rings, in m.
     fn radii_m(&self, radius_m: f64) -> Vec<f64> {
-        let radii = self.across.divide([0.0, radius_m], (0.0, 0.0));
+        let radii = self.across.divide([0.0, radius_m], [0.0, 0.0]);
         match radii.len() {
             // A block and a ring are the least.
             2 => vec![0.5 * radius_m, radius_m],
@@ -126,10 +126,10 @@ impl MeshSpec3 {
 
     /// Planes between the elements, in m: every boundary, both ends of the load, and graded ones between.
     fn planes_m(&self, problem: &Problem3) -> Vec<f64> {
-        let load = problem.loaded_m();
+        let load = problem.flat.load.ends_m();
         let boundaries = problem.flat.slab.boundaries_m();
-        let base = boundaries[boundaries.len() - 1].min(load.1 + self.reach_m);
-        let mut fixed: Vec<f64> = boundaries.into_iter().chain([load.0, load.1, base]).collect();
+        let base = boundaries[boundaries.len() - 1].min(load[1] + self.reach_m);
+        let mut fixed: Vec<f64> = boundaries.into_iter().chain([load[0], load[1], base]).collect();
         fixed.retain(|&plane| plane <= base);
         fixed.sort_by(f64::total_cmp);
         // Depths within 1 nm of each other are the same.
@@ -148,9 +148,9 @@ impl MeshSpec3 {
         let radii_m = self.radii_m(radius_m);
         let centred_m = radii_m[1];
         let tangent = libm::tan(problem.tilt_rad);
-        let load = problem.loaded_m();
+        let load = problem.flat.load.ends_m();
         let most = 0.9 * (radius_m - centred_m);
-        if (load.1 * tangent).abs() > most {
+        if (load[1] * tangent).abs() > most {
             let allowed = "the tilted needle must meet its load well inside the tissue's radius and the mesh's reach";
             return Err(ParamError { field: "tilt_rad".into(), value: problem.tilt_rad, unit: "rad", allowed });
         }
@@ -161,7 +161,7 @@ impl MeshSpec3 {
         // The rings follow the needle as it leans, each less than the one inside it, and the side stays where it is.
         let place = |[x, y]: [f64; 2], depth_m: f64| {
             let share = ((radius_m - x.hypot(y)) / (radius_m - centred_m)).min(1.0);
-            Point3::new(x + share * tangent * depth_m.clamp(load.0, load.1), y, -depth_m)
+            Point3::new(x + share * tangent * depth_m.clamp(load[0], load[1]), y, -depth_m)
         };
         let (flat_m, elements) = extrude(&plan, &planes_m, &parameters, place);
         let nodes_m = flat_m.iter().map(|node| problem.skin.bend(node)).collect();

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::axial::{Domain, ParamError};
-use crate::tissue::{ElasticLayer, LoadKind, Problem};
+use crate::tissue::{ElasticLayer, Problem};
 
 /// A problem without an axis of symmetry. With everything at its default it is the flat problem.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -205,15 +205,6 @@ impl Problem3 {
             (true, _) => Symmetry::Quarter,
             (false, true) => Symmetry::Half,
             (false, false) => Symmetry::Full,
-        }
-    }
-
-    /// Depths between which the needle loads the tissue, in m.
-    #[must_use]
-    pub fn loaded_m(&self) -> (f64, f64) {
-        match self.flat.load.kind {
-            LoadKind::Contactor { depth_m } => (depth_m, depth_m),
-            LoadKind::Drag { from_m, to_m } => (from_m, to_m),
         }
     }
 

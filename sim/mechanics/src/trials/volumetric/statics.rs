@@ -4,20 +4,9 @@ use nalgebra::Matrix3;
 
 use super::{block, coarse, layer, lower_back, problem};
 use crate::tissue::volumetric::{Corotational, Effort, MeshSpec3, Patch, Problem3, Volumetric, fit};
-use crate::tissue::{ElasticLayer, FieldModel, Problem, axisymmetric};
+use crate::tissue::{ElasticLayer, FieldModel, axisymmetric};
+use crate::trials::slabs::distance;
 use crate::trials::{Measured, largest};
-
-/// Relative L2 distance of the axial displacement at a problem's samples from a better model's.
-fn distance(problem: &Problem, found: &dyn FieldModel, better: &dyn FieldModel) -> f64 {
-    let points = problem.sample_depth_m.iter().flat_map(|&z| problem.sample_r_m.iter().map(move |&r| (r, z)));
-    let (mut wrong, mut whole) = (0.0, 0.0);
-    for (r_m, depth_m) in points {
-        let (u, truth) = (found.displacement_m(r_m, depth_m)[0], better.displacement_m(r_m, depth_m)[0]);
-        wrong += (u - truth) * (u - truth);
-        whole += truth * truth;
-    }
-    (wrong / whole).sqrt()
-}
 
 /// Error of a fit on layers, by the axisymmetric model fitted to 0.5 %.
 fn error(layers: Vec<ElasticLayer>, tolerance: f64) -> Measured {

@@ -1,6 +1,6 @@
 //! The reference cases, built into the program so that every copy measures the same, and the error against them.
 
-use mechanics::tissue::{FieldModel, Problem};
+use mechanics::tissue::{FieldModel, Problem, relative_distance};
 use scene::field_case;
 use serde::Deserialize;
 
@@ -25,8 +25,8 @@ pub struct Load {
     pub force_n: f64,
     /// The question.
     pub problem: Problem,
-    /// Axial displacement, in m: a row for each sample depth, a column for each sample radius.
-    reference_m: Vec<Vec<f64>>,
+    /// Axial displacement, at every sample, in m: depth after depth.
+    reference_m: Vec<f64>,
 }
 
 #[derive(Deserialize)]
@@ -54,7 +54,7 @@ pub fn all() -> Result<Vec<Load>, Failure> {
             depth_m,
             force_n: parsed.force_n,
             problem,
-            reference_m: solution.u_axial_m,
+            reference_m: solution.u_axial_m.concat(),
         }));
     }
     Ok(loads)
@@ -63,14 +63,6 @@ pub fn all() -> Result<Vec<Load>, Failure> {
 impl Load {
     /// The relative L2 error of the axial displacement over all samples, for the field's last answer.
     pub fn error(&self, field: &dyn FieldModel) -> f64 {
-        let (mut difference, mut size) = (0.0, 0.0);
-        for (row, &depth_m) in self.reference_m.iter().zip(&self.problem.sample_depth_m) {
-            for (&wanted, &r_m) in row.iter().zip(&self.problem.sample_r_m) {
-                let found = field.displacement_m(r_m, depth_m)[0];
-                difference += (found - wanted) * (found - wanted);
-                size += wanted * wanted;
-            }
-        }
-        (difference / size).sqrt()
+        relative_distance(&self.problem.axial_m(field), &self.reference_m)
     }
 }

@@ -1,7 +1,7 @@
 //! An oblique needle: every mesh of the volumetric model against the finest.
 
-use mechanics::tissue::FieldModel;
 use mechanics::tissue::volumetric::{self, Problem3, Volumetric};
+use mechanics::tissue::{FieldModel, relative_distance};
 
 use super::cases::Load;
 use super::{human_time, percent};
@@ -40,7 +40,7 @@ pub fn measure(loads: &[Load], quick: bool) -> Result<Sheet, Failure> {
     for rung in coarser {
         sheet.row([
             rung.unknowns.to_string(),
-            percent(difference(&rung.axial_m, &finest.axial_m)),
+            percent(relative_distance(&rung.axial_m, &finest.axial_m)),
             human_time(rung.setup_s),
             human_time(rung.solve_s),
             format!("{:.1} MB", rung.bytes as f64 / 1e6),
@@ -54,16 +54,7 @@ pub fn measure(loads: &[Load], quick: bool) -> Result<Sheet, Failure> {
 impl Rung {
     fn new(load: &Load, mut model: Volumetric, setup_s: f64) -> Self {
         let solve_s = timing::median_s(Effort::SHORT, || model.solve(load.force_n));
-        let depths = load.problem.sample_depth_m.iter();
-        let points = depths.flat_map(|&depth_m| load.problem.sample_r_m.iter().map(move |&r_m| (r_m, depth_m)));
-        let axial_m = points.map(|(r_m, depth_m)| model.displacement_m(r_m, depth_m)[0]).collect();
+        let axial_m = load.problem.axial_m(&model);
         Self { unknowns: model.unknowns(), bytes: model.bytes(), axial_m, setup_s, solve_s }
     }
-}
-
-/// ‖a − b‖/‖b‖.
-fn difference(a: &[f64], b: &[f64]) -> f64 {
-    let wrong: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
-    let whole: f64 = b.iter().map(|b| b * b).sum();
-    (wrong / whole).sqrt()
 }
