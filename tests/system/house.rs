@@ -14,7 +14,9 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("scene", &["mechanics"]),
     ("recording", &["mechanics"]),
     ("assessment", &["recording", "scene"]),
-    ("stylet", &["mechanics", "scene", "recording", "assessment"]),
+    ("haptics", &["mechanics"]),
+    ("render", &[]),
+    ("stylet", &["mechanics", "scene", "recording", "assessment", "haptics", "render"]),
     ("web-admin", &["mechanics", "scene", "recording", "assessment"]),
     ("tests", &["mechanics", "scene", "recording", "assessment", "stylet", "web-admin"]),
 ];
@@ -25,6 +27,8 @@ const NEVER: &[(&str, &[&str])] = &[
     ("scene", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap"]),
     ("recording", &["axum", "sqlx", "wgpu", "winit"]),
     ("assessment", &["axum", "sqlx", "wgpu", "winit"]),
+    ("haptics", &["axum", "sqlx", "wgpu", "winit", "mcap", "tokio"]),
+    ("render", &["axum", "sqlx", "mcap", "winit", "egui", "tokio"]),
     ("web-admin", &["wgpu", "winit", "egui"]),
     ("stylet", &["axum", "sqlx"]),
 ];

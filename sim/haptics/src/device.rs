@@ -1,0 +1,78 @@
+//! What the servo asks of any device.
+//!
+//! Frame of every device: x to the right, y up, z towards the person who holds it, origin at the middle of its workspace.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// What a device is and can do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeviceInfo {
+    /// Name shown to people and kept in recordings, for example `Touch`.
+    pub name: String,
+    /// Serial number, if it has one.
+    pub serial: Option<String>,
+    /// Largest force, in N; 0 for a device without motors.
+    pub max_force_n: f64,
+    /// Force that it can hold for ever, rms, in N.
+    pub continuous_force_n: f64,
+    /// Stiffest wall that it can show, in N/m.
+    pub max_stiffness_n_per_m: f64,
+    /// Width, height and depth of its workspace, in m.
+    pub workspace_m: [f64; 3],
+}
+
+/// What a device says at a moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// When it was measured, in s of a clock that only goes forward. The same time twice is the same reading.
+    pub t_s: f64,
+    /// Position of the handle, in m, device frame.
+    pub position_m: Vector3<f64>,
+    /// Orientation of the handle, device_from_handle: +z of the handle points from its back to its tip.
+    pub orientation: UnitQuaternion<f64>,
+    /// Buttons held down, a bit each; see [`buttons`].
+    pub buttons: u32,
+}
+
+/// Bits of [`Reading::buttons`].
+pub mod buttons {
+    /// Confirms the position.
+    pub const CONFIRM: u32 = 1;
+    /// Lets the handle move without moving the needle.
+    pub const CLUTCH: u32 = 2;
+}
+
+/// What can go wrong with a device while it is in use. Plain data: it is made in the servo thread, which never allocates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DeviceFault {
+    /// It is no longer there.
+    #[error("the device is gone")]
+    Gone,
+    /// It takes no force.
+    #[error("the device refuses force (code {0})")]
+    RefusesForce(u32),
+    /// It answers with an error of its own.
+    #[error("the device reports error {0}")]
+    Reported(u32),
+}
+
+/// A device in use. Neither reading nor writing allocates, waits, locks or logs.
+pub trait Device: Send {
+    /// What it is and can do.
+    fn info(&self) -> &DeviceInfo;
+
+    /// The latest reading, new or not.
+    ///
+    /// # Errors
+    /// When there is none to be had.
+    fn read(&mut self) -> Result<Reading, DeviceFault>;
+
+    /// Asks for a force on the handle, in N, device frame. A device without motors ignores it or draws it.
+    ///
+    /// # Errors
+    /// When the device does not take it.
+    fn write(&mut self, force_n: &Vector3<f64>) -> Result<(), DeviceFault>;
+
+    /// Sends zero force and lets go of the device. Also done when dropped.
+    fn close(&mut self);
+}

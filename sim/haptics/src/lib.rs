@@ -1,0 +1,3 @@
+//! Haptic devices behind one trait, the servo loop that reads and drives them, and the safety chain between force law and motors.
+
+pub mod device;

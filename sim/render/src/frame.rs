@@ -1,0 +1,202 @@
+//! What a picture is of: plain data, in SI units and the patient frame (skin at z = 0, the body below, x to the right, y away).
+//!
+//! A [`Stage`] is constant for an attempt and goes to the graphics card once; a [`Frame`] is one moment of it.
+
+/// What is constant for an attempt.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stage {
+    /// Layers from the skin down.
+    pub layers: Vec<Layer>,
+    /// The needle.
+    pub needle: Needle,
+    /// Structures inside the body.
+    pub structures: Vec<Structure>,
+    /// How every boundary gives way under the field's loads.
+    pub field: FieldTable,
+    /// Planned entry on the skin, in m.
+    pub entry_m: [f32; 3],
+    /// Planned direction into the body, unit length.
+    pub axis: [f32; 3],
+    /// Where the tip should come to rest, in m.
+    pub target_m: [f32; 3],
+    /// The skin's own shape, where the scene brings one; flat without.
+    pub skin: Option<Mesh>,
+}
+
+/// A layer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Layer {
+    /// Name shown beside its band.
+    pub name: String,
+    /// What it is made of.
+    pub material: Material,
+    /// Depth of its upper boundary, in m.
+    pub top_m: f32,
+    /// Thickness, in m; 0 for a membrane.
+    pub thickness_m: f32,
+}
+
+/// What a layer or structure looks like.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Material {
+    /// Skin.
+    #[default]
+    Skin,
+    /// Fat.
+    Fat,
+    /// Muscle.
+    Muscle,
+    /// Fascia, ligament and other sheets.
+    Fascia,
+    /// Bone.
+    Bone,
+    /// Fluid.
+    Fluid,
+}
+
+/// The needle: a cannula, and inside it a stylet whose tip stands out.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Needle {
+    /// Length from tip to hub, in m.
+    pub length_m: f32,
+    /// Outer diameter of the cannula, in m.
+    pub diameter_m: f32,
+    /// Distance from the stylet's tip to the cannula's rim, in m; 0 is a needle without cannula.
+    pub tip_to_rim_m: f32,
+    /// Shape of the tip.
+    pub tip: Tip,
+}
+
+/// Shape of a tip.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tip {
+    /// Three facets, as trocars have.
+    #[default]
+    Diamond,
+    /// A slanted cut.
+    Bevel,
+    /// A cone.
+    Conical,
+    /// A rounded end.
+    Blunt,
+}
+
+/// Something inside the body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Structure {
+    /// Name shown beside it.
+    pub name: String,
+    /// What it is to the exercise.
+    pub kind: StructureKind,
+    /// Its surface, in m, patient frame.
+    pub mesh: Mesh,
+}
+
+/// What a structure is to the exercise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StructureKind {
+    /// What should be reached.
+    Target,
+    /// A blood vessel.
+    Vessel,
+    /// A nerve.
+    Nerve,
+    /// Bone.
+    Bone,
+    /// Another organ.
+    Organ,
+}
+
+/// Triangles with outward faces counter-clockwise.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Corners, in m.
+    pub positions_m: Vec<[f32; 3]>,
+    /// Three corners a triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Axial displacement of every boundary under 1 N of every load, at some distances from the needle. The displacement at a moment
+/// is the sum over the loads of the frame; the graphics card adds it up for every corner of every boundary.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FieldTable {
+    /// Distances from the needle's axis, rising from 0, in m.
+    pub radii_m: Vec<f32>,
+    /// Loads: a contactor at each boundary, then the drag along each layer.
+    pub loads: usize,
+    /// Displacement into the body, in m/N: boundary by boundary, in it load by load, in it radius by radius.
+    pub axial_m_per_n: Vec<f32>,
+}
+
+/// One moment.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Frame {
+    /// Time since the start, in s. Nothing in the picture depends on any other clock.
+    pub t_s: f32,
+    /// Tip, in m.
+    pub tip_m: [f32; 3],
+    /// Orientation patient_from_needle, a unit quaternion x, y, z, w; +z of the needle points from hub to tip.
+    pub orientation: [f32; 4],
+    /// What the tip of a needle that bends is off `tip_m`, in m; the hub stays.
+    pub bend_m: [f32; 3],
+    /// Loads that the field carries, in N, in the table's order.
+    pub loads_n: Vec<f32>,
+    /// Where the needle went in, the last one open: tents are around it.
+    pub entry_m: Option<[f32; 3]>,
+    /// Every puncture so far, the open ones too.
+    pub punctures: Vec<Puncture>,
+    /// How far the body is faded to show what is inside: 0 opaque, 1 as clear as it gets.
+    pub fade: f32,
+    /// Draw the planned line, entry and target.
+    pub guide: bool,
+    /// Structure that the needle is in, to be lit up.
+    pub touched: Option<usize>,
+    /// From where.
+    pub view: View,
+    /// The person's own turn and zoom, on top of the view's.
+    pub orbit: Orbit,
+}
+
+/// A hole that the needle made.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Puncture {
+    /// On the skin, in m.
+    pub entry_m: [f32; 3],
+    /// Direction of its track into the body, unit length.
+    pub axis: [f32; 3],
+    /// Deepest that the tip went along it, in m.
+    pub depth_m: f32,
+    /// Boundaries that the tip has gone through.
+    pub opened: u32,
+    /// Blood at the skin: 0 none, 1 as much as it gets. Follows depth and damage.
+    pub blood: f32,
+}
+
+/// From where.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum View {
+    /// Body, needle and hand's room: a block of the lower back, cut open in front.
+    #[default]
+    Whole,
+    /// The tip, close.
+    Tip,
+    /// A flat section through the needle, layer by layer, with bands and names' places.
+    Section,
+}
+
+/// A turn around what the view looks at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orbit {
+    /// To the right, in rad.
+    pub yaw_rad: f32,
+    /// Up, in rad.
+    pub pitch_rad: f32,
+    /// Distance, as a multiple of the view's own.
+    pub distance: f32,
+}
+
+impl Default for Orbit {
+    fn default() -> Self {
+        Self { yaw_rad: 0.0, pitch_rad: 0.0, distance: 1.0 }
+    }
+}
