@@ -2,6 +2,8 @@
 //!
 //! Frame of every device: x to the right, y up, z towards the person who holds it, origin at the middle of its workspace.
 
+use std::sync::atomic::AtomicBool;
+
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// What a device is and can do.
@@ -19,6 +21,23 @@ pub struct DeviceInfo {
     pub max_stiffness_n_per_m: f64,
     /// Width, height and depth of its workspace, in m.
     pub workspace_m: [f64; 3],
+}
+
+impl DeviceInfo {
+    /// The force nearest to `force_n`, in N, that the device can show: of the same direction, and zero if it is not finite.
+    /// Every driver asks for this last, whatever the safety chain did before: a clamp of each axis would turn the force, and
+    /// refusing what is too large would let go exactly when contact is hard.
+    #[must_use]
+    pub fn within_limits(&self, force_n: &Vector3<f64>) -> Vector3<f64> {
+        let largest_n = force_n.amax();
+        if !force_n.iter().all(|part_n| part_n.is_finite()) || largest_n == 0.0 {
+            return Vector3::zeros();
+        }
+        // The norm of the scaled vector lies between 1 and √3, so that no force is too large to be measured.
+        let direction = force_n / largest_n;
+        let allowed = self.max_force_n / direction.norm();
+        if largest_n > allowed { direction * allowed } else { *force_n }
+    }
 }
 
 /// What a device says at a moment.
@@ -75,4 +94,22 @@ pub trait Device: Send {
 
     /// Sends zero force and lets go of the device. Also done when dropped.
     fn close(&mut self);
+}
+
+/// What a device that keeps its own time calls in each of its periods. The latest reading goes in (an old one, recognisable by
+/// its time, if there is no new one) and what the device complained of since the last tick; the force on the handle comes out,
+/// in N, device frame; `None` ends it. It runs in the driver's thread and must neither allocate nor wait.
+pub type Tick<'a> = dyn FnMut(&Reading, Option<DeviceFault>) -> Option<Vector3<f64>> + Send + 'a;
+
+/// A device that keeps its own time, where a timer of ours would add a period of delay.
+pub trait Clocked: Send {
+    /// What it is and can do.
+    fn info(&self) -> &DeviceInfo;
+
+    /// Ticks once a period until the tick answers `None`, or `stop` is set, or the device is lost; then sends zero force.
+    /// A tick that panics shows zero force and ends it.
+    ///
+    /// # Errors
+    /// When the device cannot start, or is lost.
+    fn run(&mut self, tick: &mut Tick<'_>, stop: &AtomicBool) -> Result<(), DeviceFault>;
 }

@@ -1,0 +1,290 @@
+//! The C ABI of the HD library, and the only unsafe code of the driver. It is loaded at run time, so that Stylet builds and
+//! starts without it.
+//!
+//! Constants and types: the OpenHaptics Toolkit, API reference, HD.
+
+#![expect(unsafe_code, reason = "the vendor's library is C, loaded at run time")]
+
+use std::ffi::{CStr, OsStr, c_char, c_ulong, c_void};
+
+use libloading::Library;
+
+/// A device's handle in the library.
+pub type Handle = u32;
+/// No device.
+pub const INVALID_HANDLE: Handle = 0xFFFF_FFFF;
+
+/// Names of what can be read, written and switched.
+pub mod name {
+    pub const CURRENT_BUTTONS: u32 = 0x2000;
+    pub const CURRENT_TRANSFORM: u32 = 0x2052;
+    pub const MODEL_TYPE: u32 = 0x2501;
+    pub const SERIAL_NUMBER: u32 = 0x2504;
+    pub const USABLE_WORKSPACE: u32 = 0x2551;
+    pub const CALIBRATION_STYLE: u32 = 0x2555;
+    pub const NOMINAL_MAX_STIFFNESS: u32 = 0x2602;
+    pub const NOMINAL_MAX_FORCE: u32 = 0x2603;
+    pub const NOMINAL_MAX_CONTINUOUS_FORCE: u32 = 0x2604;
+    pub const CURRENT_FORCE: u32 = 0x2700;
+    pub const FORCE_OUTPUT: u32 = 0x4000;
+}
+
+/// What the calibration is like.
+pub mod calibration {
+    pub const OK: u32 = 0x5000;
+    pub const NEEDS_UPDATE: u32 = 0x5001;
+    /// Styles that need no hand at the device when an update is due.
+    pub const AUTO: u32 = 2;
+    pub const INKWELL: u32 = 4;
+}
+
+/// The scheduler's rate, in Hz: the servo's.
+const RATE_HZ: c_ulong = 1000;
+const MAX_PRIORITY: u16 = 0xFFFF;
+const CALLBACK_DONE: u32 = 0;
+const CALLBACK_CONTINUE: u32 = 1;
+
+/// What went wrong, returned by value.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ErrorInfo {
+    /// 0 when nothing did.
+    pub code: u32,
+    /// The driver's own number.
+    pub internal_code: i32,
+    /// Which device.
+    pub device: Handle,
+}
+
+type Callback = unsafe extern "system" fn(*mut c_void) -> u32;
+
+/// Declares the functions that the driver calls, and finds each by its name.
+macro_rules! functions {
+    ($($field:ident = $symbol:literal ($($argument:ty),*) $(-> $answer:ty)?;)*) => {
+        struct Functions { $($field: unsafe extern "system" fn($($argument),*) $(-> $answer)?,)* }
+
+        impl Functions {
+            /// The name of the first function that the library lacks, if it lacks one.
+            fn find(library: &Library) -> Result<Self, &'static str> {
+                // SAFETY: each symbol is a function of the HD API with the signature that its reference gives.
+                Ok(Self { $($field: *unsafe { library.get($symbol) }.map_err(|_| $symbol)?,)* })
+            }
+        }
+    };
+}
+
+functions! {
+    init_device = "hdInitDevice" (*const c_char) -> Handle;
+    disable_device = "hdDisableDevice" (Handle);
+    make_current_device = "hdMakeCurrentDevice" (Handle);
+    begin_frame = "hdBeginFrame" (Handle);
+    end_frame = "hdEndFrame" (Handle);
+    get_error = "hdGetError" () -> ErrorInfo;
+    get_error_string = "hdGetErrorString" (u32) -> *const c_char;
+    enable = "hdEnable" (u32);
+    disable = "hdDisable" (u32);
+    is_enabled = "hdIsEnabled" (u32) -> u8;
+    get_doubles = "hdGetDoublev" (u32, *mut f64);
+    get_integers = "hdGetIntegerv" (u32, *mut i32);
+    get_string = "hdGetString" (u32) -> *const c_char;
+    set_doubles = "hdSetDoublev" (u32, *const f64);
+    check_calibration = "hdCheckCalibration" () -> u32;
+    update_calibration = "hdUpdateCalibration" (u32);
+    start_scheduler = "hdStartScheduler" ();
+    stop_scheduler = "hdStopScheduler" ();
+    set_scheduler_rate = "hdSetSchedulerRate" (c_ulong);
+    schedule_asynchronous = "hdScheduleAsynchronous" (Callback, *mut c_void, u16) -> c_ulong;
+    unschedule = "hdUnschedule" (c_ulong);
+}
+
+/// Why the library cannot be used.
+pub enum LoadError {
+    /// The system does not find it, or cannot load it; in its words.
+    NotFound(String),
+    /// It lacks this function.
+    Lacks(&'static str),
+}
+
+/// The library, loaded.
+pub struct Hd {
+    functions: Functions,
+    // Dropped after the functions, which point into it.
+    _library: Library,
+}
+
+impl Hd {
+    /// Loads the library of this file name or path.
+    pub fn load(file: &OsStr) -> Result<Self, LoadError> {
+        // SAFETY: the file is the vendor's driver, which the person or the system's search path names; its initialisers run.
+        let library = unsafe { Library::new(file) }.map_err(|error| LoadError::NotFound(error.to_string()))?;
+        let functions = Functions::find(&library).map_err(LoadError::Lacks)?;
+        Ok(Self { functions, _library: library })
+    }
+
+    /// Opens a device by its configured name, or the default one. What went wrong is in [`Hd::error`].
+    pub fn init_device(&self, device: Option<&CStr>) -> Handle {
+        let device = device.map_or(std::ptr::null(), CStr::as_ptr);
+        // SAFETY: null or a string that ends with a zero and outlives the call.
+        unsafe { (self.functions.init_device)(device) }
+    }
+
+    /// Lets go of a device.
+    pub fn disable_device(&self, device: Handle) {
+        // SAFETY: takes any handle, and reports one that is not open.
+        unsafe { (self.functions.disable_device)(device) }
+    }
+
+    /// Begins a frame of a device: until its end, what is read belongs together.
+    pub fn begin_frame(&self, device: Handle) {
+        // SAFETY: both take any handle, and report one that is not open.
+        unsafe {
+            (self.functions.make_current_device)(device);
+            (self.functions.begin_frame)(device);
+        }
+    }
+
+    /// Ends a frame: the force goes to the motors.
+    pub fn end_frame(&self, device: Handle) {
+        // SAFETY: takes any handle, and reports a frame that was not begun.
+        unsafe { (self.functions.end_frame)(device) }
+    }
+
+    /// The oldest error that has not been asked for. Forgets the younger ones, which follow from it.
+    pub fn error(&self) -> Option<ErrorInfo> {
+        // SAFETY: no arguments; the answer is plain data.
+        let next = || Some(unsafe { (self.functions.get_error)() }).filter(|info| info.code != 0);
+        let oldest = next();
+        // Bounded, for a library that never runs out of errors.
+        let _younger = std::iter::from_fn(next).take(ERRORS_KEPT).count();
+        oldest
+    }
+
+    /// The library's words for an error.
+    pub fn error_in_words(&self, code: u32) -> String {
+        // SAFETY: takes any code; the answer is null or a constant of the library.
+        unsafe { text((self.functions.get_error_string)(code)) }
+    }
+
+    /// Switches a capability on, and says whether it now is.
+    pub fn enable(&self, capability: u32) -> bool {
+        // SAFETY: both take any capability, and report an unknown one.
+        unsafe {
+            (self.functions.enable)(capability);
+            (self.functions.is_enabled)(capability) != 0
+        }
+    }
+
+    /// Switches a capability off.
+    pub fn disable(&self, capability: u32) {
+        // SAFETY: takes any capability, and reports an unknown one.
+        unsafe { (self.functions.disable)(capability) }
+    }
+
+    /// Numbers by name. `N` is at least as many as the reference gives for it; what is not written stays NaN.
+    pub fn doubles<const N: usize>(&self, name: u32) -> [f64; N] {
+        let mut values = [f64::NAN; N];
+        // SAFETY: the callers in this driver give each name an array of the length in the reference.
+        unsafe { (self.functions.get_doubles)(name, values.as_mut_ptr()) };
+        values
+    }
+
+    /// An integer by name, or a bit mask.
+    pub fn integer(&self, name: u32) -> u32 {
+        let mut value = 0_i32;
+        // SAFETY: the callers in this driver ask for names that hold one integer.
+        unsafe { (self.functions.get_integers)(name, &raw mut value) };
+        value.cast_unsigned()
+    }
+
+    /// Text by name.
+    pub fn string(&self, name: u32) -> String {
+        // SAFETY: takes any name; the answer is null or a string of the library.
+        unsafe { text((self.functions.get_string)(name)) }
+    }
+
+    /// Sets the force of the current frame, in N.
+    pub fn set_force(&self, force_n: &[f64; 3]) {
+        // SAFETY: the current force is three numbers.
+        unsafe { (self.functions.set_doubles)(name::CURRENT_FORCE, force_n.as_ptr()) }
+    }
+
+    /// How the calibration stands; one of [`calibration`].
+    pub fn check_calibration(&self) -> u32 {
+        // SAFETY: no arguments.
+        unsafe { (self.functions.check_calibration)() }
+    }
+
+    /// Calibrates in a style.
+    pub fn update_calibration(&self, style: u32) {
+        // SAFETY: takes any style, and reports one that the device lacks.
+        unsafe { (self.functions.update_calibration)(style) }
+    }
+
+    /// Calls `frame` from the scheduler's thread, a thousand times a second, until it answers false or `wait` returns.
+    /// `frame` must not panic: the scheduler cannot unwind.
+    pub fn while_scheduled<F: FnMut() -> bool + Send>(
+        &self,
+        frame: &mut F,
+        wait: impl FnOnce(),
+    ) -> Result<(), ErrorInfo> {
+        let data = std::ptr::from_mut(frame).cast::<c_void>();
+        // SAFETY: `data` points to an `F`, which the scheduler alone uses until the guard below has stopped and
+        // unscheduled it, also when `wait` panics; it outlives this call.
+        let guard = unsafe {
+            let callback = (self.functions.schedule_asynchronous)(call::<F>, data, MAX_PRIORITY);
+            let guard = Scheduled { hd: self, callback };
+            (self.functions.set_scheduler_rate)(RATE_HZ);
+            guard
+        };
+        // Old drivers refuse to be told a rate and keep to 1 kHz, their default: not an error.
+        let refused = self.error().filter(|info| !RATE_REFUSALS.contains(&info.code));
+        // SAFETY: no arguments.
+        unsafe { (self.functions.start_scheduler)() };
+        if let Some(error) = refused.or_else(|| self.error()) {
+            return Err(error);
+        }
+        wait();
+        drop(guard);
+        Ok(())
+    }
+}
+
+/// More errors than a frame can make.
+const ERRORS_KEPT: usize = 16;
+/// Invalid value, invalid operation, timer: what drivers answer to a rate that they cannot set.
+const RATE_REFUSALS: [u32; 3] = [0x0101, 0x0102, 0x0304];
+
+/// A callback in the scheduler; stopped and taken out when dropped, in that order.
+struct Scheduled<'a> {
+    hd: &'a Hd,
+    callback: c_ulong,
+}
+
+impl Drop for Scheduled<'_> {
+    fn drop(&mut self) {
+        // SAFETY: the handle is the one that scheduling answered; stopping returns when no callback runs any more.
+        unsafe {
+            (self.hd.functions.stop_scheduler)();
+            (self.hd.functions.unschedule)(self.callback);
+        }
+    }
+}
+
+/// What the scheduler calls.
+unsafe extern "system" fn call<F: FnMut() -> bool + Send>(data: *mut c_void) -> u32 {
+    // SAFETY: `while_scheduled` gave the scheduler a pointer to an `F` that nothing else uses while it is scheduled.
+    let frame = unsafe { &mut *data.cast::<F>() };
+    if frame() { CALLBACK_CONTINUE } else { CALLBACK_DONE }
+}
+
+/// A string of the library; empty if there is none.
+///
+/// # Safety
+/// `text` is null or points to a string that ends with a zero.
+unsafe fn text(text: *const c_char) -> String {
+    if text.is_null() {
+        return String::new();
+    }
+    // SAFETY: not null, and the caller's promise.
+    unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned()
+}

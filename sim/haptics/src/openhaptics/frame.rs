@@ -1,0 +1,84 @@
+//! One frame of the device: what the driver does a thousand times a second, in the thread of the vendor's scheduler.
+//! Nothing here allocates, waits, locks or logs, and no panic of the tick gets out.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+
+use super::error::fault;
+use super::ffi::{Handle, Hd, name};
+use crate::clock;
+use crate::device::{DeviceFault, DeviceInfo, Reading, Tick};
+
+/// What the thread that waits sees of the frames.
+#[derive(Default)]
+pub struct Watch {
+    /// Frames made so far.
+    pub frames: AtomicU64,
+    /// No further frame does anything; the force is zero.
+    pub ended: AtomicBool,
+}
+
+/// What a frame needs, put together before the first.
+pub struct Frame<'a, 'tick> {
+    pub hd: &'a Hd,
+    pub device: Handle,
+    pub info: &'a DeviceInfo,
+    /// Middle of the workspace, in m, in the driver's coordinates.
+    pub middle_m: Vector3<f64>,
+    pub tick: &'a mut Tick<'tick>,
+    pub stop: &'a AtomicBool,
+    pub watch: &'a Watch,
+    /// The last good reading.
+    pub reading: Reading,
+    /// What the device complained of in the last frame.
+    pub fault: Option<DeviceFault>,
+}
+
+impl Frame<'_, '_> {
+    /// Makes a frame; false when it was the last.
+    pub fn make(&mut self) -> bool {
+        self.hd.begin_frame(self.device);
+        if let Some(reading) = self.read() {
+            self.reading = reading;
+        }
+        let force_n = if self.stop.load(Ordering::Relaxed) { None } else { self.ask() };
+        let shown_n = force_n.map_or_else(Vector3::zeros, |force_n| self.info.within_limits(&force_n));
+        self.hd.set_force(shown_n.as_ref());
+        self.hd.end_frame(self.device);
+        self.fault = self.hd.error().map(fault);
+        let goes_on = force_n.is_some() && self.fault != Some(DeviceFault::Gone);
+        self.watch.frames.fetch_add(1, Ordering::Relaxed);
+        // Released after everything above, so that who sees the end may let go of the device.
+        self.watch.ended.store(!goes_on, Ordering::Release);
+        goes_on
+    }
+
+    /// The force that the tick wants, in N; none when it ends, or panics.
+    fn ask(&mut self) -> Option<Vector3<f64>> {
+        let (tick, reading, fault) = (&mut *self.tick, &self.reading, self.fault);
+        // Unwind safe: after a panic neither the tick nor what it borrowed is used again by the driver.
+        catch_unwind(AssertUnwindSafe(|| tick(reading, fault))).unwrap_or(None)
+    }
+
+    /// Where the handle is; none when the driver gives no finite numbers.
+    fn read(&self) -> Option<Reading> {
+        let transform = self.hd.doubles(name::CURRENT_TRANSFORM);
+        let (position_m, orientation) = pose(&transform)?;
+        let buttons = self.hd.integer(name::CURRENT_BUTTONS);
+        Some(Reading { t_s: clock::now_s(), position_m: position_m - self.middle_m, orientation, buttons })
+    }
+}
+
+/// Position in m and orientation of the handle, from a transform in mm with its columns one after the other.
+///
+/// The driver's stylus points along its own −z; ours points along +z, which is half a turn about y.
+fn pose(transform: &[f64; 16]) -> Option<(Vector3<f64>, UnitQuaternion<f64>)> {
+    if !transform.iter().all(|part| part.is_finite()) {
+        return None;
+    }
+    let column = |at: usize| Vector3::new(transform[at], transform[at + 1], transform[at + 2]);
+    let axes = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[-column(0), column(4), -column(8)]));
+    Some((column(12) * 1e-3, UnitQuaternion::from_rotation_matrix(&axes)))
+}

@@ -1,0 +1,218 @@
+//! OpenHaptics devices: the Phantom Omni, its successor the Touch, and the Phantom Desktop.
+//!
+//! The device keeps the time: the vendor's scheduler calls back at 1 kHz and the servo's tick runs inside that call, so that
+//! a force answers the position of the same millisecond. The library `libHD.so` (`HD.dll`) is loaded when a device is opened.
+//!
+//! Tried against a stand-in library with the same ABI, `tests/libhd`; not on hardware.
+
+mod error;
+mod ffi;
+mod frame;
+
+use std::ffi::{CString, OsString};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+pub use self::error::OpenError;
+use self::ffi::{ErrorInfo, Handle, Hd, LoadError, calibration, name};
+use self::frame::{Frame, Watch};
+use crate::clock;
+use crate::device::{Clocked, DeviceFault, DeviceInfo, Reading, Tick};
+
+/// How often the thread that waits looks after the frames.
+const LOOK: Duration = Duration::from_millis(5);
+/// Looks without a frame after which the device is lost: a second.
+const LOST_AFTER_LOOKS: u32 = 200;
+/// Looks that the last frame gets to show zero force before the scheduler is stopped: a tenth of a second.
+const LAST_FRAME_LOOKS: u32 = 20;
+
+/// Which device to open.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// File name or path of the library.
+    pub library: OsString,
+    /// Name of the device in the vendor's set-up; the default device if absent.
+    pub device: Option<String>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { library: libloading::library_filename("HD"), device: None }
+    }
+}
+
+/// An open device.
+pub struct OpenHaptics {
+    hd: Hd,
+    device: Handle,
+    info: DeviceInfo,
+    /// Middle of the workspace, in m, in the driver's coordinates.
+    middle_m: Vector3<f64>,
+}
+
+impl OpenHaptics {
+    /// Opens a device, calibrates it if that needs no hand, and switches its motors on, at zero force.
+    ///
+    /// # Errors
+    /// Which of the things that can be missing is missing; see [`OpenError::advice`].
+    pub fn open(options: &Options) -> Result<Self, OpenError> {
+        let hd = load(options)?;
+        let wanted = options.device.as_deref().unwrap_or("the default device");
+        // A name with a zero inside is no device's.
+        let name = options.device.as_deref().map(CString::new).transpose().unwrap_or_default();
+        let device = hd.init_device(name.as_deref());
+        if let Some(info) = hd.error().or_else(|| no_handle(device)) {
+            return Err(OpenError::of_device(wanted, info, hd.error_in_words(info.code)));
+        }
+        let info = describe(&hd);
+        let workspace_mm = hd.doubles(name::USABLE_WORKSPACE);
+        let this = Self { hd, device, info, middle_m: middle_m(&workspace_mm) };
+        this.calibrate()?;
+        this.switch_on()?;
+        Ok(this)
+    }
+
+    fn calibrate(&self) -> Result<(), OpenError> {
+        let mut status = self.hd.check_calibration();
+        if status == calibration::NEEDS_UPDATE {
+            let offered = self.hd.integer(name::CALIBRATION_STYLE);
+            let by_itself = [calibration::AUTO, calibration::INKWELL].into_iter().find(|style| offered & style != 0);
+            by_itself.into_iter().for_each(|style| self.hd.update_calibration(style));
+            status = self.hd.check_calibration();
+        }
+        match (status, self.hd.error()) {
+            (calibration::OK, None) => Ok(()),
+            (status, _) => Err(OpenError::NotCalibrated { status }),
+        }
+    }
+
+    fn switch_on(&self) -> Result<(), OpenError> {
+        let on = self.hd.enable(name::FORCE_OUTPUT);
+        match self.hd.error() {
+            None if on => Ok(()),
+            error => {
+                let words = error.map(|info| self.hd.error_in_words(info.code)).unwrap_or_default();
+                Err(OpenError::ForceRefused { model: self.info.name.clone(), words })
+            }
+        }
+    }
+
+    /// Waits while frames are made; says why when they stop coming.
+    fn wait(watch: &Watch, stop: &AtomicBool) -> Option<DeviceFault> {
+        let (mut seen, mut looks) = (0, 0);
+        while !watch.ended.load(Ordering::Acquire) {
+            std::thread::sleep(LOOK);
+            let frames = watch.frames.load(Ordering::Relaxed);
+            looks = if frames == seen { looks + 1 } else { 0 };
+            seen = frames;
+            let patience = if stop.load(Ordering::Relaxed) { LAST_FRAME_LOOKS } else { LOST_AFTER_LOOKS };
+            if looks > patience {
+                return Some(DeviceFault::Gone);
+            }
+        }
+        None
+    }
+}
+
+impl Clocked for OpenHaptics {
+    fn info(&self) -> &DeviceInfo {
+        &self.info
+    }
+
+    fn run(&mut self, tick: &mut Tick<'_>, stop: &AtomicBool) -> Result<(), DeviceFault> {
+        let watch = Watch::default();
+        let at_rest = Reading {
+            t_s: clock::now_s(),
+            position_m: Vector3::zeros(),
+            orientation: UnitQuaternion::identity(),
+            buttons: 0,
+        };
+        let (hd, info, watched) = (&self.hd, &self.info, &watch);
+        let (device, middle_m) = (self.device, self.middle_m);
+        let mut frame = Frame { hd, device, info, middle_m, tick, stop, watch: watched, reading: at_rest, fault: None };
+        let mut silent = None;
+        let scheduled = hd.while_scheduled(&mut || frame.make(), || silent = Self::wait(watched, stop));
+        scheduled.map_err(error::fault)?;
+        match silent.or(frame.fault) {
+            Some(DeviceFault::Gone) => Err(DeviceFault::Gone),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Drop for OpenHaptics {
+    fn drop(&mut self) {
+        self.hd.disable(name::FORCE_OUTPUT);
+        self.hd.disable_device(self.device);
+    }
+}
+
+fn load(options: &Options) -> Result<Hd, OpenError> {
+    let library = options.library.to_string_lossy().into_owned();
+    Hd::load(&options.library).map_err(|error| match error {
+        LoadError::NotFound(why) => OpenError::LibraryNotFound { library, why },
+        LoadError::Lacks(symbol) => OpenError::WrongVersion { library, symbol },
+    })
+}
+
+/// Some drivers answer no handle and report no error.
+fn no_handle(device: Handle) -> Option<ErrorInfo> {
+    (device == ffi::INVALID_HANDLE).then_some(ErrorInfo { code: 0, internal_code: 0, device })
+}
+
+/// What the device says of itself, where that is believable; else what the cautious know of its kind.
+fn describe(hd: &Hd) -> DeviceInfo {
+    let known = Known::of(&hd.string(name::MODEL_TYPE));
+    let serial = Some(hd.string(name::SERIAL_NUMBER)).filter(|serial| !serial.is_empty());
+    let number = |name| Some(hd.doubles::<1>(name)[0]).filter(|value| value.is_finite() && *value > 0.0);
+    // The driver counts in N/mm. Where it and the table differ, the softer wall is the safe one.
+    let stiffness = number(name::NOMINAL_MAX_STIFFNESS).map_or(f64::INFINITY, |n_per_mm| n_per_mm * 1e3);
+    let workspace_mm: [f64; 6] = hd.doubles(name::USABLE_WORKSPACE);
+    let info = DeviceInfo {
+        name: known.name,
+        serial,
+        max_force_n: number(name::NOMINAL_MAX_FORCE).unwrap_or(known.max_force_n),
+        continuous_force_n: number(name::NOMINAL_MAX_CONTINUOUS_FORCE).unwrap_or(known.continuous_force_n),
+        max_stiffness_n_per_m: stiffness.min(known.max_stiffness_n_per_m),
+        workspace_m: extent_m(&workspace_mm).unwrap_or([0.160, 0.120, 0.070]),
+    };
+    // What an old device cannot say is not an error of opening it.
+    let _forgotten = hd.error();
+    info
+}
+
+/// What is known of a model from its data sheet.
+struct Known {
+    name: String,
+    max_force_n: f64,
+    continuous_force_n: f64,
+    max_stiffness_n_per_m: f64,
+}
+
+impl Known {
+    fn of(model: &str) -> Self {
+        let (max_force_n, continuous_force_n, max_stiffness_n_per_m) = match model {
+            model if model.contains("Omni") => (3.3, 0.88, 700.0),
+            model if model.contains("Desktop") => (7.9, 1.75, 1000.0),
+            _ => (3.3, 0.88, 400.0),
+        };
+        let name = if model.is_empty() { "OpenHaptics device" } else { model };
+        Self { name: name.to_owned(), max_force_n, continuous_force_n, max_stiffness_n_per_m }
+    }
+}
+
+/// Width, height and depth in m, from the corners (least x, y, z, then greatest) in mm.
+fn extent_m(corners_mm: &[f64; 6]) -> Option<[f64; 3]> {
+    let extent_m = [0, 1, 2].map(|axis| (corners_mm[axis + 3] - corners_mm[axis]) * 1e-3);
+    extent_m.iter().all(|side_m| side_m.is_finite() && *side_m > 0.0).then_some(extent_m)
+}
+
+/// Middle between the corners, in m; the driver's origin when it gives no corners.
+fn middle_m(corners_mm: &[f64; 6]) -> Vector3<f64> {
+    match extent_m(corners_mm) {
+        Some(_) => Vector3::from_fn(|axis, _| (corners_mm[axis] + corners_mm[axis + 3]) * 0.5e-3),
+        None => Vector3::zeros(),
+    }
+}
