@@ -107,7 +107,7 @@ pub trait Clocked: Send {
     fn info(&self) -> &DeviceInfo;
 
     /// Ticks once a period until the tick answers `None`, or `stop` is set, or the device is lost; then sends zero force.
-    /// A tick that panics shows zero force and ends it.
+    /// A panic of the tick goes on here, once the force is zero and no further tick is made.
     ///
     /// # Errors
     /// When the device cannot start, or is lost.

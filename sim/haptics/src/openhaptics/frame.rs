@@ -1,6 +1,7 @@
 //! One frame of the device: what the driver does a thousand times a second, in the thread of the vendor's scheduler.
 //! Nothing here allocates, waits, locks or logs, and no panic of the tick gets out.
 
+use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -34,6 +35,8 @@ pub struct Frame<'a, 'tick> {
     pub reading: Reading,
     /// What the device complained of in the last frame.
     pub fault: Option<DeviceFault>,
+    /// What the tick panicked with, to go on with where unwinding is allowed.
+    pub panic: Option<Box<dyn Any + Send>>,
 }
 
 impl Frame<'_, '_> {
@@ -58,8 +61,12 @@ impl Frame<'_, '_> {
     /// The force that the tick wants, in N; none when it ends, or panics.
     fn ask(&mut self) -> Option<Vector3<f64>> {
         let (tick, reading, fault) = (&mut *self.tick, &self.reading, self.fault);
-        // Unwind safe: after a panic neither the tick nor what it borrowed is used again by the driver.
-        catch_unwind(AssertUnwindSafe(|| tick(reading, fault))).unwrap_or(None)
+        // Unwind safe: after a panic the driver uses neither the tick nor what it borrowed again.
+        let asked = catch_unwind(AssertUnwindSafe(|| tick(reading, fault)));
+        asked.unwrap_or_else(|panic| {
+            self.panic = Some(panic);
+            None
+        })
     }
 
     /// Where the handle is; none when the driver gives no finite numbers.

@@ -10,6 +10,7 @@ mod ffi;
 mod frame;
 
 use std::ffi::{CString, OsString};
+use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -131,9 +132,23 @@ impl Clocked for OpenHaptics {
         };
         let (hd, info, watched) = (&self.hd, &self.info, &watch);
         let (device, middle_m) = (self.device, self.middle_m);
-        let mut frame = Frame { hd, device, info, middle_m, tick, stop, watch: watched, reading: at_rest, fault: None };
+        let mut frame = Frame {
+            hd,
+            device,
+            info,
+            middle_m,
+            tick,
+            stop,
+            watch: watched,
+            reading: at_rest,
+            fault: None,
+            panic: None,
+        };
         let mut silent = None;
         let scheduled = hd.while_scheduled(&mut || frame.make(), || silent = Self::wait(watched, stop));
+        if let Some(panic) = frame.panic.take() {
+            resume_unwind(panic);
+        }
         scheduled.map_err(error::fault)?;
         match silent.or(frame.fault) {
             Some(DeviceFault::Gone) => Err(DeviceFault::Gone),

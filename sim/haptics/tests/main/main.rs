@@ -1,0 +1,4 @@
+//! What the devices and the servo promise, shown from outside.
+
+#[cfg(test)]
+mod openhaptics;
