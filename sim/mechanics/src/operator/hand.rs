@@ -8,22 +8,28 @@ use super::Skill;
 const DEVICE_KG: f64 = 0.045;
 
 /// The point the hand is steered to.
-pub(super) struct SetPoint {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SetPoint {
+    /// Where it is, in m.
     pub position_m: Vector3<f64>,
+    /// How fast it moves, in m/s.
     pub velocity_m_per_s: Vector3<f64>,
 }
 
 /// Hand and device as one moving mass.
-#[derive(Clone, Debug)]
-pub(super) struct Hand {
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hand {
     mass_kg: f64,
     damping_n_s_per_m: f64,
     stiffness_n_per_m: f64,
+    /// Where it is, in m.
     pub position_m: Vector3<f64>,
     velocity_m_per_s: Vector3<f64>,
 }
 
 impl Hand {
+    /// A hand of a skill, at rest at a position in m.
+    #[must_use]
     pub fn new(skill: &Skill, position_m: Vector3<f64>) -> Self {
         Self {
             mass_kg: skill.mass_kg + DEVICE_KG,
@@ -34,6 +40,8 @@ impl Hand {
         }
     }
 
+    /// Advances by `dt_s` under a force on the hand, in N.
+    ///
     /// M a = K (p_set − p) + B (v_set − v) + F, backward Euler in the hand's own spring and damper, explicit in the tissue's force.
     ///
     /// The hand's part is stable at any step; the tissue's needs k dt² < 4 M, which at 1 kHz holds up to 2 MN/m.

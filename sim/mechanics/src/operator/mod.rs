@@ -22,6 +22,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use constant::Constant;
 use skilled::Skilled;
 
+pub use hand::{Hand, SetPoint};
 pub use pose::needle_pose;
 
 /// What an operator intends.

@@ -1,0 +1,158 @@
+//! A virtual hand, for mouse, keyboard and gamepad: a mass on a spring and a damper that follows a set-point.
+//!
+//! A mouse has no motors. Moved directly, the needle would go through bone; so the mouse moves a set-point, and a hand of
+//! [`mechanics::operator`] follows it: tissue can stop it, and a pop throws it forward.
+
+use mechanics::operator::{Hand, SetPoint, Skill};
+use nalgebra::{UnitQuaternion, Vector3};
+use triple_buffer::{Input, Output, triple_buffer};
+
+use crate::device::{Device, DeviceFault, DeviceInfo, Reading};
+
+/// Where the person wants the hand to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aim {
+    /// Position, in m, device frame.
+    pub position_m: Vector3<f64>,
+    /// Orientation, device_from_handle.
+    pub orientation: UnitQuaternion<f64>,
+    /// Buttons held down; see [`crate::device::buttons`].
+    pub buttons: u32,
+}
+
+impl Default for Aim {
+    /// The middle of the workspace, nothing pressed.
+    fn default() -> Self {
+        Self { position_m: Vector3::zeros(), orientation: UnitQuaternion::identity(), buttons: 0 }
+    }
+}
+
+/// Where the set-point is written: by the window or by a gamepad's thread.
+#[derive(Debug)]
+pub struct AimWriter {
+    cell: Input<Aim>,
+}
+
+impl AimWriter {
+    /// Moves the set-point. Never waits.
+    pub fn write(&mut self, aim: Aim) {
+        self.cell.write(aim);
+    }
+}
+
+/// The hand. Time passes for it by one period at each reading.
+#[derive(Debug)]
+pub struct VirtualHand {
+    info: DeviceInfo,
+    hand: Hand,
+    aim: Output<Aim>,
+    force_n: Vector3<f64>,
+    period_s: f64,
+    readings: u64,
+}
+
+/// Largest force of a hand in N, beyond any puncture.
+const MAX_FORCE_N: f64 = 40.0;
+/// Stiffest wall that such a hand stays stable against at 1 kHz, in N/m: k dt² stays far below 4 M.
+const MAX_STIFFNESS_N_PER_M: f64 = 10_000.0;
+
+/// What virtual devices can do: any scene is shown as it is.
+pub(super) fn info(name: &str) -> DeviceInfo {
+    DeviceInfo {
+        name: name.to_owned(),
+        serial: None,
+        max_force_n: MAX_FORCE_N,
+        continuous_force_n: MAX_FORCE_N,
+        max_stiffness_n_per_m: MAX_STIFFNESS_N_PER_M,
+        workspace_m: [0.4, 0.4, 0.4],
+    }
+}
+
+impl VirtualHand {
+    /// A hand of a skill in the middle of its workspace, ticked at a rate in Hz, and where its set-point is written. `name` is
+    /// what moves it, for example `mouse`.
+    #[must_use]
+    pub fn new(name: &str, skill: &Skill, rate_hz: f64) -> (Self, AimWriter) {
+        let (writer, aim) = triple_buffer(&Aim::default());
+        let hand = Self {
+            info: info(name),
+            hand: Hand::new(skill, Vector3::zeros()),
+            aim,
+            force_n: Vector3::zeros(),
+            period_s: 1.0 / rate_hz,
+            readings: 0,
+        };
+        (hand, AimWriter { cell: writer })
+    }
+
+    /// The hand that holds a mouse: braced and critically damped, so that it follows without swinging.
+    #[must_use]
+    pub fn braced() -> Skill {
+        Skill { damping_n_s_per_m: 60.0, ..Skill::expert() }
+    }
+}
+
+impl Device for VirtualHand {
+    fn info(&self) -> &DeviceInfo {
+        &self.info
+    }
+
+    fn read(&mut self) -> Result<Reading, DeviceFault> {
+        let Aim { position_m, orientation, buttons } = *self.aim.read();
+        let set_point = SetPoint { position_m, velocity_m_per_s: Vector3::zeros() };
+        self.hand.step(self.period_s, &set_point, &self.force_n);
+        self.readings += 1;
+        Ok(Reading {
+            t_s: self.readings as f64 * self.period_s,
+            position_m: self.hand.position_m,
+            orientation,
+            buttons,
+        })
+    }
+
+    fn write(&mut self, force_n: &Vector3<f64>) -> Result<(), DeviceFault> {
+        self.force_n = *force_n;
+        Ok(())
+    }
+
+    fn close(&mut self) {
+        self.force_n = Vector3::zeros();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! The hand must follow, be stopped, and be let go: otherwise a mouse goes through bone or never feels a pop.
+
+    use super::*;
+
+    /// Position along x, in m, after a second of a force in N.
+    fn after_a_second(hand: &mut VirtualHand, force_n: f64) -> f64 {
+        let mut x_m = 0.0;
+        for _ in 0..1000 {
+            x_m = hand.read().expect("a hand is always there").position_m.x;
+            hand.write(&Vector3::new(force_n, 0.0, 0.0)).expect("it takes any force");
+        }
+        x_m
+    }
+
+    #[test]
+    fn it_follows_the_set_point_and_yields_by_force_over_stiffness() {
+        let (mut hand, mut aim) = VirtualHand::new("mouse", &VirtualHand::braced(), 1000.0);
+        aim.write(Aim { position_m: Vector3::new(0.03, 0.0, 0.0), buttons: 1, ..Aim::default() });
+        assert!((after_a_second(&mut hand, 0.0) - 0.03).abs() < 1e-6);
+        let pushed_m = after_a_second(&mut hand, -3.0);
+        assert!((pushed_m - (0.03 - 3.0 / 1500.0)).abs() < 1e-6, "{pushed_m}");
+        assert_eq!(hand.read().expect("there").buttons, 1);
+        hand.close();
+        assert!((after_a_second(&mut hand, 0.0) - 0.03).abs() < 1e-6, "let go, it comes back");
+    }
+
+    #[test]
+    fn it_does_not_swing() {
+        let (mut hand, mut aim) = VirtualHand::new("mouse", &VirtualHand::braced(), 1000.0);
+        aim.write(Aim { position_m: Vector3::new(0.03, 0.0, 0.0), ..Aim::default() });
+        let way: Vec<f64> = (0..1000).map(|_| hand.read().expect("there").position_m.x).collect();
+        assert!(way.iter().all(|&x| x <= 0.03 * 1.001), "it overshoots by less than a thousandth");
+    }
+}

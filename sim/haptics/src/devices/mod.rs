@@ -1,0 +1,6 @@
+//! Devices without a vendor.
+
+pub mod hand;
+pub mod operator;
+pub mod scripted;
+pub mod trajectory;

@@ -1,0 +1,168 @@
+//! A device that misbehaves as told, and lets others watch what it is sent: for tests of everything that drives a device.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::hand;
+use crate::device::{Device, DeviceFault, DeviceInfo, Reading};
+
+/// What goes wrong, from a reading on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fault {
+    /// Nothing.
+    None,
+    /// Positions are not numbers.
+    NotANumber,
+    /// The same reading for ever.
+    Freeze,
+    /// The position is another by a length, in m.
+    Jump(f64),
+    /// Time runs backwards.
+    Backwards,
+    /// It takes no force; its readings are good.
+    RefusesForce,
+    /// It answers with an error of its own.
+    Reports(u32),
+    /// It is gone.
+    Disconnect,
+    /// The driver has a defect.
+    Panic,
+}
+
+/// What others see of a scripted device from another thread.
+#[derive(Debug, Default)]
+pub struct Watched {
+    /// Bits of the last force's three parts.
+    force: [AtomicU64; 3],
+    writes: AtomicU64,
+    closed: AtomicBool,
+}
+
+impl Watched {
+    /// The last force that was written, in N, device frame.
+    #[must_use]
+    pub fn force_n(&self) -> Vector3<f64> {
+        let part = |bits: &AtomicU64| f64::from_bits(bits.load(Ordering::Acquire));
+        Vector3::new(part(&self.force[0]), part(&self.force[1]), part(&self.force[2]))
+    }
+
+    /// How many forces were written.
+    #[must_use]
+    pub fn writes(&self) -> u64 {
+        self.writes.load(Ordering::Acquire)
+    }
+
+    /// It was closed.
+    #[must_use]
+    pub fn closed(&self) -> bool {
+        self.closed.load(Ordering::Acquire)
+    }
+
+    fn note(&self, force_n: &Vector3<f64>) {
+        self.force.iter().zip(force_n.iter()).for_each(|(bits, part)| bits.store(part.to_bits(), Ordering::Release));
+        self.writes.fetch_add(1, Ordering::AcqRel);
+    }
+}
+
+/// Moves down (device frame) at constant speed from the middle of its workspace, pointing down, until its fault begins.
+#[derive(Debug)]
+pub struct Scripted {
+    info: DeviceInfo,
+    speed_m_per_s: f64,
+    fault: Fault,
+    /// The faulty readings: from the first, for so many.
+    begins: u64,
+    lasts: u64,
+    period_s: f64,
+    readings: u64,
+    watched: Arc<Watched>,
+}
+
+impl Scripted {
+    /// A device that moves at a speed in m/s, ticked at a rate in Hz, in good order.
+    #[must_use]
+    pub fn new(speed_m_per_s: f64, rate_hz: f64) -> Self {
+        Self {
+            info: hand::info("scripted"),
+            speed_m_per_s,
+            fault: Fault::None,
+            begins: 0,
+            lasts: 0,
+            period_s: 1.0 / rate_hz,
+            readings: 0,
+            watched: Arc::default(),
+        }
+    }
+
+    /// The same with a fault that begins at a reading (from 0) and lasts for some.
+    #[must_use]
+    pub fn with(self, fault: Fault, begins: u64, lasts: u64) -> Self {
+        Self { fault, begins, lasts, ..self }
+    }
+
+    /// The same with what a real device can do.
+    #[must_use]
+    pub fn as_device(self, info: DeviceInfo) -> Self {
+        Self { info, ..self }
+    }
+
+    /// To watch it from elsewhere.
+    #[must_use]
+    pub fn watched(&self) -> Arc<Watched> {
+        Arc::clone(&self.watched)
+    }
+
+    /// A good reading.
+    fn reading(&self, number: u64) -> Reading {
+        let t_s = number as f64 * self.period_s;
+        // The handle's z turned from z to −y, downwards.
+        let orientation = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), core::f64::consts::FRAC_PI_2);
+        Reading { t_s, position_m: Vector3::new(0.0, -self.speed_m_per_s * t_s, 0.0), orientation, buttons: 0 }
+    }
+
+    /// The fault of a reading.
+    fn fault_at(&self, number: u64) -> Fault {
+        let faulty = number.checked_sub(self.begins).is_some_and(|since| since < self.lasts);
+        if faulty { self.fault } else { Fault::None }
+    }
+}
+
+impl Device for Scripted {
+    fn info(&self) -> &DeviceInfo {
+        &self.info
+    }
+
+    #[expect(clippy::panic, reason = "it stands in for a driver with a defect")]
+    fn read(&mut self) -> Result<Reading, DeviceFault> {
+        let number = self.readings;
+        self.readings += 1;
+        let good = self.reading(number);
+        match self.fault_at(number) {
+            Fault::None | Fault::RefusesForce => Ok(good),
+            Fault::NotANumber => Ok(Reading { position_m: Vector3::repeat(f64::NAN), ..good }),
+            Fault::Freeze => Ok(self.reading(self.begins)),
+            Fault::Jump(way_m) => Ok(Reading { position_m: good.position_m + Vector3::x() * way_m, ..good }),
+            Fault::Backwards => Ok(Reading { t_s: 2.0 * self.begins as f64 * self.period_s - good.t_s, ..good }),
+            Fault::Reports(code) => Err(DeviceFault::Reported(code)),
+            Fault::Disconnect => Err(DeviceFault::Gone),
+            Fault::Panic => panic!("a driver with a defect"),
+        }
+    }
+
+    fn write(&mut self, force_n: &Vector3<f64>) -> Result<(), DeviceFault> {
+        match self.fault_at(self.readings.saturating_sub(1)) {
+            Fault::RefusesForce => Err(DeviceFault::RefusesForce(1)),
+            _ => {
+                self.watched.note(force_n);
+                Ok(())
+            }
+        }
+    }
+
+    fn close(&mut self) {
+        self.watched.note(&Vector3::zeros());
+        self.watched.closed.store(true, Ordering::Release);
+    }
+}

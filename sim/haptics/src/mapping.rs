@@ -1,0 +1,213 @@
+//! From the device's workspace to the patient, and forces back again.
+//!
+//! Device frame: x to the right, y up, z towards the person. Patient frame: z out of the body, x to the right, y away from the
+//! person, who stands beside the patient. Lengths are one to one, so that stiffness is felt as it is; what the workspace lacks
+//! the clutch gives.
+
+use nalgebra::{Isometry3, Point3, Quaternion, Unit, UnitQuaternion, Vector3};
+
+use crate::device::{Reading, buttons};
+
+/// Where the needle starts in an exercise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Home {
+    /// The tip, in m, patient frame.
+    pub tip_m: Point3<f64>,
+    /// The needle's direction from hub to tip, patient frame.
+    pub axis: Unit<Vector3<f64>>,
+}
+
+impl Home {
+    /// Above a planned entry (in m) by a distance in m, against the planned direction.
+    #[must_use]
+    pub fn above(entry_m: Point3<f64>, axis: Unit<Vector3<f64>>, approach_m: f64) -> Self {
+        Self { tip_m: entry_m - axis.into_inner() * approach_m, axis }
+    }
+}
+
+/// What turns the needle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Pointing {
+    /// The handle does.
+    Handle,
+    /// Nothing: it points along the home's axis. For devices that measure no orientation.
+    Planned,
+}
+
+/// How device and patient lie to each other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mapping {
+    rotation: UnitQuaternion<f64>,
+    /// A place of the handle and the tip's place there, both in m, patient frame; unknown until the next reading.
+    anchor: Option<(Vector3<f64>, Vector3<f64>)>,
+    home: Home,
+    pointing: Pointing,
+    /// Where the needle's tip is, in m: it stays there through a clutch.
+    tip_m: Vector3<f64>,
+    clutched: bool,
+}
+
+/// The pose of a needle as a recording keeps it, to the bit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NeedlePose {
+    /// Tip, in m, patient frame.
+    pub position_m: [f64; 3],
+    /// patient_from_needle as a unit quaternion x, y, z, w.
+    pub orientation: [f64; 4],
+}
+
+impl NeedlePose {
+    /// A recording does not keep the sign of a zero: adding 0 clears it before the force law can see it.
+    fn new(tip_m: &Vector3<f64>, rotation: &UnitQuaternion<f64>) -> Self {
+        Self { position_m: tip_m.map(|c| c + 0.0).into(), orientation: rotation.coords.map(|c| c + 0.0).into() }
+    }
+
+    /// The same for the force law. Not normalised again, which would change the last bit.
+    #[must_use]
+    pub fn isometry(&self) -> Isometry3<f64> {
+        let rotation = UnitQuaternion::new_unchecked(Quaternion::from(self.orientation));
+        Isometry3::from_parts(Vector3::from(self.position_m).into(), rotation)
+    }
+}
+
+impl Mapping {
+    /// For a handle in its workspace: wherever it is first read, the needle is at home.
+    #[must_use]
+    pub fn at_home(home: Home, pointing: Pointing) -> Self {
+        // z of the device (towards the person) is −y of the patient, y of the device (up) is z.
+        let rotation = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), core::f64::consts::FRAC_PI_2);
+        Self { rotation, anchor: None, home, pointing, tip_m: home.tip_m.coords, clutched: false }
+    }
+
+    /// For a device that speaks the patient's frame, as virtual operators and recorded trajectories do.
+    #[must_use]
+    pub fn in_patient_frame() -> Self {
+        let home = Home { tip_m: Point3::origin(), axis: -Vector3::z_axis() };
+        Self {
+            rotation: UnitQuaternion::identity(),
+            anchor: Some((Vector3::zeros(), Vector3::zeros())),
+            home,
+            pointing: Pointing::Handle,
+            tip_m: Vector3::zeros(),
+            clutched: false,
+        }
+    }
+
+    /// The needle as a reading has it. Held by the clutch it stays where it is, but not inside the body, where a hand that lets
+    /// go of the needle would leave the tissue's force standing.
+    pub fn needle(&mut self, reading: &Reading, inside: bool) -> NeedlePose {
+        self.clutched = reading.buttons & buttons::CLUTCH != 0 && !inside;
+        if self.clutched {
+            self.anchor = None;
+        }
+        let handle_m = self.rotation * reading.position_m;
+        let (there_m, tip_m) = *self.anchor.get_or_insert((handle_m, self.tip_m));
+        self.tip_m = tip_m + (handle_m - there_m);
+        NeedlePose::new(&self.tip_m, &self.patient_from_handle(reading))
+    }
+
+    /// Lets the needle stay where it is and takes the handle from wherever it is next read.
+    pub fn let_go(&mut self) {
+        self.anchor = None;
+    }
+
+    /// The clutch holds the needle.
+    #[must_use]
+    pub fn clutched(&self) -> bool {
+        self.clutched
+    }
+
+    /// A force in the patient's frame, in the device's; same unit.
+    #[must_use]
+    pub fn device_from_patient(&self, force_n: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation.inverse_transform_vector(force_n)
+    }
+
+    /// A force in the device's frame, in the patient's; same unit.
+    #[must_use]
+    pub fn patient_from_device(&self, force_n: &Vector3<f64>) -> Vector3<f64> {
+        self.rotation * force_n
+    }
+
+    fn patient_from_handle(&self, reading: &Reading) -> UnitQuaternion<f64> {
+        match self.pointing {
+            Pointing::Handle => UnitQuaternion::new_normalize((self.rotation * reading.orientation).into_inner()),
+            Pointing::Planned => mechanics::operator::needle_pose(&Point3::origin(), &self.home.axis).rotation,
+        }
+    }
+}
+
+#[cfg(test)]
+#[expect(clippy::float_cmp, reason = "what is kept must be kept to the bit")]
+mod tests {
+    //! A needle that starts elsewhere than at home, jumps at a clutch or is pushed sideways by a straight force is felt at once.
+
+    use super::*;
+
+    fn reading(x: f64, y: f64, z: f64, buttons: u32) -> Reading {
+        Reading { t_s: 0.0, position_m: Vector3::new(x, y, z), orientation: UnitQuaternion::identity(), buttons }
+    }
+
+    fn home() -> Home {
+        Home::above(Point3::new(0.01, 0.0, 0.0), -Vector3::z_axis(), 0.02)
+    }
+
+    #[test]
+    fn the_first_reading_is_home_and_down_is_in() {
+        let mut mapping = Mapping::at_home(home(), Pointing::Planned);
+        assert_eq!(mapping.needle(&reading(0.03, -0.04, 0.05, 0), false).position_m, [0.01, 0.0, 0.02]);
+        let down = mapping.needle(&reading(0.03, -0.07, 0.05, 0), false).position_m;
+        assert!((Vector3::from(down) - Vector3::new(0.01, 0.0, -0.01)).norm() < 1e-15, "{down:?}");
+        let away = mapping.needle(&reading(0.03, -0.07, 0.04, 0), false).position_m;
+        assert!((Vector3::from(away) - Vector3::new(0.01, 0.01, -0.01)).norm() < 1e-15, "{away:?}");
+    }
+
+    #[test]
+    fn a_push_out_of_the_body_lifts_the_handle_and_comes_back_the_same() {
+        let mapping = Mapping::at_home(home(), Pointing::Handle);
+        let lifted = mapping.device_from_patient(&Vector3::z());
+        assert!((lifted - Vector3::y()).norm() < 1e-15, "{lifted}");
+        let force_n = Vector3::new(0.3, -0.2, 1.4);
+        let back = mapping.patient_from_device(&mapping.device_from_patient(&force_n));
+        assert!((back - force_n).norm() < 1e-15);
+    }
+
+    #[test]
+    fn a_handle_held_upright_points_the_needle_down() {
+        // The handle's z points from its back to its tip: a quarter turn about x brings it from z to −y, downwards.
+        let upright = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), core::f64::consts::FRAC_PI_2);
+        let mut mapping = Mapping::at_home(home(), Pointing::Handle);
+        let pose = mapping.needle(&Reading { orientation: upright, ..reading(0.0, 0.0, 0.0, 0) }, false);
+        assert!((pose.isometry().rotation * Vector3::z() + Vector3::z()).norm() < 1e-15);
+    }
+
+    #[test]
+    fn the_clutch_holds_the_needle_in_the_air_and_not_in_the_body() {
+        let mut mapping = Mapping::at_home(home(), Pointing::Planned);
+        let start = mapping.needle(&reading(0.0, 0.0, 0.0, 0), false);
+        assert_eq!(mapping.needle(&reading(0.0, 0.05, 0.0, buttons::CLUTCH), false), start);
+        assert!(mapping.clutched());
+        let after = mapping.needle(&reading(0.0, 0.06, 0.0, 0), false).position_m[2];
+        assert!((after - 0.03).abs() < 1e-15, "only what comes after counts: {after}");
+        let inside = mapping.needle(&reading(0.0, 0.0, 0.0, buttons::CLUTCH), true);
+        assert!((inside.position_m[2] + 0.03).abs() < 1e-15 && !mapping.clutched());
+    }
+
+    #[test]
+    fn letting_go_keeps_the_needle_where_it_is() {
+        let mut mapping = Mapping::at_home(home(), Pointing::Planned);
+        let before = mapping.needle(&reading(0.0, 0.0, 0.0, 0), true);
+        mapping.let_go();
+        assert_eq!(mapping.needle(&reading(0.0, 0.08, 0.03, 0), true), before);
+    }
+
+    #[test]
+    fn the_patients_frame_is_kept_to_the_bit() {
+        let orientation = UnitQuaternion::from_euler_angles(0.1, 0.2, 0.3);
+        let mut mapping = Mapping::in_patient_frame();
+        let position_m = Vector3::new(0.1 / 3.0, -0.0, -0.012_345);
+        let pose = mapping.needle(&Reading { t_s: 0.0, position_m, orientation, buttons: 0 }, false);
+        assert_eq!(pose.position_m, [0.1 / 3.0, 0.0, -0.012_345]);
+        assert!(pose.position_m[1].is_sign_positive(), "a recording keeps no sign of zero");
+    }
+}

@@ -1,0 +1,169 @@
+//! The safety chain between device and force law, and between force law and motors (physics section 5).
+//!
+//! Before the law, [`believe`] decides which reading counts. After it, [`step`] passes the wanted force through every link, in
+//! this order: start gate, passivity, clamp, limit of the rise, thermal budget, watchdog. Each link is a file with its own tests and
+//! knows nothing of the others. Everything here is in the device's frame and in the newtons of its motors.
+//!
+//! Whatever comes in, what goes out is finite and within the device's force, and zero within [`hold::Params::gone_after_s`] of
+//! the last good reading.
+
+pub mod clamp;
+pub mod gate;
+pub mod hold;
+pub mod passivity;
+pub mod rise;
+pub mod thermal;
+pub mod wall;
+pub mod watchdog;
+
+use nalgebra::Vector3;
+
+use crate::device::{DeviceFault, DeviceInfo, Reading};
+pub use hold::Believed;
+
+/// What the chain changed, a bit each. They keep clear of the four lowest bits, which a recording's samples use for themselves.
+pub mod flags {
+    /// The reading was bad or missing: the last good one is held, or the force is ramping to zero.
+    pub const HELD: u32 = 1 << 4;
+    /// The gate is closed, or still opening.
+    pub const GATED: u32 = 1 << 5;
+    /// Damping was added, by more than [`super::passivity::FELT_N`].
+    pub const DAMPED: u32 = 1 << 6;
+    /// The force was larger than the device's maximum.
+    pub const CLAMPED: u32 = 1 << 7;
+    /// The force rose faster than it may.
+    pub const RISE_LIMITED: u32 = 1 << 8;
+    /// The force was reduced to keep the motors cool.
+    pub const THERMAL: u32 = 1 << 9;
+    /// The watchdog has cut the force.
+    pub const WATCHDOG: u32 = 1 << 10;
+    /// The law asked for a force that is not a number.
+    pub const NOT_FINITE: u32 = 1 << 11;
+    /// All of them.
+    pub const ALL: u32 = HELD | GATED | DAMPED | CLAMPED | RISE_LIMITED | THERMAL | WATCHDOG | NOT_FINITE;
+}
+
+/// Limits of every link, constant for an attempt.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Params {
+    /// What readings are believed, and for how long the last one is.
+    pub hold: hold::Params,
+    /// When force is let in.
+    pub gate: gate::Params,
+    /// Energy observer and damping.
+    pub passivity: passivity::Params,
+    /// Largest force, in N.
+    pub max_force_n: f64,
+    /// Largest rise of the force in a tick, in N.
+    pub max_rise_n: f64,
+    /// Budget of heat.
+    pub thermal: thermal::Params,
+    /// Deadlines.
+    pub watchdog: watchdog::Params,
+}
+
+impl Params {
+    /// The limits for a device at a tick rate in Hz. `softest_n_per_m` is the least stiffness that the scene shows on this device.
+    #[must_use]
+    pub fn new(info: &DeviceInfo, rate_hz: f64, softest_n_per_m: f64) -> Self {
+        /// Fastest rise from nothing to the largest force, in s (choice): a stab, never a knock.
+        const FULL_RISE_S: f64 = 0.02;
+        let period_s = 1.0 / rate_hz;
+        let max_force_n = info.max_force_n.max(0.0);
+        Self {
+            hold: hold::Params::new(period_s),
+            gate: gate::Params::new(max_force_n),
+            passivity: passivity::Params::new(period_s, softest_n_per_m, max_force_n),
+            max_force_n,
+            max_rise_n: max_force_n * period_s / FULL_RISE_S,
+            thermal: thermal::Params { period_s, max_force_n, continuous_force_n: info.continuous_force_n },
+            watchdog: watchdog::Params::default(),
+        }
+    }
+}
+
+/// What the links remember.
+#[derive(Clone, Debug, Default)]
+pub struct State {
+    hold: hold::State,
+    gate: gate::State,
+    passivity: passivity::State,
+    thermal: thermal::State,
+    watchdog: watchdog::State,
+    /// The force sent last, in N.
+    sent_n: Vector3<f64>,
+}
+
+/// What goes into the chain after the law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Input {
+    /// Time of the servo's clock, in s.
+    pub now_s: f64,
+    /// How many periods the tick is late.
+    pub late_periods: f64,
+    /// The device took the last force.
+    pub connected: bool,
+    /// What is believed of the device.
+    pub believed: Believed,
+    /// The force that the law wants, scaled to the device, in N.
+    pub wanted_n: Vector3<f64>,
+}
+
+/// What comes out of the chain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Output {
+    /// The force to send, in N.
+    pub force_n: Vector3<f64>,
+    /// What was changed, and by whom; see [`flags`].
+    pub changed: u32,
+}
+
+/// The first link: what to believe of a reading. `None` until the first good one.
+pub fn believe(
+    params: &Params,
+    state: &mut State,
+    now_s: f64,
+    reading: Result<Reading, DeviceFault>,
+) -> Option<Believed> {
+    let believed = hold::step(&params.hold, &mut state.hold, now_s, reading.ok())?;
+    if believed.rejoined {
+        state.gate = gate::State::default();
+        state.passivity.forget_position();
+    }
+    Some(believed)
+}
+
+/// The links behind the law. Never fails.
+pub fn step(params: &Params, state: &mut State, input: &Input) -> Output {
+    let Input { now_s, believed, .. } = *input;
+    let mut changed = if believed.held { flags::HELD } else { 0 };
+    let mut mark = |on: bool, flag: u32| changed |= if on { flag } else { 0 };
+
+    let finite = input.wanted_n.iter().all(|part| part.is_finite());
+    mark(!finite, flags::NOT_FINITE);
+    let law_n = if finite { input.wanted_n } else { Vector3::zeros() };
+
+    let gate = gate::step(&params.gate, &mut state.gate, now_s, law_n.norm());
+    mark(gate < 1.0, flags::GATED);
+    let wanted_n = law_n * (gate * believed.gain);
+
+    let (passive_n, damped) =
+        passivity::step(&params.passivity, &mut state.passivity, &believed.reading.position_m, &wanted_n);
+    mark(damped, flags::DAMPED);
+    let (clamped_n, clamped) = clamp::norm(&passive_n, params.max_force_n);
+    mark(clamped, flags::CLAMPED);
+    let (risen_n, limited) = rise::limit(&state.sent_n, &clamped_n, params.max_rise_n);
+    mark(limited, flags::RISE_LIMITED);
+    let (cool_n, hot) = thermal::step(&params.thermal, &mut state.thermal, &risen_n);
+    mark(hot, flags::THERMAL);
+
+    let barks = watchdog::step(&params.watchdog, &mut state.watchdog, input.late_periods, input.connected);
+    mark(barks, flags::WATCHDOG);
+    if barks {
+        state.gate = gate::State::default();
+    }
+    let force_n = if barks { Vector3::zeros() } else { cool_n };
+    state.passivity.sent(force_n);
+    state.sent_n = force_n;
+    Output { force_n, changed }
+}

@@ -1,0 +1,70 @@
+//! The watchdog: missed deadlines and a device that takes no force cut the force.
+//!
+//! A stall as long as [`Params::longest_late_periods`] cuts at once; so do late ticks that come too often, counted by a bucket
+//! that leaks one for every tick in time. It lets go again when the bucket has run dry.
+
+/// When to bark.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Params {
+    /// A tick this many periods late cuts the force at once.
+    pub longest_late_periods: f64,
+    /// What a late tick adds to the bucket.
+    pub late_weight: u32,
+    /// The bucket's size.
+    pub bucket: u32,
+}
+
+impl Default for Params {
+    /// Our choice: 20 periods, or one tick in ten late over some time.
+    fn default() -> Self {
+        Self { longest_late_periods: 20.0, late_weight: 10, bucket: 200 }
+    }
+}
+
+/// What it remembers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct State {
+    level: u32,
+    barking: bool,
+}
+
+/// Whether the force is cut in this tick, which comes some periods late, from a device that took the last force or not.
+pub fn step(params: &Params, state: &mut State, late_periods: f64, connected: bool) -> bool {
+    let late = late_periods > 1.0 || late_periods.is_nan();
+    state.level =
+        if late { (state.level + params.late_weight).min(params.bucket) } else { state.level.saturating_sub(1) };
+    let worst = !connected || late_periods > params.longest_late_periods || late_periods.is_nan();
+    if worst {
+        state.level = params.bucket;
+    }
+    state.barking = state.level >= params.bucket || (state.barking && state.level > 0);
+    state.barking
+}
+
+#[cfg(test)]
+mod tests {
+    //! It must bark at what is dangerous, stay quiet at what any virtual machine does, and stop barking.
+
+    use super::*;
+
+    #[test]
+    fn a_long_stall_or_a_lost_device_cuts_at_once_and_until_things_are_well_for_long_enough() {
+        for (late_periods, connected) in [(21.0, true), (0.0, false), (f64::NAN, true)] {
+            let (params, mut state) = (Params::default(), State::default());
+            assert!(step(&params, &mut state, late_periods, connected));
+            let quiet = (1..1000).find(|_| !step(&params, &mut state, 0.0, true));
+            assert_eq!(quiet, Some(200));
+        }
+    }
+
+    #[test]
+    fn single_stalls_are_not_cut_and_frequent_ones_are() {
+        let bark = |every: u32| {
+            let (params, mut state) = (Params::default(), State::default());
+            let late = |tick: u32| if tick.is_multiple_of(every) { 8.0 } else { 0.0 };
+            (0..10_000).any(|tick| step(&params, &mut state, late(tick), true))
+        };
+        assert!(!bark(20), "one in twenty");
+        assert!(bark(5), "one in five");
+    }
+}

@@ -1,0 +1,195 @@
+//! A scene scaled to what a device can show: one factor on every force, and the words that say so.
+
+use std::fmt;
+
+use mechanics::axial::{AxialSpec, Layer};
+use mechanics::closed_form;
+
+use crate::device::DeviceInfo;
+
+/// How far beyond the target an attempt is expected to go, in m (choice): boundaries deeper than that do not weaken the rest.
+/// Whoever meets them is protected by the safety chain.
+const OVERSHOOT_M: f64 = 0.005;
+
+/// What limits a scene on a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limit {
+    /// Nothing does.
+    None,
+    /// The device's largest force.
+    Force,
+    /// The device's greatest stiffness.
+    Stiffness,
+    /// The device has no motors.
+    NoMotors,
+}
+
+/// One factor for all forces of an attempt. Motion is never scaled, so stiffness goes with force.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scaling {
+    /// Force on the handle per force of the scene: from 0 to 1.
+    pub factor: f64,
+    /// What made it so.
+    pub limit: Limit,
+    /// Largest axial force on the way to the target, in N, unscaled.
+    pub peak_n: f64,
+    /// Stiffest boundary on that way, in N/m, unscaled.
+    pub stiffest_n_per_m: f64,
+    /// Softest boundary on that way, in N/m, unscaled.
+    pub softest_n_per_m: f64,
+    /// Stiffness that the device can show, in N/m.
+    pub device_n_per_m: f64,
+}
+
+impl Scaling {
+    /// Fits a scene to a device. `target_x_m` is the axial displacement that the exercise asks for, in m: only boundaries that
+    /// it meets are counted. Bone is not: it is a wall for any device, and capped by its force.
+    #[must_use]
+    pub fn new(spec: &AxialSpec, target_x_m: f64, info: &DeviceInfo) -> Self {
+        let met = met(spec, target_x_m + OVERSHOOT_M);
+        let stiffnesses = || met.iter().map(|layer| layer.stiffness_n_per_m);
+        let (stiffest_n_per_m, softest_n_per_m) =
+            (stiffnesses().fold(0.0, f64::max), stiffnesses().fold(f64::INFINITY, f64::min));
+        let peak_n = peak_n(spec, met.len());
+        let by_force = info.max_force_n / peak_n.max(f64::MIN_POSITIVE);
+        let by_stiffness = info.max_stiffness_n_per_m / stiffest_n_per_m.max(f64::MIN_POSITIVE);
+        let (factor, limit) = match by_force.min(by_stiffness) {
+            _ if info.max_force_n <= 0.0 => (0.0, Limit::NoMotors),
+            least if least >= 1.0 => (1.0, Limit::None),
+            least if by_force <= by_stiffness => (least, Limit::Force),
+            least => (least, Limit::Stiffness),
+        };
+        let device_n_per_m = info.max_stiffness_n_per_m;
+        Self { factor, limit, peak_n, stiffest_n_per_m, softest_n_per_m, device_n_per_m }
+    }
+
+    /// Largest force on the way to the target as it is shown, in N.
+    #[must_use]
+    pub fn scaled_peak_n(&self) -> f64 {
+        self.peak_n * self.factor
+    }
+
+    /// Softest boundary as it is shown, in N/m.
+    #[must_use]
+    pub fn scaled_softest_n_per_m(&self) -> f64 {
+        self.softest_n_per_m * self.factor
+    }
+}
+
+impl fmt::Display for Scaling {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { limit, peak_n, stiffest_n_per_m, device_n_per_m, .. } = self;
+        let scaled_n = self.scaled_peak_n();
+        match limit {
+            Limit::None => write!(f, "forces as they are: up to {peak_n:.1} N"),
+            Limit::Force => write!(f, "scaled to this device: {peak_n:.1} N → {scaled_n:.1} N"),
+            Limit::Stiffness => write!(
+                f,
+                "scaled to this device: {peak_n:.1} N → {scaled_n:.1} N \
+                 ({stiffest_n_per_m:.0} N/m → {device_n_per_m:.0} N/m)"
+            ),
+            Limit::NoMotors => write!(f, "this device shows no force: {peak_n:.1} N on the gauge only"),
+        }
+    }
+}
+
+/// The layers whose boundary lies within a displacement in m; the first in any case.
+fn met(spec: &AxialSpec, reach_m: f64) -> &[Layer] {
+    let mut depth_m = 0.0;
+    let beyond = spec.layers.iter().skip(1).zip(&spec.layers).position(|(_, above)| {
+        depth_m += above.thickness_m;
+        depth_m > reach_m
+    });
+    spec.layers.get(..beyond.map_or(spec.layers.len(), |index| index + 1)).unwrap_or_default()
+}
+
+/// Largest elastic force at which one of the first boundaries gives way, with the friction that the shaft then has, in N.
+///
+/// What comes at a tent's peak: nothing cuts, and viscosity is small at the speeds of a puncture.
+fn peak_n(spec: &AxialSpec, boundaries: usize) -> f64 {
+    let ruptures = closed_form::ruptures(spec);
+    let met = ruptures.iter().filter(|rupture| rupture.boundary < boundaries);
+    met.map(|rupture| rupture.force_before_n + friction_n(&spec.layers, rupture.boundary)).fold(0.0, f64::max)
+}
+
+/// Friction of a shaft that has gone through the layers above a boundary, in N.
+fn friction_n(layers: &[Layer], boundary: usize) -> f64 {
+    layers.iter().take(boundary).map(|layer| layer.friction_n_per_m * layer.thickness_m).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    //! The factor must bring the whole way to the target within the device, and the words must be those that people are promised.
+
+    use super::*;
+
+    fn layer(thickness_m: f64, stiffness_n_per_m: f64, tip_rupture_n: f64) -> Layer {
+        Layer {
+            name: String::new(),
+            thickness_m,
+            stiffness_n_per_m,
+            damping_n_s_per_m2: 0.0,
+            tip_rupture_n,
+            rim_rupture_n: 0.0,
+            friction_n_per_m: 0.0,
+            cutting_n: 0.0,
+        }
+    }
+
+    /// A flavum of 12.1 N at 970 N/m over a dura of 4000 N/m.
+    fn epidural() -> AxialSpec {
+        AxialSpec {
+            layers: vec![layer(0.034, 543.0, 6.0), layer(0.022, 970.0, 12.1), layer(0.002, 4000.0, 3.0)],
+            tip_to_rim_m: 0.0,
+            presliding_stiffness_n_per_m: 2000.0,
+            rate: None,
+        }
+    }
+
+    fn device(max_force_n: f64, max_stiffness_n_per_m: f64) -> DeviceInfo {
+        DeviceInfo {
+            name: String::new(),
+            serial: None,
+            max_force_n,
+            continuous_force_n: 0.88,
+            max_stiffness_n_per_m,
+            workspace_m: [0.16, 0.12, 0.07],
+        }
+    }
+
+    #[test]
+    fn the_words_are_those_that_people_are_promised() {
+        let words = |device| Scaling::new(&epidural(), 0.048, &device).to_string();
+        assert_eq!(words(device(3.3, 400.0)), "scaled to this device: 12.1 N → 3.3 N");
+        assert_eq!(words(device(10.0, 400.0)), "scaled to this device: 12.1 N → 5.0 N (970 N/m → 400 N/m)");
+        assert_eq!(words(device(40.0, 1e4)), "forces as they are: up to 12.1 N");
+        assert_eq!(words(device(0.0, 0.0)), "this device shows no force: 12.1 N on the gauge only");
+    }
+
+    #[test]
+    fn what_lies_beyond_the_target_does_not_weaken_the_way_there() {
+        let near = Scaling::new(&epidural(), 0.048, &device(10.0, 1000.0));
+        assert_eq!((near.stiffest_n_per_m, near.limit), (970.0, Limit::Force));
+        let deep = Scaling::new(&epidural(), 0.056, &device(10.0, 1000.0));
+        assert_eq!((deep.stiffest_n_per_m, deep.limit), (4000.0, Limit::Stiffness));
+        let shallow = Scaling::new(&epidural(), 0.0, &device(10.0, 1000.0));
+        assert_eq!((shallow.stiffest_n_per_m, shallow.factor), (543.0, 1.0));
+    }
+
+    #[test]
+    fn the_scaled_scene_fits_the_device() {
+        for (force_n, stiffness) in [(3.3, 400.0), (3.3, 700.0), (7.9, 1000.0), (10.0, 1000.0)] {
+            let scaling = Scaling::new(&epidural(), 0.048, &device(force_n, stiffness));
+            assert!(scaling.scaled_peak_n() <= force_n * (1.0 + 1e-12));
+            assert!(scaling.stiffest_n_per_m * scaling.factor <= stiffness * (1.0 + 1e-12));
+        }
+    }
+
+    #[test]
+    fn friction_adds_to_the_peak() {
+        let mut spec = epidural();
+        spec.layers[0].friction_n_per_m = 10.0;
+        let scaling = Scaling::new(&spec, 0.048, &device(3.3, 400.0));
+        assert!((scaling.peak_n - 12.44).abs() < 1e-9, "{}", scaling.peak_n);
+    }
+}

@@ -1,0 +1,284 @@
+//! One servo tick after another, told the time: what the thread runs, and what tests run faster than time.
+
+use std::sync::Arc;
+
+use mechanics::puncture::{
+    PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureState,
+};
+use mechanics::puncture::{loads, step};
+use nalgebra::Vector3;
+
+use super::grid::Grid;
+use super::latest::{self, LatestReader, Publisher, Snapshot};
+use super::record::{self, Record, Records, Sender};
+use super::timing::{Quantiles, Times};
+use super::{Ended, Setup, StartError, flags};
+use crate::device::{DeviceFault, Reading, buttons};
+use crate::mapping::{Mapping, NeedlePose};
+use crate::safety::{self, Believed};
+use crate::scaling::Scaling;
+
+/// A device that answers with errors of its own for this long, in s, is lost.
+const LOST_AFTER_S: f64 = 2.0;
+/// Quantiles for the overlay are taken every so many ticks: each costs a walk over a histogram.
+const QUANTILES_EVERY: u64 = 50;
+
+/// When a tick is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moment {
+    /// Time of the servo's clock, in s.
+    pub now_s: f64,
+    /// How late that is, in s.
+    pub late_s: f64,
+}
+
+/// Everything that a tick changes.
+pub struct Engine {
+    params: Arc<PunctureParams>,
+    scaling: Scaling,
+    safety: safety::Params,
+    mapping: Mapping,
+    state: PunctureState,
+    scratch: PunctureScratch,
+    chain: safety::State,
+    grid: Grid,
+    /// The tip was in the body at the last tick.
+    inside: bool,
+    /// What became of the last force.
+    wrote: Result<(), DeviceFault>,
+    /// Since when the device has answered with errors alone, in s.
+    failing_since_s: Option<f64>,
+    /// Why it is over.
+    ended: Option<Ended>,
+    records: Sender,
+    latest: Publisher,
+    counts: Counts,
+    /// How late ticks began, and what they took.
+    lateness: Times,
+    compute: Times,
+    shown: (Quantiles, Quantiles),
+}
+
+/// What has happened so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Ticks made.
+    pub ticks: u64,
+    /// Ticks that began more than a period late.
+    pub stalls: u64,
+    /// Boundaries that gave way.
+    pub ruptures: u64,
+    /// Records that the recorder was too slow for.
+    pub dropped: u64,
+}
+
+impl Engine {
+    /// An engine, and the two ends that others read.
+    ///
+    /// # Errors
+    /// When the rate is none.
+    pub fn new(setup: Setup) -> Result<(Self, Records, LatestReader), StartError> {
+        let Setup { params, mapping, scaling, safety, rate_hz } = setup;
+        if !(rate_hz > 0.0 && rate_hz.is_finite()) {
+            return Err(StartError::Rate(rate_hz));
+        }
+        let (sender, records) = record::ring();
+        let (publisher, reader) = latest::cell(2 * params.spec().axial.layers.len());
+        let engine = Self {
+            state: PunctureState::new(&params),
+            scratch: PunctureScratch::new(&params),
+            chain: safety::State::default(),
+            grid: Grid::new(rate_hz),
+            inside: false,
+            wrote: Ok(()),
+            failing_since_s: None,
+            ended: None,
+            records: sender,
+            latest: publisher,
+            counts: Counts::default(),
+            lateness: Times::new()?,
+            compute: Times::new()?,
+            shown: Default::default(),
+            params,
+            scaling,
+            safety,
+            mapping,
+        };
+        Ok((engine, records, reader))
+    }
+
+    /// When the next tick is due, in s of the servo's clock; `None` before the first.
+    #[must_use]
+    pub fn due_s(&self) -> Option<f64> {
+        self.grid.due_s()
+    }
+
+    /// Tick period, in s.
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
+        self.grid.period_s()
+    }
+
+    /// One tick: a reading goes in (or why there is none), the force for the device comes out, in N, device frame; `None` when
+    /// the device is lost. `clock` tells the time in s while the tick is being made.
+    pub fn tick(
+        &mut self,
+        reading: Result<Reading, DeviceFault>,
+        moment: &Moment,
+        clock: &dyn Fn() -> f64,
+    ) -> Option<Vector3<f64>> {
+        self.watch(&reading, moment.now_s);
+        if self.ended.is_some() {
+            return None;
+        }
+        let Some(believed) = safety::believe(&self.safety, &mut self.chain, moment.now_s, reading) else {
+            return Some(Vector3::zeros());
+        };
+        if believed.rejoined {
+            self.mapping.let_go();
+        }
+        let t_s = self.grid.stamp(moment.now_s);
+        let needle = self.mapping.needle(&believed.reading, self.inside);
+        let output = self.advance(t_s, &needle);
+        let sent = self.protect(moment, believed, &output);
+        self.count(moment);
+        self.tell(&Told { t_s, needle, believed, output, sent, moment: *moment }, clock);
+        Some(sent.force_n)
+    }
+
+    /// Notes whether the device took the force of the last tick.
+    pub fn wrote(&mut self, result: Result<(), DeviceFault>) {
+        self.wrote = result;
+        if result == Err(DeviceFault::Gone) {
+            self.ended = Some(Ended::DeviceLost(DeviceFault::Gone));
+        }
+    }
+
+    /// Notes what the whole tick took, in s, reading and writing the device included.
+    pub fn took(&mut self, compute_s: f64) {
+        self.compute.add(compute_s);
+        // The two take turns, so that no tick pays for both.
+        match self.counts.ticks % QUANTILES_EVERY {
+            0 => self.shown.0 = self.lateness.quantiles(),
+            25 => self.shown.1 = self.compute.quantiles(),
+            _ => {}
+        }
+    }
+
+    /// Why it is over, if it is.
+    #[must_use]
+    pub fn ended(&self) -> Option<Ended> {
+        self.ended
+    }
+
+    /// What has happened so far.
+    #[must_use]
+    pub fn counts(&self) -> Counts {
+        Counts { dropped: self.records.dropped(), ..self.counts }
+    }
+
+    /// How late ticks began, and what they took.
+    #[must_use]
+    pub fn times(&self) -> (&Times, &Times) {
+        (&self.lateness, &self.compute)
+    }
+
+    /// Gives a device up that is gone, or that has answered with errors alone for too long.
+    fn watch(&mut self, reading: &Result<Reading, DeviceFault>, now_s: f64) {
+        match *reading {
+            Ok(_) => self.failing_since_s = None,
+            Err(DeviceFault::Gone) => self.ended = Some(Ended::DeviceLost(DeviceFault::Gone)),
+            Err(fault) => {
+                let since_s = *self.failing_since_s.get_or_insert(now_s);
+                if now_s - since_s > LOST_AFTER_S {
+                    self.ended = Some(Ended::DeviceLost(fault));
+                }
+            }
+        }
+    }
+
+    /// The force law.
+    fn advance(&mut self, t_s: f64, needle: &NeedlePose) -> PunctureOutput {
+        let input = PunctureInput { t_s, patient_from_needle: needle.isometry() };
+        let output = step(&self.params, &mut self.state, &mut self.scratch, &input);
+        self.inside = output.inside;
+        let ruptures = self.scratch.events.iter().filter(|event| matches!(event, PunctureEvent::Rupture(_)));
+        self.counts.ruptures += ruptures.count() as u64;
+        output
+    }
+
+    /// The law's force, scaled and made safe.
+    fn protect(&mut self, moment: &Moment, believed: Believed, output: &PunctureOutput) -> safety::Output {
+        let input = safety::Input {
+            now_s: moment.now_s,
+            late_periods: moment.late_s / self.period_s(),
+            connected: self.wrote.is_ok(),
+            believed,
+            wanted_n: self.mapping.device_from_patient(&output.force_n) * self.scaling.factor,
+        };
+        safety::step(&self.safety, &mut self.chain, &input)
+    }
+
+    fn count(&mut self, moment: &Moment) {
+        self.lateness.add(moment.late_s);
+        self.counts.ticks += 1;
+        self.counts.stalls += u64::from(moment.late_s > self.period_s());
+    }
+
+    /// Tells recorder and picture.
+    fn tell(&mut self, told: &Told, clock: &dyn Fn() -> f64) {
+        let device_n = self.mapping.patient_from_device(&told.sent.force_n);
+        let record = Record {
+            t_s: told.t_s,
+            position_m: told.needle.position_m,
+            orientation: told.needle.orientation,
+            confirm: told.believed.reading.buttons & buttons::CONFIRM != 0,
+            force_n: single(&told.output.force_n),
+            device_n: single(&device_n),
+            flags: told.sent.changed | self.flags(&told.moment),
+            lateness_us: (told.moment.late_s * 1e6) as f32,
+            compute_us: ((clock() - told.moment.now_s) * 1e6) as f32,
+        };
+        self.records.send(record);
+        let Counts { ticks, stalls, ruptures, dropped } = self.counts();
+        let snapshot = Snapshot {
+            record,
+            output: told.output,
+            device_n,
+            // Filled in place: an empty vector is no allocation.
+            loads_n: Vec::new(),
+            buttons: told.believed.reading.buttons,
+            ruptures,
+            ticks,
+            stalls,
+            dropped,
+            lateness: self.shown.0,
+            compute: self.shown.1,
+        };
+        let (params, state, scratch) = (&self.params, &self.state, &self.scratch);
+        self.latest.publish(snapshot, |loads_n| loads(params, state, scratch, loads_n));
+    }
+
+    /// What happened to this tick besides the safety chain.
+    fn flags(&self, moment: &Moment) -> u32 {
+        let flag = |on: bool, flag: u32| if on { flag } else { 0 };
+        flag(moment.late_s > self.period_s(), flags::STALLED)
+            | flag(self.mapping.clutched(), flags::CLUTCHED)
+            | flag(self.wrote.is_err(), flags::REFUSED)
+            | flag(self.scaling.factor < 1.0, flags::SCALED)
+    }
+}
+
+/// A tick, for those who want to know.
+struct Told {
+    t_s: f64,
+    needle: NeedlePose,
+    believed: Believed,
+    output: PunctureOutput,
+    sent: safety::Output,
+    moment: Moment,
+}
+
+fn single(v: &Vector3<f64>) -> [f32; 3] {
+    v.map(|part| part as f32).into()
+}

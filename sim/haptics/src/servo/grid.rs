@@ -1,0 +1,75 @@
+//! When ticks are, on a grid of whole periods since the first.
+
+/// Stamps ticks with whole numbers of periods that only rise.
+#[derive(Clone, Debug)]
+pub(super) struct Grid {
+    rate_hz: f64,
+    /// When the first tick was, in s.
+    origin_s: Option<f64>,
+    /// The number of the next tick.
+    next: u64,
+}
+
+impl Grid {
+    pub fn new(rate_hz: f64) -> Self {
+        Self { rate_hz, origin_s: None, next: 0 }
+    }
+
+    pub fn period_s(&self) -> f64 {
+        1.0 / self.rate_hz
+    }
+
+    /// When the next tick is due, in s of the same clock; `None` before the first.
+    pub fn due_s(&self) -> Option<f64> {
+        self.origin_s.map(|origin_s| origin_s + self.next as f64 / self.rate_hz)
+    }
+
+    /// The time of a tick that is made now, in s since the first: a multiple of the period.
+    ///
+    /// A tick follows the last by one period, however it trembles. Only when it comes more than a whole period late are the
+    /// periods that passed left out, so that a stall is a gap in the times and not a change of their pace.
+    pub fn stamp(&mut self, now_s: f64) -> f64 {
+        let passed = (now_s - *self.origin_s.get_or_insert(now_s)) * self.rate_hz;
+        if passed - self.next as f64 > 1.0 {
+            self.next = passed.round() as u64;
+        }
+        let t_s = self.next as f64 / self.rate_hz;
+        self.next += 1;
+        t_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Times that repeat or go back are held by the force law as bad input; times that run away no longer say when.
+
+    use super::*;
+
+    /// Stamps of ticks made at times in ms, as numbers of periods of 1 ms.
+    fn stamps(made_ms: impl IntoIterator<Item = f64>) -> Vec<u64> {
+        let mut grid = Grid::new(1000.0);
+        made_ms.into_iter().map(|ms| (grid.stamp(5.0 + ms * 1e-3) * 1000.0).round() as u64).collect()
+    }
+
+    #[test]
+    fn trembling_leaves_no_trace_and_a_stall_is_a_gap() {
+        assert_eq!(stamps([0.0, 1.4, 1.9, 3.0, 3.9]), [0, 1, 2, 3, 4]);
+        assert_eq!(stamps([0.0, 1.0, 9.2, 9.9, 11.0]), [0, 1, 9, 10, 11]);
+        assert_eq!(stamps([0.0, 0.0, -3.0, 0.1]), [0, 1, 2, 3], "times rise whatever the clock says");
+    }
+
+    #[test]
+    fn a_slower_clock_leaves_one_out_now_and_then() {
+        let times = stamps((0..10_000).map(|tick| f64::from(tick) * 1.001));
+        assert!(times.windows(2).all(|pair| pair[1] > pair[0] && pair[1] - pair[0] <= 2));
+        assert!(times[9999].abs_diff(10_009) <= 1, "{}", times[9999]);
+    }
+
+    #[test]
+    fn the_next_tick_is_due_a_period_after_the_last() {
+        let mut grid = Grid::new(1000.0);
+        assert_eq!(grid.due_s(), None);
+        grid.stamp(5.0);
+        assert!((grid.due_s().expect("begun") - 5.001).abs() < 1e-12);
+    }
+}

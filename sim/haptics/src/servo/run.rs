@@ -1,0 +1,95 @@
+//! The servo's thread: two pacers, and zero force on every way out.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use nalgebra::Vector3;
+use spin_sleep::{SpinSleeper, SpinStrategy};
+
+use super::engine::{Engine, Moment};
+use super::{Driven, Ended};
+use crate::clock;
+use crate::device::{Clocked, Device, DeviceFault, Reading};
+
+/// The last stretch before a tick is spun, in ns: longer than a system takes to wake a thread.
+const SPIN_NS: u32 = 100_000;
+
+/// Runs until it is stopped or the device is lost; says why.
+pub(super) fn run(engine: &mut Engine, driven: Driven, stop: &AtomicBool) -> Ended {
+    // Nothing is used afterwards that a panic could have left half done: the engine only says what it counted.
+    let ended = catch_unwind(AssertUnwindSafe(|| match driven {
+        Driven::ByTimer(mut device) => by_timer(engine, device.as_mut(), stop),
+        Driven::ByDevice(mut device) => by_device(engine, device.as_mut(), stop),
+    }));
+    ended.unwrap_or(Ended::Panicked)
+}
+
+/// Sends zero force and closes when it goes, whether by return or by panic.
+struct Released<'a> {
+    device: &'a mut dyn Device,
+}
+
+impl Drop for Released<'_> {
+    fn drop(&mut self) {
+        // A device that takes no force has none to let go of.
+        let _ = self.device.write(&Vector3::zeros());
+        self.device.close();
+    }
+}
+
+/// Our timer paces: sleep, then spin.
+fn by_timer(engine: &mut Engine, device: &mut dyn Device, stop: &AtomicBool) -> Ended {
+    let sleeper = SpinSleeper::new(SPIN_NS).with_spin_strategy(SpinStrategy::SpinLoopHint);
+    let released = Released { device };
+    loop {
+        if stop.load(Ordering::Relaxed) {
+            return Ended::Stopped;
+        }
+        let moment = wait(engine, sleeper);
+        let Some(force_n) = engine.tick(released.device.read(), &moment, &clock::now_s) else {
+            return engine.ended().unwrap_or(Ended::Stopped);
+        };
+        let wrote = released.device.write(&force_n);
+        engine.wrote(wrote);
+        engine.took(clock::now_s() - moment.now_s);
+    }
+}
+
+/// Waits for the next tick.
+fn wait(engine: &Engine, sleeper: SpinSleeper) -> Moment {
+    let Some(due_s) = engine.due_s() else {
+        // Before the first tick: a device that has nothing to say yet is asked once a period.
+        sleeper.sleep(Duration::from_secs_f64(engine.period_s()));
+        return Moment { now_s: clock::now_s(), late_s: 0.0 };
+    };
+    sleeper.sleep(Duration::from_secs_f64((due_s - clock::now_s()).max(0.0)));
+    let now_s = clock::now_s();
+    Moment { now_s, late_s: now_s - due_s }
+}
+
+/// The device paces: the tick runs inside its callback. Its driver sends zero force when that ends or panics.
+fn by_device(engine: &mut Engine, device: &mut dyn Clocked, stop: &AtomicBool) -> Ended {
+    let period_s = engine.period_s();
+    let mut last_s = None;
+    let mut tick = |reading: &Reading, complaint: Option<DeviceFault>| {
+        let now_s = clock::now_s();
+        let late_s = last_s.map_or(0.0, |last_s: f64| (now_s - last_s - period_s).max(0.0));
+        last_s = Some(now_s);
+        let (reading, wrote) = match complaint {
+            None => (Ok(*reading), Ok(())),
+            Some(refusal @ DeviceFault::RefusesForce(_)) => (Ok(*reading), Err(refusal)),
+            Some(fault) => (Err(fault), Ok(())),
+        };
+        engine.wrote(wrote);
+        let force_n = engine.tick(reading, &Moment { now_s, late_s }, &clock::now_s);
+        engine.took(clock::now_s() - now_s);
+        force_n
+    };
+    let ran = device.run(&mut tick, stop);
+    match (engine.ended(), ran) {
+        (Some(ended), _) => ended,
+        (None, Err(fault)) => Ended::DeviceLost(fault),
+        (None, Ok(())) => Ended::Stopped,
+    }
+}
