@@ -51,6 +51,7 @@
 mod clock;
 pub mod device;
 pub mod devices;
+pub mod inverse3;
 pub mod mapping;
 pub mod openhaptics;
 pub mod safety;

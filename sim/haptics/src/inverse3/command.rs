@@ -1,0 +1,50 @@
+//! What the service is told: JSON text, written into a buffer that is used again.
+
+use std::fmt::Write;
+
+use nalgebra::Vector3;
+
+use super::axes;
+
+/// How the service wants a force to be spelled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dialect {
+    /// The field is `vector`: version 3.5 and later.
+    Vector,
+    /// The field is `values`: before 3.5.
+    Values,
+}
+
+/// Asks for a frame with everything in it.
+pub const FULL_STATE: &str = r#"{"session":{"force_render_full_state":{}}}"#;
+/// Keeps the connection alive and says nothing.
+pub const KEEP_ALIVE: &str = "{}";
+
+/// The command that sets a force, for one device in one dialect.
+pub struct SetForce {
+    prefix: String,
+    text: String,
+}
+
+impl SetForce {
+    pub fn new(device_id: &str, dialect: Dialect) -> Self {
+        let device_id = serde_json::Value::from(device_id);
+        let field = match dialect {
+            Dialect::Vector => "vector",
+            Dialect::Values => "values",
+        };
+        let prefix =
+            format!(r#"{{"inverse3":[{{"device_id":{device_id},"commands":{{"set_cursor_force":{{"{field}":{{"x":"#);
+        Self { prefix, text: String::new() }
+    }
+
+    /// The command as text. The force, in N, device frame, is finite.
+    pub fn text(&mut self, force_n: &Vector3<f64>) -> &str {
+        let force_n = axes::force_n(force_n);
+        self.text.clear();
+        self.text.push_str(&self.prefix);
+        // Debug prints the shortest digits that read back to the same number. A string takes whatever is written.
+        let _infallible = write!(self.text, r#"{:?},"y":{:?},"z":{:?}}}}}}}}}]}}"#, force_n.x, force_n.y, force_n.z);
+        &self.text
+    }
+}

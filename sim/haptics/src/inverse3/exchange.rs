@@ -1,0 +1,191 @@
+//! The driver's own thread: it tells the service the force and hears where the handle is, so that the servo does neither.
+//!
+//! The service answers each message with one state, so the pace is ours: [`PERIOD`] at best, slower with a slow service. Two
+//! watchdogs stand here because a client that stalls may leave its last force applied: a servo that stops writing and a
+//! service that stops telling both mean zero force.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use nalgebra::Vector3;
+use triple_buffer::{Input, Output};
+use tungstenite::{Error, Utf8Bytes};
+
+use super::code;
+use super::command::{KEEP_ALIVE, SetForce};
+use super::session::Session;
+use super::state::Frame;
+use crate::clock;
+use crate::device::{DeviceFault, Reading};
+
+/// Shortest time between two messages: half a tick of the servo, so that a force waits for a quarter of one on average.
+const PERIOD: Duration = Duration::from_micros(500);
+/// A servo that has written nothing for so long has stopped: fifty of its ticks.
+const SERVO_SILENT: Duration = Duration::from_millis(50);
+/// A message without an answer is followed by another after so long.
+const UNANSWERED: Duration = Duration::from_millis(100);
+/// Nobody pushes who has not seen the handle for so long. The servo's own hold comes well before.
+const BLIND: Duration = Duration::from_millis(250);
+/// A service that has said nothing sensible for so long is gone.
+const LOST: Duration = Duration::from_secs(1);
+/// Texts heard in a row before the force is sent again.
+const BACKLOG: usize = 64;
+/// How long closing waits for the service to hear of it.
+const GOODBYE: Duration = Duration::from_millis(200);
+
+/// What both threads see, without a lock.
+#[derive(Default)]
+pub struct Shared {
+    /// The driver is to close.
+    pub closing: AtomicBool,
+    /// Why there is no device any more: 0 while there is one, [`GONE`], or a code.
+    fault: AtomicU32,
+    /// Why it takes no force, a bit each; 0 when it does.
+    pub refusal: AtomicU32,
+    /// States heard.
+    pub states: AtomicU64,
+    /// Texts that were not understood.
+    pub garbage: AtomicU64,
+}
+
+const GONE: u32 = u32::MAX;
+
+impl Shared {
+    /// Why there is no device any more.
+    pub fn fault(&self) -> Option<DeviceFault> {
+        match self.fault.load(Ordering::Acquire) {
+            0 => None,
+            GONE => Some(DeviceFault::Gone),
+            code => Some(DeviceFault::Reported(code)),
+        }
+    }
+
+    fn fail(&self, fault: u32) {
+        self.fault.store(fault, Ordering::Release);
+    }
+}
+
+/// Tells the servo's side that nobody exchanges any more, however the thread ends.
+struct EndOfThread(Arc<Shared>);
+
+impl Drop for EndOfThread {
+    fn drop(&mut self) {
+        if self.0.fault().is_none() {
+            self.0.fail(GONE);
+        }
+    }
+}
+
+/// The device as the thread sees it.
+pub struct Exchange {
+    pub session: Session,
+    pub device_id: String,
+    pub command: SetForce,
+    pub readings: Input<Reading>,
+    pub forces_n: Output<Vector3<f64>>,
+    pub reading: Reading,
+    pub shared: Arc<Shared>,
+}
+
+/// What happened last, and when.
+struct Times {
+    written: Option<Instant>,
+    sent: Option<Instant>,
+    heard: Instant,
+    answered: bool,
+    understood: bool,
+    shown_n: Vector3<f64>,
+}
+
+impl Exchange {
+    /// Runs until told to close, or until the service is gone.
+    pub fn run(mut self) {
+        let _end = EndOfThread(Arc::clone(&self.shared));
+        let now = clock::instant();
+        let mut times = Times {
+            written: None,
+            sent: None,
+            heard: now,
+            answered: true,
+            understood: true,
+            shown_n: Vector3::zeros(),
+        };
+        while !self.shared.closing.load(Ordering::Acquire) {
+            let start = clock::instant();
+            if self.round(&mut times).is_err() {
+                return;
+            }
+            std::thread::sleep(PERIOD.saturating_sub(start.elapsed()));
+        }
+        if self.session.send(self.command.text(&Vector3::zeros())).is_ok() {
+            self.session.close(GOODBYE);
+        }
+    }
+
+    /// Sends what is due and hears what has come.
+    fn round(&mut self, times: &mut Times) -> Result<(), Error> {
+        let wanted_n = self.wanted_n(times);
+        let lets_go = wanted_n == Vector3::zeros() && times.shown_n != wanted_n;
+        let overdue = times.sent.is_none_or(|sent| sent.elapsed() > UNANSWERED);
+        if times.answered || lets_go || overdue {
+            // Nothing new to a service that has not answered yet: it is asked for a state, and no more.
+            let says_nothing = !times.answered && wanted_n == times.shown_n;
+            self.session.send(if says_nothing { KEEP_ALIVE } else { self.command.text(&wanted_n) })?;
+            *times = Times { sent: Some(clock::instant()), answered: false, shown_n: wanted_n, ..*times };
+        }
+        self.listen(times)?;
+        match times.heard.elapsed() > LOST {
+            true => Err(self.lost(times)),
+            false => Ok(()),
+        }
+    }
+
+    /// Hears what the service says. One that says more than it is asked is heard further: only the latest state counts.
+    fn listen(&mut self, times: &mut Times) -> Result<(), Error> {
+        let mut text = self.session.receive()?;
+        for _ in 0..BACKLOG {
+            let Some(heard) = text else { break };
+            times.answered = true;
+            self.hear(&heard, times);
+            text = self.session.arrived()?;
+        }
+        Ok(())
+    }
+
+    /// The force to show, in N: the servo's latest, unless one of the watchdogs bites.
+    fn wanted_n(&mut self, times: &mut Times) -> Vector3<f64> {
+        if self.forces_n.update() {
+            times.written = Some(clock::instant());
+        }
+        let servo_writes = times.written.is_some_and(|written| written.elapsed() < SERVO_SILENT);
+        let sees = times.heard.elapsed() < BLIND;
+        if servo_writes && sees { *self.forces_n.output_buffer() } else { Vector3::zeros() }
+    }
+
+    fn hear(&mut self, text: &Utf8Bytes, times: &mut Times) {
+        let Some(frame) = Frame::read(text) else {
+            times.understood = false;
+            self.shared.garbage.fetch_add(1, Ordering::Relaxed);
+            return;
+        };
+        times.understood = true;
+        if let Some(refusal) = frame.arm(&self.device_id).and_then(|arm| arm.refusal()) {
+            self.shared.refusal.store(refusal, Ordering::Relaxed);
+        }
+        if let Some(reading) = frame.reading(&self.device_id, clock::now_s(), &self.reading) {
+            self.reading = reading;
+            self.readings.write(reading);
+            times.heard = clock::instant();
+            self.shared.states.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Why nothing sensible came for so long.
+    fn lost(&self, times: &Times) -> Error {
+        if !times.understood {
+            self.shared.fail(code::NOT_UNDERSTOOD);
+        }
+        Error::ConnectionClosed
+    }
+}

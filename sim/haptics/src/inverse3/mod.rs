@@ -1,0 +1,225 @@
+//! The Haply Inverse3 with a VerseGrip, through the Haply Inverse Service: JSON over a WebSocket.
+//!
+//! A thread of the driver speaks with the service (`exchange.rs`); the servo's side reads and writes latest-value cells and
+//! never waits. Both spellings of a force are spoken; the service's version, which it says on the same port, decides.
+//!
+//! Tried against a stand-in service that speaks the same protocol; not on hardware.
+
+mod axes;
+mod command;
+mod error;
+mod exchange;
+mod session;
+mod state;
+mod version;
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::thread::{self, JoinHandle};
+
+use nalgebra::{UnitQuaternion, Vector3};
+use triple_buffer::{Input, Output, triple_buffer};
+
+pub use self::command::Dialect;
+use self::command::SetForce;
+pub use self::error::OpenError;
+use self::exchange::{Exchange, Shared};
+use self::session::Session;
+use self::state::Frame;
+use self::version::Version;
+use crate::clock;
+use crate::device::{Device, DeviceFault, DeviceInfo, Reading};
+
+/// Codes of the faults of this driver.
+pub mod code {
+    /// [`DeviceFault::Reported`](crate::device::DeviceFault): what the service says is not understood.
+    pub const NOT_UNDERSTOOD: u32 = 1;
+    /// [`DeviceFault::RefusesForce`](crate::device::DeviceFault), a bit: the arm is not calibrated.
+    pub const NOT_CALIBRATED: u32 = 1;
+    /// [`DeviceFault::RefusesForce`](crate::device::DeviceFault), a bit: the arm is not ready.
+    pub const NOT_READY: u32 = 2;
+    /// [`DeviceFault::RefusesForce`](crate::device::DeviceFault), a bit: the arm has no power supply.
+    pub const NO_POWER: u32 = 4;
+}
+
+/// Greatest force that may be asked for, in N: the arm's own limit.
+const GREATEST_FORCE_N: f64 = 10.0;
+
+/// Which device to open, and how.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Address of the service.
+    pub url: String,
+    /// Identifier of the device, for example `04C3`; the first one if absent.
+    pub device_id: Option<String>,
+    /// How a force is spelled; if absent, as the service's version wants it, and `vector` if it does not say its version.
+    pub dialect: Option<Dialect>,
+    /// Largest force, in N; at most 10.
+    pub max_force_n: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        let url = "ws://localhost:10001".to_owned();
+        Self { url, device_id: None, dialect: None, max_force_n: GREATEST_FORCE_N }
+    }
+}
+
+/// How the exchange with the service goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Health {
+    /// States heard since it was opened.
+    pub states: u64,
+    /// Texts that were not understood.
+    pub garbage: u64,
+    /// The driver's thread still runs.
+    pub running: bool,
+}
+
+/// An open device.
+pub struct Inverse3 {
+    info: DeviceInfo,
+    version: Option<String>,
+    readings: Output<Reading>,
+    forces_n: Input<Vector3<f64>>,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Inverse3 {
+    /// Connects to the service, finds the device, and starts to exchange states with it, at zero force.
+    ///
+    /// # Errors
+    /// Which of the things that can be missing is missing; see [`OpenError::advice`].
+    pub fn open(options: &Options) -> Result<Self, OpenError> {
+        let mut session = Session::connect(&options.url)?;
+        let first = session.inventory(&options.url)?;
+        let version = Version::ask(session.address);
+        let dialect = match (options.dialect, &version) {
+            (Some(dialect), _) => dialect,
+            (None, None) => Dialect::Vector,
+            (None, Some(version)) => {
+                version.dialect().ok_or_else(|| OpenError::WrongVersion { found: version.text.clone() })?
+            }
+        };
+        let (device_id, reading) = find(&first, options.device_id.as_deref())?;
+        let info = describe(&device_id, options.max_force_n);
+        let (readings_in, readings) = triple_buffer(&reading);
+        let (forces_n, forces_out) = triple_buffer(&Vector3::zeros());
+        let shared = Arc::new(Shared::default());
+        let exchange = Exchange {
+            session,
+            command: SetForce::new(&device_id, dialect),
+            device_id,
+            readings: readings_in,
+            forces_n: forces_out,
+            reading,
+            shared: Arc::clone(&shared),
+        };
+        let thread = thread::Builder::new().name("inverse3".to_owned()).spawn(|| exchange.run());
+        let thread = Some(thread.map_err(|error| OpenError::Unreachable {
+            url: options.url.clone(),
+            why: format!("no thread to speak with it: {error}"),
+        })?);
+        Ok(Self { info, version: version.map(|version| version.text), readings, forces_n, shared, thread })
+    }
+
+    /// The service's version, as it says it; none if it does not.
+    #[must_use]
+    pub fn service_version(&self) -> Option<&str> {
+        self.version.as_deref()
+    }
+
+    /// How the exchange goes.
+    #[must_use]
+    pub fn health(&self) -> Health {
+        Health {
+            states: self.shared.states.load(Ordering::Relaxed),
+            garbage: self.shared.garbage.load(Ordering::Relaxed),
+            running: self.thread.as_ref().is_some_and(|thread| !thread.is_finished()),
+        }
+    }
+}
+
+impl Device for Inverse3 {
+    fn info(&self) -> &DeviceInfo {
+        &self.info
+    }
+
+    fn read(&mut self) -> Result<Reading, DeviceFault> {
+        match self.shared.fault() {
+            Some(fault) => Err(fault),
+            None => Ok(*self.readings.read()),
+        }
+    }
+
+    fn write(&mut self, force_n: &Vector3<f64>) -> Result<(), DeviceFault> {
+        self.forces_n.write(self.info.within_limits(force_n));
+        match (self.shared.fault(), self.shared.refusal.load(Ordering::Relaxed)) {
+            (Some(fault), _) => Err(fault),
+            (None, 0) => Ok(()),
+            (None, why) => Err(DeviceFault::RefusesForce(why)),
+        }
+    }
+
+    fn close(&mut self) {
+        self.shared.closing.store(true, Ordering::Release);
+        if let Some(thread) = self.thread.take() {
+            // A thread that panicked has dropped its connection, and has nothing more to say.
+            let _ended = thread.join();
+        }
+    }
+}
+
+impl Drop for Inverse3 {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
+/// The device that is wanted, and where its handle is.
+fn find(first: &str, wanted: Option<&str>) -> Result<(String, Reading), OpenError> {
+    let at_rest = Reading {
+        t_s: clock::now_s(),
+        position_m: Vector3::zeros(),
+        orientation: UnitQuaternion::identity(),
+        buttons: 0,
+    };
+    let frame = Frame::read(first);
+    let arms = || frame.iter().flat_map(Frame::arms);
+    let arm = arms().find(|arm| wanted.is_none_or(|wanted| arm.device_id == wanted)).ok_or_else(|| {
+        let found: Vec<&str> = arms().map(|arm| &*arm.device_id).collect();
+        let found = if found.is_empty() { "no Inverse3".to_owned() } else { found.join(", ") };
+        OpenError::NoDevice { wanted: wanted.unwrap_or("an Inverse3").to_owned(), found }
+    })?;
+    let device_id = arm.device_id.clone().into_owned();
+    if let Some(why) = words(arm.refusal().unwrap_or(0)) {
+        return Err(OpenError::NotReady { device_id, why });
+    }
+    let reading = frame.as_ref().and_then(|frame| frame.reading(&device_id, at_rest.t_s, &at_rest));
+    Ok((device_id, reading.unwrap_or(at_rest)))
+}
+
+/// The gravest of the reasons why an arm takes no force.
+fn words(refusal: u32) -> Option<&'static str> {
+    let reasons = [
+        (code::NO_POWER, "without power supply"),
+        (code::NOT_CALIBRATED, "not calibrated"),
+        (code::NOT_READY, "not ready"),
+    ];
+    reasons.into_iter().find(|(bit, _)| refusal & bit != 0).map(|(_, why)| why)
+}
+
+/// What the arm can do. The service does not say; its workspace is a cautious box of our choice inside the arm's reach, and
+/// it watches the temperature of its motors itself.
+fn describe(device_id: &str, max_force_n: f64) -> DeviceInfo {
+    let max_force_n = if max_force_n.is_nan() { 0.0 } else { max_force_n.clamp(0.0, GREATEST_FORCE_N) };
+    DeviceInfo {
+        name: "Inverse3".to_owned(),
+        serial: Some(device_id.to_owned()),
+        max_force_n,
+        continuous_force_n: max_force_n,
+        max_stiffness_n_per_m: 1000.0,
+        workspace_m: [0.20, 0.16, 0.16],
+    }
+}

@@ -1,0 +1,186 @@
+//! What the service says: JSON text, read in place. Nothing of it is kept but numbers, and nothing is allocated.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::marker::PhantomData;
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use serde::de::{IgnoredAny, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+
+use super::axes;
+use crate::device::{Reading, buttons};
+
+/// Devices of a kind that are looked at; a station has one or two.
+const FEW: usize = 4;
+
+/// A frame of the service. The first one has `config`; later ones only what changes.
+#[derive(Deserialize)]
+pub struct Frame<'a> {
+    #[serde(borrow, default)]
+    inverse3: Few<Arm<'a>>,
+    #[serde(default)]
+    verse_grip: Few<Grip>,
+    #[serde(default)]
+    wireless_verse_grip: Few<Grip>,
+}
+
+/// An Inverse3.
+#[derive(Deserialize)]
+pub struct Arm<'a> {
+    /// Its identifier, for example `04C3`.
+    #[serde(borrow)]
+    pub device_id: Cow<'a, str>,
+    config: Option<IgnoredAny>,
+    state: Option<ArmState>,
+    status: Option<Status>,
+}
+
+#[derive(Deserialize)]
+struct ArmState {
+    cursor_position: Option<Xyz>,
+}
+
+/// What may keep an arm from being used. What the service does not say is taken to be well.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+pub struct Status {
+    calibrated: Option<bool>,
+    ready: Option<bool>,
+    power_supply: Option<bool>,
+}
+
+/// A VerseGrip, with a cable or without.
+#[derive(Deserialize)]
+struct Grip {
+    state: Option<GripState>,
+}
+
+#[derive(Deserialize)]
+struct GripState {
+    orientation: Option<Xyzw>,
+    button: Option<bool>,
+    buttons: Option<Abc>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+struct Xyz {
+    x: f64,
+    y: f64,
+    z: f64,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+struct Xyzw {
+    x: f64,
+    y: f64,
+    z: f64,
+    w: f64,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(default)]
+struct Abc {
+    a: bool,
+    b: bool,
+}
+
+impl<'a> Frame<'a> {
+    /// Reads a text of the service; none if it is not one.
+    pub fn read(text: &'a str) -> Option<Self> {
+        serde_json::from_str(text).ok()
+    }
+
+    /// Every arm.
+    pub fn arms(&self) -> impl Iterator<Item = &Arm<'a>> {
+        self.inverse3.0.iter().flatten()
+    }
+
+    /// The arm of this identifier.
+    pub fn arm(&self, id: &str) -> Option<&Arm<'a>> {
+        self.arms().find(|arm| arm.device_id == id)
+    }
+
+    /// True when an arm comes with its configuration, as in a full snapshot.
+    pub fn is_full(&self) -> bool {
+        self.arms().any(|arm| arm.config.is_some())
+    }
+
+    /// The reading of the arm `id` at `t_s`. What the frame does not say of the grip stays as it was in `before`; none
+    /// if the frame says nothing of the arm's position.
+    pub fn reading(&self, id: &str, t_s: f64, before: &Reading) -> Option<Reading> {
+        let position = self.arm(id)?.state.as_ref()?.cursor_position?;
+        let grips = || self.wireless_verse_grip.0.iter().chain(&self.verse_grip.0).flatten();
+        let states = || grips().filter_map(|grip| grip.state.as_ref());
+        Some(Reading {
+            t_s,
+            position_m: axes::position_m(Vector3::new(position.x, position.y, position.z)),
+            orientation: states().find_map(GripState::orientation).unwrap_or(before.orientation),
+            buttons: states().find_map(GripState::pressed).unwrap_or(before.buttons),
+        })
+    }
+}
+
+impl Arm<'_> {
+    /// Why it takes no force, a bit each of [`super::code`]; 0 if it does; none if this frame does not say.
+    pub fn refusal(&self) -> Option<u32> {
+        let status = self.status?;
+        let is_false = |said: Option<bool>| said == Some(false);
+        let bit = |code: u32, said: Option<bool>| if is_false(said) { code } else { 0 };
+        Some(
+            bit(super::code::NOT_CALIBRATED, status.calibrated)
+                | bit(super::code::NOT_READY, status.ready)
+                | bit(super::code::NO_POWER, status.power_supply),
+        )
+    }
+}
+
+impl GripState {
+    fn orientation(&self) -> Option<UnitQuaternion<f64>> {
+        let Xyzw { x, y, z, w } = self.orientation?;
+        UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 0.5)
+            .filter(|unit| unit.coords.iter().all(|part| part.is_finite()))
+            .map(axes::orientation)
+    }
+
+    /// The button of a grip with a cable, or `a` of one without, confirms; `b` is the clutch.
+    fn pressed(&self) -> Option<u32> {
+        let pressed = |bit: u32, held: bool| if held { bit } else { 0 };
+        let with_cable = self.button.map(|held| pressed(buttons::CONFIRM, held));
+        with_cable
+            .or_else(|| self.buttons.map(|Abc { a, b }| pressed(buttons::CONFIRM, a) | pressed(buttons::CLUTCH, b)))
+    }
+}
+
+/// The first few items of a list, without a heap.
+struct Few<T>([Option<T>; FEW]);
+
+impl<T> Default for Few<T> {
+    fn default() -> Self {
+        Self([const { None }; FEW])
+    }
+}
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Few<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_seq(FewVisitor(PhantomData))
+    }
+}
+
+struct FewVisitor<T>(PhantomData<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for FewVisitor<T> {
+    type Value = Few<T>;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str("a list of devices")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Few<T>, A::Error> {
+        let mut few = Few::default();
+        for place in &mut few.0 {
+            *place = items.next_element()?;
+        }
+        while items.next_element::<IgnoredAny>()?.is_some() {}
+        Ok(few)
+    }
+}
