@@ -23,6 +23,14 @@ pub struct Stage {
     pub skin: Option<Mesh>,
 }
 
+impl Stage {
+    /// Depth of the lowest boundary, in m.
+    #[must_use]
+    pub fn depth_m(&self) -> f32 {
+        self.layers.iter().map(|layer| layer.top_m + layer.thickness_m).fold(0.0, f32::max)
+    }
+}
+
 /// A layer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layer {

@@ -1,3 +1,19 @@
 //! The picture: a frame of plain data goes in, pixels come out.
 
+pub mod camera;
+mod field;
 pub mod frame;
+mod gpu;
+mod headless;
+mod meshes;
+mod passes;
+mod placement;
+mod quality;
+mod renderer;
+mod scene_block;
+mod skin;
+
+pub use gpu::FORMAT;
+pub use headless::{AdapterName, Headless, PictureError, adapters};
+pub use quality::{Governor, Quality};
+pub use renderer::{Renderer, StageError};

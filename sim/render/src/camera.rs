@@ -1,0 +1,100 @@
+//! From where a picture is taken.
+
+use glam::camera::rh;
+use glam::{Mat4, Vec3};
+
+use crate::frame::{Frame, Orbit, Stage, View};
+use crate::placement::Placement;
+
+/// Vertical angle of view, in rad.
+const ANGLE_RAD: f32 = 0.49;
+/// What the whole view shows above the skin, in m: the needle before it goes in, but for its hub's end.
+const ABOVE_M: f32 = 0.135;
+/// What the section shows above the skin, in m.
+const SECTION_ABOVE_M: f32 = 0.024;
+/// Half the height that the close-up shows, in m, for a needle of 2 mm.
+const CLOSE_M: f32 = 0.0105;
+/// Elevation that orbits stay below, in rad.
+const STEEPEST_RAD: f32 = 1.45;
+
+/// A camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// From the patient frame to clip space (depth 0 near, 1 far).
+    pub clip_from_world: Mat4,
+    /// Where it is, in m.
+    pub eye: Vec3,
+    /// Where it looks, unit length.
+    pub forward: Vec3,
+    /// Whether rays meet in the eye; parallel otherwise.
+    pub perspective: bool,
+    /// What it looks at, in m.
+    pub target: Vec3,
+    /// Radius around the target that matters, in m: shadows are drawn there.
+    pub extent_m: f32,
+}
+
+impl Camera {
+    /// Of a frame; `aspect` is width by height.
+    #[must_use]
+    pub fn of(stage: &Stage, frame: &Frame, place: &Placement, aspect: f32) -> Self {
+        let aspect = aspect.clamp(0.1, 10.0);
+        let depth_m = stage.depth_m();
+        match frame.view {
+            View::Whole => {
+                let half_m = 0.5 * (depth_m + ABOVE_M) * (1.6 / aspect).max(1.0);
+                let target = place.point(0.0, 0.012, 0.5 * (ABOVE_M - depth_m) - 0.018);
+                let away_m = half_m / (0.5 * ANGLE_RAD).tan();
+                Self::around(place, target, away_m, turned(frame.orbit, -0.36, 0.40), aspect, 0.17)
+            }
+            View::Tip => {
+                let half_m = CLOSE_M * (stage.needle.diameter_m / 0.002).clamp(0.6, 2.0);
+                let target = place.tip - place.axis * 0.25 * half_m;
+                let away_m = half_m / (0.5 * ANGLE_RAD).tan();
+                Self::around(place, target, away_m, turned(frame.orbit, -0.42, 0.20), aspect, 0.024)
+            }
+            View::Section => Self::flat(place, depth_m, frame.orbit.distance, aspect),
+        }
+    }
+
+    fn around(place: &Placement, target: Vec3, away_m: f32, orbit: Orbit, aspect: f32, extent_m: f32) -> Self {
+        let away_m = away_m * orbit.distance;
+        let (yaw, pitch) = (orbit.yaw_rad, orbit.pitch_rad.clamp(-STEEPEST_RAD, STEEPEST_RAD));
+        let level = place.across * yaw.sin() - place.away * yaw.cos();
+        let back = level * pitch.cos() + Vec3::Z * pitch.sin();
+        let eye = target + back * away_m;
+        let view = rh::view::look_at_mat4(eye, target, Vec3::Z);
+        let projection = rh::proj::directx::perspective(ANGLE_RAD, aspect, 0.06 * away_m, away_m + 3.0);
+        Self { clip_from_world: projection * view, eye, forward: -back, perspective: true, target, extent_m }
+    }
+
+    /// Straight at the cut face.
+    fn flat(place: &Placement, depth_m: f32, distance: f32, aspect: f32) -> Self {
+        let half_m = 0.5 * (depth_m + SECTION_ABOVE_M + 0.003) * distance.clamp(0.1, 4.0);
+        let middle = 0.5 * (depth_m + 0.003 - SECTION_ABOVE_M);
+        let target = place.focus + place.down * middle;
+        let eye = target + place.cut * 0.5;
+        let view = rh::view::look_at_mat4(eye, target, Vec3::Z);
+        let wide_m = half_m * aspect;
+        let projection = rh::proj::directx::orthographic(-wide_m, wide_m, -half_m, half_m, 0.01, 1.0);
+        let (clip_from_world, forward) = (projection * view, -place.cut);
+        Self { clip_from_world, eye, forward, perspective: false, target, extent_m: 1.2 * wide_m }
+    }
+
+    /// Where a point of the patient frame (m) comes to lie in a picture, in pixels from its upper left corner.
+    #[must_use]
+    pub fn pixel(&self, point: Vec3, size: [u32; 2]) -> [f32; 2] {
+        let clip = self.clip_from_world.project_point3(point);
+        [0.5 * (clip.x + 1.0) * size[0] as f32, 0.5 * (1.0 - clip.y) * size[1] as f32]
+    }
+}
+
+/// The person's turn on top of the view's own.
+fn turned(orbit: Orbit, yaw_rad: f32, pitch_rad: f32) -> Orbit {
+    let sound = |number: f32, otherwise: f32| if number.is_finite() { number } else { otherwise };
+    Orbit {
+        yaw_rad: sound(orbit.yaw_rad, 0.0) + yaw_rad,
+        pitch_rad: sound(orbit.pitch_rad, 0.0) + pitch_rad,
+        distance: sound(orbit.distance, 1.0).clamp(0.2, 4.0),
+    }
+}

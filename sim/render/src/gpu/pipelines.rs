@@ -1,0 +1,249 @@
+//! How each kind of thing is drawn.
+
+use wgpu::{
+    BindGroupLayout, BlendState, ColorTargetState, ColorWrites, CompareFunction, DepthStencilState, Device,
+    FragmentState, MultisampleState, PipelineLayoutDescriptor, RenderPipeline, RenderPipelineDescriptor, ShaderModule,
+    ShaderModuleDescriptor, ShaderSource, StencilFaceState, StencilOperation, StencilState, TextureFormat,
+    VertexBufferLayout, VertexState, vertex_attr_array,
+};
+
+use super::FORMAT;
+use super::layouts::Layouts;
+use crate::meshes::Corner;
+
+/// Depth and stencil of a picture.
+pub const DEPTH: TextureFormat = TextureFormat::Depth24PlusStencil8;
+/// Depth of the shadow map.
+pub const SHADOW: TextureFormat = TextureFormat::Depth32Float;
+/// The field's texture.
+pub const FIELD: TextureFormat = TextureFormat::R32Float;
+
+const SCENE: &str = include_str!("../shaders/scene.wgsl");
+const LIGHT: &str = include_str!("../shaders/light.wgsl");
+
+/// Compiles a shader that builds on others.
+#[must_use]
+pub fn shader(device: &Device, label: &str, parts: &[&str]) -> ShaderModule {
+    let source = ShaderSource::Wgsl(parts.concat().into());
+    device.create_shader_module(ShaderModuleDescriptor { label: Some(label), source })
+}
+
+/// The shaders, compiled once.
+pub struct Shaders {
+    field: ShaderModule,
+    tissue: ShaderModule,
+    needle: ShaderModule,
+    solid: ShaderModule,
+    backdrop: ShaderModule,
+    /// A picture onto a larger one, or onto the next smaller level.
+    pub enlarge: ShaderModule,
+    /// The materials' tiles.
+    pub tiles: ShaderModule,
+}
+
+impl Shaders {
+    /// Compiles them.
+    #[must_use]
+    pub fn new(device: &Device) -> Self {
+        let lit = |label: &str, own: &str| shader(device, label, &[SCENE, LIGHT, own]);
+        Self {
+            field: shader(device, "field", &[SCENE, include_str!("../shaders/field.wgsl")]),
+            tissue: lit("tissue", include_str!("../shaders/tissue.wgsl")),
+            needle: lit("needle", include_str!("../shaders/needle.wgsl")),
+            solid: lit("solid", include_str!("../shaders/solid.wgsl")),
+            backdrop: lit("backdrop", include_str!("../shaders/backdrop.wgsl")),
+            enlarge: shader(device, "enlarge", &[include_str!("../shaders/enlarge.wgsl")]),
+            tiles: shader(device, "tiles", &[SCENE, include_str!("../shaders/tiles.wgsl")]),
+        }
+    }
+}
+
+/// Pipelines that do not depend on the samples a pixel.
+pub struct Fixed {
+    /// Sums the field up.
+    pub superpose: RenderPipeline,
+    /// The body into the shadow map.
+    pub tissue_shadow: RenderPipeline,
+    /// The needle into the shadow map.
+    pub needle_shadow: RenderPipeline,
+    /// A picture onto a larger one.
+    pub enlarge: RenderPipeline,
+}
+
+/// Pipelines of the picture itself.
+pub struct Drawn {
+    /// The body, opaque.
+    pub tissue: RenderPipeline,
+    /// The body, seen through.
+    pub tissue_faded: RenderPipeline,
+    /// The needle.
+    pub needle: RenderPipeline,
+    /// Marks where the cut goes through a structure.
+    pub solid_inside: RenderPipeline,
+    /// Structures.
+    pub solid: RenderPipeline,
+    /// Structures behind the cut face of a section.
+    pub solid_behind: RenderPipeline,
+    /// What is behind everything.
+    pub backdrop: RenderPipeline,
+    /// The guide where something is in front of it.
+    pub guide_hidden: RenderPipeline,
+    /// The guide.
+    pub guide: RenderPipeline,
+}
+
+impl Fixed {
+    /// Makes them.
+    #[must_use]
+    pub fn new(device: &Device, layouts: &Layouts, shaders: &Shaders) -> Self {
+        let make = |recipe: Recipe<'_>| recipe.make(device, 1);
+        let field = Recipe::new(&shaders.field, ["whole", "superpose"], &[&layouts.scene, &layouts.responses]);
+        let enlarge = Recipe::new(&shaders.enlarge, ["enlarge_vertex", "enlarge_fragment"], &[&layouts.copy]);
+        let cast = |module, vertex| {
+            let depth = Some(depth(SHADOW, true, CompareFunction::Less));
+            Recipe { corners: true, fragment: None, depth, ..Recipe::new(module, [vertex, ""], &[&layouts.scene]) }
+        };
+        Self {
+            superpose: make(Recipe { formats: &[FIELD], ..field }),
+            tissue_shadow: make(cast(&shaders.tissue, "tissue_shadow")),
+            needle_shadow: make(cast(&shaders.needle, "needle_shadow")),
+            enlarge: make(enlarge),
+        }
+    }
+}
+
+impl Drawn {
+    /// Makes them for so many samples a pixel.
+    #[must_use]
+    pub fn new(device: &Device, layouts: &Layouts, shaders: &Shaders, samples: u32) -> Self {
+        let groups = [&layouts.scene, &layouts.materials];
+        let less = CompareFunction::LessEqual;
+        let recipe = |module, entries, depth| Recipe {
+            corners: true,
+            depth: Some(depth),
+            ..Recipe::new(module, entries, &groups)
+        };
+        let make = |recipe: Recipe<'_>| recipe.make(device, samples);
+        let body = ["tissue_vertex", "tissue_fragment"];
+        let solid = |fragment, depth| recipe(&shaders.solid, ["solid_vertex", fragment], depth);
+        let through = Some(BlendState::ALPHA_BLENDING);
+        let uncut = |write| with_stencil(depth(DEPTH, write, less), CompareFunction::Equal, StencilOperation::Keep);
+        let odd = with_stencil(
+            depth(DEPTH, false, CompareFunction::Always),
+            CompareFunction::Always,
+            StencilOperation::Invert,
+        );
+        let above = || depth(DEPTH, false, CompareFunction::Always);
+        let backdrop = recipe(&shaders.backdrop, ["backdrop_vertex", "backdrop_fragment"], depth(DEPTH, false, less));
+        Self {
+            tissue: make(recipe(&shaders.tissue, body, uncut(true))),
+            tissue_faded: make(Recipe { blend: through, ..recipe(&shaders.tissue, body, uncut(false)) }),
+            needle: make(recipe(&shaders.needle, ["needle_vertex", "needle_fragment"], depth(DEPTH, true, less))),
+            solid_inside: make(Recipe { writes: ColorWrites::empty(), ..solid("solid_inside", odd) }),
+            solid: make(solid("solid_fragment", depth(DEPTH, true, less))),
+            solid_behind: make(Recipe { blend: through, ..solid("solid_behind", above()) }),
+            backdrop: make(Recipe { corners: false, ..backdrop }),
+            guide_hidden: make(Recipe { blend: through, ..solid("guide_hidden", above()) }),
+            guide: make(solid("guide_fragment", depth(DEPTH, true, less))),
+        }
+    }
+}
+
+/// A pipeline that covers its targets with one triangle.
+#[must_use]
+pub fn covering(
+    device: &Device,
+    module: &ShaderModule,
+    entries: [&str; 2],
+    (groups, formats): (&[&BindGroupLayout], &[TextureFormat]),
+) -> RenderPipeline {
+    Recipe { formats, ..Recipe::new(module, entries, groups) }.make(device, 1)
+}
+
+/// What differs between pipelines.
+struct Recipe<'a> {
+    module: &'a ShaderModule,
+    vertex: &'a str,
+    fragment: Option<&'a str>,
+    groups: Vec<Option<&'a BindGroupLayout>>,
+    corners: bool,
+    formats: &'a [TextureFormat],
+    writes: ColorWrites,
+    blend: Option<BlendState>,
+    depth: Option<DepthStencilState>,
+}
+
+impl<'a> Recipe<'a> {
+    fn new(module: &'a ShaderModule, [vertex, fragment]: [&'a str; 2], groups: &[&'a BindGroupLayout]) -> Self {
+        let groups = groups.iter().copied().map(Some).collect();
+        let writes = ColorWrites::ALL;
+        Self {
+            module,
+            vertex,
+            fragment: Some(fragment),
+            groups,
+            corners: false,
+            formats: &[FORMAT],
+            writes,
+            blend: None,
+            depth: None,
+        }
+    }
+
+    fn make(self, device: &Device, samples: u32) -> RenderPipeline {
+        let layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &self.groups,
+            immediate_size: 0,
+        });
+        let attributes = vertex_attr_array![0 => Float32x4, 1 => Float32x4];
+        let corners = VertexBufferLayout {
+            array_stride: size_of::<Corner>() as u64,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &attributes,
+        };
+        let buffers = [Some(corners)];
+        let target = |format: &TextureFormat| {
+            Some(ColorTargetState { format: *format, blend: self.blend, write_mask: self.writes })
+        };
+        let targets: Vec<_> = self.formats.iter().map(target).collect();
+        device.create_render_pipeline(&RenderPipelineDescriptor {
+            label: Some(self.vertex),
+            layout: Some(&layout),
+            vertex: VertexState {
+                module: self.module,
+                entry_point: Some(self.vertex),
+                compilation_options: Default::default(),
+                buffers: if self.corners { &buffers } else { &[] },
+            },
+            primitive: Default::default(),
+            depth_stencil: self.depth,
+            multisample: MultisampleState { count: samples, ..Default::default() },
+            fragment: self.fragment.map(|entry| FragmentState {
+                module: self.module,
+                entry_point: Some(entry),
+                compilation_options: Default::default(),
+                targets: &targets,
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}
+
+fn depth(format: TextureFormat, write: bool, compare: CompareFunction) -> DepthStencilState {
+    DepthStencilState {
+        format,
+        depth_write_enabled: Some(write),
+        depth_compare: Some(compare),
+        stencil: StencilState::default(),
+        bias: Default::default(),
+    }
+}
+
+/// The stencil holds 0 where the cut face shows the body, and its complement where it goes through a structure.
+fn with_stencil(state: DepthStencilState, compare: CompareFunction, pass_op: StencilOperation) -> DepthStencilState {
+    let keep = StencilOperation::Keep;
+    let face = StencilFaceState { compare, fail_op: keep, depth_fail_op: keep, pass_op };
+    DepthStencilState { stencil: StencilState { front: face, back: face, read_mask: 0xff, write_mask: 0xff }, ..state }
+}

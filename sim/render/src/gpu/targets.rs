@@ -1,0 +1,39 @@
+//! What is drawn onto before a picture is done: samples, depth, shadows, and the smaller picture of a low quality.
+
+use wgpu::{Device, TextureUsages, TextureView};
+
+use super::FORMAT;
+use super::pipelines::{DEPTH, SHADOW};
+use super::textures::{Plan, view};
+use crate::quality::Quality;
+
+/// Targets of one size and quality.
+pub struct Targets {
+    /// Several samples a pixel, where there are.
+    pub samples: Option<TextureView>,
+    /// A smaller picture, where the quality asks for one.
+    pub small: Option<TextureView>,
+    /// Depth and stencil.
+    pub depth: TextureView,
+    /// Depth as the lamp sees it; one texel without shadows.
+    pub shadow: TextureView,
+}
+
+impl Targets {
+    /// Makes them for pictures of a size.
+    #[must_use]
+    pub fn new(device: &Device, picture: [u32; 2], quality: Quality) -> Self {
+        let size = picture.map(|side| ((side as f32 * quality.resolution()).round() as u32).max(1));
+        let colour = Plan::flat(size, FORMAT);
+        let sampled = Plan { samples: quality.samples(), ..colour };
+        let attachment = TextureUsages::RENDER_ATTACHMENT;
+        let readable = attachment | TextureUsages::TEXTURE_BINDING;
+        let shadow = Plan::flat([quality.shadow_texels().max(1); 2], SHADOW);
+        Self {
+            samples: (quality.samples() > 1).then(|| view(&sampled.empty(device, attachment))),
+            small: (size != picture).then(|| view(&colour.empty(device, readable))),
+            depth: view(&Plan { format: DEPTH, ..sampled }.empty(device, attachment)),
+            shadow: view(&shadow.empty(device, readable)),
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Textures made from plain numbers.
+
+use wgpu::util::{DeviceExt, TextureDataOrder};
+use wgpu::{
+    Device, Extent3d, Queue, Texture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView,
+    TextureViewDescriptor,
+};
+
+/// What a texture is, but for what it is used for.
+#[derive(Clone, Copy)]
+pub struct Plan {
+    /// Width and height, in texels.
+    pub size: [u32; 2],
+    /// Levels of detail.
+    pub levels: u32,
+    /// Pictures in it.
+    pub layers: u32,
+    /// Samples a texel.
+    pub samples: u32,
+    /// Format.
+    pub format: TextureFormat,
+}
+
+impl Plan {
+    /// One picture of one level.
+    #[must_use]
+    pub fn flat(size: [u32; 2], format: TextureFormat) -> Self {
+        Self { size, levels: 1, layers: 1, samples: 1, format }
+    }
+
+    fn descriptor(&self, usage: TextureUsages) -> TextureDescriptor<'static> {
+        let [width, height] = self.size;
+        TextureDescriptor {
+            label: None,
+            size: Extent3d { width, height, depth_or_array_layers: self.layers },
+            mip_level_count: self.levels,
+            sample_count: self.samples,
+            dimension: TextureDimension::D2,
+            format: self.format,
+            usage,
+            view_formats: &[],
+        }
+    }
+
+    /// Makes the texture, its content undefined.
+    #[must_use]
+    pub fn empty(&self, device: &Device, usage: TextureUsages) -> Texture {
+        device.create_texture(&self.descriptor(usage))
+    }
+}
+
+/// A texture of numbers for shaders to read, row by row.
+#[must_use]
+pub fn numbers(device: &Device, queue: &Queue, size: [u32; 2], values: &[f32]) -> TextureView {
+    let plan = Plan::flat(size, TextureFormat::R32Float);
+    let descriptor = plan.descriptor(TextureUsages::TEXTURE_BINDING);
+    let bytes = bytemuck::cast_slice(values);
+    let texture = device.create_texture_with_data(queue, &descriptor, TextureDataOrder::LayerMajor, bytes);
+    view(&texture)
+}
+
+/// A view of all of a texture.
+#[must_use]
+pub fn view(texture: &Texture) -> TextureView {
+    texture.create_view(&TextureViewDescriptor::default())
+}

@@ -1,0 +1,256 @@
+//! Pictures without a window, on a graphics adapter of our own; a software adapter will do.
+
+use image::RgbaImage;
+use wgpu::{
+    Adapter, Backends, Buffer, BufferDescriptor, BufferUsages, Device, DeviceDescriptor, DeviceType, Instance,
+    InstanceDescriptor, Limits, MapMode, PollType, Queue, TexelCopyBufferInfo, TexelCopyBufferLayout, Texture,
+    TextureUsages,
+};
+
+use crate::frame::{Frame, Stage};
+use crate::gpu::textures::{Plan, view};
+use crate::quality::Quality;
+use crate::renderer::{Renderer, StageError};
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    /// No adapter at all.
+    #[error(
+        "no graphics adapter: install a driver for this machine's graphics card, or the software one \
+         (Debian: apt-get install mesa-vulkan-drivers libvulkan1)"
+    )]
+    NoAdapter,
+    /// An adapter that cannot be used.
+    #[error("the graphics adapter {name} cannot be used: {why}")]
+    Unusable {
+        /// Which adapter.
+        name: String,
+        /// What it said.
+        why: String,
+    },
+    /// The stage cannot be drawn.
+    #[error(transparent)]
+    Stage(#[from] StageError),
+    /// A size that the adapter cannot draw.
+    #[error("{width} × {height} pixels: 1 to {most} are possible on this adapter")]
+    Size {
+        /// Width asked for, in pixels.
+        width: u32,
+        /// Height asked for, in pixels.
+        height: u32,
+        /// Most pixels a side.
+        most: u32,
+    },
+    /// The picture did not come back from the adapter.
+    #[error("the graphics adapter did not hand the picture over: {0}")]
+    Lost(String),
+}
+
+/// What draws.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AdapterName {
+    /// Its name.
+    pub name: String,
+    /// The interface it is spoken to in: Vulkan, GL, …
+    pub backend: String,
+    /// Its driver, with version.
+    pub driver: String,
+    /// Whether it is a processor that stands in for a graphics card.
+    pub software: bool,
+}
+
+impl std::fmt::Display for AdapterName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let kind = if self.software { "software" } else { "hardware" };
+        write!(f, "{} ({}, {}, {kind})", self.name, self.backend, self.driver)
+    }
+}
+
+/// A graphics adapter and what it was last asked to draw.
+pub struct Headless {
+    adapter: Adapter,
+    device: Device,
+    queue: Queue,
+    renderer: Renderer,
+    picture: Option<Canvas>,
+}
+
+/// A picture on the card, and where it is copied to be read.
+struct Canvas {
+    texture: Texture,
+    bytes: Buffer,
+    size: [u32; 2],
+}
+
+impl Headless {
+    /// Opens the best adapter: a graphics card before software, Vulkan before GL. `WGPU_BACKEND` pins an interface.
+    ///
+    /// # Errors
+    /// When there is no adapter, or it refuses.
+    pub fn new(quality: Quality) -> Result<Self, PictureError> {
+        let adapter = best_adapter().ok_or(PictureError::NoAdapter)?;
+        let limits = Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits());
+        let descriptor = DeviceDescriptor { label: Some("stylet"), required_limits: limits, ..Default::default() };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|error| PictureError::Unusable { name: adapter.get_info().name, why: error.to_string() })?;
+        let renderer = Renderer::new(&device, &queue, [1, 1], quality);
+        Ok(Self { adapter, device, queue, renderer, picture: None })
+    }
+
+    /// What draws.
+    #[must_use]
+    pub fn adapter(&self) -> AdapterName {
+        named(&self.adapter)
+    }
+
+    /// Another quality from now on.
+    pub fn set_quality(&mut self, quality: Quality) {
+        self.renderer.resize(self.renderer.size(), quality);
+    }
+
+    /// The renderer, for its camera and its count of triangles.
+    #[must_use]
+    pub fn renderer(&self) -> &Renderer {
+        &self.renderer
+    }
+
+    /// One picture of a stage, of a size in pixels.
+    ///
+    /// # Errors
+    /// When the stage or the size cannot be drawn, or the adapter fails.
+    pub fn picture(&mut self, stage: &Stage, frame: &Frame, size: [u32; 2]) -> Result<RgbaImage, PictureError> {
+        self.set_stage(stage)?;
+        self.next(frame, size)
+    }
+
+    /// Takes a stage, for the pictures to come.
+    ///
+    /// # Errors
+    /// When it cannot be drawn.
+    pub fn set_stage(&mut self, stage: &Stage) -> Result<(), PictureError> {
+        Ok(self.renderer.set_stage(stage)?)
+    }
+
+    /// The next picture of the stage, of a size in pixels.
+    ///
+    /// # Errors
+    /// When the size cannot be drawn, or the adapter fails.
+    pub fn next(&mut self, frame: &Frame, size: [u32; 2]) -> Result<RgbaImage, PictureError> {
+        self.draw(frame, size)?;
+        self.read()
+    }
+
+    /// Draws without reading the picture, and waits until it is done: what a window would wait for.
+    ///
+    /// # Errors
+    /// When the size cannot be drawn, or the adapter fails.
+    pub fn draw(&mut self, frame: &Frame, size: [u32; 2]) -> Result<(), PictureError> {
+        self.sized(size)?;
+        if let Some(canvas) = &self.picture {
+            self.renderer.draw(frame, &view(&canvas.texture));
+        }
+        self.wait()
+    }
+
+    fn wait(&self) -> Result<(), PictureError> {
+        self.device.poll(PollType::wait_indefinitely()).map(drop).map_err(|error| PictureError::Lost(error.to_string()))
+    }
+
+    fn sized(&mut self, size: [u32; 2]) -> Result<(), PictureError> {
+        let most = self.device.limits().max_texture_dimension_2d;
+        if size.iter().any(|side| *side < 1 || *side > most) {
+            return Err(PictureError::Size { width: size[0], height: size[1], most });
+        }
+        if self.picture.as_ref().is_none_or(|canvas| canvas.size != size) {
+            self.renderer.resize(size, self.renderer.quality());
+            self.picture = Some(Canvas::new(&self.device, size));
+        }
+        Ok(())
+    }
+
+    fn read(&self) -> Result<RgbaImage, PictureError> {
+        let lost = |why: &dyn ToString| PictureError::Lost(why.to_string());
+        let Some(canvas) = &self.picture else { return Err(lost(&"nothing was drawn")) };
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_texture_to_buffer(canvas.texture.as_image_copy(), canvas.destination(), canvas.texture.size());
+        self.queue.submit([encoder.finish()]);
+        let slice = canvas.bytes.slice(..);
+        slice.map_async(MapMode::Read, drop);
+        self.wait()?;
+        let row = 4 * canvas.size[0] as usize;
+        let pixels = {
+            let mapped = slice.get_mapped_range().map_err(|error| lost(&error))?;
+            mapped.chunks_exact(canvas.row_bytes() as usize).flat_map(|padded| padded[..row].to_vec()).collect()
+        };
+        canvas.bytes.unmap();
+        RgbaImage::from_raw(canvas.size[0], canvas.size[1], pixels).ok_or_else(|| lost(&"it is too short"))
+    }
+}
+
+impl Canvas {
+    fn new(device: &Device, size: [u32; 2]) -> Self {
+        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
+        let texture = Plan::flat(size, crate::FORMAT).empty(device, usage);
+        let bytes = device.create_buffer(&BufferDescriptor {
+            label: Some("picture"),
+            size: u64::from(row_bytes(size[0])) * u64::from(size[1]),
+            usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        Self { texture, bytes, size }
+    }
+
+    fn row_bytes(&self) -> u32 {
+        row_bytes(self.size[0])
+    }
+
+    fn destination(&self) -> TexelCopyBufferInfo<'_> {
+        let layout = TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(self.row_bytes()), rows_per_image: None };
+        TexelCopyBufferInfo { buffer: &self.bytes, layout }
+    }
+}
+
+/// Rows are copied to multiples of 256 bytes.
+fn row_bytes(width: u32) -> u32 {
+    (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
+}
+
+/// Every adapter of this machine, best first.
+#[must_use]
+pub fn adapters() -> Vec<AdapterName> {
+    found().iter().map(named).collect()
+}
+
+fn best_adapter() -> Option<Adapter> {
+    found().into_iter().next()
+}
+
+fn found() -> Vec<Adapter> {
+    let backends = Backends::from_env().unwrap_or(Backends::PRIMARY | Backends::GL);
+    let descriptor = InstanceDescriptor { backends, ..InstanceDescriptor::new_without_display_handle() };
+    let instance = Instance::new(descriptor);
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(backends));
+    let rank = |kind| match kind {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu => 1,
+        DeviceType::VirtualGpu => 2,
+        DeviceType::Other => 3,
+        DeviceType::Cpu => 4,
+    };
+    adapters.sort_by_key(|adapter| {
+        let info = adapter.get_info();
+        (rank(info.device_type), info.backend == wgpu::Backend::Gl)
+    });
+    adapters
+}
+
+fn named(adapter: &Adapter) -> AdapterName {
+    let info = adapter.get_info();
+    AdapterName {
+        software: info.device_type == DeviceType::Cpu || info.name.contains("llvmpipe"),
+        name: info.name,
+        backend: format!("{:?}", info.backend),
+        driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
+    }
+}

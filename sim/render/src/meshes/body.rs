@@ -1,0 +1,95 @@
+//! The block of the body: one grid for every boundary and one strip of walls for every layer, which the graphics card puts in their
+//! place. Corners are dense around the needle.
+//!
+//! A corner of the grid holds the end of its ray on the block's rim (m across and away), and how far along the ray it lies; a
+//! corner of a wall also its outward normal, 1 at the layer's bottom, and 1 to tell it from the grid.
+
+use std::ops::Range;
+
+use super::{Corner, Shape};
+use crate::placement::{BEHIND_M, HALF_WIDTH_M};
+
+/// Corners along a ray, from the middle of the cut to the rim.
+const RINGS: u32 = 88;
+/// Stretches of the rim: right side, far side, left side.
+const SIDE: u32 = 22;
+const FAR: u32 = 44;
+
+/// The block, and which of its indices are what.
+pub struct Body {
+    /// All corners and triangles.
+    pub shape: Shape,
+    /// The grid of a boundary.
+    pub grid: Range<u32>,
+    /// The outer walls of a layer.
+    pub outer: Range<u32>,
+    /// The cut face of a layer.
+    pub cut: Range<u32>,
+}
+
+/// Makes the block.
+#[must_use]
+pub fn body() -> Body {
+    let mut shape = Shape::default();
+    let rim = rim();
+    grid(&mut shape, &rim);
+    let grid_end = shape.indices.len() as u32;
+    outer(&mut shape);
+    let outer_end = shape.indices.len() as u32;
+    cut(&mut shape);
+    let end = shape.indices.len() as u32;
+    Body { shape, grid: 0..grid_end, outer: grid_end..outer_end, cut: outer_end..end }
+}
+
+fn line(from: [f32; 2], to: [f32; 2], steps: u32) -> impl Iterator<Item = [f32; 2]> {
+    (0..=steps).map(move |i| {
+        let t = i as f32 / steps as f32;
+        [from[0] + t * (to[0] - from[0]), from[1] + t * (to[1] - from[1])]
+    })
+}
+
+/// The corners of the block in plan, from the right end of the cut around to its left end.
+const CORNERS: [[f32; 2]; 4] =
+    [[HALF_WIDTH_M, 0.0], [HALF_WIDTH_M, BEHIND_M], [-HALF_WIDTH_M, BEHIND_M], [-HALF_WIDTH_M, 0.0]];
+
+fn rim() -> Vec<[f32; 2]> {
+    let [a, b, c, d] = CORNERS;
+    line(a, b, SIDE).chain(line(b, c, FAR).skip(1)).chain(line(c, d, SIDE).skip(1)).collect()
+}
+
+fn grid(shape: &mut Shape, rim: &[[f32; 2]]) {
+    for ring in 0..=RINGS {
+        let along = ring as f32 / RINGS as f32;
+        for [x, y] in rim {
+            shape.corner(Corner { at: [*x, *y, along, 0.0], normal: [0.0; 4] });
+        }
+    }
+    shape.join(0, rim.len() as u32, RINGS + 1);
+}
+
+/// A wall: two rows of corners, the layer's top and its bottom.
+fn wall(shape: &mut Shape, plan: &[[f32; 3]], normal: [f32; 2]) {
+    let first = shape.corners.len() as u32;
+    for bottom in [0.0, 1.0] {
+        for [x, y, along] in plan {
+            shape.corner(Corner { at: [*x, *y, *along, 0.0], normal: [normal[0], normal[1], bottom, 1.0] });
+        }
+    }
+    shape.join(first, plan.len() as u32, 2);
+}
+
+fn outer(shape: &mut Shape) {
+    let [a, b, c, d] = CORNERS;
+    for (from, to, steps, normal) in [(a, b, SIDE, [1.0, 0.0]), (b, c, FAR, [0.0, 1.0]), (c, d, SIDE, [-1.0, 0.0])] {
+        let plan: Vec<_> = line(from, to, steps).map(|[x, y]| [x, y, 1.0]).collect();
+        wall(shape, &plan, normal);
+    }
+}
+
+fn cut(shape: &mut Shape) {
+    let ray = |x: f32| (0..=RINGS).map(move |ring| [x, 0.0, ring as f32 / RINGS as f32]);
+    let mut left: Vec<_> = ray(-HALF_WIDTH_M).collect();
+    left.reverse();
+    left.extend(ray(HALF_WIDTH_M).skip(1));
+    wall(shape, &left, [0.0, -1.0]);
+}

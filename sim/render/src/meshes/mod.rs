@@ -1,0 +1,72 @@
+//! The shapes that a picture is put together from, as corners and triangles for the graphics card.
+
+pub mod body;
+pub mod guide;
+pub mod lathe;
+pub mod needle;
+pub mod solids;
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+/// A corner: what it means is up to its shader.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Corner {
+    /// Place, and a number of the part.
+    pub at: [f32; 4],
+    /// Normal, and another number.
+    pub normal: [f32; 4],
+}
+
+impl Corner {
+    /// A corner of a part.
+    #[must_use]
+    pub fn new(at: Vec3, part: f32, normal: Vec3) -> Self {
+        Self { at: at.extend(part).to_array(), normal: normal.extend(0.0).to_array() }
+    }
+}
+
+/// Corners and triangles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shape {
+    /// Corners.
+    pub corners: Vec<Corner>,
+    /// Three corners a triangle.
+    pub indices: Vec<u32>,
+}
+
+impl Shape {
+    /// Adds a corner and returns its number.
+    pub fn corner(&mut self, corner: Corner) -> u32 {
+        self.corners.push(corner);
+        self.corners.len() as u32 - 1
+    }
+
+    /// Adds a triangle.
+    pub fn triangle(&mut self, corners: [u32; 3]) {
+        self.indices.extend(corners);
+    }
+
+    /// Adds a quadrilateral, corners in order around it.
+    pub fn quad(&mut self, [a, b, c, d]: [u32; 4]) {
+        self.indices.extend([a, b, c, a, c, d]);
+    }
+
+    /// Adds another shape.
+    pub fn add(&mut self, other: &Self) {
+        let base = self.corners.len() as u32;
+        self.corners.extend(&other.corners);
+        self.indices.extend(other.indices.iter().map(|index| base + index));
+    }
+
+    /// Joins neighbouring rows of corners, each of `columns`, that begin at corner `first`.
+    pub fn join(&mut self, first: u32, columns: u32, rows: u32) {
+        for row in 0..rows.saturating_sub(1) {
+            for column in 0..columns.saturating_sub(1) {
+                let a = first + row * columns + column;
+                self.quad([a, a + 1, a + columns + 1, a + columns]);
+            }
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! Structures inside the body, with normals: edges sharper than a crease stay edges.
+
+use glam::Vec3;
+
+use super::{Corner, Shape};
+use crate::frame::{Mesh, Structure, StructureKind};
+
+/// Cosine of the angle between faces that still make one smooth surface.
+const CREASE: f32 = 0.7;
+
+/// All structures in one shape: the part is the kind, the other number which structure it is.
+#[must_use]
+pub fn solids(structures: &[Structure]) -> Shape {
+    let mut shape = Shape::default();
+    for (which, structure) in structures.iter().enumerate() {
+        let mut solid = smoothed(&structure.mesh, part(structure.kind));
+        solid.corners.iter_mut().for_each(|corner| corner.normal[3] = which as f32);
+        shape.add(&solid);
+    }
+    shape
+}
+
+fn part(kind: StructureKind) -> f32 {
+    match kind {
+        StructureKind::Target => 0.0,
+        StructureKind::Vessel => 1.0,
+        StructureKind::Nerve => 2.0,
+        StructureKind::Bone => 3.0,
+        StructureKind::Organ => 4.0,
+    }
+}
+
+fn smoothed(mesh: &Mesh, part: f32) -> Shape {
+    let place = |index: u32| mesh.positions_m.get(index as usize).map(|at| Vec3::from(*at));
+    let faces: Vec<([u32; 3], [Vec3; 3], Vec3)> = mesh
+        .triangles
+        .iter()
+        .filter_map(|&[a, b, c]| {
+            let corners = [place(a)?, place(b)?, place(c)?];
+            let area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+            Some(([a, b, c], corners, area))
+        })
+        .collect();
+    let mut around = vec![Vec::new(); mesh.positions_m.len()];
+    for (indices, _, area) in &faces {
+        indices.iter().for_each(|&index| around[index as usize].push(*area));
+    }
+    let mut shape = Shape::default();
+    for (indices, corners, area) in &faces {
+        let flat = area.normalize_or_zero();
+        let placed = [0, 1, 2].map(|k| {
+            let smooth: Vec3 =
+                around[indices[k] as usize].iter().filter(|a| a.normalize_or_zero().dot(flat) > CREASE).sum();
+            shape.corner(Corner::new(corners[k], part, smooth.normalize_or(flat)))
+        });
+        shape.triangle(placed);
+    }
+    shape
+}

@@ -1,0 +1,158 @@
+//! The passes of a frame, in order: the field, the shadows, the picture.
+
+use wgpu::{
+    BindGroup, CommandEncoder, LoadOp, Operations, RenderPass, RenderPassColorAttachment,
+    RenderPassDepthStencilAttachment, RenderPassDescriptor, StoreOp, TextureView,
+};
+
+use crate::frame::{Frame, View};
+use crate::gpu::buffers::Loaded;
+use crate::renderer::Renderer;
+
+/// Below this fade the body is drawn opaque.
+const OPAQUE: f32 = 0.004;
+
+fn colour<'a>(view: &'a TextureView, resolve_target: Option<&'a TextureView>) -> RenderPassColorAttachment<'a> {
+    // Only what is read later is stored: samples are resolved and forgotten.
+    let store = if resolve_target.is_some() { StoreOp::Discard } else { StoreOp::Store };
+    RenderPassColorAttachment {
+        view,
+        depth_slice: None,
+        resolve_target,
+        ops: Operations { load: LoadOp::Clear(wgpu::Color::BLACK), store },
+    }
+}
+
+/// The displacements of every boundary under the frame's loads.
+pub fn superpose(renderer: &Renderer, encoder: &mut CommandEncoder) {
+    let attachments = [Some(colour(&renderer.set.field, None))];
+    let mut pass =
+        encoder.begin_render_pass(&RenderPassDescriptor { color_attachments: &attachments, ..Default::default() });
+    pass.set_pipeline(&renderer.fixed.superpose);
+    pass.set_bind_group(0, &renderer.groups.superpose, &[]);
+    pass.set_bind_group(1, &renderer.groups.responses, &[]);
+    pass.draw(0..3, 0..1);
+}
+
+/// What the lamp sees: the skin, the cut and the needle.
+pub fn shadows(renderer: &Renderer, encoder: &mut CommandEncoder) {
+    let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
+        depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
+            view: &renderer.targets.shadow,
+            depth_ops: Some(Operations { load: LoadOp::Clear(1.0), store: StoreOp::Store }),
+            stencil_ops: None,
+        }),
+        ..Default::default()
+    });
+    pass.set_bind_group(0, &renderer.groups.scene, &[]);
+    pass.set_pipeline(&renderer.fixed.tissue_shadow);
+    let (buffers, body) = &renderer.body;
+    buffers.draw_part(&mut pass, body.grid.clone(), 0..1.min(renderer.layers()));
+    buffers.draw_part(&mut pass, body.outer.clone(), 0..renderer.layers());
+    buffers.draw_part(&mut pass, body.cut.clone(), 0..renderer.layers());
+    pass.set_pipeline(&renderer.fixed.needle_shadow);
+    renderer.set.needle.draw(&mut pass);
+}
+
+/// The picture itself.
+pub fn picture(renderer: &Renderer, frame: &Frame, onto: &TextureView, encoder: &mut CommandEncoder) {
+    let targets = &renderer.targets;
+    let attachment = match &targets.samples {
+        Some(samples) => colour(samples, Some(onto)),
+        None => colour(onto, None),
+    };
+    let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
+        color_attachments: &[Some(attachment)],
+        depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
+            view: &targets.depth,
+            depth_ops: Some(Operations { load: LoadOp::Clear(1.0), store: StoreOp::Discard }),
+            stencil_ops: Some(Operations { load: LoadOp::Clear(0), store: StoreOp::Discard }),
+        }),
+        ..Default::default()
+    });
+    pass.set_bind_group(0, &renderer.groups.scene, &[]);
+    pass.set_bind_group(1, &renderer.groups.materials, &[]);
+    pass.set_stencil_reference(0);
+    match frame.view {
+        View::Section => section(renderer, frame, &mut pass),
+        View::Whole | View::Tip => body_and_needle(renderer, frame, &mut pass),
+    }
+    if frame.guide {
+        with(&mut pass, &renderer.drawn.guide_hidden, &renderer.set.guide);
+        with(&mut pass, &renderer.drawn.guide, &renderer.set.guide);
+    }
+}
+
+fn with(pass: &mut RenderPass<'_>, pipeline: &wgpu::RenderPipeline, what: &Loaded) {
+    if !what.is_empty() {
+        pass.set_pipeline(pipeline);
+        what.draw(pass);
+    }
+}
+
+fn body_and_needle(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
+    let drawn = &renderer.drawn;
+    let front = renderer.from_the_front(frame);
+    let opaque = frame.fade < OPAQUE;
+    if front {
+        with(pass, &drawn.solid_inside, &renderer.set.solids);
+    }
+    with(pass, &drawn.solid, &renderer.set.solids);
+    with(pass, &drawn.needle, &renderer.set.needle);
+    if opaque {
+        pass.set_pipeline(&drawn.tissue);
+        let (buffers, body) = &renderer.body;
+        let layers = renderer.layers();
+        buffers.draw_part(pass, body.cut.start..body.cut.end, 0..layers);
+        buffers.draw_part(pass, body.grid.clone(), 0..1.min(layers));
+        buffers.draw_part(pass, body.outer.clone(), 0..layers);
+    }
+    pass.set_pipeline(&drawn.backdrop);
+    pass.draw(0..3, 0..1);
+    if !opaque {
+        pass.set_pipeline(&drawn.tissue_faded);
+        faded(renderer, frame, front, pass);
+    }
+}
+
+/// Back to front: seen from above the lowest boundary comes first, and the cut face last when the camera is before it.
+fn faded(renderer: &Renderer, frame: &Frame, front: bool, pass: &mut RenderPass<'_>) {
+    let (buffers, body) = &renderer.body;
+    let layers = renderer.layers();
+    let above = renderer.camera(frame).forward.z < 0.0;
+    let cut = |pass: &mut RenderPass<'_>| buffers.draw_part(pass, body.cut.clone(), 0..layers);
+    if !front {
+        cut(pass);
+    }
+    buffers.draw_part(pass, body.outer.clone(), 0..layers);
+    for step in 0..layers {
+        let layer = if above { layers - 1 - step } else { step };
+        buffers.draw_part(pass, body.grid.clone(), layer..layer + 1);
+    }
+    if front {
+        cut(pass);
+    }
+}
+
+fn section(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
+    let drawn = &renderer.drawn;
+    let (buffers, body) = &renderer.body;
+    pass.set_pipeline(&drawn.backdrop);
+    pass.draw(0..3, 0..1);
+    with(pass, &drawn.solid_inside, &renderer.set.solids);
+    with(pass, &drawn.solid, &renderer.set.solids);
+    pass.set_pipeline(if frame.fade < OPAQUE { &drawn.tissue } else { &drawn.tissue_faded });
+    buffers.draw_part(pass, body.cut.clone(), 0..renderer.layers());
+    with(pass, &drawn.solid_behind, &renderer.set.solids);
+    with(pass, &drawn.needle, &renderer.set.needle);
+}
+
+/// A smaller picture onto the full one.
+pub fn enlarge(renderer: &Renderer, small: &BindGroup, onto: &TextureView, encoder: &mut CommandEncoder) {
+    let attachments = [Some(colour(onto, None))];
+    let mut pass =
+        encoder.begin_render_pass(&RenderPassDescriptor { color_attachments: &attachments, ..Default::default() });
+    pass.set_pipeline(&renderer.fixed.enlarge);
+    pass.set_bind_group(0, small, &[]);
+    pass.draw(0..3, 0..1);
+}

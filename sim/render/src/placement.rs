@@ -1,0 +1,102 @@
+//! Where the body is cut and where the needle is: the frame that a picture is composed in.
+
+use glam::{Quat, Vec3};
+
+use crate::frame::{Frame, Stage};
+
+/// Half the width of the block, in m.
+pub const HALF_WIDTH_M: f32 = 0.088;
+/// How far the block goes on behind the cut, in m.
+pub const BEHIND_M: f32 = 0.095;
+/// The cut begins to follow the needle when the tip is this close to the skin, in m.
+const NEAR_M: f32 = 0.012;
+/// The cut follows the needle no farther than this from the planned entry, in m.
+const FOLLOWS_M: f32 = 0.03;
+/// A needle flatter than this (cosine to the vertical) does not tilt the cut any more.
+const FLATTEST: f32 = 0.4;
+
+/// The composition of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Middle of the cut on the skin, in m: the entry, or the planned one while the needle is away.
+    pub focus: Vec3,
+    /// Level, along the cut to the right.
+    pub across: Vec3,
+    /// Level, into the block.
+    pub away: Vec3,
+    /// Along the cut face, per metre of depth.
+    pub down: Vec3,
+    /// Outward normal of the cut face.
+    pub cut: Vec3,
+    /// The needle's axis as the tissue sees it.
+    pub axis: Vec3,
+    /// Where the needle is turned.
+    pub needle: Quat,
+    /// The tip that is drawn: with its bend, in m.
+    pub tip: Vec3,
+    /// How near the needle is: 1 in the tissue, 0 away.
+    pub near: f32,
+}
+
+impl Placement {
+    /// Of a frame. The cut contains the needle's axis, so that needle and tents lie in the cut face.
+    #[must_use]
+    pub fn of(stage: &Stage, frame: &Frame) -> Self {
+        let planned = down_or(Vec3::from(stage.axis));
+        let across = cut_direction(planned);
+        let away = Vec3::Z.cross(across);
+        let needle = Quat::from_array(frame.orientation);
+        let needle = if needle.is_finite() && needle.length() > 0.5 { needle.normalize() } else { Quat::IDENTITY };
+        let tip = finite(Vec3::from(frame.tip_m)) + finite(Vec3::from(frame.bend_m));
+        let near = if frame.entry_m.is_some() { 1.0 } else { smooth(1.0 - tip.z / NEAR_M) };
+        let planned_entry = Vec3::from(stage.entry_m);
+        let wanted = frame.entry_m.map_or(tip, Vec3::from);
+        let off = ((wanted - planned_entry) * near * Vec3::new(1.0, 1.0, 0.0)).clamp_length_max(FOLLOWS_M);
+        let axis = planned.lerp(down_or(needle * Vec3::Z), near).normalize();
+        let down = (axis - across * axis.dot(across)) / -axis.z;
+        let cut = -across.cross(down).normalize();
+        let focus = planned_entry * Vec3::new(1.0, 1.0, 0.0) + off;
+        Self { focus, across, away, down, cut, axis, needle, tip, near }
+    }
+
+    /// Depth of the tip along the axis below the skin, in m; negative in the air.
+    #[must_use]
+    pub fn tip_depth_m(&self) -> f32 {
+        (self.tip - self.focus).dot(self.axis)
+    }
+
+    /// A point of the block: to the right, away and up from the focus, in m.
+    #[must_use]
+    pub fn point(&self, right: f32, away: f32, up: f32) -> Vec3 {
+        self.focus + self.across * right + self.away * away + Vec3::Z * up
+    }
+}
+
+/// Smoothly from 0 to 1.
+#[must_use]
+pub fn smooth(t: f32) -> f32 {
+    let t = t.clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+fn finite(v: Vec3) -> Vec3 {
+    if v.is_finite() { v } else { Vec3::ZERO }
+}
+
+/// An axis that goes down steeply enough to cut along; straight down instead of one that does not.
+fn down_or(axis: Vec3) -> Vec3 {
+    match axis.try_normalize() {
+        Some(axis) if axis.z < -FLATTEST => axis,
+        _ => Vec3::NEG_Z,
+    }
+}
+
+/// The cut goes along an oblique plan, and from left to right for a steep one.
+fn cut_direction(planned: Vec3) -> Vec3 {
+    let level = Vec3::new(planned.x, planned.y, 0.0);
+    match level.length() > 0.05 {
+        true if level.x < -1e-3 => -level.normalize(),
+        true => level.normalize(),
+        false => Vec3::X,
+    }
+}

@@ -1,0 +1,127 @@
+//! How much work a picture is, in named steps, and the governor that steps down rather than stutter.
+
+/// A step of quality, best first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Quality {
+    /// Shadows of 2048², four samples a pixel, full resolution.
+    #[default]
+    Full,
+    /// Shadows of 1024², four samples a pixel, full resolution.
+    High,
+    /// Shadows of 1024², one sample a pixel, full resolution.
+    Medium,
+    /// Shadows of 512², one sample a pixel, three quarters of the resolution.
+    Low,
+    /// No shadows, one sample a pixel, half the resolution.
+    Least,
+}
+
+impl Quality {
+    /// Every step, best first.
+    pub const ALL: [Self; 5] = [Self::Full, Self::High, Self::Medium, Self::Low, Self::Least];
+
+    /// Width of the shadow map in texels; 0 is without shadows.
+    #[must_use]
+    pub fn shadow_texels(self) -> u32 {
+        [2048, 1024, 1024, 512, 0][self as usize]
+    }
+
+    /// Samples a pixel: 1 or 4.
+    #[must_use]
+    pub fn samples(self) -> u32 {
+        [4, 4, 1, 1, 1][self as usize]
+    }
+
+    /// Resolution drawn at, as a share of the picture's.
+    #[must_use]
+    pub fn resolution(self) -> f32 {
+        [1.0, 1.0, 1.0, 0.75, 0.5][self as usize]
+    }
+
+    /// The next step down, if there is one.
+    #[must_use]
+    pub fn lower(self) -> Option<Self> {
+        Self::ALL.get(self as usize + 1).copied()
+    }
+
+    /// The next step up, if there is one.
+    #[must_use]
+    pub fn higher(self) -> Option<Self> {
+        (self as usize).checked_sub(1).map(|at| Self::ALL[at])
+    }
+
+    /// One word for people.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        ["full", "high", "medium", "low", "least"][self as usize]
+    }
+
+    /// What the step is made of, for people.
+    #[must_use]
+    pub fn in_words(self) -> String {
+        let shadows = match self.shadow_texels() {
+            0 => "no shadows".to_owned(),
+            texels => format!("shadows of {texels}²"),
+        };
+        let samples = if self.samples() == 1 { "1 sample".to_owned() } else { format!("{} samples", self.samples()) };
+        format!("{shadows}, {samples} a pixel, {:.0} % of the resolution", 100.0 * self.resolution())
+    }
+}
+
+/// Frames looked at before a step is taken.
+const WINDOW: u32 = 12;
+/// Windows in a row that must have time to spare before quality goes up: going up is seen, and must not have to be undone.
+const CALM: u32 = 20;
+/// A window is over its time when its mean frame takes more than this share of the budget.
+const OVER: f32 = 1.05;
+/// A window has time to spare when its mean frame takes less than this share: a step up costs up to twice as much.
+const SPARE: f32 = 0.40;
+
+/// Chooses the quality from how long frames take. Pure: it is told the times.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Governor {
+    quality: Quality,
+    best: Quality,
+    budget_s: f32,
+    frames: u32,
+    total_s: f32,
+    calm: u32,
+}
+
+impl Governor {
+    /// Starts at a quality, which is also the best it goes back to; `budget_s` is what a frame may take, in s.
+    #[must_use]
+    pub fn new(best: Quality, budget_s: f32) -> Self {
+        Self { quality: best, best, budget_s, frames: 0, total_s: 0.0, calm: 0 }
+    }
+
+    /// The quality to draw at.
+    #[must_use]
+    pub fn quality(&self) -> Quality {
+        self.quality
+    }
+
+    /// Takes the time of a frame, in s. Returns the new quality when it changes. A time that is no number is passed over.
+    pub fn took(&mut self, frame_s: f32) -> Option<Quality> {
+        if !frame_s.is_finite() || frame_s < 0.0 {
+            return None;
+        }
+        // One frame of a second is a stall of the machine, which no quality mends: it counts as four budgets.
+        self.total_s += frame_s.min(4.0 * self.budget_s);
+        self.frames += 1;
+        if self.frames < WINDOW {
+            return None;
+        }
+        let share = self.total_s / (self.frames as f32 * self.budget_s);
+        (self.frames, self.total_s) = (0, 0.0);
+        self.calm = if share < SPARE { self.calm + 1 } else { 0 };
+        let next = match share {
+            _ if share > OVER => self.quality.lower(),
+            _ if self.calm >= CALM => self.quality.higher().filter(|higher| *higher >= self.best),
+            _ => None,
+        }?;
+        self.quality = next;
+        self.calm = 0;
+        Some(next)
+    }
+}

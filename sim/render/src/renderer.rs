@@ -1,0 +1,310 @@
+//! Draws frames of a stage.
+
+use wgpu::{
+    BindGroup, BindingResource, Buffer, BufferDescriptor, BufferUsages, CommandEncoder, Device, Queue, TextureView,
+};
+
+use crate::camera::Camera;
+use crate::field::{self, Responses};
+use crate::frame::{Frame, Stage, View};
+use crate::gpu::buffers::Loaded;
+use crate::gpu::layouts::{Layouts, group};
+use crate::gpu::pipelines::{Drawn, FIELD, Fixed, Shaders};
+use crate::gpu::targets::Targets;
+use crate::gpu::textures::{Plan, numbers, view};
+use crate::gpu::tiles::{Tiles, smooth};
+use crate::meshes::body::Body;
+use crate::meshes::{self, Shape};
+use crate::passes;
+use crate::placement::Placement;
+use crate::quality::Quality;
+use crate::scene_block::{MOST_LAYERS, Moment, SceneBlock, open_puncture};
+use crate::skin;
+
+/// Why a stage cannot be drawn.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum StageError {
+    /// More layers than there is room for.
+    #[error("{0} layers: a picture takes at most {MOST_LAYERS}")]
+    Layers(usize),
+    /// More loads than there is room for.
+    #[error("{0} loads of the field: a picture takes at most {most}", most = field::MOST_LOADS)]
+    Loads(usize),
+    /// The table's size does not follow from its radii, loads and the layers.
+    #[error("the field has {found} displacements: {wanted} are wanted, for every boundary, load and radius")]
+    Field {
+        /// Numbers found.
+        found: usize,
+        /// Numbers wanted.
+        wanted: usize,
+    },
+}
+
+/// Draws frames. Everything on the graphics card is made once, for a stage or for a size; a frame makes nothing new there.
+pub struct Renderer {
+    device: Device,
+    queue: Queue,
+    size: [u32; 2],
+    quality: Quality,
+    layouts: Layouts,
+    shaders: Shaders,
+    tiles: Tiles,
+    samplers: [wgpu::Sampler; 3],
+    pub(crate) fixed: Fixed,
+    pub(crate) drawn: Drawn,
+    pub(crate) targets: Targets,
+    pub(crate) body: (Loaded, Body),
+    block: Buffer,
+    pub(crate) groups: Groups,
+    pub(crate) set: Set,
+}
+
+/// What belongs to a stage.
+pub(crate) struct Set {
+    stage: Stage,
+    responses: Responses,
+    skin: TextureView,
+    pub(crate) field: TextureView,
+    table: TextureView,
+    pub(crate) needle: Loaded,
+    pub(crate) solids: Loaded,
+    pub(crate) guide: Loaded,
+}
+
+/// What shaders are given.
+pub(crate) struct Groups {
+    /// The scene, for everything that reads the field.
+    pub(crate) scene: BindGroup,
+    /// The scene, for the pass that writes the field.
+    pub(crate) superpose: BindGroup,
+    pub(crate) responses: BindGroup,
+    pub(crate) materials: BindGroup,
+    pub(crate) enlarge: Option<BindGroup>,
+}
+
+impl Renderer {
+    /// A renderer for pictures of a size in pixels. It has an empty stage.
+    #[must_use]
+    pub fn new(device: &Device, queue: &Queue, size: [u32; 2], quality: Quality) -> Self {
+        let layouts = Layouts::new(device);
+        let shaders = Shaders::new(device);
+        let tiles = Tiles::new(device, queue, &layouts, &shaders);
+        let fixed = Fixed::new(device, &layouts, &shaders);
+        let drawn = Drawn::new(device, &layouts, &shaders, quality.samples());
+        let size = size.map(|side| side.max(1));
+        let targets = Targets::new(device, size, quality);
+        let body = meshes::body::body();
+        let block = device.create_buffer(&BufferDescriptor {
+            label: Some("scene"),
+            size: size_of::<SceneBlock>() as u64,
+            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let samplers = samplers(device);
+        let set = Set::new(device, queue, &Stage::default());
+        let bound =
+            Bound { device, layouts: &layouts, tiles: &tiles, samplers: &samplers, targets: &targets, block: &block };
+        let groups = bound.groups(&set);
+        let body = (Loaded::new(device, &body.shape), body);
+        let (device, queue) = (device.clone(), queue.clone());
+        Self {
+            device,
+            queue,
+            size,
+            quality,
+            layouts,
+            shaders,
+            tiles,
+            samplers,
+            fixed,
+            drawn,
+            targets,
+            body,
+            block,
+            groups,
+            set,
+        }
+    }
+
+    /// Takes a stage to the graphics card.
+    ///
+    /// # Errors
+    /// When it has more layers or loads than a picture takes, or a field of the wrong size; the old stage stays.
+    pub fn set_stage(&mut self, stage: &Stage) -> Result<(), StageError> {
+        check(stage)?;
+        self.set = Set::new(&self.device, &self.queue, stage);
+        self.bind();
+        Ok(())
+    }
+
+    /// Draws pictures of another size, in pixels, or another quality from now on.
+    pub fn resize(&mut self, size: [u32; 2], quality: Quality) {
+        let size = size.map(|side| side.max(1));
+        if (size, quality) == (self.size, self.quality) {
+            return;
+        }
+        if quality.samples() != self.quality.samples() {
+            self.drawn = Drawn::new(&self.device, &self.layouts, &self.shaders, quality.samples());
+        }
+        self.targets = Targets::new(&self.device, size, quality);
+        (self.size, self.quality) = (size, quality);
+        self.bind();
+    }
+
+    /// Size of the pictures, in pixels.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Quality of the pictures.
+    #[must_use]
+    pub fn quality(&self) -> Quality {
+        self.quality
+    }
+
+    /// Triangles of a frame with everything shown.
+    #[must_use]
+    pub fn triangles(&self) -> u32 {
+        let layers = self.set.stage.layers.len() as u32;
+        let set = &self.set;
+        self.body.0.triangles() * layers + set.needle.triangles() + set.solids.triangles() + set.guide.triangles()
+    }
+
+    /// The camera of a frame, to put names and marks where they belong.
+    #[must_use]
+    pub fn camera(&self, frame: &Frame) -> Camera {
+        let place = Placement::of(&self.set.stage, frame);
+        Camera::of(&self.set.stage, frame, &place, self.aspect())
+    }
+
+    /// Draws a frame onto a view of [`crate::FORMAT`] and the renderer's size.
+    pub fn draw(&self, frame: &Frame, onto: &TextureView) {
+        self.write(frame);
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        self.encode(frame, onto, &mut encoder);
+        self.queue.submit([encoder.finish()]);
+    }
+
+    fn encode(&self, frame: &Frame, onto: &TextureView, encoder: &mut CommandEncoder) {
+        passes::superpose(self, encoder);
+        if self.quality.shadow_texels() > 0 && frame.view != View::Section {
+            passes::shadows(self, encoder);
+        }
+        passes::picture(self, frame, self.targets.small.as_ref().unwrap_or(onto), encoder);
+        if let Some(small) = &self.groups.enlarge {
+            passes::enlarge(self, small, onto, encoder);
+        }
+    }
+
+    /// The frame's numbers.
+    fn write(&self, frame: &Frame) {
+        let Set { stage, responses, .. } = &self.set;
+        let place = Placement::of(stage, frame);
+        let camera = Camera::of(stage, frame, &place, self.aspect());
+        let contacts = field::contacts(stage, &place, open_puncture(frame), &frame.loads_n);
+        let loads = field::loads_in_contact(responses, &contacts, &frame.loads_n);
+        let shadow_texels = self.quality.shadow_texels();
+        let moment = Moment { stage, frame, place: &place, camera: &camera, responses, shadow_texels };
+        self.queue.write_buffer(&self.block, 0, bytemuck::bytes_of(&SceneBlock::of(&moment, loads)));
+    }
+
+    fn aspect(&self) -> f32 {
+        self.size[0] as f32 / self.size[1] as f32
+    }
+
+    pub(crate) fn layers(&self) -> u32 {
+        self.set.stage.layers.len() as u32
+    }
+
+    pub(crate) fn from_the_front(&self, frame: &Frame) -> bool {
+        let place = Placement::of(&self.set.stage, frame);
+        let camera = Camera::of(&self.set.stage, frame, &place, self.aspect());
+        !camera.perspective || (camera.eye - place.focus).dot(place.cut) > 0.0
+    }
+
+    fn bind(&mut self) {
+        let Self { device, layouts, tiles, samplers, targets, block, .. } = self;
+        self.groups = Bound { device, layouts, tiles, samplers, targets, block }.groups(&self.set);
+    }
+}
+
+/// What groups are made of.
+struct Bound<'a> {
+    device: &'a Device,
+    layouts: &'a Layouts,
+    tiles: &'a Tiles,
+    samplers: &'a [wgpu::Sampler; 3],
+    targets: &'a Targets,
+    block: &'a Buffer,
+}
+
+impl Bound<'_> {
+    fn groups(&self, set: &Set) -> Groups {
+        let Self { device, layouts, tiles, samplers: [tiled, compare, smooth], targets, block } = *self;
+        let view = BindingResource::TextureView;
+        let block = || BindingResource::Buffer(block.as_entire_buffer_binding());
+        let sampler = BindingResource::Sampler;
+        let materials =
+            [view(&tiles.albedos), view(&tiles.reliefs), sampler(tiled), view(&targets.shadow), sampler(compare)];
+        Groups {
+            scene: group(device, &layouts.scene, &[block(), view(&set.skin), view(&set.field)]),
+            superpose: group(device, &layouts.scene, &[block(), view(&set.skin), view(&set.skin)]),
+            responses: group(device, &layouts.responses, &[view(&set.table)]),
+            materials: group(device, &layouts.materials, &materials),
+            enlarge: targets.small.as_ref().map(|small| group(device, &layouts.copy, &[view(small), sampler(smooth)])),
+        }
+    }
+}
+
+impl Set {
+    fn new(device: &Device, queue: &Queue, stage: &Stage) -> Self {
+        let boundaries = stage.layers.len();
+        let responses = Responses::of(&stage.field, boundaries);
+        let rows = (boundaries * responses.loads).max(1);
+        let mut samples = responses.samples.clone();
+        samples.resize(rows * field::SAMPLES, 0.0);
+        let (columns, skin) = (field::SAMPLES as u32, skin::SAMPLES as u32);
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
+        let load = |shape: &Shape| Loaded::new(device, shape);
+        Self {
+            skin: numbers(device, queue, [skin; 2], &skin::heights(stage)),
+            field: view(&Plan::flat([columns, boundaries.max(1) as u32], FIELD).empty(device, usage)),
+            table: numbers(device, queue, [columns, rows as u32], &samples),
+            needle: load(&meshes::needle::needle(&stage.needle)),
+            solids: load(&meshes::solids::solids(&stage.structures)),
+            guide: load(&meshes::guide::guide(stage)),
+            stage: stage.clone(),
+            responses,
+        }
+    }
+}
+
+fn check(stage: &Stage) -> Result<(), StageError> {
+    let (layers, table) = (stage.layers.len(), &stage.field);
+    if layers > MOST_LAYERS {
+        return Err(StageError::Layers(layers));
+    }
+    if table.loads > field::MOST_LOADS {
+        return Err(StageError::Loads(table.loads));
+    }
+    let (found, wanted) = (table.axial_m_per_n.len(), layers * table.loads * table.radii_m.len());
+    if found == wanted { Ok(()) } else { Err(StageError::Field { found, wanted }) }
+}
+
+/// Tiles that repeat, shadows that compare, and a smooth one for enlarging.
+fn samplers(device: &Device) -> [wgpu::Sampler; 3] {
+    let linear = wgpu::SamplerDescriptor {
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        ..Default::default()
+    };
+    let tiled = wgpu::SamplerDescriptor {
+        address_mode_u: wgpu::AddressMode::Repeat,
+        address_mode_v: wgpu::AddressMode::Repeat,
+        mipmap_filter: wgpu::MipmapFilterMode::Linear,
+        ..linear.clone()
+    };
+    let compare = wgpu::SamplerDescriptor { compare: Some(wgpu::CompareFunction::LessEqual), ..linear };
+    [device.create_sampler(&tiled), device.create_sampler(&compare), smooth(device)]
+}

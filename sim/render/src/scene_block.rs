@@ -1,0 +1,155 @@
+//! A frame's numbers, laid out as `scene.wgsl` reads them.
+
+use bytemuck::{Pod, Zeroable};
+use glam::camera::rh;
+use glam::{Mat4, Vec3, Vec4};
+
+use crate::camera::Camera;
+use crate::field::{MOST_LOADS, Responses, SAMPLES};
+use crate::frame::{Frame, Puncture, Stage, View};
+use crate::placement::{BEHIND_M, HALF_WIDTH_M, Placement};
+use crate::skin;
+
+/// Layers that a picture takes.
+pub const MOST_LAYERS: usize = 16;
+/// Punctures that a picture takes: the latest.
+pub const MOST_PUNCTURES: usize = 16;
+/// Where the lamp stands, seen from the focus: to the right, away and up.
+const LAMP: Vec3 = Vec3::new(-0.50, -0.46, 0.74);
+/// How far the lamp's frustum reaches to both sides, in m.
+const LAMP_REACH_M: f32 = 0.5;
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Hole {
+    entry: [f32; 3],
+    depth: f32,
+    axis: [f32; 3],
+    blood: f32,
+}
+
+/// The block of numbers.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub struct SceneBlock {
+    clip_from_world: Mat4,
+    world_from_clip: Mat4,
+    light_clip_from_world: Mat4,
+    eye: Vec4,
+    forward: Vec4,
+    focus: Vec4,
+    across: Vec4,
+    away: Vec4,
+    down: Vec4,
+    cut: Vec4,
+    axis: Vec4,
+    needle_x: Vec4,
+    needle_y: Vec4,
+    needle_z: Vec4,
+    tip: Vec4,
+    bend: Vec4,
+    lamp: Vec4,
+    look: Vec4,
+    place: Vec4,
+    count: [u32; 4],
+    layers: [Vec4; MOST_LAYERS],
+    punctures: [Hole; MOST_PUNCTURES],
+    loads: [f32; MOST_LOADS],
+}
+
+/// What a block is made from.
+pub struct Moment<'a> {
+    /// What is constant.
+    pub stage: &'a Stage,
+    /// The moment.
+    pub frame: &'a Frame,
+    /// The composition.
+    pub place: &'a Placement,
+    /// From where.
+    pub camera: &'a Camera,
+    /// The field.
+    pub responses: &'a Responses,
+    /// Width of the shadow map, in texels; 0 without.
+    pub shadow_texels: u32,
+}
+
+impl SceneBlock {
+    /// Of a moment, with the field's loads as they are drawn.
+    #[must_use]
+    pub fn of(moment: &Moment<'_>, loads: [f32; MOST_LOADS]) -> Self {
+        let Moment { stage, frame, place, camera, responses, shadow_texels } = *moment;
+        let lamp = (place.across * LAMP.x + place.away * LAMP.y + Vec3::Z * LAMP.z).normalize();
+        let needle = |axis: Vec3| place.needle * axis;
+        let section = f32::from(u8::from(frame.view == View::Section));
+        let texel = if shadow_texels > 0 && section == 0.0 { 1.0 / shadow_texels as f32 } else { 0.0 };
+        let punctures = latest(&frame.punctures);
+        let depth_m = stage.depth_m();
+        let touched = frame.touched.map_or(-1.0, |which| which as f32);
+        let fade = if frame.fade.is_finite() { frame.fade.clamp(0.0, 1.0) } else { 0.0 };
+        Self {
+            clip_from_world: camera.clip_from_world,
+            world_from_clip: camera.clip_from_world.inverse(),
+            light_clip_from_world: light(camera, lamp),
+            eye: camera.eye.extend(f32::from(u8::from(camera.perspective))),
+            forward: camera.forward.extend(0.0),
+            focus: place.focus.extend(0.5 * stage.needle.diameter_m),
+            across: place.across.extend(HALF_WIDTH_M),
+            away: place.away.extend(BEHIND_M),
+            down: place.down.extend(depth_m),
+            cut: place.cut.extend(section),
+            axis: place.axis.extend(place.near),
+            needle_x: needle(Vec3::X).extend(stage.needle.length_m),
+            needle_y: needle(Vec3::Y).extend(stage.needle.tip_to_rim_m),
+            needle_z: needle(Vec3::Z).extend(place.tip_depth_m()),
+            tip: (place.tip - Vec3::from(frame.bend_m)).extend(0.0),
+            bend: Vec3::from(frame.bend_m).extend(0.0),
+            lamp: lamp.extend(texel),
+            look: Vec4::new(fade, frame.t_s, responses.reach_m, skin::HALF_M),
+            place: Vec4::new(stage.entry_m[0], stage.entry_m[1], touched, -depth_m - 0.001),
+            count: [stage.layers.len() as u32, punctures.len() as u32, SAMPLES as u32, responses.loads as u32],
+            layers: layers(stage, frame),
+            punctures: holes(stage, punctures),
+            loads,
+        }
+    }
+}
+
+/// The lamp's view of what the camera looks at.
+fn light(camera: &Camera, lamp: Vec3) -> Mat4 {
+    let view = rh::view::look_at_mat4(camera.target + lamp * LAMP_REACH_M, camera.target, Vec3::Y);
+    let wide = camera.extent_m;
+    rh::proj::directx::orthographic(-wide, wide, -wide, wide, 0.0, 2.0 * LAMP_REACH_M) * view
+}
+
+fn latest(punctures: &[Puncture]) -> &[Puncture] {
+    &punctures[punctures.len().saturating_sub(MOST_PUNCTURES)..]
+}
+
+/// A track ends at the boundary that is still closed: what is beyond it was only pushed.
+fn holes(stage: &Stage, punctures: &[Puncture]) -> [Hole; MOST_PUNCTURES] {
+    let mut holes = [Hole::zeroed(); MOST_PUNCTURES];
+    for (hole, puncture) in holes.iter_mut().zip(punctures) {
+        let Puncture { entry_m, axis, depth_m, opened, blood } = *puncture;
+        let closed_m =
+            stage.layers.get(opened as usize).map_or(f32::INFINITY, |layer| layer.top_m / (-axis[2]).max(0.1));
+        *hole = Hole { entry: entry_m, depth: depth_m.min(closed_m), axis, blood: blood.clamp(0.0, 1.0) };
+    }
+    holes
+}
+
+fn layers(stage: &Stage, frame: &Frame) -> [Vec4; MOST_LAYERS] {
+    let opened = open_puncture(frame).map_or(0, |open| open.opened as usize);
+    let mut rows = [Vec4::ZERO; MOST_LAYERS];
+    for (at, (row, layer)) in rows.iter_mut().zip(&stage.layers).enumerate() {
+        let bottom = layer.top_m + layer.thickness_m;
+        *row = Vec4::new(layer.top_m, bottom, layer.material as u32 as f32, f32::from(u8::from(at < opened)));
+    }
+    rows
+}
+
+/// The puncture that the needle is in: the latest one at the frame's entry.
+#[must_use]
+pub fn open_puncture(frame: &Frame) -> Option<&Puncture> {
+    let entry = Vec3::from(frame.entry_m?);
+    frame.punctures.iter().rev().find(|puncture| Vec3::from(puncture.entry_m).distance(entry) < 1e-4)
+}

@@ -1,0 +1,159 @@
+// What every shader of the picture shares: the frame's numbers, the body's shape and how it gives way. Lengths in m, patient frame.
+
+struct Puncture {
+    entry: vec3f,
+    depth: f32,
+    axis: vec3f,
+    blood: f32,
+}
+
+struct Scene {
+    clip_from_world: mat4x4f,
+    world_from_clip: mat4x4f,
+    light_clip_from_world: mat4x4f,
+    // Camera; w is 0 where rays are parallel.
+    eye: vec4f,
+    // Where the camera looks; w: width of a pixel at 1 m distance (at any distance where rays are parallel).
+    forward: vec4f,
+    // Middle of the cut on the skin; w: radius of the needle.
+    focus: vec4f,
+    // Along the cut, to the right; w: half the block's width.
+    across: vec4f,
+    // Into the block, level; w: depth of the block behind the cut.
+    away: vec4f,
+    // Down the cut, by one metre of depth; w: depth of the lowest boundary.
+    down: vec4f,
+    // Out of the cut face; w: 1 in the section view.
+    cut: vec4f,
+    // The needle's axis as the tissue sees it; w: how near the needle is, 1 in the tissue.
+    axis: vec4f,
+    // The needle: three axes in the patient frame, tip, and what the tip is bent off. w: length; tip to rim; depth of the tip; -.
+    needle_x: vec4f,
+    needle_y: vec4f,
+    needle_z: vec4f,
+    tip: vec4f,
+    bend: vec4f,
+    // Towards the lamp; w: size of a shadow texel as a share of the map, 0 without shadows.
+    lamp: vec4f,
+    // Fade of the body; time in s; radius that the field reaches; half the extent of the skin's shape.
+    look: vec4f,
+    // Where the skin's shape is centred (x, y); structure that is touched, or -1; level of the ground.
+    place: vec4f,
+    // Layers; punctures; samples of the field along the radius; loads.
+    count: vec4u,
+    // Top, bottom, material, 1 where the tip has opened it.
+    layers: array<vec4f, 16>,
+    punctures: array<Puncture, 16>,
+    // Forces, four to a row.
+    loads: array<vec4f, 12>,
+}
+
+@group(0) @binding(0) var<uniform> scene: Scene;
+@group(0) @binding(1) var skin_shape: texture_2d<f32>;
+@group(0) @binding(2) var field: texture_2d<f32>;
+
+// Height of the skin above z = 0 at a place of the patient frame.
+fn skin_height(at: vec2f) -> f32 {
+    let size = vec2f(textureDimensions(skin_shape)) - 1.0;
+    let texel = clamp((at - scene.place.xy) / (2.0 * scene.look.w) + 0.5, vec2f(0.0), vec2f(0.9999)) * size;
+    let low = vec2i(texel);
+    let share = fract(texel);
+    let a = textureLoad(skin_shape, low, 0).x;
+    let b = textureLoad(skin_shape, low + vec2i(1, 0), 0).x;
+    let c = textureLoad(skin_shape, low + vec2i(0, 1), 0).x;
+    let d = textureLoad(skin_shape, low + vec2i(1, 1), 0).x;
+    return mix(mix(a, b, share.x), mix(c, d, share.x), share.y);
+}
+
+fn skin_slope(at: vec2f) -> vec2f {
+    let step = 2.0 * scene.look.w / f32(textureDimensions(skin_shape).x - 1u);
+    let dx = skin_height(at + vec2f(step, 0.0)) - skin_height(at - vec2f(step, 0.0));
+    let dy = skin_height(at + vec2f(0.0, step)) - skin_height(at - vec2f(0.0, step));
+    return vec2f(dx, dy) / (2.0 * step);
+}
+
+fn field_at(boundary: u32, sample: i32) -> f32 {
+    let last = i32(scene.count.z) - 1;
+    return textureLoad(field, vec2i(clamp(abs(sample), 0, last), i32(boundary)), 0).x;
+}
+
+// Displacement of a boundary at a distance from the axis, and its derivative. Samples lie at reach (i/(n-1))².
+fn displacement(boundary: u32, radius: f32) -> vec2f {
+    if boundary >= scene.count.x {
+        return vec2f(0.0);
+    }
+    let reach = scene.look.z;
+    let last = f32(scene.count.z - 1u);
+    if radius >= reach {
+        let edge = field_at(boundary, i32(last)) * reach / radius;
+        return vec2f(edge, -edge / radius);
+    }
+    let x = last * sqrt(radius / reach);
+    let i = i32(x);
+    let t = fract(x);
+    let low = field_at(boundary, i);
+    let high = field_at(boundary, i + 1);
+    let before = high - field_at(boundary, i - 1);
+    let after = field_at(boundary, i + 2) - low;
+    let per_sample = 0.5 * mix(before, after, t);
+    // dx/dr of x = last sqrt(r/reach), kept finite on the axis.
+    let rate = 0.5 * last / sqrt(reach * max(radius, 0.01 * scene.focus.w));
+    return vec2f(mix(low, high, t), per_sample * rate);
+}
+
+struct Tissue {
+    world: vec3f,
+    rest: vec3f,
+    normal: vec3f,
+    slope: f32,
+}
+
+fn depth_of(boundary: u32) -> f32 {
+    return select(scene.layers[min(boundary, 15u)].x, scene.down.w, boundary >= scene.count.x);
+}
+
+// A place on a boundary, in m across and away from the middle of the cut.
+fn boundary_at(plan: vec2f, boundary: u32) -> Tissue {
+    let depth = depth_of(boundary);
+    let level = scene.focus.xyz + scene.across.xyz * plan.x + scene.away.xyz * plan.y;
+    let share = 1.0 - 0.75 * depth / max(scene.down.w, 1e-3);
+    var tissue: Tissue;
+    tissue.rest = level + scene.down.xyz * depth + vec3f(0.0, 0.0, share * skin_height(level.xy));
+    let axis = scene.axis.xyz;
+    let off = tissue.rest - scene.focus.xyz;
+    let radial = off - axis * dot(off, axis);
+    let radius = length(radial);
+    let given = displacement(boundary, radius);
+    tissue.world = tissue.rest + axis * given.x;
+    let outward = radial / max(radius, 1e-6);
+    let hill = vec3f(share * skin_slope(level.xy), 0.0);
+    tissue.normal = normalize(vec3f(0.0, 0.0, 1.0) - hill - outward * (axis.z * given.y));
+    tissue.slope = abs(given.y);
+    return tissue;
+}
+
+// Hashes of the plane and the noise made of them; the textures and the cloth are made of these.
+fn hash2(cell: vec2i) -> vec2f {
+    var v = vec2u(bitcast<u32>(cell.x), bitcast<u32>(cell.y)) * 1664525u + 1013904223u;
+    v.x += v.y * 1664525u;
+    v.y += v.x * 1664525u;
+    v = v ^ (v >> vec2u(16u));
+    v.x += v.y * 1664525u;
+    v.y += v.x * 1664525u;
+    v = v ^ (v >> vec2u(16u));
+    return vec2f(v & vec2u(0xffffffu)) / 16777216.0;
+}
+
+// Value noise with a period, in 0..1.
+fn noise(at: vec2f, period: i32) -> f32 {
+    let cell = vec2i(floor(at));
+    let f = fract(at);
+    let s = f * f * (3.0 - 2.0 * f);
+    let low = ((cell % period) + period) % period;
+    let high = (low + 1) % period;
+    let a = hash2(low).x;
+    let b = hash2(vec2i(high.x, low.y)).x;
+    let c = hash2(vec2i(low.x, high.y)).x;
+    let d = hash2(high).x;
+    return mix(mix(a, b, s.x), mix(c, d, s.x), s.y);
+}

@@ -1,0 +1,175 @@
+// The materials' tiles, made once of noise: colour; and relief (slope in x and y), roughness and openness. They repeat without a seam.
+
+struct Varying {
+    @builtin(position) clip: vec4f,
+    @location(0) uv: vec2f,
+    @location(1) @interpolate(flat) material: u32,
+}
+
+@vertex
+fn tile_vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) material: u32) -> Varying {
+    let ndc = vec2f(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0);
+    return Varying(vec4f(ndc, 0.0, 1.0), ndc * 0.5 + 0.5, material);
+}
+
+// Octaves of noise, in 0..1.
+fn octaves(uv: vec2f, first: i32, count: i32) -> f32 {
+    var total = 0.0;
+    var weight = 0.5;
+    var period = first;
+    for (var i = 0; i < count; i++) {
+        total += weight * noise(uv * f32(period), period);
+        weight *= 0.5;
+        period *= 2;
+    }
+    return total;
+}
+
+// Stretched noise: long along x.
+fn fibres(uv: vec2f, along: i32, across: i32) -> f32 {
+    let at = uv * vec2f(f32(along), f32(across));
+    let cell = vec2i(floor(at));
+    let f = fract(at);
+    let s = f * f * (3.0 - 2.0 * f);
+    let period = vec2i(along, across);
+    let low = ((cell % period) + period) % period;
+    let high = (low + 1) % period;
+    let a = hash2(low + 7).x;
+    let b = hash2(vec2i(high.x, low.y) + 7).x;
+    let c = hash2(vec2i(low.x, high.y) + 7).x;
+    let d = hash2(high + 7).x;
+    return mix(mix(a, b, s.x), mix(c, d, s.x), s.y);
+}
+
+// Cells around scattered points: distance to the nearest, how much farther the second is, and a number of the cell's own.
+fn cells(uv: vec2f, period: i32) -> vec3f {
+    let at = uv * f32(period);
+    let cell = vec2i(floor(at));
+    var nearest = 9.0;
+    var second = 9.0;
+    var own = 0.0;
+    for (var y = -1; y <= 1; y++) {
+        for (var x = -1; x <= 1; x++) {
+            let other = cell + vec2i(x, y);
+            let wrapped = ((other % period) + period) % period;
+            let point = vec2f(other) + 0.15 + 0.7 * hash2(wrapped + period);
+            let far = distance(at, point);
+            if far < nearest {
+                second = nearest;
+                nearest = far;
+                own = hash2(wrapped + 3 * period).y;
+            } else {
+                second = min(second, far);
+            }
+        }
+    }
+    return vec3f(nearest, second - nearest, own);
+}
+
+fn bent(uv: vec2f, by: f32) -> vec2f {
+    return uv + by * (vec2f(octaves(uv, 5, 3), octaves(uv.yx + 0.5, 5, 3)) - 0.45);
+}
+
+struct Tile {
+    colour: vec3f,
+    height: f32,
+    rough: f32,
+}
+
+fn skin(uv: vec2f) -> Tile {
+    let lines = cells(bent(uv, 0.02), 46);
+    let fine = cells(uv, 95);
+    let pore = cells(uv + 0.31, 23);
+    let hollow = smoothstep(0.15, 0.04, pore.x) * step(0.35, pore.z);
+    let mottle = octaves(uv, 3, 4);
+    let height = 0.55 * smoothstep(0.0, 0.35, lines.y) + 0.18 * smoothstep(0.0, 0.3, fine.y) - 0.8 * hollow;
+    var colour = mix(vec3f(0.60, 0.335, 0.245), vec3f(0.72, 0.455, 0.345), smoothstep(0.25, 0.7, mottle));
+    colour = mix(colour, vec3f(0.68, 0.31, 0.25), 0.30 * smoothstep(0.5, 0.75, octaves(uv + 0.7, 6, 3)));
+    let freckle = cells(uv + 0.13, 9);
+    colour *= 1.0 - 0.20 * smoothstep(0.12, 0.05, freckle.x) * step(0.8, freckle.z);
+    colour *= 0.90 + 0.12 * height;
+    return Tile(colour, height * 0.0045, 0.50 + 0.10 * mottle - 0.05 * height);
+}
+
+fn fat(uv: vec2f) -> Tile {
+    let lobes = cells(bent(uv, 0.06), 9);
+    let inner = cells(bent(uv + 0.2, 0.03), 26);
+    let septum = smoothstep(0.13, 0.03, lobes.y);
+    let dome = smoothstep(0.0, 0.55, lobes.y);
+    let small = smoothstep(0.0, 0.4, inner.y);
+    var colour = mix(vec3f(0.74, 0.47, 0.11), vec3f(0.88, 0.66, 0.25), 0.6 * lobes.z + 0.4 * inner.z);
+    colour *= 0.86 + 0.14 * small;
+    colour = mix(colour, vec3f(0.88, 0.74, 0.56), 0.75 * septum);
+    let thread = smoothstep(0.030, 0.010, abs(octaves(bent(uv, 0.1), 4, 4) - 0.47));
+    colour = mix(colour, vec3f(0.62, 0.14, 0.08), 0.45 * thread * septum);
+    return Tile(colour, 0.020 * dome + 0.0035 * small, 0.30 + 0.16 * septum);
+}
+
+fn muscle(uv: vec2f) -> Tile {
+    let wave = uv + vec2f(0.0, 0.020 * sin(6.2831853 * uv.x) + 0.025 * (octaves(uv, 3, 3) - 0.45));
+    let bundle = fibres(wave, 3, 13);
+    let strand = fibres(wave + 0.3, 5, 56);
+    let fine = fibres(wave + 0.6, 9, 170);
+    let edge = smoothstep(0.10, 0.02, abs(bundle - 0.5));
+    var colour = mix(vec3f(0.30, 0.040, 0.038), vec3f(0.50, 0.105, 0.088), 0.30 * bundle + 0.45 * strand + 0.25 * fine);
+    colour = mix(colour, vec3f(0.66, 0.38, 0.31), 0.50 * edge * smoothstep(0.3, 0.7, strand));
+    let height = 0.010 * smoothstep(0.0, 0.3, abs(bundle - 0.5)) + 0.0045 * strand + 0.0016 * fine;
+    return Tile(colour, height, 0.34 + 0.18 * fine);
+}
+
+fn fascia(uv: vec2f) -> Tile {
+    let wave = uv + vec2f(0.0, 0.012 * sin(6.2831853 * uv.x * 2.0) + 0.02 * octaves(uv, 4, 2));
+    let a = fibres(wave, 3, 60);
+    let b = fibres(wave + 0.4, 5, 150);
+    let cross_wise = fibres(wave.yx, 3, 30);
+    var colour = mix(vec3f(0.66, 0.62, 0.55), vec3f(0.90, 0.88, 0.83), 0.5 * a + 0.3 * b + 0.2 * cross_wise);
+    return Tile(colour, 0.004 * a + 0.0015 * b, 0.22 + 0.16 * a);
+}
+
+fn bone(uv: vec2f) -> Tile {
+    let web = cells(bent(uv, 0.05), 20);
+    let hole = smoothstep(0.15, 0.38, web.y);
+    let colour = mix(vec3f(0.86, 0.80, 0.66), vec3f(0.50, 0.28, 0.19), 0.8 * hole);
+    return Tile(colour * (0.9 + 0.2 * octaves(uv, 8, 3)), -0.012 * hole, 0.55);
+}
+
+fn fluid(uv: vec2f) -> Tile {
+    return Tile(mix(vec3f(0.42, 0.58, 0.66), vec3f(0.50, 0.66, 0.72), octaves(uv, 4, 3)), 0.0, 0.12);
+}
+
+fn dermis(uv: vec2f) -> Tile {
+    let fibre = fibres(bent(uv, 0.05), 14, 30);
+    let knot = octaves(uv, 10, 4);
+    let vessel = cells(uv + 0.2, 11);
+    var colour = mix(vec3f(0.74, 0.43, 0.35), vec3f(0.88, 0.66, 0.57), 0.5 * fibre + 0.5 * knot);
+    colour = mix(colour, vec3f(0.52, 0.07, 0.06), 0.8 * smoothstep(0.13, 0.07, vessel.x) * step(0.5, vessel.z));
+    return Tile(colour, 0.004 * fibre + 0.004 * knot, 0.40);
+}
+
+fn tile(uv: vec2f, material: u32) -> Tile {
+    switch material {
+        case 0u: { return skin(uv); }
+        case 1u: { return fat(uv); }
+        case 2u: { return muscle(uv); }
+        case 3u: { return fascia(uv); }
+        case 4u: { return bone(uv); }
+        case 5u: { return fluid(uv); }
+        default: { return dermis(uv); }
+    }
+}
+
+struct Tiles {
+    @location(0) colour: vec4f,
+    @location(1) relief: vec4f,
+}
+
+@fragment
+fn tile_fragment(in: Varying) -> Tiles {
+    let step = 1.0 / 512.0;
+    let here = tile(in.uv, in.material);
+    let right = tile(in.uv + vec2f(step, 0.0), in.material).height;
+    let up = tile(in.uv + vec2f(0.0, step), in.material).height;
+    let slope = clamp(vec2f(here.height - right, here.height - up) / step, vec2f(-1.0), vec2f(1.0));
+    let open = clamp(0.72 + 26.0 * here.height, 0.0, 1.0);
+    return Tiles(vec4f(here.colour, 1.0), vec4f(0.5 + 0.5 * slope, here.rough, open));
+}
