@@ -1,5 +1,6 @@
 //! Devices without a vendor.
 
+pub mod gamepad;
 pub mod hand;
 pub mod operator;
 pub mod scripted;
