@@ -39,6 +39,24 @@ fn recordings_are_measured() {
 }
 
 #[test]
+fn the_servo_is_measured_on_the_clock_and_says_its_priority() {
+    let folder = TempDir::new().expect("a folder");
+    stylet(&["bench", "servo", "--quick", "--out", text(folder.path())]).ends(0);
+    let report = fs::read_to_string(folder.path().join("servo.md")).expect("a report");
+    for figure in ["lateness, p99", "compute, p99.9", "stalls", "priority", "≤ 50"] {
+        assert!(report.contains(figure), "'{figure}' is missing in: {report}");
+    }
+    let table = fs::read_to_string(folder.path().join("servo.csv")).expect("a table");
+    let count = |what: &str| {
+        let row = table.lines().find(|row| row.starts_with(what)).expect("a row");
+        row.split(',').nth(1).and_then(|cell| cell.parse::<u64>().ok()).expect("a count")
+    };
+    assert!(count("ticks") >= 2000, "every reading became a tick: {table}");
+    assert_eq!(count("records dropped"), 0, "the recorder kept up");
+    assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 3, "no recording is left behind");
+}
+
+#[test]
 fn every_hard_case_keeps_its_bound_and_a_shortened_report_says_so() {
     let folder = TempDir::new().expect("a folder");
     let out = folder.path();

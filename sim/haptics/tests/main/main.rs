@@ -5,6 +5,8 @@ mod exits;
 #[cfg(test)]
 mod inverse3;
 #[cfg(test)]
+mod inverse3_faults;
+#[cfg(test)]
 mod openhaptics;
 #[cfg(test)]
 mod passivity;

@@ -4,11 +4,9 @@ use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+use ::recording::Recording;
 use ::recording::simulate::{self, Clock};
-use ::recording::{Recording, Session};
 use scene::{ExerciseBundle, Patient};
-use time::OffsetDateTime;
-use uuid::Uuid;
 
 use super::chart::{Chart, Curve, SeriesLabelPosition};
 use super::motion::Rehearsal;
@@ -77,7 +75,7 @@ fn simulate_into(path: &Path, bundle: &ExerciseBundle, length_s: f64) -> Result<
     let mut watched = Watched::new(Box::new(hand), &pace);
     let start = clock::instant();
     let mut file = create(path)?;
-    let mut writer = attempt::writer(&mut file, &session(bundle), bundle, path)?;
+    let mut writer = attempt::writer(&mut file, &specimen::session(bundle, TICK_HZ), bundle, path)?;
     simulate::simulate(&params, &mut watched, &mut writer, &pace)
         .and_then(|_| writer.finish().map(drop))
         .map_err(|error| Failure::work(format_args!("{}: {error}", path.display())))?;
@@ -121,25 +119,6 @@ fn create(path: &Path) -> Result<File, Failure> {
 
 fn size(path: &Path) -> Result<u64, Failure> {
     fs::metadata(path).map(|metadata| metadata.len()).map_err(|error| Failure::refused(path, error))
-}
-
-/// The same session every time: what is measured must not depend on the clock.
-fn session(bundle: &ExerciseBundle) -> Session {
-    Session {
-        session_id: Uuid::nil(),
-        exercise_id: bundle.exercise.id.clone(),
-        exercise_sha256: bundle.exercise.sha256.clone(),
-        scene_sha256: bundle.scene.sha256.clone(),
-        simulator_version: env!("CARGO_PKG_VERSION").to_owned(),
-        git: String::new(),
-        device: "operator:bench".to_owned(),
-        device_max_force_n: f64::INFINITY,
-        tick_hz: TICK_HZ,
-        seed: 0,
-        trainee: String::new(),
-        started_at: OffsetDateTime::UNIX_EPOCH,
-        patient_thickness_mm: Patient::nominal(&bundle.scene).thickness_mm,
-    }
 }
 
 fn report(out: &Path, measured_on: &str, measured: &Measured) -> Result<Vec<PathBuf>, Failure> {

@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
+use ::recording::Session;
 use mechanics::axial::AxialSpec;
 use scene::{ExerciseBundle, Patient, Scene};
+use time::OffsetDateTime;
+use uuid::Uuid;
 
 use crate::exit::Failure;
 
@@ -52,6 +55,25 @@ pub fn axial(scene: &Scene) -> AxialSpec {
 
 fn bundle(scene: &str) -> Result<ExerciseBundle, Failure> {
     Ok(ExerciseBundle::from_parts(EXERCISE.as_bytes(), scene.as_bytes(), &[])?)
+}
+
+/// The same session every time, at a tick rate in Hz: what is measured must not depend on the clock.
+pub fn session(bundle: &ExerciseBundle, tick_hz: f64) -> Session {
+    Session {
+        session_id: Uuid::nil(),
+        exercise_id: bundle.exercise.id.clone(),
+        exercise_sha256: bundle.exercise.sha256.clone(),
+        scene_sha256: bundle.scene.sha256.clone(),
+        simulator_version: env!("CARGO_PKG_VERSION").to_owned(),
+        git: String::new(),
+        device: "operator:bench".to_owned(),
+        device_max_force_n: f64::INFINITY,
+        tick_hz,
+        seed: 0,
+        trainee: String::new(),
+        started_at: OffsetDateTime::UNIX_EPOCH,
+        patient_thickness_mm: Patient::nominal(&bundle.scene).thickness_mm,
+    }
 }
 
 #[cfg(test)]

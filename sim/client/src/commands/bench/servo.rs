@@ -1,0 +1,170 @@
+//! The servo: how late its ticks begin and what they take, beside the field and the recorder.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use ::recording::simulate::MotionSource;
+use ::recording::tick::{Attempt, Input};
+use haptics::device::{Device, Reading};
+use haptics::devices::trajectory::Trajectory;
+use haptics::mapping::Mapping;
+use haptics::servo::{self, Driven, Priority, Records, Report, Setup, Times};
+use mechanics::puncture::PunctureParams;
+use nalgebra::Vector3;
+use scene::{ExerciseBundle, Patient};
+
+use super::chart::{Chart, Curve, SeriesLabelPosition};
+use super::motion::Rehearsal;
+use super::sheet::{self, Sheet};
+use super::{measured_on, specimen};
+use crate::exit::Failure;
+use crate::progress::Progress;
+use crate::{attempt, commands};
+
+const TICK_HZ: f64 = 1000.0;
+/// Length of the measurement, in s; a shortened one is as long as it takes to be let in by the safety chain's gate.
+const LENGTH_S: f64 = 60.0;
+const QUICK_S: f64 = 2.0;
+/// What is promised, with real-time priority: p99 of lateness and p99.9 of compute time, in µs.
+const BAR_US: f64 = 50.0;
+/// How often the recorder looks into its ring, in ms.
+const RECORDER_MS: u64 = 5;
+
+/// Measures, and writes `servo.{csv,md,svg}`; returns the files written.
+///
+/// # Errors
+/// When the disk refuses, or the system gives no thread.
+pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
+    let bundle = specimen::training()?;
+    let scratch = tempfile::tempdir_in(out).map_err(|error| Failure::refused(out, error))?;
+    let file = scratch.path().join("attempt.mcap");
+    let length_s = if quick { QUICK_S } else { LENGTH_S };
+    let measured = run(&bundle, length_s, &file)?;
+    report(out, &measured_on(quick), &measured)
+}
+
+/// Runs an attempt of a length in s on the clock, recorded into a file.
+fn run(bundle: &ExerciseBundle, length_s: f64, file: &Path) -> Result<Report, Failure> {
+    let params = Arc::new(commands::puncture_params(file, &bundle.scene, &Patient::nominal(&bundle.scene))?);
+    let device = Trajectory::new("operator:bench", readings(bundle, length_s), TICK_HZ);
+    let done = device.done();
+    let aim = (bundle.exercise.plan().target_x_m, TICK_HZ);
+    let setup = Setup::new(Arc::clone(&params), Mapping::in_patient_frame(), device.info(), aim);
+    let started = servo::start(setup, Driven::ByTimer(Box::new(device))).map_err(Failure::work)?;
+    thread::scope(|scope| {
+        let recorder = scope.spawn(|| record(bundle, &params, started.records, file));
+        wait(&done, length_s);
+        let report = started.running.stop();
+        match recorder.join() {
+            Ok(recorded) => recorded?,
+            Err(_) => return Err(Failure::work("the recorder was stopped by a defect")),
+        }
+        report.ok_or_else(|| Failure::work("the servo was stopped by a defect"))
+    })
+}
+
+/// The motion, tick by tick.
+fn readings(bundle: &ExerciseBundle, length_s: f64) -> Vec<Reading> {
+    let mut hand = Rehearsal::new(bundle.exercise.plan(), length_s);
+    let ticks = (length_s * TICK_HZ) as u32;
+    let reading = |_| {
+        let pose = hand.step(1.0 / TICK_HZ, &Vector3::zeros()).patient_from_needle;
+        Reading { t_s: 0.0, position_m: pose.translation.vector, orientation: pose.rotation, buttons: 0 }
+    };
+    (0..ticks).map(reading).collect()
+}
+
+/// Shows how far it has come until it is done.
+fn wait(done: &AtomicBool, length_s: f64) {
+    const LOOK_MS: u64 = 50;
+    let progress = Progress::new((length_s * 1e3) as u64, "servo");
+    let mut waited_ms = 0;
+    while !done.load(Ordering::Relaxed) {
+        thread::sleep(Duration::from_millis(LOOK_MS));
+        waited_ms += LOOK_MS;
+        progress.set(waited_ms);
+    }
+}
+
+/// The recorder of an interactive attempt: steps law and field again on what the servo was fed, and writes it.
+fn record(bundle: &ExerciseBundle, params: &PunctureParams, mut records: Records, path: &Path) -> Result<(), Failure> {
+    let cannot = |error: &dyn std::fmt::Display| Failure::work(format_args!("{}: {error}", path.display()));
+    let mut file = File::create(path).map_err(|error| cannot(&error))?;
+    let mut writer = attempt::writer(&mut file, &specimen::session(bundle, TICK_HZ), bundle, path)?;
+    let mut attempt = Attempt::new(params);
+    loop {
+        // In this order: what comes between the two is taken the next time round.
+        let over = records.is_over();
+        while let Some(record) = records.pop() {
+            let servo::Record { t_s, position_m, orientation, confirm, .. } = record;
+            let tick = attempt.step(&Input { t_s, position_m, orientation, confirm });
+            let wrote = writer.sample(&tick.sample).and_then(|()| tick.events.iter().try_for_each(|e| writer.event(e)));
+            wrote.and_then(|()| tick.tent.iter().try_for_each(|tent| writer.tent(tent))).map_err(|e| cannot(&e))?;
+        }
+        if over {
+            return writer.finish().map(drop).map_err(|error| cannot(&error));
+        }
+        thread::sleep(Duration::from_millis(RECORDER_MS));
+    }
+}
+
+fn report(out: &Path, measured_on: &str, measured: &Report) -> Result<Vec<PathBuf>, Failure> {
+    let sheet = sheet(measured);
+    let (table, plot) = (out.join("servo.csv"), out.join("servo.svg"));
+    sheet.write_csv(&table)?;
+    chart(measured).draw(&plot)?;
+    let priority = match measured.priority {
+        Priority::Ordinary => format!("**{}: {}.**", measured.priority, measured.priority.advice()),
+        priority => format!("The thread has {priority}."),
+    };
+    let text = format!(
+        "# Servo\n\n{measured_on}\n\nThe training scene at 1 kHz, in and out of the body every 15 s. Beside it the recorder \
+         steps law and field again and writes the recording. {priority} Lateness is from the due time of a tick to its \
+         beginning; compute is the whole tick: device, force law, safety chain, ring and picture's cell. A tick that begins \
+         more than a period late is a stall: counted, flagged in the recording, a gap in its times. A virtual host stalls for \
+         milliseconds now and then; no maximum is promised.\n\n{}\n![how many ticks are later, or take longer, than a \
+         time](servo.svg)\n",
+        sheet.markdown()
+    );
+    Ok(vec![table, plot, sheet::write_text(out.join("servo.md"), &text)?])
+}
+
+fn sheet(measured: &Report) -> Sheet {
+    let Report { counts, lateness, compute, .. } = measured;
+    let mut sheet = Sheet::new(["what", "value", "unit", "bar"]);
+    let bar = format!("≤ {BAR_US}");
+    for (name, times, (p99_bar, p999_bar)) in [("lateness", lateness, (&*bar, "")), ("compute", compute, ("", &*bar))] {
+        let quantiles = times.quantiles();
+        let mut row = |quantile: &str, value_us: f64, bar: &str| {
+            sheet.row([&format!("{name}, {quantile}"), &format!("{value_us:.2}"), "µs", bar]);
+        };
+        row("p50", quantiles.p50_us, "");
+        row("p99", quantiles.p99_us, p99_bar);
+        row("p99.9", quantiles.p999_us, p999_bar);
+        row("max", quantiles.max_us, "");
+    }
+    for (what, count, bar) in
+        [("ticks", counts.ticks, ""), ("stalls", counts.stalls, ""), ("records dropped", counts.dropped, "0")]
+    {
+        sheet.row([what, &count.to_string(), "", bar]);
+    }
+    sheet
+}
+
+/// How many ticks are later, or take longer, than a time.
+fn chart(measured: &Report) -> Chart {
+    let curve = |name: &str, times: &Times| Curve { name: name.to_owned(), points: times.exceeded() };
+    let ring = |name: &str, share: f64| Curve { name: name.to_owned(), points: vec![(BAR_US, share)] };
+    Chart {
+        title: "Servo at 1 kHz".to_owned(),
+        x: "time, µs".to_owned(),
+        y: "share of ticks that exceed it".to_owned(),
+        curves: vec![curve("lateness", &measured.lateness), curve("compute", &measured.compute)],
+        legend: SeriesLabelPosition::LowerLeft,
+        rings: vec![ring("bars: lateness p99, compute p99.9", 0.01), ring("", 0.001)],
+    }
+}
