@@ -6,6 +6,7 @@ mod attempt;
 mod cli;
 mod clock;
 mod commands;
+mod devices;
 mod exit;
 mod machine;
 mod motion;

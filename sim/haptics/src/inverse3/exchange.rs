@@ -18,9 +18,12 @@ use super::session::Session;
 use super::state::Frame;
 use crate::clock;
 use crate::device::{DeviceFault, Reading};
+use crate::servo::priority;
 
 /// Shortest time between two messages: half a tick of the servo, so that a force waits for a quarter of one on average.
 const PERIOD: Duration = Duration::from_micros(500);
+/// Shortest pause: a service that floods the connection does not get the whole processor.
+const BREATH: Duration = Duration::from_micros(50);
 /// A servo that has written nothing for so long has stopped: fifty of its ticks.
 const SERVO_SILENT: Duration = Duration::from_millis(50);
 /// A message without an answer is followed by another after so long.
@@ -102,6 +105,8 @@ impl Exchange {
     /// Runs until told to close, or until the service is gone.
     pub fn run(mut self) {
         let _end = EndOfThread(Arc::clone(&self.shared));
+        // Refused, forces come later when the processor is busy; the servo's own priority says so, and what to do.
+        let _refused = priority::raise(priority::DRIVER);
         let now = clock::instant();
         let mut times = Times {
             written: None,
@@ -116,7 +121,7 @@ impl Exchange {
             if self.round(&mut times).is_err() {
                 return;
             }
-            std::thread::sleep(PERIOD.saturating_sub(start.elapsed()));
+            std::thread::sleep(PERIOD.saturating_sub(start.elapsed()).max(BREATH));
         }
         if self.session.send(self.command.text(&Vector3::zeros())).is_ok() {
             self.session.close(GOODBYE);

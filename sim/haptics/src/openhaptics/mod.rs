@@ -61,11 +61,16 @@ impl OpenHaptics {
     pub fn open(options: &Options) -> Result<Self, OpenError> {
         let hd = load(options)?;
         let wanted = options.device.as_deref().unwrap_or("the default device");
+        let not_found = |info: ErrorInfo| OpenError::of_device(wanted, info, hd.error_in_words(info.code));
         // A name with a zero inside is no device's.
-        let name = options.device.as_deref().map(CString::new).transpose().unwrap_or_default();
+        let name = options.device.as_deref().map(CString::new).transpose().map_err(|_| not_found(NO_DEVICE))?;
         let device = hd.init_device(name.as_deref());
-        if let Some(info) = hd.error().or_else(|| no_handle(device)) {
-            return Err(OpenError::of_device(wanted, info, hd.error_in_words(info.code)));
+        if let Some(info) = hd.error() {
+            return Err(not_found(info));
+        }
+        // Some drivers answer no handle and report no error.
+        if device == ffi::INVALID_HANDLE {
+            return Err(not_found(NO_DEVICE));
         }
         let info = describe(&hd);
         let workspace_mm = hd.doubles(name::USABLE_WORKSPACE);
@@ -172,10 +177,8 @@ fn load(options: &Options) -> Result<Hd, OpenError> {
     })
 }
 
-/// Some drivers answer no handle and report no error.
-fn no_handle(device: Handle) -> Option<ErrorInfo> {
-    (device == ffi::INVALID_HANDLE).then_some(ErrorInfo { code: 0, internal_code: 0, device })
-}
+/// Stands for the error of a driver that reports none.
+const NO_DEVICE: ErrorInfo = ErrorInfo { code: 0, internal_code: 0, device: ffi::INVALID_HANDLE };
 
 /// What the device says of itself, where that is believable; else what the cautious know of its kind.
 fn describe(hd: &Hd) -> DeviceInfo {

@@ -6,7 +6,7 @@
 mod engine;
 mod grid;
 mod latest;
-mod priority;
+pub(crate) mod priority;
 mod record;
 mod run;
 mod timing;
@@ -194,7 +194,7 @@ pub fn start(setup: Setup, driven: Driven) -> Result<Started, StartError> {
 /// The thread.
 fn serve(engine: &mut Engine, driven: Driven, shared: &Shared) -> Report {
     let priority = match driven {
-        Driven::ByTimer(_) => priority::raise(),
+        Driven::ByTimer(_) => priority::raise(priority::SERVO),
         Driven::ByDevice(_) => Priority::Device,
     };
     // Nobody else sets these two.

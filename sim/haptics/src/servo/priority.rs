@@ -38,25 +38,28 @@ impl fmt::Display for Priority {
     }
 }
 
-/// Raises the current thread as far as it is allowed.
+/// The servo's level: above whatever else asks for real time, below the system's own threads.
+pub(crate) const SERVO: u8 = 80;
+/// The level of a driver that speaks with its device in a thread of its own: below the servo, above everything ordinary.
+pub(crate) const DRIVER: u8 = 70;
+
+/// Raises the current thread to a level, if that is allowed.
 #[cfg(unix)]
-pub(super) fn raise() -> Priority {
+pub(crate) fn raise(level: u8) -> Priority {
     use thread_priority::{
         RealtimeThreadSchedulePolicy, ThreadPriority, ThreadPriorityValue, ThreadSchedulePolicy,
         set_thread_priority_and_policy, thread_native_id,
     };
-    /// Above whatever else asks for real time, below the system's own threads.
-    const LEVEL: u8 = 80;
     let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
-    let raised = ThreadPriorityValue::try_from(LEVEL).is_ok_and(|level| {
+    let raised = ThreadPriorityValue::try_from(level).is_ok_and(|level| {
         set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Crossplatform(level), policy).is_ok()
     });
     if raised { Priority::RealTime } else { Priority::Ordinary }
 }
 
-/// Raises the current thread as far as it is allowed.
+/// Raises the current thread as far as it is allowed; elsewhere there are no levels.
 #[cfg(not(unix))]
-pub(super) fn raise() -> Priority {
+pub(crate) fn raise(_level: u8) -> Priority {
     let raised = thread_priority::set_current_thread_priority(thread_priority::ThreadPriority::Max).is_ok();
     if raised { Priority::RealTime } else { Priority::Ordinary }
 }

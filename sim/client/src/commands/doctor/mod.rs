@@ -1,5 +1,6 @@
 //! `stylet doctor`: what this machine has for training, what is missing and what to do about it.
 
+mod devices;
 mod probes;
 
 use std::io::{self, Write};
@@ -9,13 +10,14 @@ use serde::Serialize;
 use ureq::http::Uri;
 
 use crate::commands::upload;
+use crate::devices::DeviceArgs;
 use crate::exit::{Failure, Outcome};
 use crate::machine::{self, Machine};
 use crate::output;
 
-/// Examine this machine: timer, priority, processor, disk, server
+/// Examine this machine: timer, priority, processor, disk, haptic devices, server
 ///
-/// Takes about two seconds. Exit 1 when something would keep an attempt from being recorded or delivered; what only
+/// Takes about two seconds; a haptic device is held at zero force for a moment. Exit 1 when something would keep an attempt from being recorded or delivered; what only
 /// makes it worse is a warning, with exit 0.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet doctor --recordings ~/recordings --server https://training.example.org")]
@@ -26,6 +28,8 @@ pub struct Args {
     /// A service to reach
     #[arg(long, value_name = "URL", value_parser = upload::server)]
     server: Option<Uri>,
+    #[command(flatten)]
+    devices: DeviceArgs,
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
@@ -88,11 +92,10 @@ pub fn run(args: &Args) -> Outcome {
         probes::disk_space(&args.recordings),
         probes::disk_speed(&args.recordings),
     ];
+    findings.push(devices::openhaptics(&args.devices.openhaptics()));
+    findings.push(devices::inverse3(&args.devices.inverse3()));
     findings.extend(args.server.as_ref().map(probes::server));
-    findings.push(Finding::ok(
-        "devices, graphics",
-        "not looked for: this version has no interactive client; its commands need neither",
-    ));
+    findings.push(Finding::ok("graphics", "not looked for: no command of this version draws"));
     let well = findings.iter().all(|finding| finding.level != Level::Problem);
     let examination = Examination { program: machine::program(), machine, findings };
     match args.json {

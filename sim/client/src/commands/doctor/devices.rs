@@ -1,0 +1,76 @@
+//! What `doctor` finds of haptic devices: each is opened as a session would, held at zero force for a moment, and closed. A
+//! device that is missing makes training worse, not impossible: there is always the mouse.
+
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use haptics::device::{Clocked, Device, DeviceFault, DeviceInfo, Reading};
+use haptics::inverse3::{self, Inverse3};
+use haptics::openhaptics::{self, OpenHaptics};
+use nalgebra::Vector3;
+
+use super::Finding;
+use crate::clock;
+
+/// How long a device is held.
+const HELD: Duration = Duration::from_millis(250);
+/// Frames of an OpenHaptics device in that time.
+const FRAMES: u32 = 250;
+/// Fewer exchanges per second than this are felt.
+const FEW_PER_S: f64 = 900.0;
+
+/// An OpenHaptics device: library, licence, device, calibration, force, rate.
+pub fn openhaptics(options: &openhaptics::Options) -> Finding {
+    let subject = "OpenHaptics";
+    let mut device = match OpenHaptics::open(options) {
+        Ok(device) => device,
+        Err(error) => return Finding::warning(subject, error.to_string(), error.advice()),
+    };
+    let start = clock::instant();
+    let mut frames = 0;
+    let mut complaint = None;
+    let mut tick = |_: &Reading, fault: Option<DeviceFault>| {
+        frames += 1;
+        complaint = complaint.or(fault);
+        (frames < FRAMES).then(Vector3::zeros)
+    };
+    let ran = device.run(&mut tick, &AtomicBool::new(false));
+    let per_s = f64::from(frames) / start.elapsed().as_secs_f64();
+    held(subject, device.info(), per_s, ran.err().or(complaint))
+}
+
+/// An Inverse3: service, its version, device, calibration and power, rate.
+pub fn inverse3(options: &inverse3::Options) -> Finding {
+    let subject = "Inverse3";
+    let mut device = match Inverse3::open(options) {
+        Ok(device) => device,
+        Err(error) => return Finding::warning(subject, error.to_string(), error.advice()),
+    };
+    let start = clock::instant();
+    let mut complaint = None;
+    while start.elapsed() < HELD {
+        std::thread::sleep(Duration::from_millis(1));
+        complaint = complaint.or(device.write(&Vector3::zeros()).err());
+    }
+    let per_s = device.health().states as f64 / start.elapsed().as_secs_f64();
+    let mut finding = held(subject, device.info(), per_s, complaint);
+    let version = device.service_version().map_or_else(|| "of unknown version".to_owned(), str::to_owned);
+    finding.found.push_str(&format!(", service {version}"));
+    finding
+}
+
+/// A device that could be held, and how that went.
+fn held(subject: &'static str, info: &DeviceInfo, per_s: f64, complaint: Option<DeviceFault>) -> Finding {
+    let serial = info.serial.as_ref().map(|serial| format!(" {serial}")).unwrap_or_default();
+    let found = format!(
+        "{}{serial}: {:.1} N ({:.2} N for ever), {:.0} N/m, {per_s:.0} states a second",
+        info.name, info.max_force_n, info.continuous_force_n, info.max_stiffness_n_per_m
+    );
+    match complaint {
+        Some(fault) => Finding::warning(subject, format!("{found}, but {fault}"), "try it in the vendor's own program"),
+        None if per_s < FEW_PER_S => {
+            Finding::warning(subject, found, "close what else uses the device or the processor; a servo wants 1000")
+        }
+        None => Finding::ok(subject, found),
+    }
+}
