@@ -15,7 +15,17 @@ fn it_reports_timer_priority_processor_and_disk() {
     let service = StandIn::answering(&[answer("200 OK", "text/plain", "ok")]);
     let run = stylet(&["doctor", "--json", "--recordings", text(folder.path()), "--server", &service.address]).ends(0);
     let findings = run.json()["findings"].clone();
-    for subject in ["processor", "timer", "real-time priority", "disk space", "disk speed", "OpenHaptics", "Inverse3", "server"] {
+    for subject in [
+        "processor",
+        "timer",
+        "real-time priority",
+        "disk space",
+        "disk speed",
+        "OpenHaptics",
+        "Inverse3",
+        "gamepads",
+        "server",
+    ] {
         let known = findings.as_array().expect("a list").iter().any(|finding| finding["subject"] == subject);
         assert!(known, "{subject} is missing in {findings}");
     }

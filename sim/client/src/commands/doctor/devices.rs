@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use haptics::device::{Clocked, Device, DeviceFault, DeviceInfo, Reading};
+use haptics::devices::gamepad;
 use haptics::inverse3::{self, Inverse3};
 use haptics::openhaptics::{self, OpenHaptics};
 use nalgebra::Vector3;
@@ -57,6 +58,16 @@ pub fn inverse3(options: &inverse3::Options) -> Finding {
     let version = device.service_version().map_or_else(|| "of unknown version".to_owned(), str::to_owned);
     finding.found.push_str(&format!(", service {version}"));
     finding
+}
+
+/// Gamepads.
+pub fn gamepads() -> Finding {
+    let subject = "gamepads";
+    match gamepad::connected() {
+        Ok(names) if names.is_empty() => Finding::ok(subject, "none connected; the mouse does as well"),
+        Ok(names) => Finding::ok(subject, names.join(", ")),
+        Err(error) => Finding::warning(subject, error.to_string(), "connect one, or use the mouse"),
+    }
 }
 
 /// A device that could be held, and how that went.
