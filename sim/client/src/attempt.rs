@@ -87,8 +87,7 @@ pub fn writer<'f>(
     path: &Path,
 ) -> Result<Writer<BufWriter<&'f mut File>>, Failure> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
-    let scene = &bundle.scene;
-    let drawing = SceneDrawing::of(&scene.puncture_spec(&patient), scene.needle.diameter_mm * 0.5e-3);
+    let drawing = SceneDrawing::of(&bundle.puncture_spec(&patient), bundle.scene.needle.diameter_mm * 0.5e-3);
     Writer::create(BufWriter::new(file), session, &attachments(bundle), &drawing)
         .map_err(|error| Failure::work(format_args!("{}: {error}", path.display())))
 }

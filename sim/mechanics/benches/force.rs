@@ -49,6 +49,7 @@ fn tissue(axial: &AxialSpec) -> TissueSpec {
         recoil_time_s: slab.layers.iter().map(|layer| recoil_time_s(layer, 0.001)).collect(),
         slab,
         load_radius_m: 0.001,
+        tilt_rad: 0.0,
         model: None,
         tolerance: 0.05,
         coupled: true,

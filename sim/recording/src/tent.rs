@@ -5,7 +5,7 @@ use mechanics::tissue::follow::{self, FIELD_HZ, Field, FollowState};
 
 use crate::summary::{Ticker, nanoseconds};
 
-/// How the tissue stands at a moment. All on the axis of a needle taken for perpendicular, boundaries and layers from the surface
+/// How the tissue stands at a moment. All along the needle, where one at the exercise's angle meets them, boundaries and layers from the surface
 /// down, positive into the body.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tent {

@@ -34,11 +34,12 @@ impl Scene {
     pub fn soundness(&self, angle_deg: f64) -> Result<Vec<Finding>, FollowError> {
         let [thinnest, thickest] = Patient::extremes(self);
         let patients = [("nominal", Patient::nominal(self)), ("thinnest", thinnest), ("thickest", thickest)];
+        let angles_deg = if angle_deg == 0.0 { vec![0.0] } else { vec![0.0, angle_deg] };
         let mut findings: Vec<Finding> = Vec::new();
         for (patient, drawn) in patients {
-            let axial = self.coupled_spec(&drawn)?;
-            for angle_deg in [0.0, angle_deg] {
-                for unsound in soundness::check(&along_path(axial.clone(), angle_deg)) {
+            for &angle_deg in &angles_deg {
+                let axial = self.coupled_spec(&drawn, angle_deg)?;
+                for unsound in soundness::check(&along_path(axial, angle_deg)) {
                     let is_same = |f: &Finding| {
                         (f.unsound.boundary, f.unsound.contactor) == (unsound.boundary, unsound.contactor)
                     };

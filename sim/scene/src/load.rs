@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use mechanics::puncture::PunctureSpec;
 use toml::de::DeTable;
 
 use crate::curriculum::Curriculum;
 use crate::error::{DocumentError, Issue};
 use crate::exercise::Exercise;
 use crate::model::Scene;
+use crate::patient::Patient;
 use crate::read_curriculum::read_curriculum;
 use crate::read_exercise::read_exercise;
 use crate::read_scene::{Files, read_scene};
@@ -67,6 +69,12 @@ impl ExerciseBundle {
     /// Every issue found.
     pub fn read(path: &Path) -> Result<Self, DocumentError> {
         Self::from_disk(path, read_file(path)?)
+    }
+
+    /// What an attempt at it is simulated with, and verified with: the scene for a patient, met at the exercise's angle.
+    #[must_use]
+    pub fn puncture_spec(&self, patient: &Patient) -> PunctureSpec {
+        self.scene.puncture_spec(patient, self.exercise.angle_deg)
     }
 
     fn from_disk(path: &Path, bytes: Vec<u8>) -> Result<Self, DocumentError> {

@@ -68,7 +68,7 @@ impl Factors {
 }
 
 impl Scene {
-    /// The scene's layers as they would have to be written for [`Scene::puncture_spec`] to yield `spec`: the factors undone.
+    /// The scene's layers as they would have to be written for [`Scene::axial_spec`] to yield `spec`: the factors undone.
     /// What a specification does not hold (density, texture, spread, …) stays.
     pub(crate) fn layers_of(&self, spec: &AxialSpec) -> Vec<SceneLayer> {
         let factors = Factors::new(&self.needle);
@@ -95,12 +95,13 @@ impl Needle {
 }
 
 impl Scene {
-    /// The mechanics' specification for a patient, scaled for the needle and the tissue, in SI.
+    /// The mechanics' specification for a patient, scaled for the needle and the tissue, in SI; its field is that of a needle at
+    /// an angle to the surface normal, in degrees: the exercise's.
     #[must_use]
-    pub fn puncture_spec(&self, patient: &Patient) -> PunctureSpec {
+    pub fn puncture_spec(&self, patient: &Patient, angle_deg: f64) -> PunctureSpec {
         let axial = self.axial_spec(patient);
         PunctureSpec {
-            tissue: self.tissue_under(&axial),
+            tissue: self.tissue_under(&axial, angle_deg),
             axial,
             lateral_stiffness_n_per_m2: self.needle.lateral_stiffness_n_per_m2,
             needle_length_m: self.needle.length_mm / 1e3,
@@ -113,7 +114,8 @@ impl Scene {
     ///
     /// P∞ of a rate dependence is a threshold too: it is scaled for the needle, so that P/P∞ does not depend on it.
     /// A layer that the patient lacks has its nominal thickness.
-    pub(crate) fn axial_spec(&self, patient: &Patient) -> AxialSpec {
+    #[must_use]
+    pub fn axial_spec(&self, patient: &Patient) -> AxialSpec {
         let factors = Factors::new(&self.needle);
         let thickness_mm =
             |at: usize, layer: &SceneLayer| patient.thickness_mm.get(at).copied().unwrap_or(layer.thickness_mm);

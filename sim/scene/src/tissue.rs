@@ -1,7 +1,7 @@
 //! From a scene to the tissue that its field is made of.
 
 use mechanics::axial::AxialSpec;
-use mechanics::tissue::follow::{FollowError, TissueSpec, recoil_time_s};
+use mechanics::tissue::follow::{Field, FollowError, TissueSpec, recoil_time_s};
 use mechanics::tissue::{ElasticLayer, Model, Slab};
 
 use crate::model::{Scene, SceneLayer};
@@ -11,17 +11,17 @@ use crate::patient::Patient;
 const BODY_RADIUS_M: f64 = 0.25;
 
 impl Scene {
-    /// The tissue of a patient, in SI; none where the scene names no model, or no layer of the patient has a thickness.
+    /// The tissue of a patient under a needle at an angle to the surface normal, in degrees, in SI; none where the scene names no model, or no layer of the patient has a thickness.
     ///
     /// Young's modulus is that of a flat punch with the needle's footprint, E = k(1 − ν²)/(2a) with the needle's own k and
     /// a = D/2, unless the scene states it (physics section 4). Since k goes with D, E does not depend on the needle.
     #[must_use]
-    pub fn tissue_spec(&self, patient: &Patient) -> Option<TissueSpec> {
-        self.tissue_under(&self.axial_spec(patient))
+    pub fn tissue_spec(&self, patient: &Patient, angle_deg: f64) -> Option<TissueSpec> {
+        self.tissue_under(&self.axial_spec(patient), angle_deg)
     }
 
     /// The tissue of layers that were scaled for the needle.
-    pub(crate) fn tissue_under(&self, axial: &AxialSpec) -> Option<TissueSpec> {
+    pub(crate) fn tissue_under(&self, axial: &AxialSpec, angle_deg: f64) -> Option<TissueSpec> {
         if self.tissue.model == "none" || axial.layers.iter().all(|layer| layer.thickness_m <= 0.0) {
             return None;
         }
@@ -45,6 +45,7 @@ impl Scene {
             boundaries_m: slab.boundaries_m(),
             slab: slab.solid(),
             load_radius_m,
+            tilt_rad: angle_deg.to_radians(),
             model: model(&self.tissue.model),
             tolerance: self.tissue.tolerance,
             coupled: self.is_coupled(),
@@ -52,16 +53,15 @@ impl Scene {
         })
     }
 
-    /// The axial law of a patient with the stiffnesses that it uses: the scene's, or those of the field where it is coupled.
+    /// The axial law of a patient with the stiffnesses that it uses: the scene's, or those of the field where it is coupled,
+    /// under a needle at an angle to the surface normal, in degrees.
     ///
     /// # Errors
     /// When no model of a coupled tissue can be had.
-    pub fn coupled_spec(&self, patient: &Patient) -> Result<AxialSpec, FollowError> {
+    pub fn coupled_spec(&self, patient: &Patient, angle_deg: f64) -> Result<AxialSpec, FollowError> {
         let mut axial = self.axial_spec(patient);
-        if let Some(tissue) = self.tissue_under(&axial).filter(|tissue| tissue.coupled) {
-            for (layer, stiffness_n_per_m) in axial.layers.iter_mut().zip(tissue.planned_stiffnesses_n_per_m()?) {
-                layer.stiffness_n_per_m = stiffness_n_per_m;
-            }
+        if let Some(tissue) = self.tissue_under(&axial, angle_deg).filter(|tissue| tissue.coupled) {
+            Field::new(&tissue)?.couple(&mut axial);
         }
         Ok(axial)
     }

@@ -40,7 +40,7 @@ pub struct Task {
 pub fn perform(task: &Task, path: &Path) -> anyhow::Result<f64> {
     let ExerciseBundle { exercise, scene, .. } = &task.bundle;
     let patient = Patient::draw(scene, task.seed);
-    let spec = scene.puncture_spec(&patient);
+    let spec = task.bundle.puncture_spec(&patient);
     let drawing = SceneDrawing::of(&spec, scene.needle.diameter_mm * 0.5e-3);
     let params = PunctureParams::new(spec)?;
     let session = session(task, patient);

@@ -58,7 +58,7 @@ fn every_boundary_of_every_shipped_exercise_tents_up_to_each_of_its_pops() {
     let mut tented = 0;
     for bundle in exercises() {
         let patient = Patient::nominal(&bundle.scene);
-        let params = PunctureParams::new(bundle.scene.puncture_spec(&patient)).expect("a shipped scene");
+        let params = PunctureParams::new(bundle.puncture_spec(&patient)).expect("a shipped scene");
         let recording = insertion(&bundle, &params);
         let trocar = bundle.scene.needle.tip_to_rim_mm > 0.0;
         for boundary in 0..bundle.scene.layers.len() {

@@ -26,7 +26,7 @@ fn exercise(file: &str) -> ExerciseBundle {
 
 fn attempt(bundle: &ExerciseBundle, skill: &Skill, seed: u64) -> Recording {
     let patient = Patient::draw(&bundle.scene, seed);
-    let params = PunctureParams::new(bundle.scene.puncture_spec(&patient)).expect("a shipped scene is sound");
+    let params = PunctureParams::new(bundle.puncture_spec(&patient)).expect("a shipped scene is sound");
     let exercise = &bundle.exercise;
     let plan = Plan {
         entry_m: exercise.entry_m(),

@@ -20,7 +20,7 @@ use std::path::Path;
 use mechanics::axial::Contactor;
 use mechanics::puncture::PunctureParams;
 use recording::Recording;
-use scene::{ExerciseBundle, Patient, Scene};
+use scene::{ExerciseBundle, Patient};
 
 use crate::exit::Failure;
 use crate::output;
@@ -70,9 +70,9 @@ fn own_exercise(path: &Path, recording: &Recording) -> Result<ExerciseBundle, Fa
     assessment::own_exercise(recording).map_err(|error| Failure::refused(path, error))
 }
 
-/// The mechanics of a scene for a patient.
-fn puncture_params(file: &Path, scene: &Scene, patient: &Patient) -> Result<PunctureParams, Failure> {
-    PunctureParams::new(scene.puncture_spec(patient)).map_err(|error| Failure::refused(file, error))
+/// The mechanics of an exercise for a patient.
+fn puncture_params(file: &Path, bundle: &ExerciseBundle, patient: &Patient) -> Result<PunctureParams, Failure> {
+    PunctureParams::new(bundle.puncture_spec(patient)).map_err(|error| Failure::refused(file, error))
 }
 
 /// The contactor's name, as in the columns and events of the force tables.

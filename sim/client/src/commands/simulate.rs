@@ -109,7 +109,7 @@ pub fn run(args: &Args) -> Outcome {
 /// Simulates and writes, under a temporary name until all is on disk.
 fn record(args: &Args, session: &Session, bundle: &ExerciseBundle) -> Result<Simulated, Failure> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
-    let params = commands::puncture_params(&args.exercise, &bundle.scene, &patient)?;
+    let params = commands::puncture_params(&args.exercise, bundle, &patient)?;
     for unsound in soundness::check(&scene::along_path(params.spec().axial.clone(), bundle.exercise.angle_deg)) {
         if bundle.scene.is_coupled() {
             return Err(Failure::refused(&args.exercise, PunctureError::Unsound(unsound)));

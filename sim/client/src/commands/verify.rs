@@ -33,7 +33,7 @@ pub fn run(args: &Args) -> Outcome {
         let why = format_args!("patient_thickness_mm has {drawn} values; {layers} are allowed, one per layer");
         return Err(Failure::refused(&args.recording, why));
     }
-    let params = commands::puncture_params(&args.recording, &bundle.scene, &patient)?;
+    let params = commands::puncture_params(&args.recording, &bundle, &patient)?;
     let verification = verify::verify(&recording, &params);
     match args.json {
         true => output::json(&verification)?,

@@ -94,11 +94,9 @@ impl PunctureParams {
     }
 }
 
-/// Gives every boundary the field's stiffness.
+/// Gives every boundary the field's stiffness, if that is sound.
 fn couple(axial: &mut AxialSpec, field: &Field) -> Result<(), PunctureError> {
-    for (layer, stiffness_n_per_m) in axial.layers.iter_mut().zip(field.on_axis().stiffnesses_n_per_m()) {
-        layer.stiffness_n_per_m = stiffness_n_per_m;
-    }
+    field.couple(axial);
     // Checked first: what is not a number has no closed form.
     AxialParams::new(axial.clone())?;
     match soundness::check(axial).into_iter().next() {

@@ -93,6 +93,19 @@ pub struct Problem {
     pub sample_depth_m: Vec<f64>,
 }
 
+impl ElasticLayer {
+    /// Lamé's λ and μ, in Pa.
+    #[must_use]
+    pub fn lame_pa(&self) -> (f64, f64) {
+        lame_pa(self.youngs_modulus_pa, self.poisson_ratio)
+    }
+}
+
+/// Lamé's λ and μ of a material of this Young's modulus, in Pa, and Poisson ratio, in Pa.
+pub(super) fn lame_pa(e: f64, nu: f64) -> (f64, f64) {
+    (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)))
+}
+
 impl Slab {
     /// Depth of the upper boundary of every layer and of the base, in m: one more than there are layers.
     #[must_use]

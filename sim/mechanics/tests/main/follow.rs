@@ -9,7 +9,8 @@ use mechanics::tissue::follow::{
     FollowError, FollowParams, FollowState, HandOver, Insertion, Responses, TissueSpec, hand_over, rate_errors,
     recoil_time_s, step,
 };
-use mechanics::tissue::{ElasticLayer, FieldModel, LoadKind, Model, Problem, Slab};
+use mechanics::tissue::volumetric::Problem3;
+use mechanics::tissue::{ElasticLayer, FieldModel, LoadKind, Model, Slab};
 
 use mechanics::trials::scenes::{Leg, Run, in_hold_out_in, paper, training};
 
@@ -29,6 +30,7 @@ pub fn lower_back() -> TissueSpec {
         boundaries_m: slab.boundaries_m(),
         slab,
         load_radius_m: 1e-3,
+        tilt_rad: 0.0,
         model: None,
         tolerance: 0.05,
         coupled: false,
@@ -269,9 +271,9 @@ impl FieldModel for Springs {
     }
 }
 
-pub fn springs(problem: &Problem) -> Result<Box<dyn FieldModel>, FollowError> {
-    problem.check()?;
-    let depth_m = match problem.load.kind {
+pub fn springs(question: &Problem3) -> Result<Box<dyn FieldModel>, FollowError> {
+    question.check()?;
+    let depth_m = match question.flat.load.kind {
         LoadKind::Contactor { depth_m } => depth_m,
         LoadKind::Drag { from_m, to_m } => 0.5 * (from_m + to_m),
     };

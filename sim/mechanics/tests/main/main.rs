@@ -27,6 +27,8 @@ mod mass_spring_motion;
 #[cfg(test)]
 mod multifrontal;
 #[cfg(test)]
+mod oblique;
+#[cfg(test)]
 mod operators;
 #[cfg(test)]
 mod planner;

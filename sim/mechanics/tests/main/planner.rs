@@ -41,7 +41,7 @@ fn a_question_goes_to_the_cheapest_model_that_can_answer_it() {
     let curved = Problem3 { skin: Skin::Cylinder { radius_m: 0.2 }, ..flat.clone() };
     for (question, model, because) in [
         (&flat, Model::Axisymmetric, "have an axis"),
-        (&oblique, Model::Volumetric, "oblique"),
+        (&oblique, Model::Axisymmetric, "two harmonics"),
         (&curved, Model::Volumetric, "curved"),
         (&with_inclusion(), Model::Volumetric, "inclusions"),
     ] {
@@ -54,6 +54,8 @@ fn a_question_goes_to_the_cheapest_model_that_can_answer_it() {
             _ => assert!(matches!(named, Err(PlanError::Unsuited { model: Model::Axisymmetric, .. })), "{named:?}"),
         }
     }
+    let lattice = choose(&oblique, Some(Model::MassSpring)).expect_err("springs in (r, z)").to_string();
+    assert!(lattice.contains("the needle is oblique") && lattice.contains("\"auto\" or \"volumetric\""), "{lattice}");
     assert_eq!(choose(&flat, Some(Model::None)), Err(PlanError::NoModel));
 }
 
@@ -81,6 +83,12 @@ fn radii_m() -> Vec<f64> {
     (0..=20).map(|at| 0.001 * f64::from(at)).collect()
 }
 
+/// A push on the skin of layers, seen at the radii.
+fn question(layers: &[ElasticLayer]) -> Problem3 {
+    let slab = Slab { layers: layers.to_vec(), radius_m: 10.0 };
+    Problem3::flat(&Problem { slab, load: SKIN, sample_r_m: radii_m(), sample_depth_m: vec![] })
+}
+
 /// Axial displacement at the samples, in m, of a load of the skin on a slab.
 fn answer_m(slab: &Slab) -> Vec<f64> {
     let problem = Problem { slab: slab.clone(), load: SKIN, sample_r_m: vec![], sample_depth_m: vec![] };
@@ -92,7 +100,7 @@ fn answer_m(slab: &Slab) -> Vec<f64> {
 #[test]
 fn a_patch_is_as_wide_as_its_tolerance_asks_and_no_wider() {
     let deep = vec![layer(0.0008, 132e3), layer(0.0084, 33e3), layer(2.0, 198e3)];
-    let [coarse, fine] = [0.1, 0.01].map(|tolerance| reach(&deep, &SKIN, &radii_m(), tolerance).expect("a reach"));
+    let [coarse, fine] = [0.1, 0.01].map(|tolerance| reach(&question(&deep), tolerance).expect("a reach"));
     assert!(fine.radius_m > coarse.radius_m, "{coarse:?} {fine:?}");
     for (Reach { radius_m, relative_change }, tolerance) in [(coarse, 0.1), (fine, 0.01)] {
         assert!(relative_change <= tolerance, "{relative_change}");

@@ -25,7 +25,7 @@ fn epidural() -> Scene {
 
 /// Depth of the tip in mm, force before and after in N, wherever a boundary gives way on the way to a depth, at 1 mm/s and 1 kHz.
 fn drops(scene: &Scene, to_mm: f64) -> Vec<(f64, f64, f64)> {
-    let mut run = Run::new(scene.puncture_spec(&Patient::nominal(scene)).axial).unwrap();
+    let mut run = Run::new(scene.axial_spec(&Patient::nominal(scene))).unwrap();
     let (mut drops, mut before_n) = (Vec::new(), 0.0);
     for tick in 0..=(to_mm * 1e3) as u32 {
         let force_n = run.step(f64::from(tick) * 1e-3, f64::from(tick) * 1e-6).total_n();
@@ -52,7 +52,7 @@ fn every_peak_is_within_a_millimetre_and_a_tenth_of_its_force() {
 fn the_space_is_without_resistance_and_ends_at_the_dura() {
     let scene = epidural();
     let (last_mm, _, _) = drops(&scene, DURA_MM)[4];
-    let mut run = Run::new(scene.puncture_spec(&Patient::nominal(&scene)).axial).unwrap();
+    let mut run = Run::new(scene.axial_spec(&Patient::nominal(&scene))).unwrap();
     let mut force_n = |mm: f64| run.step(mm, mm * 1e-3).total_n();
     let walk: Vec<f64> = (0..580).map(|at| force_n(f64::from(at) * 0.1)).collect();
     let in_space = (last_mm * 10.0).ceil() as usize..=569;
@@ -63,7 +63,7 @@ fn the_space_is_without_resistance_and_ends_at_the_dura() {
 #[test]
 fn it_is_sound_with_a_single_contactor() {
     let scene = epidural();
-    let spec = scene.puncture_spec(&Patient::nominal(&scene)).axial;
+    let spec = scene.axial_spec(&Patient::nominal(&scene));
     assert!(spec.tip_to_rim_m == 0.0 && scene.needle.tip_to_rim_mm == 0.0);
     assert!(soundness::check(&spec).is_empty());
 }

@@ -18,7 +18,7 @@ fn fat(needle: &str, layer: &str) -> Layer {
 }
 
 fn layer_of(scene: &Scene) -> Layer {
-    scene.puncture_spec(&Patient::nominal(scene)).axial.layers[1].clone()
+    scene.axial_spec(&Patient::nominal(scene)).layers[1].clone()
 }
 
 /// Ratios to the reference of stiffness, damping, tip, rim, friction and cutting.
@@ -84,7 +84,7 @@ fn toughness_is_a_factor_on_thresholds_friction_and_cutting() {
 fn a_needle_is_a_single_contactor_and_a_trocar_has_its_rim_2_mm_behind() {
     let tip_to_rim = |needle: &str| {
         let scene = scene(&SCENE.replace("diameter_mm = 2.0", needle));
-        scene.puncture_spec(&Patient::nominal(&scene)).axial.tip_to_rim_m
+        scene.axial_spec(&Patient::nominal(&scene)).tip_to_rim_m
     };
     assert_eq!(tip_to_rim("kind = \"needle\""), 0.0);
     assert_eq!(tip_to_rim("kind = \"trocar\""), 0.002);
@@ -95,7 +95,7 @@ fn a_needle_is_a_single_contactor_and_a_trocar_has_its_rim_2_mm_behind() {
 fn the_needle_and_rate_reach_the_mechanics_in_si() {
     let text = SCENE.replace("[needle]", "[rate]\np_infinity_n = 2\nv0_mm_per_s = 50\n\n[needle]\nlength_mm = 120");
     let scene = scene(&text);
-    let spec = scene.puncture_spec(&Patient::nominal(&scene));
+    let spec = scene.puncture_spec(&Patient::nominal(&scene), 0.0);
     let rate = spec.axial.rate.unwrap();
     assert_eq!((rate.p_infinity_n, rate.v0_m_per_s), (2.0, 0.05));
     assert_eq!((spec.needle_length_m, spec.lateral_stiffness_n_per_m2), (0.12, 10_000.0));
@@ -106,7 +106,7 @@ fn the_needle_and_rate_reach_the_mechanics_in_si() {
 fn a_needle_bends_only_where_the_scene_says_so_and_as_a_steel_tube_unless_it_says_more() {
     let bending = |needle: &str| {
         let scene = scene(&SCENE.replace("diameter_mm = 2.0", needle));
-        scene.puncture_spec(&Patient::nominal(&scene)).needle_bending_n_m2
+        scene.puncture_spec(&Patient::nominal(&scene), 0.0).needle_bending_n_m2
     };
     // π/64 · 193e9 Pa · (2 mm)⁴, worked out by hand: 0.151 582 N·m².
     let solid = bending("kind = \"needle\"\nflexible = true\ninner_diameter_mm = 0").unwrap();

@@ -4,6 +4,7 @@
 //! scene were judged by stiffnesses that it does not use.
 
 use mechanics::tissue::Model;
+use mechanics::tissue::follow::Field;
 use scene::{Patient, Scene, check};
 
 use crate::support::{SCENE, folder, scene, write};
@@ -16,7 +17,7 @@ fn with(tissue: &str) -> Scene {
 fn the_modulus_is_that_of_a_punch_with_the_needles_footprint_whatever_the_needle() {
     for diameter in ["0.5", "2.0", "3.0"] {
         let scene = scene(&SCENE.replace("diameter_mm = 2.0", &format!("diameter_mm = {diameter}")));
-        let tissue = scene.tissue_spec(&Patient::nominal(&scene)).unwrap();
+        let tissue = scene.tissue_spec(&Patient::nominal(&scene), 0.0).unwrap();
         let moduli: Vec<f64> = tissue.slab.layers.iter().map(|layer| layer.youngs_modulus_pa).collect();
         for (found, k) in moduli.iter().zip([331.0, 83.0]) {
             assert!((found / (k * (1.0 - 0.45 * 0.45) / 0.002) - 1.0).abs() < 1e-12, "{found} Pa at {diameter} mm");
@@ -30,7 +31,7 @@ fn the_modulus_is_that_of_a_punch_with_the_needles_footprint_whatever_the_needle
 fn what_a_scene_states_is_used_and_the_patient_is_the_one_drawn() {
     let stated = "recoil_time_s = 0.07\nyoungs_modulus_pa = 5e4\ndensity_kg_per_m3 = 1090\nthickness_mm = 0.8";
     let scene = scene(&SCENE.replace("thickness_mm = 0.8", stated));
-    let tissue = scene.tissue_spec(&Patient { thickness_mm: vec![1.5, 8.0] }).unwrap();
+    let tissue = scene.tissue_spec(&Patient { thickness_mm: vec![1.5, 8.0] }, 0.0).unwrap();
     assert!((tissue.recoil_time_s[0] - 0.07).abs() < 1e-15);
     let skin = tissue.slab.layers[0];
     assert_eq!([skin.youngs_modulus_pa, skin.density_kg_per_m3, skin.thickness_m], [5e4, 1090.0, 1.5e-3]);
@@ -42,7 +43,7 @@ fn what_a_scene_states_is_used_and_the_patient_is_the_one_drawn() {
 
 #[test]
 fn there_is_a_field_unless_the_scene_says_none_or_has_nothing_to_deform() {
-    let model = |scene: &Scene| scene.tissue_spec(&Patient::nominal(scene)).map(|tissue| tissue.model);
+    let model = |scene: &Scene| scene.tissue_spec(&Patient::nominal(scene), 0.0).map(|tissue| tissue.model);
     assert_eq!(model(&scene(SCENE)), Some(None), "auto, the default, leaves it to the planner");
     assert_eq!(model(&with("model = \"none\"")), None);
     assert_eq!(model(&with("model = \"mass-spring\"")), Some(Some(Model::MassSpring)));
@@ -51,7 +52,7 @@ fn there_is_a_field_unless_the_scene_says_none_or_has_nothing_to_deform() {
         SCENE.replace("thickness_mm = 0.8", "thickness_mm = 0").replace("thickness_mm = 8.4", "thickness_mm = 0");
     assert_eq!(model(&scene(&thin)), None);
     let fascia = scene(&SCENE.replace("thickness_mm = 0.8", "thickness_mm = 0"));
-    let tissue = fascia.tissue_spec(&Patient::nominal(&fascia)).unwrap();
+    let tissue = fascia.tissue_spec(&Patient::nominal(&fascia), 0.0).unwrap();
     assert_eq!((tissue.slab.layers.len(), tissue.boundaries_m), (1, vec![0.0, 0.0, 8.4 / 1e3]));
 }
 
@@ -60,12 +61,17 @@ fn a_coupled_scene_is_judged_by_the_fields_stiffnesses() {
     let own = scene(SCENE);
     let coupled = with("coupling = \"field\"");
     let nominal = Patient::nominal(&own);
-    let stiffnesses = |scene: &Scene| -> Vec<f64> {
-        scene.coupled_spec(&nominal).unwrap().layers.iter().map(|layer| layer.stiffness_n_per_m).collect()
+    let stiffnesses_at = |scene: &Scene, angle_deg: f64| -> Vec<f64> {
+        scene.coupled_spec(&nominal, angle_deg).unwrap().layers.iter().map(|layer| layer.stiffness_n_per_m).collect()
     };
+    let field_at = |angle_deg: f64| {
+        let tissue = coupled.tissue_spec(&nominal, angle_deg).unwrap();
+        Field::new(&tissue).unwrap().on_axis().stiffnesses_n_per_m()
+    };
+    let stiffnesses = |scene: &Scene| stiffnesses_at(scene, 0.0);
     assert_eq!(stiffnesses(&own), [331.0, 83.0]);
-    let field = coupled.tissue_spec(&nominal).unwrap().planned_stiffnesses_n_per_m().unwrap();
-    assert_eq!(stiffnesses(&coupled), field);
+    assert_eq!(stiffnesses(&coupled), field_at(0.0));
+    assert_eq!(stiffnesses_at(&coupled, 25.0), field_at(25.0), "of the angle that it is judged at");
     assert!(coupled.soundness(0.0).unwrap().is_empty());
 
     // Tough fat, stiff in the field alone: what its own stiffness makes sound is unsound with the field's.

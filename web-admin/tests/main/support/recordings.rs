@@ -90,7 +90,7 @@ fn attachments() -> Vec<Attachment> {
 /// Records an attempt; `spoil` may add to what is written before it ends.
 fn write(attempt: &Attempt, spoil: impl FnOnce(&mut Writer<Cursor<Vec<u8>>>), moves: bool) -> Vec<u8> {
     let patient = Patient::draw(&EXERCISE.scene, attempt.seed);
-    let params = PunctureParams::new(EXERCISE.scene.puncture_spec(&patient)).unwrap();
+    let params = PunctureParams::new(EXERCISE.puncture_spec(&patient)).unwrap();
     let sink = Cursor::new(Vec::new());
     let mut writer =
         Writer::create(sink, &session(attempt, &patient), &attachments(), &SceneDrawing::default()).unwrap();

@@ -69,7 +69,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
 /// Simulates and records an attempt of a length; returns the wall time, in s.
 fn simulate_into(path: &Path, bundle: &ExerciseBundle, length_s: f64) -> Result<f64, Failure> {
     let patient = Patient::nominal(&bundle.scene);
-    let params = commands::puncture_params(path, &bundle.scene, &patient)?;
+    let params = commands::puncture_params(path, bundle, &patient)?;
     let pace = Clock { tick_hz: TICK_HZ, time_limit_s: length_s };
     let hand = Rehearsal::new(bundle.exercise.plan(), length_s);
     let mut watched = Watched::new(Box::new(hand), &pace);

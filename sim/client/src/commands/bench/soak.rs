@@ -32,7 +32,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     let progress = Progress::new(scenes.len() as u64, "soak");
     let mut rows = Vec::with_capacity(scenes.len());
     for scene in scenes {
-        let spec = scene.puncture_spec(&Patient::nominal(&scene));
+        let spec = scene.puncture_spec(&Patient::nominal(&scene), 0.0);
         let params = PunctureParams::new(spec).map_err(Failure::work)?;
         rows.push(Row { seen: trials::soak(&params, ticks, SEED), scene: scene.id });
         progress.advance(1);

@@ -50,7 +50,7 @@ pub fn shipped() -> Result<Vec<Scene>, Failure> {
 
 /// The axial law of a scene's nominal patient.
 pub fn axial(scene: &Scene) -> AxialSpec {
-    scene.puncture_spec(&Patient::nominal(scene)).axial
+    scene.axial_spec(&Patient::nominal(scene))
 }
 
 fn bundle(scene: &str) -> Result<ExerciseBundle, Failure> {

@@ -121,7 +121,7 @@ fn fit(args: &Args, curve: &Curve, start: Option<&Base>) -> Result<Fit, Failure>
     let fitted = match start {
         Some(base) => {
             let scene = base.scene()?;
-            let spec = scene.puncture_spec(&Patient::nominal(&scene)).axial;
+            let spec = scene.axial_spec(&Patient::nominal(&scene));
             calibrate::fit(curve, Start::Scene(&spec), &mut watch)
         }
         None => {
@@ -154,7 +154,7 @@ fn write(args: &Args, (base, target): (&Base, &AxialSpec), curve: &Curve) -> Res
     let put = |source: &str| -> Result<(String, Scene, f64), Failure> {
         let text = scene::rewrite::rewrite(&base.text, (&old, target), &id, source)?;
         let scene = scene::load::read_scene_text(&args.out, &text)?;
-        let spec = scene.puncture_spec(&Patient::nominal(&scene)).axial;
+        let spec = scene.axial_spec(&Patient::nominal(&scene));
         let rms_n = calibrate::residual_rms_n(&spec, curve);
         Ok((text, scene, rms_n))
     };

@@ -79,7 +79,7 @@ impl Plan {
     }
 
     fn new(exercise: Option<String>, scene: &Scene, angle_deg: f64) -> Result<Self, FollowError> {
-        let nominal = along_path(scene.coupled_spec(&Patient::nominal(scene))?, angle_deg);
+        let nominal = along_path(scene.coupled_spec(&Patient::nominal(scene), angle_deg)?, angle_deg);
         Ok(Self {
             exercise,
             scene: scene.id.clone(),

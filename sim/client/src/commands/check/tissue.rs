@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use mechanics::tissue::Model;
-use mechanics::tissue::follow::{Field, FieldPlan, FollowError, tilt_excess};
+use mechanics::tissue::follow::{Field, FieldPlan, FollowError};
 use scene::{Patient, Scene};
 use serde::Serialize;
 
@@ -22,7 +22,7 @@ pub struct TissuePlan {
     unknowns: usize,
     /// Most bytes held at a time.
     bytes: usize,
-    /// Expected relative error of the displacement on the needle's axis: mesh, patch, and the angle of the needle.
+    /// Expected relative error of the displacement along the needle, where it meets a boundary: mesh and patch.
     expected_relative_error: f64,
     /// The tolerance that the scene states.
     tolerance: f64,
@@ -33,23 +33,15 @@ pub struct TissuePlan {
 }
 
 impl TissuePlan {
-    /// Makes the field of the nominal patient.
+    /// Makes the field of the nominal patient under a needle at an angle to the surface normal, in degrees.
     ///
     /// # Errors
     /// When no model of the tissue can be had.
     pub fn new(scene: &Scene, angle_deg: f64) -> Result<Self, FollowError> {
-        let Some(tissue) = scene.tissue_spec(&Patient::nominal(scene)) else { return Ok(Self::none(scene)) };
+        let Some(tissue) = scene.tissue_spec(&Patient::nominal(scene), angle_deg) else { return Ok(Self::none(scene)) };
         let (field, setup_s) = timing::once(|| Field::new(&tissue));
         let field = field?;
         let FieldPlan { model, reason, radius_m, unknowns, bytes, expected_relative_error } = field.plan().clone();
-        let poisson_ratio = tissue.slab.layers.iter().map(|layer| layer.poisson_ratio).fold(0.0, f64::max);
-        let excess = tilt_excess(angle_deg.to_radians(), poisson_ratio);
-        let expected_relative_error = expected_relative_error + excess;
-        let reason = if expected_relative_error <= tissue.tolerance {
-            reason
-        } else {
-            format!("{reason}; at {angle_deg}° the tolerance is not met: {:.1} % come of the angle", 1e2 * excess)
-        };
         Ok(Self {
             model: model.name(),
             reason,

@@ -10,29 +10,29 @@ use crate::tissue::ElasticLayer;
 /// One strip's integrals over r of products of its polynomials φ, row after row.
 #[derive(Clone, Debug, Default)]
 pub(super) struct RadialIntegrals {
-    /// ∫ φᵢ′ φₖ′ r + ∫ φᵢ φₖ / r.
-    stretch: Vec<f64>,
-    /// ∫ φᵢ′ φₖ + ∫ φᵢ φₖ′.
-    cross: Vec<f64>,
-    /// ∫ φᵢ φₖ r.
-    mass: Vec<f64>,
     /// ∫ φᵢ′ φₖ′ r.
-    slope: Vec<f64>,
+    pub slope: Vec<f64>,
+    /// ∫ φᵢ φₖ r.
+    pub mass: Vec<f64>,
+    /// ∫ φᵢ φₖ / r.
+    pub hoop: Vec<f64>,
     /// ∫ φᵢ′ φₖ r.
-    mixed: Vec<f64>,
-    /// ∫ φᵢ′ φₖ r + ∫ φᵢ φₖ.
-    widening: Vec<f64>,
+    pub mixed: Vec<f64>,
+    /// ∫ φᵢ′ φₖ.
+    pub lean: Vec<f64>,
+    /// ∫ φᵢ φₖ.
+    pub plain: Vec<f64>,
 }
 
 /// One strip's integrals over z of products of its polynomials ψ, row after row.
 #[derive(Clone, Debug, Default)]
 pub(super) struct AxialIntegrals {
     /// ∫ ψⱼ ψₗ.
-    mass: Vec<f64>,
+    pub mass: Vec<f64>,
     /// ∫ ψⱼ′ ψₗ′.
-    slope: Vec<f64>,
+    pub slope: Vec<f64>,
     /// ∫ ψⱼ ψₗ′.
-    mixed: Vec<f64>,
+    pub mixed: Vec<f64>,
 }
 
 /// Place, values, slopes in 1/m and weight in m of a strip's polynomials at the points of quadrature.
@@ -54,16 +54,16 @@ impl RadialIntegrals {
     pub fn new(span: &Span) -> Self {
         let n = span.order + 1;
         let zeros = || vec![0.0; n * n];
-        let [stretch, cross, mass, slope, mixed, widening] = std::array::from_fn(|_| zeros());
-        let mut sums = Self { stretch, cross, mass, slope, mixed, widening };
+        let [slope, mass, hoop, mixed, lean, plain] = std::array::from_fn(|_| zeros());
+        let mut sums = Self { slope, mass, hoop, mixed, lean, plain };
         for (r, v, s, weight) in points(span) {
             let (w, wr) = (weight, weight * r);
-            add(&mut sums.stretch, n, |i, k| wr * s[i] * s[k] + w / r * v[i] * v[k]);
-            add(&mut sums.cross, n, |i, k| w * (s[i] * v[k] + v[i] * s[k]));
-            add(&mut sums.mass, n, |i, k| wr * v[i] * v[k]);
             add(&mut sums.slope, n, |i, k| wr * s[i] * s[k]);
+            add(&mut sums.mass, n, |i, k| wr * v[i] * v[k]);
+            add(&mut sums.hoop, n, |i, k| w / r * v[i] * v[k]);
             add(&mut sums.mixed, n, |i, k| wr * s[i] * v[k]);
-            add(&mut sums.widening, n, |i, k| wr * s[i] * v[k] + w * v[i] * v[k]);
+            add(&mut sums.lean, n, |i, k| w * s[i] * v[k]);
+            add(&mut sums.plain, n, |i, k| w * v[i] * v[k]);
         }
         sums
     }
@@ -86,16 +86,14 @@ impl AxialIntegrals {
 /// Fills an element's stiffness per radian: rows and columns are its nodes, those of a column of nodes together, with
 /// (u_r, u_z) at each. From the virtual work of λ tr(ε) tr(δε) + 2μ ε:δε with ε = (u_r,r, u_r/r, u_z,z, u_r,z + u_z,r).
 pub(super) fn stiffness(layer: &ElasticLayer, r: &RadialIntegrals, z: &AxialIntegrals, matrix: &mut [f64]) {
-    let (e, nu) = (layer.youngs_modulus_pa, layer.poisson_ratio);
-    let lambda = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
-    let mu = e / (2.0 * (1.0 + nu));
+    let (lambda, mu) = layer.lame_pa();
     let (n, m) = (r.mass.len().isqrt(), z.mass.len().isqrt());
     let size = 2 * n * m;
     for (i, k) in (0..n).flat_map(|i| (0..n).map(move |k| (i, k))) {
-        let at = i * n + k;
-        let rr_mass = (lambda + 2.0 * mu) * r.stretch[at] + lambda * r.cross[at];
+        let (at, back) = (i * n + k, k * n + i);
+        let rr_mass = (lambda + 2.0 * mu) * (r.slope[at] + r.hoop[at]) + lambda * (r.lean[at] + r.lean[back]);
         let (rr_slope, zz_slope) = (mu * r.mass[at], (lambda + 2.0 * mu) * r.mass[at]);
-        let (zz_mass, rz, rz_back) = (mu * r.slope[at], lambda * r.widening[at], mu * r.mixed[k * n + i]);
+        let (zz_mass, rz, rz_back) = (mu * r.slope[at], lambda * (r.mixed[at] + r.plain[at]), mu * r.mixed[back]);
         for j in 0..m {
             let row = 2 * (i * m + j);
             for l in 0..m {

@@ -30,9 +30,7 @@ impl Fitted {
     /// The mesh, for people.
     #[must_use]
     pub fn mesh_in_words(&self) -> String {
-        let MeshSpec { radial, axial } = &self.mesh;
-        let order = radial.iter().chain(axial).map(|strip| strip.order).max().unwrap_or(0);
-        format!("{} × {} elements of order up to {order}", radial.len(), axial.len())
+        self.mesh.in_words()
     }
 }
 
@@ -62,7 +60,7 @@ const DOUBT: f64 = 1.5;
 const SIDE: f64 = 0.5;
 
 /// Orders between what is judged and the judge.
-const BETTER: usize = 2;
+pub(super) const BETTER: usize = 2;
 
 /// The level that meets a tolerance of 1 %, or nearly, on the reference cases.
 const LEVEL_AT_1_PERCENT: f64 = 5.0;
@@ -94,7 +92,7 @@ pub fn fit(problem: &Problem, tolerance: f64) -> Result<Fitted, AxisymmetricErro
 }
 
 /// The level to begin at.
-fn first_level(tolerance: f64) -> usize {
+pub(super) fn first_level(tolerance: f64) -> usize {
     let decades = libm::log10(0.01 / tolerance);
     let level = LEVEL_AT_1_PERCENT + LEVELS_PER_DECADE * decades + 0.5;
     (level as usize).clamp(LEAST_ORDER, MAX_ORDER - BETTER)

@@ -37,6 +37,13 @@ impl MeshSpec {
         Self { radial: halves(&self.radial), axial: halves(&self.axial) }
     }
 
+    /// The mesh, for people.
+    pub(super) fn in_words(&self) -> String {
+        let Self { radial, axial } = self;
+        let order = radial.iter().chain(axial).map(|strip| strip.order).max().unwrap_or(0);
+        format!("{} × {} elements of order up to {order}", radial.len(), axial.len())
+    }
+
     /// Checks that the mesh fits the problem.
     ///
     /// # Errors

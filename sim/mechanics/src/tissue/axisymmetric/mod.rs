@@ -4,6 +4,8 @@
 //! layer, so the error falls exponentially with the order; orders from 2 up do not lock near incompressibility; and the
 //! unknowns inside an element are eliminated before they meet any other. [`fit`] finds the cheapest mesh for a
 //! tolerance and says how wrong it is.
+//!
+//! An oblique needle takes two harmonics on the same mesh, [`Oblique`]; [`fit_oblique`] finds their mesh.
 
 mod assembly;
 mod basis;
@@ -13,12 +15,17 @@ mod grading;
 mod load;
 mod mesh;
 mod model;
+mod oblique;
+mod oblique_fit;
+mod sideways;
 mod superposed;
 
 pub use basis::MAX_ORDER;
 pub use fit::{Fitted, fit, rung};
 pub use mesh::{MeshSpec, Strip};
 pub use model::Axisymmetric;
+pub use oblique::Oblique;
+pub use oblique_fit::{FittedOblique, fit_oblique};
 pub use superposed::Superposed;
 
 use super::multifrontal::NotPositiveDefinite;

@@ -1,17 +1,17 @@
 //! The model of one load: a mesh, its factor and its last answer.
 
 use super::assembly::Grid;
-use super::basis::basis;
+use super::element::stiffness;
 use super::load::{across, along};
 use super::mesh::Spans;
 use super::{AxisymmetricError, MeshSpec, Side};
-use crate::tissue::multifrontal::{Cholesky, FIXED};
+use crate::tissue::multifrontal::Cholesky;
 use crate::tissue::{FieldModel, Model, Problem};
 
 /// A load on layers, meshed and factorised; solved for 1 N to begin with.
 #[derive(Clone, Debug)]
 pub struct Axisymmetric {
-    grid: Grid,
+    grid: Grid<2>,
     factor: Cholesky,
     /// Forces of 1 N on the unknowns, in N per radian.
     load: Vec<f64>,
@@ -38,13 +38,9 @@ impl Axisymmetric {
     pub fn with_side(problem: &Problem, mesh: &MeshSpec, side: Side) -> Result<Self, AxisymmetricError> {
         problem.check()?;
         mesh.check(problem)?;
-        let grid = Grid::new(Spans::new(&mesh.radial), Spans::new(&mesh.axial), side);
-        let factor = grid.factorise(&problem.slab.solid())?;
-        let (across, along) = (across(problem.load.radius_m, &grid.radial), along(&problem.load, &grid.axial));
-        let mut load = vec![0.0; grid.unknowns];
-        for (node, &[_, unknown]) in grid.nodes.iter().enumerate().filter(|&(_, &[_, unknown])| unknown != FIXED) {
-            load[unknown as usize] = across[node / along.len()] * along[node % along.len()];
-        }
+        let grid = Grid::straight(Spans::new(&mesh.radial), Spans::new(&mesh.axial), side);
+        let factor = grid.factorise(&problem.slab.solid(), stiffness)?;
+        let load = grid.load(1, &across(problem.load.radius_m, &grid.radial), &along(&problem.load, &grid.axial));
         let scratch = vec![0.0; factor.scratch_len()];
         let mut model = Self { grid, factor, solution: load.clone(), load, scratch, stiffness_n_per_m: 0.0 };
         model.solve(1.0);
@@ -77,8 +73,8 @@ impl FieldModel for Axisymmetric {
     }
 
     fn bytes(&self) -> usize {
-        let numbers = self.load.len() + self.solution.len() + self.scratch.len() + self.grid.nodes.len();
-        self.factor.bytes() + numbers * size_of::<f64>()
+        let numbers = self.load.len() + self.solution.len() + self.scratch.len();
+        self.factor.bytes() + self.grid.bytes() + numbers * size_of::<f64>()
     }
 
     /// What is not a number, or infinite, leaves the last answer.
@@ -93,21 +89,8 @@ impl FieldModel for Axisymmetric {
     }
 
     fn displacement_m(&self, r_m: f64, depth_m: f64) -> [f64; 2] {
-        let grid = &self.grid;
-        let (Some((across, x)), Some((along, y))) = (grid.radial.find(r_m), grid.axial.find(depth_m)) else {
-            return [0.0; 2];
-        };
-        let (phi, psi) = (basis(across.order).values(x), basis(along.order).values(y));
-        let value = |unknown: u32| self.solution.get(unknown as usize).copied().unwrap_or(0.0);
-        let [mut axial_m, mut radial_m] = [0.0; 2];
-        for (column, phi) in phi[..=across.order].iter().enumerate() {
-            let first = (across.first + column) * grid.axial.nodes() + along.first;
-            for (&[radial, axial], psi) in grid.nodes[first..=first + along.order].iter().zip(psi) {
-                radial_m += phi * psi * value(radial);
-                // Inside, the second coordinate is the depth; outside, axial is out of the body.
-                axial_m -= phi * psi * value(axial);
-            }
-        }
-        [axial_m, radial_m]
+        let [radial_m, depth_m] = self.grid.at(&self.solution, r_m, depth_m);
+        // Inside, the second coordinate is the depth; outside, axial is out of the body.
+        [0.0 - depth_m, radial_m]
     }
 }

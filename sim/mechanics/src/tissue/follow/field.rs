@@ -3,10 +3,10 @@
 use super::responses::Responses;
 use super::spec::TissueSpec;
 use super::state::FollowParams;
-use crate::axial::ParamError;
+use crate::axial::{AxialSpec, ParamError};
 use crate::tissue::planner::{self, PlanError, Planned, Reach, Wish, patch, reach};
 use crate::tissue::volumetric::Problem3;
-use crate::tissue::{Load, LoadKind, Model};
+use crate::tissue::{Load, LoadKind, Model, Problem};
 
 /// Rate of the field, in Hz (physics section 5).
 pub const FIELD_HZ: u32 = 120;
@@ -35,7 +35,7 @@ pub struct FieldPlan {
     pub unknowns: usize,
     /// Most bytes held at a time: the largest load's model, which is let go when it has answered, and the responses.
     pub bytes: usize,
-    /// Expected relative error of the displacement on the axis: of the mesh and of the patch, the worst load's.
+    /// Expected relative error of the displacement on the needle: of the mesh and of the patch, the worst load's.
     pub expected_relative_error: f64,
 }
 
@@ -48,7 +48,7 @@ pub struct Field {
 }
 
 impl Field {
-    /// Computes what 1 N at each place does at every boundary on the axis, by the model that the planner chooses, on a patch
+    /// Computes what 1 N along the needle at each place does at every boundary it meets, by the model that the planner chooses, on a patch
     /// no larger than the needle's influence. Mesh and patch share the tolerance.
     ///
     /// # Errors
@@ -56,9 +56,8 @@ impl Field {
     pub fn new(tissue: &TissueSpec) -> Result<Self, FollowError> {
         tissue.check()?;
         let share = 0.5 * tissue.tolerance;
-        let skin = Load { kind: LoadKind::Contactor { depth_m: 0.0 }, radius_m: tissue.load_radius_m };
         let body = &tissue.slab;
-        let Reach { radius_m, relative_change } = reach(&body.layers, &skin, &[0.0], share).map_err(PlanError::from)?;
+        let Reach { radius_m, relative_change } = reach(&tissue.at_the_skin(), share).map_err(PlanError::from)?;
         let radius_m = radius_m.min(body.radius_m);
         let deepest_m = tissue.boundaries_m.iter().copied().fold(0.0, f64::max);
         let patched = TissueSpec { slab: patch(&body.layers, deepest_m, radius_m), ..tissue.clone() };
@@ -71,8 +70,8 @@ impl Field {
             bytes: 0,
             expected_relative_error: f64::NEG_INFINITY,
         };
-        let on_axis = Responses::at_boundaries(&patched, &mut |problem| {
-            let planned = planner::plan(&Problem3::flat(problem), &wish)?;
+        let on_axis = Responses::at_boundaries(&patched, &mut |question| {
+            let planned = planner::plan(question, &wish)?;
             plan.take(&planned);
             Ok::<_, FollowError>(planned.field)
         })?;
@@ -87,7 +86,7 @@ impl Field {
         &self.follow
     }
 
-    /// Responses on the axis at every boundary.
+    /// Responses on the needle at every boundary.
     #[must_use]
     pub fn on_axis(&self) -> &Responses {
         &self.on_axis
@@ -97,6 +96,13 @@ impl Field {
     #[must_use]
     pub fn plan(&self) -> &FieldPlan {
         &self.plan
+    }
+
+    /// Gives every boundary of a law the field's stiffness.
+    pub fn couple(&self, axial: &mut AxialSpec) {
+        for (layer, stiffness_n_per_m) in axial.layers.iter_mut().zip(self.on_axis.stiffnesses_n_per_m()) {
+            layer.stiffness_n_per_m = stiffness_n_per_m;
+        }
     }
 }
 
@@ -114,11 +120,10 @@ impl FieldPlan {
 }
 
 impl TissueSpec {
-    /// The stiffness of each boundary by the model that the planner chooses, in N/m: what a coupled law uses.
-    ///
-    /// # Errors
-    /// As [`Field::new`].
-    pub fn planned_stiffnesses_n_per_m(&self) -> Result<Vec<f64>, FollowError> {
-        Ok(Field::new(self)?.on_axis.stiffnesses_n_per_m())
+    /// The question whose answer tells how far the needle's influence reaches: a push on the skin, seen where it pushes.
+    fn at_the_skin(&self) -> Problem3 {
+        let load = Load { kind: LoadKind::Contactor { depth_m: 0.0 }, radius_m: self.load_radius_m };
+        let flat = Problem { slab: self.slab.clone(), load, sample_r_m: vec![0.0], sample_depth_m: Vec::new() };
+        Problem3 { tilt_rad: self.tilt_rad, ..Problem3::flat(&flat) }
     }
 }

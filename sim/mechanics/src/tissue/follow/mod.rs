@@ -11,11 +11,9 @@
 //!
 //! # An oblique needle
 //!
-//! The field is that of a perpendicular needle that meets the boundaries at the same depths. Under a needle at an angle the push
-//! has a part across the normal, and along the needle the boundary gives way by another amount: on the training scene between
-//! 2.2 % less and 1.1 % more at 15°, 5.0 % less and 3.1 % more at 25°, by the volumetric model at each boundary's own load. On
-//! a half-space it would be more by [`tilt_excess`], which is above these in size. Loads, recoil and signs are exact at
-//! any angle; so is everything at 0°.
+//! The loads push along the needle and the responses are along it, at the angle of the exercise to the normal; a boundary is
+//! where such a needle meets it. The planner's model of flat layers has a harmonic for the push into the body and one for the
+//! push along the skin, both exact. A hand that strays from the planned angle does not change the responses.
 
 mod coupling;
 mod field;
@@ -26,5 +24,5 @@ mod state;
 pub use coupling::{HandOver, Insertion, RateError, hand_over, rate_errors};
 pub use field::{FIELD_HZ, Field, FieldPlan, FollowError};
 pub use responses::{Fit, Responses};
-pub use spec::{TissueSpec, recoil_time_s, tilt_excess};
+pub use spec::{TissueSpec, recoil_time_s};
 pub use state::{FollowParams, FollowState, step};

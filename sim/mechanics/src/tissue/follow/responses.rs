@@ -2,12 +2,13 @@
 
 use super::field::FollowError;
 use super::spec::TissueSpec;
+use crate::tissue::volumetric::Problem3;
 use crate::tissue::{FieldModel, Load, Problem};
 
 /// Makes a model of one load: the choice of model and mesh is the caller's.
-pub type Fit<'f> = &'f mut dyn FnMut(&Problem) -> Result<Box<dyn FieldModel>, FollowError>;
+pub type Fit<'f> = &'f mut dyn FnMut(&Problem3) -> Result<Box<dyn FieldModel>, FollowError>;
 
-/// Axial displacement at each point under 1 N of each load.
+/// Displacement along the needle at each point under 1 N of each load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Responses {
     loads: usize,
@@ -17,7 +18,7 @@ pub struct Responses {
 
 impl Responses {
     /// Asks a model of each load of a tissue, in the order of [`crate::axial::loads`], for the displacement at each point: a
-    /// radius and a depth, in m.
+    /// distance from the needle, towards where it leans, and a depth, in m.
     ///
     /// # Errors
     /// When the tissue makes no sense or a model cannot be had.
@@ -27,17 +28,17 @@ impl Responses {
         let mut axial_m_per_n = vec![0.0; points_m.len() * loads.len()];
         for (at, load) in loads.iter().enumerate() {
             let Some(load) = load else { continue };
-            let mut model = fit(&problem(tissue, *load, points_m))?;
+            let question = question(tissue, *load, points_m);
+            let mut model = fit(&question)?;
             model.solve(1.0);
             for (response, &[r_m, depth_m]) in axial_m_per_n.iter_mut().skip(at).step_by(loads.len()).zip(points_m) {
-                // Displacements of a model are along +z, out of the body.
-                *response = -model.displacement_m(r_m, depth_m)[0];
+                *response = question.along_needle_m(model.as_ref(), r_m, depth_m);
             }
         }
         Ok(Self { loads: loads.len(), axial_m_per_n })
     }
 
-    /// Responses on the axis at every boundary of the force law: what the picture's tents are made of.
+    /// Responses on the needle at every boundary of the force law: what the picture's tents are made of.
     ///
     /// # Errors
     /// As [`Responses::new`].
@@ -45,7 +46,7 @@ impl Responses {
         Self::new(tissue, &tissue.points_m(), fit)
     }
 
-    /// Axial displacement at a point under loads of these sizes, in m, positive into the body; 0 where there is no such point.
+    /// Displacement along the needle at a point under loads of these sizes, in m, positive into the body; 0 where there is no such point.
     /// Never allocates.
     #[must_use]
     pub fn axial_m(&self, point: usize, loads_n: &[f64]) -> f64 {
@@ -53,7 +54,7 @@ impl Responses {
         row.iter().zip(loads_n).map(|(response, load_n)| response * load_n).sum()
     }
 
-    /// Stiffness of each boundary as the field has it, in N/m: F/|u| on the axis under a contactor at that boundary, for the
+    /// Stiffness of each boundary as the field has it, in N/m: F/|u| on the needle under a contactor at that boundary, for the
     /// responses [`Responses::at_boundaries`]. Infinite at the clamped base.
     #[must_use]
     pub fn stiffnesses_n_per_m(&self) -> Vec<f64> {
@@ -69,13 +70,20 @@ impl Responses {
 }
 
 impl TissueSpec {
-    /// Every boundary on the axis: a radius and a depth, in m.
+    /// Every boundary on the needle: no distance from it and a depth, in m.
     fn points_m(&self) -> Vec<[f64; 2]> {
         self.boundaries_m.iter().take(self.layers()).map(|&depth_m| [0.0, depth_m]).collect()
     }
 }
 
-fn problem(tissue: &TissueSpec, load: Load, points_m: &[[f64; 2]]) -> Problem {
-    let (sample_r_m, sample_depth_m) = points_m.iter().map(|&[r_m, depth_m]| (r_m, depth_m)).unzip();
-    Problem { slab: tissue.slab.clone(), load, sample_r_m, sample_depth_m }
+/// What is asked of a load: its answer at every distance and every depth that a point has.
+fn question(tissue: &TissueSpec, load: Load, points_m: &[[f64; 2]]) -> Problem3 {
+    let sorted = |part: usize| {
+        let mut values: Vec<f64> = points_m.iter().map(|point| point[part]).collect();
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        values
+    };
+    let flat = Problem { slab: tissue.slab.clone(), load, sample_r_m: sorted(0), sample_depth_m: sorted(1) };
+    Problem3 { tilt_rad: tissue.tilt_rad, ..Problem3::flat(&flat) }
 }

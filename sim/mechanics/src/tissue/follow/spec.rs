@@ -10,6 +10,8 @@ pub struct TissueSpec {
     pub slab: Slab,
     /// Radius of the needle's footprint, in m.
     pub load_radius_m: f64,
+    /// Angle of the needle to the surface normal, in rad: that of the exercise, whatever the hand then does.
+    pub tilt_rad: f64,
     /// The model that is asked for by name; the planner chooses without one.
     pub model: Option<Model>,
     /// Tolerated relative error of the displacement.
@@ -33,16 +35,6 @@ pub struct TissueSpec {
 #[must_use]
 pub fn recoil_time_s(layer: &ElasticLayer, load_radius_m: f64) -> f64 {
     layer.thickness_m.max(2.0 * load_radius_m) * (layer.density_kg_per_m3 / layer.youngs_modulus_pa).sqrt()
-}
-
-/// What the angle of a needle to the normal, in rad, adds to the error of the perpendicular field: sin²θ ν/(2(1 − ν)). So much
-/// more does the surface of a half-space give way along the needle, since it yields to a push along it (1 − ν/2)/(1 − ν) times
-/// as much as to one into it, averaged over directions (Johnson, "Contact Mechanics", sections 3.2 and 3.6). Stiff layers
-/// resist a push along them, so that in layers the difference is smaller.
-#[must_use]
-pub fn tilt_excess(angle_rad: f64, poisson_ratio: f64) -> f64 {
-    let sine = libm::sin(angle_rad);
-    sine * sine * poisson_ratio / (2.0 * (1.0 - poisson_ratio))
 }
 
 impl TissueSpec {

@@ -1,8 +1,9 @@
 //! From a question and a tolerance to the cheapest model that answers it, with the reason in words.
 //!
-//! Flat layers under a perpendicular needle are a problem in (r, z). There the axisymmetric model is exact in its dimension
-//! and cheaper than any other at every error that the others reach (`stylet bench field` shows it), so it is taken. What has
-//! no axis of symmetry goes to the volumetric model, the only one that can answer it. The lattice is taken where it is asked
+//! Flat layers under a perpendicular needle are a problem in (r, z), and under an oblique one two of them, a harmonic each.
+//! There the axisymmetric model is exact in its dimension and cheaper than any other at every error that the others reach
+//! (`stylet bench field` shows it), so it is taken. Layers that have no axis of symmetry go to the volumetric model, the only
+//! one that can answer for them. The lattice is taken where it is asked
 //! for by name: its central forces fix ν = 1/4, an error that no refinement removes.
 //!
 //! The error of a choice is not looked up but estimated on the very question, against a clearly better mesh.
@@ -73,22 +74,30 @@ pub enum PlanError {
 /// When the model that is asked for cannot answer the question.
 pub fn choose(question: &Problem3, wished: Option<Model>) -> Result<(Model, String), PlanError> {
     let bent = what_breaks_the_axis(question);
+    let oblique = (question.tilt_rad != 0.0).then_some("the needle is oblique");
     match (wished, bent) {
         (Some(Model::None), _) => Err(PlanError::NoModel),
-        (Some(model @ (Model::Axisymmetric | Model::MassSpring)), Some(why)) => Err(PlanError::Unsuited { model, why }),
+        (Some(model @ Model::Axisymmetric), Some(why)) => Err(PlanError::Unsuited { model, why }),
+        (Some(model @ Model::MassSpring), _) if oblique.or(bent).is_some() => {
+            Err(PlanError::Unsuited { model, why: oblique.or(bent).unwrap_or_default() })
+        }
         (Some(model), _) => Ok((model, format!("{} was asked for", model.name()))),
         (None, Some(why)) => Ok((Model::Volumetric, format!("{why}, so it takes three dimensions"))),
         (None, None) => {
-            let why = "flat layers under a perpendicular needle have an axis, so (r, z) is exact";
+            let why = match oblique {
+                None => "flat layers under a perpendicular needle have an axis, so (r, z) is exact",
+                Some(_) => {
+                    "flat layers have an axis under an oblique needle too, so two harmonics in (r, z), of its push into the \
+                     body and along the skin, are exact"
+                }
+            };
             Ok((Model::Axisymmetric, why.to_owned()))
         }
     }
 }
 
 fn what_breaks_the_axis(question: &Problem3) -> Option<&'static str> {
-    if question.tilt_rad != 0.0 {
-        Some("the needle is oblique")
-    } else if !question.inclusions.is_empty() {
+    if !question.inclusions.is_empty() {
         Some("there are inclusions")
     } else if question.skin != Skin::Flat {
         Some("the skin is curved")
@@ -106,6 +115,9 @@ pub fn plan(question: &Problem3, wish: &Wish) -> Result<Planned, PlanError> {
     let flat = &question.flat;
     let made = match model {
         Model::None => return Err(PlanError::NoModel),
+        Model::Axisymmetric if question.tilt_rad != 0.0 => {
+            Made::from(axisymmetric::fit_oblique(question, wish.tolerance)?)
+        }
         Model::Axisymmetric => Made::from(axisymmetric::fit(flat, wish.tolerance)?),
         Model::MassSpring => Made::from(mass_spring::fit(flat, wish.tolerance)?),
         Model::Volumetric => Made::from(volumetric::fit(question, wish.tolerance)?),
@@ -145,15 +157,15 @@ struct Made {
 }
 
 macro_rules! made_from {
-    ($($model:ident)+) => {
-        $(impl From<$model::Fitted> for Made {
-            fn from(fitted: $model::Fitted) -> Self {
+    ($($model:ident::$fitted:ident)+) => {
+        $(impl From<$model::$fitted> for Made {
+            fn from(fitted: $model::$fitted) -> Self {
                 let mesh = fitted.mesh_in_words();
-                let $model::Fitted { model, estimated_relative_error, met, .. } = fitted;
+                let $model::$fitted { model, estimated_relative_error, met, .. } = fitted;
                 Self { field: Box::new(model), mesh, estimated_relative_error, met }
             }
         })+
     };
 }
 
-made_from!(axisymmetric mass_spring volumetric);
+made_from!(axisymmetric::Fitted axisymmetric::FittedOblique mass_spring::Fitted volumetric::Fitted);

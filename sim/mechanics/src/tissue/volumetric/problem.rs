@@ -4,7 +4,8 @@ use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::axial::{Domain, ParamError};
-use crate::tissue::{ElasticLayer, Problem};
+use crate::tissue::problem::lame_pa;
+use crate::tissue::{ElasticLayer, FieldModel, Problem};
 
 /// A problem without an axis of symmetry. With everything at its default it is the flat problem.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -123,8 +124,7 @@ impl Material {
     /// Lamé's λ and μ, in Pa.
     #[must_use]
     pub fn lame_pa(&self) -> (f64, f64) {
-        let (e, nu) = (self.youngs_modulus_pa, self.poisson_ratio);
-        (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)))
+        lame_pa(self.youngs_modulus_pa, self.poisson_ratio)
     }
 }
 
@@ -206,6 +206,14 @@ impl Problem3 {
             (false, true) => Symmetry::Half,
             (false, false) => Symmetry::Full,
         }
+    }
+
+    /// Displacement along the needle of a field's last answer, in m, positive into the body: at a depth, at a distance from the
+    /// needle along the skin, towards where it leans, both in m. For a flat skin.
+    #[must_use]
+    pub fn along_needle_m(&self, field: &dyn FieldModel, r_m: f64, depth_m: f64) -> f64 {
+        let [axial_m, across_m] = field.displacement_m(r_m + depth_m * libm::tan(self.tilt_rad), depth_m);
+        libm::sin(self.tilt_rad) * across_m - libm::cos(self.tilt_rad) * axial_m
     }
 
     /// Checks that the question makes sense.
