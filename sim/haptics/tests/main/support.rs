@@ -19,7 +19,7 @@ pub fn shipped(name: &str) -> PunctureSpec {
     let Document::Scene(scene) = scene::load::read(&path).expect("a shipped scene is valid") else {
         panic!("{name} is a scene")
     };
-    PunctureSpec { tissue: None, ..scene.puncture_spec(&Patient::nominal(&scene)) }
+    PunctureSpec { tissue: None, ..scene.puncture_spec(&Patient::nominal(&scene), 0.0) }
 }
 
 /// What a real device can do.
