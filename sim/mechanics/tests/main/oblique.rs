@@ -105,7 +105,7 @@ fn forces_scale_the_answer_and_a_bad_one_leaves_it() {
         let found = answer_m(&question, &model);
         assert!(found.iter().zip(&unit).all(|(a, b)| (a - times * b).abs() < 1e-15), "{force_n} N: {found:?}");
     }
-    assert_eq!(model.displacement_m(1.0, 0.0), [0.0; 2], "outside nothing moves");
+    assert!(model.displacement_m(1.0, 0.0).iter().all(|part_m| part_m.abs() <= 0.0), "outside nothing moves");
 }
 
 #[test]
