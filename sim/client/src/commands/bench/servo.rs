@@ -49,7 +49,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
 
 /// Runs an attempt of a length in s on the clock, recorded into a file.
 fn run(bundle: &ExerciseBundle, length_s: f64, file: &Path) -> Result<Report, Failure> {
-    let params = Arc::new(commands::puncture_params(file, &bundle.scene, &Patient::nominal(&bundle.scene))?);
+    let params = Arc::new(commands::puncture_params(file, bundle, &Patient::nominal(&bundle.scene))?);
     let device = Trajectory::new("operator:bench", readings(bundle, length_s), TICK_HZ);
     let done = device.done();
     let aim = (bundle.exercise.plan().target_x_m, TICK_HZ);
