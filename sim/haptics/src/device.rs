@@ -6,6 +6,8 @@ use std::sync::atomic::AtomicBool;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::safety::clamp;
+
 /// What a device is and can do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeviceInfo {
@@ -29,14 +31,7 @@ impl DeviceInfo {
     /// refusing what is too large would let go exactly when contact is hard.
     #[must_use]
     pub fn within_limits(&self, force_n: &Vector3<f64>) -> Vector3<f64> {
-        let largest_n = force_n.amax();
-        if !force_n.iter().all(|part_n| part_n.is_finite()) || largest_n == 0.0 {
-            return Vector3::zeros();
-        }
-        // The norm of the scaled vector lies between 1 and √3, so that no force is too large to be measured.
-        let direction = force_n / largest_n;
-        let allowed = self.max_force_n / direction.norm();
-        if largest_n > allowed { direction * allowed } else { *force_n }
+        clamp::norm(force_n, self.max_force_n).0
     }
 }
 

@@ -154,6 +154,19 @@ fn a_device_that_is_gone_ends_the_servo_and_one_that_complains_may_recover() {
 }
 
 #[test]
+fn a_handle_that_jumped_is_taken_up_where_it_is_and_the_needle_stays() {
+    let (_, _, mut rig) = misbehave(Fault::Jump(0.05), u64::MAX);
+    let records = rig.taken();
+    let way_m = |pair: &[haptics::servo::Record]| {
+        (Vector3::from(pair[1].position_m) - Vector3::from(pair[0].position_m)).norm()
+    };
+    let longest_m = records.windows(2).map(way_m).fold(0.0, f64::max);
+    assert!(longest_m < 1.1e-5, "never more than a tick of 10 mm/s: {longest_m} m");
+    let held = records.iter().filter(|record| record.flags & flags::HELD != 0).count();
+    assert!((150..400).contains(&held), "it is believed again: {held} ticks held");
+}
+
+#[test]
 fn what_the_safety_chain_did_is_in_the_records() {
     let (_, _, mut rig) = misbehave(Fault::NotANumber, u64::MAX);
     let records = rig.taken();
