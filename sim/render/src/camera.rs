@@ -8,8 +8,8 @@ use crate::placement::Placement;
 
 /// Vertical angle of view, in rad.
 const ANGLE_RAD: f32 = 0.49;
-/// What the whole view shows above the skin, in m: the needle before it goes in, but for its hub's end.
-const ABOVE_M: f32 = 0.135;
+/// What the whole view shows above the skin, in m: room for the needle and what holds it.
+const ABOVE_M: f32 = 0.092;
 /// What the section shows above the skin, in m.
 const SECTION_ABOVE_M: f32 = 0.024;
 /// Half the height that the close-up shows, in m, for a needle of 2 mm.
@@ -42,8 +42,8 @@ impl Camera {
         let depth_m = stage.depth_m();
         match frame.view {
             View::Whole => {
-                let half_m = 0.5 * (depth_m + ABOVE_M) * (1.6 / aspect).max(1.0);
-                let target = place.point(0.0, 0.012, 0.5 * (ABOVE_M - depth_m) - 0.018);
+                let half_m = 0.53 * (depth_m + ABOVE_M) * (1.6 / aspect).max(1.0);
+                let target = place.point(0.0, 0.012, 0.5 * (ABOVE_M - depth_m) - 0.019);
                 let away_m = half_m / (0.5 * ANGLE_RAD).tan();
                 Self::around(place, target, away_m, turned(frame.orbit, -0.36, 0.40), aspect, 0.17)
             }
@@ -51,7 +51,7 @@ impl Camera {
                 let half_m = CLOSE_M * (stage.needle.diameter_m / 0.002).clamp(0.6, 2.0);
                 let target = place.tip - place.axis * 0.25 * half_m;
                 let away_m = half_m / (0.5 * ANGLE_RAD).tan();
-                Self::around(place, target, away_m, turned(frame.orbit, -0.42, 0.20), aspect, 0.024)
+                Self::around(place, target, away_m, turned(frame.orbit, -0.42, 0.20), aspect, 0.045)
             }
             View::Section => Self::flat(place, depth_m, frame.orbit.distance, aspect),
         }

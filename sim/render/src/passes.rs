@@ -1,12 +1,15 @@
 //! The passes of a frame, in order: the field, the shadows, the picture.
 
+use std::ops::Range;
+
 use wgpu::{
     BindGroup, CommandEncoder, LoadOp, Operations, RenderPass, RenderPassColorAttachment,
-    RenderPassDepthStencilAttachment, RenderPassDescriptor, StoreOp, TextureView,
+    RenderPassDepthStencilAttachment, RenderPassDescriptor, RenderPipeline, StoreOp, TextureView,
 };
 
 use crate::frame::{Frame, View};
 use crate::gpu::buffers::Loaded;
+use crate::gpu::pipelines::Faces;
 use crate::renderer::Renderer;
 
 /// Below this fade the body is drawn opaque.
@@ -35,7 +38,7 @@ pub fn superpose(renderer: &Renderer, encoder: &mut CommandEncoder) {
 }
 
 /// What the lamp sees: the skin, the cut and the needle.
-pub fn shadows(renderer: &Renderer, encoder: &mut CommandEncoder) {
+pub fn shadows(renderer: &Renderer, frame: &Frame, encoder: &mut CommandEncoder) {
     let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
         depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
             view: &renderer.targets.shadow,
@@ -45,11 +48,14 @@ pub fn shadows(renderer: &Renderer, encoder: &mut CommandEncoder) {
         ..Default::default()
     });
     pass.set_bind_group(0, &renderer.groups.scene, &[]);
-    pass.set_pipeline(&renderer.fixed.tissue_shadow);
-    let (buffers, body) = &renderer.body;
-    buffers.draw_part(&mut pass, body.grid.clone(), 0..1.min(renderer.layers()));
-    buffers.draw_part(&mut pass, body.outer.clone(), 0..renderer.layers());
-    buffers.draw_part(&mut pass, body.cut.clone(), 0..renderer.layers());
+    // A body that is seen through lets the light through, too.
+    if frame.fade < OPAQUE {
+        pass.set_pipeline(&renderer.fixed.tissue_shadow);
+        let (buffers, body) = &renderer.body;
+        buffers.draw_part(&mut pass, body.grid.clone(), 0..renderer.layers().min(1));
+        buffers.draw_part(&mut pass, body.outer.clone(), 0..renderer.layers());
+        buffers.draw_part(&mut pass, body.cut.clone(), 0..renderer.layers());
+    }
     pass.set_pipeline(&renderer.fixed.needle_shadow);
     renderer.set.needle.draw(&mut pass);
 }
@@ -83,7 +89,7 @@ pub fn picture(renderer: &Renderer, frame: &Frame, onto: &TextureView, encoder: 
     }
 }
 
-fn with(pass: &mut RenderPass<'_>, pipeline: &wgpu::RenderPipeline, what: &Loaded) {
+fn with(pass: &mut RenderPass<'_>, pipeline: &RenderPipeline, what: &Loaded) {
     if !what.is_empty() {
         pass.set_pipeline(pipeline);
         what.draw(pass);
@@ -100,49 +106,61 @@ fn body_and_needle(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>
     with(pass, &drawn.solid, &renderer.set.solids);
     with(pass, &drawn.needle, &renderer.set.needle);
     if opaque {
-        pass.set_pipeline(&drawn.tissue);
-        let (buffers, body) = &renderer.body;
-        let layers = renderer.layers();
-        buffers.draw_part(pass, body.cut.start..body.cut.end, 0..layers);
-        buffers.draw_part(pass, body.grid.clone(), 0..1.min(layers));
-        buffers.draw_part(pass, body.outer.clone(), 0..layers);
+        body(renderer, frame, pass);
     }
     pass.set_pipeline(&drawn.backdrop);
     pass.draw(0..3, 0..1);
     if !opaque {
-        pass.set_pipeline(&drawn.tissue_faded);
         faded(renderer, frame, front, pass);
     }
+}
+
+/// The pipeline of the skin: the one with punctures costs more.
+fn skin<'a>(faces: &'a Faces, frame: &Frame) -> &'a RenderPipeline {
+    if frame.punctures.is_empty() { &faces.skin } else { &faces.punctured }
+}
+
+/// Opaque: only what can be seen from outside.
+fn body(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
+    let (buffers, body) = &renderer.body;
+    let (faces, layers) = (&renderer.drawn.tissue, renderer.layers());
+    pass.set_pipeline(&faces.face);
+    buffers.draw_part(pass, body.cut.clone(), 0..layers);
+    buffers.draw_part(pass, body.outer.clone(), 0..layers);
+    pass.set_pipeline(skin(faces, frame));
+    buffers.draw_part(pass, body.grid.clone(), 0..layers.min(1));
 }
 
 /// Back to front: seen from above the lowest boundary comes first, and the cut face last when the camera is before it.
 fn faded(renderer: &Renderer, frame: &Frame, front: bool, pass: &mut RenderPass<'_>) {
     let (buffers, body) = &renderer.body;
-    let layers = renderer.layers();
+    let (faces, layers) = (&renderer.drawn.faded, renderer.layers());
     let above = renderer.camera(frame).forward.z < 0.0;
-    let cut = |pass: &mut RenderPass<'_>| buffers.draw_part(pass, body.cut.clone(), 0..layers);
-    if !front {
-        cut(pass);
-    }
-    buffers.draw_part(pass, body.outer.clone(), 0..layers);
+    let walls = |pass: &mut RenderPass<'_>, part: &Range<u32>| {
+        pass.set_pipeline(&faces.face);
+        buffers.draw_part(pass, part.clone(), 0..layers);
+    };
+    let (first, last) = if front { (&body.outer, &body.cut) } else { (&body.cut, &body.outer) };
+    walls(pass, first);
     for step in 0..layers {
         let layer = if above { layers - 1 - step } else { step };
+        pass.set_pipeline(if layer == 0 { skin(faces, frame) } else { &faces.sheet });
         buffers.draw_part(pass, body.grid.clone(), layer..layer + 1);
     }
-    if front {
-        cut(pass);
-    }
+    walls(pass, last);
 }
 
 fn section(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     let drawn = &renderer.drawn;
     let (buffers, body) = &renderer.body;
-    pass.set_pipeline(&drawn.backdrop);
-    pass.draw(0..3, 0..1);
     with(pass, &drawn.solid_inside, &renderer.set.solids);
     with(pass, &drawn.solid, &renderer.set.solids);
-    pass.set_pipeline(if frame.fade < OPAQUE { &drawn.tissue } else { &drawn.tissue_faded });
+    with(pass, &drawn.needle, &renderer.set.needle);
+    let [opaque, through] = &drawn.section;
+    pass.set_pipeline(if frame.fade < OPAQUE { opaque } else { through });
     buffers.draw_part(pass, body.cut.clone(), 0..renderer.layers());
+    pass.set_pipeline(&drawn.paper);
+    pass.draw(0..3, 0..1);
     with(pass, &drawn.solid_behind, &renderer.set.solids);
     with(pass, &drawn.needle, &renderer.set.needle);
 }

@@ -100,7 +100,7 @@ impl Renderer {
             usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let samplers = samplers(device);
+        let samplers = samplers(device, quality);
         let set = Set::new(device, queue, &Stage::default());
         let bound =
             Bound { device, layouts: &layouts, tiles: &tiles, samplers: &samplers, targets: &targets, block: &block };
@@ -145,6 +145,7 @@ impl Renderer {
         }
         if quality.samples() != self.quality.samples() {
             self.drawn = Drawn::new(&self.device, &self.layouts, &self.shaders, quality.samples());
+            self.samplers = samplers(&self.device, quality);
         }
         self.targets = Targets::new(&self.device, size, quality);
         (self.size, self.quality) = (size, quality);
@@ -189,7 +190,7 @@ impl Renderer {
     fn encode(&self, frame: &Frame, onto: &TextureView, encoder: &mut CommandEncoder) {
         passes::superpose(self, encoder);
         if self.quality.shadow_texels() > 0 && frame.view != View::Section {
-            passes::shadows(self, encoder);
+            passes::shadows(self, frame, encoder);
         }
         passes::picture(self, frame, self.targets.small.as_ref().unwrap_or(onto), encoder);
         if let Some(small) = &self.groups.enlarge {
@@ -204,8 +205,7 @@ impl Renderer {
         let camera = Camera::of(stage, frame, &place, self.aspect());
         let contacts = field::contacts(stage, &place, open_puncture(frame), &frame.loads_n);
         let loads = field::loads_in_contact(responses, &contacts, &frame.loads_n);
-        let shadow_texels = self.quality.shadow_texels();
-        let moment = Moment { stage, frame, place: &place, camera: &camera, responses, shadow_texels };
+        let moment = Moment { stage, frame, place: &place, camera: &camera, responses, quality: self.quality };
         self.queue.write_buffer(&self.block, 0, bytemuck::bytes_of(&SceneBlock::of(&moment, loads)));
     }
 
@@ -268,7 +268,7 @@ impl Set {
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
         let load = |shape: &Shape| Loaded::new(device, shape);
         Self {
-            skin: numbers(device, queue, [skin; 2], &skin::heights(stage)),
+            skin: numbers(device, queue, [skin; 2], &skin::shape(stage)),
             field: view(&Plan::flat([columns, boundaries.max(1) as u32], FIELD).empty(device, usage)),
             table: numbers(device, queue, [columns, rows as u32], &samples),
             needle: load(&meshes::needle::needle(&stage.needle)),
@@ -292,8 +292,8 @@ fn check(stage: &Stage) -> Result<(), StageError> {
     if found == wanted { Ok(()) } else { Err(StageError::Field { found, wanted }) }
 }
 
-/// Tiles that repeat, shadows that compare, and a smooth one for enlarging.
-fn samplers(device: &Device) -> [wgpu::Sampler; 3] {
+/// Tiles that repeat, shadows that compare, and a smooth one for enlarging. One sample a pixel goes with one level of detail.
+fn samplers(device: &Device, quality: Quality) -> [wgpu::Sampler; 3] {
     let linear = wgpu::SamplerDescriptor {
         mag_filter: wgpu::FilterMode::Linear,
         min_filter: wgpu::FilterMode::Linear,
@@ -302,7 +302,7 @@ fn samplers(device: &Device) -> [wgpu::Sampler; 3] {
     let tiled = wgpu::SamplerDescriptor {
         address_mode_u: wgpu::AddressMode::Repeat,
         address_mode_v: wgpu::AddressMode::Repeat,
-        mipmap_filter: wgpu::MipmapFilterMode::Linear,
+        mipmap_filter: if quality.samples() > 1 { wgpu::MipmapFilterMode::Linear } else { wgpu::MipmapFilterMode::Nearest },
         ..linear.clone()
     };
     let compare = wgpu::SamplerDescriptor { compare: Some(wgpu::CompareFunction::LessEqual), ..linear };

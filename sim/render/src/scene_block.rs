@@ -8,6 +8,7 @@ use crate::camera::Camera;
 use crate::field::{MOST_LOADS, Responses, SAMPLES};
 use crate::frame::{Frame, Puncture, Stage, View};
 use crate::placement::{BEHIND_M, HALF_WIDTH_M, Placement};
+use crate::quality::Quality;
 use crate::skin;
 
 /// Layers that a picture takes.
@@ -69,15 +70,16 @@ pub struct Moment<'a> {
     pub camera: &'a Camera,
     /// The field.
     pub responses: &'a Responses,
-    /// Width of the shadow map, in texels; 0 without.
-    pub shadow_texels: u32,
+    /// The quality.
+    pub quality: Quality,
 }
 
 impl SceneBlock {
     /// Of a moment, with the field's loads as they are drawn.
     #[must_use]
     pub fn of(moment: &Moment<'_>, loads: [f32; MOST_LOADS]) -> Self {
-        let Moment { stage, frame, place, camera, responses, shadow_texels } = *moment;
+        let Moment { stage, frame, place, camera, responses, quality } = *moment;
+        let shadow_texels = quality.shadow_texels();
         let lamp = (place.across * LAMP.x + place.away * LAMP.y + Vec3::Z * LAMP.z).normalize();
         let needle = |axis: Vec3| place.needle * axis;
         let section = f32::from(u8::from(frame.view == View::Section));
@@ -102,7 +104,7 @@ impl SceneBlock {
             needle_y: needle(Vec3::Y).extend(stage.needle.tip_to_rim_m),
             needle_z: needle(Vec3::Z).extend(place.tip_depth_m()),
             tip: (place.tip - Vec3::from(frame.bend_m)).extend(0.0),
-            bend: Vec3::from(frame.bend_m).extend(0.0),
+            bend: Vec3::from(frame.bend_m).extend(quality.shadow_reads()),
             lamp: lamp.extend(texel),
             look: Vec4::new(fade, frame.t_s, responses.reach_m, skin::HALF_M),
             place: Vec4::new(stage.entry_m[0], stage.entry_m[1], touched, -depth_m - 0.001),

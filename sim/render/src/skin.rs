@@ -14,9 +14,22 @@ const FLAT_M: f32 = 0.016;
 /// From this distance on, in m, it has its full shape.
 const SHAPED_M: f32 = 0.075;
 
-/// Heights above z = 0 around the planned entry, row by row from low y to high, in m.
+/// Height above z = 0 around the planned entry (m) and its slope in x and y, row by row from low y to high.
 #[must_use]
-pub fn heights(stage: &Stage) -> Vec<f32> {
+pub fn shape(stage: &Stage) -> Vec<[f32; 4]> {
+    let heights = heights(stage);
+    let step = 2.0 * HALF_M / (SAMPLES - 1) as f32;
+    let at = |x: usize, y: usize| heights[y.min(SAMPLES - 1) * SAMPLES + x.min(SAMPLES - 1)];
+    let rise = |high: f32, low: f32| (high - low) / (2.0 * step);
+    let texel = |x: usize, y: usize| {
+        let slope_x = rise(at(x + 1, y), at(x.saturating_sub(1), y));
+        [at(x, y), slope_x, rise(at(x, y + 1), at(x, y.saturating_sub(1))), 0.0]
+    };
+    (0..SAMPLES * SAMPLES).map(|i| texel(i % SAMPLES, i / SAMPLES)).collect()
+}
+
+/// Heights, in m.
+fn heights(stage: &Stage) -> Vec<f32> {
     let entry = Vec2::new(stage.entry_m[0], stage.entry_m[1]);
     let place = |i: usize| 2.0 * HALF_M * (i as f32 / (SAMPLES - 1) as f32 - 0.5);
     let own = stage.skin.as_ref().map(|mesh| Raster::of(mesh, entry));

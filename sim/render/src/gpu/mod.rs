@@ -7,5 +7,6 @@ pub mod targets;
 pub mod textures;
 pub mod tiles;
 
-/// The colours' format of every picture. Shaders write linear light, the card encodes it.
-pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+/// The format of every picture. Shaders write values that are encoded as sRGB, which windows show as they are; a format that the
+/// card encodes would do it for every sample instead of every pixel, and blends would be brighter than what is behind them.
+pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;

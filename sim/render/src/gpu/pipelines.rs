@@ -73,9 +73,11 @@ pub struct Fixed {
 /// Pipelines of the picture itself.
 pub struct Drawn {
     /// The body, opaque.
-    pub tissue: RenderPipeline,
+    pub tissue: Faces,
     /// The body, seen through.
-    pub tissue_faded: RenderPipeline,
+    pub faded: Faces,
+    /// The cut face of a section; opaque, and seen through.
+    pub section: [RenderPipeline; 2],
     /// The needle.
     pub needle: RenderPipeline,
     /// Marks where the cut goes through a structure.
@@ -86,10 +88,24 @@ pub struct Drawn {
     pub solid_behind: RenderPipeline,
     /// What is behind everything.
     pub backdrop: RenderPipeline,
+    /// What is behind a section.
+    pub paper: RenderPipeline,
     /// The guide where something is in front of it.
     pub guide_hidden: RenderPipeline,
     /// The guide.
     pub guide: RenderPipeline,
+}
+
+/// Faces of the body.
+pub struct Faces {
+    /// Cut through.
+    pub face: RenderPipeline,
+    /// Boundaries inside.
+    pub sheet: RenderPipeline,
+    /// Skin.
+    pub skin: RenderPipeline,
+    /// Skin with punctures.
+    pub punctured: RenderPipeline,
 }
 
 impl Fixed {
@@ -124,25 +140,36 @@ impl Drawn {
             ..Recipe::new(module, entries, &groups)
         };
         let make = |recipe: Recipe<'_>| recipe.make(device, samples);
-        let body = ["tissue_vertex", "tissue_fragment"];
         let solid = |fragment, depth| recipe(&shaders.solid, ["solid_vertex", fragment], depth);
         let through = Some(BlendState::ALPHA_BLENDING);
         let uncut = |write| with_stencil(depth(DEPTH, write, less), CompareFunction::Equal, StencilOperation::Keep);
+        let body = |fragment, blend: Option<BlendState>| {
+            let depth = uncut(blend.is_none());
+            make(Recipe { blend, ..recipe(&shaders.tissue, ["tissue_vertex", fragment], depth) })
+        };
+        let faces = |blend| Faces {
+            face: body("face_fragment", blend),
+            sheet: body("sheet_fragment", blend),
+            skin: body("skin_fragment", blend),
+            punctured: body("punctured_fragment", blend),
+        };
         let odd = with_stencil(
             depth(DEPTH, false, CompareFunction::Always),
             CompareFunction::Always,
             StencilOperation::Invert,
         );
         let above = || depth(DEPTH, false, CompareFunction::Always);
-        let backdrop = recipe(&shaders.backdrop, ["backdrop_vertex", "backdrop_fragment"], depth(DEPTH, false, less));
+        let behind = |fragment| recipe(&shaders.backdrop, ["backdrop_vertex", fragment], depth(DEPTH, false, less));
         Self {
-            tissue: make(recipe(&shaders.tissue, body, uncut(true))),
-            tissue_faded: make(Recipe { blend: through, ..recipe(&shaders.tissue, body, uncut(false)) }),
+            tissue: faces(None),
+            faded: faces(through),
+            section: [None, through].map(|blend| body("section_fragment", blend)),
             needle: make(recipe(&shaders.needle, ["needle_vertex", "needle_fragment"], depth(DEPTH, true, less))),
             solid_inside: make(Recipe { writes: ColorWrites::empty(), ..solid("solid_inside", odd) }),
             solid: make(solid("solid_fragment", depth(DEPTH, true, less))),
             solid_behind: make(Recipe { blend: through, ..solid("solid_behind", above()) }),
-            backdrop: make(Recipe { corners: false, ..backdrop }),
+            backdrop: make(Recipe { corners: false, ..behind("backdrop_fragment") }),
+            paper: make(Recipe { corners: false, ..behind("paper_fragment") }),
             guide_hidden: make(Recipe { blend: through, ..solid("guide_hidden", above()) }),
             guide: make(solid("guide_fragment", depth(DEPTH, true, less))),
         }

@@ -49,10 +49,11 @@ impl Plan {
     }
 }
 
-/// A texture of numbers for shaders to read, row by row.
+/// A texture of numbers for shaders to read, row by row: one to a texel, or four.
 #[must_use]
-pub fn numbers(device: &Device, queue: &Queue, size: [u32; 2], values: &[f32]) -> TextureView {
-    let plan = Plan::flat(size, TextureFormat::R32Float);
+pub fn numbers<T: bytemuck::Pod>(device: &Device, queue: &Queue, size: [u32; 2], values: &[T]) -> TextureView {
+    let four = size_of::<T>() > size_of::<f32>();
+    let plan = Plan::flat(size, if four { TextureFormat::Rgba32Float } else { TextureFormat::R32Float });
     let descriptor = plan.descriptor(TextureUsages::TEXTURE_BINDING);
     let bytes = bytemuck::cast_slice(values);
     let texture = device.create_texture_with_data(queue, &descriptor, TextureDataOrder::LayerMajor, bytes);

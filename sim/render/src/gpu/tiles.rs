@@ -7,7 +7,7 @@ use wgpu::{
 
 use super::layouts::{Layouts, group};
 use super::pipelines::{Shaders, covering};
-use super::textures::Plan;
+use super::textures::{Plan, view};
 
 /// Pictures: the six materials, and skin cut through.
 const MATERIALS: u32 = 7;
@@ -15,7 +15,7 @@ const MATERIALS: u32 = 7;
 const TEXELS: u32 = 512;
 /// Levels of detail, down to 4 texels.
 const LEVELS: u32 = 8;
-const RELIEF: TextureFormat = TextureFormat::Rgba8Unorm;
+const HEIGHTS: TextureFormat = TextureFormat::Rgba16Float;
 
 /// Colour and relief of every material.
 pub struct Tiles {
@@ -31,9 +31,9 @@ impl Tiles {
     pub fn new(device: &Device, queue: &Queue, layouts: &Layouts, shaders: &Shaders) -> Self {
         let plan = Plan { size: [TEXELS; 2], levels: LEVELS, layers: MATERIALS, samples: 1, format: super::FORMAT };
         let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
-        let textures = [plan.empty(device, usage), Plan { format: RELIEF, ..plan }.empty(device, usage)];
+        let textures = [plan.empty(device, usage), plan.empty(device, usage)];
         let mut encoder = device.create_command_encoder(&Default::default());
-        paint(device, &mut encoder, shaders, &textures);
+        paint(device, &mut encoder, (layouts, shaders), &textures);
         for texture in &textures {
             halve(device, &mut encoder, (layouts, shaders), texture);
         }
@@ -58,13 +58,29 @@ fn level(texture: &Texture, layer: u32, level: u32) -> TextureView {
     })
 }
 
-fn paint(device: &Device, encoder: &mut CommandEncoder, shaders: &Shaders, textures: &[Texture; 2]) {
-    let pipeline = covering(device, &shaders.tiles, ["tile_vertex", "tile_fragment"], (&[], &[super::FORMAT, RELIEF]));
+/// Colours and heights of a material, then its relief from the heights.
+fn paint(
+    device: &Device,
+    encoder: &mut CommandEncoder,
+    (layouts, shaders): (&Layouts, &Shaders),
+    textures: &[Texture; 2],
+) {
+    let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
+    let heights = view(&Plan::flat([TEXELS; 2], HEIGHTS).empty(device, usage));
+    let bind = group(device, &layouts.responses, &[wgpu::BindingResource::TextureView(&heights)]);
+    let painting =
+        covering(device, &shaders.tiles, ["tile_vertex", "paint_fragment"], (&[], &[super::FORMAT, HEIGHTS]));
+    let relief = ["tile_vertex", "relief_fragment"];
+    let relieving = covering(device, &shaders.tiles, relief, (&[&layouts.responses], &[super::FORMAT]));
     for material in 0..MATERIALS {
-        let views = [level(&textures[0], material, 0), level(&textures[1], material, 0)];
-        let mut pass = begin(encoder, &views);
-        pass.set_pipeline(&pipeline);
+        let mut pass = begin(encoder, &[&level(&textures[0], material, 0), &heights]);
+        pass.set_pipeline(&painting);
         pass.draw(0..3, material..material + 1);
+        drop(pass);
+        let mut pass = begin(encoder, &[&level(&textures[1], material, 0)]);
+        pass.set_pipeline(&relieving);
+        pass.set_bind_group(0, &bind, &[]);
+        pass.draw(0..3, 0..1);
     }
 }
 
@@ -81,7 +97,7 @@ fn halve(device: &Device, encoder: &mut CommandEncoder, (layouts, shaders): (&La
             let source = level(texture, layer, below - 1);
             let resources = [wgpu::BindingResource::TextureView(&source), wgpu::BindingResource::Sampler(&sampler)];
             let bind = group(device, &layouts.copy, &resources);
-            let mut pass = begin(encoder, &[level(texture, layer, below)]);
+            let mut pass = begin(encoder, &[&level(texture, layer, below)]);
             pass.set_pipeline(&pipeline);
             pass.set_bind_group(0, &bind, &[]);
             pass.draw(0..3, 0..1);
@@ -98,11 +114,12 @@ pub fn smooth(device: &Device) -> Sampler {
     })
 }
 
-fn begin<'a>(encoder: &'a mut CommandEncoder, views: &[TextureView]) -> wgpu::RenderPass<'a> {
+fn begin<'a>(encoder: &'a mut CommandEncoder, views: &[&TextureView]) -> wgpu::RenderPass<'a> {
     let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store };
-    let attachment =
-        |view| Some(wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops });
-    let attachments: Vec<_> = views.iter().map(attachment).collect();
+    let attachments: Vec<_> = views
+        .iter()
+        .map(|view| Some(wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops }))
+        .collect();
     encoder
         .begin_render_pass(&wgpu::RenderPassDescriptor { color_attachments: &attachments, ..Default::default() })
         .forget_lifetime()

@@ -9,7 +9,7 @@
 const PI: f32 = 3.14159265;
 const LAMP: vec3f = vec3f(2.75, 2.62, 2.42);
 const FILL: vec3f = vec3f(0.30, 0.36, 0.44);
-const FILL_FROM: vec3f = vec3f(0.66, -0.62, 0.42);
+const FILL_FROM: vec3f = vec3f(0.661, -0.621, 0.421);
 
 struct Surface {
     base: vec3f,
@@ -21,22 +21,21 @@ struct Surface {
     open: f32,
 }
 
-// What lies behind everything, and what metal mirrors: softboxes above, a dim room, the drape below.
+// What metal mirrors: softboxes beside and above, a dim room, the drape below.
 fn room(dir: vec3f, rough: f32) -> vec3f {
     let up = dir.z;
-    let wall = mix(vec3f(0.20, 0.23, 0.26), vec3f(0.52, 0.58, 0.63), smoothstep(-0.3, 0.75, up));
-    let floor = vec3f(0.055, 0.13, 0.15);
-    let edge = 0.04 + 0.5 * rough;
-    var light = mix(floor, wall, smoothstep(-edge, edge, up));
-    let blur = 0.03 + 0.6 * rough;
-    let lamp = dot(dir, scene.lamp.xyz);
-    light += LAMP * 1.1 * smoothstep(0.93 - blur, 0.95 + 0.3 * blur, lamp) * (1.0 - 0.75 * rough);
-    // A strip window on the right and a narrow one on the left draw lines along a shaft.
-    let side = dir.x / max(length(dir.xy), 1e-4);
-    let band = smoothstep(-0.35 - blur, 0.1, up) * (1.0 - smoothstep(0.55, 0.9 + blur, up));
-    light += vec3f(0.95, 1.0, 1.06) * band * smoothstep(0.80 - blur, 0.86 + blur, side) * (1.0 - 0.6 * rough);
-    light += vec3f(0.55, 0.6, 0.66) * band * smoothstep(0.90 - blur, 0.94 + blur, -side) * (1.0 - 0.6 * rough);
-    return light;
+    let blur = 0.04 + 0.5 * rough;
+    var light = mix(vec3f(0.17, 0.215, 0.225), vec3f(0.30, 0.33, 0.36), smoothstep(-0.35 - blur, 0.1 + blur, up));
+    light = mix(light, vec3f(0.62, 0.66, 0.70), smoothstep(0.3, 1.0, up));
+    light += LAMP * 0.7 * smoothstep(0.88 - blur, 0.96 + 0.3 * blur, dot(dir, scene.lamp.xyz));
+    let flat_dir = dir.xy * inverseSqrt(max(dot(dir.xy, dir.xy), 1e-6));
+    let side = dot(flat_dir, scene.across.xy);
+    let ahead = dot(flat_dir, scene.away.xy);
+    // A tall softbox on the left before the body, a narrow one on the right, and dark between them: lines along a shaft.
+    let left = smoothstep(-0.50 + blur, -0.70 - 0.3 * blur, side) * smoothstep(-1.05 - blur, -0.93 + 0.4 * blur, side);
+    let right = smoothstep(0.62 - blur, 0.74 + 0.4 * blur, side) * smoothstep(0.97 + blur, 0.88 - 0.4 * blur, side);
+    light += vec3f(1.02, 1.03, 1.04) * left + vec3f(0.46, 0.54, 0.62) * right;
+    return light * (1.0 - 0.45 * smoothstep(0.2, 0.9, -ahead * (1.0 - abs(side))));
 }
 
 fn ambient(normal: vec3f) -> vec3f {
@@ -51,56 +50,61 @@ fn shadow(world: vec3f, normal: vec3f) -> f32 {
     }
     let at = scene.light_clip_from_world * vec4f(world + normal * 4e-4, 1.0);
     let uv = vec2f(0.5, -0.5) * at.xy + 0.5;
+    let reads = scene.bend.w;
     var lit = 0.0;
-    for (var y = -1; y <= 1; y += 2) {
-        for (var x = -1; x <= 1; x += 2) {
-            lit += textureSampleCompareLevel(shadow_map, shadow_compare, uv + vec2f(f32(x), f32(y)) * 0.85 * texel, at.z - 8e-4);
-        }
+    for (var i = 0.0; i < reads; i += 1.0) {
+        // The corners of a square, or its middle where there is one read.
+        let corner = select(vec2f(0.0), vec2f(i % 2.0, floor(0.5 * i)) * 1.7 - 0.85, reads > 1.0);
+        lit += textureSampleCompareLevel(shadow_map, shadow_compare, uv + corner * texel, at.z - 8e-4);
     }
-    let inside = all(abs(at.xy) < vec2f(0.99));
-    return select(1.0, 0.25 * lit, inside);
+    // Beyond the map there is light; towards its rim shadows fade.
+    let inside = smoothstep(1.0, 0.86, max(abs(at.x), abs(at.y)));
+    return mix(1.0, lit / reads, inside);
 }
 
-// Distribution and shadowing of facets: GGX with Schlick's approximations (Karis, 2013).
-fn glint(s: Surface, view: vec3f, light: vec3f, f0: vec3f) -> vec3f {
+// The shine of facets: GGX, with shadowing and Fresnel in one cheap factor (Lazarov 2013, Karis 2013).
+fn glint(normal: vec3f, rough: f32, view: vec3f, light: vec3f) -> f32 {
     let half_way = normalize(view + light);
-    let nh = max(dot(s.normal, half_way), 0.0);
-    let nl = max(dot(s.normal, light), 0.0);
-    let nv = max(dot(s.normal, view), 1e-3);
-    let a = s.rough * s.rough;
+    let nh = max(dot(normal, half_way), 0.0);
+    let lh = max(dot(light, half_way), 0.3);
+    let a = rough * rough;
     let d = nh * nh * (a * a - 1.0) + 1.0;
-    let k = 0.125 * (s.rough + 1.0) * (s.rough + 1.0);
-    let visible = 0.25 / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
-    let fresnel = f0 + (1.0 - f0) * pow(1.0 - max(dot(view, half_way), 0.0), 5.0);
-    return fresnel * (a * a / (PI * d * d) * visible * nl);
+    return a * a / (PI * d * d * 4.0 * lh * lh * (rough + 0.5)) * max(dot(normal, light), 0.0);
 }
 
+// Light that wraps around is redder the further it went under the surface.
 fn wrapped(nl: f32, soft: f32) -> vec3f {
-    // Light that wraps is redder the further it went under the surface.
     let w = soft * vec3f(1.0, 0.45, 0.35);
-    return max((vec3f(nl) + w) / ((1.0 + w) * (1.0 + w)), vec3f(0.0));
+    let scale = 1.0 / (1.0 + w);
+    return max((nl + w) * scale * scale, vec3f(0.0));
 }
 
+// Tissue, cloth and plastic.
 fn lit(s: Surface, view: vec3f, world: vec3f, flat_normal: vec3f) -> vec3f {
-    let f0 = mix(vec3f(0.04), s.base, s.metal);
-    let clear = shadow(world, flat_normal);
     let nl = dot(s.normal, scene.lamp.xyz);
-    let paint = s.base * (1.0 - s.metal) / PI;
-    var light = LAMP * clear * (PI * 0.62 * paint * wrapped(nl, s.soft) + glint(s, view, scene.lamp.xyz, f0));
-    let fill = normalize(FILL_FROM);
-    light += FILL * (PI * 0.62 * paint * wrapped(dot(s.normal, fill), s.soft) + glint(s, view, fill, f0));
-    light += s.open * PI * 0.62 * paint * ambient(s.normal);
-    // The room in the mirror, by an analytic fit of the split sum (Karis, 2014).
-    let nv = max(dot(s.normal, view), 0.0);
-    let c = vec4f(-1.0, -0.0275, -0.572, 0.022) * s.rough + vec4f(1.0, 0.0425, 1.04, -0.04);
-    let a = min(c.x * c.x, exp2(-9.28 * nv)) * c.x + c.y;
-    let split = f0 * (-1.04 * a + c.z) + (1.04 * a + c.w);
-    light += s.open * split * room(reflect(-view, s.normal), s.rough) * mix(0.55, 1.0, clear);
-    return light;
+    let clear = shadow(world, flat_normal);
+    let fill = max(0.7 + dot(s.normal, FILL_FROM), 0.0) * 0.55;
+    var light = s.base * (0.62 * (LAMP * clear * wrapped(nl, s.soft) + FILL * fill + s.open * ambient(s.normal)));
+    light += LAMP * (clear * 0.04 * glint(s.normal, s.rough, view, scene.lamp.xyz));
+    let edge = 1.0 - max(dot(s.normal, view), 0.0);
+    let mirror = reflect(-view, s.normal).z;
+    let sky = mix(vec3f(0.10, 0.13, 0.14), vec3f(0.55, 0.60, 0.64), smoothstep(-0.2, 0.8, mirror));
+    let square = edge * edge;
+    return light + s.open * sky * (0.04 + 0.6 * (1.0 - s.rough) * square * square * edge);
+}
+
+// Steel mirrors the room.
+fn lit_metal(s: Surface, view: vec3f, world: vec3f, flat_normal: vec3f) -> vec3f {
+    let clear = shadow(world, flat_normal);
+    let edge = 1.0 - max(dot(s.normal, view), 0.0);
+    let square = edge * edge;
+    let mirrored = mix(s.base, vec3f(1.0), square * square * edge);
+    let room = room(reflect(-view, s.normal), s.rough) * mix(0.65, 1.0, clear);
+    return mirrored * (s.open * room + LAMP * (0.22 * clear * glint(s.normal, s.rough, view, scene.lamp.xyz)));
 }
 
 // Khronos PBR Neutral: colours of base stay what they are, highlights roll off.
-fn shown(light: vec3f) -> vec3f {
+fn rolled_off(light: vec3f) -> vec3f {
     let low = min(light.x, min(light.y, light.z));
     let toe = select(0.04, low - 6.25 * low * low, low < 0.08);
     let c = light - toe;
@@ -113,6 +117,17 @@ fn shown(light: vec3f) -> vec3f {
     let new_peak = 1.0 - d * d / (peak + d - start);
     let g = 1.0 - 1.0 / (0.15 * (peak - new_peak) + 1.0);
     return mix(c * (new_peak / peak), vec3f(new_peak), g);
+}
+
+fn shown(light: vec3f) -> vec3f {
+    return encoded(rolled_off(light));
+}
+
+// Encoded for the eye: the curve of sRGB, by roots.
+fn encoded(light: vec3f) -> vec3f {
+    let a = sqrt(max(light, vec3f(0.0)));
+    let b = sqrt(a);
+    return 0.585122381 * a + 0.783140355 * b - 0.368262736 * sqrt(b);
 }
 
 fn towards_eye(world: vec3f) -> vec3f {

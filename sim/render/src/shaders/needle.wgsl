@@ -36,11 +36,12 @@ fn needle_shadow(@location(0) at: vec4f, @location(1) normal: vec4f) -> @builtin
 
 // Parts: 0 polished stylet, 1 brushed cannula, 2 bore, 3 hub, 4 knob.
 fn part_of(in: Varying) -> Surface {
-    var s = Surface(vec3f(0.74, 0.75, 0.77), normalize(in.normal), 0.20, 1.0, 0.0, 1.0);
+    var s = Surface(vec3f(0.84, 0.845, 0.85), normalize(in.normal), 0.20, 1.0, 0.0, 1.0);
     switch in.part {
         case 1u: {
             // Brushed around the shaft: fine grooves, and an engraved ring every centimetre.
             let groove = noise(vec2f(in.own.z * 9000.0, 3.0), 4096) - 0.5;
+            s.base = vec3f(0.74, 0.75, 0.765);
             s.rough = 0.30 + 0.10 * groove;
             s.normal = normalize(s.normal + scene.needle_z.xyz * (0.10 * groove));
             let centimetre = abs(fract(-in.own.z * 100.0 + 0.5) - 0.5) * 0.01;
@@ -74,7 +75,8 @@ fn part_of(in: Varying) -> Surface {
 fn needle_fragment(in: Varying) -> @location(0) vec4f {
     let view = towards_eye(in.world);
     let s = part_of(in);
-    var light = lit(s, view, in.world, normalize(in.normal));
-    // What is wet with blood below the skin.
-    return vec4f(shown(light), 1.0);
+    if s.metal > 0.5 {
+        return vec4f(shown(lit_metal(s, view, in.world, normalize(in.normal))), 1.0);
+    }
+    return vec4f(shown(lit(s, view, in.world, normalize(in.normal))), 1.0);
 }

@@ -27,7 +27,8 @@ struct Scene {
     cut: vec4f,
     // The needle's axis as the tissue sees it; w: how near the needle is, 1 in the tissue.
     axis: vec4f,
-    // The needle: three axes in the patient frame, tip, and what the tip is bent off. w: length; tip to rim; depth of the tip; -.
+    // The needle: three axes in the patient frame, tip, and what the tip is bent off. w: length; tip to rim; depth of the
+    // tip; -; reads of the shadow map a pixel.
     needle_x: vec4f,
     needle_y: vec4f,
     needle_z: vec4f,
@@ -52,24 +53,17 @@ struct Scene {
 @group(0) @binding(1) var skin_shape: texture_2d<f32>;
 @group(0) @binding(2) var field: texture_2d<f32>;
 
-// Height of the skin above z = 0 at a place of the patient frame.
-fn skin_height(at: vec2f) -> f32 {
+// Height of the skin above z = 0 at a place of the patient frame, and its slope in x and y.
+fn skin_at(at: vec2f) -> vec3f {
     let size = vec2f(textureDimensions(skin_shape)) - 1.0;
     let texel = clamp((at - scene.place.xy) / (2.0 * scene.look.w) + 0.5, vec2f(0.0), vec2f(0.9999)) * size;
     let low = vec2i(texel);
     let share = fract(texel);
-    let a = textureLoad(skin_shape, low, 0).x;
-    let b = textureLoad(skin_shape, low + vec2i(1, 0), 0).x;
-    let c = textureLoad(skin_shape, low + vec2i(0, 1), 0).x;
-    let d = textureLoad(skin_shape, low + vec2i(1, 1), 0).x;
-    return mix(mix(a, b, share.x), mix(c, d, share.x), share.y);
-}
-
-fn skin_slope(at: vec2f) -> vec2f {
-    let step = 2.0 * scene.look.w / f32(textureDimensions(skin_shape).x - 1u);
-    let dx = skin_height(at + vec2f(step, 0.0)) - skin_height(at - vec2f(step, 0.0));
-    let dy = skin_height(at + vec2f(0.0, step)) - skin_height(at - vec2f(0.0, step));
-    return vec2f(dx, dy) / (2.0 * step);
+    let a = textureLoad(skin_shape, low, 0);
+    let b = textureLoad(skin_shape, low + vec2i(1, 0), 0);
+    let c = textureLoad(skin_shape, low + vec2i(0, 1), 0);
+    let d = textureLoad(skin_shape, low + vec2i(1, 1), 0);
+    return mix(mix(a, b, share.x), mix(c, d, share.x), share.y).xyz;
 }
 
 fn field_at(boundary: u32, sample: i32) -> f32 {
@@ -117,8 +111,9 @@ fn boundary_at(plan: vec2f, boundary: u32) -> Tissue {
     let depth = depth_of(boundary);
     let level = scene.focus.xyz + scene.across.xyz * plan.x + scene.away.xyz * plan.y;
     let share = 1.0 - 0.75 * depth / max(scene.down.w, 1e-3);
+    let skin = skin_at(level.xy);
     var tissue: Tissue;
-    tissue.rest = level + scene.down.xyz * depth + vec3f(0.0, 0.0, share * skin_height(level.xy));
+    tissue.rest = level + scene.down.xyz * depth + vec3f(0.0, 0.0, share * skin.x);
     let axis = scene.axis.xyz;
     let off = tissue.rest - scene.focus.xyz;
     let radial = off - axis * dot(off, axis);
@@ -126,7 +121,7 @@ fn boundary_at(plan: vec2f, boundary: u32) -> Tissue {
     let given = displacement(boundary, radius);
     tissue.world = tissue.rest + axis * given.x;
     let outward = radial / max(radius, 1e-6);
-    let hill = vec3f(share * skin_slope(level.xy), 0.0);
+    let hill = vec3f(share * skin.yz, 0.0);
     tissue.normal = normalize(vec3f(0.0, 0.0, 1.0) - hill - outward * (axis.z * given.y));
     tissue.slope = abs(given.y);
     return tissue;

@@ -86,7 +86,7 @@ fn solid_behind(in: Varying) -> @location(0) vec4f {
     }
     let s = kind_of(in.kind, in.world);
     let rim = pow(1.0 - abs(dot(normalize(in.normal), scene.cut.xyz)), 3.0);
-    return vec4f(s.base, 0.10 + 0.5 * rim);
+    return vec4f(encoded(s.base), 0.10 + 0.5 * rim);
 }
 
 // Kinds: 0 planned line, 1 entry, 2 target; drawn as light, the same from every side.
@@ -96,10 +96,10 @@ fn guide_colour(kind: u32) -> vec3f {
 
 @fragment
 fn guide_fragment(in: Varying) -> @location(0) vec4f {
-    return vec4f(guide_colour(in.kind), 1.0);
+    return vec4f(encoded(guide_colour(in.kind)), 1.0);
 }
 
 @fragment
 fn guide_hidden(in: Varying) -> @location(0) vec4f {
-    return vec4f(guide_colour(in.kind), 0.38);
+    return vec4f(encoded(guide_colour(in.kind)), 0.38);
 }

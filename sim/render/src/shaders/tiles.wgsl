@@ -1,4 +1,4 @@
-// The materials' tiles, made once of noise: colour; and relief (slope in x and y), roughness and openness. They repeat without a seam.
+// The materials' tiles, made once of noise: colour and openness; slope in x and y and roughness. They repeat without a seam.
 
 struct Varying {
     @builtin(position) clip: vec4f,
@@ -43,13 +43,15 @@ fn fibres(uv: vec2f, along: i32, across: i32) -> f32 {
 
 // Cells around scattered points: distance to the nearest, how much farther the second is, and a number of the cell's own.
 fn cells(uv: vec2f, period: i32) -> vec3f {
+    // Not known to the compiler, so that it keeps the loop: unrolled everywhere it takes seconds to compile.
+    let one = min(period, 1);
     let at = uv * f32(period);
     let cell = vec2i(floor(at));
     var nearest = 9.0;
     var second = 9.0;
     var own = 0.0;
-    for (var y = -1; y <= 1; y++) {
-        for (var x = -1; x <= 1; x++) {
+    for (var y = -1; y <= one; y++) {
+        for (var x = -1; x <= one; x++) {
             let other = cell + vec2i(x, y);
             let wrapped = ((other % period) + period) % period;
             let point = vec2f(other) + 0.15 + 0.7 * hash2(wrapped + period);
@@ -83,8 +85,8 @@ fn skin(uv: vec2f) -> Tile {
     let hollow = smoothstep(0.15, 0.04, pore.x) * step(0.35, pore.z);
     let mottle = octaves(uv, 3, 4);
     let height = 0.55 * smoothstep(0.0, 0.35, lines.y) + 0.18 * smoothstep(0.0, 0.3, fine.y) - 0.8 * hollow;
-    var colour = mix(vec3f(0.60, 0.335, 0.245), vec3f(0.72, 0.455, 0.345), smoothstep(0.25, 0.7, mottle));
-    colour = mix(colour, vec3f(0.68, 0.31, 0.25), 0.30 * smoothstep(0.5, 0.75, octaves(uv + 0.7, 6, 3)));
+    var colour = mix(vec3f(0.545, 0.295, 0.205), vec3f(0.605, 0.350, 0.250), smoothstep(0.25, 0.7, mottle));
+    colour = mix(colour, vec3f(0.58, 0.250, 0.190), 0.30 * smoothstep(0.5, 0.75, octaves(uv + 0.7, 6, 3)));
     let freckle = cells(uv + 0.13, 9);
     colour *= 1.0 - 0.20 * smoothstep(0.12, 0.05, freckle.x) * step(0.8, freckle.z);
     colour *= 0.90 + 0.12 * height;
@@ -97,12 +99,12 @@ fn fat(uv: vec2f) -> Tile {
     let septum = smoothstep(0.13, 0.03, lobes.y);
     let dome = smoothstep(0.0, 0.55, lobes.y);
     let small = smoothstep(0.0, 0.4, inner.y);
-    var colour = mix(vec3f(0.74, 0.47, 0.11), vec3f(0.88, 0.66, 0.25), 0.6 * lobes.z + 0.4 * inner.z);
+    var colour = mix(vec3f(0.60, 0.345, 0.070), vec3f(0.74, 0.510, 0.165), 0.6 * lobes.z + 0.4 * inner.z);
     colour *= 0.86 + 0.14 * small;
-    colour = mix(colour, vec3f(0.88, 0.74, 0.56), 0.75 * septum);
+    colour = mix(colour, vec3f(0.76, 0.60, 0.42), 0.75 * septum);
     let thread = smoothstep(0.030, 0.010, abs(octaves(bent(uv, 0.1), 4, 4) - 0.47));
     colour = mix(colour, vec3f(0.62, 0.14, 0.08), 0.45 * thread * septum);
-    return Tile(colour, 0.020 * dome + 0.0035 * small, 0.30 + 0.16 * septum);
+    return Tile(colour, 0.020 * dome + 0.0022 * small, 0.28 + 0.16 * septum);
 }
 
 fn muscle(uv: vec2f) -> Tile {
@@ -110,9 +112,9 @@ fn muscle(uv: vec2f) -> Tile {
     let bundle = fibres(wave, 3, 13);
     let strand = fibres(wave + 0.3, 5, 56);
     let fine = fibres(wave + 0.6, 9, 170);
-    let edge = smoothstep(0.10, 0.02, abs(bundle - 0.5));
-    var colour = mix(vec3f(0.30, 0.040, 0.038), vec3f(0.50, 0.105, 0.088), 0.30 * bundle + 0.45 * strand + 0.25 * fine);
-    colour = mix(colour, vec3f(0.66, 0.38, 0.31), 0.50 * edge * smoothstep(0.3, 0.7, strand));
+    let edge = smoothstep(0.05, 0.008, abs(bundle - 0.5));
+    var colour = mix(vec3f(0.125, 0.012, 0.012), vec3f(0.390, 0.080, 0.066), 0.35 * bundle + 0.40 * strand + 0.25 * fine);
+    colour = mix(colour, vec3f(0.52, 0.27, 0.21), 0.55 * edge * smoothstep(0.25, 0.7, fine));
     let height = 0.010 * smoothstep(0.0, 0.3, abs(bundle - 0.5)) + 0.0045 * strand + 0.0016 * fine;
     return Tile(colour, height, 0.34 + 0.18 * fine);
 }
@@ -122,7 +124,7 @@ fn fascia(uv: vec2f) -> Tile {
     let a = fibres(wave, 3, 60);
     let b = fibres(wave + 0.4, 5, 150);
     let cross_wise = fibres(wave.yx, 3, 30);
-    var colour = mix(vec3f(0.66, 0.62, 0.55), vec3f(0.90, 0.88, 0.83), 0.5 * a + 0.3 * b + 0.2 * cross_wise);
+    var colour = mix(vec3f(0.48, 0.45, 0.40), vec3f(0.72, 0.70, 0.66), 0.5 * a + 0.3 * b + 0.2 * cross_wise);
     return Tile(colour, 0.004 * a + 0.0015 * b, 0.22 + 0.16 * a);
 }
 
@@ -141,7 +143,7 @@ fn dermis(uv: vec2f) -> Tile {
     let fibre = fibres(bent(uv, 0.05), 14, 30);
     let knot = octaves(uv, 10, 4);
     let vessel = cells(uv + 0.2, 11);
-    var colour = mix(vec3f(0.74, 0.43, 0.35), vec3f(0.88, 0.66, 0.57), 0.5 * fibre + 0.5 * knot);
+    var colour = mix(vec3f(0.58, 0.31, 0.245), vec3f(0.72, 0.50, 0.42), 0.5 * fibre + 0.5 * knot);
     colour = mix(colour, vec3f(0.52, 0.07, 0.06), 0.8 * smoothstep(0.13, 0.07, vessel.x) * step(0.5, vessel.z));
     return Tile(colour, 0.004 * fibre + 0.004 * knot, 0.40);
 }
@@ -158,18 +160,30 @@ fn tile(uv: vec2f, material: u32) -> Tile {
     }
 }
 
-struct Tiles {
+struct Painted {
+    // The root of the colour, which eight bits hold better; openness.
     @location(0) colour: vec4f,
-    @location(1) relief: vec4f,
+    // Height in widths of the tile, roughness.
+    @location(1) height: vec4f,
 }
 
 @fragment
-fn tile_fragment(in: Varying) -> Tiles {
-    let step = 1.0 / 512.0;
+fn paint_fragment(in: Varying) -> Painted {
     let here = tile(in.uv, in.material);
-    let right = tile(in.uv + vec2f(step, 0.0), in.material).height;
-    let up = tile(in.uv + vec2f(0.0, step), in.material).height;
-    let slope = clamp(vec2f(here.height - right, here.height - up) / step, vec2f(-1.0), vec2f(1.0));
     let open = clamp(0.72 + 26.0 * here.height, 0.0, 1.0);
-    return Tiles(vec4f(here.colour, 1.0), vec4f(0.5 + 0.5 * slope, here.rough, open));
+    return Painted(vec4f(sqrt(here.colour), open), vec4f(here.height, here.rough, 0.0, 1.0));
+}
+
+@group(0) @binding(0) var heights: texture_2d<f32>;
+
+@fragment
+fn relief_fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
+    let size = vec2i(textureDimensions(heights));
+    let texel = vec2i(at.xy);
+    let here = textureLoad(heights, texel, 0);
+    // Rows run down, the tile's y runs up.
+    let right = textureLoad(heights, vec2i((texel.x + 1) % size.x, texel.y), 0).x;
+    let up = textureLoad(heights, vec2i(texel.x, (texel.y + size.y - 1) % size.y), 0).x;
+    let slope = clamp(vec2f(here.x - right, here.x - up) * f32(size.x), vec2f(-1.0), vec2f(1.0));
+    return vec4f(0.5 + 0.5 * slope, here.y, 1.0);
 }

@@ -6,7 +6,7 @@ struct Varying {
     @location(1) rest: vec3f,
     @location(2) normal: vec3f,
     @location(3) tangent: vec3f,
-    // Depth before anything moved; 1 on a cut face; steepness of the tent; -.
+    // Depth before anything moved; 1 on a cut face; steepness of the tent; tone.
     @location(4) more: vec4f,
     @location(5) @interpolate(flat) layer: u32,
 }
@@ -22,7 +22,10 @@ fn tissue_vertex(@location(0) plan: vec3f, @location(1) wall: vec4f, @builtin(in
     let face = select(scene.across.xyz * wall.x + scene.away.xyz * wall.y, scene.cut.xyz, wall.y < -0.5);
     out.normal = select(tissue.normal, face, wall.w > 0.5);
     out.tangent = select(vec3f(1.0, 0.0, 0.0), scene.away.xyz * wall.x - scene.across.xyz * wall.y, wall.w > 0.5);
-    out.more = vec4f(depth_of(boundary), wall.w, tissue.slope, 0.0);
+    // Broad differences in tone, so that a tile is not seen to repeat.
+    let at = tissue.rest * 60.0;
+    let broad = 0.98 + 0.06 * sin(at.x + 1.7 * sin(0.7 * at.y)) + 0.05 * sin(1.3 * at.y - at.z + 1.9 * sin(0.8 * at.x));
+    out.more = vec4f(depth_of(boundary), wall.w, tissue.slope, broad);
     out.layer = layer;
     out.clip = scene.clip_from_world * vec4f(out.world, 1.0);
     return out;
@@ -52,38 +55,37 @@ fn blood_depth(off: vec2f, blood: f32) -> f32 {
     let ragged = 0.16 * sin(3.0 * angle + 0.7) + 0.09 * sin(5.0 * angle + 2.1) + 0.05 * sin(9.0 * angle);
     let pool = scene.focus.w + 0.0052 * blood * (1.0 + ragged) - length(off);
     let along = -off.x;
-    let meander = 0.0013 * sin(along * 210.0) + 0.0006 * sin(along * 530.0 + 1.0) + 0.10 * along;
+    let meander = 0.0013 * sin(along * 210.0) + 0.0006 * sin(along * 530.0 + 1.0) + 0.22 * along;
     let end = 0.034 * blood * blood;
-    let width = 0.0012 * (0.5 + blood) * (1.0 + 0.55 * smoothstep(0.006, 0.0, end - along));
-    let trickle = min(width - abs(off.y - meander), min(along, end - along));
-    let rim = 0.0011;
-    return smoothstep(0.0, rim, max(pool, trickle) + 0.6 * min(max(pool, 0.0), max(trickle, 0.0)));
+    let width = 0.0012 * (0.5 + blood) * (1.0 + 0.55 * smoothstep(0.006, 0.0, end - along)) * smoothstep(-0.002, 0.002, along);
+    let trickle = width - length(vec2f(max(along - end, 0.0), off.y - meander));
+    let dome = clamp(max(pool * 0.55, trickle) / 0.0017, 0.0, 1.0);
+    return dome * (2.0 - dome);
 }
 
-struct Wet {
-    depth: f32,
-    slope: vec2f,
-    hole: f32,
-}
-
-fn wet(rest: vec3f) -> Wet {
-    var out = Wet(0.0, vec2f(0.0), 0.0);
+// Depth of blood and darkness of a hole at a place on the skin.
+fn wet(rest: vec3f) -> vec2f {
+    var out = vec2f(0.0);
     for (var i = 0u; i < scene.count.y; i++) {
         let puncture = scene.punctures[i];
         let off = rest.xy - puncture.entry.xy;
-        let far = dot(off, off);
-        if far < 0.0016 {
-            out.hole = max(out.hole, smoothstep(0.85, 0.45, sqrt(far) / scene.focus.w));
+        // No farther than the pool and the trickle reach.
+        if abs(off.y - 0.003) < 0.010 && off.x < 0.008 && off.x > -0.036 {
+            out.y = max(out.y, smoothstep(0.85, 0.45, length(off) / scene.focus.w));
             if puncture.blood > 0.0 {
-                let step = 2e-4;
-                let depth = blood_depth(off, puncture.blood);
-                let slope = vec2f(blood_depth(off + vec2f(step, 0.0), puncture.blood), blood_depth(off + vec2f(0.0, step), puncture.blood)) - depth;
-                out.slope = select(out.slope, slope, depth > out.depth);
-                out.depth = max(out.depth, depth);
+                out.x = max(out.x, blood_depth(off, puncture.blood));
             }
         }
     }
     return out;
+}
+
+// A normal tilted by a height that is known at neighbouring pixels (Mikkelsen, 2010).
+fn tilted(normal: vec3f, along_x: vec3f, along_y: vec3f, rise: vec2f) -> vec3f {
+    let a = cross(along_y, normal);
+    let b = cross(normal, along_x);
+    let area = dot(along_x, a);
+    return normalize(abs(area) * normal - sign(area) * (rise.x * a + rise.y * b));
 }
 
 // How much a place inside the body belongs to a track, and how bloody it is.
@@ -94,6 +96,9 @@ fn track(rest: vec3f) -> vec2f {
         let off = rest - puncture.entry;
         let along = dot(off, puncture.axis);
         let aside = length(off - puncture.axis * along) / scene.focus.w;
+        if aside > 4.0 {
+            continue;
+        }
         let within = smoothstep(puncture.depth + 2e-4, puncture.depth - 2e-4, along);
         out.x = max(out.x, within * smoothstep(1.0, 0.55, aside));
         let seep = puncture.blood * smoothstep(1.0 + 2.6 * puncture.blood, 0.9, aside) * exp(-max(along, 0.0) * 45.0);
@@ -103,79 +108,131 @@ fn track(rest: vec3f) -> vec2f {
 }
 
 // Colours of the section view's bands, by material.
-const BANDS = array<vec3f, 7>(
-    vec3f(0.86, 0.55, 0.44), vec3f(0.95, 0.76, 0.32), vec3f(0.62, 0.16, 0.15), vec3f(0.82, 0.80, 0.72),
-    vec3f(0.86, 0.80, 0.64), vec3f(0.45, 0.66, 0.80), vec3f(0.86, 0.50, 0.40));
+fn band(material: u32) -> vec3f {
+    switch material {
+        case 1u: { return vec3f(0.95, 0.78, 0.38); }
+        case 2u: { return vec3f(0.66, 0.20, 0.18); }
+        case 3u: { return vec3f(0.86, 0.84, 0.78); }
+        case 4u: { return vec3f(0.86, 0.80, 0.64); }
+        case 5u: { return vec3f(0.45, 0.66, 0.80); }
+        default: { return vec3f(0.87, 0.56, 0.46); }
+    }
+}
+
+// What a place of the body is made of, by the tiles.
+struct Bit {
+    surface: Surface,
+    view: vec3f,
+    flat_normal: vec3f,
+    // Depth below the layer's top, and of a pixel.
+    from_top: f32,
+    pixel: f32,
+}
+
+// Each kind of face has its own entry: a processor that stands in for a graphics card runs both sides of every branch.
+fn bit_of(in: Varying, uv: vec2f, material: u32, rough: f32) -> Bit {
+    let across = normalize(in.tangent);
+    let view = towards_eye(in.world);
+    // What is seen from behind, through a faded body, is lit as seen.
+    let outward = normalize(in.normal);
+    let flat_normal = select(outward, -outward, in.more.y > 0.5 && dot(outward, view) < 0.0);
+    let along = cross(flat_normal, across);
+    let at = uv / tile_width(material);
+    let colour = textureSample(albedos, tiles, at, material);
+    let relief = textureSample(reliefs, tiles, at, material);
+    let tilt = (relief.xy * 2.0 - 1.0) * rough;
+    let off = in.rest - scene.focus.xyz;
+    let down = dot(off, scene.axis.xyz);
+    let aside = length(off - scene.axis.xyz * down) / scene.focus.w;
+    let beside = scene.axis.w * smoothstep(0.002, 0.0, down - max(scene.needle_z.w, 0.0));
+    var bit: Bit;
+    bit.flat_normal = flat_normal;
+    bit.view = view;
+    bit.from_top = in.more.x - scene.layers[in.layer].x;
+    bit.pixel = fwidth(in.more.x);
+    bit.surface.base = colour.rgb * colour.rgb * in.more.w;
+    bit.surface.normal = normalize(flat_normal + across * tilt.x + along * tilt.y);
+    bit.surface.rough = relief.z;
+    bit.surface.metal = 0.0;
+    bit.surface.soft = 0.36;
+    // The needle keeps the room's light from what is close to it.
+    bit.surface.open = mix(0.55, 1.0, colour.w) * mix(1.0, smoothstep(-0.6, 2.6, aside), beside);
+    return bit;
+}
+
+fn seen(in: Varying, bit: Bit, clearest: f32) -> vec4f {
+    let rim = 1.0 - abs(dot(bit.surface.normal, bit.view));
+    let alpha = mix(1.0, mix(clearest, 0.45, rim * rim), smoothstep(0.0, 0.9, scene.look.x));
+    return vec4f(shown(lit(bit.surface, bit.view, in.world, bit.flat_normal)), alpha);
+}
+
+fn face_bit(in: Varying) -> Bit {
+    let material = u32(scene.layers[in.layer].z);
+    let uv = vec2f(dot(in.rest, normalize(in.tangent)), -in.more.x);
+    return bit_of(in, uv, select(material, 6u, material == 0u), 0.7);
+}
+
+// A cut face: a dark line where a layer begins, the epidermis, and tracks with what bled into them.
+@fragment
+fn face_fragment(in: Varying) -> @location(0) vec4f {
+    var bit = face_bit(in);
+    let line = 1.0 - smoothstep(0.0, max(1.1 * bit.pixel, 1.2e-4), bit.from_top);
+    let dark = select(vec3f(0.45, 0.30, 0.28), vec3f(0.50, 0.30, 0.22), scene.layers[in.layer].z == 0.0);
+    let cut = track(in.rest);
+    var base = bit.surface.base * mix(vec3f(1.0), dark, 0.75 * line);
+    base = mix(base, vec3f(0.30, 0.012, 0.012), 0.9 * cut.y);
+    bit.surface.base = mix(base, vec3f(0.05, 0.006, 0.006), 0.85 * cut.x);
+    bit.surface.rough = mix(bit.surface.rough, 0.16, cut.y);
+    return seen(in, bit, 0.16);
+}
+
+// A boundary inside the body, seen when the body is faded.
+@fragment
+fn sheet_fragment(in: Varying) -> @location(0) vec4f {
+    return seen(in, bit_of(in, in.rest.xy, u32(scene.layers[in.layer].z), 0.85), 0.10);
+}
+
+// The skin from above, paler under tension.
+fn skin_bit(in: Varying) -> Bit {
+    var bit = bit_of(in, in.rest.xy, u32(scene.layers[in.layer].z), 0.85);
+    bit.surface.base += (bit.surface.base * vec3f(0.10, 0.04, 0.0) + 0.03) * smoothstep(0.15, 0.9, in.more.z);
+    bit.surface.soft = 0.42;
+    return bit;
+}
 
 @fragment
-fn tissue_fragment(in: Varying, @builtin(front_facing) front: bool) -> @location(0) vec4f {
-    let layer = scene.layers[in.layer];
-    let face = in.more.y > 0.5;
-    var material = u32(layer.z);
-    material = select(material, 6u, face && material == 0u);
-    let depth = in.more.x;
-    let across = normalize(in.tangent);
-    let flat_normal = normalize(in.normal);
-    let along = cross(flat_normal, across);
-    let uv = select(in.rest.xy, vec2f(dot(in.rest, across), -depth), face) / tile_width(material);
-    let albedo = textureSample(albedos, tiles, uv, material);
-    let relief = textureSample(reliefs, tiles, uv, material);
-    let broad = textureSample(reliefs, tiles, uv * 0.137 + 0.37, material).w;
-    let section = scene.cut.w > 0.5;
+fn skin_fragment(in: Varying) -> @location(0) vec4f {
+    return seen(in, skin_bit(in), 0.10);
+}
 
-    var s: Surface;
-    s.base = albedo.rgb * mix(0.86, 1.12, broad);
-    s.rough = relief.z;
-    s.metal = 0.0;
-    s.soft = select(0.34, 0.42, material == 0u);
-    s.open = mix(0.55, 1.0, relief.w);
-    let tilt = (relief.xy * 2.0 - 1.0) * select(1.0, 0.8, face);
-    s.normal = normalize(flat_normal + across * tilt.x + along * tilt.y);
+// The same with holes and blood.
+@fragment
+fn punctured_fragment(in: Varying) -> @location(0) vec4f {
+    var bit = skin_bit(in);
+    let blood = wet(in.rest);
+    let rise = vec2f(dpdx(blood.x), dpdy(blood.x)) * 6e-4;
+    let bump = tilted(bit.flat_normal, dpdx(in.world), dpdy(in.world), rise);
+    var s = bit.surface;
+    s.base = mix(s.base, vec3f(0.035, 0.008, 0.007), blood.y);
+    let covered = smoothstep(0.0, 0.35, blood.x);
+    let deep = mix(vec3f(0.24, 0.012, 0.009), vec3f(0.105, 0.003, 0.003), smoothstep(0.1, 1.0, blood.x));
+    s.base = mix(s.base, deep, 0.95 * covered);
+    s.rough = mix(s.rough, 0.13, covered);
+    s.soft = mix(s.soft, 0.15, covered);
+    s.normal = normalize(mix(s.normal, bump, covered));
+    bit.surface = s;
+    return seen(in, bit, 0.10);
+}
 
-    let off = in.rest - scene.focus.xyz;
-    let aside = length(off - scene.axis.xyz * dot(off, scene.axis.xyz));
-    var alpha = 1.0;
-    if face {
-        // A fine dark line and a lighter lip where one layer ends and the next begins.
-        let from_top = depth - layer.x;
-        let pixel = fwidth(depth);
-        let line = 1.0 - smoothstep(0.0, max(1.1 * pixel, 1.2e-4), from_top);
-        s.base = mix(s.base, s.base * vec3f(0.45, 0.30, 0.28), 0.75 * line);
-        if u32(layer.z) == 0u {
-            s.base = mix(vec3f(0.42, 0.20, 0.13), s.base, smoothstep(0.6e-4, 2.2e-4, from_top));
-        }
-        let cut = track(in.rest);
-        s.base = mix(s.base, vec3f(0.30, 0.012, 0.012), 0.9 * cut.y);
-        s.base = mix(s.base, vec3f(0.05, 0.006, 0.006), 0.85 * cut.x);
-        s.rough = mix(s.rough, 0.16, cut.y);
-        s.open *= mix(1.0, mix(0.6, 1.0, smoothstep(0.9, 2.2, aside / scene.focus.w)), scene.axis.w);
-    } else {
-        s.open *= mix(1.0, mix(0.45, 1.0, smoothstep(0.8, 3.0, aside / scene.focus.w)), scene.axis.w);
-        if in.layer == 0u {
-            // Skin under tension pales; around a puncture it reddens.
-            s.base = mix(s.base, s.base * vec3f(1.10, 1.04, 1.0) + 0.03, smoothstep(0.15, 0.9, in.more.z));
-            let blood = wet(in.rest);
-            s.base = mix(s.base, vec3f(0.035, 0.008, 0.007), blood.hole);
-            if blood.depth > 0.0 {
-                s.base = mix(mix(s.base, vec3f(0.30, 0.010, 0.008), 0.9), vec3f(0.115, 0.003, 0.003), blood.depth) ;
-                s.rough = 0.10;
-                s.soft = 0.2;
-                let meniscus = vec3f(-blood.slope * 0.9, 0.0);
-                s.normal = normalize(mix(s.normal, flat_normal, 0.85) + meniscus);
-            }
-        }
-    }
-    let view = towards_eye(in.world);
-    s.normal = select(s.normal, -s.normal, front && !face);
-    let fade = scene.look.x;
-    let rim = pow(1.0 - abs(dot(s.normal, view)), 2.0);
-    alpha = mix(1.0, mix(select(0.10, 0.16, face), 0.45, rim), smoothstep(0.0, 0.9, fade));
-    if section && face {
-        let band = BANDS[material] * mix(vec3f(1.0), albedo.rgb / max(dot(albedo.rgb, vec3f(0.34)), 0.05), 0.25);
-        let grain = mix(0.80, 1.10, relief.w) * mix(0.95, 1.05, broad);
-        let blooded = mix(band * grain, s.base, max(track(in.rest).x, track(in.rest).y));
-        let line = 1.0 - smoothstep(0.6, 1.6, (depth - layer.x) / max(fwidth(depth), 1e-7));
-        return vec4f(mix(blooded, band * 0.25, 0.8 * line), alpha);
-    }
-    return vec4f(shown(lit(s, view, in.world, flat_normal)), alpha);
+// The section view: flat colour with a hint of the material, and a clear line between layers.
+@fragment
+fn section_fragment(in: Varying) -> @location(0) vec4f {
+    let bit = face_bit(in);
+    let base = bit.surface.base;
+    let tint = band(u32(scene.layers[in.layer].z));
+    let grain = mix(0.76, 1.04, bit.surface.open) * mix(0.90, 1.05, smoothstep(0.0, 0.5, dot(base, vec3f(0.34))));
+    let cut = track(in.rest);
+    let colour = mix(tint * grain, vec3f(0.45, 0.06, 0.06), 0.8 * max(cut.x, 0.7 * cut.y));
+    let line = 1.0 - smoothstep(0.6, 1.7, bit.from_top / max(bit.pixel, 1e-7));
+    return vec4f(mix(colour, tint * 0.45, 0.8 * line), mix(1.0, 0.35, scene.look.x));
 }
