@@ -159,10 +159,23 @@ pub struct Frame {
     pub guide: bool,
     /// Structure that the needle is in, to be lit up.
     pub touched: Option<usize>,
+    /// The body is seen from outside: the block is not cut open.
+    pub closed: bool,
+    /// Another needle, drawn as a ghost.
+    pub ghost: Option<Ghost>,
     /// From where.
     pub view: View,
     /// The person's own turn and zoom, on top of the view's.
     pub orbit: Orbit,
+}
+
+/// A needle of another attempt.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ghost {
+    /// Tip, in m.
+    pub tip_m: [f32; 3],
+    /// Orientation patient_from_needle, a unit quaternion x, y, z, w.
+    pub orientation: [f32; 4],
 }
 
 /// A hole that the needle made.

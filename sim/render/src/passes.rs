@@ -51,10 +51,10 @@ pub fn shadows(renderer: &Renderer, frame: &Frame, encoder: &mut CommandEncoder)
     // A body that is seen through lets the light through, too.
     if frame.fade < OPAQUE {
         pass.set_pipeline(&renderer.fixed.tissue_shadow);
-        let (buffers, body) = &renderer.body;
-        buffers.draw_part(&mut pass, body.grid.clone(), 0..renderer.layers().min(1));
-        buffers.draw_part(&mut pass, body.outer.clone(), 0..renderer.layers());
-        buffers.draw_part(&mut pass, body.cut.clone(), 0..renderer.layers());
+        walls(renderer, frame, &mut pass);
+        for half in halves(frame, 0..renderer.layers().min(1)) {
+            renderer.body.0.draw_part(&mut pass, renderer.body.1.grid.clone(), half);
+        }
     }
     pass.set_pipeline(&renderer.fixed.needle_shadow);
     renderer.set.needle.draw(&mut pass);
@@ -83,6 +83,9 @@ pub fn picture(renderer: &Renderer, frame: &Frame, onto: &TextureView, encoder: 
         View::Section => section(renderer, frame, &mut pass),
         View::Whole | View::Tip => body_and_needle(renderer, frame, &mut pass),
     }
+    if frame.ghost.is_some() {
+        with(&mut pass, &renderer.drawn.ghost, &renderer.set.needle);
+    }
     if frame.guide {
         with(&mut pass, &renderer.drawn.guide_hidden, &renderer.set.guide);
         with(&mut pass, &renderer.drawn.guide, &renderer.set.guide);
@@ -100,7 +103,7 @@ fn body_and_needle(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>
     let drawn = &renderer.drawn;
     let front = renderer.from_the_front(frame);
     let opaque = frame.fade < OPAQUE;
-    if front {
+    if front && !frame.closed {
         with(pass, &drawn.solid_inside, &renderer.set.solids);
     }
     with(pass, &drawn.solid, &renderer.set.solids);
@@ -120,15 +123,35 @@ fn skin<'a>(faces: &'a Faces, frame: &Frame) -> &'a RenderPipeline {
     if frame.punctures.is_empty() { &faces.skin } else { &faces.punctured }
 }
 
+/// What lies before the cut is numbered from here on; a body that is cut open has none of it.
+const BEFORE: u32 = 16;
+
+/// The halves of a layer's parts that are there: behind the cut, and before it where the body is not cut open.
+fn halves(frame: &Frame, layers: Range<u32>) -> impl Iterator<Item = Range<u32>> {
+    let before = frame.closed.then_some(layers.start + BEFORE..layers.end + BEFORE);
+    std::iter::once(layers).chain(before)
+}
+
 /// Opaque: only what can be seen from outside.
 fn body(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
-    let (buffers, body) = &renderer.body;
     let (faces, layers) = (&renderer.drawn.tissue, renderer.layers());
     pass.set_pipeline(&faces.face);
-    buffers.draw_part(pass, body.cut.clone(), 0..layers);
-    buffers.draw_part(pass, body.outer.clone(), 0..layers);
+    walls(renderer, frame, pass);
     pass.set_pipeline(skin(faces, frame));
-    buffers.draw_part(pass, body.grid.clone(), 0..layers.min(1));
+    for half in halves(frame, 0..layers.min(1)) {
+        renderer.body.0.draw_part(pass, renderer.body.1.grid.clone(), half);
+    }
+}
+
+/// The cut face, if there is one, and the outer walls.
+fn walls(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
+    let (buffers, body) = &renderer.body;
+    if !frame.closed {
+        buffers.draw_part(pass, body.cut.clone(), 0..renderer.layers());
+    }
+    for half in halves(frame, 0..renderer.layers()) {
+        buffers.draw_part(pass, body.outer.clone(), half);
+    }
 }
 
 /// Back to front: seen from above the lowest boundary comes first, and the cut face last when the camera is before it.
@@ -136,18 +159,27 @@ fn faded(renderer: &Renderer, frame: &Frame, front: bool, pass: &mut RenderPass<
     let (buffers, body) = &renderer.body;
     let (faces, layers) = (&renderer.drawn.faded, renderer.layers());
     let above = renderer.camera(frame).forward.z < 0.0;
-    let walls = |pass: &mut RenderPass<'_>, part: &Range<u32>| {
+    let cut = |pass: &mut RenderPass<'_>| {
         pass.set_pipeline(&faces.face);
-        buffers.draw_part(pass, part.clone(), 0..layers);
+        buffers.draw_part(pass, body.cut.clone(), 0..if frame.closed { 0 } else { layers });
     };
-    let (first, last) = if front { (&body.outer, &body.cut) } else { (&body.cut, &body.outer) };
-    walls(pass, first);
+    if !front {
+        cut(pass);
+    }
+    pass.set_pipeline(&faces.face);
+    for half in halves(frame, 0..layers) {
+        buffers.draw_part(pass, body.outer.clone(), half);
+    }
     for step in 0..layers {
         let layer = if above { layers - 1 - step } else { step };
         pass.set_pipeline(if layer == 0 { skin(faces, frame) } else { &faces.sheet });
-        buffers.draw_part(pass, body.grid.clone(), layer..layer + 1);
+        for half in halves(frame, layer..layer + 1) {
+            buffers.draw_part(pass, body.grid.clone(), half);
+        }
     }
-    walls(pass, last);
+    if front {
+        cut(pass);
+    }
 }
 
 fn section(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {

@@ -45,8 +45,7 @@ impl Placement {
         let planned = down_or(Vec3::from(stage.axis));
         let across = cut_direction(planned);
         let away = Vec3::Z.cross(across);
-        let needle = Quat::from_array(frame.orientation);
-        let needle = if needle.is_finite() && needle.length() > 0.5 { needle.normalize() } else { Quat::IDENTITY };
+        let needle = unit(frame.orientation);
         let tip = finite(Vec3::from(frame.tip_m)) + finite(Vec3::from(frame.bend_m));
         let near = if frame.entry_m.is_some() { 1.0 } else { smooth(1.0 - tip.z / NEAR_M) };
         let planned_entry = Vec3::from(stage.entry_m);
@@ -70,6 +69,13 @@ impl Placement {
     pub fn point(&self, right: f32, away: f32, up: f32) -> Vec3 {
         self.focus + self.across * right + self.away * away + Vec3::Z * up
     }
+}
+
+/// A rotation; none instead of numbers that are none.
+#[must_use]
+pub fn unit(orientation: [f32; 4]) -> Quat {
+    let turn = Quat::from_array(orientation);
+    if turn.is_finite() && turn.length() > 0.5 { turn.normalize() } else { Quat::IDENTITY }
 }
 
 /// Smoothly from 0 to 1.

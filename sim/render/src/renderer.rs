@@ -302,7 +302,11 @@ fn samplers(device: &Device, quality: Quality) -> [wgpu::Sampler; 3] {
     let tiled = wgpu::SamplerDescriptor {
         address_mode_u: wgpu::AddressMode::Repeat,
         address_mode_v: wgpu::AddressMode::Repeat,
-        mipmap_filter: if quality.samples() > 1 { wgpu::MipmapFilterMode::Linear } else { wgpu::MipmapFilterMode::Nearest },
+        mipmap_filter: if quality.samples() > 1 {
+            wgpu::MipmapFilterMode::Linear
+        } else {
+            wgpu::MipmapFilterMode::Nearest
+        },
         ..linear.clone()
     };
     let compare = wgpu::SamplerDescriptor { compare: Some(wgpu::CompareFunction::LessEqual), ..linear };

@@ -2,12 +2,12 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::camera::rh;
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Mat4, Quat, Vec3, Vec4};
 
 use crate::camera::Camera;
 use crate::field::{MOST_LOADS, Responses, SAMPLES};
 use crate::frame::{Frame, Puncture, Stage, View};
-use crate::placement::{BEHIND_M, HALF_WIDTH_M, Placement};
+use crate::placement::{BEHIND_M, HALF_WIDTH_M, Placement, unit};
 use crate::quality::Quality;
 use crate::skin;
 
@@ -49,6 +49,10 @@ pub struct SceneBlock {
     needle_z: Vec4,
     tip: Vec4,
     bend: Vec4,
+    ghost_x: Vec4,
+    ghost_y: Vec4,
+    ghost_z: Vec4,
+    ghost: Vec4,
     lamp: Vec4,
     look: Vec4,
     place: Vec4,
@@ -81,6 +85,9 @@ impl SceneBlock {
         let Moment { stage, frame, place, camera, responses, quality } = *moment;
         let shadow_texels = quality.shadow_texels();
         let lamp = (place.across * LAMP.x + place.away * LAMP.y + Vec3::Z * LAMP.z).normalize();
+        let ghost = frame
+            .ghost
+            .map_or((Vec3::ZERO, Quat::IDENTITY), |ghost| (Vec3::from(ghost.tip_m), unit(ghost.orientation)));
         let needle = |axis: Vec3| place.needle * axis;
         let section = f32::from(u8::from(frame.view == View::Section));
         let texel = if shadow_texels > 0 && section == 0.0 { 1.0 / shadow_texels as f32 } else { 0.0 };
@@ -105,8 +112,17 @@ impl SceneBlock {
             needle_z: needle(Vec3::Z).extend(place.tip_depth_m()),
             tip: (place.tip - Vec3::from(frame.bend_m)).extend(0.0),
             bend: Vec3::from(frame.bend_m).extend(quality.shadow_reads()),
+            ghost_x: (ghost.1 * Vec3::X).extend(0.0),
+            ghost_y: (ghost.1 * Vec3::Y).extend(0.0),
+            ghost_z: (ghost.1 * Vec3::Z).extend(0.0),
+            ghost: ghost.0.extend(0.0),
             lamp: lamp.extend(texel),
-            look: Vec4::new(fade, frame.t_s, responses.reach_m, skin::HALF_M),
+            look: Vec4::new(
+                fade,
+                f32::from(u8::from(frame.closed && frame.view != View::Section)),
+                responses.reach_m,
+                skin::HALF_M,
+            ),
             place: Vec4::new(stage.entry_m[0], stage.entry_m[1], touched, -depth_m - 0.001),
             count: [stage.layers.len() as u32, punctures.len() as u32, SAMPLES as u32, responses.loads as u32],
             layers: layers(stage, frame),

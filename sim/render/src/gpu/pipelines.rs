@@ -80,6 +80,8 @@ pub struct Drawn {
     pub section: [RenderPipeline; 2],
     /// The needle.
     pub needle: RenderPipeline,
+    /// Another attempt's needle.
+    pub ghost: RenderPipeline,
     /// Marks where the cut goes through a structure.
     pub solid_inside: RenderPipeline,
     /// Structures.
@@ -165,6 +167,10 @@ impl Drawn {
             faded: faces(through),
             section: [None, through].map(|blend| body("section_fragment", blend)),
             needle: make(recipe(&shaders.needle, ["needle_vertex", "needle_fragment"], depth(DEPTH, true, less))),
+            ghost: make(Recipe {
+                blend: through,
+                ..recipe(&shaders.needle, ["ghost_vertex", "ghost_fragment"], depth(DEPTH, false, less))
+            }),
             solid_inside: make(Recipe { writes: ColorWrites::empty(), ..solid("solid_inside", odd) }),
             solid: make(solid("solid_fragment", depth(DEPTH, true, less))),
             solid_behind: make(Recipe { blend: through, ..solid("solid_behind", above()) }),

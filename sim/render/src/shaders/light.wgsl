@@ -134,7 +134,7 @@ fn towards_eye(world: vec3f) -> vec3f {
     return select(-scene.forward.xyz, normalize(scene.eye.xyz - world), scene.eye.w > 0.5);
 }
 
-// Distance in front of the cut face, negative behind it.
+// Distance in front of the cut face, negative behind it, and everywhere in a body that is not cut open.
 fn before_cut(world: vec3f) -> f32 {
-    return dot(world - scene.focus.xyz, scene.cut.xyz);
+    return select(dot(world - scene.focus.xyz, scene.cut.xyz), -1.0, scene.look.y > 0.5);
 }

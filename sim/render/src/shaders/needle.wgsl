@@ -71,10 +71,39 @@ fn part_of(in: Varying) -> Surface {
     return s;
 }
 
+// Another attempt's needle: the same shape, straight, seen through.
+@vertex
+fn ghost_vertex(@location(0) at: vec4f, @location(1) normal: vec4f) -> Varying {
+    let axes = mat3x3f(scene.ghost_x.xyz, scene.ghost_y.xyz, scene.ghost_z.xyz);
+    var out: Varying;
+    out.world = scene.ghost.xyz + axes * at.xyz;
+    out.normal = axes * normal.xyz;
+    out.own = at.xyz;
+    out.part = u32(at.w);
+    out.clip = scene.clip_from_world * vec4f(out.world, 1.0);
+    return out;
+}
+
+@fragment
+fn ghost_fragment(in: Varying) -> @location(0) vec4f {
+    let rim = 1.0 - abs(dot(normalize(in.normal), towards_eye(in.world)));
+    return vec4f(encoded(vec3f(0.35, 0.62, 1.0)), 0.22 + 0.5 * rim * rim);
+}
+
+// In a section: flat, with a dark outline.
+fn profile(s: Surface, view: vec3f) -> vec3f {
+    let rim = 1.0 - abs(dot(s.normal, view));
+    let own = select(encoded(s.base), vec3f(0.60, 0.635, 0.67) * (0.35 + 0.65 * s.base.x / 0.74), s.metal > 0.5);
+    return mix(own, vec3f(0.10, 0.12, 0.15), smoothstep(0.50, 0.95, rim));
+}
+
 @fragment
 fn needle_fragment(in: Varying) -> @location(0) vec4f {
     let view = towards_eye(in.world);
     let s = part_of(in);
+    if scene.cut.w > 0.5 {
+        return vec4f(profile(s, view), 1.0);
+    }
     if s.metal > 0.5 {
         return vec4f(shown(lit_metal(s, view, in.world, normalize(in.normal))), 1.0);
     }

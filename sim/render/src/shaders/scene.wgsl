@@ -34,9 +34,14 @@ struct Scene {
     needle_z: vec4f,
     tip: vec4f,
     bend: vec4f,
+    // Another attempt's needle: three axes and tip.
+    ghost_x: vec4f,
+    ghost_y: vec4f,
+    ghost_z: vec4f,
+    ghost: vec4f,
     // Towards the lamp; w: size of a shadow texel as a share of the map, 0 without shadows.
     lamp: vec4f,
-    // Fade of the body; time in s; radius that the field reaches; half the extent of the skin's shape.
+    // Fade of the body; 1 where it is not cut open; radius that the field reaches; half the extent of the skin's shape.
     look: vec4f,
     // Where the skin's shape is centred (x, y); structure that is touched, or -1; level of the ground.
     place: vec4f,

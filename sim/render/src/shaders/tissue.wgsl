@@ -11,30 +11,52 @@ struct Varying {
     @location(5) @interpolate(flat) layer: u32,
 }
 
+// The part of a body that is not cut open lies before the cut: the same corners, mirrored, numbered from here on.
+const BEFORE: u32 = 16u;
+// How far it goes on, as a share of what is behind.
+const NEARER: f32 = 0.7;
+
+struct Placed {
+    tissue: Tissue,
+    boundary: u32,
+    layer: u32,
+    // 1 behind the cut, -1 before it.
+    side: f32,
+}
+
 // plan: end of a ray from the middle of the cut, in m, and how far along it; wall: outward normal, 1 at the layer's bottom, 1 on a face.
-@vertex
-fn tissue_vertex(@location(0) plan: vec3f, @location(1) wall: vec4f, @builtin(instance_index) layer: u32) -> Varying {
+fn placed(plan: vec3f, wall: vec4f, instance: u32) -> Placed {
+    let before = instance >= BEFORE;
+    let layer = instance % BEFORE;
     let boundary = layer + u32(wall.z);
-    let tissue = boundary_at(plan.xy * (plan.z * (0.02 + 0.98 * plan.z * plan.z)), boundary);
+    let mirror = vec2f(1.0, select(1.0, -NEARER, before));
+    let at = plan.xy * mirror * (plan.z * (0.02 + 0.98 * plan.z * plan.z));
+    return Placed(boundary_at(at, boundary), boundary, layer, select(1.0, -1.0, before));
+}
+
+@vertex
+fn tissue_vertex(@location(0) plan: vec3f, @location(1) wall: vec4f, @builtin(instance_index) instance: u32) -> Varying {
+    let at = placed(plan, wall, instance);
+    let tissue = at.tissue;
     var out: Varying;
     out.world = tissue.world;
     out.rest = tissue.rest;
-    let face = select(scene.across.xyz * wall.x + scene.away.xyz * wall.y, scene.cut.xyz, wall.y < -0.5);
+    let outward = scene.across.xyz * wall.x + scene.away.xyz * (wall.y * at.side);
+    let face = select(outward, scene.cut.xyz, wall.y < -0.5);
     out.normal = select(tissue.normal, face, wall.w > 0.5);
-    out.tangent = select(vec3f(1.0, 0.0, 0.0), scene.away.xyz * wall.x - scene.across.xyz * wall.y, wall.w > 0.5);
+    out.tangent = select(vec3f(1.0, 0.0, 0.0), scene.away.xyz * wall.x - scene.across.xyz * (wall.y * at.side), wall.w > 0.5);
     // Broad differences in tone, so that a tile is not seen to repeat.
-    let at = tissue.rest * 60.0;
-    let broad = 0.98 + 0.06 * sin(at.x + 1.7 * sin(0.7 * at.y)) + 0.05 * sin(1.3 * at.y - at.z + 1.9 * sin(0.8 * at.x));
-    out.more = vec4f(depth_of(boundary), wall.w, tissue.slope, broad);
-    out.layer = layer;
+    let k = tissue.rest * 60.0;
+    let broad = 0.98 + 0.06 * sin(k.x + 1.7 * sin(0.7 * k.y)) + 0.05 * sin(1.3 * k.y - k.z + 1.9 * sin(0.8 * k.x));
+    out.more = vec4f(depth_of(at.boundary), wall.w, tissue.slope, broad);
+    out.layer = at.layer;
     out.clip = scene.clip_from_world * vec4f(out.world, 1.0);
     return out;
 }
 
 @vertex
-fn tissue_shadow(@location(0) plan: vec3f, @location(1) wall: vec4f, @builtin(instance_index) layer: u32) -> @builtin(position) vec4f {
-    let tissue = boundary_at(plan.xy * (plan.z * (0.02 + 0.98 * plan.z * plan.z)), layer + u32(wall.z));
-    return scene.light_clip_from_world * vec4f(tissue.world, 1.0);
+fn tissue_shadow(@location(0) plan: vec3f, @location(1) wall: vec4f, @builtin(instance_index) instance: u32) -> @builtin(position) vec4f {
+    return scene.light_clip_from_world * vec4f(placed(plan, wall, instance).tissue.world, 1.0);
 }
 
 // Pictures of the materials: skin, fat, muscle, fascia, bone, fluid, skin cut through. Width of a tile, in m.
@@ -70,7 +92,7 @@ fn wet(rest: vec3f) -> vec2f {
         let puncture = scene.punctures[i];
         let off = rest.xy - puncture.entry.xy;
         // No farther than the pool and the trickle reach.
-        if abs(off.y - 0.003) < 0.010 && off.x < 0.008 && off.x > -0.036 {
+        if abs(off.y - 0.003) < 0.010 && off.x < 0.008 && off.x > -0.040 {
             out.y = max(out.y, smoothstep(0.85, 0.45, length(off) / scene.focus.w));
             if puncture.blood > 0.0 {
                 out.x = max(out.x, blood_depth(off, puncture.blood));

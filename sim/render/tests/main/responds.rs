@@ -1,0 +1,181 @@
+//! The picture responds to every input, and to nothing else: where the tip is, how deep a tent is, blood, fade, touch, bend.
+//!
+//! It would fail on a needle drawn beside its tip, a tent that is not the field's, an input that is ignored, and a picture that
+//! depends on what was drawn before.
+
+use glam::Vec3;
+use render::Quality;
+use render::frame::{Frame, Ghost, Orbit, Stage, View};
+
+use crate::painter::{changed, painter, picture};
+use crate::specimen::{at_depth, inside, stage, tenting};
+
+const SIZE: [u32; 2] = [640, 360];
+/// A difference that is seen, in levels of a channel.
+const SEEN: u8 = 12;
+
+#[test]
+fn the_same_frame_is_the_same_to_the_byte() {
+    let frame = tenting(3, 0.0125, 0.6);
+    let mut painter = painter();
+    let once = painter.picture(&stage(), &frame, SIZE).expect("a picture");
+    let other = painter.next(&at_depth(-0.01), SIZE).expect("another between");
+    let again = painter.picture(&stage(), &frame, SIZE).expect("the first again");
+    assert!(once == again, "{} pixels differ", changed(&once, &again, 0).len());
+    assert!(once != other, "and another frame is another picture");
+}
+
+/// The lowest pixel of the needle near a column, found by taking the needle away.
+fn lowest_of_needle(frame: &Frame, column: f32) -> [f32; 2] {
+    let away = Frame { tip_m: [0.0, 0.0, 1.0], ..frame.clone() };
+    let pixels = changed(&picture(&stage(), frame, SIZE), &picture(&stage(), &away, SIZE), SEEN);
+    // The needle's shadow begins elsewhere.
+    let near = pixels.iter().filter(|[x, _]| (*x as f32 + 0.5 - column).abs() < 8.0);
+    let [x, y] = near.max_by_key(|[_, y]| *y).expect("a needle");
+    [*x as f32 + 0.5, *y as f32 + 0.5]
+}
+
+#[test]
+fn the_needle_ends_where_its_tip_is() {
+    for (view, tip_m) in
+        [(View::Whole, [0.0, 0.0, 0.02]), (View::Section, [0.004, 0.0, 0.013]), (View::Tip, [0.0, 0.0, 0.006])]
+    {
+        for tip in [render::frame::Tip::Diamond, render::frame::Tip::Bevel] {
+            let frame = Frame { view, tip_m, ..at_depth(0.0) };
+            let mut stage = stage();
+            stage.needle.tip = tip;
+            painter().set_stage(&stage).expect("a stage");
+            let expected = painter().renderer().camera(&frame).pixel(Vec3::from(tip_m), SIZE);
+            let found =
+                if view == View::Tip { tip_in_close_up(&stage, &frame) } else { lowest_of_needle(&frame, expected[0]) };
+            let off = (found[0] - expected[0]).hypot(found[1] - expected[1]);
+            assert!(off <= 2.0, "{view:?} {tip:?}: the tip is at {expected:?}, its lowest pixel at {found:?}");
+        }
+    }
+}
+
+/// In the close-up the camera follows the needle, so that the needle is taken away by making it thin and blunt.
+fn tip_in_close_up(stage: &Stage, frame: &Frame) -> [f32; 2] {
+    let mut bare = stage.clone();
+    bare.needle.length_m = 0.0;
+    bare.needle.tip = render::frame::Tip::Blunt;
+    let expected = painter().renderer().camera(frame).pixel(Vec3::from(frame.tip_m), SIZE);
+    let pixels = changed(&picture(stage, frame, SIZE), &picture(&bare, frame, SIZE), SEEN);
+    let near = |[x, y]: &[u32; 2]| (*x as f32 - expected[0]).hypot(*y as f32 - expected[1]);
+    let [x, y] = pixels.iter().min_by(|a, b| near(a).total_cmp(&near(b))).expect("a needle");
+    [*x as f32 + 0.5, *y as f32 + 0.5]
+}
+
+/// The uppermost pixel of the body in a column of a section: paper is light and grey.
+fn top_of_body(frame: &Frame, column: u32) -> f32 {
+    let drawn = picture(&stage(), frame, SIZE);
+    let body = |y: &u32| {
+        let [r, _, b, _] = drawn.get_pixel(column, *y).0;
+        r > b.saturating_add(30)
+    };
+    (0..SIZE[1]).find(body).expect("a body") as f32
+}
+
+#[test]
+fn a_tent_is_as_deep_as_the_field_says() {
+    const BESIDE_M: f32 = 0.003;
+    let depth_m = 0.0029;
+    let section = |frame: Frame| Frame { view: View::Section, ..frame };
+    let (flat, tent) = (section(inside(at_depth(0.0), 0, 0.0)), section(tenting(0, depth_m, 0.0)));
+    // The specimen's field: a dent that is half as deep 4.2 mm from the axis.
+    let given_m = depth_m * 0.0042 / (0.0042 + BESIDE_M);
+    painter().set_stage(&stage()).expect("a stage");
+    let camera = painter().renderer().camera(&tent);
+    let [column, rest] = camera.pixel(Vec3::new(BESIDE_M, 0.0, 0.0), SIZE);
+    let expected = camera.pixel(Vec3::new(BESIDE_M, 0.0, -given_m), SIZE)[1] - rest;
+    let found = top_of_body(&tent, column as u32) - top_of_body(&flat, column as u32);
+    assert!(
+        expected > 4.0 && (found - expected).abs() <= 2.0,
+        "the skin goes down {found} pixels, {expected} by the field"
+    );
+}
+
+#[test]
+fn blood_spreads_and_reddens() {
+    let at = |blood: f32| {
+        let frame = inside(at_depth(0.02), 4, blood);
+        picture(&stage(), &Frame { orbit: Orbit { yaw_rad: 0.0, pitch_rad: 0.4, distance: 0.4 }, ..frame }, SIZE)
+    };
+    let none = at(0.0);
+    let redder = |with: &image::RgbaImage| {
+        let pairs = with.pixels().zip(none.pixels());
+        pairs.filter(|(with, without)| with.0[1].saturating_add(25) < without.0[1] && with.0[0] / 2 > with.0[1]).count()
+    };
+    let [a_little, much] = [0.3, 1.0].map(|blood| redder(&at(blood)));
+    assert!(a_little > 20 && much > 3 * a_little, "{a_little} pixels redden at 0.3, {much} at 1");
+}
+
+#[test]
+fn fading_shows_what_is_inside() {
+    let bare = Stage { structures: Vec::new(), ..stage() };
+    let shown = |fade: f32| {
+        let frame = Frame { fade, ..at_depth(-0.01) };
+        changed(&picture(&stage(), &frame, SIZE), &picture(&bare, &frame, SIZE), SEEN).len()
+    };
+    let (opaque, clear) = (shown(0.0), shown(0.9));
+    assert!(opaque > 50, "the cut goes through structures: {opaque} pixels");
+    assert!(
+        clear as f32 > 1.3 * opaque as f32,
+        "{clear} pixels of structures through a clear body, {opaque} in the cut"
+    );
+}
+
+#[test]
+fn every_other_input_is_seen() {
+    let frame = inside(at_depth(0.02), 4, 0.0);
+    let plain = picture(&stage(), &frame, SIZE);
+    let ghost = Some(Ghost { tip_m: [0.02, 0.0, 0.0], orientation: frame.orientation });
+    let second = inside(Frame { tip_m: [0.02, 0.01, 0.0], ..frame.clone() }, 1, 0.5).punctures;
+    let others = [
+        ("the guide", Frame { guide: true, ..frame.clone() }),
+        ("touch", Frame { touched: Some(1), ..frame.clone() }),
+        ("a bend", Frame { bend_m: [0.01, 0.0, 0.0], ..frame.clone() }),
+        ("a ghost", Frame { ghost, ..frame.clone() }),
+        ("a closed body", Frame { closed: true, ..frame.clone() }),
+        ("an older puncture", Frame { punctures: [second, frame.punctures.clone()].concat(), ..frame.clone() }),
+        ("a turn", Frame { orbit: Orbit { yaw_rad: 0.3, ..Orbit::default() }, ..frame.clone() }),
+    ];
+    for (what, other) in others {
+        let pixels = changed(&plain, &picture(&stage(), &other, SIZE), SEEN).len();
+        assert!(pixels > 25, "{what} changes {pixels} pixels");
+    }
+}
+
+#[test]
+fn every_quality_draws_the_same_scene() {
+    let frame = tenting(1, 0.005, 0.5);
+    let best = picture(&stage(), &frame, SIZE);
+    for quality in Quality::ALL {
+        painter().set_quality(quality);
+        let drawn = picture(&stage(), &frame, SIZE);
+        painter().set_quality(Quality::Full);
+        let differ = changed(&best, &drawn, 40).len();
+        assert_eq!(drawn.dimensions(), best.dimensions());
+        assert!(differ < (SIZE[0] * SIZE[1] / 20) as usize, "{}: {differ} pixels look different", quality.in_words());
+    }
+}
+
+#[test]
+fn numbers_that_are_none_do_no_harm() {
+    let nan = f32::NAN;
+    let sound = tenting(1, 0.005, 0.5);
+    let frames = [
+        Frame { tip_m: [nan; 3], ..sound.clone() },
+        Frame { orientation: [nan; 4], ..sound.clone() },
+        Frame { loads_n: vec![f32::INFINITY; 8], ..sound.clone() },
+        Frame { fade: nan, ..sound.clone() },
+        Frame { bend_m: [0.0, nan, 0.0], ..sound.clone() },
+        Frame { orbit: Orbit { yaw_rad: nan, pitch_rad: 9.0, distance: 0.0 }, ..sound.clone() },
+        Frame { touched: Some(99), loads_n: Vec::new(), ..sound },
+    ];
+    for frame in frames {
+        let drawn = picture(&stage(), &frame, [160, 90]);
+        let first = drawn.get_pixel(0, 0);
+        assert!(drawn.pixels().any(|pixel| pixel != first), "something is drawn: {frame:?}");
+    }
+}
