@@ -57,6 +57,24 @@ fn the_servo_is_measured_on_the_clock_and_says_its_priority() {
 }
 
 #[test]
+fn the_picture_is_timed() {
+    let folder = TempDir::new().expect("a folder");
+    stylet(&["bench", "render", "--quick", "--out", text(folder.path())]).ends(0);
+    let table = fs::read_to_string(folder.path().join("render.csv")).expect("a table");
+    let mut rows = csv::Reader::from_reader(table.as_bytes());
+    let rows: Vec<_> = rows.records().map(|row| row.expect("a row")).collect();
+    assert_eq!(rows.len(), 20, "four views at five qualities: {table}");
+    for row in rows {
+        let number = |column: usize| row[column].parse::<f64>().expect("a number");
+        assert!(number(2) > 0.0 && number(3) >= number(2), "{row:?}");
+    }
+    let report = fs::read_to_string(folder.path().join("render.md")).expect("a report");
+    for part in ["Drawn by", "triangles", "shadows of 2048²", "![time of a frame](render.svg)"] {
+        assert!(report.contains(part), "'{part}' is missing in: {report}");
+    }
+}
+
+#[test]
 fn every_hard_case_keeps_its_bound_and_a_shortened_report_says_so() {
     let folder = TempDir::new().expect("a folder");
     let out = folder.path();

@@ -17,6 +17,18 @@ const CLOSE_M: f32 = 0.0105;
 /// Elevation that orbits stay below, in rad.
 const STEEPEST_RAD: f32 = 1.45;
 
+/// What a view looks at.
+struct Aim {
+    /// Middle of the picture, in m.
+    target: Vec3,
+    /// Half the height that is seen there, in m.
+    half_m: f32,
+    /// The view's own turn to the right and up, in rad.
+    turn_rad: [f32; 2],
+    /// Radius around the target that matters, in m.
+    extent_m: f32,
+}
+
 /// A camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
@@ -40,25 +52,27 @@ impl Camera {
     pub fn of(stage: &Stage, frame: &Frame, place: &Placement, aspect: f32) -> Self {
         let aspect = aspect.clamp(0.1, 10.0);
         let depth_m = stage.depth_m();
-        match frame.view {
-            View::Whole => {
-                let half_m = 0.53 * (depth_m + ABOVE_M) * (1.6 / aspect).max(1.0);
-                let target = place.point(0.0, 0.012, 0.5 * (ABOVE_M - depth_m) - 0.019);
-                let away_m = half_m / (0.5 * ANGLE_RAD).tan();
-                Self::around(place, target, away_m, turned(frame.orbit, -0.36, 0.40), aspect, 0.17)
-            }
+        let aim = match frame.view {
+            View::Whole => Aim {
+                // What is not cut open comes nearer.
+                target: place.point(0.0, if frame.closed { -0.03 } else { 0.012 }, 0.5 * (ABOVE_M - depth_m) - 0.019),
+                half_m: if frame.closed { 0.62 } else { 0.53 } * (depth_m + ABOVE_M) * (1.6 / aspect).max(1.0),
+                turn_rad: [-0.36, 0.40],
+                extent_m: 0.17,
+            },
             View::Tip => {
                 let half_m = CLOSE_M * (stage.needle.diameter_m / 0.002).clamp(0.6, 2.0);
                 let target = place.tip - place.axis * 0.25 * half_m;
-                let away_m = half_m / (0.5 * ANGLE_RAD).tan();
-                Self::around(place, target, away_m, turned(frame.orbit, -0.42, 0.20), aspect, 0.045)
+                Aim { target, half_m, turn_rad: [-0.42, 0.20], extent_m: 0.045 }
             }
-            View::Section => Self::flat(place, depth_m, frame.orbit.distance, aspect),
-        }
+            View::Section => return Self::flat(place, depth_m, turned(frame.orbit, [0.0; 2]).distance, aspect),
+        };
+        Self::around(place, &aim, turned(frame.orbit, aim.turn_rad), aspect)
     }
 
-    fn around(place: &Placement, target: Vec3, away_m: f32, orbit: Orbit, aspect: f32, extent_m: f32) -> Self {
-        let away_m = away_m * orbit.distance;
+    fn around(place: &Placement, aim: &Aim, orbit: Orbit, aspect: f32) -> Self {
+        let Aim { target, half_m, extent_m, .. } = *aim;
+        let away_m = half_m / (0.5 * ANGLE_RAD).tan() * orbit.distance;
         let (yaw, pitch) = (orbit.yaw_rad, orbit.pitch_rad.clamp(-STEEPEST_RAD, STEEPEST_RAD));
         let level = place.across * yaw.sin() - place.away * yaw.cos();
         let back = level * pitch.cos() + Vec3::Z * pitch.sin();
@@ -70,7 +84,7 @@ impl Camera {
 
     /// Straight at the cut face.
     fn flat(place: &Placement, depth_m: f32, distance: f32, aspect: f32) -> Self {
-        let half_m = 0.5 * (depth_m + SECTION_ABOVE_M + 0.003) * distance.clamp(0.1, 4.0);
+        let half_m = 0.5 * (depth_m + SECTION_ABOVE_M + 0.003) * distance;
         let middle = 0.5 * (depth_m + 0.003 - SECTION_ABOVE_M);
         let target = place.focus + place.down * middle;
         let eye = target + place.cut * 0.5;
@@ -90,7 +104,7 @@ impl Camera {
 }
 
 /// The person's turn on top of the view's own.
-fn turned(orbit: Orbit, yaw_rad: f32, pitch_rad: f32) -> Orbit {
+fn turned(orbit: Orbit, [yaw_rad, pitch_rad]: [f32; 2]) -> Orbit {
     let sound = |number: f32, otherwise: f32| if number.is_finite() { number } else { otherwise };
     Orbit {
         yaw_rad: sound(orbit.yaw_rad, 0.0) + yaw_rad,

@@ -101,7 +101,7 @@ fn with(pass: &mut RenderPass<'_>, pipeline: &RenderPipeline, what: &Loaded) {
 
 fn body_and_needle(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     let drawn = &renderer.drawn;
-    let front = renderer.from_the_front(frame);
+    let front = renderer.sees_the_cut(frame);
     let opaque = frame.fade < OPAQUE;
     if front && !frame.closed {
         with(pass, &drawn.solid_inside, &renderer.set.solids);

@@ -217,7 +217,7 @@ impl Renderer {
         self.set.stage.layers.len() as u32
     }
 
-    pub(crate) fn from_the_front(&self, frame: &Frame) -> bool {
+    pub(crate) fn sees_the_cut(&self, frame: &Frame) -> bool {
         let place = Placement::of(&self.set.stage, frame);
         let camera = Camera::of(&self.set.stage, frame, &place, self.aspect());
         !camera.perspective || (camera.eye - place.focus).dot(place.cut) > 0.0

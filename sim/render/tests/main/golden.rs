@@ -66,7 +66,8 @@ fn every_view_looks_as_it_did() {
         let drawn = picture(&stage(), &frame, SIZE);
         let copy = drawn_to.join(format!("{name}.png"));
         drawn.save(&copy).expect("a picture written");
-        let golden = image::open(committed(name)).map_or_else(|_| RgbaImage::new(SIZE[0], SIZE[1]), |golden| golden.to_rgba8());
+        let golden =
+            image::open(committed(name)).map_or_else(|_| RgbaImage::new(SIZE[0], SIZE[1]), |golden| golden.to_rgba8());
         let (mean, worst) = difference(&drawn, &golden);
         if mean > MEAN || worst > WORST {
             differ.push(format!("{name}: mean {mean}, worst {worst}; look at {}", copy.display()));

@@ -2,6 +2,7 @@
 
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
+use glam::Vec3;
 use image::{Rgba, RgbaImage};
 use render::frame::{Frame, Stage};
 use render::{Headless, Quality};
@@ -16,6 +17,13 @@ pub fn painter() -> MutexGuard<'static, Headless> {
 /// A picture of a frame.
 pub fn picture(stage: &Stage, frame: &Frame, size: [u32; 2]) -> RgbaImage {
     painter().picture(stage, frame, size).expect("a picture")
+}
+
+/// Where a point (m) comes to lie in a picture, in pixels.
+pub fn pixel_of(stage: &Stage, frame: &Frame, (point_m, size): ([f32; 3], [u32; 2])) -> [f32; 2] {
+    let mut painter = painter();
+    painter.picture(stage, frame, size).expect("a picture");
+    painter.renderer().camera(frame).pixel(Vec3::from(point_m), size)
 }
 
 /// Largest difference of a channel, in levels.

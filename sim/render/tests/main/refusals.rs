@@ -26,11 +26,12 @@ fn a_stage_that_is_too_large_or_does_not_fit_its_field() {
 #[test]
 fn a_refused_stage_leaves_the_old_one() {
     let frame = at_depth(-0.01);
-    let before = picture(&stage(), &frame, [160, 90]);
     let mut broken = stage();
     broken.field.axial_m_per_n.clear();
-    refused(&broken);
-    assert!(before == painter().next(&frame, [160, 90]).expect("a picture"));
+    let mut painter = painter();
+    let before = painter.picture(&stage(), &frame, [160, 90]).expect("a picture");
+    painter.set_stage(&broken).expect_err("it is refused");
+    assert!(before == painter.next(&frame, [160, 90]).expect("a picture"));
 }
 
 #[test]

@@ -3,11 +3,10 @@
 //! It would fail on a needle drawn beside its tip, a tent that is not the field's, an input that is ignored, and a picture that
 //! depends on what was drawn before.
 
-use glam::Vec3;
 use render::Quality;
 use render::frame::{Frame, Ghost, Orbit, Stage, View};
 
-use crate::painter::{changed, painter, picture};
+use crate::painter::{changed, painter, picture, pixel_of};
 use crate::specimen::{at_depth, inside, stage, tenting};
 
 const SIZE: [u32; 2] = [640, 360];
@@ -44,8 +43,7 @@ fn the_needle_ends_where_its_tip_is() {
             let frame = Frame { view, tip_m, ..at_depth(0.0) };
             let mut stage = stage();
             stage.needle.tip = tip;
-            painter().set_stage(&stage).expect("a stage");
-            let expected = painter().renderer().camera(&frame).pixel(Vec3::from(tip_m), SIZE);
+            let expected = pixel_of(&stage, &frame, (tip_m, SIZE));
             let found =
                 if view == View::Tip { tip_in_close_up(&stage, &frame) } else { lowest_of_needle(&frame, expected[0]) };
             let off = (found[0] - expected[0]).hypot(found[1] - expected[1]);
@@ -59,7 +57,7 @@ fn tip_in_close_up(stage: &Stage, frame: &Frame) -> [f32; 2] {
     let mut bare = stage.clone();
     bare.needle.length_m = 0.0;
     bare.needle.tip = render::frame::Tip::Blunt;
-    let expected = painter().renderer().camera(frame).pixel(Vec3::from(frame.tip_m), SIZE);
+    let expected = pixel_of(stage, frame, (frame.tip_m, SIZE));
     let pixels = changed(&picture(stage, frame, SIZE), &picture(&bare, frame, SIZE), SEEN);
     let near = |[x, y]: &[u32; 2]| (*x as f32 - expected[0]).hypot(*y as f32 - expected[1]);
     let [x, y] = pixels.iter().min_by(|a, b| near(a).total_cmp(&near(b))).expect("a needle");
@@ -84,10 +82,8 @@ fn a_tent_is_as_deep_as_the_field_says() {
     let (flat, tent) = (section(inside(at_depth(0.0), 0, 0.0)), section(tenting(0, depth_m, 0.0)));
     // The specimen's field: a dent that is half as deep 4.2 mm from the axis.
     let given_m = depth_m * 0.0042 / (0.0042 + BESIDE_M);
-    painter().set_stage(&stage()).expect("a stage");
-    let camera = painter().renderer().camera(&tent);
-    let [column, rest] = camera.pixel(Vec3::new(BESIDE_M, 0.0, 0.0), SIZE);
-    let expected = camera.pixel(Vec3::new(BESIDE_M, 0.0, -given_m), SIZE)[1] - rest;
+    let [column, rest] = pixel_of(&stage(), &tent, ([BESIDE_M, 0.0, 0.0], SIZE));
+    let expected = pixel_of(&stage(), &tent, ([BESIDE_M, 0.0, -given_m], SIZE))[1] - rest;
     let found = top_of_body(&tent, column as u32) - top_of_body(&flat, column as u32);
     assert!(
         expected > 4.0 && (found - expected).abs() <= 2.0,
@@ -151,9 +147,10 @@ fn every_quality_draws_the_same_scene() {
     let frame = tenting(1, 0.005, 0.5);
     let best = picture(&stage(), &frame, SIZE);
     for quality in Quality::ALL {
-        painter().set_quality(quality);
-        let drawn = picture(&stage(), &frame, SIZE);
-        painter().set_quality(Quality::Full);
+        let mut painter = painter();
+        painter.set_quality(quality);
+        let drawn = painter.picture(&stage(), &frame, SIZE).expect("a picture");
+        painter.set_quality(Quality::Full);
         let differ = changed(&best, &drawn, 40).len();
         assert_eq!(drawn.dimensions(), best.dimensions());
         assert!(differ < (SIZE[0] * SIZE[1] / 20) as usize, "{}: {differ} pixels look different", quality.in_words());

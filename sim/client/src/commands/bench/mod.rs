@@ -9,6 +9,7 @@ mod hard_cases;
 mod motion;
 mod pace;
 mod recording;
+mod render;
 mod servo;
 mod sheet;
 mod soak;
@@ -28,7 +29,8 @@ use crate::{new_file, output};
 /// tissue's displacement against unknowns, set-up and time per solve, for every model, with the planner's choice marked and
 /// other solvers beside it. coupling: error of the force that the field carries against its rate. recording: size, time to
 /// write a tick, speed of simulating, time and memory to read and score. servo: a minute
-/// at 1 kHz on the clock, how late ticks begin and what they take. hard-cases: every hard case with its bound and what
+/// at 1 kHz on the clock, how late ticks begin and what they take. render: time of a frame, for every view and step of quality.
+/// hard-cases: every hard case with its bound and what
 /// was measured. soak: ten minutes of random needle motion on every shipped scene. Use a release build for figures to report.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet bench --out bench")]
@@ -59,6 +61,8 @@ enum What {
     Recording,
     /// The interactive servo, on the clock
     Servo,
+    /// The picture
+    Render,
     /// The hard cases; exit 1 when one exceeds its bound
     HardCases,
     /// Random needle motion; exit 1 when a bound is exceeded
@@ -69,12 +73,13 @@ enum What {
 type Measure = fn(&Path, bool) -> Result<Vec<PathBuf>, Failure>;
 
 /// What there is to measure, in the order of `all`.
-const MEASURES: [(What, Measure); 7] = [
+const MEASURES: [(What, Measure); 8] = [
     (What::Force, force::measure),
     (What::Field, field::measure),
     (What::Coupling, coupling::measure),
     (What::Recording, recording::measure),
     (What::Servo, servo::measure),
+    (What::Render, render::measure),
     (What::HardCases, hard_cases::measure),
     (What::Soak, soak::measure),
 ];

@@ -8,8 +8,8 @@ use render::frame::{
 use render::{Headless, Quality};
 
 use super::chart::{Chart, Curve, SeriesLabelPosition};
-use super::sheet::{self, Sheet};
 use super::measured_on;
+use super::sheet::{self, Sheet};
 use crate::clock;
 use crate::exit::Failure;
 use crate::progress::Progress;
@@ -178,7 +178,13 @@ fn markdown(rows: &[Row], headless: &Headless, (start_s, quick): (f64, bool)) ->
     let mut sheet = Sheet::new(["view", "quality", "made of", "median", "p99"]);
     for Row { what, quality, median_ms, p99_ms } in rows {
         let times = [median_ms, p99_ms].map(|ms| format!("{ms:.1} ms"));
-        sheet.row([what.to_string(), quality.name().to_owned(), quality.in_words(), times[0].clone(), times[1].clone()]);
+        sheet.row([
+            what.to_string(),
+            quality.name().to_owned(),
+            quality.in_words(),
+            times[0].clone(),
+            times[1].clone(),
+        ]);
     }
     let adapter = headless.adapter();
     let bar_ms = if adapter.software { BARS_MS[0] } else { BARS_MS[1] };
