@@ -5,6 +5,7 @@
 
 #![expect(unsafe_code, reason = "the vendor's library is C, loaded at run time")]
 
+use std::error::Error;
 use std::ffi::{CStr, OsStr, c_char, c_ulong, c_void};
 
 use libloading::Library;
@@ -116,7 +117,11 @@ impl Hd {
     /// Loads the library of this file name or path.
     pub fn load(file: &OsStr) -> Result<Self, LoadError> {
         // SAFETY: the file is the vendor's driver, which the person or the system's search path names; its initialisers run.
-        let library = unsafe { Library::new(file) }.map_err(|error| LoadError::NotFound(error.to_string()))?;
+        let library = unsafe { Library::new(file) }.map_err(|error| {
+            // The system's words, which name a library that this one needs and does not find, lie behind the error.
+            let words = error.source().map_or_else(|| error.to_string(), ToString::to_string);
+            LoadError::NotFound(words)
+        })?;
         let functions = Functions::find(&library).map_err(LoadError::Lacks)?;
         Ok(Self { functions, _library: library })
     }

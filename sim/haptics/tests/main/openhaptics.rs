@@ -270,6 +270,7 @@ fn what_is_missing_is_named_with_what_to_do() {
     assert!(matches!(force, OpenError::ForceRefused { .. }), "{force}");
     let no_library = open("/nowhere/libHD.so").err().expect("it does not open");
     assert!(matches!(no_library, OpenError::LibraryNotFound { .. }), "{no_library}");
+    assert!(no_library.to_string().contains("No such file"), "in the system's words: {no_library}");
     let (_folder, old) = lacking("hdUpdateCalibration");
     let old = open(old).err().expect("it does not open");
     assert!(matches!(old, OpenError::WrongVersion { symbol: "hdUpdateCalibration", .. }), "{old}");
