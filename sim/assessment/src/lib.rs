@@ -23,6 +23,7 @@
 
 mod attempt;
 pub mod catalogue;
+mod coach;
 mod distance;
 pub mod documents;
 mod metrics;
@@ -33,5 +34,6 @@ mod signal;
 mod words;
 
 pub use catalogue::{Definition, Direction, Metric};
+pub use coach::Coach;
 pub use documents::{attachments, own_exercise};
 pub use score::{AssessError, Assessment, Damage, Deduction, RubricRef, assess};

@@ -30,7 +30,7 @@ mod walk;
 pub use check::{along_path, check};
 pub use curriculum::{Curriculum, MasteryRule};
 pub use error::{DocumentError, Issue};
-pub use exercise::{Exercise, HardFail, RubricLine};
+pub use exercise::{CoachingRule, Exercise, Feedback, HardFail, RubricLine};
 pub use load::{Document, DocumentKind, ExerciseBundle};
 pub use mechanics::structures::{Shape, StructureKind, StructureSpec};
 pub use model::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};

@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use crate::describe::EXERCISE;
 use crate::error::DocumentError;
-use crate::exercise::{CoachingRule, Exercise, HardFail, RubricLine};
+use crate::exercise::{CoachingRule, Exercise, Feedback, HardFail, RubricLine};
 use crate::metrics;
 use crate::model::Scene;
 use crate::source::Source;
@@ -21,6 +21,7 @@ struct RawExercise {
     difficulty: u8,
     pass_mark: f64,
     time_limit_s: f64,
+    feedback: Feedback,
     entry: RawEntry,
     target: RawTarget,
     rubric: Vec<RubricLine>,
@@ -113,6 +114,7 @@ fn exercise(raw: RawExercise, sha256: String) -> Exercise {
         azimuth_deg: raw.entry.azimuth_deg,
         target_depth_mm: raw.target.depth_mm,
         time_limit_s: raw.time_limit_s,
+        feedback: raw.feedback,
         rubric: raw.rubric,
         hard_fails: raw.hard_fail,
         pass_mark: raw.pass_mark,

@@ -143,6 +143,7 @@ pub(super) fn bundle() -> ExerciseBundle {
         azimuth_deg: 0.0,
         target_depth_mm: 20.0,
         time_limit_s: 180.0,
+        feedback: scene::Feedback::Both,
         rubric: vec![
             line("depth_error_mm", 0.5, 8.0, 5.0),
             line("overshoot_mm", 0.5, 6.0, 3.0),

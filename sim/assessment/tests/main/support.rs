@@ -38,6 +38,7 @@ fn exercise() -> Exercise {
         azimuth_deg: 0.0,
         target_depth_mm: 20.0,
         time_limit_s: 60.0,
+        feedback: scene::Feedback::Both,
         rubric: vec![line("depth_error_mm", 0.5, 4.5, 1.0)],
         hard_fails: vec![],
         pass_mark: 70.0,

@@ -13,6 +13,13 @@ pub(crate) static EXERCISE: Table = Table {
         Field::new("difficulty", Kind::Integer { min: 1, max: 5 }, "Difficulty").or(1.0),
         Field::number("pass_mark", "", (0.0, 100.0), "Score needed to pass").or(70.0),
         Field::number("time_limit_s", "s", (1.0, 3600.0), "Time limit").or(300.0),
+        Field::new(
+            "feedback",
+            Kind::Choice(&["force", "picture", "overlay", "both"]),
+            "What the trainee is given: force in the hand, the inside of the body in the picture, depth and force as \
+             numbers and plots, or all of it",
+        )
+        .or_text("both"),
         Field::new("entry", Kind::Table(&ENTRY), "Planned entry").with(Presence::Empty),
         Field::new("target", Kind::Table(&TARGET), "Where to stop").required(),
         Field::new("rubric", Kind::Tables { table: &RUBRIC, min: 1, max: 40 }, "How the score is made").required(),

@@ -1,0 +1,73 @@
+//! Coaching during an attempt: an exercise's rules, with hysteresis, on what a tick measures.
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use recording::Sample;
+use recording::sample::flags;
+use scene::{CoachingRule, Exercise};
+
+/// Time constant at which speed is smoothed, in s: a hand's tremor of 10 Hz is no haste.
+const SMOOTHED_S: f64 = 0.05;
+
+/// Watches an attempt. The same samples always earn the same messages.
+#[derive(Clone, Debug)]
+pub struct Coach<'e> {
+    rules: &'e [CoachingRule],
+    /// Whether each rule may speak again.
+    armed: Vec<bool>,
+    planned: Vector3<f64>,
+    last_s: Option<f64>,
+    speed_m_per_s: f64,
+}
+
+impl<'e> Coach<'e> {
+    /// A coach who has seen nothing yet.
+    #[must_use]
+    pub fn new(exercise: &'e Exercise) -> Self {
+        let rules = exercise.coaching.as_slice();
+        Self { rules, armed: vec![true; rules.len()], planned: exercise.axis(), last_s: None, speed_m_per_s: 0.0 }
+    }
+
+    /// Watches a tick, and says what is to be said now: each rule once when its quantity rises above its limit, and again only
+    /// after the quantity has been below the limit at which the rule arms again.
+    pub fn watch(&mut self, sample: &Sample) -> Vec<&'e str> {
+        self.smooth(sample);
+        let mut said = Vec::new();
+        for (rule, armed) in self.rules.iter().zip(&mut self.armed) {
+            let value = quantity(&rule.quantity, sample, (&self.planned, self.speed_m_per_s));
+            if *armed && value > rule.above {
+                *armed = false;
+                said.push(rule.message.as_str());
+            } else if value < rule.rearm_below {
+                *armed = true;
+            }
+        }
+        said
+    }
+
+    fn smooth(&mut self, sample: &Sample) {
+        let speed_m_per_s = Vector3::from(sample.velocity_m_per_s).cast::<f64>().norm();
+        let dt_s = self.last_s.map_or(0.0, |last_s| sample.t_s - last_s);
+        let share = 1.0 - libm::exp(-dt_s.max(0.0) / SMOOTHED_S);
+        self.speed_m_per_s += share * (speed_m_per_s - self.speed_m_per_s);
+        self.last_s = Some(sample.t_s);
+    }
+}
+
+/// A live quantity, in the unit of its name. Outside the body there is neither depth nor force to speak of; the needle may hurry.
+fn quantity(name: &str, sample: &Sample, (planned, speed_m_per_s): (&Vector3<f64>, f64)) -> f64 {
+    if sample.flags & flags::INSIDE == 0 {
+        return 0.0;
+    }
+    match name {
+        "depth_mm" => sample.x_m * 1e3,
+        "force_n" => sample.axial_n().abs(),
+        "speed_mm_per_s" => speed_m_per_s * 1e3,
+        "angle_error_deg" => angle_error_rad(sample.orientation, planned).to_degrees(),
+        _ => 0.0,
+    }
+}
+
+fn angle_error_rad(orientation: [f64; 4], planned: &Vector3<f64>) -> f64 {
+    let axis = UnitQuaternion::new_normalize(Quaternion::from(orientation)) * Vector3::z();
+    libm::atan2(axis.cross(planned).norm(), axis.dot(planned))
+}
