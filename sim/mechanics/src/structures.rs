@@ -68,6 +68,32 @@ pub struct StructureSpec {
     pub position_m: Point3<f64>,
 }
 
+/// Corners in m, patient frame, and triangles, counter-clockwise seen from outside.
+pub type Surface = (Vec<Point3<f64>>, Vec<[u32; 3]>);
+
+/// A turn of a round shape is drawn in this many steps.
+const STEPS_A_TURN: u32 = 32;
+
+impl StructureSpec {
+    /// Its surface, to be drawn.
+    #[must_use]
+    pub fn surface(&self) -> Surface {
+        let (corners, triangles) = match &self.shape {
+            Shape::Sphere { radius_m } => Ball::new(*radius_m).to_trimesh(STEPS_A_TURN, STEPS_A_TURN / 2),
+            Shape::Capsule { half_axis_m, radius_m } => {
+                let half = to_parry(half_axis_m);
+                shape::Capsule::new(-half, half, *radius_m).to_trimesh(STEPS_A_TURN, STEPS_A_TURN / 2)
+            }
+            Shape::Box { half_extents_m } => Cuboid::new(to_parry(half_extents_m)).to_trimesh(),
+            Shape::Mesh { vertices_m, triangles } => {
+                (vertices_m.iter().map(|vertex| to_parry(&vertex.coords)).collect(), triangles.clone())
+            }
+        };
+        let place = |corner: Vector| self.position_m + Vector3::new(corner.x, corner.y, corner.z);
+        (corners.into_iter().map(place).collect(), triangles)
+    }
+}
+
 /// Stiffness of bone under the tip, in N/m.
 const BONE_N_PER_M: f64 = 2500.0;
 

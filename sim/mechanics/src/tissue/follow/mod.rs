@@ -17,12 +17,14 @@
 
 mod coupling;
 mod field;
+mod profile;
 mod responses;
 mod spec;
 mod state;
 
 pub use coupling::{HandOver, Insertion, RateError, hand_over, rate_errors};
 pub use field::{FIELD_HZ, Field, FieldPlan, FollowError};
+pub use profile::Profiles;
 pub use responses::{Fit, Responses};
 pub use spec::{TissueSpec, recoil_time_s};
 pub use state::{FollowParams, FollowState, step};
