@@ -1,7 +1,6 @@
 //! An attempt at an exercise, headless: who moves, on which patient, into which file.
 
-use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -80,12 +79,12 @@ impl Hand {
 ///
 /// # Errors
 /// When the disk refuses.
-pub fn writer<'f>(
-    file: &'f mut File,
+pub fn writer<W: Write>(
+    file: W,
     session: &Session,
     bundle: &ExerciseBundle,
     path: &Path,
-) -> Result<Writer<BufWriter<&'f mut File>>, Failure> {
+) -> Result<Writer<BufWriter<W>>, Failure> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
     let drawing = SceneDrawing::of(&bundle.puncture_spec(&patient), bundle.scene.needle.diameter_mm * 0.5e-3);
     Writer::create(BufWriter::new(file), session, &attachments(bundle), &drawing)

@@ -1,6 +1,6 @@
 //! How a command ends: 0 done, 1 the work failed or a check found something, 2 the call or its input was wrong.
 
-use std::fmt::Display;
+use std::fmt::{self, Display};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -38,6 +38,17 @@ impl Failure {
     /// An input file is refused, and why.
     pub fn refused(file: &Path, why: impl Display) -> Self {
         Self::input(format_args!("{}: {why}", file.display()))
+    }
+}
+
+impl Display for Failure {
+    /// What went wrong, on one line.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Input(lines) | Self::Work(lines) => f.write_str(&lines.join("; ")),
+            Self::Found => f.write_str("a check found something"),
+            Self::ReaderGone => f.write_str("nobody reads the output any more"),
+        }
     }
 }
 

@@ -6,6 +6,7 @@ mod frames;
 mod metadata;
 pub mod read;
 pub mod recover;
+pub mod run;
 pub mod sample;
 pub mod session;
 pub mod simulate;

@@ -1,5 +1,6 @@
 //! Writing a recording.
 
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::io::Write;
 
@@ -174,6 +175,14 @@ impl<W: Write> Writer<W> {
     /// When the disk refuses.
     pub fn tent(&mut self, tent: &Tent) -> Result<(), WriteError> {
         self.put(Topic::Tent, nanoseconds(tent.t_s), &TissueTent::from(tent))
+    }
+
+    /// Writes a metadata record of its own, for example what the servo came to.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn metadata(&mut self, name: &str, metadata: BTreeMap<String, String>) -> Result<(), WriteError> {
+        Ok(self.mcap.write_metadata(&Metadata { name: name.to_owned(), metadata })?)
     }
 
     /// Ends the recording: summary, indexes, footer.

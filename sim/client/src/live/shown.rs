@@ -1,0 +1,164 @@
+//! What the window shows of an attempt while it goes on.
+
+use std::collections::VecDeque;
+
+use recording::tick::Tick;
+use recording::{Event, EventKind, Sample};
+use scene::ExerciseBundle;
+
+use crate::picture::Moment;
+
+/// The force plot goes back so far, in s, with so many points a second.
+const TRACE_S: f64 = 10.0;
+const TRACE_HZ: f64 = 100.0;
+/// A trainee has withdrawn when the tip is so far above the skin, in m.
+const CLEAR_M: f64 = 0.003;
+
+/// Where an attempt stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Phase {
+    /// The needle has not touched the skin.
+    #[default]
+    Approach,
+    /// The needle is in the body.
+    Inside,
+    /// The position is confirmed; the needle is to be withdrawn.
+    Confirmed,
+    /// The needle is out again after the position was confirmed.
+    Withdrawn,
+    /// The time is up.
+    TimeUp,
+}
+
+/// One point of the force plot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TracePoint {
+    /// Time since the start, in s.
+    pub t_s: f64,
+    /// Displacement along the needle, in mm.
+    pub x_mm: f64,
+    /// Axial force on the hand, in N, positive against the push.
+    pub force_n: f64,
+}
+
+/// Something that was said or has happened, with its time in s.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Said {
+    /// When.
+    pub t_s: f64,
+    /// What it is.
+    pub kind: EventKind,
+    /// In words.
+    pub text: String,
+}
+
+/// What the window shows. Written by the recorder, one whole tick at a time.
+#[derive(Clone, Debug)]
+pub struct Shown {
+    /// What the picture shows.
+    pub moment: Moment,
+    /// Where the attempt stands.
+    pub phase: Phase,
+    /// The last seconds of force.
+    pub trace: VecDeque<TracePoint>,
+    /// Everything that was said, in order.
+    pub said: Vec<Said>,
+    /// Boundaries that gave way so far: it rises by one at each pop.
+    pub pops: u64,
+    /// Why nothing is written any more, if the disk has refused.
+    pub refused: Option<String>,
+    /// Depth of each boundary below the skin along a perpendicular, and the layer's name below it.
+    layers: Vec<(f64, String)>,
+    time_limit_s: f64,
+}
+
+impl Shown {
+    /// Nothing has happened yet. `thickness_m` are the patient's layers, in m.
+    pub fn new(bundle: &ExerciseBundle, thickness_m: impl Iterator<Item = f64>) -> Self {
+        let mut top_m = 0.0;
+        let layers = bundle.scene.layers.iter().zip(thickness_m).map(|(layer, thickness_m)| {
+            let here = (top_m, layer.name.clone());
+            top_m += thickness_m;
+            here
+        });
+        Self {
+            moment: Moment::before(&bundle.exercise),
+            phase: Phase::Approach,
+            trace: VecDeque::new(),
+            said: Vec::new(),
+            pops: 0,
+            refused: None,
+            layers: layers.collect(),
+            time_limit_s: bundle.exercise.time_limit_s,
+        }
+    }
+
+    /// Tells of a tick, and of what coach and safety chain said of it.
+    pub fn tell(&mut self, tick: &Tick, (coached, faulty): (&[&str], &[&str])) {
+        let Sample { t_s, x_m, .. } = tick.sample;
+        self.moment.sample(&tick.sample);
+        for event in &tick.events {
+            self.moment.event(event);
+            self.pops += u64::from(event.kind.contactor().is_some());
+            if let Some(text) = in_words(event) {
+                self.said.push(Said { t_s, kind: event.kind, text });
+            }
+        }
+        for (kind, texts) in [(EventKind::Coaching, coached), (EventKind::Fault, faulty)] {
+            self.said.extend(texts.iter().map(|&text| Said { t_s, kind, text: text.to_owned() }));
+        }
+        if let Some(tent) = &tick.tent {
+            self.moment.tent(tent);
+        }
+        if self.trace.back().is_none_or(|last| t_s - last.t_s >= 1.0 / TRACE_HZ) {
+            self.trace.push_back(TracePoint { t_s, x_mm: x_m * 1e3, force_n: tick.sample.axial_n() });
+            while self.trace.front().is_some_and(|first| t_s - first.t_s > TRACE_S) {
+                self.trace.pop_front();
+            }
+        }
+        self.phase = self.next_phase(tick);
+    }
+
+    fn next_phase(&self, tick: &Tick) -> Phase {
+        let happened = |kind| tick.events.iter().any(|event| event.kind == kind);
+        match self.phase {
+            Phase::Withdrawn | Phase::TimeUp => self.phase,
+            _ if tick.sample.t_s > self.time_limit_s => Phase::TimeUp,
+            Phase::Confirmed if tick.sample.x_m < -CLEAR_M => Phase::Withdrawn,
+            Phase::Confirmed => Phase::Confirmed,
+            _ if happened(EventKind::Confirm) => Phase::Confirmed,
+            Phase::Inside if happened(EventKind::SkinExit) => Phase::Approach,
+            _ if happened(EventKind::Contact) => Phase::Inside,
+            phase => phase,
+        }
+    }
+
+    /// The layer that the tip is in, by the patient's own thicknesses; none outside.
+    #[must_use]
+    pub fn layer(&self) -> Option<&str> {
+        let below_m = -self.moment.sample.position_m[2];
+        let at = self.layers.iter().rposition(|(top_m, _)| below_m > *top_m)?;
+        self.layers.get(at).map(|(_, name)| name.as_str())
+    }
+
+    /// Time left, in s.
+    #[must_use]
+    pub fn left_s(&self) -> f64 {
+        (self.time_limit_s - self.moment.sample.t_s).max(0.0)
+    }
+}
+
+/// What is said of an event, as a caption of what was felt or heard.
+fn in_words(event: &Event) -> Option<String> {
+    let text = &event.text;
+    match event.kind {
+        EventKind::Contact => Some("skin touched".to_owned()),
+        EventKind::TipRupture => Some(format!("pop: the tip is through {text}")),
+        EventKind::RimRupture => Some(format!("pop: the rim is through {text}")),
+        EventKind::StructureHit => Some(format!("{text} was hit")),
+        EventKind::SkinExit => Some("out of the skin".to_owned()),
+        EventKind::Confirm => Some("position confirmed: withdraw".to_owned()),
+        EventKind::Fault => Some(text.clone()),
+        EventKind::Coaching => None,
+    }
+}

@@ -1,0 +1,7 @@
+//! From an attempt, live or recorded, to the plain data that a picture is drawn from.
+
+mod moment;
+mod stage;
+
+pub use moment::{Look, Moment, Telling};
+pub use stage::stage;

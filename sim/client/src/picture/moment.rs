@@ -1,0 +1,217 @@
+//! What a picture shows of an attempt at a moment: everything that has happened so far, told in order.
+
+use mechanics::operator::needle_pose;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use recording::Recording;
+use recording::event::{Event, EventKind};
+use recording::sample::{Sample, flags};
+use recording::tent::Tent;
+use render::frame::{Frame, Orbit, Puncture, View};
+use scene::Exercise;
+
+/// A structure that was hit is lit for so long, in s.
+const LIT_S: f64 = 1.5;
+/// Blood comes over so many seconds.
+const BLEEDING_S: f64 = 4.0;
+/// Depth, in m, and dissipated energy, in J, that each make two thirds of the blood there can be.
+const BLEEDING_DEPTH_M: f64 = 0.020;
+const BLEEDING_J: f64 = 0.015;
+/// The body is faded this much when the tip is at the target.
+const FADED: f64 = 0.7;
+
+/// What has happened so far.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Moment {
+    /// Last sample.
+    pub sample: Sample,
+    /// Loads that the field carries, in N: contactors, then drags.
+    pub loads_n: Vec<f32>,
+    tracks: Vec<Track>,
+    /// The track that the needle is in.
+    open: Option<usize>,
+    hit: Option<Hit>,
+}
+
+/// A puncture, as far as it has gone.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Track {
+    entry_m: [f64; 3],
+    axis: [f32; 3],
+    depth_m: f64,
+    opened: u32,
+    dissipated_j: f64,
+    /// When the tip went through the skin, in s.
+    since_s: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Hit {
+    structure: usize,
+    at_s: f64,
+}
+
+/// How it is looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Look {
+    /// From where.
+    pub view: View,
+    /// The person's own turn and zoom.
+    pub orbit: Orbit,
+    /// The planned line, entry and target are drawn.
+    pub guide: bool,
+}
+
+impl Moment {
+    /// Nothing has happened: the needle waits above its planned entry.
+    #[must_use]
+    pub fn before(exercise: &Exercise) -> Self {
+        let plan = exercise.plan();
+        let pose = needle_pose(&(plan.entry_m - plan.axis * plan.approach_m), &plan.axis);
+        let sample = Sample {
+            position_m: pose.translation.vector.into(),
+            orientation: pose.rotation.coords.into(),
+            ..Sample::default()
+        };
+        Self { sample, ..Self::default() }
+    }
+
+    /// Tells of a tick.
+    pub fn sample(&mut self, sample: &Sample) {
+        self.sample = *sample;
+        match self.open {
+            Some(at) if sample.flags & flags::INSIDE != 0 => {
+                if let Some(track) = self.tracks.get_mut(at) {
+                    track.depth_m = track.depth_m.max(sample.x_m);
+                }
+            }
+            _ => self.open = None,
+        }
+    }
+
+    /// Tells of an event. The events of a tick are told after its sample.
+    pub fn event(&mut self, event: &Event) {
+        match event.kind {
+            EventKind::Contact => self.contact(event),
+            EventKind::TipRupture | EventKind::RimRupture => self.rupture(event),
+            EventKind::StructureHit => {
+                self.hit = event.structure.map(|structure| Hit { structure: structure as usize, at_s: event.t_s });
+            }
+            EventKind::SkinExit | EventKind::Confirm | EventKind::Coaching | EventKind::Fault => {}
+        }
+    }
+
+    /// Tells how the field stands.
+    pub fn tent(&mut self, tent: &Tent) {
+        self.loads_n.clear();
+        self.loads_n.extend(tent.contactor_n.iter().chain(&tent.drag_n));
+    }
+
+    fn contact(&mut self, event: &Event) {
+        let at = event.track.map_or(self.tracks.len(), |track| track as usize);
+        if at >= self.tracks.len() {
+            self.tracks.resize(at + 1, Track::default());
+        }
+        if let Some(track) = self.tracks.get_mut(at) {
+            track.entry_m = event.position_m;
+            track.axis = direction(self.sample.orientation);
+        }
+        self.open = Some(at);
+    }
+
+    fn rupture(&mut self, event: &Event) {
+        let Some(track) = self.open.and_then(|at| self.tracks.get_mut(at)) else { return };
+        track.dissipated_j += event.dissipated_j;
+        if let (EventKind::TipRupture, Some(boundary)) = (event.kind, event.boundary) {
+            track.opened = track.opened.max(boundary + 1);
+            track.since_s.get_or_insert(event.t_s);
+        }
+    }
+
+    /// The picture's data, of a body in which the target lies at a depth, in m.
+    #[must_use]
+    pub fn frame(&self, look: &Look, target_depth_m: f64) -> Frame {
+        let Sample { t_s, position_m, orientation, bend_m, .. } = self.sample;
+        let inside = self.open.and_then(|at| self.tracks.get(at));
+        let deep = inside.map_or(0.0, |_| (self.sample.x_m / target_depth_m).clamp(0.0, 1.0));
+        Frame {
+            t_s: t_s as f32,
+            tip_m: position_m.map(|c| c as f32),
+            orientation: orientation.map(|c| c as f32),
+            bend_m,
+            loads_n: self.loads_n.clone(),
+            entry_m: inside.map(|track| track.entry_m.map(|c| c as f32)),
+            punctures: self.tracks.iter().map(|track| track.puncture(t_s)).collect(),
+            fade: (FADED * deep) as f32,
+            guide: look.guide,
+            touched: self.hit.filter(|hit| t_s - hit.at_s < LIT_S).map(|hit| hit.structure),
+            view: look.view,
+            orbit: look.orbit,
+        }
+    }
+}
+
+impl Track {
+    fn puncture(&self, t_s: f64) -> Puncture {
+        let Self { entry_m, axis, depth_m, opened, .. } = *self;
+        Puncture {
+            entry_m: entry_m.map(|c| c as f32),
+            axis,
+            depth_m: depth_m as f32,
+            opened,
+            blood: self.since_s.map_or(0.0, |since_s| self.blood(t_s - since_s)) as f32,
+        }
+    }
+
+    /// Blood at the skin some time after it was opened: it follows depth and damage. A picture, not a measurement.
+    fn blood(&self, after_s: f64) -> f64 {
+        let there_is = 1.0 - (-(self.depth_m / BLEEDING_DEPTH_M + self.dissipated_j / BLEEDING_J)).exp();
+        there_is * (1.0 - (-after_s / BLEEDING_S).exp())
+    }
+}
+
+/// The needle's direction into the body.
+fn direction(orientation: [f64; 4]) -> [f32; 3] {
+    let rotation = UnitQuaternion::new_normalize(Quaternion::from(orientation));
+    (rotation * Vector3::z()).map(|c| c as f32).into()
+}
+
+/// A recording told moment by moment, forwards at the cost of what lies between.
+pub struct Telling<'r> {
+    recording: &'r Recording,
+    start: Moment,
+    moment: Moment,
+    samples: usize,
+    events: usize,
+    tents: usize,
+}
+
+impl<'r> Telling<'r> {
+    /// Nothing is told yet.
+    #[must_use]
+    pub fn new(recording: &'r Recording, exercise: &Exercise) -> Self {
+        let start = Moment::before(exercise);
+        Self { recording, moment: start.clone(), start, samples: 0, events: 0, tents: 0 }
+    }
+
+    /// The moment at a time since the start, in s; the last one where the recording has ended.
+    pub fn at(&mut self, t_s: f64) -> &Moment {
+        if self.samples > 0 && t_s < self.moment.sample.t_s {
+            let start = self.start.clone();
+            *self = Self { start: start.clone(), moment: start, samples: 0, events: 0, tents: 0, ..*self };
+        }
+        let Recording { samples, events, tents, .. } = self.recording;
+        while let Some(sample) = samples.get(self.samples).filter(|sample| sample.t_s <= t_s) {
+            self.moment.sample(sample);
+            self.samples += 1;
+            while let Some(event) = events.get(self.events).filter(|event| event.t_s <= sample.t_s) {
+                self.moment.event(event);
+                self.events += 1;
+            }
+        }
+        while let Some(tent) = tents.get(self.tents).filter(|tent| tent.t_s <= t_s) {
+            self.moment.tent(tent);
+            self.tents += 1;
+        }
+        &self.moment
+    }
+}

@@ -1,0 +1,110 @@
+//! What is constant in the pictures of an attempt.
+
+use std::path::Path;
+
+use mechanics::puncture::{PunctureParams, PunctureSpec};
+use mechanics::structures::{StructureKind, StructureSpec};
+use mechanics::tissue::follow::Profiles;
+use nalgebra::{Point3, Vector3};
+use render::frame::{self, FieldTable, Layer, Material, Mesh, Needle, Stage, Structure, Tip};
+use scene::{Exercise, ExerciseBundle, Scene};
+
+use crate::exit::Failure;
+
+/// The stage of an exercise on a patient. The file is named where its tissue is refused.
+///
+/// # Errors
+/// When no model of the tissue can be had.
+pub fn stage(file: &Path, bundle: &ExerciseBundle, params: &PunctureParams) -> Result<Stage, Failure> {
+    let ExerciseBundle { exercise, scene, .. } = bundle;
+    let spec = params.spec();
+    let tissue = params.field().zip(spec.tissue.as_ref());
+    let profiles = tissue.map(|(field, tissue)| field.profiles(tissue)).transpose();
+    let profiles = profiles.map_err(|error| Failure::refused(file, error))?;
+    Ok(Stage {
+        layers: layers(scene, spec),
+        needle: needle(scene, spec),
+        structures: spec.structures.iter().map(structure).collect(),
+        field: profiles.map(table).unwrap_or_default(),
+        ..planned(exercise)
+    })
+}
+
+/// A stage with the exercise's plan and nothing else.
+fn planned(exercise: &Exercise) -> Stage {
+    Stage {
+        entry_m: point(&exercise.entry_m()),
+        axis: vector(&exercise.axis()),
+        target_m: point(&exercise.target_m()),
+        ..Stage::default()
+    }
+}
+
+fn layers(scene: &Scene, spec: &PunctureSpec) -> Vec<Layer> {
+    let mut top_m = 0.0;
+    let both = scene.layers.iter().zip(&spec.axial.layers);
+    both.map(|(document, layer)| {
+        let thickness_m = layer.thickness_m as f32;
+        let drawn = Layer { name: layer.name.clone(), material: material(&document.texture), top_m, thickness_m };
+        top_m += thickness_m;
+        drawn
+    })
+    .collect()
+}
+
+/// A scene may name a texture that is not known here: it is drawn as muscle, which most of a body is.
+fn material(texture: &str) -> Material {
+    match texture {
+        "skin" => Material::Skin,
+        "fat" => Material::Fat,
+        "fascia" | "ligament" | "tendon" => Material::Fascia,
+        "bone" => Material::Bone,
+        "fluid" | "blood" => Material::Fluid,
+        _ => Material::Muscle,
+    }
+}
+
+fn needle(scene: &Scene, spec: &PunctureSpec) -> Needle {
+    let tip = match scene.needle.tip.as_str() {
+        "bevel" => Tip::Bevel,
+        "conical" => Tip::Conical,
+        "blunt" => Tip::Blunt,
+        _ => Tip::Diamond,
+    };
+    Needle {
+        length_m: spec.needle_length_m as f32,
+        diameter_m: (scene.needle.diameter_mm * 1e-3) as f32,
+        tip_to_rim_m: spec.axial.tip_to_rim_m as f32,
+        tip,
+    }
+}
+
+fn structure(spec: &StructureSpec) -> Structure {
+    let (corners, triangles) = spec.surface();
+    let kind = match spec.kind {
+        StructureKind::Target => frame::StructureKind::Target,
+        StructureKind::Vessel => frame::StructureKind::Vessel,
+        StructureKind::Nerve => frame::StructureKind::Nerve,
+        StructureKind::Bone => frame::StructureKind::Bone,
+        StructureKind::Organ => frame::StructureKind::Organ,
+    };
+    let mesh = Mesh { positions_m: corners.iter().map(point).collect(), triangles };
+    Structure { name: spec.name.clone(), kind, mesh }
+}
+
+fn table(profiles: Profiles) -> FieldTable {
+    let single = |values: Vec<f64>| values.into_iter().map(|value| value as f32).collect();
+    FieldTable {
+        radii_m: single(profiles.radii_m),
+        loads: profiles.loads,
+        axial_m_per_n: single(profiles.axial_m_per_n),
+    }
+}
+
+fn point(point: &Point3<f64>) -> [f32; 3] {
+    vector(&point.coords)
+}
+
+fn vector(vector: &Vector3<f64>) -> [f32; 3] {
+    vector.map(|c| c as f32).into()
+}
