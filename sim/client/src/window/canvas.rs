@@ -1,0 +1,109 @@
+//! The picture inside the window: drawn into a texture of our own, because a window's surface is not sRGB, and shown as an image.
+
+use eframe::egui::{self, Response, Sense, TextureId, Ui, Vec2};
+use eframe::egui_wgpu::RenderState;
+use eframe::wgpu;
+use render::frame::{Frame, Stage};
+use render::{Governor, Quality, Renderer, StageError};
+
+/// The budget of a frame at 60 Hz, in s.
+const BUDGET_S: f32 = 1.0 / 60.0;
+/// A processor that stands in for a graphics card is given more, in s: ten pictures a second are still a film.
+const SOFTWARE_BUDGET_S: f32 = 0.1;
+
+/// A picture and what draws it.
+pub struct Canvas {
+    state: RenderState,
+    renderer: Renderer,
+    governor: Governor,
+    shown: Option<Shown>,
+}
+
+/// The texture that is shown, of a size in pixels.
+struct Shown {
+    view: wgpu::TextureView,
+    id: TextureId,
+    size: [u32; 2],
+}
+
+impl Canvas {
+    /// Draws on the window's own adapter.
+    pub fn new(state: &RenderState) -> Self {
+        let software = state.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
+        let (best, budget_s) = if software { (Quality::Medium, SOFTWARE_BUDGET_S) } else { (Quality::Full, BUDGET_S) };
+        let governor = Governor::new(best, 1.05 * budget_s);
+        let renderer = Renderer::new(&state.device, &state.queue, [1, 1], best);
+        Self { state: state.clone(), renderer, governor, shown: None }
+    }
+
+    /// Takes what is constant in the pictures to come.
+    ///
+    /// # Errors
+    /// When it cannot be drawn.
+    pub fn set_stage(&mut self, stage: &Stage) -> Result<(), StageError> {
+        self.renderer.set_stage(stage)
+    }
+
+    /// The step of quality that it draws at.
+    pub fn quality(&self) -> Quality {
+        self.governor.quality()
+    }
+
+    /// Draws a frame over all the room there is. It steps down rather than stutter.
+    pub fn show(&mut self, ui: &mut Ui, frame: &Frame) -> Response {
+        let room = ui.available_size().max(Vec2::splat(1.0));
+        self.governor.took(ui.input(|input| input.unstable_dt));
+        let id = self.texture(pixels(room, ui.ctx().pixels_per_point()));
+        if let Some(shown) = &self.shown {
+            self.renderer.draw(frame, &shown.view);
+        }
+        ui.add(egui::Image::new((id, room)).sense(Sense::click_and_drag()))
+    }
+
+    /// The texture for a size in pixels.
+    fn texture(&mut self, size: [u32; 2]) -> TextureId {
+        self.renderer.resize(size, self.governor.quality());
+        if let Some(shown) = self.shown.as_ref().filter(|shown| shown.size == size) {
+            return shown.id;
+        }
+        let view = texture(&self.state.device, size);
+        let mut textures = self.state.renderer.write();
+        let id = match self.shown.take() {
+            Some(old) => {
+                let (device, filter) = (&self.state.device, wgpu::FilterMode::Linear);
+                textures.update_egui_texture_from_wgpu_texture(device, &view, filter, old.id);
+                old.id
+            }
+            None => textures.register_native_texture(&self.state.device, &view, wgpu::FilterMode::Linear),
+        };
+        drop(textures);
+        self.shown = Some(Shown { view, id, size });
+        id
+    }
+}
+
+impl Drop for Canvas {
+    fn drop(&mut self) {
+        if let Some(shown) = &self.shown {
+            self.state.renderer.write().free_texture(&shown.id);
+        }
+    }
+}
+
+fn pixels(room: Vec2, pixels_per_point: f32) -> [u32; 2] {
+    [room.x, room.y].map(|side| (side * pixels_per_point).round().max(1.0) as u32)
+}
+
+fn texture(device: &wgpu::Device, [width, height]: [u32; 2]) -> wgpu::TextureView {
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("picture"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: render::FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}

@@ -1,0 +1,119 @@
+//! Mouse and keyboard steer a set-point: how far the needle is to be, how far aside, and how it leans.
+
+use haptics::device::buttons;
+use haptics::devices::hand::Aim;
+use mechanics::operator::needle_pose;
+use nalgebra::{Point3, Rotation3, Unit, UnitQuaternion, Vector3};
+use scene::Exercise;
+
+/// What the person asks for in a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wish {
+    /// Further in (positive) or out, in m.
+    pub advance_m: f64,
+    /// To the right and away from the person, in m.
+    pub aside_m: [f64; 2],
+    /// Leans the tip to the right and away from the person, in rad.
+    pub lean_rad: [f64; 2],
+    /// The confirm button is down.
+    pub confirm: bool,
+}
+
+/// The needle leans no further than this from straight down, in rad.
+const MOST_LEAN_RAD: f64 = 1.2;
+/// The set-point stays within this of where it began, in m.
+const MOST_AWAY_M: f64 = 0.15;
+
+/// The set-point of a virtual hand. Device frame: x to the right, y up, z towards the person.
+#[derive(Clone, Debug)]
+pub struct Steering {
+    axis: Unit<Vector3<f64>>,
+    /// From where it began, in m, patient frame.
+    away_m: Vector3<f64>,
+}
+
+impl Steering {
+    /// Begins where the exercise's plan does, leaning as planned.
+    pub fn new(exercise: &Exercise) -> Self {
+        Self { axis: Unit::new_normalize(exercise.axis()), away_m: Vector3::zeros() }
+    }
+
+    /// Follows what the person asks for, and says where the hand is to be. Advancing goes along the needle.
+    pub fn follow(&mut self, wish: &Wish) -> Aim {
+        self.lean(wish.lean_rad);
+        let step_m = self.axis.into_inner() * wish.advance_m + Vector3::new(wish.aside_m[0], wish.aside_m[1], 0.0);
+        let away_m = self.away_m + step_m;
+        if away_m.norm() <= MOST_AWAY_M {
+            self.away_m = away_m;
+        }
+        let device_from_patient = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), -std::f64::consts::FRAC_PI_2);
+        Aim {
+            position_m: device_from_patient * self.away_m,
+            orientation: device_from_patient * needle_pose(&Point3::origin(), &self.axis).rotation,
+            buttons: if wish.confirm { buttons::CONFIRM } else { 0 },
+        }
+    }
+
+    fn lean(&mut self, [right_rad, away_rad]: [f64; 2]) {
+        // About y a positive turn takes down to the left, about x to the far side.
+        let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), -right_rad)
+            * Rotation3::from_axis_angle(&Vector3::x_axis(), away_rad);
+        let leaned = Unit::new_normalize(turn * self.axis.into_inner());
+        if -leaned.z >= MOST_LEAN_RAD.cos() {
+            self.axis = leaned;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! A wish that goes the wrong way, or a needle that cannot be brought back, makes the mouse useless.
+
+    use super::*;
+
+    fn steering() -> Steering {
+        Steering { axis: -Vector3::z_axis(), away_m: Vector3::zeros() }
+    }
+
+    #[test]
+    fn in_is_down_and_aside_is_level() {
+        let mut steering = steering();
+        let aim = steering.follow(&Wish { advance_m: 0.01, ..Wish::default() });
+        assert!((aim.position_m - Vector3::new(0.0, -0.01, 0.0)).norm() < 1e-15, "{}", aim.position_m);
+        let aim = steering.follow(&Wish { aside_m: [0.002, 0.003], ..Wish::default() });
+        assert!((aim.position_m - Vector3::new(0.002, -0.01, -0.003)).norm() < 1e-15, "{}", aim.position_m);
+    }
+
+    #[test]
+    fn a_leaning_needle_goes_in_along_itself_and_leans_as_asked() {
+        let mut steering = steering();
+        steering.follow(&Wish { lean_rad: [0.3, 0.0], ..Wish::default() });
+        assert!(steering.axis.x > 0.29 && steering.axis.y.abs() < 1e-15, "the tip goes right: {}", steering.axis.x);
+        steering.follow(&Wish { lean_rad: [0.0, 0.2], ..Wish::default() });
+        assert!(steering.axis.y > 0.18, "the tip goes away from the person: {}", steering.axis.y);
+        let before_m = steering.away_m;
+        steering.follow(&Wish { advance_m: 0.01, ..Wish::default() });
+        assert!((steering.away_m - before_m - steering.axis.into_inner() * 0.01).norm() < 1e-15);
+    }
+
+    #[test]
+    fn the_handle_points_where_the_needle_does() {
+        let mut steering = steering();
+        let aim = steering.follow(&Wish { lean_rad: [0.3, -0.1], ..Wish::default() });
+        let patient_from_device = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+        let needle = patient_from_device * aim.orientation * Vector3::z();
+        assert!((needle - steering.axis.into_inner()).norm() < 1e-12);
+    }
+
+    #[test]
+    fn whatever_is_asked_it_stays_near_and_can_come_back() {
+        let mut steering = steering();
+        for _ in 0..1000 {
+            steering.follow(&Wish { advance_m: 0.01, lean_rad: [0.1, 0.1], ..Wish::default() });
+        }
+        assert!(steering.away_m.norm() <= MOST_AWAY_M && -steering.axis.z >= MOST_LEAN_RAD.cos());
+        let before_m = steering.away_m.norm();
+        steering.follow(&Wish { advance_m: -0.01, ..Wish::default() });
+        assert!(steering.away_m.norm() < before_m);
+    }
+}
