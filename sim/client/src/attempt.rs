@@ -11,6 +11,7 @@ use recording::write::SceneDrawing;
 use recording::{Session, Writer};
 use scene::{Exercise, ExerciseBundle, Patient};
 
+use crate::clock;
 use crate::exit::Failure;
 use crate::motion::Playback;
 
@@ -72,6 +73,39 @@ impl Hand {
             Self::Constant(mm_per_s) => Box::new(Operator::constant(mm_per_s * 1e-3, &plan)),
             Self::File(path) => Box::new(Playback::read(path, &plan)?),
         })
+    }
+}
+
+/// On what an attempt is made.
+pub struct Maker<'a> {
+    /// The device's name.
+    pub device: &'a str,
+    /// The device's largest force, in N; infinite for an operator of a simulation.
+    pub device_max_force_n: f64,
+    /// Draws the patient and the operator's hand.
+    pub seed: u64,
+    /// Servo rate, in Hz.
+    pub tick_hz: f64,
+}
+
+impl Maker<'_> {
+    /// A session that starts now, of nobody.
+    pub fn session(&self, bundle: &ExerciseBundle) -> Session {
+        Session {
+            session_id: clock::new_session_id(),
+            exercise_id: bundle.exercise.id.clone(),
+            exercise_sha256: bundle.exercise.sha256.clone(),
+            scene_sha256: bundle.scene.sha256.clone(),
+            simulator_version: env!("CARGO_PKG_VERSION").to_owned(),
+            git: option_env!("STYLET_GIT_REVISION").unwrap_or_default().to_owned(),
+            device: self.device.to_owned(),
+            device_max_force_n: self.device_max_force_n,
+            tick_hz: self.tick_hz,
+            seed: self.seed,
+            trainee: String::new(),
+            started_at: clock::now(),
+            patient_thickness_mm: Patient::draw(&bundle.scene, self.seed).thickness_mm,
+        }
     }
 }
 

@@ -6,7 +6,8 @@ use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
 use crate::commands::{
-    bench, calibrate, check, doctor, field, force, recover, schema, score, simulate, upload, verify,
+    bench, calibrate, check, doctor, field, force, play, recover, render, replay, schema, score, simulate, upload,
+    verify,
 };
 use crate::exit::{Failure, Outcome};
 use crate::output;
@@ -29,9 +30,12 @@ struct Cli {
 /// A command with its arguments.
 #[derive(Subcommand)]
 pub enum Command {
+    Play(play::Args),
     Simulate(simulate::Args),
     Score(score::Args),
     Verify(verify::Args),
+    Replay(replay::Args),
+    Render(render::Args),
     Recover(recover::Args),
     Check(check::Args),
     Schema(schema::Args),
@@ -47,6 +51,9 @@ impl Command {
     /// Does it.
     pub fn run(&self) -> Outcome {
         match self {
+            Self::Play(args) => play::run(args),
+            Self::Replay(args) => replay::run(args),
+            Self::Render(args) => render::run(args),
             Self::Simulate(args) => simulate::run(args),
             Self::Score(args) => score::run(args),
             Self::Verify(args) => verify::run(args),

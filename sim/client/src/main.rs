@@ -17,6 +17,7 @@ mod picture;
 mod progress;
 mod timing;
 mod trajectory;
+mod window;
 
 use std::process::ExitCode;
 

@@ -6,7 +6,10 @@ pub mod check;
 pub mod doctor;
 pub mod field;
 pub mod force;
+pub mod play;
 pub mod recover;
+pub mod render;
+pub mod replay;
 pub mod schema;
 pub mod score;
 pub mod simulate;
@@ -50,7 +53,7 @@ fn open(path: &Path) -> Result<File, Failure> {
 }
 
 /// Reads a recording; a cut one is warned of and used as far as it goes.
-fn read_recording(path: &Path) -> Result<Recording, Failure> {
+pub fn read_recording(path: &Path) -> Result<Recording, Failure> {
     let file = open(path)?;
     let progress = Progress::new(file.metadata().map_or(0, |metadata| metadata.len()), "reading");
     let source = BufReader::new(progress.watch(file));
@@ -66,12 +69,12 @@ fn read_recording(path: &Path) -> Result<Recording, Failure> {
 }
 
 /// The exercise that a recording carries.
-fn own_exercise(path: &Path, recording: &Recording) -> Result<ExerciseBundle, Failure> {
+pub fn own_exercise(path: &Path, recording: &Recording) -> Result<ExerciseBundle, Failure> {
     assessment::own_exercise(recording).map_err(|error| Failure::refused(path, error))
 }
 
 /// The mechanics of an exercise for a patient.
-fn puncture_params(file: &Path, bundle: &ExerciseBundle, patient: &Patient) -> Result<PunctureParams, Failure> {
+pub fn puncture_params(file: &Path, bundle: &ExerciseBundle, patient: &Patient) -> Result<PunctureParams, Failure> {
     PunctureParams::new(bundle.puncture_spec(patient)).map_err(|error| Failure::refused(file, error))
 }
 

@@ -14,7 +14,7 @@ use time::format_description::well_known::Rfc3339;
 use time::{OffsetDateTime, UtcOffset};
 use uuid::Uuid;
 
-use crate::attempt::{self, Hand};
+use crate::attempt::{self, Hand, Maker};
 use crate::exit::{Failure, Outcome};
 use crate::motion::Watched;
 use crate::new_file::NewFile;
@@ -129,20 +129,18 @@ fn record(args: &Args, session: &Session, bundle: &ExerciseBundle) -> Result<Sim
 }
 
 fn session(args: &Args, bundle: &ExerciseBundle) -> Session {
-    Session {
-        session_id: args.session_id.unwrap_or_else(clock::new_session_id),
-        exercise_id: bundle.exercise.id.clone(),
-        exercise_sha256: bundle.exercise.sha256.clone(),
-        scene_sha256: bundle.scene.sha256.clone(),
-        simulator_version: env!("CARGO_PKG_VERSION").to_owned(),
-        git: option_env!("STYLET_GIT_REVISION").unwrap_or_default().to_owned(),
-        device: args.operator.device(),
+    let maker = Maker {
+        device: &args.operator.device(),
         device_max_force_n: f64::INFINITY,
-        tick_hz: f64::from(args.tick_hz),
         seed: args.seed,
+        tick_hz: f64::from(args.tick_hz),
+    };
+    let session = maker.session(bundle);
+    Session {
+        session_id: args.session_id.unwrap_or(session.session_id),
         trainee: args.trainee.clone(),
-        started_at: args.started_at.unwrap_or_else(clock::now),
-        patient_thickness_mm: Patient::draw(&bundle.scene, args.seed).thickness_mm,
+        started_at: args.started_at.unwrap_or(session.started_at),
+        ..session
     }
 }
 
@@ -166,7 +164,7 @@ fn start(text: &str) -> Result<OffsetDateTime, String> {
 }
 
 /// A pseudonym of a form that no name, address or sentence has.
-fn pseudonym(text: &str) -> Result<String, String> {
+pub fn pseudonym(text: &str) -> Result<String, String> {
     let allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     match text.len() <= 64 && text.chars().all(allowed) {
         true => Ok(text.to_owned()),

@@ -1,6 +1,7 @@
 //! An attempt in progress: the servo that feels, the recorder that writes, and what the window sees of both.
 
 mod faults;
+pub mod open;
 mod recorder;
 mod shown;
 
@@ -17,7 +18,7 @@ use scene::ExerciseBundle;
 use crate::exit::Failure;
 
 pub use recorder::{Kept, Unsaved, recover_left_behind};
-pub use shown::{Phase, Said, Shown, TracePoint};
+pub use shown::{Phase, Said, Shown};
 
 /// What an attempt is made of. Shared with the recorder's thread.
 pub struct Trial {
@@ -86,10 +87,10 @@ impl Live {
     }
 
     /// Stops with zero force on the device and finishes the recording.
-    pub fn stop(self) -> Finished {
+    pub fn stop(self) -> (Arc<Trial>, Finished) {
         let report = self.running.stop();
         let kept = self.recorder.finish(report.as_ref());
-        Finished { report, kept }
+        (self.trial, Finished { report, kept })
     }
 }
 

@@ -143,7 +143,7 @@ fn record(
 ) -> Result<Kept, Box<Unsaved>> {
     let mut servo = BTreeMap::new();
     // Nobody left to report means that the attempt was dropped: what there is of it is kept all the same.
-    let mut told = || report.recv().unwrap_or_default();
+    let told = || report.recv().unwrap_or_default();
     let kept = write(&trial, draft, (&mut || ticks.next(), Some(shown)), &mut || {
         servo = told();
         servo.clone()

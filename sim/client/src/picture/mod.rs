@@ -1,7 +1,9 @@
 //! From an attempt, live or recorded, to the plain data that a picture is drawn from.
 
+mod align;
 mod moment;
 mod stage;
 
+pub use align::Alignment;
 pub use moment::{Look, Moment, Telling};
 pub use stage::stage;

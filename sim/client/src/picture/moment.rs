@@ -1,12 +1,14 @@
 //! What a picture shows of an attempt at a moment: everything that has happened so far, told in order.
 
+use std::sync::Arc;
+
 use mechanics::operator::needle_pose;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use recording::Recording;
 use recording::event::{Event, EventKind};
 use recording::sample::{Sample, flags};
 use recording::tent::Tent;
-use render::frame::{Frame, Orbit, Puncture, View};
+use render::frame::{Frame, Ghost, Orbit, Puncture, View};
 use scene::Exercise;
 
 /// A structure that was hit is lit for so long, in s.
@@ -59,6 +61,8 @@ pub struct Look {
     pub orbit: Orbit,
     /// The planned line, entry and target are drawn.
     pub guide: bool,
+    /// The body is seen from outside: not cut open, not faded.
+    pub closed: bool,
 }
 
 impl Moment {
@@ -127,6 +131,13 @@ impl Moment {
         }
     }
 
+    /// Where the needle is, to be drawn as a ghost.
+    #[must_use]
+    pub fn needle(&self) -> Ghost {
+        let Sample { position_m, orientation, .. } = self.sample;
+        Ghost { tip_m: position_m.map(|c| c as f32), orientation: orientation.map(|c| c as f32) }
+    }
+
     /// The picture's data, of a body in which the target lies at a depth, in m.
     #[must_use]
     pub fn frame(&self, look: &Look, target_depth_m: f64) -> Frame {
@@ -141,9 +152,11 @@ impl Moment {
             loads_n: self.loads_n.clone(),
             entry_m: inside.map(|track| track.entry_m.map(|c| c as f32)),
             punctures: self.tracks.iter().map(|track| track.puncture(t_s)).collect(),
-            fade: (FADED * deep) as f32,
+            fade: if look.closed { 0.0 } else { (FADED * deep) as f32 },
             guide: look.guide,
             touched: self.hit.filter(|hit| t_s - hit.at_s < LIT_S).map(|hit| hit.structure),
+            closed: look.closed,
+            ghost: None,
             view: look.view,
             orbit: look.orbit,
         }
@@ -176,41 +189,53 @@ fn direction(orientation: [f64; 4]) -> [f32; 3] {
 }
 
 /// A recording told moment by moment, forwards at the cost of what lies between.
-pub struct Telling<'r> {
-    recording: &'r Recording,
+pub struct Telling {
+    recording: Arc<Recording>,
     start: Moment,
     moment: Moment,
+    told: Told,
+}
+
+/// How much of each list has been told.
+#[derive(Clone, Copy, Default)]
+struct Told {
     samples: usize,
     events: usize,
     tents: usize,
 }
 
-impl<'r> Telling<'r> {
+impl Telling {
     /// Nothing is told yet.
     #[must_use]
-    pub fn new(recording: &'r Recording, exercise: &Exercise) -> Self {
+    pub fn new(recording: Arc<Recording>, exercise: &Exercise) -> Self {
         let start = Moment::before(exercise);
-        Self { recording, moment: start.clone(), start, samples: 0, events: 0, tents: 0 }
+        Self { recording, moment: start.clone(), start, told: Told::default() }
+    }
+
+    /// The recording.
+    #[must_use]
+    pub fn recording(&self) -> &Recording {
+        &self.recording
     }
 
     /// The moment at a time since the start, in s; the last one where the recording has ended.
     pub fn at(&mut self, t_s: f64) -> &Moment {
-        if self.samples > 0 && t_s < self.moment.sample.t_s {
-            let start = self.start.clone();
-            *self = Self { start: start.clone(), moment: start, samples: 0, events: 0, tents: 0, ..*self };
+        if t_s < self.moment.sample.t_s {
+            (self.moment, self.told) = (self.start.clone(), Told::default());
         }
-        let Recording { samples, events, tents, .. } = self.recording;
-        while let Some(sample) = samples.get(self.samples).filter(|sample| sample.t_s <= t_s) {
-            self.moment.sample(sample);
-            self.samples += 1;
-            while let Some(event) = events.get(self.events).filter(|event| event.t_s <= sample.t_s) {
-                self.moment.event(event);
-                self.events += 1;
+        let (moment, told) = (&mut self.moment, &mut self.told);
+        let Recording { samples, events, tents, .. } = &*self.recording;
+        while let Some(sample) = samples.get(told.samples).filter(|sample| sample.t_s <= t_s) {
+            moment.sample(sample);
+            told.samples += 1;
+            while let Some(event) = events.get(told.events).filter(|event| event.t_s <= sample.t_s) {
+                moment.event(event);
+                told.events += 1;
             }
         }
-        while let Some(tent) = tents.get(self.tents).filter(|tent| tent.t_s <= t_s) {
-            self.moment.tent(tent);
-            self.tents += 1;
+        while let Some(tent) = tents.get(told.tents).filter(|tent| tent.t_s <= t_s) {
+            moment.tent(tent);
+            told.tents += 1;
         }
         &self.moment
     }

@@ -3,6 +3,7 @@
 use eframe::egui::{self, Response, Sense, TextureId, Ui, Vec2};
 use eframe::egui_wgpu::RenderState;
 use eframe::wgpu;
+use render::camera::Camera;
 use render::frame::{Frame, Stage};
 use render::{Governor, Quality, Renderer, StageError};
 
@@ -47,6 +48,11 @@ impl Canvas {
     /// The step of quality that it draws at.
     pub fn quality(&self) -> Quality {
         self.governor.quality()
+    }
+
+    /// From where a frame is seen.
+    pub fn camera(&self, frame: &Frame) -> Camera {
+        self.renderer.camera(frame)
     }
 
     /// Draws a frame over all the room there is. It steps down rather than stutter.

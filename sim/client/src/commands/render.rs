@@ -1,0 +1,190 @@
+//! `stylet render`: one picture of a recording or an exercise, or the frames of a film, without a window.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::Arc;
+
+use render::frame::{Frame, Stage, View};
+use render::{Headless, PictureError, Quality};
+use scene::{ExerciseBundle, Patient};
+
+use crate::commands;
+use crate::exit::{Failure, Outcome};
+use crate::new_file::create_folder;
+use crate::picture::{self, Look, Moment, Telling};
+use crate::progress::Progress;
+use crate::{output, window};
+
+/// Largest side of a picture, in pixels.
+const MOST_PIXELS: u32 = 8192;
+
+/// Draw a recording or an exercise, without a window
+///
+/// An exercise is drawn with the needle at its start. The same recording and time give the same bytes on the same graphics adapter.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  \
+    stylet render attempt.mcap --at 4.2 --view tip --out pop.png\n  \
+    stylet render attempt.mcap --frames film --fps 30")]
+pub struct Args {
+    /// A recording or an exercise
+    #[arg(value_name = "REC.mcap|EXERCISE.toml")]
+    what: PathBuf,
+    /// Time of the picture, in s since the start
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = seconds)]
+    at: f64,
+    /// Size of the picture, in pixels
+    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720")]
+    size: Size,
+    /// whole, tip or section
+    #[arg(long, value_name = "VIEW", default_value = "whole", value_parser = view)]
+    view: View,
+    /// Hide the planned line, entry and target
+    #[arg(long)]
+    free: bool,
+    /// The picture to write
+    #[arg(long, value_name = "P.png", required_unless_present = "frames", conflicts_with = "frames")]
+    out: Option<PathBuf>,
+    /// Folder for the frames of a film: 00000.png, 00001.png, …
+    #[arg(long, value_name = "DIR", conflicts_with = "at")]
+    frames: Option<PathBuf>,
+    /// Frames a second of a film
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=240))]
+    fps: u32,
+}
+
+/// Width and height, in pixels.
+#[derive(Clone, Copy)]
+struct Size([u32; 2]);
+
+impl FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let side = |side: &str| side.parse().ok().filter(|side| (1..=MOST_PIXELS).contains(side));
+        let sides = text.split_once('x').and_then(|(width, height)| Some([side(width)?, side(height)?]));
+        sides.map(Self).ok_or_else(|| format!("two numbers from 1 to {MOST_PIXELS} are allowed, for example 1280x720"))
+    }
+}
+
+fn view(text: &str) -> Result<View, String> {
+    match text {
+        "whole" => Ok(View::Whole),
+        "tip" => Ok(View::Tip),
+        "section" => Ok(View::Section),
+        _ => Err("whole, tip or section is allowed".to_owned()),
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds: &f64| seconds.is_finite() && *seconds >= 0.0);
+    seconds.ok_or_else(|| "a time of 0 s or more is allowed".to_owned())
+}
+
+/// What is to be drawn.
+struct Film {
+    stage: Stage,
+    target_depth_m: f64,
+    look: Look,
+    source: Source,
+}
+
+/// Where the moments come from.
+enum Source {
+    /// A recording of a length, in s.
+    Recording(Telling, f64),
+    /// An exercise: the needle at its start.
+    Exercise(Box<Moment>),
+}
+
+impl Film {
+    fn frame(&mut self, t_s: f64) -> Frame {
+        let moment = match &mut self.source {
+            Source::Recording(telling, _) => telling.at(t_s),
+            Source::Exercise(moment) => moment,
+        };
+        moment.frame(&self.look, self.target_depth_m)
+    }
+
+    fn duration_s(&self) -> f64 {
+        match self.source {
+            Source::Recording(_, duration_s) => duration_s,
+            Source::Exercise(_) => 0.0,
+        }
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let look = Look { view: args.view, guide: !args.free, ..Look::default() };
+    let mut film = if args.what.extension().is_some_and(|extension| extension == "toml") {
+        of_exercise(&args.what, look)?
+    } else {
+        of_recording(&args.what, look)?
+    };
+    if args.at > film.duration_s() && args.at > 0.0 {
+        let allowed = format!("--at {} s: the attempt lasts {:.3} s", args.at, film.duration_s());
+        return Err(Failure::refused(&args.what, allowed));
+    }
+    let mut headless = Headless::new(Quality::Full).map_err(Failure::work)?;
+    headless.set_stage(&film.stage).map_err(|error| Failure::refused(&args.what, error))?;
+    match (&args.out, &args.frames) {
+        (Some(out), _) => still(&mut headless, &film.frame(args.at), args.size, out),
+        (None, Some(folder)) => frames(&mut headless, &mut film, args, folder),
+        (None, None) => Ok(()),
+    }
+}
+
+fn of_exercise(path: &Path, look: Look) -> Result<Film, Failure> {
+    let bundle = ExerciseBundle::read(path)?;
+    let params = commands::puncture_params(path, &bundle.scene, &Patient::nominal(&bundle.scene))?;
+    let stage = picture::stage(path, &bundle, &params)?;
+    let source = Source::Exercise(Box::new(Moment::before(&bundle.exercise)));
+    Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })
+}
+
+fn of_recording(path: &Path, look: Look) -> Result<Film, Failure> {
+    let recording = commands::read_recording(path)?;
+    let bundle = commands::own_exercise(path, &recording)?;
+    let stage = window::stage_of(path, &bundle, &recording)?;
+    let duration_s = recording.samples.last().map_or(0.0, |sample| sample.t_s);
+    let source = Source::Recording(Telling::new(Arc::new(recording), &bundle.exercise), duration_s);
+    Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })
+}
+
+fn still(headless: &mut Headless, frame: &Frame, Size(size): Size, out: &Path) -> Outcome {
+    let picture = headless.next(frame, size).map_err(|error| failure(&error))?;
+    picture.save_with_format(out, image::ImageFormat::Png).map_err(|error| cannot_write(out, &error))?;
+    output::line(format_args!("{}: {} × {} pixels on {}", out.display(), size[0], size[1], headless.adapter()))
+}
+
+fn frames(headless: &mut Headless, film: &mut Film, args: &Args, folder: &Path) -> Outcome {
+    create_folder(folder)?;
+    let count = (film.duration_s() * f64::from(args.fps)).floor() as u64 + 1;
+    let progress = Progress::new(count, "drawing");
+    for at in 0..count {
+        let frame = film.frame(at as f64 / f64::from(args.fps));
+        let picture = headless.next(&frame, args.size.0).map_err(|error| failure(&error))?;
+        let out = folder.join(format!("{at:05}.png"));
+        picture.save_with_format(&out, image::ImageFormat::Png).map_err(|error| cannot_write(&out, &error))?;
+        progress.set(at + 1);
+    }
+    drop(progress);
+    output::line(format_args!(
+        "{}: {count} frames at {} a second on {}",
+        folder.display(),
+        args.fps,
+        headless.adapter()
+    ))
+}
+
+/// A size that cannot be drawn is the call's fault, everything else the adapter's.
+fn failure(error: &PictureError) -> Failure {
+    match error {
+        PictureError::Size { .. } => Failure::input(error),
+        _ => Failure::work(error),
+    }
+}
+
+fn cannot_write(out: &Path, error: &image::ImageError) -> Failure {
+    Failure::work(format_args!("{}: {error}", out.display()))
+}

@@ -1,0 +1,28 @@
+//! `stylet replay`: a recording in a window, with timeline, plots and scrubbing.
+
+use std::path::PathBuf;
+
+use crate::commands;
+use crate::exit::Outcome;
+use crate::window;
+
+/// Watch a recording in a window
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  \
+    stylet replay attempt.mcap\n  \
+    stylet replay attempt.mcap --compare expert.mcap")]
+pub struct Args {
+    /// The recording
+    #[arg(value_name = "REC.mcap")]
+    recording: PathBuf,
+    /// A second recording, drawn as a ghost; both are aligned by the layers that they went through
+    #[arg(long, value_name = "REC2.mcap")]
+    compare: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let recording = commands::read_recording(&args.recording)?;
+    let other = args.compare.as_deref().map(commands::read_recording).transpose()?;
+    window::watch(&args.recording, recording, other)
+}

@@ -1,0 +1,151 @@
+//! From the name of a device to the device, and how it lies to the patient.
+
+use std::fmt::{self, Display};
+use std::str::FromStr;
+
+use haptics::devices::hand::{AimWriter, VirtualHand};
+use haptics::devices::operator::OperatorDevice;
+use haptics::inverse3::Inverse3;
+use haptics::mapping::{Home, Mapping, Pointing};
+use haptics::openhaptics::OpenHaptics;
+use haptics::servo::Driven;
+use mechanics::operator::{Operator, Skill};
+use nalgebra::Unit;
+use scene::Exercise;
+
+use crate::attempt::Hand;
+use crate::devices::DeviceArgs;
+use crate::exit::Failure;
+
+/// Which device.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Choice {
+    /// The first haptic device that is there, and the mouse without one.
+    Auto,
+    /// Mouse and keyboard.
+    Mouse,
+    /// OpenHaptics.
+    OpenHaptics,
+    /// Haply Inverse3.
+    Inverse3,
+    /// A virtual operator.
+    Operator(Hand),
+}
+
+impl FromStr for Choice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(Self::Auto),
+            "mouse" => Ok(Self::Mouse),
+            "openhaptics" => Ok(Self::OpenHaptics),
+            "inverse3" => Ok(Self::Inverse3),
+            _ => match text.strip_prefix("operator:").map(str::parse) {
+                Some(Ok(Hand::File(_))) => Err("a file is no operator of play; stylet simulate plays it".to_owned()),
+                Some(hand) => hand.map(Self::Operator),
+                None => Err("auto, mouse, gamepad, openhaptics, inverse3 or operator:NAME is allowed".to_owned()),
+            },
+        }
+    }
+}
+
+impl Display for Choice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("the haptic device that is there, or mouse and keyboard"),
+            Self::Mouse => f.write_str("mouse and keyboard"),
+            Self::OpenHaptics => f.write_str("OpenHaptics"),
+            Self::Inverse3 => f.write_str("Haply Inverse3"),
+            Self::Operator(hand) => f.write_str(&hand.device()),
+        }
+    }
+}
+
+/// A device that is ready, and what belongs to it.
+pub struct Opened {
+    /// The device.
+    pub driven: Driven,
+    /// From the device to the patient.
+    pub mapping: Mapping,
+    /// Where a virtual hand is steered, for a device without an arm.
+    pub aim: Option<AimWriter>,
+    /// Why others were passed over.
+    pub passed_over: Vec<String>,
+}
+
+/// Opens a device for an exercise. The seed is a virtual operator's.
+///
+/// # Errors
+/// When the device is not there or refuses.
+pub fn open(
+    choice: &Choice,
+    args: &DeviceArgs,
+    exercise: &Exercise,
+    (seed, rate_hz): (u64, f64),
+) -> Result<Opened, Failure> {
+    match choice {
+        Choice::Auto => Ok(first(args, exercise, rate_hz)),
+        Choice::Mouse => Ok(mouse(exercise, rate_hz)),
+        Choice::OpenHaptics => openhaptics(args, exercise).map_err(Failure::work),
+        Choice::Inverse3 => inverse3(args, exercise).map_err(Failure::work),
+        Choice::Operator(hand) => Ok(operator(hand, exercise, (seed, rate_hz))),
+    }
+}
+
+/// The first haptic device there is; the mouse is always there.
+fn first(args: &DeviceArgs, exercise: &Exercise, rate_hz: f64) -> Opened {
+    let mut passed_over = Vec::new();
+    let haptic = openhaptics(args, exercise).or_else(|why| {
+        passed_over.push(why);
+        inverse3(args, exercise)
+    });
+    match haptic {
+        Ok(opened) => Opened { passed_over, ..opened },
+        Err(why) => {
+            passed_over.push(why);
+            Opened { passed_over, ..mouse(exercise, rate_hz) }
+        }
+    }
+}
+
+fn openhaptics(args: &DeviceArgs, exercise: &Exercise) -> Result<Opened, String> {
+    let device = OpenHaptics::open(&args.openhaptics()).map_err(|why| said("openhaptics", &why))?;
+    Ok(with_arm(Driven::ByDevice(Box::new(device)), exercise))
+}
+
+fn inverse3(args: &DeviceArgs, exercise: &Exercise) -> Result<Opened, String> {
+    let device = Inverse3::open(&args.inverse3()).map_err(|why| said("inverse3", &why))?;
+    Ok(with_arm(Driven::ByTimer(Box::new(device)), exercise))
+}
+
+fn said(device: &str, why: &dyn Display) -> String {
+    format!("{device}: {why}")
+}
+
+fn with_arm(driven: Driven, exercise: &Exercise) -> Opened {
+    Opened { driven, mapping: at_home(exercise), aim: None, passed_over: Vec::new() }
+}
+
+fn mouse(exercise: &Exercise, rate_hz: f64) -> Opened {
+    let (hand, aim) = VirtualHand::new("mouse", &VirtualHand::braced(), rate_hz);
+    Opened { aim: Some(aim), ..with_arm(Driven::ByTimer(Box::new(hand)), exercise) }
+}
+
+fn at_home(exercise: &Exercise) -> Mapping {
+    let plan = exercise.plan();
+    Mapping::at_home(Home::above(plan.entry_m, Unit::new_normalize(plan.axis), plan.approach_m), Pointing::Handle)
+}
+
+fn operator(hand: &Hand, exercise: &Exercise, (seed, rate_hz): (u64, f64)) -> Opened {
+    let plan = exercise.plan();
+    let operator = match hand {
+        Hand::Preset(_, skill) => Operator::skilled(skill, &plan, seed),
+        Hand::Constant(mm_per_s) => Operator::constant(mm_per_s * 1e-3, &plan),
+        // Never chosen: `Choice` refuses files.
+        Hand::File(_) => Operator::skilled(&Skill::expert(), &plan, seed),
+    };
+    let device = OperatorDevice::new(&hand.device(), operator, rate_hz);
+    let driven = Driven::ByTimer(Box::new(device));
+    Opened { driven, mapping: Mapping::in_patient_frame(), aim: None, passed_over: Vec::new() }
+}

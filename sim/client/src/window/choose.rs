@@ -1,0 +1,120 @@
+//! Before an attempt: the exercises there are, and the briefing of the one that is chosen.
+
+use eframe::egui::{self, Key, RichText, ScrollArea, Ui};
+use scene::{Exercise, ExerciseBundle};
+
+use super::overlay::colours;
+
+/// What the person decides on the briefing.
+pub enum Decision {
+    /// Nothing yet.
+    Stay,
+    /// Begin.
+    Begin,
+    /// Another exercise.
+    Back,
+}
+
+/// The list of exercises. Answers the one that is chosen.
+pub fn choose(ui: &mut Ui, exercises: &[ExerciseBundle], due: &[String]) -> Option<usize> {
+    let chosen = egui::CentralPanel::default().show(ui, |ui| {
+        ui.heading("Exercises");
+        ui.add_space(8.0);
+        let mut order: Vec<usize> = (0..exercises.len()).collect();
+        // Assigned ones first, in the order in which they are due; the others as they were given.
+        let place = |at: &usize| {
+            let id = exercises.get(*at).map(|bundle| bundle.exercise.id.as_str());
+            due.iter().position(|due| Some(due.as_str()) == id).unwrap_or(usize::MAX)
+        };
+        order.sort_by_key(place);
+        let scrolled = ScrollArea::vertical().show(ui, |ui| {
+            let rows = order.iter().filter_map(|&at| exercises.get(at).map(|bundle| (at, &bundle.exercise)));
+            rows.filter_map(|(at, exercise)| row(ui, exercise, due.contains(&exercise.id)).then_some(at)).last()
+        });
+        scrolled.inner
+    });
+    chosen.inner
+}
+
+fn row(ui: &mut Ui, exercise: &Exercise, due: bool) -> bool {
+    let clicked = ui.horizontal(|ui| {
+        let clicked =
+            ui.add(egui::Button::new(RichText::new(&exercise.title).size(17.0)).min_size([320.0, 34.0].into()));
+        let stars =
+            "●".repeat(exercise.difficulty.into()) + &"○".repeat(5_usize.saturating_sub(exercise.difficulty.into()));
+        ui.label(stars).on_hover_text("Difficulty");
+        ui.label(format!("target {:.0} mm, {:.0}°", exercise.target_depth_mm, exercise.angle_deg));
+        if due {
+            ui.colored_label(colours::WARN, "➜ assigned");
+        }
+        clicked.clicked()
+    });
+    clicked.inner
+}
+
+/// What is said before an attempt, and what the person may decide.
+pub struct Briefing<'a> {
+    /// The exercise.
+    pub exercise: &'a Exercise,
+    /// What will happen with the device, in words.
+    pub device: &'a str,
+    /// Draw the planned line.
+    pub guided: &'a mut bool,
+    /// Why the attempt cannot begin.
+    pub error: Option<&'a str>,
+}
+
+/// The briefing.
+pub fn brief(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
+    let Briefing { exercise, device, guided, error } = briefing;
+    let decision = egui::Panel::bottom("begin").show(ui, |ui| {
+        ui.add_space(8.0);
+        let decision = ui.horizontal(|ui| {
+            let begin =
+                ui.add(egui::Button::new(RichText::new("Begin (Enter)").size(18.0)).min_size([160.0, 36.0].into()));
+            if begin.clicked() || ui.input(|input| input.key_pressed(Key::Enter)) {
+                return Decision::Begin;
+            }
+            if ui.button("Another exercise (Esc)").clicked() || ui.input(|input| input.key_pressed(Key::Escape)) {
+                return Decision::Back;
+            }
+            ui.checkbox(guided, "Guided: show the planned line, entry and target");
+            Decision::Stay
+        });
+        ui.add_space(8.0);
+        decision.inner
+    });
+    egui::CentralPanel::default().show(ui, |ui| {
+        ScrollArea::vertical().show(ui, |ui| {
+            ui.heading(&exercise.title);
+            ui.add_space(8.0);
+            ui.label(RichText::new(&exercise.briefing).size(16.0));
+            ui.add_space(12.0);
+            facts(ui, exercise, device);
+            if let Some(error) = error {
+                ui.add_space(8.0);
+                ui.colored_label(colours::BAD, format!("✖ {error}"));
+            }
+        });
+    });
+    decision.inner
+}
+
+fn facts(ui: &mut Ui, exercise: &Exercise, device: &str) {
+    let [x_mm, y_mm] = exercise.entry_mm;
+    let facts = [
+        ("Target", format!("{:.1} mm along the needle", exercise.target_depth_mm)),
+        ("Entry", format!("{x_mm:.0} mm right, {y_mm:.0} mm away, {:.0}° to the skin's normal", exercise.angle_deg)),
+        ("Time", format!("{:.0} s", exercise.time_limit_s)),
+        ("Passed with", format!("{:.0} of 100 points", exercise.pass_mark)),
+        ("You are given", exercise.feedback.in_words().to_owned()),
+        ("Device", device.to_owned()),
+    ];
+    egui::Grid::new("facts").spacing([16.0, 6.0]).show(ui, |ui| {
+        for (name, fact) in facts {
+            ui.label(RichText::new(name).strong());
+            ui.label(fact);
+            ui.end_row();
+        }
+    });
+}

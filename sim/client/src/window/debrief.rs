@@ -1,0 +1,193 @@
+//! After an attempt: the score, the three costliest mistakes, the curves, and what comes next.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use assessment::{Assessment, Deduction};
+use eframe::egui::{self, RichText, ScrollArea, Ui};
+use recording::Recording;
+
+use super::overlay::colours;
+use super::plots::{self, Curves};
+use crate::exit::Failure;
+use crate::live::{Finished, Kept, Trial, Unsaved};
+
+/// Mistakes that are shown.
+const COSTLIEST: usize = 3;
+
+/// What a debrief knows.
+pub struct Debrief {
+    /// Judged, or still in memory; `None` only while it is being saved.
+    kept: Result<Judged, Option<Box<Unsaved>>>,
+    servo: Option<String>,
+    note: String,
+}
+
+/// An attempt that is on disk and judged.
+struct Judged {
+    kept: Kept,
+    recording: Arc<Recording>,
+    judged: Result<Assessment, String>,
+    curves: Curves,
+    layers: Vec<(String, f64)>,
+    pass_mark: f64,
+}
+
+/// What is to happen next.
+pub enum Next {
+    /// Go on.
+    Stay,
+    /// Watch the attempt.
+    Replay(Arc<Recording>),
+    /// Try again.
+    Retry,
+    /// Choose another exercise.
+    Choose,
+}
+
+impl Debrief {
+    /// Judges an attempt that is over.
+    ///
+    /// # Errors
+    /// When the recording cannot be read back.
+    pub fn new(trial: &Trial, finished: Finished) -> Result<Self, Failure> {
+        let servo = finished.report.map(|report| report.to_string());
+        let kept = match finished.kept {
+            Ok(kept) => Ok(Judged::new(trial, kept)?),
+            Err(unsaved) => Err(Some(unsaved)),
+        };
+        Ok(Self { kept, servo, note: String::new() })
+    }
+
+    /// The recording's file, once it is on disk.
+    pub fn path(&self) -> Option<&Path> {
+        self.kept.as_ref().ok().map(|judged| judged.kept.path.as_path())
+    }
+
+    /// Says something of what happens to the recording.
+    pub fn set_note(&mut self, note: String) {
+        self.note = note;
+    }
+
+    /// One frame.
+    pub fn ui(&mut self, ui: &mut Ui, trial: &Trial) -> Result<Next, Failure> {
+        let next = egui::Panel::bottom("next").show(ui, |ui| buttons(ui, self.kept.as_ref().ok())).inner;
+        let save = egui::CentralPanel::default().show(ui, |ui| {
+            ScrollArea::vertical().show(ui, |ui| match &self.kept {
+                Ok(judged) => {
+                    judged.ui(ui);
+                    ui.label(RichText::new(&self.note).weak());
+                    self.servo.iter().for_each(|servo| drop(ui.label(RichText::new(servo).weak().small())));
+                    false
+                }
+                Err(unsaved) => unsaved.as_deref().is_some_and(|unsaved| refused(ui, unsaved)),
+            })
+        });
+        if save.inner.inner {
+            self.save_again(trial)?;
+        }
+        Ok(next)
+    }
+
+    fn save_again(&mut self, trial: &Trial) -> Result<(), Failure> {
+        let Some(unsaved) = self.kept.as_mut().err().and_then(Option::take) else { return Ok(()) };
+        let path = unsaved.path().to_owned();
+        self.kept = match unsaved.save(&path) {
+            Ok(kept) => Ok(Judged::new(trial, kept)?),
+            Err(still) => Err(Some(still)),
+        };
+        Ok(())
+    }
+}
+
+/// The disk has refused. True when the person wants to try again.
+fn refused(ui: &mut Ui, unsaved: &Unsaved) -> bool {
+    ui.heading("The attempt is not on disk yet");
+    ui.colored_label(colours::BAD, format!("✖ {}: {}", unsaved.path().display(), unsaved.why));
+    ui.label("All of it is in memory. Make room on the disk, then save it. Closing the window loses it.");
+    ui.button("Save again").clicked()
+}
+
+fn buttons(ui: &mut Ui, judged: Option<&Judged>) -> Next {
+    ui.add_space(6.0);
+    let next = ui.horizontal(|ui| {
+        if ui.button("Try again (R)").clicked() || ui.input(|input| input.key_pressed(egui::Key::R)) {
+            return Next::Retry;
+        }
+        if let Some(judged) = judged {
+            let watch = ui.button("Watch it (W)").clicked() || ui.input(|input| input.key_pressed(egui::Key::W));
+            if watch {
+                return Next::Replay(Arc::clone(&judged.recording));
+            }
+        }
+        if ui.button("Another exercise (Esc)").clicked() || ui.input(|input| input.key_pressed(egui::Key::Escape)) {
+            return Next::Choose;
+        }
+        Next::Stay
+    });
+    ui.add_space(6.0);
+    next.inner
+}
+
+impl Judged {
+    fn new(trial: &Trial, kept: Kept) -> Result<Self, Failure> {
+        let recording = crate::commands::read_recording(&kept.path)?;
+        let judged = assessment::assess(&recording, &trial.bundle).map_err(|error| error.to_string());
+        let names = trial.bundle.scene.layers.iter().map(|layer| layer.name.clone());
+        let exercise = &trial.bundle.exercise;
+        Ok(Self {
+            curves: Curves::new("this attempt", &recording),
+            layers: plots::layers(&recording, names, exercise.angle_deg),
+            recording: Arc::new(recording),
+            judged,
+            kept,
+            pass_mark: exercise.pass_mark,
+        })
+    }
+
+    fn ui(&self, ui: &mut Ui) {
+        match &self.judged {
+            Ok(assessment) => verdict(ui, assessment, self.pass_mark),
+            Err(why) => drop(ui.colored_label(colours::WARN, format!("⚠ not scored: {why}"))),
+        }
+        ui.add_space(8.0);
+        ui.columns(2, |columns| {
+            plots::over_depth(&mut columns[0], &[&self.curves], &self.layers, 220.0);
+            plots::over_time(&mut columns[1], &[&self.curves], None, 220.0);
+        });
+        ui.label(RichText::new(format!("recorded in {}", self.kept.path.display())).weak());
+    }
+}
+
+fn verdict(ui: &mut Ui, assessment: &Assessment, pass_mark: f64) {
+    let (sign, word, colour) =
+        if assessment.passed { ("✔", "passed", colours::GOOD) } else { ("✖", "not passed", colours::BAD) };
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(format!("{:.0}", assessment.score)).size(44.0).strong());
+        ui.vertical(|ui| {
+            ui.label(RichText::new(format!("{sign} {word}")).size(20.0).color(colour));
+            ui.label(format!("of 100; {pass_mark:.0} pass"));
+        });
+    });
+    for why in &assessment.hard_fails {
+        ui.colored_label(colours::BAD, format!("✖ {why}"));
+    }
+    ui.add_space(6.0);
+    let costliest = costliest(&assessment.deductions);
+    if costliest.is_empty() {
+        ui.label("Nothing cost points.");
+    } else {
+        ui.label(RichText::new("What cost most").strong());
+    }
+    for deduction in costliest {
+        ui.label(format!("−{:.0}  {}", deduction.points, deduction.why));
+    }
+}
+
+/// The deductions that cost most, the costliest first; nothing that rounds to no point.
+fn costliest(deductions: &[Deduction]) -> Vec<&Deduction> {
+    let mut cost: Vec<&Deduction> = deductions.iter().filter(|deduction| deduction.points >= 0.5).collect();
+    cost.sort_by(|a, b| b.points.total_cmp(&a.points));
+    cost.truncate(COSTLIEST);
+    cost
+}

@@ -1,0 +1,253 @@
+//! The window: choose, be briefed, puncture, be debriefed, watch again.
+
+mod canvas;
+mod choose;
+mod debrief;
+mod overlay;
+mod plots;
+mod replay;
+mod sound;
+mod steer;
+mod trial;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use eframe::egui::{self, Ui};
+use eframe::{App, CreationContext, NativeOptions};
+use recording::{Recording, Session};
+use scene::{ExerciseBundle, Patient};
+
+use self::canvas::Canvas;
+use self::choose::{Briefing, Decision};
+use self::debrief::Debrief;
+use self::replay::Replay;
+use self::trial::Trial;
+use crate::attempt::Maker;
+use crate::devices::DeviceArgs;
+use crate::exit::{Failure, Outcome};
+use crate::live::{self, Live, open};
+use crate::{commands, picture};
+
+/// Servo rate, in Hz.
+const TICK_HZ: f64 = 1000.0;
+
+/// What a station is set up with.
+pub struct Station {
+    /// Exercises to choose from.
+    pub exercises: Vec<ExerciseBundle>,
+    /// Ids of the exercises that are assigned, in the order in which they are due.
+    pub due: Vec<String>,
+    /// Which device.
+    pub device: open::Choice,
+    /// Where haptic devices are.
+    pub devices: DeviceArgs,
+    /// Where recordings are kept.
+    pub folder: PathBuf,
+    /// Pseudonym of the trainee, or empty.
+    pub trainee: String,
+    /// Draws the patient and a virtual operator's hand.
+    pub seed: u64,
+    /// Draw the planned line.
+    pub guided: bool,
+}
+
+/// What is shown now.
+enum Screen {
+    Choose,
+    Briefing {
+        at: usize,
+        error: Option<String>,
+    },
+    Trial {
+        at: usize,
+        trial: Box<Trial>,
+    },
+    Debrief {
+        at: usize,
+        debrief: Box<Debrief>,
+        trial: Arc<live::Trial>,
+    },
+    /// A replay, and the debrief it goes back to.
+    Replay {
+        replay: Box<Replay>,
+        back: Option<Box<Screen>>,
+    },
+}
+
+/// The program with its window.
+struct Window {
+    station: Option<Station>,
+    screen: Screen,
+    canvas: Canvas,
+    /// What could not be shown.
+    error: Option<String>,
+}
+
+/// Opens a window to practise in.
+///
+/// # Errors
+/// When there is no display or no graphics adapter.
+pub fn play(station: Station) -> Outcome {
+    let screen = match station.exercises.as_slice() {
+        [_] => Screen::Briefing { at: 0, error: None },
+        _ => Screen::Choose,
+    };
+    open_window("Stylet", move |canvas| Ok(Window { station: Some(station), screen, canvas, error: None }))
+}
+
+/// Opens a window on a recording, with another beside it.
+///
+/// # Errors
+/// When a recording is refused, or there is no display or no graphics adapter.
+pub fn watch(path: &Path, recording: Recording, other: Option<Recording>) -> Outcome {
+    let bundle = commands::own_exercise(path, &recording)?;
+    let stage = stage_of(path, &bundle, &recording)?;
+    let (recording, other) = (Arc::new(recording), other.map(Arc::new));
+    open_window("Stylet: replay", move |mut canvas| {
+        canvas.set_stage(&stage)?;
+        let replay = replay(&bundle, &recording, other.as_ref());
+        Ok(Window { station: None, screen: Screen::Replay { replay, back: None }, canvas, error: None })
+    })
+}
+
+fn replay(bundle: &ExerciseBundle, recording: &Arc<Recording>, other: Option<&Arc<Recording>>) -> Box<Replay> {
+    let names = bundle.scene.layers.iter().map(|layer| layer.name.clone());
+    let replay = Replay::new(&bundle.exercise, recording, names);
+    Box::new(match other {
+        Some(other) => replay.beside(&bundle.exercise, other),
+        None => replay,
+    })
+}
+
+/// The stage of a recording's own patient.
+///
+/// # Errors
+/// When the mechanics or the tissue refuse the scene.
+pub fn stage_of(path: &Path, bundle: &ExerciseBundle, recording: &Recording) -> Result<render::frame::Stage, Failure> {
+    let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
+    let params = commands::puncture_params(path, &bundle.scene, &patient)?;
+    picture::stage(path, bundle, &params)
+}
+
+fn open_window(
+    title: &str,
+    make: impl FnOnce(Canvas) -> Result<Window, Box<dyn std::error::Error + Send + Sync>>,
+) -> Outcome {
+    let viewport =
+        egui::ViewportBuilder::default().with_inner_size([1280.0, 800.0]).with_min_inner_size([900.0, 600.0]);
+    let options = NativeOptions { viewport: viewport.with_title(title), ..NativeOptions::default() };
+    let create = |context: &CreationContext<'_>| {
+        let state =
+            context.wgpu_render_state.as_ref().ok_or("no graphics adapter; stylet doctor says what is missing")?;
+        context.egui_ctx.set_theme(egui::Theme::Dark);
+        Ok(Box::new(make(Canvas::new(state))?) as Box<dyn App>)
+    };
+    eframe::run_native(title, options, Box::new(create))
+        .map_err(|error| Failure::work(format_args!("no window: {error}; stylet doctor says what is missing")))
+}
+
+impl App for Window {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        let screen = std::mem::replace(&mut self.screen, Screen::Choose);
+        self.screen = self.show(ui, screen);
+        if let Some(error) = &self.error {
+            egui::Window::new("Something went wrong").show(ui.ctx(), |ui| ui.label(error));
+        }
+    }
+}
+
+impl Window {
+    /// Shows a screen, and says which comes next.
+    fn show(&mut self, ui: &mut Ui, screen: Screen) -> Screen {
+        match screen {
+            Screen::Choose => self.choose(ui),
+            Screen::Briefing { at, error } => self.brief(ui, at, error),
+            Screen::Trial { at, mut trial } => match trial.ui(ui, &mut self.canvas) {
+                trial::Next::Stay => Screen::Trial { at, trial },
+                trial::Next::Over => self.debrief(at, *trial),
+            },
+            Screen::Debrief { at, debrief, trial } => self.after(ui, at, (debrief, trial)),
+            Screen::Replay { mut replay, back } => match (replay.ui(ui, &mut self.canvas), back) {
+                (false, back) => Screen::Replay { replay, back },
+                (true, Some(back)) => *back,
+                (true, None) => {
+                    ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close);
+                    Screen::Replay { replay, back: None }
+                }
+            },
+        }
+    }
+
+    fn choose(&mut self, ui: &mut Ui) -> Screen {
+        let Some(station) = &self.station else { return Screen::Choose };
+        match choose::choose(ui, &station.exercises, &station.due) {
+            Some(at) => Screen::Briefing { at, error: None },
+            None => Screen::Choose,
+        }
+    }
+
+    fn brief(&mut self, ui: &mut Ui, at: usize, error: Option<String>) -> Screen {
+        let Some(station) = &mut self.station else { return Screen::Choose };
+        let Some(bundle) = station.exercises.get(at) else { return Screen::Choose };
+        let device = station.device.to_string();
+        let briefing = Briefing {
+            exercise: &bundle.exercise,
+            device: &device,
+            guided: &mut station.guided,
+            error: error.as_deref(),
+        };
+        match choose::brief(ui, briefing) {
+            Decision::Stay => Screen::Briefing { at, error },
+            Decision::Back => Screen::Choose,
+            Decision::Begin => match self.begin(at) {
+                Ok(trial) => Screen::Trial { at, trial },
+                Err(failure) => Screen::Briefing { at, error: Some(failure.to_string()) },
+            },
+        }
+    }
+
+    /// Begins an attempt at an exercise: patient, force law, picture, device, servo and recorder.
+    fn begin(&mut self, at: usize) -> Result<Box<Trial>, Failure> {
+        let chosen = self.station.as_mut().and_then(|station| Some((station.exercises.get(at)?.clone(), station)));
+        let (bundle, station) = chosen.ok_or_else(|| Failure::input("no exercise is chosen"))?;
+        let file = Path::new(&bundle.exercise.id);
+        let seed = station.seed;
+        station.seed = seed.wrapping_add(1);
+        let patient = Patient::draw(&bundle.scene, seed);
+        let params = Arc::new(commands::puncture_params(file, &bundle.scene, &patient)?);
+        let stage = picture::stage(file, &bundle, &params)?;
+        self.canvas.set_stage(&stage).map_err(|error| Failure::refused(file, error))?;
+        let opened = open::open(&station.device, &station.devices, &bundle.exercise, (seed, TICK_HZ))?;
+        let info = opened.driven.info();
+        let maker = Maker { device: &info.name, device_max_force_n: info.max_force_n, seed, tick_hz: TICK_HZ };
+        let session = Session { trainee: station.trainee.clone(), ..maker.session(&bundle) };
+        let path = station.folder.join(format!("{}.mcap", session.session_id));
+        let live = Live::start(live::Trial { bundle, params, session, path }, opened.mapping, opened.driven)?;
+        Ok(Box::new(Trial::new(live, opened.aim, station.guided)))
+    }
+
+    fn debrief(&mut self, at: usize, trial: Trial) -> Screen {
+        let (trial, finished) = trial.stop();
+        match Debrief::new(&trial, finished) {
+            Ok(debrief) => Screen::Debrief { at, debrief: Box::new(debrief), trial },
+            Err(failure) => Screen::Briefing { at, error: Some(failure.to_string()) },
+        }
+    }
+
+    fn after(&mut self, ui: &mut Ui, at: usize, (mut debrief, trial): (Box<Debrief>, Arc<live::Trial>)) -> Screen {
+        match debrief.ui(ui, &trial) {
+            Ok(debrief::Next::Stay) => Screen::Debrief { at, debrief, trial },
+            Ok(debrief::Next::Retry) => Screen::Briefing { at, error: None },
+            Ok(debrief::Next::Choose) => Screen::Choose,
+            Ok(debrief::Next::Replay(recording)) => {
+                let replay = replay(&trial.bundle, &recording, None);
+                Screen::Replay { replay, back: Some(Box::new(Screen::Debrief { at, debrief, trial })) }
+            }
+            Err(failure) => {
+                self.error = Some(failure.to_string());
+                Screen::Debrief { at, debrief, trial }
+            }
+        }
+    }
+}

@@ -1,0 +1,256 @@
+//! What is shown beside and on the picture of an attempt. Whatever has a colour has a second cue: a word, a sign or a place.
+
+use eframe::egui::{self, Align2, Color32, FontId, ProgressBar, Rect, RichText, Ui};
+use egui_plot::{Line, Plot, PlotPoints, VLine};
+use haptics::safety;
+use haptics::servo::{Priority, Snapshot, flags as servo_flags};
+use mechanics::puncture::PunctureParams;
+use recording::EventKind;
+use render::Quality;
+use render::camera::Camera;
+
+use super::sound::Sound;
+use crate::live::{Live, Phase, Said, Shown};
+
+/// Width of the instruments, in points.
+const SIDE: f32 = 300.0;
+/// What was said stays for so long, in s.
+const STAYS_S: f64 = 6.0;
+/// At most so many messages are on the screen.
+const MOST_SAID: usize = 4;
+
+/// Colours of the window, readable on its dark ground (WCAG contrast above 4.5).
+pub mod colours {
+    use eframe::egui::Color32;
+
+    /// What is well.
+    pub const GOOD: Color32 = Color32::from_rgb(122, 204, 138);
+    /// What needs attention.
+    pub const WARN: Color32 = Color32::from_rgb(240, 190, 96);
+    /// What is wrong.
+    pub const BAD: Color32 = Color32::from_rgb(255, 138, 128);
+    /// Force.
+    pub const FORCE: Color32 = Color32::from_rgb(120, 190, 255);
+}
+
+/// What the instruments read.
+pub struct Instruments<'a> {
+    /// The attempt so far.
+    pub shown: &'a Shown,
+    /// The servo's latest tick.
+    pub latest: Option<&'a Snapshot>,
+    /// The attempt.
+    pub live: &'a Live,
+    /// The picture's step of quality.
+    pub quality: Quality,
+}
+
+/// The instruments at the side. True when the person ends the attempt.
+pub fn side(ui: &mut Ui, instruments: &Instruments<'_>, sound: &mut Sound) -> bool {
+    let panel = egui::Panel::right("instruments").exact_size(SIDE).resizable(false);
+    panel
+        .show(ui, |ui| {
+            ui.add_space(8.0);
+            time(ui, instruments.shown);
+            if instruments.live.trial.bundle.exercise.feedback.overlay() {
+                ui.separator();
+                readings(ui, instruments);
+                trace(ui, instruments.shown);
+            }
+            ui.separator();
+            device(ui, instruments);
+            ui.separator();
+            ui.checkbox(&mut sound.on, "Sound of pops (M)");
+            if ui.input(|input| input.key_pressed(egui::Key::M)) {
+                sound.on = !sound.on;
+            }
+            let end = ui.button("End the attempt (Esc)").clicked();
+            ui.add_space(6.0);
+            keys(ui);
+            end || ui.input(|input| input.key_pressed(egui::Key::Escape))
+        })
+        .inner
+}
+
+fn time(ui: &mut Ui, shown: &Shown) {
+    let left_s = shown.left_s();
+    let colour = if left_s < 15.0 { colours::WARN } else { ui.visuals().strong_text_color() };
+    let hurry = if left_s < 15.0 { " — hurry" } else { "" };
+    let (minutes, seconds) = ((left_s / 60.0).floor(), left_s % 60.0);
+    ui.label(RichText::new(format!("{minutes:.0}:{seconds:04.1} left{hurry}")).size(20.0).color(colour));
+    let doing = match shown.phase {
+        Phase::Approach => "Go to the entry point.",
+        Phase::Inside => "At the target: confirm (Space), then withdraw.",
+        Phase::Confirmed => "Confirmed. Withdraw the needle.",
+        Phase::Withdrawn => "Done.",
+        Phase::TimeUp => "The time is up.",
+    };
+    ui.label(doing);
+}
+
+fn readings(ui: &mut Ui, Instruments { shown, latest, live, .. }: &Instruments<'_>) {
+    let sample = &shown.moment.sample;
+    let exercise = &live.trial.bundle.exercise;
+    let depth_mm = sample.x_m * 1e3;
+    big(ui, "Depth", &format!("{depth_mm:.1} mm"), &format!("target {:.1}", exercise.target_depth_mm));
+    let force_n = latest.map_or(sample.axial_n(), |latest| latest.output.axial.total_n());
+    big(ui, "Force", &format!("{force_n:.2} N"), shown.layer().unwrap_or("outside"));
+    let most_n = 1.2 * live.scaling.peak_n.max(1.0);
+    let share = (force_n.abs() / most_n).clamp(0.0, 1.0) as f32;
+    let fill = if force_n.abs() > live.scaling.peak_n { colours::WARN } else { colours::FORCE };
+    let gauge = ProgressBar::new(share).fill(fill).desired_height(14.0);
+    ui.add(gauge.text(format!("of {most_n:.0} N"))).on_hover_text("Force along the needle");
+    let lean = angle_deg(sample.orientation);
+    big(ui, "Angle", &format!("{lean:.0}°"), &format!("planned {:.0}°", exercise.angle_deg));
+}
+
+fn big(ui: &mut Ui, name: &str, value: &str, beside: &str) {
+    ui.horizontal(|ui| {
+        ui.add_sized([52.0, 26.0], egui::Label::new(name));
+        ui.label(RichText::new(value).size(22.0).strong());
+        ui.label(RichText::new(beside).weak());
+    });
+}
+
+/// Angle of the needle to straight down, in degrees.
+fn angle_deg(orientation: [f64; 4]) -> f64 {
+    let [x, y, ..] = orientation;
+    // The needle's z, along the patient's z, is 1 − 2(x² + y²).
+    (2.0 * (x * x + y * y) - 1.0).clamp(-1.0, 1.0).acos().to_degrees()
+}
+
+fn trace(ui: &mut Ui, shown: &Shown) {
+    let now_s = shown.moment.sample.t_s;
+    let points: PlotPoints<'_> = shown.trace.iter().map(|point| [point.t_s - now_s, point.force_n]).collect();
+    let pops = shown.said.iter().filter(|said| is_pop(said) && now_s - said.t_s < 10.0);
+    let plot = Plot::new("force").height(130.0).include_x(-10.0).include_x(0.0).include_y(0.0).include_y(2.0);
+    let plot = plot.allow_drag(false).allow_zoom(false).allow_scroll(false).allow_boxed_zoom(false).show_x(false);
+    plot.x_axis_label("s").y_axis_label("force, N").show(ui, |plot| {
+        plot.line(Line::new("force", points).color(colours::FORCE).width(2.0));
+        for pop in pops {
+            plot.vline(VLine::new("pop", pop.t_s - now_s).color(colours::WARN));
+        }
+    });
+}
+
+fn is_pop(said: &Said) -> bool {
+    said.kind.contactor().is_some()
+}
+
+/// What the device does, and how the servo keeps time.
+fn device(ui: &mut Ui, Instruments { latest, live, quality, .. }: &Instruments<'_>) {
+    ui.label(RichText::new(&live.trial.session.device).strong());
+    let feedback = live.trial.bundle.exercise.feedback;
+    if feedback.force() {
+        ui.label(live.scaling.to_string());
+    } else {
+        ui.label("no force in this exercise");
+    }
+    if let Some(latest) = latest {
+        let troubles = troubles(latest.record.flags);
+        let (sign, colour) = if troubles.is_empty() { ("✔ well", colours::GOOD) } else { ("⚠", colours::WARN) };
+        ui.colored_label(colour, format!("{sign} {}", troubles.join(", ")));
+        let (late_us, took_us) = (latest.lateness.p99_us, latest.compute.p999_us);
+        let servo =
+            format!("servo: late {late_us:.0} µs (p99), takes {took_us:.0} µs (p99.9), {} stalls", latest.stalls);
+        ui.label(RichText::new(servo).weak().small());
+        if latest.dropped > 0 {
+            ui.colored_label(colours::BAD, format!("✖ {} ticks could not be recorded", latest.dropped));
+        }
+    }
+    if live.servo().priority() == Some(Priority::Ordinary) {
+        ui.label(RichText::new("no real-time priority: see stylet doctor").weak().small());
+    }
+    ui.label(RichText::new(format!("picture: {} ({})", quality.name(), quality.in_words())).weak().small());
+}
+
+/// What the safety chain did to the last tick, in words.
+fn troubles(flags: u32) -> Vec<&'static str> {
+    let all = [
+        (safety::flags::HELD, "bad reading held"),
+        (safety::flags::GATED, "force is being let in"),
+        (safety::flags::CLAMPED, "force at the device's limit"),
+        (safety::flags::THERMAL, "motors kept cool"),
+        (safety::flags::WATCHDOG, "force cut by the watchdog"),
+        (safety::flags::NOT_FINITE, "no number from the force law"),
+        (servo_flags::CLUTCHED, "clutch held"),
+        (servo_flags::REFUSED, "device refuses force"),
+    ];
+    all.into_iter().filter(|(flag, _)| flags & flag != 0).map(|(_, words)| words).collect()
+}
+
+fn keys(ui: &mut Ui) {
+    egui::CollapsingHeader::new("Keys").default_open(false).show(ui, |ui| {
+        let keys = [
+            ("drag, wheel, ↑ ↓", "needle out and in"),
+            ("shift + drag, W A S D", "needle aside"),
+            ("I J K L", "lean the needle"),
+            ("space", "confirm the position"),
+            ("1 2 3, right drag, 0", "view, turn it, back"),
+            ("G", "planned line"),
+            ("ctrl +, ctrl −", "larger and smaller text"),
+        ];
+        egui::Grid::new("keys").show(ui, |ui| {
+            for (key, what) in keys {
+                ui.label(RichText::new(key).strong().small());
+                ui.label(RichText::new(what).small());
+                ui.end_row();
+            }
+        });
+    });
+}
+
+/// What was said lately, at the bottom.
+pub fn messages(ui: &mut Ui, shown: &Shown) {
+    let now_s = shown.moment.sample.t_s;
+    let panel = egui::Panel::bottom("messages").exact_size(92.0).resizable(false);
+    panel.show(ui, |ui| {
+        if let Some(why) = &shown.refused {
+            ui.colored_label(
+                colours::BAD,
+                format!("✖ the disk refuses ({why}): the attempt goes on and is kept in memory"),
+            );
+        }
+        let fresh = shown.said.iter().rev().take_while(|said| now_s - said.t_s < STAYS_S).take(MOST_SAID);
+        for said in fresh {
+            let (sign, colour) = sign(said.kind);
+            ui.label(RichText::new(format!("{sign}  {}", said.text)).color(colour).size(15.0));
+        }
+    });
+}
+
+/// The second cue beside a colour.
+fn sign(kind: EventKind) -> (&'static str, Color32) {
+    match kind {
+        EventKind::Coaching => ("➜", colours::WARN),
+        EventKind::StructureHit | EventKind::Fault => ("✖", colours::BAD),
+        EventKind::TipRupture | EventKind::RimRupture => ("◉", colours::FORCE),
+        EventKind::Confirm => ("✔", colours::GOOD),
+        EventKind::Contact | EventKind::SkinExit => ("·", Color32::LIGHT_GRAY),
+    }
+}
+
+/// The exercise's title and what the trainee is given, on the picture.
+pub fn heading(ui: &Ui, rect: Rect, Instruments { live, .. }: &Instruments<'_>) {
+    let exercise = &live.trial.bundle.exercise;
+    let painter = ui.painter_at(rect);
+    let at = rect.left_top() + egui::vec2(14.0, 10.0);
+    let title = painter.text(at, Align2::LEFT_TOP, &exercise.title, FontId::proportional(18.0), Color32::WHITE);
+    let views =
+        if exercise.feedback.inside() { "view: 1 whole, 2 tip, 3 section" } else { exercise.feedback.in_words() };
+    painter.text(title.left_bottom(), Align2::LEFT_TOP, views, FontId::proportional(12.0), Color32::from_gray(210));
+}
+
+/// Names of the layers beside their bands in the section.
+pub fn bands(ui: &Ui, rect: Rect, camera: &Camera, params: &PunctureParams) {
+    let painter = ui.painter_at(rect);
+    let size = [rect.width(), rect.height()].map(|side| side as u32);
+    let mut top_m = 0.0;
+    for layer in &params.spec().axial.layers {
+        let middle_m = top_m + 0.5 * layer.thickness_m;
+        top_m += layer.thickness_m;
+        let [_, y] = camera.pixel([0.0, 0.0, -middle_m as f32].into(), size);
+        let at = egui::pos2(rect.left() + 14.0, rect.top() + y);
+        painter.text(at, Align2::LEFT_CENTER, &layer.name, FontId::proportional(14.0), Color32::WHITE);
+    }
+}

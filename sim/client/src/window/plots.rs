@@ -1,0 +1,107 @@
+//! Force over time and over depth, of one recording or two.
+
+use eframe::egui::{Color32, Ui};
+use egui_plot::{Legend, Line, Plot, PlotPoints, Points, Span, VLine};
+use recording::{EventKind, Recording};
+
+use super::overlay::colours;
+
+/// A line has at most about so many points; each stands for the least and the largest of what it covers.
+const MOST_POINTS: usize = 1200;
+
+/// The curves of an attempt, thinned once.
+pub struct Curves {
+    /// Name in the legend.
+    pub name: String,
+    /// Force over time: s, N.
+    time: Vec<[f64; 2]>,
+    /// Force over displacement along the needle: mm, N.
+    depth: Vec<[f64; 2]>,
+    /// Time in s, displacement in mm and force in N of each pop.
+    pops: Vec<[f64; 3]>,
+    /// Length, in s.
+    pub duration_s: f64,
+}
+
+impl Curves {
+    /// The curves of a recording.
+    pub fn new(name: &str, recording: &Recording) -> Self {
+        let window = (recording.samples.len() / MOST_POINTS).max(1);
+        let thinned = || recording.samples.chunks(2 * window).flat_map(extremes);
+        let inside = thinned().filter(|sample| sample[1] > 0.0);
+        let pops = recording.events.iter().filter(|event| event.kind.contactor().is_some());
+        Self {
+            name: name.to_owned(),
+            time: thinned().map(|[t_s, _, force_n]| [t_s, force_n]).collect(),
+            depth: inside.map(|[_, x_mm, force_n]| [x_mm, force_n]).collect(),
+            pops: pops.map(|event| [event.t_s, event.x_m * 1e3, event.force_n]).collect(),
+            duration_s: recording.samples.last().map_or(0.0, |sample| sample.t_s),
+        }
+    }
+}
+
+/// The samples of least and largest force among some, in order: time in s, displacement in mm, force in N.
+fn extremes(samples: &[recording::Sample]) -> impl Iterator<Item = [f64; 3]> + use<> {
+    let by_force = |a: &&recording::Sample, b: &&recording::Sample| a.axial_n().total_cmp(&b.axial_n());
+    let mut found: Vec<_> =
+        samples.iter().min_by(by_force).into_iter().chain(samples.iter().max_by(by_force)).collect();
+    found.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
+    let points: Vec<_> = found.into_iter().map(|sample| [sample.t_s, sample.x_m * 1e3, sample.axial_n()]).collect();
+    points.into_iter()
+}
+
+const COLOURS: [Color32; 2] = [colours::FORCE, colours::WARN];
+
+/// Force over time, with the playhead where there is one. Answers the time that a person points at with the button down.
+pub fn over_time(ui: &mut Ui, all: &[&Curves], playhead_s: Option<f64>, height: f32) -> Option<f64> {
+    let plot = Plot::new("force over time").height(height).x_axis_label("time, s").y_axis_label("force, N");
+    let plot = plot.allow_drag(false).allow_zoom(false).allow_scroll(false).allow_boxed_zoom(false).include_y(0.0);
+    let shown = plot.legend(Legend::default()).show(ui, |plot| {
+        for (curves, colour) in all.iter().zip(COLOURS) {
+            plot.line(Line::new(&curves.name, PlotPoints::from(curves.time.clone())).color(colour).width(1.5));
+            let pops: Vec<[f64; 2]> = curves.pops.iter().map(|&[t_s, _, force_n]| [t_s, force_n]).collect();
+            plot.points(Points::new(format!("{}: pops", curves.name), pops).color(colour).radius(3.5));
+        }
+        if let Some(now_s) = playhead_s {
+            plot.vline(VLine::new("now", now_s).color(Color32::WHITE));
+        }
+        plot.pointer_coordinate().map(|point| point.x)
+    });
+    shown.inner.filter(|_| shown.response.is_pointer_button_down_on())
+}
+
+/// Force over displacement, with the layers as bands.
+pub fn over_depth(ui: &mut Ui, all: &[&Curves], layers: &[(String, f64)], height: f32) {
+    let plot = Plot::new("force over depth")
+        .height(height)
+        .x_axis_label("depth along the needle, mm")
+        .y_axis_label("force, N");
+    let plot = plot.allow_drag(false).allow_zoom(false).allow_scroll(false).allow_boxed_zoom(false).include_y(0.0);
+    let deepest_mm = all.iter().flat_map(|curves| &curves.depth).map(|point| point[0]).fold(1.0, f64::max);
+    plot.show(ui, |plot| {
+        let mut top_mm = 0.0;
+        for (at, (name, thickness_mm)) in layers.iter().enumerate() {
+            let bottom_mm = (top_mm + thickness_mm).min(deepest_mm);
+            if bottom_mm > top_mm {
+                let fill = Color32::from_white_alpha(if at % 2 == 0 { 14 } else { 5 });
+                plot.span(Span::new(name, top_mm..=bottom_mm).fill(fill));
+            }
+            top_mm += thickness_mm;
+        }
+        for (curves, colour) in all.iter().zip(COLOURS) {
+            plot.line(Line::new(&curves.name, PlotPoints::from(curves.depth.clone())).color(colour).width(1.5));
+        }
+    });
+}
+
+/// Name and thickness in mm of every layer of a recording's patient, along the needle.
+pub fn layers(recording: &Recording, names: impl Iterator<Item = String>, angle_deg: f64) -> Vec<(String, f64)> {
+    let along = 1.0 / angle_deg.to_radians().cos();
+    names.zip(&recording.session.patient_thickness_mm).map(|(name, mm)| (name, mm * along)).collect()
+}
+
+/// Moments that one jumps to: time in s, and what happened.
+pub fn moments(recording: &Recording) -> Vec<(f64, String)> {
+    let told = recording.events.iter().filter(|event| event.kind != EventKind::Fault);
+    told.map(|event| (event.t_s, [event.kind.name(), event.text.as_str()].join(" ").trim().replace('_', " "))).collect()
+}

@@ -1,0 +1,149 @@
+//! A recording on a time axis: picture, plots, scrubbing, and a second recording as a ghost.
+
+use std::sync::Arc;
+
+use eframe::egui::{self, Key, RichText, Slider, Ui};
+use recording::Recording;
+use scene::Exercise;
+
+use super::canvas::Canvas;
+use super::plots::{self, Curves};
+use super::trial;
+use crate::picture::{Alignment, Look, Telling};
+
+/// Speeds, as multiples of the attempt's own.
+const SPEEDS: [f64; 6] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0];
+/// The arrow keys go so far, in s; with shift a tenth.
+const STEP_S: f64 = 0.5;
+
+/// A recording, and all that is made of it once.
+pub struct Shown {
+    telling: Telling,
+    curves: Curves,
+    moments: Vec<(f64, String)>,
+}
+
+impl Shown {
+    /// A recording under a name.
+    #[must_use]
+    pub fn new(name: &str, recording: Arc<Recording>, exercise: &Exercise) -> Self {
+        Self {
+            curves: Curves::new(name, &recording),
+            moments: plots::moments(&recording),
+            telling: Telling::new(recording, exercise),
+        }
+    }
+}
+
+/// A replay on the screen.
+pub struct Replay {
+    shown: Shown,
+    ghost: Option<(Shown, Alignment)>,
+    layers: Vec<(String, f64)>,
+    target_depth_m: f64,
+    look: Look,
+    now_s: f64,
+    speed: f64,
+    playing: bool,
+}
+
+impl Replay {
+    /// Shows a recording of an exercise, and another beside it.
+    #[must_use]
+    pub fn new(exercise: &Exercise, recording: &Arc<Recording>, names: impl Iterator<Item = String>) -> Self {
+        Self {
+            layers: plots::layers(recording, names, exercise.angle_deg),
+            shown: Shown::new("this attempt", Arc::clone(recording), exercise),
+            ghost: None,
+            target_depth_m: exercise.target_depth_mm * 1e-3,
+            look: Look { guide: true, ..Look::default() },
+            now_s: 0.0,
+            speed: 1.0,
+            playing: true,
+        }
+    }
+
+    /// Adds a second recording, aligned by what both went through.
+    #[must_use]
+    pub fn beside(mut self, exercise: &Exercise, other: &Arc<Recording>) -> Self {
+        let alignment = Alignment::new(self.shown.telling.recording(), other);
+        self.ghost = Some((Shown::new("the other", Arc::clone(other), exercise), alignment));
+        self
+    }
+
+    /// One frame. True when the person has seen enough.
+    pub fn ui(&mut self, ui: &mut Ui, canvas: &mut Canvas) -> bool {
+        self.advance(ui);
+        let close = self.timeline(ui);
+        self.plots(ui);
+        let mut frame = self.shown.telling.at(self.now_s).frame(&self.look, self.target_depth_m);
+        if let Some((ghost, alignment)) = &mut self.ghost {
+            frame.ghost = Some(ghost.telling.at(alignment.other_s(self.now_s)).needle());
+        }
+        let picture = egui::CentralPanel::no_frame().show(ui, |ui| canvas.show(ui, &frame)).inner;
+        trial::look(ui, &picture, &mut self.look);
+        close
+    }
+
+    fn advance(&mut self, ui: &Ui) {
+        let (dt_s, step_s) = ui.input(|input| {
+            let shift = if input.modifiers.shift { 0.1 } else { 1.0 };
+            let pressed = |key| f64::from(u8::from(input.key_pressed(key)));
+            (f64::from(input.stable_dt.min(0.1)), shift * STEP_S * (pressed(Key::ArrowRight) - pressed(Key::ArrowLeft)))
+        });
+        if ui.input(|input| input.key_pressed(Key::Space)) {
+            self.playing = !self.playing;
+        }
+        let passed_s = if self.playing { dt_s * self.speed } else { 0.0 };
+        self.now_s = (self.now_s + passed_s + step_s).clamp(0.0, self.shown.curves.duration_s);
+        if self.playing {
+            ui.ctx().request_repaint();
+        }
+    }
+
+    /// The buttons, the slider and the moments to jump to.
+    fn timeline(&mut self, ui: &mut Ui) -> bool {
+        let panel = egui::Panel::bottom("timeline").resizable(false);
+        panel
+            .show(ui, |ui| {
+                ui.add_space(4.0);
+                let close = ui.horizontal(|ui| {
+                    if ui.button(if self.playing { "⏸ pause (space)" } else { "▶ play (space)" }).clicked() {
+                        self.playing = !self.playing;
+                    }
+                    for speed in SPEEDS {
+                        ui.selectable_value(&mut self.speed, speed, format!("{speed}×"));
+                    }
+                    egui::ComboBox::from_id_salt("moments").selected_text("jump to").show_ui(ui, |ui| {
+                        for (t_s, text) in &self.shown.moments {
+                            if ui.selectable_label(false, format!("{t_s:.2} s  {text}")).clicked() {
+                                self.now_s = *t_s;
+                            }
+                        }
+                    });
+                    ui.label(RichText::new("1 2 3: views, ← →: step").weak());
+                    ui.button("Close (Esc)").clicked()
+                });
+                ui.spacing_mut().slider_width = (ui.available_width() - 90.0).max(80.0);
+                ui.add(Slider::new(&mut self.now_s, 0.0..=self.shown.curves.duration_s).suffix(" s").fixed_decimals(2));
+                ui.add_space(4.0);
+                close.inner || ui.input(|input| input.key_pressed(Key::Escape))
+            })
+            .inner
+    }
+
+    fn plots(&mut self, ui: &mut Ui) {
+        let panel = egui::Panel::right("plots").default_size(380.0);
+        panel.show(ui, |ui| {
+            let all: Vec<&Curves> = match &self.ghost {
+                Some((ghost, _)) => vec![&self.shown.curves, &ghost.curves],
+                None => vec![&self.shown.curves],
+            };
+            let height = 0.5 * ui.available_height() - 24.0;
+            if let Some(t_s) = plots::over_time(ui, &all, Some(self.now_s), height) {
+                self.now_s = t_s.clamp(0.0, self.shown.curves.duration_s);
+            }
+            plots::over_depth(ui, &all, &self.layers, height);
+        });
+    }
+}

@@ -1,0 +1,48 @@
+//! The sound of a pop: a short click, for those who cannot feel it. Its caption is among the messages.
+
+use rodio::buffer::SamplesBuffer;
+use rodio::{DeviceSinkBuilder, MixerDeviceSink};
+use std::num::{NonZeroU16, NonZeroU32};
+
+/// Samples a second.
+const RATE_HZ: u32 = 48_000;
+/// A pop is over after so many seconds.
+const LASTS_S: f32 = 0.12;
+
+/// The loudspeaker, if there is one.
+pub struct Sound {
+    /// The person wants to hear it.
+    pub on: bool,
+    sink: Option<MixerDeviceSink>,
+}
+
+impl Sound {
+    /// Opens the loudspeaker; without one it stays silent.
+    pub fn open() -> Self {
+        let sink = DeviceSinkBuilder::open_default_sink().ok();
+        Self { on: sink.is_some(), sink }
+    }
+
+    /// A pop.
+    pub fn pop(&self) {
+        if let (true, Some(sink)) = (self.on, &self.sink) {
+            sink.mixer().add(SamplesBuffer::new(NonZeroU16::MIN, rate(), click()));
+        }
+    }
+}
+
+fn rate() -> NonZeroU32 {
+    NonZeroU32::new(RATE_HZ).unwrap_or(NonZeroU32::MIN)
+}
+
+/// A membrane that gives way: a falling tone that dies out.
+fn click() -> Vec<f32> {
+    let mut phase = 0.0_f32;
+    let samples = 0..(LASTS_S * RATE_HZ as f32) as u32;
+    let at = samples.map(|sample| sample as f32 / RATE_HZ as f32);
+    at.map(|t_s| {
+        phase += std::f32::consts::TAU * (90.0 + 260.0 * (-t_s / 0.02).exp()) / RATE_HZ as f32;
+        0.5 * phase.sin() * (-t_s / 0.03).exp()
+    })
+    .collect()
+}
