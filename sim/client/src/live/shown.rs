@@ -162,3 +162,85 @@ fn in_words(event: &Event) -> Option<String> {
         EventKind::Coaching => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    //! An attempt that ends too early loses the withdrawal; one that never ends keeps the trainee waiting.
+
+    use super::*;
+    use recording::sample::flags;
+
+    fn shown(time_limit_s: f64) -> Shown {
+        let layers = vec![(0.0, "skin".to_owned()), (0.002, "fat".to_owned())];
+        let (trace, said) = (VecDeque::new(), Vec::new());
+        let (moment, phase) = (Moment::default(), Phase::Approach);
+        Shown { moment, phase, trace, said, pops: 0, refused: None, layers, time_limit_s }
+    }
+
+    /// Tells of a tick at a time in s with the tip at a depth in mm, and of what happens in it.
+    fn tell(shown: &mut Shown, (t_s, depth_mm): (f64, f64), kinds: &[EventKind]) -> Phase {
+        let flags = if depth_mm > 0.0 { flags::INSIDE } else { 0 };
+        let (x_m, position_m) = (depth_mm * 1e-3, [0.0, 0.0, -depth_mm * 1e-3]);
+        let sample = Sample { t_s, x_m, position_m, orientation: [1.0, 0.0, 0.0, 0.0], flags, ..Sample::default() };
+        let event = |&kind: &EventKind| Event {
+            t_s,
+            kind,
+            boundary: Some(0),
+            x_m,
+            position_m,
+            force_n: 1.0,
+            dissipated_j: 0.0,
+            track: Some(0),
+            structure: None,
+            text: "skin".to_owned(),
+        };
+        let events = kinds.iter().map(event).collect();
+        shown.tell(&Tick { sample, events, tent: None, force_n: Default::default() }, (&[], &[]));
+        shown.phase
+    }
+
+    #[test]
+    fn it_is_over_when_the_needle_is_out_after_the_confirmation() {
+        let mut shown = shown(60.0);
+        assert_eq!(tell(&mut shown, (0.0, -5.0), &[]), Phase::Approach);
+        assert_eq!(tell(&mut shown, (1.0, 0.1), &[EventKind::Contact]), Phase::Inside);
+        assert_eq!(tell(&mut shown, (2.0, -1.0), &[EventKind::SkinExit]), Phase::Approach, "not confirmed: go on");
+        assert_eq!(tell(&mut shown, (3.0, 4.0), &[EventKind::Contact, EventKind::TipRupture]), Phase::Inside);
+        assert_eq!(tell(&mut shown, (4.0, 4.0), &[EventKind::Confirm]), Phase::Confirmed);
+        assert_eq!(tell(&mut shown, (5.0, -1.0), &[EventKind::SkinExit]), Phase::Confirmed, "still at the skin");
+        assert_eq!(tell(&mut shown, (6.0, -3.1), &[]), Phase::Withdrawn);
+        assert_eq!(shown.pops, 1);
+    }
+
+    #[test]
+    fn it_is_over_when_the_time_is_up() {
+        let mut shown = shown(60.0);
+        assert_eq!(tell(&mut shown, (60.0, 1.0), &[EventKind::Contact]), Phase::Inside);
+        assert_eq!(tell(&mut shown, (60.1, 1.0), &[]), Phase::TimeUp);
+        assert!(shown.left_s() <= 0.0);
+    }
+
+    #[test]
+    fn the_layer_is_the_one_that_the_tip_is_in() {
+        let mut shown = shown(60.0);
+        for (depth_mm, layer) in [(-1.0, None), (1.0, Some("skin")), (3.0, Some("fat")), (50.0, Some("fat"))] {
+            tell(&mut shown, (1.0, depth_mm), &[]);
+            assert_eq!(shown.layer(), layer, "{depth_mm} mm");
+        }
+    }
+
+    #[test]
+    fn the_plot_keeps_the_last_seconds_only() {
+        let mut shown = shown(600.0);
+        for tick in 0..20_000 {
+            tell(&mut shown, (f64::from(tick) * 1e-3, 1.0), &[]);
+        }
+        let span_s =
+            shown.trace.back().map_or(0.0, |last| last.t_s) - shown.trace.front().map_or(0.0, |first| first.t_s);
+        assert!(
+            (9.9..=10.0).contains(&span_s) && shown.trace.len() <= 1001,
+            "{span_s} s, {} points",
+            shown.trace.len()
+        );
+    }
+}

@@ -1,6 +1,6 @@
 //! Two attempts at the same point of their way: aligned by what both went through.
 
-use recording::{Event, EventKind, Recording};
+use recording::{Event, EventKind};
 
 /// Times of one recording told in the time of another.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,9 +12,9 @@ pub struct Alignment {
 impl Alignment {
     /// Aligns by contact, every rupture, confirmation and skin exit that both have, each the first time it happened.
     #[must_use]
-    pub fn new(one: &Recording, other: &Recording) -> Self {
+    pub fn new(one: &[Event], other: &[Event]) -> Self {
         let mut knots = vec![[0.0, 0.0]];
-        for event in &one.events {
+        for event in one {
             let Some(point) = Point::of(event).filter(|point| first(one, point) == Some(event.t_s)) else { continue };
             let last = knots.last().copied().unwrap_or_default();
             if let Some(there_s) = first(other, &point).filter(|there_s| *there_s > last[1] && event.t_s > last[0]) {
@@ -52,7 +52,68 @@ impl Point {
     }
 }
 
-/// When a recording first passed a point, in s.
-fn first(recording: &Recording, point: &Point) -> Option<f64> {
-    recording.events.iter().find(|event| Point::of(event).as_ref() == Some(point)).map(|event| event.t_s)
+/// When an attempt first passed a point, in s.
+fn first(events: &[Event], point: &Point) -> Option<f64> {
+    events.iter().find(|event| Point::of(event).as_ref() == Some(point)).map(|event| event.t_s)
+}
+
+#[cfg(test)]
+mod tests {
+    //! A ghost that is not where the other attempt was at the same boundary shows a difference that nobody made.
+
+    use super::*;
+    use EventKind::{Coaching, Confirm, Contact, TipRupture};
+
+    fn events(told: &[(EventKind, Option<u32>, f64)]) -> Vec<Event> {
+        let event = |&(kind, boundary, t_s): &(EventKind, Option<u32>, f64)| Event {
+            t_s,
+            kind,
+            boundary,
+            x_m: 0.0,
+            position_m: [0.0; 3],
+            force_n: 0.0,
+            dissipated_j: 0.0,
+            track: None,
+            structure: None,
+            text: String::new(),
+        };
+        told.iter().map(event).collect()
+    }
+
+    #[track_caller]
+    fn expect(alignment: &Alignment, pairs: &[[f64; 2]]) {
+        for &[t_s, expected_s] in pairs {
+            let found_s = alignment.other_s(t_s);
+            assert!((found_s - expected_s).abs() < 1e-12, "{t_s} s is {found_s} s there, not {expected_s} s");
+        }
+    }
+
+    #[test]
+    fn what_both_went_through_meets_and_what_lies_between_is_stretched() {
+        let one = events(&[(Contact, None, 2.0), (TipRupture, Some(0), 4.0), (Confirm, None, 8.0)]);
+        let other = events(&[(Contact, None, 1.0), (TipRupture, Some(0), 5.0), (Confirm, None, 6.0)]);
+        let alignment = Alignment::new(&one, &other);
+        expect(
+            &alignment,
+            &[[0.0, 0.0], [1.0, 0.5], [2.0, 1.0], [3.0, 3.0], [4.0, 5.0], [6.0, 5.5], [8.0, 6.0], [9.5, 7.5]],
+        );
+    }
+
+    #[test]
+    fn what_only_one_went_through_and_what_is_said_count_nothing() {
+        let one = events(&[(Contact, None, 2.0), (Coaching, None, 3.0), (TipRupture, Some(1), 4.0)]);
+        let other = events(&[(Coaching, None, 0.5), (Contact, None, 3.0), (TipRupture, Some(0), 9.0)]);
+        expect(&Alignment::new(&one, &other), &[[2.0, 3.0], [4.0, 5.0]]);
+        expect(&Alignment::new(&one, &[]), &[[2.0, 2.0]]);
+    }
+
+    #[test]
+    fn the_first_time_counts_and_time_never_runs_back() {
+        let one = events(&[(Contact, None, 1.0), (TipRupture, Some(0), 2.0), (Contact, None, 5.0)]);
+        let other = events(&[(TipRupture, Some(0), 1.0), (Contact, None, 3.0), (TipRupture, Some(0), 4.0)]);
+        let alignment = Alignment::new(&one, &other);
+        let times: Vec<f64> = (0..60).map(|tenth| alignment.other_s(f64::from(tenth) * 0.1)).collect();
+        assert!(times.windows(2).all(|pair| pair[1] >= pair[0]));
+        expect(&alignment, &[[1.0, 3.0]]);
+    }
 }

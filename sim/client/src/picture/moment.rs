@@ -240,3 +240,84 @@ impl Telling {
         &self.moment
     }
 }
+
+#[cfg(test)]
+mod tests {
+    //! A picture that forgets a hole, lights a structure for ever or bleeds before the skin is open shows what did not happen.
+
+    use super::*;
+
+    fn sample(t_s: f64, depth_mm: f64) -> Sample {
+        let flags = if depth_mm > 0.0 { flags::INSIDE } else { 0 };
+        let (x_m, position_m) = (depth_mm * 1e-3, [0.0, 0.0, -depth_mm * 1e-3]);
+        Sample { t_s, x_m, position_m, orientation: [1.0, 0.0, 0.0, 0.0], flags, ..Sample::default() }
+    }
+
+    fn event(kind: EventKind, t_s: f64, track: u32) -> Event {
+        Event {
+            t_s,
+            kind,
+            boundary: Some(0),
+            x_m: 0.0,
+            position_m: [f64::from(track) * 0.01, 0.0, 0.0],
+            force_n: 1.0,
+            dissipated_j: 0.002,
+            track: Some(track),
+            structure: Some(3),
+            text: String::new(),
+        }
+    }
+
+    /// A needle that goes 10 mm deep, comes out, and goes in again elsewhere.
+    fn twice() -> Moment {
+        let mut moment = Moment::default();
+        moment.sample(&sample(0.0, 0.5));
+        moment.event(&event(EventKind::Contact, 0.0, 0));
+        moment.sample(&sample(1.0, 10.0));
+        moment.event(&event(EventKind::TipRupture, 1.0, 0));
+        moment.sample(&sample(2.0, -1.0));
+        moment.sample(&sample(3.0, 0.5));
+        moment.event(&event(EventKind::Contact, 3.0, 1));
+        moment
+    }
+
+    #[test]
+    fn every_hole_stays_and_the_open_one_is_known() {
+        let frame = twice().frame(&Look::default(), 0.02);
+        let depths: Vec<f32> = frame.punctures.iter().map(|hole| hole.depth_m).collect();
+        assert_eq!(frame.punctures.iter().map(|hole| hole.opened).collect::<Vec<_>>(), [1, 0]);
+        assert!((depths[0] - 0.01).abs() < 1e-9 && depths[1] < 0.001, "{depths:?}");
+        assert_eq!(frame.entry_m, Some([0.01, 0.0, 0.0]));
+        assert!((frame.punctures[0].axis[2] + 1.0).abs() < 1e-6, "half a turn about x points down");
+    }
+
+    #[test]
+    fn only_an_open_skin_bleeds_and_blood_comes_with_time() {
+        let mut moment = twice();
+        let blood = |moment: &Moment| {
+            moment.frame(&Look::default(), 0.02).punctures.iter().map(|hole| hole.blood).collect::<Vec<_>>()
+        };
+        let early = blood(&moment);
+        moment.sample(&sample(30.0, 0.5));
+        let late = blood(&moment);
+        assert!(early[0] > 0.0 && late[0] > early[0] && late[0] < 1.0, "{early:?} {late:?}");
+        assert!(late[1].abs() < 1e-9, "the second hole is not through the skin");
+    }
+
+    #[test]
+    fn a_hit_is_lit_for_a_moment() {
+        let mut moment = twice();
+        moment.event(&event(EventKind::StructureHit, 3.0, 0));
+        assert_eq!(moment.frame(&Look::default(), 0.02).touched, Some(3));
+        moment.sample(&sample(3.0 + LIT_S, 0.5));
+        assert_eq!(moment.frame(&Look::default(), 0.02).touched, None);
+    }
+
+    #[test]
+    fn the_body_fades_on_the_way_to_the_target_unless_it_is_closed() {
+        let mut moment = twice();
+        moment.sample(&sample(4.0, 40.0));
+        let fade = |closed| moment.frame(&Look { closed, ..Look::default() }, 0.02).fade;
+        assert!((f64::from(fade(false)) - FADED).abs() < 1e-6 && fade(true).abs() < 1e-9);
+    }
+}

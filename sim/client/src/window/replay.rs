@@ -66,7 +66,7 @@ impl Replay {
     /// Adds a second recording, aligned by what both went through.
     #[must_use]
     pub fn beside(mut self, exercise: &Exercise, other: &Arc<Recording>) -> Self {
-        let alignment = Alignment::new(self.shown.telling.recording(), other);
+        let alignment = Alignment::new(&self.shown.telling.recording().events, &other.events);
         self.ghost = Some((Shown::new("the other", Arc::clone(other), exercise), alignment));
         self
     }
