@@ -8,3 +8,4 @@ mod house;
 mod independent_reader;
 mod licences;
 mod whole_path;
+mod window;

@@ -1,0 +1,146 @@
+//! The simulator's window, opened for real on a virtual display and driven by a virtual operator and by keys: an attempt must come
+//! to a recording that scores and re-simulates, whatever becomes of the program. Fails when the window shows nothing, when an attempt
+//! does not end by itself, or when a killed program loses more than the last second.
+
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use tests::{first_exercise, program, root, run_ok};
+
+/// A virtual display, ended when dropped.
+struct Display {
+    server: Child,
+    number: String,
+}
+
+impl Display {
+    fn open() -> Self {
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("Xvfb is installed by deploy/test");
+        let mut number = String::new();
+        let mut pipe = server.stdout.take().expect("a pipe");
+        let mut byte = [0];
+        while pipe.read(&mut byte).expect("Xvfb names its display") == 1 && byte != *b"\n" {
+            number.push(char::from(byte[0]));
+        }
+        Self { server, number: format!(":{number}") }
+    }
+
+    /// Starts `stylet` on the display.
+    fn stylet(&self, arguments: &[&str]) -> Child {
+        Command::new(program("stylet"))
+            .args(arguments)
+            .current_dir(root())
+            .env("DISPLAY", &self.number)
+            .env_remove("WAYLAND_DISPLAY")
+            .spawn()
+            .expect("stylet starts")
+    }
+
+    /// Presses a key once the window is there.
+    fn press(&self, key: &str) {
+        let window = self.window();
+        let pressed = self.tool("xdotool", &["windowfocus", "--sync", &window, "key", key]);
+        assert!(pressed.is_some(), "the key {key} could not be pressed");
+    }
+
+    fn window(&self) -> String {
+        let search = || self.tool("xdotool", &["search", "--onlyvisible", "--name", "Stylet"]);
+        let found = within(60, "a window", || search().filter(|found| !found.trim().is_empty()));
+        found.lines().next().unwrap_or_default().to_owned()
+    }
+
+    /// What a tool prints, if it succeeds.
+    fn tool(&self, name: &str, arguments: &[&str]) -> Option<String> {
+        let output = Command::new(name).args(arguments).env("DISPLAY", &self.number).output().expect("installed");
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+    }
+
+    /// How many colours the screen shows.
+    fn colours(&self) -> usize {
+        let told = self.tool("import", &["-window", "root", "-format", "%k", "info:"]).expect("a picture of the screen");
+        told.trim().parse().expect("a number of colours")
+    }
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+/// Asks until there is an answer, for so many seconds.
+#[track_caller]
+fn within<T>(seconds: u64, what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(answer) = ask() {
+            return answer;
+        }
+        assert!(start.elapsed().as_secs() < seconds, "{what} did not come within {seconds} s");
+        sleep(Duration::from_millis(100));
+    }
+}
+
+fn with_extension(folder: &Path, extension: &str) -> Option<PathBuf> {
+    let entries = fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path());
+    entries.filter(|path| path.extension().is_some_and(|found| found == extension)).max()
+}
+
+fn score(recording: &Path) -> Value {
+    let told = run_ok("stylet", &["score", &recording.to_string_lossy(), "--json"]);
+    serde_json::from_str(&told).expect("JSON")
+}
+
+#[test]
+fn an_attempt_in_the_window_ends_by_itself_and_becomes_a_recording() {
+    let (display, folder) = (Display::open(), tempfile::tempdir().expect("a folder"));
+    let kept = folder.path().to_string_lossy().into_owned();
+    let mut play =
+        display.stylet(&["play", &first_exercise(), "--device", "operator:constant:10", "--recordings", &kept]);
+    display.press("Return");
+    within(30, "a draft", || with_extension(folder.path(), "part"));
+    let colours = within(20, "a picture", || Some(display.colours()).filter(|colours| *colours > 2000));
+    assert!(colours > 2000, "the picture shows {colours} colours");
+    let recording = within(60, "the recording", || with_extension(folder.path(), "mcap"));
+    assert!(with_extension(folder.path(), "part").is_none(), "the draft has its name");
+    let value = score(&recording);
+    assert!(value["score"].as_f64().is_some_and(|score| score > 0.0), "{value}");
+    let verified = run_ok("stylet", &["verify", &recording.to_string_lossy(), "--json"]);
+    let verified: Value = serde_json::from_str(&verified).expect("JSON");
+    assert_eq!(verified["largest_deviation_n"], 0.0, "it re-simulates to the bit: {verified}");
+    let _ = play.kill();
+    let _ = play.wait();
+}
+
+#[test]
+fn what_a_killed_program_had_recorded_is_whole_at_the_next_start() {
+    let (display, folder) = (Display::open(), tempfile::tempdir().expect("a folder"));
+    let kept = folder.path().to_string_lossy().into_owned();
+    let arguments = ["play", &first_exercise(), "--device", "operator:constant:1", "--recordings", &kept];
+    let mut play = display.stylet(&arguments);
+    display.press("Return");
+    within(30, "a draft", || with_extension(folder.path(), "part"));
+    let begun = Instant::now();
+    sleep(Duration::from_secs(4));
+    play.kill().expect("killed");
+    let lasted_s = begun.elapsed().as_secs_f64();
+    play.wait().expect("gone");
+    let mut again = display.stylet(&arguments);
+    let recording = within(30, "the recovered recording", || with_extension(folder.path(), "mcap"));
+    let metrics = score(&recording)["metrics"].as_array().cloned().unwrap_or_default();
+    let total = metrics.iter().find(|metric| metric["id"] == "time_total_s").and_then(|metric| metric["value"].as_f64());
+    assert!(total.is_some_and(|total_s| total_s > lasted_s - 1.0), "{total:?} s of {lasted_s} s were kept");
+    let _ = again.kill();
+    let _ = again.wait();
+}
