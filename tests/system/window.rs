@@ -67,7 +67,8 @@ impl Display {
 
     /// How many colours the screen shows.
     fn colours(&self) -> usize {
-        let told = self.tool("import", &["-window", "root", "-format", "%k", "info:"]).expect("a picture of the screen");
+        let told =
+            self.tool("import", &["-window", "root", "-format", "%k", "info:"]).expect("a picture of the screen");
         told.trim().parse().expect("a number of colours")
     }
 }
@@ -139,7 +140,8 @@ fn what_a_killed_program_had_recorded_is_whole_at_the_next_start() {
     let mut again = display.stylet(&arguments);
     let recording = within(30, "the recovered recording", || with_extension(folder.path(), "mcap"));
     let metrics = score(&recording)["metrics"].as_array().cloned().unwrap_or_default();
-    let total = metrics.iter().find(|metric| metric["id"] == "time_total_s").and_then(|metric| metric["value"].as_f64());
+    let total =
+        metrics.iter().find(|metric| metric["id"] == "time_total_s").and_then(|metric| metric["value"].as_f64());
     assert!(total.is_some_and(|total_s| total_s > lasted_s - 1.0), "{total:?} s of {lasted_s} s were kept");
     let _ = again.kill();
     let _ = again.wait();

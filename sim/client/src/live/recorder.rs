@@ -88,8 +88,7 @@ impl Recorder {
     /// # Errors
     /// When the system gives no thread.
     pub fn start(trial: Arc<Trial>, records: Records, draft: Draft) -> Result<Self, Failure> {
-        let layers = trial.params.spec().axial.layers.iter();
-        let shown = Arc::new(Mutex::new(Shown::new(&trial.bundle, layers.map(|layer| layer.thickness_m))));
+        let shown = Arc::new(Mutex::new(Shown::new(&trial.bundle)));
         let (report, awaited) = mpsc::channel();
         let theirs = Arc::clone(&shown);
         let thread = thread::Builder::new()

@@ -67,20 +67,14 @@ pub struct Shown {
     pub pops: u64,
     /// Why nothing is written any more, if the disk has refused.
     pub refused: Option<String>,
-    /// Depth of each boundary below the skin along a perpendicular, and the layer's name below it.
-    layers: Vec<(f64, String)>,
+    /// Names of the layers from the skin down.
+    layers: Vec<String>,
     time_limit_s: f64,
 }
 
 impl Shown {
-    /// Nothing has happened yet. `thickness_m` are the patient's layers, in m.
-    pub fn new(bundle: &ExerciseBundle, thickness_m: impl Iterator<Item = f64>) -> Self {
-        let mut top_m = 0.0;
-        let layers = bundle.scene.layers.iter().zip(thickness_m).map(|(layer, thickness_m)| {
-            let here = (top_m, layer.name.clone());
-            top_m += thickness_m;
-            here
-        });
+    /// Nothing has happened yet.
+    pub fn new(bundle: &ExerciseBundle) -> Self {
         Self {
             moment: Moment::before(&bundle.exercise),
             phase: Phase::Approach,
@@ -88,7 +82,7 @@ impl Shown {
             said: Vec::new(),
             pops: 0,
             refused: None,
-            layers: layers.collect(),
+            layers: bundle.scene.layers.iter().map(|layer| layer.name.clone()).collect(),
             time_limit_s: bundle.exercise.time_limit_s,
         }
     }
@@ -133,12 +127,15 @@ impl Shown {
         }
     }
 
-    /// The layer that the tip is in, by the patient's own thicknesses; none outside.
+    /// Where the tip is: outside, at the skin, or in the last layer that it has broken into. Tissue that only gives way is not
+    /// entered yet.
     #[must_use]
-    pub fn layer(&self) -> Option<&str> {
-        let below_m = -self.moment.sample.position_m[2];
-        let at = self.layers.iter().rposition(|(top_m, _)| below_m > *top_m)?;
-        self.layers.get(at).map(|(_, name)| name.as_str())
+    pub fn place(&self) -> &str {
+        match (self.moment.opened(), self.layers.as_slice()) {
+            (None, _) => "outside",
+            (Some(0), _) => "on the skin",
+            (Some(opened), layers) => layers.get(opened as usize - 1).map_or("below the last layer", String::as_str),
+        }
     }
 
     /// Time left, in s.
@@ -171,7 +168,7 @@ mod tests {
     use recording::sample::flags;
 
     fn shown(time_limit_s: f64) -> Shown {
-        let layers = vec![(0.0, "skin".to_owned()), (0.002, "fat".to_owned())];
+        let layers = vec!["skin".to_owned(), "fat".to_owned()];
         let (trace, said) = (VecDeque::new(), Vec::new());
         let (moment, phase) = (Moment::default(), Phase::Approach);
         Shown { moment, phase, trace, said, pops: 0, refused: None, layers, time_limit_s }
@@ -221,12 +218,14 @@ mod tests {
     }
 
     #[test]
-    fn the_layer_is_the_one_that_the_tip_is_in() {
+    fn tissue_that_only_gives_way_is_not_entered() {
         let mut shown = shown(60.0);
-        for (depth_mm, layer) in [(-1.0, None), (1.0, Some("skin")), (3.0, Some("fat")), (50.0, Some("fat"))] {
-            tell(&mut shown, (1.0, depth_mm), &[]);
-            assert_eq!(shown.layer(), layer, "{depth_mm} mm");
-        }
+        assert_eq!(shown.place(), "outside");
+        tell(&mut shown, (1.0, 0.1), &[EventKind::Contact]);
+        tell(&mut shown, (1.5, 3.0), &[]);
+        assert_eq!(shown.place(), "on the skin");
+        tell(&mut shown, (2.0, 3.1), &[EventKind::TipRupture]);
+        assert_eq!(shown.place(), "skin");
     }
 
     #[test]

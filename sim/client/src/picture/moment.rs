@@ -131,6 +131,12 @@ impl Moment {
         }
     }
 
+    /// Boundaries that the tip has gone through in the track that it is in; none outside.
+    #[must_use]
+    pub fn opened(&self) -> Option<u32> {
+        self.open.and_then(|at| self.tracks.get(at)).map(|track| track.opened)
+    }
+
     /// Where the needle is, to be drawn as a ghost.
     #[must_use]
     pub fn needle(&self) -> Ghost {

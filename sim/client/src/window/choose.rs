@@ -3,7 +3,7 @@
 use eframe::egui::{self, Key, RichText, ScrollArea, Ui};
 use scene::{Exercise, ExerciseBundle};
 
-use super::overlay::colours;
+use super::colours;
 
 /// What the person decides on the briefing.
 pub enum Decision {
@@ -15,9 +15,14 @@ pub enum Decision {
     Back,
 }
 
+/// A page to read, with margins.
+fn page(ui: &Ui) -> egui::Frame {
+    egui::Frame::central_panel(ui.style()).inner_margin(egui::Margin::symmetric(48, 32))
+}
+
 /// The list of exercises. Answers the one that is chosen.
 pub fn choose(ui: &mut Ui, exercises: &[ExerciseBundle], due: &[String]) -> Option<usize> {
-    let chosen = egui::CentralPanel::default().show(ui, |ui| {
+    let chosen = egui::CentralPanel::default().frame(page(ui)).show(ui, |ui| {
         ui.heading("Exercises");
         ui.add_space(8.0);
         let mut order: Vec<usize> = (0..exercises.len()).collect();
@@ -45,7 +50,7 @@ fn row(ui: &mut Ui, exercise: &Exercise, due: bool) -> bool {
         ui.label(stars).on_hover_text("Difficulty");
         ui.label(format!("target {:.0} mm, {:.0}°", exercise.target_depth_mm, exercise.angle_deg));
         if due {
-            ui.colored_label(colours::WARN, "➜ assigned");
+            ui.colored_label(colours::WARN, "→ assigned");
         }
         clicked.clicked()
     });
@@ -84,16 +89,17 @@ pub fn brief(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
         ui.add_space(8.0);
         decision.inner
     });
-    egui::CentralPanel::default().show(ui, |ui| {
+    egui::CentralPanel::default().frame(page(ui)).show(ui, |ui| {
         ScrollArea::vertical().show(ui, |ui| {
+            ui.set_max_width(760.0);
             ui.heading(&exercise.title);
             ui.add_space(8.0);
-            ui.label(RichText::new(&exercise.briefing).size(16.0));
+            ui.label(RichText::new(&exercise.briefing).size(16.5).line_height(Some(24.0)));
             ui.add_space(12.0);
             facts(ui, exercise, device);
             if let Some(error) = error {
                 ui.add_space(8.0);
-                ui.colored_label(colours::BAD, format!("✖ {error}"));
+                ui.colored_label(colours::BAD, format!("× {error}"));
             }
         });
     });

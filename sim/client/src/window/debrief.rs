@@ -7,7 +7,7 @@ use assessment::{Assessment, Deduction};
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use recording::Recording;
 
-use super::overlay::colours;
+use super::colours;
 use super::plots::{self, Curves};
 use crate::exit::Failure;
 use crate::live::{Finished, Kept, Trial, Unsaved};
@@ -72,7 +72,8 @@ impl Debrief {
     /// One frame.
     pub fn ui(&mut self, ui: &mut Ui, trial: &Trial) -> Result<Next, Failure> {
         let next = egui::Panel::bottom("next").show(ui, |ui| buttons(ui, self.kept.as_ref().ok())).inner;
-        let save = egui::CentralPanel::default().show(ui, |ui| {
+        let page = egui::Frame::central_panel(ui.style()).inner_margin(egui::Margin::same(24));
+        let save = egui::CentralPanel::default().frame(page).show(ui, |ui| {
             ScrollArea::vertical().show(ui, |ui| match &self.kept {
                 Ok(judged) => {
                     judged.ui(ui);
@@ -103,7 +104,7 @@ impl Debrief {
 /// The disk has refused. True when the person wants to try again.
 fn refused(ui: &mut Ui, unsaved: &Unsaved) -> bool {
     ui.heading("The attempt is not on disk yet");
-    ui.colored_label(colours::BAD, format!("✖ {}: {}", unsaved.path().display(), unsaved.why));
+    ui.colored_label(colours::BAD, format!("× {}: {}", unsaved.path().display(), unsaved.why));
     ui.label("All of it is in memory. Make room on the disk, then save it. Closing the window loses it.");
     ui.button("Save again").clicked()
 }
@@ -148,12 +149,13 @@ impl Judged {
     fn ui(&self, ui: &mut Ui) {
         match &self.judged {
             Ok(assessment) => verdict(ui, assessment, self.pass_mark),
-            Err(why) => drop(ui.colored_label(colours::WARN, format!("⚠ not scored: {why}"))),
+            Err(why) => drop(ui.colored_label(colours::WARN, format!("▲ not scored: {why}"))),
         }
         ui.add_space(8.0);
+        let height = (ui.clip_rect().bottom() - ui.cursor().top() - 110.0).clamp(180.0, 420.0);
         ui.columns(2, |columns| {
-            plots::over_depth(&mut columns[0], &[&self.curves], &self.layers, 220.0);
-            plots::over_time(&mut columns[1], &[&self.curves], None, 220.0);
+            plots::over_depth(&mut columns[0], &[&self.curves], &self.layers, height);
+            plots::over_time(&mut columns[1], &[&self.curves], None, height);
         });
         ui.label(RichText::new(format!("recorded in {}", self.kept.path.display())).weak());
     }
@@ -161,7 +163,7 @@ impl Judged {
 
 fn verdict(ui: &mut Ui, assessment: &Assessment, pass_mark: f64) {
     let (sign, word, colour) =
-        if assessment.passed { ("✔", "passed", colours::GOOD) } else { ("✖", "not passed", colours::BAD) };
+        if assessment.passed { ("●", "passed", colours::GOOD) } else { ("×", "not passed", colours::BAD) };
     ui.horizontal(|ui| {
         ui.label(RichText::new(format!("{:.0}", assessment.score)).size(44.0).strong());
         ui.vertical(|ui| {
@@ -170,7 +172,7 @@ fn verdict(ui: &mut Ui, assessment: &Assessment, pass_mark: f64) {
         });
     });
     for why in &assessment.hard_fails {
-        ui.colored_label(colours::BAD, format!("✖ {why}"));
+        ui.colored_label(colours::BAD, format!("× {why}"));
     }
     ui.add_space(6.0);
     let costliest = costliest(&assessment.deductions);
@@ -180,7 +182,7 @@ fn verdict(ui: &mut Ui, assessment: &Assessment, pass_mark: f64) {
         ui.label(RichText::new("What cost most").strong());
     }
     for deduction in costliest {
-        ui.label(format!("−{:.0}  {}", deduction.points, deduction.why));
+        ui.label(format!("−  {}", deduction.why));
     }
 }
 

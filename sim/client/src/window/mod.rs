@@ -2,6 +2,7 @@
 
 mod canvas;
 mod choose;
+mod colours;
 mod debrief;
 mod overlay;
 mod plots;
@@ -140,7 +141,7 @@ fn open_window(
     let create = |context: &CreationContext<'_>| {
         let state =
             context.wgpu_render_state.as_ref().ok_or("no graphics adapter; stylet doctor says what is missing")?;
-        context.egui_ctx.set_theme(egui::Theme::Dark);
+        colours::apply(&context.egui_ctx);
         Ok(Box::new(make(Canvas::new(state))?) as Box<dyn App>)
     };
     eframe::run_native(title, options, Box::new(create))

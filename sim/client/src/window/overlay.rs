@@ -9,6 +9,7 @@ use recording::EventKind;
 use render::Quality;
 use render::camera::Camera;
 
+use super::colours;
 use super::sound::Sound;
 use crate::live::{Live, Phase, Said, Shown};
 
@@ -18,20 +19,6 @@ const SIDE: f32 = 300.0;
 const STAYS_S: f64 = 6.0;
 /// At most so many messages are on the screen.
 const MOST_SAID: usize = 4;
-
-/// Colours of the window, readable on its dark ground (WCAG contrast above 4.5).
-pub mod colours {
-    use eframe::egui::Color32;
-
-    /// What is well.
-    pub const GOOD: Color32 = Color32::from_rgb(122, 204, 138);
-    /// What needs attention.
-    pub const WARN: Color32 = Color32::from_rgb(240, 190, 96);
-    /// What is wrong.
-    pub const BAD: Color32 = Color32::from_rgb(255, 138, 128);
-    /// Force.
-    pub const FORCE: Color32 = Color32::from_rgb(120, 190, 255);
-}
 
 /// What the instruments read.
 pub struct Instruments<'a> {
@@ -79,8 +66,8 @@ fn time(ui: &mut Ui, shown: &Shown) {
     let (minutes, seconds) = ((left_s / 60.0).floor(), left_s % 60.0);
     ui.label(RichText::new(format!("{minutes:.0}:{seconds:04.1} left{hurry}")).size(20.0).color(colour));
     let doing = match shown.phase {
-        Phase::Approach => "Go to the entry point.",
-        Phase::Inside => "At the target: confirm (Space), then withdraw.",
+        Phase::Approach => "Go to the entry point and in.",
+        Phase::Inside => "At the target confirm (space), then withdraw.",
         Phase::Confirmed => "Confirmed. Withdraw the needle.",
         Phase::Withdrawn => "Done.",
         Phase::TimeUp => "The time is up.",
@@ -94,7 +81,7 @@ fn readings(ui: &mut Ui, Instruments { shown, latest, live, .. }: &Instruments<'
     let depth_mm = sample.x_m * 1e3;
     big(ui, "Depth", &format!("{depth_mm:.1} mm"), &format!("target {:.1}", exercise.target_depth_mm));
     let force_n = latest.map_or(sample.axial_n(), |latest| latest.output.axial.total_n());
-    big(ui, "Force", &format!("{force_n:.2} N"), shown.layer().unwrap_or("outside"));
+    big(ui, "Force", &format!("{force_n:.2} N"), shown.place());
     let most_n = 1.2 * live.scaling.peak_n.max(1.0);
     let share = (force_n.abs() / most_n).clamp(0.0, 1.0) as f32;
     let fill = if force_n.abs() > live.scaling.peak_n { colours::WARN } else { colours::FORCE };
@@ -148,14 +135,14 @@ fn device(ui: &mut Ui, Instruments { latest, live, quality, .. }: &Instruments<'
     }
     if let Some(latest) = latest {
         let troubles = troubles(latest.record.flags);
-        let (sign, colour) = if troubles.is_empty() { ("✔ well", colours::GOOD) } else { ("⚠", colours::WARN) };
+        let (sign, colour) = if troubles.is_empty() { ("● well", colours::GOOD) } else { ("▲", colours::WARN) };
         ui.colored_label(colour, format!("{sign} {}", troubles.join(", ")));
         let (late_us, took_us) = (latest.lateness.p99_us, latest.compute.p999_us);
         let servo =
             format!("servo: late {late_us:.0} µs (p99), takes {took_us:.0} µs (p99.9), {} stalls", latest.stalls);
         ui.label(RichText::new(servo).weak().small());
         if latest.dropped > 0 {
-            ui.colored_label(colours::BAD, format!("✖ {} ticks could not be recorded", latest.dropped));
+            ui.colored_label(colours::BAD, format!("× {} ticks could not be recorded", latest.dropped));
         }
     }
     if live.servo().priority() == Some(Priority::Ordinary) {
@@ -208,7 +195,7 @@ pub fn messages(ui: &mut Ui, shown: &Shown) {
         if let Some(why) = &shown.refused {
             ui.colored_label(
                 colours::BAD,
-                format!("✖ the disk refuses ({why}): the attempt goes on and is kept in memory"),
+                format!("× the disk refuses ({why}): the attempt goes on and is kept in memory"),
             );
         }
         let fresh = shown.said.iter().rev().take_while(|said| now_s - said.t_s < STAYS_S).take(MOST_SAID);
@@ -222,10 +209,10 @@ pub fn messages(ui: &mut Ui, shown: &Shown) {
 /// The second cue beside a colour.
 fn sign(kind: EventKind) -> (&'static str, Color32) {
     match kind {
-        EventKind::Coaching => ("➜", colours::WARN),
-        EventKind::StructureHit | EventKind::Fault => ("✖", colours::BAD),
-        EventKind::TipRupture | EventKind::RimRupture => ("◉", colours::FORCE),
-        EventKind::Confirm => ("✔", colours::GOOD),
+        EventKind::Coaching => ("→", colours::WARN),
+        EventKind::StructureHit | EventKind::Fault => ("×", colours::BAD),
+        EventKind::TipRupture | EventKind::RimRupture => ("○", colours::FORCE),
+        EventKind::Confirm => ("●", colours::GOOD),
         EventKind::Contact | EventKind::SkinExit => ("·", Color32::LIGHT_GRAY),
     }
 }

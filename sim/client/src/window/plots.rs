@@ -4,7 +4,7 @@ use eframe::egui::{Color32, Ui};
 use egui_plot::{Legend, Line, Plot, PlotPoints, Points, Span, VLine};
 use recording::{EventKind, Recording};
 
-use super::overlay::colours;
+use super::colours;
 
 /// A line has at most about so many points; each stands for the least and the largest of what it covers.
 const MOST_POINTS: usize = 1200;
@@ -17,8 +17,8 @@ pub struct Curves {
     time: Vec<[f64; 2]>,
     /// Force over displacement along the needle: mm, N.
     depth: Vec<[f64; 2]>,
-    /// Time in s, displacement in mm and force in N of each pop.
-    pops: Vec<[f64; 3]>,
+    /// Each pop: s, and the force just before it in N.
+    pops: Vec<[f64; 2]>,
     /// Length, in s.
     pub duration_s: f64,
 }
@@ -34,10 +34,16 @@ impl Curves {
             name: name.to_owned(),
             time: thinned().map(|[t_s, _, force_n]| [t_s, force_n]).collect(),
             depth: inside.map(|[_, x_mm, force_n]| [x_mm, force_n]).collect(),
-            pops: pops.map(|event| [event.t_s, event.x_m * 1e3, event.force_n]).collect(),
+            pops: pops.map(|event| [event.t_s, before_n(recording, event.t_s)]).collect(),
             duration_s: recording.samples.last().map_or(0.0, |sample| sample.t_s),
         }
     }
+}
+
+/// The whole axial force in the tick before a time in s, in N.
+fn before_n(recording: &Recording, t_s: f64) -> f64 {
+    let after = recording.samples.partition_point(|sample| sample.t_s < t_s);
+    after.checked_sub(1).and_then(|before| recording.samples.get(before)).map_or(0.0, recording::Sample::axial_n)
 }
 
 /// The samples of least and largest force among some, in order: time in s, displacement in mm, force in N.
@@ -59,8 +65,7 @@ pub fn over_time(ui: &mut Ui, all: &[&Curves], playhead_s: Option<f64>, height: 
     let shown = plot.legend(Legend::default()).show(ui, |plot| {
         for (curves, colour) in all.iter().zip(COLOURS) {
             plot.line(Line::new(&curves.name, PlotPoints::from(curves.time.clone())).color(colour).width(1.5));
-            let pops: Vec<[f64; 2]> = curves.pops.iter().map(|&[t_s, _, force_n]| [t_s, force_n]).collect();
-            plot.points(Points::new(format!("{}: pops", curves.name), pops).color(colour).radius(3.5));
+            plot.points(Points::new(format!("{}: pops", curves.name), curves.pops.clone()).color(colour).radius(3.5));
         }
         if let Some(now_s) = playhead_s {
             plot.vline(VLine::new("now", now_s).color(Color32::WHITE));

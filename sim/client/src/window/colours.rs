@@ -1,0 +1,70 @@
+//! The window's look: colours that can be told apart and read on its dark ground (WCAG contrast above 4.5), and its fonts.
+
+use eframe::egui::{Color32, Context, FontDefinitions, FontFamily, Margin, Stroke, Style, TextStyle, Theme};
+
+/// What is well.
+pub const GOOD: Color32 = Color32::from_rgb(122, 204, 138);
+/// What needs attention.
+pub const WARN: Color32 = Color32::from_rgb(240, 190, 96);
+/// What is wrong.
+pub const BAD: Color32 = Color32::from_rgb(255, 138, 128);
+/// Force.
+pub const FORCE: Color32 = Color32::from_rgb(120, 190, 255);
+/// The ground of panels.
+const GROUND: Color32 = Color32::from_rgb(24, 29, 34);
+/// Text, and text that matters less.
+const TEXT: Color32 = Color32::from_rgb(222, 228, 233);
+const WEAK: Color32 = Color32::from_rgb(164, 174, 182);
+
+/// Dresses the window.
+pub fn apply(context: &Context) {
+    context.set_theme(Theme::Dark);
+    context.set_fonts(fonts());
+    context.style_mut_of(Theme::Dark, style);
+}
+
+/// The proportional fonts have few signs of their own: arrows and dots come from the monospaced one.
+fn fonts() -> FontDefinitions {
+    let mut fonts = FontDefinitions::default();
+    if let Some(family) = fonts.families.get_mut(&FontFamily::Proportional) {
+        family.insert(1.min(family.len()), "Hack".to_owned());
+    }
+    fonts
+}
+
+fn style(style: &mut Style) {
+    style.visuals.panel_fill = GROUND;
+    style.visuals.window_fill = GROUND;
+    style.visuals.override_text_color = Some(TEXT);
+    style.visuals.weak_text_color = Some(WEAK);
+    style.visuals.widgets.noninteractive.bg_stroke = Stroke::new(1.0, Color32::from_rgb(58, 66, 74));
+    style.spacing.button_padding = [12.0, 7.0].into();
+    style.spacing.item_spacing = [8.0, 6.0].into();
+    style.spacing.window_margin = Margin::same(16);
+    for (text, size) in
+        [(TextStyle::Body, 14.5), (TextStyle::Button, 14.5), (TextStyle::Small, 12.0), (TextStyle::Heading, 26.0)]
+    {
+        if let Some(font) = style.text_styles.get_mut(&text) {
+            font.size = size;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! A sign that the fonts lack is drawn as an empty box.
+
+    use super::*;
+    use eframe::egui::{FontId, RawInput};
+
+    #[test]
+    fn every_sign_has_a_glyph() {
+        let context = Context::default();
+        apply(&context);
+        let _ = context.run_ui(RawInput::default(), |_| ());
+        for sign in "●○▲×→←↑↓−·•°²µ…▶⏸".chars() {
+            let there = context.fonts_mut(|fonts| fonts.has_glyph(&FontId::proportional(14.0), sign));
+            assert!(there, "{sign}");
+        }
+    }
+}
