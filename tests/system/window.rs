@@ -7,7 +7,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde_json::Value;
 use tests::{first_exercise, program, root, run_ok};
@@ -83,14 +83,13 @@ impl Drop for Display {
 /// Asks until there is an answer, for so many seconds.
 #[track_caller]
 fn within<T>(seconds: u64, what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
-    let start = Instant::now();
-    loop {
+    for _ in 0..seconds * 10 {
         if let Some(answer) = ask() {
             return answer;
         }
-        assert!(start.elapsed().as_secs() < seconds, "{what} did not come within {seconds} s");
         sleep(Duration::from_millis(100));
     }
+    panic!("{what} did not come within {seconds} s");
 }
 
 fn with_extension(folder: &Path, extension: &str) -> Option<PathBuf> {
@@ -132,17 +131,15 @@ fn what_a_killed_program_had_recorded_is_whole_at_the_next_start() {
     let mut play = display.stylet(&arguments);
     display.press("Return");
     within(30, "a draft", || with_extension(folder.path(), "part"));
-    let begun = Instant::now();
     sleep(Duration::from_secs(4));
     play.kill().expect("killed");
-    let lasted_s = begun.elapsed().as_secs_f64();
     play.wait().expect("gone");
     let mut again = display.stylet(&arguments);
     let recording = within(30, "the recovered recording", || with_extension(folder.path(), "mcap"));
     let metrics = score(&recording)["metrics"].as_array().cloned().unwrap_or_default();
     let total =
         metrics.iter().find(|metric| metric["id"] == "time_total_s").and_then(|metric| metric["value"].as_f64());
-    assert!(total.is_some_and(|total_s| total_s > lasted_s - 1.0), "{total:?} s of {lasted_s} s were kept");
+    assert!(total.is_some_and(|total_s| total_s > 3.0), "{total:?} s of four or more were kept");
     let _ = again.kill();
     let _ = again.wait();
 }

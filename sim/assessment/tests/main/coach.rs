@@ -54,7 +54,7 @@ fn a_tremor_is_no_haste_but_haste_is() {
     // 0.15 mm at 10 Hz reaches 9.4 mm/s for moments.
     let moved = |speed_mm_s: f64| {
         let mut recording = record(1000.0, 2.0, |t_s| {
-            down(0.0, 0.0, 1.0 + speed_mm_s * t_s + 0.15 * (std::f64::consts::TAU * 10.0 * t_s).sin())
+            down(0.0, 0.0, 1.0 + speed_mm_s * t_s + 0.15 * libm::sin(std::f64::consts::TAU * 10.0 * t_s))
         });
         let positions: Vec<_> = recording.samples.iter().map(|sample| Vector3::from(sample.position_m)).collect();
         for (sample, pair) in recording.samples.iter_mut().skip(1).zip(positions.windows(2)) {

@@ -99,10 +99,10 @@ fn in_folder(folder: &Path) -> Result<Vec<ExerciseBundle>, Failure> {
     for path in paths {
         if path.is_dir() {
             found.extend(in_folder(&path)?);
-        } else if path.extension().is_some_and(|extension| extension == "toml") {
-            if let Document::Exercise(bundle) = scene::load::read(&path)? {
-                found.push(*bundle);
-            }
+        } else if path.extension().is_some_and(|extension| extension == "toml")
+            && let Document::Exercise(bundle) = scene::load::read(&path)?
+        {
+            found.push(*bundle);
         }
     }
     Ok(found)

@@ -91,7 +91,7 @@ struct Film {
 /// Where the moments come from.
 enum Source {
     /// A recording of a length, in s.
-    Recording(Telling, f64),
+    Recording(Box<Telling>, f64),
     /// An exercise: the needle at its start.
     Exercise(Box<Moment>),
 }
@@ -147,7 +147,7 @@ fn of_recording(path: &Path, look: Look) -> Result<Film, Failure> {
     let bundle = commands::own_exercise(path, &recording)?;
     let stage = window::stage_of(path, &bundle, &recording)?;
     let duration_s = recording.samples.last().map_or(0.0, |sample| sample.t_s);
-    let source = Source::Recording(Telling::new(Arc::new(recording), &bundle.exercise), duration_s);
+    let source = Source::Recording(Box::new(Telling::new(Arc::new(recording), &bundle.exercise)), duration_s);
     Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })
 }
 

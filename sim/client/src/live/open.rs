@@ -3,6 +3,7 @@
 use std::fmt::{self, Display};
 use std::str::FromStr;
 
+use haptics::devices::gamepad::GamepadFeed;
 use haptics::devices::hand::{AimWriter, VirtualHand};
 use haptics::devices::operator::OperatorDevice;
 use haptics::inverse3::Inverse3;
@@ -24,6 +25,8 @@ pub enum Choice {
     Auto,
     /// Mouse and keyboard.
     Mouse,
+    /// A gamepad.
+    Gamepad,
     /// OpenHaptics.
     OpenHaptics,
     /// Haply Inverse3.
@@ -39,6 +42,7 @@ impl FromStr for Choice {
         match text {
             "auto" => Ok(Self::Auto),
             "mouse" => Ok(Self::Mouse),
+            "gamepad" => Ok(Self::Gamepad),
             "openhaptics" => Ok(Self::OpenHaptics),
             "inverse3" => Ok(Self::Inverse3),
             _ => match text.strip_prefix("operator:").map(str::parse) {
@@ -55,11 +59,22 @@ impl Display for Choice {
         match self {
             Self::Auto => f.write_str("the haptic device that is there, or mouse and keyboard"),
             Self::Mouse => f.write_str("mouse and keyboard"),
+            Self::Gamepad => f.write_str("gamepad"),
             Self::OpenHaptics => f.write_str("OpenHaptics"),
             Self::Inverse3 => f.write_str("Haply Inverse3"),
             Self::Operator(hand) => f.write_str(&hand.device()),
         }
     }
+}
+
+/// What moves the device.
+pub enum Steered {
+    /// A person's hand, or an operator's.
+    Itself,
+    /// The window, by mouse and keys.
+    Window(AimWriter),
+    /// A gamepad, as long as this is kept.
+    Gamepad(GamepadFeed),
 }
 
 /// A device that is ready, and what belongs to it.
@@ -68,8 +83,8 @@ pub struct Opened {
     pub driven: Driven,
     /// From the device to the patient.
     pub mapping: Mapping,
-    /// Where a virtual hand is steered, for a device without an arm.
-    pub aim: Option<AimWriter>,
+    /// What moves a virtual hand, for a device without an arm.
+    pub steered: Steered,
     /// Why others were passed over.
     pub passed_over: Vec<String>,
 }
@@ -87,26 +102,20 @@ pub fn open(
     match choice {
         Choice::Auto => Ok(first(args, exercise, rate_hz)),
         Choice::Mouse => Ok(mouse(exercise, rate_hz)),
+        Choice::Gamepad => gamepad(exercise, rate_hz).map_err(Failure::work),
         Choice::OpenHaptics => openhaptics(args, exercise).map_err(Failure::work),
         Choice::Inverse3 => inverse3(args, exercise).map_err(Failure::work),
         Choice::Operator(hand) => Ok(operator(hand, exercise, (seed, rate_hz))),
     }
 }
 
-/// The first haptic device there is; the mouse is always there.
+/// The first haptic device there is, else a gamepad; the mouse is always there.
 fn first(args: &DeviceArgs, exercise: &Exercise, rate_hz: f64) -> Opened {
     let mut passed_over = Vec::new();
-    let haptic = openhaptics(args, exercise).or_else(|why| {
-        passed_over.push(why);
-        inverse3(args, exercise)
-    });
-    match haptic {
-        Ok(opened) => Opened { passed_over, ..opened },
-        Err(why) => {
-            passed_over.push(why);
-            Opened { passed_over, ..mouse(exercise, rate_hz) }
-        }
-    }
+    let tries: [&dyn Fn() -> Result<Opened, String>; 3] =
+        [&|| openhaptics(args, exercise), &|| inverse3(args, exercise), &|| gamepad(exercise, rate_hz)];
+    let found = tries.iter().find_map(|open| open().map_err(|why| passed_over.push(why)).ok());
+    Opened { passed_over, ..found.unwrap_or_else(|| mouse(exercise, rate_hz)) }
 }
 
 fn openhaptics(args: &DeviceArgs, exercise: &Exercise) -> Result<Opened, String> {
@@ -124,17 +133,27 @@ fn said(device: &str, why: &dyn Display) -> String {
 }
 
 fn with_arm(driven: Driven, exercise: &Exercise) -> Opened {
-    Opened { driven, mapping: at_home(exercise), aim: None, passed_over: Vec::new() }
+    let mapping = Mapping::at_home(home(exercise), Pointing::Handle);
+    Opened { driven, mapping, steered: Steered::Itself, passed_over: Vec::new() }
 }
 
 fn mouse(exercise: &Exercise, rate_hz: f64) -> Opened {
     let (hand, aim) = VirtualHand::new("mouse", &VirtualHand::braced(), rate_hz);
-    Opened { aim: Some(aim), ..with_arm(Driven::ByTimer(Box::new(hand)), exercise) }
+    Opened { steered: Steered::Window(aim), ..with_arm(Driven::ByTimer(Box::new(hand)), exercise) }
 }
 
-fn at_home(exercise: &Exercise) -> Mapping {
+/// A gamepad measures no orientation: the needle points as planned.
+fn gamepad(exercise: &Exercise, rate_hz: f64) -> Result<Opened, String> {
+    let (hand, aim) = VirtualHand::new("gamepad", &VirtualHand::braced(), rate_hz);
+    let feed = GamepadFeed::start(aim).map_err(|why| said("gamepad", &why))?;
+    let mapping = Mapping::at_home(home(exercise), Pointing::Planned);
+    let driven = Driven::ByTimer(Box::new(hand));
+    Ok(Opened { driven, mapping, steered: Steered::Gamepad(feed), passed_over: Vec::new() })
+}
+
+fn home(exercise: &Exercise) -> Home {
     let plan = exercise.plan();
-    Mapping::at_home(Home::above(plan.entry_m, Unit::new_normalize(plan.axis), plan.approach_m), Pointing::Handle)
+    Home::above(plan.entry_m, Unit::new_normalize(plan.axis), plan.approach_m)
 }
 
 fn operator(hand: &Hand, exercise: &Exercise, (seed, rate_hz): (u64, f64)) -> Opened {
@@ -147,5 +166,5 @@ fn operator(hand: &Hand, exercise: &Exercise, (seed, rate_hz): (u64, f64)) -> Op
     };
     let device = OperatorDevice::new(&hand.device(), operator, rate_hz);
     let driven = Driven::ByTimer(Box::new(device));
-    Opened { driven, mapping: Mapping::in_patient_frame(), aim: None, passed_over: Vec::new() }
+    Opened { driven, mapping: Mapping::in_patient_frame(), steered: Steered::Itself, passed_over: Vec::new() }
 }

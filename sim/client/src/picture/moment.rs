@@ -183,8 +183,8 @@ impl Track {
 
     /// Blood at the skin some time after it was opened: it follows depth and damage. A picture, not a measurement.
     fn blood(&self, after_s: f64) -> f64 {
-        let there_is = 1.0 - (-(self.depth_m / BLEEDING_DEPTH_M + self.dissipated_j / BLEEDING_J)).exp();
-        there_is * (1.0 - (-after_s / BLEEDING_S).exp())
+        let there_is = 1.0 - libm::exp(-(self.depth_m / BLEEDING_DEPTH_M + self.dissipated_j / BLEEDING_J));
+        there_is * (1.0 - libm::exp(-after_s / BLEEDING_S))
     }
 }
 

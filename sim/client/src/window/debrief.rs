@@ -1,6 +1,5 @@
 //! After an attempt: the score, the three costliest mistakes, the curves, and what comes next.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use assessment::{Assessment, Deduction};
@@ -20,7 +19,6 @@ pub struct Debrief {
     /// Judged, or still in memory; `None` only while it is being saved.
     kept: Result<Judged, Option<Box<Unsaved>>>,
     servo: Option<String>,
-    note: String,
 }
 
 /// An attempt that is on disk and judged.
@@ -56,17 +54,7 @@ impl Debrief {
             Ok(kept) => Ok(Judged::new(trial, kept)?),
             Err(unsaved) => Err(Some(unsaved)),
         };
-        Ok(Self { kept, servo, note: String::new() })
-    }
-
-    /// The recording's file, once it is on disk.
-    pub fn path(&self) -> Option<&Path> {
-        self.kept.as_ref().ok().map(|judged| judged.kept.path.as_path())
-    }
-
-    /// Says something of what happens to the recording.
-    pub fn set_note(&mut self, note: String) {
-        self.note = note;
+        Ok(Self { kept, servo })
     }
 
     /// One frame.
@@ -77,7 +65,6 @@ impl Debrief {
             ScrollArea::vertical().show(ui, |ui| match &self.kept {
                 Ok(judged) => {
                     judged.ui(ui);
-                    ui.label(RichText::new(&self.note).weak());
                     self.servo.iter().for_each(|servo| drop(ui.label(RichText::new(servo).weak().small())));
                     false
                 }

@@ -27,7 +27,8 @@ use self::trial::Trial;
 use crate::attempt::Maker;
 use crate::devices::DeviceArgs;
 use crate::exit::{Failure, Outcome};
-use crate::live::{self, Live, open};
+use crate::live::open::{self, Steered};
+use crate::live::{self, Live};
 use crate::{commands, picture};
 
 /// Servo rate, in Hz.
@@ -221,11 +222,15 @@ impl Window {
         self.canvas.set_stage(&stage).map_err(|error| Failure::refused(file, error))?;
         let opened = open::open(&station.device, &station.devices, &bundle.exercise, (seed, TICK_HZ))?;
         let info = opened.driven.info();
-        let maker = Maker { device: &info.name, device_max_force_n: info.max_force_n, seed, tick_hz: TICK_HZ };
+        let name = match &opened.steered {
+            Steered::Gamepad(feed) => feed.name(),
+            Steered::Itself | Steered::Window(_) => &info.name,
+        };
+        let maker = Maker { device: name, device_max_force_n: info.max_force_n, seed, tick_hz: TICK_HZ };
         let session = Session { trainee: station.trainee.clone(), ..maker.session(&bundle) };
         let path = station.folder.join(format!("{}.mcap", session.session_id));
         let live = Live::start(live::Trial { bundle, params, session, path }, opened.mapping, opened.driven)?;
-        Ok(Box::new(Trial::new(live, opened.aim, station.guided)))
+        Ok(Box::new(Trial::new(live, (opened.steered, opened.passed_over), station.guided)))
     }
 
     fn debrief(&mut self, at: usize, trial: Trial) -> Screen {

@@ -30,6 +30,8 @@ pub struct Instruments<'a> {
     pub live: &'a Live,
     /// The picture's step of quality.
     pub quality: Quality,
+    /// Why other devices were passed over.
+    pub passed_over: &'a [String],
 }
 
 /// The instruments at the side. True when the person ends the attempt.
@@ -103,7 +105,7 @@ fn big(ui: &mut Ui, name: &str, value: &str, beside: &str) {
 fn angle_deg(orientation: [f64; 4]) -> f64 {
     let [x, y, ..] = orientation;
     // The needle's z, along the patient's z, is 1 − 2(x² + y²).
-    (2.0 * (x * x + y * y) - 1.0).clamp(-1.0, 1.0).acos().to_degrees()
+    libm::acos((2.0 * (x * x + y * y) - 1.0).clamp(-1.0, 1.0)).to_degrees()
 }
 
 fn trace(ui: &mut Ui, shown: &Shown) {
@@ -125,8 +127,11 @@ fn is_pop(said: &Said) -> bool {
 }
 
 /// What the device does, and how the servo keeps time.
-fn device(ui: &mut Ui, Instruments { latest, live, quality, .. }: &Instruments<'_>) {
-    ui.label(RichText::new(&live.trial.session.device).strong());
+fn device(ui: &mut Ui, Instruments { latest, live, quality, passed_over, .. }: &Instruments<'_>) {
+    let name = ui.label(RichText::new(&live.trial.session.device).strong());
+    if !passed_over.is_empty() {
+        name.on_hover_text(passed_over.join("\n"));
+    }
     let feedback = live.trial.bundle.exercise.feedback;
     if feedback.force() {
         ui.label(live.scaling.to_string());

@@ -101,7 +101,7 @@ pub fn over_depth(ui: &mut Ui, all: &[&Curves], layers: &[(String, f64)], height
 
 /// Name and thickness in mm of every layer of a recording's patient, along the needle.
 pub fn layers(recording: &Recording, names: impl Iterator<Item = String>, angle_deg: f64) -> Vec<(String, f64)> {
-    let along = 1.0 / angle_deg.to_radians().cos();
+    let along = 1.0 / libm::cos(angle_deg.to_radians());
     names.zip(&recording.session.patient_thickness_mm).map(|(name, mm)| (name, mm * along)).collect()
 }
 

@@ -59,7 +59,7 @@ impl Steering {
         let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), -right_rad)
             * Rotation3::from_axis_angle(&Vector3::x_axis(), away_rad);
         let leaned = Unit::new_normalize(turn * self.axis.into_inner());
-        if -leaned.z >= MOST_LEAN_RAD.cos() {
+        if -leaned.z >= libm::cos(MOST_LEAN_RAD) {
             self.axis = leaned;
         }
     }
@@ -111,7 +111,7 @@ mod tests {
         for _ in 0..1000 {
             steering.follow(&Wish { advance_m: 0.01, lean_rad: [0.1, 0.1], ..Wish::default() });
         }
-        assert!(steering.away_m.norm() <= MOST_AWAY_M && -steering.axis.z >= MOST_LEAN_RAD.cos());
+        assert!(steering.away_m.norm() <= MOST_AWAY_M && -steering.axis.z >= libm::cos(MOST_LEAN_RAD));
         let before_m = steering.away_m.norm();
         steering.follow(&Wish { advance_m: -0.01, ..Wish::default() });
         assert!(steering.away_m.norm() < before_m);

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use eframe::egui::{self, Key, PointerButton, Response, Ui};
-use haptics::devices::hand::AimWriter;
 use render::frame::View;
 
 use super::canvas::Canvas;
 use super::overlay::{self, Instruments};
 use super::sound::Sound;
 use super::steer::{Steering, Wish};
+use crate::live::open::Steered;
 use crate::live::{self, Finished, Live, Phase};
 use crate::picture::Look;
 
@@ -25,7 +25,10 @@ const ORBIT_RAD: f32 = 0.006;
 /// An attempt on the screen.
 pub struct Trial {
     live: Live,
-    steering: Option<(Steering, AimWriter)>,
+    steering: Steering,
+    steered: Steered,
+    /// Why other devices were passed over.
+    passed_over: Vec<String>,
     look: Look,
     sound: Sound,
     pops_heard: u64,
@@ -40,11 +43,11 @@ pub enum Next {
 }
 
 impl Trial {
-    /// Shows an attempt. `aim` is where a virtual hand is steered, if that is the device.
-    pub fn new(live: Live, aim: Option<AimWriter>, guided: bool) -> Self {
-        let steering = aim.map(|aim| (Steering::new(&live.trial.bundle.exercise), aim));
+    /// Shows an attempt, and what moves its device.
+    pub fn new(live: Live, (steered, passed_over): (Steered, Vec<String>), guided: bool) -> Self {
+        let steering = Steering::new(&live.trial.bundle.exercise);
         let look = Look { guide: guided, closed: !live.trial.bundle.exercise.feedback.inside(), ..Look::default() };
-        Self { live, steering, look, sound: Sound::open(), pops_heard: 0 }
+        Self { live, steering, steered, passed_over, look, sound: Sound::open(), pops_heard: 0 }
     }
 
     /// One frame.
@@ -58,8 +61,13 @@ impl Trial {
             self.sound.pop();
             self.pops_heard = shown.pops;
         }
-        let instruments =
-            Instruments { shown: &shown, latest: latest.as_ref(), live: &self.live, quality: canvas.quality() };
+        let instruments = Instruments {
+            shown: &shown,
+            latest: latest.as_ref(),
+            live: &self.live,
+            quality: canvas.quality(),
+            passed_over: &self.passed_over,
+        };
         let over = overlay::side(ui, &instruments, &mut self.sound);
         overlay::messages(ui, &shown);
         let frame = shown.moment.frame(&self.look, exercise.target_depth_mm * 1e-3);
@@ -83,8 +91,8 @@ impl Trial {
 
     fn control(&mut self, ui: &Ui, picture: &Response) {
         look(ui, picture, &mut self.look);
-        if let Some((steering, aim)) = &mut self.steering {
-            aim.write(steering.follow(&wish(ui, picture)));
+        if let Steered::Window(aim) = &mut self.steered {
+            aim.write(self.steering.follow(&wish(ui, picture)));
         }
     }
 }
