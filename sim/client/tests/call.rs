@@ -1,9 +1,12 @@
 //! Wrong calls: exit 2, one line that names what was wrong, and no trace of a panic. Would fail if clap's own
-//! several-line explanations reached the user, or if a command of a later issue existed as an empty shell.
+//! several-line explanations reached the user, or if a window opened on what cannot be shown.
 
 use std::process::Stdio;
 
 use crate::{program, stylet};
+
+/// An exercise as it is named from the package's folder.
+const EXERCISE: &str = "../../curricula/lower-back-basics/1-feel-the-layers.toml";
 
 #[test]
 fn help_and_version_end_with_0() {
@@ -37,10 +40,14 @@ fn numbers_out_of_range_name_value_and_range() {
 }
 
 #[test]
-fn commands_of_later_versions_do_not_exist() {
-    for command in ["play", "replay", "render", "pair", "outbox"] {
-        stylet(&[command]).refused(&["unrecognized subcommand", command]);
-    }
+fn a_wrong_call_of_the_window_is_refused_before_there_is_one() {
+    let play = |arguments: &[&str]| stylet(&[&["play"], arguments].concat());
+    play(&[]).refused(&["EXERCISE.toml"]);
+    play(&["nothing-there.toml"]).refused(&["nothing-there.toml"]);
+    play(&[EXERCISE, "--device", "joystick"]).refused(&["joystick", "auto, mouse, gamepad, openhaptics, inverse3"]);
+    play(&[EXERCISE, "--device", "operator:surgeon"]).refused(&["surgeon", "novice, intermediate, expert"]);
+    play(&[EXERCISE, "--trainee", "Ada Lovelace"]).refused(&["--trainee", "pseudonym"]);
+    stylet(&["replay", "nothing-there.mcap"]).refused(&["nothing-there.mcap"]);
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod check;
 mod doctor;
 mod field;
 mod force;
+mod picture;
 mod recordings;
 mod stand_in;
 mod upload;

@@ -1,0 +1,83 @@
+//! Pictures without a window, on the software adapter. Would fail if a size or a time were taken for another, if two pictures of one
+//! moment differed, if the needle did not move, or if a wrong call left a file behind.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use tempfile::TempDir;
+
+use crate::{Run, repository, stylet, text};
+
+fn exercise() -> PathBuf {
+    repository("curricula/lower-back-basics/1-feel-the-layers.toml")
+}
+
+/// A recording of a straight, fast insertion.
+fn recorded(folder: &Path) -> PathBuf {
+    let file = folder.join("attempt.mcap");
+    let fixed = ["--operator", "constant:10", "--seed", "1", "--out", text(&file)];
+    stylet(&[&["simulate", text(&exercise())], &fixed[..]].concat()).ends(0);
+    file
+}
+
+fn render(what: &Path, out: &Path, more: &[&str]) -> Run {
+    stylet(&[&["render", text(what), "--size", "320x180", "--out", text(out)], more].concat())
+}
+
+/// The pixels of a picture that was drawn.
+fn drawn(what: &Path, out: &Path, more: &[&str]) -> image::RgbaImage {
+    render(what, out, more).ends(0);
+    image::open(out).expect("a picture").into_rgba8()
+}
+
+#[test]
+fn a_picture_has_its_size_and_is_the_same_twice() {
+    let folder = TempDir::new().expect("a folder");
+    let recording = recorded(folder.path());
+    for view in ["whole", "tip", "section"] {
+        let (one, two) = (folder.path().join("one.png"), folder.path().join("two.png"));
+        let picture = drawn(&recording, &one, &["--at", "2.5", "--view", view]);
+        assert_eq!(picture.dimensions(), (320, 180));
+        drawn(&recording, &two, &["--at", "2.5", "--view", view]);
+        assert!(fs::read(&one).expect("bytes") == fs::read(&two).expect("bytes"), "{view}: identical bytes");
+    }
+}
+
+#[test]
+fn the_needle_moves_and_an_exercise_shows_it_at_its_start() {
+    let folder = TempDir::new().expect("a folder");
+    let recording = recorded(folder.path());
+    let out = folder.path().join("p.png");
+    let picture = |what: &Path, more: &[&str]| drawn(what, &out, more);
+    let differing = |a: &image::RgbaImage, b: &image::RgbaImage| a.pixels().zip(b.pixels()).filter(|(a, b)| a != b).count();
+    let start = picture(&recording, &["--at", "0"]);
+    assert!(differing(&start, &picture(&recording, &["--at", "2.5"])) > 300, "the needle went in");
+    assert!(differing(&start, &picture(&exercise(), &[])) < 300, "before the attempt it waits where the attempt begins");
+}
+
+#[test]
+fn a_film_has_a_frame_for_every_moment() {
+    let folder = TempDir::new().expect("a folder");
+    let (recording, film) = (recorded(folder.path()), folder.path().join("film"));
+    stylet(&["render", text(&recording), "--size", "64x36", "--frames", text(&film), "--fps", "2"]).ends(0);
+    let score = stylet(&["score", text(&recording), "--json"]).ends(0).json();
+    let total_s = score["metrics"].as_array().and_then(|metrics| {
+        metrics.iter().find(|metric| metric["id"] == "time_total_s").and_then(|metric| metric["value"].as_f64())
+    });
+    let frames = (total_s.expect("a length") * 2.0).floor() as usize + 1;
+    assert_eq!(fs::read_dir(&film).expect("a folder").count(), frames);
+    assert!(film.join("00000.png").exists());
+}
+
+#[test]
+fn a_wrong_call_names_what_is_allowed_and_leaves_nothing() {
+    let folder = TempDir::new().expect("a folder");
+    let (recording, out) = (recorded(folder.path()), folder.path().join("p.png"));
+    render(&recording, &out, &["--at", "1000"]).refused(&["--at 1000 s", "the attempt lasts"]);
+    render(&recording, &out, &["--at", "-1"]).refused(&["--at"]);
+    render(&recording, &out, &["--view", "above"]).refused(&["above", "whole, tip or section"]);
+    stylet(&["render", text(&recording), "--size", "0x10", "--out", text(&out)]).refused(&["0x10", "1 to 8192"]);
+    stylet(&["render", text(&recording)]).refused(&["--out"]);
+    stylet(&["render", "nothing.mcap", "--out", text(&out)]).refused(&["nothing.mcap"]);
+    assert!(!out.exists());
+}
