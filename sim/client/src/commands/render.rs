@@ -136,7 +136,7 @@ pub fn run(args: &Args) -> Outcome {
 
 fn of_exercise(path: &Path, look: Look) -> Result<Film, Failure> {
     let bundle = ExerciseBundle::read(path)?;
-    let params = commands::puncture_params(path, &bundle.scene, &Patient::nominal(&bundle.scene))?;
+    let params = commands::puncture_params(path, &bundle, &Patient::nominal(&bundle.scene))?;
     let stage = picture::stage(path, &bundle, &params)?;
     let source = Source::Exercise(Box::new(Moment::before(&bundle.exercise)));
     Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })

@@ -128,7 +128,7 @@ fn replay(bundle: &ExerciseBundle, recording: &Arc<Recording>, other: Option<&Ar
 /// When the mechanics or the tissue refuse the scene.
 pub fn stage_of(path: &Path, bundle: &ExerciseBundle, recording: &Recording) -> Result<render::frame::Stage, Failure> {
     let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
-    let params = commands::puncture_params(path, &bundle.scene, &patient)?;
+    let params = commands::puncture_params(path, bundle, &patient)?;
     picture::stage(path, bundle, &params)
 }
 
@@ -217,7 +217,7 @@ impl Window {
         let seed = station.seed;
         station.seed = seed.wrapping_add(1);
         let patient = Patient::draw(&bundle.scene, seed);
-        let params = Arc::new(commands::puncture_params(file, &bundle.scene, &patient)?);
+        let params = Arc::new(commands::puncture_params(file, &bundle, &patient)?);
         let stage = picture::stage(file, &bundle, &params)?;
         self.canvas.set_stage(&stage).map_err(|error| Failure::refused(file, error))?;
         let opened = open::open(&station.device, &station.devices, &bundle.exercise, (seed, TICK_HZ))?;

@@ -4,7 +4,6 @@ use super::field::{Field, FollowError};
 use super::responses::Responses;
 use super::spec::TissueSpec;
 use crate::tissue::planner::{self, Wish, patch};
-use crate::tissue::volumetric::Problem3;
 
 /// Axial displacement of every boundary at some distances from the needle under 1 N of each load of [`TissueSpec::loads`], for
 /// a picture: as of a perpendicular needle.
@@ -27,14 +26,13 @@ impl Field {
         let radius_m = self.plan().radius_m;
         let radii_m = radii_m(tissue.load_radius_m, radius_m);
         let deepest_m = tissue.boundaries_m.iter().copied().fold(0.0, f64::max);
-        let patched = TissueSpec { slab: patch(&tissue.slab.layers, deepest_m, radius_m), ..tissue.clone() };
+        let patched =
+            TissueSpec { slab: patch(&tissue.slab.layers, deepest_m, radius_m), tilt_rad: 0.0, ..tissue.clone() };
         let boundaries_m = || patched.boundaries_m.iter().take(patched.layers());
         let points_m: Vec<_> =
             boundaries_m().flat_map(|&depth_m| radii_m.iter().map(move |&r_m| [r_m, depth_m])).collect();
         let wish = Wish { model: tissue.model, tolerance: tissue.tolerance };
-        let responses = Responses::new(&patched, &points_m, &mut |problem| {
-            Ok(planner::plan(&Problem3::flat(problem), &wish)?.field)
-        })?;
+        let responses = Responses::new(&patched, &points_m, &mut |question| Ok(planner::plan(question, &wish)?.field))?;
         Ok(table(&responses, radii_m, patched.layers()))
     }
 }
