@@ -1,11 +1,12 @@
 //! The picture: time of a frame, for every view and quality, on this machine's graphics adapter.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use render::frame::{
     FieldTable, Frame, Layer, Material, Mesh, Needle, Puncture, Stage, Structure, StructureKind, Tip, View,
 };
-use render::{Headless, Quality};
+use render::{AdapterName, Headless, PictureError, Quality};
 
 use super::chart::{Chart, Curve, SeriesLabelPosition};
 use super::measured_on;
@@ -49,6 +50,25 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     chart(&rows).draw(&plot)?;
     let text = sheet::write_text(out.join("render.md"), &markdown(&rows, &headless, (start_s, quick)))?;
     Ok(vec![table, plot, text])
+}
+
+/// Draws as fast as it can until told to stop, as a window would beside a servo; what drew and how often, or why nothing did.
+pub fn draw_until(stop: &AtomicBool) -> String {
+    let mut drawn = 0_u32;
+    let mut draw = || -> Result<AdapterName, PictureError> {
+        let mut headless = Headless::new(Quality::Full)?;
+        headless.set_stage(&stage())?;
+        let [(_, whole), ..] = frames();
+        while !stop.load(Ordering::Relaxed) {
+            headless.draw(&whole, SIZE)?;
+            drawn += 1;
+        }
+        Ok(headless.adapter())
+    };
+    match draw() {
+        Ok(adapter) => format!("{drawn} pictures of {} × {} pixels by {adapter}", SIZE[0], SIZE[1]),
+        Err(error) => format!("no picture: {error}"),
+    }
 }
 
 fn rows(headless: &mut Headless, count: usize) -> Result<Vec<Row>, Failure> {

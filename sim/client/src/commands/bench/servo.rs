@@ -1,4 +1,4 @@
-//! The servo: how late its ticks begin and what they take, beside the field and the recorder.
+//! The servo: how late its ticks begin and what they take, beside the field, the recorder and the picture.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use ::recording::tick::{Attempt, Input};
 use haptics::device::{Device, Reading};
 use haptics::devices::trajectory::Trajectory;
 use haptics::mapping::Mapping;
-use haptics::servo::{self, Driven, Priority, Records, Report, Setup, Times};
+use haptics::servo::{self, Driven, Priority, Records, Report, Running, Setup, Times};
 use mechanics::puncture::PunctureParams;
 use nalgebra::Vector3;
 use scene::{ExerciseBundle, Patient};
@@ -20,7 +20,7 @@ use scene::{ExerciseBundle, Patient};
 use super::chart::{Chart, Curve, SeriesLabelPosition};
 use super::motion::Rehearsal;
 use super::sheet::{self, Sheet};
-use super::{measured_on, specimen};
+use super::{measured_on, render, specimen};
 use crate::exit::Failure;
 use crate::progress::Progress;
 use crate::{attempt, commands};
@@ -47,23 +47,25 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     report(out, &measured_on(quick), &measured)
 }
 
-/// Runs an attempt of a length in s on the clock, recorded into a file.
-fn run(bundle: &ExerciseBundle, length_s: f64, file: &Path) -> Result<Report, Failure> {
+/// Runs an attempt of a length in s on the clock, recorded into a file and drawn; what it came to, and what drew.
+fn run(bundle: &ExerciseBundle, length_s: f64, file: &Path) -> Result<(Report, String), Failure> {
     let params = Arc::new(commands::puncture_params(file, bundle, &Patient::nominal(&bundle.scene))?);
     let device = Trajectory::new("operator:bench", readings(bundle, length_s), TICK_HZ);
     let done = device.done();
     let aim = (bundle.exercise.plan().target_x_m, TICK_HZ);
     let setup = Setup::new(Arc::clone(&params), Mapping::in_patient_frame(), device.info(), aim);
     let started = servo::start(setup, Driven::ByTimer(Box::new(device))).map_err(Failure::work)?;
+    let defect = |who: &str| Failure::work(format_args!("the {who} was stopped by a defect"));
+    let enough = AtomicBool::new(false);
     thread::scope(|scope| {
         let recorder = scope.spawn(|| record(bundle, &params, started.records, file));
-        wait(&done, length_s);
+        let picture = scope.spawn(|| render::draw_until(&enough));
+        wait(&done, &started.running, length_s);
         let report = started.running.stop();
-        match recorder.join() {
-            Ok(recorded) => recorded?,
-            Err(_) => return Err(Failure::work("the recorder was stopped by a defect")),
-        }
-        report.ok_or_else(|| Failure::work("the servo was stopped by a defect"))
+        enough.store(true, Ordering::Relaxed);
+        recorder.join().map_err(|_| defect("recorder"))??;
+        let drawn = picture.join().map_err(|_| defect("picture"))?;
+        Ok((report.ok_or_else(|| defect("servo"))?, drawn))
     })
 }
 
@@ -79,11 +81,11 @@ fn readings(bundle: &ExerciseBundle, length_s: f64) -> Vec<Reading> {
 }
 
 /// Shows how far it has come until it is done.
-fn wait(done: &AtomicBool, length_s: f64) {
+fn wait(done: &AtomicBool, running: &Running, length_s: f64) {
     const LOOK_MS: u64 = 50;
     let progress = Progress::new((length_s * 1e3) as u64, "servo");
     let mut waited_ms = 0;
-    while !done.load(Ordering::Relaxed) {
+    while !done.load(Ordering::Relaxed) && running.ended().is_none() {
         thread::sleep(Duration::from_millis(LOOK_MS));
         waited_ms += LOOK_MS;
         progress.set(waited_ms);
@@ -112,7 +114,7 @@ fn record(bundle: &ExerciseBundle, params: &PunctureParams, mut records: Records
     }
 }
 
-fn report(out: &Path, measured_on: &str, measured: &Report) -> Result<Vec<PathBuf>, Failure> {
+fn report(out: &Path, measured_on: &str, (measured, drawn): &(Report, String)) -> Result<Vec<PathBuf>, Failure> {
     let sheet = sheet(measured);
     let (table, plot) = (out.join("servo.csv"), out.join("servo.svg"));
     sheet.write_csv(&table)?;
@@ -123,7 +125,7 @@ fn report(out: &Path, measured_on: &str, measured: &Report) -> Result<Vec<PathBu
     };
     let text = format!(
         "# Servo\n\n{measured_on}\n\nThe training scene at 1 kHz, in and out of the body every 15 s. Beside it the recorder \
-         steps law and field again and writes the recording. {priority} Lateness is from the due time of a tick to its \
+         steps law and field again and writes the recording, and a thread draws as fast as it can: {drawn}. {priority} Lateness is from the due time of a tick to its \
          beginning; compute is the whole tick: device, force law, safety chain, ring and picture's cell. A tick that begins \
          more than a period late is a stall: counted, flagged in the recording, a gap in its times. A virtual host stalls for \
          milliseconds now and then; no maximum is promised.\n\n{}\n![how many ticks are later, or take longer, than a \
