@@ -36,6 +36,8 @@ pub struct Config {
     pub max_upload_bytes: u64,
     /// Longest silence within an upload before it is given up.
     pub upload_silence: Duration,
+    /// How long an upload in pieces is kept after its last piece, in s.
+    pub upload_lifetime_s: i64,
     /// What it costs to hash a password.
     pub password_cost: PasswordCost,
 }
@@ -64,6 +66,7 @@ impl Config {
             behind_tls: false,
             max_upload_bytes: 512 * 1024 * 1024,
             upload_silence: Duration::from_secs(30),
+            upload_lifetime_s: 48 * 3600,
             password_cost: PasswordCost::RECOMMENDED,
         }
     }

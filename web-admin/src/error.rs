@@ -14,6 +14,9 @@ pub enum Error {
     /// There is no such thing, or it is another school's.
     #[error("there is nothing here")]
     NotFound,
+    /// It was there, and is no more.
+    #[error("{0}")]
+    Gone(&'static str),
     /// Nobody is signed in.
     #[error("a bearer token is needed")]
     Unauthorized,
@@ -26,6 +29,15 @@ pub enum Error {
     /// It contradicts what is stored.
     #[error("{0}")]
     Conflict(String),
+    /// Another request is at it.
+    #[error("another request is writing to this upload; try again when it has ended")]
+    Locked,
+    /// The request is in a version of a protocol that is not spoken here.
+    #[error("{0}")]
+    WrongVersion(&'static str),
+    /// The body is not what its checksum says.
+    #[error("the piece is not what Upload-Checksum says: it was not kept")]
+    ChecksumMismatch,
     /// The body is larger than allowed.
     #[error("the body is larger than {limit_bytes} bytes, the largest allowed")]
     TooLarge {
@@ -58,13 +70,18 @@ pub enum Error {
 impl Error {
     /// The HTTP status.
     #[must_use]
-    pub const fn status(&self) -> StatusCode {
+    pub fn status(&self) -> StatusCode {
         match self {
             Self::NotFound | Self::Unscored(_) => StatusCode::NOT_FOUND,
+            Self::Gone(_) => StatusCode::GONE,
             Self::Unauthorized => StatusCode::UNAUTHORIZED,
             Self::Forbidden(_) => StatusCode::FORBIDDEN,
             Self::BadRequest(_) => StatusCode::BAD_REQUEST,
             Self::Conflict(_) => StatusCode::CONFLICT,
+            Self::Locked => StatusCode::LOCKED,
+            Self::WrongVersion(_) => StatusCode::PRECONDITION_FAILED,
+            // tus gives it this number, and HTTP none; a number from 100 to 999 is always one.
+            Self::ChecksumMismatch => StatusCode::from_u16(460).unwrap_or(StatusCode::BAD_REQUEST),
             Self::TooLarge { .. } => StatusCode::PAYLOAD_TOO_LARGE,
             Self::UnsupportedMedia(_) => StatusCode::UNSUPPORTED_MEDIA_TYPE,
             Self::Unprocessable(_) => StatusCode::UNPROCESSABLE_ENTITY,
@@ -140,7 +157,7 @@ impl<E: Into<Error>> From<E> for ApiError {
 impl IntoResponse for ApiError {
     fn into_response(self) -> Response {
         let status = self.0.status();
-        let title = status.canonical_reason().unwrap_or_default().to_owned();
+        let title = status.canonical_reason().unwrap_or("Checksum Mismatch").to_owned();
         let problem = Problem { title, status: status.as_u16(), detail: self.0.to_string() };
         let mut response = (status, Json(problem)).into_response();
         response.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));

@@ -2,6 +2,7 @@
 
 use recording::ReadError;
 use serde_json::json;
+use sqlx::SqliteConnection;
 use uuid::Uuid;
 
 use crate::AppState;
@@ -11,7 +12,7 @@ use crate::recordings::{self, Received};
 use crate::storage::audit::{self, Actor, Entry};
 use crate::storage::scores::SessionKey;
 use crate::storage::sessions::{self, Session, SessionState};
-use crate::storage::{exercises, jobs, people};
+use crate::storage::{exercises, jobs, people, uploads};
 
 /// Who brings a recording.
 #[derive(Clone, Debug)]
@@ -31,6 +32,16 @@ pub enum Kept {
     Now(Session),
     /// Since before: these were the same bytes.
     Before(Session),
+}
+
+impl Kept {
+    /// The session that it is.
+    #[must_use]
+    pub const fn session(&self) -> &Session {
+        match self {
+            Self::Now(session) | Self::Before(session) => session,
+        }
+    }
 }
 
 /// Keeps a recording and queues it. When this returns, file and row are on the disk.
@@ -107,8 +118,12 @@ async fn by_pseudonym(state: &AppState, school: Uuid, pseudonym: &str) -> Result
 /// uploads under one id the second finds the first.
 async fn keep(state: &AppState, bearer: &Bearer, received: Received, session: Session) -> Result<Kept, Error> {
     let mut tx = state.db.write().await?;
+    let upload = received.upload;
     if let Some(existing) = sessions::find(&mut *tx, session.school_id, session.id).await? {
-        return same(existing, &session).map(Kept::Before);
+        let kept = same(existing, &session).map(Kept::Before)?;
+        note_upload(&mut tx, upload, &session).await?;
+        tx.commit().await?;
+        return Ok(kept);
     }
     let place = state.config.recordings_dir.join(&session.recording_path);
     tokio::task::spawn_blocking(move || received.keep(&place)).await??;
@@ -122,10 +137,19 @@ async fn keep(state: &AppState, bearer: &Bearer, received: Received, session: Se
         details: json!({ "sha256": session.recording_sha256, "complete": session.complete }),
     };
     audit::append(&mut tx, entry, session.received_at).await?;
+    note_upload(&mut tx, upload, &session).await?;
     tx.commit().await?;
     state.jobs.notify_one();
     tracing::info!(session = %session.id, size_bytes = session.recording_size, "recording kept");
     Ok(Kept::Now(session))
+}
+
+/// Says in the row of an upload in pieces what it has become, in the transaction that makes it so.
+async fn note_upload(tx: &mut SqliteConnection, upload: Option<Uuid>, session: &Session) -> Result<(), Error> {
+    match upload {
+        Some(id) => Ok(uploads::finish(tx, session.school_id, id, session.id).await?),
+        None => Ok(()),
+    }
 }
 
 /// The stored session, when the new upload is the very same.

@@ -14,7 +14,9 @@ pub mod recordings;
 pub mod routes;
 pub mod secret;
 pub mod startup;
+pub mod stations;
 pub mod storage;
+pub mod uploads;
 pub mod views;
 pub mod worker;
 

@@ -38,9 +38,21 @@ pub struct Received {
     pub sha256: String,
     /// In bytes.
     pub size: u64,
+    /// The upload in pieces that it came by.
+    pub upload: Option<Uuid>,
 }
 
 impl Received {
+    /// The file of an upload in pieces, which stays where it is unless it is kept. Blocks.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn of_upload(path: PathBuf, upload: Uuid) -> std::io::Result<Self> {
+        let (sha256, size) = hash_file(&path)?;
+        // Its owner was told that the bytes are here: they are not dropped because the database happens to fail.
+        Ok(Self { part: PartFile { path, kept: true }, sha256, size, upload: Some(upload) })
+    }
+
     /// Takes over a file that is there already, on the file system of the recordings; it is moved when it is kept.
     /// Blocks.
     ///
@@ -49,7 +61,7 @@ impl Received {
     pub fn adopt(path: PathBuf) -> std::io::Result<Self> {
         let (sha256, size) = hash_file(&path)?;
         File::open(&path)?.sync_all()?;
-        Ok(Self { part: PartFile { path, kept: false }, sha256, size })
+        Ok(Self { part: PartFile { path, kept: false }, sha256, size, upload: None })
     }
 
     /// The file.
@@ -97,7 +109,7 @@ pub async fn receive(state: &AppState, body: Body) -> Result<Received, Error> {
     }
     file.flush().await?;
     file.sync_all().await?;
-    Ok(Received { part, sha256: hex::encode(hash.finalize()), size })
+    Ok(Received { part, sha256: hex::encode(hash.finalize()), size, upload: None })
 }
 
 /// Reads a recording where blocking is allowed, when there is room for one in memory, and makes something of it.

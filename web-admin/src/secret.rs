@@ -30,6 +30,38 @@ pub fn random_password() -> anyhow::Result<String> {
     Ok(random_16()?.iter().map(|byte| char::from(LETTERS[usize::from(byte % 32)])).collect())
 }
 
+/// A code to be read from a screen and typed: letters of 32, 5 bits each, at most 16 of them.
+///
+/// # Errors
+/// When the operating system's random source fails.
+pub fn random_code(letters: usize) -> anyhow::Result<String> {
+    // Without 0, 1, I and O, which look alike.
+    const LETTERS: &[u8; 32] = b"23456789ABCDEFGHJKLMNPQRSTUVWXYZ";
+    Ok(random_16()?.iter().take(letters).map(|byte| char::from(LETTERS[usize::from(byte % 32)])).collect())
+}
+
+/// A code as it is kept and compared: what people add when they type it is taken away.
+#[must_use]
+pub fn plain_code(typed: &str) -> String {
+    typed.chars().filter(char::is_ascii_alphanumeric).map(|letter| letter.to_ascii_uppercase()).collect()
+}
+
+/// A slow hash of a short code within a realm: the same for the same code, so that it can be looked up. Takes tens of
+/// milliseconds: call it where blocking is allowed.
+///
+/// # Errors
+/// When the cost is out of argon2's range.
+pub fn code_hash(code: &str, realm: &[u8; 16], cost: PasswordCost) -> anyhow::Result<[u8; 32]> {
+    let mut hash = [0; 32];
+    argon2(cost)?.hash_password_into(code.as_bytes(), realm, &mut hash).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
+    Ok(hash)
+}
+
+fn argon2(cost: PasswordCost) -> anyhow::Result<Argon2<'static>> {
+    let params = Params::new(cost.memory_kib, cost.passes, 1, None).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
+    Ok(Argon2::new(Algorithm::Argon2id, Version::V0x13, params))
+}
+
 /// What is kept of a token.
 #[must_use]
 pub fn token_sha256(token: &str) -> [u8; 32] {
@@ -48,9 +80,7 @@ pub fn same(a: &str, b: &str) -> bool {
 /// # Errors
 /// When the cost is out of argon2's range.
 pub fn hash_password(password: &str, cost: PasswordCost) -> anyhow::Result<String> {
-    let params = Params::new(cost.memory_kib, cost.passes, 1, None).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
-    let argon2 = Argon2::new(Algorithm::Argon2id, Version::V0x13, params);
-    let hash = argon2.hash_password(password.as_bytes()).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
+    let hash = argon2(cost)?.hash_password(password.as_bytes()).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
     Ok(hash.to_string())
 }
 
@@ -77,6 +107,15 @@ mod tests {
     fn the_same_is_the_same_and_nothing_else_is() {
         assert!(same("abc", "abc"));
         assert!(!same("abc", "abd") && !same("abc", "ab") && !same("", "a"));
+    }
+
+    #[test]
+    fn a_code_is_the_same_however_it_is_typed_and_hashes_by_realm() {
+        let cost = PasswordCost { memory_kib: 8, passes: 1 };
+        let hash = |code: &str, realm| code_hash(&plain_code(code), &[realm; 16], cost).unwrap();
+        assert_eq!(hash("abc-def", 1), hash(" ABC DEF ", 1));
+        assert_ne!(hash("ABCDEF", 1), hash("ABCDEF", 2));
+        assert_ne!(hash("ABCDEF", 1), hash("ABCDEG", 1));
     }
 
     #[test]

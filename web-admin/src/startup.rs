@@ -7,9 +7,10 @@ use tokio::sync::{Notify, Semaphore};
 
 use crate::clock::Clock;
 use crate::config::Config;
-use crate::routes::auth::LoginLimits;
+use crate::routes::auth::{LoginLimits, PairingLimits};
 use crate::routes::health::Counters;
 use crate::storage::Database;
+use crate::uploads::Turns;
 
 /// What every handler may use.
 #[derive(Clone, Debug)]
@@ -24,6 +25,10 @@ pub struct AppState {
     pub jobs: Arc<Notify>,
     /// Brakes on guessing passwords.
     pub logins: Arc<LoginLimits>,
+    /// Brakes on guessing pairing codes.
+    pub pairings: Arc<PairingLimits>,
+    /// Uploads in pieces that somebody is writing to.
+    pub turns: Turns,
     /// What `/metrics` counts.
     pub counters: Arc<Counters>,
     /// How many recordings may be held in memory at once: one of ten minutes takes 150 MB.
@@ -47,6 +52,8 @@ impl AppState {
             config: Arc::new(config),
             jobs: Arc::default(),
             logins: Arc::default(),
+            pairings: Arc::default(),
+            turns: Turns::default(),
             counters: Arc::default(),
             parsing: Arc::new(Semaphore::new(2)),
         })

@@ -16,7 +16,7 @@ use crate::AppState;
 use crate::clock::Clock;
 use crate::storage::people;
 use crate::storage::web_sessions::WebSessions;
-use crate::{recordings, routes, worker};
+use crate::{recordings, routes, uploads, worker};
 
 /// How long a request may go on after the service was told to stop.
 const LAST_ORDERS: Duration = Duration::from_secs(10);
@@ -128,7 +128,11 @@ async fn tidy(state: AppState) {
         if let Err(error) = sessions.delete_expired().await {
             tracing::warn!(cause = %error, "expired sessions could not be deleted");
         }
+        if let Err(error) = uploads::tidy(&state).await {
+            tracing::warn!(cause = %error, "unfinished uploads could not be tidied");
+        }
         state.logins.tidy();
+        state.pairings.tidy();
         tokio::time::sleep(TIDY_EVERY).await;
     }
 }

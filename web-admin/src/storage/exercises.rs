@@ -182,6 +182,22 @@ pub async fn current(executor: impl SqliteExecutor<'_>, school: Uuid, exercise_i
     .await
 }
 
+/// The revisions that trainees of a school are given, by difficulty and title.
+///
+/// # Errors
+/// When the database fails.
+pub async fn all_current(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Revision>> {
+    sqlx::query_as(
+        "SELECT r.id, r.exercise_id, r.title, r.difficulty, r.pass_mark, r.exercise_sha256, r.scene_sha256,
+         r.published_at
+         FROM exercises e JOIN exercise_revisions r ON r.id = e.revision_id
+         WHERE e.school_id = $1 ORDER BY r.difficulty, r.title, r.exercise_id",
+    )
+    .bind(school)
+    .fetch_all(executor)
+    .await
+}
+
 /// The bytes of a revision.
 ///
 /// # Errors

@@ -19,7 +19,10 @@ pub mod reports;
 pub mod schools;
 pub mod scores;
 pub mod sessions;
+pub mod sign_in_codes;
+pub mod stations;
 pub mod tokens;
+pub mod uploads;
 pub mod web_sessions;
 
 /// What a query may come to.

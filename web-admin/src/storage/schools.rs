@@ -23,6 +23,14 @@ pub async fn all(executor: impl SqliteExecutor<'_>) -> Result<Vec<School>> {
     sqlx::query_as("SELECT id, name FROM schools ORDER BY name").fetch_all(executor).await
 }
 
+/// The name of a school.
+///
+/// # Errors
+/// When there is none, or the database fails.
+pub async fn name(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<String> {
+    sqlx::query_scalar("SELECT name FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
+}
+
 /// The school of a name, made where it is missing.
 ///
 /// # Errors

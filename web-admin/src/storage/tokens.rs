@@ -17,6 +17,21 @@ pub struct TokenHolder {
     pub station: Option<String>,
 }
 
+/// A token that is valid.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Token {
+    /// Its own id.
+    pub id: Uuid,
+    /// School.
+    pub school_id: Uuid,
+    /// The person it stands for, or
+    pub person_id: Option<Uuid>,
+    /// the station, by name.
+    pub station: Option<String>,
+    /// When a station last used it.
+    pub last_seen_at: Option<Moment>,
+}
+
 /// Keeps the hash of a new token.
 ///
 /// # Errors
@@ -41,13 +56,14 @@ pub async fn add(
     .await
 }
 
-/// Whom a token stands for, unless it was revoked.
+/// The token with this hash, unless it was revoked.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn holder(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]) -> Result<Option<TokenHolder>> {
+pub async fn valid(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]) -> Result<Option<Token>> {
     sqlx::query_as(
-        "SELECT school_id, person_id, station FROM api_tokens WHERE token_sha256 = $1 AND revoked_at IS NULL",
+        "SELECT id, school_id, person_id, station, last_seen_at FROM api_tokens
+         WHERE token_sha256 = $1 AND revoked_at IS NULL",
     )
     .bind(token_sha256.as_slice())
     .fetch_optional(executor)

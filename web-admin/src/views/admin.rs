@@ -99,8 +99,24 @@ pub struct StationRow {
     pub name: String,
     /// Since when.
     pub since: OffsetDateTime,
-    /// Its token was revoked.
-    pub revoked: bool,
+    /// When it last asked for anything.
+    pub seen: Option<OffsetDateTime>,
+    /// Where its token is revoked; absent where it was.
+    pub revoke_href: Option<String>,
+}
+
+/// A code by which a station may join, shown this once.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "pairing_code.html")]
+pub struct PairingCodePage {
+    /// Frame.
+    pub shell: Shell,
+    /// The code.
+    pub code: String,
+    /// Until when it is good.
+    pub expires_at: OffsetDateTime,
+    /// For how long, in minutes.
+    pub minutes: i64,
 }
 
 #[cfg(test)]
@@ -145,9 +161,30 @@ mod tests {
             school: "Example School".to_owned(),
             people: vec![person("Ana", Role::Trainee, true), person("Bo", Role::Instructor, false)],
             queue: queue(),
-            stations: vec![StationRow { name: "Skills lab 2".to_owned(), since: samples::NOW, revoked: false }],
+            stations: vec![
+                StationRow {
+                    name: "Skills lab 2".to_owned(),
+                    since: samples::NOW,
+                    seen: Some(samples::NOW),
+                    revoke_href: Some("/admin/stations/1/revoke".to_owned()),
+                },
+                StationRow { name: "Skills lab 1".to_owned(), since: samples::NOW, seen: None, revoke_href: None },
+            ],
         };
         let html = samples::keep("admin", &page);
         assert!(html.contains("disk full &#60;no&#62;") && html.contains("Disabled") && html.contains("Skills lab 2"));
+        assert_eq!(html.matches("/revoke\"").count(), 1, "what is revoked cannot be revoked again");
+    }
+
+    #[test]
+    fn a_pairing_code_comes_with_what_to_do_with_it() {
+        let page = PairingCodePage {
+            shell: samples::shell(Role::Administrator),
+            code: "ABCD-EFGH".to_owned(),
+            expires_at: samples::NOW,
+            minutes: 10,
+        };
+        let html = samples::keep("pairing-code", &page);
+        assert!(html.contains("stylet pair") && html.contains("ABCD-EFGH") && html.contains("10 minutes"), "{html}");
     }
 }

@@ -406,6 +406,7 @@ pub(super) fn trainee_page(own: bool) -> TraineePage {
         courses: vec![CourseView::new(&facts(&course), &progress, 0)],
         attempts: attempts(),
         pages: Pages { page: 1, last: 2, entries: 34 },
+        sign_in_code: own.then_some(None),
     }
 }
 

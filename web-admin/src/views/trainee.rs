@@ -27,6 +27,18 @@ pub struct TraineePage {
     pub attempts: Vec<AttemptRow>,
     /// Which stretch of the attempts this is.
     pub pages: Pages,
+    /// On the visitor's own page: since when they have had a sign-in code, if they have one.
+    pub sign_in_code: Option<Option<OffsetDateTime>>,
+}
+
+/// A trainee's sign-in code, shown this once.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "sign_in_code.html")]
+pub struct SignInCodePage {
+    /// Frame.
+    pub shell: Shell,
+    /// The code.
+    pub code: String,
 }
 
 /// How far a trainee has come in a course.
@@ -245,6 +257,17 @@ mod tests {
     fn a_newcomer_is_told_how_to_start() {
         let html = samples::keep("trainee-newcomer", &samples::newcomer_page());
         assert!(html.contains("Not tried yet.") && html.contains("No attempts yet"), "{html}");
+    }
+
+    #[test]
+    fn a_sign_in_code_is_offered_to_its_owner_alone() {
+        let own = |made| TraineePage { sign_in_code: Some(made), ..samples::trainee_page(true) };
+        assert!(samples::keep("trainee-without-code", &own(None)).contains("Make a sign-in code"));
+        assert!(samples::keep("trainee-with-code", &own(Some(samples::NOW))).contains("Replace the code"));
+        let seen = samples::keep("trainee-for-instructor", &samples::trainee_page(false));
+        assert!(!seen.contains("sign-in-code"), "{seen}");
+        let page = SignInCodePage { shell: samples::shell(crate::domain::Role::Trainee), code: "ABC-DEF".to_owned() };
+        assert!(samples::keep("sign-in-code", &page).contains("ABC-DEF"));
     }
 
     #[test]

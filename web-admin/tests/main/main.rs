@@ -18,5 +18,7 @@ mod pages;
 mod schema;
 mod scoring;
 mod signing_in;
+mod stations;
 mod support;
+mod tus;
 mod uploads;

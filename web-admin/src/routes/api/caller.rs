@@ -14,9 +14,15 @@ use crate::domain::CurrentPerson;
 use crate::error::{ApiError, Error};
 use crate::routes::auth::person_of;
 use crate::secret;
+use crate::stations::Station;
 use crate::storage::audit::Actor;
 use crate::storage::people::{self, Person};
-use crate::storage::tokens;
+use crate::storage::stations;
+use crate::storage::tokens::{self, Token};
+use crate::storage::uploads::Owner;
+
+/// How exactly it is noted when a station was seen, in s.
+const SIGHT_S: i64 = 60;
 
 /// Who is calling.
 #[derive(Clone, Debug)]
@@ -24,26 +30,21 @@ pub(super) enum Caller {
     /// A person, by their own token or signed in.
     Person(CurrentPerson),
     /// A training station, which uploads for whoever the recording names.
-    Station {
-        /// Its school.
-        school_id: Uuid,
-        /// Its name.
-        name: String,
-    },
+    Station(Station),
 }
 
 impl Caller {
     pub(super) const fn school_id(&self) -> Uuid {
         match self {
             Self::Person(person) => person.school_id,
-            Self::Station { school_id, .. } => *school_id,
+            Self::Station(station) => station.school_id,
         }
     }
 
     pub(super) fn actor(&self) -> Actor {
         match self {
             Self::Person(person) => Actor::Person(person.id),
-            Self::Station { name, .. } => Actor::Station(name.clone()),
+            Self::Station(station) => Actor::Station(station.name.clone()),
         }
     }
 
@@ -51,8 +52,25 @@ impl Caller {
     pub(super) const fn person(&self) -> Result<&CurrentPerson, Error> {
         match self {
             Self::Person(person) => Ok(person),
-            Self::Station { .. } => Err(Error::Forbidden("a station's token uploads, and reads no attempts")),
+            Self::Station(_) => Err(Error::Forbidden("a station's token uploads, and reads no attempts")),
         }
+    }
+
+    /// The station; a person is none.
+    pub(super) const fn station(&self) -> Result<&Station, Error> {
+        match self {
+            Self::Station(station) => Ok(station),
+            Self::Person(_) => Err(Error::Forbidden("this needs the token of a training station")),
+        }
+    }
+
+    /// As the owner of an upload in pieces.
+    pub(super) fn owner(&self) -> Owner {
+        let (person_id, station_id) = match self {
+            Self::Person(person) => (Some(person.id), None),
+            Self::Station(station) => (None, Some(station.id)),
+        };
+        Owner { school_id: self.school_id(), person_id, station_id }
     }
 }
 
@@ -80,18 +98,27 @@ fn bearer(headers: &HeaderMap) -> Option<&str> {
 }
 
 async fn by_token(state: &AppState, token: &str) -> Result<Option<Caller>, Error> {
-    let Some(holder) = tokens::holder(state.db.reader(), &secret::token_sha256(token)).await? else {
+    let Some(token) = tokens::valid(state.db.reader(), &secret::token_sha256(token)).await? else {
         return Ok(None);
     };
-    match holder {
-        tokens::TokenHolder { person_id: Some(id), .. } => {
-            let person = people::by_id(state.db.reader(), id).await?;
-            Ok(person.and_then(Person::into_current).map(Caller::Person))
-        }
-        tokens::TokenHolder { school_id, station, .. } => {
-            Ok(Some(Caller::Station { school_id, name: station.unwrap_or_default() }))
-        }
+    if let Some(id) = token.person_id {
+        let person = people::by_id(state.db.reader(), id).await?;
+        return Ok(person.and_then(Person::into_current).map(Caller::Person));
     }
+    note_sight(state, &token).await?;
+    let Token { id, school_id, station, .. } = token;
+    Ok(Some(Caller::Station(Station { school_id, id, name: station.unwrap_or_default() })))
+}
+
+/// Notes when a station was seen, to the minute: a write for each request would slow uploads down.
+async fn note_sight(state: &AppState, token: &Token) -> Result<(), Error> {
+    let now = state.clock.now();
+    if token.last_seen_at.is_some_and(|seen| now < seen.plus_s(SIGHT_S)) {
+        return Ok(());
+    }
+    let mut tx = state.db.write().await?;
+    stations::saw(&mut tx, token.school_id, token.id, now).await?;
+    Ok(tx.commit().await?)
 }
 
 impl<S: Send + Sync> FromRequestParts<S> for Caller {

@@ -4,6 +4,7 @@ use axum::Json;
 use axum::extract::{Path, State};
 use serde::Serialize;
 use utoipa::ToSchema;
+use uuid::Uuid;
 
 use super::caller::Caller;
 use crate::AppState;
@@ -11,7 +12,7 @@ use crate::domain::Moment;
 use crate::domain::progress::{Course, Progress, StepState};
 use crate::error::{ApiError, Error, Problem};
 use crate::storage::curricula::{self, Curriculum};
-use crate::storage::exercises::{self, RevisionBytes};
+use crate::storage::exercises::{self, Revision, RevisionBytes};
 
 /// What the caller may train now.
 #[derive(Debug, Serialize, ToSchema)]
@@ -42,15 +43,20 @@ struct Assignment {
     responses((status = 200, body = Assignments), (status = 401, body = Problem)))]
 pub(super) async fn assignments(State(state): State<AppState>, caller: Caller) -> Result<Json<Assignments>, ApiError> {
     let person = caller.person()?;
+    Ok(Json(Assignments { assignments: due(&state, person.school_id, person.id).await? }))
+}
+
+/// What a person may train now, course by course.
+async fn due(state: &AppState, school: Uuid, person: Uuid) -> Result<Vec<Assignment>, Error> {
     let reader = state.db.reader();
-    let attempts = curricula::attempts(reader, person.school_id, person.id).await?;
+    let attempts = curricula::attempts(reader, school, person).await?;
     let mut assignments = Vec::new();
-    for curriculum in curricula::taught(reader, person.school_id).await? {
-        let course = curricula::course(reader, person.school_id, &curriculum).await?;
+    for curriculum in curricula::taught(reader, school).await? {
+        let course = curricula::course(reader, school, &curriculum).await?;
         let progress = Progress::of(&course, &attempts, state.clock.now().to_utc());
         assignments.extend(open(&curriculum, &course, &progress));
     }
-    Ok(Json(Assignments { assignments }))
+    Ok(assignments)
 }
 
 fn open(curriculum: &Curriculum, course: &Course, progress: &Progress) -> Vec<Assignment> {
@@ -69,6 +75,58 @@ fn open(curriculum: &Curriculum, course: &Course, progress: &Progress) -> Vec<As
         })
     });
     assigned.collect()
+}
+
+/// The school's exercises, what is due first.
+#[derive(Debug, Serialize, ToSchema)]
+pub(super) struct ExerciseList {
+    exercises: Vec<ListedExercise>,
+}
+
+/// An exercise in a list.
+#[derive(Debug, Serialize, ToSchema)]
+pub(super) struct ListedExercise {
+    exercise_id: String,
+    title: String,
+    /// 1–5.
+    difficulty: u8,
+    exercise_sha256: String,
+    scene_sha256: String,
+    /// The trainee may train it now: it is not mastered, and its prerequisites are.
+    due: bool,
+    /// The one to do first in its course.
+    next: bool,
+}
+
+/// The school's exercises in the revisions that trainees are given: what the caller is to do first comes first. To a
+/// station, which is nobody in particular, nothing is due.
+#[utoipa::path(get, path = "/exercises",
+    responses((status = 200, body = ExerciseList), (status = 401, body = Problem)))]
+pub(super) async fn exercises(State(state): State<AppState>, caller: Caller) -> Result<Json<ExerciseList>, ApiError> {
+    let person = caller.person().ok().map(|person| person.id);
+    Ok(Json(ExerciseList { exercises: listed(&state, caller.school_id(), person).await? }))
+}
+
+/// The exercises of a school in the order in which a person is to do them.
+pub(super) async fn listed(state: &AppState, school: Uuid, person: Option<Uuid>) -> Result<Vec<ListedExercise>, Error> {
+    let due = match person {
+        Some(person) => due(state, school, person).await?,
+        None => Vec::new(),
+    };
+    let found = |id: &str| due.iter().find(|assignment| assignment.exercise_id == id);
+    let view = |revision: Revision| ListedExercise {
+        due: found(&revision.exercise_id).is_some(),
+        next: found(&revision.exercise_id).is_some_and(|assignment| assignment.next),
+        exercise_id: revision.exercise_id,
+        title: revision.title,
+        difficulty: revision.difficulty,
+        exercise_sha256: revision.exercise_sha256,
+        scene_sha256: revision.scene_sha256,
+    };
+    let all = exercises::all_current(state.db.reader(), school).await?;
+    let mut listed: Vec<ListedExercise> = all.into_iter().map(view).collect();
+    listed.sort_by_key(|exercise| (!exercise.next, !exercise.due));
+    Ok(listed)
 }
 
 /// An exercise in the revision that trainees are given.

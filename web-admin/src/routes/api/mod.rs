@@ -1,10 +1,11 @@
 //! `/api/v1`: JSON for programs, by bearer token.
 
-use axum::extract::{FromRequestParts, Path};
+use axum::extract::{FromRequest, FromRequestParts, Path, Request};
 use axum::http::request::Parts;
 use axum::middleware::from_fn_with_state;
 use axum::routing::{get, post};
 use axum::{Json, Router};
+use serde::de::DeserializeOwned;
 use utoipa::openapi::OpenApi as Description;
 use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
 use utoipa::{Modify, OpenApi};
@@ -16,6 +17,8 @@ use crate::error::{ApiError, Error};
 mod caller;
 mod documents;
 mod sessions;
+mod stations;
+mod tus;
 mod upload;
 
 /// The API. Who is calling is settled by a layer that also covers addresses that do not exist.
@@ -27,9 +30,15 @@ pub fn router(state: &AppState) -> Router<AppState> {
         .route("/sessions/{id}/recording", get(sessions::recording))
         .route("/sessions/{id}/series", get(sessions::series))
         .route("/me/assignments", get(documents::assignments))
+        .route("/exercises", get(documents::exercises))
         .route("/exercises/{id}", get(documents::exercise))
+        .route("/stations/me", get(stations::show))
+        .route("/stations/sign-in", post(stations::sign_in))
         .fallback(async || ApiError(Error::NotFound))
         .layer(from_fn_with_state(state.clone(), caller::require_caller))
+        .merge(tus::router(state))
+        // A station that joins has no token yet: its code lets it in.
+        .route("/stations/pair", post(stations::pair))
         // Describes what is public knowledge anyway: no token needed.
         .route("/openapi.json", get(async || Json(description())))
 }
@@ -53,7 +62,16 @@ pub fn description() -> Description {
         sessions::score,
         sessions::recording,
         sessions::series,
+        tus::describe,
+        tus::create,
+        tus::show,
+        tus::append,
+        tus::terminate,
+        stations::pair,
+        stations::show,
+        stations::sign_in,
         documents::assignments,
+        documents::exercises,
         documents::exercise
     )
 )]
@@ -77,5 +95,17 @@ impl<S: Send + Sync> FromRequestParts<S> for Id {
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Self::Rejection> {
         let path = Path::<Uuid>::from_request_parts(parts, state).await;
         path.map(|Path(id)| Self(id)).map_err(|_| ApiError(Error::NotFound))
+    }
+}
+
+/// A JSON body, refused as a problem.
+struct Said<T>(T);
+
+impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for Said<T> {
+    type Rejection = ApiError;
+
+    async fn from_request(request: Request, state: &S) -> Result<Self, Self::Rejection> {
+        let body = Json::<T>::from_request(request, state).await;
+        body.map(|Json(said)| Self(said)).map_err(|refused| ApiError(Error::BadRequest(refused.body_text())))
     }
 }

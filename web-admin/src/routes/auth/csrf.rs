@@ -56,6 +56,10 @@ async fn session<S: Send + Sync>(parts: &mut Parts, state: &S) -> Result<Session
 #[derive(Clone, Debug)]
 pub struct CsrfForm<T>(pub T);
 
+/// A form that says nothing but that it was sent.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct NoFields {}
+
 #[derive(Deserialize)]
 struct TokenField {
     #[serde(default)]

@@ -1,10 +1,7 @@
 //! The sign-in page, and signing out.
 
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-
 use axum::Router;
-use axum::extract::{ConnectInfo, FromRequestParts, Query, State};
-use axum::http::request::Parts;
+use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
@@ -13,7 +10,8 @@ use time::Duration;
 use tower_sessions::{Expiry, Session};
 use uuid::Uuid;
 
-use super::csrf::{Csrf, CsrfForm};
+use super::address::ClientAddress;
+use super::csrf::{Csrf, CsrfForm, NoFields};
 use super::current::{SignedIn, person_of};
 use crate::AppState;
 use crate::domain::CurrentPerson;
@@ -118,9 +116,6 @@ async fn note(state: &AppState, person: Uuid, action: &str) -> Result<(), Error>
     Ok(tx.commit().await?)
 }
 
-#[derive(Deserialize)]
-struct NoFields {}
-
 /// Signs out: the session is gone, here and in the browser.
 async fn sign_out(
     State(state): State<AppState>,
@@ -137,24 +132,6 @@ async fn sign_out(
 fn own_path(next: &str) -> &str {
     let plain = next.bytes().all(|b| b.is_ascii_alphanumeric() || b"/-_.~".contains(&b));
     if plain && next.starts_with('/') && !next.starts_with("//") { next } else { "/" }
-}
-
-/// The client's network address; what the proxy says it is, where we know of one.
-struct ClientAddress(IpAddr);
-
-impl FromRequestParts<AppState> for ClientAddress {
-    type Rejection = std::convert::Infallible;
-
-    async fn from_request_parts(parts: &mut Parts, state: &AppState) -> Result<Self, Self::Rejection> {
-        let forwarded = || {
-            // The last one is the proxy's own word; those before it are the client's.
-            let header = parts.headers.get("x-forwarded-for")?.to_str().ok()?;
-            header.rsplit(',').next()?.trim().parse().ok()
-        };
-        let peer = parts.extensions.get::<ConnectInfo<SocketAddr>>().map(|info| info.0.ip());
-        let told = if state.config.behind_tls { forwarded() } else { None };
-        Ok(Self(told.or(peer).unwrap_or(IpAddr::V4(Ipv4Addr::UNSPECIFIED))))
-    }
 }
 
 #[cfg(test)]

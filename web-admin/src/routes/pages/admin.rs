@@ -1,15 +1,18 @@
 //! The administrator's pages.
 
 use axum::extract::State;
+use axum::response::Redirect;
 use uuid::Uuid;
 
-use super::cohorts;
+use super::{Id, cohorts};
 use crate::AppState;
 use crate::domain::{CurrentPerson, Moment, Role};
 use crate::error::{Error, PageError};
-use crate::routes::auth::Csrf;
-use crate::storage::reports::{self, Counts, ListedPerson, Named, Station};
-use crate::views::admin::{AdminHomePage, AdminPage, PersonRow, Queue, StationRow};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields};
+use crate::stations as pairing;
+use crate::storage::reports::{self, Counts, ListedPerson, Named};
+use crate::storage::stations::{self, Station};
+use crate::views::admin::{AdminHomePage, AdminPage, PairingCodePage, PersonRow, Queue, StationRow};
 use crate::views::{Place, Shell};
 
 /// What counts as recent, in s.
@@ -37,9 +40,7 @@ pub(super) async fn show(
     person: CurrentPerson,
     csrf: Csrf,
 ) -> Result<AdminPage, PageError> {
-    if person.role != Role::Administrator {
-        return Err(PageError(Error::Forbidden("this page is for administrators")));
-    }
+    administrators_only(&person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let counts = counts(&state, school).await?;
     let memberships = reports::memberships(reader, school).await?;
@@ -49,8 +50,46 @@ pub(super) async fn show(
         queue: queue(&state, school, &counts).await?,
         school: counts.school,
         people: people.into_iter().map(|p| person_row(p, &memberships)).collect(),
-        stations: reports::stations(reader, school).await?.into_iter().map(station_row).collect(),
+        stations: stations::all(reader, school).await?.into_iter().map(station_row).collect(),
     })
+}
+
+fn administrators_only(person: &CurrentPerson) -> Result<(), PageError> {
+    match person.role {
+        Role::Administrator => Ok(()),
+        _ => Err(PageError(Error::Forbidden("this page is for administrators"))),
+    }
+}
+
+/// Makes a pairing code and shows it. Not by a redirect: it would have to be kept to be shown.
+pub(super) async fn make_pairing_code(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<PairingCodePage, PageError> {
+    administrators_only(&person)?;
+    let (code, expires_at) = pairing::make_pairing_code(&state, &person).await?;
+    Ok(PairingCodePage {
+        shell: Shell::new(&person, csrf.token(), Place::Administration),
+        code,
+        expires_at: expires_at.to_utc(),
+        minutes: pairing::PAIRING_CODE_LIFETIME_S / 60,
+    })
+}
+
+/// Takes a station's token from it.
+pub(super) async fn revoke_station(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(station): Id,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Redirect, PageError> {
+    administrators_only(&person)?;
+    match pairing::revoke(&state, &person, station).await? {
+        true => Ok(Redirect::to("/admin#stations")),
+        false => Err(Error::NotFound.into()),
+    }
 }
 
 async fn counts(state: &AppState, school: Uuid) -> Result<Counts, Error> {
@@ -83,5 +122,10 @@ fn person_row(person: ListedPerson, memberships: &[Named]) -> PersonRow {
 }
 
 fn station_row(station: Station) -> StationRow {
-    StationRow { name: station.station, since: station.created_at.to_utc(), revoked: station.revoked }
+    StationRow {
+        revoke_href: (!station.revoked).then(|| format!("/admin/stations/{}/revoke", station.id)),
+        name: station.station,
+        since: station.created_at.to_utc(),
+        seen: station.last_seen_at.map(Moment::to_utc),
+    }
 }

@@ -3,7 +3,7 @@
 use axum::Router;
 use axum::extract::{FromRequestParts, Path};
 use axum::http::request::Parts;
-use axum::routing::get;
+use axum::routing::{get, post};
 use scene::ExerciseBundle;
 use uuid::Uuid;
 
@@ -31,7 +31,10 @@ pub fn router() -> Router<AppState> {
         .route("/cohorts/{id}", get(cohorts::show))
         .route("/trainees/{id}", get(trainees::show))
         .route("/sessions/{id}", get(sessions::show))
+        .route("/sign-in-code", post(trainees::make_sign_in_code))
         .route("/admin", get(admin::show))
+        .route("/admin/pairing-codes", post(admin::make_pairing_code))
+        .route("/admin/stations/{id}/revoke", post(admin::revoke_station))
 }
 
 /// Style sheets and scripts: for anybody.

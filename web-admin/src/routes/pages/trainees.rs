@@ -6,12 +6,13 @@ use serde::Deserialize;
 use super::standing::{self, Taught};
 use super::{Id, rows};
 use crate::AppState;
-use crate::domain::{CurrentPerson, Role};
+use crate::domain::{CurrentPerson, Moment, Role};
 use crate::error::{Error, PageError};
-use crate::routes::auth::Csrf;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields};
+use crate::stations;
 use crate::storage::reports::{self, Named, Stretch};
-use crate::storage::{cohorts, curricula};
-use crate::views::trainee::{CourseView, Pages, TraineePage};
+use crate::storage::{cohorts, curricula, sign_in_codes};
+use crate::views::trainee::{CourseView, Pages, SignInCodePage, TraineePage};
 use crate::views::{Place, Shell};
 
 /// Attempts on one page of the list.
@@ -54,15 +55,32 @@ pub(super) async fn page(
     let pages = pages(reports::count_attempts(reader, school, trainee.id).await?, query);
     let stretch = Stretch { limit: PER_PAGE, offset: pages.page.saturating_sub(1) * PER_PAGE };
     let cohorts = cohorts::of_person(reader, school, trainee.id, Role::Trainee).await?;
+    let own = trainee.id == visitor.id;
+    let sign_in_code = match own {
+        true => Some(sign_in_codes::made_at(reader, school, visitor.id).await?.map(Moment::to_utc)),
+        false => None,
+    };
     Ok(TraineePage {
         shell,
         name: trainee.name,
-        own: trainee.id == visitor.id,
+        own,
+        sign_in_code,
         cohorts: cohorts.into_iter().map(|c| c.name).collect(),
         courses: progress.into_iter().map(view).collect(),
         attempts: rows::own(reports::attempts_of(reader, school, trainee.id, stretch).await?),
         pages,
     })
+}
+
+/// Makes the visitor's sign-in code and shows it. Not by a redirect: it would have to be kept to be shown.
+pub(super) async fn make_sign_in_code(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<SignInCodePage, PageError> {
+    let code = stations::make_sign_in_code(&state, &person).await?;
+    Ok(SignInCodePage { shell: Shell::new(&person, csrf.token(), Place::Home), code })
 }
 
 /// A page beyond the last is the last.

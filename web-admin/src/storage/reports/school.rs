@@ -1,4 +1,4 @@
-//! A school as a whole: exercises, counts, people, stations.
+//! A school as a whole: exercises, counts, people.
 
 use sqlx::{FromRow, SqliteExecutor};
 use uuid::Uuid;
@@ -148,31 +148,6 @@ pub async fn memberships(executor: impl SqliteExecutor<'_>, school: Uuid) -> Res
         "SELECT m.person_id AS id, c.name FROM cohort_members m
          JOIN cohorts c ON c.school_id = m.school_id AND c.id = m.cohort_id
          WHERE m.school_id = $1 ORDER BY c.name",
-    )
-    .bind(school)
-    .fetch_all(executor)
-    .await
-}
-
-/// A station that has, or had, a token.
-#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct Station {
-    /// Name.
-    pub station: String,
-    /// Since when.
-    pub created_at: Moment,
-    /// The token was revoked.
-    pub revoked: bool,
-}
-
-/// The stations of a school, by name.
-///
-/// # Errors
-/// When the database fails.
-pub async fn stations(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Station>> {
-    sqlx::query_as(
-        "SELECT station, created_at, revoked_at IS NOT NULL AS revoked FROM api_tokens
-         WHERE school_id = $1 AND station IS NOT NULL ORDER BY station, created_at",
     )
     .bind(school)
     .fetch_all(executor)

@@ -1,0 +1,105 @@
+//! Training stations: joining a school by a code, and signing a trainee in by theirs.
+
+use axum::Json;
+use axum::extract::State;
+use axum::http::StatusCode;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use super::Said;
+use super::caller::Caller;
+use super::documents::{self, ListedExercise};
+use crate::AppState;
+use crate::error::{ApiError, Problem};
+use crate::routes::auth::ClientAddress;
+use crate::stations;
+use crate::storage::schools;
+
+/// A station that wants to join.
+#[derive(Deserialize, ToSchema)]
+pub(super) struct PairRequest {
+    /// The code from the administrator's page; case, spaces and hyphens do not matter.
+    code: String,
+    /// What the station is called at its school, 1 to 60 characters.
+    name: String,
+}
+
+/// A station that has joined.
+#[derive(Serialize, ToSchema)]
+pub(super) struct PairedView {
+    station_id: Uuid,
+    name: String,
+    /// The school's name.
+    school: String,
+    /// The bearer token, shown this once.
+    token: String,
+}
+
+/// Joins a station to a school. The code is good once, for ten minutes.
+#[utoipa::path(post, path = "/stations/pair", request_body = PairRequest, security(()),
+    responses((status = 201, body = PairedView), (status = 400, body = Problem),
+              (status = 403, body = Problem, description = "The code is unknown, used or expired"),
+              (status = 409, body = Problem, description = "A station of the school has this name"),
+              (status = 422, body = Problem), (status = 429, body = Problem)))]
+pub(super) async fn pair(
+    State(state): State<AppState>,
+    ClientAddress(address): ClientAddress,
+    Said(asked): Said<PairRequest>,
+) -> Result<(StatusCode, Json<PairedView>), ApiError> {
+    state.pairings.take(address)?;
+    let stations::Paired { station_id, name, school, token } = stations::pair(&state, &asked.code, &asked.name).await?;
+    Ok((StatusCode::CREATED, Json(PairedView { station_id, name, school, token })))
+}
+
+/// The calling station.
+#[derive(Serialize, ToSchema)]
+pub(super) struct StationView {
+    station_id: Uuid,
+    name: String,
+    /// The school's name.
+    school: String,
+}
+
+/// The calling station: whether its token is still good, and for which school.
+#[utoipa::path(get, path = "/stations/me",
+    responses((status = 200, body = StationView), (status = 401, body = Problem), (status = 403, body = Problem)))]
+pub(super) async fn show(State(state): State<AppState>, caller: Caller) -> Result<Json<StationView>, ApiError> {
+    let station = caller.station()?;
+    let school = schools::name(state.db.reader(), station.school_id).await?;
+    Ok(Json(StationView { station_id: station.id, name: station.name.clone(), school }))
+}
+
+/// A trainee at a station.
+#[derive(Deserialize, ToSchema)]
+pub(super) struct SignInRequest {
+    /// The code from the trainee's own page; case, spaces and hyphens do not matter.
+    #[serde(alias = "pin")]
+    code: String,
+}
+
+/// Who sits at the station now.
+#[derive(Serialize, ToSchema)]
+pub(super) struct SignedInView {
+    /// The pseudonym that recordings carry as `trainee`.
+    trainee: String,
+    /// For the station's screen; never for a recording.
+    display_name: String,
+    /// What there is to train, what is due first.
+    exercises: Vec<ListedExercise>,
+}
+
+/// Signs a trainee of the station's school in. After 20 wrong codes in an hour the station is locked for the rest of it.
+#[utoipa::path(post, path = "/stations/sign-in", request_body = SignInRequest,
+    responses((status = 200, body = SignedInView), (status = 401, body = Problem),
+              (status = 403, body = Problem, description = "Nobody's code, or not a station's token"),
+              (status = 429, body = Problem)))]
+pub(super) async fn sign_in(
+    State(state): State<AppState>,
+    caller: Caller,
+    Said(asked): Said<SignInRequest>,
+) -> Result<Json<SignedInView>, ApiError> {
+    let person = stations::sign_in(&state, caller.station()?, &asked.code).await?;
+    let exercises = documents::listed(&state, person.school_id, Some(person.id)).await?;
+    Ok(Json(SignedInView { trainee: person.pseudonym, display_name: person.display_name, exercises }))
+}

@@ -1,0 +1,253 @@
+//! `/api/v1/uploads`: tus 1.0.0 with creation, creation-with-upload, checksum, expiration and termination.
+//! <https://tus.io/protocols/resumable-upload>
+
+use axum::Router;
+use axum::body::Body;
+use axum::extract::{Request, State};
+use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE, LOCATION};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode};
+use axum::middleware::{Next, from_fn, from_fn_with_state};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{head, options, post};
+use data_encoding::BASE64;
+use time::format_description::BorrowedFormatItem;
+use time::macros::format_description;
+
+use super::Id;
+use super::caller::{Caller, require_caller};
+use crate::AppState;
+use crate::domain::Moment;
+use crate::error::{ApiError, Error, Problem};
+use crate::storage::uploads::Upload;
+use crate::uploads::{self, Checksum, Piece};
+
+const VERSION: &str = "1.0.0";
+const EXTENSIONS: &str = "creation,creation-with-upload,checksum,expiration,termination";
+/// Media type of a piece.
+const PIECE: &str = "application/offset+octet-stream";
+/// A date as HTTP writes it (RFC 9110, 5.6.7).
+const HTTP_DATE: &[BorrowedFormatItem<'_>] =
+    format_description!("[weekday repr:short], [day] [month repr:short] [year] [hour]:[minute]:[second] GMT");
+
+const RESUMABLE: HeaderName = HeaderName::from_static("tus-resumable");
+const SPOKEN: HeaderName = HeaderName::from_static("tus-version");
+const OFFSET: HeaderName = HeaderName::from_static("upload-offset");
+const LENGTH: HeaderName = HeaderName::from_static("upload-length");
+const METADATA: HeaderName = HeaderName::from_static("upload-metadata");
+const EXPIRES: HeaderName = HeaderName::from_static("upload-expires");
+const CHECKSUM: HeaderName = HeaderName::from_static("upload-checksum");
+const OVERRIDE: HeaderName = HeaderName::from_static("x-http-method-override");
+/// Ours: the attempt that a whole upload has become. Without it, nothing has been acknowledged.
+const SESSION: HeaderName = HeaderName::from_static("stylet-session");
+
+/// The addresses of tus. Who is calling is settled before the version is looked at.
+pub(super) fn router(state: &AppState) -> Router<AppState> {
+    Router::new()
+        .route("/uploads", post(create))
+        .route("/uploads/{id}", head(show).patch(append).delete(terminate).post(overridden))
+        .layer(from_fn(require_version))
+        .layer(from_fn_with_state(state.clone(), require_caller))
+        // What is spoken here is no secret, and asked before anybody has a reason to sign in.
+        .route("/uploads", options(describe))
+        .route("/uploads/{id}", options(describe))
+        .layer(from_fn(say_version))
+}
+
+/// Every answer says which version it is in.
+async fn say_version(request: Request, next: Next) -> Response {
+    let mut response = next.run(request).await;
+    response.headers_mut().insert(RESUMABLE, HeaderValue::from_static(VERSION));
+    if response.status() == StatusCode::PRECONDITION_FAILED {
+        response.headers_mut().insert(SPOKEN, HeaderValue::from_static(VERSION));
+    }
+    response
+}
+
+async fn require_version(request: Request, next: Next) -> Result<Response, ApiError> {
+    if request.headers().get(RESUMABLE).is_none_or(|version| version != VERSION) {
+        return Err(Error::WrongVersion("Tus-Resumable: only 1.0.0 is spoken here").into());
+    }
+    Ok(next.run(request).await)
+}
+
+/// What of tus is spoken here.
+#[utoipa::path(options, path = "/uploads", security(()),
+    responses((status = 204, description = "Tus-Version, Tus-Extension, Tus-Max-Size, Tus-Checksum-Algorithm")))]
+pub(super) async fn describe(State(state): State<AppState>) -> impl IntoResponse {
+    let headers = [
+        ("tus-version", VERSION.to_owned()),
+        ("tus-extension", EXTENSIONS.to_owned()),
+        ("tus-max-size", state.config.max_upload_bytes.to_string()),
+        ("tus-checksum-algorithm", Checksum::ALGORITHMS.to_owned()),
+    ];
+    (StatusCode::NO_CONTENT, headers)
+}
+
+/// Begins an upload, with its first piece where one is sent along.
+#[utoipa::path(post, path = "/uploads",
+    params(("Tus-Resumable" = String, Header), ("Upload-Length" = u64, Header, description = "In bytes"),
+           ("Upload-Metadata" = Option<String>, Header), ("Upload-Checksum" = Option<String>, Header)),
+    responses((status = 201, description = "Location, Upload-Expires"), (status = 400, body = Problem),
+              (status = 401, body = Problem), (status = 412, body = Problem), (status = 413, body = Problem),
+              (status = 415, body = Problem), (status = 422, body = Problem)))]
+pub(super) async fn create(
+    State(state): State<AppState>,
+    caller: Caller,
+    headers: HeaderMap,
+    body: Body,
+) -> Result<Response, ApiError> {
+    let length = number(&headers, &LENGTH)?;
+    match length {
+        0 => return Err(Error::Unprocessable("Upload-Length: 0; a recording was expected".to_owned()).into()),
+        length if length > state.config.max_upload_bytes => {
+            return Err(Error::TooLarge { limit_bytes: state.config.max_upload_bytes }.into());
+        }
+        _ => {}
+    }
+    let metadata = metadata(&headers)?;
+    let first = if headers.contains_key(CONTENT_TYPE) { Some(piece(&headers, 0, body)?) } else { None };
+    let mut upload = uploads::begin(&state, caller.owner(), length, metadata).await?;
+    let brings = first.is_some();
+    if let Some(first) = first {
+        upload = uploads::append(&state, caller.owner(), upload.id, first).await?;
+    }
+    let mut response = told(StatusCode::CREATED, &upload)?;
+    if !brings {
+        response.headers_mut().remove(OFFSET);
+    }
+    put(&mut response, LOCATION, &format!("/api/v1/uploads/{}", upload.id))?;
+    Ok(response)
+}
+
+/// How far an upload has come, and the session it has become.
+#[utoipa::path(head, path = "/uploads/{id}", params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header)),
+    responses((status = 200, description = "Upload-Offset, Upload-Length, Upload-Metadata, Upload-Expires; \
+                                            Stylet-Session once it is an attempt"),
+              (status = 404), (status = 410), (status = 412)))]
+pub(super) async fn show(State(state): State<AppState>, caller: Caller, Id(id): Id) -> Result<Response, ApiError> {
+    let upload = uploads::find(&state, caller.owner(), id).await?;
+    let mut response = told(StatusCode::OK, &upload)?;
+    put(&mut response, LENGTH, &upload.length.to_string())?;
+    if !upload.metadata.is_empty() {
+        put(&mut response, METADATA, &upload.metadata)?;
+    }
+    Ok(response)
+}
+
+/// Adds a piece. With the last one the upload becomes an attempt, once, and `Stylet-Session` says which.
+#[utoipa::path(patch, path = "/uploads/{id}", request_body(content_type = "application/offset+octet-stream"),
+    params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header),
+           ("Upload-Offset" = u64, Header, description = "Where the piece begins, in bytes"),
+           ("Upload-Checksum" = Option<String>, Header, description = "sha256 or sha1, a space, the hash in base64")),
+    responses((status = 204, description = "Upload-Offset, Upload-Expires; Stylet-Session once it is an attempt"),
+              (status = 400, body = Problem), (status = 404, body = Problem),
+              (status = 409, body = Problem, description = "Another offset, or another recording of this session"),
+              (status = 410, body = Problem), (status = 412, body = Problem), (status = 413, body = Problem),
+              (status = 415, body = Problem), (status = 422, body = Problem),
+              (status = 423, body = Problem, description = "Another request is writing"),
+              (status = 460, body = Problem, description = "The piece is not what its checksum says")))]
+pub(super) async fn append(
+    State(state): State<AppState>,
+    caller: Caller,
+    Id(id): Id,
+    headers: HeaderMap,
+    body: Body,
+) -> Result<Response, ApiError> {
+    let piece = piece(&headers, number(&headers, &OFFSET)?, body)?;
+    let upload = uploads::append(&state, caller.owner(), id, piece).await?;
+    Ok(told(StatusCode::NO_CONTENT, &upload)?)
+}
+
+/// Ends an upload. The attempt that it has become stays.
+#[utoipa::path(delete, path = "/uploads/{id}", params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header)),
+    responses((status = 204), (status = 404, body = Problem), (status = 410, body = Problem),
+              (status = 412, body = Problem), (status = 423, body = Problem)))]
+pub(super) async fn terminate(
+    State(state): State<AppState>,
+    caller: Caller,
+    Id(id): Id,
+) -> Result<StatusCode, ApiError> {
+    let upload = uploads::find(&state, caller.owner(), id).await?;
+    uploads::terminate(&state, &upload).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// For clients whose network lets only GET and POST pass.
+async fn overridden(
+    state: State<AppState>,
+    caller: Caller,
+    id: Id,
+    headers: HeaderMap,
+    body: Body,
+) -> Result<Response, ApiError> {
+    match text(&headers, &OVERRIDE) {
+        Some("PATCH") => append(state, caller, id, headers, body).await,
+        Some("DELETE") => Ok(terminate(state, caller, id).await?.into_response()),
+        Some("HEAD") => show(state, caller, id).await,
+        _ => Err(Error::BadRequest("X-HTTP-Method-Override: HEAD, PATCH and DELETE are allowed".to_owned()).into()),
+    }
+}
+
+/// A piece as the headers tell of it.
+fn piece(headers: &HeaderMap, offset: u64, body: Body) -> Result<Piece, Error> {
+    if text(headers, &CONTENT_TYPE) != Some(PIECE) {
+        return Err(Error::UnsupportedMedia("Content-Type: only application/offset+octet-stream is allowed"));
+    }
+    let checksum = match headers.get(CHECKSUM) {
+        Some(header) => Some(Checksum::parse(header.to_str().unwrap_or_default())?),
+        None => None,
+    };
+    let announced = text(headers, &CONTENT_LENGTH).and_then(|length| length.parse().ok());
+    Ok(Piece { offset, checksum, announced, body })
+}
+
+/// `Upload-Metadata`: keys without spaces and commas, each once, each with a value in base64 or none.
+fn metadata(headers: &HeaderMap) -> Result<String, Error> {
+    let Some(header) = headers.get(METADATA) else { return Ok(String::new()) };
+    let refused = || {
+        let allowed = "pairs of a key and its value in base64, separated by commas, are allowed; each key once";
+        Error::BadRequest(format!("Upload-Metadata: {allowed}"))
+    };
+    let header = header.to_str().map_err(|_| refused())?;
+    let mut keys = Vec::new();
+    for pair in header.split(',') {
+        let (key, value) = pair.trim().split_once(' ').unwrap_or((pair.trim(), ""));
+        if key.is_empty() || keys.contains(&key) || BASE64.decode(value.as_bytes()).is_err() {
+            return Err(refused());
+        }
+        keys.push(key);
+    }
+    Ok(header.to_owned())
+}
+
+fn text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
+    headers.get(name)?.to_str().ok()
+}
+
+fn number(headers: &HeaderMap, name: &HeaderName) -> Result<u64, Error> {
+    let given = text(headers, name).unwrap_or_default();
+    // `parse` alone would take a plus sign.
+    let digits = given.bytes().all(|byte| byte.is_ascii_digit());
+    let parsed = given.parse().ok().filter(|_| digits);
+    parsed.ok_or_else(|| Error::BadRequest(format!("{name}: \"{given}\"; a number of bytes is needed")))
+}
+
+/// An answer that says where an upload stands.
+fn told(status: StatusCode, upload: &Upload) -> Result<Response, Error> {
+    let mut response = status.into_response();
+    put(&mut response, OFFSET, &upload.received.to_string())?;
+    put(&mut response, EXPIRES, &http_date(upload.expires_at)?)?;
+    if let Some(session) = upload.session_id {
+        put(&mut response, SESSION, &session.to_string())?;
+    }
+    Ok(response)
+}
+
+fn put(response: &mut Response, name: HeaderName, value: &str) -> Result<(), Error> {
+    response.headers_mut().insert(name, HeaderValue::from_str(value).map_err(anyhow::Error::from)?);
+    Ok(())
+}
+
+fn http_date(moment: Moment) -> Result<String, Error> {
+    Ok(moment.to_utc().format(HTTP_DATE).map_err(anyhow::Error::from)?)
+}

@@ -1,0 +1,140 @@
+//! A piece of an upload, from the network to the disk.
+
+use std::io::SeekFrom;
+
+use axum::body::{Body, BodyDataStream, Bytes};
+use futures::StreamExt;
+use tokio::fs::File;
+use tokio::io::{AsyncSeekExt, AsyncWriteExt};
+use uuid::Uuid;
+
+use super::{Checksum, complete, look, place};
+use crate::AppState;
+use crate::error::Error;
+use crate::storage::uploads::{self, Owner, Upload};
+
+/// A piece without a checksum is acknowledged to ourselves this often, in bytes: so much is sent again after a crash.
+const CHECKPOINT_BYTES: i64 = 8 << 20;
+
+/// A piece as it arrives.
+#[derive(Debug)]
+pub struct Piece {
+    /// Where it begins, in bytes.
+    pub offset: u64,
+    /// What it must hash to.
+    pub checksum: Option<Checksum>,
+    /// Its length in bytes, where it was announced.
+    pub announced: Option<u64>,
+    /// The bytes.
+    pub body: Body,
+}
+
+/// Adds a piece to an upload, and makes an attempt of it when it was the last. When this returns, also with an error,
+/// the bytes that the upload counts as received are on the disk.
+///
+/// # Errors
+/// When somebody else is writing, the piece does not begin where the upload ends, is too long, breaks off or is not what
+/// its checksum says; when the whole is refused as a recording.
+pub async fn append(state: &AppState, owner: Owner, id: Uuid, piece: Piece) -> Result<Upload, Error> {
+    let turn = state.turns.take(id).ok_or(Error::Locked)?;
+    let upload = look(state, owner, id, true).await?;
+    check(&upload, &piece)?;
+    let state = state.clone();
+    // A task of its own: the server drops a handler whose client has gone, and with it what has arrived.
+    let work = tokio::spawn(async move {
+        let _turn = turn;
+        let upload = write(&state, upload, piece).await?;
+        if upload.whole() && upload.session_id.is_none() { complete(&state, upload).await } else { Ok(upload) }
+    });
+    work.await?
+}
+
+/// Refuses what can be refused before a byte is read.
+fn check(upload: &Upload, piece: &Piece) -> Result<(), Error> {
+    let (received, room) = (upload.received.unsigned_abs(), (upload.length - upload.received).unsigned_abs());
+    if piece.offset != received {
+        return Err(Error::Conflict(format!("Upload-Offset: {}; this upload has {received} bytes", piece.offset)));
+    }
+    match piece.announced {
+        Some(length) if length > room => Err(Error::TooLarge { limit_bytes: room }),
+        _ => Ok(()),
+    }
+}
+
+/// The file of an upload with what is being written to it.
+struct Writing<'a> {
+    state: &'a AppState,
+    upload: Upload,
+    file: File,
+    /// Bytes written, on the disk or not.
+    end: i64,
+}
+
+async fn write(state: &AppState, upload: Upload, piece: Piece) -> Result<Upload, Error> {
+    if upload.whole() {
+        return nothing_more(state, upload, piece.body).await;
+    }
+    let mut file = File::options().write(true).open(place(state, upload.id)).await?;
+    // What a crash left beyond the received bytes is not known to be what was sent.
+    file.set_len(upload.received.unsigned_abs()).await?;
+    file.seek(SeekFrom::End(0)).await?;
+    let mut writing = Writing { state, end: upload.received, upload, file };
+    let mut checksum = piece.checksum;
+    let broken = writing.take(piece.body.into_data_stream(), &mut checksum).await;
+    match (checksum, broken) {
+        // Half a piece cannot be checked: it has not arrived.
+        (Some(_), Err(broken)) => Err(broken),
+        (Some(checksum), Ok(())) if !checksum.fits() => Err(Error::ChecksumMismatch),
+        (_, Err(too_large @ Error::TooLarge { .. })) => Err(too_large),
+        (_, broken) => {
+            writing.settle().await?;
+            broken.map(|()| writing.upload)
+        }
+    }
+}
+
+/// Reads the body of a piece that must be empty.
+async fn nothing_more(state: &AppState, upload: Upload, body: Body) -> Result<Upload, Error> {
+    let mut chunks = body.into_data_stream();
+    match next(state, &mut chunks).await? {
+        Some(chunk) if !chunk.is_empty() => Err(Error::TooLarge { limit_bytes: 0 }),
+        _ => Ok(upload),
+    }
+}
+
+impl Writing<'_> {
+    async fn take(&mut self, mut chunks: BodyDataStream, checksum: &mut Option<Checksum>) -> Result<(), Error> {
+        while let Some(chunk) = next(self.state, &mut chunks).await? {
+            let length = i64::try_from(chunk.len()).map_err(anyhow::Error::from)?;
+            if length > self.upload.length - self.end {
+                let room = self.upload.length - self.upload.received;
+                return Err(Error::TooLarge { limit_bytes: room.unsigned_abs() });
+            }
+            self.file.write_all(&chunk).await?;
+            self.end += length;
+            match checksum {
+                Some(checksum) => checksum.update(&chunk),
+                None if self.end - self.upload.received >= CHECKPOINT_BYTES => self.settle().await?,
+                None => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts what was written on the disk, and then says so in the upload's row.
+    async fn settle(&mut self) -> Result<(), Error> {
+        self.file.flush().await?;
+        self.file.sync_all().await?;
+        self.upload.received = self.end;
+        self.upload.expires_at = self.state.clock.now().plus_s(self.state.config.upload_lifetime_s);
+        let mut tx = self.state.db.write().await?;
+        uploads::advance(&mut tx, &self.upload).await?;
+        Ok(tx.commit().await?)
+    }
+}
+
+/// The next bytes of a body; nothing at its end.
+async fn next(state: &AppState, chunks: &mut BodyDataStream) -> Result<Option<Bytes>, Error> {
+    let chunk = tokio::time::timeout(state.config.upload_silence, chunks.next()).await.map_err(|_| Error::Timeout)?;
+    chunk.transpose().map_err(|_| Error::BadRequest("the body broke off".to_owned()))
+}

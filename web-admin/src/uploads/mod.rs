@@ -1,0 +1,171 @@
+//! Uploads in pieces, resumable: the part of tus 1.0.0 that is not HTTP. A piece is acknowledged when it is on the disk,
+//! and the whole goes the same way as a recording that came at once: [`crate::intake`].
+
+mod append;
+mod checksum;
+mod turns;
+
+use std::path::PathBuf;
+
+use uuid::Uuid;
+
+use crate::AppState;
+use crate::domain::new_id;
+use crate::error::Error;
+use crate::intake::{self, Bearer};
+use crate::recordings::Received;
+use crate::storage::audit::Actor;
+use crate::storage::stations;
+use crate::storage::uploads::{self, Owner, Upload};
+
+pub use append::{Piece, append};
+pub use checksum::Checksum;
+pub use turns::Turns;
+
+/// What the file of an unfinished upload ends in. At the start, `recordings::clear_uploads` deletes `part` files.
+const EXTENSION: &str = "tus";
+
+/// Begins an upload of `length` bytes.
+///
+/// # Errors
+/// When the disk or the database refuses.
+pub async fn begin(state: &AppState, owner: Owner, length: u64, metadata: String) -> Result<Upload, Error> {
+    let now = state.clock.now();
+    let upload = Upload {
+        id: new_id(now),
+        school_id: owner.school_id,
+        person_id: owner.person_id,
+        station_id: owner.station_id,
+        length: i64::try_from(length).map_err(anyhow::Error::from)?,
+        received: 0,
+        metadata,
+        expires_at: now.plus_s(state.config.upload_lifetime_s),
+        session_id: None,
+    };
+    // Between the file and its row, tidying must not take the one for left over.
+    let _turn = state.turns.take(upload.id);
+    tokio::fs::File::create_new(place(state, upload.id)).await?;
+    let mut tx = state.db.write().await?;
+    uploads::insert(&mut tx, &upload).await?;
+    tx.commit().await?;
+    Ok(upload)
+}
+
+/// An upload that its owner may go on with.
+///
+/// # Errors
+/// When there is none, it has expired, or its file has gone.
+pub async fn find(state: &AppState, owner: Owner, id: Uuid) -> Result<Upload, Error> {
+    // Whoever has the turn may just be moving the file to its place.
+    look(state, owner, id, state.turns.free(id)).await
+}
+
+/// Finds an upload; `resting` where nobody else can be moving its file.
+async fn look(state: &AppState, owner: Owner, id: Uuid, resting: bool) -> Result<Upload, Error> {
+    let upload = uploads::find(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
+    let lost = resting && upload.session_id.is_none() && !tokio::fs::try_exists(place(state, id)).await?;
+    if upload.expires_at <= state.clock.now() || lost {
+        return Err(Error::Gone("this upload has expired: begin another"));
+    }
+    Ok(upload)
+}
+
+/// Ends an upload at its owner's wish. What it has become stays.
+///
+/// # Errors
+/// When somebody is writing to it, or the database fails.
+pub async fn terminate(state: &AppState, upload: &Upload) -> Result<(), Error> {
+    let _turn = state.turns.take(upload.id).ok_or(Error::Locked)?;
+    remove(state, upload).await
+}
+
+/// Makes an attempt of an upload that is whole. One that is refused is forgotten: its bytes will never be better.
+/// Whoever calls has the upload's turn.
+///
+/// # Errors
+/// When the recording is refused, or the disk or the database fails; then it is tried again by [`tidy`].
+async fn complete(state: &AppState, mut upload: Upload) -> Result<Upload, Error> {
+    let bearer = bearer(state, &upload).await?;
+    let path = place(state, upload.id);
+    let left = path.clone();
+    let received = tokio::task::spawn_blocking(move || Received::of_upload(path, upload.id)).await??;
+    match intake::take_in(state, &bearer, received).await {
+        Ok(kept) => {
+            upload.session_id = Some(kept.session().id);
+            delete(left).await?;
+            Ok(upload)
+        }
+        Err(fault @ Error::Internal(_)) => Err(fault),
+        Err(refused) => {
+            remove(state, &upload).await?;
+            Err(refused)
+        }
+    }
+}
+
+/// Who brought it. A person's attempts are their own; a station's belong to whoever the recording names.
+async fn bearer(state: &AppState, upload: &Upload) -> Result<Bearer, Error> {
+    let actor = match (upload.person_id, upload.station_id) {
+        (Some(person), _) => Actor::Person(person),
+        (None, Some(station)) => {
+            let name = stations::name(state.db.reader(), upload.school_id, station).await?;
+            Actor::Station(name.unwrap_or_default())
+        }
+        (None, None) => return Err(anyhow::anyhow!("an upload without an owner").into()),
+    };
+    Ok(Bearer { school_id: upload.school_id, trainee_id: upload.person_id, actor })
+}
+
+/// Throws away what has expired and what nobody knows, and makes attempts of what was whole when the service stopped.
+///
+/// # Errors
+/// When the disk or the database fails.
+pub async fn tidy(state: &AppState) -> Result<(), Error> {
+    for id in uploads::all(state.db.reader()).await? {
+        let Some(_turn) = state.turns.take(id) else { continue };
+        let Some(upload) = uploads::by_id(state.db.reader(), id).await? else { continue };
+        if upload.expires_at <= state.clock.now() {
+            remove(state, &upload).await?;
+        } else if upload.whole() && upload.session_id.is_none() {
+            match complete(state, upload).await {
+                Ok(_) => tracing::info!(upload = %id, "an upload that was left whole has been taken in"),
+                Err(error) => tracing::warn!(upload = %id, cause = %error, "an upload that is whole was not taken in"),
+            }
+        }
+    }
+    clear_unknown(state).await
+}
+
+/// Deletes files that no row names: a crash came between the two.
+async fn clear_unknown(state: &AppState) -> Result<(), Error> {
+    let mut entries = tokio::fs::read_dir(state.config.uploads_dir()).await?;
+    while let Some(entry) = entries.next_entry().await? {
+        let path = entry.path();
+        let ours = path.extension().is_some_and(|extension| extension == EXTENSION);
+        let id = path.file_stem().and_then(|stem| Uuid::parse_str(&stem.to_string_lossy()).ok());
+        let Some(id) = id.filter(|_| ours) else { continue };
+        let Some(_turn) = state.turns.take(id) else { continue };
+        if uploads::by_id(state.db.reader(), id).await?.is_none() {
+            delete(path).await?;
+        }
+    }
+    Ok(())
+}
+
+async fn remove(state: &AppState, upload: &Upload) -> Result<(), Error> {
+    delete(place(state, upload.id)).await?;
+    let mut tx = state.db.write().await?;
+    uploads::remove(&mut tx, upload.school_id, upload.id).await?;
+    Ok(tx.commit().await?)
+}
+
+async fn delete(path: PathBuf) -> std::io::Result<()> {
+    match tokio::fs::remove_file(path).await {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}
+
+fn place(state: &AppState, id: Uuid) -> PathBuf {
+    state.config.uploads_dir().join(format!("{id}.{EXTENSION}"))
+}
