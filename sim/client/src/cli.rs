@@ -6,8 +6,8 @@ use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
 use crate::commands::{
-    bench, calibrate, check, doctor, field, force, play, recover, render, replay, schema, score, simulate, upload,
-    verify,
+    bench, calibrate, check, doctor, field, force, outbox, pair, play, recover, render, replay, schema, score, simulate,
+    upload, verify,
 };
 use crate::exit::{Failure, Outcome};
 use crate::output;
@@ -43,6 +43,8 @@ pub enum Command {
     Field(field::Args),
     Calibrate(calibrate::Args),
     Upload(upload::Args),
+    Outbox(outbox::Args),
+    Pair(pair::Args),
     Doctor(doctor::Args),
     Bench(bench::Args),
 }
@@ -64,6 +66,8 @@ impl Command {
             Self::Field(args) => field::run(args),
             Self::Calibrate(args) => calibrate::run(args),
             Self::Upload(args) => upload::run(args),
+            Self::Outbox(args) => outbox::run(args),
+            Self::Pair(args) => pair::run(args),
             Self::Doctor(args) => doctor::run(args),
             Self::Bench(args) => bench::run(args),
         }

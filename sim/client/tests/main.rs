@@ -9,6 +9,7 @@ mod check;
 mod doctor;
 mod field;
 mod force;
+mod outbox;
 mod picture;
 mod recordings;
 mod stand_in;
@@ -56,10 +57,12 @@ impl Run {
     }
 }
 
-/// The program, without the caller's token.
+/// The program, without the caller's token, outbox and pairing.
 fn program() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_stylet"));
-    command.env_remove("STYLET_TOKEN");
+    let home = Path::new(env!("CARGO_TARGET_TMPDIR")).join("home");
+    command.env_remove("STYLET_TOKEN").env_remove("STYLET_OUTBOX");
+    command.env("XDG_CONFIG_HOME", home.join("config")).env("XDG_DATA_HOME", home.join("data"));
     command
 }
 

@@ -45,6 +45,21 @@ pub fn answer(status: &str, media_type: &str, body: &str) -> String {
     )
 }
 
+/// An upload was begun; its id is `u1`.
+pub fn begun() -> String {
+    "HTTP/1.1 201 Created\r\nLocation: /api/v1/uploads/u1\r\nContent-Length: 0\r\nConnection: close\r\n\r\n".to_owned()
+}
+
+/// So many bytes of it are there.
+pub fn arrived(bytes: usize) -> String {
+    format!("HTTP/1.1 204 No Content\r\nUpload-Offset: {bytes}\r\nConnection: close\r\n\r\n")
+}
+
+/// It has become a session.
+pub fn became(session: &str) -> String {
+    format!("HTTP/1.1 204 No Content\r\nStylet-Session: {session}\r\nConnection: close\r\n\r\n")
+}
+
 fn serve(stream: &mut TcpStream, answer: &str) -> Request {
     let mut reader = BufReader::new(stream.try_clone().expect("a second handle"));
     let mut head = String::new();
@@ -52,14 +67,9 @@ fn serve(stream: &mut TcpStream, answer: &str) -> Request {
         assert_ne!(reader.read_line(&mut head).expect("a head"), 0, "the client left: {head}");
     }
     let head = head.to_ascii_lowercase();
-    // As real services do, a refusal known from the headers alone is given before the body is asked for.
-    let early = answer.starts_with("HTTP/1.1 4");
-    if head.contains("expect: 100-continue") && !early {
-        stream.write_all(b"HTTP/1.1 100 Continue\r\n\r\n").expect("an interim answer");
-    }
     let length =
         head.lines().find_map(|line| line.strip_prefix("content-length: ")).map_or(0, |n| n.parse().expect("a length"));
-    let mut body = vec![0; if early { 0 } else { length }];
+    let mut body = vec![0; length];
     reader.read_exact(&mut body).expect("a body");
     stream.write_all(answer.as_bytes()).expect("an answer");
     Request { head, body }

@@ -6,6 +6,8 @@ pub mod check;
 pub mod doctor;
 pub mod field;
 pub mod force;
+pub mod outbox;
+pub mod pair;
 pub mod play;
 pub mod recover;
 pub mod render;

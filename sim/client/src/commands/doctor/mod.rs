@@ -9,11 +9,10 @@ use std::path::PathBuf;
 use serde::Serialize;
 use ureq::http::Uri;
 
-use crate::commands::upload;
 use crate::devices::DeviceArgs;
 use crate::exit::{Failure, Outcome};
 use crate::machine::{self, Machine};
-use crate::output;
+use crate::{output, service};
 
 /// Examine this machine: timer, priority, processor, disk, haptic devices, server
 ///
@@ -26,7 +25,7 @@ pub struct Args {
     #[arg(long, value_name = "DIR", default_value = ".")]
     recordings: PathBuf,
     /// A service to reach
-    #[arg(long, value_name = "URL", value_parser = upload::server)]
+    #[arg(long, value_name = "URL", value_parser = service::server)]
     server: Option<Uri>,
     #[command(flatten)]
     devices: DeviceArgs,

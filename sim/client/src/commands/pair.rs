@@ -1,0 +1,94 @@
+//! `stylet pair`: joins this machine to a school as a training station.
+
+use std::io::{self, BufRead, IsTerminal, Write};
+
+use serde::Serialize;
+use serde_json::json;
+use ureq::http::Uri;
+
+use crate::exit::{Failure, Outcome};
+use crate::service::{self, answer};
+use crate::station::{self, Pairing};
+use crate::{machine, output};
+
+/// Join this machine to a school as a training station
+///
+/// The school's administrator makes a code on the page Administration; it is good once, for ten minutes. The service
+/// gives this station a token of its own, which is kept for this user alone and can be revoked on the same page. An
+/// earlier pairing of this user is replaced.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  stylet pair --server https://training.example.org --name 'Skills lab 2'")]
+pub struct Args {
+    /// Address of the service, http or https
+    #[arg(long, value_name = "URL", value_parser = service::server)]
+    server: Uri,
+    /// The pairing code; asked for on a terminal where it is not given
+    #[arg(long, value_name = "CODE")]
+    code: Option<String>,
+    /// What the station is called at its school [default: the name of this machine]
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is said of a pairing. The token is not.
+#[derive(Serialize)]
+struct Joined<'a> {
+    server: &'a str,
+    school: &'a str,
+    name: &'a str,
+    file: String,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    if service::is_in_the_clear(&args.server) {
+        let warning = "http is not encrypted: others on the network can read the station's token";
+        output::warning(format_args!("{}: {warning}", args.server));
+    }
+    // Before the code is used up: the token must have a place.
+    let file = station::file()?;
+    let code = match &args.code {
+        Some(code) => code.clone(),
+        None => ask()?,
+    };
+    let name = args.name.clone().unwrap_or_else(machine::name);
+    let pairing = join(&args.server, &code, &name)?;
+    pairing.save()?;
+    let Pairing { server, school, name, .. } = &pairing;
+    match args.json {
+        true => output::json(&Joined { server, school, name, file: file.display().to_string() }),
+        false => output::line(format_args!("this station is now \"{name}\" of {school} at {server}")),
+    }
+}
+
+fn ask() -> Result<String, Failure> {
+    let mut input = io::stdin().lock();
+    if !io::stdin().is_terminal() {
+        return Err(Failure::input("no code: pass --code CODE, or call this on a terminal"));
+    }
+    let mut line = String::new();
+    let mut prompt = io::stderr();
+    let asked =
+        write!(prompt, "Pairing code: ").and_then(|()| prompt.flush()).and_then(|()| input.read_line(&mut line));
+    asked.map_err(|error| Failure::work(format_args!("the code cannot be read: {error}")))?;
+    Ok(line.trim().to_owned())
+}
+
+fn join(server: &Uri, code: &str, name: &str) -> Result<Pairing, Failure> {
+    let server = server.to_string().trim_end_matches('/').to_owned();
+    let address = format!("{server}/api/v1/stations/pair");
+    let body = json!({ "code": code, "name": name }).to_string();
+    let asked = service::agent().post(&address).content_type("application/json").send(body);
+    let reply = answer(&address, asked).map_err(|trouble| Failure::work(trouble.detail))?;
+    let said = reply.json().unwrap_or_default();
+    let member = |name: &str| said.get(name).and_then(|value| value.as_str()).map(str::to_owned);
+    match (reply.status, member("token"), member("school"), member("name")) {
+        (201, Some(token), Some(school), Some(name)) if service::bearer(&token).is_some() => {
+            Ok(Pairing { server, school, name, token })
+        }
+        _ => Err(Failure::work(format_args!("{address}: not paired: {}", reply.words()))),
+    }
+}

@@ -1,0 +1,79 @@
+//! One try to deliver one attempt: from wherever the service says the upload stands to the session it becomes.
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+
+use super::Entry;
+use super::tus::{self, Standing};
+use crate::progress::Progress;
+use crate::service::{Outlook, Service, Trouble};
+
+/// Bytes sent at once: so much is lost at most when the connection breaks.
+const PIECE_BYTES: u64 = 256 * 1024;
+
+/// A try, and how far it came.
+pub struct Try<'a> {
+    service: &'a Service,
+    entry: &'a mut Entry,
+    /// Bytes that the service has said are on its disk.
+    pub reached: u64,
+}
+
+impl<'a> Try<'a> {
+    pub fn new(service: &'a Service, entry: &'a mut Entry) -> Self {
+        Self { service, entry, reached: 0 }
+    }
+
+    /// Sends what the service does not have yet; the session it has made of it.
+    pub fn deliver(&mut self) -> Result<String, Trouble> {
+        let progress = Progress::new(self.entry.bytes, "uploading");
+        let mut file = File::open(&self.entry.file).map_err(unreadable)?;
+        let mut standing = match self.entry.note.upload.clone() {
+            Some(id) => tus::ask(self.service, &id)?,
+            None => Standing::Gone,
+        };
+        let mut begun = false;
+        loop {
+            standing = match standing {
+                Standing::Session(session) => return Ok(session),
+                Standing::At(offset) => {
+                    self.reached = self.reached.max(offset);
+                    progress.set(offset);
+                    self.piece(&mut file, offset)?
+                }
+                Standing::Gone if begun => {
+                    return Err(Trouble::new(Outlook::Soon, "the service forgot the upload while it arrived"));
+                }
+                Standing::Gone => {
+                    begun = true;
+                    let id = tus::begin(self.service, &self.entry.note.name, self.entry.bytes)?;
+                    self.entry.began(Some(id)).map_err(unreadable)?;
+                    Standing::At(0)
+                }
+            };
+        }
+    }
+
+    fn piece(&mut self, file: &mut File, offset: u64) -> Result<Standing, Trouble> {
+        let id = self.entry.note.upload.clone().unwrap_or_default();
+        let piece = read_piece(file, offset).map_err(unreadable)?;
+        let standing = tus::send(self.service, &id, (offset, &piece))?;
+        match standing {
+            Standing::At(now) if now >= self.entry.bytes && piece.is_empty() => {
+                Err(Trouble::new(Outlook::Soon, "the service has every byte and has made no attempt of them yet"))
+            }
+            standing => Ok(standing),
+        }
+    }
+}
+
+fn read_piece(file: &mut File, offset: u64) -> io::Result<Vec<u8>> {
+    let mut piece = Vec::new();
+    file.seek(SeekFrom::Start(offset))?;
+    file.take(PIECE_BYTES).read_to_end(&mut piece)?;
+    Ok(piece)
+}
+
+fn unreadable(error: io::Error) -> Trouble {
+    Trouble::new(Outlook::Later, format_args!("the outbox: {error}"))
+}

@@ -1,0 +1,106 @@
+//! The client's side of tus 1.0.0: begin, ask how far, send a piece.
+
+use data_encoding::BASE64;
+use sha2::{Digest, Sha256};
+use ureq::http::header::AUTHORIZATION;
+
+use crate::service::{Outlook, Reply, Service, Trouble, answer};
+
+const VERSION: (&str, &str) = ("Tus-Resumable", "1.0.0");
+const PIECE_TYPE: &str = "application/offset+octet-stream";
+
+/// How an upload stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// The service does not know it, or no longer.
+    Gone,
+    /// So many bytes are on the service's disk.
+    At(u64),
+    /// The service has made this session of it.
+    Session(String),
+}
+
+/// Begins an upload of `length` bytes; its id.
+pub fn begin(service: &Service, name: &str, length: u64) -> Result<String, Trouble> {
+    let address = format!("{}/api/v1/uploads", service.address);
+    let asked = service
+        .agent
+        .post(&address)
+        .header(VERSION.0, VERSION.1)
+        .header(AUTHORIZATION, &service.token)
+        .header("Upload-Length", length)
+        .header("Upload-Metadata", format!("filename {}", BASE64.encode(name.as_bytes())))
+        .send_empty();
+    let reply = answer(&address, asked)?;
+    let id = match (reply.status, reply.header("location")) {
+        // Only the id is taken: the token goes to no address but the one we were given.
+        (201, Some(location)) => location.rsplit('/').next().filter(|id| is_plain(id)).map(str::to_owned),
+        _ => None,
+    };
+    id.ok_or_else(|| strange(&reply, 201, "without an upload"))
+}
+
+fn is_plain(id: &str) -> bool {
+    !id.is_empty() && id.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'_')
+}
+
+/// Asks how an upload stands.
+pub fn ask(service: &Service, id: &str) -> Result<Standing, Trouble> {
+    let address = address(service, id);
+    let asked = service.agent.head(&address).header(VERSION.0, VERSION.1).header(AUTHORIZATION, &service.token).call();
+    let reply = answer(&address, asked)?;
+    match reply.status {
+        404 | 410 => Ok(Standing::Gone),
+        200 | 204 => standing(&reply).ok_or_else(|| strange(&reply, reply.status, "without an offset")),
+        _ => Err(reply.trouble()),
+    }
+}
+
+/// Sends a piece that begins at `offset`. An empty one asks the service to make an attempt of what it has.
+pub fn send(service: &Service, id: &str, (offset, piece): (u64, &[u8])) -> Result<Standing, Trouble> {
+    let address = address(service, id);
+    let asked = service
+        .agent
+        .patch(&address)
+        .header(VERSION.0, VERSION.1)
+        .header(AUTHORIZATION, &service.token)
+        .header("Upload-Offset", offset)
+        .header("Upload-Checksum", format!("sha256 {}", BASE64.encode(&Sha256::digest(piece))))
+        .content_type(PIECE_TYPE)
+        .send(piece);
+    let reply = answer(&address, asked)?;
+    match reply.status {
+        204 => match standing(&reply) {
+            Some(Standing::At(now)) if now != offset + piece.len() as u64 => Err(strange(&reply, 204, "elsewhere")),
+            Some(standing) => Ok(standing),
+            None => Err(strange(&reply, 204, "without an offset")),
+        },
+        404 | 410 => Ok(Standing::Gone),
+        // Another offset, which asking again settles; or another recording of this session, and then it is gone.
+        409 => match ask(service, id)? {
+            Standing::Gone => Err(reply.trouble()),
+            _ => Err(Trouble { outlook: Outlook::Soon, ..reply.trouble() }),
+        },
+        _ => Err(reply.trouble()),
+    }
+}
+
+fn address(service: &Service, id: &str) -> String {
+    format!("{}/api/v1/uploads/{id}", service.address)
+}
+
+fn standing(reply: &Reply) -> Option<Standing> {
+    if let Some(session) = reply.header("stylet-session") {
+        return Some(Standing::Session(session.to_owned()));
+    }
+    reply.header("upload-offset")?.parse().ok().map(Standing::At)
+}
+
+/// A right status with a wrong answer: a portal, a proxy, another program.
+fn strange(reply: &Reply, hoped: u16, what: &str) -> Trouble {
+    if reply.status != hoped {
+        return reply.trouble();
+    }
+    let detail = format!("HTTP {hoped} {what}: is this the address of the service?");
+    Trouble { outlook: Outlook::Later, status: Some(hoped), detail }
+}

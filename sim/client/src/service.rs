@@ -1,0 +1,178 @@
+//! The service as this program talks to it: its address, its answers, and what they mean for an attempt.
+
+use std::fmt::Display;
+use std::io::Read;
+use std::time::Duration;
+
+use serde_json::Value;
+use ureq::Agent;
+use ureq::http::{HeaderMap, HeaderValue, Response, Uri};
+
+/// Most bytes read of an answer: a session or a problem is far smaller.
+const LARGEST_ANSWER: u64 = 1 << 20;
+/// Longest time for a connection, for each piece sent, and for an answer once everything is sent.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// A service, and the token it knows us by.
+#[derive(Clone)]
+pub struct Service {
+    pub agent: Agent,
+    /// Address without a slash at its end.
+    pub address: String,
+    pub token: HeaderValue,
+}
+
+impl Service {
+    /// A service at an address.
+    pub fn new(address: &str, token: HeaderValue) -> Self {
+        Self { agent: agent(), address: address.trim_end_matches('/').to_owned(), token }
+    }
+}
+
+/// What can be expected of trying again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outlook {
+    /// It may pass by itself, and soon.
+    Soon,
+    /// Somebody must change something first; nothing is wrong with the recording.
+    Later,
+    /// This recording will never be taken.
+    Never,
+}
+
+/// Why an attempt was not delivered.
+#[derive(Clone, Debug)]
+pub struct Trouble {
+    /// What can be expected of trying again.
+    pub outlook: Outlook,
+    /// HTTP status; absent when there was no answer.
+    pub status: Option<u16>,
+    /// In words.
+    pub detail: String,
+}
+
+impl Trouble {
+    /// Trouble that no answer tells of.
+    pub fn new(outlook: Outlook, detail: impl Display) -> Self {
+        Self { outlook, status: None, detail: detail.to_string() }
+    }
+}
+
+/// An answer, read whole.
+pub struct Reply {
+    /// HTTP status.
+    pub status: u16,
+    headers: HeaderMap,
+    text: String,
+}
+
+impl Reply {
+    /// A header's text.
+    pub fn header(&self, name: &str) -> Option<&str> {
+        self.headers.get(name)?.to_str().ok()
+    }
+
+    /// The body, where it is a JSON object.
+    pub fn json(&self) -> Option<Value> {
+        serde_json::from_str(&self.text).ok().filter(Value::is_object)
+    }
+
+    /// What the answer says, in words.
+    pub fn words(&self) -> String {
+        format!("HTTP {}: {}", self.status, explained(self.status, self.json().as_ref()))
+    }
+
+    /// What is wrong, when this is not the answer that was hoped for.
+    pub fn trouble(&self) -> Trouble {
+        let outlook = match self.status {
+            408 | 423 | 425 | 429 | 460 | 500.. => Outlook::Soon,
+            409 | 413 | 415 | 422 => Outlook::Never,
+            _ => Outlook::Later,
+        };
+        let advice = match self.status {
+            401 => "; pair this station again (stylet pair), or use another token",
+            409 | 413 | 415 | 422 => "; refused for good",
+            _ => "",
+        };
+        Trouble { outlook, status: Some(self.status), detail: self.words() + advice }
+    }
+}
+
+/// Asks, and reads the answer.
+pub fn answer(address: &str, asked: Result<Response<ureq::Body>, ureq::Error>) -> Result<Reply, Trouble> {
+    let mut response = asked.map_err(|error| no_answer(address, &error))?;
+    let mut text = String::new();
+    // What cannot be read of an explanation only makes it shorter.
+    let _ = response.body_mut().as_reader().take(LARGEST_ANSWER).read_to_string(&mut text);
+    Ok(Reply { status: response.status().as_u16(), headers: response.headers().clone(), text })
+}
+
+/// What asks. A redirect to a sign-in page is an answer, not a place to send a recording or a token to.
+pub fn agent() -> Agent {
+    let config = Agent::config_builder()
+        .http_status_as_error(false)
+        .max_redirects(0)
+        .max_redirects_will_error(false)
+        .timeout_connect(Some(PATIENCE))
+        .timeout_recv_response(Some(PATIENCE))
+        .timeout_recv_body(Some(PATIENCE))
+        .timeout_per_write(Some(PATIENCE))
+        .user_agent(concat!("stylet/", env!("CARGO_PKG_VERSION")))
+        .build();
+    config.into()
+}
+
+/// The service's own words (RFC 9457 problem details), or ours where it has none.
+fn explained(status: u16, body: Option<&Value>) -> String {
+    let member = |name: &str| body.and_then(|body| body.get(name)).and_then(Value::as_str);
+    let ours = match status {
+        200..=299 => "not what the service should say; is this its address?",
+        300..=399 => "the service wants to send us elsewhere; is this its address?",
+        401 => "the token is missing, unknown or revoked",
+        403 => "the token may not do this",
+        404 | 405 => "no such address; is this the service?",
+        409 => "the service has another recording of this session",
+        413 => "the recording is larger than the service allows",
+        422 => "the service cannot use this recording",
+        423 => "another program is sending this recording",
+        429 => "the service asks us to slow down",
+        460 => "the piece was damaged on its way",
+        500.. => "the service failed",
+        _ => "not what the service should say",
+    };
+    match (member("title"), member("detail")) {
+        (Some(title), Some(detail)) if title != detail => format!("{title}: {detail}"),
+        (_, Some(text)) | (Some(text), None) => text.to_owned(),
+        (None, None) => ours.to_owned(),
+    }
+}
+
+fn no_answer(address: &str, error: &ureq::Error) -> Trouble {
+    // An address that names no host or no protocol we speak will not do so soon either.
+    let hopeless = matches!(error, ureq::Error::BadUri(_) | ureq::Error::InvalidProxyUrl | ureq::Error::Tls(_));
+    Trouble::new(if hopeless { Outlook::Later } else { Outlook::Soon }, format_args!("{address}: {error}"))
+}
+
+/// An address with a scheme and a host, to which `/api/v1/…` can be added.
+pub fn server(text: &str) -> Result<Uri, String> {
+    let uri: Uri =
+        text.parse().map_err(|error| format!("{error}; an address such as https://example.org is allowed"))?;
+    match (uri.scheme_str(), uri.host(), uri.query()) {
+        (Some("http" | "https"), Some(_), None) => Ok(uri),
+        _ => Err("http://HOST or https://HOST, optionally with :PORT and a path, is allowed".to_owned()),
+    }
+}
+
+/// Secrets sent there leave this machine unencrypted.
+pub fn is_in_the_clear(server: &Uri) -> bool {
+    let local = matches!(server.host(), Some("localhost" | "127.0.0.1" | "[::1]"));
+    server.scheme_str() == Some("http") && !local
+}
+
+/// A bearer token as a header value; absent where it is not one word of printable ASCII.
+pub fn bearer(token: &str) -> Option<HeaderValue> {
+    let valid = !token.is_empty() && token.chars().all(|c| c.is_ascii_graphic());
+    let mut value = HeaderValue::from_str(&format!("Bearer {token}")).ok().filter(|_| valid)?;
+    value.set_sensitive(true);
+    Some(value)
+}
