@@ -7,5 +7,7 @@ mod documents;
 mod house;
 mod independent_reader;
 mod licences;
+mod station;
+mod visitor;
 mod whole_path;
 mod window;

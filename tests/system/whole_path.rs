@@ -8,6 +8,8 @@ use std::time::Duration;
 use serde_json::Value;
 use tests::{Service, first_exercise, run, run_ok};
 
+use crate::visitor::Visitor;
+
 const PASSWORD: &str = "a long enough password";
 
 /// A school with one trainee and the shipped curricula; returns the trainee's upload token.
@@ -61,7 +63,9 @@ fn an_exercise_becomes_a_scored_attempt_on_a_page() {
     let service = Service::start(&data);
     let token_file = folder.path().join("token");
     std::fs::write(&token_file, &token).expect("a token file");
-    let upload = ["upload", &recording, "--server", &service.url, "--token-file", &token_file.to_string_lossy()];
+    let outbox = folder.path().join("outbox").to_string_lossy().into_owned();
+    let token_file = token_file.to_string_lossy();
+    let upload = ["upload", &recording, "--server", &service.url, "--token-file", &token_file, "--outbox", &outbox];
     run_ok("stylet", &upload);
     run_ok("stylet", &upload);
 
@@ -70,7 +74,7 @@ fn an_exercise_becomes_a_scored_attempt_on_a_page() {
     for key in ["score", "passed", "deductions", "hard_fails", "rubric", "simulator_version"] {
         assert_eq!(theirs[key], ours[key], "client and service differ on {key}");
     }
-    let page = page(&service.url, &format!("/sessions/{session}"));
+    let page = Visitor::signed_in(&service.url, "ada@example.org", PASSWORD).page(&format!("/sessions/{session}"));
     assert!(page.contains("<svg"), "the session's page draws the attempt");
     let data = data.to_string_lossy();
     run_ok("web-admin", &["verify", "--data-dir", &data]);
@@ -84,30 +88,6 @@ fn session_id(url: &str, token: &str) -> String {
     let sessions = list["sessions"].as_array().expect("sessions");
     assert_eq!(sessions.len(), 1, "delivered twice, listed once: {list}");
     sessions[0]["session_id"].as_str().expect("an id").to_owned()
-}
-
-/// A page as the trainee sees it, signed in through the form. The cookie is carried by hand: the session gets a new
-/// id at sign-in, and an old one must not work.
-fn page(url: &str, path: &str) -> String {
-    let agent: ureq::Agent = ureq::Agent::config_builder().max_redirects(0).build().into();
-    let mut login = agent.get(format!("{url}/login")).call().expect("the sign-in page");
-    let form = login.body_mut().read_to_string().expect("a body");
-    let csrf = form.split("name=\"csrf\" value=\"").nth(1).and_then(|s| s.split('"').next()).expect("a form token");
-    let signed_in = agent
-        .post(format!("{url}/login"))
-        .header("Cookie", cookie(&login))
-        .send_form([("email", "ada@example.org"), ("password", PASSWORD), ("csrf", csrf)])
-        .expect("signed in");
-    assert_ne!(cookie(&signed_in), cookie(&login), "the session keeps its id");
-    let answer = agent.get(format!("{url}{path}")).header("Cookie", cookie(&signed_in)).call().expect("the page");
-    assert_eq!(answer.status(), 200, "{path}");
-    answer.into_body().read_to_string().expect("a body")
-}
-
-/// The cookie that an answer sets.
-fn cookie<B>(answer: &http::Response<B>) -> String {
-    let set = answer.headers().get("set-cookie").and_then(|value| value.to_str().ok()).expect("a cookie");
-    set.split(';').next().unwrap_or_default().to_owned()
 }
 
 #[test]

@@ -62,6 +62,16 @@ impl Service {
         self.begin(&head, token, &whole[..sent])
     }
 
+    /// Sends the bytes of a piece, or only the first `sent` of them.
+    fn piece(&self, token: &str, (path, offset): (&str, usize), bytes: &[u8], sent: usize) -> TcpStream {
+        let head = format!(
+            "PATCH {path} HTTP/1.1\r\nTus-Resumable: 1.0.0\r\nUpload-Offset: {offset}\r\n\
+             Content-Type: application/offset+octet-stream\r\nContent-Length: {}",
+            bytes.len()
+        );
+        self.begin(&head, token, &bytes[..sent])
+    }
+
     /// Ids of the listed sessions.
     fn listed(&self, token: &str) -> Vec<String> {
         let (status, body) = answer(self.begin("GET /api/v1/sessions HTTP/1.1", token, &[]));
@@ -79,11 +89,22 @@ impl Drop for Service {
     }
 }
 
-fn answer(mut stream: TcpStream) -> (u16, String) {
+fn answer(stream: TcpStream) -> (u16, String) {
+    let (status, _, body) = whole_answer(stream);
+    (status, body)
+}
+
+/// Status, head in lower case, and body.
+fn whole_answer(mut stream: TcpStream) -> (u16, String, String) {
     let mut text = String::new();
     stream.read_to_string(&mut text).unwrap();
     let (head, body) = text.split_once("\r\n\r\n").unwrap();
-    (head.split(' ').nth(1).unwrap().parse().unwrap(), body.to_owned())
+    (head.split(' ').nth(1).unwrap().parse().unwrap(), head.to_lowercase(), body.to_owned())
+}
+
+/// The value of a header in a head.
+fn header<'a>(head: &'a str, name: &str) -> &'a str {
+    head.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(": ")).unwrap_or("")
 }
 
 /// A folder with one trainee; their token.
@@ -133,6 +154,49 @@ async fn killed_in_the_midst_of_an_upload_it_keeps_what_it_acknowledged_and_noth
     let program = env!("CARGO_BIN_EXE_web-admin");
     let verified = Command::new(program).args(["verify", "--data-dir"]).arg(folder.path()).output().unwrap();
     assert!(verified.status.success(), "{}", String::from_utf8_lossy(&verified.stdout));
+}
+
+#[tokio::test]
+async fn killed_between_and_within_pieces_it_goes_on_from_what_it_acknowledged() {
+    let (folder, token) = founded().await;
+    let attempt = Attempt::default();
+    let bytes = record(&attempt);
+    let (third, half) = (bytes.len() / 3, bytes.len() / 2);
+    let service = Service::start(folder.path());
+    let create = format!("POST /api/v1/uploads HTTP/1.1\r\nTus-Resumable: 1.0.0\r\nUpload-Length: {}", bytes.len());
+    let (status, head, body) = whole_answer(service.begin(&create, &token, &[]));
+    assert_eq!(status, 201, "{body}");
+    let path = header(&head, "location").to_owned();
+    assert_eq!(answer(service.piece(&token, (&path, 0), &bytes[..third], third)).0, 204);
+    let on_its_way = service.piece(&token, (&path, third), &bytes[third..], half - third);
+    let part = folder.path().join("recordings/.uploads").join(format!("{}.tus", path.rsplit('/').next().unwrap()));
+    let written = (0..200).any(|_| {
+        std::thread::sleep(Duration::from_millis(10));
+        std::fs::metadata(&part).unwrap().len() > third as u64
+    });
+    assert!(written, "the second piece is being written");
+    service.signal("-KILL");
+    drop((on_its_way, service));
+
+    let service = Service::start(folder.path());
+    let ask = format!("HEAD {path} HTTP/1.1\r\nTus-Resumable: 1.0.0");
+    let (status, head, _) = whole_answer(service.begin(&ask, &token, &[]));
+    assert_eq!((status, header(&head, "upload-offset")), (200, third.to_string().as_str()), "what was acknowledged");
+    assert!(service.listed(&token).is_empty());
+    let rest = &bytes[third..];
+    let (status, head, body) = whole_answer(service.piece(&token, (&path, third), rest, rest.len()));
+    assert_eq!((status, header(&head, "stylet-session")), (204, attempt.session_id.to_string().as_str()), "{body}");
+    service.signal("-KILL");
+    drop(service);
+
+    let service = Service::start(folder.path());
+    assert_eq!(service.listed(&token), [attempt.session_id.to_string()]);
+    let (_, head, _) = whole_answer(service.begin(&ask, &token, &[]));
+    assert_eq!(header(&head, "stylet-session"), attempt.session_id.to_string(), "also after a restart");
+    let recordings = folder.path().join("recordings");
+    let school = std::fs::read_dir(&recordings).unwrap().map(|e| e.unwrap().path()).find(|p| !p.ends_with(".uploads"));
+    let kept = std::fs::read(school.unwrap().join(format!("{}.mcap", attempt.session_id))).unwrap();
+    assert!(kept == bytes, "the file is another");
 }
 
 #[tokio::test]

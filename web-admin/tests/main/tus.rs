@@ -9,7 +9,7 @@ use sha1::Sha1;
 use sha2::{Digest, Sha256};
 use web_admin::clock::Clock;
 use web_admin::domain::{Moment, Role};
-use web_admin::storage::jobs;
+use web_admin::storage::{jobs, uploads as rows};
 use web_admin::uploads;
 
 use super::support::App;
@@ -306,6 +306,26 @@ async fn what_was_ended_is_gone_and_what_has_expired_goes() {
     send(&mut ada, &fed, 3, b"d").await.is_problem(410, "expired");
     uploads::tidy(&app.state).await.unwrap();
     assert!(app.files().is_empty(), "{:?}", app.files());
+}
+
+#[tokio::test]
+async fn what_was_whole_when_the_service_stopped_is_taken_in_and_what_nobody_knows_is_deleted() {
+    let app = App::new().await;
+    let mut ada = trainee(&app).await;
+    let bytes = record(&Attempt::default());
+    let path = begin(&mut ada, bytes.len()).await;
+    // As a service leaves it that is killed between the last byte and the session.
+    let folder = app.state.config.uploads_dir();
+    let id = path.rsplit('/').next().unwrap();
+    std::fs::write(folder.join(format!("{id}.tus")), &bytes).unwrap();
+    std::fs::write(folder.join("00000000-0000-0000-0000-000000000000.tus"), "a file whose row was never written")
+        .unwrap();
+    let mut upload = rows::by_id(app.state.db.reader(), id.parse().unwrap()).await.unwrap().unwrap();
+    upload.received = upload.length;
+    app.write(async |tx| rows::advance(tx, &upload).await.unwrap()).await;
+    assert_eq!((offset(&mut ada, &path).await, listed(&mut ada).await), (bytes.len(), 0));
+    uploads::tidy(&app.state).await.unwrap();
+    assert_eq!((listed(&mut ada).await, app.files().len()), (1, 1), "{:?}", app.files());
 }
 
 #[tokio::test]

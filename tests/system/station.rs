@@ -1,0 +1,136 @@
+//! A station's day: it joins, a trainee signs in, the attempt goes home over a network that keeps breaking. Fails when
+//! a byte is lost or sent into another attempt, when the attempt is listed twice or not at all, when it leaves the
+//! outbox before it has arrived, or when the attempt is not the trainee's.
+
+use std::io::{Read, Write};
+use std::net::{Shutdown, TcpListener, TcpStream};
+use std::path::Path;
+use std::process::Command;
+use std::thread;
+
+use serde_json::{Value, json};
+use tests::{Service, first_exercise, program, root, run_ok};
+
+use crate::visitor::Visitor;
+
+const PASSWORD: &str = "a long enough password";
+/// Connections that the network breaks before it behaves.
+const CUTS: usize = 20;
+
+/// A school with an administrator and a trainee; the trainee's own token.
+fn found_school(data: &str) -> String {
+    run_ok("web-admin", &["migrate", "--data-dir", data]);
+    for (role, email) in [("administrator", "head@example.org"), ("trainee", "ada@example.org")] {
+        let add = ["user", "add", "--data-dir", data, "--school", "North", "--role", role];
+        run_ok("web-admin", &[&add[..], &["--email", email, "--name", "Ada", "--password", PASSWORD]].concat());
+    }
+    let token = run_ok("web-admin", &["user", "token", "--data-dir", data, "--email", "ada@example.org"]);
+    token.split_whitespace().last().expect("a token").to_owned()
+}
+
+/// Runs `stylet` at a station whose user's home is `home`; what it printed, and whether it ended well.
+fn stylet(home: &Path, arguments: &[&str]) -> (bool, String) {
+    let mut command = Command::new(program("stylet"));
+    command.args(arguments).current_dir(root());
+    command.env("XDG_DATA_HOME", home.join("data")).env("XDG_CONFIG_HOME", home.join("config"));
+    let output = command.env_remove("STYLET_TOKEN").env_remove("STYLET_OUTBOX").output().expect("stylet starts");
+    let said = [output.stdout, output.stderr].concat();
+    (output.status.success(), String::from_utf8_lossy(&said).into_owned())
+}
+
+fn code_on(page: &str) -> String {
+    let code = page.split("code-to-type\">").nth(1).and_then(|rest| rest.split('<').next());
+    code.expect("a code on the page").to_owned()
+}
+
+/// A network in front of a service: the first connections are cut after a random number of bytes, in a known sequence.
+fn breaking_network(service: &str) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = format!("http://{}", listener.local_addr().expect("an address"));
+    let service = service.trim_start_matches("http://").to_owned();
+    thread::spawn(move || {
+        let mut word = 2026_u32;
+        for (n, client) in listener.incoming().flatten().enumerate() {
+            // The generator of Numerical Recipes; the seed is of no importance.
+            word = word.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let allowance = if n < CUTS { (word >> 8) as usize % 700_000 } else { usize::MAX };
+            let server = TcpStream::connect(&service).expect("the service is there");
+            thread::spawn(move || carry(client, server, allowance));
+        }
+    });
+    address
+}
+
+/// Carries bytes both ways until the client has sent `allowance` of them; then both sides lose each other.
+fn carry(mut client: TcpStream, mut server: TcpStream, mut allowance: usize) {
+    let (mut back_from, mut back_to) = (server.try_clone().expect("a handle"), client.try_clone().expect("a handle"));
+    let back = thread::spawn(move || std::io::copy(&mut back_from, &mut back_to));
+    let mut piece = [0; 4096];
+    while let Ok(read) = client.read(&mut piece) {
+        let passed = read.min(allowance);
+        if read == 0 || server.write_all(&piece[..passed]).is_err() || passed < read {
+            break;
+        }
+        allowance -= passed;
+    }
+    // Whoever is gone already needs no telling.
+    let _ = server.shutdown(Shutdown::Both);
+    let _ = client.shutdown(Shutdown::Both);
+    let _ = back.join();
+}
+
+fn get(url: &str, token: &str) -> Vec<u8> {
+    let answer = ureq::get(url).header("Authorization", format!("Bearer {token}")).call().expect("an answer");
+    answer.into_body().read_to_vec().expect("a body")
+}
+
+fn sign_in(url: &str, home: &Path, code: &str) -> Value {
+    let pairing = std::fs::read(home.join("config/stylet/station.json")).expect("the station is paired");
+    let pairing: Value = serde_json::from_slice(&pairing).expect("JSON");
+    let answer = ureq::post(format!("{url}/api/v1/stations/sign-in"))
+        .header("Authorization", format!("Bearer {}", pairing["token"].as_str().expect("a token")))
+        .content_type("application/json")
+        .send(json!({ "code": code }).to_string())
+        .expect("signed in");
+    serde_json::from_str(&answer.into_body().read_to_string().expect("a body")).expect("JSON")
+}
+
+#[test]
+fn an_attempt_goes_home_over_a_network_that_breaks_twenty_times() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (data, home) = (folder.path().join("data"), folder.path().join("home"));
+    let token = found_school(&data.to_string_lossy());
+    let service = Service::start(&data);
+    let head = Visitor::signed_in(&service.url, "head@example.org", PASSWORD);
+    let code = code_on(&head.press("/admin", "/admin/pairing-codes"));
+    let network = breaking_network(&service.url);
+    let (paired, said) = stylet(&home, &["pair", "--server", &service.url, "--code", &code, "--name", "lab 2"]);
+    assert!(paired && said.contains("\"lab 2\" of North"), "{said}");
+    let ada = Visitor::signed_in(&service.url, "ada@example.org", PASSWORD);
+    let signed_in = sign_in(&service.url, &home, &code_on(&ada.press("/", "/sign-in-code")));
+
+    let recording = folder.path().join("attempt.mcap").to_string_lossy().into_owned();
+    let trainee = signed_in["trainee"].as_str().expect("a pseudonym");
+    let attempt = ["simulate", &first_exercise(), "--operator", "novice", "--seed", "3", "--trainee", trainee];
+    run_ok("stylet", &[&attempt[..], &["--out", &recording]].concat());
+    let station: Value =
+        serde_json::from_slice(&std::fs::read(home.join("config/stylet/station.json")).expect("a pairing"))
+            .expect("JSON");
+    let token_file = folder.path().join("token").to_string_lossy().into_owned();
+    std::fs::write(&token_file, station["token"].as_str().expect("a token")).expect("a file");
+    let upload = ["upload", &recording, "--server", &network, "--token-file", &token_file, "--retry-wait-ms", "1"];
+    let (sent, said) = stylet(&home, &[&upload[..], &["--retries", "20"]].concat());
+    assert!(sent, "{said}");
+    assert!(said.contains("tries)"), "the network was meant to break: {said}");
+
+    let listed: Value =
+        serde_json::from_slice(&get(&format!("{}/api/v1/sessions", service.url), &token)).expect("JSON");
+    let sessions = listed["sessions"].as_array().expect("a list");
+    assert_eq!(sessions.len(), 1, "listed once, as the trainee's own: {listed}");
+    let session = sessions[0]["session_id"].as_str().expect("an id");
+    let kept = get(&format!("{}/api/v1/sessions/{session}/recording", service.url), &token);
+    assert!(kept == std::fs::read(&recording).expect("the recording"), "the service's file is another");
+    let (_, left) = stylet(&home, &["outbox", "--json"]);
+    assert_eq!(left.trim(), "[]");
+    run_ok("web-admin", &["verify", "--data-dir", &data.to_string_lossy()]);
+}
