@@ -129,6 +129,13 @@ async fn follow(browser: &Client, prefix: &str) {
     assert!(landed.starts_with(prefix), "the link to {prefix} led to {landed}");
 }
 
+/// Presses the button of the form that is sent to `path`, and waits for the page it leads to.
+async fn press(browser: &Client, path: &str) {
+    let button = browser.find(Locator::Css(&format!("main form[action='{path}'] button"))).await;
+    button.unwrap_or_else(|_| panic!("no button for {path}")).click().await.expect("the button is pressed");
+    assert_eq!(lands(browser, |at| at == path).await, path);
+}
+
 async fn contains(browser: &Client, what: &str, words: &[&str]) {
     let text = text(browser).await.to_lowercase();
     for word in words {
@@ -149,6 +156,9 @@ async fn trainee(browser: &Client, url: &str, email: &str) {
     inspect(browser, "the curricula").await;
     follow(browser, "/exercises/").await;
     inspect(browser, "an exercise").await;
+    browser.goto(&format!("{url}/")).await.expect("the trainee's home");
+    press(browser, "/sign-in-code").await;
+    inspect(browser, "a sign-in code").await;
 }
 
 async fn instructor(browser: &Client, url: &str, email: &str) {
@@ -203,6 +213,8 @@ async fn the_school_in_a_browser() {
     sign_in(&browser, &service.url, &account("administrator")).await;
     browser.goto(&format!("{}/admin", service.url)).await.expect("the administrator's page");
     inspect(&browser, "the administrator's page").await;
+    press(&browser, "/admin/pairing-codes").await;
+    inspect(&browser, "a pairing code").await;
     let complaints = complaints(&browser).await;
     browser.close().await.expect("the browser closes");
     assert!(complaints.is_empty(), "the browser complains: {complaints:#?}");

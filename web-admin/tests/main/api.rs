@@ -117,7 +117,19 @@ async fn what_comes_next_waits_for_what_comes_first() {
 async fn the_description_names_every_address() {
     let app = App::new().await;
     let description = app.stranger().get("/api/v1/openapi.json").await.json();
-    for path in ["/sessions", "/sessions/{id}", "/sessions/{id}/score", "/me/assignments", "/exercises/{id}"] {
+    for path in [
+        "/sessions",
+        "/sessions/{id}",
+        "/sessions/{id}/score",
+        "/uploads",
+        "/uploads/{id}",
+        "/stations/pair",
+        "/stations/me",
+        "/stations/sign-in",
+        "/me/assignments",
+        "/exercises",
+        "/exercises/{id}",
+    ] {
         assert!(description["paths"][path].is_object(), "{path} is missing");
     }
     assert!(description["paths"]["/sessions"]["post"].is_object());

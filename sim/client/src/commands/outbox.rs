@@ -25,7 +25,6 @@ const WATCH_EVERY: Duration = Duration::from_secs(2);
 /// so, until it is discarded.
 #[derive(clap::Args)]
 #[command(
-    args_conflicts_with_subcommands = false,
     after_help = "Examples:\n  stylet outbox\n  stylet outbox send --watch\n  stylet outbox discard 3f2a9c0b12d4e5f6"
 )]
 pub struct Args {

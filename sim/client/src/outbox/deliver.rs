@@ -47,7 +47,7 @@ impl<'a> Try<'a> {
                 Standing::Gone => {
                     begun = true;
                     let id = tus::begin(self.service, &self.entry.note.name, self.entry.bytes)?;
-                    self.entry.began(Some(id)).map_err(unreadable)?;
+                    self.entry.began(id).map_err(unreadable)?;
                     Standing::At(0)
                 }
             };

@@ -90,8 +90,8 @@ impl Entry {
     }
 
     /// Notes the upload that has been begun, so that it is gone on with after whatever happens.
-    pub(super) fn began(&mut self, upload: Option<String>) -> io::Result<()> {
-        self.note.upload = upload;
+    pub(super) fn began(&mut self, upload: String) -> io::Result<()> {
+        self.note.upload = Some(upload);
         self.save()
     }
 
