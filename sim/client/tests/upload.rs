@@ -115,10 +115,13 @@ fn what_was_cut_off_goes_on_where_it_broke_without_counting_as_a_failure() {
 #[test]
 fn an_upload_the_service_has_forgotten_begins_anew() {
     let gone = answer("410 Gone", "application/problem+json", "{}");
-    let service = StandIn::answering(&[&[begun(), gone][..], &delivered()].concat());
+    let cut = [begun(), arrived(PIECE), String::new()];
+    let service = StandIn::answering(&[&cut[..], &[gone], &delivered()].concat());
     let desk = Desk::new();
-    desk.upload(&service.address, &[]).ends(0);
-    assert_eq!(service.requests().len(), 5);
+    desk.upload(&service.address, &["--retries", "0"]).ends(1);
+    desk.upload(&service.address, &["--retries", "0"]).ends(0);
+    let requests = service.requests();
+    assert!(requests[3].head.starts_with("head ") && requests[4].head.starts_with("post "), "it asks, then begins");
 }
 
 #[test]
