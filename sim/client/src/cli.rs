@@ -6,8 +6,8 @@ use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
 use crate::commands::{
-    bench, calibrate, check, doctor, field, force, outbox, pair, play, recover, render, replay, schema, score, simulate,
-    upload, verify,
+    bench, calibrate, check, doctor, field, force, outbox, pair, play, recover, render, replay, schema, score,
+    simulate, upload, verify,
 };
 use crate::exit::{Failure, Outcome};
 use crate::output;
