@@ -80,7 +80,7 @@ pub fn picture(renderer: &Renderer, frame: &Frame, onto: &TextureView, encoder: 
     pass.set_bind_group(1, &renderer.groups.materials, &[]);
     pass.set_stencil_reference(0);
     match frame.view {
-        View::Section => section(renderer, frame, &mut pass),
+        View::Section => section(renderer, &mut pass),
         View::Whole | View::Tip => body_and_needle(renderer, frame, &mut pass),
     }
     if frame.ghost.is_some() {
@@ -182,14 +182,14 @@ fn faded(renderer: &Renderer, frame: &Frame, front: bool, pass: &mut RenderPass<
     }
 }
 
-fn section(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
+/// A section shows what is inside as it is: nothing of it fades.
+fn section(renderer: &Renderer, pass: &mut RenderPass<'_>) {
     let drawn = &renderer.drawn;
     let (buffers, body) = &renderer.body;
     with(pass, &drawn.solid_inside, &renderer.set.solids);
     with(pass, &drawn.solid, &renderer.set.solids);
     with(pass, &drawn.needle, &renderer.set.needle);
-    let [opaque, through] = &drawn.section;
-    pass.set_pipeline(if frame.fade < OPAQUE { opaque } else { through });
+    pass.set_pipeline(&drawn.section);
     buffers.draw_part(pass, body.cut.clone(), 0..renderer.layers());
     pass.set_pipeline(&drawn.paper);
     pass.draw(0..3, 0..1);

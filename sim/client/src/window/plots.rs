@@ -28,12 +28,12 @@ impl Curves {
     pub fn new(name: &str, recording: &Recording) -> Self {
         let window = (recording.samples.len() / MOST_POINTS).max(1);
         let thinned = || recording.samples.chunks(2 * window).flat_map(extremes);
-        let inside = thinned().filter(|sample| sample[1] > 0.0);
+        let inside = recording.samples.iter().step_by(window).filter(|sample| sample.x_m > 0.0);
         let pops = recording.events.iter().filter(|event| event.kind.contactor().is_some());
         Self {
             name: name.to_owned(),
             time: thinned().map(|[t_s, _, force_n]| [t_s, force_n]).collect(),
-            depth: inside.map(|[_, x_mm, force_n]| [x_mm, force_n]).collect(),
+            depth: inside.map(|sample| [sample.x_m * 1e3, sample.axial_n()]).collect(),
             pops: pops.map(|event| [event.t_s, before_n(recording, event.t_s)]).collect(),
             duration_s: recording.samples.last().map_or(0.0, |sample| sample.t_s),
         }
@@ -65,10 +65,10 @@ pub fn over_time(ui: &mut Ui, all: &[&Curves], playhead_s: Option<f64>, height: 
     let shown = plot.legend(Legend::default()).show(ui, |plot| {
         for (curves, colour) in all.iter().zip(COLOURS) {
             plot.line(Line::new(&curves.name, PlotPoints::from(curves.time.clone())).color(colour).width(1.5));
-            plot.points(Points::new(format!("{}: pops", curves.name), curves.pops.clone()).color(colour).radius(3.5));
+            plot.points(Points::new(&curves.name, curves.pops.clone()).color(colour).radius(3.5));
         }
         if let Some(now_s) = playhead_s {
-            plot.vline(VLine::new("now", now_s).color(Color32::WHITE));
+            plot.vline(VLine::new("", now_s).color(Color32::WHITE));
         }
         plot.pointer_coordinate().map(|point| point.x)
     });

@@ -108,7 +108,7 @@ impl Replay {
             .show(ui, |ui| {
                 ui.add_space(4.0);
                 let close = ui.horizontal(|ui| {
-                    if ui.button(if self.playing { "⏸ pause (space)" } else { "▶ play (space)" }).clicked() {
+                    if ui.button(if self.playing { "Pause (space)" } else { "Play (space)" }).clicked() {
                         self.playing = !self.playing;
                     }
                     for speed in SPEEDS {

@@ -76,8 +76,8 @@ pub struct Drawn {
     pub tissue: Faces,
     /// The body, seen through.
     pub faded: Faces,
-    /// The cut face of a section; opaque, and seen through.
-    pub section: [RenderPipeline; 2],
+    /// The cut face of a section.
+    pub section: RenderPipeline,
     /// The needle.
     pub needle: RenderPipeline,
     /// Another attempt's needle.
@@ -165,7 +165,7 @@ impl Drawn {
         Self {
             tissue: faces(None),
             faded: faces(through),
-            section: [None, through].map(|blend| body("section_fragment", blend)),
+            section: body("section_fragment", None),
             needle: make(recipe(&shaders.needle, ["needle_vertex", "needle_fragment"], depth(DEPTH, true, less))),
             ghost: make(Recipe {
                 blend: through,

@@ -35,6 +35,14 @@ fn lowest_of_needle(frame: &Frame, column: f32) -> [f32; 2] {
 }
 
 #[test]
+fn a_section_does_not_fade() {
+    let frame = |fade| Frame { view: View::Section, fade, ..tenting(3, 0.0125, 0.6) };
+    let [clear, faded] = [0.0, 0.7].map(|fade| picture(&stage(), &frame(fade), SIZE));
+    let differing = changed(&clear, &faded, SEEN).len();
+    assert_eq!(differing, 0, "its layers are what it is for");
+}
+
+#[test]
 fn the_needle_ends_where_its_tip_is() {
     for (view, tip_m) in
         [(View::Whole, [0.0, 0.0, 0.02]), (View::Section, [0.004, 0.0, 0.013]), (View::Tip, [0.0, 0.0, 0.006])]
