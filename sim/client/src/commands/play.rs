@@ -11,6 +11,7 @@ use crate::exit::{Failure, Outcome};
 use crate::live::{self, open};
 use crate::new_file::create_folder;
 use crate::output;
+use crate::station::Pairing;
 use crate::window::{self, Station};
 
 /// Practise in a window
@@ -53,7 +54,7 @@ pub fn run(args: &Args) -> Outcome {
     }
     window::play(Station {
         exercises,
-        due: Vec::new(),
+        pairing: Pairing::load()?,
         device: args.device.clone(),
         devices: args.devices.clone(),
         folder: args.recordings.clone(),

@@ -1,5 +1,6 @@
 //! An attempt in progress: the servo that feels, the recorder that writes, and what the window sees of both.
 
+pub mod desk;
 mod faults;
 pub mod open;
 mod recorder;

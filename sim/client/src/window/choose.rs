@@ -50,7 +50,7 @@ fn row(ui: &mut Ui, exercise: &Exercise, due: bool) -> bool {
         ui.label(stars).on_hover_text("Difficulty");
         ui.label(format!("target {:.0} mm, {:.0}°", exercise.target_depth_mm, exercise.angle_deg));
         if due {
-            ui.colored_label(colours::WARN, "→ assigned");
+            ui.colored_label(colours::WARN, "→ due");
         }
         clicked.clicked()
     });

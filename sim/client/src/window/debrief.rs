@@ -9,7 +9,9 @@ use recording::Recording;
 use super::colours;
 use super::plots::{self, Curves};
 use crate::exit::Failure;
+use crate::live::desk::{self, Answer, Call};
 use crate::live::{Finished, Kept, Trial, Unsaved};
+use crate::station::Pairing;
 
 /// Mistakes that are shown.
 const COSTLIEST: usize = 3;
@@ -19,6 +21,10 @@ pub struct Debrief {
     /// Judged, or still in memory; `None` only while it is being saved.
     kept: Result<Judged, Option<Box<Unsaved>>>,
     servo: Option<String>,
+    pairing: Option<Pairing>,
+    delivery: Option<Call<String>>,
+    /// Why the outbox did not take it.
+    refused: Option<String>,
 }
 
 /// An attempt that is on disk and judged.
@@ -48,13 +54,43 @@ impl Debrief {
     ///
     /// # Errors
     /// When the recording cannot be read back.
-    pub fn new(trial: &Trial, finished: Finished) -> Result<Self, Failure> {
+    pub fn new(trial: &Trial, finished: Finished, pairing: Option<Pairing>) -> Result<Self, Failure> {
         let servo = finished.report.map(|report| report.to_string());
         let kept = match finished.kept {
             Ok(kept) => Ok(Judged::new(trial, kept)?),
             Err(unsaved) => Err(Some(unsaved)),
         };
-        Ok(Self { kept, servo })
+        let mut debrief = Self { kept, servo, pairing, delivery: None, refused: None };
+        debrief.deliver();
+        Ok(debrief)
+    }
+
+    /// Sends the recording to the school, if this station has joined one and somebody has signed in.
+    fn deliver(&mut self) {
+        let (Ok(judged), Some(pairing)) = (&self.kept, &self.pairing) else { return };
+        if judged.recording.session.trainee.is_empty() {
+            return;
+        }
+        match desk::deliver(&judged.kept.path, pairing.clone()) {
+            Ok(call) => self.delivery = Some(call),
+            Err(failure) => self.refused = Some(failure.to_string()),
+        }
+    }
+
+    /// What becomes of the recording, in a line.
+    fn delivery_ui(&self, ui: &mut Ui) {
+        if let Some(why) = &self.refused {
+            ui.colored_label(colours::BAD, format!("× {why}"));
+        }
+        match self.delivery.as_ref().map(desk::read) {
+            Some(Answer::Waiting) => {
+                ui.label("on its way to the school …");
+                ui.ctx().request_repaint_after_secs(0.2);
+            }
+            Some(Answer::Came(words)) => drop(ui.colored_label(colours::GOOD, format!("● {words}"))),
+            Some(Answer::Refused(why)) => drop(ui.colored_label(colours::WARN, format!("▲ {why}"))),
+            None => {}
+        }
     }
 
     /// One frame.
@@ -65,6 +101,7 @@ impl Debrief {
             ScrollArea::vertical().show(ui, |ui| match &self.kept {
                 Ok(judged) => {
                     judged.ui(ui);
+                    self.delivery_ui(ui);
                     self.servo.iter().for_each(|servo| drop(ui.label(RichText::new(servo).weak().small())));
                     false
                 }
@@ -84,6 +121,7 @@ impl Debrief {
             Ok(kept) => Ok(Judged::new(trial, kept)?),
             Err(still) => Err(Some(still)),
         };
+        self.deliver();
         Ok(())
     }
 }

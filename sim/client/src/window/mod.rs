@@ -4,6 +4,7 @@ mod canvas;
 mod choose;
 mod colours;
 mod debrief;
+mod desk;
 mod overlay;
 mod plots;
 mod replay;
@@ -22,6 +23,7 @@ use scene::{ExerciseBundle, Patient};
 use self::canvas::Canvas;
 use self::choose::{Briefing, Decision};
 use self::debrief::Debrief;
+use self::desk::Desk;
 use self::replay::Replay;
 use self::trial::Trial;
 use crate::attempt::Maker;
@@ -29,6 +31,7 @@ use crate::devices::DeviceArgs;
 use crate::exit::{Failure, Outcome};
 use crate::live::open::{self, Steered};
 use crate::live::{self, Live};
+use crate::station::Pairing;
 use crate::{commands, picture};
 
 /// Servo rate, in Hz.
@@ -38,8 +41,8 @@ const TICK_HZ: f64 = 1000.0;
 pub struct Station {
     /// Exercises to choose from.
     pub exercises: Vec<ExerciseBundle>,
-    /// Ids of the exercises that are assigned, in the order in which they are due.
-    pub due: Vec<String>,
+    /// The school that this station has joined.
+    pub pairing: Option<Pairing>,
     /// Which device.
     pub device: open::Choice,
     /// Where haptic devices are.
@@ -80,6 +83,7 @@ enum Screen {
 /// The program with its window.
 struct Window {
     station: Option<Station>,
+    desk: Desk,
     screen: Screen,
     canvas: Canvas,
     /// What could not be shown.
@@ -95,7 +99,9 @@ pub fn play(station: Station) -> Outcome {
         [_] => Screen::Briefing { at: 0, error: None },
         _ => Screen::Choose,
     };
-    open_window("Stylet", move |canvas| Ok(Window { station: Some(station), screen, canvas, error: None }))
+    open_window("Stylet", move |canvas| {
+        Ok(Window { station: Some(station), desk: Desk::default(), screen, canvas, error: None })
+    })
 }
 
 /// Opens a window on a recording, with another beside it.
@@ -109,7 +115,13 @@ pub fn watch(path: &Path, recording: Recording, other: Option<Recording>) -> Out
     open_window("Stylet: replay", move |mut canvas| {
         canvas.set_stage(&stage)?;
         let replay = replay(&bundle, &recording, other.as_ref());
-        Ok(Window { station: None, screen: Screen::Replay { replay, back: None }, canvas, error: None })
+        Ok(Window {
+            station: None,
+            desk: Desk::default(),
+            screen: Screen::Replay { replay, back: None },
+            canvas,
+            error: None,
+        })
     })
 }
 
@@ -182,8 +194,17 @@ impl Window {
     }
 
     fn choose(&mut self, ui: &mut Ui) -> Screen {
-        let Some(station) = &self.station else { return Screen::Choose };
-        match choose::choose(ui, &station.exercises, &station.due) {
+        let Some(station) = &mut self.station else { return Screen::Choose };
+        if let Some(pairing) = &station.pairing {
+            self.desk.ui(ui, pairing);
+        }
+        let signed_in = self.desk.signed_in();
+        if let Some(signed_in) = &signed_in {
+            station.trainee.clone_from(&signed_in.trainee);
+        }
+        let listed = signed_in.into_iter().flat_map(|who| who.exercises);
+        let due: Vec<String> = listed.filter(|listed| listed.due).map(|listed| listed.exercise_id).collect();
+        match choose::choose(ui, &station.exercises, &due) {
             Some(at) => Screen::Briefing { at, error: None },
             None => Screen::Choose,
         }
@@ -235,7 +256,8 @@ impl Window {
 
     fn debrief(&mut self, at: usize, trial: Trial) -> Screen {
         let (trial, finished) = trial.stop();
-        match Debrief::new(&trial, finished) {
+        let pairing = self.station.as_ref().and_then(|station| station.pairing.clone());
+        match Debrief::new(&trial, finished, pairing) {
             Ok(debrief) => Screen::Debrief { at, debrief: Box::new(debrief), trial },
             Err(failure) => Screen::Briefing { at, error: Some(failure.to_string()) },
         }

@@ -1,0 +1,63 @@
+//! Signing in at a station that has joined a school, by the code from the trainee's own page.
+
+use eframe::egui::{self, Key, TextEdit, Ui};
+
+use super::colours;
+use crate::live::desk::{Answer, Call, SignedIn, read, sign_in};
+use crate::station::Pairing;
+
+/// Who sits here.
+#[derive(Default)]
+pub struct Desk {
+    code: String,
+    call: Option<Call<SignedIn>>,
+}
+
+impl Desk {
+    /// Who has signed in.
+    pub fn signed_in(&self) -> Option<SignedIn> {
+        match self.call.as_ref().map(read)? {
+            Answer::Came(who) => Some(who),
+            Answer::Waiting | Answer::Refused(_) => None,
+        }
+    }
+
+    /// The line at the top of the choice.
+    pub fn ui(&mut self, ui: &mut Ui, pairing: &Pairing) {
+        let panel = egui::Panel::top("desk");
+        panel.show(ui, |ui| {
+            ui.add_space(6.0);
+            ui.horizontal(|ui| {
+                ui.label(format!("{} at {}", pairing.name, pairing.school));
+                ui.separator();
+                match self.call.as_ref().map(read) {
+                    Some(Answer::Came(who)) => {
+                        ui.colored_label(colours::GOOD, format!("● {}", who.display_name));
+                        if ui.button("Sign out").clicked() {
+                            *self = Self::default();
+                        }
+                    }
+                    Some(Answer::Waiting) => {
+                        ui.label("asking the school …");
+                        ui.ctx().request_repaint_after_secs(0.1);
+                    }
+                    Some(Answer::Refused(why)) => {
+                        ui.colored_label(colours::BAD, format!("× {why}"));
+                        self.ask(ui, pairing);
+                    }
+                    None => self.ask(ui, pairing),
+                }
+            });
+            ui.add_space(6.0);
+        });
+    }
+
+    fn ask(&mut self, ui: &mut Ui, pairing: &Pairing) {
+        let code = ui.add(TextEdit::singleline(&mut self.code).hint_text("your sign-in code").password(true));
+        let entered = code.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+        if (entered || ui.button("Sign in").clicked()) && !self.code.trim().is_empty() {
+            self.call = Some(sign_in(pairing.clone(), std::mem::take(&mut self.code)));
+        }
+        ui.label("Without it you practise unnamed.");
+    }
+}
