@@ -4,7 +4,7 @@ use haptics::safety::flags;
 use haptics::servo::{Record, flags as servo_flags};
 
 /// The same trouble is not said again before so many seconds have passed without it.
-const QUIET_S: f64 = 1.0;
+const QUIET_S: f64 = 10.0;
 
 const TROUBLES: [(u32, &str); 6] = [
     (flags::HELD, "the device's reading was bad or missing: the last good one was held"),

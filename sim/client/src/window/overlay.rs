@@ -1,17 +1,16 @@
 //! What is shown beside and on the picture of an attempt. Whatever has a colour has a second cue: a word, a sign or a place.
 
-use eframe::egui::{self, Align2, Color32, FontId, ProgressBar, Rect, RichText, Ui};
+use eframe::egui::{self, Align2, Color32, FontId, Painter, Pos2, ProgressBar, Rect, RichText, Ui};
 use egui_plot::{Line, Plot, PlotPoints, VLine};
 use haptics::safety;
 use haptics::servo::{Priority, Snapshot, flags as servo_flags};
-use mechanics::puncture::PunctureParams;
 use recording::EventKind;
 use render::Quality;
 use render::camera::Camera;
 
 use super::colours;
 use super::sound::Sound;
-use crate::live::{Live, Phase, Said, Shown};
+use crate::live::{Live, Phase, Said, Shown, Trial};
 
 /// Width of the instruments, in points.
 const SIDE: f32 = 300.0;
@@ -226,23 +225,34 @@ fn sign(kind: EventKind) -> (&'static str, Color32) {
 pub fn heading(ui: &Ui, rect: Rect, Instruments { live, .. }: &Instruments<'_>) {
     let exercise = &live.trial.bundle.exercise;
     let painter = ui.painter_at(rect);
-    let at = rect.left_top() + egui::vec2(14.0, 10.0);
-    let title = painter.text(at, Align2::LEFT_TOP, &exercise.title, FontId::proportional(18.0), Color32::WHITE);
+    let title = plate(&painter, rect.left_top() + egui::vec2(14.0, 10.0), Align2::LEFT_TOP, (&exercise.title, 18.0));
     let views =
         if exercise.feedback.inside() { "view: 1 whole, 2 tip, 3 section" } else { exercise.feedback.in_words() };
-    painter.text(title.left_bottom(), Align2::LEFT_TOP, views, FontId::proportional(12.0), Color32::from_gray(210));
+    plate(&painter, title.left_bottom() + egui::vec2(0.0, 6.0), Align2::LEFT_TOP, (views, 12.5));
 }
 
-/// Names of the layers beside their bands in the section.
-pub fn bands(ui: &Ui, rect: Rect, camera: &Camera, params: &PunctureParams) {
+/// Names of the layers in their bands in the section, beside the needle.
+pub fn bands(ui: &Ui, rect: Rect, camera: &Camera, trial: &Trial) {
+    /// So far beside the planned entry, in m.
+    const BESIDE_M: f64 = 0.018;
     let painter = ui.painter_at(rect);
     let size = [rect.width(), rect.height()].map(|side| side as u32);
+    let entry_m = trial.bundle.exercise.entry_m();
     let mut top_m = 0.0;
-    for layer in &params.spec().axial.layers {
+    for layer in &trial.params.spec().axial.layers {
         let middle_m = top_m + 0.5 * layer.thickness_m;
         top_m += layer.thickness_m;
-        let [_, y] = camera.pixel([0.0, 0.0, -middle_m as f32].into(), size);
-        let at = egui::pos2(rect.left() + 14.0, rect.top() + y);
-        painter.text(at, Align2::LEFT_CENTER, &layer.name, FontId::proportional(14.0), Color32::WHITE);
+        let place_m = [entry_m.x + BESIDE_M, entry_m.y, -middle_m].map(|c| c as f32);
+        let [x, y] = camera.pixel(place_m.into(), size);
+        plate(&painter, rect.left_top() + egui::vec2(x, y), Align2::LEFT_CENTER, (&layer.name, 13.0));
     }
+}
+
+/// Text of a size on a dark plate, so that it is readable on any picture.
+fn plate(painter: &Painter, at: Pos2, align: Align2, (text, size): (&str, f32)) -> Rect {
+    let text = painter.layout_no_wrap(text.to_owned(), FontId::proportional(size), Color32::WHITE);
+    let rect = align.anchor_size(at, text.size());
+    painter.rect_filled(rect.expand2([6.0, 3.0].into()), 4.0, Color32::from_black_alpha(150));
+    painter.galley(rect.min, text, Color32::WHITE);
+    rect
 }

@@ -75,7 +75,7 @@ impl Trial {
             let picture = canvas.show(ui, &frame);
             overlay::heading(ui, picture.rect, &instruments);
             if overlay && self.look.view == View::Section {
-                overlay::bands(ui, picture.rect, &canvas.camera(&frame), &self.live.trial.params);
+                overlay::bands(ui, picture.rect, &canvas.camera(&frame), &self.live.trial);
             }
             picture
         });
