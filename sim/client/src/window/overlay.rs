@@ -233,8 +233,8 @@ pub fn heading(ui: &Ui, rect: Rect, Instruments { live, .. }: &Instruments<'_>) 
 
 /// Names of the layers in their bands in the section, beside the needle.
 pub fn bands(ui: &Ui, rect: Rect, camera: &Camera, trial: &Trial) {
-    /// So far beside the planned entry, in m.
-    const BESIDE_M: f64 = 0.018;
+    /// So far beside the planned entry, in points; a needle leans to the right in its section.
+    const BESIDE: f32 = 150.0;
     let painter = ui.painter_at(rect);
     let size = [rect.width(), rect.height()].map(|side| side as u32);
     let entry_m = trial.bundle.exercise.entry_m();
@@ -242,9 +242,9 @@ pub fn bands(ui: &Ui, rect: Rect, camera: &Camera, trial: &Trial) {
     for layer in &trial.params.spec().axial.layers {
         let middle_m = top_m + 0.5 * layer.thickness_m;
         top_m += layer.thickness_m;
-        let place_m = [entry_m.x + BESIDE_M, entry_m.y, -middle_m].map(|c| c as f32);
+        let place_m = [entry_m.x, entry_m.y, -middle_m].map(|c| c as f32);
         let [x, y] = camera.pixel(place_m.into(), size);
-        plate(&painter, rect.left_top() + egui::vec2(x, y), Align2::LEFT_CENTER, (&layer.name, 13.0));
+        plate(&painter, rect.left_top() + egui::vec2(x - BESIDE, y), Align2::LEFT_CENTER, (&layer.name, 13.0));
     }
 }
 
