@@ -94,7 +94,9 @@ impl SceneBlock {
         let punctures = latest(&frame.punctures);
         let depth_m = stage.depth_m();
         let touched = frame.touched.map_or(-1.0, |which| which as f32);
-        let fade = if frame.fade.is_finite() { frame.fade.clamp(0.0, 1.0) } else { 0.0 };
+        // A section shows what is inside as it is: nothing of it fades.
+        let fades = frame.fade.is_finite() && frame.view != View::Section;
+        let fade = if fades { frame.fade.clamp(0.0, 1.0) } else { 0.0 };
         Self {
             clip_from_world: camera.clip_from_world,
             world_from_clip: camera.clip_from_world.inverse(),

@@ -139,6 +139,7 @@ fn of_exercise(path: &Path, look: Look) -> Result<Film, Failure> {
     let params = commands::puncture_params(path, &bundle, &Patient::nominal(&bundle.scene))?;
     let stage = picture::stage(path, &bundle, &params)?;
     let source = Source::Exercise(Box::new(Moment::before(&bundle.exercise)));
+    let look = Look { anatomy: !bundle.scene.structures.is_empty(), ..look };
     Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })
 }
 
@@ -147,6 +148,7 @@ fn of_recording(path: &Path, look: Look) -> Result<Film, Failure> {
     let bundle = commands::own_exercise(path, &recording)?;
     let stage = window::stage_of(path, &bundle, &recording)?;
     let duration_s = recording.samples.last().map_or(0.0, |sample| sample.t_s);
+    let look = Look { anatomy: !bundle.scene.structures.is_empty(), ..look };
     let source = Source::Recording(Box::new(Telling::new(Arc::new(recording), &bundle.exercise)), duration_s);
     Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })
 }

@@ -18,8 +18,8 @@ const BLEEDING_S: f64 = 4.0;
 /// Depth, in m, and dissipated energy, in J, that each make two thirds of the blood there can be.
 const BLEEDING_DEPTH_M: f64 = 0.020;
 const BLEEDING_J: f64 = 0.015;
-/// The body is faded this much when the tip is at the target.
-const FADED: f64 = 0.7;
+/// A body with something inside is faded this much when the tip is at the target.
+const FADED: f64 = 0.5;
 
 /// What has happened so far.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -63,6 +63,8 @@ pub struct Look {
     pub guide: bool,
     /// The body is seen from outside: not cut open, not faded.
     pub closed: bool,
+    /// There is something inside to be seen: the body fades as the needle goes deeper.
+    pub anatomy: bool,
 }
 
 impl Moment {
@@ -158,7 +160,7 @@ impl Moment {
             loads_n: self.loads_n.clone(),
             entry_m: inside.map(|track| track.entry_m.map(|c| c as f32)),
             punctures: self.tracks.iter().map(|track| track.puncture(t_s)).collect(),
-            fade: if look.closed { 0.0 } else { (FADED * deep) as f32 },
+            fade: if look.anatomy && !look.closed { (FADED * deep) as f32 } else { 0.0 },
             guide: look.guide,
             touched: self.hit.filter(|hit| t_s - hit.at_s < LIT_S).map(|hit| hit.structure),
             closed: look.closed,
@@ -323,7 +325,8 @@ mod tests {
     fn the_body_fades_on_the_way_to_the_target_unless_it_is_closed() {
         let mut moment = twice();
         moment.sample(&sample(4.0, 40.0));
-        let fade = |closed| moment.frame(&Look { closed, ..Look::default() }, 0.02).fade;
-        assert!((f64::from(fade(false)) - FADED).abs() < 1e-6 && fade(true).abs() < 1e-9);
+        let fade = |closed, anatomy| moment.frame(&Look { closed, anatomy, ..Look::default() }, 0.02).fade;
+        assert!((f64::from(fade(false, true)) - FADED).abs() < 1e-6);
+        assert!(fade(true, true).abs() < 1e-9 && fade(false, false).abs() < 1e-9, "closed, or nothing to be seen");
     }
 }

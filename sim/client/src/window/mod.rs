@@ -126,8 +126,7 @@ pub fn watch(path: &Path, recording: Recording, other: Option<Recording>) -> Out
 }
 
 fn replay(bundle: &ExerciseBundle, recording: &Arc<Recording>, other: Option<&Arc<Recording>>) -> Box<Replay> {
-    let names = bundle.scene.layers.iter().map(|layer| layer.name.clone());
-    let replay = Replay::new(&bundle.exercise, recording, names);
+    let replay = Replay::new(bundle, recording);
     Box::new(match other {
         Some(other) => replay.beside(&bundle.exercise, other),
         None => replay,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui::{self, Key, RichText, Slider, Ui};
 use recording::Recording;
-use scene::Exercise;
+use scene::{Exercise, ExerciseBundle};
 
 use super::canvas::Canvas;
 use super::plots::{self, Curves};
@@ -50,13 +50,14 @@ pub struct Replay {
 impl Replay {
     /// Shows a recording of an exercise, and another beside it.
     #[must_use]
-    pub fn new(exercise: &Exercise, recording: &Arc<Recording>, names: impl Iterator<Item = String>) -> Self {
+    pub fn new(ExerciseBundle { exercise, scene, .. }: &ExerciseBundle, recording: &Arc<Recording>) -> Self {
+        let names = scene.layers.iter().map(|layer| layer.name.clone());
         Self {
             layers: plots::layers(recording, names, exercise.angle_deg),
             shown: Shown::new("this attempt", Arc::clone(recording), exercise),
             ghost: None,
             target_depth_m: exercise.target_depth_mm * 1e-3,
-            look: Look { guide: true, ..Look::default() },
+            look: Look { guide: true, anatomy: !scene.structures.is_empty(), ..Look::default() },
             now_s: 0.0,
             speed: 1.0,
             playing: true,

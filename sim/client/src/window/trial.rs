@@ -46,7 +46,9 @@ impl Trial {
     /// Shows an attempt, and what moves its device.
     pub fn new(live: Live, (steered, passed_over): (Steered, Vec<String>), guided: bool) -> Self {
         let steering = Steering::new(&live.trial.bundle.exercise);
-        let look = Look { guide: guided, closed: !live.trial.bundle.exercise.feedback.inside(), ..Look::default() };
+        let bundle = &live.trial.bundle;
+        let (closed, anatomy) = (!bundle.exercise.feedback.inside(), !bundle.scene.structures.is_empty());
+        let look = Look { guide: guided, closed, anatomy, ..Look::default() };
         Self { live, steering, steered, passed_over, look, sound: Sound::open(), pops_heard: 0 }
     }
 
