@@ -1,5 +1,7 @@
 //! The documents that an attempt carries: into the recording, and out of it again.
 
+use std::path::Path;
+
 use recording::session::{EXERCISE_ATTACHMENT, MESH_PREFIX, SCENE_ATTACHMENT};
 use recording::{Attachment, Recording};
 use scene::ExerciseBundle;
@@ -19,8 +21,14 @@ pub fn attachments(bundle: &ExerciseBundle) -> Vec<Attachment> {
     documents
         .into_iter()
         .map(|(name, bytes)| attachment(name.to_owned(), "application/toml", bytes))
-        .chain(meshes.map(|(name, bytes)| attachment(format!("{MESH_PREFIX}{name}"), "model/stl", bytes)))
+        .chain(meshes.map(|(name, bytes)| attachment(format!("{MESH_PREFIX}{name}"), media_type(name), bytes)))
         .collect()
+}
+
+/// The media type of a mesh, by its file's extension.
+fn media_type(file: &str) -> &'static str {
+    let extension = Path::new(file).extension();
+    if extension.is_some_and(|e| e.eq_ignore_ascii_case("obj")) { "model/obj" } else { "model/stl" }
 }
 
 /// The exercise that a recording carries.

@@ -1,6 +1,7 @@
 //! A scene: layers, needle, structures, tissue options.
 
 use mechanics::structures::{StructureKind, StructureSpec};
+use nalgebra::Point3;
 use serde::Deserialize;
 
 /// A layer as its author wrote it: at 2.0 mm diameter, diamond tip, lubrication 1, toughness 1.
@@ -88,6 +89,17 @@ impl SceneStructure {
     }
 }
 
+/// The skin's own shape. It is for the picture: to the force law the skin is the plane z = 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneSkin {
+    /// Vertices, patient frame, in m.
+    pub vertices_m: Vec<Point3<f64>>,
+    /// Triangles, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// File name of the mesh.
+    pub file: String,
+}
+
 /// How the tissue deforms.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct TissueOptions {
@@ -116,6 +128,8 @@ pub struct Scene {
     pub rate: Option<mechanics::axial::RateDependence>,
     /// Structures.
     pub structures: Vec<SceneStructure>,
+    /// The skin's own shape, where the scene brings one.
+    pub skin: Option<SceneSkin>,
     /// Tissue options.
     pub tissue: TissueOptions,
     /// Lower-case hexadecimal SHA-256 of the document's bytes.

@@ -4,12 +4,11 @@ use mechanics::axial::RateDependence;
 use mechanics::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
-use serde_json::Value;
 
 use crate::describe::SCENE;
 use crate::error::DocumentError;
-use crate::mesh;
 use crate::model::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
+use crate::read_anatomy::read_anatomy;
 use crate::source::Source;
 use crate::walk::Walked;
 
@@ -64,9 +63,9 @@ pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<(Scene, Files
     doc.refuse_duplicates("structure", "name");
     check_needle(&mut doc);
     check_tissue(&mut doc);
-    let (meshes, files) = read_structures(&mut doc, find);
+    let anatomy = read_anatomy(&mut doc, find);
     let raw: RawScene = doc.finish()?;
-    let structures = raw.structure.into_iter().zip(meshes).map(|(s, mesh)| structure(s, mesh)).collect();
+    let structures = raw.structure.into_iter().zip(anatomy.meshes).map(|(s, mesh)| structure(s, mesh)).collect();
     let rate = raw.rate.map(|r| RateDependence { p_infinity_n: r.p_infinity_n, v0_m_per_s: r.v0_mm_per_s / 1e3 });
     let scene = Scene {
         id: raw.id,
@@ -76,10 +75,11 @@ pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<(Scene, Files
         needle: raw.needle,
         rate,
         structures,
+        skin: anatomy.skin,
         tissue: raw.tissue,
         sha256,
     };
-    Ok((scene, files))
+    Ok((scene, anatomy.files))
 }
 
 /// Bore of a needle as a share of its diameter where the scene states none: an 18 gauge cannula of regular wall has
@@ -128,58 +128,6 @@ fn check_tissue(doc: &mut Walked) {
     if tissue["coupling"] == "field" && tissue["model"] == "none" {
         let allowed = "allowed: none, for model = \"none\" has no field; another model has one";
         doc.refuse("tissue.coupling", "\"field\"", allowed);
-    }
-}
-
-/// Checks each structure's own keys, and reads its mesh if it has one.
-fn read_structures(doc: &mut Walked, find: Find<'_>) -> (Vec<Option<Shape>>, Files) {
-    let (mut shapes, mut files) = (Vec::new(), Files::new());
-    for (at, table) in doc.tables("structure").iter().enumerate() {
-        check_shape_keys(doc, table, &format!("structure[{at}]"));
-        let mut shape = None;
-        if let (Some("mesh"), Some(file), Some(unit)) =
-            (table["shape"].as_str(), table["file"].as_str(), table["unit"].as_str())
-        {
-            match find(file).and_then(|bytes| mesh::read(&bytes, unit == "mm").map(|shape| (bytes, shape))) {
-                Ok((bytes, mesh)) => {
-                    shape = Some(mesh);
-                    if !files.iter().any(|(name, _)| name == file) {
-                        files.push((file.to_owned(), bytes));
-                    }
-                }
-                Err(why) => doc.refuse(&format!("structure[{at}].file"), &format!("\"{file}\": {why}"), mesh::ALLOWED),
-            }
-        }
-        shapes.push(shape);
-    }
-    (shapes, files)
-}
-
-/// Which keys a shape needs; it may have no others of these.
-const SHAPE_KEYS: [(&str, &[&str]); 4] = [
-    ("sphere", &["radius_mm"]),
-    ("capsule", &["radius_mm", "half_axis_mm"]),
-    ("box", &["half_extents_mm"]),
-    ("mesh", &["file", "unit"]),
-];
-
-fn check_shape_keys(doc: &mut Walked, table: &Value, path: &str) {
-    let Some(&(shape, needed)) = SHAPE_KEYS.iter().find(|(shape, _)| table["shape"] == **shape) else { return };
-    let mut all: Vec<&str> = SHAPE_KEYS.iter().flat_map(|(_, keys)| keys.iter().copied()).collect();
-    all.dedup();
-    for key in all {
-        let field = format!("{path}.{key}");
-        match (needed.contains(&key), table[key].is_null()) {
-            (true, true) if !doc.is_written(&field) => doc.refuse(&field, "missing", &format!("a {shape} needs it")),
-            (false, false) => {
-                doc.refuse(&field, "not a key of this shape", &format!("a {shape} has {}", needed.join(", ")))
-            }
-            _ => {}
-        }
-    }
-    let extents = table["half_extents_mm"].as_array();
-    if shape == "box" && extents.is_some_and(|e| e.iter().any(|v| v.as_f64().is_none_or(|v| v <= 0.0))) {
-        doc.refuse(&format!("{path}.half_extents_mm"), "a half extent of 0 mm or less", "allowed: each above 0 mm");
     }
 }
 

@@ -21,6 +21,7 @@ pub fn bundle() -> ExerciseBundle {
         needle: needle(),
         rate: None,
         structures: Vec::new(),
+        skin: None,
         tissue: TissueOptions { model: "none".into(), tolerance: 0.01, coupling: "none".into() },
         sha256: String::new(),
     };

@@ -24,6 +24,7 @@ pub fn stage(file: &Path, bundle: &ExerciseBundle, params: &PunctureParams) -> R
     Ok(Stage {
         layers: layers(scene, spec),
         needle: needle(scene, spec),
+        skin: scene.skin.as_ref().map(|skin| mesh(&skin.vertices_m, &skin.triangles)),
         structures: spec.structures.iter().map(structure).collect(),
         field: profiles.map(table).unwrap_or_default(),
         ..planned(exercise)
@@ -88,8 +89,11 @@ fn structure(spec: &StructureSpec) -> Structure {
         StructureKind::Bone => frame::StructureKind::Bone,
         StructureKind::Organ => frame::StructureKind::Organ,
     };
-    let mesh = Mesh { positions_m: corners.iter().map(point).collect(), triangles };
-    Structure { name: spec.name.clone(), kind, mesh }
+    Structure { name: spec.name.clone(), kind, mesh: mesh(&corners, &triangles) }
+}
+
+fn mesh(corners: &[Point3<f64>], triangles: &[[u32; 3]]) -> Mesh {
+    Mesh { positions_m: corners.iter().map(point).collect(), triangles: triangles.to_vec() }
 }
 
 fn table(profiles: Profiles) -> FieldTable {

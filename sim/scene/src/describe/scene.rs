@@ -1,6 +1,7 @@
 //! The fields of a scene.
 
 use super::{Field, Kind, Presence, Table, Text};
+use crate::mesh::Axes;
 
 /// A scene.
 pub(crate) static SCENE: Table = Table {
@@ -12,6 +13,7 @@ pub(crate) static SCENE: Table = Table {
         Field::new("layer", Kind::Tables { table: &LAYER, min: 1, max: 32 }, "Layers from the surface down").required(),
         Field::new("needle", Kind::Table(&NEEDLE), "The needle").with(Presence::Empty),
         Field::new("rate", Kind::Table(&RATE), "Rate dependence of the thresholds: P(v) = P∞ + (P0 − P∞)/(1 + v/v0)"),
+        Field::new("skin", Kind::Table(&SKIN), "The skin's own shape, for the picture; a made-up back if left out"),
         Field::new("structure", Kind::Tables { table: &STRUCTURE, min: 0, max: 64 }, "Structures inside the body")
             .with(Presence::Empty),
         Field::new("tissue", Kind::Table(&TISSUE), "How the tissue deforms").with(Presence::Empty),
@@ -94,12 +96,36 @@ static STRUCTURE: Table = Table {
         Field::new("kind", Kind::Choice(&["target", "vessel", "nerve", "bone", "organ"]), "What it is to the exercise")
             .required(),
         Field::new("shape", Kind::Choice(&["sphere", "capsule", "box", "mesh"]), "Its shape").required(),
-        Field::place("position_mm", 500.0, "Its centre; for a mesh, where the mesh's origin goes").required(),
+        Field::place("position_mm", FARTHEST_MM, "Its centre; for a mesh, where the mesh's origin goes").required(),
         Field::number("radius_mm", "mm", (0.05, 500.0), "Radius of a sphere or capsule"),
         Field::place("half_axis_mm", 500.0, "Half of a capsule's axis, from its centre to one end"),
         Field::place("half_extents_mm", 500.0, "Half of each edge of a box, each above 0"),
-        Field::text("file", &Text::LINE, "STL file of a mesh, relative to the scene"),
-        Field::new("unit", Kind::Choice(&["mm", "m"]), "Unit of the mesh's coordinates: STL does not say"),
+        Field::text("file", &Text::LINE, "STL or OBJ file of a mesh, relative to the scene"),
+        UNIT,
+        AXES,
+    ],
+};
+
+/// Coordinates of a scanner may begin so far from the body, in mm.
+const FARTHEST_MM: f64 = 1500.0;
+
+const UNIT: Field =
+    Field::new("unit", Kind::Choice(&["mm", "m"]), "Unit of the mesh's coordinates: its file does not say");
+
+const AXES: Field = Field::new(
+    "axes",
+    Kind::Choice(Axes::WORDS),
+    "Where the mesh's coordinates point: patient (x right, y superior, z posterior; if left out), RAS (right, anterior, \
+     superior) or LPS (left, posterior, superior)",
+);
+
+static SKIN: Table = Table {
+    doc: "The skin's own shape, for the picture: forces keep to the plane z = 0. Over the origin it is within 5 mm of it",
+    fields: &[
+        Field::text("file", &Text::LINE, "STL or OBJ file, relative to the scene; it may be open").required(),
+        UNIT.required(),
+        AXES,
+        Field::place("position_mm", FARTHEST_MM, "Where the mesh's origin goes in the patient frame; 0 if left out"),
     ],
 };
 

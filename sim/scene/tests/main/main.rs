@@ -3,6 +3,8 @@
 #![expect(clippy::float_cmp, reason = "what is read back must be exactly what was written")]
 
 #[cfg(test)]
+mod anatomy;
+#[cfg(test)]
 mod epidural;
 #[cfg(test)]
 mod field_case;

@@ -135,7 +135,7 @@ fn a_structure_has_the_keys_of_its_shape() {
     let flat = with("shape = \"box\"\nhalf_extents_mm = [1, 0, 1]");
     says(&error(SCENE, "[needle]", &flat), &["structure[0].half_extents_mm", "each above 0 mm"]);
     let far = with("shape = \"sphere\"\nradius_mm = 2").replace("-20", "-2000");
-    says(&error(SCENE, "[needle]", &far), &["structure[0].position_mm: [0, 0, -2000] mm", "from -500 to 500 mm"]);
+    says(&error(SCENE, "[needle]", &far), &["structure[0].position_mm: [0, 0, -2000] mm", "from -1500 to 1500 mm"]);
 }
 
 #[test]

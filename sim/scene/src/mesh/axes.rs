@@ -1,0 +1,40 @@
+//! Where a mesh's coordinates point, and how they turn into the patient frame.
+//!
+//! The patient lies prone, so that +z, out of the body, is posterior; +y is superior, towards the head. The third axis
+//! of a right-handed frame, superior × posterior, is the patient's right: +x.
+
+use nalgebra::Point3;
+
+/// The axes of a mesh's coordinates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Axes {
+    /// Those of the patient frame: right, superior, posterior.
+    Patient,
+    /// Right, anterior, superior, as in `NIfTI` and 3D Slicer.
+    Ras,
+    /// Left, posterior, superior, as in DICOM and ITK.
+    Lps,
+}
+
+impl Axes {
+    /// The words that documents have for them.
+    pub(crate) const WORDS: &[&str] = &["patient", "RAS", "LPS"];
+
+    /// The axes of a word; those of the patient frame for a word that is none of them.
+    pub(crate) fn of(word: &str) -> Self {
+        match word {
+            "RAS" => Self::Ras,
+            "LPS" => Self::Lps,
+            _ => Self::Patient,
+        }
+    }
+
+    /// A point in the patient frame. Each case is a rotation: a mirror would turn a mesh inside out.
+    pub(crate) fn to_patient(self, [a, b, c]: [f64; 3]) -> Point3<f64> {
+        match self {
+            Self::Patient => Point3::new(a, b, c),
+            Self::Ras => Point3::new(a, c, -b),
+            Self::Lps => Point3::new(-a, c, b),
+        }
+    }
+}

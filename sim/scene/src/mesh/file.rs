@@ -1,0 +1,85 @@
+//! Triangles from the bytes of an STL or OBJ file.
+
+use std::fmt::Write as _;
+use std::io::Cursor;
+use std::path::Path;
+
+use tobj::LoadOptions;
+
+use super::Raw;
+
+/// The triangles of a file, whose format its name's extension tells.
+///
+/// # Errors
+/// Another format, or why the bytes cannot be read as this one.
+pub(super) fn parse(name: &str, bytes: &[u8]) -> Result<Raw, String> {
+    let extension = Path::new(name).extension().unwrap_or_default().to_ascii_lowercase();
+    match extension.to_str() {
+        Some("stl") => stl(bytes).map_err(|why| format!("unreadable as STL ({why})")),
+        Some("obj") => obj(bytes).map_err(|why| format!("unreadable as OBJ ({why})")),
+        _ => Err(format!("a file that ends in \".{}\"", extension.display())),
+    }
+}
+
+fn stl(bytes: &[u8]) -> Result<Raw, String> {
+    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| e.to_string())?;
+    Ok(Raw {
+        corners: mesh.vertices.iter().map(|v| v.0).collect(),
+        triangles: mesh.faces.iter().map(|f| f.vertices).collect(),
+    })
+}
+
+/// All objects and groups of a file together, polygons cut into triangles as fans.
+fn obj(bytes: &[u8]) -> Result<Raw, String> {
+    let text = std::str::from_utf8(bytes).map_err(|_| "not text")?;
+    let shape = shape_of(text)?;
+    let mut reader = Cursor::new(shape.as_bytes());
+    let options = LoadOptions { triangulate: true, ..LoadOptions::default() };
+    let loaded = tobj::load_obj_buf(&mut reader, &options, |_| Err(tobj::LoadError::MaterialParseError));
+    let (models, _) = loaded.map_err(|error| match error {
+        // Told after the last line, of all faces together.
+        tobj::LoadError::FaceVertexOutOfBounds => "a face names a vertex that the file does not have".to_owned(),
+        error => format!("line {}: {error}", shape[..reader.position() as usize].lines().count()),
+    })?;
+    let mut raw = Raw { corners: Vec::new(), triangles: Vec::new() };
+    for model in models {
+        let first = raw.corners.len();
+        let index = |at: u32| first + at as usize;
+        raw.corners.extend(model.mesh.positions.as_chunks::<3>().0);
+        raw.triangles.extend(model.mesh.indices.as_chunks::<3>().0.iter().map(|t| t.map(index)));
+    }
+    Ok(raw)
+}
+
+/// The vertices and faces of an OBJ text, places only, on the lines where they stood.
+///
+/// The rest is nothing to a shape, and a mistake in it (a material that is missing, a texture's coordinate beyond the
+/// last) should not refuse a mesh.
+fn shape_of(text: &str) -> Result<String, String> {
+    let mut shape = String::with_capacity(text.len());
+    for (at, line) in text.lines().enumerate() {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("v") => {
+                shape.push('v');
+                words.take(3).for_each(|word| push(&mut shape, word));
+            }
+            Some("f") => {
+                let corners = words.clone().count();
+                if corners < 3 {
+                    return Err(format!("line {}: a face of {corners} corners", at + 1));
+                }
+                shape.push('f');
+                words.for_each(|word| push(&mut shape, word.split('/').next().unwrap_or_default()));
+            }
+            _ => {}
+        }
+        shape.push('\n');
+    }
+    Ok(shape)
+}
+
+fn push(line: &mut String, word: &str) {
+    // Writing to a string cannot fail.
+    let _ = write!(line, " {word}");
+}

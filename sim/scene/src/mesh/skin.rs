@@ -1,0 +1,43 @@
+//! Where the skin must be: over the origin, where needles enter.
+
+use nalgebra::Point3;
+
+/// How far from the plane of the force law the skin may be over the origin, in m.
+const NEAR_M: f64 = 5e-3;
+
+/// The highest surface over the origin is near it, and faces up.
+///
+/// # Errors
+/// How far it is, or that its back is seen.
+pub(super) fn check_over_origin(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<(), String> {
+    let crossings = triangles.iter().filter_map(|t| crossing(t.map(|v| &vertices[v as usize])));
+    match crossings.max_by(|(one, _), (other, _)| one.total_cmp(other)) {
+        None => {
+            let nearest_m = vertices.iter().map(|v| v.coords.norm()).fold(f64::INFINITY, f64::min);
+            Err(format!(
+                "a skin that is not over the origin (its nearest vertex is {:.1} mm away); are position_mm and axes right?",
+                nearest_m * 1e3
+            ))
+        }
+        Some((height_m, _)) if height_m.abs() > NEAR_M => {
+            Err(format!("a skin at z = {:.1} mm over the origin; are position_mm and axes right?", height_m * 1e3))
+        }
+        Some((_, false)) => {
+            Err("a skin that is inside out over the origin: its triangles run clockwise seen from outside; \
+            are axes right?"
+                .to_owned())
+        }
+        Some((_, true)) => Ok(()),
+    }
+}
+
+/// Height in m at which the z axis crosses a triangle, and whether its front faces up.
+fn crossing([a, b, c]: [&Point3<f64>; 3]) -> Option<(f64, bool)> {
+    // Twice the area of each corner's opposite edge with the origin, from above: barycentric coordinates.
+    let twice = |p: &Point3<f64>, q: &Point3<f64>| p.x * q.y - p.y * q.x;
+    let weights = [twice(b, c), twice(c, a), twice(a, b)];
+    let whole: f64 = weights.iter().sum();
+    let is_inside = weights.iter().all(|w| *w >= 0.0) || weights.iter().all(|w| *w <= 0.0);
+    let height = || (weights[0] * a.z + weights[1] * b.z + weights[2] * c.z) / whole;
+    (is_inside && whole != 0.0).then(|| (height(), whole > 0.0))
+}

@@ -1,0 +1,60 @@
+//! How triangles hang together.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A manifold of one orientation: at most two triangles at an edge, which walk it in opposite directions, and one fan of
+/// triangles around each vertex. Counts its open edges.
+///
+/// # Errors
+/// What is not so, and how often.
+pub(super) fn check_manifold(triangles: &[[u32; 3]]) -> Result<usize, String> {
+    let without_area = triangles.iter().filter(|[a, b, c]| a == b || b == c || c == a).count();
+    refuse(without_area, "triangles with two corners in one place")?;
+    let open = check_edges(triangles)?;
+    refuse(pinched(triangles), "vertices at which only corners of the surface touch")?;
+    Ok(open)
+}
+
+fn refuse(count: usize, what: &str) -> Result<(), String> {
+    if count == 0 { Ok(()) } else { Err(format!("a mesh that is not manifold ({count} {what})")) }
+}
+
+fn check_edges(triangles: &[[u32; 3]]) -> Result<usize, String> {
+    /// How often an edge is walked from its lower vertex to its higher one, and back.
+    type Walks = (usize, usize);
+    let mut edges: BTreeMap<(u32, u32), Walks> = BTreeMap::new();
+    for [a, b, c] in triangles.iter().copied() {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            let walks = edges.entry((from.min(to), from.max(to))).or_default();
+            if from < to { walks.0 += 1 } else { walks.1 += 1 }
+        }
+    }
+    let count = |is: fn(&Walks) -> bool| edges.values().filter(|walks| is(walks)).count();
+    refuse(count(|(there, back)| there + back > 2), "edges in three or more triangles")?;
+    let turned = count(|walks| matches!(walks, (2, 0) | (0, 2)));
+    if turned > 0 {
+        return Err(format!("a mesh that is not of one orientation ({turned} edges with one side turned over)"));
+    }
+    Ok(count(|(there, back)| there + back == 1))
+}
+
+/// Vertices whose triangles are more than one fan.
+///
+/// The far edges of a fan make one chain. Edges are known to be sound, so each vertex of it has at most one successor.
+fn pinched(triangles: &[[u32; 3]]) -> usize {
+    let corners = triangles.iter().flat_map(|&[a, b, c]| [(a, b, c), (b, c, a), (c, a, b)]);
+    let mut links: Vec<(u32, u32, u32)> = corners.collect();
+    links.sort_unstable();
+    links.chunk_by(|one, next| one.0 == next.0).filter(|fan| chain(fan) < fan.len()).count()
+}
+
+/// Length of the first chain of a fan's far edges: one that begins where no other ends, or else a ring.
+fn chain(fan: &[(u32, u32, u32)]) -> usize {
+    let ends: BTreeSet<u32> = fan.iter().map(|&(_, _, to)| to).collect();
+    let Some(first) = fan.iter().find(|(_, from, _)| !ends.contains(from)).or(fan.first()) else { return 0 };
+    let follow = |&(_, _, to): &(u32, u32, u32)| {
+        let next = fan.binary_search_by_key(&to, |&(_, from, _)| from).ok()?;
+        fan.get(next).filter(|link| *link != first).copied()
+    };
+    std::iter::successors(Some(*first), follow).count()
+}
