@@ -105,7 +105,11 @@ fn check_size(corners: &[Point3<f64>], allowed_m: &RangeInclusive<f64>) -> Resul
         most - least
     };
     let size_m = (0..3).map(extent).fold(0.0, f64::max);
-    if allowed_m.contains(&size_m) { Ok(()) } else { Err(format!("a mesh of {} mm; is its unit right?", size_m * 1e3)) }
+    if allowed_m.contains(&size_m) {
+        Ok(())
+    } else {
+        Err(format!("a mesh of {} mm; is its unit right?", (size_m * 1e6).round() / 1e3))
+    }
 }
 
 /// Vertices without repetition, and the new index of each old one.
