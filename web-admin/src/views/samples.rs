@@ -184,6 +184,7 @@ fn scene() -> Scene {
             structure("lumbar vessel", StructureKind::Vessel, -0.008, -0.018),
             structure("transverse process", StructureKind::Bone, 0.022, -0.022),
         ],
+        skin: None,
         tissue: TissueOptions { model: "auto".to_owned(), tolerance: 0.01, coupling: "none".to_owned() },
         sha256: "c0ffee".to_owned(),
     }
