@@ -54,7 +54,10 @@ fn scene(file: &str, bytes: &[u8], text: &str) -> Result<Scene, DocumentError> {
     }
 }
 
-fn mesh(obj: &str, more: &str) -> Result<(Vec<Point3<f64>>, Vec<[u32; 3]>), DocumentError> {
+/// Corners in m, and triangles.
+type Surface = (Vec<Point3<f64>>, Vec<[u32; 3]>);
+
+fn mesh(obj: &str, more: &str) -> Result<Surface, DocumentError> {
     match &scene("k.obj", obj.as_bytes(), &organ("k.obj", more))?.structures[0].spec.shape {
         Shape::Mesh { vertices_m, triangles } => Ok((vertices_m.clone(), triangles.clone())),
         other => panic!("not a mesh: {other:?}"),
