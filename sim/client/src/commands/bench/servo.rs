@@ -167,6 +167,6 @@ fn chart(measured: &Report) -> Chart {
         y: "share of ticks that exceed it".to_owned(),
         curves: vec![curve("lateness", &measured.lateness), curve("compute", &measured.compute)],
         legend: SeriesLabelPosition::LowerLeft,
-        rings: vec![ring("bars: lateness p99, compute p99.9", 0.01), ring("", 0.001)],
+        rings: vec![ring("lateness: the p99 promised", 0.01), ring("compute: the p99.9 promised", 0.001)],
     }
 }
