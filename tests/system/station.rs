@@ -6,6 +6,9 @@ use std::io::{Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::path::Path;
 use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
+use std::sync::atomic::Ordering::SeqCst;
 use std::thread;
 
 use serde_json::{Value, json};
@@ -44,31 +47,43 @@ fn code_on(page: &str) -> String {
 }
 
 /// A network in front of a service: the first connections are cut after a random number of bytes, in a known sequence.
-fn breaking_network(service: &str) -> String {
-    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
-    let address = format!("http://{}", listener.local_addr().expect("an address"));
-    let service = service.trim_start_matches("http://").to_owned();
-    thread::spawn(move || {
-        let mut word = 2026_u32;
-        for (n, client) in listener.incoming().flatten().enumerate() {
-            // The generator of Numerical Recipes; the seed is of no importance.
-            word = word.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            let allowance = if n < CUTS { (word >> 8) as usize % 700_000 } else { usize::MAX };
-            let server = TcpStream::connect(&service).expect("the service is there");
-            thread::spawn(move || carry(client, server, allowance));
-        }
-    });
-    address
+struct Network {
+    address: String,
+    cuts: Arc<AtomicUsize>,
 }
 
-/// Carries bytes both ways until the client has sent `allowance` of them; then both sides lose each other.
-fn carry(mut client: TcpStream, mut server: TcpStream, mut allowance: usize) {
+impl Network {
+    fn before(service: &str) -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let address = format!("http://{}", listener.local_addr().expect("an address"));
+        let service = service.trim_start_matches("http://").to_owned();
+        let cuts = Arc::new(AtomicUsize::new(0));
+        let counted = Arc::clone(&cuts);
+        thread::spawn(move || {
+            let mut word = 2026_u32;
+            for (n, client) in listener.incoming().flatten().enumerate() {
+                // The generator of Numerical Recipes; the seed is of no importance. Few of these let a piece pass.
+                word = word.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                let allowance = if n < CUTS { (word >> 8) as usize % 300_000 } else { usize::MAX };
+                let server = TcpStream::connect(&service).expect("the service is there");
+                let counted = Arc::clone(&counted);
+                thread::spawn(move || counted.fetch_add(usize::from(carry(client, server, allowance)), SeqCst));
+            }
+        });
+        Self { address, cuts }
+    }
+}
+
+/// Carries bytes both ways until the client has sent `allowance` of them; then both sides lose each other. Whether it
+/// came to that.
+fn carry(mut client: TcpStream, mut server: TcpStream, mut allowance: usize) -> bool {
     let (mut back_from, mut back_to) = (server.try_clone().expect("a handle"), client.try_clone().expect("a handle"));
     let back = thread::spawn(move || std::io::copy(&mut back_from, &mut back_to));
-    let mut piece = [0; 4096];
+    let (mut piece, mut cut) = ([0; 4096], false);
     while let Ok(read) = client.read(&mut piece) {
         let passed = read.min(allowance);
-        if read == 0 || server.write_all(&piece[..passed]).is_err() || passed < read {
+        cut = passed < read;
+        if read == 0 || server.write_all(&piece[..passed]).is_err() || cut {
             break;
         }
         allowance -= passed;
@@ -77,6 +92,7 @@ fn carry(mut client: TcpStream, mut server: TcpStream, mut allowance: usize) {
     let _ = server.shutdown(Shutdown::Both);
     let _ = client.shutdown(Shutdown::Both);
     let _ = back.join();
+    cut
 }
 
 fn get(url: &str, token: &str) -> Vec<u8> {
@@ -103,7 +119,7 @@ fn an_attempt_goes_home_over_a_network_that_breaks_twenty_times() {
     let service = Service::start(&data);
     let head = Visitor::signed_in(&service.url, "head@example.org", PASSWORD);
     let code = code_on(&head.press("/admin", "/admin/pairing-codes"));
-    let network = breaking_network(&service.url);
+    let network = Network::before(&service.url);
     let (paired, said) = stylet(&home, &["pair", "--server", &service.url, "--code", &code, "--name", "lab 2"]);
     assert!(paired && said.contains("\"lab 2\" of North"), "{said}");
     let ada = Visitor::signed_in(&service.url, "ada@example.org", PASSWORD);
@@ -118,10 +134,11 @@ fn an_attempt_goes_home_over_a_network_that_breaks_twenty_times() {
             .expect("JSON");
     let token_file = folder.path().join("token").to_string_lossy().into_owned();
     std::fs::write(&token_file, station["token"].as_str().expect("a token")).expect("a file");
-    let upload = ["upload", &recording, "--server", &network, "--token-file", &token_file, "--retry-wait-ms", "1"];
+    let upload =
+        ["upload", &recording, "--server", &network.address, "--token-file", &token_file, "--retry-wait-ms", "1"];
     let (sent, said) = stylet(&home, &[&upload[..], &["--retries", "20"]].concat());
     assert!(sent, "{said}");
-    assert!(said.contains("tries)"), "the network was meant to break: {said}");
+    assert_eq!(network.cuts.load(SeqCst), CUTS, "the network was meant to break: {said}");
 
     let listed: Value =
         serde_json::from_slice(&get(&format!("{}/api/v1/sessions", service.url), &token)).expect("JSON");
