@@ -30,7 +30,7 @@ pub struct Args {
     #[arg(value_name = "REC.mcap|EXERCISE.toml")]
     what: PathBuf,
     /// Time of the picture, in s since the start
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, value_parser = seconds, allow_negative_numbers = true)]
     at: f64,
     /// Size of the picture, in pixels
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720")]
