@@ -11,9 +11,9 @@ use scene::{ExerciseBundle, Patient};
 use crate::commands;
 use crate::exit::{Failure, Outcome};
 use crate::new_file::create_folder;
+use crate::output;
 use crate::picture::{self, Look, Moment, Telling};
 use crate::progress::Progress;
-use crate::{output, window};
 
 /// Largest side of a picture, in pixels.
 const MOST_PIXELS: u32 = 8192;
@@ -115,11 +115,10 @@ impl Film {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    let look = Look { view: args.view, guide: !args.free, ..Look::default() };
     let mut film = if args.what.extension().is_some_and(|extension| extension == "toml") {
-        of_exercise(&args.what, look)?
+        of_exercise(args)?
     } else {
-        of_recording(&args.what, look)?
+        of_recording(args)?
     };
     if args.at > film.duration_s() && args.at > 0.0 {
         let allowed = format!("--at {} s: the attempt lasts {:.3} s", args.at, film.duration_s());
@@ -134,21 +133,23 @@ pub fn run(args: &Args) -> Outcome {
     }
 }
 
-fn of_exercise(path: &Path, look: Look) -> Result<Film, Failure> {
+fn of_exercise(args: &Args) -> Result<Film, Failure> {
+    let path = args.what.as_path();
     let bundle = ExerciseBundle::read(path)?;
     let params = commands::puncture_params(path, &bundle, &Patient::nominal(&bundle.scene))?;
     let stage = picture::stage(path, &bundle, &params)?;
     let source = Source::Exercise(Box::new(Moment::before(&bundle.exercise)));
-    let look = Look { anatomy: !bundle.scene.structures.is_empty(), ..look };
+    let look = Look { view: args.view, ..Look::at(&bundle.scene, !args.free) };
     Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })
 }
 
-fn of_recording(path: &Path, look: Look) -> Result<Film, Failure> {
+fn of_recording(args: &Args) -> Result<Film, Failure> {
+    let path = args.what.as_path();
     let recording = commands::read_recording(path)?;
     let bundle = commands::own_exercise(path, &recording)?;
-    let stage = window::stage_of(path, &bundle, &recording)?;
+    let stage = picture::stage_of_recording(path, &bundle, &recording)?;
     let duration_s = recording.samples.last().map_or(0.0, |sample| sample.t_s);
-    let look = Look { anatomy: !bundle.scene.structures.is_empty(), ..look };
+    let look = Look { view: args.view, ..Look::at(&bundle.scene, !args.free) };
     let source = Source::Recording(Box::new(Telling::new(Arc::new(recording), &bundle.exercise)), duration_s);
     Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })
 }

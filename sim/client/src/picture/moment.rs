@@ -9,7 +9,7 @@ use recording::event::{Event, EventKind};
 use recording::sample::{Sample, flags};
 use recording::tent::Tent;
 use render::frame::{Frame, Ghost, Orbit, Puncture, View};
-use scene::Exercise;
+use scene::{Exercise, Scene};
 
 /// A structure that was hit is lit for so long, in s.
 const LIT_S: f64 = 1.5;
@@ -65,6 +65,14 @@ pub struct Look {
     pub closed: bool,
     /// There is something inside to be seen: the body fades as the needle goes deeper.
     pub anatomy: bool,
+}
+
+impl Look {
+    /// At a scene, whole and cut open, with or without the plan.
+    #[must_use]
+    pub fn at(scene: &Scene, guide: bool) -> Self {
+        Self { guide, anatomy: !scene.structures.is_empty(), ..Self::default() }
+    }
 }
 
 impl Moment {

@@ -6,9 +6,11 @@ use mechanics::puncture::{PunctureParams, PunctureSpec};
 use mechanics::structures::{StructureKind, StructureSpec};
 use mechanics::tissue::follow::Profiles;
 use nalgebra::{Point3, Vector3};
+use recording::Recording;
 use render::frame::{self, FieldTable, Layer, Material, Mesh, Needle, Stage, Structure, Tip};
-use scene::{Exercise, ExerciseBundle, Scene};
+use scene::{Exercise, ExerciseBundle, Patient, Scene};
 
+use crate::commands;
 use crate::exit::Failure;
 
 /// The stage of an exercise on a patient. The file is named where its tissue is refused.
@@ -29,6 +31,15 @@ pub fn stage(file: &Path, bundle: &ExerciseBundle, params: &PunctureParams) -> R
         field: profiles.map(table).unwrap_or_default(),
         ..planned(exercise)
     })
+}
+
+/// The stage of a recording's own patient.
+///
+/// # Errors
+/// When the mechanics or the tissue refuse the scene.
+pub fn stage_of_recording(path: &Path, bundle: &ExerciseBundle, recording: &Recording) -> Result<Stage, Failure> {
+    let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
+    stage(path, bundle, &commands::puncture_params(path, bundle, &patient)?)
 }
 
 /// A stage with the exercise's plan and nothing else.

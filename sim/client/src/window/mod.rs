@@ -110,7 +110,7 @@ pub fn play(station: Station) -> Outcome {
 /// When a recording is refused, or there is no display or no graphics adapter.
 pub fn watch(path: &Path, recording: Recording, other: Option<Recording>) -> Outcome {
     let bundle = commands::own_exercise(path, &recording)?;
-    let stage = stage_of(path, &bundle, &recording)?;
+    let stage = picture::stage_of_recording(path, &bundle, &recording)?;
     let (recording, other) = (Arc::new(recording), other.map(Arc::new));
     open_window("Stylet: replay", move |mut canvas| {
         canvas.set_stage(&stage)?;
@@ -131,16 +131,6 @@ fn replay(bundle: &ExerciseBundle, recording: &Arc<Recording>, other: Option<&Ar
         Some(other) => replay.beside(&bundle.exercise, other),
         None => replay,
     })
-}
-
-/// The stage of a recording's own patient.
-///
-/// # Errors
-/// When the mechanics or the tissue refuse the scene.
-pub fn stage_of(path: &Path, bundle: &ExerciseBundle, recording: &Recording) -> Result<render::frame::Stage, Failure> {
-    let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
-    let params = commands::puncture_params(path, bundle, &patient)?;
-    picture::stage(path, bundle, &params)
 }
 
 fn open_window(

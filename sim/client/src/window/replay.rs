@@ -57,7 +57,7 @@ impl Replay {
             shown: Shown::new("this attempt", Arc::clone(recording), exercise),
             ghost: None,
             target_depth_m: exercise.target_depth_mm * 1e-3,
-            look: Look { guide: true, anatomy: !scene.structures.is_empty(), ..Look::default() },
+            look: Look::at(scene, true),
             now_s: 0.0,
             speed: 1.0,
             playing: true,

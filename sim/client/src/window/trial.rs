@@ -47,8 +47,7 @@ impl Trial {
     pub fn new(live: Live, (steered, passed_over): (Steered, Vec<String>), guided: bool) -> Self {
         let steering = Steering::new(&live.trial.bundle.exercise);
         let bundle = &live.trial.bundle;
-        let (closed, anatomy) = (!bundle.exercise.feedback.inside(), !bundle.scene.structures.is_empty());
-        let look = Look { guide: guided, closed, anatomy, ..Look::default() };
+        let look = Look { closed: !bundle.exercise.feedback.inside(), ..Look::at(&bundle.scene, guided) };
         Self { live, steering, steered, passed_over, look, sound: Sound::open(), pops_heard: 0 }
     }
 

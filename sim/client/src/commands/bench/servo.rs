@@ -1,6 +1,5 @@
 //! The servo: how late its ticks begin and what they take, beside the field, the recorder and the picture.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,12 +7,10 @@ use std::thread;
 use std::time::Duration;
 
 use ::recording::simulate::MotionSource;
-use ::recording::tick::{Attempt, Input};
-use haptics::device::{Device, Reading};
+use haptics::device::Reading;
 use haptics::devices::trajectory::Trajectory;
 use haptics::mapping::Mapping;
-use haptics::servo::{self, Driven, Priority, Records, Report, Running, Setup, Times};
-use mechanics::puncture::PunctureParams;
+use haptics::servo::{Driven, Priority, Report, Running, Times};
 use nalgebra::Vector3;
 use scene::{ExerciseBundle, Patient};
 
@@ -21,9 +18,10 @@ use super::chart::{Chart, Curve, SeriesLabelPosition};
 use super::motion::Rehearsal;
 use super::sheet::{self, Sheet};
 use super::{measured_on, render, specimen};
+use crate::commands;
 use crate::exit::Failure;
+use crate::live::{Finished, Live, Trial};
 use crate::progress::Progress;
-use crate::{attempt, commands};
 
 const TICK_HZ: f64 = 1000.0;
 /// Length of the measurement, in s; a shortened one is as long as it takes to be let in by the safety chain's gate.
@@ -31,8 +29,6 @@ const LENGTH_S: f64 = 60.0;
 const QUICK_S: f64 = 2.0;
 /// What is promised, with real-time priority: p99 of lateness and p99.9 of compute time, in µs.
 const BAR_US: f64 = 50.0;
-/// How often the recorder looks into its ring, in ms.
-const RECORDER_MS: u64 = 5;
 
 /// Measures, and writes `servo.{csv,md,svg}`; returns the files written.
 ///
@@ -47,24 +43,23 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     report(out, &measured_on(quick), &measured)
 }
 
-/// Runs an attempt of a length in s on the clock, recorded into a file and drawn; what it came to, and what drew.
+/// Runs an attempt of a length in s on the clock, recorded as any is and drawn; what it came to, and what drew.
 fn run(bundle: &ExerciseBundle, length_s: f64, file: &Path) -> Result<(Report, String), Failure> {
     let params = Arc::new(commands::puncture_params(file, bundle, &Patient::nominal(&bundle.scene))?);
     let device = Trajectory::new("operator:bench", readings(bundle, length_s), TICK_HZ);
     let done = device.done();
-    let aim = (bundle.exercise.plan().target_x_m, TICK_HZ);
-    let setup = Setup::new(Arc::clone(&params), Mapping::in_patient_frame(), device.info(), aim);
-    let started = servo::start(setup, Driven::ByTimer(Box::new(device))).map_err(Failure::work)?;
+    let session = specimen::session(bundle, TICK_HZ);
+    let trial = Trial { bundle: bundle.clone(), params, session, path: file.to_owned() };
+    let live = Live::start(trial, Mapping::in_patient_frame(), Driven::ByTimer(Box::new(device)))?;
     let defect = |who: &str| Failure::work(format_args!("the {who} was stopped by a defect"));
     let enough = AtomicBool::new(false);
     thread::scope(|scope| {
-        let recorder = scope.spawn(|| record(bundle, &params, started.records, file));
         let picture = scope.spawn(|| render::draw_until(&enough));
-        wait(&done, &started.running, length_s);
-        let report = started.running.stop();
+        wait(&done, live.servo(), length_s);
+        let (_, Finished { report, kept }) = live.stop();
         enough.store(true, Ordering::Relaxed);
-        recorder.join().map_err(|_| defect("recorder"))??;
         let drawn = picture.join().map_err(|_| defect("picture"))?;
+        kept.map_err(|unsaved| Failure::work(&unsaved.why))?;
         Ok((report.ok_or_else(|| defect("servo"))?, drawn))
     })
 }
@@ -89,28 +84,6 @@ fn wait(done: &AtomicBool, running: &Running, length_s: f64) {
         thread::sleep(Duration::from_millis(LOOK_MS));
         waited_ms += LOOK_MS;
         progress.set(waited_ms);
-    }
-}
-
-/// The recorder of an interactive attempt: steps law and field again on what the servo was fed, and writes it.
-fn record(bundle: &ExerciseBundle, params: &PunctureParams, mut records: Records, path: &Path) -> Result<(), Failure> {
-    let cannot = |error: &dyn std::fmt::Display| Failure::work(format_args!("{}: {error}", path.display()));
-    let mut file = File::create(path).map_err(|error| cannot(&error))?;
-    let mut writer = attempt::writer(&mut file, &specimen::session(bundle, TICK_HZ), bundle, path)?;
-    let mut attempt = Attempt::new(params);
-    loop {
-        // In this order: what comes between the two is taken the next time round.
-        let over = records.is_over();
-        while let Some(record) = records.pop() {
-            let servo::Record { t_s, position_m, orientation, confirm, .. } = record;
-            let tick = attempt.step(&Input { t_s, position_m, orientation, confirm });
-            let wrote = writer.sample(&tick.sample).and_then(|()| tick.events.iter().try_for_each(|e| writer.event(e)));
-            wrote.and_then(|()| tick.tent.iter().try_for_each(|tent| writer.tent(tent))).map_err(|e| cannot(&e))?;
-        }
-        if over {
-            return writer.finish().map(drop).map_err(|error| cannot(&error));
-        }
-        thread::sleep(Duration::from_millis(RECORDER_MS));
     }
 }
 
