@@ -46,7 +46,8 @@ fn code_on(page: &str) -> String {
     code.expect("a code on the page").to_owned()
 }
 
-/// A network in front of a service: the first connections are cut after a random number of bytes, in a known sequence.
+/// A network in front of a service: until it has broken so often, it cuts each connection after a number of bytes, in a
+/// known sequence. One that ends by itself before that is no cut.
 struct Network {
     address: String,
     cuts: Arc<AtomicUsize>,
@@ -61,28 +62,30 @@ impl Network {
         let counted = Arc::clone(&cuts);
         thread::spawn(move || {
             let mut word = 2026_u32;
-            for (n, client) in listener.incoming().flatten().enumerate() {
+            for client in listener.incoming().flatten() {
                 // The generator of Numerical Recipes; the seed is of no importance. Few of these let a piece pass.
                 word = word.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                let allowance = if n < CUTS { (word >> 8) as usize % 300_000 } else { usize::MAX };
+                let breaks = counted.load(SeqCst) < CUTS;
+                let allowance = if breaks { (word >> 8) as usize % 300_000 } else { usize::MAX };
                 let server = TcpStream::connect(&service).expect("the service is there");
                 let counted = Arc::clone(&counted);
-                thread::spawn(move || counted.fetch_add(usize::from(carry(client, server, allowance)), SeqCst));
+                thread::spawn(move || carry(client, server, allowance, &counted));
             }
         });
         Self { address, cuts }
     }
 }
 
-/// Carries bytes both ways until the client has sent `allowance` of them; then both sides lose each other. Whether it
-/// came to that.
-fn carry(mut client: TcpStream, mut server: TcpStream, mut allowance: usize) -> bool {
+/// Carries bytes both ways until the client has sent `allowance` of them; then both sides lose each other. The cut is
+/// counted before anybody can know of it.
+fn carry(mut client: TcpStream, mut server: TcpStream, mut allowance: usize, cuts: &AtomicUsize) {
     let (mut back_from, mut back_to) = (server.try_clone().expect("a handle"), client.try_clone().expect("a handle"));
     let back = thread::spawn(move || std::io::copy(&mut back_from, &mut back_to));
-    let (mut piece, mut cut) = ([0; 4096], false);
+    let mut piece = [0; 4096];
     while let Ok(read) = client.read(&mut piece) {
         let passed = read.min(allowance);
-        cut = passed < read;
+        let cut = passed < read;
+        cuts.fetch_add(usize::from(cut), SeqCst);
         if read == 0 || server.write_all(&piece[..passed]).is_err() || cut {
             break;
         }
@@ -92,7 +95,6 @@ fn carry(mut client: TcpStream, mut server: TcpStream, mut allowance: usize) -> 
     let _ = server.shutdown(Shutdown::Both);
     let _ = client.shutdown(Shutdown::Both);
     let _ = back.join();
-    cut
 }
 
 fn get(url: &str, token: &str) -> Vec<u8> {

@@ -2,6 +2,7 @@
 
 use data_encoding::BASE64;
 use sha2::{Digest, Sha256};
+use ureq::RequestBuilder;
 use ureq::http::header::AUTHORIZATION;
 
 use crate::service::{Outlook, Reply, Service, Trouble, answer};
@@ -23,11 +24,7 @@ pub enum Standing {
 /// Begins an upload of `length` bytes; its id.
 pub fn begin(service: &Service, name: &str, length: u64) -> Result<String, Trouble> {
     let address = format!("{}/api/v1/uploads", service.address);
-    let asked = service
-        .agent
-        .post(&address)
-        .header(VERSION.0, VERSION.1)
-        .header(AUTHORIZATION, &service.token)
+    let asked = signed(service.agent.post(&address), service)
         .header("Upload-Length", length)
         .header("Upload-Metadata", format!("filename {}", BASE64.encode(name.as_bytes())))
         .send_empty();
@@ -47,7 +44,7 @@ fn is_plain(id: &str) -> bool {
 /// Asks how an upload stands.
 pub fn ask(service: &Service, id: &str) -> Result<Standing, Trouble> {
     let address = address(service, id);
-    let asked = service.agent.head(&address).header(VERSION.0, VERSION.1).header(AUTHORIZATION, &service.token).call();
+    let asked = signed(service.agent.head(&address), service).call();
     let reply = answer(&address, asked)?;
     match reply.status {
         404 | 410 => Ok(Standing::Gone),
@@ -59,11 +56,7 @@ pub fn ask(service: &Service, id: &str) -> Result<Standing, Trouble> {
 /// Sends a piece that begins at `offset`. An empty one asks the service to make an attempt of what it has.
 pub fn send(service: &Service, id: &str, (offset, piece): (u64, &[u8])) -> Result<Standing, Trouble> {
     let address = address(service, id);
-    let asked = service
-        .agent
-        .patch(&address)
-        .header(VERSION.0, VERSION.1)
-        .header(AUTHORIZATION, &service.token)
+    let asked = signed(service.agent.patch(&address), service)
         .header("Upload-Offset", offset)
         .header("Upload-Checksum", format!("sha256 {}", BASE64.encode(&Sha256::digest(piece))))
         .content_type(PIECE_TYPE)
@@ -83,6 +76,11 @@ pub fn send(service: &Service, id: &str, (offset, piece): (u64, &[u8])) -> Resul
         },
         _ => Err(reply.trouble()),
     }
+}
+
+/// A request with what every one carries: the protocol's version and our token.
+fn signed<B>(request: RequestBuilder<B>, service: &Service) -> RequestBuilder<B> {
+    request.header(VERSION.0, VERSION.1).header(AUTHORIZATION, &service.token)
 }
 
 fn address(service: &Service, id: &str) -> String {

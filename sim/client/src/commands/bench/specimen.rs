@@ -13,6 +13,7 @@ use crate::exit::Failure;
 const EXERCISE: &str = include_str!("../../../../../curricula/lower-back-basics/3-reach-the-muscle.toml");
 const PAPER: &str = include_str!("../../../../../curricula/scenes/lower-back-paper.toml");
 const TRAINING: &str = include_str!("../../../../../curricula/scenes/lower-back-training.toml");
+const VESSEL: &str = include_str!("../../../../../curricula/scenes/lower-back-vessel.toml");
 /// Every shipped scene.
 const SHIPPED: [&str; 7] = [
     PAPER,
@@ -21,7 +22,7 @@ const SHIPPED: [&str; 7] = [
     include_str!("../../../../../curricula/scenes/lower-back-lean.toml"),
     include_str!("../../../../../curricula/scenes/lower-back-obese.toml"),
     include_str!("../../../../../curricula/scenes/lower-back-thick-needle.toml"),
-    include_str!("../../../../../curricula/scenes/lower-back-vessel.toml"),
+    VESSEL,
 ];
 
 /// The paper's scene and the training scene, each with the exercise that is measured.
@@ -38,6 +39,14 @@ pub fn both() -> Result<[ExerciseBundle; 2], Failure> {
 /// When the documents built in are refused.
 pub fn training() -> Result<ExerciseBundle, Failure> {
     bundle(TRAINING)
+}
+
+/// The scene with the most structures, with the exercise that is measured: what a picture has most to do with.
+///
+/// # Errors
+/// When the documents built in are refused.
+pub fn anatomy() -> Result<ExerciseBundle, Failure> {
+    bundle(VESSEL)
 }
 
 /// Every shipped scene.
