@@ -26,11 +26,13 @@ pub mod catalogue;
 mod coach;
 mod distance;
 pub mod documents;
+pub mod learning;
 mod metrics;
 mod motion;
 mod rubric;
 pub mod score;
 mod signal;
+pub mod statistics;
 mod words;
 
 pub use catalogue::{Definition, Direction, Metric};

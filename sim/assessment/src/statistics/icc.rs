@@ -1,0 +1,77 @@
+//! Agreement of raters: intraclass correlations (Shrout and Fleiss 1979, Psychological Bulletin 86, 420–428).
+
+use super::table::Complete;
+use super::{NotComputable, ROUNDING, average, count};
+
+/// Intraclass correlations of one table, without a unit; each may be negative.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct IntraclassCorrelation {
+    /// ICC(2,1): raters drawn from many, a single rating.
+    pub single_random: f64,
+    /// ICC(2,k): raters drawn from many, the mean of their ratings.
+    pub average_random: f64,
+    /// ICC(3,1): these raters and no others, a single rating.
+    pub single_fixed: f64,
+    /// ICC(3,k): these raters and no others, the mean of their ratings.
+    pub average_fixed: f64,
+    /// Complete rows: what was rated.
+    pub n: usize,
+    /// Raters.
+    pub raters: usize,
+    /// Rows left out because a rating is missing.
+    pub missing: usize,
+}
+
+/// Mean squares of a two-way table without replication.
+struct MeanSquares {
+    rows: f64,
+    columns: f64,
+    error: f64,
+}
+
+/// Intraclass correlations of the complete rows: one row for each thing rated, one column for each rater.
+///
+/// # Errors
+/// With fewer than two raters or complete rows, where nothing rated differs from the rest, or for rows of different
+/// lengths.
+pub fn intraclass_correlation(rows: &[Vec<Option<f64>>]) -> Result<IntraclassCorrelation, NotComputable> {
+    let table = Complete::of(rows)?;
+    table.at_least_two()?;
+    let MeanSquares { rows: msr, columns: msc, error: mse } = mean_squares(&table);
+    let (n, k) = (count(table.rows.len()), count(table.columns));
+    if msr <= 0.0 {
+        return Err(NotComputable::NoVariance);
+    }
+    Ok(IntraclassCorrelation {
+        single_random: ratio(msr - mse, msr + (k - 1.0) * mse + k * (msc - mse) / n)?,
+        average_random: ratio(msr - mse, msr + (msc - mse) / n)?,
+        single_fixed: ratio(msr - mse, msr + (k - 1.0) * mse)?,
+        average_fixed: ratio(msr - mse, msr)?,
+        n: table.rows.len(),
+        raters: table.columns,
+        missing: table.missing,
+    })
+}
+
+fn ratio(above: f64, below: f64) -> Result<f64, NotComputable> {
+    if below > 0.0 { Ok(above / below) } else { Err(NotComputable::NoVariance) }
+}
+
+fn mean_squares(table: &Complete) -> MeanSquares {
+    let (n, k) = (count(table.rows.len()), count(table.columns));
+    let row_means: Vec<f64> = table.rows.iter().map(|row| average(row)).collect();
+    let column_means: Vec<f64> = (0..table.columns).map(|c| average(&table.column(c))).collect();
+    let grand = average(&row_means);
+    let squares = |means: &[f64]| means.iter().map(|m| (m - grand) * (m - grand)).sum::<f64>();
+    let residual = |(row, r): (&Vec<f64>, &f64)| -> f64 {
+        row.iter().zip(&column_means).map(|(x, c)| x - r - c + grand).map(|e| e * e).sum()
+    };
+    let error: f64 = table.rows.iter().zip(&row_means).map(residual).sum();
+    let largest = table.rows.iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let floor = |mean_square: f64| if mean_square <= (ROUNDING * largest).powi(2) * n * k { 0.0 } else { mean_square };
+    MeanSquares {
+        rows: floor(k * squares(&row_means) / (n - 1.0)),
+        columns: floor(n * squares(&column_means) / (k - 1.0)),
+        error: floor(error / ((n - 1.0) * (k - 1.0))),
+    }
+}

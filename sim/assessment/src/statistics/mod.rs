@@ -1,0 +1,99 @@
+//! Statistics of proportions, scores, ratings and questionnaires.
+//!
+//! Whatever cannot be computed says why ([`NotComputable`]); it is never 0 and never NaN. Intervals are of 95 %.
+
+mod content;
+mod icc;
+mod mean;
+mod proportion;
+mod quantile;
+mod rank;
+mod reliability;
+mod table;
+
+pub use content::{ContentValidity, content_validity, scale_content_validity};
+pub use icc::{IntraclassCorrelation, intraclass_correlation};
+pub use mean::mean;
+pub use proportion::wilson;
+pub use quantile::{Summary, quantile, summary};
+pub use rank::spearman;
+pub use reliability::{Reliability, cronbach_alpha};
+
+/// The standard normal quantile of 97.5 %.
+const Z_95: f64 = 1.959_963_984_540_054;
+
+/// Differences below this share of the largest value are rounding, not variance.
+const ROUNDING: f64 = 1e-12;
+
+/// Why a figure cannot be computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, thiserror::Error)]
+#[serde(rename_all = "snake_case", tag = "reason")]
+pub enum NotComputable {
+    /// Fewer observations (people, pairs, attempts) than the figure needs.
+    #[error("{found} observations, at least {needed} needed")]
+    TooFew {
+        /// How many there are.
+        found: usize,
+        /// How many it takes.
+        needed: usize,
+    },
+    /// Fewer items or raters than the figure needs.
+    #[error("{found} items, at least {needed} needed")]
+    TooFewItems {
+        /// How many there are.
+        found: usize,
+        /// How many it takes.
+        needed: usize,
+    },
+    /// All values are equal.
+    #[error("no variance")]
+    NoVariance,
+    /// The rows of a table have different numbers of columns.
+    #[error("rows of different lengths")]
+    Ragged,
+    /// A value is outside what the figure is defined for, or not a number.
+    #[error("a value out of range")]
+    OutOfRange,
+}
+
+/// A figure with its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Estimate {
+    /// The figure, in the unit of what it is of.
+    pub value: f64,
+    /// Lower end of the interval, in the same unit.
+    pub low: f64,
+    /// Upper end of the interval, in the same unit.
+    pub high: f64,
+    /// Observations it is of.
+    pub n: usize,
+}
+
+/// A count as a number.
+fn count(n: usize) -> f64 {
+    f64::from(u32::try_from(n).unwrap_or(u32::MAX))
+}
+
+/// Refuses too few values, and any that is not finite.
+fn checked(values: &[f64], needed: usize) -> Result<(), NotComputable> {
+    if values.len() < needed {
+        return Err(NotComputable::TooFew { found: values.len(), needed });
+    }
+    if values.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(NotComputable::OutOfRange) }
+}
+
+/// Arithmetic mean; the caller sees to it that there are values.
+fn average(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / count(values.len())
+}
+
+/// Sample variance (divided by n − 1); exactly 0 where the values differ by rounding only.
+fn variance(values: &[f64]) -> f64 {
+    let centre = average(values);
+    let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let spread = values.iter().fold(0.0, |m: f64, v| m.max((v - centre).abs()));
+    if spread <= ROUNDING * largest {
+        return 0.0;
+    }
+    values.iter().map(|v| (v - centre) * (v - centre)).sum::<f64>() / (count(values.len()) - 1.0)
+}

@@ -1,0 +1,62 @@
+//! Quantiles, by linear interpolation between order statistics.
+
+use super::{NotComputable, checked, count};
+
+/// Five numbers that describe a sample, in its unit.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Summary {
+    /// How many values.
+    pub n: usize,
+    /// The least value.
+    pub min: f64,
+    /// The quantile of 25 %.
+    pub lower_quartile: f64,
+    /// The quantile of 50 %.
+    pub median: f64,
+    /// The quantile of 75 %.
+    pub upper_quartile: f64,
+    /// The greatest value.
+    pub max: f64,
+}
+
+/// The quantile of a share (0–1) of the values: the value at rank 1 + (n − 1)·share of the sorted sample, linear
+/// between its neighbours. This is definition 7 of Hyndman and Fan (1996), the default of R and NumPy.
+///
+/// # Errors
+/// Without values, with one that is not finite, or for a share outside 0–1.
+pub fn quantile(values: &[f64], share: f64) -> Result<f64, NotComputable> {
+    of_sorted(&sorted(values)?, share)
+}
+
+/// Minimum, quartiles and maximum, with [`quantile`]'s definition.
+///
+/// # Errors
+/// Without values, or with one that is not finite.
+pub fn summary(values: &[f64]) -> Result<Summary, NotComputable> {
+    let sorted = sorted(values)?;
+    Ok(Summary {
+        n: sorted.len(),
+        min: of_sorted(&sorted, 0.0)?,
+        lower_quartile: of_sorted(&sorted, 0.25)?,
+        median: of_sorted(&sorted, 0.5)?,
+        upper_quartile: of_sorted(&sorted, 0.75)?,
+        max: of_sorted(&sorted, 1.0)?,
+    })
+}
+
+fn sorted(values: &[f64]) -> Result<Vec<f64>, NotComputable> {
+    checked(values, 1)?;
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    Ok(sorted)
+}
+
+fn of_sorted(sorted: &[f64], share: f64) -> Result<f64, NotComputable> {
+    if !(0.0..=1.0).contains(&share) {
+        return Err(NotComputable::OutOfRange);
+    }
+    let rank = share * count(sorted.len() - 1);
+    let below = (0..sorted.len()).rev().find(|&i| count(i) <= rank).unwrap_or(0);
+    let above = (below + 1).min(sorted.len() - 1);
+    Ok(sorted[below] + (rank - count(below)) * (sorted[above] - sorted[below]))
+}

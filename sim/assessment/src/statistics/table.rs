@@ -1,0 +1,42 @@
+//! Rows of answers or ratings, some of them incomplete.
+
+use super::NotComputable;
+
+/// The complete rows of a table, all of one length.
+pub(super) struct Complete {
+    /// One row a person, one column an item or a rater.
+    pub rows: Vec<Vec<f64>>,
+    /// Columns of each row.
+    pub columns: usize,
+    /// Rows left out because something is missing in them.
+    pub missing: usize,
+}
+
+impl Complete {
+    /// Takes the complete rows.
+    pub(super) fn of(rows: &[Vec<Option<f64>>]) -> Result<Self, NotComputable> {
+        let columns = rows.first().map_or(0, Vec::len);
+        if rows.iter().any(|row| row.len() != columns) {
+            return Err(NotComputable::Ragged);
+        }
+        let complete: Vec<Vec<f64>> = rows.iter().filter_map(|row| row.iter().copied().collect()).collect();
+        if complete.iter().flatten().any(|v| !v.is_finite()) {
+            return Err(NotComputable::OutOfRange);
+        }
+        Ok(Self { missing: rows.len() - complete.len(), rows: complete, columns })
+    }
+
+    /// Refuses fewer than two rows or columns.
+    pub(super) fn at_least_two(&self) -> Result<(), NotComputable> {
+        match (self.columns, self.rows.len()) {
+            (found @ ..2, _) => Err(NotComputable::TooFewItems { found, needed: 2 }),
+            (_, found @ ..2) => Err(NotComputable::TooFew { found, needed: 2 }),
+            _ => Ok(()),
+        }
+    }
+
+    /// One column.
+    pub(super) fn column(&self, at: usize) -> Vec<f64> {
+        self.rows.iter().map(|row| row[at]).collect()
+    }
+}
