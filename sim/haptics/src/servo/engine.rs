@@ -79,16 +79,13 @@ impl Engine {
     /// When the rate is none.
     pub fn new(setup: Setup) -> Result<(Self, Records, LatestReader), StartError> {
         let Setup { params, mapping, scaling, safety, rate_hz } = setup;
-        if !(rate_hz > 0.0 && rate_hz.is_finite()) {
-            return Err(StartError::Rate(rate_hz));
-        }
         let (sender, records) = record::ring();
         let (publisher, reader) = latest::cell(2 * params.spec().axial.layers.len());
         let engine = Self {
             state: PunctureState::new(&params),
             scratch: PunctureScratch::new(&params),
             chain: safety::State::default(),
-            grid: Grid::new(rate_hz),
+            grid: Grid::new(rate_hz)?,
             inside: false,
             wrote: Ok(()),
             failing_since_s: None,
@@ -107,16 +104,9 @@ impl Engine {
         Ok((engine, records, reader))
     }
 
-    /// When the next tick is due, in s of the servo's clock; `None` before the first.
-    #[must_use]
-    pub fn due_s(&self) -> Option<f64> {
-        self.grid.due_s()
-    }
-
-    /// Tick period, in s.
-    #[must_use]
-    pub fn period_s(&self) -> f64 {
-        self.grid.period_s()
+    /// When ticks are due.
+    pub(super) fn grid(&self) -> &Grid {
+        &self.grid
     }
 
     /// One tick: a reading goes in (or why there is none), the force for the device comes out, in N, device frame; `None` when
@@ -211,7 +201,7 @@ impl Engine {
     fn protect(&mut self, moment: &Moment, believed: Believed, output: &PunctureOutput) -> safety::Output {
         let input = safety::Input {
             now_s: moment.now_s,
-            late_periods: moment.late_s / self.period_s(),
+            late_periods: moment.late_s / self.grid.period_s(),
             connected: self.wrote.is_ok(),
             believed,
             wanted_n: self.mapping.device_from_patient(&output.force_n) * self.scaling.factor,
@@ -222,7 +212,7 @@ impl Engine {
     fn count(&mut self, moment: &Moment) {
         self.lateness.add(moment.late_s);
         self.counts.ticks += 1;
-        self.counts.stalls += u64::from(moment.late_s > self.period_s());
+        self.counts.stalls += u64::from(moment.late_s > self.grid.period_s());
     }
 
     /// Tells recorder and picture.
@@ -262,7 +252,7 @@ impl Engine {
     /// What happened to this tick besides the safety chain.
     fn flags(&self, moment: &Moment) -> u32 {
         let flag = |on: bool, flag: u32| if on { flag } else { 0 };
-        flag(moment.late_s > self.period_s(), flags::STALLED)
+        flag(moment.late_s > self.grid.period_s(), flags::STALLED)
             | flag(self.mapping.clutched(), flags::CLUTCHED)
             | flag(self.wrote.is_err(), flags::REFUSED)
             | flag(self.scaling.factor < 1.0, flags::SCALED)

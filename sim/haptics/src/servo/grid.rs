@@ -1,5 +1,7 @@
 //! When ticks are, on a grid of whole periods since the first.
 
+use super::StartError;
+
 /// Stamps ticks with whole numbers of periods that only rise.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
@@ -11,8 +13,15 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    pub fn new(rate_hz: f64) -> Self {
-        Self { rate_hz, origin_s: None, next: 0 }
+    /// A grid whose first tick is still to come.
+    ///
+    /// # Errors
+    /// When the rate is none.
+    pub fn new(rate_hz: f64) -> Result<Self, StartError> {
+        match rate_hz > 0.0 && rate_hz.is_finite() {
+            true => Ok(Self { rate_hz, origin_s: None, next: 0 }),
+            false => Err(StartError::Rate(rate_hz)),
+        }
     }
 
     pub fn period_s(&self) -> f64 {
@@ -47,7 +56,7 @@ mod tests {
 
     /// Stamps of ticks made at times in ms, as numbers of periods of 1 ms.
     fn stamps(made_ms: impl IntoIterator<Item = f64>) -> Vec<u64> {
-        let mut grid = Grid::new(1000.0);
+        let mut grid = Grid::new(1000.0).expect("a rate");
         made_ms.into_iter().map(|ms| (grid.stamp(5.0 + ms * 1e-3) * 1000.0).round() as u64).collect()
     }
 
@@ -67,7 +76,7 @@ mod tests {
 
     #[test]
     fn the_next_tick_is_due_a_period_after_the_last() {
-        let mut grid = Grid::new(1000.0);
+        let mut grid = Grid::new(1000.0).expect("a rate");
         assert_eq!(grid.due_s(), None);
         grid.stamp(5.0);
         assert!((grid.due_s().expect("begun") - 5.001).abs() < 1e-12);

@@ -3,6 +3,7 @@
 //! A tick is: read → map → force law → scale → safety chain → write → tell recorder and picture. It never allocates, locks, logs
 //! or opens a file. [`start`] runs it in a thread of its own; [`Engine`] is the same without thread and clock.
 
+mod bare;
 mod engine;
 mod grid;
 mod latest;
@@ -24,6 +25,7 @@ use crate::mapping::Mapping;
 use crate::safety;
 use crate::scaling::Scaling;
 
+pub use bare::bare;
 pub use engine::{Counts, Engine, Moment};
 pub use latest::{LatestReader, Snapshot};
 pub use priority::Priority;

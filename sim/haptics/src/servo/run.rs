@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use spin_sleep::{SpinSleeper, SpinStrategy};
 
 use super::engine::{Engine, Moment};
+use super::grid::Grid;
 use super::{Driven, Ended};
 use crate::clock;
 use crate::device::{Clocked, Device, DeviceFault, Reading};
@@ -40,13 +41,13 @@ impl Drop for Released<'_> {
 
 /// Our timer paces: sleep, then spin.
 fn by_timer(engine: &mut Engine, device: &mut dyn Device, stop: &AtomicBool) -> Ended {
-    let sleeper = SpinSleeper::new(SPIN_NS).with_spin_strategy(SpinStrategy::SpinLoopHint);
+    let sleeper = sleeper();
     let released = Released { device };
     loop {
         if stop.load(Ordering::Relaxed) {
             return Ended::Stopped;
         }
-        let moment = wait(engine, sleeper);
+        let moment = wait(engine.grid(), sleeper);
         let Some(force_n) = engine.tick(released.device.read(), &moment, &clock::now_s) else {
             return engine.ended().unwrap_or(Ended::Stopped);
         };
@@ -56,11 +57,16 @@ fn by_timer(engine: &mut Engine, device: &mut dyn Device, stop: &AtomicBool) -> 
     }
 }
 
+/// Sleeps, and spins the last stretch.
+pub(super) fn sleeper() -> SpinSleeper {
+    SpinSleeper::new(SPIN_NS).with_spin_strategy(SpinStrategy::SpinLoopHint)
+}
+
 /// Waits for the next tick.
-fn wait(engine: &Engine, sleeper: SpinSleeper) -> Moment {
-    let Some(due_s) = engine.due_s() else {
+pub(super) fn wait(grid: &Grid, sleeper: SpinSleeper) -> Moment {
+    let Some(due_s) = grid.due_s() else {
         // Before the first tick: a device that has nothing to say yet is asked once a period.
-        sleeper.sleep(Duration::from_secs_f64(engine.period_s()));
+        sleeper.sleep(Duration::from_secs_f64(grid.period_s()));
         return Moment { now_s: clock::now_s(), late_s: 0.0 };
     };
     sleeper.sleep(Duration::from_secs_f64((due_s - clock::now_s()).max(0.0)));
@@ -70,7 +76,7 @@ fn wait(engine: &Engine, sleeper: SpinSleeper) -> Moment {
 
 /// The device paces: the tick runs inside its callback. Its driver sends zero force when that ends or panics.
 fn by_device(engine: &mut Engine, device: &mut dyn Clocked, stop: &AtomicBool) -> Ended {
-    let period_s = engine.period_s();
+    let period_s = engine.grid().period_s();
     let mut last_s = None;
     let mut tick = |reading: &Reading, complaint: Option<DeviceFault>| {
         let now_s = clock::now_s();

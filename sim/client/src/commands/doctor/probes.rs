@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
 
+use haptics::servo;
 use ureq::Agent;
 use ureq::http::Uri;
 
@@ -13,8 +14,8 @@ use crate::machine::{self, Machine};
 
 /// Ticks of the timer probe: one second at 1 kHz.
 const TICKS: u32 = 1000;
-/// Length of a tick of the servo.
-const TICK: Duration = Duration::from_millis(1);
+/// Ticks of the servo in a second.
+const TICK_HZ: f64 = 1000.0;
 /// A servo tick later than this is felt; 99 of 100 should be earlier.
 const LATE_US: f64 = 500.0;
 /// Bytes written to measure the disk.
@@ -33,21 +34,14 @@ pub fn processor(machine: &Machine) -> Finding {
     }
 }
 
-/// How late a thread at ordinary priority wakes up at 1 kHz.
+/// How late the servo's thread would wake up.
 pub fn timer() -> Finding {
-    let start = clock::instant();
-    let mut late_us: Vec<f64> = (1..=TICKS)
-        .map(|tick| {
-            let due = TICK * tick;
-            std::thread::sleep(due.saturating_sub(start.elapsed()));
-            start.elapsed().saturating_sub(due).as_secs_f64() * 1e6
-        })
-        .collect();
-    late_us.sort_by(f64::total_cmp);
-    let percentile = |share: f64| late_us[((late_us.len() - 1) as f64 * share) as usize];
-    let (p50, p99, max) = (percentile(0.5), percentile(0.99), percentile(1.0));
-    let found = format!("1 kHz wake-up late by {p50:.0} µs at the median, {p99:.0} µs at p99, {max:.0} µs at most");
-    match p99 > LATE_US {
+    let late = match servo::bare(TICK_HZ, TICKS) {
+        Ok(times) => times.quantiles(),
+        Err(error) => return Finding::problem("timer", error.to_string(), "close what else is running"),
+    };
+    let found = format!("1 kHz wake-up late by {late}");
+    match late.p99_us > LATE_US {
         true => Finding::warning("timer", found, "allow real-time priority, and close what else is running"),
         false => Finding::ok("timer", found),
     }
