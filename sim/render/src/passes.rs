@@ -108,6 +108,9 @@ fn body_and_needle(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>
     }
     with(pass, &drawn.solid, &renderer.set.solids);
     with(pass, &drawn.needle, &renderer.set.needle);
+    if frame.view == View::Whole {
+        with(pass, &drawn.tray, &renderer.tray);
+    }
     if opaque {
         body(renderer, frame, pass);
     }

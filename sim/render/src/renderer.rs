@@ -54,6 +54,7 @@ pub struct Renderer {
     pub(crate) drawn: Drawn,
     pub(crate) targets: Targets,
     pub(crate) body: (Loaded, Body),
+    pub(crate) tray: Loaded,
     block: Buffer,
     pub(crate) groups: Groups,
     pub(crate) set: Set,
@@ -106,6 +107,7 @@ impl Renderer {
             Bound { device, layouts: &layouts, tiles: &tiles, samplers: &samplers, targets: &targets, block: &block };
         let groups = bound.groups(&set);
         let body = (Loaded::new(device, &body.shape), body);
+        let tray = Loaded::new(device, &meshes::tray::tray());
         let (device, queue) = (device.clone(), queue.clone());
         Self {
             device,
@@ -120,6 +122,7 @@ impl Renderer {
             drawn,
             targets,
             body,
+            tray,
             block,
             groups,
             set,
@@ -169,7 +172,11 @@ impl Renderer {
     pub fn triangles(&self) -> u32 {
         let layers = self.set.stage.layers.len() as u32;
         let set = &self.set;
-        self.body.0.triangles() * layers + set.needle.triangles() + set.solids.triangles() + set.guide.triangles()
+        self.body.0.triangles() * layers
+            + set.needle.triangles()
+            + set.solids.triangles()
+            + set.guide.triangles()
+            + self.tray.triangles()
     }
 
     /// The camera of a frame, to put names and marks where they belong.

@@ -88,6 +88,8 @@ pub struct Drawn {
     pub solid: RenderPipeline,
     /// Structures behind the cut face of a section.
     pub solid_behind: RenderPipeline,
+    /// What lies beside the body.
+    pub tray: RenderPipeline,
     /// What is behind everything.
     pub backdrop: RenderPipeline,
     /// What is behind a section.
@@ -173,6 +175,7 @@ impl Drawn {
             }),
             solid_inside: make(Recipe { writes: ColorWrites::empty(), ..solid("solid_inside", odd) }),
             solid: make(solid("solid_fragment", depth(DEPTH, true, less))),
+            tray: make(recipe(&shaders.solid, ["tray_vertex", "tray_fragment"], depth(DEPTH, true, less))),
             solid_behind: make(Recipe { blend: through, ..solid("solid_behind", above()) }),
             backdrop: make(Recipe { corners: false, ..behind("backdrop_fragment") }),
             paper: make(Recipe { corners: false, ..behind("paper_fragment") }),

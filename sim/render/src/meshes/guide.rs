@@ -51,7 +51,7 @@ fn rod(from: Vec3, along: Vec3, radius_m: f32, part: f32) -> Shape {
     let mut shape = Shape::default();
     let length = along.length();
     turn(&mut shape, &[[0.0, 0.0], [radius_m, 0.0], [radius_m, length], [0.0, length]], part, 8);
-    placed(shape, from, Quat::from_rotation_arc(Vec3::Z, along / length.max(f32::MIN_POSITIVE)))
+    shape.placed(from, Quat::from_rotation_arc(Vec3::Z, along / length.max(f32::MIN_POSITIVE)))
 }
 
 fn ring(middle: Vec3, normal: Vec3, radius_m: f32, part: f32) -> Shape {
@@ -68,15 +68,5 @@ fn ring(middle: Vec3, normal: Vec3, radius_m: f32, part: f32) -> Shape {
         }
     }
     shape.join(0, TUBE + 1, AROUND + 1);
-    placed(shape, middle, Quat::from_rotation_arc(Vec3::Z, normal))
-}
-
-fn placed(mut shape: Shape, at: Vec3, turn: Quat) -> Shape {
-    for corner in &mut shape.corners {
-        let [x, y, z, part] = corner.at;
-        corner.at = (at + turn * Vec3::new(x, y, z)).extend(part).to_array();
-        let [x, y, z, other] = corner.normal;
-        corner.normal = (turn * Vec3::new(x, y, z)).extend(other).to_array();
-    }
-    shape
+    shape.placed(middle, Quat::from_rotation_arc(Vec3::Z, normal))
 }

@@ -5,9 +5,10 @@ pub mod guide;
 pub mod lathe;
 pub mod needle;
 pub mod solids;
+pub mod tray;
 
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 /// A corner: what it means is up to its shader.
 #[repr(C)]
@@ -51,6 +52,18 @@ impl Shape {
     /// Adds a quadrilateral, corners in order around it.
     pub fn quad(&mut self, [a, b, c, d]: [u32; 4]) {
         self.indices.extend([a, b, c, a, c, d]);
+    }
+
+    /// The shape turned around the origin, then moved.
+    #[must_use]
+    pub fn placed(mut self, at: Vec3, turn: Quat) -> Self {
+        for corner in &mut self.corners {
+            let [x, y, z, part] = corner.at;
+            corner.at = (at + turn * Vec3::new(x, y, z)).extend(part).to_array();
+            let [x, y, z, other] = corner.normal;
+            corner.normal = (turn * Vec3::new(x, y, z)).extend(other).to_array();
+        }
+        self
     }
 
     /// Adds another shape.

@@ -19,7 +19,19 @@ fn solid_vertex(@location(0) at: vec4f, @location(1) normal: vec4f) -> Varying {
     return out;
 }
 
-// Kinds: 0 target, 1 vessel, 2 nerve, 3 bone, 4 organ.
+// What lies beside the body is placed as the block is: to the right, away, and up from the drape.
+@vertex
+fn tray_vertex(@location(0) at: vec4f, @location(1) normal: vec4f) -> Varying {
+    var out: Varying;
+    let level = vec3f(scene.focus.xy, scene.place.w);
+    out.world = level + scene.across.xyz * at.x + scene.away.xyz * at.y + vec3f(0.0, 0.0, at.z);
+    out.normal = scene.across.xyz * normal.x + scene.away.xyz * normal.y + vec3f(0.0, 0.0, normal.z);
+    out.kind = u32(at.w);
+    out.clip = scene.clip_from_world * vec4f(out.world, 1.0);
+    return out;
+}
+
+// Kinds: 0 target, 1 vessel, 2 nerve, 3 bone, 4 organ; on the tray 5 steel, 6 plastic, 7 gauze, 8 antiseptic.
 fn kind_of(kind: u32, world: vec3f) -> Surface {
     var s = Surface(vec3f(0.85, 0.62, 0.10), vec3f(0.0), 0.35, 0.0, 0.15, 1.0);
     let grain = noise(world.xy * 1400.0 + world.z * 700.0, 65536);
@@ -41,9 +53,39 @@ fn kind_of(kind: u32, world: vec3f) -> Surface {
             s.base = mix(vec3f(0.38, 0.10, 0.09), vec3f(0.46, 0.15, 0.12), grain);
             s.rough = 0.30;
         }
+        case 5u: {
+            s.base = vec3f(0.62, 0.64, 0.66);
+            s.rough = 0.34;
+            s.metal = 1.0;
+        }
+        case 6u: {
+            s.base = vec3f(0.66, 0.72, 0.76);
+            s.rough = 0.22;
+            s.soft = 0.5;
+        }
+        case 7u: {
+            s.base = vec3f(0.74, 0.74, 0.70) * mix(0.86, 1.0, noise(world.xy * 2600.0, 65536));
+            s.rough = 0.95;
+            s.soft = 0.4;
+        }
+        case 8u: {
+            s.base = vec3f(0.20, 0.055, 0.012);
+            s.rough = 0.08;
+        }
         default: {}
     }
     return s;
+}
+
+@fragment
+fn tray_fragment(in: Varying) -> @location(0) vec4f {
+    let view = towards_eye(in.world);
+    var s = kind_of(in.kind, in.world);
+    s.normal = normalize(in.normal);
+    if s.metal > 0.5 {
+        return vec4f(shown(lit_metal(s, view, in.world, s.normal)), 1.0);
+    }
+    return vec4f(shown(lit(s, view, in.world, s.normal)), 1.0);
 }
 
 // Odd where the cut goes through a solid: its inside is counted into the stencil.

@@ -184,8 +184,12 @@ fn bit_of(in: Varying, uv: vec2f, material: u32, rough: f32) -> Bit {
 
 fn seen(in: Varying, bit: Bit, clearest: f32) -> vec4f {
     let rim = 1.0 - abs(dot(bit.surface.normal, bit.view));
-    let alpha = mix(1.0, mix(clearest, 0.45, rim * rim), smoothstep(0.0, 0.9, scene.look.x));
-    return vec4f(shown(lit(bit.surface, bit.view, in.world, bit.flat_normal)), alpha);
+    let clear = smoothstep(0.0, 0.9, scene.look.x);
+    let alpha = mix(1.0, mix(clearest, 0.45, rim * rim), clear);
+    // What light goes through glows in its own colour instead of darkening what is behind it.
+    let glow = bit.surface.base * 0.9 + 0.22;
+    let light = mix(lit(bit.surface, bit.view, in.world, bit.flat_normal), glow, 0.65 * clear);
+    return vec4f(shown(light), alpha);
 }
 
 fn face_bit(in: Varying) -> Bit {
