@@ -40,12 +40,58 @@ impl AimWriter {
     }
 }
 
+/// What is written a few times a second becomes a motion: each set-point is reached, evenly, in the time that passed since the
+/// one before it.
+#[derive(Clone, Copy, Debug)]
+struct Glide {
+    from: Aim,
+    to: Aim,
+    /// Readings that it takes, and readings since it began.
+    takes: u32,
+    passed: u32,
+}
+
+/// A pause longer than this, in readings, is no motion: the next set-point begins one.
+const PAUSE: u32 = 250;
+/// Readings that the first set-point after a pause takes: a picture's time.
+const FIRST: u32 = 16;
+
+impl Glide {
+    /// At rest in the middle.
+    fn still() -> Self {
+        Self { from: Aim::default(), to: Aim::default(), takes: FIRST, passed: PAUSE }
+    }
+
+    /// Turns towards another set-point.
+    fn turn(&mut self, to: Aim) {
+        let takes = if self.passed < PAUSE { self.passed.max(1) } else { FIRST };
+        *self = Self { from: self.aim(), to, takes, passed: 0 };
+    }
+
+    /// Where it is.
+    fn aim(&self) -> Aim {
+        let share = f64::from(self.passed.min(self.takes)) / f64::from(self.takes);
+        Aim {
+            position_m: self.from.position_m.lerp(&self.to.position_m, share),
+            orientation: self.from.orientation.nlerp(&self.to.orientation, share),
+            buttons: self.to.buttons,
+        }
+    }
+
+    /// A reading later.
+    fn step(&mut self) -> Aim {
+        self.passed = self.passed.saturating_add(1);
+        self.aim()
+    }
+}
+
 /// The hand. Time passes for it by one period at each reading.
 #[derive(Debug)]
 pub struct VirtualHand {
     info: DeviceInfo,
     hand: Hand,
     aim: Output<Aim>,
+    glide: Glide,
     force_n: Vector3<f64>,
     period_s: f64,
     readings: u64,
@@ -78,6 +124,7 @@ impl VirtualHand {
             info: info(name),
             hand: Hand::new(skill, Vector3::zeros()),
             aim,
+            glide: Glide::still(),
             force_n: Vector3::zeros(),
             period_s: 1.0 / rate_hz,
             readings: 0,
@@ -98,7 +145,10 @@ impl Device for VirtualHand {
     }
 
     fn read(&mut self) -> Result<Reading, DeviceFault> {
-        let Aim { position_m, orientation, buttons } = *self.aim.read();
+        if self.aim.update() {
+            self.glide.turn(*self.aim.output_buffer());
+        }
+        let Aim { position_m, orientation, buttons } = self.glide.step();
         let set_point = SetPoint { position_m, velocity_m_per_s: Vector3::zeros() };
         self.hand.step(self.period_s, &set_point, &self.force_n);
         self.readings += 1;
@@ -146,6 +196,28 @@ mod tests {
         assert_eq!(hand.read().expect("there").buttons, 1);
         hand.close();
         assert!((after_a_second(&mut hand, 0.0) - 0.03).abs() < 1e-6, "let go, it comes back");
+    }
+
+    /// Fastest change of speed, in m/s², of a set-point that goes 1 cm in a second, written every so many readings.
+    fn roughest_m_per_s2(every: usize) -> f64 {
+        let (mut hand, mut aim) = VirtualHand::new("keyboard", &VirtualHand::braced(), 1000.0);
+        let mut way = Vec::new();
+        for reading in 0..1000 {
+            if reading % every == 0 {
+                let position_m = Vector3::new(1e-5 * reading as f64, 0.0, 0.0);
+                aim.write(Aim { position_m, ..Aim::default() });
+            }
+            way.push(hand.read().expect("there").position_m.x);
+        }
+        let steady = way[600..].windows(3).map(|x| (x[2] - 2.0 * x[1] + x[0]).abs() * 1e6);
+        steady.fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn a_slow_picture_does_not_make_it_jerk() {
+        // In jumps of 2 mm the hand would be pushed by k Δx / M = 5 m/s².
+        assert!(roughest_m_per_s2(200) < 0.05, "{}", roughest_m_per_s2(200));
+        assert!(roughest_m_per_s2(16) < 0.05, "{}", roughest_m_per_s2(16));
     }
 
     #[test]

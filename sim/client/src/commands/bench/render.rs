@@ -1,10 +1,9 @@
 //! The picture: time of a frame, for every view and quality, on this machine's graphics adapter.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use render::frame::{Frame, Puncture, Stage, View};
-use render::{AdapterName, Headless, Quality};
+use render::{Headless, Quality};
 use scene::Patient;
 
 use super::chart::{Chart, Curve, SeriesLabelPosition};
@@ -15,12 +14,13 @@ use crate::progress::Progress;
 use crate::{clock, commands, picture};
 
 /// Size of the pictures, in pixels.
-const SIZE: [u32; 2] = [1280, 720];
+pub const SIZE: [u32; 2] = [1280, 720];
 /// Frames timed of each kind, after one that is not.
 const FRAMES: usize = 40;
 const QUICK_FRAMES: usize = 2;
 /// What a frame may take with everything on, in ms: software, hardware.
 const BARS_MS: [f64; 2] = [100.0, 4.0];
+
 /// Times of one kind of picture.
 struct Row {
     what: &'static str,
@@ -47,26 +47,6 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     chart(&rows).draw(&plot)?;
     let text = sheet::write_text(out.join("render.md"), &markdown(&rows, &headless, (start_s, quick)))?;
     Ok(vec![table, plot, text])
-}
-
-/// Draws as fast as it can until told to stop, as a window would beside a servo; what drew and how often, or why nothing did.
-pub fn draw_until(stop: &AtomicBool) -> String {
-    let mut drawn = 0_u32;
-    let mut draw = || -> Result<AdapterName, Failure> {
-        let mut headless = Headless::new(Quality::Full).map_err(Failure::work)?;
-        let stage = stage()?;
-        headless.set_stage(&stage).map_err(Failure::work)?;
-        let [(_, whole), ..] = frames(stage.field.loads);
-        while !stop.load(Ordering::Relaxed) {
-            headless.draw(&whole, SIZE).map_err(Failure::work)?;
-            drawn += 1;
-        }
-        Ok(headless.adapter())
-    };
-    match draw() {
-        Ok(adapter) => format!("{drawn} pictures of {} × {} pixels by {adapter}", SIZE[0], SIZE[1]),
-        Err(error) => format!("no picture: {error}"),
-    }
 }
 
 fn rows(headless: &mut Headless, frames: &[(&'static str, Frame)], count: usize) -> Result<Vec<Row>, Failure> {

@@ -2,26 +2,31 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
+use std::{fmt, thread};
 
 use ::recording::simulate::MotionSource;
+use ::render::frame::Frame;
+use ::render::{Headless, Quality};
 use haptics::device::Reading;
 use haptics::devices::trajectory::Trajectory;
 use haptics::mapping::Mapping;
-use haptics::servo::{self, Driven, Priority, Report, Running, Times};
+use haptics::servo::{self, Driven, Priority, Report, Times};
+use mechanics::puncture::PunctureParams;
 use nalgebra::Vector3;
 use scene::{ExerciseBundle, Patient};
 
 use super::chart::{Chart, Curve, SeriesLabelPosition};
 use super::motion::Rehearsal;
+use super::render::SIZE;
 use super::sheet::{self, Sheet};
-use super::{measured_on, render, specimen};
-use crate::commands;
+use super::{measured_on, specimen};
 use crate::exit::Failure;
 use crate::live::{Finished, Live, Trial};
+use crate::picture::{Look, Moment};
 use crate::progress::Progress;
+use crate::{clock, commands, picture};
 
 const TICK_HZ: f64 = 1000.0;
 /// Length of the measurement, in s; a shortened one is as long as it takes to be let in by the safety chain's gate.
@@ -29,6 +34,8 @@ const LENGTH_S: f64 = 60.0;
 const QUICK_S: f64 = 2.0;
 /// What is promised, with real-time priority: p99 of lateness and p99.9 of compute time, in µs.
 const BAR_US: f64 = 50.0;
+/// What is promised from a motion of the needle to the picture that shows it, in frames.
+const BAR_FRAMES: u32 = 2;
 
 /// Measures, and writes `servo.{csv,md,svg}`; returns the files written.
 ///
@@ -48,30 +55,113 @@ struct Measured {
     servo: Report,
     /// How late a thread is that does nothing: what the machine gives.
     bare: Times,
-    /// What drew.
-    drawn: String,
+    /// The picture, or why there was none.
+    picture: Result<Picture, Failure>,
 }
 
-/// Runs an attempt of a length in s on the clock, recorded as any is and drawn, then as many ticks of nothing.
+/// Runs an attempt of a length in s on the clock, recorded and drawn as any is, then as many ticks of nothing.
 fn run(bundle: &ExerciseBundle, length_s: f64, file: &Path) -> Result<Measured, Failure> {
     let params = Arc::new(commands::puncture_params(file, bundle, &Patient::nominal(&bundle.scene))?);
+    let mut picture = Picture::new(bundle, &params);
     let device = Trajectory::new("operator:bench", readings(bundle, length_s), TICK_HZ);
     let done = device.done();
     let session = specimen::session(bundle, TICK_HZ);
     let trial = Trial { bundle: bundle.clone(), params, session, path: file.to_owned() };
-    let live = Live::start(trial, Mapping::in_patient_frame(), Driven::ByTimer(Box::new(device)))?;
-    let defect = |who: &str| Failure::work(format_args!("the {who} was stopped by a defect"));
-    let enough = AtomicBool::new(false);
+    let mut live = Live::start(trial, Mapping::in_patient_frame(), Driven::ByTimer(Box::new(device)))?;
+    let progress = Progress::new((length_s * TICK_HZ) as u64, "servo");
+    while !done.load(Ordering::Relaxed) && live.servo().ended().is_none() {
+        look(&mut picture, |picture| picture.show(&mut live));
+        progress.set(live.latest().map_or(0, |tick| tick.ticks));
+    }
+    let (_, Finished { report, kept }) = live.stop();
+    kept.map_err(|unsaved| Failure::work(&unsaved.why))?;
+    let bare = beside(&mut picture, || servo::bare(TICK_HZ, (length_s * TICK_HZ) as u32));
+    let servo = report.ok_or_else(|| Failure::work("the servo was stopped by a defect"))?;
+    Ok(Measured { servo, bare: bare.map_err(Failure::work)?, picture })
+}
+
+/// Runs something beside a picture that is drawn as fast as it can be.
+fn beside<T: Send>(picture: &mut Result<Picture, Failure>, run: impl FnOnce() -> T + Send) -> T {
     thread::scope(|scope| {
-        let picture = scope.spawn(|| render::draw_until(&enough));
-        wait(&done, live.servo(), length_s);
-        let (_, Finished { report, kept }) = live.stop();
-        let bare = servo::bare(TICK_HZ, (length_s * TICK_HZ) as u32);
-        enough.store(true, Ordering::Relaxed);
-        let drawn = picture.join().map_err(|_| defect("picture"))?;
-        kept.map_err(|unsaved| Failure::work(&unsaved.why))?;
-        Ok(Measured { servo: report.ok_or_else(|| defect("servo"))?, bare: bare.map_err(Failure::work)?, drawn })
+        let running = scope.spawn(run);
+        while !running.is_finished() {
+            look(picture, Picture::draw);
+        }
+        running.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     })
+}
+
+/// A look at the picture, if there is one, or as long as one would take. A picture that fails is none from then on.
+fn look(picture: &mut Result<Picture, Failure>, show: impl FnOnce(&mut Picture) -> Result<(), Failure>) {
+    const ELSE: Duration = Duration::from_millis(50);
+    let shown = match picture {
+        Ok(picture) => show(picture),
+        Err(_) => {
+            thread::sleep(ELSE);
+            Ok(())
+        }
+    };
+    if let Err(failure) = shown {
+        *picture = Err(failure);
+    }
+}
+
+/// What a window would draw of the attempt.
+struct Picture {
+    headless: Headless,
+    look: Look,
+    target_depth_m: f64,
+    frame: Frame,
+    /// From a motion of the needle to the picture that shows it, and what a picture takes, in ms.
+    behind_ms: Vec<f64>,
+    takes_ms: Vec<f64>,
+}
+
+impl Picture {
+    fn new(bundle: &ExerciseBundle, params: &PunctureParams) -> Result<Self, Failure> {
+        let mut headless = Headless::new(Quality::Full).map_err(Failure::work)?;
+        let stage = picture::stage(Path::new("shipped scene"), bundle, params)?;
+        headless.set_stage(&stage).map_err(Failure::work)?;
+        let look = Look::at(&bundle.scene, true);
+        let target_depth_m = bundle.exercise.target_depth_mm * 1e-3;
+        let frame = Moment::before(&bundle.exercise).frame(&look, target_depth_m);
+        let mut picture = Self { headless, look, target_depth_m, frame, behind_ms: Vec::new(), takes_ms: Vec::new() };
+        // The first, which may compile, is not counted.
+        picture.draw()?;
+        picture.takes_ms.clear();
+        Ok(picture)
+    }
+
+    /// Draws what the attempt shows now; when that is done the needle is further on.
+    fn show(&mut self, live: &mut Live) -> Result<(), Failure> {
+        let moment = live.shown().moment.clone();
+        self.frame = moment.frame(&self.look, self.target_depth_m);
+        self.draw()?;
+        let now_s = live.latest().map_or(moment.sample.t_s, |tick| tick.record.t_s);
+        self.behind_ms.push((now_s - moment.sample.t_s) * 1e3);
+        Ok(())
+    }
+
+    fn draw(&mut self) -> Result<(), Failure> {
+        let begun = clock::instant();
+        self.headless.draw(&self.frame, SIZE).map_err(Failure::work)?;
+        self.takes_ms.push(begun.elapsed().as_secs_f64() * 1e3);
+        Ok(())
+    }
+}
+
+impl fmt::Display for Picture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (count, adapter) = (self.takes_ms.len(), self.headless.adapter());
+        write!(f, "{count} pictures of {} × {} pixels by {adapter}", SIZE[0], SIZE[1])
+    }
+}
+
+/// The value that a share of some values does not exceed; 0 of none.
+fn at(values: &[f64], share: f64) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get((sorted.len().saturating_sub(1) as f64 * share).round() as usize).copied().unwrap_or_default()
 }
 
 /// The motion, tick by tick.
@@ -85,31 +175,20 @@ fn readings(bundle: &ExerciseBundle, length_s: f64) -> Vec<Reading> {
     (0..ticks).map(reading).collect()
 }
 
-/// Shows how far it has come until it is done.
-fn wait(done: &AtomicBool, running: &Running, length_s: f64) {
-    const LOOK_MS: u64 = 50;
-    let progress = Progress::new((length_s * 1e3) as u64, "servo");
-    let mut waited_ms = 0;
-    while !done.load(Ordering::Relaxed) && running.ended().is_none() {
-        thread::sleep(Duration::from_millis(LOOK_MS));
-        waited_ms += LOOK_MS;
-        progress.set(waited_ms);
-    }
-}
-
 fn report(out: &Path, measured_on: &str, measured: &Measured) -> Result<Vec<PathBuf>, Failure> {
     let sheet = sheet(measured);
     let (table, plot) = (out.join("servo.csv"), out.join("servo.svg"));
     sheet.write_csv(&table)?;
     chart(measured).draw(&plot)?;
-    let Measured { servo, drawn, .. } = measured;
+    let Measured { servo, picture, .. } = measured;
+    let drawn = picture.as_ref().map_or_else(|none| format!("no picture: {none}"), ToString::to_string);
     let priority = match servo.priority {
         Priority::Ordinary => format!("**{}: {}.**", servo.priority, servo.priority.advice()),
         priority => format!("The thread has {priority}."),
     };
     let text = format!(
         "# Servo\n\n{measured_on}\n\nThe training scene at 1 kHz, in and out of the body every 15 s. Beside it the recorder \
-         steps law and field again and writes the recording, and a thread draws as fast as it can: {drawn}. {priority} Lateness is from the due time of a tick to its \
+         steps law and field again and writes the recording, and the attempt is drawn as fast as it can be: {drawn}. {priority} Lateness is from the due time of a tick to its \
          beginning; compute is the whole tick: device, force law, safety chain, ring and picture's cell. A tick that begins \
          more than a period late is a stall: counted, flagged in the recording, a gap in its times. The bare timer is the \
          machine's own part: as many ticks of a thread with the same priority that waits in the same way and does nothing, \
@@ -120,7 +199,7 @@ fn report(out: &Path, measured_on: &str, measured: &Measured) -> Result<Vec<Path
     Ok(vec![table, plot, sheet::write_text(out.join("servo.md"), &text)?])
 }
 
-fn sheet(Measured { servo, bare, .. }: &Measured) -> Sheet {
+fn sheet(Measured { servo, bare, picture }: &Measured) -> Sheet {
     let Report { counts, lateness, compute, .. } = servo;
     let mut sheet = Sheet::new(["what", "value", "unit", "bar"]);
     let bar = format!("≤ {BAR_US}");
@@ -145,6 +224,14 @@ fn sheet(Measured { servo, bare, .. }: &Measured) -> Sheet {
         ("records dropped", counts.dropped, "0"),
     ] {
         sheet.row([what, &count.to_string(), "", bar]);
+    }
+    if let Ok(Picture { behind_ms, takes_ms, .. }) = picture {
+        let frame_ms = at(takes_ms, 0.5);
+        let mut row =
+            |what: &str, value: f64, [unit, bar]: [&str; 2]| sheet.row([what, &format!("{value:.2}"), unit, bar]);
+        row("picture, median", frame_ms, ["ms", ""]);
+        row("motion to picture, p50", at(behind_ms, 0.5) / frame_ms, ["frames", ""]);
+        row("motion to picture, p99", at(behind_ms, 0.99) / frame_ms, ["frames", &format!("≤ {BAR_FRAMES}")]);
     }
     sheet
 }
