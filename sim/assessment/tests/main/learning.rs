@@ -13,7 +13,7 @@ fn close(found: f64, expected: f64) {
 }
 
 fn lc(p0: f64, delta: f64, within: u32) -> LcCusum {
-    LcCusum::new(&LcCusumParams { p0, delta, within, probability: 0.05 }).unwrap()
+    LcCusum::new(&LcCusumParams { p0, delta, within, probability: 0.05 }).expect("parameters that can be used")
 }
 
 #[test]

@@ -96,6 +96,11 @@ pub fn run(args: &Args) -> Outcome {
     output::with(|out| written.iter().try_for_each(|path| writeln!(out, "{}", path.display())))
 }
 
+/// The value that a share of some values does not exceed; not a number where there is none.
+fn quantile(values: &[f64], share: f64) -> f64 {
+    assessment::statistics::quantile(values, share).unwrap_or(f64::NAN)
+}
+
 /// On what a result was measured, for the head of a Markdown file.
 fn measured_on(quick: bool) -> String {
     let Machine { cpu, threads, system } = Machine::this();

@@ -2,6 +2,7 @@
 
 use mechanics::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState};
 
+use super::quantile;
 use super::sheet::Sheet;
 use crate::clock;
 use crate::exit::Failure;
@@ -33,7 +34,7 @@ pub fn measure(spec: &AxialSpec, quick: bool) -> Result<Pace, Failure> {
     let reserve = scratch.ruptures.capacity();
     let batches = if quick { BATCHES / 100 } else { BATCHES };
     let mut tick = 0;
-    let mut ns_per_tick: Vec<f64> = (0..batches)
+    let ns_per_tick: Vec<f64> = (0..batches)
         .map(|_| {
             let start = clock::instant();
             for _ in 0..BATCH {
@@ -44,12 +45,10 @@ pub fn measure(spec: &AxialSpec, quick: bool) -> Result<Pace, Failure> {
             start.elapsed().as_secs_f64() * 1e9 / f64::from(BATCH)
         })
         .collect();
-    ns_per_tick.sort_by(f64::total_cmp);
-    let percentile = |share: f64| ns_per_tick[((ns_per_tick.len() - 1) as f64 * share) as usize];
     Ok(Pace {
         layers: spec.layers.len(),
-        median_ns: percentile(0.5),
-        p99_ns: percentile(0.99),
+        median_ns: quantile(&ns_per_tick, 0.5),
+        p99_ns: quantile(&ns_per_tick, 0.99),
         reserve_kept: scratch.ruptures.capacity() == reserve,
     })
 }

@@ -11,7 +11,7 @@ use scene::{ExerciseBundle, Patient};
 use super::chart::{Chart, Curve, SeriesLabelPosition};
 use super::motion::Rehearsal;
 use super::sheet::{self, Sheet};
-use super::{measured_on, specimen};
+use super::{measured_on, quantile, specimen};
 use crate::exit::Failure;
 use crate::motion::Watched;
 use crate::{attempt, clock, commands, machine};
@@ -95,7 +95,6 @@ fn time_writing(path: &Path, bundle: &ExerciseBundle) -> Result<Vec<f64>, Failur
         tick_us.push(start.elapsed().as_secs_f64() * 1e6);
         wrote.map_err(|error| Failure::work(format_args!("{}: {error}", again.display())))?;
     }
-    tick_us.sort_by(f64::total_cmp);
     Ok(tick_us)
 }
 
@@ -138,8 +137,6 @@ fn report(out: &Path, measured_on: &str, measured: &Measured) -> Result<Vec<Path
 
 fn sheet(measured: &Measured) -> Sheet {
     let ticks = &measured.tick_us;
-    let percentile =
-        |share: f64| ticks.get((ticks.len().saturating_sub(1) as f64 * share) as usize).copied().unwrap_or(0.0);
     let mean_us = ticks.iter().sum::<f64>() / ticks.len().max(1) as f64;
     let long = format!("{:.0} s recording", measured.long_s);
     let mut sheet = Sheet::new(["what", "value", "unit", "bar"]);
@@ -149,9 +146,9 @@ fn sheet(measured: &Measured) -> Sheet {
     row("simulate, everything recorded", measured.times_real_time, "× real time", "≥ 50");
     row("size", measured.bytes_per_s * 1e-3, "kB per second", "");
     row("size of 60 s", measured.bytes_per_s * 60e-6, "MB", "≤ 12");
-    row("write a tick, median", percentile(0.5), "µs", "");
-    row("write a tick, p99", percentile(0.99), "µs", "");
-    row("write a tick, most", percentile(1.0), "µs", "");
+    row("write a tick, median", quantile(ticks, 0.5), "µs", "");
+    row("write a tick, p99", quantile(ticks, 0.99), "µs", "");
+    row("write a tick, most", quantile(ticks, 1.0), "µs", "");
     row("write at 1 kHz", mean_us * 1e-3 * 100.0, "% of a core", "≤ 3");
     row(&format!("{long}, size"), measured.long_bytes as f64 * 1e-6, "MB", "");
     row(&format!("{long}, read"), measured.read_s, "s", "");

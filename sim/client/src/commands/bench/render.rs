@@ -8,7 +8,7 @@ use scene::Patient;
 
 use super::chart::{Chart, Curve, SeriesLabelPosition};
 use super::sheet::{self, Sheet};
-use super::{measured_on, specimen};
+use super::{measured_on, quantile, specimen};
 use crate::exit::Failure;
 use crate::progress::Progress;
 use crate::{clock, commands, picture};
@@ -55,10 +55,8 @@ fn rows(headless: &mut Headless, frames: &[(&'static str, Frame)], count: usize)
     for quality in Quality::ALL {
         headless.set_quality(quality);
         for (what, frame) in frames {
-            let mut times_ms = times(headless, frame, count)?;
-            times_ms.sort_by(f64::total_cmp);
-            let at = |share: f64| times_ms[((times_ms.len() - 1) as f64 * share).round() as usize];
-            rows.push(Row { what, quality, median_ms: at(0.5), p99_ms: at(0.99) });
+            let times_ms = times(headless, frame, count)?;
+            rows.push(Row { what, quality, median_ms: quantile(&times_ms, 0.5), p99_ms: quantile(&times_ms, 0.99) });
             progress.set(rows.len() as u64);
         }
     }

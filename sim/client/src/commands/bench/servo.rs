@@ -21,7 +21,7 @@ use super::chart::{Chart, Curve, SeriesLabelPosition};
 use super::motion::Rehearsal;
 use super::render::SIZE;
 use super::sheet::{self, Sheet};
-use super::{measured_on, specimen};
+use super::{measured_on, quantile, specimen};
 use crate::exit::Failure;
 use crate::live::{Finished, Live, Trial};
 use crate::picture::{Look, Moment};
@@ -157,13 +157,6 @@ impl fmt::Display for Picture {
     }
 }
 
-/// The value that a share of some values does not exceed; 0 of none.
-fn at(values: &[f64], share: f64) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get((sorted.len().saturating_sub(1) as f64 * share).round() as usize).copied().unwrap_or_default()
-}
-
 /// The motion, tick by tick.
 fn readings(bundle: &ExerciseBundle, length_s: f64) -> Vec<Reading> {
     let mut hand = Rehearsal::new(bundle.exercise.plan(), length_s);
@@ -226,12 +219,12 @@ fn sheet(Measured { servo, bare, picture }: &Measured) -> Sheet {
         sheet.row([what, &count.to_string(), "", bar]);
     }
     if let Ok(Picture { behind_ms, takes_ms, .. }) = picture {
-        let frame_ms = at(takes_ms, 0.5);
+        let frame_ms = quantile(takes_ms, 0.5);
         let mut row =
             |what: &str, value: f64, [unit, bar]: [&str; 2]| sheet.row([what, &format!("{value:.2}"), unit, bar]);
         row("picture, median", frame_ms, ["ms", ""]);
-        row("motion to picture, p50", at(behind_ms, 0.5) / frame_ms, ["frames", ""]);
-        row("motion to picture, p99", at(behind_ms, 0.99) / frame_ms, ["frames", &format!("≤ {BAR_FRAMES}")]);
+        row("motion to picture, p50", quantile(behind_ms, 0.5) / frame_ms, ["frames", ""]);
+        row("motion to picture, p99", quantile(behind_ms, 0.99) / frame_ms, ["frames", &format!("≤ {BAR_FRAMES}")]);
     }
     sheet
 }
