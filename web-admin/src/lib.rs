@@ -2,6 +2,7 @@
 //!
 //! A library with a thin program around it, so that tests run the router in process.
 
+pub mod backup;
 pub mod cli;
 pub mod clock;
 pub mod config;
@@ -17,6 +18,7 @@ pub mod startup;
 pub mod stations;
 pub mod storage;
 pub mod uploads;
+pub mod verification;
 pub mod views;
 pub mod worker;
 

@@ -4,14 +4,16 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use assessment::statistics::NotComputable;
 use scene::load::{Document, read};
-use scene::{Curriculum, DocumentError, ExerciseBundle, MasteryRule};
+use scene::{Curriculum, DocumentError, ExerciseBundle};
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use sqlx::SqliteConnection;
 use uuid::Uuid;
 
 use crate::domain::Moment;
+use crate::domain::progress::Mastery;
 use crate::storage::audit::{self, Actor, Entry};
 use crate::storage::curricula::{self, NewCurriculum, NewEntry};
 use crate::storage::exercises::{self, NewRevision};
@@ -139,19 +141,14 @@ async fn curriculum(
     (course, bytes): (&Curriculum, &[u8]),
     now: Moment,
 ) -> Result<Published, Refused> {
-    let MasteryRule::Passes { passes, of } = course.mastery else {
-        let words =
-            format!("course {}: mastery rule; the service judges n of m passes, no learning curves yet", course.id);
-        return Err(Refused::Document(words));
-    };
+    let mastery = Mastery::of(&course.mastery).map_err(|why| no_limit(course, why))?;
     let known = curricula::by_sha256(&mut *writer, school, &course.sha256).await?;
     let entries: Vec<_> = course.entries.iter().map(entry).collect();
     let new = NewCurriculum {
         curriculum_id: &course.id,
         title: &course.title,
         description: &course.description,
-        mastery_passes: passes,
-        mastery_of: of,
+        mastery,
         sha256: &course.sha256,
         bytes,
         entries: &entries,
@@ -167,6 +164,14 @@ async fn curriculum(
         note(writer, school, ("curriculum.published", &course.id, details), now).await?;
     }
     Ok(Published { kind: "course", id: course.id.clone(), new: known.is_none() })
+}
+
+fn no_limit(course: &Curriculum, why: NotComputable) -> Refused {
+    Refused::Document(format!(
+        "course {}: mastery: no limit of the learning curve keeps the stated alpha ({why}); allowed: a larger alpha or \
+         within, or rates farther apart",
+        course.id
+    ))
 }
 
 fn entry(entry: &scene::curriculum::CurriculumEntry) -> NewEntry {

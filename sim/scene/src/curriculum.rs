@@ -12,8 +12,8 @@ pub enum MasteryRule {
     },
     /// CUSUM or LC-CUSUM with its parameters.
     Cusum {
-        /// Learning-curve form.
-        learning: bool,
+        /// LC-CUSUM: the attempts within which `alpha` holds; absent for a CUSUM.
+        within: Option<u32>,
         /// Acceptable failure rate.
         p0: f64,
         /// Unacceptable failure rate.

@@ -30,7 +30,11 @@ struct RawMastery {
     p1: f64,
     alpha: f64,
     beta: f64,
+    within: Option<u32>,
 }
+
+/// Attempts within which the alpha of an LC-CUSUM holds, where a course does not say.
+const WITHIN: u32 = 50;
 
 #[derive(Deserialize)]
 struct RawEntry {
@@ -133,6 +137,13 @@ fn check_mastery(doc: &mut Walked) {
     if let Some((p0, p1)) = pair("p0", "p1").filter(|(p0, p1)| p1 <= p0) {
         doc.refuse("mastery.p1", &p1.to_string(), &format!("allowed: above {p0}, the rule's p0"));
     }
+    if let Some((alpha, beta)) = pair("alpha", "beta").filter(|(alpha, beta)| alpha + beta >= 1.0) {
+        let allowed = format!("allowed: below {}, so that it and the rule's alpha are below 1 together", 1.0 - alpha);
+        doc.refuse("mastery.beta", &beta.to_string(), &allowed);
+    }
+    if rule != "lc-cusum" && !mastery["within"].is_null() {
+        doc.refuse("mastery.within", "not a key of this rule", "only the rule lc-cusum has it");
+    }
 }
 
 fn curriculum(raw: RawCurriculum, bundles: &[ExerciseBundle], sha256: String) -> Curriculum {
@@ -142,7 +153,8 @@ fn curriculum(raw: RawCurriculum, bundles: &[ExerciseBundle], sha256: String) ->
         prerequisites: entry.prerequisites,
         survey: entry.survey,
     };
-    let RawMastery { rule, passes, of, p0, p1, alpha, beta } = raw.mastery;
+    let RawMastery { rule, passes, of, p0, p1, alpha, beta, within } = raw.mastery;
+    let within = (rule == "lc-cusum").then(|| within.unwrap_or(WITHIN));
     Curriculum {
         id: raw.id,
         title: raw.title,
@@ -150,7 +162,7 @@ fn curriculum(raw: RawCurriculum, bundles: &[ExerciseBundle], sha256: String) ->
         entries: raw.exercise.into_iter().zip(bundles).map(entry).collect(),
         mastery: match rule.as_str() {
             "passes" => MasteryRule::Passes { passes, of },
-            _ => MasteryRule::Cusum { learning: rule == "lc-cusum", p0, p1, alpha, beta },
+            _ => MasteryRule::Cusum { within, p0, p1, alpha, beta },
         },
         sha256,
     }

@@ -10,8 +10,10 @@ use crate::AppState;
 use crate::clock::Clock;
 use crate::config::{self, Config};
 
+mod backup;
 mod curricula;
 mod demo;
+mod restore;
 mod serve;
 mod user;
 mod verify;
@@ -40,6 +42,10 @@ enum Command {
     Demo(demo::DemoArgs),
     /// Checks the database, every recording and the audit log; names each finding and exits 1
     Verify(Storage),
+    /// Puts the database and every recording into one file, while the service runs, and reads it back
+    Backup(backup::BackupArgs),
+    /// Restores a backup into an empty place
+    Restore(restore::RestoreArgs),
     /// Prints the API's OpenAPI description
     Openapi,
 }
@@ -166,6 +172,8 @@ async fn run(command: Command) -> Result<(), Failure> {
         Command::Curricula(command) => curricula::run(&command).await,
         Command::Demo(args) => demo::run(&args).await,
         Command::Verify(storage) => verify::run(&storage).await,
+        Command::Backup(args) => backup::run(&args).await,
+        Command::Restore(args) => restore::run(&args).await,
         Command::Openapi => {
             let description = crate::routes::api::description();
             say(serde_json::to_string_pretty(&description).map_err(anyhow::Error::from)?);

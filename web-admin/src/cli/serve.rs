@@ -16,7 +16,7 @@ use crate::AppState;
 use crate::clock::Clock;
 use crate::storage::people;
 use crate::storage::web_sessions::WebSessions;
-use crate::{recordings, routes, uploads, worker};
+use crate::{recordings, routes, uploads, verification, worker};
 
 /// How long a request may go on after the service was told to stop.
 const LAST_ORDERS: Duration = Duration::from_secs(10);
@@ -45,6 +45,8 @@ pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
     config.listen = args.listen;
     config.behind_tls = args.behind_tls;
     config.max_upload_bytes = args.max_upload_mb * 1_000_000;
+    // Before the schema is brought up to date: nothing is written to a file that is damaged.
+    verification::refuse_damage(&config).await?;
     let state = AppState::open(config, Clock::system()).await?;
     let cleared = recordings::clear_uploads(&state.config.uploads_dir()).context("cannot clear unfinished uploads")?;
     tracing::info!(cleared, "unfinished uploads cleared");

@@ -1,5 +1,6 @@
 //! Who did what, when: a log that only grows, each row sealed with the hash of the one before.
 
+use futures::TryStreamExt;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
@@ -130,30 +131,42 @@ pub struct Chain {
     pub findings: Vec<String>,
 }
 
+/// True where the database has an audit log: one that was never migrated has none.
+///
+/// # Errors
+/// When the database fails.
+pub async fn is_kept(executor: impl SqliteExecutor<'_>) -> Result<bool> {
+    sqlx::query_scalar("SELECT count(*) > 0 FROM sqlite_schema WHERE type = 'table' AND name = 'audit_log'")
+        .fetch_one(executor)
+        .await
+}
+
 /// Walks the chain from the first row.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn check(executor: impl SqliteExecutor<'_>) -> Result<Chain> {
-    let rows: Vec<Row> = sqlx::query_as(
+    let mut rows = sqlx::query_as::<_, Row>(
         "SELECT seq, at, school_id, actor, action, object, details, prev_hash, hash FROM audit_log ORDER BY seq",
     )
-    .fetch_all(executor)
-    .await?;
-    let mut findings = Vec::new();
-    let mut prev: &[u8] = &[0; 32];
-    for (expected, row) in (1_i64..).zip(&rows) {
+    .fetch(executor);
+    let mut chain = Chain { rows: 0, head: String::new(), findings: Vec::new() };
+    let (mut prev, mut expected) = (vec![0; 32], 1_i64);
+    while let Some(row) = rows.try_next().await? {
         if row.seq != expected {
-            findings.push(format!("audit log: row {expected} is missing, row {} follows", row.seq));
+            chain.findings.push(format!("audit log: row {expected} is missing, row {} follows", row.seq));
             break;
         }
         if row.prev_hash != prev {
-            findings.push(format!("audit log: row {} does not follow the row before it", row.seq));
+            chain.findings.push(format!("audit log: row {} does not follow the row before it", row.seq));
         }
         if row.seal() != row.hash {
-            findings.push(format!("audit log: row {} was changed after it was written", row.seq));
+            chain.findings.push(format!("audit log: row {} was changed after it was written", row.seq));
         }
-        prev = &row.hash;
+        chain.rows += 1;
+        expected += 1;
+        prev = row.hash;
     }
-    Ok(Chain { rows: rows.len(), head: hex::encode(prev), findings })
+    chain.head = hex::encode(prev);
+    Ok(chain)
 }

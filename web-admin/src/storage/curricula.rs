@@ -1,12 +1,11 @@
 //! Curricula as they were published, and how far a trainee has come in them.
 
-use scene::MasteryRule;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use crate::domain::progress::{Attempt, Course, Step};
+use crate::domain::progress::{Attempt, Course, CurveRule, Mastery, Step};
 use crate::domain::{Moment, new_id};
 
 /// A curriculum to be published.
@@ -18,10 +17,8 @@ pub struct NewCurriculum<'a> {
     pub title: &'a str,
     /// What it teaches.
     pub description: &'a str,
-    /// Passes needed …
-    pub mastery_passes: u32,
-    /// … of how many of the last attempts.
-    pub mastery_of: u32,
+    /// Mastery rule.
+    pub mastery: Mastery,
     /// SHA-256 of the document.
     pub sha256: &'a str,
     /// The document, byte for byte.
@@ -42,7 +39,7 @@ pub struct NewEntry {
 }
 
 /// A curriculum that is taught.
-#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+#[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct Curriculum {
     /// Id of its current revision.
     pub revision_id: Uuid,
@@ -53,9 +50,21 @@ pub struct Curriculum {
     /// What it teaches.
     pub description: String,
     /// Passes needed …
-    pub mastery_passes: u32,
-    /// … of how many of the last attempts.
-    pub mastery_of: u32,
+    mastery_passes: u32,
+    /// … of how many of the last attempts, where there is no curve.
+    mastery_of: u32,
+    mastery_curve: Option<Json<CurveRule>>,
+}
+
+impl Curriculum {
+    /// Its mastery rule.
+    #[must_use]
+    pub fn mastery(&self) -> Mastery {
+        match &self.mastery_curve {
+            Some(Json(curve)) => Mastery::Curve(*curve),
+            None => Mastery::Passes { passes: self.mastery_passes, of: self.mastery_of },
+        }
+    }
 }
 
 #[derive(FromRow)]
@@ -72,6 +81,7 @@ struct AttemptRow {
     started_at: Moment,
     score: f64,
     passed: bool,
+    revision_id: Option<Uuid>,
 }
 
 /// The curriculum revision with these bytes, if it was ever published.
@@ -97,17 +107,23 @@ pub async fn publish(
     now: Moment,
 ) -> Result<Uuid> {
     let id = new_id(now);
+    let (passes, of, curve) = match curriculum.mastery {
+        Mastery::Passes { passes, of } => (passes, of, None),
+        Mastery::Curve(curve) => (0, 0, Some(Json(curve))),
+    };
     sqlx::query(
         "INSERT INTO curriculum_revisions (id, school_id, curriculum_id, title, description, mastery_passes,
-         mastery_of, sha256, bytes, published_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)",
+         mastery_of, mastery_curve, sha256, bytes, published_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
     )
     .bind(id)
     .bind(school)
     .bind(curriculum.curriculum_id)
     .bind(curriculum.title)
     .bind(curriculum.description)
-    .bind(curriculum.mastery_passes)
-    .bind(curriculum.mastery_of)
+    .bind(passes)
+    .bind(of)
+    .bind(curve)
     .bind(curriculum.sha256)
     .bind(curriculum.bytes)
     .bind(now)
@@ -157,7 +173,7 @@ pub async fn make_current(writer: &mut SqliteConnection, school: Uuid, id: &str,
 /// When the database fails.
 pub async fn taught(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Curriculum>> {
     sqlx::query_as(
-        "SELECT r.id AS revision_id, r.curriculum_id, r.title, r.description, r.mastery_passes, r.mastery_of
+        "SELECT r.id AS revision_id, r.curriculum_id, r.title, r.description, r.mastery_passes, r.mastery_of, r.mastery_curve
          FROM curricula c JOIN curriculum_revisions r ON r.id = c.revision_id
          WHERE c.school_id = $1 ORDER BY c.curriculum_id",
     )
@@ -183,8 +199,7 @@ pub async fn course(executor: impl SqliteExecutor<'_>, school: Uuid, curriculum:
     .fetch_all(executor)
     .await?;
     let step = |row: StepRow| Step { exercise: row.exercise_id, title: row.title, prerequisites: row.prerequisites.0 };
-    let rule = MasteryRule::Passes { passes: curriculum.mastery_passes, of: curriculum.mastery_of };
-    Ok(Course { steps: rows.into_iter().map(step).collect(), rule })
+    Ok(Course { steps: rows.into_iter().map(step).collect(), rule: curriculum.mastery() })
 }
 
 /// The scored attempts of a trainee in order of time, each by its newest grading.
@@ -193,7 +208,7 @@ pub async fn course(executor: impl SqliteExecutor<'_>, school: Uuid, curriculum:
 /// When the database fails.
 pub async fn attempts(executor: impl SqliteExecutor<'_>, school: Uuid, trainee: Uuid) -> Result<Vec<Attempt>> {
     let rows: Vec<AttemptRow> = sqlx::query_as(
-        "SELECT s.id, s.exercise_id, s.started_at, c.score, c.passed FROM sessions s
+        "SELECT s.id, s.exercise_id, s.started_at, c.score, c.passed, s.revision_id FROM sessions s
          JOIN scores c ON c.school_id = s.school_id AND c.session_id = s.id
          WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.state = 'scored'
            AND c.id = (SELECT n.id FROM scores n WHERE n.school_id = s.school_id AND n.session_id = s.id
@@ -210,6 +225,7 @@ pub async fn attempts(executor: impl SqliteExecutor<'_>, school: Uuid, trainee: 
         at: row.started_at.to_utc(),
         score: row.score,
         passed: row.passed,
+        revision: row.revision_id,
     };
     Ok(rows.into_iter().map(attempt).collect())
 }

@@ -3,6 +3,7 @@
 //!
 //! Statements are written so that PostgreSQL would take them too: `$1`, `RETURNING`, `ON CONFLICT`.
 
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -53,6 +54,23 @@ impl Database {
     /// When it is not.
     pub async fn open_existing(url: &str) -> Result<Self> {
         Self::connect(SqliteConnectOptions::from_str(url)?.create_if_missing(false)).await
+    }
+
+    /// Opens a database where its file is there and holds something.
+    ///
+    /// # Errors
+    /// When the URL is no SQLite URL, or what is there cannot be opened.
+    pub async fn open_if_there(url: &str) -> Result<Option<Self>> {
+        let there = std::fs::metadata(Self::file_of(url)?).is_ok_and(|file| file.len() > 0);
+        if there { Self::open_existing(url).await.map(Some) } else { Ok(None) }
+    }
+
+    /// The file of a `sqlite:` URL.
+    ///
+    /// # Errors
+    /// When the URL is no SQLite URL.
+    pub fn file_of(url: &str) -> Result<PathBuf> {
+        Ok(SqliteConnectOptions::from_str(url)?.get_filename().to_owned())
     }
 
     async fn connect(options: SqliteConnectOptions) -> Result<Self> {
@@ -118,6 +136,25 @@ impl Database {
             }),
         );
         Ok(findings)
+    }
+
+    /// What SQLite finds wrong with the file's pages: quicker than [`Self::integrity`], which also compares every index.
+    ///
+    /// # Errors
+    /// When the file cannot be read at all.
+    pub async fn damaged_pages(&self) -> Result<Vec<String>> {
+        let mut findings: Vec<String> =
+            sqlx::query_scalar("SELECT quick_check FROM pragma_quick_check").fetch_all(&self.reader).await?;
+        findings.retain(|line| line != "ok");
+        Ok(findings)
+    }
+
+    /// Copies the database as it is at one moment into a file that must not exist. Others go on writing meanwhile.
+    ///
+    /// # Errors
+    /// When the file exists, or the disk refuses.
+    pub async fn copy_to(&self, file: &Path) -> Result<()> {
+        sqlx::query("VACUUM INTO $1").bind(file.to_string_lossy()).execute(&self.writer).await.map(drop)
     }
 
     /// Closes every connection, so that the write-ahead log is folded into the file.

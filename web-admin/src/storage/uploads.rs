@@ -143,3 +143,11 @@ pub async fn all(executor: impl SqliteExecutor<'_>) -> Result<Vec<Uuid>> {
 pub async fn by_id(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Upload>> {
     sqlx::query_as("SELECT * FROM uploads WHERE id = $1").bind(id).fetch_optional(executor).await
 }
+
+/// Forgets every upload that has not become an attempt: in a copy of the database, whose pieces are not beside it.
+///
+/// # Errors
+/// When the database fails.
+pub async fn forget_unfinished(writer: &mut SqliteConnection) -> Result<()> {
+    sqlx::query("DELETE FROM uploads WHERE session_id IS NULL").execute(writer).await.map(drop)
+}

@@ -2,10 +2,7 @@
 
 use assessment::{Deduction, Direction, Metric};
 use mechanics::structures::{Shape, StructureKind, StructureSpec};
-use scene::{
-    Exercise, ExerciseBundle, HardFail, MasteryRule, Needle, RubricLine, Scene, SceneLayer, SceneStructure,
-    TissueOptions,
-};
+use scene::{Exercise, ExerciseBundle, HardFail, Needle, RubricLine, Scene, SceneLayer, SceneStructure, TissueOptions};
 use time::macros::datetime;
 use time::{Duration, OffsetDateTime};
 
@@ -19,7 +16,7 @@ use super::trainee::{AttemptRow, CourseFacts, CourseView, Pages, TraineePage};
 use super::{Place, Shell, Status};
 use crate::domain::Role;
 use crate::domain::curve::{Band, Curve, Mark, MarkKind, Point, Stage, StageSpan};
-use crate::domain::progress::{Attempt, Course, Progress, Step};
+use crate::domain::progress::{Attempt, Course, Mastery, Progress, Step};
 
 /// The moment at which the samples are seen.
 pub(super) const NOW: OffsetDateTime = datetime!(2026-05-20 09:30 UTC);
@@ -336,7 +333,7 @@ pub(super) fn course() -> Course {
             step("reach-the-muscle", "Reach 20 mm in muscle", &["stop-in-the-fat"]),
             step("oblique-approach", "Oblique approach", &["reach-the-muscle"]),
         ],
-        rule: MasteryRule::Passes { passes: 3, of: 5 },
+        rule: Mastery::Passes { passes: 3, of: 5 },
     }
 }
 
@@ -352,6 +349,7 @@ pub(super) fn history(scores: &[(&str, f64)], days_ago: i64) -> Vec<Attempt> {
         at: NOW - Duration::days(days_ago + 2 * (count - 1 - i)) + Duration::hours(i % 7),
         score: *score,
         passed: *score >= 70.0,
+        revision: None,
     };
     (0..).zip(scores).map(attempt).collect()
 }

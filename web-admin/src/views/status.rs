@@ -21,8 +21,8 @@ pub enum Status {
     Open,
     /// An exercise behind another.
     Locked,
-    /// An exercise whose mastery rule is not computed yet.
-    Unjudged,
+    /// An exercise that was mastered and is lost again.
+    Regressing,
     /// A trainee who may need help.
     Help,
     /// A trainee who needs none.
@@ -53,7 +53,7 @@ impl Status {
             Self::Current => "Next",
             Self::Open => "Open",
             Self::Locked => "Locked",
-            Self::Unjudged => "Rule not computed yet",
+            Self::Regressing => "Regressing",
             Self::Help => "Needs help",
             Self::OnTrack => "On track",
             Self::Complete => "Course mastered",
@@ -66,9 +66,9 @@ impl Status {
         match self {
             Self::Passed | Self::Mastered | Self::Complete => "good",
             Self::Failed | Self::Refused => "bad",
-            Self::Help => "warn",
+            Self::Help | Self::Regressing => "warn",
             Self::Current => "lead",
-            Self::Waiting | Self::Open | Self::Locked | Self::Unjudged | Self::OnTrack => "quiet",
+            Self::Waiting | Self::Open | Self::Locked | Self::OnTrack => "quiet",
         }
     }
 
@@ -79,7 +79,8 @@ impl Status {
             Self::Failed | Self::Refused => "M4 4l8 8M12 4l-8 8",
             Self::Help => "M8 2.5v7M8 12.2v1.3",
             Self::Current => "M3 8h9M8.5 4.5L12 8l-3.5 3.5",
-            Self::Waiting | Self::Unjudged => "M8 2.5a5.5 5.5 0 1 0 0 11a5.5 5.5 0 1 0 0-11M8 5v3.2l2 1.3",
+            Self::Waiting => "M8 2.5a5.5 5.5 0 1 0 0 11a5.5 5.5 0 1 0 0-11M8 5v3.2l2 1.3",
+            Self::Regressing => "M3 4.5l4 4 2-2 4 5M13 8v3.5H9.5",
             Self::Open | Self::OnTrack => "M8 4.5a3.5 3.5 0 1 0 0 7a3.5 3.5 0 1 0 0-7",
             Self::Locked => "M4 7.5h8v6H4zM5.5 7.5V5.3a2.5 2.5 0 0 1 5 0v2.2",
         }

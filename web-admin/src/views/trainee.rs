@@ -2,12 +2,11 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use scene::MasteryRule;
 use time::OffsetDateTime;
 
 use super::charts::{self, ScorePoint};
 use super::{Shell, Status, format};
-use crate::domain::progress::{Attempt, Course, Progress, StepState};
+use crate::domain::progress::{Attempt, Course, CurveRule, Mastery, Progress, StepProgress, StepState};
 
 /// A trainee's home.
 #[derive(Debug, Template, WebTemplate)]
@@ -167,26 +166,48 @@ impl CourseView {
 
 /// The mastery rule in words.
 #[must_use]
-pub fn rule_in_words(rule: &MasteryRule) -> String {
+pub fn rule_in_words(rule: &Mastery) -> String {
     match *rule {
-        MasteryRule::Passes { passes, of } if passes == of => {
+        Mastery::Passes { passes, of } if passes == of => {
             format!("mastered with {passes} {} in a row", if passes == 1 { "pass" } else { "passes" })
         }
-        MasteryRule::Passes { passes, of } => format!("mastered with {passes} passes among {of} attempts in a row"),
-        MasteryRule::Cusum { .. } => "mastered by a learning curve, which is not computed yet".to_owned(),
+        Mastery::Passes { passes, of } => format!("mastered with {passes} passes among {of} attempts in a row"),
+        Mastery::Curve(curve) => curve_in_words(&curve),
     }
+}
+
+fn curve_in_words(CurveRule { params, within, .. }: &CurveRule) -> String {
+    let percent = |share: f64| format::fixed(share * 100.0, 0);
+    let kind = if within.is_some() { "LC-CUSUM" } else { "CUSUM" };
+    format!(
+        "mastered when its learning curve ({kind}) shows at most {} % failures rather than {} %",
+        percent(params.p0),
+        percent(params.p1)
+    )
 }
 
 fn next_step(course: &Course, progress: &Progress, index: usize) -> NextStep {
     let step = &course.steps[index];
-    let why = match (&progress.steps[index].state, &course.rule) {
-        (StepState::Open { passes: 0 }, _) if progress.steps[index].attempts.is_empty() => "Not tried yet.".to_owned(),
-        (StepState::Open { passes }, MasteryRule::Passes { passes: needed, of }) => {
+    let done = &progress.steps[index];
+    let why = match (&done.state, &course.rule, &done.curve) {
+        (StepState::Open { passes }, Mastery::Passes { passes: needed, of }, _) if !done.attempts.is_empty() => {
             format!("{passes} of the last {of} attempts passed; {needed} are needed.")
         }
-        _ => "The mastery rule of this course is a learning curve, which is not computed yet.".to_owned(),
+        (StepState::Regressing { .. }, _, Some(curve)) => {
+            format!("Mastered before, and lost again: {} will show it anew.", straight(curve.successes_needed))
+        }
+        (_, _, Some(curve)) if !done.attempts.is_empty() => {
+            format!("{} will show mastery.", format::sentence(&straight(curve.successes_needed)))
+        }
+        _ => "Not tried yet.".to_owned(),
     };
     NextStep { href: exercise_href(&step.exercise), title: step.title.clone(), why }
+}
+
+/// So many straight successes, in words.
+#[must_use]
+pub fn straight(successes: u32) -> String {
+    if successes == 1 { "one more success".to_owned() } else { format!("{successes} more straight successes") }
 }
 
 /// The page of an exercise.
@@ -205,10 +226,10 @@ fn step_row(facts: &CourseFacts<'_>, progress: &Progress, index: usize) -> StepR
     let (step, done) = (&facts.course.steps[index], &progress.steps[index]);
     let (status, detail) = match &done.state {
         StepState::Mastered { on } => (Status::Mastered, format!("on {}", format::date(*on))),
-        StepState::Open { .. } if progress.next == Some(index) => (Status::Current, String::new()),
-        StepState::Open { .. } => (Status::Open, String::new()),
+        StepState::Open { .. } if progress.next == Some(index) => (Status::Current, still_needed(done)),
+        StepState::Open { .. } => (Status::Open, still_needed(done)),
         StepState::Locked { missing } => (Status::Locked, format!("after {}", missing.join(" and "))),
-        StepState::Unjudged => (Status::Unjudged, String::new()),
+        StepState::Regressing { since, .. } => (Status::Regressing, format!("since {}", format::date(*since))),
     };
     StepRow {
         href: exercise_href(&step.exercise),
@@ -220,6 +241,11 @@ fn step_row(facts: &CourseFacts<'_>, progress: &Progress, index: usize) -> StepR
         best: done.best(),
         spark: charts::sparkline(&score_points(&done.attempts), pass_mark(facts, index)),
     }
+}
+
+/// What a learning curve still asks for.
+fn still_needed(done: &StepProgress) -> String {
+    done.curve.as_ref().map_or_else(String::new, |curve| straight(curve.successes_needed))
 }
 
 fn pass_mark(facts: &CourseFacts<'_>, index: usize) -> f64 {
@@ -272,7 +298,7 @@ mod tests {
 
     #[test]
     fn rules_are_said_in_words() {
-        let rule = |passes, of| rule_in_words(&MasteryRule::Passes { passes, of });
+        let rule = |passes, of| rule_in_words(&Mastery::Passes { passes, of });
         assert_eq!(rule(3, 5), "mastered with 3 passes among 5 attempts in a row");
         assert_eq!(rule(3, 3), "mastered with 3 passes in a row");
         assert_eq!(rule(1, 1), "mastered with 1 pass in a row");

@@ -4,7 +4,7 @@ use super::{REACHED, share, steps};
 use crate::statistics::NotComputable;
 
 /// What a CUSUM tells apart, and how often it may be wrong.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct CusumParams {
     /// Acceptable failure rate, 0–1.
     pub p0: f64,
@@ -17,7 +17,7 @@ pub struct CusumParams {
 }
 
 /// A CUSUM: each failure adds 1 − s, each success takes s; after a crossing the count restarts.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Cusum {
     /// What a success takes from the count.
     pub s: f64,

@@ -24,7 +24,7 @@ impl LcCusumParams {
 }
 
 /// An LC-CUSUM: S ← max(0, S + W), competent when S ≥ h.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct LcCusum {
     /// What a success adds: ln((1−p0)/(1−p0−δ)).
     pub success: f64,

@@ -16,7 +16,7 @@ pub enum Standing {
 }
 
 /// A rule ready to judge: a CUSUM alone, or an LC-CUSUM that declares competence and a CUSUM that watches it afterwards.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Rule {
     /// Declares competence; absent: the CUSUM's lower line does.
     pub learning: Option<LcCusum>,

@@ -22,8 +22,18 @@ static MASTERY: Table = Table {
         Field::new("of", Kind::Integer { min: 1, max: 100 }, "Rule passes: of how many last attempts"),
         Field::number("p0", "", (0.001, 0.999), "Rules cusum, lc-cusum: acceptable failure rate"),
         Field::number("p1", "", (0.001, 0.999), "Rules cusum, lc-cusum: unacceptable failure rate, above p0"),
-        Field::number("alpha", "", (0.001, 0.5), "Rules cusum, lc-cusum: type I error"),
+        Field::number(
+            "alpha",
+            "",
+            (0.001, 0.5),
+            "Rules cusum, lc-cusum: type I error; of an lc-cusum, that somebody who fails at p1 is called competent",
+        ),
         Field::number("beta", "", (0.001, 0.5), "Rules cusum, lc-cusum: type II error"),
+        Field::new(
+            "within",
+            Kind::Integer { min: 10, max: 200 },
+            "Rule lc-cusum: attempts within which alpha holds; 50 where it is left out",
+        ),
     ],
 };
 

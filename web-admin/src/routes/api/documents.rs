@@ -1,5 +1,6 @@
 //! What to train, and the documents to train it with.
 
+use assessment::learning::Standing;
 use axum::Json;
 use axum::extract::{Path, State};
 use serde::Serialize;
@@ -9,7 +10,7 @@ use uuid::Uuid;
 use super::caller::Caller;
 use crate::AppState;
 use crate::domain::Moment;
-use crate::domain::progress::{Course, Progress, StepState};
+use crate::domain::progress::{Course, Mastery, Progress, StepProgress, StepState};
 use crate::error::{ApiError, Error, Problem};
 use crate::storage::curricula::{self, Curriculum};
 use crate::storage::exercises::{self, Revision, RevisionBytes};
@@ -30,12 +31,16 @@ struct Assignment {
     title: String,
     /// The one to do first in its course.
     next: bool,
-    /// Passes among the last attempts that the mastery rule looks at.
+    /// Passes among the last attempts that the mastery rule looks at; 0 where it is a learning curve.
     passes: u32,
     /// Passes needed …
     passes_needed: u32,
-    /// … of how many of the last attempts.
+    /// … of how many of the last attempts. Where the rule is a learning curve, both are the straight successes still
+    /// needed.
     of: u32,
+    /// `competent`, `not_yet` or `regressing`, where the mastery rule is a learning curve.
+    #[schema(value_type = Option<String>)]
+    standing: Option<Standing>,
 }
 
 /// What the caller may train now: not yet mastered, prerequisites honoured.
@@ -62,7 +67,10 @@ async fn due(state: &AppState, school: Uuid, person: Uuid) -> Result<Vec<Assignm
 fn open(curriculum: &Curriculum, course: &Course, progress: &Progress) -> Vec<Assignment> {
     let steps = course.steps.iter().zip(&progress.steps).enumerate();
     let assigned = steps.filter_map(|(index, (step, done))| {
-        let StepState::Open { passes } = done.state else { return None };
+        if !matches!(done.state, StepState::Open { .. } | StepState::Regressing { .. }) {
+            return None;
+        }
+        let (passes, passes_needed, of) = passes(&course.rule, done);
         Some(Assignment {
             curriculum_id: curriculum.curriculum_id.clone(),
             curriculum_title: curriculum.title.clone(),
@@ -70,11 +78,22 @@ fn open(curriculum: &Curriculum, course: &Course, progress: &Progress) -> Vec<As
             title: step.title.clone(),
             next: progress.next == Some(index),
             passes,
-            passes_needed: curriculum.mastery_passes,
-            of: curriculum.mastery_of,
+            passes_needed,
+            of,
+            standing: done.curve.as_ref().map(|curve| curve.standing),
         })
     });
     assigned.collect()
+}
+
+/// Passes so far, passes needed, and among how many attempts.
+fn passes(rule: &Mastery, done: &StepProgress) -> (u32, u32, u32) {
+    let so_far = if let StepState::Open { passes } = done.state { passes } else { 0 };
+    match (rule, &done.curve) {
+        (_, Some(curve)) => (0, curve.successes_needed, curve.successes_needed),
+        (Mastery::Passes { passes, of }, _) => (so_far, *passes, *of),
+        (Mastery::Curve(_), None) => (0, 0, 0),
+    }
 }
 
 /// The school's exercises, what is due first.

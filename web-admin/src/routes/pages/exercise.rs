@@ -92,7 +92,7 @@ fn status(progress: &Progress, index: usize) -> Status {
         StepState::Open { .. } if progress.next == Some(index) => Status::Current,
         StepState::Open { .. } => Status::Open,
         StepState::Locked { .. } => Status::Locked,
-        StepState::Unjudged => Status::Unjudged,
+        StepState::Regressing { .. } => Status::Regressing,
     }
 }
 

@@ -146,6 +146,7 @@ struct CohortAttempt {
     started_at: Moment,
     score: f64,
     passed: bool,
+    revision_id: Option<Uuid>,
 }
 
 /// Every scored attempt of a cohort's trainees, each by its newest grading, beside the trainee who made it.
@@ -158,7 +159,7 @@ pub async fn cohort_attempts(
     cohort: Uuid,
 ) -> Result<Vec<(Uuid, Attempt)>> {
     let rows: Vec<CohortAttempt> = sqlx::query_as(
-        "SELECT s.trainee_id, s.id, s.exercise_id, s.started_at, c.score, c.passed
+        "SELECT s.trainee_id, s.id, s.exercise_id, s.started_at, c.score, c.passed, s.revision_id
          FROM cohort_members m
          JOIN sessions s ON s.school_id = m.school_id AND s.trainee_id = m.person_id AND s.state = 'scored'
          JOIN scores c ON c.id = (SELECT n.id FROM scores n
@@ -170,8 +171,15 @@ pub async fn cohort_attempts(
     .fetch_all(executor)
     .await?;
     let attempt = |row: CohortAttempt| {
-        let (session, at) = (row.id.to_string(), row.started_at.to_utc());
-        (row.trainee_id, Attempt { session, exercise: row.exercise_id, at, score: row.score, passed: row.passed })
+        let attempt = Attempt {
+            session: row.id.to_string(),
+            exercise: row.exercise_id,
+            at: row.started_at.to_utc(),
+            score: row.score,
+            passed: row.passed,
+            revision: row.revision_id,
+        };
+        (row.trainee_id, attempt)
     };
     Ok(rows.into_iter().map(attempt).collect())
 }

@@ -1,0 +1,62 @@
+//! Making a backup.
+
+use std::fs::{File, OpenOptions};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, ensure};
+
+use super::{FORMAT, Manifest, Scratch, archive};
+use crate::config::Config;
+use crate::domain::Moment;
+use crate::recordings::hash_file;
+use crate::storage::sessions::{self, RecordingFile};
+use crate::storage::{Database, audit, uploads};
+use crate::verification::Report;
+
+/// Makes a backup, reads it back, and only then gives it its name.
+///
+/// # Errors
+/// When the database or a recording is damaged, or a disk refuses. No file of that name is left then.
+pub async fn make(config: &Config, to: &Path, now: Moment) -> anyhow::Result<Report> {
+    let copy = Scratch(beside(to, "database"));
+    let part = Scratch(beside(to, "part"));
+    let source = Database::open_existing(&config.database_url).await.context("cannot open the database")?;
+    source.copy_to(&copy.0).await.context("cannot copy the database")?;
+    source.close().await;
+    let (recordings, report) = settle(&copy.0).await?;
+    let (database_sha256, _) = hash_file(&copy.0)?;
+    let program_version = env!("CARGO_PKG_VERSION").to_owned();
+    let manifest = Manifest { format: FORMAT, made_at: now.to_string(), program_version, database_sha256 };
+    // A backup holds every password hash: it is its owner's alone from the first byte.
+    let file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&part.0);
+    let file = file.with_context(|| part.0.display().to_string())?;
+    archive::write(file, &manifest, (&copy.0, &config.recordings_dir), &recordings)?;
+    archive::check(&part.0, &manifest, &recordings).context("the backup was read back and is not whole")?;
+    std::fs::rename(&part.0, to)?;
+    File::open(to.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")))?.sync_all()?;
+    Ok(report)
+}
+
+fn beside(to: &Path, suffix: &str) -> PathBuf {
+    let mut name = to.as_os_str().to_owned();
+    name.push(".");
+    name.push(suffix);
+    PathBuf::from(name)
+}
+
+/// Checks the copy, takes out of it what is still arriving, and tells which recordings belong to it.
+async fn settle(copy: &Path) -> anyhow::Result<(Vec<RecordingFile>, Report)> {
+    let db = Database::open_existing(&format!("sqlite://{}", copy.display())).await?;
+    let mut tx = db.write().await?;
+    uploads::forget_unfinished(&mut tx).await?;
+    tx.commit().await?;
+    let recordings = sessions::recordings(db.reader()).await?;
+    let chain = audit::check(db.reader()).await?;
+    let findings = [db.integrity().await?, chain.findings].concat();
+    db.close().await;
+    ensure!(findings.is_empty(), "the database is damaged, and nothing was backed up: {}", findings.join("; "));
+    let report =
+        Report { recordings: recordings.len(), audit_rows: chain.rows, audit_head: chain.head, findings: Vec::new() };
+    Ok((recordings, report))
+}

@@ -1,0 +1,195 @@
+//! Where a trainee stands in a course, what comes next, and whether help is needed and why.
+//!
+//! Pure: attempts and the moment go in, words come out. Only scored attempts count.
+
+mod concerns;
+mod mastery;
+#[cfg(test)]
+mod tests;
+
+use assessment::learning::Curve;
+use time::OffsetDateTime;
+use uuid::Uuid;
+
+pub use concerns::{Concern, DECLINE_POINTS, DECLINE_RUN, INACTIVE_DAYS, STUCK_FAILS};
+pub use mastery::{CurveRule, Mastery};
+
+/// One scored attempt.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attempt {
+    /// The session's id, for a link.
+    pub session: String,
+    /// The exercise's id in its document.
+    pub exercise: String,
+    /// When it started.
+    pub at: OffsetDateTime,
+    /// 0–100.
+    pub score: f64,
+    /// Passed.
+    pub passed: bool,
+    /// The exercise's revision, where the school published it.
+    pub revision: Option<Uuid>,
+}
+
+/// One exercise of a course.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// The exercise's id in its document.
+    pub exercise: String,
+    /// Title shown to people.
+    pub title: String,
+    /// Ids of the exercises to master first.
+    pub prerequisites: Vec<String>,
+}
+
+/// A course: exercises in order and the rule by which one counts as mastered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Course {
+    /// Exercises in order.
+    pub steps: Vec<Step>,
+    /// Mastery rule.
+    pub rule: Mastery,
+}
+
+/// How far an exercise has come.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StepState {
+    /// The rule was met.
+    Mastered {
+        /// By the attempt of this moment.
+        on: OffsetDateTime,
+    },
+    /// A learning curve said competent, and says no longer. What it opened stays open.
+    Regressing {
+        /// Declared by the attempt of this moment.
+        on: OffsetDateTime,
+        /// Lost by the attempt of this moment.
+        since: OffsetDateTime,
+    },
+    /// May be practised; not mastered yet.
+    Open {
+        /// Passes among the attempts that the rule looks at.
+        passes: u32,
+    },
+    /// Another exercise comes first.
+    Locked {
+        /// Titles of the exercises still to master.
+        missing: Vec<String>,
+    },
+}
+
+/// An exercise with what a trainee has done on it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StepProgress {
+    /// How far it has come.
+    pub state: StepState,
+    /// Scored attempts in order of time.
+    pub attempts: Vec<Attempt>,
+    /// The learning curve over them, where the rule is one.
+    pub curve: Option<Curve>,
+}
+
+impl StepProgress {
+    /// Attempts passed.
+    #[must_use]
+    pub fn passes(&self) -> usize {
+        self.attempts.iter().filter(|a| a.passed).count()
+    }
+
+    /// The best score so far, 0–100.
+    #[must_use]
+    pub fn best(&self) -> Option<f64> {
+        self.attempts.iter().map(|a| a.score).max_by(f64::total_cmp)
+    }
+
+    /// The attempts were made on different revisions of the exercise, so that one curve mixes two tasks.
+    #[must_use]
+    pub fn mixes_revisions(&self) -> bool {
+        self.attempts.windows(2).any(|pair| pair[0].revision != pair[1].revision)
+    }
+
+    /// Fails since the last pass.
+    #[must_use]
+    pub fn straight_fails(&self) -> usize {
+        self.attempts.iter().rev().take_while(|a| !a.passed).count()
+    }
+}
+
+/// Where a trainee stands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Progress {
+    /// One entry per step of the course, in its order.
+    pub steps: Vec<StepProgress>,
+    /// What to do next: an index into the steps. Absent when everything is mastered or nothing is open.
+    pub next: Option<usize>,
+    /// Reasons for help, the most pressing first.
+    pub concerns: Vec<Concern>,
+    /// The latest attempt on any exercise of the course.
+    pub last_at: Option<OffsetDateTime>,
+}
+
+impl Progress {
+    /// Judges attempts, in any order, at a moment.
+    #[must_use]
+    pub fn of(course: &Course, attempts: &[Attempt], now: OffsetDateTime) -> Self {
+        let mut steps: Vec<StepProgress> =
+            course.steps.iter().map(|step| tried(step, attempts, &course.rule)).collect();
+        lock(course, &mut steps);
+        let next = next(&steps);
+        let last_at = steps.iter().filter_map(|s| s.attempts.last()).map(|a| a.at).max();
+        let mut progress = Self { steps, next, concerns: Vec::new(), last_at };
+        progress.concerns = concerns::concerns(course, &progress, now);
+        progress
+    }
+
+    /// How many exercises are mastered.
+    #[must_use]
+    pub fn mastered(&self) -> usize {
+        self.steps.iter().filter(|s| matches!(s.state, StepState::Mastered { .. })).count()
+    }
+
+    /// Scored attempts on the course's exercises.
+    #[must_use]
+    pub fn attempts(&self) -> usize {
+        self.steps.iter().map(|s| s.attempts.len()).sum()
+    }
+
+    /// Every exercise is mastered.
+    #[must_use]
+    pub fn complete(&self) -> bool {
+        !self.steps.is_empty() && self.mastered() == self.steps.len()
+    }
+}
+
+/// A step with its attempts, judged as if nothing had to come before it.
+fn tried(step: &Step, attempts: &[Attempt], rule: &Mastery) -> StepProgress {
+    let mut attempts: Vec<Attempt> = attempts.iter().filter(|a| a.exercise == step.exercise).cloned().collect();
+    attempts.sort_by_key(|a| a.at);
+    let (state, curve) = rule.judge(&attempts);
+    StepProgress { state, attempts, curve }
+}
+
+/// Locks open steps whose prerequisites are not mastered. One that is not in the course cannot be met and cannot be
+/// practised here either, so it does not lock.
+fn lock(course: &Course, steps: &mut [StepProgress]) {
+    let unmet: Vec<(&str, &str)> = course
+        .steps
+        .iter()
+        .zip(steps.iter())
+        .filter(|(_, progress)| matches!(progress.state, StepState::Open { .. }))
+        .map(|(step, _)| (step.exercise.as_str(), step.title.as_str()))
+        .collect();
+    for (step, progress) in course.steps.iter().zip(steps) {
+        let asked = |id: &str| step.prerequisites.iter().any(|p| p == id);
+        let missing: Vec<String> = unmet.iter().filter(|(id, _)| asked(id)).map(|(_, t)| (*t).to_owned()).collect();
+        if matches!(progress.state, StepState::Open { .. }) && !missing.is_empty() {
+            progress.state = StepState::Locked { missing };
+        }
+    }
+}
+
+/// The first step that is lost again, or else the first that is open.
+fn next(steps: &[StepProgress]) -> Option<usize> {
+    let first = |wanted: fn(&StepState) -> bool| steps.iter().position(|s| wanted(&s.state));
+    first(|s| matches!(s, StepState::Regressing { .. })).or_else(|| first(|s| matches!(s, StepState::Open { .. })))
+}
