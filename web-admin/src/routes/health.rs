@@ -2,7 +2,6 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use axum::Router;
 use axum::extract::{Request, State};
 use axum::http::{StatusCode, header};
 use axum::middleware::Next;
@@ -11,6 +10,7 @@ use axum::routing::get;
 
 use crate::AppState;
 use crate::error::ApiError;
+use crate::routes::Routes;
 use crate::storage::sessions::SessionState;
 use crate::storage::{jobs, sessions};
 
@@ -37,8 +37,9 @@ impl Counters {
 }
 
 /// `/healthz`, `/readyz` and `/metrics`.
-pub fn router() -> Router<AppState> {
-    Router::new().route("/healthz", get(async || "ok\n")).route("/readyz", get(ready)).route("/metrics", get(metrics))
+#[must_use]
+pub fn router() -> Routes {
+    Routes::new().route("/healthz", get(async || "ok\n")).route("/readyz", get(ready)).route("/metrics", get(metrics))
 }
 
 /// Counts an answer by its status.

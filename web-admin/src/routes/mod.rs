@@ -21,7 +21,10 @@ use crate::storage::web_sessions::WebSessions;
 pub mod api;
 pub mod auth;
 pub mod health;
+mod listed;
 pub mod pages;
+
+pub use listed::Routes;
 
 /// Nothing from elsewhere runs or is shown, nobody frames us, forms only come back here.
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self' data:; \
@@ -32,25 +35,30 @@ const PAGE_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// The whole service.
 pub fn router(state: AppState) -> Router {
+    headers(routes(&state).into_router(), &state).with_state(state)
+}
+
+/// Every address the service answers.
+#[must_use]
+pub fn routes(state: &AppState) -> Routes {
     // Layers also wrap the fallback: a stranger is asked to sign in at every address, whether it exists or not.
     let signed_in = pages::router()
         .merge(auth::signed_in())
-        .fallback(nothing_here)
-        .layer(from_fn_with_state(state.clone(), auth::require_person));
+        .around(|pages| pages.fallback(nothing_here).layer(from_fn_with_state(state.clone(), auth::require_person)));
     // A recording is compressed already, and a range of it must stay a range of its bytes.
     let packable = DefaultPredicate::new().and(NotForContentType::new("application/octet-stream"));
-    let app = Router::new()
-        .merge(signed_in)
+    signed_in
         .merge(auth::router())
         .merge(pages::assets())
-        .layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, PAGE_TIMEOUT))
-        .nest("/api/v1", api::router(&state))
-        .layer(cookies(&state))
+        .around(|all| all.layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, PAGE_TIMEOUT)))
+        .nest("/api/v1", api::router(state))
+        .around(|all| all.layer(cookies(state)))
         .merge(health::router())
-        .layer(from_fn_with_state(state.clone(), health::count_requests))
-        .layer(CompressionLayer::new().compress_when(packable))
-        .layer(CatchPanicLayer::new());
-    headers(app, &state).with_state(state)
+        .around(|all| {
+            all.layer(from_fn_with_state(state.clone(), health::count_requests))
+                .layer(CompressionLayer::new().compress_when(packable))
+                .layer(CatchPanicLayer::new())
+        })
 }
 
 async fn nothing_here(_: Request) -> PageError {

@@ -13,6 +13,7 @@ mod audit;
 mod commands;
 mod crash;
 mod documents;
+mod every_route;
 mod page_speed;
 mod pages;
 mod schema;

@@ -1,10 +1,10 @@
 //! `/api/v1`: JSON for programs, by bearer token.
 
+use axum::Json;
 use axum::extract::{FromRequest, FromRequestParts, Path, Request};
 use axum::http::request::Parts;
 use axum::middleware::from_fn_with_state;
 use axum::routing::{get, post};
-use axum::{Json, Router};
 use serde::de::DeserializeOwned;
 use utoipa::openapi::OpenApi as Description;
 use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
@@ -13,6 +13,7 @@ use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::{ApiError, Error};
+use crate::routes::Routes;
 
 mod caller;
 mod documents;
@@ -22,8 +23,9 @@ mod tus;
 mod upload;
 
 /// The API. Who is calling is settled by a layer that also covers addresses that do not exist.
-pub fn router(state: &AppState) -> Router<AppState> {
-    Router::new()
+#[must_use]
+pub fn router(state: &AppState) -> Routes {
+    Routes::new()
         .route("/sessions", post(upload::create).get(sessions::list))
         .route("/sessions/{id}", get(sessions::show))
         .route("/sessions/{id}/score", get(sessions::score))
@@ -34,8 +36,10 @@ pub fn router(state: &AppState) -> Router<AppState> {
         .route("/exercises/{id}", get(documents::exercise))
         .route("/stations/me", get(stations::show))
         .route("/stations/sign-in", post(stations::sign_in))
-        .fallback(async || ApiError(Error::NotFound))
-        .layer(from_fn_with_state(state.clone(), caller::require_caller))
+        .around(|routes| {
+            let fallback = async || ApiError(Error::NotFound);
+            routes.fallback(fallback).layer(from_fn_with_state(state.clone(), caller::require_caller))
+        })
         .merge(tus::router(state))
         // A station that joins has no token yet: its code lets it in.
         .route("/stations/pair", post(stations::pair))

@@ -1,7 +1,6 @@
 //! `/api/v1/uploads`: tus 1.0.0 with creation, creation-with-upload, checksum, expiration and termination.
 //! <https://tus.io/protocols/resumable-upload>
 
-use axum::Router;
 use axum::body::Body;
 use axum::extract::{Request, State};
 use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE, LOCATION};
@@ -18,6 +17,7 @@ use super::caller::{Caller, require_caller};
 use crate::AppState;
 use crate::domain::Moment;
 use crate::error::{ApiError, Error, Problem};
+use crate::routes::Routes;
 use crate::storage::uploads::Upload;
 use crate::uploads::{self, Checksum, Piece};
 
@@ -41,16 +41,17 @@ const OVERRIDE: HeaderName = HeaderName::from_static("x-http-method-override");
 const SESSION: HeaderName = HeaderName::from_static("stylet-session");
 
 /// The addresses of tus. Who is calling is settled before the version is looked at.
-pub(super) fn router(state: &AppState) -> Router<AppState> {
-    Router::new()
+pub(super) fn router(state: &AppState) -> Routes {
+    Routes::new()
         .route("/uploads", post(create))
         .route("/uploads/{id}", head(show).patch(append).delete(terminate).post(overridden))
-        .layer(from_fn(require_version))
-        .layer(from_fn_with_state(state.clone(), require_caller))
+        .around(|routes| {
+            routes.layer(from_fn(require_version)).layer(from_fn_with_state(state.clone(), require_caller))
+        })
         // What is spoken here is no secret, and asked before anybody has a reason to sign in.
         .route("/uploads", options(describe))
         .route("/uploads/{id}", options(describe))
-        .layer(from_fn(say_version))
+        .around(|routes| routes.layer(from_fn(say_version)))
 }
 
 /// Every answer says which version it is in.

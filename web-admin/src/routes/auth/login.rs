@@ -1,6 +1,5 @@
 //! The sign-in page, and signing out.
 
-use axum::Router;
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
@@ -16,6 +15,7 @@ use super::current::{SignedIn, person_of};
 use crate::AppState;
 use crate::domain::CurrentPerson;
 use crate::error::{Error, PageError};
+use crate::routes::Routes;
 use crate::secret;
 use crate::storage::audit::{self, Actor, Entry};
 use crate::storage::people::{self, Credentials};
@@ -27,13 +27,15 @@ pub const STRANGER_SESSION: Duration = Duration::minutes(30);
 const SIGNED_IN_SESSION: Duration = Duration::hours(12);
 
 /// `/login`, for anybody.
-pub fn router() -> Router<AppState> {
-    Router::new().route("/login", get(show).post(sign_in))
+#[must_use]
+pub fn router() -> Routes {
+    Routes::new().route("/login", get(show).post(sign_in))
 }
 
 /// `/logout`, for whoever is signed in.
-pub fn signed_in() -> Router<AppState> {
-    Router::new().route("/logout", post(sign_out))
+#[must_use]
+pub fn signed_in() -> Routes {
+    Routes::new().route("/logout", post(sign_out))
 }
 
 #[derive(Deserialize)]

@@ -1,6 +1,5 @@
 //! Pages: HTML for the signed-in person.
 
-use axum::Router;
 use axum::extract::{FromRequestParts, Path};
 use axum::http::request::Parts;
 use axum::routing::{get, post};
@@ -9,6 +8,7 @@ use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::{Error, PageError};
+use crate::routes::Routes;
 use crate::storage::exercises;
 
 mod admin;
@@ -22,8 +22,9 @@ mod standing;
 mod trainees;
 
 /// Pages for whoever is signed in; the layer around them has settled who that is.
-pub fn router() -> Router<AppState> {
-    Router::new()
+#[must_use]
+pub fn router() -> Routes {
+    Routes::new()
         .route("/", get(home::show))
         .route("/curricula", get(exercise::curricula))
         .route("/exercises/{id}", get(exercise::show))
@@ -38,8 +39,9 @@ pub fn router() -> Router<AppState> {
 }
 
 /// Style sheets and scripts: for anybody.
-pub fn assets() -> Router<AppState> {
-    Router::new().route("/assets/{file}", get(assets::serve))
+#[must_use]
+pub fn assets() -> Routes {
+    Routes::new().route("/assets/{file}", get(assets::serve))
 }
 
 /// A revision as it was published. Publishing has checked it, so a refusal now is our fault.

@@ -53,7 +53,11 @@ impl App {
 
     /// With a clock, and a change to the configuration.
     pub async fn with(clock: Clock, change: impl FnOnce(&mut Config)) -> Self {
-        let folder = tempfile::tempdir().unwrap();
+        Self::in_folder(tempfile::tempdir().unwrap(), clock, change).await
+    }
+
+    /// On what a folder holds already.
+    pub async fn in_folder(folder: TempDir, clock: Clock, change: impl FnOnce(&mut Config)) -> Self {
         let mut config = Config::in_folder(folder.path());
         // Real hashing, at the least cost there is: what is tested is not its strength.
         config.password_cost = PasswordCost { memory_kib: 8, passes: 1 };

@@ -1,0 +1,63 @@
+//! A router that remembers its addresses, so that a test can try every one of them.
+
+use axum::Router;
+use axum::routing::MethodRouter;
+
+use crate::AppState;
+
+/// Routes with the list of their paths. Only this module makes a [`Router`]: a route that is served is in the list.
+#[derive(Debug, Default)]
+pub struct Routes {
+    router: Router<AppState>,
+    paths: Vec<String>,
+}
+
+impl Routes {
+    /// None.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a path, as [`Router::route`] does.
+    #[must_use]
+    pub fn route(mut self, path: &str, methods: MethodRouter<AppState>) -> Self {
+        self.paths.push(path.to_owned());
+        Self { router: self.router.route(path, methods), paths: self.paths }
+    }
+
+    /// Adds the routes of another, as [`Router::merge`] does.
+    #[must_use]
+    pub fn merge(mut self, other: Self) -> Self {
+        self.paths.extend(other.paths);
+        Self { router: self.router.merge(other.router), paths: self.paths }
+    }
+
+    /// Adds the routes of another below a path, as [`Router::nest`] does.
+    #[must_use]
+    pub fn nest(mut self, path: &str, other: Self) -> Self {
+        self.paths.extend(other.paths.iter().map(|below| format!("{path}{below}")));
+        Self { router: self.router.nest(path, other.router), paths: self.paths }
+    }
+
+    /// Puts layers and a fallback around the routes; no route may be added here.
+    #[must_use]
+    pub fn around(self, wrap: impl FnOnce(Router<AppState>) -> Router<AppState>) -> Self {
+        Self { router: wrap(self.router), paths: self.paths }
+    }
+
+    /// The paths, each once, in order.
+    #[must_use]
+    pub fn paths(&self) -> Vec<String> {
+        let mut paths = self.paths.clone();
+        paths.sort();
+        paths.dedup();
+        paths
+    }
+
+    /// The router.
+    #[must_use]
+    pub fn into_router(self) -> Router<AppState> {
+        self.router
+    }
+}

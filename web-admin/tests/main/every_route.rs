@@ -1,0 +1,271 @@
+//! Every route, tried by everybody. The table `every_route.txt` has a line for each method of each path and says what
+//! each kind of visitor is answered. Fails when somebody is let in who should not be, or kept out who should not be, and
+//! when a route has no line: the list of routes is the router's own.
+//!
+//! # How to add a line
+//!
+//! `METHOD /path/{object} | out own same other teacher colleague admin abroad station | what is sent`
+//!
+//! The columns, all of the school North but one:
+//! - `out`: nobody, and somebody disabled with a session and a token of better days (both are tried)
+//! - `own`: the trainee whose attempt, page and upload are meant; in cohort A
+//! - `same`: another trainee of cohort A; `other`: a trainee of cohort B
+//! - `teacher`: teaches cohort A; `colleague`: teaches cohort B
+//! - `admin`: administrator; `abroad`: administrator of the school South
+//! - `station`: a training station; only on the API, `-` elsewhere
+//!
+//! Each is a status, or `-` for "not tried". The objects that a path or what is sent may name are made in
+//! [`World::new`]: `{session}`, `{trainee}`, `{cohort}`, …; add yours there. What is sent is a form (its CSRF token is
+//! added) or, beginning with `{`, JSON. Every line that is not a GET is tried on a copy of the database of its own.
+//! To see what the service answers now: leave the columns at `-`, run, and read the message; then judge whether it is right.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use axum::body::Body;
+use axum::http::{Method, Request, header};
+use tempfile::TempDir;
+use web_admin::clock::Clock;
+use web_admin::domain::Role;
+use web_admin::routes;
+use web_admin::storage::uploads::Owner;
+use web_admin::storage::{people, reports, stations};
+use web_admin::uploads;
+use web_admin::worker;
+
+use super::support::client::{Client, csrf_in};
+use super::support::recordings::{Attempt, record};
+use super::support::{App, Member};
+
+const TABLE: &str = include_str!("every_route.txt");
+const COLUMNS: [&str; 9] = ["out", "own", "same", "other", "teacher", "colleague", "admin", "abroad", "station"];
+
+/// A line of the table.
+struct Row {
+    method: Method,
+    path: &'static str,
+    expected: Vec<(&'static str, &'static str)>,
+    sent: &'static str,
+}
+
+fn rows() -> Vec<Row> {
+    let lines = TABLE.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
+    lines.map(|line| row(line).unwrap_or_else(|| panic!("not a line of the table: {line}"))).collect()
+}
+
+fn row(line: &'static str) -> Option<Row> {
+    let mut parts = line.splitn(3, '|').map(str::trim);
+    let (method, path) = parts.next()?.split_once(char::is_whitespace)?;
+    let statuses: Vec<_> = parts.next()?.split_whitespace().collect();
+    (statuses.len() == COLUMNS.len()).then(|| Row {
+        method: method.parse().unwrap(),
+        path: path.trim(),
+        expected: COLUMNS.into_iter().zip(statuses).filter(|(_, status)| *status != "-").collect(),
+        sent: parts.next().unwrap_or_default(),
+    })
+}
+
+/// A path without the names of its parameters.
+fn shape(path: &str) -> String {
+    let part = |part: &str| if part.starts_with('{') { "{}".to_owned() } else { part.to_owned() };
+    path.split('/').map(part).collect::<Vec<_>>().join("/")
+}
+
+/// A visitor: what their requests carry.
+#[derive(Clone)]
+struct Visitor {
+    column: &'static str,
+    cookie: Option<String>,
+    csrf: String,
+    token: Option<String>,
+}
+
+/// Two schools, closed: every try opens a copy.
+struct World {
+    folder: TempDir,
+    visitors: Vec<Visitor>,
+    objects: BTreeMap<&'static str, String>,
+}
+
+impl World {
+    async fn new() -> Self {
+        let app = App::new().await;
+        let (north, south) = (app.school("North").await, app.school("South").await);
+        let member = async |role, name: &str| app.member(north, role, &format!("{name}@north.example")).await;
+        let own = member(Role::Trainee, "own").await;
+        let same = member(Role::Trainee, "same").await;
+        let other = member(Role::Trainee, "other").await;
+        let gone = member(Role::Trainee, "gone").await;
+        let teacher = member(Role::Instructor, "teacher").await;
+        let colleague = member(Role::Instructor, "colleague").await;
+        let admin = member(Role::Administrator, "admin").await;
+        let abroad = app.member(south, Role::Administrator, "abroad@south.example").await;
+        app.cohort(north, "A", &[&own.person, &same.person, &gone.person, &teacher.person]).await;
+        app.cohort(north, "B", &[&other.person, &colleague.person]).await;
+        app.publish(north).await;
+        let attempt = Attempt::default();
+        assert_eq!(app.with_token(&own.token).upload(&record(&attempt)).await.status, 201);
+        worker::work_off(&app.state).await.unwrap();
+
+        let station = app.station(north).await;
+        let now = app.state.clock.now();
+        let members = [
+            ("out", &gone),
+            ("own", &own),
+            ("same", &same),
+            ("other", &other),
+            ("teacher", &teacher),
+            ("admin", &admin),
+        ];
+        let mut visitors = vec![stranger("out")];
+        for (column, member) in members.into_iter().chain([("colleague", &colleague), ("abroad", &abroad)]) {
+            visitors.push(signed_in(&app, column, member).await);
+        }
+        visitors.push(Visitor { token: Some(station), ..stranger("station") });
+        app.write(async |tx| people::disable(tx, gone.person.id, now).await.unwrap()).await;
+
+        let reader = app.state.db.reader();
+        let cohorts = reports::cohorts(reader, &admin.person.clone().into_current().unwrap()).await.unwrap();
+        let owner = Owner { school_id: north, person_id: Some(own.person.id), station_id: None };
+        let upload = uploads::begin(&app.state, owner, 10, String::new()).await.unwrap();
+        let objects = BTreeMap::from([
+            ("session", attempt.session_id.to_string()),
+            ("trainee", own.person.id.to_string()),
+            ("cohort", cohorts[0].id.to_string()),
+            ("exercise", "feel-the-layers".to_owned()),
+            ("upload", upload.id.to_string()),
+            ("station", stations::all(reader, north).await.unwrap()[0].id.to_string()),
+            ("asset", "style.css".to_owned()),
+        ]);
+        app.state.db.close().await;
+        Self { folder: app.folder, visitors, objects }
+    }
+
+    /// The service on a copy.
+    async fn open(&self) -> App {
+        let folder = tempfile::tempdir().unwrap();
+        copy(self.folder.path(), folder.path());
+        App::in_folder(folder, Clock::system(), |_| {}).await
+    }
+
+    fn filled(&self, text: &str) -> String {
+        self.objects.iter().fold(text.to_owned(), |text, (name, value)| text.replace(&format!("{{{name}}}"), value))
+    }
+
+    async fn answer(&self, app: &App, visitor: &Visitor, row: &Row) -> u16 {
+        let mut client = Client::new(app.router.clone());
+        let api = row.path.starts_with("/api/");
+        client.cookie = visitor.cookie.clone().filter(|_| !api);
+        client.token = visitor.token.clone().filter(|_| api);
+        let sent = self.filled(row.sent);
+        let (kind, sent) = match sent.starts_with('{') || api {
+            true => ("application/json", sent),
+            false => ("application/x-www-form-urlencoded", format!("csrf={}&{sent}", visitor.csrf)),
+        };
+        let request = Request::builder().method(row.method.clone()).uri(self.filled(row.path));
+        let request = request.header(header::CONTENT_TYPE, kind).header("tus-resumable", "1.0.0");
+        let body = if row.method == Method::GET { Body::empty() } else { Body::from(sent) };
+        client.send(request.body(body).unwrap()).await.status.as_u16()
+    }
+}
+
+fn stranger(column: &'static str) -> Visitor {
+    Visitor { column, cookie: None, csrf: String::new(), token: None }
+}
+
+async fn signed_in(app: &App, column: &'static str, member: &Member) -> Visitor {
+    let mut client = app.signed_in(&member.person.email).await;
+    let csrf = csrf_in(&client.get("/").await.text());
+    Visitor { column, cookie: client.cookie, csrf, token: Some(member.token.clone()) }
+}
+
+fn copy(from: &Path, to: &Path) {
+    for entry in std::fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            std::fs::create_dir_all(&target).unwrap();
+            copy(&entry.path(), &target);
+        } else {
+            std::fs::copy(entry.path(), target).unwrap();
+        }
+    }
+}
+
+/// Tries every row of a kind, and tells all that is answered otherwise than the table says.
+async fn every(kind: impl Fn(&Row) -> bool) {
+    let world = World::new().await;
+    let shared = world.open().await;
+    let mut wrong = Vec::new();
+    for row in rows().into_iter().filter(|row| kind(row)) {
+        for visitor in &world.visitors {
+            let expected = row.expected.iter().find(|(column, _)| *column == visitor.column);
+            let Some((_, expected)) = expected else { continue };
+            let own = if row.method == Method::GET { None } else { Some(world.open().await) };
+            let answer = world.answer(own.as_ref().unwrap_or(&shared), visitor, &row).await;
+            if answer.to_string() != *expected {
+                wrong.push(format!("{} {} {}: {answer}, not {expected}", row.method, row.path, visitor.column));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[tokio::test]
+async fn everybody_is_shown_what_is_theirs_and_nothing_else() {
+    every(|row| row.method == Method::GET).await;
+}
+
+#[tokio::test]
+async fn everybody_changes_what_is_theirs_and_nothing_else() {
+    every(|row| row.method != Method::GET && !row.path.starts_with("/api/")).await;
+}
+
+#[tokio::test]
+async fn every_program_changes_what_is_its_own_and_nothing_else() {
+    every(|row| row.method != Method::GET && row.path.starts_with("/api/")).await;
+}
+
+#[tokio::test]
+async fn every_route_has_its_line() {
+    let world = World::new().await;
+    let app = world.open().await;
+    let admin = world.visitors.iter().find(|visitor| visitor.column == "admin").unwrap();
+    let listed: BTreeSet<String> = rows().iter().map(|row| format!("{} {}", row.method, shape(row.path))).collect();
+    let mut served = BTreeSet::new();
+    for path in routes::routes(&app.state).paths() {
+        // A method that no route has: the answer names those that it has.
+        let probe = Row { method: Method::TRACE, path: Box::leak(path.into_boxed_str()), expected: vec![], sent: "" };
+        let mut client = Client::new(app.router.clone());
+        client.cookie.clone_from(&admin.cookie);
+        client.token.clone_from(&admin.token);
+        let concrete = probe.path.replace(['{', '}'], "");
+        let request = Request::builder().method(probe.method).uri(concrete).header("tus-resumable", "1.0.0");
+        let answer = client.send(request.body(Body::empty()).unwrap()).await;
+        assert_eq!(answer.status, 405, "{}", probe.path);
+        let allowed = answer.header("allow").split(',').map(|method| method.trim().to_owned());
+        served
+            .extend(allowed.filter(|method| method != "HEAD").map(|method| format!("{method} {}", shape(probe.path))));
+    }
+    assert!(served.len() > 20, "{served:?}");
+    let missing: Vec<_> = served.difference(&listed).collect();
+    assert!(missing.is_empty(), "routes without a line in every_route.txt: {missing:#?}");
+    let gone: Vec<_> = listed.difference(&served).filter(|line| !line.starts_with("HEAD")).collect();
+    assert!(gone.is_empty(), "lines in every_route.txt without a route: {gone:#?}");
+}
+
+#[test]
+fn no_route_escapes_the_list() {
+    let mut open = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("src/routes")];
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else if !path.ends_with("listed.rs") {
+                let source = std::fs::read_to_string(&path).unwrap();
+                assert!(!source.contains("Router::new("), "{}: use Routes::new()", path.display());
+            }
+        }
+    }
+}
