@@ -17,7 +17,7 @@ use crate::storage::audit::{self, Actor, Entry};
 use crate::storage::exercises::RevisionBytes;
 use crate::storage::jobs::{self, Job};
 use crate::storage::sessions::{self, Session, Verified};
-use crate::storage::{exercises, scores};
+use crate::storage::{exercises, practice, scores};
 
 /// Tries before a recording is refused whatever the reason.
 const MAX_ATTEMPTS: u32 = 6;
@@ -140,6 +140,7 @@ async fn store(state: &AppState, job: &Job, outcome: Outcome) -> anyhow::Result<
     scores::add(&mut tx, key, &outcome.assessment, now).await?;
     scores::put_curve(&mut tx, key, &outcome.curve).await?;
     sessions::mark_scored(&mut tx, job.school_id, job.session_id, outcome.verified).await?;
+    practice::refresh(&mut tx, key).await?;
     jobs::done(&mut tx, key).await?;
     let details = json!({
         "score": outcome.assessment.score,

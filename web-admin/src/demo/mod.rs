@@ -22,7 +22,7 @@ use crate::intake::{self, Bearer};
 use crate::publishing::{self, Refused};
 use crate::recordings::Received;
 use crate::storage::audit::Actor;
-use crate::storage::{curricula, exercises};
+use crate::storage::{curricula, exercises, practice};
 use crate::worker;
 use attempt::Task;
 use people::{Trainee, found};
@@ -161,7 +161,7 @@ async fn next_exercise(state: &AppState, trainee: &Trainee, n: u32) -> anyhow::R
     let taught = curricula::taught(reader, trainee.school_id).await?;
     let practised = taught.iter().find(|taught| taught.curriculum_id == COURSE).context("the course is not taught")?;
     let course = curricula::course(reader, trainee.school_id, practised).await?;
-    let attempts = curricula::attempts(reader, trainee.school_id, trainee.id).await?;
+    let attempts = practice::of_trainee(reader, trainee.school_id, trainee.id).await?;
     let progress = Progress::of(&course, &attempts, state.clock.now().to_utc());
     let step = progress.next.unwrap_or(n as usize % course.steps.len());
     current_bundle(state, trainee.school_id, &course, step).await

@@ -5,7 +5,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use crate::domain::progress::{Attempt, Course, CurveRule, Mastery, Step};
+use crate::domain::progress::{Course, CurveRule, Mastery, Step};
 use crate::domain::{Moment, new_id};
 
 /// A curriculum to be published.
@@ -72,16 +72,6 @@ struct StepRow {
     exercise_id: String,
     title: String,
     prerequisites: Json<Vec<String>>,
-}
-
-#[derive(FromRow)]
-struct AttemptRow {
-    id: Uuid,
-    exercise_id: String,
-    started_at: Moment,
-    score: f64,
-    passed: bool,
-    revision_id: Option<Uuid>,
 }
 
 /// The curriculum revision with these bytes, if it was ever published.
@@ -200,32 +190,4 @@ pub async fn course(executor: impl SqliteExecutor<'_>, school: Uuid, curriculum:
     .await?;
     let step = |row: StepRow| Step { exercise: row.exercise_id, title: row.title, prerequisites: row.prerequisites.0 };
     Ok(Course { steps: rows.into_iter().map(step).collect(), rule: curriculum.mastery() })
-}
-
-/// The scored attempts of a trainee in order of time, each by its newest grading.
-///
-/// # Errors
-/// When the database fails.
-pub async fn attempts(executor: impl SqliteExecutor<'_>, school: Uuid, trainee: Uuid) -> Result<Vec<Attempt>> {
-    let rows: Vec<AttemptRow> = sqlx::query_as(
-        "SELECT s.id, s.exercise_id, s.started_at, c.score, c.passed, s.revision_id FROM sessions s
-         JOIN scores c ON c.school_id = s.school_id AND c.session_id = s.id
-         WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.state = 'scored'
-           AND c.id = (SELECT n.id FROM scores n WHERE n.school_id = s.school_id AND n.session_id = s.id
-                       ORDER BY n.computed_at DESC, n.id DESC LIMIT 1)
-         ORDER BY s.started_at, s.id",
-    )
-    .bind(school)
-    .bind(trainee)
-    .fetch_all(executor)
-    .await?;
-    let attempt = |row: AttemptRow| Attempt {
-        session: row.id.to_string(),
-        exercise: row.exercise_id,
-        at: row.started_at.to_utc(),
-        score: row.score,
-        passed: row.passed,
-        revision: row.revision_id,
-    };
-    Ok(rows.into_iter().map(attempt).collect())
 }

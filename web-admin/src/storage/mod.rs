@@ -16,6 +16,7 @@ pub mod curricula;
 pub mod exercises;
 pub mod jobs;
 pub mod people;
+pub mod practice;
 pub mod reports;
 pub mod schools;
 pub mod scores;
@@ -146,7 +147,7 @@ impl Database {
         let mut findings: Vec<String> =
             sqlx::query_scalar("SELECT quick_check FROM pragma_quick_check").fetch_all(&self.reader).await?;
         findings.retain(|line| line != "ok");
-        Ok(findings)
+        Ok(findings.iter().map(|lines| lines.replace('\n', " ")).collect())
     }
 
     /// Copies the database as it is at one moment into a file that must not exist. Others go on writing meanwhile.

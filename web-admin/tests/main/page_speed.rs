@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use assessment::Assessment;
 use uuid::Uuid;
 use web_admin::domain::{Moment, Role};
+use web_admin::storage::practice;
 use web_admin::storage::scores::{self, SessionKey};
 use web_admin::storage::sessions::{self, Session, Verified};
 use web_admin::worker;
@@ -65,6 +66,7 @@ impl School {
             scores::put_curve(&mut tx, key, &curve).await.unwrap();
             let verified = Verified { deviation_n: 0.0, event_differences: 0, exact: true };
             sessions::mark_scored(&mut tx, school_id, copy.id, verified).await.unwrap();
+            practice::refresh(&mut tx, key).await.unwrap();
         }
         tx.commit().await.unwrap();
     }

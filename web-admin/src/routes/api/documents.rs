@@ -14,6 +14,7 @@ use crate::domain::progress::{Course, Mastery, Progress, StepProgress, StepState
 use crate::error::{ApiError, Error, Problem};
 use crate::storage::curricula::{self, Curriculum};
 use crate::storage::exercises::{self, Revision, RevisionBytes};
+use crate::storage::practice;
 
 /// What the caller may train now.
 #[derive(Debug, Serialize, ToSchema)]
@@ -54,7 +55,7 @@ pub(super) async fn assignments(State(state): State<AppState>, caller: Caller) -
 /// What a person may train now, course by course.
 async fn due(state: &AppState, school: Uuid, person: Uuid) -> Result<Vec<Assignment>, Error> {
     let reader = state.db.reader();
-    let attempts = curricula::attempts(reader, school, person).await?;
+    let attempts = practice::of_trainee(reader, school, person).await?;
     let mut assignments = Vec::new();
     for curriculum in curricula::taught(reader, school).await? {
         let course = curricula::course(reader, school, &curriculum).await?;

@@ -10,7 +10,7 @@ use crate::domain::progress::{Progress, Step, StepState};
 use crate::domain::{CurrentPerson, Role};
 use crate::error::{Error, PageError};
 use crate::routes::auth::Csrf;
-use crate::storage::{curricula as stored, exercises, reports};
+use crate::storage::{exercises, practice, reports};
 use crate::views::curricula::{CourseCard, CurriculaPage, ExerciseLine};
 use crate::views::exercise::{Context, ExercisePage, ExerciseView};
 use crate::views::trainee::{exercise_href, rule_in_words, score_points};
@@ -55,7 +55,7 @@ async fn visited(state: &AppState, person: &CurrentPerson) -> Result<Vec<Visited
     if person.role != Role::Trainee {
         return Ok(courses.into_iter().map(|taught| (taught, None)).collect());
     }
-    let attempts = stored::attempts(state.db.reader(), person.school_id, person.id).await?;
+    let attempts = practice::of_trainee(state.db.reader(), person.school_id, person.id).await?;
     let now = state.clock.now().to_utc();
     let judged = |taught: Taught| {
         let progress = Progress::of(&taught.course, &attempts, now);

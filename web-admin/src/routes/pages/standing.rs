@@ -5,8 +5,8 @@ use uuid::Uuid;
 use crate::AppState;
 use crate::domain::progress::{Attempt, Course, Progress};
 use crate::error::Error;
-use crate::storage::curricula;
 use crate::storage::reports::{self, ExerciseInShort};
+use crate::storage::{curricula, practice};
 use crate::views::cohort::TraineeRow;
 use crate::views::trainee::CourseFacts;
 
@@ -77,7 +77,7 @@ pub(super) async fn cohort(
 ) -> Result<CohortStanding, Error> {
     let reader = state.db.reader();
     let trainees = reports::members(reader, school, cohort, crate::domain::Role::Trainee).await?;
-    let mut attempts = reports::cohort_attempts(reader, school, cohort).await?;
+    let mut attempts = practice::of_cohort(reader, school, cohort).await?;
     attempts.sort_by_key(|(trainee, _)| *trainee);
     let mut standing = CohortStanding { rows: Vec::new(), by_course: courses.iter().map(|_| Vec::new()).collect() };
     for trainee in trainees {

@@ -11,7 +11,7 @@ use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::stations;
 use crate::storage::reports::{self, Named, Stretch};
-use crate::storage::{cohorts, curricula, sign_in_codes};
+use crate::storage::{cohorts, practice, sign_in_codes};
 use crate::views::trainee::{CourseView, Pages, SignInCodePage, TraineePage};
 use crate::views::{Place, Shell};
 
@@ -46,7 +46,7 @@ pub(super) async fn page(
 ) -> Result<TraineePage, Error> {
     let (reader, school) = (state.db.reader(), visitor.school_id);
     let courses = standing::courses(state, school).await?;
-    let attempts = curricula::attempts(reader, school, trainee.id).await?;
+    let attempts = practice::of_trainee(reader, school, trainee.id).await?;
     let progress = standing::progress(&courses, &attempts, state);
     let view = |(i, progress)| {
         let taught: &Taught = &courses[i];

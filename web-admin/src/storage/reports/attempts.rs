@@ -5,7 +5,6 @@ use sqlx::types::Json;
 use sqlx::{FromRow, SqliteExecutor};
 use uuid::Uuid;
 
-use crate::domain::progress::Attempt;
 use crate::domain::{CurrentPerson, Moment, Role};
 use crate::storage::Result;
 use crate::storage::sessions::SessionState;
@@ -136,50 +135,4 @@ pub async fn latest_at(
     .bind(viewer.role == Role::Administrator)
     .fetch_all(executor)
     .await
-}
-
-#[derive(FromRow)]
-struct CohortAttempt {
-    trainee_id: Uuid,
-    id: Uuid,
-    exercise_id: String,
-    started_at: Moment,
-    score: f64,
-    passed: bool,
-    revision_id: Option<Uuid>,
-}
-
-/// Every scored attempt of a cohort's trainees, each by its newest grading, beside the trainee who made it.
-///
-/// # Errors
-/// When the database fails.
-pub async fn cohort_attempts(
-    executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    cohort: Uuid,
-) -> Result<Vec<(Uuid, Attempt)>> {
-    let rows: Vec<CohortAttempt> = sqlx::query_as(
-        "SELECT s.trainee_id, s.id, s.exercise_id, s.started_at, c.score, c.passed, s.revision_id
-         FROM cohort_members m
-         JOIN sessions s ON s.school_id = m.school_id AND s.trainee_id = m.person_id AND s.state = 'scored'
-         JOIN scores c ON c.id = (SELECT n.id FROM scores n
-           WHERE n.school_id = s.school_id AND n.session_id = s.id ORDER BY n.computed_at DESC, n.id DESC LIMIT 1)
-         WHERE m.school_id = $1 AND m.cohort_id = $2 AND m.role = 'trainee'",
-    )
-    .bind(school)
-    .bind(cohort)
-    .fetch_all(executor)
-    .await?;
-    let attempt = |row: CohortAttempt| {
-        let attempt = Attempt {
-            session: row.id.to_string(),
-            exercise: row.exercise_id,
-            at: row.started_at.to_utc(),
-            score: row.score,
-            passed: row.passed,
-            revision: row.revision_id,
-        };
-        (row.trainee_id, attempt)
-    };
-    Ok(rows.into_iter().map(attempt).collect())
 }

@@ -1,0 +1,160 @@
+//! A backup made while the service runs brings everything back; what is damaged is neither served, backed up nor
+//! restored. Fails when a backup lacks a recording, when a restore overwrites something or keeps half of it, or when a
+//! flipped byte passes unnoticed.
+
+use std::io::{Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use web_admin::AppState;
+use web_admin::clock::Clock;
+use web_admin::config::Config;
+use web_admin::domain::Role;
+use web_admin::storage::{audit, sessions};
+
+use super::support::App;
+use super::support::recordings::{Attempt, record};
+
+fn web_admin(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_web-admin")).args(arguments).arg("--data-dir").arg(folder).output().unwrap()
+}
+
+/// Fails with a code and one line; the line.
+fn refused(folder: &Path, arguments: &[&str], code: i32) -> String {
+    let output = web_admin(folder, arguments);
+    let words = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {words}");
+    assert_eq!(words.trim_end().lines().count(), 1, "{arguments:?}: {words}");
+    words
+}
+
+/// A running service with two attempts, and its backup.
+struct Drill {
+    app: App,
+    attempts: Vec<Attempt>,
+    backup: PathBuf,
+}
+
+impl Drill {
+    async fn new() -> Self {
+        let app = App::new().await;
+        let school = app.school("North").await;
+        let ada = app.member(school, Role::Trainee, "ada@example.org").await;
+        let attempts: Vec<_> = (0..2).map(|_| Attempt::default()).collect();
+        for attempt in &attempts {
+            assert_eq!(app.with_token(&ada.token).upload(&record(attempt)).await.status, 201);
+        }
+        let backup = app.folder.path().join("backup.tar");
+        Self { app, attempts, backup }
+    }
+
+    fn back_up(&self) -> Output {
+        web_admin(self.app.folder.path(), &["backup", "--to", self.backup.to_str().unwrap()])
+    }
+
+    fn restore_into(&self, folder: &Path) -> Output {
+        web_admin(folder, &["restore", self.backup.to_str().unwrap()])
+    }
+}
+
+#[tokio::test]
+async fn a_backup_of_a_running_service_brings_everything_back() {
+    let drill = Drill::new().await;
+    let made = drill.back_up();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    assert!(String::from_utf8_lossy(&made.stdout).contains("2 recordings"));
+    let place = tempfile::tempdir().unwrap();
+    let restored = drill.restore_into(place.path());
+    assert!(restored.status.success(), "{}", String::from_utf8_lossy(&restored.stderr));
+    assert!(web_admin(place.path(), &["verify"]).status.success());
+    let state = AppState::open(Config::in_folder(place.path()), Clock::system()).await.unwrap();
+    let (old, new) = (drill.app.state.db.reader(), state.db.reader());
+    assert_eq!(audit::check(old).await.unwrap(), audit::check(new).await.unwrap());
+    let files = sessions::recordings(new).await.unwrap();
+    assert_eq!(files, sessions::recordings(old).await.unwrap());
+    for attempt in &drill.attempts {
+        let file = files.iter().find(|file| file.id == attempt.session_id).unwrap();
+        let bytes = |config: &Config| std::fs::read(config.recordings_dir.join(&file.recording_path)).unwrap();
+        assert_eq!(bytes(&state.config), bytes(&drill.app.state.config));
+    }
+}
+
+#[tokio::test]
+async fn nothing_is_ever_overwritten() {
+    let drill = Drill::new().await;
+    let folder = drill.app.folder.path();
+    assert!(drill.back_up().status.success());
+    let to = drill.backup.to_str().unwrap();
+    assert!(refused(folder, &["backup", "--to", to], 2).contains("never overwritten"));
+    assert!(refused(folder, &["restore", to], 2).contains("never over data"));
+    let place = tempfile::tempdir().unwrap();
+    std::fs::create_dir(place.path().join("recordings")).unwrap();
+    std::fs::write(place.path().join("recordings/mine"), "x").unwrap();
+    assert!(refused(place.path(), &["restore", to], 2).contains("is not empty"));
+}
+
+#[tokio::test]
+async fn a_damaged_backup_restores_nothing() {
+    let drill = Drill::new().await;
+    assert!(drill.back_up().status.success());
+    let whole = std::fs::read(&drill.backup).unwrap();
+    let (third, length) = (whole.len() / 3, whole.len());
+    let mut flipped = whole.clone();
+    // The recordings are the last of the archive, before two empty blocks.
+    flipped[length - 4096] ^= 1;
+    for (bytes, what) in [(flipped, "flipped"), (whole[..third].to_vec(), "cut"), (b"no tar".to_vec(), "no archive")] {
+        std::fs::write(&drill.backup, bytes).unwrap();
+        let place = tempfile::tempdir().unwrap();
+        let words = refused(place.path(), &["restore", drill.backup.to_str().unwrap()], 2);
+        assert!(words.contains("backup.tar"), "{what}: {words}");
+        assert!(!place.path().join("stylet.db").exists(), "{what}");
+        assert_eq!(std::fs::read_dir(place.path()).unwrap().count(), 0, "{what}: {words}");
+    }
+}
+
+#[tokio::test]
+async fn a_lost_recording_is_named_and_no_backup_is_kept() {
+    let drill = Drill::new().await;
+    let file = drill.app.files().into_iter().find(|file| file.extension().is_some_and(|e| e == "mcap")).unwrap();
+    std::fs::remove_file(drill.app.state.config.recordings_dir.join(&file)).unwrap();
+    let output = drill.back_up();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains(file.to_str().unwrap()));
+    let left = std::fs::read_dir(drill.app.folder.path()).unwrap().map(|e| e.unwrap().file_name());
+    assert!(left.into_iter().all(|name| !name.to_string_lossy().starts_with("backup")), "nothing is left behind");
+}
+
+#[tokio::test]
+async fn a_database_with_flipped_bytes_is_not_served() {
+    let drill = Drill::new().await;
+    let folder = drill.app.folder.path();
+    drill.app.state.db.close().await;
+    let database = folder.join("stylet.db");
+    let length = std::fs::metadata(&database).unwrap().len();
+    let mut file = std::fs::OpenOptions::new().write(true).open(&database).unwrap();
+    // The heads of all pages but the first: SQLite can still open the file.
+    for page in 1..length / 4096 {
+        file.seek(SeekFrom::Start(page * 4096)).unwrap();
+        file.write_all(&[0xff; 16]).unwrap();
+    }
+    file.sync_all().unwrap();
+    let before = std::fs::read(&database).unwrap();
+    for arguments in [&["serve", "--listen", "127.0.0.1:0"][..], &["backup", "--to", drill.backup.to_str().unwrap()]] {
+        let words = String::from_utf8(web_admin(folder, arguments).stderr).unwrap();
+        assert!(words.contains("damaged") || words.contains("malformed"), "{arguments:?}: {words}");
+    }
+    assert_eq!(std::fs::read(&database).unwrap(), before, "nothing is written to it");
+    assert!(!drill.backup.exists());
+}
+
+#[tokio::test]
+async fn a_database_whose_audit_log_was_changed_is_not_served() {
+    let drill = Drill::new().await;
+    let mut tx = drill.app.state.db.write().await.unwrap();
+    let tamper = "DROP TRIGGER audit_log_never_changes; UPDATE audit_log SET object = 'x' WHERE seq = 2";
+    sqlx::raw_sql(tamper).execute(&mut *tx).await.unwrap();
+    tx.commit().await.unwrap();
+    drill.app.state.db.close().await;
+    let words = String::from_utf8(web_admin(drill.app.folder.path(), &["serve"]).stderr).unwrap();
+    assert!(words.contains("row 2 was changed") && words.contains("restore"), "{words}");
+}
