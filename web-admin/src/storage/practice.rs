@@ -252,12 +252,14 @@ pub async fn by_year(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<
 ///
 /// # Errors
 /// When the database fails.
-pub async fn by_month(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(i64, i64, i64, f64)>> {
-    sqlx::query_as(
+pub async fn by_month(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(i64, Sums)>> {
+    let rows: Vec<(i64, i64, i64, f64)> = sqlx::query_as(
         "SELECT month, attempts, passes, points FROM tallies WHERE school_id = $1 AND cohort_id = $2 ORDER BY month",
     )
     .bind(school)
     .bind(WHOLE_SCHOOL)
     .fetch_all(executor)
-    .await
+    .await?;
+    let sums = |(month, attempts, passes, points)| (month, Sums { attempts, passes, points });
+    Ok(rows.into_iter().map(sums).collect())
 }

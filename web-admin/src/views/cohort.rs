@@ -14,6 +14,8 @@ use crate::domain::progress::{Progress, StepProgress, StepState};
 pub struct CohortPage {
     /// Frame.
     pub shell: Shell,
+    /// Its page.
+    pub href: String,
     /// The cohort's name.
     pub name: String,
     /// Names of those who teach it.

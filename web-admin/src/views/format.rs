@@ -5,6 +5,7 @@
 use std::borrow::Borrow;
 use std::fmt::Display;
 
+use assessment::statistics::Estimate;
 use time::macros::format_description;
 use time::{Date, Duration, OffsetDateTime};
 
@@ -82,8 +83,8 @@ pub fn date_time(at: impl Borrow<OffsetDateTime>) -> String {
 
 /// 2 Mar.
 #[must_use]
-pub fn short_date(day: Date) -> String {
-    day.format(format_description!("[day padding:none] [month repr:short]")).unwrap_or_default()
+pub fn short_date(day: impl Borrow<Date>) -> String {
+    day.borrow().format(format_description!("[day padding:none] [month repr:short]")).unwrap_or_default()
 }
 
 /// For the `datetime` attribute of `<time>`.
@@ -132,6 +133,23 @@ pub fn counted(count: impl Display, noun: &str) -> String {
     let count = count.to_string();
     let ending = if count == "1" { "" } else { "s" };
     format!("{count} {noun}{ending}")
+}
+
+/// So many straight successes: one more success, 3 more straight successes.
+#[must_use]
+pub fn straight(successes: impl Borrow<u32>) -> String {
+    match successes.borrow() {
+        1 => "one more success".to_owned(),
+        more => format!("{more} more straight successes"),
+    }
+}
+
+/// A share with its 95 % interval: 90 % (70–97 %).
+#[must_use]
+pub fn share(share: impl Borrow<Estimate>) -> String {
+    let Estimate { value, low, high, .. } = share.borrow();
+    let percent = |share: &f64| fixed(share * 100.0, 0);
+    format!("{} % ({}–{} %)", percent(value), percent(low), percent(high))
 }
 
 /// The beginning of a hash: enough to compare by eye.

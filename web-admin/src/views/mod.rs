@@ -11,6 +11,7 @@ pub mod format;
 pub mod instructor;
 pub mod judgement;
 pub mod login;
+pub mod progress;
 #[cfg(test)]
 mod samples;
 pub mod session;

@@ -10,6 +10,7 @@ use super::cohort::{CohortPage, CourseShare, TraineeRow};
 use super::curricula::{CourseCard, CurriculaPage, ExerciseLine};
 use super::exercise::{Context, ExercisePage, ExerciseView};
 use super::judgement::{Graded, Judgement};
+use super::progress::HabitsView;
 use super::session::{Drawing, Outcome, SessionPage, Verification};
 use super::shell::Visitor;
 use super::trainee::{AttemptRow, CourseFacts, CourseView, Pages, TraineePage};
@@ -337,7 +338,7 @@ pub(super) fn course() -> Course {
     }
 }
 
-const PASS_MARKS: [f64; 4] = [60.0, 70.0, 70.0, 70.0];
+pub(super) const PASS_MARKS: [f64; 4] = [60.0, 70.0, 70.0, 70.0];
 const COURSE_TITLE: &str = "Lower back: first punctures";
 
 /// Attempts two days apart, the last so many days ago.
@@ -354,7 +355,7 @@ pub(super) fn history(scores: &[(&str, f64)], days_ago: i64) -> Vec<Attempt> {
     (0..).zip(scores).map(attempt).collect()
 }
 
-fn ana() -> Vec<Attempt> {
+pub(super) fn ana() -> Vec<Attempt> {
     let scores = [
         ("feel-the-layers", 52.0),
         ("feel-the-layers", 71.0),
@@ -369,8 +370,8 @@ fn ana() -> Vec<Attempt> {
     history(&scores, 16)
 }
 
-fn facts(course: &Course) -> CourseFacts<'_> {
-    CourseFacts { title: COURSE_TITLE, course, pass_marks: &PASS_MARKS }
+pub(super) fn facts(course: &Course) -> CourseFacts<'_> {
+    CourseFacts { trainee: Some("/trainees/1"), title: COURSE_TITLE, course, pass_marks: &PASS_MARKS }
 }
 
 pub(super) fn attempts() -> Vec<AttemptRow> {
@@ -403,6 +404,7 @@ pub(super) fn trainee_page(own: bool) -> TraineePage {
         own,
         cohorts: vec!["Spring 2026".to_owned()],
         courses: vec![CourseView::new(&facts(&course), &progress, 0)],
+        habits: HabitsView::default(),
         attempts: attempts(),
         pages: Pages { page: 1, last: 2, entries: 34 },
         sign_in_code: own.then_some(None),
@@ -437,6 +439,7 @@ pub(super) fn cohort_page() -> CohortPage {
     };
     CohortPage {
         shell: shell(Role::Instructor),
+        href: "/cohorts/1".to_owned(),
         name: "Spring 2026".to_owned(),
         instructors: vec!["Dr Peter Osei".to_owned()],
         trainees: standing.iter().map(row).collect(),

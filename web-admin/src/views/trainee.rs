@@ -5,6 +5,7 @@ use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
 use super::charts::{self, ScorePoint};
+use super::progress::HabitsView;
 use super::{Shell, Status, format};
 use crate::domain::progress::{Attempt, Course, CurveRule, Mastery, Progress, StepProgress, StepState};
 
@@ -22,6 +23,8 @@ pub struct TraineePage {
     pub cohorts: Vec<String>,
     /// Courses, the one in progress first.
     pub courses: Vec<CourseView>,
+    /// What costs most, and what costs nothing, over the latest attempts.
+    pub habits: HabitsView,
     /// Latest attempts, newest first.
     pub attempts: Vec<AttemptRow>,
     /// Which stretch of the attempts this is.
@@ -77,6 +80,8 @@ pub struct NextStep {
 pub struct StepRow {
     /// Page of the exercise.
     pub href: String,
+    /// Page of the trainee's learning curve on it, once there is one.
+    pub curve_href: Option<String>,
     /// Its title.
     pub title: String,
     /// How it stands.
@@ -128,6 +133,8 @@ pub struct Pages {
 /// What a course view is made of.
 #[derive(Clone, Copy, Debug)]
 pub struct CourseFacts<'a> {
+    /// The trainee's page, where the facts are for one trainee.
+    pub trainee: Option<&'a str>,
     /// Title.
     pub title: &'a str,
     /// Exercises and rule.
@@ -194,20 +201,14 @@ fn next_step(course: &Course, progress: &Progress, index: usize) -> NextStep {
             format!("{passes} of the last {of} attempts passed; {needed} are needed.")
         }
         (StepState::Regressing { .. }, _, Some(curve)) => {
-            format!("Mastered before, and lost again: {} will show it anew.", straight(curve.successes_needed))
+            format!("Mastered before, and lost again: {} will show it anew.", format::straight(curve.successes_needed))
         }
         (_, _, Some(curve)) if !done.attempts.is_empty() => {
-            format!("{} will show mastery.", format::sentence(&straight(curve.successes_needed)))
+            format!("{} will show mastery.", format::sentence(&format::straight(curve.successes_needed)))
         }
         _ => "Not tried yet.".to_owned(),
     };
     NextStep { href: exercise_href(&step.exercise), title: step.title.clone(), why }
-}
-
-/// So many straight successes, in words.
-#[must_use]
-pub fn straight(successes: u32) -> String {
-    if successes == 1 { "one more success".to_owned() } else { format!("{successes} more straight successes") }
 }
 
 /// The page of an exercise.
@@ -231,8 +232,10 @@ fn step_row(facts: &CourseFacts<'_>, progress: &Progress, index: usize) -> StepR
         StepState::Locked { missing } => (Status::Locked, format!("after {}", missing.join(" and "))),
         StepState::Regressing { since, .. } => (Status::Regressing, format!("since {}", format::date(*since))),
     };
+    let curve = facts.trainee.filter(|_| !done.attempts.is_empty());
     StepRow {
         href: exercise_href(&step.exercise),
+        curve_href: curve.map(|trainee| format!("{trainee}/exercises/{}", step.exercise)),
         title: step.title.clone(),
         status,
         detail,
@@ -245,7 +248,7 @@ fn step_row(facts: &CourseFacts<'_>, progress: &Progress, index: usize) -> StepR
 
 /// What a learning curve still asks for.
 fn still_needed(done: &StepProgress) -> String {
-    done.curve.as_ref().map_or_else(String::new, |curve| straight(curve.successes_needed))
+    done.curve.as_ref().map_or_else(String::new, |curve| format::straight(curve.successes_needed))
 }
 
 fn pass_mark(facts: &CourseFacts<'_>, index: usize) -> f64 {

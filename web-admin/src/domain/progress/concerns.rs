@@ -63,6 +63,15 @@ impl Concern {
         }
     }
 
+    /// Title of the exercise that it is about, if it is about one.
+    #[must_use]
+    pub fn exercise(&self) -> Option<&str> {
+        match self {
+            Self::Stuck { title, .. } | Self::Declining { title, .. } | Self::Regressing { title, .. } => Some(title),
+            Self::Inactive { .. } | Self::NotStarted => None,
+        }
+    }
+
     /// The reason in words.
     #[must_use]
     pub fn reason(&self) -> String {

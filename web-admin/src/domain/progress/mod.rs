@@ -3,6 +3,7 @@
 //! Pure: attempts and the moment go in, words come out. Only scored attempts count.
 
 mod concerns;
+mod habits;
 mod mastery;
 #[cfg(test)]
 mod tests;
@@ -12,6 +13,7 @@ use time::OffsetDateTime;
 use uuid::Uuid;
 
 pub use concerns::{Concern, DECLINE_POINTS, DECLINE_RUN, INACTIVE_DAYS, STUCK_FAILS};
+pub use habits::{Habits, Line};
 pub use mastery::{CurveRule, Mastery};
 
 /// One scored attempt.
@@ -102,6 +104,12 @@ impl StepProgress {
         self.attempts.iter().map(|a| a.score).max_by(f64::total_cmp)
     }
 
+    /// The rule was met, and the learning curve does not withdraw it.
+    #[must_use]
+    pub fn mastered(&self) -> bool {
+        matches!(self.state, StepState::Mastered { .. })
+    }
+
     /// The attempts were made on different revisions of the exercise, so that one curve mixes two tasks.
     #[must_use]
     pub fn mixes_revisions(&self) -> bool {
@@ -145,7 +153,7 @@ impl Progress {
     /// How many exercises are mastered.
     #[must_use]
     pub fn mastered(&self) -> usize {
-        self.steps.iter().filter(|s| matches!(s.state, StepState::Mastered { .. })).count()
+        self.steps.iter().filter(|s| s.mastered()).count()
     }
 
     /// Scored attempts on the course's exercises.

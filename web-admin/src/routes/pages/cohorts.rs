@@ -60,9 +60,10 @@ pub(super) async fn show(
     let shares = courses.iter().zip(&standing.by_course);
     Ok(CohortPage {
         shell: Shell::new(&person, csrf.token(), Place::Cohorts),
+        href: href(&cohort),
         name: cohort.name,
         instructors: instructors.into_iter().map(|i| i.name).collect(),
-        courses: shares.map(|(taught, trainees)| CourseShare::new(&taught.facts(), trainees)).collect(),
+        courses: shares.map(|(taught, trainees)| CourseShare::new(&taught.facts(None), trainees)).collect(),
         trainees: standing.rows,
         now: state.clock.now().to_utc(),
     })

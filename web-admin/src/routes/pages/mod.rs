@@ -16,6 +16,7 @@ mod assets;
 mod cohorts;
 mod exercise;
 mod home;
+mod progress;
 mod rows;
 mod sessions;
 mod standing;
@@ -24,7 +25,7 @@ mod trainees;
 /// Pages for whoever is signed in; the layer around them has settled who that is.
 #[must_use]
 pub fn router() -> Routes {
-    Routes::new()
+    progress::router()
         .route("/", get(home::show))
         .route("/curricula", get(exercise::curricula))
         .route("/exercises/{id}", get(exercise::show))

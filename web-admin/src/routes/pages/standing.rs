@@ -25,9 +25,9 @@ pub(super) struct Taught {
 }
 
 impl Taught {
-    /// What the views need.
-    pub fn facts(&self) -> CourseFacts<'_> {
-        CourseFacts { title: &self.title, course: &self.course, pass_marks: &self.pass_marks }
+    /// What the views need; with the trainee's page where they are for one trainee.
+    pub fn facts<'a>(&'a self, trainee: Option<&'a str>) -> CourseFacts<'a> {
+        CourseFacts { trainee, title: &self.title, course: &self.course, pass_marks: &self.pass_marks }
     }
 }
 
@@ -87,7 +87,7 @@ pub(super) async fn cohort(
         let progress = progress(courses, &own, state);
         if let Some((i, main)) = progress.first() {
             let link = (format!("/trainees/{}", trainee.id), trainee.name.clone());
-            standing.rows.push(TraineeRow::new(link, &courses[*i].facts(), main));
+            standing.rows.push(TraineeRow::new(link, &courses[*i].facts(None), main));
         }
         for (i, progress) in progress {
             standing.by_course[i].push((trainee.name.clone(), progress));

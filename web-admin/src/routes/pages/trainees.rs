@@ -1,20 +1,25 @@
 //! `/trainees/{id}`, and a trainee's own home.
 
+use assessment::Deduction;
 use axum::extract::{Query, State};
 use serde::Deserialize;
 
 use super::standing::{self, Taught};
 use super::{Id, rows};
 use crate::AppState;
+use crate::domain::progress::Habits;
 use crate::domain::{CurrentPerson, Moment, Role};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::stations;
-use crate::storage::reports::{self, Named, Stretch};
+use crate::storage::reports::{self, ListedAttempt, Named, Stretch};
 use crate::storage::{cohorts, practice, sign_in_codes};
+use crate::views::progress::HabitsView;
 use crate::views::trainee::{CourseView, Pages, SignInCodePage, TraineePage};
 use crate::views::{Place, Shell};
 
+/// Attempts over which habits are looked for.
+const RECENT: Stretch = Stretch { limit: 20, offset: 0 };
 /// Attempts on one page of the list.
 const PER_PAGE: u32 = 25;
 
@@ -48,9 +53,10 @@ pub(super) async fn page(
     let courses = standing::courses(state, school).await?;
     let attempts = practice::of_trainee(reader, school, trainee.id).await?;
     let progress = standing::progress(&courses, &attempts, state);
+    let href = format!("/trainees/{}", trainee.id);
     let view = |(i, progress)| {
         let taught: &Taught = &courses[i];
-        CourseView::new(&taught.facts(), &progress, i)
+        CourseView::new(&taught.facts(Some(&href)), &progress, i)
     };
     let pages = pages(reports::count_attempts(reader, school, trainee.id).await?, query);
     let stretch = Stretch { limit: PER_PAGE, offset: pages.page.saturating_sub(1) * PER_PAGE };
@@ -60,8 +66,10 @@ pub(super) async fn page(
         true => Some(sign_in_codes::made_at(reader, school, visitor.id).await?.map(Moment::to_utc)),
         false => None,
     };
+    let latest = reports::attempts_of(reader, school, trainee.id, RECENT).await?;
     Ok(TraineePage {
         shell,
+        habits: habits(&latest),
         name: trainee.name,
         own,
         sign_in_code,
@@ -70,6 +78,14 @@ pub(super) async fn page(
         attempts: rows::own(reports::attempts_of(reader, school, trainee.id, stretch).await?),
         pages,
     })
+}
+
+/// What costs most over attempts, newest first.
+pub(super) fn habits(latest: &[ListedAttempt]) -> HabitsView {
+    let scored = || latest.iter().filter_map(|attempt| Some((attempt, &attempt.deductions.as_ref()?.0[..])));
+    let deductions: Vec<&[Deduction]> = scored().map(|(_, deductions)| deductions).collect();
+    let pages: Vec<String> = scored().map(|(attempt, _)| format!("/sessions/{}", attempt.id)).collect();
+    HabitsView::new(Habits::of(&deductions), &pages)
 }
 
 /// Makes the visitor's sign-in code and shows it. Not by a redirect: it would have to be kept to be shown.

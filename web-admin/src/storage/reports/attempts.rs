@@ -82,6 +82,26 @@ pub async fn attempts_of(
         .await
 }
 
+/// The attempts of a trainee at an exercise, newest first.
+///
+/// # Errors
+/// When the database fails.
+pub async fn attempts_at(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    (trainee, exercise): (Uuid, &str),
+    stretch: Stretch,
+) -> Result<Vec<ListedAttempt>> {
+    sqlx::query_as(listed!("WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.exercise_id = $5"))
+        .bind(school)
+        .bind(trainee)
+        .bind(stretch.limit)
+        .bind(stretch.offset)
+        .bind(exercise)
+        .fetch_all(executor)
+        .await
+}
+
 /// How many attempts a trainee has made.
 ///
 /// # Errors

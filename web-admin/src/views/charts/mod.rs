@@ -3,10 +3,12 @@
 //! Colours are classes that the style sheet resolves, so that one chart serves light, dark and print, and no inline
 //! style is needed. Every chart has a title and a description, and every difference of colour has a second cue.
 
+mod bars;
 mod cross_section;
 mod damage;
 mod force_depth;
 mod labels;
+mod learning;
 mod marks;
 mod plot;
 mod progress;
@@ -14,9 +16,11 @@ mod scale;
 mod svg;
 mod time;
 
+pub use bars::{by_day, spread};
 pub use cross_section::{Outline, Section, Structure, cross_section};
 pub use damage::{LayerDamage, damage};
 pub use force_depth::force_depth;
+pub use learning::learning_curve;
 pub use marks::numbered;
 pub use progress::{ScorePoint, mastery_strip, score_bar, scores, share_bar, sparkline};
 pub use time::force_and_depth;

@@ -1,0 +1,117 @@
+//! What a trainee does well, and what costs points again and again.
+
+use std::collections::BTreeMap;
+
+use assessment::{Deduction, catalogue};
+
+/// Attempts in which a line must have been judged before it is called a strength or a habit.
+pub const LEAST_ATTEMPTS: usize = 3;
+/// A line that costs less than this on average is a strength, in points of 100.
+pub const STRENGTH_POINTS: f64 = 1.0;
+/// How many habits, and how many strengths, are named.
+pub const NAMED: usize = 3;
+
+/// A line of the rubric over several attempts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// Metric id.
+    pub metric: String,
+    /// Its name in words.
+    pub label: String,
+    /// What to do about it.
+    pub advice: &'static str,
+    /// Mean of the points lost, of 100.
+    pub mean_points: f64,
+    /// Attempts in which it cost points.
+    pub costly: usize,
+    /// Attempts in which it was judged.
+    pub judged: usize,
+    /// The attempt that it cost most, by its place in the list handed over.
+    pub worst: usize,
+}
+
+/// The lines that cost most, dearest first, and those that cost next to nothing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Habits {
+    /// Dearest first, at most [`NAMED`].
+    pub habits: Vec<Line>,
+    /// Cheapest first, at most [`NAMED`].
+    pub strengths: Vec<Line>,
+}
+
+impl Habits {
+    /// Sums up the deductions of attempts.
+    #[must_use]
+    pub fn of(attempts: &[&[Deduction]]) -> Self {
+        let mut by_metric: BTreeMap<&str, Vec<(usize, f64)>> = BTreeMap::new();
+        for (place, deductions) in attempts.iter().enumerate() {
+            for deduction in *deductions {
+                by_metric.entry(&deduction.metric).or_default().push((place, deduction.points));
+            }
+        }
+        let judged = by_metric.into_iter().filter(|(_, lost)| lost.len() >= LEAST_ATTEMPTS);
+        let mut lines: Vec<Line> = judged.map(|(metric, lost)| line(metric, &lost)).collect();
+        lines.sort_by(|a, b| b.mean_points.total_cmp(&a.mean_points));
+        let costly = |line: &&Line| line.mean_points >= STRENGTH_POINTS;
+        Self {
+            habits: lines.iter().filter(costly).take(NAMED).cloned().collect(),
+            strengths: lines.iter().rev().filter(|line| !costly(line)).take(NAMED).cloned().collect(),
+        }
+    }
+}
+
+fn line(metric: &str, lost: &[(usize, f64)]) -> Line {
+    let definition = catalogue::definition(metric);
+    let suffix = metric.split_once('.').map(|(_, suffix)| suffix);
+    let label = definition.map(|d| suffix.map_or_else(|| d.label.to_owned(), |suffix| d.label_of(suffix)));
+    let judged = u32::try_from(lost.len()).unwrap_or(u32::MAX);
+    Line {
+        metric: metric.to_owned(),
+        label: label.unwrap_or_else(|| metric.to_owned()),
+        advice: definition.map_or("", |d| d.advice),
+        mean_points: lost.iter().map(|(_, points)| points).sum::<f64>() / f64::from(judged),
+        costly: lost.iter().filter(|(_, points)| *points > 0.0).count(),
+        judged: lost.len(),
+        worst: lost.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(place, _)| *place),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a single bad attempt is called a habit, or when something costly is called a strength.
+
+    use super::*;
+
+    fn attempt(lost: &[(&str, f64)]) -> Vec<Deduction> {
+        let deduction = |(metric, points): &(&str, f64)| Deduction {
+            metric: (*metric).to_owned(),
+            points: *points,
+            why: String::new(),
+        };
+        lost.iter().map(deduction).collect()
+    }
+
+    #[test]
+    fn the_dearest_lines_are_habits_and_the_free_ones_strengths() {
+        let attempts = [
+            attempt(&[("overshoot_mm", 20.0), ("peak_force_n", 0.0), ("depth_error_mm", 4.0)]),
+            attempt(&[("overshoot_mm", 10.0), ("peak_force_n", 0.0), ("depth_error_mm", 8.0)]),
+            attempt(&[("overshoot_mm", 30.0), ("peak_force_n", 1.5), ("depth_error_mm", 0.0), ("time_total_s", 50.0)]),
+        ];
+        let slices: Vec<&[Deduction]> = attempts.iter().map(Vec::as_slice).collect();
+        let Habits { habits, strengths } = Habits::of(&slices);
+        let names = |lines: &[Line]| lines.iter().map(|l| l.metric.clone()).collect::<Vec<_>>();
+        assert_eq!(names(&habits), ["overshoot_mm", "depth_error_mm"], "one slow attempt is no habit");
+        assert_eq!(names(&strengths), ["peak_force_n"]);
+        let dearest = &habits[0];
+        assert!((dearest.mean_points - 20.0).abs() < 1e-9);
+        assert_eq!((dearest.costly, dearest.judged, dearest.worst), (3, 3, 2));
+        assert!(!dearest.label.is_empty() && !dearest.advice.is_empty());
+    }
+
+    #[test]
+    fn too_few_attempts_say_nothing() {
+        let attempts = [attempt(&[("overshoot_mm", 20.0)]), attempt(&[("overshoot_mm", 20.0)])];
+        assert_eq!(Habits::of(&attempts.iter().map(Vec::as_slice).collect::<Vec<_>>()), Habits::default());
+    }
+}

@@ -1,0 +1,198 @@
+//! A cohort's progress.
+
+use std::collections::BTreeMap;
+
+use assessment::statistics::wilson;
+use axum::extract::State;
+use axum::response::Response;
+use time::{Date, Duration};
+use uuid::Uuid;
+
+use crate::AppState;
+use crate::domain::progress::{Attempt, Concern, Progress};
+use crate::domain::{CurrentPerson, Role};
+use crate::error::{Error, PageError};
+use crate::export::{self, Cell};
+use crate::routes::auth::Csrf;
+use crate::routes::pages::standing::{self, Taught};
+use crate::routes::pages::{Id, cohorts};
+use crate::storage::practice;
+use crate::storage::reports::{self, Named};
+use crate::views::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, Worry, heat_cell};
+use crate::views::{Place, Shell};
+
+/// Days on the chart.
+const DAYS: i64 = 28;
+/// Attempts below which an exercise is not called the hardest.
+const LEAST_ATTEMPTS: usize = 5;
+
+/// What both the page and its file are made of.
+pub(super) struct Found {
+    pub cohort: Named,
+    pub courses: Vec<Taught>,
+    pub trainees: Vec<(Named, Vec<Attempt>)>,
+}
+
+/// A cohort that the visitor may see, with everything its trainees have practised.
+pub(super) async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Found, Error> {
+    let (reader, school) = (state.db.reader(), person.school_id);
+    let cohort = reports::cohorts(reader, person).await?.into_iter().find(|c| c.id == id).ok_or(Error::NotFound)?;
+    let mut practised: BTreeMap<Uuid, Vec<Attempt>> = BTreeMap::new();
+    for (trainee, attempt) in practice::of_cohort(reader, school, id).await? {
+        practised.entry(trainee).or_default().push(attempt);
+    }
+    let members = reports::members(reader, school, id, Role::Trainee).await?;
+    let with_attempts = |trainee: Named| {
+        let attempts = practised.remove(&trainee.id).unwrap_or_default();
+        (trainee, attempts)
+    };
+    let trainees = members.into_iter().map(with_attempts).collect();
+    Ok(Found { cohort, courses: standing::courses(state, school).await?, trainees })
+}
+
+/// A trainee's progress in one course.
+type Judged<'a> = (&'a Named, Progress);
+
+impl Found {
+    fn judged(&self, state: &AppState, taught: &Taught) -> Vec<Judged<'_>> {
+        let now = state.clock.now().to_utc();
+        self.trainees.iter().map(|(trainee, attempts)| (trainee, Progress::of(&taught.course, attempts, now))).collect()
+    }
+
+    /// Courses that somebody has begun.
+    fn begun(&self, state: &AppState) -> Vec<(&Taught, Vec<Judged<'_>>)> {
+        let judged = self.courses.iter().map(|taught| (taught, self.judged(state, taught)));
+        judged.filter(|(_, judged)| judged.iter().any(|(_, p)| p.attempts() > 0)).collect()
+    }
+}
+
+fn curve_href(trainee: &Named, exercise: &str) -> String {
+    format!("/trainees/{}/exercises/{exercise}", trainee.id)
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+) -> Result<CohortProgressPage, PageError> {
+    let found = find(&state, &person, id).await?;
+    let begun = found.begun(&state);
+    let today = state.clock.now().to_utc().date();
+    Ok(CohortProgressPage {
+        shell: Shell::new(&person, csrf.token(), Place::Cohorts),
+        cohort: (found.cohort.name.clone(), cohorts::href(&found.cohort)),
+        courses: begun.iter().map(|(taught, judged)| heat(&found.cohort, taught, judged)).collect(),
+        worries: begun.iter().flat_map(|(taught, judged)| worries(taught, judged)).collect(),
+        days: days(&found, today),
+    })
+}
+
+fn heat(cohort: &Named, taught: &Taught, judged: &[Judged<'_>]) -> CourseHeat {
+    let row = |(trainee, progress): &Judged<'_>| {
+        let cells = taught.course.steps.iter().zip(&progress.steps).zip(&taught.pass_marks);
+        HeatRow {
+            name: trainee.name.clone(),
+            href: format!("/trainees/{}", trainee.id),
+            cells: cells.map(|((of, step), mark)| heat_cell(curve_href(trainee, &of.exercise), step, *mark)).collect(),
+        }
+    };
+    let mut exercises: Vec<Hardness> =
+        (0..taught.course.steps.len()).map(|index| hardness(cohort, taught, judged, index)).collect();
+    let share = |e: &Hardness| e.passed.filter(|p| p.n >= LEAST_ATTEMPTS).map(|p| p.value);
+    let least = exercises.iter().filter_map(share).fold(1.0, f64::min);
+    let hardest = exercises.iter().position(|e| share(e).is_some_and(|s| s <= least && s < 1.0));
+    if let Some(exercise) = hardest.and_then(|at| exercises.get_mut(at)) {
+        exercise.hardest = true;
+    }
+    CourseHeat { title: taught.title.clone(), exercises, rows: judged.iter().map(row).collect() }
+}
+
+fn hardness(cohort: &Named, taught: &Taught, judged: &[Judged<'_>], index: usize) -> Hardness {
+    let of = &taught.course.steps[index];
+    let steps = || judged.iter().map(|(_, progress)| &progress.steps[index]);
+    let (passes, attempts) = steps().fold((0, 0), |(p, a), step| (p + step.passes(), a + step.attempts.len()));
+    Hardness {
+        title: of.title.clone(),
+        href: format!("{}/exercises/{}", cohorts::href(cohort), of.exercise),
+        tried: steps().filter(|step| !step.attempts.is_empty()).count(),
+        mastered: steps().filter(|step| step.mastered()).count(),
+        passed: wilson(passes, attempts).ok(),
+        hardest: false,
+    }
+}
+
+/// What calls for a look, each with the page it is made of.
+fn worries(taught: &Taught, judged: &[Judged<'_>]) -> Vec<Worry> {
+    let mut worries = Vec::new();
+    for (trainee, progress) in judged {
+        for concern in &progress.concerns {
+            let Some(title) = concern.exercise() else { continue };
+            let step = taught.course.steps.iter().find(|step| step.title == title);
+            worries.push(Worry {
+                name: trainee.name.clone(),
+                href: step.map_or_else(|| format!("/trainees/{}", trainee.id), |s| curve_href(trainee, &s.exercise)),
+                concern: (Concern::label(concern), concern.reason()),
+            });
+        }
+    }
+    worries
+}
+
+/// Attempts passed and failed on each of the last days.
+fn days(found: &Found, today: Date) -> Vec<(Date, usize, usize)> {
+    let mut counts: BTreeMap<Date, (usize, usize)> = BTreeMap::new();
+    for attempt in found.trainees.iter().flat_map(|(_, attempts)| attempts) {
+        let count = counts.entry(attempt.at.date()).or_default();
+        if attempt.passed { count.0 += 1 } else { count.1 += 1 }
+    }
+    let day = |back: i64| {
+        let date = today - Duration::days(back);
+        let (passed, failed) = counts.get(&date).copied().unwrap_or_default();
+        (date, passed, failed)
+    };
+    (0..DAYS).rev().map(day).collect()
+}
+
+pub(super) async fn export(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+) -> Result<Response, PageError> {
+    let found = find(&state, &person, id).await?;
+    let mut rows = Vec::new();
+    for (taught, judged) in found.begun(&state) {
+        for (trainee, progress) in &judged {
+            rows.extend((0..progress.steps.len()).map(|index| cells(taught, (trainee, progress), index)));
+        }
+    }
+    let names = [
+        "trainee",
+        "course",
+        "exercise",
+        "state",
+        "attempts",
+        "passed",
+        "best_score",
+        "mean_of_last_3",
+        "last_attempt_at",
+    ];
+    Ok(export::download(&format!("progress-{}", found.cohort.name), &names, &rows)?)
+}
+
+fn cells(taught: &Taught, (trainee, progress): (&Named, &Progress), index: usize) -> Vec<Cell> {
+    let (of, step) = (&taught.course.steps[index], &progress.steps[index]);
+    let cell = heat_cell(String::new(), step, taught.pass_marks.get(index).copied().unwrap_or(0.0));
+    let last_at = step.attempts.last().map(|a| crate::views::format::machine_time(a.at));
+    vec![
+        Cell::from(trainee.name.clone()),
+        Cell::from(taught.title.clone()),
+        Cell::from(of.title.clone()),
+        Cell::from(super::trainee::status(&step.state).word()),
+        Cell::Number(cell.attempts as f64),
+        Cell::Number(cell.passes as f64),
+        Cell::from(cell.best),
+        Cell::from(cell.mean),
+        last_at.map_or(Cell::Empty, Cell::Text),
+    ]
+}

@@ -1,0 +1,23 @@
+//! Progress pages and their exports: each table is one query's answer, on the page and in the file.
+
+mod cohort;
+mod metrics;
+mod school;
+mod trainee;
+
+use axum::routing::get;
+
+use crate::routes::Routes;
+
+/// Their addresses.
+pub(super) fn router() -> Routes {
+    Routes::new()
+        .route("/trainees/{id}/exercises/{exercise}", get(trainee::show))
+        .route("/trainees/{id}/exercises/{exercise}/attempts.csv", get(trainee::export))
+        .route("/cohorts/{id}/progress", get(cohort::show))
+        .route("/cohorts/{id}/progress.csv", get(cohort::export))
+        .route("/cohorts/{id}/exercises/{exercise}", get(metrics::show))
+        .route("/cohorts/{id}/exercises/{exercise}/metrics.csv", get(metrics::export))
+        .route("/progress", get(school::show))
+        .route("/progress.csv", get(school::export))
+}

@@ -1,0 +1,145 @@
+//! One exercise of one trainee.
+
+use assessment::statistics::{summary, wilson};
+use axum::extract::{Path, State};
+use axum::response::Response;
+use uuid::Uuid;
+
+use crate::AppState;
+use crate::domain::progress::{Mastery, Progress, StepProgress, StepState};
+use crate::domain::{CurrentPerson, Role};
+use crate::error::{Error, PageError};
+use crate::export::{self, Cell};
+use crate::routes::auth::Csrf;
+use crate::routes::pages::standing::{self, Taught};
+use crate::routes::pages::trainees;
+use crate::storage::reports::{self, Named, Stretch};
+use crate::storage::{cohorts, practice};
+use crate::views::progress::{Comparison, CurveFacts, CurveRow, LearningPage};
+use crate::views::trainee::{exercise_href, rule_in_words, score_points};
+use crate::views::{Place, Shell, Status, charts};
+
+/// Attempts over which habits are looked for.
+const RECENT: Stretch = Stretch { limit: 20, offset: 0 };
+/// A comparison with fewer others would tell of single people.
+const MORE_OTHERS_THAN: usize = 5;
+
+/// What both the page and its file are made of.
+struct Found {
+    trainee: Named,
+    taught: Taught,
+    index: usize,
+    step: StepProgress,
+}
+
+async fn find(state: &AppState, person: &CurrentPerson, (id, exercise): (&str, &str)) -> Result<Found, Error> {
+    let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
+    let (reader, school) = (state.db.reader(), person.school_id);
+    let trainee = reports::trainee(reader, person, id).await?.ok_or(Error::NotFound)?;
+    let courses = standing::courses(state, school).await?;
+    let place = |taught: &Taught| taught.course.steps.iter().position(|step| step.exercise == exercise);
+    let found = courses.into_iter().find_map(|taught| place(&taught).map(|index| (taught, index)));
+    let (taught, index) = found.ok_or(Error::NotFound)?;
+    let attempts = practice::of_trainee(reader, school, id).await?;
+    let mut progress = Progress::of(&taught.course, &attempts, state.clock.now().to_utc());
+    let step = progress.steps.swap_remove(index);
+    Ok(Found { trainee, taught, index, step })
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Path((id, exercise)): Path<(String, String)>,
+    csrf: Csrf,
+) -> Result<LearningPage, PageError> {
+    let found = find(&state, &person, (&id, &exercise)).await?;
+    let (school, trainee) = (person.school_id, found.trainee.id);
+    let latest = reports::attempts_at(state.db.reader(), school, (trainee, &exercise), RECENT).await?;
+    let comparison = comparison(&state, school, &found).await?;
+    let Found { trainee, taught, index, step } = found;
+    let step_of = &taught.course.steps[index];
+    let rule = match &taught.course.rule {
+        Mastery::Curve(rule) => Some(rule),
+        Mastery::Passes { .. } => None,
+    };
+    Ok(LearningPage {
+        shell: Shell::new(&person, csrf.token(), Place::Elsewhere),
+        own: person.id == trainee.id,
+        trainee: (trainee.name, format!("/trainees/{}", trainee.id)),
+        exercise: (step_of.title.clone(), exercise_href(&step_of.exercise)),
+        course: (taught.title.clone(), rule_in_words(&taught.course.rule)),
+        status: status(&step.state),
+        scores: charts::scores(
+            &score_points(&step.attempts),
+            taught.pass_marks.get(index).copied().unwrap_or(0.0),
+            ("own", &step_of.title),
+        ),
+        curve: rule.and_then(|rule| CurveFacts::new(&step, rule, &step_of.title)),
+        mixed: step.mixes_revisions(),
+        passed: wilson(step.passes(), step.attempts.len()).ok(),
+        habits: trainees::habits(&latest),
+        comparison,
+        rows: CurveRow::all(&step),
+    })
+}
+
+/// How a step stands, whatever has to come before it.
+pub(super) fn status(state: &StepState) -> Status {
+    match state {
+        StepState::Mastered { .. } => Status::Mastered,
+        StepState::Regressing { .. } => Status::Regressing,
+        StepState::Open { .. } => Status::Open,
+        StepState::Locked { .. } => Status::Locked,
+    }
+}
+
+/// The best scores of the others in the trainee's first cohort.
+async fn comparison(state: &AppState, school: Uuid, found: &Found) -> Result<Option<Comparison>, Error> {
+    let reader = state.db.reader();
+    let Some(own) = found.step.best() else { return Ok(None) };
+    let joined = cohorts::of_person(reader, school, found.trainee.id, Role::Trainee).await?;
+    let Some(cohort) = joined.into_iter().next() else { return Ok(None) };
+    let exercise = &found.taught.course.steps[found.index].exercise;
+    let mut attempts = practice::of_cohort(reader, school, cohort.id).await?;
+    attempts.retain(|(id, attempt)| *id != found.trainee.id && attempt.exercise == *exercise);
+    attempts.sort_by_key(|(id, _)| *id);
+    let best =
+        |of_one: &[(Uuid, crate::domain::progress::Attempt)]| of_one.iter().map(|(_, a)| a.score).fold(0.0, f64::max);
+    let bests: Vec<f64> = attempts.chunk_by(|a, b| a.0 == b.0).map(best).collect();
+    let enough = bests.len() > MORE_OTHERS_THAN;
+    let others = summary(&bests).ok().filter(|_| enough);
+    Ok(others.map(|others| Comparison { cohort: cohort.name, own, others }))
+}
+
+pub(super) async fn export(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Path((id, exercise)): Path<(String, String)>,
+) -> Result<Response, PageError> {
+    let found = find(&state, &person, (&id, &exercise)).await?;
+    let rows: Vec<Vec<Cell>> = CurveRow::all(&found.step).into_iter().rev().map(|row| cells(&found, &row)).collect();
+    let names = ["number", "session", "started_at", "exercise", "score", "passed", "curve", "curve_sum", "standing"];
+    Ok(export::download(&format!("attempts-{exercise}"), &names, &rows)?)
+}
+
+fn cells(found: &Found, row: &CurveRow) -> Vec<Cell> {
+    let at = row.number - 1;
+    let attempt = &found.step.attempts[at];
+    let point = found.step.curve.as_ref().and_then(|curve| curve.points.get(at));
+    let standing = point.map(|p| match p.standing {
+        assessment::learning::Standing::NotYet => "not_yet",
+        assessment::learning::Standing::Competent => "competent",
+        assessment::learning::Standing::Regressing => "regressing",
+    });
+    vec![
+        Cell::Number(row.number as f64),
+        Cell::from(attempt.session.clone()),
+        Cell::from(crate::views::format::machine_time(row.at)),
+        Cell::from(attempt.exercise.clone()),
+        Cell::Number(row.score),
+        Cell::from(row.passed),
+        Cell::from(point.map_or("", |p| if p.learning { "lc-cusum" } else { "cusum" })),
+        Cell::from(row.value),
+        Cell::from(standing.unwrap_or_default()),
+    ]
+}

@@ -1,0 +1,79 @@
+//! Counts by day, and where a value lies among others.
+
+use time::Date;
+
+use super::scale::Scale;
+use super::svg::{Area, Caption, Svg};
+use super::{Size, both};
+use crate::views::format;
+
+const HEIGHT: f64 = 150.0;
+
+/// Passed and failed attempts by day, the days without any included.
+#[must_use]
+pub fn by_day(days: &[(Date, usize, usize)]) -> String {
+    both(|size| draw_days(days, size))
+}
+
+fn draw_days(days: &[(Date, usize, usize)], size: Size) -> String {
+    let id = format!("days-{}", size.name());
+    let total: usize = days.iter().map(|(_, passed, failed)| passed + failed).sum();
+    let most = days.iter().map(|(_, passed, failed)| passed + failed).max().unwrap_or(0);
+    let description =
+        format!("{} in {} days, at most {most} on one day.", format::counted(total, "attempt"), days.len());
+    let caption = Caption { id: &id, class: size.name(), title: "Attempts by day", description: &description };
+    let mut svg = Svg::new(size.width(), HEIGHT, &caption);
+    let area = Area { x: 34.0, y: 8.0, width: size.width() - 44.0, height: HEIGHT - 36.0 };
+    let y = Scale::new((0.0, most.max(1) as f64), (area.bottom(), area.y));
+    let x = Scale::new((0.0, days.len().max(1) as f64), (area.x, area.right()));
+    for (count, label) in [(0, "0".to_owned()), (most, most.to_string())] {
+        svg.line("grid", (area.x, y.at(count as f64)), (area.right(), y.at(count as f64)));
+        svg.text("tick end", (area.x - 6.0, y.at(count as f64) + 4.0), &label);
+    }
+    for (i, (_, passed, failed)) in days.iter().enumerate() {
+        let (left, right) = (x.at(i as f64), x.at((i + 1) as f64));
+        let width = (right - left - 1.0).max(0.5);
+        let (top, middle) = (y.at((passed + failed) as f64), y.at(*passed as f64));
+        svg.rect("bar passed", Area { x: left, y: middle, width, height: area.bottom() - middle });
+        svg.rect("bar failed", Area { x: left, y: top, width, height: middle - top });
+    }
+    for (day, place, anchor) in [(days.first(), area.x, ""), (days.last(), area.right(), " end")] {
+        if let Some((date, ..)) = day {
+            svg.text(&format!("tick{anchor}"), (place, area.bottom() + 16.0), &format::short_date(*date));
+        }
+    }
+    svg.finish()
+}
+
+/// Minimum, quartiles and maximum as a small box on a scale that others share. The numbers stand beside it.
+#[must_use]
+pub fn spread(five: &assessment::statistics::Summary, domain: (f64, f64)) -> String {
+    let mut svg = Svg::ornament(150.0, 16.0, "spread");
+    let x = Scale::new(domain, (3.0, 147.0));
+    svg.line("axis", (x.at(five.min), 8.0), (x.at(five.max), 8.0));
+    let (left, right) = (x.at(five.lower_quartile), x.at(five.upper_quartile));
+    svg.rect("filled", Area { x: left, y: 3.0, width: (right - left).max(1.0), height: 10.0 });
+    svg.line("median", (x.at(five.median), 1.0), (x.at(five.median), 15.0));
+    svg.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    //! A day's bar is as high as its attempts, and no attempts at all are drawn too.
+
+    use super::*;
+    use time::macros::date;
+
+    #[test]
+    fn days_are_stacked_and_empty_ones_keep_their_place() {
+        let drawn =
+            by_day(&[(date!(2026 - 05 - 01), 2, 1), (date!(2026 - 05 - 02), 0, 0), (date!(2026 - 05 - 03), 0, 4)]);
+        assert_eq!(
+            (drawn.matches("bar passed").count(), drawn.matches("bar failed").count()),
+            (2, 4),
+            "wide and narrow"
+        );
+        assert!(drawn.contains("7 attempts in 3 days, at most 4 on one day."));
+        assert!(!by_day(&[]).contains("NaN"));
+    }
+}

@@ -1,0 +1,103 @@
+//! A learning curve: LC-CUSUM and CUSUM over attempts, with the lines that decide.
+
+use assessment::learning::{Crossing, CurvePoint, Rule};
+
+use super::plot::Plot;
+use super::svg::{Area, Caption, Svg};
+
+const WIDTH: f64 = 360.0;
+const HEIGHT: f64 = 200.0;
+
+/// The curve with its lines. `key` makes the ids unique on the page.
+#[must_use]
+pub fn learning_curve(points: &[CurvePoint], rule: &Rule, (key, title): (&str, &str)) -> String {
+    let id = format!("curve-{key}");
+    let caption = Caption { id: &id, class: "scores", title, description: &describe(points) };
+    let area = Area { x: 40.0, y: 10.0, width: WIDTH - 112.0, height: HEIGHT - 48.0 };
+    let lines = lines(points, rule);
+    let values = points.iter().map(|p| p.value).chain(lines.iter().map(|(at, _)| *at)).chain([0.0]);
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let plot = Plot::rising(area, (0.0, (points.len().max(4)) as f64), (low - 0.3, high + 0.3));
+    let mut svg = Svg::new(WIDTH, HEIGHT, &caption);
+    plot.draw_y_axis(&mut svg, 6, "sum");
+    plot.draw_x_axis(&mut svg, 6, "attempts");
+    for (at, name) in lines {
+        let y = plot.y.at(at);
+        svg.line("pass-mark", (area.x, y), (area.right(), y));
+        svg.text("pass-name", (area.right() + 5.0, y + 4.0), name);
+    }
+    draw(&mut svg, &plot, points);
+    svg.finish()
+}
+
+/// The lines that decide somewhere on this curve.
+fn lines(points: &[CurvePoint], rule: &Rule) -> Vec<(f64, &'static str)> {
+    let mut lines = Vec::new();
+    if let Some(learning) = rule.learning {
+        lines.push((learning.h, "competent"));
+    }
+    if rule.learning.is_none() || points.iter().any(|p| !p.learning) {
+        lines.push((rule.monitor.h1, "too many fail"));
+        lines.push((-rule.monitor.h0, "acceptable"));
+    }
+    lines
+}
+
+/// One line from restart to restart: a crossing ends it, and the next attempt counts from 0.
+fn draw(svg: &mut Svg, plot: &Plot, points: &[CurvePoint]) {
+    let mut run = vec![plot.at(0.0, 0.0)];
+    for (i, point) in points.iter().enumerate() {
+        let place = plot.at((i + 1) as f64, point.value);
+        run.push(place);
+        if let Some(crossed) = point.crossed {
+            svg.polyline("score-line", &run);
+            mark(svg, place, crossed);
+            run = vec![plot.at((i + 1) as f64, 0.0)];
+        }
+    }
+    svg.polyline("score-line", &run);
+    if let Some((x, y)) = run.last().filter(|_| run.len() > 1) {
+        svg.circle("point", (*x, *y), 3.0);
+    }
+}
+
+/// A disc where competence was shown, a cross where too many failed.
+fn mark(svg: &mut Svg, (x, y): (f64, f64), crossed: Crossing) {
+    match crossed {
+        Crossing::Acceptable => svg.circle("point pass", (x, y), 3.5),
+        Crossing::Unacceptable => {
+            svg.line("point fail", (x - 3.5, y - 3.5), (x + 3.5, y + 3.5));
+            svg.line("point fail", (x - 3.5, y + 3.5), (x + 3.5, y - 3.5));
+        }
+    }
+}
+
+fn describe(points: &[CurvePoint]) -> String {
+    let crossed = |wanted| points.iter().filter(|p| p.crossed == Some(wanted)).count();
+    format!(
+        "{} attempts; the curve reached a line of competence {} times and one of too many failures {} times.",
+        points.len(),
+        crossed(Crossing::Acceptable),
+        crossed(Crossing::Unacceptable)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    //! Every crossing is marked, and a curve without attempts is drawn without nonsense.
+
+    use assessment::learning::{CusumParams, curve};
+
+    use super::*;
+
+    #[test]
+    fn crossings_are_marked_and_lines_named() {
+        let params = CusumParams { p0: 0.1, p1: 0.4, alpha: 0.1, beta: 0.1 };
+        let rule = Rule::new(&params, Some(30)).expect("a rule");
+        let failures: Vec<bool> = (0..40).map(|i| i > 30).collect();
+        let drawn = learning_curve(&curve(&rule, &failures).points, &rule, ("x", "Curve"));
+        assert!(drawn.contains("point pass") && drawn.contains("point fail") && drawn.contains(">too many fail<"));
+        let empty = learning_curve(&[], &rule, ("x", "Curve"));
+        assert!(!empty.contains("NaN") && !empty.contains("polyline") && !empty.contains(">acceptable<"), "{empty}");
+    }
+}
