@@ -8,6 +8,7 @@ pub mod clock;
 pub mod config;
 pub mod demo;
 pub mod domain;
+pub mod drafting;
 pub mod error;
 pub mod export;
 pub mod intake;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use assessment::statistics::NotComputable;
 use scene::load::{Document, read};
-use scene::{Curriculum, DocumentError, ExerciseBundle};
+use scene::{Curriculum, DocumentError, ExerciseBundle, Issue};
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use sqlx::SqliteConnection;
@@ -63,6 +63,17 @@ impl fmt::Display for Published {
     }
 }
 
+/// Who publishes, where and when.
+#[derive(Clone, Debug)]
+pub struct Publisher {
+    /// School.
+    pub school: Uuid,
+    /// By whom.
+    pub by: Actor,
+    /// When.
+    pub now: Moment,
+}
+
 /// Every `course.toml` in a folder or one level below it, in order.
 ///
 /// # Errors
@@ -91,21 +102,25 @@ pub async fn course(
         return Err(Refused::Document(format!("{}: not a curriculum", path.display())));
     };
     let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
+    let publisher = Publisher { school, by: Actor::CommandLine, now };
     let mut published = Vec::new();
     for bundle in &bundles {
-        published.push(exercise(writer, school, bundle, now).await?);
+        published.push(exercise(writer, &publisher, bundle).await?);
     }
-    published.push(curriculum(writer, school, (&course, &bytes), now).await?);
+    published.push(curriculum(writer, &publisher, (&course, &bytes)).await?);
     Ok(published)
 }
 
 /// Publishes an exercise with its scene and meshes.
-async fn exercise(
+///
+/// # Errors
+/// When the database fails.
+pub async fn exercise(
     writer: &mut SqliteConnection,
-    school: Uuid,
+    publisher: &Publisher,
     bundle: &ExerciseBundle,
-    now: Moment,
 ) -> anyhow::Result<Published> {
+    let Publisher { school, now, .. } = *publisher;
     let bundle_sha256 = bundle_sha256(bundle);
     let known = exercises::by_bundle(&mut *writer, school, &bundle_sha256).await?;
     let ExerciseBundle { exercise, scene, exercise_bytes, scene_bytes, meshes } = bundle;
@@ -129,19 +144,23 @@ async fn exercise(
     if before != Some(revision) {
         exercises::make_current(writer, school, &exercise.id, revision).await?;
         let details = json!({ "revision": revision, "sha256": exercise.sha256, "before": before });
-        note(writer, school, ("exercise.published", &exercise.id, details), now).await?;
+        note(writer, publisher, ("exercise.published", &exercise.id, details)).await?;
     }
     Ok(Published { kind: "exercise", id: exercise.id.clone(), new: known.is_none() })
 }
 
 /// Publishes a course's own document.
-async fn curriculum(
+///
+/// # Errors
+/// When its mastery rule cannot be kept, or the database fails.
+pub async fn curriculum(
     writer: &mut SqliteConnection,
-    school: Uuid,
+    publisher: &Publisher,
     (course, bytes): (&Curriculum, &[u8]),
-    now: Moment,
 ) -> Result<Published, Refused> {
-    let mastery = Mastery::of(&course.mastery).map_err(|why| no_limit(course, why))?;
+    let Publisher { school, now, .. } = *publisher;
+    let mastery = Mastery::of(&course.mastery)
+        .map_err(|why| Refused::Document(format!("course {}: {}", course.id, no_limit(why))))?;
     let known = curricula::by_sha256(&mut *writer, school, &course.sha256).await?;
     let entries: Vec<_> = course.entries.iter().map(entry).collect();
     let new = NewCurriculum {
@@ -161,17 +180,23 @@ async fn curriculum(
     if !taught.iter().any(|current| current.revision_id == revision) {
         curricula::make_current(writer, school, &course.id, revision).await?;
         let details = json!({ "revision": revision, "sha256": course.sha256 });
-        note(writer, school, ("curriculum.published", &course.id, details), now).await?;
+        note(writer, publisher, ("curriculum.published", &course.id, details)).await?;
     }
     Ok(Published { kind: "course", id: course.id.clone(), new: known.is_none() })
 }
 
-fn no_limit(course: &Curriculum, why: NotComputable) -> Refused {
-    Refused::Document(format!(
-        "course {}: mastery: no limit of the learning curve keeps the stated alpha ({why}); allowed: a larger alpha or \
-         within, or rates farther apart",
-        course.id
-    ))
+/// What is said of a learning curve whose limit cannot be had.
+#[must_use]
+pub fn no_limit(why: NotComputable) -> Issue {
+    let [file, field, allowed] = ["course", "mastery", "allowed: a larger alpha or within, or rates farther apart"];
+    Issue {
+        file: file.to_owned(),
+        line: 1,
+        column: 1,
+        field: field.to_owned(),
+        found: format!("no limit of the learning curve keeps the stated alpha ({why})"),
+        allowed: allowed.to_owned(),
+    }
 }
 
 fn entry(entry: &scene::curriculum::CurriculumEntry) -> NewEntry {
@@ -184,13 +209,11 @@ fn entry(entry: &scene::curriculum::CurriculumEntry) -> NewEntry {
 
 async fn note(
     writer: &mut SqliteConnection,
-    school: Uuid,
+    Publisher { school, by, now }: &Publisher,
     (action, object, details): (&str, &str, serde_json::Value),
-    now: Moment,
 ) -> anyhow::Result<()> {
-    let entry =
-        Entry { school_id: Some(school), actor: Actor::CommandLine, action, object: object.to_owned(), details };
-    audit::append(writer, entry, now).await.context("audit log")
+    let entry = Entry { school_id: Some(*school), actor: by.clone(), action, object: object.to_owned(), details };
+    audit::append(writer, entry, *now).await.context("audit log")
 }
 
 /// SHA-256 over everything an exercise is made of. Lengths go first, so that no byte can move between two parts.

@@ -75,7 +75,8 @@ pub fn check(path: &Path) -> Result<Document, DocumentError> {
 fn unsound(path: &Path, document: &Document) -> Result<Vec<Issue>, DocumentError> {
     let mut issues: Vec<Issue> = Vec::new();
     for (path, scene, angle_deg) in scenes(path, document) {
-        for issue in unsound_issues(&path, scene, angle_deg)? {
+        let source = || Source::new(&path.display().to_string(), &read_file(&path)?);
+        for issue in unsound_issues(scene, angle_deg, source)? {
             let is_same = |i: &Issue| (&i.file, i.line, &i.field) == (&issue.file, issue.line, &issue.field);
             if !issues.iter().any(is_same) {
                 issues.push(issue);
@@ -100,13 +101,28 @@ fn scenes<'d>(path: &Path, document: &'d Document) -> Vec<(PathBuf, &'d Scene, f
     }
 }
 
-fn unsound_issues(path: &Path, scene: &Scene, angle_deg: f64) -> Result<Vec<Issue>, DocumentError> {
+impl ExerciseBundle {
+    /// Every unsound rupture in its scene, placed in the scene's document.
+    ///
+    /// # Errors
+    /// When the document, read once already, is refused.
+    pub fn unsound(&self) -> Result<Vec<Issue>, DocumentError> {
+        let source = || Source::new("attached scene", &self.scene_bytes);
+        unsound_issues(&self.scene, self.exercise.angle_deg, source)
+    }
+}
+
+fn unsound_issues(
+    scene: &Scene,
+    angle_deg: f64,
+    source: impl FnOnce() -> Result<Source, DocumentError>,
+) -> Result<Vec<Issue>, DocumentError> {
     let findings = scene.soundness(angle_deg);
     if findings.as_ref().is_ok_and(Vec::is_empty) {
         return Ok(Vec::new());
     }
     // The scene keeps no places: they are found again, only when there is something to place.
-    let doc = Walked::new(Source::new(&path.display().to_string(), &read_file(path)?)?, &SCENE)?;
+    let doc = Walked::new(source()?, &SCENE)?;
     Ok(match findings {
         Ok(findings) => findings.iter().map(|finding| issue(&doc, scene, finding)).collect(),
         Err(why) => {

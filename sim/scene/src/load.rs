@@ -164,6 +164,19 @@ fn kind_of(document: &DeTable<'_>) -> Option<DocumentKind> {
     TELLING.iter().find(|(_, keys)| keys.iter().any(has)).map(|(kind, _)| *kind)
 }
 
+impl Curriculum {
+    /// Reads a curriculum whose exercises are at hand: `find` gives the one that stands under a file's name.
+    ///
+    /// # Errors
+    /// Every issue found; a name that `find` does not know is one.
+    pub fn from_parts(document: &[u8], find: impl Fn(&str) -> Option<ExerciseBundle>) -> Result<Self, DocumentError> {
+        let missing = |file: &str| NamedError::Missing(format!("{file}: no exercise of this name"));
+        let source = Source::new("course", document)?;
+        let (curriculum, _) = read_curriculum(source, |file| find(file).ok_or_else(|| missing(file)))?;
+        Ok(curriculum)
+    }
+}
+
 fn scene_from_disk(path: &Path, bytes: Vec<u8>) -> Result<SceneParts, DocumentError> {
     let source = Source::new(&path.display().to_string(), &bytes)?;
     let find = |file: &str| std::fs::read(beside(path, file)).map_err(|e| e.to_string());

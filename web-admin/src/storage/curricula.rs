@@ -172,6 +172,57 @@ pub async fn taught(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<V
     .await
 }
 
+/// A revision of a curriculum as a list shows it.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Listed {
+    /// Id of the revision.
+    pub id: Uuid,
+    /// Title shown to people.
+    pub title: String,
+    /// SHA-256 of the document.
+    pub sha256: String,
+    /// When it was published.
+    pub published_at: Moment,
+}
+
+/// Every revision of a curriculum, newest first.
+///
+/// # Errors
+/// When the database fails.
+pub async fn revisions(executor: impl SqliteExecutor<'_>, school: Uuid, id: &str) -> Result<Vec<Listed>> {
+    sqlx::query_as(
+        "SELECT id, title, sha256, published_at FROM curriculum_revisions
+         WHERE school_id = $1 AND curriculum_id = $2 ORDER BY published_at DESC, id DESC",
+    )
+    .bind(school)
+    .bind(id)
+    .fetch_all(executor)
+    .await
+}
+
+/// The document of a revision, byte for byte.
+///
+/// # Errors
+/// When the database fails.
+pub async fn bytes(executor: impl SqliteExecutor<'_>, school: Uuid, revision: Uuid) -> Result<Option<Vec<u8>>> {
+    sqlx::query_scalar("SELECT bytes FROM curriculum_revisions WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(revision)
+        .fetch_optional(executor)
+        .await
+}
+
+/// The ids of a revision's exercises, in order.
+///
+/// # Errors
+/// When the database fails.
+pub async fn exercise_ids(executor: impl SqliteExecutor<'_>, revision: Uuid) -> Result<Vec<String>> {
+    sqlx::query_scalar("SELECT exercise_id FROM curriculum_entries WHERE revision_id = $1 ORDER BY position")
+        .bind(revision)
+        .fetch_all(executor)
+        .await
+}
+
 /// The exercises of a taught curriculum, in order, each under its title in the revision that trainees are given.
 ///
 /// # Errors

@@ -182,6 +182,21 @@ pub async fn current(executor: impl SqliteExecutor<'_>, school: Uuid, exercise_i
     .await
 }
 
+/// Every revision of an exercise, newest first.
+///
+/// # Errors
+/// When the database fails.
+pub async fn revisions(executor: impl SqliteExecutor<'_>, school: Uuid, exercise_id: &str) -> Result<Vec<Revision>> {
+    sqlx::query_as(
+        "SELECT id, exercise_id, title, difficulty, pass_mark, exercise_sha256, scene_sha256, published_at
+         FROM exercise_revisions WHERE school_id = $1 AND exercise_id = $2 ORDER BY published_at DESC, id DESC",
+    )
+    .bind(school)
+    .bind(exercise_id)
+    .fetch_all(executor)
+    .await
+}
+
 /// The revisions that trainees of a school are given, by difficulty and title.
 ///
 /// # Errors

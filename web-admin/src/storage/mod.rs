@@ -13,6 +13,7 @@ use sqlx::{Sqlite, Transaction};
 pub mod audit;
 pub mod cohorts;
 pub mod curricula;
+pub mod drafts;
 pub mod exercises;
 pub mod jobs;
 pub mod people;

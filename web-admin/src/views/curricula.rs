@@ -11,6 +11,8 @@ use super::{Shell, Status};
 pub struct CurriculaPage {
     /// Frame.
     pub shell: Shell,
+    /// The visitor may write documents.
+    pub staff: bool,
     /// Curricula.
     pub courses: Vec<CourseCard>,
 }
@@ -18,6 +20,8 @@ pub struct CurriculaPage {
 /// A curriculum.
 #[derive(Clone, Debug)]
 pub struct CourseCard {
+    /// Id in its document.
+    pub id: String,
     /// Title.
     pub title: String,
     /// What it teaches.
@@ -56,7 +60,7 @@ mod tests {
             html.contains("after Feel the layers") && html.contains(r#"href="/exercises/stop-in-the-fat""#),
             "{html}"
         );
-        let empty = CurriculaPage { shell: samples::shell(Role::Administrator), courses: vec![] };
+        let empty = CurriculaPage { shell: samples::shell(Role::Administrator), staff: true, courses: vec![] };
         assert!(samples::keep("curricula-empty", &empty).contains("No curricula yet"));
     }
 }

@@ -47,6 +47,8 @@ pub struct Context {
 /// An exercise as people read it.
 #[derive(Clone, Debug)]
 pub struct ExerciseView {
+    /// Id in its document.
+    pub id: String,
     /// Title.
     pub title: String,
     /// Briefing, by paragraph.
@@ -90,6 +92,7 @@ impl ExerciseView {
         let weights: f64 = exercise.rubric.iter().map(|l| l.weight).sum();
         let section = section(bundle);
         Self {
+            id: exercise.id.clone(),
             title: exercise.title.clone(),
             briefing: paragraphs(&exercise.briefing),
             drawing: charts::both(|size| charts::cross_section(&section, size)),

@@ -5,6 +5,8 @@ pub mod assets;
 pub mod charts;
 pub mod cohort;
 pub mod curricula;
+pub mod diff;
+pub mod draft;
 pub mod error;
 pub mod exercise;
 pub mod format;

@@ -477,7 +477,9 @@ pub(super) fn curricula_page() -> CurriculaPage {
     };
     CurriculaPage {
         shell: shell(Role::Trainee),
+        staff: false,
         courses: vec![CourseCard {
+            id: "lower-back-basics".to_owned(),
             title: COURSE_TITLE.to_owned(),
             description: "Exercises with a trocar on the lower back.".to_owned(),
             rule: "mastered with 3 passes among 5 attempts in a row".to_owned(),

@@ -14,6 +14,7 @@ mod commands;
 mod crash;
 mod described;
 mod documents;
+mod drafts;
 mod every_route;
 mod operation;
 mod page_speed;

@@ -26,7 +26,8 @@ pub(super) async fn curricula(
 ) -> Result<CurriculaPage, PageError> {
     let courses = visited(&state, &person).await?;
     let shell = Shell::new(&person, csrf.token(), Place::Curricula);
-    Ok(CurriculaPage { shell, courses: courses.iter().map(course_card).collect() })
+    let staff = person.role != Role::Trainee;
+    Ok(CurriculaPage { shell, staff, courses: courses.iter().map(course_card).collect() })
 }
 
 pub(super) async fn show(
@@ -73,6 +74,7 @@ fn course_card((taught, progress): &Visited) -> CourseCard {
         status: progress.as_ref().map(|p| status(p, i)),
     };
     CourseCard {
+        id: taught.id.clone(),
         title: taught.title.clone(),
         description: taught.description.clone(),
         rule: rule_in_words(&taught.course.rule),

@@ -14,9 +14,11 @@ use crate::storage::exercises;
 mod admin;
 mod assets;
 mod cohorts;
+mod drafts;
 mod exercise;
 mod home;
 mod progress;
+mod revisions;
 mod rows;
 mod sessions;
 mod standing;
@@ -28,7 +30,14 @@ pub fn router() -> Routes {
     progress::router()
         .route("/", get(home::show))
         .route("/curricula", get(exercise::curricula))
+        .route("/curricula/{id}/draft", post(drafts::of_course))
+        .route("/curricula/{id}/revisions", get(revisions::of_course))
+        .route("/drafts", get(drafts::list).post(drafts::copy))
+        .route("/drafts/{id}", get(drafts::show).post(drafts::write))
+        .route("/drafts/{id}/discard", post(drafts::discard))
         .route("/exercises/{id}", get(exercise::show))
+        .route("/exercises/{id}/draft", post(drafts::of_exercise))
+        .route("/exercises/{id}/revisions", get(revisions::of_exercise))
         .route("/cohorts", get(cohorts::list))
         .route("/cohorts/{id}", get(cohorts::show))
         .route("/trainees/{id}", get(trainees::show))

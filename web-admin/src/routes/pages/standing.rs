@@ -6,12 +6,15 @@ use crate::AppState;
 use crate::domain::progress::{Attempt, Course, Progress};
 use crate::error::Error;
 use crate::storage::reports::{self, ExerciseInShort};
-use crate::storage::{curricula, practice};
+use crate::storage::curricula::{self, Curriculum};
+use crate::storage::practice;
 use crate::views::cohort::TraineeRow;
 use crate::views::trainee::CourseFacts;
 
 /// A course with what its pages tell.
 pub(super) struct Taught {
+    /// Id in its document.
+    pub id: String,
     /// Title.
     pub title: String,
     /// What it teaches.
@@ -38,17 +41,18 @@ pub(super) async fn courses(state: &AppState, school: Uuid) -> Result<Vec<Taught
     let mut courses = Vec::new();
     for curriculum in curricula::taught(reader, school).await? {
         let course = curricula::course(reader, school, &curriculum).await?;
-        courses.push(taught(curriculum.title, curriculum.description, course, &exercises));
+        courses.push(taught(curriculum, course, &exercises));
     }
     Ok(courses)
 }
 
-fn taught(title: String, description: String, course: Course, exercises: &[ExerciseInShort]) -> Taught {
+fn taught(curriculum: Curriculum, course: Course, exercises: &[ExerciseInShort]) -> Taught {
+    let Curriculum { curriculum_id: id, title, description, .. } = curriculum;
     let known = |id: &str| exercises.iter().find(|e| e.exercise_id == id);
     let of_each = || course.steps.iter().map(|step| known(&step.exercise));
     let pass_marks = of_each().map(|e| e.map_or(0.0, |e| e.pass_mark)).collect();
     let difficulties = of_each().map(|e| e.map_or(1, |e| e.difficulty)).collect();
-    Taught { title, description, course, pass_marks, difficulties }
+    Taught { id, title, description, course, pass_marks, difficulties }
 }
 
 /// A trainee's progress in every course, the one tried last first, each with the course's index.

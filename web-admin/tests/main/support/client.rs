@@ -83,9 +83,13 @@ impl Client {
         self.request(Method::GET, path).await
     }
 
-    /// Sends a form as a browser would; the fields must need no escaping but spaces and `@`.
+    /// Sends a form as a browser would.
     pub async fn form(&mut self, path: &str, fields: &[(&str, &str)]) -> Answer {
-        let escape = |text: &str| text.replace(' ', "+").replace('@', "%40").replace('/', "%2F");
+        let byte = |byte: u8| match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' => char::from(byte).to_string(),
+            _ => format!("%{byte:02X}"),
+        };
+        let escape = |text: &str| text.bytes().map(byte).collect::<String>();
         let pairs: Vec<_> = fields.iter().map(|(name, value)| format!("{name}={}", escape(value))).collect();
         let request = Request::post(path)
             .header(header::CONTENT_TYPE, "application/x-www-form-urlencoded")

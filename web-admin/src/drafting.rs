@@ -1,0 +1,358 @@
+//! Writing documents in the browser: drafts, what is wrong with them, and how they become revisions.
+
+use std::cell::Cell;
+use std::collections::BTreeMap;
+
+use mechanics::tissue::follow::{Field, FieldPlan};
+use scene::{Curriculum, DocumentError, ExerciseBundle, Issue, Patient};
+use serde_json::json;
+use uuid::Uuid;
+
+use crate::AppState;
+use crate::domain::progress::Mastery;
+use crate::domain::{CurrentPerson, Role};
+use crate::error::Error;
+use crate::publishing::{self, Publisher, Refused};
+use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::drafts::{self, By, Draft, DraftKind, NewDraft, Texts};
+use crate::storage::{Write, curricula, exercises};
+
+/// Longest id of a document, in characters.
+const LONGEST_ID: usize = 64;
+
+/// What a draft comes to.
+#[derive(Debug)]
+pub enum Checked {
+    /// An exercise that could be published, and the plan of its tissue where it names a model.
+    Exercise(Box<ExerciseBundle>, Option<FieldPlan>),
+    /// A course that could be published.
+    Course(Box<Curriculum>, Mastery),
+    /// What is wrong, in the order of the documents.
+    Refused(Vec<Issue>),
+}
+
+/// What became of a save.
+#[derive(Debug)]
+pub enum Saved {
+    /// The draft as it is now.
+    Kept(Draft),
+    /// Somebody else has saved it since it was seen: nothing was written. Theirs.
+    Elsewhere(Draft),
+}
+
+/// Only those who teach write documents.
+///
+/// # Errors
+/// For a trainee.
+pub fn staff_only(person: &CurrentPerson) -> Result<(), Error> {
+    match person.role {
+        Role::Trainee => Err(Error::Forbidden("this page is for instructors and administrators")),
+        Role::Instructor | Role::Administrator => Ok(()),
+    }
+}
+
+/// The draft of an exercise, begun from its current revision where there is none; with `new_id` the draft of another exercise
+/// that begins as a copy of it.
+///
+/// # Errors
+/// When there is no such exercise, or the new id is taken or no id.
+pub async fn exercise(
+    state: &AppState,
+    person: &CurrentPerson,
+    exercise_id: &str,
+    new_id: Option<&str>,
+) -> Result<Uuid, Error> {
+    staff_only(person)?;
+    let (reader, school) = (state.db.reader(), person.school_id);
+    let current = exercises::current(reader, school, exercise_id).await?.ok_or(Error::NotFound)?;
+    let bytes = exercises::bytes(reader, school, current.id).await?.ok_or(Error::NotFound)?;
+    let mut texts = Texts { document: text(bytes.exercise)?, scene: text(bytes.scene)? };
+    let document_id = new_id.unwrap_or(exercise_id);
+    if let Some(new_id) = new_id {
+        check_new_id(new_id)?;
+        if exercises::current(reader, school, new_id).await?.is_some() {
+            return Err(Error::Conflict(format!(
+                "id: \"{new_id}\" is an exercise already; choose another, or edit that one"
+            )));
+        }
+        texts.document = renamed(&texts.document, new_id);
+    }
+    let draft = NewDraft { kind: DraftKind::Exercise, document_id, based_on: Some(current.id), texts: &texts };
+    begin(state, person, &draft).await
+}
+
+/// The draft of a course, begun from its current revision where there is none.
+///
+/// # Errors
+/// When there is no such course.
+pub async fn course(state: &AppState, person: &CurrentPerson, course_id: &str) -> Result<Uuid, Error> {
+    staff_only(person)?;
+    let (reader, school) = (state.db.reader(), person.school_id);
+    let taught = curricula::taught(reader, school).await?;
+    let current = taught.into_iter().find(|course| course.curriculum_id == course_id).ok_or(Error::NotFound)?;
+    let bytes = curricula::bytes(reader, school, current.revision_id).await?.ok_or(Error::NotFound)?;
+    let texts = Texts { document: text(bytes)?, scene: String::new() };
+    let draft = NewDraft { kind: DraftKind::Course, document_id: course_id, based_on: None, texts: &texts };
+    begin(state, person, &draft).await
+}
+
+async fn begin(state: &AppState, person: &CurrentPerson, draft: &NewDraft<'_>) -> Result<Uuid, Error> {
+    let by = by(state, person);
+    let mut tx = state.db.write().await?;
+    if let Some(begun) = drafts::of(&mut *tx, by.school, draft.kind, draft.document_id).await? {
+        return Ok(begun);
+    }
+    let id = drafts::begin(&mut tx, by, draft).await?;
+    note(&mut tx, by, ("draft.begun", draft.document_id)).await?;
+    tx.commit().await?;
+    Ok(id)
+}
+
+/// A published document was UTF-8 when it was read.
+fn text(bytes: Vec<u8>) -> Result<String, Error> {
+    String::from_utf8(bytes).map_err(|error| Error::Internal(anyhow::Error::new(error).context("a published document")))
+}
+
+fn check_new_id(id: &str) -> Result<(), Error> {
+    let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    match !id.is_empty() && id.len() <= LONGEST_ID && id.chars().all(allowed) {
+        true => Ok(()),
+        false => Err(Error::Unprocessable(format!(
+            "id: \"{id}\"; allowed are 1 to {LONGEST_ID} lower-case letters, digits and hyphens"
+        ))),
+    }
+}
+
+/// The document under another id: its first line `id = …` is written anew.
+fn renamed(document: &str, id: &str) -> String {
+    let is_id = |line: &str| line.strip_prefix("id").is_some_and(|rest| rest.trim_start().starts_with('='));
+    let place = document.split_inclusive('\n').position(is_id);
+    let line = |(at, line): (usize, &str)| match Some(at) == place {
+        true => format!("id = \"{id}\"\n"),
+        false => line.to_owned(),
+    };
+    document.split_inclusive('\n').enumerate().map(line).collect()
+}
+
+/// Saves a draft over the version that was seen.
+///
+/// # Errors
+/// When there is no such draft, or the database fails.
+pub async fn save(
+    state: &AppState,
+    person: &CurrentPerson,
+    (id, seen): (Uuid, i64),
+    texts: &Texts,
+) -> Result<Saved, Error> {
+    staff_only(person)?;
+    let by = by(state, person);
+    let mut tx = state.db.write().await?;
+    let kept = drafts::save(&mut tx, by, (id, seen), texts).await?;
+    let draft = drafts::find(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
+    tx.commit().await?;
+    Ok(if kept { Saved::Kept(draft) } else { Saved::Elsewhere(draft) })
+}
+
+/// Publishes a draft that could be: a new revision, and the draft is gone. Attempts already made keep theirs. False when somebody
+/// has saved the draft meanwhile.
+///
+/// # Errors
+/// When the database fails, or a course's mastery rule cannot be kept.
+pub async fn publish(
+    state: &AppState,
+    person: &CurrentPerson,
+    draft: &Draft,
+    checked: &Checked,
+) -> Result<bool, Error> {
+    let by = by(state, person);
+    let publisher = Publisher { school: by.school, by: Actor::Person(by.person), now: by.now };
+    let mut tx = state.db.write().await?;
+    if !drafts::remove(&mut tx, by.school, (draft.id, draft.version)).await? {
+        return Ok(false);
+    }
+    match checked {
+        Checked::Exercise(bundle, _) => drop(publishing::exercise(&mut tx, &publisher, bundle).await?),
+        Checked::Course(course, _) => {
+            let published =
+                publishing::curriculum(&mut tx, &publisher, (course, draft.texts.document.as_bytes())).await;
+            published.map_err(|refused| match refused {
+                Refused::Document(why) => Error::Unprocessable(why),
+                Refused::Work(error) => Error::Internal(error),
+            })?;
+        }
+        Checked::Refused(_) => return Ok(false),
+    }
+    tx.commit().await?;
+    Ok(true)
+}
+
+/// Throws a draft away in the version that was seen. False when it is another by now.
+///
+/// # Errors
+/// When the database fails.
+pub async fn discard(state: &AppState, person: &CurrentPerson, (id, seen): (Uuid, i64)) -> Result<bool, Error> {
+    staff_only(person)?;
+    let by = by(state, person);
+    let mut tx = state.db.write().await?;
+    let draft = drafts::find(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
+    let removed = drafts::remove(&mut tx, by.school, (id, seen)).await?;
+    if removed {
+        note(&mut tx, by, ("draft.discarded", &draft.document_id)).await?;
+    }
+    tx.commit().await?;
+    Ok(removed)
+}
+
+/// Reads a draft as publishing would, and plans its tissue.
+///
+/// # Errors
+/// When the database fails.
+pub async fn check(state: &AppState, school: Uuid, draft: &Draft) -> Result<Checked, Error> {
+    let (texts, id) = (draft.texts.clone(), draft.document_id.clone());
+    match draft.kind {
+        DraftKind::Exercise => {
+            let meshes = match draft.based_on {
+                Some(revision) => {
+                    exercises::bytes(state.db.reader(), school, revision).await?.map(|bytes| bytes.meshes)
+                }
+                None => None,
+            };
+            let check = move || check_exercise(&texts, &meshes.unwrap_or_default(), &id);
+            Ok(tokio::task::spawn_blocking(check).await?)
+        }
+        DraftKind::Course => {
+            let known = Known::of(state, school, &id).await?;
+            Ok(tokio::task::spawn_blocking(move || check_course(&texts, &known, &id)).await?)
+        }
+    }
+}
+
+fn check_exercise(texts: &Texts, meshes: &[(String, Vec<u8>)], id: &str) -> Checked {
+    let read = ExerciseBundle::from_parts(texts.document.as_bytes(), texts.scene.as_bytes(), meshes);
+    let sound = read.and_then(|bundle| match bundle.unsound()? {
+        issues if issues.is_empty() => Ok(bundle),
+        issues => Err(DocumentError { issues }),
+    });
+    let bundle = match sound.and_then(|bundle| same_id(&bundle.exercise.id, id).map(|()| bundle)) {
+        Ok(bundle) => bundle,
+        Err(refused) => return Checked::Refused(refused.issues),
+    };
+    match plan(&bundle) {
+        Ok(plan) => Checked::Exercise(Box::new(bundle), plan),
+        Err(issue) => Checked::Refused(vec![issue]),
+    }
+}
+
+/// The plan of the nominal patient's tissue; none where the scene names no model.
+fn plan(bundle: &ExerciseBundle) -> Result<Option<FieldPlan>, Issue> {
+    let tissue = bundle.scene.tissue_spec(&Patient::nominal(&bundle.scene), bundle.exercise.angle_deg);
+    let field = tissue.map(|tissue| Field::new(&tissue)).transpose();
+    let refused =
+        |why: String| issue("attached scene", "tissue", &why, "allowed: a tissue that a model can be made of");
+    field.map(|field| field.map(|field| field.plan().clone())).map_err(|error| refused(error.to_string()))
+}
+
+fn check_course(texts: &Texts, known: &Known, id: &str) -> Checked {
+    let read = Curriculum::from_parts(texts.document.as_bytes(), |file| known.find(file).cloned());
+    let course = match read.and_then(|course| same_id(&course.id, id).map(|()| course)) {
+        Ok(course) => course,
+        Err(refused) => return Checked::Refused(refused.issues),
+    };
+    match Mastery::of(&course.mastery) {
+        Ok(mastery) => Checked::Course(Box::new(course), mastery),
+        Err(why) => Checked::Refused(vec![publishing::no_limit(why)]),
+    }
+}
+
+/// A draft is of one document: under another id it would be published over something else.
+fn same_id(found: &str, id: &str) -> Result<(), DocumentError> {
+    match found == id {
+        true => Ok(()),
+        false => {
+            Err(issue("document", "id", &format!("\"{found}\""), &format!("allowed: \"{id}\", whose draft this is"))
+                .into())
+        }
+    }
+}
+
+fn issue(file: &str, field: &str, found: &str, allowed: &str) -> Issue {
+    let [file, field, found, allowed] = [file, field, found, allowed].map(str::to_owned);
+    Issue { file, line: 1, column: 1, field, found, allowed }
+}
+
+/// The school's exercises, as a course may name them.
+struct Known {
+    /// By id.
+    exercises: BTreeMap<String, ExerciseBundle>,
+    /// Ids by the names of files in the course's current revision.
+    files: BTreeMap<String, String>,
+}
+
+impl Known {
+    async fn of(state: &AppState, school: Uuid, course_id: &str) -> Result<Self, Error> {
+        let reader = state.db.reader();
+        let mut known = Self { exercises: BTreeMap::new(), files: BTreeMap::new() };
+        for revision in exercises::all_current(reader, school).await? {
+            let Some(bytes) = exercises::bytes(reader, school, revision.id).await? else { continue };
+            let bundle = ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes);
+            let bundle =
+                bundle.map_err(|error| anyhow::Error::new(error).context("a published exercise is refused"))?;
+            known.exercises.insert(revision.exercise_id, bundle);
+        }
+        let taught = curricula::taught(reader, school).await?;
+        let Some(current) = taught.into_iter().find(|course| course.curriculum_id == course_id) else {
+            return Ok(known);
+        };
+        let ids = curricula::exercise_ids(reader, current.revision_id).await?;
+        if let Some(bytes) = curricula::bytes(reader, school, current.revision_id).await? {
+            known.files = known.files(&bytes, &ids);
+        }
+        Ok(known)
+    }
+
+    /// What a published course calls its exercises, whose ids are known in order.
+    fn files(&self, course: &[u8], ids: &[String]) -> BTreeMap<String, String> {
+        let next = Cell::new(0);
+        let in_order = |_: &str| self.exercises.get(ids.get(next.replace(next.get() + 1))?).cloned();
+        let entries = Curriculum::from_parts(course, in_order).map(|course| course.entries).unwrap_or_default();
+        entries.into_iter().map(|entry| (entry.file, entry.exercise)).collect()
+    }
+
+    /// The exercise that a course names by the file it came from, or by its id.
+    fn find(&self, file: &str) -> Option<&ExerciseBundle> {
+        let id = self.files.get(file).map_or(file.strip_suffix(".toml").unwrap_or(file), String::as_str);
+        self.exercises.get(id)
+    }
+}
+
+fn by(state: &AppState, person: &CurrentPerson) -> By {
+    By { school: person.school_id, person: person.id, now: state.clock.now() }
+}
+
+async fn note(tx: &mut Write, by: By, (action, object): (&str, &str)) -> Result<(), Error> {
+    let entry = Entry {
+        school_id: Some(by.school),
+        actor: Actor::Person(by.person),
+        action,
+        object: object.to_owned(),
+        details: json!({}),
+    };
+    Ok(audit::append(tx, entry, by.now).await?)
+}
+
+#[cfg(test)]
+mod tests {
+    //! A copy must be another document, and nothing else in it may change.
+
+    use super::*;
+
+    #[test]
+    fn a_copy_has_another_id_and_no_other_change() {
+        let document = "# about\nid = \"a\"\ntitle = \"T\"\nidle = 1\n[x]\nid = \"b\"\n";
+        assert_eq!(renamed(document, "c-2"), "# about\nid = \"c-2\"\ntitle = \"T\"\nidle = 1\n[x]\nid = \"b\"\n");
+        assert!(check_new_id("c-2").is_ok());
+        for wrong in ["", "C", "a b", "ä", "../x", &"x".repeat(65)] {
+            assert!(check_new_id(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! `/drafts`: documents being written.
+
+use axum::extract::{Path, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use serde::Deserialize;
+
+use super::Id;
+use crate::AppState;
+use crate::domain::CurrentPerson;
+use crate::drafting::{self, Checked, Saved};
+use crate::error::{Error, PageError};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields};
+use crate::storage::drafts::{self, Draft, DraftKind, Texts};
+use crate::storage::exercises;
+use crate::views::diff::diff;
+use crate::views::draft::{DraftPage, DraftRow, DraftsPage, Verdict};
+use crate::views::{Place, Shell};
+
+/// A copy to be begun.
+#[derive(Debug, Deserialize)]
+pub(super) struct CopyForm {
+    /// Id of the exercise that is copied.
+    exercise: String,
+    /// Id of the copy.
+    id: String,
+}
+
+/// What was written.
+#[derive(Debug, Deserialize)]
+pub(super) struct DraftForm {
+    /// The version that was seen.
+    seen: i64,
+    document: String,
+    #[serde(default)]
+    scene: String,
+    act: Act,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Act {
+    Save,
+    Publish,
+}
+
+/// A draft in the version that was seen.
+#[derive(Debug, Deserialize)]
+pub(super) struct SeenForm {
+    seen: i64,
+}
+
+pub(super) async fn list(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+) -> Result<DraftsPage, PageError> {
+    drafting::staff_only(&person)?;
+    let (reader, school) = (state.db.reader(), person.school_id);
+    let exercises = exercises::all_current(reader, school).await?;
+    Ok(DraftsPage {
+        shell: Shell::new(&person, csrf.token(), Place::Curricula),
+        drafts: drafts::all(reader, school).await?.iter().map(row).collect(),
+        exercises: exercises.into_iter().map(|exercise| (exercise.exercise_id, exercise.title)).collect(),
+    })
+}
+
+/// Begins a copy of an exercise.
+pub(super) async fn copy(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    CsrfForm(CopyForm { exercise, id }): CsrfForm<CopyForm>,
+) -> Result<Redirect, PageError> {
+    let draft = drafting::exercise(&state, &person, &exercise, Some(id.trim())).await?;
+    Ok(Redirect::to(&format!("/drafts/{draft}")))
+}
+
+/// Opens the draft of an exercise.
+pub(super) async fn of_exercise(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Path(id): Path<String>,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Redirect, PageError> {
+    let draft = drafting::exercise(&state, &person, &id, None).await?;
+    Ok(Redirect::to(&format!("/drafts/{draft}")))
+}
+
+/// Opens the draft of a course.
+pub(super) async fn of_course(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Path(id): Path<String>,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Redirect, PageError> {
+    let draft = drafting::course(&state, &person, &id).await?;
+    Ok(Redirect::to(&format!("/drafts/{draft}")))
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+) -> Result<DraftPage, PageError> {
+    drafting::staff_only(&person)?;
+    let draft = drafts::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
+    let checked = drafting::check(&state, person.school_id, &draft).await?;
+    Ok(page(Shell::new(&person, csrf.token(), Place::Curricula), draft, &checked))
+}
+
+/// Saves what was written, and publishes it when that is asked for and nothing is wrong.
+pub(super) async fn write(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<DraftForm>,
+) -> Result<Response, PageError> {
+    let shell = Shell::new(&person, csrf.token(), Place::Curricula);
+    let texts = Texts { document: as_written(&form.document), scene: as_written(&form.scene) };
+    let draft = match drafting::save(&state, &person, (id, form.seen), &texts).await? {
+        Saved::Kept(draft) => draft,
+        Saved::Elsewhere(theirs) => return Ok((StatusCode::CONFLICT, conflict(shell, theirs, texts)).into_response()),
+    };
+    let checked = drafting::check(&state, person.school_id, &draft).await?;
+    match (form.act, &checked) {
+        (Act::Save, _) => Ok(page(shell, draft, &checked).into_response()),
+        (Act::Publish, Checked::Refused(_)) => {
+            let refused = DraftPage { refused: true, ..page(shell, draft, &checked) };
+            Ok((StatusCode::UNPROCESSABLE_ENTITY, refused).into_response())
+        }
+        (Act::Publish, _) => match drafting::publish(&state, &person, &draft, &checked).await? {
+            true => Ok(Redirect::to(&published_at(&draft)).into_response()),
+            false => Ok(Redirect::to(&format!("/drafts/{id}")).into_response()),
+        },
+    }
+}
+
+/// Throws a draft away.
+pub(super) async fn discard(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(SeenForm { seen }): CsrfForm<SeenForm>,
+) -> Result<Redirect, PageError> {
+    match drafting::discard(&state, &person, (id, seen)).await? {
+        true => Ok(Redirect::to("/drafts")),
+        false => {
+            let why = "somebody has saved this draft since you opened it; look at it before you throw it away";
+            Err(Error::Conflict(why.to_owned()).into())
+        }
+    }
+}
+
+/// A browser ends lines with CR and LF, whatever was there.
+fn as_written(text: &str) -> String {
+    text.replace("\r\n", "\n")
+}
+
+fn published_at(draft: &Draft) -> String {
+    match draft.kind {
+        DraftKind::Exercise => format!("/exercises/{}/revisions", draft.document_id),
+        DraftKind::Course => format!("/curricula/{}/revisions", draft.document_id),
+    }
+}
+
+fn row(draft: &Draft) -> DraftRow {
+    DraftRow {
+        href: format!("/drafts/{}", draft.id),
+        kind: match draft.kind {
+            DraftKind::Exercise => "exercise",
+            DraftKind::Course => "course",
+        },
+        document_id: draft.document_id.clone(),
+        saved_by: draft.saved_by.clone(),
+        saved_at: draft.saved_at.to_utc(),
+    }
+}
+
+fn page(shell: Shell, draft: Draft, checked: &Checked) -> DraftPage {
+    let verdict = match checked {
+        Checked::Exercise(bundle, plan) => Verdict::of_exercise(bundle, plan.as_ref()),
+        Checked::Course(course, mastery) => Verdict::of_course(course, mastery),
+        Checked::Refused(issues) => Verdict::refused(issues),
+    };
+    DraftPage {
+        shell,
+        draft: row(&draft),
+        scene: (draft.kind == DraftKind::Exercise).then_some(draft.texts.scene),
+        document: draft.texts.document,
+        seen: draft.version,
+        conflict: None,
+        refused: false,
+        verdict,
+    }
+}
+
+/// What was typed, kept, against what somebody else has saved.
+fn conflict(shell: Shell, theirs: Draft, typed: Texts) -> DraftPage {
+    let mut lines = diff(&theirs.texts.document, &typed.document);
+    lines.extend(diff(&theirs.texts.scene, &typed.scene));
+    let page = page(shell, Draft { texts: typed, ..theirs }, &Checked::Refused(Vec::new()));
+    DraftPage { conflict: Some(lines), ..page }
+}

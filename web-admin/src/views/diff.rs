@@ -1,0 +1,94 @@
+//! What differs between two texts, line by line.
+
+use similar::{ChangeTag, TextDiff};
+
+/// Lines shown around a change.
+const CONTEXT: usize = 3;
+
+/// A line of a comparison.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DiffLine {
+    /// What became of it.
+    pub change: Change,
+    /// Its number in the older text, from 1.
+    pub before: Option<usize>,
+    /// Its number in the newer text, from 1.
+    pub after: Option<usize>,
+    /// The line.
+    pub text: String,
+}
+
+/// What became of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// It is in both.
+    Kept,
+    /// It is in the older text only.
+    Removed,
+    /// It is in the newer text only.
+    Added,
+}
+
+impl Change {
+    /// The class of its row.
+    #[must_use]
+    pub fn class(self) -> &'static str {
+        match self {
+            Self::Kept => "kept",
+            Self::Removed => "removed",
+            Self::Added => "added",
+        }
+    }
+
+    /// A sign, so that colour is not needed.
+    #[must_use]
+    pub fn sign(self) -> &'static str {
+        match self {
+            Self::Kept => "",
+            Self::Removed => "−",
+            Self::Added => "+",
+        }
+    }
+}
+
+/// The changed lines and a few around them, in groups; empty where the texts are the same.
+#[must_use]
+pub fn diff(older: &str, newer: &str) -> Vec<Vec<DiffLine>> {
+    let diff = TextDiff::from_lines(older, newer);
+    let line = |change: similar::Change<&str>| DiffLine {
+        change: match change.tag() {
+            ChangeTag::Equal => Change::Kept,
+            ChangeTag::Delete => Change::Removed,
+            ChangeTag::Insert => Change::Added,
+        },
+        before: change.old_index().map(|index| index + 1),
+        after: change.new_index().map(|index| index + 1),
+        text: change.value().trim_end_matches(['\r', '\n']).to_owned(),
+    };
+    let group = |operations: &Vec<similar::DiffOp>| {
+        operations.iter().flat_map(|operation| diff.iter_changes(operation)).map(line).collect()
+    };
+    diff.grouped_ops(CONTEXT).iter().map(group).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    //! A change that is not shown is one that nobody decides on.
+
+    use super::*;
+
+    #[test]
+    fn only_what_changed_is_shown_with_its_numbers() {
+        let older: String = (1..=20).map(|i| format!("line {i}\n")).collect();
+        let newer = older.replace("line 10\n", "line ten\n").replace("line 20\n", "line 20\nline 21\n");
+        let groups = diff(&older, &newer);
+        assert_eq!(groups.len(), 2);
+        let changed: Vec<_> = groups.concat().into_iter().filter(|line| line.change != Change::Kept).collect();
+        let seen: Vec<_> = changed.iter().map(|l| (l.change.sign(), l.before, l.after, l.text.as_str())).collect();
+        assert_eq!(
+            seen,
+            [("−", Some(10), None, "line 10"), ("+", None, Some(10), "line ten"), ("+", None, Some(21), "line 21")]
+        );
+        assert!(diff(&older, &older).is_empty());
+    }
+}

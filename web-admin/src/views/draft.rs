@@ -1,0 +1,260 @@
+//! Documents being written, and how revisions differ.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use mechanics::tissue::follow::FieldPlan;
+use scene::{Curriculum, ExerciseBundle, Issue};
+use time::OffsetDateTime;
+
+use super::diff::DiffLine;
+use super::exercise::ExerciseView;
+use super::trainee::rule_in_words;
+use super::{Shell, format};
+use crate::domain::progress::Mastery;
+
+/// The drafts of a school.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "drafts.html")]
+pub struct DraftsPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Drafts.
+    pub drafts: Vec<DraftRow>,
+    /// Id and title of the exercises that may be copied.
+    pub exercises: Vec<(String, String)>,
+}
+
+/// A draft in the list.
+#[derive(Clone, Debug)]
+pub struct DraftRow {
+    /// Its page.
+    pub href: String,
+    /// `exercise` or `course`.
+    pub kind: &'static str,
+    /// Of what it will be a revision.
+    pub document_id: String,
+    /// Who saved it last.
+    pub saved_by: String,
+    /// When.
+    pub saved_at: OffsetDateTime,
+}
+
+/// The page where a draft is written.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "draft.html")]
+pub struct DraftPage {
+    /// Frame.
+    pub shell: Shell,
+    /// The draft.
+    pub draft: DraftRow,
+    /// The exercise or the course, as it was typed.
+    pub document: String,
+    /// The scene of an exercise, as it was typed.
+    pub scene: Option<String>,
+    /// The version that was seen.
+    pub seen: i64,
+    /// What somebody else has saved meanwhile, against what was typed here.
+    pub conflict: Option<Vec<Vec<DiffLine>>>,
+    /// What was just asked for and not done, because of the problems.
+    pub refused: bool,
+    /// What it comes to.
+    pub verdict: Verdict,
+}
+
+/// What a draft comes to.
+#[derive(Clone, Debug, Default)]
+pub struct Verdict {
+    /// What is wrong: where, and what.
+    pub problems: Vec<(String, String)>,
+    /// Cross-section, for both widths.
+    pub drawing: Option<String>,
+    /// Name and value.
+    pub facts: Vec<(&'static str, String)>,
+    /// Titles of a course's exercises in order.
+    pub exercises: Vec<String>,
+}
+
+impl Verdict {
+    /// Of an exercise that could be published.
+    #[must_use]
+    pub fn of_exercise(bundle: &ExerciseBundle, plan: Option<&FieldPlan>) -> Self {
+        let view = ExerciseView::new(bundle);
+        let mut facts = view.facts;
+        facts.extend(tissue(bundle, plan));
+        Self { drawing: Some(view.drawing), facts, ..Self::default() }
+    }
+
+    /// Of a course that could be published.
+    #[must_use]
+    pub fn of_course(course: &Curriculum, mastery: &Mastery) -> Self {
+        let line = |entry: &scene::curriculum::CurriculumEntry| match entry.prerequisites.as_slice() {
+            [] => entry.exercise.clone(),
+            first => format!("{}, after {}", entry.exercise, first.join(" and ")),
+        };
+        Self {
+            facts: vec![("Title", course.title.clone()), ("An exercise is", rule_in_words(mastery))],
+            exercises: course.entries.iter().map(line).collect(),
+            ..Self::default()
+        }
+    }
+
+    /// Of a draft that is refused.
+    #[must_use]
+    pub fn refused(issues: &[Issue]) -> Self {
+        Self { problems: issues.iter().map(problem).collect(), ..Self::default() }
+    }
+}
+
+fn problem(issue: &Issue) -> (String, String) {
+    let Issue { file, line, column, field, found, allowed } = issue;
+    let document = if file == "attached scene" { "Scene" } else { "Document" };
+    (format!("{document}, line {line}, column {column}"), format!("{field}: {found}; {allowed}"))
+}
+
+/// The planner's verdict.
+fn tissue(bundle: &ExerciseBundle, plan: Option<&FieldPlan>) -> Vec<(&'static str, String)> {
+    let Some(plan) = plan else {
+        return vec![("Tissue", "the force law alone: the scene names no model".to_owned())];
+    };
+    let error = format!(
+        "{} % expected, {} % allowed",
+        format::fixed(100.0 * plan.expected_relative_error, 1),
+        format::fixed(100.0 * bundle.scene.tissue.tolerance, 1)
+    );
+    let size = format!("{} unknowns, {} MB", plan.unknowns, format::fixed(plan.bytes as f64 * 1e-6, 2));
+    vec![
+        ("Tissue", format!("{}: {}", plan.model.name(), plan.reason)),
+        ("Tissue's error", error),
+        ("Tissue's size", size),
+    ]
+}
+
+/// The revisions of a document, two of them compared.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "revisions.html")]
+pub struct RevisionsPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Title of the document.
+    pub title: String,
+    /// Page of the document.
+    pub href: String,
+    /// Revisions, newest first.
+    pub revisions: Vec<RevisionRow>,
+    /// The older of the two that are compared.
+    pub from: String,
+    /// The newer of the two.
+    pub to: String,
+    /// What differs, by document; empty where there is but one revision.
+    pub parts: Vec<(&'static str, Vec<Vec<DiffLine>>)>,
+}
+
+/// A revision in the list.
+#[derive(Clone, Debug)]
+pub struct RevisionRow {
+    /// Its id.
+    pub id: String,
+    /// Its title.
+    pub title: String,
+    /// The beginning of its hash.
+    pub hash: String,
+    /// When it was published.
+    pub published_at: OffsetDateTime,
+    /// Trainees are given this one.
+    pub current: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    //! A person must see what is wrong and where, and never lose what they typed.
+
+    use super::*;
+    use crate::domain::Role;
+    use crate::views::diff::diff;
+    use crate::views::samples;
+
+    fn row() -> DraftRow {
+        DraftRow {
+            href: "/drafts/1".to_owned(),
+            kind: "exercise",
+            document_id: "stop-in-the-fat".to_owned(),
+            saved_by: "Dr Peter Osei".to_owned(),
+            saved_at: samples::NOW,
+        }
+    }
+
+    fn page(verdict: Verdict) -> DraftPage {
+        DraftPage {
+            shell: samples::shell(Role::Instructor),
+            draft: row(),
+            document: "id = \"<b>\"\n".to_owned(),
+            scene: Some("id = \"s\"\n".to_owned()),
+            seen: 3,
+            conflict: None,
+            refused: false,
+            verdict,
+        }
+    }
+
+    #[test]
+    fn what_is_written_can_be_seen_and_what_is_wrong_has_a_place() {
+        let bundle = samples::bundle();
+        let html = samples::keep("draft", &page(Verdict::of_exercise(&bundle, None)));
+        for wanted in ["id = &#34;", "<svg", "the force law alone", "name=\"seen\" value=\"3\"", "Publish"] {
+            assert!(html.contains(wanted), "{wanted} is missing");
+        }
+        let issue = Issue {
+            file: "attached scene".to_owned(),
+            line: 7,
+            column: 2,
+            field: "layer[0].thickness_mm".to_owned(),
+            found: "-1 mm".to_owned(),
+            allowed: "allowed: 0 to 200 mm".to_owned(),
+        };
+        let refused = DraftPage { refused: true, ..page(Verdict::refused(&[issue])) };
+        let html = samples::keep("draft-refused", &refused);
+        assert!(html.contains("Scene, line 7, column 2") && html.contains("not published"), "{html}");
+    }
+
+    #[test]
+    fn a_conflict_shows_both_texts() {
+        let conflict = Some(diff("pass_mark = 70\n", "pass_mark = 75\n"));
+        let html = samples::keep("draft-conflict", &DraftPage { conflict, ..page(Verdict::default()) });
+        assert!(
+            html.contains("pass_mark = 70") && html.contains("pass_mark = 75") && html.contains("not saved"),
+            "{html}"
+        );
+    }
+
+    #[test]
+    fn drafts_are_listed_or_it_says_how_to_begin() {
+        let exercises = vec![("stop-in-the-fat".to_owned(), "Stop in the fat".to_owned())];
+        let empty =
+            DraftsPage { shell: samples::shell(Role::Instructor), drafts: vec![], exercises: exercises.clone() };
+        assert!(samples::keep("drafts-empty", &empty).contains("No drafts"));
+        let full = DraftsPage { shell: samples::shell(Role::Instructor), drafts: vec![row()], exercises };
+        assert!(samples::keep("drafts", &full).contains("href=\"/drafts/1\""));
+    }
+
+    #[test]
+    fn revisions_are_compared() {
+        let revision = |id: &str, current| RevisionRow {
+            id: id.to_owned(),
+            title: "Stop in the fat".to_owned(),
+            hash: "0123abcd".to_owned(),
+            published_at: samples::NOW,
+            current,
+        };
+        let page = RevisionsPage {
+            shell: samples::shell(Role::Instructor),
+            title: "Stop in the fat".to_owned(),
+            href: "/exercises/stop-in-the-fat".to_owned(),
+            revisions: vec![revision("2", true), revision("1", false)],
+            from: "1".to_owned(),
+            to: "2".to_owned(),
+            parts: vec![("Exercise", diff("pass_mark = 70\n", "pass_mark = 75\n")), ("Scene", vec![])],
+        };
+        let html = samples::keep("revisions", &page);
+        assert!(html.contains("pass_mark = 75") && html.contains("No difference"), "{html}");
+    }
+}
