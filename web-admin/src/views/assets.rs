@@ -16,13 +16,17 @@ pub fn find(name: &str) -> Option<(EmbeddedFile, String)> {
     Some((file, hash))
 }
 
-/// The address of the style sheet. It changes with the sheet, so that a browser may keep it for a year.
+/// The address of an asset. It changes with the asset, so that a browser may keep it for a year.
+#[must_use]
+pub fn address(name: &str) -> String {
+    let hash = find(name).map_or_else(String::new, |(_, hash)| hash);
+    format!("/assets/{name}?v={hash}")
+}
+
+/// The address of the style sheet.
 #[must_use]
 pub fn style_sheet() -> &'static str {
-    static ADDRESS: LazyLock<String> = LazyLock::new(|| {
-        let hash = find("style.css").map_or_else(String::new, |(_, hash)| hash);
-        format!("/assets/style.css?v={hash}")
-    });
+    static ADDRESS: LazyLock<String> = LazyLock::new(|| address("style.css"));
     &ADDRESS
 }
 

@@ -9,7 +9,7 @@ use time::OffsetDateTime;
 use super::diff::DiffLine;
 use super::exercise::ExerciseView;
 use super::trainee::rule_in_words;
-use super::{Shell, format};
+use super::{Shell, assets, format};
 use crate::domain::progress::Mastery;
 
 /// The drafts of a school.
@@ -58,6 +58,22 @@ pub struct DraftPage {
     /// What was just asked for and not done, because of the problems.
     pub refused: bool,
     /// What it comes to.
+    pub verdict: Verdict,
+}
+
+impl DraftPage {
+    /// The address of the script that keeps the verdict up with what is typed.
+    #[must_use]
+    pub fn script(&self) -> String {
+        assets::address("draft.js")
+    }
+}
+
+/// The verdict alone, to be put into the page while somebody types.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "parts/verdict.html")]
+pub struct VerdictPart {
+    /// What the draft comes to.
     pub verdict: Verdict,
 }
 

@@ -109,6 +109,11 @@ async fn a_draft_is_nobodys_until_it_is_published_and_attempts_keep_their_revisi
     let saved = writer.act("save").await;
     assert_eq!(saved.status, 200, "{}", saved.text());
     assert!(saved.text().contains("<svg") && saved.text().contains("Tissue&#39;s error"), "{}", saved.text());
+    let typed = [("csrf", writer.csrf.as_str()), ("document", "id = 1"), ("scene", &writer.scene)];
+    let preview = writer.client.form(&format!("{}/preview", writer.draft), &typed).await.text();
+    assert!(preview.contains("Document, line 1") && !preview.contains("<html"), "{preview}");
+    let kept = Writer::at(writer.client.clone(), writer.draft.clone()).await;
+    assert_eq!(kept.document, writer.document, "a preview saves nothing");
     let same = trainee.get(&format!("/api/v1/exercises/{EXERCISE}")).await.json();
     assert_eq!(same, given, "a draft is nobody's");
 

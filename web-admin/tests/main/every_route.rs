@@ -27,6 +27,7 @@ use axum::http::{Method, Request, header};
 use tempfile::TempDir;
 use web_admin::clock::Clock;
 use web_admin::domain::Role;
+use web_admin::drafting;
 use web_admin::routes;
 use web_admin::storage::uploads::Owner;
 use web_admin::storage::{people, reports, stations};
@@ -128,7 +129,11 @@ impl World {
         let cohorts = reports::cohorts(reader, &admin.person.clone().into_current().unwrap()).await.unwrap();
         let owner = Owner { school_id: north, person_id: Some(own.person.id), station_id: None };
         let upload = uploads::begin(&app.state, owner, 10, String::new()).await.unwrap();
+        let writer = teacher.person.clone().into_current().unwrap();
+        let draft = drafting::exercise(&app.state, &writer, "stop-in-the-fat", None).await.unwrap();
         let objects = BTreeMap::from([
+            ("draft", draft.to_string()),
+            ("course", "lower-back-basics".to_owned()),
             ("session", attempt.session_id.to_string()),
             ("trainee", own.person.id.to_string()),
             ("cohort", cohorts[0].id.to_string()),

@@ -14,7 +14,7 @@ use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::storage::drafts::{self, Draft, DraftKind, Texts};
 use crate::storage::exercises;
 use crate::views::diff::diff;
-use crate::views::draft::{DraftPage, DraftRow, DraftsPage, Verdict};
+use crate::views::draft::{DraftPage, DraftRow, DraftsPage, Verdict, VerdictPart};
 use crate::views::{Place, Shell};
 
 /// A copy to be begun.
@@ -42,6 +42,14 @@ pub(super) struct DraftForm {
 enum Act {
     Save,
     Publish,
+}
+
+/// What is being typed.
+#[derive(Debug, Deserialize)]
+pub(super) struct TypedForm {
+    document: String,
+    #[serde(default)]
+    scene: String,
 }
 
 /// A draft in the version that was seen.
@@ -137,6 +145,20 @@ pub(super) async fn write(
     }
 }
 
+/// What a draft would come to as it is typed; nothing is saved.
+pub(super) async fn preview(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(typed): CsrfForm<TypedForm>,
+) -> Result<VerdictPart, PageError> {
+    drafting::staff_only(&person)?;
+    let draft = drafts::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
+    let texts = Texts { document: as_written(&typed.document), scene: as_written(&typed.scene) };
+    let checked = drafting::check(&state, person.school_id, &Draft { texts, ..draft }).await?;
+    Ok(VerdictPart { verdict: verdict(&checked) })
+}
+
 /// Throws a draft away.
 pub(super) async fn discard(
     State(state): State<AppState>,
@@ -178,12 +200,15 @@ fn row(draft: &Draft) -> DraftRow {
     }
 }
 
-fn page(shell: Shell, draft: Draft, checked: &Checked) -> DraftPage {
-    let verdict = match checked {
+fn verdict(checked: &Checked) -> Verdict {
+    match checked {
         Checked::Exercise(bundle, plan) => Verdict::of_exercise(bundle, plan.as_ref()),
         Checked::Course(course, mastery) => Verdict::of_course(course, mastery),
         Checked::Refused(issues) => Verdict::refused(issues),
-    };
+    }
+}
+
+fn page(shell: Shell, draft: Draft, checked: &Checked) -> DraftPage {
     DraftPage {
         shell,
         draft: row(&draft),
@@ -192,7 +217,7 @@ fn page(shell: Shell, draft: Draft, checked: &Checked) -> DraftPage {
         seen: draft.version,
         conflict: None,
         refused: false,
-        verdict,
+        verdict: verdict(checked),
     }
 }
 

@@ -35,6 +35,7 @@ pub fn router() -> Routes {
         .route("/drafts", get(drafts::list).post(drafts::copy))
         .route("/drafts/{id}", get(drafts::show).post(drafts::write))
         .route("/drafts/{id}/discard", post(drafts::discard))
+        .route("/drafts/{id}/preview", post(drafts::preview))
         .route("/exercises/{id}", get(exercise::show))
         .route("/exercises/{id}/draft", post(drafts::of_exercise))
         .route("/exercises/{id}/revisions", get(revisions::of_exercise))
