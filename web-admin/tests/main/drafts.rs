@@ -169,8 +169,9 @@ async fn what_is_wrong_is_saved_named_and_not_published() {
     let refused = writer.act("publish").await.text();
     assert!(!refused.contains("<script>alert"), "{refused}");
     writer.document = whole;
-    // Skin that gives way to something much stiffer.
-    writer.scene = writer.scene.replace("stiffness_n_per_m = 83", "stiffness_n_per_m = 1500");
+    // Skin that gives way to something much stiffer and tougher.
+    let tougher = writer.scene.replace("stiffness_n_per_m = 83", "stiffness_n_per_m = 1500");
+    writer.scene = tougher.replace("tip_rupture_n = 0.5", "tip_rupture_n = 6");
     let unsound = writer.act("publish").await;
     assert_eq!(unsound.status, 422, "a scene that would push the hand is not published");
     assert!(unsound.text().contains("unsound"), "{}", unsound.text());
