@@ -5,9 +5,9 @@ use uuid::Uuid;
 use crate::AppState;
 use crate::domain::progress::{Attempt, Course, Progress};
 use crate::error::Error;
-use crate::storage::reports::{self, ExerciseInShort};
 use crate::storage::curricula::{self, Curriculum};
 use crate::storage::practice;
+use crate::storage::reports::{self, ExerciseInShort};
 use crate::views::cohort::TraineeRow;
 use crate::views::trainee::CourseFacts;
 
