@@ -77,6 +77,12 @@ impl Config {
         // Beside the recordings, so that a finished upload is moved by a rename within one file system.
         self.recordings_dir.join(".uploads")
     }
+
+    /// Folder for what was made of recordings to replay them: it may be deleted at any time, and is made again.
+    #[must_use]
+    pub fn replays_dir(&self) -> PathBuf {
+        self.data_dir.join("replays")
+    }
 }
 
 fn sqlite_url(path: &Path) -> String {

@@ -14,6 +14,8 @@ pub mod export;
 pub mod intake;
 pub mod publishing;
 pub mod recordings;
+pub mod regrading;
+pub mod replays;
 pub mod routes;
 pub mod secret;
 pub mod startup;

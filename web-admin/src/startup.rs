@@ -41,7 +41,7 @@ impl AppState {
     /// # Errors
     /// When a folder cannot be made, or the database cannot be opened or migrated.
     pub async fn open(config: Config, clock: Clock) -> anyhow::Result<Self> {
-        for folder in [&config.data_dir, &config.recordings_dir, &config.uploads_dir()] {
+        for folder in [&config.data_dir, &config.recordings_dir, &config.uploads_dir(), &config.replays_dir()] {
             std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
         }
         let db = Database::open(&config.database_url).await.context("cannot open the database")?;

@@ -13,6 +13,7 @@ use serde_json::json;
 use crate::AppState;
 use crate::domain::Curve;
 use crate::recordings;
+use crate::replays;
 use crate::storage::audit::{self, Actor, Entry};
 use crate::storage::exercises::RevisionBytes;
 use crate::storage::jobs::{self, Job};
@@ -90,7 +91,15 @@ async fn outcome(state: &AppState, job: &Job) -> Result<Outcome, Failure> {
     let session = session.context("the queue names a session that is not there")?;
     let published = published(state, &session).await?;
     let path = state.config.recordings_dir.join(&session.recording_path);
-    let judged = recordings::with(state, path, move |recording| judge(&recording, published)).await;
+    let replay = replays::folder(state, &session);
+    let judged = recordings::with(state, path, move |recording| {
+        let judged = judge(&recording, published);
+        if judged.is_ok() {
+            replays::keep(&replay, &recording);
+        }
+        judged
+    });
+    let judged = judged.await;
     match judged.context("a recording could not be worked on")? {
         Ok(outcome) => outcome,
         Err(recording::ReadError::Io(error)) => Err(error.into()),

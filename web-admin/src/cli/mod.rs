@@ -13,6 +13,7 @@ use crate::config::{self, Config};
 mod backup;
 mod curricula;
 mod demo;
+mod rescore;
 mod restore;
 mod serve;
 mod user;
@@ -40,6 +41,8 @@ enum Command {
     Curricula(curricula::CurriculaCommand),
     /// Makes a demonstration school with people, a course and simulated attempts; prints the accounts
     Demo(demo::DemoArgs),
+    /// Shows what attempts score by the rubric that their exercise has now; with --apply, adds those scores
+    Rescore(rescore::RescoreArgs),
     /// Checks the database, every recording and the audit log; names each finding and exits 1
     Verify(Storage),
     /// Puts the database and every recording into one file, while the service runs, and reads it back
@@ -171,6 +174,7 @@ async fn run(command: Command) -> Result<(), Failure> {
         Command::User(command) => user::run(&command).await,
         Command::Curricula(command) => curricula::run(&command).await,
         Command::Demo(args) => demo::run(&args).await,
+        Command::Rescore(args) => rescore::run(&args).await,
         Command::Verify(storage) => verify::run(&storage).await,
         Command::Backup(args) => backup::run(&args).await,
         Command::Restore(args) => restore::run(&args).await,

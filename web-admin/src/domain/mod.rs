@@ -1,11 +1,15 @@
 //! What the service knows, free of storage and pages.
 
+pub mod comment;
 pub mod curve;
+pub mod judgement;
 pub mod moment;
 pub mod person;
 pub mod progress;
+pub mod replay;
 pub mod series;
 
 pub use curve::Curve;
 pub use moment::{Moment, new_id};
 pub use person::{CurrentPerson, Role};
+pub use replay::Replay;

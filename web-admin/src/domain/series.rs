@@ -1,11 +1,26 @@
-//! An attempt as smallest and largest values over equal spans of time: few enough to send, and no peak lost.
+//! An attempt as smallest and largest values over spans of time, at every scale: few enough to send, and no peak lost.
+//!
+//! A pyramid holds spans of a few samples, spans of eight of those, and so on. A stretch of any length is answered
+//! from the coarsest level that is still finer than what was asked for, so that an answer costs the same for a minute
+//! and for an hour.
 
 use recording::Sample;
 use serde::Serialize;
 use utoipa::ToSchema;
 
-/// Most spans that are made.
+/// Most spans that are asked for.
 pub const MAX_POINTS: usize = 10_000;
+/// Spans of a level that make one of the level above.
+const FACTOR: usize = 8;
+/// Most spans of the finest level: two minutes at 1 kHz keep every sample.
+const MOST_FINEST: usize = 1 << 17;
+/// The coarsest level has no more than so many.
+const MOST_COARSEST: usize = 256;
+/// Begins every file; another version of this format says something else.
+const MAGIC: &[u8; 8] = b"pyramid1";
+/// Numbers of a span, and bytes.
+const NUMBERS: usize = 6;
+const SPAN_BYTES: usize = NUMBERS * 8;
 
 /// A span of time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
@@ -25,35 +40,175 @@ pub struct Span {
 }
 
 impl Span {
-    fn of(samples: &[Sample]) -> Option<Self> {
-        let t_s = samples.first()?.t_s;
-        let range = |value: fn(&Sample) -> f64| {
-            let values = samples.iter().map(value).filter(|v| v.is_finite());
-            // A span without one finite value has nothing to show and reads 0.
-            values.fold(None, |seen: Option<(f64, f64)>, v| Some(seen.map_or((v, v), |(a, b)| (a.min(v), b.max(v)))))
-        };
-        let (depth_min_mm, depth_max_mm) = range(|s| f64::from(s.depth_m) * 1e3).unwrap_or_default();
-        let (force_min_n, force_max_n) = range(Sample::axial_n).unwrap_or_default();
-        let (_, lateral_max_n) = range(lateral_n).unwrap_or_default();
-        Some(Self { t_s, depth_min_mm, depth_max_mm, force_min_n, force_max_n, lateral_max_n })
+    /// One sample. What is not a number stays one, so that it never counts among its neighbours.
+    fn of(sample: &Sample) -> Self {
+        let finite = |value: f64| if value.is_finite() { value } else { f64::NAN };
+        let (depth_mm, force_n) = (finite(f64::from(sample.depth_m) * 1e3), finite(sample.axial_n()));
+        Self {
+            t_s: sample.t_s,
+            depth_min_mm: depth_mm,
+            depth_max_mm: depth_mm,
+            force_min_n: force_n,
+            force_max_n: force_n,
+            lateral_max_n: finite(lateral_n(sample)),
+        }
+    }
+
+    /// This span and a later one.
+    fn join(self, later: Self) -> Self {
+        Self {
+            t_s: self.t_s,
+            depth_min_mm: self.depth_min_mm.min(later.depth_min_mm),
+            depth_max_mm: self.depth_max_mm.max(later.depth_max_mm),
+            force_min_n: self.force_min_n.min(later.force_min_n),
+            force_max_n: self.force_max_n.max(later.force_max_n),
+            lateral_max_n: self.lateral_max_n.max(later.lateral_max_n),
+        }
+    }
+
+    const fn numbers(self) -> [f64; NUMBERS] {
+        let Self { t_s, depth_min_mm, depth_max_mm, force_min_n, force_max_n, lateral_max_n } = self;
+        [t_s, depth_min_mm, depth_max_mm, force_min_n, force_max_n, lateral_max_n]
+    }
+
+    const fn from_numbers(numbers: [f64; NUMBERS]) -> Self {
+        let [t_s, depth_min_mm, depth_max_mm, force_min_n, force_max_n, lateral_max_n] = numbers;
+        Self { t_s, depth_min_mm, depth_max_mm, force_min_n, force_max_n, lateral_max_n }
+    }
+
+    /// A span without one finite value has nothing to show and reads 0.
+    fn shown(self) -> Self {
+        Self::from_numbers(self.numbers().map(|value| if value.is_nan() { 0.0 } else { value }))
     }
 }
 
-fn lateral_n(sample: &Sample) -> f64 {
+/// Sideways force on the hand, in N.
+#[must_use]
+pub fn lateral_n(sample: &Sample) -> f64 {
     sample.lateral_n.iter().map(|&part| f64::from(part) * f64::from(part)).sum::<f64>().sqrt()
 }
 
-/// At most `points` spans, of as equal a number of samples as can be.
-#[must_use]
-pub fn spans(samples: &[Sample], points: usize) -> Vec<Span> {
-    let count = points.clamp(1, MAX_POINTS).min(samples.len());
-    (0..count).filter_map(|k| Span::of(&samples[k * samples.len() / count..(k + 1) * samples.len() / count])).collect()
+/// A stretch of an attempt, in s since its start; all of it where an end is absent.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stretch {
+    /// From this moment.
+    pub from_s: Option<f64>,
+    /// To this moment.
+    pub to_s: Option<f64>,
+}
+
+/// Spans at every scale, as the bytes of a file: only what is asked for is ever unpacked.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pyramid {
+    bytes: Vec<u8>,
+    /// First byte and number of spans of each level, the finest first.
+    levels: Vec<(usize, usize)>,
+}
+
+impl Pyramid {
+    /// The pyramid of some samples in order of time.
+    #[must_use]
+    pub fn of(samples: &[Sample]) -> Self {
+        let mut base = 1;
+        while samples.len().div_ceil(base) > MOST_FINEST {
+            base *= FACTOR;
+        }
+        let joined = |spans: &mut dyn Iterator<Item = Span>| spans.reduce(Span::join);
+        let finest = samples.chunks(base).filter_map(|few| joined(&mut few.iter().map(Span::of)));
+        let mut levels: Vec<Vec<Span>> = vec![finest.collect()];
+        while let Some(last) = levels.last().filter(|last| last.len() > MOST_COARSEST) {
+            let above = last.chunks(FACTOR).filter_map(|few| joined(&mut few.iter().copied())).collect();
+            levels.push(above);
+        }
+        Self::pack(&levels)
+    }
+
+    fn pack(levels: &[Vec<Span>]) -> Self {
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend((levels.len() as u64).to_le_bytes());
+        levels.iter().for_each(|level| bytes.extend((level.len() as u64).to_le_bytes()));
+        let mut places = Vec::with_capacity(levels.len());
+        for level in levels {
+            places.push((bytes.len(), level.len()));
+            let numbers = level.iter().flat_map(|span| span.numbers());
+            bytes.extend(numbers.flat_map(f64::to_le_bytes));
+        }
+        Self { bytes, levels: places }
+    }
+
+    /// As a file holds it.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// From a file. None where it is not one of this format, whole.
+    #[must_use]
+    pub fn from_bytes(bytes: Vec<u8>) -> Option<Self> {
+        let word = |at: usize| {
+            let word = bytes.get(at..)?.first_chunk::<8>()?;
+            usize::try_from(u64::from_le_bytes(*word)).ok()
+        };
+        let count = word(MAGIC.len()).filter(|count| bytes.starts_with(MAGIC) && *count <= 64)?;
+        let mut at = MAGIC.len() + 8 * (count + 1);
+        let mut levels = Vec::with_capacity(count);
+        for level in 0..count {
+            let spans = word(MAGIC.len() + 8 * (level + 1))?;
+            levels.push((at, spans));
+            at = at.checked_add(spans.checked_mul(SPAN_BYTES)?)?;
+        }
+        (at == bytes.len()).then_some(Self { bytes, levels })
+    }
+
+    /// At most `points` spans over a stretch, of as equal a number of samples as can be. The first and the last reach
+    /// over the stretch's ends to the next sample, so that a line drawn through them crosses the whole picture.
+    #[must_use]
+    pub fn spans(&self, points: usize, stretch: Stretch) -> Vec<Span> {
+        let points = points.clamp(1, MAX_POINTS);
+        let fine_enough = |&&(start, count): &&(usize, usize)| {
+            let (from, to) = self.within(start, count, stretch);
+            to - from >= points
+        };
+        let finest = self.levels.first();
+        let Some(&(start, count)) = self.levels.iter().rfind(fine_enough).or(finest) else { return Vec::new() };
+        let (from, to) = self.within(start, count, stretch);
+        let made = points.min(to - from);
+        let group = |k: usize| (from + k * (to - from) / made)..(from + (k + 1) * (to - from) / made);
+        (0..made).filter_map(|k| group(k).map(|i| self.span(start, i)).reduce(Span::join)).map(Span::shown).collect()
+    }
+
+    /// The spans of a level that a stretch touches, and one more on either side.
+    fn within(&self, start: usize, count: usize, stretch: Stretch) -> (usize, usize) {
+        let time = |i: usize| self.span(start, i).t_s;
+        let from = stretch.from_s.map_or(0, |from_s| first(count, |i| time(i) > from_s).saturating_sub(1));
+        let to = stretch.to_s.map_or(count, |to_s| (first(count, |i| time(i) > to_s) + 1).min(count));
+        (from, to.max(from))
+    }
+
+    fn span(&self, start: usize, index: usize) -> Span {
+        let at = start + index * SPAN_BYTES;
+        let words = self.bytes.get(at..at + SPAN_BYTES).unwrap_or_default().as_chunks::<8>().0;
+        Span::from_numbers(std::array::from_fn(|k| words.get(k).map_or(f64::NAN, |word| f64::from_le_bytes(*word))))
+    }
+}
+
+/// The first of `count` indices for which something holds that holds for all later ones too; `count` where it never does.
+fn first(count: usize, holds: impl Fn(usize) -> bool) -> usize {
+    let (mut low, mut high) = (0, count);
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if holds(middle) { high = middle } else { low = middle + 1 }
+    }
+    low
 }
 
 #[cfg(test)]
 mod tests {
-    //! Fails when a peak falls between two spans, or a broken number spoils its neighbours.
+    //! Fails when a peak falls between two spans or two levels, a broken number spoils its neighbours, or a file that
+    //! was cut is believed.
     use super::*;
+
+    const ALL: Stretch = Stretch { from_s: None, to_s: None };
 
     fn samples(forces_n: &[f32]) -> Vec<Sample> {
         let times = (0..).map(f64::from);
@@ -61,24 +216,58 @@ mod tests {
     }
 
     #[test]
-    fn no_peak_is_lost() {
-        for count in 1..40 {
-            let mut forces_n = vec![0.5_f32; 40];
-            forces_n[count] = 7.0;
-            forces_n[39 - count] = -3.0;
-            let made = spans(&samples(&forces_n), count);
-            assert_eq!(made.len(), count);
-            let highest = made.iter().map(|s| s.force_max_n).fold(f64::MIN, f64::max);
-            let lowest = made.iter().map(|s| s.force_min_n).fold(f64::MAX, f64::min);
-            assert_eq!((highest.to_bits(), lowest.to_bits()), (7.0_f64.to_bits(), (-3.0_f64).to_bits()), "{count}");
+    fn no_peak_is_lost_at_any_scale() {
+        for (length, peak) in [(40, 3), (40, 39), (5000, 4321), (300_000, 123_456)] {
+            let mut forces_n = vec![0.5_f32; length];
+            (forces_n[peak], forces_n[length - 1 - peak]) = (7.0, -3.0);
+            let pyramid = Pyramid::of(&samples(&forces_n));
+            for points in [1, 7, 40, 999] {
+                let made = pyramid.spans(points, ALL);
+                assert_eq!(made.len(), points.min(length));
+                let highest = made.iter().map(|s| s.force_max_n).fold(f64::MIN, f64::max);
+                let lowest = made.iter().map(|s| s.force_min_n).fold(f64::MAX, f64::min);
+                assert_eq!(
+                    (highest.to_bits(), lowest.to_bits()),
+                    (7.0_f64.to_bits(), (-3.0_f64).to_bits()),
+                    "{length}"
+                );
+            }
         }
     }
 
     #[test]
+    fn a_stretch_shows_what_is_in_it_and_nothing_far_outside() {
+        let forces_n: Vec<f32> = (0..10_000_u16).map(f32::from).collect();
+        let pyramid = Pyramid::of(&samples(&forces_n));
+        let made = pyramid.spans(50, Stretch { from_s: Some(4000.0), to_s: Some(4999.0) });
+        assert_eq!(made.len(), 50);
+        assert!((3980.0..=4000.0).contains(&made[0].t_s), "{:?}", made[0]);
+        assert!((4999.0..=5020.0).contains(&made[49].force_max_n), "{:?}", made[49]);
+        assert!(made.windows(2).all(|pair| pair[0].t_s < pair[1].t_s));
+        let beyond = pyramid.spans(50, Stretch { from_s: Some(1e9), to_s: Some(2e9) });
+        assert!(beyond.len() <= 1, "{beyond:?}");
+    }
+
+    #[test]
     fn few_samples_make_few_spans_and_none_make_none() {
-        assert_eq!(spans(&samples(&[1.0, 2.0]), 1000).len(), 2);
-        assert!(spans(&[], 1000).is_empty());
-        let made = spans(&samples(&[f32::NAN, 2.0]), 1);
+        assert_eq!(Pyramid::of(&samples(&[1.0, 2.0])).spans(1000, ALL).len(), 2);
+        assert!(Pyramid::of(&[]).spans(1000, ALL).is_empty());
+        let made = Pyramid::of(&samples(&[f32::NAN, 2.0])).spans(1, ALL);
         assert!(made[0].force_max_n > 1.9 && made[0].force_min_n > 1.9, "{made:?}");
+        let nothing = Pyramid::of(&samples(&[f32::NAN])).spans(1, ALL);
+        assert!(nothing[0].force_max_n.abs() < 1e-12, "{nothing:?}");
+    }
+
+    #[test]
+    fn a_file_reads_back_and_a_cut_one_does_not() {
+        let pyramid = Pyramid::of(&samples(&[1.0; 700]));
+        let bytes = pyramid.bytes().to_vec();
+        assert_eq!(Pyramid::from_bytes(bytes.clone()).as_ref(), Some(&pyramid));
+        for cut in [0, 8, 20, bytes.len() - 1] {
+            assert_eq!(Pyramid::from_bytes(bytes[..cut].to_vec()), None, "{cut}");
+        }
+        let mut huge = bytes;
+        huge[16..24].copy_from_slice(&u64::MAX.to_le_bytes());
+        assert_eq!(Pyramid::from_bytes(huge), None);
     }
 }

@@ -12,13 +12,16 @@ use sqlx::{Sqlite, Transaction};
 
 pub mod audit;
 pub mod cohorts;
+pub mod comments;
 pub mod curricula;
 pub mod drafts;
 pub mod exercises;
+pub mod grades;
 pub mod jobs;
 pub mod people;
 pub mod practice;
 pub mod reports;
+pub mod reviews;
 pub mod schools;
 pub mod scores;
 pub mod sessions;

@@ -117,9 +117,8 @@ async fn sums(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &Changed
 /// Every scored attempt of the same trainee at the same exercise, each by the score that counts.
 async fn history(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &Changed) -> Result<Vec<Past>> {
     let rows: Vec<PastRow> = sqlx::query_as(
-        "SELECT s.id, s.started_at, c.score, c.passed, s.revision_id FROM sessions s
-         JOIN scores c ON c.id = (SELECT n.id FROM scores n WHERE n.school_id = s.school_id AND n.session_id = s.id
-                                  ORDER BY n.computed_at DESC, n.id DESC LIMIT 1)
+        "SELECT s.id, s.started_at, g.score, g.passed, s.revision_id FROM sessions s
+         JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
          WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.exercise_id = $3 AND s.state = 'scored'
          ORDER BY s.started_at, s.id",
     )

@@ -129,7 +129,22 @@ async fn insert_metric(
     .map(drop)
 }
 
-/// The grading that counts: the newest.
+/// Every computed score of an attempt, oldest first.
+///
+/// # Errors
+/// When the database fails.
+pub async fn all(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Score>> {
+    sqlx::query_as(
+        "SELECT score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
+         FROM scores WHERE school_id = $1 AND session_id = $2 ORDER BY computed_at, id",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .fetch_all(executor)
+    .await
+}
+
+/// The newest computed score. Whether it counts is said by [`super::grades::of`].
 ///
 /// # Errors
 /// When the database fails.

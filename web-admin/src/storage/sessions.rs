@@ -5,6 +5,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
+use super::scores::SessionKey;
 use crate::domain::{CurrentPerson, Moment, Role};
 
 /// What became of an uploaded recording.
@@ -67,6 +68,14 @@ pub struct Session {
     pub verify_event_differences: Option<i64>,
     /// The re-simulation differs.
     pub verify_flagged: Option<bool>,
+}
+
+impl Session {
+    /// What its rows elsewhere are found by.
+    #[must_use]
+    pub const fn key(&self) -> SessionKey {
+        SessionKey { school_id: self.school_id, id: self.id }
+    }
 }
 
 /// The server's re-simulation of an attempt.
@@ -217,6 +226,20 @@ pub async fn mark_refused(writer: &mut SqliteConnection, school: Uuid, id: Uuid,
         .execute(writer)
         .await
         .map(drop)
+}
+
+/// The scored attempts of a school at an exercise, oldest first: for a re-grading.
+///
+/// # Errors
+/// When the database fails.
+pub async fn scored_at(executor: impl SqliteExecutor<'_>, school: Uuid, exercise: &str) -> Result<Vec<Session>> {
+    sqlx::query_as(
+        "SELECT * FROM sessions WHERE school_id = $1 AND exercise_id = $2 AND state = 'scored' ORDER BY started_at, id",
+    )
+    .bind(school)
+    .bind(exercise)
+    .fetch_all(executor)
+    .await
 }
 
 /// Every recording of every school: for `verify`.

@@ -14,6 +14,8 @@ pub mod instructor;
 pub mod judgement;
 pub mod login;
 pub mod progress;
+pub mod replay;
+pub mod review;
 #[cfg(test)]
 mod samples;
 pub mod session;

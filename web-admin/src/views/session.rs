@@ -23,8 +23,14 @@ pub struct SessionPage {
     pub trainee: Option<(String, String)>,
     /// When the attempt began.
     pub started_at: OffsetDateTime,
+    /// Where it is watched again.
+    pub replay_href: String,
+    /// Where the history of its grade is.
+    pub grade_href: String,
     /// What became of it.
     pub outcome: Outcome,
+    /// What somebody has put in place of the computed score.
+    pub ruling: Option<Ruling>,
     /// The curves.
     pub drawing: Option<Drawing>,
     /// The server's re-simulation.
@@ -42,6 +48,19 @@ pub enum Outcome {
     Refused(String),
     /// Scored.
     Scored(Box<Judgement>),
+}
+
+/// What somebody has put in place of a computed score.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ruling {
+    /// 0–100.
+    pub score: f64,
+    /// It counts as a pass.
+    pub passed: bool,
+    /// Who.
+    pub by: String,
+    /// Why.
+    pub reason: String,
 }
 
 /// What the server's own re-simulation of the recorded input found.

@@ -10,6 +10,8 @@ pub enum Place {
     Home,
     /// `/cohorts`
     Cohorts,
+    /// `/review`
+    Review,
     /// `/curricula`
     Curricula,
     /// `/admin`
@@ -69,11 +71,12 @@ impl Shell {
         let all = [
             (Place::Home, "/", "Home"),
             (Place::Cohorts, "/cohorts", "Cohorts"),
+            (Place::Review, "/review", "Review"),
             (Place::Curricula, "/curricula", "Curricula"),
             (Place::Administration, "/admin", "Administration"),
         ];
         let allowed = |place| match place {
-            Place::Cohorts => self.visitor.role != Role::Trainee,
+            Place::Cohorts | Place::Review => self.visitor.role != Role::Trainee,
             Place::Administration => self.visitor.role == Role::Administrator,
             _ => true,
         };
@@ -98,7 +101,7 @@ mod tests {
             shell.nav().iter().map(|n| n.href).collect()
         };
         assert_eq!(hrefs(Role::Trainee), ["/", "/curricula"]);
-        assert_eq!(hrefs(Role::Instructor), ["/", "/cohorts", "/curricula"]);
-        assert_eq!(hrefs(Role::Administrator), ["/", "/cohorts", "/curricula", "/admin"]);
+        assert_eq!(hrefs(Role::Instructor), ["/", "/cohorts", "/review", "/curricula"]);
+        assert_eq!(hrefs(Role::Administrator), ["/", "/cohorts", "/review", "/curricula", "/admin"]);
     }
 }

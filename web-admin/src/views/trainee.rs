@@ -113,6 +113,8 @@ pub struct AttemptRow {
     pub status: Status,
     /// 0–100, once scored.
     pub score: Option<f64>,
+    /// The computed score, 0–100, where somebody has put another in its place.
+    pub computed: Option<f64>,
     /// What cost most.
     pub note: String,
     /// The re-simulation differs.

@@ -27,10 +27,12 @@ use axum::http::{Method, Request, header};
 use tempfile::TempDir;
 use web_admin::clock::Clock;
 use web_admin::domain::Role;
+use web_admin::domain::comment::{Comment, CommentKind};
 use web_admin::drafting;
 use web_admin::routes;
+use web_admin::storage::scores::SessionKey;
 use web_admin::storage::uploads::Owner;
-use web_admin::storage::{people, reports, stations};
+use web_admin::storage::{comments, people, reports, stations};
 use web_admin::uploads;
 use web_admin::worker;
 
@@ -131,9 +133,13 @@ impl World {
         let upload = uploads::begin(&app.state, owner, 10, String::new()).await.unwrap();
         let writer = teacher.person.clone().into_current().unwrap();
         let draft = drafting::exercise(&app.state, &writer, "stop-in-the-fat", None).await.unwrap();
+        let said = Comment { kind: CommentKind::Question, from_s: 0.1, to_s: None, body: "Why?".to_owned() };
+        let key = SessionKey { school_id: north, id: attempt.session_id };
+        let comment = app.write(async |tx| comments::add(tx, (key, own.person.id), &said, now).await.unwrap()).await;
         let objects = BTreeMap::from([
             ("draft", draft.to_string()),
             ("course", "lower-back-basics".to_owned()),
+            ("comment", comment.to_string()),
             ("session", attempt.session_id.to_string()),
             ("trainee", own.person.id.to_string()),
             ("cohort", cohorts[0].id.to_string()),

@@ -19,6 +19,8 @@ mod every_route;
 mod operation;
 mod page_speed;
 mod pages;
+mod replay;
+mod review;
 mod schema;
 mod scoring;
 mod signing_in;

@@ -16,7 +16,9 @@ use crate::error::{ApiError, Error};
 use crate::routes::Routes;
 
 mod caller;
+mod comments;
 mod documents;
+mod replay;
 mod sessions;
 mod stations;
 mod tus;
@@ -30,7 +32,10 @@ pub fn router(state: &AppState) -> Routes {
         .route("/sessions/{id}", get(sessions::show))
         .route("/sessions/{id}/score", get(sessions::score))
         .route("/sessions/{id}/recording", get(sessions::recording))
-        .route("/sessions/{id}/series", get(sessions::series))
+        .route("/sessions/{id}/series", get(replay::series))
+        .route("/sessions/{id}/comments", get(comments::list).post(comments::add))
+        .route("/sessions/{id}/replay", get(replay::stage))
+        .route("/sessions/{id}/replay/frames", get(replay::frames))
         .route("/me/assignments", get(documents::assignments))
         .route("/exercises", get(documents::exercises))
         .route("/exercises/{id}", get(documents::exercise))
@@ -65,7 +70,11 @@ pub fn description() -> Description {
         sessions::show,
         sessions::score,
         sessions::recording,
-        sessions::series,
+        comments::list,
+        comments::add,
+        replay::series,
+        replay::stage,
+        replay::frames,
         tus::describe,
         tus::create,
         tus::show,

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use assessment::{Assessment, RubricRef};
 use axum::Json;
-use axum::extract::{Query, Request, State};
+use axum::extract::{Request, State};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
 use utoipa::ToSchema;
@@ -17,9 +17,8 @@ use super::Id;
 use super::caller::Caller;
 use crate::AppState;
 use crate::domain::Moment;
-use crate::domain::series::{self, Span};
 use crate::error::{ApiError, Error, Problem};
-use crate::recordings;
+use crate::storage::grades;
 use crate::storage::scores::{self, SessionKey};
 use crate::storage::sessions::{self, Session, SessionState};
 
@@ -108,7 +107,7 @@ pub(super) async fn list(State(state): State<AppState>, caller: Caller) -> Resul
 }
 
 /// The attempt of an id, if there is one that the caller may see.
-async fn find(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
+pub(super) async fn find(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
     sessions::visible(state.db.reader(), caller.person()?, id).await?.ok_or(Error::NotFound)
 }
 
@@ -129,7 +128,34 @@ struct Waiting {
     state: SessionState,
 }
 
-/// The newest score, in the form of `stylet score --json`. 202 while the recording waits to be scored.
+/// A computed score, and what somebody has put in its place.
+#[derive(Serialize)]
+struct Graded {
+    #[serde(flatten)]
+    computed: Assessment,
+    #[serde(rename = "override")]
+    overridden: Option<OverrideView>,
+}
+
+/// What counts in place of the computed score.
+#[derive(Serialize)]
+struct OverrideView {
+    /// 0–100.
+    score: f64,
+    passed: bool,
+    reason: String,
+    made_at: Moment,
+}
+
+impl OverrideView {
+    fn of(made: grades::Override) -> Option<Self> {
+        let (score, passed) = made.score.zip(made.passed)?;
+        Some(Self { score, passed, reason: made.reason, made_at: made.made_at })
+    }
+}
+
+/// The newest computed score, in the form of `stylet score --json`; where somebody has put another in its place,
+/// `override` holds it: `score`, `passed`, `reason` and `made_at`. 202 while the recording waits to be scored.
 #[utoipa::path(get, path = "/sessions/{id}/score", params(("id" = Uuid, Path)),
     responses((status = 200, body = Object), (status = 202, body = Waiting), (status = 404, body = Problem)))]
 pub(super) async fn score(State(state): State<AppState>, caller: Caller, Id(id): Id) -> Result<Response, ApiError> {
@@ -142,7 +168,7 @@ pub(super) async fn score(State(state): State<AppState>, caller: Caller, Id(id):
         };
     };
     let metrics = scores::metrics(state.db.reader(), key).await?;
-    let assessment = Assessment {
+    let computed = Assessment {
         score: score.score,
         passed: score.passed,
         metrics,
@@ -151,7 +177,8 @@ pub(super) async fn score(State(state): State<AppState>, caller: Caller, Id(id):
         rubric: RubricRef { id: score.rubric_id, sha256: score.rubric_sha256 },
         simulator_version: score.simulator_version,
     };
-    Ok(Json(assessment).into_response())
+    let overridden = grades::overrides(state.db.reader(), key).await?.pop().and_then(OverrideView::of);
+    Ok(Json(Graded { computed, overridden }).into_response())
 }
 
 fn recording_path(state: &AppState, session: &Session) -> PathBuf {
@@ -176,37 +203,4 @@ pub(super) async fn recording(
     response.headers_mut().insert(header::CONTENT_DISPOSITION, name);
     response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("application/octet-stream"));
     Ok(response)
-}
-
-#[derive(Deserialize)]
-pub(super) struct SeriesQuery {
-    points: Option<usize>,
-}
-
-/// An attempt over time.
-#[derive(Debug, Serialize, ToSchema)]
-pub(super) struct Series {
-    /// Spans of time in order.
-    spans: Vec<Span>,
-}
-
-/// Smallest and largest values over `points` spans of time.
-#[utoipa::path(get, path = "/sessions/{id}/series",
-    params(("id" = Uuid, Path), ("points" = Option<usize>, Query, description = "1 to 10000; 1000 by default")),
-    responses((status = 200, body = Series), (status = 400, body = Problem), (status = 404, body = Problem)))]
-pub(super) async fn series(
-    State(state): State<AppState>,
-    caller: Caller,
-    Id(id): Id,
-    query: Result<Query<SeriesQuery>, axum::extract::rejection::QueryRejection>,
-) -> Result<Json<Series>, ApiError> {
-    let session = find(&state, &caller, id).await?;
-    let points = query.ok().map(|Query(asked)| asked.points.unwrap_or(1000));
-    let allowed = points.filter(|n| (1..=series::MAX_POINTS).contains(n));
-    let points = allowed.ok_or_else(|| {
-        Error::BadRequest(format!("points: not a whole number from 1 to {}, which are allowed", series::MAX_POINTS))
-    })?;
-    let path = recording_path(&state, &session);
-    let spans = recordings::with(&state, path, move |recording| series::spans(&recording.samples, points)).await?;
-    Ok(Json(Series { spans: spans.map_err(|e| anyhow::Error::from(e).context("a stored recording"))? }))
 }

@@ -19,6 +19,8 @@ mod exercise;
 mod home;
 mod progress;
 mod revisions;
+pub(crate) mod replay;
+pub(crate) mod review;
 mod rows;
 mod sessions;
 mod standing;
@@ -43,6 +45,16 @@ pub fn router() -> Routes {
         .route("/cohorts/{id}", get(cohorts::show))
         .route("/trainees/{id}", get(trainees::show))
         .route("/sessions/{id}", get(sessions::show))
+        .route("/sessions/{id}/replay", get(replay::show))
+        .route("/sessions/{id}/comments", post(replay::comment))
+        .route("/sessions/{id}/comments/{comment}/answers", post(replay::answer))
+        .route("/sessions/{id}/comments/{comment}/withdraw", post(replay::withdraw))
+        .route("/sessions/{id}/grade", get(review::grade))
+        .route("/sessions/{id}/override", post(review::put_override))
+        .route("/sessions/{id}/override/withdraw", post(review::withdraw_override))
+        .route("/sessions/{id}/review", post(review::mark))
+        .route("/sessions/{id}/regrade", get(review::preview).post(review::regrade))
+        .route("/review", get(review::queue))
         .route("/sign-in-code", post(trainees::make_sign_in_code))
         .route("/admin", get(admin::show))
         .route("/admin/pairing-codes", post(admin::make_pairing_code))

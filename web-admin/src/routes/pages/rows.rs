@@ -31,6 +31,7 @@ fn row(attempt: ListedAttempt) -> AttemptRow {
         trainee: Some(attempt.trainee),
         exercise: attempt.exercise,
         score: attempt.score,
+        computed: attempt.computed,
         flagged: attempt.flagged,
     }
 }

@@ -10,9 +10,9 @@ use crate::error::{Error, PageError};
 use crate::routes::auth::Csrf;
 use crate::storage::scores::{self, SessionKey};
 use crate::storage::sessions::{self, Session, SessionState};
-use crate::storage::{exercises, reports};
+use crate::storage::{exercises, grades, reports};
 use crate::views::judgement::{Graded, Judgement};
-use crate::views::session::{Drawing, Outcome, SessionPage, Verification};
+use crate::views::session::{Drawing, Outcome, Ruling, SessionPage, Verification};
 use crate::views::trainee::exercise_href;
 use crate::views::{Place, Shell, format};
 
@@ -38,15 +38,24 @@ pub(super) async fn show(
         exercise_href: taught.map(|t| exercise_href(&t.exercise_id)),
         trainee: trainee(&state, &person, &session).await?,
         started_at: session.started_at.to_utc(),
+        replay_href: format!("/sessions/{id}/replay"),
+        grade_href: format!("/sessions/{id}/grade"),
         outcome: outcome(&state, &session, bundle.as_ref()).await?,
+        ruling: ruling(&state, &session).await?,
         drawing: curve.as_ref().map(Drawing::new),
         verification: verification(&session),
         facts: facts(&session),
     })
 }
 
+/// The title of the exercise that was attempted.
+pub(super) async fn title(state: &AppState, session: &Session) -> Result<String, Error> {
+    let taught = exercises::current(state.db.reader(), session.school_id, &session.exercise_id).await?;
+    Ok(taught.map_or_else(|| session.exercise_id.clone(), |taught| taught.title))
+}
+
 /// Name and page of the trainee, where the visitor is somebody else.
-async fn trainee(
+pub(super) async fn trainee(
     state: &AppState,
     person: &CurrentPerson,
     session: &Session,
@@ -77,6 +86,15 @@ async fn outcome(state: &AppState, session: &Session, bundle: Option<&ExerciseBu
         exercise: bundle.map(|b| &b.exercise),
     };
     Ok(Outcome::Scored(Box::new(Judgement::new(&graded))))
+}
+
+/// The override that counts, if one does.
+async fn ruling(state: &AppState, session: &Session) -> Result<Option<Ruling>, Error> {
+    let newest = grades::overrides(state.db.reader(), session.key()).await?.pop();
+    Ok(newest.and_then(|made| {
+        let (score, passed) = made.score.zip(made.passed)?;
+        Some(Ruling { score, passed, by: made.by, reason: made.reason })
+    }))
 }
 
 fn verification(session: &Session) -> Verification {

@@ -26,13 +26,15 @@ pub struct ListedAttempt {
     pub refusal: Option<String>,
     /// The re-simulation differs.
     pub flagged: bool,
-    /// 0–100, by the newest grading.
+    /// 0–100, by the grade that counts.
     pub score: Option<f64>,
-    /// Passed, by the newest grading.
+    /// Passed, by the grade that counts.
     pub passed: Option<bool>,
-    /// Points lost, by the newest grading.
+    /// The computed score, 0–100, where somebody has put another in its place.
+    pub computed: Option<f64>,
+    /// Points lost, by the newest computed score.
     pub deductions: Option<Json<Vec<Deduction>>>,
-    /// Reasons of hard fails, by the newest grading.
+    /// Reasons of hard fails, by the newest computed score.
     pub hard_fails: Option<Json<Vec<String>>>,
 }
 
@@ -41,13 +43,13 @@ macro_rules! listed {
     ($rest:literal) => {
         concat!(
             "SELECT s.id, s.started_at, p.display_name AS trainee, coalesce(r.title, s.exercise_id) AS exercise,
-               s.state, s.refusal, coalesce(s.verify_flagged, 0) AS flagged, c.score, c.passed, c.deductions,
-               c.hard_fails
+               s.state, s.refusal, coalesce(s.verify_flagged, 0) AS flagged, g.score, g.passed, c.deductions,
+               c.hard_fails, CASE WHEN g.override_id IS NOT NULL THEN c.score END AS computed
              FROM sessions s
              JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
              LEFT JOIN exercise_revisions r ON r.id = s.revision_id
-             LEFT JOIN scores c ON c.id = (SELECT n.id FROM scores n
-               WHERE n.school_id = s.school_id AND n.session_id = s.id ORDER BY n.computed_at DESC, n.id DESC LIMIT 1) ",
+             LEFT JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
+             LEFT JOIN scores c ON c.id = g.score_id ",
             $rest,
             " ORDER BY s.started_at DESC, s.id DESC LIMIT $3 OFFSET $4"
         )

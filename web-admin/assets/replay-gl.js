@@ -1,0 +1,158 @@
+// The little of WebGL2 that the scene needs: one program for lit triangles and lines, buffers that are filled anew for
+// each picture, and the camera's matrices.
+
+const VERTEX = `#version 300 es
+layout(location = 0) in vec3 place;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec4 colour;
+uniform mat4 camera;
+out vec3 vNormal;
+out vec4 vColour;
+void main() {
+  vNormal = normal;
+  vColour = colour;
+  gl_Position = camera * vec4(place, 1.0);
+}`;
+
+// A normal of length zero is drawn in its plain colour: cut faces and lines.
+const FRAGMENT = `#version 300 es
+precision mediump float;
+in vec3 vNormal;
+in vec4 vColour;
+uniform vec3 light;
+out vec4 colour;
+void main() {
+  float lit = 1.0;
+  if (dot(vNormal, vNormal) > 0.01) {
+    lit = 0.62 + 0.38 * abs(dot(normalize(vNormal), light));
+  }
+  colour = vec4(vColour.rgb * lit * vColour.a, vColour.a);
+}`;
+
+const FLOATS = 10;
+
+function shader(gl, kind, text) {
+  const made = gl.createShader(kind);
+  gl.shaderSource(made, text);
+  gl.compileShader(made);
+  if (!gl.getShaderParameter(made, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(made));
+  return made;
+}
+
+// Vertices in the making.
+export class Mesh {
+  constructor() {
+    this.numbers = new Float32Array(FLOATS * 1024);
+    this.length = 0;
+  }
+
+  clear() {
+    this.length = 0;
+  }
+
+  vertex(place, normal, colour, alpha = 1) {
+    if (this.length + FLOATS > this.numbers.length) {
+      const larger = new Float32Array(this.numbers.length * 2);
+      larger.set(this.numbers);
+      this.numbers = larger;
+    }
+    this.numbers.set([...place, ...normal, ...colour, alpha], this.length);
+    this.length += FLOATS;
+  }
+
+  triangle(a, b, c, normal, colour, alpha = 1) {
+    [a, b, c].forEach((place) => this.vertex(place, normal, colour, alpha));
+  }
+
+  // Corners in turn.
+  quad(a, b, c, d, normal, colour, alpha = 1) {
+    this.triangle(a, b, c, normal, colour, alpha);
+    this.triangle(a, c, d, normal, colour, alpha);
+  }
+
+  line(a, b, colour, alpha = 1) {
+    this.vertex(a, [0, 0, 0], colour, alpha);
+    this.vertex(b, [0, 0, 0], colour, alpha);
+  }
+
+  get vertices() {
+    return this.length / FLOATS;
+  }
+}
+
+export class Painter {
+  constructor(canvas) {
+    const gl = canvas.getContext('webgl2', { antialias: true, premultipliedAlpha: true });
+    if (!gl) throw new Error('this browser draws no WebGL2');
+    this.gl = gl;
+    this.program = gl.createProgram();
+    gl.attachShader(this.program, shader(gl, gl.VERTEX_SHADER, VERTEX));
+    gl.attachShader(this.program, shader(gl, gl.FRAGMENT_SHADER, FRAGMENT));
+    gl.linkProgram(this.program);
+    this.camera = gl.getUniformLocation(this.program, 'camera');
+    this.light = gl.getUniformLocation(this.program, 'light');
+    this.buffer = gl.createBuffer();
+  }
+
+  begin(camera, ground) {
+    const gl = this.gl;
+    gl.viewport(0, 0, gl.canvas.width, gl.canvas.height);
+    gl.clearColor(...ground, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    gl.enable(gl.DEPTH_TEST);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.useProgram(this.program);
+    gl.uniformMatrix4fv(this.camera, false, camera);
+    gl.uniform3f(this.light, 0.36, -0.48, 0.8);
+  }
+
+  draw(mesh, mode = 'TRIANGLES', writesDepth = true) {
+    if (mesh.length === 0) return;
+    const gl = this.gl;
+    gl.depthMask(writesDepth);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, mesh.numbers.subarray(0, mesh.length), gl.DYNAMIC_DRAW);
+    [[0, 3, 0], [1, 3, 12], [2, 4, 24]].forEach(([place, size, offset]) => {
+      gl.enableVertexAttribArray(place);
+      gl.vertexAttribPointer(place, size, gl.FLOAT, false, FLOATS * 4, offset);
+    });
+    gl.drawArrays(gl[mode], 0, mesh.vertices);
+    gl.depthMask(true);
+  }
+}
+
+export const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+export const scale = (a, k) => [a[0] * k, a[1] * k, a[2] * k];
+export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+export const unit = (a) => scale(a, 1 / (Math.hypot(...a) || 1));
+
+// World to clip, by columns: the eye looks at a point, +z up.
+export function lookAt(eye, at, { aspect, angle = 0.5, near = 1, far = 2000 }) {
+  const back = unit(add(eye, scale(at, -1)));
+  const right = unit(cross([0, 0, 1], back));
+  const up = cross(back, right);
+  const f = 1 / Math.tan(angle / 2);
+  const view = [
+    right[0], up[0], back[0], 0, right[1], up[1], back[1], 0, right[2], up[2], back[2], 0,
+    -dot(right, eye), -dot(up, eye), -dot(back, eye), 1,
+  ];
+  const depth = near - far;
+  const lens = [f / aspect, 0, 0, 0, 0, f, 0, 0, 0, 0, (far + near) / depth, -1, 0, 0, (2 * far * near) / depth, 0];
+  const out = new Float32Array(16);
+  for (let column = 0; column < 4; column += 1) {
+    for (let row = 0; row < 4; row += 1) {
+      for (let k = 0; k < 4; k += 1) out[column * 4 + row] += lens[k * 4 + row] * view[column * 4 + k];
+    }
+  }
+  return out;
+}
+
+// Where a place lies on a canvas of a size; none behind the eye.
+export function project(camera, place, width, height) {
+  const clip = [0, 1, 2, 3].map((row) => camera[row] * place[0] + camera[4 + row] * place[1]
+    + camera[8 + row] * place[2] + camera[12 + row]);
+  if (clip[3] <= 0) return null;
+  return [(clip[0] / clip[3] * 0.5 + 0.5) * width, (0.5 - clip[1] / clip[3] * 0.5) * height];
+}

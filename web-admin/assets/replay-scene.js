@@ -1,0 +1,252 @@
+// The body cut open along the needle: layers as bands, boundaries with their tents, structures, the needle.
+
+import { Mesh, Painter, add, cross, dot, lookAt, project, scale, unit } from './replay-gl.js';
+import { FONT, fit, readTheme, rgb, textureColour } from './replay-theme.js';
+
+// Half the width of the block of tissue, and how far a tent reaches sideways, in mm.
+const HALF_WIDTH = 34;
+const TENT_REACH = 7;
+const STEPS = 48;
+// Ways to look: how far around and above, in radians, and how far away beside the block's size.
+const VIEWS = {
+  whole: { turn: 0.32, rise: 0.24, distance: 2.5 },
+  side: { turn: 0, rise: 0.04, distance: 2.3 },
+  tip: { turn: 0.18, rise: 0.12, distance: 0.85 },
+};
+
+export class Scene {
+  constructor(canvas, labels, attempt) {
+    this.canvas = canvas;
+    this.labels = labels;
+    this.attempt = attempt;
+    this.painter = new Painter(canvas);
+    this.solid = new Mesh();
+    this.lines = new Mesh();
+    this.glass = new Mesh();
+    this.measure();
+    this.look('whole');
+    this.readTheme();
+    this.turnByHand();
+  }
+
+  // The plane of the cut: through the planned entry, along the way the needle leans.
+  measure() {
+    const { entry_mm: entry, target_mm: target, layers, target_depth_mm: depth } = this.attempt.stage;
+    const lean = [target[0] - entry[0], target[1] - entry[1], 0];
+    this.entry = entry;
+    this.along = Math.hypot(...lean) > 0.5 ? unit(lean) : [1, 0, 0];
+    this.away = cross([0, 0, 1], this.along);
+    const deepest = layers.length ? layers[layers.length - 1].bottom_mm : 40;
+    this.bottom = Math.min(deepest, Math.max(depth * 1.5, 25));
+  }
+
+  readTheme() {
+    const theme = readTheme();
+    this.theme = theme;
+    this.colours = this.attempt.stage.layers.map((layer) => rgb(textureColour(theme, layer.texture)));
+  }
+
+  look(view) {
+    this.view = view;
+    ({ turn: this.turn, rise: this.rise, distance: this.distance } = VIEWS[view]);
+  }
+
+  // Dragging turns the picture; the buttons beside it bring it back.
+  turnByHand() {
+    this.labels.addEventListener('pointerdown', (down) => {
+      this.labels.setPointerCapture(down.pointerId);
+      const start = { x: down.clientX, y: down.clientY, turn: this.turn, rise: this.rise };
+      const move = (at) => {
+        this.turn = Math.min(Math.max(start.turn + (start.x - at.clientX) * 0.006, -1.3), 1.3);
+        this.rise = Math.min(Math.max(start.rise + (at.clientY - start.y) * 0.005, -0.2), 1.2);
+        this.onTurn?.();
+      };
+      this.labels.addEventListener('pointermove', move);
+      const end = () => this.labels.removeEventListener('pointermove', move);
+      this.labels.addEventListener('pointerup', end, { once: true });
+      this.labels.addEventListener('pointercancel', end, { once: true });
+    });
+  }
+
+  // A place by its way along the cut, behind it, and down, in mm.
+  place(across, behind, down) {
+    return add(add(this.entry, scale(this.along, across)), add(scale(this.away, behind), [0, 0, -down]));
+  }
+
+  // What the picture shows of a frame: where the needle is, and how far each boundary is pressed in.
+  read(row) {
+    const index = this.attempt.frames.index;
+    const at = (name) => row[index[name]];
+    this.tip = [at('x_mm'), at('y_mm'), at('z_mm')];
+    this.axis = [at('axis_x'), at('axis_y'), at('axis_z')];
+    const count = this.attempt.frames.boundaries;
+    this.tents = this.attempt.stage.layers.map((_, i) => (i < count ? row[index[`tent_${i}_mm`]] : 0));
+    this.crossing = this.crossings();
+  }
+
+  // Where the needle's line meets each boundary: across, and behind the cut, in mm.
+  crossings() {
+    return this.attempt.stage.layers.map((layer) => {
+      if (Math.abs(this.axis[2]) < 0.1) return null;
+      const share = (this.entry[2] - layer.top_mm - this.tip[2]) / this.axis[2];
+      const from = add(add(this.tip, scale(this.axis, share)), scale(this.entry, -1));
+      return [dot(from, this.along), dot(from, this.away)];
+    });
+  }
+
+  // A point of a boundary, displaced along the needle by its tent.
+  point(index, across, behind, down) {
+    const rest = this.place(across, behind, down);
+    const crossing = this.crossing[index];
+    if (!crossing || !this.tents[index]) return rest;
+    const squared = (across - crossing[0]) ** 2 + (behind - crossing[1]) ** 2;
+    return add(rest, scale(this.axis, this.tents[index] / (1 + squared / TENT_REACH ** 2)));
+  }
+
+  draw(t) {
+    if (!this.attempt.frames?.count || this.canvas.clientWidth === 0) return;
+    fit(this.canvas);
+    this.read(this.attempt.frames.at(t));
+    [this.solid, this.lines, this.glass].forEach((mesh) => mesh.clear());
+    this.drawLayers();
+    this.drawSkin();
+    this.drawStructures();
+    this.drawPlan();
+    this.drawNeedle();
+    const camera = this.camera();
+    this.painter.begin(camera, rgb(this.theme.sunken));
+    this.painter.draw(this.solid);
+    this.painter.draw(this.lines, 'LINES');
+    this.painter.draw(this.glass, 'TRIANGLES', false);
+    this.drawLabels(camera);
+  }
+
+  camera() {
+    const size = HALF_WIDTH + this.bottom * 0.7;
+    const closest = this.view === 'tip' ? this.tip : this.place(0, 0, this.bottom * 0.36);
+    const flat = add(scale(this.away, -Math.cos(this.turn)), scale(this.along, Math.sin(this.turn)));
+    const towards = add(scale(flat, Math.cos(this.rise)), [0, 0, Math.sin(this.rise)]);
+    const eye = add(closest, scale(towards, size * this.distance));
+    return lookAt(eye, closest, { aspect: this.canvas.width / this.canvas.height, angle: 0.62 });
+  }
+
+  drawLayers() {
+    const layers = this.attempt.stage.layers;
+    const ink = rgb(this.theme['strong-line']);
+    const step = (2 * HALF_WIDTH) / STEPS;
+    const nearer = scale(this.away, -0.06);
+    layers.forEach((layer, i) => {
+      if (layer.top_mm >= this.bottom) return;
+      const bottom = Math.min(layer.bottom_mm, this.bottom);
+      for (let k = 0; k < STEPS; k += 1) {
+        const [left, right] = [-HALF_WIDTH + k * step, -HALF_WIDTH + (k + 1) * step];
+        const [a, b] = [this.point(i, left, 0, layer.top_mm), this.point(i, right, 0, layer.top_mm)];
+        const [c, d] = [this.point(i + 1, right, 0, bottom), this.point(i + 1, left, 0, bottom)];
+        this.solid.quad(a, b, c, d, [0, 0, 0], this.colours[i]);
+        this.lines.line(add(a, nearer), add(b, nearer), ink);
+      }
+      const end = (behind, down) => this.place(HALF_WIDTH, behind, down);
+      const [top, deep] = [layer.top_mm, bottom];
+      this.solid.quad(end(0, top), end(HALF_WIDTH, top), end(HALF_WIDTH, deep), end(0, deep), this.along, this.colours[i]);
+    });
+  }
+
+  // The skin behind the cut, pressed in around the needle.
+  drawSkin() {
+    if (this.colours.length === 0) return;
+    const step = (2 * HALF_WIDTH) / STEPS;
+    for (let i = 0; i < STEPS; i += 1) {
+      for (let k = 0; k < STEPS / 4; k += 1) {
+        const [left, near] = [-HALF_WIDTH + i * step, k * step * 2];
+        const [a, b] = [this.point(0, left, near, 0), this.point(0, left + step, near, 0)];
+        const [c, d] = [this.point(0, left + step, near + step * 2, 0), this.point(0, left, near + step * 2, 0)];
+        const normal = unit(cross(add(b, scale(a, -1)), add(d, scale(a, -1))));
+        this.solid.quad(a, b, c, d, normal, this.colours[0]);
+      }
+    }
+  }
+
+  drawStructures() {
+    this.attempt.stage.structures.forEach((structure) => {
+      const colour = rgb(this.theme[structure.kind === 'target' ? 'good' : structure.kind] || this.theme.muted);
+      const corner = (i) => structure.vertices_mm.slice(3 * i, 3 * i + 3);
+      const mesh = structure.kind === 'bone' ? this.solid : this.glass;
+      for (let i = 0; i + 2 < structure.triangles.length; i += 3) {
+        const [a, b, c] = structure.triangles.slice(i, i + 3).map(corner);
+        const normal = unit(cross(add(b, scale(a, -1)), add(c, scale(a, -1))));
+        mesh.triangle(a, b, c, normal, colour, structure.kind === 'bone' ? 1 : 0.42);
+      }
+    });
+  }
+
+  // The way that was planned: a dashed line with a cross at its end.
+  drawPlan() {
+    const good = rgb(this.theme.good);
+    const target = this.attempt.stage.target_mm;
+    const way = add(target, scale(this.entry, -1));
+    const near = scale(this.away, -0.3);
+    for (let k = 0; k < 12; k += 1) {
+      const [from, to] = [k / 12, (k + 0.55) / 12].map((share) => add(add(this.entry, scale(way, share)), near));
+      this.lines.line(from, to, good);
+    }
+    [this.along, [0, 0, 1]].forEach((direction) => this.lines.line(
+      add(add(target, near), scale(direction, 2.2)), add(add(target, near), scale(direction, -2.2)), good,
+    ));
+  }
+
+  drawNeedle() {
+    const { diameter_mm: diameter, length_mm: length, tip_to_rim_mm: rim } = this.attempt.stage.needle;
+    const steel = rgb(this.theme.ink).map((part) => part * 0.55 + 0.3);
+    const stylet = rgb(this.theme.lead);
+    // In front of the cut by its own radius, so that it is seen where it is inside.
+    const near = scale(this.away, -diameter / 2 - 0.2);
+    const at = (back, radius, angle, u, v) => add(add(add(this.tip, scale(this.axis, -back)), near),
+      add(scale(u, radius * Math.cos(angle)), scale(v, radius * Math.sin(angle))));
+    const u = unit(cross(this.axis, [0.3, 0.9, 0.2]));
+    const v = cross(this.axis, u);
+    const taper = Math.min(rim > 0 ? rim : diameter * 1.5, 6);
+    const parts = [[0, 0.02, taper, diameter * 0.42, stylet], [taper, diameter / 2, Math.max(length, taper + 1), diameter / 2, steel]];
+    parts.forEach(([from, thin, to, thick, colour]) => {
+      for (let k = 0; k < 12; k += 1) {
+        const [a, b] = [(k * Math.PI) / 6, ((k + 1) * Math.PI) / 6];
+        const normal = add(scale(u, Math.cos((a + b) / 2)), scale(v, Math.sin((a + b) / 2)));
+        this.solid.quad(at(from, thin, a, u, v), at(from, thin, b, u, v), at(to, thick, b, u, v), at(to, thick, a, u, v), normal, colour);
+      }
+    });
+  }
+
+  // Names beside the bands and the structures, on a canvas of their own.
+  drawLabels(camera) {
+    fit(this.labels);
+    const pen = this.labels.getContext('2d');
+    const ratio = this.labels.width / this.labels.clientWidth;
+    const [width, height] = [this.labels.clientWidth, this.labels.clientHeight];
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    pen.font = FONT;
+    const write = (text, place, dx) => {
+      const at = project(camera, place, width, height);
+      if (!at) return;
+      pen.lineWidth = 3;
+      pen.strokeStyle = this.theme.sunken;
+      pen.fillStyle = this.theme.ink;
+      const x = Math.min(Math.max(at[0] + dx, 4), width - pen.measureText(text).width - 4);
+      pen.strokeText(text, x, at[1] + 4);
+      pen.fillText(text, x, at[1] + 4);
+    };
+    let last = -Infinity;
+    this.attempt.stage.layers.forEach((layer) => {
+      const place = this.place(-HALF_WIDTH, 0, (layer.top_mm + Math.min(layer.bottom_mm, this.bottom)) / 2);
+      const at = project(camera, place, width, height);
+      if (layer.top_mm >= this.bottom || !at || at[1] < last + 13) return;
+      last = at[1];
+      write(layer.name, place, 6);
+    });
+    this.attempt.stage.structures.forEach((structure) => {
+      const corners = structure.vertices_mm;
+      const sum = [0, 1, 2].map((axis) => corners.filter((_, i) => i % 3 === axis).reduce((a, b) => a + b, 0));
+      if (corners.length) write(structure.name, scale(sum, 3 / corners.length), 8);
+    });
+    write('target', this.attempt.stage.target_mm, 8);
+  }
+}

@@ -1,0 +1,153 @@
+// Wires a replay: what is fetched, what is drawn, what the hand and the keyboard do.
+
+import { Clock, SPEEDS } from './replay-clock.js';
+import { Comments } from './replay-comments.js';
+import { Attempt } from './replay-data.js';
+import { listen } from './replay-keys.js';
+import { Plots } from './replay-plots.js';
+import { Scene } from './replay-scene.js';
+import { onThemeChange, readTheme } from './replay-theme.js';
+
+const root = document.querySelector('#replay');
+const part = (name) => root.querySelector(`[data-part=${name}]`);
+
+// The figures at the playhead, ten times a second at most: nobody reads faster.
+function figures(attempt, clock) {
+  const fields = Object.fromEntries(['time', 'depth', 'force', 'lateral', 'layer'].map((name) => [name, part(name)]));
+  const live = part('live');
+  const unit = (value, digits, word) => `${value.toFixed(digits).replace('-', '−')} ${word}`;
+  let last = -1000;
+  return (now) => {
+    if (clock.playing && now - last < 100) return;
+    last = now;
+    const row = attempt.frames.at(clock.t);
+    const value = (name) => row[attempt.frames.index[name]];
+    const layer = attempt.layerAt(value('depth_mm'));
+    fields.time.textContent = unit(clock.t, 2, 's');
+    fields.depth.textContent = unit(value('advance_mm'), 1, 'mm');
+    fields.force.textContent = unit(value('force_n'), 2, 'N');
+    fields.lateral.textContent = unit(value('lateral_n'), 2, 'N');
+    fields.layer.textContent = layer ? layer.name : 'above the skin';
+    // Read out when it stands: a voice that speaks during play would be behind all the time.
+    if (!clock.playing) live.textContent = `${fields.time.textContent}, ${fields.depth.textContent}, ${fields.force.textContent}, ${fields.layer.textContent}`;
+  };
+}
+
+// The next or the last event seen from the playhead.
+function jumper(attempt, clock) {
+  const times = [...new Set(attempt.stage.events.map((event) => event.t_s))].sort((a, b) => a - b);
+  return (direction) => {
+    const next = direction > 0 ? times.find((t) => t > clock.t + 1e-3) : times.findLast((t) => t < clock.t - 1e-3);
+    clock.seek(next ?? (direction > 0 ? clock.duration : 0));
+  };
+}
+
+function wireControls({ clock, plots, jump, scene, draw }) {
+  const [play, speed, scrub] = ['play', 'speed', 'scrub'].map(part);
+  play.addEventListener('click', () => clock.toggle());
+  part('before').addEventListener('click', () => jump(-1));
+  part('after').addEventListener('click', () => jump(1));
+  part('closer').addEventListener('click', () => { plots.zoom(0.5); draw(); });
+  part('farther').addEventListener('click', () => { plots.zoom(2); draw(); });
+  speed.addEventListener('change', () => clock.setSpeed(Number(speed.value)));
+  scrub.max = clock.duration.toFixed(2);
+  scrub.addEventListener('input', () => clock.seek(Number(scrub.value)));
+  part('view').addEventListener('change', (event) => { scene?.look(event.target.value); draw(); });
+  clock.addEventListener('moved', () => { scrub.value = clock.t; scrub.ariaValueText = `${clock.t.toFixed(2)} s`; });
+  clock.addEventListener('changed', () => {
+    play.textContent = clock.playing ? 'Pause' : 'Play';
+    speed.value = String(clock.speed);
+    if (SPEEDS.includes(clock.speed) && clock.speed !== 1) history.replaceState(null, '', `#t=${clock.t.toFixed(2)}&speed=${clock.speed}`);
+  });
+}
+
+// Dragging along the plots scrubs; the wheel goes closer.
+function wirePlots(plots, clock, draw) {
+  const { canvas } = plots;
+  const to = (event) => clock.seek(plots.time(event.clientX - canvas.getBoundingClientRect().left));
+  canvas.addEventListener('pointerdown', (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    to(event);
+  });
+  canvas.addEventListener('pointermove', (event) => { if (event.buttons & 1) to(event); });
+  canvas.addEventListener('wheel', (event) => {
+    if (!event.ctrlKey && !event.shiftKey) return;
+    event.preventDefault();
+    plots.zoom(event.deltaY > 0 ? 1.25 : 0.8, plots.time(event.clientX - canvas.getBoundingClientRect().left));
+    draw();
+  }, { passive: false });
+}
+
+// Links and rows of the page that name a moment.
+function wireMoments(clock) {
+  const go = () => {
+    const wanted = new URLSearchParams(location.hash.slice(1));
+    if (wanted.has('speed') && SPEEDS.includes(Number(wanted.get('speed')))) clock.setSpeed(Number(wanted.get('speed')));
+    if (wanted.has('t')) clock.seek(Number(wanted.get('t')) || 0);
+  };
+  addEventListener('hashchange', go);
+  go();
+}
+
+function openScene(attempt) {
+  try {
+    return new Scene(part('scene'), part('labels'), attempt);
+  } catch (error) {
+    part('no-scene').hidden = false;
+    part('no-scene').textContent = `No 3-D picture: ${error.message}. The plots show the same attempt.`;
+    return null;
+  }
+}
+
+async function start() {
+  const attempt = await Attempt.open(root.dataset.session);
+  const clock = new Clock(attempt.stage.duration_s);
+  const comments = new Comments(root, clock);
+  root.hidden = false;
+  document.querySelectorAll('[data-without-script]').forEach((element) => { element.hidden = true; });
+  const plots = new Plots(part('plots'), attempt, clock);
+  plots.comments = comments.items;
+  plots.draw();
+  await attempt.loadFrames();
+  plots.rest();
+  const scene = openScene(attempt);
+  const show = figures(attempt, clock);
+  const draw = () => {
+    plots.follow();
+    plots.draw();
+    scene?.draw(clock.t);
+    show(performance.now());
+    comments.reach(clock.t);
+  };
+  if (scene) scene.onTurn = draw;
+  const jump = jumper(attempt, clock);
+  clock.addEventListener('moved', draw);
+  wireControls({ clock, plots, jump, scene, draw });
+  wirePlots(plots, clock, draw);
+  listen({ clock, plots, jump });
+  onThemeChange(() => {
+    plots.theme = readTheme();
+    plots.stale = true;
+    scene?.readTheme();
+    draw();
+  });
+  new ResizeObserver(() => { plots.stale = true; draw(); }).observe(root);
+  wireMoments(clock);
+  draw();
+  root.dataset.ready = 'yes';
+  if (root.dataset.other) {
+    const other = await Attempt.open(root.dataset.other);
+    await other.loadFrames();
+    plots.other = other;
+    plots.rest();
+    draw();
+  }
+}
+
+start().catch((error) => {
+  const status = document.querySelector('#replay-status');
+  status.hidden = false;
+  status.textContent = `The replay could not be loaded (${error.message}). The curves below show the attempt.`;
+  root.hidden = true;
+  document.querySelectorAll('[data-without-script]').forEach((element) => { element.hidden = false; });
+});

@@ -1,0 +1,81 @@
+//! `web-admin rescore`: every attempt at an exercise by the rubric that it has now.
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::user::choose_school;
+use super::{Failure, Storage, say};
+use crate::AppState;
+use crate::regrading;
+use crate::storage::audit::Actor;
+use crate::storage::scores;
+use crate::storage::sessions::{self, Session};
+
+/// What to grade again.
+#[derive(Debug, Args)]
+pub struct RescoreArgs {
+    /// Exercise whose attempts are graded by the rubric that it has now
+    #[arg(value_name = "EXERCISE")]
+    exercise: String,
+    #[command(flatten)]
+    storage: Storage,
+    /// School [default: the only one there is]
+    #[arg(long)]
+    school: Option<String>,
+    /// Adds the new scores; without it they are only shown. Earlier scores stay in any case, and overrides go on counting
+    #[arg(long)]
+    apply: bool,
+}
+
+pub(super) async fn run(args: &RescoreArgs) -> Result<(), Failure> {
+    let state = args.storage.open().await?;
+    let mut tx = state.db.write().await?;
+    let school = choose_school(&mut tx, &state, args.school.as_deref()).await?;
+    // Nothing was written: a school that is missing here is made by no re-grading.
+    tx.rollback().await?;
+    let attempts = sessions::scored_at(state.db.reader(), school.id, &args.exercise).await?;
+    if attempts.is_empty() {
+        return Err(Failure::Usage(format!("{}: {} has no scored attempt at it", args.exercise, school.name)));
+    }
+    let bar = bar(attempts.len());
+    let mut changed = 0;
+    for attempt in &attempts {
+        changed += usize::from(regrade(&state, attempt, args.apply, &bar).await?);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let done = if args.apply { "graded again" } else { "would be graded anew; --apply does it" };
+    say(format_args!("{changed} of {} attempts {done}", attempts.len()));
+    state.db.close().await;
+    Ok(())
+}
+
+fn bar(attempts: usize) -> ProgressBar {
+    let style = ProgressStyle::with_template("grading {pos}/{len} attempts {wide_bar} {eta}");
+    ProgressBar::new(attempts as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// Grades one attempt and tells what changes. True where the rubric is another than the last one.
+async fn regrade(state: &AppState, attempt: &Session, apply: bool, bar: &ProgressBar) -> Result<bool, Failure> {
+    let before = scores::newest(state.db.reader(), attempt.key()).await?;
+    let again = regrading::preview(state, attempt).await.map_err(anyhow::Error::from)?;
+    let Some(again) = again else {
+        return Err(Failure::Usage(format!("{}: no longer taught, so there is no rubric", attempt.exercise_id)));
+    };
+    let Some(before) = before.filter(|before| before.rubric_sha256 != again.rubric.sha256) else { return Ok(false) };
+    bar.suspend(|| {
+        let word = |passed| if passed { "passed" } else { "not passed" };
+        say(format_args!(
+            "{}  {:.1} {} -> {:.1} {}",
+            attempt.id,
+            before.score,
+            word(before.passed),
+            again.score,
+            word(again.passed)
+        ));
+    });
+    if apply {
+        regrading::apply(state, Actor::CommandLine, attempt, &again).await.map_err(anyhow::Error::from)?;
+    }
+    Ok(true)
+}

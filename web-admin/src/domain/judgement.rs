@@ -1,0 +1,101 @@
+//! What an instructor puts in place of a computed score.
+
+use serde::Deserialize;
+
+/// Most characters of a reason.
+pub const MOST_CHARACTERS: usize = 1000;
+
+/// An override as somebody typed it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+pub struct TypedOverride {
+    /// 0–100.
+    #[serde(default)]
+    pub score: String,
+    /// `passed` or `failed`.
+    #[serde(default)]
+    pub result: String,
+    /// Why.
+    #[serde(default)]
+    pub reason: String,
+}
+
+/// A score that may be put in place of the computed one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Override {
+    /// 0–100.
+    pub score: f64,
+    /// It counts as a pass.
+    pub passed: bool,
+    /// Why.
+    pub reason: String,
+}
+
+/// An override that is refused: field, value, what is allowed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Refused(String);
+
+impl Override {
+    /// Checks what somebody typed.
+    ///
+    /// # Errors
+    /// When there is no reason, no result, or no score from 0 to 100.
+    pub fn parse(typed: &TypedOverride) -> Result<Self, Refused> {
+        let number = typed.score.trim().replace(',', ".").parse::<f64>().ok();
+        let score = number.filter(|score| (0.0..=100.0).contains(score));
+        let score =
+            score.ok_or_else(|| Refused(format!("score: \"{}\"; allowed is a number from 0 to 100", typed.score)))?;
+        let passed = match typed.result.as_str() {
+            "passed" => true,
+            "failed" => false,
+            other => return Err(Refused(format!("result: \"{other}\"; allowed are passed and failed"))),
+        };
+        Ok(Self { score, passed, reason: reason(&typed.reason)? })
+    }
+}
+
+/// The reason of an act on a grade.
+///
+/// # Errors
+/// When there is none, or it is too long.
+pub fn reason(typed: &str) -> Result<String, Refused> {
+    let reason = typed.trim();
+    match reason.chars().count() {
+        0 => Err(Refused("reason: empty; a grade is changed for a reason that others can read".to_owned())),
+        1..=MOST_CHARACTERS => Ok(reason.to_owned()),
+        count => Err(Refused(format!("reason: {count} characters; allowed are {MOST_CHARACTERS}"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a grade can be changed without a reason, or to a number that is no score.
+    use super::*;
+
+    fn typed(score: &str, result: &str, reason: &str) -> TypedOverride {
+        TypedOverride { score: score.into(), result: result.into(), reason: reason.into() }
+    }
+
+    #[test]
+    fn a_score_with_a_result_and_a_reason_is_taken() {
+        let taken = Override::parse(&typed("72,5", "passed", " The device slipped. ")).expect("allowed");
+        assert_eq!(taken, Override { score: 72.5, passed: true, reason: "The device slipped.".to_owned() });
+    }
+
+    #[test]
+    fn anything_less_is_refused_with_the_field() {
+        for (score, result, why, word) in [
+            ("72", "passed", "", "reason"),
+            ("72", "passed", "  \n", "reason"),
+            ("72", "", "why", "result"),
+            ("101", "passed", "why", "score"),
+            ("-0.1", "failed", "why", "score"),
+            ("NaN", "failed", "why", "score"),
+            ("", "failed", "why", "score"),
+        ] {
+            let refused = Override::parse(&typed(score, result, why)).expect_err(word).to_string();
+            assert!(refused.starts_with(word), "{refused}");
+        }
+        assert!(reason(&"x".repeat(MOST_CHARACTERS + 1)).is_err());
+    }
+}

@@ -1,0 +1,72 @@
+//! What was said about an attempt.
+
+use axum::Json;
+use axum::extract::State;
+use axum::http::StatusCode;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use super::caller::Caller;
+use super::sessions::find;
+use super::{Id, Said};
+use crate::AppState;
+use crate::domain::comment::{Comment, Typed};
+use crate::error::{ApiError, Error, Problem};
+use crate::routes::pages::replay;
+use crate::storage::comments::{self, Kept};
+
+/// Comments by their moment, then answers by the time they were given.
+#[derive(Debug, Serialize, ToSchema)]
+pub(super) struct Comments {
+    comments: Vec<Kept>,
+}
+
+/// What was said about an attempt.
+#[utoipa::path(get, path = "/sessions/{id}/comments", params(("id" = Uuid, Path)),
+    responses((status = 200, body = Comments), (status = 404, body = Problem)))]
+pub(super) async fn list(
+    State(state): State<AppState>,
+    caller: Caller,
+    Id(id): Id,
+) -> Result<Json<Comments>, ApiError> {
+    let session = find(&state, &caller, id).await?;
+    Ok(Json(Comments { comments: comments::of_session(state.db.reader(), session.key()).await? }))
+}
+
+/// A comment on a moment, or on an interval.
+#[derive(Debug, Deserialize, ToSchema)]
+pub(super) struct NewComment {
+    /// praise, error, question or teaching.
+    kind: String,
+    /// The moment, or the beginning of the interval, in s since the start of the attempt.
+    from_s: f64,
+    /// The end of the interval, in s.
+    to_s: Option<f64>,
+    /// What is said.
+    body: String,
+}
+
+/// The comment that was added.
+#[derive(Debug, Serialize, ToSchema)]
+pub(super) struct Added {
+    id: Uuid,
+}
+
+/// Adds a comment.
+#[utoipa::path(post, path = "/sessions/{id}/comments", params(("id" = Uuid, Path)), request_body = NewComment,
+    responses((status = 201, body = Added), (status = 404, body = Problem), (status = 422, body = Problem)))]
+pub(super) async fn add(
+    State(state): State<AppState>,
+    caller: Caller,
+    Id(id): Id,
+    Said(new): Said<NewComment>,
+) -> Result<(StatusCode, Json<Added>), ApiError> {
+    let session = find(&state, &caller, id).await?;
+    let to_s = new.to_s.map_or_else(String::new, |to_s| to_s.to_string());
+    let typed = Typed { kind: new.kind, from_s: new.from_s.to_string(), to_s, body: new.body };
+    let comment = Comment::parse(&typed, session.duration_s);
+    let comment = comment.map_err(|refused| Error::Unprocessable(refused.to_string()))?;
+    let id = replay::add(&state, caller.person()?, &session, &comment).await?;
+    Ok((StatusCode::CREATED, Json(Added { id })))
+}

@@ -1,0 +1,115 @@
+//! What a replay draws: the stage, the frames, and what is plotted over time.
+
+use axum::Json;
+use axum::extract::rejection::QueryRejection;
+use axum::extract::{Query, Request, State};
+use axum::http::{HeaderValue, header};
+use axum::response::{IntoResponse, Response};
+use serde::{Deserialize, Serialize};
+use tower::ServiceExt;
+use tower_http::services::ServeFile;
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use super::Id;
+use super::caller::Caller;
+use super::sessions::find;
+use crate::AppState;
+use crate::domain::replay::Stage;
+use crate::domain::series::{self, Span, Stretch};
+use crate::error::{ApiError, Error, Problem};
+use crate::replays;
+
+/// What is asked for, as it was typed: each refusal names its field.
+#[derive(Deserialize)]
+pub(super) struct SeriesQuery {
+    points: Option<String>,
+    from_s: Option<String>,
+    to_s: Option<String>,
+}
+
+/// An attempt over time.
+#[derive(Debug, Serialize, ToSchema)]
+pub(super) struct Series {
+    /// Spans of time in order.
+    spans: Vec<Span>,
+}
+
+/// Smallest and largest values over `points` spans of time, of the whole attempt or of a stretch of it.
+#[utoipa::path(get, path = "/sessions/{id}/series",
+    params(("id" = Uuid, Path), ("points" = Option<usize>, Query, description = "1 to 10000; 1000 by default"),
+           ("from_s" = Option<f64>, Query, description = "where the stretch begins, in s; the start by default"),
+           ("to_s" = Option<f64>, Query, description = "where it ends, in s; the end by default")),
+    responses((status = 200, body = Series), (status = 400, body = Problem), (status = 404, body = Problem)))]
+pub(super) async fn series(
+    State(state): State<AppState>,
+    caller: Caller,
+    Id(id): Id,
+    query: Result<Query<SeriesQuery>, QueryRejection>,
+) -> Result<Json<Series>, ApiError> {
+    let session = find(&state, &caller, id).await?;
+    let Query(asked) = query.map_err(|refused| Error::BadRequest(refused.body_text()))?;
+    let points = points(asked.points.as_deref())?;
+    let (from_s, to_s) = (seconds("from_s", asked.from_s.as_deref())?, seconds("to_s", asked.to_s.as_deref())?);
+    if from_s.zip(to_s).is_some_and(|(from_s, to_s)| from_s > to_s) {
+        return Err(Error::BadRequest("to_s: before from_s; allowed is a moment after it".to_owned()).into());
+    }
+    let pyramid = replays::pyramid(&state, &session).await?;
+    Ok(Json(Series { spans: pyramid.spans(points, Stretch { from_s, to_s }) }))
+}
+
+fn points(asked: Option<&str>) -> Result<usize, Error> {
+    let Some(asked) = asked else { return Ok(1000) };
+    let points = asked.parse().ok().filter(|points| (1..=series::MAX_POINTS).contains(points));
+    points.ok_or_else(|| {
+        let most = series::MAX_POINTS;
+        Error::BadRequest(format!("points: \"{asked}\"; allowed is a whole number from 1 to {most}"))
+    })
+}
+
+fn seconds(field: &str, asked: Option<&str>) -> Result<Option<f64>, Error> {
+    let Some(asked) = asked else { return Ok(None) };
+    match asked.parse::<f64>() {
+        Ok(seconds) if seconds.is_finite() => Ok(Some(seconds)),
+        _ => Err(Error::BadRequest(format!("{field}: \"{asked}\"; allowed is a number of seconds"))),
+    }
+}
+
+/// What does not move in a replay: layers, needle, structures, events.
+#[utoipa::path(get, path = "/sessions/{id}/replay", params(("id" = Uuid, Path)),
+    responses((status = 200, body = Stage), (status = 404, body = Problem)))]
+pub(super) async fn stage(
+    State(state): State<AppState>,
+    caller: Caller,
+    Id(id): Id,
+    request: Request,
+) -> Result<Response, ApiError> {
+    serve(&state, (&caller, id), request, (replays::STAGE, "application/json")).await
+}
+
+/// What moves in a replay: rows of little-endian 32-bit floats, whole or a range of bytes. The stage names the columns.
+#[utoipa::path(get, path = "/sessions/{id}/replay/frames", params(("id" = Uuid, Path)),
+    responses((status = 200, content_type = "application/octet-stream"), (status = 206), (status = 416),
+              (status = 404, body = Problem)))]
+pub(super) async fn frames(
+    State(state): State<AppState>,
+    caller: Caller,
+    Id(id): Id,
+    request: Request,
+) -> Result<Response, ApiError> {
+    serve(&state, (&caller, id), request, (replays::FRAMES, "application/octet-stream")).await
+}
+
+async fn serve(
+    state: &AppState,
+    (caller, id): (&Caller, Uuid),
+    request: Request,
+    (name, media_type): (&str, &'static str),
+) -> Result<Response, ApiError> {
+    let session = find(state, caller, id).await?;
+    let path = replays::file(state, &session, name).await?;
+    let Ok(found) = ServeFile::new(path).oneshot(request).await;
+    let mut response = found.into_response();
+    response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));
+    Ok(response)
+}

@@ -1,0 +1,224 @@
+//! `/sessions/{id}/replay`: an attempt to be watched again, and what is said about it.
+
+use axum::extract::{Path, Query, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use serde::Deserialize;
+use serde_json::json;
+use sqlx::SqliteConnection;
+use uuid::Uuid;
+
+use super::{Id, sessions as attempts};
+use crate::AppState;
+use crate::domain::CurrentPerson;
+use crate::domain::comment::{self, Comment, Typed};
+use crate::error::{Error, PageError};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields};
+use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::comments::{self, Kept};
+use crate::storage::reports;
+use crate::storage::scores::{self, SessionKey};
+use crate::storage::sessions::{self, Session};
+use crate::views::replay::{CommentForm, CommentView, Other, ReplayPage, Said};
+use crate::views::session::Drawing;
+use crate::views::{Place, Shell, format};
+
+/// What the address may add.
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct ReplayQuery {
+    /// An attempt to lay over it; empty for none.
+    #[serde(default)]
+    with: String,
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    Query(query): Query<ReplayQuery>,
+) -> Result<ReplayPage, PageError> {
+    let session = find(&state, &person, id).await?;
+    Ok(page(&state, (&person, &csrf), &session, (CommentForm::default(), query)).await?)
+}
+
+/// An attempt that a person may see.
+async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
+    sessions::visible(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
+}
+
+async fn page(
+    state: &AppState,
+    (person, csrf): (&CurrentPerson, &Csrf),
+    session: &Session,
+    (form, query): (CommentForm, ReplayQuery),
+) -> Result<ReplayPage, Error> {
+    let reader = state.db.reader();
+    let key = session.key();
+    let curve = scores::curve(reader, key).await?;
+    let said = comments::of_session(reader, key).await?;
+    Ok(ReplayPage {
+        shell: Shell::new(person, csrf.token(), Place::Elsewhere),
+        session: session.id,
+        exercise: attempts::title(state, session).await?,
+        trainee: attempts::trainee(state, person, session).await?,
+        started_at: session.started_at.to_utc(),
+        duration_s: session.duration_s,
+        drawing: curve.as_ref().map(Drawing::new),
+        comments: views(&said, person),
+        form,
+        others: others(state, person, session, query.with.parse().ok()).await?,
+    })
+}
+
+/// Attempts at the same exercise that the visitor may see, the trainee's own among them.
+async fn others(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &Session,
+    chosen: Option<Uuid>,
+) -> Result<Vec<Other>, Error> {
+    let listed = reports::latest_at(state.db.reader(), person, &session.exercise_id).await?;
+    let scored = listed.into_iter().filter(|other| other.id != session.id && other.score.is_some());
+    let label = |other: &reports::ListedAttempt| {
+        let score = other.score.map_or_else(String::new, format::points);
+        format!("{}, {}, {score}", other.trainee, format::date_time(other.started_at.to_utc()))
+    };
+    Ok(scored.map(|o| Other { session: o.id, label: label(&o), chosen: Some(o.id) == chosen }).collect())
+}
+
+/// Comments with their answers.
+fn views(kept: &[Kept], visitor: &CurrentPerson) -> Vec<CommentView> {
+    let said = |kept: &Kept| Said {
+        body: kept.body.clone(),
+        author: kept.author.clone(),
+        at: kept.made_at.to_utc(),
+        own: kept.author_id == visitor.id,
+    };
+    let answers = |id: Uuid| kept.iter().filter(move |k| k.answers == Some(id)).map(|k| (k.id, said(k))).collect();
+    let view = |k: &Kept| {
+        let (kind, from_s) = k.kind.zip(k.from_s)?;
+        Some(CommentView { id: k.id, kind, from_s, to_s: k.to_s, said: said(k), answers: answers(k.id) })
+    };
+    kept.iter().filter_map(view).collect()
+}
+
+/// Adds a comment; what is refused is shown again as it was typed.
+pub(super) async fn comment(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    CsrfForm(typed): CsrfForm<Typed>,
+) -> Result<Response, PageError> {
+    let session = find(&state, &person, id).await?;
+    match Comment::parse(&typed, session.duration_s) {
+        Ok(comment) => {
+            let made = add(&state, &person, &session, &comment).await?;
+            Ok(back(id, made))
+        }
+        Err(refused) => {
+            let form = CommentForm { typed, error: Some(refused.to_string()), answers: None };
+            again(&state, (&person, &csrf), &session, form).await
+        }
+    }
+}
+
+/// Keeps a comment and the audit entry that tells of it.
+///
+/// # Errors
+/// When the database fails.
+pub(crate) async fn add(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &Session,
+    comment: &Comment,
+) -> Result<Uuid, Error> {
+    let now = state.clock.now();
+    let mut tx = state.db.write().await?;
+    let made = comments::add(&mut tx, (session.key(), person.id), comment, now).await?;
+    note(&mut tx, (state, person), session.key(), ("comment.added", made)).await?;
+    tx.commit().await?;
+    Ok(made)
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct AnswerForm {
+    #[serde(default)]
+    body: String,
+}
+
+/// Answers a comment.
+pub(super) async fn answer(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    path: Result<Path<(Uuid, Uuid)>, axum::extract::rejection::PathRejection>,
+    csrf: Csrf,
+    CsrfForm(typed): CsrfForm<AnswerForm>,
+) -> Result<Response, PageError> {
+    let Path((id, comment)) = path.map_err(|_| Error::NotFound)?;
+    let session = find(&state, &person, id).await?;
+    let body = match comment::words(&typed.body) {
+        Ok(body) => body,
+        Err(refused) => {
+            let typed = Typed { body: typed.body, ..Typed::default() };
+            let form = CommentForm { typed, error: Some(refused.to_string()), answers: Some(comment) };
+            return again(&state, (&person, &csrf), &session, form).await;
+        }
+    };
+    let mut tx = state.db.write().await?;
+    let made = comments::answer(&mut tx, (session.key(), person.id), (comment, &body), state.clock.now()).await?;
+    let made = made.ok_or(Error::NotFound)?;
+    note(&mut tx, (&state, &person), session.key(), ("comment.answered", made)).await?;
+    tx.commit().await?;
+    Ok(back(id, made))
+}
+
+/// Takes back what the visitor said themselves.
+pub(super) async fn withdraw(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    path: Result<Path<(Uuid, Uuid)>, axum::extract::rejection::PathRejection>,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Response, PageError> {
+    let Path((id, comment)) = path.map_err(|_| Error::NotFound)?;
+    let session = find(&state, &person, id).await?;
+    let mut tx = state.db.write().await?;
+    if !comments::withdraw(&mut tx, (session.key(), person.id), comment, state.clock.now()).await? {
+        return Err(Error::NotFound.into());
+    }
+    note(&mut tx, (&state, &person), session.key(), ("comment.withdrawn", comment)).await?;
+    tx.commit().await?;
+    Ok(Redirect::to(&format!("/sessions/{id}/replay#comments")).into_response())
+}
+
+fn back(session: Uuid, comment: Uuid) -> Response {
+    Redirect::to(&format!("/sessions/{session}/replay#comment-{comment}")).into_response()
+}
+
+async fn again(
+    state: &AppState,
+    visitor: (&CurrentPerson, &Csrf),
+    session: &Session,
+    form: CommentForm,
+) -> Result<Response, PageError> {
+    let page = page(state, visitor, session, (form, ReplayQuery::default())).await?;
+    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+}
+
+/// An audit entry of the session; what was said stays out of it.
+async fn note(
+    tx: &mut SqliteConnection,
+    (state, person): (&AppState, &CurrentPerson),
+    session: SessionKey,
+    (action, comment): (&str, Uuid),
+) -> Result<(), Error> {
+    let entry = Entry {
+        school_id: Some(person.school_id),
+        actor: Actor::Person(person.id),
+        action,
+        object: session.id.to_string(),
+        details: json!({ "comment": comment }),
+    };
+    Ok(audit::append(tx, entry, state.clock.now()).await?)
+}

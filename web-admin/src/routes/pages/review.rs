@@ -1,0 +1,289 @@
+//! `/review`, and the pages of a grade: who judged what, when, why.
+
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use sqlx::SqliteConnection;
+use uuid::Uuid;
+
+use super::{Id, sessions as attempts};
+use crate::AppState;
+use crate::domain::judgement::{self, Override, TypedOverride};
+use crate::domain::{CurrentPerson, Role};
+use crate::error::{Error, PageError};
+use crate::regrading;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields};
+use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::grades::{self, NewOverride};
+use crate::storage::reviews::{self, Waiting};
+use crate::storage::scores::{self, Score};
+use crate::storage::sessions::{self, Session};
+use crate::views::review::{self as views, Act, GradePage, Judged, RegradePage, ReviewPage, WaitingRow};
+use crate::views::{Place, Shell, Status, format};
+
+pub(super) async fn queue(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+) -> Result<ReviewPage, PageError> {
+    judges_only(&person)?;
+    let mut waiting = reviews::queue(state.db.reader(), &person).await?;
+    let more = waiting.len() > reviews::LISTED as usize;
+    waiting.truncate(reviews::LISTED as usize);
+    let shell = Shell::new(&person, csrf.token(), Place::Review);
+    Ok(ReviewPage { shell, waiting: waiting.into_iter().map(row).collect(), more })
+}
+
+fn judges_only(person: &CurrentPerson) -> Result<(), Error> {
+    match person.role {
+        Role::Instructor | Role::Administrator => Ok(()),
+        _ => Err(Error::Forbidden("attempts are reviewed by those who teach")),
+    }
+}
+
+fn row(waiting: Waiting) -> WaitingRow {
+    WaitingRow {
+        session: waiting.id,
+        at: waiting.started_at.to_utc(),
+        trainee: waiting.trainee,
+        exercise: waiting.exercise,
+        score: waiting.score,
+        status: if waiting.passed { Status::Passed } else { Status::Failed },
+        flagged: waiting.flagged,
+        questions: waiting.questions,
+    }
+}
+
+/// An attempt that a person may see.
+async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
+    sessions::visible(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
+}
+
+/// An attempt that a person may judge, which is scored.
+async fn find_scored(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
+    let session = find(state, person, id).await?;
+    judges_only(person)?;
+    match grades::of(state.db.reader(), session.key()).await? {
+        Some(_) => Ok(session),
+        None => Err(Error::Conflict("this attempt has not been scored yet".to_owned())),
+    }
+}
+
+pub(super) async fn grade(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+) -> Result<GradePage, PageError> {
+    let session = find(&state, &person, id).await?;
+    Ok(grade_page(&state, (&person, &csrf), &session, (TypedOverride::default(), None)).await?)
+}
+
+async fn grade_page(
+    state: &AppState,
+    (person, csrf): (&CurrentPerson, &Csrf),
+    session: &Session,
+    form: (TypedOverride, Option<String>),
+) -> Result<GradePage, Error> {
+    let (reader, key) = (state.db.reader(), session.key());
+    let computed = scores::all(reader, key).await?;
+    let grade = grades::of(reader, key).await?;
+    let review = reviews::of(reader, key).await?;
+    Ok(GradePage {
+        shell: Shell::new(person, csrf.token(), Place::Elsewhere),
+        attempt: judged(state, person, session).await?,
+        counts: grade.map(|grade| (grade.score, grade.passed)),
+        computed: computed.last().map(|score| score.score),
+        overridden: grade.is_some_and(|grade| grade.overridden),
+        history: history(&computed, grades::overrides(reader, key).await?),
+        reviewed: review.map(|review| (review.by, review.reviewed_at.to_utc())),
+        judge: judges_only(person).is_ok(),
+        form,
+    })
+}
+
+async fn judged(state: &AppState, person: &CurrentPerson, session: &Session) -> Result<Judged, Error> {
+    Ok(Judged {
+        id: session.id,
+        exercise: attempts::title(state, session).await?,
+        trainee: attempts::trainee(state, person, session).await?,
+        started_at: session.started_at.to_utc(),
+    })
+}
+
+fn history(computed: &[Score], overrides: Vec<grades::Override>) -> Vec<views::Entry> {
+    let computed = computed.iter().enumerate().map(|(i, score)| {
+        let rubric = format::short_hash(&score.rubric_sha256).to_owned();
+        let act = if i == 0 { Act::Computed(rubric) } else { Act::Regraded(rubric) };
+        views::Entry { at: score.computed_at.to_utc(), act, grade: Some((score.score, score.passed)) }
+    });
+    let overrides = overrides.into_iter().map(|made| {
+        let (by, reason) = (made.by, made.reason);
+        let grade = made.score.zip(made.passed);
+        let act = if grade.is_some() { Act::Overridden { by, reason } } else { Act::Withdrawn { by, reason } };
+        views::Entry { at: made.made_at.to_utc(), act, grade }
+    });
+    let mut history: Vec<views::Entry> = computed.chain(overrides).collect();
+    history.sort_by_key(|entry| entry.at);
+    history
+}
+
+/// Puts another score in place of the computed one. Without a reason it is refused, and what was typed stays.
+pub(super) async fn put_override(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    CsrfForm(typed): CsrfForm<TypedOverride>,
+) -> Result<Response, PageError> {
+    let session = find_scored(&state, &person, id).await?;
+    match Override::parse(&typed) {
+        Ok(Override { score, passed, reason }) => {
+            let new = NewOverride { grade: Some((score, passed)), reason: &reason, made_by: person.id };
+            keep(&state, &person, &session, &new).await?;
+            Ok(to_grade(id))
+        }
+        Err(refused) => again(&state, (&person, &csrf), &session, (typed, refused.to_string())).await,
+    }
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct ReasonForm {
+    #[serde(default)]
+    reason: String,
+}
+
+/// Lets the computed score count again.
+pub(super) async fn withdraw_override(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    CsrfForm(typed): CsrfForm<ReasonForm>,
+) -> Result<Response, PageError> {
+    let session = find_scored(&state, &person, id).await?;
+    match judgement::reason(&typed.reason) {
+        Ok(reason) => {
+            let new = NewOverride { grade: None, reason: &reason, made_by: person.id };
+            keep(&state, &person, &session, &new).await?;
+            Ok(to_grade(id))
+        }
+        Err(refused) => {
+            again(&state, (&person, &csrf), &session, (TypedOverride::default(), refused.to_string())).await
+        }
+    }
+}
+
+/// Keeps an override and the audit entry that tells of it.
+///
+/// # Errors
+/// When the database fails.
+pub(crate) async fn keep(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &Session,
+    new: &NewOverride<'_>,
+) -> Result<(), Error> {
+    let now = state.clock.now();
+    let mut tx = state.db.write().await?;
+    grades::put(&mut tx, session.key(), new, now).await?;
+    let action = if new.grade.is_some() { "grade.overridden" } else { "grade.override_withdrawn" };
+    let details = json!({ "score": new.grade.map(|(score, _)| score), "passed": new.grade.map(|(_, passed)| passed) });
+    note(&mut tx, (state, person), session, (action, details)).await?;
+    Ok(tx.commit().await?)
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct MarkForm {
+    #[serde(default)]
+    mark: String,
+}
+
+/// Marks an attempt as looked at, or puts it back into the queue.
+pub(super) async fn mark(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(form): CsrfForm<MarkForm>,
+) -> Result<Response, PageError> {
+    let session = find_scored(&state, &person, id).await?;
+    let (now, mut tx) = (state.clock.now(), state.db.write().await?);
+    let (changed, action) = match form.mark.as_str() {
+        "reviewed" => (reviews::mark(&mut tx, session.key(), person.id, now).await?, "session.reviewed"),
+        "waiting" => (reviews::unmark(&mut tx, session.key()).await?, "session.review_withdrawn"),
+        other => {
+            let why = format!("mark: \"{other}\"; allowed are reviewed and waiting");
+            return Err(Error::BadRequest(why).into());
+        }
+    };
+    if changed {
+        note(&mut tx, (&state, &person), &session, (action, json!({}))).await?;
+    }
+    tx.commit().await?;
+    Ok(to_grade(id))
+}
+
+/// What the attempt would score by the rubric of today.
+pub(super) async fn preview(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+) -> Result<RegradePage, PageError> {
+    let session = find_scored(&state, &person, id).await?;
+    let before = scores::newest(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
+    let after = regrading::preview(&state, &session).await?.ok_or_else(not_taught)?;
+    Ok(RegradePage {
+        shell: Shell::new(&person, csrf.token(), Place::Elsewhere),
+        attempt: judged(&state, &person, &session).await?,
+        before: (before.score, before.passed),
+        after: (after.score, after.passed),
+        same: before.rubric_sha256 == after.rubric.sha256,
+        lost: views::lost(&after),
+        hard_fails: after.hard_fails,
+    })
+}
+
+fn not_taught() -> Error {
+    Error::Conflict("this exercise is no longer taught, so there is no rubric of today".to_owned())
+}
+
+/// Grades the attempt by the rubric of today.
+pub(super) async fn regrade(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Response, PageError> {
+    let session = find_scored(&state, &person, id).await?;
+    let after = regrading::preview(&state, &session).await?.ok_or_else(not_taught)?;
+    regrading::apply(&state, Actor::Person(person.id), &session, &after).await?;
+    Ok(to_grade(id))
+}
+
+fn to_grade(session: Uuid) -> Response {
+    Redirect::to(&format!("/sessions/{session}/grade")).into_response()
+}
+
+async fn again(
+    state: &AppState,
+    visitor: (&CurrentPerson, &Csrf),
+    session: &Session,
+    (typed, why): (TypedOverride, String),
+) -> Result<Response, PageError> {
+    let page = grade_page(state, visitor, session, (typed, Some(why))).await?;
+    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+}
+
+async fn note(
+    tx: &mut SqliteConnection,
+    (state, person): (&AppState, &CurrentPerson),
+    session: &Session,
+    (action, details): (&str, Value),
+) -> Result<(), Error> {
+    let (actor, object) = (Actor::Person(person.id), session.id.to_string());
+    let entry = Entry { school_id: Some(person.school_id), actor, action, object, details };
+    Ok(audit::append(tx, entry, state.clock.now()).await?)
+}
