@@ -6,13 +6,17 @@ use std::path::{Path, PathBuf};
 
 use axum::body::Body;
 use futures::StreamExt;
+use recording::annotate::{Remark, annotate};
 use recording::{ReadError, Recording};
 use sha2::{Digest, Sha256};
 use tokio::io::AsyncWriteExt;
 use uuid::Uuid;
 
 use crate::AppState;
+use crate::domain::comment::CommentKind;
 use crate::error::Error;
+use crate::storage::comments;
+use crate::storage::sessions::Session;
 
 /// A file that is deleted unless it is kept.
 #[derive(Debug)]
@@ -127,6 +131,34 @@ pub async fn with<T: Send + 'static>(
         Recording::read(BufReader::new(File::open(path)?)).map(make)
     });
     Ok(work.await?)
+}
+
+/// A copy of a recording in which what was said about the attempt are events at their moments. It names roles, no people.
+///
+/// # Errors
+/// When the recording cannot be read.
+pub async fn with_comments(state: &AppState, session: &Session) -> Result<Vec<u8>, Error> {
+    let said = comments::of_session(state.db.reader(), session.key()).await?;
+    let remarks = remarks(&said);
+    let path = state.config.recordings_dir.join(&session.recording_path);
+    let room = state.parsing.clone().acquire_owned().await.map_err(anyhow::Error::from)?;
+    let work = tokio::task::spawn_blocking(move || {
+        let _room = room;
+        annotate(&std::fs::read(path)?, Vec::new(), &remarks)
+    });
+    Ok(work.await?.map_err(|error| anyhow::Error::from(error).context("a stored recording"))?)
+}
+
+/// Comments as remarks; an answer stands where its comment does.
+fn remarks(said: &[comments::Kept]) -> Vec<Remark> {
+    let asked = |id: Option<Uuid>| said.iter().find(|comment| Some(comment.id) == id);
+    let remark = |comment: &comments::Kept| {
+        let kind = comment.kind.map_or("answer", CommentKind::name);
+        let t_s = comment.from_s.or_else(|| asked(comment.answers)?.from_s)?;
+        let until = comment.to_s.map_or_else(String::new, |to_s| format!(" (to {to_s} s)"));
+        Some(Remark { t_s, text: format!("{kind} by {}{until}: {}", comment.author_role, comment.body) })
+    };
+    said.iter().filter_map(remark).collect()
 }
 
 /// Deletes what uploads left behind when the service was stopped in their midst. Nobody was told they had arrived.

@@ -1,5 +1,6 @@
 //! The MCAP recording of an attempt: write, read, recover, verify, and the loop that simulates one.
 
+pub mod annotate;
 mod drawing;
 pub mod event;
 mod frames;

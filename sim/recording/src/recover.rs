@@ -65,13 +65,13 @@ pub fn recover<W: Read + Write + Seek>(mut source: impl Read, sink: W) -> Result
 
 /// The good records of a file that are worth copying, and what lies between.
 #[derive(Default)]
-struct Found<'a> {
-    frames: Vec<Frame<'a>>,
+pub(crate) struct Found<'a> {
+    pub(crate) frames: Vec<Frame<'a>>,
     /// First byte and length of each stretch that is no good record.
     gaps: Vec<(u64, u64)>,
 }
 
-fn find(bytes: &[u8]) -> Result<Found<'_>, ReadError> {
+pub(crate) fn find(bytes: &[u8]) -> Result<Found<'_>, ReadError> {
     if bytes.is_empty() {
         return Err(ReadError::NotARecording("the file is empty".to_owned()));
     }
@@ -161,13 +161,15 @@ impl Found<'_> {
 }
 
 /// A new file that is being filled from an old one.
-struct Copy<W: Write> {
+pub(crate) struct Copy<W: Write> {
     out: mcap::Writer<NoSeek<W>>,
     /// Schemas of the old file: name, encoding, content.
     schemas: BTreeMap<u16, (String, String, Vec<u8>)>,
     /// The new channel of each old one.
     channels: BTreeMap<u16, u16>,
     messages: u64,
+    /// Events to be added, the latest first: when, in Unix ns, and the message.
+    pub(crate) remarks: Vec<(u64, Vec<u8>)>,
 }
 
 /// A failure of the library while writing is the disk's.
@@ -179,13 +181,13 @@ fn disk(error: McapError) -> ReadError {
 }
 
 impl<W: Write> Copy<W> {
-    fn new(sink: W) -> Result<Self, ReadError> {
+    pub(crate) fn new(sink: W) -> Result<Self, ReadError> {
         let out = write::open(sink).map_err(disk)?;
-        Ok(Self { out, schemas: BTreeMap::new(), channels: BTreeMap::new(), messages: 0 })
+        Ok(Self { out, schemas: BTreeMap::new(), channels: BTreeMap::new(), messages: 0, remarks: Vec::new() })
     }
 
     /// Copies metadata or an attachment.
-    fn document(&mut self, frame: &Frame<'_>) -> Result<(), ReadError> {
+    pub(crate) fn document(&mut self, frame: &Frame<'_>) -> Result<(), ReadError> {
         if frame.opcode == op::ATTACHMENT {
             let attachment = attachment(frame.data).map_err(|e| frame.damaged(e))?;
             return self.out.attach(&attachment).map_err(disk);
@@ -202,7 +204,7 @@ impl<W: Write> Copy<W> {
     }
 
     /// Copies the messages of every chunk.
-    fn messages(&mut self, frames: &[Frame<'_>]) -> Result<(), ReadError> {
+    pub(crate) fn messages(&mut self, frames: &[Frame<'_>]) -> Result<(), ReadError> {
         // Channels are declared once, in the first chunk. Where that is lost, their fixed order still tells them apart.
         for (channel, topic) in (1..).zip(Topic::ALL) {
             self.channels.insert(channel, declare(&mut self.out, topic).map_err(disk)?);
@@ -229,6 +231,7 @@ impl<W: Write> Copy<W> {
                 self.channels.insert(channel.id, to.map_err(disk)?);
             }
             Record::Message { header, data } => {
+                self.add_remarks(header.log_time)?;
                 if let Some(&channel_id) = self.channels.get(&header.channel_id) {
                     let header = MessageHeader { channel_id, ..header };
                     self.out.write_to_known_channel(&header, &data).map_err(disk)?;
@@ -240,7 +243,19 @@ impl<W: Write> Copy<W> {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<(u64, W), ReadError> {
+    /// Adds the remarks whose time has come.
+    fn add_remarks(&mut self, until_ns: u64) -> Result<(), ReadError> {
+        while let Some((log_time, data)) = self.remarks.pop_if(|(at_ns, _)| *at_ns <= until_ns) {
+            let channel_id = declare(&mut self.out, Topic::Events).map_err(disk)?;
+            let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time: log_time };
+            self.out.write_to_known_channel(&header, &data).map_err(disk)?;
+            self.messages += 1;
+        }
+        Ok(())
+    }
+
+    pub(crate) fn finish(mut self) -> Result<(u64, W), ReadError> {
+        self.add_remarks(u64::MAX)?;
         self.out.finish().map_err(disk)?;
         let mut sink = self.out.into_inner().into_inner();
         sink.flush()?;

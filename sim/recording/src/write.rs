@@ -227,7 +227,7 @@ impl<W: Write> Writer<W> {
 }
 
 /// The start as Unix time in ns. Viewers count seconds in 32 bits.
-fn start_ns(session: &Session) -> Result<u64, WriteError> {
+pub(crate) fn start_ns(session: &Session) -> Result<u64, WriteError> {
     let nanoseconds = session.started_at.unix_timestamp_nanos();
     let seconds = session.started_at.unix_timestamp();
     u32::try_from(seconds)

@@ -50,6 +50,7 @@ pub fn routes(state: &AppState) -> Routes {
     signed_in
         .merge(auth::router())
         .merge(pages::assets())
+        .merge(pages::linked())
         .around(|all| all.layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, PAGE_TIMEOUT)))
         .nest("/api/v1", api::router(state))
         .around(|all| all.layer(cookies(state)))

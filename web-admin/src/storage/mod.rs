@@ -18,6 +18,7 @@ pub mod drafts;
 pub mod exercises;
 pub mod grades;
 pub mod jobs;
+pub mod links;
 pub mod people;
 pub mod practice;
 pub mod reports;

@@ -41,7 +41,7 @@ pub struct Review {
 }
 
 macro_rules! waiting {
-    ($from:literal) => {
+    ($from:literal, $and:literal) => {
         concat!(
             "SELECT s.id, s.started_at, p.display_name AS trainee, coalesce(r.title, s.exercise_id) AS exercise,
                coalesce(s.verify_flagged, 0) AS flagged, g.score, g.passed,
@@ -53,8 +53,9 @@ macro_rules! waiting {
             " JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
              JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
              LEFT JOIN exercise_revisions r ON r.id = s.revision_id
-             WHERE s.school_id = $1 AND s.state = 'scored' AND s.reviewed = 0
-             ORDER BY s.verify_flagged DESC, s.started_at, s.id LIMIT $3"
+             WHERE s.school_id = $1 AND s.state = 'scored' AND s.reviewed = 0",
+            $and,
+            " ORDER BY s.verify_flagged DESC, s.started_at, s.id LIMIT $3"
         )
     };
 }
@@ -66,12 +67,13 @@ macro_rules! waiting {
 /// When the database fails.
 pub async fn queue(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<Waiting>> {
     let statement = match viewer.role {
-        Role::Administrator => waiting!("FROM sessions s"),
+        Role::Administrator => waiting!("FROM sessions s", ""),
+        // A cross join keeps this order: from the few who are taught to their attempts, not through the whole queue.
         _ => waiting!(
             "FROM (SELECT DISTINCT learner.person_id FROM cohort_members teacher
                JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
-               WHERE teacher.person_id = $2 AND teacher.role = 'instructor') taught
-             JOIN sessions s ON s.trainee_id = taught.person_id"
+               WHERE teacher.person_id = $2 AND teacher.role = 'instructor') taught CROSS JOIN sessions s",
+            " AND s.trainee_id = taught.person_id"
         ),
     };
     sqlx::query_as(statement).bind(viewer.school_id).bind(viewer.id).bind(LISTED + 1).fetch_all(executor).await

@@ -12,6 +12,7 @@ pub mod exercise;
 pub mod format;
 pub mod instructor;
 pub mod judgement;
+pub mod links;
 pub mod login;
 pub mod progress;
 pub mod replay;

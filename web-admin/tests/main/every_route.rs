@@ -140,6 +140,8 @@ impl World {
             ("draft", draft.to_string()),
             ("course", "lower-back-basics".to_owned()),
             ("comment", comment.to_string()),
+            ("unknown", "nobody-was-given-this".to_owned()),
+            ("file", "x.mcap".to_owned()),
             ("session", attempt.session_id.to_string()),
             ("trainee", own.person.id.to_string()),
             ("cohort", cohorts[0].id.to_string()),

@@ -4,7 +4,8 @@
 use axum::body::Body;
 use axum::http::{Request, header};
 use uuid::Uuid;
-use web_admin::domain::Role;
+use web_admin::clock::Clock;
+use web_admin::domain::{Moment, Role};
 use web_admin::worker;
 
 use super::support::client::{Client, csrf_in};
@@ -20,7 +21,11 @@ struct Lesson {
 
 impl Lesson {
     async fn new() -> Self {
-        let app = App::new().await;
+        Self::with(Clock::system()).await
+    }
+
+    async fn with(clock: Clock) -> Self {
+        let app = App::with(clock, |_| {}).await;
         let north = app.school("North").await;
         app.publish(north).await;
         let ada = app.member(north, Role::Trainee, "ada@example.org").await;
@@ -146,4 +151,63 @@ async fn only_what_one_said_oneself_is_taken_back_and_nobody_else_reads_it() {
     assert_eq!(other.form(&lesson.path("/comments"), &fields).await.status, 404);
     assert_eq!(teacher.form(withdraw, &[("csrf", &csrf_in(&page))]).await.status, 303);
     assert!(!ada.get(&lesson.path("/replay")).await.text().contains("Well held"));
+}
+
+#[tokio::test]
+async fn comments_travel_in_a_copy_of_the_recording_whose_own_bytes_stay() {
+    let lesson = Lesson::new().await;
+    let mut ada = lesson.app.with_token(&lesson.ada.token);
+    let path = format!("/api/v1{}", lesson.path("/recording"));
+    let original = ada.get(&path).await.body;
+    let mut teacher = lesson.app.signed_in("teacher@example.org").await;
+    assert_eq!(lesson.say(&mut teacher, &WELL_HELD).await.status, 303);
+    let copy = ada.get(&format!("{path}?with=comments")).await;
+    assert_eq!(copy.status, 200, "{}", copy.text());
+    let (original_read, copy) = (
+        recording::Recording::read(original.as_slice()).unwrap(),
+        recording::Recording::read(copy.body.as_slice()).unwrap(),
+    );
+    assert!(copy.complete && copy.samples == original_read.samples && copy.attachments == original_read.attachments);
+    let remarks: Vec<_> = copy.events.iter().filter(|event| !original_read.events.contains(event)).collect();
+    assert_eq!(remarks.len(), 1);
+    assert_eq!(
+        (remarks[0].text.as_str(), remarks[0].kind),
+        ("praise by instructor: Well held", recording::EventKind::Coaching)
+    );
+    assert!(copy.events.is_sorted_by(|a, b| a.t_s <= b.t_s), "in order of time");
+    assert_eq!(ada.get(&path).await.body, original);
+    ada.get(&format!("{path}?with=names")).await.is_problem(400, "with");
+}
+
+#[tokio::test]
+async fn a_linked_recording_is_read_in_ranges_from_the_viewers_pages_for_a_while() {
+    let lesson = Lesson::with(Clock::fixed(Moment::from_micros(1_800_000_000_000_000))).await;
+    let mut browser = lesson.app.signed_in("ada@example.org").await;
+    let csrf = csrf_in(&browser.get(&lesson.path("/replay")).await.text());
+    let page = browser.form(&lesson.path("/links"), &[("csrf", &csrf)]).await.text();
+    let path = format!("/recordings/{}", page.split("/recordings/").nth(1).unwrap().split('<').next().unwrap());
+    let mut stranger = lesson.app.stranger();
+    let mut ask = async |method: &str, origin: &str| {
+        let request = Request::builder().method(method).uri(&path).header(header::ORIGIN, origin);
+        let request = request.header(header::RANGE, "bytes=0-7").body(Body::empty()).unwrap();
+        stranger.send(request).await
+    };
+    for origin in ["https://app.foxglove.dev", "https://lichtblick-suite.github.io", "https://app.rerun.io"] {
+        let answer = ask("GET", origin).await;
+        assert_eq!((answer.status.as_u16(), answer.body.as_slice()), (206, b"\x89MCAP0\r\n".as_slice()));
+        assert_eq!(answer.header("access-control-allow-origin"), origin);
+        assert!(answer.header("access-control-expose-headers").contains("content-range"));
+        let asked = ask("OPTIONS", origin).await;
+        assert_eq!((asked.status.as_u16(), asked.header("access-control-allow-headers")), (204, "range"));
+    }
+    for elsewhere in ["https://evil.example", "https://app.foxglove.dev.evil.example", "null", "http://app.rerun.io"] {
+        let answer = ask("GET", elsewhere).await;
+        assert_eq!(
+            (answer.header("access-control-allow-origin"), answer.header("vary")),
+            ("", "origin"),
+            "{elsewhere}"
+        );
+    }
+    lesson.app.state.clock.advance(15 * 60);
+    assert_eq!(ask("GET", "https://app.rerun.io").await.status, 404);
 }

@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use assessment::{Assessment, RubricRef};
 use axum::Json;
-use axum::extract::{Request, State};
+use axum::extract::rejection::QueryRejection;
+use axum::extract::{Query, Request, State};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
 use utoipa::ToSchema;
@@ -18,6 +19,7 @@ use super::caller::Caller;
 use crate::AppState;
 use crate::domain::Moment;
 use crate::error::{ApiError, Error, Problem};
+use crate::recordings;
 use crate::storage::grades;
 use crate::storage::scores::{self, SessionKey};
 use crate::storage::sessions::{self, Session, SessionState};
@@ -185,20 +187,38 @@ fn recording_path(state: &AppState, session: &Session) -> PathBuf {
     state.config.recordings_dir.join(&session.recording_path)
 }
 
-/// The recording, whole or a range of its bytes.
-#[utoipa::path(get, path = "/sessions/{id}/recording", params(("id" = Uuid, Path)),
+/// What may be asked of a recording.
+#[derive(Deserialize)]
+pub(super) struct RecordingQuery {
+    /// `comments`: a copy with what was said about the attempt.
+    with: Option<String>,
+}
+
+/// The recording, whole or a range of its bytes. With `with=comments` a copy of it, in which each comment and answer is an
+/// event of kind coaching at its moment; the stored bytes never change.
+#[utoipa::path(get, path = "/sessions/{id}/recording",
+    params(("id" = Uuid, Path), ("with" = Option<String>, Query, description = "comments")),
     responses((status = 200, content_type = "application/octet-stream"), (status = 206), (status = 416),
               (status = 404, body = Problem)))]
 pub(super) async fn recording(
     State(state): State<AppState>,
     caller: Caller,
     Id(id): Id,
+    query: Result<Query<RecordingQuery>, QueryRejection>,
     request: Request,
 ) -> Result<Response, ApiError> {
     let session = find(&state, &caller, id).await?;
-    let file = ServeFile::new(recording_path(&state, &session));
-    let Ok(found) = file.oneshot(request).await;
-    let mut response = found.into_response();
+    let Query(asked) = query.map_err(|refused| Error::BadRequest(refused.body_text()))?;
+    let mut response = match asked.with.as_deref() {
+        None => {
+            let Ok(found) = ServeFile::new(recording_path(&state, &session)).oneshot(request).await;
+            found.into_response()
+        }
+        Some("comments") => recordings::with_comments(&state, &session).await?.into_response(),
+        Some(other) => {
+            return Err(Error::BadRequest(format!("with: \"{other}\"; allowed is comments")).into());
+        }
+    };
     let name = HeaderValue::from_str(&format!("attachment; filename=\"{id}.mcap\"")).map_err(anyhow::Error::from)?;
     response.headers_mut().insert(header::CONTENT_DISPOSITION, name);
     response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("application/octet-stream"));

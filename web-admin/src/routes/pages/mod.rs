@@ -17,6 +17,7 @@ mod cohorts;
 mod drafts;
 mod exercise;
 mod home;
+mod links;
 mod progress;
 mod revisions;
 pub(crate) mod replay;
@@ -49,6 +50,7 @@ pub fn router() -> Routes {
         .route("/sessions/{id}/comments", post(replay::comment))
         .route("/sessions/{id}/comments/{comment}/answers", post(replay::answer))
         .route("/sessions/{id}/comments/{comment}/withdraw", post(replay::withdraw))
+        .route("/sessions/{id}/links", post(links::make))
         .route("/sessions/{id}/grade", get(review::grade))
         .route("/sessions/{id}/override", post(review::put_override))
         .route("/sessions/{id}/override/withdraw", post(review::withdraw_override))
@@ -59,6 +61,12 @@ pub fn router() -> Routes {
         .route("/admin", get(admin::show))
         .route("/admin/pairing-codes", post(admin::make_pairing_code))
         .route("/admin/stations/{id}/revoke", post(admin::revoke_station))
+}
+
+/// Recordings that somebody has made an address for: for whoever has it.
+#[must_use]
+pub fn linked() -> Routes {
+    Routes::new().route("/recordings/{token}/{file}", get(links::open).options(links::open))
 }
 
 /// Style sheets and scripts: for anybody.

@@ -1,0 +1,65 @@
+//! A copy of a recording with remarks that were made later, as events among its own.
+
+use std::io::Write;
+
+use mcap::records::op;
+use prost::Message;
+
+use crate::event::{Event, EventKind};
+use crate::read::{ReadError, Recording};
+use crate::recover::{Copy, find};
+use crate::summary::nanoseconds;
+use crate::wire::EventMessage;
+use crate::write::start_ns;
+
+/// Something that was said about a moment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remark {
+    /// The moment since the start, in s.
+    pub t_s: f64,
+    /// What was said, by whom: a role or a pseudonym, never a name.
+    pub text: String,
+}
+
+/// Copies a recording into `sink` with each remark as an event of kind coaching, where its time comes. Everything else is
+/// copied message by message: forces, score and re-simulation are those of the original.
+///
+/// # Errors
+/// When it is no recording, or the disk refuses.
+pub fn annotate<W: Write>(bytes: &[u8], sink: W, remarks: &[Remark]) -> Result<W, ReadError> {
+    let recording = Recording::read(bytes)?;
+    let start_ns = start_ns(&recording.session).map_err(|error| ReadError::missing("started_at", error))?;
+    let found = find(bytes)?;
+    let mut copy = Copy::new(sink)?;
+    copy.remarks = remarks
+        .iter()
+        .map(|remark| {
+            let event = EventMessage::from(&event(&recording, remark));
+            (start_ns.saturating_add(nanoseconds(remark.t_s)), event.encode_to_vec())
+        })
+        .collect();
+    copy.remarks.sort_by_key(|(at_ns, _)| std::cmp::Reverse(*at_ns));
+    for frame in found.frames.iter().filter(|frame| frame.opcode != op::CHUNK) {
+        copy.document(frame)?;
+    }
+    copy.messages(&found.frames)?;
+    copy.finish().map(|(_, sink)| sink)
+}
+
+/// The event, where the needle was at that moment.
+fn event(recording: &Recording, remark: &Remark) -> Event {
+    let before = recording.samples.partition_point(|sample| sample.t_s <= remark.t_s).saturating_sub(1);
+    let sample = recording.samples.get(before).copied().unwrap_or_default();
+    Event {
+        t_s: remark.t_s,
+        kind: EventKind::Coaching,
+        boundary: None,
+        x_m: sample.x_m,
+        position_m: sample.position_m,
+        force_n: sample.axial_n(),
+        dissipated_j: 0.0,
+        track: None,
+        structure: None,
+        text: remark.text.clone(),
+    }
+}

@@ -1,0 +1,122 @@
+//! Recordings for viewers elsewhere: short-lived addresses, readable in ranges from exactly those viewers' pages.
+
+use axum::extract::{Path, Request, State};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde_json::json;
+use tower::ServiceExt;
+use tower_http::services::ServeFile;
+
+use super::Id;
+use crate::AppState;
+use crate::domain::CurrentPerson;
+use crate::error::{Error, PageError};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields};
+use crate::secret;
+use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::{links, sessions};
+use crate::views::links::LinksPage;
+use crate::views::{Place, Shell};
+
+/// How long an address works, in s.
+const LIFETIME_S: i64 = 15 * 60;
+/// Viewers: name, origin, and the address that a recording's own is appended to.
+const VIEWERS: [(&str, &str, &str); 3] = [
+    ("Foxglove", "https://app.foxglove.dev", "https://app.foxglove.dev/~/view?ds=remote-file&ds.url="),
+    (
+        "Lichtblick",
+        "https://lichtblick-suite.github.io",
+        "https://lichtblick-suite.github.io/lichtblick/?ds=remote-file&ds.url=",
+    ),
+    ("Rerun", "https://app.rerun.io", "https://app.rerun.io/?url="),
+];
+
+/// Makes an address for the recording and shows where it may be opened. Not by a redirect: it would have to be kept.
+pub(super) async fn make(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    headers: HeaderMap,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<LinksPage, PageError> {
+    let session = sessions::visible(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
+    let (now, token) = (state.clock.now(), secret::random_hex()?);
+    let mut tx = state.db.write().await?;
+    let lasts = (now, now.plus_s(LIFETIME_S));
+    links::add(&mut tx, (session.key(), person.id), &secret::token_sha256(&token), lasts).await?;
+    let entry = Entry {
+        school_id: Some(person.school_id),
+        actor: Actor::Person(person.id),
+        action: "recording.linked",
+        object: id.to_string(),
+        details: json!({ "until": lasts.1 }),
+    };
+    audit::append(&mut tx, entry, now).await?;
+    tx.commit().await?;
+    let recording = format!("{}/recordings/{token}/{id}.mcap", own_address(&state, &headers));
+    let opened = |(name, _, address): (&'static str, _, &str)| (name, format!("{address}{}", escaped(&recording)));
+    Ok(LinksPage {
+        shell: Shell::new(&person, csrf.token(), Place::Elsewhere),
+        session: id,
+        viewers: VIEWERS.map(opened).to_vec(),
+        recording,
+        minutes: LIFETIME_S / 60,
+    })
+}
+
+/// How this service is called from outside.
+fn own_address(state: &AppState, headers: &HeaderMap) -> String {
+    let scheme = if state.config.behind_tls { "https" } else { "http" };
+    let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("localhost");
+    format!("{scheme}://{host}")
+}
+
+/// An address as the value of a query: everything but letters, digits and `-._~` by its bytes.
+fn escaped(address: &str) -> String {
+    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~".contains(&byte);
+    let piece = |byte: u8| if plain(byte) { char::from(byte).to_string() } else { format!("%{byte:02X}") };
+    address.bytes().map(piece).collect()
+}
+
+/// The recording of a link, whole or a range of its bytes, to be read from the viewers' pages.
+pub(super) async fn open(
+    State(state): State<AppState>,
+    path: Result<Path<(String, String)>, axum::extract::rejection::PathRejection>,
+    request: Request,
+) -> Result<Response, PageError> {
+    let origin = request.headers().get(header::ORIGIN).cloned();
+    if request.method() == Method::OPTIONS {
+        return Ok(shared(StatusCode::NO_CONTENT.into_response(), origin.as_ref()));
+    }
+    let Path((token, _)) = path.map_err(|_| Error::NotFound)?;
+    let found = links::session(state.db.reader(), &secret::token_sha256(&token), state.clock.now()).await?;
+    let session = found.ok_or(Error::NotFound)?;
+    let Ok(file) = ServeFile::new(state.config.recordings_dir.join(&session.recording_path)).oneshot(request).await;
+    let mut response = file.into_response();
+    response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("application/octet-stream"));
+    Ok(shared(response, origin.as_ref()))
+}
+
+/// Lets a page of a viewer read the answer, and no other page.
+fn shared(mut response: Response, origin: Option<&HeaderValue>) -> Response {
+    let known = VIEWERS.iter().find(|(_, viewer, _)| origin.is_some_and(|origin| origin == viewer));
+    let headers = response.headers_mut();
+    headers.insert(header::VARY, HeaderValue::from_static("origin"));
+    if let Some((_, viewer, _)) = known {
+        let texts = [
+            (header::ACCESS_CONTROL_ALLOW_ORIGIN, *viewer),
+            (header::ACCESS_CONTROL_ALLOW_METHODS, "GET, HEAD"),
+            (header::ACCESS_CONTROL_ALLOW_HEADERS, "range"),
+            (
+                header::ACCESS_CONTROL_EXPOSE_HEADERS,
+                "accept-ranges, content-length, content-range, etag, last-modified",
+            ),
+            (header::ACCESS_CONTROL_MAX_AGE, "600"),
+        ];
+        texts.into_iter().for_each(|(name, text)| {
+            headers.insert(name, HeaderValue::from_static(text));
+        });
+    }
+    response
+}
