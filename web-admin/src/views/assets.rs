@@ -30,13 +30,6 @@ pub fn style_sheet() -> &'static str {
     &ADDRESS
 }
 
-/// The address of an asset, with its hash.
-#[must_use]
-pub fn address(name: &str) -> String {
-    let hash = find(name).map_or_else(String::new, |(_, hash)| hash);
-    format!("/assets/{name}?v={hash}")
-}
-
 #[cfg(test)]
 mod tests {
     //! Every page names the style sheet: it must be there, under an address that changes with it.
