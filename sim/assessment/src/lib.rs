@@ -29,6 +29,7 @@ pub mod documents;
 pub mod learning;
 mod metrics;
 mod motion;
+pub mod questionnaire;
 mod rubric;
 pub mod score;
 mod signal;

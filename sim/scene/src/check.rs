@@ -98,6 +98,7 @@ fn scenes<'d>(path: &Path, document: &'d Document) -> Vec<(PathBuf, &'d Scene, f
             let entries = curriculum.entries.iter().zip(bundles);
             entries.map(|(entry, bundle)| of_exercise(&beside(path, &entry.file), bundle)).collect()
         }
+        Document::Instrument(_) => Vec::new(),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Documents: scenes, exercises and curricula in TOML. Parses, refuses with the place, yields the mechanics' parameters.
+//! Documents: scenes, exercises, curricula and instruments in TOML. Parses, refuses with the place, yields the mechanics' parameters.
 //!
 //! Documents speak millimetres and newtons; [`Scene::puncture_spec`] yields SI.
 
@@ -8,6 +8,7 @@ pub mod error;
 pub mod exercise;
 pub mod field_case;
 pub mod force_case;
+pub mod instrument;
 pub mod load;
 pub mod metrics;
 pub mod model;
@@ -21,6 +22,7 @@ mod mesh;
 mod read_anatomy;
 mod read_curriculum;
 mod read_exercise;
+mod read_instrument;
 mod read_scene;
 mod scaling;
 mod source;
@@ -32,6 +34,7 @@ pub use check::{along_path, check};
 pub use curriculum::{Curriculum, MasteryRule};
 pub use error::{DocumentError, Issue};
 pub use exercise::{CoachingRule, Exercise, Feedback, HardFail, RubricLine};
+pub use instrument::Instrument;
 pub use load::{Document, DocumentKind, ExerciseBundle};
 pub use mechanics::structures::{Shape, StructureKind, StructureSpec};
 pub use model::{Needle, Scene, SceneLayer, SceneSkin, SceneStructure, TissueOptions};

@@ -8,10 +8,12 @@ use toml::de::DeTable;
 use crate::curriculum::Curriculum;
 use crate::error::{DocumentError, Issue};
 use crate::exercise::Exercise;
+use crate::instrument::Instrument;
 use crate::model::Scene;
 use crate::patient::Patient;
 use crate::read_curriculum::read_curriculum;
 use crate::read_exercise::read_exercise;
+use crate::read_instrument::read_instrument;
 use crate::read_scene::{Files, read_scene};
 use crate::source::Source;
 use crate::walk::{self, NamedError};
@@ -38,6 +40,8 @@ pub enum Document {
     Exercise(Box<ExerciseBundle>),
     /// A curriculum with its exercises.
     Curriculum(Box<Curriculum>, Vec<ExerciseBundle>),
+    /// An instrument.
+    Instrument(Box<Instrument>),
 }
 
 /// An exercise, its scene and every byte they were read from: what a recording attaches.
@@ -124,15 +128,13 @@ pub fn read(path: &Path) -> Result<Document, DocumentError> {
                 read_curriculum(source, |file| read_named(path, file, ExerciseBundle::from_disk))?;
             Ok(Document::Curriculum(Box::new(curriculum), bundles))
         }
-        Some(DocumentKind::Instrument) => Err(source
-            .issue(0, "document", "an instrument", "this version reads scenes, exercises and curricula only")
-            .into()),
+        Some(DocumentKind::Instrument) => Ok(Document::Instrument(Box::new(read_instrument(source)?))),
         None => Err(source
             .issue(
                 0,
                 "document",
                 "of no kind that is known",
-                "a scene has [[layer]], an exercise has scene, a curriculum has [[exercise]]",
+                "a scene has [[layer]], an exercise has scene, a curriculum has [[exercise]], an instrument has [[item]]",
             )
             .into()),
     }
@@ -151,7 +153,7 @@ pub fn read_scene_text(path: &Path, text: &str) -> Result<Scene, DocumentError> 
 /// The key that every document of a kind needs comes first; the others tell the kind of one that lacks it, so that the
 /// lack is reported as what it is.
 fn kind_of(document: &DeTable<'_>) -> Option<DocumentKind> {
-    const TELLING: [(DocumentKind, &[&str]); 7] = [
+    const TELLING: [(DocumentKind, &[&str]); 8] = [
         (DocumentKind::Scene, &["layer"]),
         (DocumentKind::Exercise, &["scene"]),
         (DocumentKind::Curriculum, &["exercise", "exercises"]),
@@ -159,6 +161,7 @@ fn kind_of(document: &DeTable<'_>) -> Option<DocumentKind> {
         (DocumentKind::Scene, &["layers", "needle", "structure", "tissue", "rate"]),
         (DocumentKind::Exercise, &["rubric", "target", "entry", "hard_fail", "coaching", "pass_mark"]),
         (DocumentKind::Curriculum, &["mastery"]),
+        (DocumentKind::Instrument, &["languages", "licence", "scale", "section", "score"]),
     ];
     let has = |key: &&str| document.keys().any(|k| k.get_ref() == *key);
     TELLING.iter().find(|(_, keys)| keys.iter().any(has)).map(|(kind, _)| *kind)

@@ -2,25 +2,25 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::describe::{CURRICULUM, EXERCISE, Field, Kind, Presence, SCENE, Table, Text};
+use crate::describe::{CURRICULUM, EXERCISE, Field, INSTRUMENT, Kind, Presence, SCENE, Table, Text};
 use crate::load::DocumentKind;
 
-/// The schema of a kind of document; none for instruments, which this version cannot read.
+/// The schema of a kind of document.
 ///
 /// It states what each field may be. What relates fields or files to each other (unique names, metric ids, cycles,
 /// sound thresholds) only `stylet check` can tell.
 #[must_use]
-pub fn schema(kind: DocumentKind) -> Option<Value> {
+pub fn schema(kind: DocumentKind) -> Value {
     let (name, description) = match kind {
         DocumentKind::Scene => ("scene", &SCENE),
         DocumentKind::Exercise => ("exercise", &EXERCISE),
         DocumentKind::Curriculum => ("curriculum", &CURRICULUM),
-        DocumentKind::Instrument => return None,
+        DocumentKind::Instrument => ("instrument", &INSTRUMENT),
     };
     let mut schema = table(description);
     schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
     schema["title"] = json!(format!("Stylet {name}"));
-    Some(schema)
+    schema
 }
 
 fn table(table: &Table) -> Value {

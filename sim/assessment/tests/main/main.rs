@@ -6,6 +6,7 @@ mod coach;
 mod field;
 mod hostile;
 mod learning;
+mod questionnaire;
 mod scoring;
 mod shaft;
 mod simulated;

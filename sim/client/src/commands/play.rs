@@ -88,6 +88,9 @@ fn in_path(path: &Path) -> Result<Vec<ExerciseBundle>, Failure> {
         Document::Exercise(bundle) => Ok(vec![*bundle]),
         Document::Curriculum(_, bundles) => Ok(bundles),
         Document::Scene(_) => Err(Failure::refused(path, "is a scene; an exercise or a curriculum is needed")),
+        Document::Instrument(_) => {
+            Err(Failure::refused(path, "is an instrument; an exercise or a curriculum is needed"))
+        }
     }
 }
 

@@ -5,11 +5,13 @@
 
 mod curriculum;
 mod exercise;
+mod instrument;
 mod scene;
 mod text;
 
 pub(crate) use curriculum::CURRICULUM;
 pub(crate) use exercise::EXERCISE;
+pub(crate) use instrument::INSTRUMENT;
 pub(crate) use scene::SCENE;
 pub(crate) use text::Text;
 

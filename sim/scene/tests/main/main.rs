@@ -10,6 +10,7 @@ mod epidural;
 mod field_case;
 #[cfg(test)]
 mod force_case;
+mod instrument;
 #[cfg(test)]
 mod mesh;
 #[cfg(test)]

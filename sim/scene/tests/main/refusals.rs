@@ -4,7 +4,7 @@
 
 use scene::load::read;
 
-use crate::support::{CURRICULUM, EXERCISE, SCENE, folder, read_text, write};
+use crate::support::{CURRICULUM, EXERCISE, INSTRUMENT, SCENE, folder, read_text, write};
 
 /// The error of a text whose `from` was replaced by `to`.
 fn error(text: &str, from: &str, to: &str) -> String {
@@ -222,12 +222,6 @@ fn a_mastery_rule_has_its_own_keys() {
 }
 
 #[test]
-fn an_instrument_is_refused_rather_than_pretended() {
-    let error = read_text(&folder(), "id = \"sus\"\n[[item]]\ntext = \"x\"\n").unwrap_err();
-    says(&error.to_string(), &["an instrument", "scenes, exercises and curricula only"]);
-}
-
-#[test]
 fn a_document_that_is_too_long_is_refused_unread() {
     let text = format!("{SCENE}# {}", "x".repeat(300_000));
     says(&read_text(&folder(), &text).unwrap_err().to_string(), &["bytes; allowed: at most 262144 bytes"]);
@@ -244,7 +238,7 @@ fn each_issue_is_one_line() {
 #[test]
 fn no_prefix_of_a_document_makes_the_reader_panic() {
     let folder = folder();
-    for text in [SCENE, EXERCISE, CURRICULUM] {
+    for text in [SCENE, EXERCISE, CURRICULUM, INSTRUMENT] {
         for end in (0..text.len()).filter(|end| text.is_char_boundary(*end)) {
             let _ = read_text(&folder, &text[..end]);
         }

@@ -69,6 +69,70 @@ file = "b.toml"
 prerequisites = ["a"]
 "#;
 
+/// An instrument that is fine as it stands.
+pub const INSTRUMENT: &str = r#"id = "small"
+title = { en = "Small", de = "Klein" }
+languages = ["en", "de"]
+duration_min = 1
+source = "made for this test"
+licence = "anybody may use it"
+
+[[scale]]
+id = "agree"
+kind = "likert"
+points = 5
+
+[[scale]]
+id = "yes-no"
+kind = "choice"
+
+[[scale.option]]
+id = "yes"
+text = { en = "Yes", de = "Ja" }
+
+[[scale.option]]
+id = "no"
+text = { en = "No", de = "Nein" }
+
+[[scale]]
+id = "words"
+kind = "text"
+max_characters = 200
+
+[[section]]
+id = "first"
+title = { en = "First", de = "Zuerst" }
+
+[[section]]
+id = "second"
+title = { en = "Second", de = "Danach" }
+when = { item = "again", is = ["no"] }
+
+[[item]]
+id = "easy"
+section = "first"
+text = { en = "It was easy.", de = "Es war leicht." }
+scale = "agree"
+
+[[item]]
+id = "again"
+section = "first"
+text = { en = "Again?", de = "Noch einmal?" }
+scale = "yes-no"
+
+[[item]]
+id = "why"
+section = "second"
+text = { en = "Why not?", de = "Warum nicht?" }
+scale = "words"
+
+[[score]]
+id = "ease"
+title = { en = "Ease", de = "Leichtigkeit" }
+items = ["easy"]
+combine = "sum"
+"#;
+
 /// A folder with a scene, and the exercises `a` and `b` in it.
 pub fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();

@@ -13,7 +13,7 @@ use crate::output;
 use plan::Plan;
 use report::FileReport;
 
-/// Validate scenes, exercises and curricula, and print what simulating them comes to
+/// Validate scenes, exercises, curricula and instruments, and print what simulating them comes to
 ///
 /// Lists every issue of every file with its line and column. Refuses unsound scenes, whose ruptures would raise the
 /// force or the elastic energy, and names the largest sound threshold. Prints the layers, the spread between patients and
@@ -59,6 +59,7 @@ fn check(file: &Path) -> FileReport {
         Document::Curriculum(curriculum, bundles) => {
             ("curriculum", &curriculum.id, bundles.iter().map(Plan::of_exercise).collect())
         }
+        Document::Instrument(instrument) => ("instrument", &instrument.id, Ok(Vec::new())),
     };
     match plans {
         Ok(plans) => FileReport::sound(name, kind, id, plans),

@@ -13,7 +13,7 @@ pub struct FileReport {
     pub file: String,
     /// Nothing was found.
     pub ok: bool,
-    /// `scene`, `exercise` or `curriculum`; absent when refused.
+    /// `scene`, `exercise`, `curriculum` or `instrument`; absent when refused.
     pub kind: Option<&'static str>,
     /// The document's id; absent when refused.
     pub id: Option<String>,

@@ -1,0 +1,134 @@
+//! Answers: read from what a form sends, within what the scale allows.
+
+use scene::instrument::{Condition, Instrument, Item, ScaleKind};
+use serde::{Deserialize, Serialize};
+
+/// An answer to an item. The answers of a response stand in the order of the instrument's items, none where nothing
+/// was said.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Answer {
+    /// A point, a mark or a number, in the scale's own unit.
+    Number(f64),
+    /// The id of an option or of an item, or a text as it was typed.
+    Text(String),
+    /// Ids of options.
+    Several(Vec<String>),
+}
+
+impl Answer {
+    /// As a number, where it is one.
+    #[must_use]
+    pub const fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            Self::Text(_) | Self::Several(_) => None,
+        }
+    }
+
+    /// The words that a condition compares with.
+    fn words(&self) -> Vec<String> {
+        match self {
+            Self::Number(number) => vec![number.to_string()],
+            Self::Text(text) => vec![text.clone()],
+            Self::Several(ids) => ids.clone(),
+        }
+    }
+}
+
+/// An answer that its scale does not allow.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{found}; allowed: {allowed}")]
+pub struct Refused {
+    /// What was said, shortened.
+    pub found: String,
+    /// What is allowed, in words.
+    pub allowed: String,
+}
+
+impl Refused {
+    fn new(found: &str, allowed: String) -> Self {
+        let short: String = found.chars().take(60).collect();
+        let found = if short.len() < found.len() { format!("\"{short}…\"") } else { format!("\"{found}\"") };
+        Self { found, allowed }
+    }
+}
+
+/// Reads an answer from the values that a form sends for an item; none where nothing was said.
+///
+/// # Errors
+/// When the scale does not allow it.
+pub fn read_answer(item: &Item, scale: &ScaleKind, said: &[&str]) -> Result<Option<Answer>, Refused> {
+    let said: Vec<&str> = said.iter().copied().filter(|value| !value.trim().is_empty()).collect();
+    let Some(first) = said.first() else { return Ok(None) };
+    let answer = match scale {
+        ScaleKind::Likert { points, .. } => whole(first, *points)?,
+        ScaleKind::Slider { min, max, step, .. } => mark(first, (*min, *max), *step)?,
+        ScaleKind::Number { min, max, unit } => number(first, (*min, *max), unit)?,
+        ScaleKind::Pair => Answer::Text(one_of(first, item.pair.iter().map(String::as_str))?),
+        ScaleKind::Choice { options } => Answer::Text(one_of(first, options.iter().map(|o| o.id.as_str()))?),
+        ScaleKind::Choices { options } => {
+            let chosen = said.iter().map(|id| one_of(id, options.iter().map(|o| o.id.as_str())));
+            let mut chosen = chosen.collect::<Result<Vec<_>, _>>()?;
+            chosen.sort();
+            chosen.dedup();
+            Answer::Several(chosen)
+        }
+        ScaleKind::Text { max_characters } => text(first, *max_characters)?,
+    };
+    Ok(Some(answer))
+}
+
+fn parse(said: &str) -> Option<f64> {
+    // Half of Europe writes a comma.
+    said.trim().replace(',', ".").parse::<f64>().ok().filter(|number| number.is_finite())
+}
+
+fn whole(said: &str, points: u32) -> Result<Answer, Refused> {
+    let point = said.trim().parse::<u32>().ok().filter(|point| (1..=points).contains(point));
+    point
+        .map(|point| Answer::Number(f64::from(point)))
+        .ok_or_else(|| Refused::new(said, format!("a whole number from 1 to {points}")))
+}
+
+fn mark(said: &str, (min, max): (f64, f64), step: f64) -> Result<Answer, Refused> {
+    let on_a_step = |number: &f64| {
+        let steps = (number - min) / step;
+        (min..=max).contains(number) && (steps - steps.round()).abs() < 1e-6
+    };
+    parse(said)
+        .filter(on_a_step)
+        .map(Answer::Number)
+        .ok_or_else(|| Refused::new(said, format!("{min} to {max} in steps of {step}")))
+}
+
+fn number(said: &str, (min, max): (f64, f64), unit: &str) -> Result<Answer, Refused> {
+    parse(said)
+        .filter(|number| (min..=max).contains(number))
+        .map(Answer::Number)
+        .ok_or_else(|| Refused::new(said, format!("a number from {min} to {max} {unit}")))
+}
+
+fn one_of<'a>(said: &str, ids: impl Iterator<Item = &'a str> + Clone) -> Result<String, Refused> {
+    let found = ids.clone().find(|id| *id == said);
+    found.map(str::to_owned).ok_or_else(|| Refused::new(said, ids.collect::<Vec<_>>().join(", ")))
+}
+
+fn text(said: &str, most: usize) -> Result<Answer, Refused> {
+    // A form sends line ends as CRLF, which would count twice against the limit.
+    let plain = said.replace("\r\n", "\n");
+    let length = plain.chars().count();
+    if length > most {
+        let found = format!("{length} characters");
+        return Err(Refused { found, allowed: format!("at most {most} characters") });
+    }
+    Ok(Answer::Text(plain))
+}
+
+/// Whether a condition holds: always where there is none.
+#[must_use]
+pub fn is_asked(instrument: &Instrument, when: Option<&Condition>, answers: &[Option<Answer>]) -> bool {
+    let Some(when) = when else { return true };
+    let given = instrument.item(&when.item).and_then(|(at, _)| answers.get(at)?.as_ref());
+    given.is_some_and(|answer| answer.words().iter().any(|word| when.is.contains(word)))
+}

@@ -1,0 +1,109 @@
+//! The scoring keys of the shipped instruments, against the published vectors. Fails when an item is reversed that should
+//! not be, when weights are not counted from the pairs, or when a missing answer quietly becomes a number.
+
+use std::path::Path;
+
+use assessment::questionnaire::{Answer, NoScore, range, read_answer, score};
+use scene::instrument::Instrument;
+
+type Answers = Vec<Option<Answer>>;
+
+fn shipped(name: &str) -> Instrument {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/instruments").join(name);
+    Instrument::from_bytes(name, &std::fs::read(path.with_extension("toml")).unwrap()).unwrap()
+}
+
+fn numbers(answers: &[f64]) -> Answers {
+    answers.iter().map(|x| Some(Answer::Number(*x))).collect()
+}
+
+/// The answers 70, 30, 55, 40, 65, 25, and pairs that choose the scales 4, 1, 3, 2, 4 and 1 times.
+fn workload(instrument: &Instrument) -> Answers {
+    let mut left =
+        [("mental", 4), ("effort", 4), ("temporal", 3), ("performance", 2), ("physical", 1), ("frustration", 1)];
+    let mut answers = numbers(&[70.0, 30.0, 55.0, 40.0, 65.0, 25.0]);
+    // Mental meets five others and is chosen four times; each pair goes to whoever still has the most to win.
+    for item in &instrument.items[6..] {
+        let best = left.iter_mut().filter(|(id, _)| item.pair.iter().any(|p| p == id)).max_by_key(|(_, n)| *n).unwrap();
+        best.1 -= 1;
+        answers.push(Some(Answer::Text(best.0.to_owned())));
+    }
+    assert!(left.iter().all(|(_, n)| *n == 0), "the pairs can be chosen so: {left:?}");
+    answers
+}
+
+#[test]
+fn sus_by_its_vector() {
+    let sus = shipped("sus");
+    let answers = numbers(&[5.0, 2.0, 4.0, 1.0, 5.0, 2.0, 5.0, 1.0, 4.0, 2.0]);
+    assert!((score(&sus, &sus.scores[0], &answers).unwrap() - 87.5).abs() < 1e-4);
+    assert_eq!(range(&sus, &sus.scores[0]), (0.0, 100.0));
+    let neutral = score(&sus, &sus.scores[0], &numbers(&[3.0; 10])).unwrap();
+    assert!((neutral - 50.0).abs() < 1e-12);
+}
+
+#[test]
+fn workload_raw_and_weighted_by_their_vector() {
+    let tlx = shipped("nasa-tlx-weighted");
+    let answers = workload(&tlx);
+    let by = |id: &str| score(&tlx, tlx.scores.iter().find(|s| s.id == id).unwrap(), &answers).unwrap();
+    assert!((by("raw") - 47.5).abs() < 1e-4, "{}", by("raw"));
+    assert!((by("weighted") - 56.0).abs() < 1e-4, "{}", by("weighted"));
+    let raw = shipped("nasa-tlx");
+    assert!((score(&raw, &raw.scores[0], &answers[..6]).unwrap() - 47.5).abs() < 1e-4);
+}
+
+#[test]
+fn without_a_policy_a_missing_item_means_no_score_and_says_which() {
+    let sus = shipped("sus");
+    let mut answers = numbers(&[3.0; 10]);
+    answers[3] = None;
+    assert_eq!(score(&sus, &sus.scores[0], &answers), Err(NoScore::Missing(vec!["support".to_owned()])));
+    let tlx = shipped("nasa-tlx-weighted");
+    let mut answers = workload(&tlx);
+    answers[8] = None;
+    let refused = score(&tlx, &tlx.scores[1], &answers).unwrap_err();
+    assert_eq!(refused.to_string(), "no answer to mental-or-performance");
+    assert!(score(&tlx, &tlx.scores[0], &answers).is_ok(), "the raw score asks for no pairs");
+}
+
+#[test]
+fn a_stated_policy_does_without_as_many_as_it_says() {
+    let validity = shipped("simulator-validity");
+    let key = &validity.scores[0];
+    let mut answers: Answers = vec![None; validity.items.len()];
+    for (id, x) in key.items.iter().zip([5.0, 4.0, 3.0]) {
+        answers[validity.item(id).unwrap().0] = Some(Answer::Number(x));
+    }
+    let Err(NoScore::Missing(missing)) = score(&validity, key, &answers) else { panic!("three are too few") };
+    assert_eq!(missing.len(), 3);
+    answers[validity.item(&missing[0]).unwrap().0] = Some(Answer::Number(4.0));
+    assert!((score(&validity, key, &answers).unwrap() - 4.0).abs() < 1e-12);
+}
+
+#[test]
+fn an_answer_out_of_range_is_refused_with_what_is_allowed() {
+    let validity = shipped("simulator-validity");
+    let read = |id: &str, said: &str| {
+        let (_, item) = validity.item(id).unwrap();
+        read_answer(item, validity.scale(item).unwrap(), &[said])
+    };
+    for (id, said, allowed) in [
+        ("pops", "6", "a whole number from 1 to 5"),
+        ("pops", "0", "from 1 to 5"),
+        ("pops", "2.5", "from 1 to 5"),
+        ("years", "-1", "a number from 0 to 60 years"),
+        ("years", "NaN", "from 0 to 60"),
+        ("years", "inf", "from 0 to 60"),
+        ("punctures", "many", "none, up-to-20, up-to-100, more"),
+        ("comment", &"ä".repeat(4001), "at most 4000 characters"),
+    ] {
+        let refused = read(id, said).expect_err(said).to_string();
+        assert!(refused.contains(allowed), "{id} {said}: {refused}");
+    }
+    assert_eq!(read("years", " 2,5 "), Ok(Some(Answer::Number(2.5))));
+    assert_eq!(read("comment", "<b>&\r\n"), Ok(Some(Answer::Text("<b>&\n".to_owned()))));
+    assert_eq!(read("pops", " "), Ok(None));
+    let tlx = shipped("nasa-tlx");
+    assert!(read_answer(&tlx.items[0], tlx.scale(&tlx.items[0]).unwrap(), &["52"]).is_err(), "between two steps");
+}
