@@ -67,7 +67,7 @@ impl Drop for Driver {
 }
 
 /// What every page must satisfy, at both widths.
-async fn inspect(browser: &Client, what: &str) {
+pub(super) async fn inspect(browser: &Client, what: &str) {
     for (width, height) in [(1280, 900), (500, 900)] {
         browser.set_window_size(width, height).await.expect("a window of that size");
         let overflow = browser
@@ -96,7 +96,7 @@ async fn text(browser: &Client) -> String {
     browser.find(Locator::Css("main")).await.expect("a main landmark").text().await.expect("its text")
 }
 
-async fn sign_in(browser: &Client, url: &str, email: &str) {
+pub(super) async fn sign_in(browser: &Client, url: &str, email: &str) {
     browser.delete_all_cookies().await.expect("cookies can be dropped");
     browser.goto(&format!("{url}/login")).await.expect("the sign-in page");
     let form = browser.form(Locator::Css("main form")).await.expect("a form");
@@ -108,7 +108,7 @@ async fn sign_in(browser: &Client, url: &str, email: &str) {
 }
 
 /// Waits for an address: a click and a sent form return before the next page is there.
-async fn lands(browser: &Client, wanted: impl Fn(&str) -> bool) -> String {
+pub(super) async fn lands(browser: &Client, wanted: impl Fn(&str) -> bool) -> String {
     let mut path = String::new();
     for _ in 0..50 {
         browser.current_url().await.expect("an address").path().clone_into(&mut path);
@@ -121,7 +121,7 @@ async fn lands(browser: &Client, wanted: impl Fn(&str) -> bool) -> String {
 }
 
 /// Follows the first link in the page whose address begins with `prefix`.
-async fn follow(browser: &Client, prefix: &str) {
+pub(super) async fn follow(browser: &Client, prefix: &str) {
     let link = browser.find(Locator::Css(&format!("main a[href^='{prefix}']"))).await;
     let link = link.unwrap_or_else(|_| panic!("no link to {prefix}"));
     link.click().await.expect("the link opens");
@@ -136,7 +136,7 @@ async fn press(browser: &Client, path: &str) {
     assert_eq!(lands(browser, |at| at == path).await, path);
 }
 
-async fn contains(browser: &Client, what: &str, words: &[&str]) {
+pub(super) async fn contains(browser: &Client, what: &str, words: &[&str]) {
     let text = text(browser).await.to_lowercase();
     for word in words {
         assert!(text.contains(word), "{what} does not show {word:?}:\n{text}");
@@ -215,6 +215,9 @@ async fn the_school_in_a_browser() {
     inspect(&browser, "the administrator's page").await;
     press(&browser, "/admin/pairing-codes").await;
     inspect(&browser, "a pairing code").await;
+    super::surveys::trainee(&browser, &service.url, &account("trainee")).await;
+    let link = super::surveys::owner(&browser, &service.url, &account("instructor")).await;
+    super::surveys::professional(&browser, &link).await;
     let complaints = complaints(&browser).await;
     browser.close().await.expect("the browser closes");
     assert!(complaints.is_empty(), "the browser complains: {complaints:#?}");

@@ -8,6 +8,8 @@ mod house;
 mod independent_reader;
 mod licences;
 mod station;
+mod statistics;
+mod surveys;
 mod visitor;
 mod whole_path;
 mod window;

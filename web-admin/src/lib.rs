@@ -21,6 +21,7 @@ pub mod secret;
 pub mod startup;
 pub mod stations;
 pub mod storage;
+pub mod surveys;
 pub mod uploads;
 pub mod verification;
 pub mod views;

@@ -4,6 +4,7 @@
 mod attempt;
 mod people;
 mod school;
+mod study;
 
 use std::path::PathBuf;
 
@@ -23,7 +24,7 @@ use crate::publishing::{self, Refused};
 use crate::recordings::Received;
 use crate::storage::audit::Actor;
 use crate::storage::{curricula, exercises, practice};
-use crate::worker;
+use crate::{surveys, worker};
 use attempt::Task;
 use people::{Trainee, found};
 use school::LEARNERS;
@@ -88,6 +89,7 @@ pub async fn make(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Ve
         }
     }
     progress.finish_and_clear();
+    study::hold(&past, school, &trainees).await?;
     Ok(accounts)
 }
 
@@ -200,15 +202,24 @@ async fn publish(state: &AppState, school: Uuid) -> anyhow::Result<()> {
         std::fs::write(&path, &file.data).with_context(|| path.display().to_string())?;
     }
     let mut tx = state.db.write().await?;
+    let now = state.clock.now();
+    for instrument in surveys::documents_in(&folder)? {
+        surveys::publish(&mut tx, school, &instrument, now).await.map_err(in_words)?;
+    }
     let courses = publishing::courses_in(&folder)?;
     ensure!(!courses.is_empty(), "no course is shipped");
     for course in courses {
-        publishing::course(&mut tx, school, &course, state.clock.now()).await.map_err(|refused| match refused {
-            Refused::Document(words) => anyhow::anyhow!(words),
-            Refused::Work(error) => error,
-        })?;
+        publishing::course(&mut tx, school, &course, now).await.map_err(in_words)?;
     }
+    surveys::course_surveys(&mut tx, school, now).await?;
     Ok(tx.commit().await?)
+}
+
+fn in_words(refused: Refused) -> anyhow::Error {
+    match refused {
+        Refused::Document(words) => anyhow::anyhow!(words),
+        Refused::Work(error) => error,
+    }
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ pub mod person;
 pub mod progress;
 pub mod replay;
 pub mod series;
+pub mod survey;
 
 pub use curve::Curve;
 pub use moment::{Moment, new_id};

@@ -23,6 +23,7 @@ pub mod auth;
 pub mod health;
 mod listed;
 pub mod pages;
+pub mod survey;
 
 pub use listed::Routes;
 
@@ -49,6 +50,7 @@ pub fn routes(state: &AppState) -> Routes {
     let packable = DefaultPredicate::new().and(NotForContentType::new("application/octet-stream"));
     signed_in
         .merge(auth::router())
+        .merge(survey::router())
         .merge(pages::assets())
         .merge(pages::linked())
         .around(|all| all.layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, PAGE_TIMEOUT)))

@@ -35,6 +35,8 @@ pub enum Actor {
     CommandLine,
     /// The scoring worker.
     Worker,
+    /// Whoever answers a survey: the log must not tell who.
+    Respondent,
 }
 
 impl std::fmt::Display for Actor {
@@ -44,6 +46,7 @@ impl std::fmt::Display for Actor {
             Self::Station(name) => write!(f, "station {name}"),
             Self::CommandLine => f.write_str("command line"),
             Self::Worker => f.write_str("worker"),
+            Self::Respondent => f.write_str("respondent"),
         }
     }
 }

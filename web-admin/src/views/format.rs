@@ -158,6 +158,21 @@ pub fn short_hash(hash: &str) -> &str {
     hash.get(..12).unwrap_or(hash)
 }
 
+/// A language by its own name; one without a name here, by its code.
+#[must_use]
+pub fn language(code: &str) -> &str {
+    match code {
+        "en" => "English",
+        "de" => "Deutsch",
+        "es" => "Español",
+        "fr" => "Français",
+        "it" => "Italiano",
+        "nl" => "Nederlands",
+        "pt" => "Português",
+        other => other,
+    }
+}
+
 /// With a capital first letter.
 #[must_use]
 pub fn sentence(text: &str) -> String {

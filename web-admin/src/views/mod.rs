@@ -22,6 +22,7 @@ mod samples;
 pub mod session;
 pub mod shell;
 pub mod status;
+pub mod survey;
 pub mod trainee;
 
 pub use shell::{Place, Shell};

@@ -314,6 +314,7 @@ pub(super) fn session_page() -> SessionPage {
         ruling: None,
         drawing: Some(Drawing::new(&curve())),
         verification: Verification::Same,
+        surveys: vec![("How was it for you?".to_owned(), "/surveys/1?session=2".to_owned(), 1.0)],
         facts: vec![
             ("Duration", "26.0 s".to_owned()),
             ("Device", "operator:intermediate".to_owned()),

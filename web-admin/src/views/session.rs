@@ -35,6 +35,8 @@ pub struct SessionPage {
     pub drawing: Option<Drawing>,
     /// The server's re-simulation.
     pub verification: Verification,
+    /// What is asked after this attempt: title, address and minutes.
+    pub surveys: Vec<(String, String, f64)>,
     /// What else is known: name and value.
     pub facts: Vec<(&'static str, String)>,
 }

@@ -14,6 +14,8 @@ pub enum Place {
     Review,
     /// `/curricula`
     Curricula,
+    /// `/surveys`
+    Surveys,
     /// `/admin`
     Administration,
     /// Below none of them.
@@ -73,6 +75,7 @@ impl Shell {
             (Place::Cohorts, "/cohorts", "Cohorts"),
             (Place::Review, "/review", "Review"),
             (Place::Curricula, "/curricula", "Curricula"),
+            (Place::Surveys, "/surveys", "Surveys"),
             (Place::Administration, "/admin", "Administration"),
         ];
         let allowed = |place| match place {
@@ -100,8 +103,8 @@ mod tests {
             let shell = Shell { visitor, csrf: String::new(), place: Place::Home };
             shell.nav().iter().map(|n| n.href).collect()
         };
-        assert_eq!(hrefs(Role::Trainee), ["/", "/curricula"]);
-        assert_eq!(hrefs(Role::Instructor), ["/", "/cohorts", "/review", "/curricula"]);
-        assert_eq!(hrefs(Role::Administrator), ["/", "/cohorts", "/review", "/curricula", "/admin"]);
+        assert_eq!(hrefs(Role::Trainee), ["/", "/curricula", "/surveys"]);
+        assert_eq!(hrefs(Role::Instructor), ["/", "/cohorts", "/review", "/curricula", "/surveys"]);
+        assert_eq!(hrefs(Role::Administrator), ["/", "/cohorts", "/review", "/curricula", "/surveys", "/admin"]);
     }
 }

@@ -25,20 +25,24 @@ use std::path::Path;
 use axum::body::Body;
 use axum::http::{Method, Request, header};
 use tempfile::TempDir;
+use uuid::Uuid;
 use web_admin::clock::Clock;
 use web_admin::domain::Role;
 use web_admin::domain::comment::{Comment, CommentKind};
+use web_admin::domain::survey::Identity;
 use web_admin::drafting;
 use web_admin::routes;
 use web_admin::storage::scores::SessionKey;
+use web_admin::storage::surveys as stored;
 use web_admin::storage::uploads::Owner;
-use web_admin::storage::{comments, people, reports, stations};
+use web_admin::storage::{comments, instruments, people, reports, stations};
+use web_admin::surveys;
 use web_admin::uploads;
 use web_admin::worker;
 
 use super::support::client::{Client, csrf_in};
 use super::support::recordings::{Attempt, record};
-use super::support::{App, Member};
+use super::support::{App, Member, course_folder};
 
 const TABLE: &str = include_str!("every_route.txt");
 const COLUMNS: [&str; 9] = ["out", "own", "same", "other", "teacher", "colleague", "admin", "abroad", "station"];
@@ -150,6 +154,8 @@ impl World {
             ("station", stations::all(reader, north).await.unwrap()[0].id.to_string()),
             ("asset", "style.css".to_owned()),
         ]);
+        let survey = survey(&app, &teacher, cohorts[0].id).await;
+        let objects = objects.into_iter().chain(survey).collect();
         app.state.db.close().await;
         Self { folder: app.folder, visitors, objects }
     }
@@ -180,6 +186,35 @@ impl World {
         let body = if row.method == Method::GET { Body::empty() } else { Body::from(sent) };
         client.send(request.body(body).unwrap()).await.status.as_u16()
     }
+}
+
+/// A survey of a teacher for a cohort, with a link, and what else its addresses name.
+async fn survey(app: &App, teacher: &Member, cohort: Uuid) -> [(&'static str, String); 5] {
+    let (school, now) = (teacher.person.school_id, app.state.clock.now());
+    let document = course_folder().with_file_name("instruments").join("sus.toml");
+    app.write(async |tx| surveys::publish(tx, school, &document, now).await.unwrap()).await;
+    let revision = instruments::current(app.state.db.reader(), school, "sus").await.unwrap().unwrap();
+    let wanted = surveys::Wanted {
+        revision_id: revision.id,
+        title: "Survey".to_owned(),
+        identity: Identity::Named,
+        after_attempts: false,
+        generated: false,
+        opens_at: now,
+        closes_at: None,
+        cohorts: vec![cohort],
+    };
+    let owner = teacher.person.clone().into_current().unwrap();
+    let id = surveys::make(&app.state, &owner, &wanted).await.unwrap();
+    let survey = stored::find(app.state.db.reader(), school, id).await.unwrap().unwrap();
+    let links = surveys::make_links(&app.state, &owner, &survey, &["Dr A".to_owned()]).await.unwrap();
+    [
+        ("survey", id.to_string()),
+        ("link", links[0].token.clone()),
+        ("instrument", "sus".to_owned()),
+        ("document", "document.toml".to_owned()),
+        ("export", "results.json".to_owned()),
+    ]
 }
 
 fn stranger(column: &'static str) -> Visitor {

@@ -26,5 +26,7 @@ mod scoring;
 mod signing_in;
 mod stations;
 mod support;
+mod survey_speed;
+mod surveys;
 mod tus;
 mod uploads;

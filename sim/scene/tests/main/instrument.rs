@@ -24,7 +24,7 @@ fn the_small_instrument_reads_as_it_is_written() {
 #[test]
 fn each_mistake_is_refused_with_its_place_and_what_is_allowed() {
     let mistakes = [
-        ("de = \"Klein\"", "", "title.de: missing"),
+        (", de = \"Klein\"", "", "title.de: missing"),
         ("de = \"Klein\"", "de = \"Klein\", fr = \"Petit\"", "title.fr: a text in another language"),
         ("[\"en\", \"de\"]", "[\"en\", \"de\", \"en\"]", "languages: \"en\"; each must be unique"),
         ("points = 5", "points = 5\nmax = 3", "scale[0].max: not a key of this kind; the kind likert has points"),

@@ -21,6 +21,7 @@ mod documents;
 mod replay;
 mod sessions;
 mod stations;
+mod surveys;
 mod tus;
 mod upload;
 
@@ -36,6 +37,7 @@ pub fn router(state: &AppState) -> Routes {
         .route("/sessions/{id}/comments", get(comments::list).post(comments::add))
         .route("/sessions/{id}/replay", get(replay::stage))
         .route("/sessions/{id}/replay/frames", get(replay::frames))
+        .route("/sessions/{id}/survey", get(surveys::after))
         .route("/me/assignments", get(documents::assignments))
         .route("/exercises", get(documents::exercises))
         .route("/exercises/{id}", get(documents::exercise))
@@ -75,6 +77,7 @@ pub fn description() -> Description {
         replay::series,
         replay::stage,
         replay::frames,
+        surveys::after,
         tus::describe,
         tus::create,
         tus::show,

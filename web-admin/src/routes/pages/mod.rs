@@ -25,6 +25,7 @@ mod revisions;
 mod rows;
 mod sessions;
 mod standing;
+mod surveys;
 mod trainees;
 
 /// Pages for whoever is signed in; the layer around them has settled who that is.
@@ -58,6 +59,7 @@ pub fn router() -> Routes {
         .route("/sessions/{id}/regrade", get(review::preview).post(review::regrade))
         .route("/review", get(review::queue))
         .route("/sign-in-code", post(trainees::make_sign_in_code))
+        .merge(surveys::router())
         .route("/admin", get(admin::show))
         .route("/admin/pairing-codes", post(admin::make_pairing_code))
         .route("/admin/stations/{id}/revoke", post(admin::revoke_station))

@@ -3,7 +3,7 @@
 use axum::extract::State;
 use scene::ExerciseBundle;
 
-use super::{Id, published};
+use super::{Id, published, surveys};
 use crate::AppState;
 use crate::domain::CurrentPerson;
 use crate::error::{Error, PageError};
@@ -44,6 +44,7 @@ pub(super) async fn show(
         ruling: ruling(&state, &session).await?,
         drawing: curve.as_ref().map(Drawing::new),
         verification: verification(&session),
+        surveys: surveys::after(&state, &person, &session).await?,
         facts: facts(&session),
     })
 }

@@ -5,6 +5,17 @@ use super::svg::{Area, Svg, text_width};
 /// Height of a line of text.
 const LINE: f64 = 16.0;
 
+/// A name cut to a width, in the drawing's units.
+#[must_use]
+pub fn shorten(name: &str, width: f64) -> String {
+    if text_width(name) <= width {
+        return name.to_owned();
+    }
+    let kept =
+        name.char_indices().map(|(at, _)| &name[..at]).take_while(|part| text_width(part) < width - text_width("…"));
+    format!("{}…", kept.last().unwrap_or_default().trim_end())
+}
+
 /// The room that is taken.
 #[derive(Debug)]
 pub struct Labels {

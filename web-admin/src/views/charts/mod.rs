@@ -4,25 +4,31 @@
 //! style is needed. Every chart has a title and a description, and every difference of colour has a second cue.
 
 mod bars;
+mod boxes;
 mod cross_section;
 mod damage;
 mod force_depth;
 mod labels;
 mod learning;
+mod likert;
 mod marks;
 mod plot;
 mod progress;
 mod scale;
+mod scatter;
 mod svg;
 mod time;
 
 pub use bars::{by_day, spread};
+pub use boxes::{BoxRow, boxes};
 pub use cross_section::{Outline, Section, Structure, cross_section};
 pub use damage::{LayerDamage, damage};
 pub use force_depth::force_depth;
 pub use learning::learning_curve;
+pub use likert::{Bar, diverging};
 pub use marks::numbered;
 pub use progress::{ScorePoint, mastery_strip, score_bar, scores, share_bar, sparkline};
+pub use scatter::scatter;
 pub use time::force_and_depth;
 
 /// For which width a chart is drawn. Text in an SVG shrinks with it, so a phone gets a drawing of its own; the style

@@ -1,0 +1,244 @@
+//! A finished study of the demonstration: twelve professionals and twelve trainees on workload and on the simulator's
+//! validity. Nobody gave these answers: they are made from attempts, through the very form, and labelled as generated.
+
+use anyhow::Context;
+use assessment::questionnaire::Answer;
+use scene::Instrument;
+use scene::instrument::{Item, ScaleKind};
+use uuid::Uuid;
+
+use super::people::Trainee;
+use super::school::{self, COHORTS};
+use crate::AppState;
+use crate::domain::CurrentPerson;
+use crate::domain::survey::Identity;
+use crate::storage::people::{self, Person};
+use crate::storage::scores::{self, SessionKey};
+use crate::storage::surveys::{self as stored, Survey};
+use crate::storage::{instruments, practice, reports};
+use crate::surveys::answering::{self, Asked};
+use crate::surveys::{self, Wanted};
+
+/// How many of each take part.
+const PEOPLE: usize = 12;
+
+/// What people write, in turn; most write nothing.
+const COMMENTS: [&str; 12] = [
+    "The pop at the fascia comes very close to what I know.",
+    "",
+    "Friction on the way out is too low.",
+    "I looked at the picture too much; hide it for the experienced.",
+    "",
+    "Good for learning when to stop. A thicker patient would help.",
+    "",
+    "The skin gives way too suddenly.",
+    "It took me three attempts to feel the second layer at all.",
+    "",
+    "More of this before the first patient, please.",
+    "",
+];
+
+/// What answers are made from: an attempt.
+#[derive(Clone, Copy, Debug)]
+struct Basis {
+    /// The attempt.
+    session: Uuid,
+    /// Its score, as a share.
+    score: f64,
+    /// Its peak force, as a share of 10 N.
+    force: f64,
+}
+
+/// Somebody who takes part.
+#[derive(Clone, Copy, Debug)]
+struct Participant {
+    /// Place among their like.
+    place: usize,
+    /// Not a trainee.
+    professional: bool,
+    /// Their attempt; for a professional, one of the school's best.
+    basis: Basis,
+}
+
+/// Holds both surveys of the study and closes them.
+///
+/// # Errors
+/// When the instruments are missing, or the database fails.
+pub(super) async fn hold(state: &AppState, school: Uuid, trainees: &[Trainee]) -> anyhow::Result<()> {
+    let mut bases = Vec::new();
+    for trainee in trainees {
+        if let Some(basis) = latest(state, trainee).await? {
+            bases.push((trainee, basis));
+        }
+    }
+    let mut best: Vec<Basis> = bases.iter().map(|(_, basis)| *basis).collect();
+    best.sort_by(|a, b| b.score.total_cmp(&a.score));
+    best.truncate(PEOPLE.div_ceil(2));
+    bases.truncate(PEOPLE);
+    if best.is_empty() {
+        return Ok(());
+    }
+    for (instrument, title, after_attempts) in [
+        ("nasa-tlx", "Study: workload of an attempt", true),
+        ("simulator-validity", "Study: is the simulator like a patient?", false),
+    ] {
+        let owner = owner(state).await?;
+        let survey = make(state, &owner, (school, instrument), (title, after_attempts)).await?;
+        let asked = surveys::instrument_of(state, &survey).await?;
+        let study = Study { state, survey: &survey, instrument: &asked };
+        for (place, (trainee, basis)) in bases.iter().enumerate() {
+            study.trainee(trainee, Participant { place, professional: false, basis: *basis }).await?;
+        }
+        study.professionals(&owner, &best).await?;
+        surveys::close(state, &owner, &survey, true).await?;
+    }
+    Ok(())
+}
+
+async fn owner(state: &AppState) -> anyhow::Result<CurrentPerson> {
+    let instructor = people::by_email(state.db.reader(), &school::email(COHORTS[0].instructor)).await?;
+    instructor.and_then(Person::into_current).context("the demonstration has an instructor")
+}
+
+/// A trainee's latest scored attempt.
+async fn latest(state: &AppState, trainee: &Trainee) -> anyhow::Result<Option<Basis>> {
+    let reader = state.db.reader();
+    let attempts = practice::of_trainee(reader, trainee.school_id, trainee.id).await?;
+    let Some(attempt) = attempts.iter().max_by_key(|attempt| attempt.at) else { return Ok(None) };
+    let session: Uuid = attempt.session.parse()?;
+    let metrics = scores::metrics(reader, SessionKey { school_id: trainee.school_id, id: session }).await?;
+    let force_n = metrics.iter().find(|metric| metric.id == "peak_force_n").and_then(|metric| metric.value);
+    let force = (force_n.unwrap_or(3.0) / 10.0).clamp(0.0, 1.0);
+    Ok(Some(Basis { session, score: attempt.score / 100.0, force }))
+}
+
+async fn make(
+    state: &AppState,
+    owner: &CurrentPerson,
+    (school, instrument): (Uuid, &str),
+    (title, after_attempts): (&str, bool),
+) -> anyhow::Result<Survey> {
+    let reader = state.db.reader();
+    let current = instruments::current(reader, school, instrument).await?.context("the instrument is shipped")?;
+    let administrator = people::by_email(reader, &school::email(school::ADMINISTRATOR)).await?;
+    let administrator =
+        administrator.and_then(Person::into_current).context("the demonstration has an administrator")?;
+    let cohorts = reports::cohorts(reader, &administrator).await?;
+    let wanted = Wanted {
+        revision_id: current.id,
+        title: title.to_owned(),
+        identity: Identity::Pseudonymous,
+        after_attempts,
+        generated: true,
+        opens_at: state.clock.now().plus_s(-28 * 24 * 3600),
+        closes_at: None,
+        cohorts: cohorts.iter().map(|cohort| cohort.id).collect(),
+    };
+    let id = surveys::make(state, owner, &wanted).await?;
+    stored::find(reader, school, id).await?.context("the survey that was made")
+}
+
+struct Study<'a> {
+    state: &'a AppState,
+    survey: &'a Survey,
+    instrument: &'a Instrument,
+}
+
+impl Study<'_> {
+    async fn trainee(&self, trainee: &Trainee, participant: Participant) -> anyhow::Result<()> {
+        let person = people::by_id(self.state.db.reader(), trainee.id).await?;
+        let person = person.and_then(Person::into_current).context("a trainee of the demonstration")?;
+        let session = self.survey.after_attempts.then_some(participant.basis.session);
+        let asked = Asked { survey: self.survey, session, language: "en" };
+        let token = answering::begin(self.state, &person, asked).await?;
+        self.answer(&token, participant).await
+    }
+
+    async fn professionals(&self, owner: &CurrentPerson, best: &[Basis]) -> anyhow::Result<()> {
+        let labels: Vec<String> = (1..=PEOPLE).map(|n| format!("Professional {n} (generated)")).collect();
+        let links = surveys::make_links(self.state, owner, self.survey, &labels).await?;
+        for (place, link) in links.iter().enumerate() {
+            let basis = best[place % best.len()];
+            self.answer(&link.token, Participant { place, professional: true, basis }).await?;
+        }
+        Ok(())
+    }
+
+    async fn answer(&self, token: &str, participant: Participant) -> anyhow::Result<()> {
+        let mut answering = answering::open(self.state, token).await?;
+        let answers = self.instrument.items.iter().enumerate();
+        answering.response.answers.0 = answers.map(|(at, item)| self.invent(item, at, participant)).collect();
+        Ok(answering.send(self.state).await?)
+    }
+
+    /// An answer that follows from the attempt, with the scatter that people have; one in forty is left out.
+    fn invent(&self, item: &Item, at: usize, participant: Participant) -> Option<Answer> {
+        let seed = (participant.place * 131 + at * 17 + usize::from(participant.professional) * 7) as u64;
+        if scatter(seed ^ 0x5eed) > 0.95 {
+            return None;
+        }
+        let lean = lean(&item.id, participant) + 0.16 * (scatter(seed) + scatter(seed + 1000));
+        match self.instrument.scale(item)? {
+            ScaleKind::Likert { points, .. } => {
+                let last = f64::from(*points) - 1.0;
+                Some(Answer::Number(1.0 + (lean.clamp(0.0, 1.0) * last).round()))
+            }
+            ScaleKind::Slider { min, max, step, .. } => {
+                let steps = (lean.clamp(0.0, 1.0) * (max - min) / step).round();
+                Some(Answer::Number(min + steps * step))
+            }
+            ScaleKind::Choice { options } => {
+                let place = if participant.professional { 2 + participant.place % 2 } else { participant.place % 2 };
+                options.get(place).map(|option| Answer::Text(option.id.clone()))
+            }
+            ScaleKind::Number { .. } => {
+                let years = if participant.professional { 3 + participant.place * 2 } else { 1 };
+                Some(Answer::Number(years as f64))
+            }
+            ScaleKind::Text { .. } => {
+                let text = COMMENTS[(participant.place + usize::from(participant.professional) * 5) % COMMENTS.len()];
+                (!text.is_empty()).then(|| Answer::Text(text.to_owned()))
+            }
+            ScaleKind::Pair | ScaleKind::Choices { .. } => None,
+        }
+    }
+}
+
+/// Where an answer lies between the ends, 0–1, before people scatter.
+fn lean(item: &str, Participant { professional, basis, .. }: Participant) -> f64 {
+    let failed = 1.0 - basis.score;
+    let ease = if professional { 0.15 } else { 0.0 };
+    match item {
+        "mental" => 0.30 + 0.45 * failed - ease,
+        "physical" => 0.10 + 0.80 * basis.force - ease,
+        "temporal" => 0.25 + 0.25 * failed - ease,
+        "performance" => 0.85 * failed,
+        "effort" => 0.25 + 0.35 * failed + 0.40 * basis.force - ease,
+        "frustration" => 0.10 + 0.60 * failed - ease,
+        "pops" | "layers" | "training" | "c-stop" | "c-recognise" => 0.82,
+        "friction" | "looks" => {
+            if professional {
+                0.45
+            } else {
+                0.65
+            }
+        }
+        "assessment" => {
+            if professional {
+                0.55
+            } else {
+                0.50 + 0.3 * basis.score
+            }
+        }
+        _ => 0.68 + 0.15 * basis.score,
+    }
+}
+
+/// A number from −1 to 1 that looks random and is the same every time (the finaliser of splitmix64).
+fn scatter(seed: u64) -> f64 {
+    let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^= z >> 31;
+    (z >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+}

@@ -1,0 +1,144 @@
+//! Exports of a survey: the same rows as the results, as files.
+
+use assessment::questionnaire::Answer;
+use axum::extract::{Path, State};
+use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
+use axum::response::{IntoResponse, Response};
+use scene::Instrument;
+use scene::instrument::ScaleKind;
+use serde_json::json;
+use uuid::Uuid;
+
+use super::results::rows;
+use super::{of_school, owns};
+use crate::AppState;
+use crate::domain::CurrentPerson;
+use crate::domain::survey::results::{Results, Row, answers_of};
+use crate::error::{Error, PageError};
+use crate::export::{Cell, csv};
+use crate::storage::surveys::{self as stored, Submitted, Survey};
+use crate::surveys::instrument_of;
+
+/// What is known of a response beside its answers.
+const FACTS: [&str; 8] =
+    ["response", "role", "who", "language", "submitted", "exercise", "device", "simulator_version"];
+
+/// What an export is made of.
+struct Study<'a> {
+    survey: &'a Survey,
+    instrument: &'a Instrument,
+    submitted: &'a [Submitted],
+    rows: &'a [Row<'a>],
+}
+
+/// A file of a survey. Single answers are for its owner: anybody else could count the groups that are hidden.
+pub(super) async fn serve(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Path((id, file)): Path<(String, String)>,
+) -> Result<Response, PageError> {
+    let id = id.parse::<Uuid>().map_err(|_| Error::NotFound)?;
+    let survey = of_school(&state, &person, id).await?;
+    let instrument = instrument_of(&state, &survey).await?;
+    let owner = owns(&person, &survey);
+    let submitted = stored::submitted(state.db.reader(), &survey).await?;
+    let rows = rows(&instrument, &submitted);
+    let study = Study { survey: &survey, instrument: &instrument, submitted: &submitted, rows: &rows };
+    let (media_type, body) = match (file.as_str(), owner) {
+        ("answers-wide.csv", true) => ("text/csv; charset=utf-8", study.wide()?),
+        ("answers-long.csv", true) => ("text/csv; charset=utf-8", study.long()?),
+        ("answers-wide.csv" | "answers-long.csv", false) => {
+            return Err(Error::Forbidden("single answers are for the owner of the survey").into());
+        }
+        ("codebook.csv", _) => ("text/csv; charset=utf-8", study.codebook()?),
+        ("results.json", _) => ("application/json", study.results(owner)?),
+        _ => return Err(Error::NotFound.into()),
+    };
+    let disposition = format!("attachment; filename=\"{}-{file}\"", instrument.id);
+    Ok(([(CONTENT_TYPE, media_type), (CONTENT_DISPOSITION, &disposition)], body).into_response())
+}
+
+fn written(answer: Option<&Answer>) -> Cell {
+    match answer {
+        None => Cell::Empty,
+        Some(Answer::Number(number)) => Cell::Number(*number),
+        Some(Answer::Text(text)) => text.as_str().into(),
+        Some(Answer::Several(ids)) => ids.join(";").into(),
+    }
+}
+
+fn facts(given: &Submitted) -> Vec<Cell> {
+    let known = |text: &Option<String>| text.as_deref().map_or(Cell::Empty, Cell::from);
+    vec![
+        given.id.to_string().into(),
+        given.role.as_str().into(),
+        known(&given.who),
+        given.language.as_str().into(),
+        given.submitted_at.to_utc().date().to_string().into(),
+        known(&given.exercise_id),
+        known(&given.device),
+        known(&given.simulator_version),
+    ]
+}
+
+impl Study<'_> {
+    fn wide(&self) -> anyhow::Result<String> {
+        let items = self.instrument.items.iter().map(|item| item.id.clone());
+        let scores = self.instrument.scores.iter().map(|key| format!("score_{}", key.id));
+        let names: Vec<String> = FACTS.map(str::to_owned).into_iter().chain(items).chain(scores).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let row = |(given, row): (&Submitted, &Row<'_>)| {
+            let answers = (0..self.instrument.items.len()).map(|at| given.answers.0.get(at).and_then(Option::as_ref));
+            let scores = row.scores.iter().map(|score| Cell::from(*score));
+            facts(given).into_iter().chain(answers.map(written)).chain(scores).collect()
+        };
+        csv(&names, &self.submitted.iter().zip(self.rows).map(row).collect::<Vec<_>>())
+    }
+
+    fn long(&self) -> anyhow::Result<String> {
+        let names: Vec<&str> = FACTS.into_iter().chain(["item", "answer"]).collect();
+        let mut rows = Vec::new();
+        for given in self.submitted {
+            for (item, answer) in self.instrument.items.iter().zip(&given.answers.0) {
+                let mut row = facts(given);
+                row.extend([item.id.as_str().into(), written(answer.as_ref())]);
+                rows.push(row);
+            }
+        }
+        csv(&names, &rows)
+    }
+
+    /// What every column of the wide table means: name, type and measure as R and SPSS know them, label, values.
+    fn codebook(&self) -> anyhow::Result<String> {
+        let row = |cells: [&str; 5]| cells.into_iter().chain(["empty"]).map(Cell::from).collect::<Vec<_>>();
+        let mut rows: Vec<Vec<Cell>> = FACTS.iter().map(|fact| row([fact, "string", "nominal", fact, ""])).collect();
+        for item in &self.instrument.items {
+            let (kind, measure) = match self.instrument.scale(item) {
+                Some(ScaleKind::Likert { .. }) => ("numeric", "ordinal"),
+                Some(ScaleKind::Slider { .. } | ScaleKind::Number { .. }) => ("numeric", "scale"),
+                _ => ("string", "nominal"),
+            };
+            let values = answers_of(self.instrument, item);
+            let values: Vec<String> = values.into_iter().map(|(id, label)| format!("{id} = {label}")).collect();
+            rows.push(row([&item.id, kind, measure, item.text.in_language("en"), &values.join("; ")]));
+        }
+        for key in &self.instrument.scores {
+            rows.push(row([&format!("score_{}", key.id), "numeric", "scale", key.title.in_language("en"), ""]));
+        }
+        csv(&["variable", "type", "measure", "label", "values", "missing"], &rows)
+    }
+
+    fn results(&self, owner: bool) -> anyhow::Result<String> {
+        let all: Vec<&Row<'_>> = self.rows.iter().collect();
+        let found = Results::new(self.instrument, &all, owner);
+        let file = json!({
+            "survey": self.survey.title,
+            "instrument": self.instrument.id,
+            "instrument_sha256": self.instrument.sha256,
+            "identity": self.survey.identity,
+            "generated": self.survey.generated,
+            "results": found,
+        });
+        Ok(serde_json::to_string_pretty(&file)?)
+    }
+}

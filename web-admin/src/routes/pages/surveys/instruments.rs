@@ -1,0 +1,207 @@
+//! `/surveys/instruments`: what can be asked, and the editor.
+
+use axum::extract::{Path, State};
+use axum::http::StatusCode;
+use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
+use axum::response::{IntoResponse, Redirect, Response};
+use scene::Instrument;
+use serde::Deserialize;
+
+use super::teachers_only;
+use crate::AppState;
+use crate::domain::CurrentPerson;
+use crate::error::{Error, PageError};
+use crate::routes::auth::{Csrf, CsrfForm};
+use crate::storage::audit::Actor;
+use crate::storage::instruments::{self, InstrumentRevision};
+use crate::surveys;
+use crate::views::survey::instrument::{EditPage, InstrumentPage, InstrumentsPage, Preview};
+use crate::views::{Place, Shell};
+
+/// Where somebody who writes a new one may begin.
+const BLANK: &str = r#"id = "my-questionnaire"
+title = { en = "My questionnaire" }
+languages = ["en"]
+duration_min = 1
+source = "Who made it, and where it was published"
+licence = "Under which terms it may be used"
+
+[[scale]]
+id = "agreement"
+kind = "likert"
+points = 5
+first = { en = "Strongly disagree" }
+last = { en = "Strongly agree" }
+
+[[item]]
+id = "useful"
+text = { en = "This exercise was useful." }
+scale = "agreement"
+
+[[score]]
+id = "usefulness"
+title = { en = "Usefulness (1–5)" }
+items = ["useful"]
+combine = "mean"
+"#;
+
+fn href(id: &str) -> String {
+    format!("/surveys/instruments/{id}")
+}
+
+pub(super) async fn list(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+) -> Result<InstrumentsPage, PageError> {
+    teachers_only(&person)?;
+    let all = instruments::all_current(state.db.reader(), person.school_id).await?;
+    let row = |i: InstrumentRevision| (i.title, href(&i.instrument_id), i.instrument_id, i.published_at.to_utc());
+    Ok(InstrumentsPage {
+        shell: Shell::new(&person, csrf.token(), Place::Surveys),
+        instruments: all.into_iter().map(row).collect(),
+    })
+}
+
+async fn current(state: &AppState, person: &CurrentPerson, id: &str) -> Result<InstrumentRevision, PageError> {
+    teachers_only(person)?;
+    Ok(instruments::current(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?)
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Path(id): Path<String>,
+    csrf: Csrf,
+) -> Result<InstrumentPage, PageError> {
+    let found = current(&state, &person, &id).await?;
+    let parsed = surveys::revision(&state, person.school_id, found.id).await?.ok_or(Error::NotFound)?;
+    Ok(InstrumentPage {
+        shell: Shell::new(&person, csrf.token(), Place::Surveys),
+        href: href(&id),
+        preview: Preview::new(&parsed),
+        editable: true,
+    })
+}
+
+/// The document as it was published, or as JSON.
+pub(super) async fn document(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Path((id, file)): Path<(String, String)>,
+) -> Result<Response, PageError> {
+    let found = current(&state, &person, &id).await?;
+    let (media_type, name, body) = match file.as_str() {
+        "document.toml" => ("application/toml", format!("{}.toml", found.instrument_id), found.bytes),
+        "document.json" => {
+            let json = surveys::to_json(&found.bytes)?;
+            ("application/json", format!("{}.json", found.instrument_id), json.into_bytes())
+        }
+        _ => return Err(Error::NotFound.into()),
+    };
+    let disposition = format!("attachment; filename=\"{name}\"");
+    Ok(([(CONTENT_TYPE, media_type), (CONTENT_DISPOSITION, &disposition)], body).into_response())
+}
+
+pub(super) async fn new(person: CurrentPerson, csrf: Csrf) -> Result<EditPage, PageError> {
+    teachers_only(&person)?;
+    Ok(editor(&person, &csrf, (None, BLANK.to_owned())))
+}
+
+pub(super) async fn edit(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Path(id): Path<String>,
+    csrf: Csrf,
+) -> Result<EditPage, PageError> {
+    let found = current(&state, &person, &id).await?;
+    let text = String::from_utf8_lossy(&found.bytes).into_owned();
+    Ok(editor(&person, &csrf, (Some(&id), text)))
+}
+
+fn editor(person: &CurrentPerson, csrf: &Csrf, (id, text): (Option<&str>, String)) -> EditPage {
+    EditPage {
+        shell: Shell::new(person, csrf.token(), Place::Surveys),
+        heading: if id.is_some() { "Edit an instrument" } else { "New instrument" },
+        action: id.map_or_else(|| "/surveys/instruments/new".to_owned(), |id| format!("{}/edit", href(id))),
+        text,
+        issues: Vec::new(),
+        preview: None,
+    }
+}
+
+#[derive(Deserialize)]
+pub(super) struct DocumentForm {
+    text: String,
+    #[serde(rename = "do", default)]
+    step: String,
+}
+
+pub(super) async fn add(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<DocumentForm>,
+) -> Result<Response, PageError> {
+    teachers_only(&person)?;
+    store(&state, &person, &csrf, (None, form)).await
+}
+
+pub(super) async fn change(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Path(id): Path<String>,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<DocumentForm>,
+) -> Result<Response, PageError> {
+    current(&state, &person, &id).await?;
+    store(&state, &person, &csrf, (Some(&id), form)).await
+}
+
+/// Reads the text, and publishes it where that is wanted and nothing is wrong.
+async fn store(
+    state: &AppState,
+    person: &CurrentPerson,
+    csrf: &Csrf,
+    (id, form): (Option<&str>, DocumentForm),
+) -> Result<Response, PageError> {
+    // A browser sends line ends as CRLF.
+    let text = form.text.replace("\r\n", "\n");
+    let page = editor(person, csrf, (id, text.clone()));
+    let (instrument, bytes) = match read(&text, id) {
+        Ok(read) => read,
+        Err(issues) => {
+            return Ok((StatusCode::UNPROCESSABLE_ENTITY, EditPage { issues, ..page }).into_response());
+        }
+    };
+    if form.step != "publish" {
+        return Ok(EditPage { preview: Some(Preview::new(&instrument)), ..page }.into_response());
+    }
+    let now = state.clock.now();
+    let mut tx = state.db.write().await?;
+    let school = person.school_id;
+    if id.is_none() && instruments::current(&mut *tx, school, &instrument.id).await?.is_some() {
+        let issues = vec![format!("id: \"{}\"; there is an instrument of that id: edit it", instrument.id)];
+        return Ok((StatusCode::UNPROCESSABLE_ENTITY, EditPage { issues, ..page }).into_response());
+    }
+    surveys::publish_text(&mut tx, school, (&instrument, &bytes), (Actor::Person(person.id), now)).await?;
+    surveys::course_surveys(&mut tx, school, now).await?;
+    tx.commit().await?;
+    Ok(Redirect::to(&href(&instrument.id)).into_response())
+}
+
+/// An instrument from TOML or JSON, with the TOML; or everything that is wrong. An edited one keeps its id.
+fn read(text: &str, id: Option<&str>) -> Result<(Instrument, Vec<u8>), Vec<String>> {
+    let toml = if text.trim_start().starts_with('{') {
+        surveys::from_json(text).map_err(|why| vec![why])?
+    } else {
+        text.to_owned()
+    };
+    let bytes = toml.into_bytes();
+    let parsed = Instrument::from_bytes("document", &bytes);
+    let instrument = parsed.map_err(|refused| refused.issues.iter().map(ToString::to_string).collect::<Vec<_>>())?;
+    match id.filter(|id| *id != instrument.id) {
+        Some(id) => Err(vec![format!("id: \"{}\"; allowed: {id}, for an instrument keeps its id", instrument.id)]),
+        None => Ok((instrument, bytes)),
+    }
+}

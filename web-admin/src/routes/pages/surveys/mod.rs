@@ -1,0 +1,220 @@
+//! `/surveys`: what somebody is asked, and what a school asks.
+
+mod exports;
+mod instruments;
+mod make;
+mod results;
+
+use axum::extract::{Query, State};
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::{IntoResponse, Redirect, Response};
+use axum::routing::{get, post};
+use serde::Deserialize;
+use uuid::Uuid;
+
+use super::Id;
+use crate::AppState;
+use crate::domain::{CurrentPerson, Moment, Role};
+use crate::error::{Error, PageError};
+use crate::routes::Routes;
+use crate::routes::auth::{Csrf, CsrfForm};
+use crate::routes::survey::{TermsOf, preferred, terms};
+use crate::storage::sessions;
+use crate::storage::surveys::{self, Survey};
+use crate::surveys::answering::{self, Asked};
+use crate::surveys::instrument_of;
+use crate::views::survey::form::ConsentPage;
+use crate::views::survey::manage::{AskedRow, ListPage, SurveyRow};
+use crate::views::{Place, Shell};
+
+/// Below `/surveys`, for whoever is signed in.
+pub(super) fn router() -> Routes {
+    Routes::new()
+        .route("/surveys", get(list))
+        .route("/surveys/new", get(make::show).post(make::make))
+        .route("/surveys/instruments", get(instruments::list))
+        .route("/surveys/instruments/new", get(instruments::new).post(instruments::add))
+        .route("/surveys/instruments/{id}", get(instruments::show))
+        .route("/surveys/instruments/{id}/edit", get(instruments::edit).post(instruments::change))
+        .route("/surveys/instruments/{id}/{file}", get(instruments::document))
+        .route("/surveys/{id}", get(show))
+        .route("/surveys/{id}/answer", post(answer))
+        .route("/surveys/{id}/links", post(make::links))
+        .route("/surveys/{id}/close", post(make::close))
+        .route("/surveys/{id}/tags", post(results::tag))
+        .route("/surveys/{id}/results", get(results::show))
+        .route("/surveys/{id}/results/{file}", get(exports::serve))
+}
+
+/// A survey of the visitor's school, for those who teach.
+async fn of_school(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Survey, PageError> {
+    if person.role == Role::Trainee {
+        return Err(Error::NotFound.into());
+    }
+    Ok(surveys::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?)
+}
+
+/// Whether a survey is somebody's to make links for, to close and to see whole: their own, or one that a course asks for,
+/// which is the administrators'.
+fn owns(person: &CurrentPerson, survey: &Survey) -> bool {
+    survey.owner_id.map_or(person.role == Role::Administrator, |owner| owner == person.id)
+}
+
+/// Trainees are answered; for those who teach, `Ok`.
+fn teachers_only(person: &CurrentPerson) -> Result<(), PageError> {
+    match person.role {
+        Role::Trainee => Err(PageError(Error::Forbidden("this page is for those who teach"))),
+        Role::Instructor | Role::Administrator => Ok(()),
+    }
+}
+
+async fn list(State(state): State<AppState>, person: CurrentPerson, csrf: Csrf) -> Result<ListPage, PageError> {
+    let shell = Shell::new(&person, csrf.token(), Place::Surveys);
+    if person.role == Role::Trainee {
+        return Ok(ListPage { shell, asked: asked(&state, &person).await?, surveys: None });
+    }
+    let now = state.clock.now();
+    let row = |survey: Survey| SurveyRow {
+        href: format!("/surveys/{}", survey.id),
+        open: survey.is_open(now),
+        title: survey.title,
+        instrument: survey.instrument,
+        generated: survey.generated,
+        created_at: survey.created_at.to_utc(),
+    };
+    let all = surveys::all(state.db.reader(), person.school_id).await?;
+    Ok(ListPage { shell, asked: Vec::new(), surveys: Some(all.into_iter().map(row).collect()) })
+}
+
+async fn asked(state: &AppState, person: &CurrentPerson) -> Result<Vec<AskedRow>, Error> {
+    let reader = state.db.reader();
+    let mut rows = Vec::new();
+    for survey in surveys::of_person(reader, person.school_id, person.id, state.clock.now()).await? {
+        rows.push(AskedRow {
+            href: format!("/surveys/{}", survey.id),
+            duration_min: instrument_of(state, &survey).await?.duration_min,
+            answered: surveys::answered(reader, &survey, person.id, None).await?,
+            closes_at: survey.closes_at.map(Moment::to_utc),
+            title: survey.title,
+        });
+    }
+    Ok(rows)
+}
+
+#[derive(Deserialize)]
+struct Wanted {
+    session: Option<Uuid>,
+    lang: Option<String>,
+}
+
+async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    (csrf, headers): (Csrf, HeaderMap),
+    Query(query): Query<Wanted>,
+) -> Result<Response, PageError> {
+    if person.role != Role::Trainee {
+        let survey = of_school(&state, &person, id).await?;
+        return Ok(make::manage(&state, &person, &csrf, (survey, None)).await?.into_response());
+    }
+    let survey = asked_of(&state, &person, id, query.session).await?;
+    let begun = surveys::draft_of(state.db.reader(), (survey.school_id, id), person.id, query.session).await?;
+    if begun.is_none() && surveys::answered(state.db.reader(), &survey, person.id, query.session).await? {
+        return Err(Error::Gone(
+            "you have answered this survey; only the address of its last page leads to your answers",
+        )
+        .into());
+    }
+    let wanted = query.lang.unwrap_or_else(|| preferred(&headers));
+    let page = consent(&state, (&survey, &query.session), &csrf, (&wanted, false)).await?;
+    Ok(ConsentPage { begun: begun.is_some(), ..page }.into_response())
+}
+
+/// What somebody is told before they begin.
+async fn consent(
+    state: &AppState,
+    (survey, session): (&Survey, &Option<Uuid>),
+    csrf: &Csrf,
+    (wanted, refused): (&str, bool),
+) -> Result<ConsentPage, Error> {
+    let instrument = instrument_of(state, survey).await?;
+    let of = TermsOf { survey, instrument: &instrument, after_attempt: session.is_some() };
+    let session = session.map(|id| id.to_string());
+    let attempt = session.as_ref().map_or_else(String::new, |id| format!("&session={id}"));
+    let href = |code: &String| (code.clone(), format!("/surveys/{}?lang={code}{attempt}", survey.id));
+    let mut hidden = vec![("csrf", csrf.token().to_owned())];
+    hidden.extend(session.map(|id| ("session", id)));
+    Ok(ConsentPage {
+        terms: terms(&of, wanted),
+        action: format!("/surveys/{}/answer", survey.id),
+        hidden,
+        languages: instrument.languages.iter().map(href).collect(),
+        refused,
+        begun: false,
+    })
+}
+
+/// A survey that a trainee is asked: once, or after an attempt of their own.
+async fn asked_of(state: &AppState, person: &CurrentPerson, id: Uuid, session: Option<Uuid>) -> Result<Survey, Error> {
+    let (reader, now) = (state.db.reader(), state.clock.now());
+    let asked = match session {
+        None => surveys::of_person(reader, person.school_id, person.id, now).await?,
+        Some(session) => {
+            let session = sessions::find(reader, person.school_id, session).await?;
+            let own = session.filter(|session| session.trainee_id == person.id).ok_or(Error::NotFound)?;
+            surveys::after_attempt(reader, &own, now).await?
+        }
+    };
+    asked.into_iter().find(|survey| survey.id == id).ok_or(Error::NotFound)
+}
+
+#[derive(Deserialize)]
+struct AnswerForm {
+    session: Option<Uuid>,
+    #[serde(default)]
+    lang: String,
+    #[serde(default)]
+    consent: String,
+}
+
+async fn answer(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<AnswerForm>,
+) -> Result<Response, PageError> {
+    if person.role != Role::Trainee {
+        return Err(Error::NotFound.into());
+    }
+    let survey = asked_of(&state, &person, id, form.session).await?;
+    if form.consent != "yes" {
+        let page = consent(&state, (&survey, &form.session), &csrf, (&form.lang, true)).await?;
+        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+    }
+    let instrument = instrument_of(&state, &survey).await?;
+    let language = instrument.language_for(&form.lang);
+    let token = answering::begin(&state, &person, Asked { survey: &survey, session: form.session, language }).await?;
+    Ok(Redirect::to(&format!("/survey/{token}")).into_response())
+}
+
+/// What is asked after an attempt of the visitor's own and not answered yet: title, address and minutes.
+pub(super) async fn after(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &sessions::Session,
+) -> Result<Vec<(String, String, f64)>, Error> {
+    if person.id != session.trainee_id {
+        return Ok(Vec::new());
+    }
+    let reader = state.db.reader();
+    let mut found = Vec::new();
+    for survey in surveys::after_attempt(reader, session, state.clock.now()).await? {
+        if !surveys::answered(reader, &survey, person.id, Some(session.id)).await? {
+            let minutes = instrument_of(state, &survey).await?.duration_min;
+            found.push((survey.title, format!("/surveys/{}?session={}", survey.id, session.id), minutes));
+        }
+    }
+    Ok(found)
+}

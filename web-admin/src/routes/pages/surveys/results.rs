@@ -1,0 +1,247 @@
+//! `/surveys/{id}/results`, and the themes of comments.
+
+use std::collections::BTreeMap;
+
+use assessment::questionnaire::Answer;
+use axum::extract::{Query, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use scene::Instrument;
+use scene::instrument::ScaleKind;
+use serde::Deserialize;
+use serde_json::json;
+use time::OffsetDateTime;
+use uuid::Uuid;
+
+use super::{of_school, owns};
+use crate::AppState;
+use crate::domain::CurrentPerson;
+use crate::domain::survey::groups::{Groups, LEAST};
+use crate::domain::survey::results::{Results, Row, correlation, score_group};
+use crate::error::{Error, PageError};
+use crate::routes::auth::{Csrf, CsrfForm};
+use crate::routes::pages::Id;
+use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::surveys::{self as stored, Submitted, Survey, Tag};
+use crate::surveys::instrument_of;
+use crate::views::survey::results::{Against, AskedLine, Comment, CommentBlock, ResultsPage, Split};
+use crate::views::{Place, Shell};
+
+/// Figures of an attempt that scores can be held against: word and title.
+const METRICS: [(&str, &str); 5] = [
+    ("peak_force_n", "peak force (N)"),
+    ("score", "score of the attempt"),
+    ("overshoot_mm", "overshoot (mm)"),
+    ("lateral_peak_n", "lateral force (N)"),
+    ("time_total_s", "time (s)"),
+];
+
+/// What scores can be split by: word and title.
+const WAYS: [(&str, &str); 4] =
+    [("month", "month"), ("exercise", "exercise"), ("simulator", "simulator version"), ("device", "device")];
+
+/// Most comments shown to an item; exports have all.
+const MOST_COMMENTS: usize = 500;
+
+#[derive(Deserialize)]
+pub(super) struct Choice {
+    #[serde(default)]
+    by: String,
+    #[serde(default)]
+    metric: String,
+}
+
+/// What was sent, ready to be analysed.
+pub(super) fn rows<'a>(instrument: &Instrument, submitted: &'a [Submitted]) -> Vec<Row<'a>> {
+    let row = |given: &'a Submitted| Row {
+        id: given.id,
+        role: &given.role,
+        attempt: [given.exercise_id.as_deref(), given.device.as_deref(), given.simulator_version.as_deref()],
+        month: month(given.submitted_at.to_utc()),
+        answers: &given.answers.0,
+        scores: Row::scores(instrument, &given.answers.0),
+    };
+    submitted.iter().map(row).collect()
+}
+
+fn month(at: OffsetDateTime) -> String {
+    format!("{}-{:02}", at.year(), u8::from(at.month()))
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    Query(choice): Query<Choice>,
+) -> Result<ResultsPage, PageError> {
+    let survey = of_school(&state, &person, id).await?;
+    let reader = state.db.reader();
+    let instrument = instrument_of(&state, &survey).await?;
+    let submitted = stored::submitted(reader, &survey).await?;
+    let owner = owns(&person, &survey);
+    let all = rows(&instrument, &submitted);
+    let all: Vec<&Row<'_>> = all.iter().collect();
+    let visible = Groups::new(&all, |row| Some(row.role.to_owned()), owner).all();
+    let tags = stored::tags(reader, &survey).await?;
+    let metric = METRICS.iter().find(|(word, _)| *word == choice.metric).unwrap_or(&METRICS[0]).0;
+    let figures = stored::attempts(reader, &survey, metric).await?;
+    Ok(ResultsPage {
+        shell: Shell::new(&person, csrf.token(), Place::Surveys),
+        asked: asked(&state, &survey).await?,
+        results: Results::new(&instrument, &all, owner),
+        split: split(&instrument, &visible, &choice.by, owner),
+        against: against(&instrument, &visible, metric, &figures),
+        comments: comments(&instrument, (&submitted, &visible), &tags, owner),
+        tags: if owner { themes(&tags) } else { Vec::new() },
+        survey: (survey.title.clone(), format!("/surveys/{id}")),
+        instrument: survey.instrument.clone(),
+        identity: survey.identity,
+        generated: survey.generated,
+        owner,
+    })
+}
+
+async fn asked(state: &AppState, survey: &Survey) -> Result<Vec<AskedLine>, Error> {
+    let counts = stored::counts(state.db.reader(), survey, state.clock.now()).await?;
+    let mut lines = Vec::new();
+    if counts.links > 0 {
+        lines.push(AskedLine { who: "Professionals, by link", asked: counts.links, answered: counts.links_answered });
+    }
+    if survey.after_attempts {
+        lines.push(AskedLine { who: "After an attempt", asked: counts.attempts, answered: counts.people_answered });
+    } else if counts.people > 0 || counts.people_answered > 0 {
+        lines.push(AskedLine {
+            who: "Trainees of its cohorts",
+            asked: counts.people,
+            answered: counts.people_answered,
+        });
+    }
+    Ok(lines)
+}
+
+fn split(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> Split {
+    let chosen = WAYS.iter().find(|(word, _)| *word == by).unwrap_or(&WAYS[0]).0;
+    let name = |row: &Row<'_>| match chosen {
+        "exercise" => row.attempt[0].map(str::to_owned),
+        "device" => row.attempt[1].map(str::to_owned),
+        "simulator" => row.attempt[2].map(str::to_owned),
+        _ => Some(row.month.clone()),
+    };
+    // Roles are never pooled, so each group is one of a role.
+    let groups = Groups::new(rows, |row| name(row).map(|name| format!("{name} · {}", row.role)), owner);
+    let score = |(at, key): (usize, &scene::instrument::ScoreKey)| {
+        let found = groups.shown.iter().map(|(name, rows)| score_group(name, rows, at)).collect();
+        (key.title.in_language("en").to_owned(), assessment::questionnaire::range(instrument, key), found)
+    };
+    Split {
+        ways: WAYS.iter().map(|(word, title)| (*word, *title, *word == chosen)).collect(),
+        scores: instrument.scores.iter().enumerate().map(score).collect(),
+        hidden: groups.hidden,
+    }
+}
+
+fn against(instrument: &Instrument, rows: &[&Row<'_>], metric: &str, figures: &[stored::Attempt]) -> Against {
+    let by_response: BTreeMap<Uuid, f64> = figures.iter().map(|figure| (figure.response_id, figure.value)).collect();
+    let score = |(at, key): (usize, &scene::instrument::ScoreKey)| {
+        let pair = |row: &&Row<'_>| Some((*by_response.get(&row.id)?, row.scores[at]?));
+        let points: Vec<(f64, f64)> = rows.iter().filter_map(pair).collect();
+        let found = correlation(&points);
+        let shown = if points.len() >= LEAST { points } else { Vec::new() };
+        (key.title.in_language("en").to_owned(), shown, found)
+    };
+    let scores =
+        if figures.is_empty() { Vec::new() } else { instrument.scores.iter().enumerate().map(score).collect() };
+    Against { metrics: METRICS.iter().map(|(word, title)| (*word, *title, *word == metric)).collect(), scores }
+}
+
+fn comments(
+    instrument: &Instrument,
+    (submitted, visible): (&[Submitted], &[&Row<'_>]),
+    tags: &[Tag],
+    owner: bool,
+) -> Vec<CommentBlock> {
+    let seen: BTreeMap<Uuid, ()> = visible.iter().map(|row| (row.id, ())).collect();
+    let texts = instrument.items.iter().enumerate();
+    let texts = texts.filter(|(_, item)| matches!(instrument.scale(item), Some(ScaleKind::Text { .. })));
+    let block = |(at, item): (usize, &scene::instrument::Item)| {
+        let given = submitted.iter().filter(|given| seen.contains_key(&given.id));
+        let comment = |given: &Submitted| match given.answers.0.get(at) {
+            Some(Some(Answer::Text(text))) => Some(said(given, &item.id, (text, tags), owner)),
+            _ => None,
+        };
+        let found: Vec<Comment> = given.filter_map(comment).take(MOST_COMMENTS).collect();
+        CommentBlock {
+            item: item.id.clone(),
+            text: item.text.in_language("en").to_owned(),
+            comments: (owner || found.len() >= LEAST).then_some(found),
+        }
+    };
+    texts.map(block).collect()
+}
+
+fn said(given: &Submitted, item: &str, (text, tags): (&str, &[Tag]), owner: bool) -> Comment {
+    let own = tags.iter().filter(|tag| tag.response_id == given.id && tag.item_id == item);
+    let who = given.who.as_ref().filter(|_| owner).map_or_else(String::new, |who| format!(" · {who}"));
+    Comment {
+        response: given.id.to_string(),
+        who: format!("{}{who}", given.role),
+        text: text.to_owned(),
+        tags: own.map(|tag| tag.tag.clone()).collect(),
+    }
+}
+
+fn themes(tags: &[Tag]) -> Vec<(String, usize)> {
+    let mut counted: BTreeMap<&str, usize> = BTreeMap::new();
+    for tag in tags {
+        *counted.entry(&tag.tag).or_default() += 1;
+    }
+    counted.into_iter().map(|(tag, n)| (tag.to_owned(), n)).collect()
+}
+
+#[derive(Deserialize)]
+pub(super) struct TagForm {
+    response: Uuid,
+    item: String,
+    tag: String,
+    #[serde(rename = "do", default)]
+    step: String,
+}
+
+/// Puts a theme on a comment, or takes it away.
+pub(super) async fn tag(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(form): CsrfForm<TagForm>,
+) -> Result<Response, PageError> {
+    let survey = of_school(&state, &person, id).await?;
+    if !owns(&person, &survey) {
+        return Err(Error::Forbidden("themes are given by the owner of the survey").into());
+    }
+    let tag = form.tag.trim().to_lowercase();
+    let length = tag.chars().count();
+    if !(1..=60).contains(&length) {
+        return Err(Error::BadRequest(format!("tag: {length} characters; allowed: 1 to 60")).into());
+    }
+    let place = (form.response, form.item.as_str());
+    let mut tx = state.db.write().await?;
+    let (done, action) = if form.step == "remove" {
+        (stored::remove_tag(&mut tx, &survey, place, &tag).await?, "survey.tag_removed")
+    } else {
+        (stored::add_tag(&mut tx, &survey, place, &tag).await?, "survey.tagged")
+    };
+    if !done {
+        return Err(Error::NotFound.into());
+    }
+    let entry = Entry {
+        school_id: Some(survey.school_id),
+        actor: Actor::Person(person.id),
+        action,
+        object: id.to_string(),
+        details: json!({ "response": form.response, "item": form.item, "tag": tag }),
+    };
+    audit::append(&mut tx, entry, state.clock.now()).await?;
+    tx.commit().await?;
+    Ok((StatusCode::SEE_OTHER, Redirect::to(&format!("/surveys/{id}/results#comments"))).into_response())
+}

@@ -1,0 +1,216 @@
+//! `/survey/{token}`: the form of a survey, for whoever has its address.
+//!
+//! No cookie says who is asking, so no other site can make a browser act for somebody: the secret in the address is what
+//! the CSRF token is elsewhere, and a form that lay open overnight can still be sent.
+
+use axum::extract::{Form, Path, Query, State};
+use axum::http::header::ACCEPT_LANGUAGE;
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::{IntoResponse, Redirect, Response};
+use axum::routing::get;
+use serde::Deserialize;
+
+use crate::AppState;
+use crate::domain::survey::ResponseState;
+use crate::error::{Error, PageError};
+use crate::routes::Routes;
+use crate::surveys::answering::{self, Answering};
+use crate::views::survey::form::{ConsentPage, End, EndPage, FormPage, Given, Question, Terms};
+
+/// What was typed and refused: the item's place, the text and the reason.
+type Refusals = Vec<(usize, String, String)>;
+
+/// For anybody who has an address.
+#[must_use]
+pub fn router() -> Routes {
+    Routes::new().route("/survey/{token}", get(show).post(act))
+}
+
+#[derive(Deserialize)]
+struct Where {
+    page: Option<usize>,
+    lang: Option<String>,
+}
+
+async fn show(
+    State(state): State<AppState>,
+    Path(token): Path<String>,
+    Query(query): Query<Where>,
+    headers: HeaderMap,
+) -> Result<Response, PageError> {
+    let answering = answering::open(&state, &token).await?;
+    let wanted = query.lang.unwrap_or_else(|| preferred(&headers));
+    Ok(match answering.response.state {
+        ResponseState::Invited => consent(&answering, &token, &wanted, false).into_response(),
+        ResponseState::Begun => form(&answering, &token, query.page, &Vec::new()).into_response(),
+        ResponseState::Submitted => end(&answering, &token, End::Sent).into_response(),
+        ResponseState::Withdrawn => end(&answering, &token, End::Withdrawn).into_response(),
+    })
+}
+
+/// The languages that a browser asks for.
+pub(super) fn preferred(headers: &HeaderMap) -> String {
+    headers.get(ACCEPT_LANGUAGE).and_then(|value| value.to_str().ok()).unwrap_or_default().to_owned()
+}
+
+/// What somebody is told before the first question.
+pub(super) fn terms(answering: &TermsOf<'_>, wanted: &str) -> Terms {
+    let language = answering.instrument.language_for(wanted).to_owned();
+    Terms {
+        title: answering.survey.title.clone(),
+        intro: answering.instrument.intro.as_ref().map_or_else(String::new, |w| w.in_language(&language).to_owned()),
+        duration_min: answering.instrument.duration_min,
+        questions: answering.instrument.items.len(),
+        identity: answering.survey.identity,
+        after_attempt: answering.after_attempt,
+        language,
+    }
+}
+
+/// What the terms are of.
+pub(super) struct TermsOf<'a> {
+    /// The survey.
+    pub survey: &'a crate::storage::surveys::Survey,
+    /// What it asks.
+    pub instrument: &'a scene::Instrument,
+    /// It is asked after an attempt.
+    pub after_attempt: bool,
+}
+
+fn consent(answering: &Answering, token: &str, wanted: &str, refused: bool) -> ConsentPage {
+    let of = TermsOf { survey: &answering.survey, instrument: &answering.instrument, after_attempt: false };
+    let href = |code: &String| (code.clone(), format!("/survey/{token}?lang={code}"));
+    ConsentPage {
+        terms: terms(&of, wanted),
+        action: format!("/survey/{token}"),
+        hidden: Vec::new(),
+        languages: answering.instrument.languages.iter().map(href).collect(),
+        refused,
+        begun: false,
+    }
+}
+
+fn end(answering: &Answering, token: &str, end: End) -> EndPage {
+    EndPage {
+        language: answering.response.language.clone(),
+        title: answering.survey.title.clone(),
+        end,
+        identity: answering.survey.identity,
+        action: format!("/survey/{token}"),
+    }
+}
+
+fn form(answering: &Answering, token: &str, page: Option<usize>, refusals: &Refusals) -> FormPage {
+    let pages = answering.instrument.pages();
+    let asked = answering.asked_pages();
+    let step = page.and_then(|page| asked.iter().position(|at| *at == page)).unwrap_or(0);
+    let at = asked.get(step).copied().unwrap_or(0);
+    let language = answering.instrument.language_for(&answering.response.language).to_owned();
+    let (section, items) = pages.get(at).cloned().unwrap_or_default();
+    let heading = section.map(|section| {
+        let text = section.text.as_ref().map_or("", |text| text.in_language(&language));
+        (section.title.in_language(&language).to_owned(), text.to_owned())
+    });
+    let questions = items.into_iter().filter(|item| answering.asks(*item));
+    FormPage {
+        title: answering.survey.title.clone(),
+        heading,
+        step: (step + 1, asked.len().max(1)),
+        page: at,
+        questions: questions.map(|item| question(answering, item, &language, refusals)).collect(),
+        action: format!("/survey/{token}"),
+        language,
+    }
+}
+
+fn question(answering: &Answering, item: usize, language: &str, refusals: &Refusals) -> Question {
+    let refused = refusals.iter().find(|(at, ..)| *at == item).map(|(_, typed, why)| (typed.clone(), why.clone()));
+    let given = Given { answer: answering.response.answers.0[item].as_ref(), refused };
+    Question::new(&answering.instrument, &answering.instrument.items[item], language, &given)
+}
+
+async fn act(
+    State(state): State<AppState>,
+    Path(token): Path<String>,
+    Form(fields): Form<Vec<(String, String)>>,
+) -> Result<Response, PageError> {
+    let mut answering = answering::open(&state, &token).await?;
+    let field = |name: &str| fields.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.as_str());
+    match field("do") {
+        "begin" => begin(&state, answering, &token, (field("consent") == "yes", field("lang"))).await,
+        "discard" => {
+            answering.discard(&state).await?;
+            Ok(end(&answering, &token, End::Discarded).into_response())
+        }
+        "withdraw" => {
+            answering.withdraw(&state).await?;
+            Ok(Redirect::to(&format!("/survey/{token}")).into_response())
+        }
+        step @ ("save" | "next" | "back" | "send") => {
+            if answering.response.state != ResponseState::Begun {
+                return Err(Error::Conflict("these answers were not begun, or were sent already".to_owned()).into());
+            }
+            let page = field("page").parse().unwrap_or(0);
+            let refused = answering.read_page(page, &fields);
+            if !refused.is_empty() {
+                let refusals = typed(&answering, &fields, refused);
+                let page = form(&answering, &token, Some(page), &refusals);
+                return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+            }
+            go(&state, answering, &token, (step, page)).await
+        }
+        other => Err(Error::BadRequest(format!(
+            "do: \"{other}\"; allowed: begin, save, next, back, send, discard, withdraw"
+        ))
+        .into()),
+    }
+}
+
+async fn begin(
+    state: &AppState,
+    mut answering: Answering,
+    token: &str,
+    (agreed, language): (bool, &str),
+) -> Result<Response, PageError> {
+    if !agreed {
+        let page = consent(&answering, token, language, true);
+        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+    }
+    answering.response.language = answering.instrument.language_for(language).to_owned();
+    answering.save(state).await?;
+    Ok(Redirect::to(&format!("/survey/{token}")).into_response())
+}
+
+/// Saves, and goes where the button leads.
+async fn go(
+    state: &AppState,
+    mut answering: Answering,
+    token: &str,
+    (step, page): (&str, usize),
+) -> Result<Response, PageError> {
+    if step == "send" {
+        answering.send(state).await?;
+        return Ok(Redirect::to(&format!("/survey/{token}")).into_response());
+    }
+    answering.save(state).await?;
+    let asked = answering.asked_pages();
+    let next = match step {
+        "save" => return Ok(StatusCode::NO_CONTENT.into_response()),
+        "next" => asked.iter().find(|at| **at > page),
+        _ => asked.iter().rev().find(|at| **at < page),
+    };
+    Ok(Redirect::to(&format!("/survey/{token}?page={}", next.copied().unwrap_or(page))).into_response())
+}
+
+/// What was typed for the items that were refused.
+fn typed(
+    answering: &Answering,
+    fields: &[(String, String)],
+    refused: Vec<(usize, assessment::questionnaire::Refused)>,
+) -> Refusals {
+    let typed = |item: usize| {
+        let name = format!("q.{}", answering.instrument.items[item].id);
+        fields.iter().find(|(key, _)| *key == name).map_or_else(String::new, |(_, value)| value.clone())
+    };
+    refused.into_iter().map(|(item, why)| (item, typed(item), why.to_string())).collect()
+}

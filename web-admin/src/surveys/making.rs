@@ -1,0 +1,140 @@
+//! Making a survey, its links, and closing it.
+
+use serde_json::json;
+use sqlx::SqliteConnection;
+use uuid::Uuid;
+
+use crate::AppState;
+use crate::domain::survey::{Identity, PROFESSIONAL};
+use crate::domain::{CurrentPerson, Moment};
+use crate::error::Error;
+use crate::secret;
+use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::surveys::{self, NewResponse, NewSurvey, Survey};
+
+/// How long a link is good where the survey does not close before, in s.
+pub const LINK_LIFETIME_S: i64 = 60 * 24 * 3600;
+
+/// A survey as somebody wants it.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// The revision that it asks.
+    pub revision_id: Uuid,
+    /// Title.
+    pub title: String,
+    /// Whether answers lead to who gave them.
+    pub identity: Identity,
+    /// Asked after each attempt.
+    pub after_attempts: bool,
+    /// The answers are made by a program.
+    pub generated: bool,
+    /// From when on.
+    pub opens_at: Moment,
+    /// Until when.
+    pub closes_at: Option<Moment>,
+    /// For whom.
+    pub cohorts: Vec<Uuid>,
+}
+
+/// Makes a survey that belongs to a person.
+///
+/// # Errors
+/// When the database fails.
+pub async fn make(state: &AppState, person: &CurrentPerson, wanted: &Wanted) -> Result<Uuid, Error> {
+    let now = state.clock.now();
+    let new = NewSurvey {
+        school_id: person.school_id,
+        revision_id: wanted.revision_id,
+        title: &wanted.title,
+        owner_id: Some(person.id),
+        identity: wanted.identity,
+        after_attempts: wanted.after_attempts,
+        generated: wanted.generated,
+        opens_at: wanted.opens_at,
+        closes_at: wanted.closes_at,
+    };
+    let mut tx = state.db.write().await?;
+    let id = surveys::insert(&mut tx, &new, now).await?;
+    for cohort in &wanted.cohorts {
+        surveys::add_cohort(&mut tx, person.school_id, id, *cohort).await?;
+    }
+    let details = json!({ "revision": wanted.revision_id, "identity": wanted.identity, "cohorts": wanted.cohorts });
+    note(&mut tx, person, ("survey.made", id, details), now).await?;
+    tx.commit().await?;
+    Ok(id)
+}
+
+async fn note(
+    writer: &mut SqliteConnection,
+    person: &CurrentPerson,
+    (action, survey, details): (&str, Uuid, serde_json::Value),
+    now: Moment,
+) -> Result<(), Error> {
+    let entry = Entry {
+        school_id: Some(person.school_id),
+        actor: Actor::Person(person.id),
+        action,
+        object: survey.to_string(),
+        details,
+    };
+    Ok(audit::append(writer, entry, now).await?)
+}
+
+/// A link that was made: shown once, for only its hash is kept.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Link {
+    /// Whom it is for.
+    pub label: String,
+    /// The secret in its address.
+    pub token: String,
+}
+
+/// Makes a link for each label.
+///
+/// # Errors
+/// When the random source or the database fails.
+pub async fn make_links(
+    state: &AppState,
+    person: &CurrentPerson,
+    survey: &Survey,
+    labels: &[String],
+) -> Result<Vec<Link>, Error> {
+    let now = state.clock.now();
+    let latest = now.plus_s(LINK_LIFETIME_S);
+    let expires_at = survey.closes_at.map_or(latest, |closes| closes.min(latest));
+    let mut links = Vec::new();
+    let mut tx = state.db.write().await?;
+    for label in labels {
+        let token = secret::random_hex()?;
+        let new = NewResponse {
+            school_id: survey.school_id,
+            survey_id: survey.id,
+            token_sha256: secret::token_sha256(&token),
+            role: PROFESSIONAL,
+            label: Some(label),
+            person_id: None,
+            session_id: None,
+            language: "en",
+            consented_at: None,
+            expires_at: Some(expires_at),
+        };
+        surveys::add(&mut tx, &new).await?;
+        links.push(Link { label: label.clone(), token });
+    }
+    note(&mut tx, person, ("survey.links_made", survey.id, json!({ "links": labels.len() })), now).await?;
+    tx.commit().await?;
+    Ok(links)
+}
+
+/// Closes a survey now, or opens a closed one again.
+///
+/// # Errors
+/// When the database fails.
+pub async fn close(state: &AppState, person: &CurrentPerson, survey: &Survey, closed: bool) -> Result<(), Error> {
+    let now = state.clock.now();
+    let mut tx = state.db.write().await?;
+    surveys::close(&mut tx, survey.school_id, survey.id, closed.then_some(now)).await?;
+    let action = if closed { "survey.closed" } else { "survey.opened" };
+    note(&mut tx, person, (action, survey.id, json!({})), now).await?;
+    Ok(tx.commit().await?)
+}

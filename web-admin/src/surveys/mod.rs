@@ -1,0 +1,34 @@
+//! Surveys: instruments become published revisions, links are made, answers are taken in.
+
+pub mod answering;
+mod instruments;
+mod making;
+
+pub use instruments::{course_surveys, documents_in, from_json, publish, publish_text, to_json};
+pub use making::{Link, Wanted, close, make, make_links};
+
+use scene::Instrument;
+use uuid::Uuid;
+
+use crate::AppState;
+use crate::error::Error;
+use crate::storage::instruments as stored;
+use crate::storage::surveys::Survey;
+
+/// The instrument that a survey asks, in the revision it has always asked.
+///
+/// # Errors
+/// When the database fails.
+pub async fn instrument_of(state: &AppState, survey: &Survey) -> Result<Instrument, Error> {
+    revision(state, survey.school_id, survey.revision_id).await?.ok_or(Error::NotFound)
+}
+
+/// A revision of an instrument. Publishing has checked it, so a refusal now is our fault.
+///
+/// # Errors
+/// When the database fails.
+pub async fn revision(state: &AppState, school: Uuid, id: Uuid) -> Result<Option<Instrument>, Error> {
+    let Some(found) = stored::revision(state.db.reader(), school, id).await? else { return Ok(None) };
+    let parsed = Instrument::from_bytes("published instrument", &found.bytes);
+    Ok(Some(parsed.map_err(|refused| anyhow::Error::new(refused).context("a published instrument is refused"))?))
+}

@@ -1,0 +1,31 @@
+//! Two figures of each response against each other.
+
+use super::Size;
+use super::plot::Plot;
+use super::svg::{Area, Caption, Svg};
+
+/// Points with the titles of both axes. `key` makes the ids unique on the page.
+#[must_use]
+pub fn scatter(points: &[(f64, f64)], (x_title, y_title): (&str, &str), key: &str, size: Size) -> String {
+    let id = format!("{key}-{}", size.name());
+    let title = format!("{y_title} against {x_title}");
+    let description = format!("{} points.", points.len());
+    let caption = Caption { id: &id, class: size.name(), title: &title, description: &description };
+    let height = 300.0;
+    let area = Area { x: 52.0, y: 10.0, width: size.width() - 66.0, height: height - 52.0 };
+    let plot = Plot::rising(area, spread(points.iter().map(|p| p.0)), spread(points.iter().map(|p| p.1)));
+    let mut svg = Svg::new(size.width(), height, &caption);
+    plot.draw_x_axis(&mut svg, size.ticks(), x_title);
+    plot.draw_y_axis(&mut svg, 6, y_title);
+    for (x, y) in points {
+        svg.circle("dot", plot.at(*x, *y), 4.0);
+    }
+    svg.finish()
+}
+
+/// The span of some values with a margin, so that no point lies on an axis.
+fn spread(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    let margin = ((high - low) * 0.06).max(1e-6);
+    (low - margin, high + margin)
+}
