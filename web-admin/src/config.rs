@@ -18,6 +18,25 @@ impl PasswordCost {
     pub const RECOMMENDED: Self = Self { memory_kib: 19 * 1024, passes: 2 };
 }
 
+/// Where mail goes.
+#[derive(Clone, PartialEq, Eq)]
+pub enum MailTo {
+    /// Files in a folder.
+    Folder(PathBuf),
+    /// A server, as a `smtp:` or `smtps:` URL.
+    Smtp(String),
+}
+
+impl std::fmt::Debug for MailTo {
+    /// Without the URL, which may hold a password.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Folder(folder) => f.debug_tuple("Folder").field(folder).finish(),
+            Self::Smtp(_) => f.write_str("Smtp(…)"),
+        }
+    }
+}
+
 /// How the service runs.
 #[derive(Clone, Debug)]
 pub struct Config {
@@ -40,6 +59,12 @@ pub struct Config {
     pub upload_lifetime_s: i64,
     /// What it costs to hash a password.
     pub password_cost: PasswordCost,
+    /// Where mail goes.
+    pub mail: MailTo,
+    /// Whom mail is from.
+    pub mail_from: String,
+    /// Where people find this service, without a slash at its end: links in mails begin with it.
+    pub public_url: String,
 }
 
 /// An option whose value cannot be used.
@@ -68,6 +93,9 @@ impl Config {
             upload_silence: Duration::from_secs(30),
             upload_lifetime_s: 48 * 3600,
             password_cost: PasswordCost::RECOMMENDED,
+            mail: MailTo::Folder(data_dir.join("mail")),
+            mail_from: "Stylet <stylet@localhost>".to_owned(),
+            public_url: "http://127.0.0.1:8080".to_owned(),
         }
     }
 
@@ -105,6 +133,22 @@ pub fn database_url(given: &str) -> Result<String, ConfigError> {
     }
 }
 
+/// Where mail goes, as given: a `smtp:` or `smtps:` URL, or a folder.
+///
+/// # Errors
+/// When it is a URL of something else.
+pub fn mail_to(given: &str) -> Result<MailTo, ConfigError> {
+    match given.split_once("://") {
+        Some(("smtp" | "smtps", _)) => Ok(MailTo::Smtp(given.to_owned())),
+        Some((scheme, _)) => Err(ConfigError {
+            option: "--mail",
+            value: format!("{scheme}://…"),
+            allowed: "allowed is a smtp:// or smtps:// URL, or a folder",
+        }),
+        None => Ok(MailTo::Folder(PathBuf::from(given))),
+    }
+}
+
 /// A recordings folder as given: a `file://` URL or a path.
 ///
 /// # Errors
@@ -131,6 +175,15 @@ mod tests {
         assert!(refused.contains("--database") && !refused.contains("secret"), "{refused}");
         assert_eq!(database_url("/data/x.db").unwrap(), "sqlite:///data/x.db");
         assert_eq!(database_url("sqlite:x.db").unwrap(), "sqlite:x.db");
+    }
+
+    #[test]
+    fn mail_goes_to_a_server_or_a_folder_and_its_password_is_never_shown() {
+        let smtp = mail_to("smtps://user:secret@mail.example").unwrap();
+        assert!(!format!("{smtp:?}").contains("secret"), "{smtp:?}");
+        assert_eq!(mail_to("out").unwrap(), MailTo::Folder(PathBuf::from("out")));
+        let refused = mail_to("https://user:secret@mail.example").unwrap_err().to_string();
+        assert!(refused.contains("--mail") && !refused.contains("secret"), "{refused}");
     }
 
     #[test]

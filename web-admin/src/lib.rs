@@ -2,6 +2,8 @@
 //!
 //! A library with a thin program around it, so that tests run the router in process.
 
+pub mod accounts;
+pub mod assignments;
 pub mod backup;
 pub mod cli;
 pub mod clock;
@@ -12,10 +14,12 @@ pub mod drafting;
 pub mod error;
 pub mod export;
 pub mod intake;
+pub mod mail;
 pub mod publishing;
 pub mod recordings;
 pub mod regrading;
 pub mod replays;
+pub mod roster_import;
 pub mod routes;
 pub mod secret;
 pub mod startup;

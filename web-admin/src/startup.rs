@@ -7,6 +7,7 @@ use tokio::sync::{Notify, Semaphore};
 
 use crate::clock::Clock;
 use crate::config::Config;
+use crate::mail::Mailer;
 use crate::routes::auth::{LoginLimits, PairingLimits};
 use crate::routes::health::Counters;
 use crate::storage::Database;
@@ -23,6 +24,10 @@ pub struct AppState {
     pub config: Arc<Config>,
     /// Rung when a recording has been queued.
     pub jobs: Arc<Notify>,
+    /// Where mail goes out.
+    pub mailer: Mailer,
+    /// Rung when a mail has been queued.
+    pub mails: Arc<Notify>,
     /// Brakes on guessing passwords.
     pub logins: Arc<LoginLimits>,
     /// Brakes on guessing pairing codes.
@@ -46,11 +51,14 @@ impl AppState {
         }
         let db = Database::open(&config.database_url).await.context("cannot open the database")?;
         db.migrate().await.context("cannot bring the database up to date")?;
+        let mailer = Mailer::new(&config)?;
         Ok(Self {
             db,
             clock,
             config: Arc::new(config),
             jobs: Arc::default(),
+            mailer,
+            mails: Arc::default(),
             logins: Arc::default(),
             pairings: Arc::default(),
             turns: Turns::default(),

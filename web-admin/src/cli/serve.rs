@@ -14,9 +14,11 @@ use tracing_subscriber::EnvFilter;
 use super::{Failure, Storage, say};
 use crate::AppState;
 use crate::clock::Clock;
-use crate::storage::people;
+use crate::config::mail_to;
+use crate::roster_import::DRAFT_LIFETIME_S;
 use crate::storage::web_sessions::WebSessions;
-use crate::{recordings, routes, uploads, verification, worker};
+use crate::storage::{account_links, people, rosters};
+use crate::{assignments, mail, recordings, routes, uploads, verification, worker};
 
 /// How long a request may go on after the service was told to stop.
 const LAST_ORDERS: Duration = Duration::from_secs(10);
@@ -34,6 +36,15 @@ pub struct ServeArgs {
     /// A proxy in front speaks TLS and sets X-Forwarded-For: cookies become Secure
     #[arg(long, env = "STYLET_BEHIND_TLS")]
     behind_tls: bool,
+    /// Where people find this service: links in mails begin with it [default: http:// and the address listened on]
+    #[arg(long, value_name = "URL", env = "STYLET_PUBLIC_URL")]
+    public_url: Option<String>,
+    /// Mail: a smtp: or smtps: URL with user and password, or a folder for .eml files [default: mail in the data folder]
+    #[arg(long, value_name = "URL", env = "STYLET_MAIL", hide_env_values = true)]
+    mail: Option<String>,
+    /// Whom mail is from
+    #[arg(long, value_name = "ADDRESS", default_value = "Stylet <stylet@localhost>", env = "STYLET_MAIL_FROM")]
+    mail_from: String,
     /// Largest upload, in MB
     #[arg(long, value_name = "MB", default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     max_upload_mb: u64,
@@ -45,6 +56,12 @@ pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
     config.listen = args.listen;
     config.behind_tls = args.behind_tls;
     config.max_upload_bytes = args.max_upload_mb * 1_000_000;
+    let listening = || format!("http://{}", args.listen);
+    config.public_url = args.public_url.clone().unwrap_or_else(listening).trim_end_matches('/').to_owned();
+    config.mail_from.clone_from(&args.mail_from);
+    if let Some(given) = &args.mail {
+        config.mail = mail_to(given)?;
+    }
     // Before the schema is brought up to date: nothing is written to a file that is damaged.
     verification::refuse_damage(&config).await?;
     let state = AppState::open(config, Clock::system()).await?;
@@ -81,7 +98,12 @@ async fn serve(state: &AppState) -> anyhow::Result<()> {
     // Before anybody is told that we are up: whoever then stops us must find the handler in place.
     let signals = Signals::listen()?;
     say(format_args!("Listening on http://{}", listener.local_addr()?));
-    let background = [tokio::spawn(worker::run(state.clone())), tokio::spawn(tidy(state.clone()))];
+    let background = [
+        tokio::spawn(worker::run(state.clone())),
+        tokio::spawn(mail::run(state.clone())),
+        tokio::spawn(assignments::run(state.clone())),
+        tokio::spawn(tidy(state.clone())),
+    ];
     let (stop, stopped) = tokio::sync::oneshot::channel();
     let app = routes::router(state.clone()).into_make_service_with_connect_info::<SocketAddr>();
     let serving = axum::serve(listener, app).with_graceful_shutdown(async {
@@ -133,8 +155,20 @@ async fn tidy(state: AppState) {
         if let Err(error) = uploads::tidy(&state).await {
             tracing::warn!(cause = %error, "unfinished uploads could not be tidied");
         }
+        if let Err(error) = forget_expired(&state).await {
+            tracing::warn!(cause = %error, "expired links and rosters could not be deleted");
+        }
         state.logins.tidy();
         state.pairings.tidy();
         tokio::time::sleep(TIDY_EVERY).await;
     }
+}
+
+/// Throws away links that are no longer good and rosters that nobody confirmed.
+async fn forget_expired(state: &AppState) -> Result<(), sqlx::Error> {
+    let now = state.clock.now();
+    let mut tx = state.db.write().await?;
+    account_links::forget_expired(&mut tx, now).await?;
+    rosters::forget_before(&mut tx, now.plus_s(-DRAFT_LIFETIME_S)).await?;
+    tx.commit().await
 }

@@ -1,6 +1,7 @@
 //! The demonstration school: people, a course, and weeks of attempts that are really simulated, taken in and scored by the
 //! very code that serves a real school.
 
+mod assignments;
 mod attempt;
 mod people;
 mod school;
@@ -90,6 +91,7 @@ pub async fn make(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Ve
     }
     progress.finish_and_clear();
     study::hold(&past, school, &trainees).await?;
+    assignments::assign(&past, school, now).await?;
     Ok(accounts)
 }
 

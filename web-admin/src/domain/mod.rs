@@ -1,12 +1,15 @@
 //! What the service knows, free of storage and pages.
 
+pub mod assignment;
 pub mod comment;
 pub mod curve;
+pub mod due;
 pub mod judgement;
 pub mod moment;
 pub mod person;
 pub mod progress;
 pub mod replay;
+pub mod roster;
 pub mod series;
 pub mod survey;
 

@@ -32,6 +32,29 @@ pub async fn find_or_create(writer: &mut SqliteConnection, school: Uuid, name: &
     .await
 }
 
+/// A cohort of a school.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Cohort>> {
+    sqlx::query_as("SELECT id, name FROM cohorts WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .fetch_optional(executor)
+        .await
+}
+
+/// The cohorts of a school, by name.
+///
+/// # Errors
+/// When the database fails.
+pub async fn all(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Cohort>> {
+    sqlx::query_as("SELECT id, name FROM cohorts WHERE school_id = $1 ORDER BY name")
+        .bind(school)
+        .fetch_all(executor)
+        .await
+}
+
 /// Who joins which cohort.
 #[derive(Clone, Copy, Debug)]
 pub struct Membership {
@@ -61,6 +84,20 @@ pub async fn join(writer: &mut SqliteConnection, membership: Membership) -> Resu
     .execute(writer)
     .await
     .map(drop)
+}
+
+/// Takes a person out of a cohort. False when they were not in it.
+///
+/// # Errors
+/// When the database fails.
+pub async fn leave(writer: &mut SqliteConnection, school: Uuid, cohort: Uuid, person: Uuid) -> Result<bool> {
+    sqlx::query("DELETE FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND person_id = $3")
+        .bind(school)
+        .bind(cohort)
+        .bind(person)
+        .execute(writer)
+        .await
+        .map(|done| done.rows_affected() == 1)
 }
 
 /// Cohorts in which a person is, in a role, by name.

@@ -4,6 +4,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
+use super::directory::search;
 use crate::domain::{CurrentPerson, Moment, Role, new_id};
 
 /// A person, without what they sign in with.
@@ -51,7 +52,7 @@ pub struct NewPerson<'a> {
     pub email: &'a str,
     /// Name for people.
     pub display_name: &'a str,
-    /// Argon2id hash in PHC form.
+    /// Argon2id hash in PHC form; empty for somebody who is to set a password by a link.
     pub password_hash: &'a str,
 }
 
@@ -60,8 +61,8 @@ pub struct NewPerson<'a> {
 pub struct Credentials {
     /// Whose.
     pub id: Uuid,
-    /// Argon2id hash in PHC form.
-    pub password_hash: String,
+    /// Argon2id hash in PHC form; absent for somebody who was invited and has none yet.
+    pub password_hash: Option<String>,
     /// Kept in the signed-in session; a newer one ends it.
     pub credential_version: i64,
     /// Since when they may not sign in.
@@ -77,8 +78,8 @@ pub async fn add(writer: &mut SqliteConnection, person: &NewPerson<'_>, now: Mom
     // The last 48 bits of a UUIDv7 are random: the pseudonym tells neither the name nor the order of enrolment.
     let pseudonym = format!("p-{}", &id.simple().to_string()[20..]);
     sqlx::query_as(
-        "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at)
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8)
+        "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)
          RETURNING id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at",
     )
     .bind(id)
@@ -89,6 +90,7 @@ pub async fn add(writer: &mut SqliteConnection, person: &NewPerson<'_>, now: Mom
     .bind(pseudonym)
     .bind(person.password_hash)
     .bind(now)
+    .bind(search(person.display_name, person.email))
     .fetch_one(writer)
     .await
 }
@@ -149,7 +151,7 @@ pub async fn by_pseudonym(executor: impl SqliteExecutor<'_>, school: Uuid, name:
 /// # Errors
 /// When the database fails.
 pub async fn credentials(executor: impl SqliteExecutor<'_>, email: &str) -> Result<Option<Credentials>> {
-    sqlx::query_as("SELECT id, password_hash, credential_version, disabled_at FROM people WHERE email = $1")
+    sqlx::query_as("SELECT id, nullif(password_hash, '') AS password_hash, credential_version, disabled_at FROM people WHERE email = $1")
         .bind(email.to_lowercase())
         .fetch_optional(executor)
         .await

@@ -31,6 +31,22 @@ pub async fn name(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<String>
     sqlx::query_scalar("SELECT name FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
 }
 
+/// The time zone of a school, a name of the IANA database.
+///
+/// # Errors
+/// When there is none, or the database fails.
+pub async fn time_zone(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<String> {
+    sqlx::query_scalar("SELECT time_zone FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
+}
+
+/// Sets the time zone of a school.
+///
+/// # Errors
+/// When the database fails.
+pub async fn set_time_zone(writer: &mut SqliteConnection, id: Uuid, zone: &str) -> Result<()> {
+    sqlx::query("UPDATE schools SET time_zone = $2 WHERE id = $1").bind(id).bind(zone).execute(writer).await.map(drop)
+}
+
 /// The school of a name, made where it is missing.
 ///
 /// # Errors

@@ -6,6 +6,7 @@ use time::OffsetDateTime;
 
 use super::trainee::{CourseFacts, exercise_href, score_points};
 use super::{Shell, Status, charts, format};
+use crate::domain::Role;
 use crate::domain::progress::{Progress, StepProgress, StepState};
 
 /// The page of a cohort.

@@ -1,7 +1,9 @@
 //! What pages look like: one struct beside each template, plain data in, HTML out.
 
+pub mod account;
 pub mod admin;
 pub mod assets;
+pub mod assignments;
 pub mod charts;
 pub mod cohort;
 pub mod curricula;
@@ -12,11 +14,14 @@ pub mod exercise;
 pub mod format;
 pub mod instructor;
 pub mod judgement;
+pub mod letters;
 pub mod links;
 pub mod login;
+pub mod people;
 pub mod progress;
 pub mod replay;
 pub mod review;
+pub mod roster;
 #[cfg(test)]
 mod samples;
 pub mod session;

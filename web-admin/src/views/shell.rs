@@ -16,8 +16,14 @@ pub enum Place {
     Curricula,
     /// `/surveys`
     Surveys,
+    /// `/assignments`
+    Assignments,
+    /// `/people`
+    People,
     /// `/admin`
     Administration,
+    /// `/account`
+    Account,
     /// Below none of them.
     Elsewhere,
 }
@@ -76,11 +82,13 @@ impl Shell {
             (Place::Review, "/review", "Review"),
             (Place::Curricula, "/curricula", "Curricula"),
             (Place::Surveys, "/surveys", "Surveys"),
+            (Place::Assignments, "/assignments", "Assignments"),
+            (Place::People, "/people", "People"),
             (Place::Administration, "/admin", "Administration"),
         ];
         let allowed = |place| match place {
             Place::Cohorts | Place::Review => self.visitor.role != Role::Trainee,
-            Place::Administration => self.visitor.role == Role::Administrator,
+            Place::People | Place::Administration => self.visitor.role == Role::Administrator,
             _ => true,
         };
         all.into_iter()
@@ -103,8 +111,9 @@ mod tests {
             let shell = Shell { visitor, csrf: String::new(), place: Place::Home };
             shell.nav().iter().map(|n| n.href).collect()
         };
-        assert_eq!(hrefs(Role::Trainee), ["/", "/curricula", "/surveys"]);
-        assert_eq!(hrefs(Role::Instructor), ["/", "/cohorts", "/review", "/curricula", "/surveys"]);
-        assert_eq!(hrefs(Role::Administrator), ["/", "/cohorts", "/review", "/curricula", "/surveys", "/admin"]);
+        assert_eq!(hrefs(Role::Trainee), ["/", "/curricula", "/surveys", "/assignments"]);
+        let instructor = ["/", "/cohorts", "/review", "/curricula", "/surveys", "/assignments"];
+        assert_eq!(hrefs(Role::Instructor), instructor);
+        assert_eq!(hrefs(Role::Administrator), [&instructor[..], &["/people", "/admin"]].concat());
     }
 }

@@ -26,12 +26,17 @@ use axum::body::Body;
 use axum::http::{Method, Request, header};
 use tempfile::TempDir;
 use uuid::Uuid;
+use web_admin::assignments;
 use web_admin::clock::Clock;
 use web_admin::domain::Role;
+use web_admin::domain::assignment::Task;
 use web_admin::domain::comment::{Comment, CommentKind};
+use web_admin::domain::roster::Wanted;
 use web_admin::domain::survey::Identity;
 use web_admin::drafting;
+use web_admin::roster_import;
 use web_admin::routes;
+use web_admin::storage::assignments::NewAssignment;
 use web_admin::storage::scores::SessionKey;
 use web_admin::storage::surveys as stored;
 use web_admin::storage::uploads::Owner;
@@ -140,6 +145,19 @@ impl World {
         let said = Comment { kind: CommentKind::Question, from_s: 0.1, to_s: None, body: "Why?".to_owned() };
         let key = SessionKey { school_id: north, id: attempt.session_id };
         let comment = app.write(async |tx| comments::add(tx, (key, own.person.id), &said, now).await.unwrap()).await;
+        let file = ("roster.csv", "email,name\nnew@north.example,New\n".as_bytes());
+        let by = admin.person.clone().into_current().unwrap();
+        let roster = roster_import::keep(&app.state, &by, file, &Wanted::default()).await.unwrap();
+        let new = NewAssignment {
+            task: Task::Exercise("feel-the-layers".to_owned()),
+            cohort_id: Some(cohorts[0].id),
+            person_id: None,
+            supervised: false,
+            attempt_limit: None,
+            due: Some(("2126-11-30T18:00:00".to_owned(), now.plus_s(86_400))),
+            time_zone: "UTC".to_owned(),
+        };
+        let assignment = assignments::make(&app.state, &by, &new).await.unwrap();
         let objects = BTreeMap::from([
             ("draft", draft.to_string()),
             ("course", "lower-back-basics".to_owned()),
@@ -153,6 +171,9 @@ impl World {
             ("upload", upload.id.to_string()),
             ("station", stations::all(reader, north).await.unwrap()[0].id.to_string()),
             ("asset", "style.css".to_owned()),
+            ("join", "nobodys-token".to_owned()),
+            ("roster", roster.to_string()),
+            ("assignment", assignment.to_string()),
         ]);
         let survey = survey(&app, &teacher, cohorts[0].id).await;
         let objects = objects.into_iter().chain(survey).collect();

@@ -9,6 +9,7 @@
 
 mod access;
 mod api;
+mod assignments;
 mod audit;
 mod commands;
 mod crash;
@@ -19,6 +20,7 @@ mod every_route;
 mod operation;
 mod page_speed;
 mod pages;
+mod people;
 mod replay;
 mod review;
 mod schema;

@@ -9,7 +9,10 @@ use uuid::Uuid;
 
 use super::caller::Caller;
 use crate::AppState;
+use crate::assignments as teaching;
 use crate::domain::Moment;
+use crate::domain::assignment::{self, Stage, Task};
+use crate::domain::due::local;
 use crate::domain::progress::{Course, Mastery, Progress, StepProgress, StepState};
 use crate::error::{ApiError, Error, Problem};
 use crate::storage::curricula::{self, Curriculum};
@@ -19,7 +22,8 @@ use crate::storage::practice;
 /// What the caller may train now.
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct Assignments {
-    /// Exercises that are not mastered and whose prerequisites are, course by course.
+    /// Exercises that are not mastered and whose prerequisites are: those that were assigned first, by their due date,
+    /// then course by course.
     assignments: Vec<Assignment>,
 }
 
@@ -42,6 +46,73 @@ struct Assignment {
     /// `competent`, `not_yet` or `regressing`, where the mastery rule is a learning curve.
     #[schema(value_type = Option<String>)]
     standing: Option<Standing>,
+    /// The assignment that asks for it, where there is one.
+    assigned: Option<AssignedView>,
+}
+
+/// What an instructor asked for.
+#[derive(Clone, Debug, Serialize, ToSchema)]
+struct AssignedView {
+    assignment_id: Uuid,
+    /// Until when, with the offset of the school's clock.
+    due_at: Option<String>,
+    overdue: bool,
+    /// Attempts that count.
+    attempt_limit: Option<u32>,
+    /// Of them, those that are left.
+    attempts_left: Option<u32>,
+    /// Under an instructor's eyes.
+    supervised: bool,
+}
+
+impl AssignedView {
+    fn new(standing: &assignment::Standing) -> Self {
+        let assigned = &standing.assigned;
+        let left = if let Stage::Open { left } = standing.stage { left } else { None };
+        Self {
+            assignment_id: assigned.id,
+            due_at: assigned.due_at.map(|at| local(at, &assigned.time_zone).machine),
+            overdue: standing.overdue,
+            attempt_limit: assigned.attempt_limit,
+            attempts_left: left,
+            supervised: assigned.supervised,
+        }
+    }
+}
+
+/// Notes which of the exercises were assigned, and puts those first, by their due date.
+fn assign(mut open: Vec<Assignment>, standings: &[assignment::Standing]) -> Vec<Assignment> {
+    let place = |of: &Assignment| {
+        standings.iter().position(|standing| match &standing.assigned.task {
+            Task::Exercise(id) => *id == of.exercise_id && matches!(standing.stage, Stage::Open { .. }),
+            Task::Course(id) => *id == of.curriculum_id && matches!(standing.stage, Stage::Open { .. }),
+        })
+    };
+    for exercise in &mut open {
+        exercise.assigned = place(exercise).map(|at| AssignedView::new(&standings[at]));
+    }
+    open.extend(standings.iter().filter_map(|standing| mastered_before(standing, &open)).collect::<Vec<_>>());
+    open.sort_by_key(|exercise| place(exercise).unwrap_or(usize::MAX));
+    open
+}
+
+/// An assigned exercise that no course asks for now: it was mastered before it was assigned, or is in none.
+fn mastered_before(standing: &assignment::Standing, open: &[Assignment]) -> Option<Assignment> {
+    let Task::Exercise(exercise_id) = &standing.assigned.task else { return None };
+    let listed = open.iter().any(|assignment| assignment.exercise_id == *exercise_id);
+    let wanted = matches!(standing.stage, Stage::Open { .. }) && !listed;
+    wanted.then(|| Assignment {
+        curriculum_id: String::new(),
+        curriculum_title: String::new(),
+        exercise_id: exercise_id.clone(),
+        title: standing.assigned.title.clone(),
+        next: false,
+        passes: 0,
+        passes_needed: 1,
+        of: 1,
+        standing: None,
+        assigned: Some(AssignedView::new(standing)),
+    })
 }
 
 /// What the caller may train now: not yet mastered, prerequisites honoured.
@@ -62,7 +133,7 @@ async fn due(state: &AppState, school: Uuid, person: Uuid) -> Result<Vec<Assignm
         let progress = Progress::of(&course, &attempts, state.clock.now().to_utc());
         assignments.extend(open(&curriculum, &course, &progress));
     }
-    Ok(assignments)
+    Ok(assign(assignments, &teaching::standings(state, school, person).await?))
 }
 
 fn open(curriculum: &Curriculum, course: &Course, progress: &Progress) -> Vec<Assignment> {
@@ -82,6 +153,7 @@ fn open(curriculum: &Curriculum, course: &Course, progress: &Progress) -> Vec<As
             passes_needed,
             of,
             standing: done.curve.as_ref().map(|curve| curve.standing),
+            assigned: None,
         })
     });
     assigned.collect()
@@ -116,6 +188,10 @@ pub(super) struct ListedExercise {
     due: bool,
     /// The one to do first in its course.
     next: bool,
+    /// An instructor asked for it.
+    assigned: bool,
+    /// Until when they asked for it, with the offset of the school's clock.
+    due_at: Option<String>,
 }
 
 /// The school's exercises in the revisions that trainees are given: what the caller is to do first comes first. To a
@@ -137,6 +213,8 @@ pub(super) async fn listed(state: &AppState, school: Uuid, person: Option<Uuid>)
     let view = |revision: Revision| ListedExercise {
         due: found(&revision.exercise_id).is_some(),
         next: found(&revision.exercise_id).is_some_and(|assignment| assignment.next),
+        assigned: found(&revision.exercise_id).is_some_and(|assignment| assignment.assigned.is_some()),
+        due_at: found(&revision.exercise_id).and_then(|assignment| assignment.assigned.clone()?.due_at),
         exercise_id: revision.exercise_id,
         title: revision.title,
         difficulty: revision.difficulty,
@@ -145,7 +223,11 @@ pub(super) async fn listed(state: &AppState, school: Uuid, person: Option<Uuid>)
     };
     let all = exercises::all_current(state.db.reader(), school).await?;
     let mut listed: Vec<ListedExercise> = all.into_iter().map(view).collect();
-    listed.sort_by_key(|exercise| (!exercise.next, !exercise.due));
+    let place =
+        |exercise: &ListedExercise| due.iter().position(|assignment| assignment.exercise_id == exercise.exercise_id);
+    listed.sort_by_key(|exercise| {
+        (!exercise.assigned, place(exercise).filter(|_| exercise.assigned), !exercise.next, !exercise.due)
+    });
     Ok(listed)
 }
 

@@ -56,6 +56,18 @@ async fn session<S: Send + Sync>(parts: &mut Parts, state: &S) -> Result<Session
 #[derive(Clone, Debug)]
 pub struct CsrfForm<T>(pub T);
 
+/// Whether a token is the session's.
+pub(super) async fn is_genuine(session: Option<&Session>, sent: &str) -> Result<bool, Error> {
+    let Some(session) = session else { return Ok(false) };
+    let known = session.get::<String>(KEY).await?;
+    Ok(known.is_some_and(|known| secret::same(sent, &known)))
+}
+
+/// What a form without the token is answered.
+pub(super) const fn refusal() -> Error {
+    Error::Forbidden(REFUSAL)
+}
+
 /// A form that says nothing but that it was sent.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct NoFields {}
@@ -75,10 +87,9 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for CsrfForm<T> {
         let again = |body| Request::from_parts(parts.clone(), body);
         let RawForm(bytes) = RawForm::from_request(again(body), state).await.map_err(IntoResponse::into_response)?;
         let sent = Form::<TokenField>::from_request(again(Body::from(bytes.clone())), state).await;
-        let known = session.get::<String>(KEY).await.map_err(|e| PageError::from(e).into_response())?;
-        let genuine = matches!((&sent, &known), (Ok(sent), Some(known)) if secret::same(&sent.csrf, known));
-        if !genuine {
-            return Err(PageError(Error::Forbidden(REFUSAL)).into_response());
+        let sent = sent.map(|Form(field)| field.csrf).unwrap_or_default();
+        if !is_genuine(Some(&session), &sent).await.map_err(|e| PageError(e).into_response())? {
+            return Err(PageError(refusal()).into_response());
         }
         let form = Form::<T>::from_request(again(Body::from(bytes)), state).await;
         form.map(|Form(fields)| Self(fields)).map_err(|e| PageError(Error::BadRequest(e.body_text())).into_response())

@@ -18,7 +18,7 @@ const KEY: &str = "person";
 
 /// What a signed-in session holds.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct SignedIn {
+pub(crate) struct SignedIn {
     /// Who.
     pub person_id: Uuid,
     /// With which password; a newer one ends the session.
@@ -27,7 +27,7 @@ pub(super) struct SignedIn {
 
 impl SignedIn {
     /// Makes a session a signed-in one, under a new id: whoever planted the old one gains nothing.
-    pub(super) async fn start(self, session: &Session) -> Result<(), Error> {
+    pub(crate) async fn start(self, session: &Session) -> Result<(), Error> {
         session.clear().await;
         session.cycle_id().await?;
         Ok(session.insert(KEY, self).await?)

@@ -12,6 +12,7 @@ use uuid::Uuid;
 use super::address::ClientAddress;
 use super::csrf::{Csrf, CsrfForm, NoFields};
 use super::current::{SignedIn, person_of};
+use super::join;
 use crate::AppState;
 use crate::domain::CurrentPerson;
 use crate::error::{Error, PageError};
@@ -24,12 +25,12 @@ use crate::views::login::LoginPage;
 /// How long a stranger may look at the sign-in page before its form is stale.
 pub const STRANGER_SESSION: Duration = Duration::minutes(30);
 /// How long somebody stays signed in without doing anything.
-const SIGNED_IN_SESSION: Duration = Duration::hours(12);
+pub(super) const SIGNED_IN_SESSION: Duration = Duration::hours(12);
 
-/// `/login`, for anybody.
+/// `/login` and the ways to a password, for anybody.
 #[must_use]
 pub fn router() -> Routes {
-    Routes::new().route("/login", get(show).post(sign_in))
+    Routes::new().route("/login", get(show).post(sign_in)).merge(join::router())
 }
 
 /// `/logout`, for whoever is signed in.
@@ -88,7 +89,7 @@ async fn sign_in(
 async fn check(state: &AppState, form: &LoginForm) -> Result<Option<Credentials>, Error> {
     let known = people::credentials(state.db.reader(), &form.email).await?;
     let (password, cost) = (form.password.clone(), state.config.password_cost);
-    let hash = known.as_ref().map(|known| known.password_hash.clone());
+    let hash = known.as_ref().and_then(|known| known.password_hash.clone());
     let fits = tokio::task::spawn_blocking(move || match hash {
         Some(hash) => Ok(secret::password_fits(&password, &hash)),
         None => secret::hash_password(&password, cost).map(|_| false),

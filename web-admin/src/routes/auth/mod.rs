@@ -3,12 +3,15 @@
 mod address;
 mod csrf;
 mod current;
+mod join;
 mod limits;
 mod login;
+mod upload;
 
 pub(crate) use address::ClientAddress;
 pub use csrf::{Csrf, CsrfForm, NoFields};
-pub(crate) use current::person_of;
 pub use current::require_person;
+pub(crate) use current::{SignedIn, person_of};
 pub use limits::{LoginLimits, PairingLimits};
 pub use login::{STRANGER_SESSION, router, signed_in};
+pub use upload::CsrfUpload;

@@ -54,7 +54,7 @@ pub(super) async fn show(
     })
 }
 
-fn administrators_only(person: &CurrentPerson) -> Result<(), PageError> {
+pub(super) fn administrators_only(person: &CurrentPerson) -> Result<(), PageError> {
     match person.role {
         Role::Administrator => Ok(()),
         _ => Err(PageError(Error::Forbidden("this page is for administrators"))),

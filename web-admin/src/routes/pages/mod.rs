@@ -1,6 +1,6 @@
 //! Pages: HTML for the signed-in person.
 
-use axum::extract::{FromRequestParts, Path};
+use axum::extract::{DefaultBodyLimit, FromRequestParts, Path};
 use axum::http::request::Parts;
 use axum::routing::{get, post};
 use scene::ExerciseBundle;
@@ -11,17 +11,22 @@ use crate::error::{Error, PageError};
 use crate::routes::Routes;
 use crate::storage::exercises;
 
+mod account;
 mod admin;
 mod assets;
+mod assignments;
+mod cohort_people;
 mod cohorts;
 mod drafts;
 mod exercise;
 mod home;
 mod links;
+mod people;
 mod progress;
 pub(crate) mod replay;
 pub(crate) mod review;
 mod revisions;
+mod roster;
 mod rows;
 mod sessions;
 mod standing;
@@ -43,8 +48,10 @@ pub fn router() -> Routes {
         .route("/exercises/{id}", get(exercise::show))
         .route("/exercises/{id}/draft", post(drafts::of_exercise))
         .route("/exercises/{id}/revisions", get(revisions::of_exercise))
-        .route("/cohorts", get(cohorts::list))
+        .route("/cohorts", get(cohorts::list).post(cohort_people::make))
         .route("/cohorts/{id}", get(cohorts::show))
+        .route("/cohorts/{id}/people", get(cohort_people::show).post(cohort_people::add))
+        .route("/cohorts/{id}/people/{person}/remove", post(cohort_people::remove))
         .route("/trainees/{id}", get(trainees::show))
         .route("/sessions/{id}", get(sessions::show))
         .route("/sessions/{id}/replay", get(replay::show))
@@ -60,6 +67,15 @@ pub fn router() -> Routes {
         .route("/review", get(review::queue))
         .route("/sign-in-code", post(trainees::make_sign_in_code))
         .merge(surveys::router())
+        .route("/account", get(account::show))
+        .route("/account/password", post(account::set_password))
+        .route("/account/export", get(account::export))
+        .merge(people())
+        .route("/assignments", get(assignments::list).post(assignments::make))
+        .route("/assignments/time-zone", post(assignments::set_zone))
+        .route("/assignments/{id}", get(assignments::show))
+        .route("/assignments/{id}/extend", post(assignments::extend))
+        .route("/assignments/{id}/withdraw", post(assignments::withdraw))
         .route("/admin", get(admin::show))
         .route("/admin/pairing-codes", post(admin::make_pairing_code))
         .route("/admin/stations/{id}/revoke", post(admin::revoke_station))
@@ -69,6 +85,21 @@ pub fn router() -> Routes {
 #[must_use]
 pub fn linked() -> Routes {
     Routes::new().route("/recordings/{token}/{file}", get(links::open).options(links::open))
+}
+
+/// The people of a school.
+fn people() -> Routes {
+    Routes::new()
+        .route("/people", get(people::list).post(people::add))
+        .route("/people/roster", get(roster::new).post(roster::send).layer(DefaultBodyLimit::max(roster::MAX_BYTES)))
+        .route("/people/rosters/{id}", get(roster::show).post(roster::confirm))
+        .route("/people/{id}", get(people::show))
+        .route("/people/{id}/change", post(people::change))
+        .route("/people/{id}/mail-link", post(people::mail_link))
+        .route("/people/{id}/link", post(people::link))
+        .route("/people/{id}/disable", post(people::disable))
+        .route("/people/{id}/enable", post(people::enable))
+        .route("/people/{id}/erase", post(people::erase))
 }
 
 /// Style sheets and scripts: for anybody.

@@ -1,0 +1,330 @@
+//! Accounts: who is added, invited, disabled and made anonymous, and by which links passwords are set.
+
+use serde_json::{Value, json};
+use sqlx::SqliteConnection;
+use uuid::Uuid;
+
+use crate::AppState;
+use crate::domain::{CurrentPerson, Role};
+use crate::error::Error;
+use crate::secret;
+use crate::storage::account_links::{self, Link, NewLink, Purpose};
+use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::cohorts::{self, Membership};
+use crate::storage::directory::{self, AccountState, Details, Listed};
+use crate::storage::mails::{self, MailKind, NewMail};
+use crate::storage::people::{self, NewPerson};
+use crate::storage::tokens;
+
+/// Shortest password taken, in characters.
+pub const MIN_PASSWORD: usize = 10;
+/// How long an invitation is good, in s.
+pub const INVITATION_LIFETIME_S: i64 = 14 * 86_400;
+/// How long a link to another password is good, in s.
+pub const RESET_LIFETIME_S: i64 = 86_400;
+
+/// Somebody to be added.
+#[derive(Clone, Debug)]
+pub struct NewAccount<'a> {
+    /// Name.
+    pub name: &'a str,
+    /// Address.
+    pub email: &'a str,
+    /// Role.
+    pub role: Role,
+    /// Cohort to join.
+    pub cohort: Option<Uuid>,
+}
+
+/// Adds somebody and queues their invitation. `None` when the address cannot be used.
+///
+/// # Errors
+/// When the cohort is not of this school, or the database fails.
+pub async fn add(state: &AppState, by: &CurrentPerson, new: &NewAccount<'_>) -> Result<Option<Uuid>, Error> {
+    let (school_id, now) = (by.school_id, state.clock.now());
+    let mut tx = state.db.write().await?;
+    if people::by_email(&mut *tx, new.email).await?.is_some() {
+        return Ok(None);
+    }
+    let person = NewPerson { school_id, role: new.role, email: new.email, display_name: new.name, password_hash: "" };
+    let person = people::add(&mut tx, &person, now).await?;
+    note(&mut tx, state, by, ("person.added", person.id), json!({ "role": new.role })).await?;
+    if let Some(cohort_id) = new.cohort {
+        cohorts::find(&mut *tx, school_id, cohort_id).await?.ok_or(Error::NotFound)?;
+        cohorts::join(&mut tx, Membership { school_id, cohort_id, person_id: person.id, role: new.role }).await?;
+        note(&mut tx, state, by, ("cohort.joined", person.id), json!({ "cohort": cohort_id })).await?;
+    }
+    queue_link(&mut tx, state, (school_id, person.id), Purpose::Invitation).await?;
+    tx.commit().await?;
+    state.mails.notify_one();
+    Ok(Some(person.id))
+}
+
+/// Changes name, address and role. False when the address is somebody else's.
+///
+/// # Errors
+/// When the database fails.
+pub async fn change(
+    state: &AppState,
+    by: &CurrentPerson,
+    person: &Listed,
+    (details, role): (Details<'_>, Role),
+) -> Result<bool, Error> {
+    let mut tx = state.db.write().await?;
+    if people::by_email(&mut *tx, details.email).await?.is_some_and(|known| known.id != person.id) {
+        return Ok(false);
+    }
+    directory::change(&mut tx, by.school_id, person.id, details).await?;
+    let mut changed = json!({ "name": details.name != person.name, "email": details.email != person.email });
+    if role != person.role {
+        directory::change_role(&mut tx, by.school_id, person.id, role).await?;
+        changed["role"] = json!([person.role, role]);
+    }
+    note(&mut tx, state, by, ("person.changed", person.id), changed).await?;
+    tx.commit().await?;
+    Ok(true)
+}
+
+/// Queues a mail with a link: an invitation to whoever has no password yet, and another password to everybody else.
+///
+/// # Errors
+/// When they may not sign in, or the database fails.
+pub async fn mail_link(state: &AppState, by: &CurrentPerson, person: &Listed) -> Result<(), Error> {
+    let purpose = purpose(person)?;
+    let mut tx = state.db.write().await?;
+    queue_link(&mut tx, state, (by.school_id, person.id), purpose).await?;
+    note(&mut tx, state, by, ("person.link_mailed", person.id), json!({})).await?;
+    tx.commit().await?;
+    state.mails.notify_one();
+    Ok(())
+}
+
+/// Makes a link that the administrator hands over, and its lifetime in s.
+///
+/// # Errors
+/// When the person may not sign in, or the database fails.
+pub async fn hand_over_link(state: &AppState, by: &CurrentPerson, person: &Listed) -> Result<(String, i64), Error> {
+    let purpose = purpose(person)?;
+    let mut tx = state.db.write().await?;
+    let address = make_link(&mut tx, state, (by.school_id, person.id), purpose).await?;
+    note(&mut tx, state, by, ("person.link_made", person.id), json!({})).await?;
+    tx.commit().await?;
+    Ok((address, lifetime_s(purpose)))
+}
+
+fn purpose(person: &Listed) -> Result<Purpose, Error> {
+    match person.state {
+        AccountState::Invited => Ok(Purpose::Invitation),
+        AccountState::Active => Ok(Purpose::Reset),
+        AccountState::Disabled | AccountState::Erased => {
+            Err(Error::Conflict("this account is disabled: enable it first".to_owned()))
+        }
+    }
+}
+
+const fn lifetime_s(purpose: Purpose) -> i64 {
+    match purpose {
+        Purpose::Invitation => INVITATION_LIFETIME_S,
+        Purpose::Reset => RESET_LIFETIME_S,
+    }
+}
+
+/// Makes a link and returns its address, which is nowhere else.
+///
+/// # Errors
+/// When the database fails.
+pub async fn make_link(
+    tx: &mut SqliteConnection,
+    state: &AppState,
+    (school_id, person_id): (Uuid, Uuid),
+    purpose: Purpose,
+) -> Result<String, Error> {
+    let token = secret::random_hex()?;
+    let expires_at = state.clock.now().plus_s(lifetime_s(purpose));
+    let link = NewLink { school_id, person_id, purpose, expires_at };
+    account_links::add(tx, link, &secret::token_sha256(&token)).await?;
+    Ok(format!("{}/join/{token}", state.config.public_url))
+}
+
+/// Queues the mail with a link; the link is made when it is sent.
+///
+/// # Errors
+/// When the database fails.
+pub async fn queue_link(
+    tx: &mut SqliteConnection,
+    state: &AppState,
+    (school_id, person_id): (Uuid, Uuid),
+    purpose: Purpose,
+) -> Result<(), Error> {
+    let kind = match purpose {
+        Purpose::Invitation => MailKind::Invitation,
+        Purpose::Reset => MailKind::Reset,
+    };
+    let mail = NewMail { school_id, person_id, kind, assignment_id: None };
+    Ok(mails::queue(tx, mail, state.clock.now()).await?)
+}
+
+/// Queues a link to another password for whoever has an address; nobody is told whether somebody has it.
+///
+/// # Errors
+/// When the database fails.
+pub async fn forgotten(state: &AppState, email: &str) -> Result<(), Error> {
+    let Some(person) = people::by_email(state.db.reader(), email).await? else { return Ok(()) };
+    let mut tx = state.db.write().await?;
+    let Some(listed) = directory::find(&mut *tx, person.school_id, person.id).await? else { return Ok(()) };
+    let Ok(purpose) = purpose(&listed) else { return Ok(()) };
+    queue_link(&mut tx, state, (person.school_id, person.id), purpose).await?;
+    let entry = Entry {
+        school_id: Some(person.school_id),
+        actor: Actor::Person(person.id),
+        action: "person.link_asked_for",
+        object: person.id.to_string(),
+        details: json!({}),
+    };
+    audit::append(&mut tx, entry, state.clock.now()).await?;
+    tx.commit().await?;
+    state.mails.notify_one();
+    Ok(())
+}
+
+/// The link of a token, if it is good.
+///
+/// # Errors
+/// When the database fails.
+pub async fn link(state: &AppState, token: &str) -> Result<Option<Link>, Error> {
+    Ok(account_links::valid(state.db.reader(), &secret::token_sha256(token), state.clock.now()).await?)
+}
+
+/// Sets the password that a link allows, which ends the link and every earlier sign-in. False when the link is not good
+/// any more.
+///
+/// # Errors
+/// When the database fails.
+pub async fn set_password_by_link(state: &AppState, token: &str, password: &str) -> Result<bool, Error> {
+    let hash = hash(state, password).await?;
+    let mut tx = state.db.write().await?;
+    let known = account_links::valid(&mut *tx, &secret::token_sha256(token), state.clock.now()).await?;
+    let Some(link) = known else { return Ok(false) };
+    set_password(&mut tx, state, (link.school_id, link.person_id), &hash).await?;
+    tx.commit().await?;
+    Ok(true)
+}
+
+/// Sets somebody's own new password, if the old one is right.
+///
+/// # Errors
+/// When the database fails.
+pub async fn change_own_password(
+    state: &AppState,
+    person: &CurrentPerson,
+    (old, new): (&str, &str),
+) -> Result<bool, Error> {
+    let Some(known) = people::by_id(state.db.reader(), person.id).await? else { return Ok(false) };
+    let known = people::credentials(state.db.reader(), &known.email).await?.and_then(|known| known.password_hash);
+    let Some(known) = known else { return Ok(false) };
+    let old = old.to_owned();
+    if !tokio::task::spawn_blocking(move || secret::password_fits(&old, &known)).await? {
+        return Ok(false);
+    }
+    let hash = hash(state, new).await?;
+    let mut tx = state.db.write().await?;
+    set_password(&mut tx, state, (person.school_id, person.id), &hash).await?;
+    tx.commit().await?;
+    Ok(true)
+}
+
+async fn hash(state: &AppState, password: &str) -> Result<String, Error> {
+    let (password, cost) = (password.to_owned(), state.config.password_cost);
+    Ok(tokio::task::spawn_blocking(move || secret::hash_password(&password, cost)).await??)
+}
+
+async fn set_password(
+    tx: &mut SqliteConnection,
+    state: &AppState,
+    (school_id, person): (Uuid, Uuid),
+    hash: &str,
+) -> Result<(), Error> {
+    people::set_password(tx, person, hash).await?;
+    account_links::end_all(tx, person).await?;
+    let entry = Entry {
+        school_id: Some(school_id),
+        actor: Actor::Person(person),
+        action: "person.password_set",
+        object: person.to_string(),
+        details: json!({}),
+    };
+    Ok(audit::append(tx, entry, state.clock.now()).await?)
+}
+
+/// Keeps somebody from signing in and revokes their tokens; what they did stays.
+///
+/// # Errors
+/// When the database fails.
+pub async fn disable(state: &AppState, by: &CurrentPerson, person: Uuid) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    disable_in(&mut tx, state, by, person).await?;
+    Ok(tx.commit().await?)
+}
+
+/// [`disable`], within a transaction.
+///
+/// # Errors
+/// When the database fails.
+pub async fn disable_in(
+    tx: &mut SqliteConnection,
+    state: &AppState,
+    by: &CurrentPerson,
+    person: Uuid,
+) -> Result<(), Error> {
+    if people::disable(tx, person, state.clock.now()).await? {
+        let revoked = tokens::revoke_all(tx, person, state.clock.now()).await?;
+        account_links::end_all(tx, person).await?;
+        note(tx, state, by, ("person.disabled", person), json!({ "tokens_revoked": revoked })).await?;
+    }
+    Ok(())
+}
+
+/// Lets somebody sign in again.
+///
+/// # Errors
+/// When the database fails.
+pub async fn enable(state: &AppState, by: &CurrentPerson, person: Uuid) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    if directory::enable(&mut tx, by.school_id, person).await? {
+        note(&mut tx, state, by, ("person.enabled", person), json!({})).await?;
+    }
+    Ok(tx.commit().await?)
+}
+
+/// Takes away everything that tells who somebody is, for good. Attempts and scores stay, under the pseudonym.
+///
+/// # Errors
+/// When the database fails.
+pub async fn erase(state: &AppState, by: &CurrentPerson, person: &Listed) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    tokens::revoke_all(&mut tx, person.id, state.clock.now()).await?;
+    directory::erase(&mut tx, person, by.school_id, state.clock.now()).await?;
+    note(&mut tx, state, by, ("person.erased", person.id), json!({})).await?;
+    Ok(tx.commit().await?)
+}
+
+/// Notes what an administrator or instructor did to somebody, in the transaction in which it was done.
+///
+/// # Errors
+/// When the database fails.
+pub async fn note(
+    tx: &mut SqliteConnection,
+    state: &AppState,
+    by: &CurrentPerson,
+    (action, object): (&str, Uuid),
+    details: Value,
+) -> Result<(), Error> {
+    let entry = Entry {
+        school_id: Some(by.school_id),
+        actor: Actor::Person(by.id),
+        action,
+        object: object.to_string(),
+        details,
+    };
+    Ok(audit::append(tx, entry, state.clock.now()).await?)
+}

@@ -1,0 +1,67 @@
+//! What the demonstration's instructors have asked for: something due soon, and something that is late, with more time
+//! for one trainee.
+
+use anyhow::Context;
+use uuid::Uuid;
+
+use super::DAY_S;
+use super::school::{self, COHORTS, LEARNERS};
+use crate::AppState;
+use crate::assignments;
+use crate::clock::Clock;
+use crate::domain::assignment::Task;
+use crate::domain::{CurrentPerson, Moment, due};
+use crate::storage::assignments::{self as stored, NewAssignment};
+use crate::storage::{cohorts, people, schools};
+
+/// Where the school is.
+const TIME_ZONE: &str = "Europe/Berlin";
+
+/// Assigns.
+///
+/// # Errors
+/// When the people are missing, or the database fails.
+pub async fn assign(state: &AppState, school: Uuid, now: Moment) -> anyhow::Result<()> {
+    let mut tx = state.db.write().await?;
+    schools::set_time_zone(&mut tx, school, TIME_ZONE).await?;
+    tx.commit().await?;
+    let instructor = person(state, COHORTS[0].instructor).await?.into_current().context("an instructor")?;
+    let course = Task::Course(super::COURSE.to_owned());
+    make(state, &instructor, course, (now, now.plus_s(2 * DAY_S))).await?;
+    let exercise = Task::Exercise("reach-the-muscle".to_owned());
+    let late = make(state, &instructor, exercise, (now.plus_s(-14 * DAY_S), now.plus_s(-2 * DAY_S))).await?;
+    let listed = stored::managed(state.db.reader(), &instructor, Some(late), 1).await?;
+    let absent =
+        LEARNERS.iter().find(|learner| learner.cohort == 0 && learner.absent_weeks > 0).context("an absent one")?;
+    let absent = person(state, absent.name).await?.id;
+    let listed = listed.first().context("what was just assigned")?;
+    Ok(assignments::extend(state, &instructor, listed, (absent, 7)).await?)
+}
+
+async fn person(state: &AppState, name: &str) -> anyhow::Result<people::Person> {
+    people::by_email(state.db.reader(), &school::email(name)).await?.context("somebody of the demonstration is missing")
+}
+
+/// Assigns a task to the first cohort at one moment, due at six in the evening of another's day.
+async fn make(
+    state: &AppState,
+    by: &CurrentPerson,
+    task: Task,
+    (made, due_at): (Moment, Moment),
+) -> anyhow::Result<Uuid> {
+    let day = due::local(due_at, TIME_ZONE).machine;
+    let due = due::read(&format!("{}T18:00", day.get(..10).context("a date")?), TIME_ZONE)?;
+    let cohorts = cohorts::all(state.db.reader(), by.school_id).await?;
+    let cohort = cohorts.into_iter().find(|cohort| cohort.name == COHORTS[0].name).context("the first cohort")?;
+    let new = NewAssignment {
+        task,
+        cohort_id: Some(cohort.id),
+        person_id: None,
+        supervised: false,
+        attempt_limit: None,
+        due: Some((due.local, due.at)),
+        time_zone: TIME_ZONE.to_owned(),
+    };
+    let then = AppState { clock: Clock::fixed(made), ..state.clone() };
+    Ok(assignments::make(&then, by, &new).await?)
+}

@@ -1,0 +1,107 @@
+//! `/join/{token}`: a password is chosen by a link. `/forgotten`: such a link is asked for.
+
+use axum::extract::{Path, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use axum::routing::get;
+use serde::Deserialize;
+use tower_sessions::{Expiry, Session};
+
+use super::address::ClientAddress;
+use super::csrf::{Csrf, CsrfForm};
+use super::current::SignedIn;
+use super::login::SIGNED_IN_SESSION;
+use crate::AppState;
+use crate::accounts;
+use crate::error::{Error, PageError};
+use crate::routes::Routes;
+use crate::storage::account_links::{Link, Purpose};
+use crate::storage::people;
+use crate::views::account::{DeadLinkPage, ForgottenPage, JoinPage, PasswordRefused, check_password};
+
+/// The ways to a password, for anybody.
+pub(super) fn router() -> Routes {
+    Routes::new().route("/join/{token}", get(show).post(set)).route("/forgotten", get(ask).post(send))
+}
+
+async fn show(
+    State(state): State<AppState>,
+    Path(token): Path<String>,
+    session: Session,
+) -> Result<Response, PageError> {
+    match accounts::link(&state, &token).await? {
+        Some(link) => Ok(page(&session, (token, link), None).await?.into_response()),
+        None => Ok(dead_link()),
+    }
+}
+
+async fn page(
+    session: &Session,
+    (token, link): (String, Link),
+    refused: Option<PasswordRefused>,
+) -> Result<JoinPage, Error> {
+    Ok(JoinPage {
+        csrf: Csrf::of(session).await?.token().to_owned(),
+        token,
+        name: link.name,
+        email: link.email,
+        school: link.school,
+        first: link.purpose == Purpose::Invitation,
+        refused,
+    })
+}
+
+/// Not 410: a link that never was is answered the same.
+fn dead_link() -> Response {
+    (StatusCode::NOT_FOUND, DeadLinkPage).into_response()
+}
+
+#[derive(Deserialize)]
+struct PasswordForm {
+    password: String,
+    again: String,
+}
+
+/// Sets the password and signs in.
+async fn set(
+    State(state): State<AppState>,
+    Path(token): Path<String>,
+    session: Session,
+    CsrfForm(form): CsrfForm<PasswordForm>,
+) -> Result<Response, PageError> {
+    let Some(link) = accounts::link(&state, &token).await? else { return Ok(dead_link()) };
+    let person = link.person_id;
+    if let Err(refused) = check_password(&form.password, &form.again) {
+        let page = page(&session, (token, link), Some(refused)).await?;
+        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+    }
+    if !accounts::set_password_by_link(&state, &token, &form.password).await? {
+        return Ok(dead_link());
+    }
+    let person = people::by_id(state.db.reader(), person).await?.ok_or(Error::NotFound)?;
+    SignedIn { person_id: person.id, credential_version: person.credential_version }.start(&session).await?;
+    session.set_expiry(Some(Expiry::OnInactivity(SIGNED_IN_SESSION)));
+    Ok(Redirect::to("/").into_response())
+}
+
+async fn ask(session: Session) -> Result<ForgottenPage, PageError> {
+    Ok(ForgottenPage { csrf: Csrf::of(&session).await?.token().to_owned(), asked: false })
+}
+
+#[derive(Deserialize)]
+struct EmailForm {
+    email: String,
+}
+
+/// Queues the mail. What is answered tells nothing about whether somebody has the address.
+async fn send(
+    State(state): State<AppState>,
+    ClientAddress(address): ClientAddress,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<EmailForm>,
+) -> Result<ForgottenPage, PageError> {
+    let email = form.email.trim();
+    state.logins.take(address, email)?;
+    accounts::forgotten(&state, email).await?;
+    Ok(ForgottenPage { csrf: csrf.token().to_owned(), asked: true })
+}

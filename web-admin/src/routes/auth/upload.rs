@@ -1,0 +1,69 @@
+//! A form with a file, from a page of ours.
+
+use std::collections::BTreeMap;
+
+use axum::extract::multipart::MultipartError;
+use axum::extract::{FromRequest, Multipart, Request};
+use axum::response::{IntoResponse, Response};
+use tower_sessions::Session;
+
+use super::csrf;
+use crate::error::{Error, PageError};
+
+/// A form with a file, whose field `csrf` holds the session's token; anything else is refused with 403. The token comes
+/// before the file, so that nothing of a stranger's file is read.
+#[derive(Clone, Debug, Default)]
+pub struct CsrfUpload {
+    /// The fields.
+    pub fields: BTreeMap<String, String>,
+    /// What the file was called, and the file.
+    pub file: (String, Vec<u8>),
+}
+
+impl CsrfUpload {
+    /// A field without spaces around it; empty where it was not sent.
+    #[must_use]
+    pub fn field(&self, name: &str) -> &str {
+        self.fields.get(name).map_or("", |value| value.trim())
+    }
+}
+
+impl<S: Send + Sync> FromRequest<S> for CsrfUpload {
+    type Rejection = Response;
+
+    async fn from_request(request: Request, state: &S) -> Result<Self, Self::Rejection> {
+        let session = request.extensions().get::<Session>().cloned();
+        let parts = Multipart::from_request(request, state).await;
+        let parts = parts.map_err(|e| PageError(Error::BadRequest(e.body_text())).into_response())?;
+        read(parts, session).await.map_err(|error| PageError(error).into_response())
+    }
+}
+
+async fn read(mut parts: Multipart, session: Option<Session>) -> Result<CsrfUpload, Error> {
+    let mut upload = CsrfUpload::default();
+    let mut genuine = false;
+    while let Some(part) = parts.next_field().await.map_err(refused)? {
+        let name = part.name().unwrap_or_default().to_owned();
+        match part.file_name().map(str::to_owned) {
+            Some(_) if !genuine => break,
+            Some(file_name) => upload.file = (file_name, part.bytes().await.map_err(refused)?.to_vec()),
+            None => {
+                let text = part.text().await.map_err(refused)?;
+                if name == "csrf" {
+                    genuine = csrf::is_genuine(session.as_ref(), &text).await?;
+                }
+                upload.fields.insert(name, text);
+            }
+        }
+    }
+    if genuine { Ok(upload) } else { Err(csrf::refusal()) }
+}
+
+fn refused(error: MultipartError) -> Error {
+    match error.status() {
+        axum::http::StatusCode::PAYLOAD_TOO_LARGE => {
+            Error::Unprocessable("the file is larger than 8 MB: send it in parts".to_owned())
+        }
+        _ => Error::BadRequest(error.body_text()),
+    }
+}

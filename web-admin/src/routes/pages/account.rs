@@ -1,0 +1,77 @@
+//! `/account`: one's own details, password and data.
+
+use axum::extract::State;
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Redirect, Response};
+use serde::Deserialize;
+use tower_sessions::Session;
+
+use crate::AppState;
+use crate::accounts;
+use crate::domain::CurrentPerson;
+use crate::error::{Error, PageError};
+use crate::routes::auth::{Csrf, CsrfForm, SignedIn};
+use crate::storage::{directory, exports, people, schools};
+use crate::views::account::{AccountPage, PasswordRefused, check_password};
+use crate::views::{Place, Shell};
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+) -> Result<AccountPage, PageError> {
+    Ok(page(&state, &person, &csrf).await?)
+}
+
+async fn page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<AccountPage, Error> {
+    let reader = state.db.reader();
+    let known = directory::find(reader, person.school_id, person.id).await?.ok_or(Error::NotFound)?;
+    Ok(AccountPage {
+        shell: Shell::new(person, csrf.token(), Place::Account),
+        school: schools::name(reader, person.school_id).await?,
+        email: known.email,
+        pseudonym: known.pseudonym,
+        cohorts: known.cohorts,
+        refused: None,
+    })
+}
+
+#[derive(Deserialize)]
+pub(super) struct PasswordForm {
+    old: String,
+    password: String,
+    again: String,
+}
+
+/// Sets a new password, which ends every other sign-in.
+pub(super) async fn set_password(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    session: Session,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<PasswordForm>,
+) -> Result<Response, PageError> {
+    let passwords = (form.old.as_str(), form.password.as_str());
+    let refused = match check_password(&form.password, &form.again) {
+        Err(refused) => refused,
+        Ok(()) if accounts::change_own_password(&state, &person, passwords).await? => {
+            let known = people::by_id(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
+            SignedIn { person_id: known.id, credential_version: known.credential_version }.start(&session).await?;
+            return Ok(Redirect::to("/account").into_response());
+        }
+        Ok(()) => PasswordRefused::WrongOld,
+    };
+    let page = AccountPage { refused: Some(refused), ..page(&state, &person, &csrf).await? };
+    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+}
+
+/// Everything held about whoever asks, as a file.
+pub(super) async fn export(State(state): State<AppState>, person: CurrentPerson) -> Result<Response, PageError> {
+    let held = exports::of_person(state.db.reader(), person.school_id, person.id).await?.ok_or(Error::NotFound)?;
+    let body = serde_json::to_string_pretty(&held).map_err(anyhow::Error::from)?;
+    let headers = [
+        (header::CONTENT_TYPE, "application/json"),
+        (header::CONTENT_DISPOSITION, "attachment; filename=\"stylet-my-data.json\""),
+    ];
+    Ok((headers, body).into_response())
+}

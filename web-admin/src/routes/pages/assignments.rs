@@ -1,0 +1,299 @@
+//! `/assignments`: what a trainee is to do; what was assigned, and who has done it.
+
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use serde::Deserialize;
+use uuid::Uuid;
+
+use super::Id;
+use super::admin::administrators_only;
+use crate::AppState;
+use crate::accounts;
+use crate::assignments as teaching;
+use crate::domain::assignment::Task;
+use crate::domain::due::{self, is_zone, local};
+use crate::domain::{CurrentPerson, Role};
+use crate::error::{Error, PageError};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields};
+use crate::storage::assignments::{self, Listed, NewAssignment};
+use crate::storage::reports::{self, Named};
+use crate::storage::{curricula, exercises, people, schools};
+use crate::views::assignments::{
+    AssignForm, AssignmentPage, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage, Row,
+};
+use crate::views::people::Choice;
+use crate::views::{Place, Shell};
+
+/// Assignments on the page of those who make them.
+const LATEST: u32 = 100;
+/// Most calendar days of an extension.
+const MAX_DAYS: i64 = 366;
+
+pub(super) async fn list(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+) -> Result<Response, PageError> {
+    let shell = Shell::new(&person, csrf.token(), Place::Assignments);
+    if person.role == Role::Trainee {
+        let standings = teaching::standings(&state, person.school_id, person.id).await?;
+        let rows = standings.into_iter().map(Row::own).collect();
+        return Ok(OwnAssignmentsPage { shell, rows }.into_response());
+    }
+    Ok(managed(&state, shell, &person, &TypedAssignment::default()).await?.into_response())
+}
+
+async fn managed(
+    state: &AppState,
+    shell: Shell,
+    person: &CurrentPerson,
+    typed: &TypedAssignment,
+) -> Result<ManagedAssignmentsPage, Error> {
+    let rows = assignments::managed(state.db.reader(), person, None, LATEST).await?;
+    let cohorts = reports::cohorts(state.db.reader(), person).await?;
+    let cohort = |c: Named| {
+        let value = c.id.to_string();
+        Choice { chosen: value == typed.cohort, value, label: c.name }
+    };
+    Ok(ManagedAssignmentsPage {
+        shell,
+        rows: rows.into_iter().map(row).collect(),
+        form: AssignForm {
+            tasks: tasks(state, person.school_id, &typed.task).await?,
+            cohorts: cohorts.into_iter().map(cohort).collect(),
+            email: typed.email.clone(),
+            due: typed.due.clone(),
+            limit: typed.limit.clone(),
+            supervised: typed.supervised == "yes",
+            time_zone: schools::time_zone(state.db.reader(), person.school_id).await?,
+            refused: None,
+        },
+    })
+}
+
+/// Courses, then exercises, one of them chosen.
+async fn tasks(state: &AppState, school: Uuid, chosen: &str) -> Result<Vec<Choice>, Error> {
+    let reader = state.db.reader();
+    let choice = |value: String, label: String| Choice { chosen: value == chosen, value, label };
+    let courses = curricula::taught(reader, school).await?.into_iter();
+    let courses = courses.map(|c| choice(format!("course:{}", c.curriculum_id), format!("Course: {}", c.title)));
+    let exercises = exercises::all_current(reader, school).await?.into_iter();
+    let exercises = exercises.map(|e| choice(format!("exercise:{}", e.exercise_id), e.title));
+    Ok(courses.chain(exercises).collect())
+}
+
+fn row(listed: Listed) -> ManagedRow {
+    ManagedRow {
+        href: format!("/assignments/{}", listed.id),
+        title: listed.title,
+        to: listed.to,
+        due: listed.due_at.map(|at| local(at, &listed.time_zone)),
+        limit: listed.attempt_limit,
+        supervised: listed.supervised,
+    }
+}
+
+/// An assignment as it was typed.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct TypedAssignment {
+    task: String,
+    cohort: String,
+    email: String,
+    due: String,
+    limit: String,
+    supervised: String,
+}
+
+pub(super) async fn make(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+    CsrfForm(typed): CsrfForm<TypedAssignment>,
+) -> Result<Response, PageError> {
+    instructors_only(&person)?;
+    let new = match read(&state, &person, &typed).await {
+        Err(Error::Unprocessable(why)) => {
+            let shell = Shell::new(&person, csrf.token(), Place::Assignments);
+            let mut page = managed(&state, shell, &person, &typed).await?;
+            page.form.refused = Some(why);
+            return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+        }
+        read => read?,
+    };
+    let id = teaching::make(&state, &person, &new).await?;
+    Ok(Redirect::to(&format!("/assignments/{id}")).into_response())
+}
+
+fn instructors_only(person: &CurrentPerson) -> Result<(), Error> {
+    match person.role {
+        Role::Trainee => Err(Error::Forbidden("assignments are made by those who teach")),
+        Role::Instructor | Role::Administrator => Ok(()),
+    }
+}
+
+/// What was typed, as an assignment. A cohort, trainee, exercise or course that the visitor may not see is none: 404.
+async fn read(state: &AppState, person: &CurrentPerson, typed: &TypedAssignment) -> Result<NewAssignment, Error> {
+    let time_zone = schools::time_zone(state.db.reader(), person.school_id).await?;
+    let task = task(state, person.school_id, &typed.task).await?;
+    let (cohort_id, person_id) = whom(state, person, typed).await?;
+    let due = match typed.due.trim() {
+        "" => None,
+        said => {
+            let due = due::read(said, &time_zone).map_err(|refused| Error::Unprocessable(refused.to_string()))?;
+            if due.at < state.clock.now() {
+                return Err(Error::Unprocessable("the due date is over already".to_owned()));
+            }
+            Some((due.local, due.at))
+        }
+    };
+    let attempt_limit = match (typed.limit.trim(), &task) {
+        ("", _) | (_, Task::Course(_)) => None,
+        (said, Task::Exercise(_)) => Some(limit(said)?),
+    };
+    let supervised = typed.supervised == "yes";
+    Ok(NewAssignment { task, cohort_id, person_id, supervised, attempt_limit, due, time_zone })
+}
+
+fn limit(said: &str) -> Result<u32, Error> {
+    let number = said.parse().ok().filter(|number| (1..=100).contains(number));
+    number.ok_or_else(|| Error::Unprocessable(format!("attempts that count: “{said}”; 1 to 100 are allowed")))
+}
+
+async fn task(state: &AppState, school: Uuid, said: &str) -> Result<Task, Error> {
+    let reader = state.db.reader();
+    match said.split_once(':') {
+        Some(("exercise", id)) if exercises::current(reader, school, id).await?.is_some() => {
+            Ok(Task::Exercise(id.to_owned()))
+        }
+        Some(("course", id)) if curricula::taught(reader, school).await?.iter().any(|c| c.curriculum_id == id) => {
+            Ok(Task::Course(id.to_owned()))
+        }
+        _ => Err(Error::NotFound),
+    }
+}
+
+/// The cohort or the trainee that is meant.
+async fn whom(
+    state: &AppState,
+    person: &CurrentPerson,
+    typed: &TypedAssignment,
+) -> Result<(Option<Uuid>, Option<Uuid>), Error> {
+    match (typed.cohort.trim(), typed.email.trim()) {
+        ("", "") => Err(Error::Unprocessable("choose a cohort, or type a trainee’s address".to_owned())),
+        (cohort, "") => {
+            let id: Uuid = cohort.parse().map_err(|_| Error::NotFound)?;
+            let known = reports::cohorts(state.db.reader(), person).await?;
+            known.iter().any(|cohort| cohort.id == id).then_some((Some(id), None)).ok_or(Error::NotFound)
+        }
+        ("", email) => {
+            let known = people::by_email(state.db.reader(), email).await?.filter(|known| known.role == Role::Trainee);
+            let seen = match known {
+                Some(known) => reports::trainee(state.db.reader(), person, known.id).await?,
+                None => None,
+            };
+            let nobody =
+                || Error::Unprocessable(format!("the trainee: “{email}”; none whom you teach has this address"));
+            seen.map(|trainee| (None, Some(trainee.id))).ok_or_else(nobody)
+        }
+        _ => Err(Error::Unprocessable("choose a cohort or type a trainee’s address, not both".to_owned())),
+    }
+}
+
+/// An assignment that the visitor manages.
+async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Listed, Error> {
+    if person.role == Role::Trainee {
+        return Err(Error::NotFound);
+    }
+    let found = assignments::managed(state.db.reader(), person, Some(id), 1).await?;
+    found.into_iter().next().ok_or(Error::NotFound)
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+) -> Result<AssignmentPage, PageError> {
+    let listed = find(&state, &person, id).await?;
+    let mut rows = Vec::new();
+    for trainee in trainees(&state, &person, &listed).await? {
+        let standings = teaching::standings(&state, person.school_id, trainee.id).await?;
+        let own = standings.into_iter().find(|standing| standing.assigned.id == id);
+        let link = (trainee.name, format!("/trainees/{}", trainee.id));
+        rows.extend(own.map(|standing| Row::new(standing, link, trainee.id.to_string())));
+    }
+    let shell = Shell::new(&person, csrf.token(), Place::Assignments);
+    Ok(AssignmentPage { shell, assignment: row(listed), rows })
+}
+
+async fn trainees(state: &AppState, person: &CurrentPerson, listed: &Listed) -> Result<Vec<Named>, Error> {
+    let reader = state.db.reader();
+    Ok(match (listed.cohort_id, listed.person_id) {
+        (Some(cohort), _) => reports::members(reader, person.school_id, cohort, Role::Trainee).await?,
+        (None, Some(trainee)) => reports::trainee(reader, person, trainee).await?.into_iter().collect(),
+        (None, None) => Vec::new(),
+    })
+}
+
+#[derive(Deserialize)]
+pub(super) struct ExtensionForm {
+    person: Uuid,
+    days: i64,
+}
+
+pub(super) async fn extend(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(form): CsrfForm<ExtensionForm>,
+) -> Result<Redirect, PageError> {
+    let listed = find(&state, &person, id).await?;
+    let trainees = trainees(&state, &person, &listed).await?;
+    if !trainees.iter().any(|trainee| trainee.id == form.person) {
+        return Err(Error::NotFound.into());
+    }
+    if !(0..=MAX_DAYS).contains(&form.days) {
+        let days = form.days;
+        return Err(Error::Unprocessable(format!("days: {days}; 0 to {MAX_DAYS} are allowed")).into());
+    }
+    teaching::extend(&state, &person, &listed, (form.person, form.days)).await?;
+    Ok(Redirect::to(&format!("/assignments/{id}")))
+}
+
+pub(super) async fn withdraw(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Redirect, PageError> {
+    find(&state, &person, id).await?;
+    teaching::withdraw(&state, &person, id).await?;
+    Ok(Redirect::to("/assignments"))
+}
+
+#[derive(Deserialize)]
+pub(super) struct ZoneForm {
+    time_zone: String,
+}
+
+/// Sets the school's time zone. What was assigned before keeps the one in which it was said.
+pub(super) async fn set_zone(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    CsrfForm(form): CsrfForm<ZoneForm>,
+) -> Result<Redirect, PageError> {
+    administrators_only(&person)?;
+    let zone = form.time_zone.trim();
+    if !is_zone(zone) {
+        let allowed = "a name like Europe/Berlin is needed";
+        return Err(Error::Unprocessable(format!("the time zone: “{zone}”; {allowed}")).into());
+    }
+    let mut tx = state.db.write().await?;
+    schools::set_time_zone(&mut tx, person.school_id, zone).await?;
+    let told = serde_json::json!({ "time_zone": zone });
+    accounts::note(&mut tx, &state, &person, ("school.time_zone_set", person.school_id), told).await?;
+    tx.commit().await.map_err(Error::from)?;
+    Ok(Redirect::to("/assignments"))
+}

@@ -1,0 +1,362 @@
+//! `/people`: an administrator looks people up, adds, invites, changes, disables and forgets them.
+
+use axum::extract::{Query, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use serde::Deserialize;
+use uuid::Uuid;
+
+use super::Id;
+use super::admin::administrators_only;
+use crate::AppState;
+use crate::accounts::{self, NewAccount};
+use crate::domain::roster::{is_email, is_name};
+use crate::domain::{CurrentPerson, Role};
+use crate::error::{Error, PageError};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields};
+use crate::storage::directory::{self, AccountState, Details, Filter, Listed};
+use crate::storage::{cohorts, mails};
+use crate::views::people::{Choice, Done, LinkPage, PeoplePage, PersonForm, PersonPage, PersonRefused};
+use crate::views::{Place, Shell};
+
+/// People on one page.
+const PER_PAGE: u32 = 50;
+const DAY_S: i64 = 86_400;
+
+/// What is looked for. A form sends what was left open as an empty text, so each is read as one.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct PeopleQuery {
+    q: String,
+    role: String,
+    state: String,
+    cohort: String,
+    after: String,
+    id: String,
+    added: Option<usize>,
+    changed: Option<usize>,
+}
+
+impl PeopleQuery {
+    fn role(&self) -> Option<Role> {
+        self.role.parse().ok()
+    }
+
+    fn state(&self) -> Option<AccountState> {
+        match self.state.as_str() {
+            "active" => Some(AccountState::Active),
+            "invited" => Some(AccountState::Invited),
+            "disabled" => Some(AccountState::Disabled),
+            "erased" => Some(AccountState::Erased),
+            _ => None,
+        }
+    }
+
+    fn filter(&self) -> Filter {
+        Filter {
+            words: self.q.trim().to_lowercase(),
+            role: self.role(),
+            state: self.state(),
+            cohort: self.cohort.parse().ok(),
+            after: self.id.parse().ok().map(|id| (self.after.clone(), id)),
+        }
+    }
+
+    /// The address of the page that begins after somebody.
+    fn after(&self, last: &Listed) -> String {
+        let pairs = [("q", &self.q), ("role", &self.role), ("state", &self.state), ("cohort", &self.cohort)];
+        let kept: String = pairs.iter().map(|(name, value)| format!("{name}={}&", escaped(value))).collect();
+        format!("/people?{kept}after={}&id={}", escaped(&last.name), last.id)
+    }
+}
+
+/// A text within a query: everything but letters, digits and a few marks in percents.
+fn escaped(text: &str) -> String {
+    let byte = |byte: u8| match byte {
+        b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' | b'.' => char::from(byte).to_string(),
+        other => format!("%{other:02X}"),
+    };
+    text.bytes().map(byte).collect()
+}
+
+pub(super) async fn list(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+    Query(query): Query<PeopleQuery>,
+) -> Result<PeoplePage, PageError> {
+    administrators_only(&person)?;
+    let shell = Shell::new(&person, csrf.token(), Place::People);
+    Ok(page(&state, shell, person.school_id, (query, NewPersonForm::default(), None)).await?)
+}
+
+async fn page(
+    state: &AppState,
+    shell: Shell,
+    school: Uuid,
+    (query, typed, refused): (PeopleQuery, NewPersonForm, Option<PersonRefused>),
+) -> Result<PeoplePage, Error> {
+    let filter = query.filter();
+    let mut rows = directory::list(state.db.reader(), school, &filter, PER_PAGE + 1).await?;
+    let more = rows.len() > PER_PAGE as usize;
+    rows.truncate(PER_PAGE as usize);
+    let cohorts = cohorts::all(state.db.reader(), school).await?;
+    let choices = |chosen: Option<Uuid>| -> Vec<Choice> {
+        let choice = |c: &cohorts::Cohort| Choice {
+            value: c.id.to_string(),
+            label: c.name.clone(),
+            chosen: chosen == Some(c.id),
+        };
+        cohorts.iter().map(choice).collect()
+    };
+    Ok(PeoplePage {
+        shell,
+        roles: Choice::roles(filter.role),
+        states: Choice::states(filter.state),
+        cohorts: choices(filter.cohort),
+        next: rows.last().filter(|_| more).map(|last| query.after(last)),
+        later: filter.after.is_some(),
+        filtered: !filter.words.is_empty()
+            || filter.role.is_some()
+            || filter.state.is_some()
+            || filter.cohort.is_some()
+            || filter.after.is_some(),
+        imported: query.added.zip(query.changed),
+        form: PersonForm {
+            roles: Choice::roles(Some(typed.role().unwrap_or(Role::Trainee))),
+            cohorts: choices(typed.cohort.parse().ok()),
+            name: typed.name,
+            email: typed.email,
+            refused,
+        },
+        words: query.q,
+        rows,
+    })
+}
+
+/// Somebody to be added.
+#[derive(Clone, Debug, Default, Deserialize)]
+pub(super) struct NewPersonForm {
+    name: String,
+    email: String,
+    role: String,
+    #[serde(default)]
+    cohort: String,
+}
+
+impl NewPersonForm {
+    fn role(&self) -> Option<Role> {
+        self.role.parse().ok()
+    }
+}
+
+/// What is wrong with a name and an address.
+fn refusal(name: &str, email: &str) -> Option<PersonRefused> {
+    if !is_name(name) {
+        return Some(PersonRefused::Name);
+    }
+    (!is_email(email)).then_some(PersonRefused::Email)
+}
+
+pub(super) async fn add(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<NewPersonForm>,
+) -> Result<Response, PageError> {
+    administrators_only(&person)?;
+    let (name, email) = (form.name.trim(), form.email.trim());
+    let mut refused = refusal(name, email);
+    if refused.is_none() {
+        let role = form.role().ok_or_else(|| Error::BadRequest(format!("role: \"{}\"", form.role)))?;
+        // An administrator neither teaches nor learns.
+        let cohort = form.cohort.parse().ok().filter(|_| role != Role::Administrator);
+        match accounts::add(&state, &person, &NewAccount { name, email, role, cohort }).await? {
+            Some(id) => return Ok(Redirect::to(&format!("/people/{id}?done=added")).into_response()),
+            None => refused = Some(PersonRefused::Taken),
+        }
+    }
+    let shell = Shell::new(&person, csrf.token(), Place::People);
+    let page = page(&state, shell, person.school_id, (PeopleQuery::default(), form, refused)).await?;
+    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+}
+
+/// What was just done.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct DoneQuery {
+    done: Option<Done>,
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    visitor: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    Query(DoneQuery { done }): Query<DoneQuery>,
+) -> Result<PersonPage, PageError> {
+    let person = find(&state, &visitor, id).await?;
+    let form = PersonForm { name: person.name.clone(), email: person.email.clone(), ..PersonForm::default() };
+    Ok(PersonPage { done, ..person_page(&state, (&visitor, &csrf), person, form).await? })
+}
+
+/// Somebody of the administrator's school.
+async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<Listed, PageError> {
+    administrators_only(visitor)?;
+    Ok(directory::find(state.db.reader(), visitor.school_id, id).await?.ok_or(Error::NotFound)?)
+}
+
+async fn person_page(
+    state: &AppState,
+    (visitor, csrf): (&CurrentPerson, &Csrf),
+    person: Listed,
+    form: PersonForm,
+) -> Result<PersonPage, Error> {
+    let delivery = mails::latest(state.db.reader(), visitor.school_id, person.id).await?;
+    let role = person.role;
+    Ok(PersonPage {
+        shell: Shell::new(visitor, csrf.token(), Place::People),
+        own: visitor.id == person.id,
+        done: None,
+        delivery: delivery.and_then(|delivery| delivery.error),
+        form: PersonForm { roles: if form.roles.is_empty() { Choice::roles(Some(role)) } else { form.roles }, ..form },
+        person,
+    })
+}
+
+/// Who somebody is to be.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct ChangeForm {
+    name: String,
+    email: String,
+    role: Role,
+}
+
+pub(super) async fn change(
+    State(state): State<AppState>,
+    visitor: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<ChangeForm>,
+) -> Result<Response, PageError> {
+    let person = find(&state, &visitor, id).await?;
+    if person.state == AccountState::Erased {
+        return Err(Error::Conflict("whoever was made anonymous stays so".to_owned()).into());
+    }
+    let (name, email) = (form.name.trim(), form.email.trim());
+    let own_role = visitor.id == id && form.role != Role::Administrator;
+    let mut refused = refusal(name, email).or(own_role.then_some(PersonRefused::OwnRole));
+    if refused.is_none() {
+        let details = Details { name, email, registrar_id: None };
+        if accounts::change(&state, &visitor, &person, (details, form.role)).await? {
+            return Ok(done(id, "changed"));
+        }
+        refused = Some(PersonRefused::Taken);
+    }
+    let typed = PersonForm {
+        roles: Choice::roles(Some(form.role)),
+        name: form.name,
+        email: form.email,
+        refused,
+        ..PersonForm::default()
+    };
+    let page = person_page(&state, (&visitor, &csrf), person, typed).await?;
+    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+}
+
+fn done(id: Uuid, what: &str) -> Response {
+    Redirect::to(&format!("/people/{id}?done={what}")).into_response()
+}
+
+pub(super) async fn mail_link(
+    State(state): State<AppState>,
+    visitor: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Response, PageError> {
+    let person = find(&state, &visitor, id).await?;
+    accounts::mail_link(&state, &visitor, &person).await?;
+    Ok(done(id, "mailed"))
+}
+
+/// Makes a link and shows it. Not by a redirect: it would have to be kept to be shown.
+pub(super) async fn link(
+    State(state): State<AppState>,
+    visitor: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<LinkPage, PageError> {
+    let person = find(&state, &visitor, id).await?;
+    let (link, lifetime_s) = accounts::hand_over_link(&state, &visitor, &person).await?;
+    let shell = Shell::new(&visitor, csrf.token(), Place::People);
+    Ok(LinkPage { shell, person, link, days: lifetime_s / DAY_S })
+}
+
+pub(super) async fn disable(
+    State(state): State<AppState>,
+    visitor: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Response, PageError> {
+    find(&state, &visitor, id).await?;
+    nobody_themselves(&visitor, id)?;
+    accounts::disable(&state, &visitor, id).await?;
+    Ok(done(id, "disabled"))
+}
+
+fn nobody_themselves(visitor: &CurrentPerson, id: Uuid) -> Result<(), Error> {
+    if visitor.id == id {
+        return Err(Error::Conflict("nobody disables themselves: another administrator does that".to_owned()));
+    }
+    Ok(())
+}
+
+pub(super) async fn enable(
+    State(state): State<AppState>,
+    visitor: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Response, PageError> {
+    find(&state, &visitor, id).await?;
+    accounts::enable(&state, &visitor, id).await?;
+    Ok(done(id, "enabled"))
+}
+
+/// What is typed to confirm what cannot be undone.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct ConfirmForm {
+    confirm: String,
+}
+
+pub(super) async fn erase(
+    State(state): State<AppState>,
+    visitor: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<ConfirmForm>,
+) -> Result<Response, PageError> {
+    let person = find(&state, &visitor, id).await?;
+    nobody_themselves(&visitor, id)?;
+    if form.confirm.trim().to_lowercase() != person.email {
+        let typed = PersonForm {
+            name: person.name.clone(),
+            email: person.email.clone(),
+            refused: Some(PersonRefused::Unconfirmed),
+            ..PersonForm::default()
+        };
+        let page = person_page(&state, (&visitor, &csrf), person, typed).await?;
+        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+    }
+    accounts::erase(&state, &visitor, &person).await?;
+    Ok(done(id, "erased"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::escaped;
+
+    #[test]
+    fn a_name_in_an_address_ends_nothing() {
+        assert_eq!(escaped("Ana & Bö?#"), "Ana%20%26%20B%C3%B6%3F%23");
+    }
+}

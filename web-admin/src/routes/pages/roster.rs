@@ -1,0 +1,143 @@
+//! `/people/roster`: a list of people is sent, looked at, and confirmed.
+
+use axum::extract::{Query, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use serde::Deserialize;
+use uuid::Uuid;
+
+use super::Id;
+use super::admin::administrators_only;
+use crate::AppState;
+use crate::domain::CurrentPerson;
+use crate::domain::roster::{Wanted, is_name};
+use crate::error::{Error, PageError};
+use crate::roster_import::{self, Preview};
+use crate::routes::auth::{Csrf, CsrfForm, CsrfUpload};
+use crate::storage::cohorts;
+use crate::views::roster::{RosterPage, RosterPreviewPage, Shown};
+use crate::views::{Place, Shell};
+
+/// Largest file taken, in bytes.
+pub(super) const MAX_BYTES: usize = 8_000_000;
+
+pub(super) async fn new(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+) -> Result<RosterPage, PageError> {
+    administrators_only(&person)?;
+    Ok(form(&state, (&person, &csrf), &Wanted::default()).await?)
+}
+
+async fn form(state: &AppState, (person, csrf): (&CurrentPerson, &Csrf), wanted: &Wanted) -> Result<RosterPage, Error> {
+    let cohorts = cohorts::all(state.db.reader(), person.school_id).await?;
+    Ok(RosterPage {
+        shell: Shell::new(person, csrf.token(), Place::People),
+        refused: None,
+        cohort: wanted.cohort.clone().unwrap_or_default(),
+        cohorts: cohorts.into_iter().map(|cohort| cohort.name).collect(),
+        remove_missing: wanted.remove_missing,
+    })
+}
+
+pub(super) async fn send(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+    upload: CsrfUpload,
+) -> Result<Response, PageError> {
+    administrators_only(&person)?;
+    let cohort = Some(upload.field("cohort").to_owned()).filter(|cohort| !cohort.is_empty());
+    let wanted = Wanted { cohort, remove_missing: upload.field("remove_missing") == "yes" };
+    let (name, body) = &upload.file;
+    let refused = match &wanted.cohort {
+        Some(cohort) if !is_name(cohort) => format!("“{cohort}” cannot be the name of a cohort"),
+        _ => match roster_import::keep(&state, &person, (short(name), body), &wanted).await {
+            Ok(id) => return Ok(Redirect::to(&format!("/people/rosters/{id}")).into_response()),
+            Err(Error::Unprocessable(why)) => why,
+            Err(other) => return Err(other.into()),
+        },
+    };
+    let page = form(&state, (&person, &csrf), &wanted).await?;
+    Ok((StatusCode::UNPROCESSABLE_ENTITY, RosterPage { refused: Some(refused), ..page }).into_response())
+}
+
+/// What a file is called, as much of it as fits a heading.
+fn short(name: &str) -> &str {
+    let end = name.char_indices().nth(80).map_or(name.len(), |(end, _)| end);
+    if name.is_empty() { "the roster" } else { &name[..end] }
+}
+
+/// Which lines are looked at.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct LinesQuery {
+    show: Shown,
+    page: usize,
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    Query(query): Query<LinesQuery>,
+) -> Result<RosterPreviewPage, PageError> {
+    administrators_only(&person)?;
+    let shell = Shell::new(&person, csrf.token(), Place::People);
+    Ok(preview(&state, shell, (person.school_id, id), query).await?)
+}
+
+async fn preview(
+    state: &AppState,
+    shell: Shell,
+    (school, id): (Uuid, Uuid),
+    query: LinesQuery,
+) -> Result<RosterPreviewPage, Error> {
+    let Preview { file_name, ignored, difference, digest } = roster_import::preview(state, school, id).await?;
+    let (lines, pages) = RosterPreviewPage::lines(&difference, query.show, query.page);
+    Ok(RosterPreviewPage {
+        shell,
+        id,
+        file_name,
+        ignored,
+        counts: difference.counts(),
+        empty: difference.is_empty(),
+        shown: query.show,
+        lines,
+        pages,
+        leaving: difference.leaving,
+        digest,
+        stale: false,
+    })
+}
+
+/// What is confirmed.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct ConfirmForm {
+    digest: String,
+    #[serde(default)]
+    invite: String,
+}
+
+pub(super) async fn confirm(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<ConfirmForm>,
+) -> Result<Response, PageError> {
+    administrators_only(&person)?;
+    match roster_import::confirm(&state, &person, id, (&form.digest, form.invite == "yes")).await? {
+        Some(difference) => {
+            let [added, changed, ..] = difference.counts();
+            Ok(Redirect::to(&format!("/people?added={added}&changed={changed}")).into_response())
+        }
+        None => {
+            let shell = Shell::new(&person, csrf.token(), Place::People);
+            let page = preview(&state, shell, (person.school_id, id), LinesQuery::default()).await?;
+            Ok((StatusCode::CONFLICT, RosterPreviewPage { stale: true, ..page }).into_response())
+        }
+    }
+}

@@ -1,0 +1,235 @@
+//! The people of a school as its administrator looks them up and changes them.
+
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use crate::domain::{Moment, Role};
+
+/// How an account stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type, serde::Deserialize)]
+#[sqlx(rename_all = "lowercase")]
+#[serde(rename_all = "lowercase")]
+pub enum AccountState {
+    /// Can sign in.
+    Active,
+    /// Has no password yet.
+    Invited,
+    /// May not sign in.
+    Disabled,
+    /// Nothing tells who it was.
+    Erased,
+}
+
+/// Which people are looked for.
+#[derive(Clone, Debug, Default)]
+pub struct Filter {
+    /// Part of the name or address, in lower case; empty for all.
+    pub words: String,
+    /// Role.
+    pub role: Option<Role>,
+    /// State of the account.
+    pub state: Option<AccountState>,
+    /// Cohort they are in.
+    pub cohort: Option<Uuid>,
+    /// Name and id of the last one seen.
+    pub after: Option<(String, Uuid)>,
+}
+
+/// A person in a list, or on their own page.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Listed {
+    /// Id.
+    pub id: Uuid,
+    /// Name.
+    pub name: String,
+    /// Address.
+    pub email: String,
+    /// Role.
+    pub role: Role,
+    /// State of the account.
+    pub state: AccountState,
+    /// What recordings say instead of a name.
+    pub pseudonym: String,
+    /// What the registrar knows them by.
+    pub registrar_id: Option<String>,
+    /// Names of their cohorts.
+    pub cohorts: String,
+}
+
+/// People by name.
+///
+/// # Errors
+/// When the database fails.
+pub async fn list(executor: impl SqliteExecutor<'_>, school: Uuid, filter: &Filter, limit: u32) -> Result<Vec<Listed>> {
+    let (name, id) = filter.after.clone().unwrap_or_default();
+    sqlx::query_as(
+        "SELECT * FROM (
+           SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.registrar_id,
+             CASE WHEN p.erased_at IS NOT NULL THEN 'erased' WHEN p.disabled_at IS NOT NULL THEN 'disabled'
+                  WHEN p.password_hash = '' THEN 'invited' ELSE 'active' END AS state,
+             coalesce((SELECT group_concat(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
+                       WHERE m.person_id = p.id), '') AS cohorts
+           FROM people p
+           WHERE p.school_id = $1 AND (p.display_name, p.id) > ($2, $3) AND ($4 = '' OR instr(p.search, $4) > 0)
+             AND ($5 IS NULL OR p.role = $5)
+             AND ($6 IS NULL OR EXISTS (SELECT 1 FROM cohort_members m WHERE m.cohort_id = $6 AND m.person_id = p.id))
+           ORDER BY p.display_name, p.id)
+         WHERE $7 IS NULL OR state = $7 LIMIT $8",
+    )
+    .bind(school)
+    .bind(name)
+    .bind(id)
+    .bind(&filter.words)
+    .bind(filter.role)
+    .bind(filter.cohort)
+    .bind(filter.state)
+    .bind(limit)
+    .fetch_all(executor)
+    .await
+}
+
+/// A person of a school.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Listed>> {
+    sqlx::query_as(
+        "SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.registrar_id,
+           CASE WHEN p.erased_at IS NOT NULL THEN 'erased' WHEN p.disabled_at IS NOT NULL THEN 'disabled'
+                WHEN p.password_hash = '' THEN 'invited' ELSE 'active' END AS state,
+           coalesce((SELECT group_concat(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
+                     WHERE m.person_id = p.id), '') AS cohorts
+         FROM people p WHERE p.school_id = $1 AND p.id = $2",
+    )
+    .bind(school)
+    .bind(id)
+    .fetch_optional(executor)
+    .await
+}
+
+/// Who somebody is said to be.
+#[derive(Clone, Copy, Debug)]
+pub struct Details<'a> {
+    /// Name.
+    pub name: &'a str,
+    /// Address.
+    pub email: &'a str,
+    /// What the registrar knows them by; `None` leaves it as it is.
+    pub registrar_id: Option<&'a str>,
+}
+
+/// Changes who somebody is said to be.
+///
+/// # Errors
+/// When the address or the number is taken, or the database fails.
+pub async fn change(writer: &mut SqliteConnection, school: Uuid, id: Uuid, details: Details<'_>) -> Result<()> {
+    sqlx::query(
+        "UPDATE people SET display_name = $3, email = $4, search = $5, registrar_id = coalesce($6, registrar_id)
+         WHERE school_id = $1 AND id = $2",
+    )
+    .bind(school)
+    .bind(id)
+    .bind(details.name)
+    .bind(details.email.to_lowercase())
+    .bind(search(details.name, details.email))
+    .bind(details.registrar_id)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// What people are looked up by.
+pub(super) fn search(name: &str, email: &str) -> String {
+    format!("{name} {email}").to_lowercase()
+}
+
+/// Changes what somebody may do, and with it what they are in their cohorts: an administrator is in none.
+///
+/// # Errors
+/// When the database fails.
+pub async fn change_role(writer: &mut SqliteConnection, school: Uuid, id: Uuid, role: Role) -> Result<()> {
+    sqlx::query("UPDATE people SET role = $3 WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .bind(role)
+        .execute(&mut *writer)
+        .await?;
+    if role == Role::Administrator {
+        return leave_all(writer, school, id).await;
+    }
+    sqlx::query("UPDATE cohort_members SET role = $3 WHERE school_id = $1 AND person_id = $2")
+        .bind(school)
+        .bind(id)
+        .bind(role)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+async fn leave_all(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<()> {
+    sqlx::query("DELETE FROM cohort_members WHERE school_id = $1 AND person_id = $2")
+        .bind(school)
+        .bind(id)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Lets somebody sign in again.
+///
+/// # Errors
+/// When the database fails.
+pub async fn enable(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<bool> {
+    sqlx::query(
+        "UPDATE people SET disabled_at = NULL
+         WHERE school_id = $1 AND id = $2 AND disabled_at IS NOT NULL AND erased_at IS NULL",
+    )
+    .bind(school)
+    .bind(id)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// Takes away everything that tells who somebody is. The attempts and scores stay, under the pseudonym.
+///
+/// # Errors
+/// When the database fails.
+pub async fn erase(writer: &mut SqliteConnection, person: &Listed, school: Uuid, now: Moment) -> Result<()> {
+    let email = format!("{}@erased.invalid", person.pseudonym);
+    for statement in [
+        "DELETE FROM sign_in_codes WHERE school_id = $1 AND person_id = $2",
+        "DELETE FROM account_links WHERE school_id = $1 AND person_id = $2",
+        "DELETE FROM mails WHERE school_id = $1 AND person_id = $2",
+    ] {
+        sqlx::query(statement).bind(school).bind(person.id).execute(&mut *writer).await?;
+    }
+    // An uploaded list that waits to be confirmed may name anybody.
+    sqlx::query("DELETE FROM rosters WHERE school_id = $1").bind(school).execute(&mut *writer).await?;
+    sqlx::query(
+        "UPDATE people SET display_name = pseudonym, email = $3, search = $4, registrar_id = NULL, password_hash = '',
+           credential_version = credential_version + 1, disabled_at = coalesce(disabled_at, $5), erased_at = $5
+         WHERE school_id = $1 AND id = $2",
+    )
+    .bind(school)
+    .bind(person.id)
+    .bind(&email)
+    .bind(search(&person.pseudonym, ""))
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// When somebody came into being here.
+///
+/// # Errors
+/// When the database fails.
+pub async fn created_at(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Moment>> {
+    sqlx::query_scalar("SELECT created_at FROM people WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .fetch_optional(executor)
+        .await
+}

@@ -1,0 +1,137 @@
+//! Everything held about a person, for themselves.
+
+use serde::Serialize;
+use sqlx::{FromRow, SqlitePool};
+use uuid::Uuid;
+
+use super::Result;
+use crate::domain::{Moment, Role};
+
+/// Everything held about a person.
+#[derive(Clone, Debug, Serialize)]
+pub struct Export {
+    /// Who.
+    pub person: PersonFacts,
+    /// Cohorts, by name.
+    pub cohorts: Vec<String>,
+    /// Attempts, in order of time.
+    pub attempts: Vec<AttemptFacts>,
+    /// What was measured in them.
+    pub metrics: Vec<MetricFacts>,
+    /// How they were graded, every time.
+    pub scores: Vec<ScoreFacts>,
+    /// What they did, and what was done with their account.
+    pub log: Vec<LogFacts>,
+}
+
+/// Who somebody is.
+#[derive(Clone, Debug, Serialize, FromRow)]
+pub struct PersonFacts {
+    id: Uuid,
+    school: String,
+    role: Role,
+    email: String,
+    display_name: String,
+    pseudonym: String,
+    registrar_id: Option<String>,
+    created_at: Moment,
+}
+
+/// An attempt, with what its recording is and where it is had.
+#[derive(Clone, Debug, Serialize, FromRow)]
+pub struct AttemptFacts {
+    session_id: Uuid,
+    exercise_id: String,
+    started_at: Moment,
+    received_at: Moment,
+    duration_s: f64,
+    device: String,
+    simulator_version: String,
+    state: String,
+    recording_sha256: String,
+    recording_size_bytes: i64,
+    recording: String,
+}
+
+/// A metric of an attempt.
+#[derive(Clone, Debug, Serialize, FromRow)]
+pub struct MetricFacts {
+    session_id: Uuid,
+    id: String,
+    version: i64,
+    value: Option<f64>,
+    unit: String,
+}
+
+/// A grading of an attempt.
+#[derive(Clone, Debug, Serialize, FromRow)]
+pub struct ScoreFacts {
+    session_id: Uuid,
+    score: f64,
+    passed: bool,
+    rubric_sha256: String,
+    computed_at: Moment,
+}
+
+/// An entry of the audit log.
+#[derive(Clone, Debug, Serialize, FromRow)]
+pub struct LogFacts {
+    at: Moment,
+    action: String,
+    object: String,
+}
+
+/// Gathers it. `None` when there is no such person.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Option<Export>> {
+    let facts: Option<PersonFacts> = sqlx::query_as(
+        "SELECT p.id, s.name AS school, p.role, p.email, p.display_name, p.pseudonym, p.registrar_id, p.created_at
+         FROM people p JOIN schools s ON s.id = p.school_id WHERE p.school_id = $1 AND p.id = $2",
+    )
+    .bind(school)
+    .bind(person)
+    .fetch_optional(reader)
+    .await?;
+    let Some(facts) = facts else { return Ok(None) };
+    let cohorts = sqlx::query_scalar(
+        "SELECT c.name FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
+         WHERE m.school_id = $1 AND m.person_id = $2 ORDER BY c.name",
+    );
+    let attempts = sqlx::query_as(
+        "SELECT id AS session_id, exercise_id, started_at, received_at, duration_s, device, simulator_version, state,
+           recording_sha256, recording_size AS recording_size_bytes, '' AS recording
+         FROM sessions WHERE school_id = $1 AND trainee_id = $2 ORDER BY started_at, id",
+    );
+    let metrics = sqlx::query_as(
+        "SELECT m.session_id, m.id, m.version, m.value, m.unit FROM sessions s
+         JOIN metrics m ON m.school_id = s.school_id AND m.session_id = s.id
+         WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY s.started_at, s.id, m.position",
+    );
+    let scores = sqlx::query_as(
+        "SELECT c.session_id, c.score, c.passed, c.rubric_sha256, c.computed_at FROM sessions s
+         JOIN scores c ON c.school_id = s.school_id AND c.session_id = s.id
+         WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY s.started_at, s.id, c.computed_at",
+    );
+    let mut attempts: Vec<AttemptFacts> = attempts.bind(school).bind(person).fetch_all(reader).await?;
+    for attempt in &mut attempts {
+        attempt.recording = format!("/api/v1/sessions/{}/recording", attempt.session_id);
+    }
+    Ok(Some(Export {
+        cohorts: cohorts.bind(school).bind(person).fetch_all(reader).await?,
+        attempts,
+        metrics: metrics.bind(school).bind(person).fetch_all(reader).await?,
+        scores: scores.bind(school).bind(person).fetch_all(reader).await?,
+        log: log(reader, person).await?,
+        person: facts,
+    }))
+}
+
+/// What they did, and what was done with their account.
+async fn log(reader: &SqlitePool, person: Uuid) -> Result<Vec<LogFacts>> {
+    sqlx::query_as("SELECT at, action, object FROM audit_log WHERE actor = $1 OR object = $1 ORDER BY seq")
+        .bind(person.to_string())
+        .fetch_all(reader)
+        .await
+}

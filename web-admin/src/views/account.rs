@@ -1,0 +1,127 @@
+//! One's own account, and the pages by which somebody gets into theirs.
+
+use askama::Template;
+use askama_web::WebTemplate;
+
+use super::{Shell, assets};
+use crate::accounts::MIN_PASSWORD;
+
+/// Why a password was not set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PasswordRefused {
+    /// It is too short.
+    Short,
+    /// The two are not the same.
+    Different,
+    /// The old one is wrong.
+    WrongOld,
+}
+
+/// One's own account.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "account/account.html")]
+pub struct AccountPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Address.
+    pub email: String,
+    /// What recordings say instead of a name.
+    pub pseudonym: String,
+    /// School.
+    pub school: String,
+    /// Cohorts by name.
+    pub cohorts: String,
+    /// Why the new password was not taken.
+    pub refused: Option<PasswordRefused>,
+}
+
+/// Where a link leads: a password is chosen.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "account/join.html")]
+pub struct JoinPage {
+    /// CSRF token.
+    pub csrf: String,
+    /// The link's token.
+    pub token: String,
+    /// Whose password.
+    pub name: String,
+    /// Their address.
+    pub email: String,
+    /// Their school.
+    pub school: String,
+    /// It is their first password.
+    pub first: bool,
+    /// Why it was not taken.
+    pub refused: Option<PasswordRefused>,
+}
+
+/// A link that is not good.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "account/dead_link.html")]
+pub struct DeadLinkPage;
+
+/// Where a new password is asked for.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "account/forgotten.html")]
+pub struct ForgottenPage {
+    /// CSRF token.
+    pub csrf: String,
+    /// It was asked for.
+    pub asked: bool,
+}
+
+/// Checks a new password that was typed twice.
+///
+/// # Errors
+/// When it cannot be taken.
+pub fn check_password(password: &str, again: &str) -> Result<(), PasswordRefused> {
+    if password.chars().count() < MIN_PASSWORD {
+        return Err(PasswordRefused::Short);
+    }
+    if password != again {
+        return Err(PasswordRefused::Different);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::Role;
+    use crate::views::samples;
+
+    #[test]
+    fn every_page_tells_what_to_do() {
+        let page = AccountPage {
+            shell: samples::shell(Role::Trainee),
+            email: "ana@example.org".to_owned(),
+            pseudonym: "p-1".to_owned(),
+            school: "North".to_owned(),
+            cohorts: "Spring".to_owned(),
+            refused: Some(PasswordRefused::WrongOld),
+        };
+        let html = samples::keep("account", &page);
+        assert!(html.contains("/account/export") && html.contains("not your password"), "{html}");
+        let page = JoinPage {
+            csrf: "c".to_owned(),
+            token: "t".to_owned(),
+            name: "Ana".to_owned(),
+            email: "ana@example.org".to_owned(),
+            school: "North".to_owned(),
+            first: true,
+            refused: Some(PasswordRefused::Different),
+        };
+        assert!(samples::keep("join", &page).contains("Welcome"));
+        assert!(samples::keep("dead-link", &DeadLinkPage).contains("not good"));
+        assert!(
+            samples::keep("forgotten", &ForgottenPage { csrf: "c".to_owned(), asked: true }).contains("on its way")
+        );
+    }
+
+    #[test]
+    fn a_password_is_long_enough_and_typed_twice() {
+        assert_eq!(check_password("short", "short"), Err(PasswordRefused::Short));
+        assert_eq!(check_password("long enough it is", "long enough it was"), Err(PasswordRefused::Different));
+        assert_eq!(check_password("long enough it is", "long enough it is"), Ok(()));
+    }
+}

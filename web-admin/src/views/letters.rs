@@ -1,0 +1,92 @@
+//! What mails say: a subject in the first line, an empty line, the text.
+
+use askama::Template;
+
+use crate::accounts::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
+use crate::domain::assignment::{Stage, Standing};
+use crate::domain::due::{Local, local};
+use crate::storage::mails::Mail;
+
+const DAY_S: i64 = 86_400;
+
+#[derive(Template)]
+#[template(path = "mail/invitation.txt")]
+struct Invitation<'a> {
+    name: &'a str,
+    school: &'a str,
+    link: &'a str,
+    days: i64,
+}
+
+#[derive(Template)]
+#[template(path = "mail/reset.txt")]
+struct Reset<'a> {
+    name: &'a str,
+    school: &'a str,
+    link: &'a str,
+    days: i64,
+}
+
+#[derive(Template)]
+#[template(path = "mail/reminder.txt")]
+struct Reminder<'a> {
+    name: &'a str,
+    title: &'a str,
+    due: &'a Local,
+    standing: &'a Standing,
+    link: &'a str,
+}
+
+/// Subject and text of a reminder; none for what has no date.
+#[must_use]
+pub fn reminder(mail: &Mail, standing: &Standing, link: &str) -> Option<(String, String)> {
+    let due = &local(standing.assigned.due_at?, &standing.assigned.time_zone);
+    Some(parts(&Reminder { name: &mail.name, title: &standing.assigned.title, due, standing, link }))
+}
+
+/// Subject and text of an invitation.
+#[must_use]
+pub fn invitation(mail: &Mail, link: &str) -> (String, String) {
+    parts(&Invitation { name: &mail.name, school: &mail.school, link, days: INVITATION_LIFETIME_S / DAY_S })
+}
+
+/// Subject and text of a mail with a link to another password.
+#[must_use]
+pub fn reset(mail: &Mail, link: &str) -> (String, String) {
+    parts(&Reset { name: &mail.name, school: &mail.school, link, days: RESET_LIFETIME_S / DAY_S })
+}
+
+fn parts(letter: &impl Template) -> (String, String) {
+    // Rendering into a String fails for no data we can hold.
+    let text = letter.render().unwrap_or_default();
+    let (subject, body) = text.split_once("\n\n").unwrap_or((&text, ""));
+    (subject.to_owned(), body.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::storage::mails::MailKind;
+
+    #[test]
+    fn a_letter_has_a_subject_a_name_and_the_whole_link() {
+        let mail = Mail {
+            id: uuid::Uuid::nil(),
+            school_id: uuid::Uuid::nil(),
+            person_id: uuid::Uuid::nil(),
+            kind: MailKind::Invitation,
+            assignment_id: None,
+            tries: 0,
+            name: "Ana <Ek>".to_owned(),
+            email: "ana@example.org".to_owned(),
+            school: "North & South".to_owned(),
+            time_zone: "UTC".to_owned(),
+            enabled: true,
+        };
+        for (subject, body) in [invitation(&mail, "https://a.example/join/1"), reset(&mail, "https://a.example/join/1")]
+        {
+            assert!(subject.ends_with("at North & South") && !subject.contains('\n'), "{subject}");
+            assert!(body.starts_with("Dear Ana <Ek>,") && body.contains("\nhttps://a.example/join/1\n"), "{body}");
+        }
+    }
+}

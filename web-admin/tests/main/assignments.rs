@@ -1,0 +1,170 @@
+//! Assignments through the front door. Fails when a trainee does not see what is due, when the clocks move a deadline,
+//! when another school's cohort can be told from none, or when somebody is reminded twice or for nothing.
+
+use uuid::Uuid;
+use web_admin::assignments;
+use web_admin::clock::Clock;
+use web_admin::config::MailTo;
+use web_admin::domain::{Moment, Role};
+use web_admin::mail;
+use web_admin::storage::{cohorts, schools};
+use web_admin::worker;
+
+use super::support::client::{Answer, Client, csrf_in};
+use super::support::recordings::{Attempt, record};
+use super::support::{App, Member};
+
+/// 2026-03-01 00:00 UTC; the attempts of these tests begin on 4 March.
+const NOW: Moment = Moment::from_micros(1_772_323_200_000_000);
+
+struct World {
+    app: App,
+    school: Uuid,
+    cohort: Uuid,
+    ada: Member,
+    teacher: Client,
+}
+
+impl World {
+    async fn new() -> Self {
+        let app = App::with(Clock::fixed(NOW), |_| {}).await;
+        let school = app.school("North").await;
+        app.write(async |tx| schools::set_time_zone(tx, school, "Europe/Berlin").await.unwrap()).await;
+        let ada = app.member(school, Role::Trainee, "ada@example.org").await;
+        let teacher = app.member(school, Role::Instructor, "teacher@example.org").await;
+        app.cohort(school, "A", &[&ada.person, &teacher.person]).await;
+        app.publish(school).await;
+        let teacher = app.signed_in("teacher@example.org").await;
+        let cohort = cohorts::all(app.state.db.reader(), school).await.unwrap()[0].id;
+        Self { app, school, cohort, ada, teacher }
+    }
+
+    async fn post(&mut self, path: &str, fields: &[(&str, &str)]) -> Answer {
+        let csrf = csrf_in(&self.teacher.get("/assignments").await.text());
+        self.teacher.form(path, &[&[("csrf", csrf.as_str())], fields].concat()).await
+    }
+
+    /// Assigns the first exercise to the cohort; the page of the assignment.
+    async fn assign(&mut self, due: &str, limit: &str) -> String {
+        let cohort = self.cohort.to_string();
+        let fields =
+            [("task", "exercise:feel-the-layers"), ("cohort", cohort.as_str()), ("due", due), ("limit", limit)];
+        let made = self.post("/assignments", &fields).await;
+        assert_eq!(made.status, 303, "{}", made.text());
+        made.header("location").to_owned()
+    }
+
+    async fn adas_page(&self) -> String {
+        self.app.signed_in("ada@example.org").await.get("/assignments").await.text()
+    }
+
+    async fn mails(&self) -> Vec<String> {
+        assignments::remind(&self.app.state).await.unwrap();
+        mail::work_off(&self.app.state).await.unwrap();
+        let MailTo::Folder(folder) = &self.app.state.config.mail else { panic!("mail goes to a folder") };
+        let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+        entries.map(|entry| std::fs::read_to_string(entry.unwrap().path()).unwrap()).collect()
+    }
+}
+
+#[tokio::test]
+async fn what_is_assigned_comes_first_on_the_schools_clock() {
+    let mut world = World::new().await;
+    let page = world.assign("2026-03-27T18:00", "3").await;
+    let own = world.adas_page().await;
+    assert!(
+        own.contains("27 Mar 2026, 18:00") && own.contains("UTC+01:00") && own.contains("3 attempts left"),
+        "{own}"
+    );
+    let mut api = world.app.with_token(&world.ada.token);
+    let due = api.get("/api/v1/me/assignments").await.json();
+    let first = &due["assignments"][0];
+    assert_eq!(first["exercise_id"], "feel-the-layers");
+    assert_eq!(first["assigned"]["due_at"], "2026-03-27T18:00:00+01:00");
+    assert_eq!((&first["assigned"]["attempts_left"], &first["assigned"]["overdue"]), (&3.into(), &false.into()));
+    let listed = api.get("/api/v1/exercises").await.json();
+    assert_eq!((&listed["exercises"][0]["assigned"], &listed["exercises"][0]["due"]), (&true.into(), &true.into()));
+    assert!(world.teacher.get(&page).await.text().contains("<strong>0</strong> of 1"));
+}
+
+#[tokio::test]
+async fn an_extension_is_calendar_days_and_for_one_trainee() {
+    let mut world = World::new().await;
+    let page = world.assign("2026-03-27T18:00", "").await;
+    let ada = world.ada.person.id.to_string();
+    let extended = world.post(&format!("{page}/extend"), &[("person", &ada), ("days", "7")]).await;
+    assert_eq!(extended.status, 303, "{}", extended.text());
+    let own = world.adas_page().await;
+    assert!(own.contains("3 Apr 2026, 18:00") && own.contains("UTC+02:00") && own.contains("7 days longer"), "{own}");
+    for (person, days, status) in [(ada.as_str(), "999", 422), (&Uuid::new_v4().to_string(), "7", 404)] {
+        let refused = world.post(&format!("{page}/extend"), &[("person", person), ("days", days)]).await;
+        assert_eq!(refused.status, status);
+    }
+    world.post(&format!("{page}/extend"), &[("person", &ada), ("days", "0")]).await;
+    assert!(world.adas_page().await.contains("27 Mar 2026, 18:00"), "as long as everybody");
+}
+
+#[tokio::test]
+async fn what_cannot_be_assigned_is_refused_and_what_was_typed_stays() {
+    let mut world = World::new().await;
+    let cohort = world.cohort.to_string();
+    let south = world.app.school("South").await;
+    world.app.cohort(south, "S", &[]).await;
+    let abroad = cohorts::all(world.app.state.db.reader(), south).await.unwrap()[0].id.to_string();
+    let nobody = Uuid::new_v4().to_string();
+    let task = "exercise:feel-the-layers";
+    for (task, cohort, due, status, words) in [
+        (task, cohort.as_str(), "2026-03-29T02:30", 422, "01:59 and 03:00"),
+        (task, &cohort, "2026-02-01T12:00", 422, "over already"),
+        (task, &cohort, "soon", 422, "“soon”"),
+        (task, "", "", 422, "Choose a cohort"),
+        (task, &abroad, "", 404, "Not"),
+        (task, &nobody, "", 404, "Not"),
+        ("exercise:none", &cohort, "", 404, "Not"),
+    ] {
+        let refused = world.post("/assignments", &[("task", task), ("cohort", cohort), ("due", due)]).await;
+        assert_eq!(refused.status, status, "{due} {}", refused.text());
+        assert!(refused.text().contains(words), "{words}: {}", refused.text());
+        assert!(status == 404 || refused.text().contains(&format!("name=\"due\" value=\"{due}\"")));
+    }
+    assert!(world.adas_page().await.contains("Nothing is assigned"));
+}
+
+#[tokio::test]
+async fn a_pass_does_it_and_a_limit_ends_it() {
+    let mut world = World::new().await;
+    let page = world.assign("2026-03-03T12:00", "1").await;
+    assert_eq!(world.app.with_token(&world.ada.token).upload(&record(&Attempt::default())).await.status, 201);
+    world.app.state.clock.advance(5 * 86_400);
+    worker::work_off(&world.app.state).await.unwrap();
+    let own = world.adas_page().await;
+    assert!(own.contains("Done late") || own.contains("No attempts left"), "the one attempt counts: {own}");
+    world.post(&format!("{page}/withdraw"), &[]).await;
+    assert!(world.adas_page().await.contains("Nothing is assigned"));
+    assert_eq!(world.teacher.get(&page).await.status, 404);
+}
+
+#[tokio::test]
+async fn a_locked_exercise_is_assigned_and_waits_for_its_prerequisite() {
+    let mut world = World::new().await;
+    let fields = [("task", "exercise:stop-in-the-fat"), ("email", "ada@example.org")];
+    assert_eq!(world.post("/assignments", &fields).await.status, 303);
+    assert!(world.adas_page().await.contains("Locked"));
+    let due = world.app.with_token(&world.ada.token).get("/api/v1/me/assignments").await.json();
+    assert!(due["assignments"].as_array().unwrap().iter().all(|a| a["exercise_id"] != "stop-in-the-fat"), "{due}");
+}
+
+#[tokio::test]
+async fn everybody_is_reminded_once_of_what_is_still_to_be_done() {
+    let mut world = World::new().await;
+    world.assign("2026-03-10T18:00", "").await;
+    assert_eq!(world.mails().await.len(), 0, "not nine days before");
+    world.app.state.clock.advance(8 * 86_400);
+    let mails = world.mails().await;
+    assert!(mails.len() == 1 && mails[0].contains("Due 10 Mar 2026, 18:00"), "{mails:?}");
+    world.app.state.clock.advance(3600);
+    assert_eq!(world.mails().await.len(), 1, "once");
+    let bo = world.app.member(world.school, Role::Trainee, "bo@example.org").await;
+    world.app.cohort(world.school, "A", &[&bo.person]).await;
+    assert_eq!(world.mails().await.len(), 2, "and whoever came later");
+}
