@@ -35,9 +35,8 @@ const VIEWERS: [(&str, &str, &str); 3] = [
 pub(super) async fn make(
     State(state): State<AppState>,
     person: CurrentPerson,
-    Id(id): Id,
+    (Id(id), headers): (Id, HeaderMap),
     csrf: Csrf,
-    headers: HeaderMap,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<LinksPage, PageError> {
     let session = sessions::visible(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;

@@ -33,7 +33,10 @@ pub struct ResultsPage {
     pub results: Results,
     /// Scores split by something else than the role.
     pub split: Split,
-    /// Scores against a figure of the attempts.
+    /// Title of a score, its points against another figure, and Spearman's ρ of them.
+pub type Scatter = (String, Vec<(f64, f64)>, Figure<Interval>);
+
+/// Scores against a figure of the attempts.
     pub against: Against,
     /// Comments.
     pub comments: Vec<CommentBlock>,
@@ -79,8 +82,8 @@ pub struct Split {
 pub struct Against {
     /// Word and title of each figure, and whether it is chosen.
     pub metrics: Vec<(&'static str, &'static str, bool)>,
-    /// Title, points and Spearman's ρ of each score; points only where there are enough to show.
-    pub scores: Vec<(String, Vec<(f64, f64)>, Figure<Interval>)>,
+    /// Each score; points only where there are enough to show.
+    pub scores: Vec<Scatter>,
 }
 
 /// The comments to an item.
