@@ -255,9 +255,9 @@ mod tests {
     fn the_list_links_each_cohort() {
         let cards =
             vec![CohortCard::new(("/cohorts/1".to_owned(), "Spring".to_owned()), &samples::cohort_page().trainees)];
-        let page = CohortsPage { shell: samples::shell(crate::domain::Role::Instructor), cohorts: cards };
+        let page = CohortsPage { shell: samples::shell(Role::Instructor), cohorts: cards };
         assert!(samples::keep("cohorts", &page).contains(r#"href="/cohorts/1""#));
-        let empty = CohortsPage { shell: samples::shell(crate::domain::Role::Instructor), cohorts: vec![] };
+        let empty = CohortsPage { shell: samples::shell(Role::Instructor), cohorts: vec![] };
         assert!(samples::keep("cohorts-empty", &empty).contains("No cohorts yet"));
     }
 }

@@ -136,47 +136,7 @@ impl World {
         visitors.push(Visitor { token: Some(station), ..stranger("station") });
         app.write(async |tx| people::disable(tx, gone.person.id, now).await.unwrap()).await;
 
-        let reader = app.state.db.reader();
-        let cohorts = reports::cohorts(reader, &admin.person.clone().into_current().unwrap()).await.unwrap();
-        let owner = Owner { school_id: north, person_id: Some(own.person.id), station_id: None };
-        let upload = uploads::begin(&app.state, owner, 10, String::new()).await.unwrap();
-        let writer = teacher.person.clone().into_current().unwrap();
-        let draft = drafting::exercise(&app.state, &writer, "stop-in-the-fat", None).await.unwrap();
-        let said = Comment { kind: CommentKind::Question, from_s: 0.1, to_s: None, body: "Why?".to_owned() };
-        let key = SessionKey { school_id: north, id: attempt.session_id };
-        let comment = app.write(async |tx| comments::add(tx, (key, own.person.id), &said, now).await.unwrap()).await;
-        let file = ("roster.csv", "email,name\nnew@north.example,New\n".as_bytes());
-        let by = admin.person.clone().into_current().unwrap();
-        let roster = roster_import::keep(&app.state, &by, file, &Wanted::default()).await.unwrap();
-        let new = NewAssignment {
-            task: Task::Exercise("feel-the-layers".to_owned()),
-            cohort_id: Some(cohorts[0].id),
-            person_id: None,
-            supervised: false,
-            attempt_limit: None,
-            due: Some(("2126-11-30T18:00:00".to_owned(), now.plus_s(86_400))),
-            time_zone: "UTC".to_owned(),
-        };
-        let assignment = assignments::make(&app.state, &by, &new).await.unwrap();
-        let objects = BTreeMap::from([
-            ("draft", draft.to_string()),
-            ("course", "lower-back-basics".to_owned()),
-            ("comment", comment.to_string()),
-            ("unknown", "nobody-was-given-this".to_owned()),
-            ("file", "x.mcap".to_owned()),
-            ("session", attempt.session_id.to_string()),
-            ("trainee", own.person.id.to_string()),
-            ("cohort", cohorts[0].id.to_string()),
-            ("exercise", "feel-the-layers".to_owned()),
-            ("upload", upload.id.to_string()),
-            ("station", stations::all(reader, north).await.unwrap()[0].id.to_string()),
-            ("asset", "style.css".to_owned()),
-            ("join", "nobodys-token".to_owned()),
-            ("roster", roster.to_string()),
-            ("assignment", assignment.to_string()),
-        ]);
-        let survey = survey(&app, &teacher, cohorts[0].id).await;
-        let objects = objects.into_iter().chain(survey).collect();
+        let objects = objects(&app, [&own, &teacher, &admin], attempt.session_id).await;
         app.state.db.close().await;
         Self { folder: app.folder, visitors, objects }
     }
@@ -236,6 +196,52 @@ async fn survey(app: &App, teacher: &Member, cohort: Uuid) -> [(&'static str, St
         ("document", "document.toml".to_owned()),
         ("export", "results.json".to_owned()),
     ]
+}
+
+/// What paths and forms may name, made by a trainee, their teacher and the administrator.
+async fn objects(app: &App, [own, teacher, admin]: [&Member; 3], session: Uuid) -> BTreeMap<&'static str, String> {
+    let (north, now) = (own.person.school_id, app.state.clock.now());
+    let reader = app.state.db.reader();
+    let cohorts = reports::cohorts(reader, &admin.person.clone().into_current().unwrap()).await.unwrap();
+    let owner = Owner { school_id: north, person_id: Some(own.person.id), station_id: None };
+    let upload = uploads::begin(&app.state, owner, 10, String::new()).await.unwrap();
+    let writer = teacher.person.clone().into_current().unwrap();
+    let draft = drafting::exercise(&app.state, &writer, "stop-in-the-fat", None).await.unwrap();
+    let said = Comment { kind: CommentKind::Question, from_s: 0.1, to_s: None, body: "Why?".to_owned() };
+    let key = SessionKey { school_id: north, id: session };
+    let comment = app.write(async |tx| comments::add(tx, (key, own.person.id), &said, now).await.unwrap()).await;
+    let file = ("roster.csv", "email,name\nnew@north.example,New\n".as_bytes());
+    let by = admin.person.clone().into_current().unwrap();
+    let roster = roster_import::keep(&app.state, &by, file, &Wanted::default()).await.unwrap();
+    let new = NewAssignment {
+        task: Task::Exercise("feel-the-layers".to_owned()),
+        cohort_id: Some(cohorts[0].id),
+        person_id: None,
+        supervised: false,
+        attempt_limit: None,
+        due: Some(("2126-11-30T18:00:00".to_owned(), now.plus_s(86_400))),
+        time_zone: "UTC".to_owned(),
+    };
+    let assignment = assignments::make(&app.state, &by, &new).await.unwrap();
+    let objects = BTreeMap::from([
+        ("draft", draft.to_string()),
+        ("course", "lower-back-basics".to_owned()),
+        ("comment", comment.to_string()),
+        ("unknown", "nobody-was-given-this".to_owned()),
+        ("file", "x.mcap".to_owned()),
+        ("session", session.to_string()),
+        ("trainee", own.person.id.to_string()),
+        ("cohort", cohorts[0].id.to_string()),
+        ("exercise", "feel-the-layers".to_owned()),
+        ("upload", upload.id.to_string()),
+        ("station", stations::all(reader, north).await.unwrap()[0].id.to_string()),
+        ("asset", "style.css".to_owned()),
+        ("join", "nobodys-token".to_owned()),
+        ("roster", roster.to_string()),
+        ("assignment", assignment.to_string()),
+    ]);
+    let survey = survey(app, teacher, cohorts[0].id).await;
+    objects.into_iter().chain(survey).collect()
 }
 
 fn stranger(column: &'static str) -> Visitor {

@@ -40,7 +40,6 @@ fn document() -> String {
 
 #[tokio::test]
 #[ignore = "a measurement, in release: cargo test --release -p web-admin -- --ignored --nocapture results_of_5_000"]
-#[expect(clippy::print_stdout, reason = "this test tells what it measured")]
 async fn results_of_5_000_responses_to_30_items_within_300_ms() {
     let app = App::new().await;
     let school_id = app.school("North").await;

@@ -10,7 +10,8 @@ type Answers = Vec<Option<Answer>>;
 
 fn shipped(name: &str) -> Instrument {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/instruments").join(name);
-    Instrument::from_bytes(name, &std::fs::read(path.with_extension("toml")).unwrap()).unwrap()
+    Instrument::from_bytes(name, &std::fs::read(path.with_extension("toml")).expect("an instrument that is shipped"))
+        .expect("a sound instrument")
 }
 
 fn numbers(answers: &[f64]) -> Answers {
@@ -28,7 +29,7 @@ fn workload(instrument: &Instrument) -> Answers {
         {
             (true, true) => "frustration",
             (true, false) => "effort",
-            _ => item.pair.iter().min_by_key(|id| place(id)).unwrap(),
+            _ => item.pair.iter().min_by_key(|id| place(id)).expect("a pair has two"),
         };
         answers.push(Some(Answer::Text(heavier.to_owned())));
     }

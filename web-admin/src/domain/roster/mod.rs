@@ -187,7 +187,8 @@ fn assign(headings: &csv::StringRecord) -> Result<(Columns, Vec<String>), Unread
     if !has(Column::Email) && !has(Column::Login) {
         return missing("email address", "“email”, “e-mail” or “login_id”");
     }
-    if !has(Column::Name) && !(has(Column::Given) && has(Column::Family)) {
+    let named = has(Column::Name) || has(Column::Given) && has(Column::Family);
+    if !named {
         return missing("name", "“name”, or “first_name” and “last_name”,");
     }
     Ok((columns, ignored))

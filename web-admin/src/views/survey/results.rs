@@ -33,10 +33,7 @@ pub struct ResultsPage {
     pub results: Results,
     /// Scores split by something else than the role.
     pub split: Split,
-    /// Title of a score, its points against another figure, and Spearman's ρ of them.
-pub type Scatter = (String, Vec<(f64, f64)>, Figure<Interval>);
-
-/// Scores against a figure of the attempts.
+    /// Scores against a figure of the attempts.
     pub against: Against,
     /// Comments.
     pub comments: Vec<CommentBlock>,
@@ -76,6 +73,9 @@ pub struct Split {
     /// Answers in groups that are hidden.
     pub hidden: usize,
 }
+
+/// Title of a score, its points against another figure, and Spearman's ρ of them.
+pub type Scatter = (String, Vec<(f64, f64)>, Figure<Interval>);
 
 /// Scores against a figure of the attempts.
 #[derive(Clone, Debug, PartialEq)]
