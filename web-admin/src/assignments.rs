@@ -87,16 +87,28 @@ pub async fn taught(state: &AppState, school: Uuid) -> Result<Vec<Taught>, Error
 /// # Errors
 /// When the database fails.
 pub async fn standings(state: &AppState, school: Uuid, person: Uuid) -> Result<Vec<Standing>, Error> {
+    standings_in(state, &taught(state, school).await?, school, person).await
+}
+
+/// [`standings`], where the courses are known.
+///
+/// # Errors
+/// When the database fails.
+pub async fn standings_in(
+    state: &AppState,
+    taught: &[Taught],
+    school: Uuid,
+    person: Uuid,
+) -> Result<Vec<Standing>, Error> {
     let reader = state.db.reader();
     let assigned: Vec<Assigned> = assignments::of_trainee(reader, school, person).await?;
     if assigned.is_empty() {
         return Ok(Vec::new());
     }
-    let taught = taught(state, school).await?;
     let attempts = practice::of_trainee(reader, school, person).await?;
     let now = state.clock.now();
     let mut standings: Vec<Standing> =
-        assigned.into_iter().map(|assigned| Standing::of(assigned, &taught, &attempts, now)).collect();
+        assigned.into_iter().map(|assigned| Standing::of(assigned, taught, &attempts, now)).collect();
     sort(&mut standings);
     Ok(standings)
 }

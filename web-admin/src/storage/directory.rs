@@ -73,9 +73,8 @@ pub async fn list(executor: impl SqliteExecutor<'_>, school: Uuid, filter: &Filt
            FROM people p
            WHERE p.school_id = $1 AND (p.display_name, p.id) > ($2, $3) AND ($4 = '' OR instr(p.search, $4) > 0)
              AND ($5 IS NULL OR p.role = $5)
-             AND ($6 IS NULL OR EXISTS (SELECT 1 FROM cohort_members m WHERE m.cohort_id = $6 AND m.person_id = p.id))
-           ORDER BY p.display_name, p.id)
-         WHERE $7 IS NULL OR state = $7 LIMIT $8",
+             AND ($6 IS NULL OR EXISTS (SELECT 1 FROM cohort_members m WHERE m.cohort_id = $6 AND m.person_id = p.id)))
+         WHERE $7 IS NULL OR state = $7 ORDER BY name, id LIMIT $8",
     )
     .bind(school)
     .bind(name)

@@ -133,7 +133,9 @@ impl Row {
         Self::new(standing, (title, href), String::new())
     }
 
-    fn badge(&self) -> String {
+    /// How it stands, as a badge.
+    #[must_use]
+    pub fn badge(&self) -> String {
         match (&self.stage, self.overdue) {
             (Stage::Done { late: false, .. }, _) => Status::Passed.badge_saying("Done"),
             (Stage::Done { late: true, .. }, _) => Status::Passed.badge_saying("Done late"),

@@ -409,6 +409,7 @@ pub(super) fn trainee_page(own: bool) -> TraineePage {
         shell: shell(if own { Role::Trainee } else { Role::Instructor }),
         name: "Ana Lindqvist".to_owned(),
         own,
+        due: vec![],
         cohorts: vec!["Spring 2026".to_owned()],
         courses: vec![CourseView::new(&facts(&course), &progress, 0)],
         habits: HabitsView::default(),

@@ -7,6 +7,7 @@ use time::OffsetDateTime;
 use super::charts::{self, ScorePoint};
 use super::progress::HabitsView;
 use super::{Shell, Status, format};
+use crate::domain::assignment::Stage;
 use crate::domain::progress::{Attempt, Course, CurveRule, Mastery, Progress, StepProgress, StepState};
 
 /// A trainee's home.
@@ -19,6 +20,8 @@ pub struct TraineePage {
     pub name: String,
     /// The trainee is the visitor.
     pub own: bool,
+    /// What is assigned to the visitor and not done, what is due first before.
+    pub due: Vec<super::assignments::Row>,
     /// Cohorts, by name.
     pub cohorts: Vec<String>,
     /// Courses, the one in progress first.

@@ -347,3 +347,31 @@ async fn refuse_then_take(listener: TcpListener) -> String {
     }
     taken.replace("=\n", "")
 }
+
+/// Bars: 5 000 rows are looked at within 2 s and imported within 5 s. Timings depend on the machine, so this prints and is
+/// run by hand: `cargo test --workspace --test main five_thousand -- --ignored --nocapture`.
+#[tokio::test]
+#[ignore = "measures"]
+#[expect(clippy::disallowed_methods, clippy::print_stdout, reason = "it measures, and tells what it measured")]
+async fn five_thousand_people() {
+    let (app, _, mut head) = school().await;
+    let line = |n| format!("{n};Person;Number {n};p{n}@example.org;Year {}\n", n % 10);
+    let lines: String = (0..5000).map(line).collect();
+    let file = format!("user_id;last_name;first_name;email;cohort\n{lines}");
+    let start = std::time::Instant::now();
+    let sent = send(&mut head, file.as_bytes(), &[]).await;
+    let address = sent.header("location").to_owned();
+    let shown = head.get(&address).await.text();
+    println!("sent and shown in {:.2} s", start.elapsed().as_secs_f64());
+    let start = std::time::Instant::now();
+    assert_eq!(confirm(&mut head, &address, &shown).await.header("location"), "/people?added=5000&changed=0");
+    println!("imported in {:.2} s", start.elapsed().as_secs_f64());
+    let sent = send(&mut head, file.as_bytes(), &[]).await;
+    let start = std::time::Instant::now();
+    head.get(sent.header("location")).await;
+    println!("compared with 5000 people in {:.2} s", start.elapsed().as_secs_f64());
+    let start = std::time::Instant::now();
+    head.get("/people?q=number+4321").await;
+    println!("looked up in {:.3} s", start.elapsed().as_secs_f64());
+    assert_eq!(count(&app).await, 5001);
+}

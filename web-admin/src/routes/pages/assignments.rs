@@ -217,9 +217,10 @@ pub(super) async fn show(
     csrf: Csrf,
 ) -> Result<AssignmentPage, PageError> {
     let listed = find(&state, &person, id).await?;
+    let taught = teaching::taught(&state, person.school_id).await?;
     let mut rows = Vec::new();
     for trainee in trainees(&state, &person, &listed).await? {
-        let standings = teaching::standings(&state, person.school_id, trainee.id).await?;
+        let standings = teaching::standings_in(&state, &taught, person.school_id, trainee.id).await?;
         let own = standings.into_iter().find(|standing| standing.assigned.id == id);
         let link = (trainee.name, format!("/trainees/{}", trainee.id));
         rows.extend(own.map(|standing| Row::new(standing, link, trainee.id.to_string())));

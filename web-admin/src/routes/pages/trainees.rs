@@ -7,6 +7,8 @@ use serde::Deserialize;
 use super::standing::{self, Taught};
 use super::{Id, rows};
 use crate::AppState;
+use crate::assignments as teaching;
+use crate::domain::assignment::Standing;
 use crate::domain::progress::Habits;
 use crate::domain::{CurrentPerson, Moment, Role};
 use crate::error::{Error, PageError};
@@ -14,12 +16,15 @@ use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::stations;
 use crate::storage::reports::{self, ListedAttempt, Named, Stretch};
 use crate::storage::{cohorts, practice, sign_in_codes};
+use crate::views::assignments::Row;
 use crate::views::progress::HabitsView;
 use crate::views::trainee::{CourseView, Pages, SignInCodePage, TraineePage};
 use crate::views::{Place, Shell};
 
 /// Attempts over which habits are looked for.
 const RECENT: Stretch = Stretch { limit: 20, offset: 0 };
+/// Assignments on a trainee's home.
+const SHOWN_DUE: usize = 3;
 /// Attempts on one page of the list.
 const PER_PAGE: u32 = 25;
 
@@ -67,8 +72,10 @@ pub(super) async fn page(
         false => None,
     };
     let latest = reports::attempts_of(reader, school, trainee.id, RECENT).await?;
+    let due = if own { teaching::standings(state, school, visitor.id).await? } else { Vec::new() };
     Ok(TraineePage {
         shell,
+        due: due.into_iter().filter(Standing::is_open).take(SHOWN_DUE).map(Row::own).collect(),
         habits: habits(&latest),
         name: trainee.name,
         own,
