@@ -352,7 +352,7 @@ async fn refuse_then_take(listener: TcpListener) -> String {
 /// run by hand: `cargo test --workspace --test main five_thousand -- --ignored --nocapture`.
 #[tokio::test]
 #[ignore = "measures"]
-#[expect(clippy::disallowed_methods, clippy::print_stdout, reason = "it measures, and tells what it measured")]
+#[expect(clippy::disallowed_methods, reason = "it measures")]
 async fn five_thousand_people() {
     let (app, _, mut head) = school().await;
     let line = |n| format!("{n};Person;Number {n};p{n}@example.org;Year {}\n", n % 10);
