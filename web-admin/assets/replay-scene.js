@@ -9,9 +9,9 @@ const TENT_REACH = 7;
 const STEPS = 48;
 // Ways to look: how far around and above, in radians, and how far away beside the block's size.
 const VIEWS = {
-  whole: { turn: 0.32, rise: 0.24, distance: 2.5 },
-  side: { turn: 0, rise: 0.04, distance: 2.3 },
-  tip: { turn: 0.18, rise: 0.12, distance: 0.85 },
+  whole: { turn: 0.32, rise: 0.24, distance: 1.75 },
+  side: { turn: 0, rise: 0.04, distance: 1.65 },
+  tip: { turn: 0.18, rise: 0.12, distance: 0.6 },
 };
 
 export class Scene {
@@ -123,7 +123,7 @@ export class Scene {
 
   camera() {
     const size = HALF_WIDTH + this.bottom * 0.7;
-    const closest = this.view === 'tip' ? this.tip : this.place(0, 0, this.bottom * 0.36);
+    const closest = this.view === 'tip' ? this.tip : this.place(0, 0, this.bottom * 0.22);
     const flat = add(scale(this.away, -Math.cos(this.turn)), scale(this.along, Math.sin(this.turn)));
     const towards = add(scale(flat, Math.cos(this.rise)), [0, 0, Math.sin(this.rise)]);
     const eye = add(closest, scale(towards, size * this.distance));

@@ -3,6 +3,7 @@
 
 mod assignments;
 mod attempt;
+mod lesson;
 mod people;
 mod school;
 mod study;
@@ -90,6 +91,7 @@ pub async fn make(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Ve
         }
     }
     progress.finish_and_clear();
+    lesson::teach(&past).await?;
     study::hold(&past, school, &trainees).await?;
     assignments::assign(&past, school, now).await?;
     Ok(accounts)

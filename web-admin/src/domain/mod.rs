@@ -2,6 +2,7 @@
 
 pub mod assignment;
 pub mod comment;
+pub mod corridor;
 pub mod curve;
 pub mod due;
 pub mod judgement;

@@ -19,6 +19,7 @@ pub mod curricula;
 pub mod directory;
 pub mod drafts;
 pub mod exercises;
+pub mod experts;
 pub mod exports;
 pub mod grades;
 pub mod instruments;

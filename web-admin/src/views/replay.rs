@@ -30,6 +30,10 @@ pub struct ReplayPage {
     pub duration_s: f64,
     /// The curves, for browsers without scripts.
     pub drawing: Option<Drawing>,
+    /// The attempt over the experts' corridor, for both widths, where enough of them consent.
+    pub corridor: Option<String>,
+    /// Since when the visitor lets their own attempts be part of it; absent for a trainee, who is no expert.
+    pub consent: Option<Option<OffsetDateTime>>,
     /// What was said, by its moment.
     pub comments: Vec<CommentView>,
     /// The form as it was filled in.
@@ -153,6 +157,8 @@ mod tests {
             started_at: samples::NOW,
             duration_s: 26.0,
             drawing: Some(Drawing::new(&samples::curve())),
+            corridor: None,
+            consent: Some(None),
             comments: vec![comment],
             form: CommentForm::default(),
             others: vec![Other { session: Uuid::nil(), label: "12 May, 80".to_owned(), chosen: true }],

@@ -58,6 +58,7 @@ pub fn router() -> Routes {
         .route("/sessions/{id}/comments", post(replay::comment))
         .route("/sessions/{id}/comments/{comment}/answers", post(replay::answer))
         .route("/sessions/{id}/comments/{comment}/withdraw", post(replay::withdraw))
+        .route("/expert-consent", post(replay::consent))
         .route("/sessions/{id}/links", post(links::make))
         .route("/sessions/{id}/grade", get(review::grade))
         .route("/sessions/{id}/override", post(review::put_override))

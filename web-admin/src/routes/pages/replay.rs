@@ -10,18 +10,18 @@ use uuid::Uuid;
 
 use super::{Id, sessions as attempts};
 use crate::AppState;
-use crate::domain::CurrentPerson;
 use crate::domain::comment::{self, Comment, Typed};
+use crate::domain::{CurrentPerson, Curve, Moment, Role, corridor};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::storage::audit::{self, Actor, Entry};
 use crate::storage::comments::{self, Kept};
-use crate::storage::reports;
 use crate::storage::scores::{self, SessionKey};
 use crate::storage::sessions::{self, Session};
+use crate::storage::{experts, reports};
 use crate::views::replay::{CommentForm, CommentView, Other, ReplayPage, Said};
 use crate::views::session::Drawing;
-use crate::views::{Place, Shell, format};
+use crate::views::{Place, Shell, charts, format};
 
 /// What the address may add.
 #[derive(Debug, Default, Deserialize)]
@@ -65,10 +65,59 @@ async fn page(
         started_at: session.started_at.to_utc(),
         duration_s: session.duration_s,
         drawing: curve.as_ref().map(Drawing::new),
+        corridor: match &curve {
+            Some(curve) => corridor(state, session, curve).await?,
+            None => None,
+        },
+        consent: match person.role {
+            Role::Trainee => None,
+            _ => Some(experts::consented(reader, person.school_id, person.id).await?.map(Moment::to_utc)),
+        },
         comments: views(&said, person),
         form,
         others: others(state, person, session, query.with.parse().ok()).await?,
     })
+}
+
+/// The attempt over the experts' corridor, for both widths.
+async fn corridor(state: &AppState, session: &Session, curve: &Curve) -> Result<Option<String>, Error> {
+    let experts = experts::curves(state.db.reader(), session.school_id, &session.exercise_id).await?;
+    let made = corridor::corridor(curve, &experts);
+    Ok(made.map(|made| charts::both(|size| charts::corridor(curve, &made, size))))
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct ConsentForm {
+    #[serde(default)]
+    consent: String,
+}
+
+/// Gives or takes back the visitor's own consent to be one of the experts.
+pub(super) async fn consent(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    CsrfForm(form): CsrfForm<ConsentForm>,
+) -> Result<Redirect, PageError> {
+    if person.role == Role::Trainee {
+        return Err(Error::Forbidden("the corridor is of those who teach").into());
+    }
+    let (now, mut tx) = (state.clock.now(), state.db.write().await?);
+    let own = (person.school_id, person.id);
+    let (changed, action) = match form.consent.as_str() {
+        "given" => (experts::consent(&mut tx, own, (person.id, "given by themselves"), now).await?, "expert.consented"),
+        "withdrawn" => (experts::withdraw(&mut tx, own.0, own.1).await?, "expert.consent_withdrawn"),
+        other => {
+            let why = format!("consent: \"{other}\"; allowed are given and withdrawn");
+            return Err(Error::BadRequest(why).into());
+        }
+    };
+    if changed {
+        let (actor, object) = (Actor::Person(person.id), person.id.to_string());
+        let entry = Entry { school_id: Some(person.school_id), actor, action, object, details: json!({}) };
+        audit::append(&mut tx, entry, now).await?;
+    }
+    tx.commit().await?;
+    Ok(Redirect::to("/review"))
 }
 
 /// Attempts at the same exercise that the visitor may see, the trainee's own among them.

@@ -209,20 +209,38 @@ pub(super) async fn mark(
     CsrfForm(form): CsrfForm<MarkForm>,
 ) -> Result<Response, PageError> {
     let session = find_scored(&state, &person, id).await?;
-    let (now, mut tx) = (state.clock.now(), state.db.write().await?);
-    let (changed, action) = match form.mark.as_str() {
-        "reviewed" => (reviews::mark(&mut tx, session.key(), person.id, now).await?, "session.reviewed"),
-        "waiting" => (reviews::unmark(&mut tx, session.key()).await?, "session.review_withdrawn"),
+    let reviewed = match form.mark.as_str() {
+        "reviewed" => true,
+        "waiting" => false,
         other => {
             let why = format!("mark: \"{other}\"; allowed are reviewed and waiting");
             return Err(Error::BadRequest(why).into());
         }
     };
-    if changed {
-        note(&mut tx, (&state, &person), &session, (action, json!({}))).await?;
-    }
-    tx.commit().await?;
+    set_reviewed(&state, &person, &session, reviewed).await?;
     Ok(to_grade(id))
+}
+
+/// Marks an attempt as looked at, or puts it back, with the audit entry that tells of it.
+///
+/// # Errors
+/// When the database fails.
+pub(crate) async fn set_reviewed(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &Session,
+    reviewed: bool,
+) -> Result<(), Error> {
+    let (now, mut tx) = (state.clock.now(), state.db.write().await?);
+    let (changed, action) = if reviewed {
+        (reviews::mark(&mut tx, session.key(), person.id, now).await?, "session.reviewed")
+    } else {
+        (reviews::unmark(&mut tx, session.key()).await?, "session.review_withdrawn")
+    };
+    if changed {
+        note(&mut tx, (state, person), session, (action, json!({}))).await?;
+    }
+    Ok(tx.commit().await?)
 }
 
 /// What the attempt would score by the rubric of today.

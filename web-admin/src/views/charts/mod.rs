@@ -5,6 +5,7 @@
 
 mod bars;
 mod boxes;
+mod corridor;
 mod cross_section;
 mod damage;
 mod force_depth;
@@ -21,6 +22,7 @@ mod time;
 
 pub use bars::{by_day, spread};
 pub use boxes::{BoxRow, boxes};
+pub use corridor::corridor;
 pub use cross_section::{Outline, Section, Structure, cross_section};
 pub use damage::{LayerDamage, damage};
 pub use force_depth::force_depth;

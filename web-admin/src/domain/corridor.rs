@@ -1,0 +1,169 @@
+//! What experts' forces were, over the depth of an attempt: their median and a band, aligned by the crossing of each layer.
+//!
+//! Layers differ in thickness from patient to patient. So each stretch from one crossing to the next is stretched to that
+//! of the attempt that is shown, and forces are compared at the same share of it.
+
+use assessment::statistics::quantile;
+
+use super::curve::{Curve, MarkKind};
+
+/// Fewest experts that are shown: among fewer, one could be told from the others.
+pub const FEWEST: usize = 5;
+/// The band holds all but this share on either side.
+const OUTSIDE: f64 = 0.1;
+/// Places in each stretch.
+const STEPS: u32 = 16;
+
+/// A place of the corridor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Along the needle of the attempt that is shown, in mm.
+    pub depth_mm: f64,
+    /// A tenth of the experts pushed less, in N.
+    pub low_n: f64,
+    /// Half of them did, in N.
+    pub median_n: f64,
+    /// A tenth of them pushed more, in N.
+    pub high_n: f64,
+}
+
+/// The experts' corridor over an attempt.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Corridor {
+    /// How many experts.
+    pub experts: usize,
+    /// Places by depth.
+    pub places: Vec<Place>,
+}
+
+/// The way in: where it crossed each boundary, and the force on it.
+struct Way {
+    /// Depth at the first touch, at each boundary's opening by the tip, and where it turned back, in mm.
+    crossings: Vec<f64>,
+    /// Depth in mm and force in N, in order of time.
+    points: Vec<(f64, f64)>,
+}
+
+impl Way {
+    fn of(curve: &Curve) -> Self {
+        let deepest = curve.points.iter().enumerate().max_by(|a, b| a.1.depth_mm.total_cmp(&b.1.depth_mm));
+        let end = deepest.map_or(0, |(index, _)| index + 1);
+        let opened = |name: &str| {
+            let tip = curve.marks.iter().find(|mark| mark.kind == MarkKind::TipRupture && mark.name == name);
+            tip.map(|mark| mark.depth_mm)
+        };
+        let mut crossings = vec![0.0];
+        crossings.extend(curve.bands.iter().map_while(|band| opened(&band.name)));
+        crossings.extend(deepest.map(|(_, point)| point.depth_mm));
+        let points = curve.points[..end].iter().map(|point| (point.depth_mm, point.force_n)).collect();
+        Self { crossings, points }
+    }
+
+    /// The stretch from a crossing to the next. The last one ends where the needle turned back, which is comparable only
+    /// with ways that crossed as many boundaries.
+    fn stretch(&self, index: usize, of: usize) -> Option<(f64, f64)> {
+        let last = index + 2 == of;
+        let comparable = if last { self.crossings.len() == of } else { self.crossings.len() > index + 2 };
+        let stretch = (*self.crossings.get(index)?, *self.crossings.get(index + 1)?);
+        (comparable && stretch.0 < stretch.1).then_some(stretch)
+    }
+
+    /// The force when the tip first came to a depth, in N.
+    fn force_n(&self, depth_mm: f64) -> Option<f64> {
+        let at = self.points.iter().position(|(depth, _)| *depth >= depth_mm)?;
+        let (to, force_n) = self.points[at];
+        let Some(&(from, before_n)) = at.checked_sub(1).map(|before| &self.points[before]) else {
+            return Some(force_n);
+        };
+        let share = if to > from { (depth_mm - from) / (to - from) } else { 1.0 };
+        Some(before_n + share * (force_n - before_n))
+    }
+}
+
+/// The corridor over an attempt, from one curve of each expert. None where fewer than [`FEWEST`] can be compared.
+#[must_use]
+pub fn corridor(shown: &Curve, experts: &[Curve]) -> Option<Corridor> {
+    let shown = Way::of(shown);
+    let experts: Vec<Way> = experts.iter().map(Way::of).collect();
+    let crossings = shown.crossings.len();
+    let mut places = Vec::new();
+    for index in 0..crossings.saturating_sub(1) {
+        let Some((from, to)) = shown.stretch(index, crossings) else { break };
+        for step in 0..=STEPS {
+            let share = f64::from(step) / f64::from(STEPS);
+            let force = |way: &Way| way.stretch(index, crossings).and_then(|(a, b)| way.force_n(a + share * (b - a)));
+            let forces: Vec<f64> = experts.iter().filter_map(force).collect();
+            places.extend(place(from + share * (to - from), &forces));
+        }
+    }
+    (!places.is_empty()).then_some(Corridor { experts: experts.len(), places })
+}
+
+fn place(depth_mm: f64, forces_n: &[f64]) -> Option<Place> {
+    if forces_n.len() < FEWEST {
+        return None;
+    }
+    let at = |share| quantile(forces_n, share).ok();
+    Some(Place { depth_mm, low_n: at(OUTSIDE)?, median_n: at(0.5)?, high_n: at(1.0 - OUTSIDE)? })
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when fewer than five experts are shown, or layers of another thickness are compared at the same depth.
+    use super::*;
+    use crate::domain::curve::{Band, Mark, Point};
+
+    /// Force rises to `peak_n` at a boundary that opens at `at_mm`, then is 1 N down to `end_mm`.
+    fn curve(at_mm: f64, peak_n: f64, end_mm: f64) -> Curve {
+        let band = Band { name: "skin".into(), texture: "skin".into(), top_mm: 0.0, bottom_mm: 50.0 };
+        let force = |mm: f64| if mm <= at_mm { peak_n * mm / at_mm } else { 1.0 };
+        let point = |i: u32| {
+            let depth_mm = f64::from(i) * end_mm / 400.0;
+            Point { t_s: f64::from(i), depth_mm, force_n: force(depth_mm) }
+        };
+        let mark = Mark {
+            kind: MarkKind::TipRupture,
+            t_s: 1.0,
+            depth_mm: at_mm,
+            force_n: peak_n,
+            axial_n: peak_n,
+            name: "skin".into(),
+        };
+        Curve {
+            bands: vec![band],
+            points: (0..=400).map(point).collect(),
+            marks: vec![mark],
+            stages: vec![],
+            target_depth_mm: end_mm,
+            duration_s: 1.0,
+        }
+    }
+
+    #[test]
+    fn four_experts_are_not_shown_and_five_are() {
+        let shown = curve(4.0, 2.0, 20.0);
+        let experts: Vec<Curve> = (0..5).map(|i| curve(2.0 + f64::from(i), 3.0, 18.0)).collect();
+        assert_eq!(corridor(&shown, &experts[..4]), None);
+        let made = corridor(&shown, &experts).expect("five are enough");
+        assert_eq!(made.experts, 5);
+    }
+
+    #[test]
+    fn peaks_are_compared_where_the_layer_opens_whatever_its_depth() {
+        let shown = curve(10.0, 2.0, 20.0);
+        let experts: Vec<Curve> = (0..9).map(|i| curve(2.0 + f64::from(i), 3.0, 30.0)).collect();
+        let made = corridor(&shown, &experts).expect("nine are enough");
+        let half = made.places.iter().find(|place| (place.depth_mm - 5.0).abs() < 1e-9).expect("half of the way");
+        assert!((half.median_n - 1.5).abs() < 0.05 && half.high_n - half.low_n < 0.1, "{half:?}");
+        let deep = made.places.last().expect("a last place");
+        assert!((deep.depth_mm - 20.0).abs() < 1e-9 && (deep.median_n - 1.0).abs() < 1e-9, "{deep:?}");
+    }
+
+    #[test]
+    fn an_attempt_that_never_touched_has_no_corridor() {
+        let mut shown = curve(10.0, 2.0, 20.0);
+        (shown.points, shown.marks) = (vec![], vec![]);
+        let experts: Vec<Curve> = (0..9).map(|_| curve(5.0, 3.0, 30.0)).collect();
+        assert_eq!(corridor(&shown, &experts), None);
+    }
+}
