@@ -135,7 +135,7 @@ struct Waiting {
 struct Graded {
     #[serde(flatten)]
     computed: Assessment,
-    #[serde(rename = "override")]
+    #[serde(rename = "override", skip_serializing_if = "Option::is_none")]
     overridden: Option<OverrideView>,
 }
 
