@@ -283,7 +283,7 @@ async fn a_cohort_is_made_filled_and_emptied_by_its_instructor() {
 
 #[tokio::test]
 async fn long_lists_are_paged_by_name() {
-    let (_, _, mut head) = school().await;
+    let (_app, _, mut head) = school().await;
     let lines: String = (0..120).map(|n| format!("p{n:03}@example.org,Person {n:03}\n")).collect();
     import(&mut head, &format!("email,name\n{lines}"), &[]).await;
     let first = head.get("/people?role=trainee").await;
