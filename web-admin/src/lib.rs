@@ -5,6 +5,7 @@
 pub mod accounts;
 pub mod assignments;
 pub mod backup;
+pub mod certificates;
 pub mod cli;
 pub mod clock;
 pub mod config;

@@ -18,6 +18,9 @@ pub struct DemoArgs {
     /// Weeks of practice before today
     #[arg(long, default_value_t = 6, value_parser = value_parser!(u32).range(1..=26))]
     weeks: u32,
+    /// Adds so many generated trainees with a hundred attempts each, to measure pages on: figures without recordings
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = value_parser!(u32).range(0..=100_000))]
+    crowd: u32,
     /// Draws every patient and every hand
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -26,7 +29,7 @@ pub struct DemoArgs {
 pub(super) async fn run(args: &DemoArgs) -> Result<(), Failure> {
     let password = args.password.clone().map_or_else(secret::random_password, Ok)?;
     let state = args.storage.open().await?;
-    let wanted = Demonstration { weeks: args.weeks, password, seed: args.seed };
+    let wanted = Demonstration { weeks: args.weeks, password, seed: args.seed, crowd: args.crowd };
     let accounts = demo::make(&state, &wanted).await?;
     state.db.close().await;
     say("The demonstration school. Its people are invented, its attempts simulated; the password of every account is");

@@ -11,6 +11,7 @@ use crate::clock::Clock;
 use crate::config::{self, Config};
 
 mod backup;
+mod certificate;
 mod curricula;
 mod demo;
 mod rescore;
@@ -49,6 +50,9 @@ enum Command {
     Backup(backup::BackupArgs),
     /// Restores a backup into an empty place
     Restore(restore::RestoreArgs),
+    /// Checks certificates, and prints the key they are signed with
+    #[command(subcommand)]
+    Certificate(certificate::CertificateCommand),
     /// Prints the API's OpenAPI description
     Openapi,
 }
@@ -178,6 +182,7 @@ async fn run(command: Command) -> Result<(), Failure> {
         Command::Verify(storage) => verify::run(&storage).await,
         Command::Backup(args) => backup::run(&args).await,
         Command::Restore(args) => restore::run(&args).await,
+        Command::Certificate(command) => certificate::run(&command),
         Command::Openapi => {
             let description = crate::routes::api::description();
             say(serde_json::to_string_pretty(&description).map_err(anyhow::Error::from)?);

@@ -49,6 +49,8 @@ pub struct Curriculum {
     pub title: String,
     /// What it teaches.
     pub description: String,
+    /// SHA-256 of the document.
+    pub sha256: String,
     /// Passes needed …
     mastery_passes: u32,
     /// … of how many of the last attempts, where there is no curve.
@@ -163,7 +165,7 @@ pub async fn make_current(writer: &mut SqliteConnection, school: Uuid, id: &str,
 /// When the database fails.
 pub async fn taught(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Curriculum>> {
     sqlx::query_as(
-        "SELECT r.id AS revision_id, r.curriculum_id, r.title, r.description, r.mastery_passes, r.mastery_of, r.mastery_curve
+        "SELECT r.id AS revision_id, r.curriculum_id, r.title, r.description, r.sha256, r.mastery_passes, r.mastery_of, r.mastery_curve
          FROM curricula c JOIN curriculum_revisions r ON r.id = c.revision_id
          WHERE c.school_id = $1 ORDER BY c.curriculum_id",
     )

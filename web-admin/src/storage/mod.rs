@@ -21,6 +21,7 @@ pub mod drafts;
 pub mod exercises;
 pub mod experts;
 pub mod exports;
+pub mod generated;
 pub mod grades;
 pub mod instruments;
 pub mod jobs;

@@ -377,7 +377,13 @@ pub(super) fn ana() -> Vec<Attempt> {
 }
 
 pub(super) fn facts(course: &Course) -> CourseFacts<'_> {
-    CourseFacts { trainee: Some("/trainees/1"), title: COURSE_TITLE, course, pass_marks: &PASS_MARKS }
+    CourseFacts {
+        trainee: Some("/trainees/1"),
+        id: "lower-back-basics",
+        title: COURSE_TITLE,
+        course,
+        pass_marks: &PASS_MARKS,
+    }
 }
 
 pub(super) fn attempts() -> Vec<AttemptRow> {

@@ -51,6 +51,8 @@ pub struct SignInCodePage {
 pub struct CourseView {
     /// Title.
     pub title: String,
+    /// Where a certificate is issued, once everything is mastered.
+    pub certificate: Option<String>,
     /// The mastery rule in words.
     pub rule: String,
     /// What to do next.
@@ -140,6 +142,8 @@ pub struct Pages {
 pub struct CourseFacts<'a> {
     /// The trainee's page, where the facts are for one trainee.
     pub trainee: Option<&'a str>,
+    /// The course's id.
+    pub id: &'a str,
     /// Title.
     pub title: &'a str,
     /// Exercises and rule.
@@ -165,6 +169,10 @@ impl CourseView {
         let charts = (0..progress.steps.len()).filter(tried).map(|i| chart(facts, progress, (key, i))).collect();
         Self {
             title: facts.title.to_owned(),
+            certificate: facts
+                .trainee
+                .filter(|_| progress.complete())
+                .map(|trainee| format!("{trainee}/certificates/{}", facts.id)),
             rule: rule_in_words(&facts.course.rule),
             next: progress.next.map(|i| next_step(facts.course, progress, i)),
             mastered: progress.mastered(),

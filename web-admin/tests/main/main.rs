@@ -21,6 +21,7 @@ mod operation;
 mod page_speed;
 mod pages;
 mod people;
+mod plans;
 mod replay;
 mod review;
 mod schema;

@@ -30,7 +30,7 @@ pub(super) struct Taught {
 impl Taught {
     /// What the views need; with the trainee's page where they are for one trainee.
     pub fn facts<'a>(&'a self, trainee: Option<&'a str>) -> CourseFacts<'a> {
-        CourseFacts { trainee, title: &self.title, course: &self.course, pass_marks: &self.pass_marks }
+        CourseFacts { trainee, id: &self.id, title: &self.title, course: &self.course, pass_marks: &self.pass_marks }
     }
 }
 

@@ -1,11 +1,12 @@
 //! Progress pages and their exports: each table is one query's answer, on the page and in the file.
 
+mod certificate;
 mod cohort;
 mod metrics;
 mod school;
 mod trainee;
 
-use axum::routing::get;
+use axum::routing::{get, post};
 
 use crate::routes::Routes;
 
@@ -14,6 +15,7 @@ pub(super) fn router() -> Routes {
     Routes::new()
         .route("/trainees/{id}/exercises/{exercise}", get(trainee::show))
         .route("/trainees/{id}/exercises/{exercise}/attempts.csv", get(trainee::export))
+        .route("/trainees/{id}/certificates/{curriculum}", post(certificate::issue))
         .route("/cohorts/{id}/progress", get(cohort::show))
         .route("/cohorts/{id}/progress.csv", get(cohort::export))
         .route("/cohorts/{id}/exercises/{exercise}", get(metrics::show))

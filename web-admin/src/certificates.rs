@@ -1,0 +1,180 @@
+//! Certificates that a course was mastered: signed, and verifiable without this service.
+//!
+//! A certificate is a JSON file: what is certified, the public key, and an Ed25519 signature over the first part as it
+//! is written. The private key is made with the first certificate and stays in the data folder.
+
+use std::fs::OpenOptions;
+use std::io::Write;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, ensure};
+use ed25519_dalek::{Signature, Signer, SigningKey, Verifier, VerifyingKey};
+use serde::{Deserialize, Serialize};
+
+use crate::secret;
+
+/// The private key's file in the data folder, 64 hexadecimal digits.
+const KEY_FILE: &str = "certificate-key";
+/// Version of the file's layout.
+const FORMAT: u32 = 1;
+
+/// What is certified.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Statement {
+    /// Version of this layout.
+    pub format: u32,
+    /// The school.
+    pub school: String,
+    /// Who mastered the course.
+    pub trainee: String,
+    /// The course's id.
+    pub curriculum_id: String,
+    /// The course's title.
+    pub course: String,
+    /// SHA-256 of the course's document.
+    pub curriculum_sha256: String,
+    /// Its mastery rule in words.
+    pub rule: String,
+    /// Each exercise, and since when it is mastered, RFC 3339.
+    pub exercises: Vec<(String, String)>,
+    /// When this was issued, RFC 3339.
+    pub issued_at: String,
+    /// What it does not say.
+    pub scope: String,
+}
+
+/// A signed statement, as it is handed out. The signature is over the text of `statement`, byte for byte.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Certificate {
+    /// A [`Statement`] in JSON.
+    pub statement: String,
+    /// Ed25519 public key, hexadecimal.
+    pub public_key: String,
+    /// Ed25519 signature, hexadecimal.
+    pub signature: String,
+}
+
+impl Statement {
+    /// The layout that is written today.
+    pub const FORMAT: u32 = FORMAT;
+}
+
+/// Signs a statement with the service's key, which is made where there is none yet.
+///
+/// # Errors
+/// When the key cannot be read or made.
+pub fn sign(data_dir: &Path, statement: &Statement) -> anyhow::Result<Certificate> {
+    let key = key(data_dir)?;
+    let statement = serde_json::to_string(statement)?;
+    let signature = hex::encode(key.sign(statement.as_bytes()).to_bytes());
+    Ok(Certificate { statement, public_key: hex::encode(key.verifying_key().to_bytes()), signature })
+}
+
+/// The public key of this service, hexadecimal: published, it lets anybody check a certificate.
+///
+/// # Errors
+/// When the key cannot be read or made.
+pub fn public_key(data_dir: &Path) -> anyhow::Result<String> {
+    Ok(hex::encode(key(data_dir)?.verifying_key().to_bytes()))
+}
+
+/// Checks a certificate against the public key that the school has published, and says what it states.
+///
+/// # Errors
+/// When it is no certificate, of another key, or was changed.
+pub fn check(file: &[u8], published_key: &str) -> anyhow::Result<Statement> {
+    let certificate: Certificate = serde_json::from_slice(file).context("not a certificate")?;
+    let published = published_key.trim().to_lowercase();
+    ensure!(
+        certificate.public_key == published,
+        "signed with the key {}, not with {published}",
+        certificate.public_key
+    );
+    let bytes: [u8; 32] = hex::decode(&published)?.try_into().ok().context("a public key has 64 hexadecimal digits")?;
+    let key = VerifyingKey::from_bytes(&bytes).context("not a public key")?;
+    let signature = hex::decode(&certificate.signature)?;
+    let signature = Signature::from_slice(&signature).context("not a signature")?;
+    key.verify(certificate.statement.as_bytes(), &signature).ok().context("the signature is not of this statement")?;
+    let statement: Statement =
+        serde_json::from_str(&certificate.statement).context("a statement of another version")?;
+    ensure!(statement.format == FORMAT, "format {}; allowed is {FORMAT}", statement.format);
+    Ok(statement)
+}
+
+fn key(data_dir: &Path) -> anyhow::Result<SigningKey> {
+    let path = data_dir.join(KEY_FILE);
+    if !path.exists() {
+        make_key(&path).with_context(|| format!("cannot make {}", path.display()))?;
+    }
+    let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    let seed: Option<[u8; 32]> = hex::decode(text.trim()).ok().and_then(|bytes| bytes.try_into().ok());
+    let seed = seed.with_context(|| format!("{}: allowed are 64 hexadecimal digits", path.display()))?;
+    Ok(SigningKey::from_bytes(&seed))
+}
+
+/// Written whole under another name first: two requests at once make one key, and a crash none.
+fn make_key(path: &Path) -> anyhow::Result<()> {
+    let seed = secret::random_hex()?;
+    let part = PathBuf::from(format!("{}.{}", path.display(), uuid::Uuid::new_v4()));
+    let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&part)?;
+    file.write_all(seed.as_bytes())?;
+    file.sync_all()?;
+    // A link fails where the name is taken: whoever was first has made the key.
+    let linked = std::fs::hard_link(&part, path);
+    std::fs::remove_file(&part)?;
+    match linked {
+        Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => Err(error.into()),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a changed certificate, or one of another key, is taken for good.
+
+    use super::*;
+
+    fn statement() -> Statement {
+        Statement {
+            format: FORMAT,
+            school: "North".to_owned(),
+            trainee: "Ada \"=1+1\"".to_owned(),
+            curriculum_id: "lower-back-basics".to_owned(),
+            course: "Lower back".to_owned(),
+            curriculum_sha256: "ab".repeat(32),
+            rule: "mastered with 3 passes in a row".to_owned(),
+            exercises: vec![("Feel the layers".to_owned(), "2026-05-01T09:00:00Z".to_owned())],
+            issued_at: "2026-05-20T09:00:00Z".to_owned(),
+            scope: "Simulated performance only.".to_owned(),
+        }
+    }
+
+    #[test]
+    fn a_certificate_verifies_and_a_changed_one_does_not() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let certificate = sign(folder.path(), &statement()).expect("signed");
+        let published = public_key(folder.path()).expect("a key");
+        let file = |certificate: &Certificate| serde_json::to_vec(certificate).expect("JSON");
+        assert_eq!(check(&file(&certificate), &published).expect("genuine"), statement());
+        let forged = Certificate { statement: certificate.statement.replace("Ada", "Bob"), ..certificate.clone() };
+        assert!(check(&file(&forged), &published).is_err());
+        let other = tempfile::tempdir().expect("a folder");
+        let foreign = sign(other.path(), &statement()).expect("signed");
+        assert!(check(&file(&foreign), &published).is_err(), "another school's key");
+        let swapped = Certificate { public_key: published.clone(), ..foreign };
+        assert!(check(&file(&swapped), &published).is_err());
+        assert!(check(b"{}", &published).is_err() && check(&file(&certificate), "no key").is_err());
+    }
+
+    #[test]
+    fn the_key_is_made_once_and_for_its_owner_alone() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().expect("a folder");
+        assert_eq!(public_key(folder.path()).expect("made"), public_key(folder.path()).expect("kept"));
+        let mode = std::fs::metadata(folder.path().join(KEY_FILE)).expect("a file").permissions().mode();
+        assert_eq!(mode & 0o777, 0o600);
+    }
+}
