@@ -11,29 +11,66 @@ use axum::routing::get;
 use crate::AppState;
 use crate::error::ApiError;
 use crate::routes::Routes;
-use crate::storage::sessions::SessionState;
-use crate::storage::{jobs, sessions};
+use crate::storage::service::{self, Totals};
+use crate::storage::sessions::{self, SessionState};
 
-/// Requests answered since the start, by the first digit of their status.
+/// Upper ends of the classes of answering times, in µs.
+const TIMES_US: [u64; 8] = [5_000, 10_000, 25_000, 50_000, 150_000, 500_000, 2_000_000, 10_000_000];
+
+/// Requests answered since the start, by the first digit of their status and by how long they took.
 #[derive(Debug, Default)]
 pub struct Counters {
     by_class: [AtomicU64; 5],
+    by_time: [AtomicU64; TIMES_US.len()],
+    answered: AtomicU64,
+    total_us: AtomicU64,
 }
 
 impl Counters {
-    fn count(&self, status: StatusCode) {
+    fn count(&self, status: StatusCode, took_us: u64) {
         let class = usize::from(status.as_u16() / 100).saturating_sub(1);
         if let Some(counter) = self.by_class.get(class) {
             counter.fetch_add(1, Ordering::Relaxed);
         }
+        // Prometheus counts each answer in every class that it fits.
+        for (_, counter) in TIMES_US.iter().zip(&self.by_time).filter(|(end, _)| took_us <= **end) {
+            counter.fetch_add(1, Ordering::Relaxed);
+        }
+        self.answered.fetch_add(1, Ordering::Relaxed);
+        self.total_us.fetch_add(took_us, Ordering::Relaxed);
     }
 
     fn lines(&self) -> String {
-        let line = |(class, n): (usize, &AtomicU64)| {
-            format!("stylet_http_requests_total{{status=\"{}xx\"}} {}\n", class + 1, n.load(Ordering::Relaxed))
-        };
-        self.by_class.iter().enumerate().map(line).collect()
+        let now = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        let seconds = |us: u64| us as f64 / 1e6;
+        let statuses = self.by_class.iter().enumerate();
+        let statuses: Vec<_> = statuses.map(|(i, n)| (format!("{{status=\"{}xx\"}}", i + 1), now(n) as f64)).collect();
+        let times = TIMES_US.iter().zip(&self.by_time);
+        let times: Vec<_> =
+            times.map(|(end, n)| (format!("_bucket{{le=\"{}\"}}", seconds(*end)), now(n) as f64)).collect();
+        let answered = now(&self.answered) as f64;
+        let rest = [
+            ("_bucket{le=\"+Inf\"}".to_owned(), answered),
+            ("_sum".to_owned(), seconds(now(&self.total_us))),
+            ("_count".to_owned(), answered),
+        ];
+        family(("stylet_http_requests_total", "counter", "Requests answered."), &statuses)
+            + &family(
+                ("stylet_http_request_seconds", "histogram", "Time to answer a request, in s."),
+                &[times, rest.to_vec()].concat(),
+            )
     }
+}
+
+/// A family of figures as Prometheus reads it: what it is, then each figure with its labels.
+fn family((name, kind, help): (&str, &str, &str), figures: &[(String, f64)]) -> String {
+    let lines: String = figures.iter().map(|(labels, value)| format!("{name}{labels} {value}\n")).collect();
+    format!("# HELP {name} {help}\n# TYPE {name} {kind}\n{lines}")
+}
+
+/// A figure without labels.
+fn gauge(name: &str, help: &str, value: f64) -> String {
+    family((name, "gauge", help), &[(String::new(), value)])
 }
 
 /// `/healthz`, `/readyz` and `/metrics`.
@@ -42,10 +79,12 @@ pub fn router() -> Routes {
     Routes::new().route("/healthz", get(async || "ok\n")).route("/readyz", get(ready)).route("/metrics", get(metrics))
 }
 
-/// Counts an answer by its status.
+/// Counts an answer by its status and its time.
 pub async fn count_requests(State(state): State<AppState>, request: Request, next: Next) -> Response {
+    let begun = state.clock.now();
     let response = next.run(request).await;
-    state.counters.count(response.status());
+    let took_us = state.clock.now().micros().saturating_sub(begun.micros());
+    state.counters.count(response.status(), u64::try_from(took_us).unwrap_or(0));
     response
 }
 
@@ -58,15 +97,32 @@ async fn ready(State(state): State<AppState>) -> Response {
 
 async fn metrics(State(state): State<AppState>) -> Result<Response, ApiError> {
     let reader = state.db.reader();
-    let mut text = String::from("# HELP stylet_jobs_waiting Recordings that wait to be scored.\n");
-    text += &format!("# TYPE stylet_jobs_waiting gauge\nstylet_jobs_waiting {}\n", jobs::count(reader).await?);
-    text += "# HELP stylet_sessions Attempts by state.\n# TYPE stylet_sessions gauge\n";
+    let totals = service::totals(reader).await?;
+    let mut sessions_by_state = Vec::new();
     for (word, kind) in
         [("pending", SessionState::Pending), ("scored", SessionState::Scored), ("refused", SessionState::Refused)]
     {
-        text += &format!("stylet_sessions{{state=\"{word}\"}} {}\n", sessions::count(reader, kind).await?);
+        sessions_by_state.push((format!("{{state=\"{word}\"}}"), sessions::count(reader, kind).await? as f64));
     }
-    text += "# HELP stylet_http_requests_total Requests answered.\n# TYPE stylet_http_requests_total counter\n";
-    text += &state.counters.lines();
+    let waited_us = totals.due_at.map_or(0, |due| state.clock.now().micros().saturating_sub(due.micros()).max(0));
+    let text = gauges(&totals, waited_us as f64 / 1e6)
+        + &family(("stylet_sessions", "gauge", "Attempts by state."), &sessions_by_state)
+        + &state.counters.lines();
     Ok(([(header::CONTENT_TYPE, "text/plain; version=0.0.4")], text).into_response())
+}
+
+fn gauges(totals: &Totals, waited_s: f64) -> String {
+    let version = format!("{{version=\"{}\"}}", env!("CARGO_PKG_VERSION"));
+    let roles =
+        [("trainee", totals.trainees), ("instructor", totals.instructors), ("administrator", totals.administrators)];
+    let people = roles.map(|(role, n)| (format!("{{role=\"{role}\"}}"), n as f64));
+    family(("stylet_build_info", "gauge", "The program that runs."), &[(version, 1.0)])
+        + &family(("stylet_people", "gauge", "People who may sign in."), &people)
+        + &gauge("stylet_stations", "Stations whose token is valid.", totals.stations as f64)
+        + &gauge("stylet_uploads_unfinished", "Uploads in pieces that are not whole.", totals.uploads as f64)
+        + &gauge("stylet_jobs_waiting", "Recordings that wait to be scored.", totals.waiting as f64)
+        + &gauge("stylet_jobs_failing", "Of them, those that failed at least once.", totals.failing as f64)
+        + &gauge("stylet_jobs_overdue_seconds", "How long the first of the queue is overdue, in s.", waited_s)
+        + &gauge("stylet_audit_rows", "Rows of the audit log.", totals.audit_rows as f64)
+        + &gauge("stylet_database_bytes", "Size of the database, in bytes.", totals.database_bytes as f64)
 }

@@ -34,6 +34,7 @@ pub mod reviews;
 pub mod rosters;
 pub mod schools;
 pub mod scores;
+pub mod service;
 pub mod sessions;
 pub mod sign_in_codes;
 pub mod stations;

@@ -24,6 +24,7 @@ pub mod review;
 pub mod roster;
 #[cfg(test)]
 mod samples;
+pub mod service;
 pub mod session;
 pub mod shell;
 pub mod status;

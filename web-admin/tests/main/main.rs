@@ -22,6 +22,7 @@ mod page_speed;
 mod pages;
 mod people;
 mod plans;
+mod progress;
 mod replay;
 mod review;
 mod schema;

@@ -11,7 +11,8 @@ const BIG: [&str; 9] =
     ["sessions", "scores", "metrics", "session_curves", "practice", "people", "cohort_members", "audit_log", "uploads"];
 
 /// What may read everything: beginnings of statements, each with the reason.
-const WHOLE: [(&str, &str); 6] = [
+const WHOLE: [(&str, &str); 7] = [
+    ("SELECT (SELECT count(*) FROM people WHERE role", "/metrics and the service's page: short rows, rarely asked"),
     ("SELECT id, recording_path, recording_sha256", "verify and backup read every recording"),
     ("SELECT seq, at, school_id, actor", "verify and serve walk the whole audit log"),
     ("SELECT count(*) FROM sessions WHERE state", "/metrics, for a scraper, not for a page"),

@@ -27,7 +27,7 @@ pub(super) async fn home(state: &AppState, shell: Shell, person: &CurrentPerson)
         counts: vec![
             (counts.trainees, "trainees"),
             (counts.instructors, "instructors"),
-            (counts.attempts, "attempts"),
+            (counts.attempts, "scored attempts"),
             (counts.recent, "attempts in the last 7 days"),
         ],
         school: counts.school,
@@ -92,7 +92,7 @@ pub(super) async fn revoke_station(
     }
 }
 
-async fn counts(state: &AppState, school: Uuid) -> Result<Counts, Error> {
+pub(super) async fn counts(state: &AppState, school: Uuid) -> Result<Counts, Error> {
     let since: Moment = state.clock.now().plus_s(-WEEK_S);
     Ok(reports::counts(state.db.reader(), school, since).await?)
 }

@@ -28,6 +28,7 @@ pub(crate) mod review;
 mod revisions;
 mod roster;
 mod rows;
+mod service;
 mod sessions;
 mod standing;
 mod surveys;
@@ -78,6 +79,7 @@ pub fn router() -> Routes {
         .route("/assignments/{id}/extend", post(assignments::extend))
         .route("/assignments/{id}/withdraw", post(assignments::withdraw))
         .route("/admin", get(admin::show))
+        .route("/admin/service", get(service::show))
         .route("/admin/pairing-codes", post(admin::make_pairing_code))
         .route("/admin/stations/{id}/revoke", post(admin::revoke_station))
 }

@@ -43,9 +43,9 @@ pub struct Counts {
     pub instructors: i64,
     /// As `trainees`.
     pub administrators: i64,
-    /// Attempts.
+    /// Scored attempts.
     pub attempts: i64,
-    /// Attempts received since a moment.
+    /// Attempts begun since a moment.
     pub recent: i64,
     /// Recordings in the queue.
     pub waiting: i64,
@@ -68,8 +68,9 @@ pub async fn counts(executor: impl SqliteExecutor<'_>, school: Uuid, since: Mome
              AS instructors,
            (SELECT count(*) FROM people p
              WHERE p.school_id = s.id AND p.role = 'administrator' AND p.disabled_at IS NULL) AS administrators,
-           (SELECT count(*) FROM sessions a WHERE a.school_id = s.id) AS attempts,
-           (SELECT count(*) FROM sessions a WHERE a.school_id = s.id AND a.received_at >= $2) AS recent,
+           (SELECT coalesce(sum(t.attempts), 0) FROM tallies t
+             WHERE t.school_id = s.id AND t.cohort_id = zeroblob(16)) AS attempts,
+           (SELECT count(*) FROM sessions a WHERE a.school_id = s.id AND a.started_at >= $2) AS recent,
            (SELECT count(*) FROM jobs j WHERE j.school_id = s.id) AS waiting,
            (SELECT count(*) FROM sessions a WHERE a.school_id = s.id AND a.state = 'refused') AS refused,
            (SELECT count(*) FROM sessions a WHERE a.school_id = s.id AND a.verify_flagged = 1) AS flagged

@@ -5,20 +5,14 @@ use axum::extract::State;
 use axum::response::Response;
 
 use crate::AppState;
-use crate::domain::{CurrentPerson, Role};
-use crate::error::{Error, PageError};
+use crate::domain::CurrentPerson;
+use crate::error::PageError;
 use crate::export::{self, Cell};
 use crate::routes::auth::Csrf;
+use crate::routes::pages::admin::administrators_only;
 use crate::storage::practice::{self, Sums, YearOfCohort};
 use crate::views::progress::{MonthRow, SchoolProgressPage, YearRow};
 use crate::views::{Place, Shell, charts};
-
-fn administrators_only(person: &CurrentPerson) -> Result<(), PageError> {
-    match person.role {
-        Role::Administrator => Ok(()),
-        _ => Err(PageError(Error::Forbidden("this page is for administrators"))),
-    }
-}
 
 fn passed(sums: &Sums) -> Option<Estimate> {
     wilson(usize::try_from(sums.passes).ok()?, usize::try_from(sums.attempts).ok()?).ok()

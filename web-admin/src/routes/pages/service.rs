@@ -1,0 +1,65 @@
+//! `/admin/service`: health, and who did what.
+
+use axum::extract::{Query, State};
+use serde::Deserialize;
+
+use super::admin::{self, administrators_only};
+use crate::AppState;
+use crate::domain::CurrentPerson;
+use crate::error::PageError;
+use crate::routes::auth::Csrf;
+use crate::storage::service::{self, Act};
+use crate::storage::{reports, stations};
+use crate::views::service::{ActRow, ServicePage};
+use crate::views::{Place, Shell};
+
+/// Acts on one page.
+const PER_PAGE: u32 = 50;
+
+/// Where to go on.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+pub(super) struct Before {
+    /// Acts before this place in the log.
+    before: Option<i64>,
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+    Query(query): Query<Before>,
+) -> Result<ServicePage, PageError> {
+    administrators_only(&person)?;
+    let reader = state.db.reader();
+    let totals = service::totals(reader).await?;
+    let counts = admin::counts(&state, person.school_id).await?;
+    let failing = reports::failing_jobs(reader, person.school_id).await?.len();
+    let joined = stations::all(reader, person.school_id).await?;
+    let stations = i64::try_from(joined.iter().filter(|station| !station.revoked).count()).unwrap_or(i64::MAX);
+    let acts = service::acts(reader, person.school_id, query.before.unwrap_or(i64::MAX), PER_PAGE).await?;
+    let full = acts.len() >= usize::try_from(PER_PAGE).unwrap_or(usize::MAX);
+    let last = acts.last().filter(|_| full).map(|act| act.seq);
+    Ok(ServicePage {
+        shell: Shell::new(&person, csrf.token(), Place::Administration),
+        version: env!("CARGO_PKG_VERSION"),
+        database_bytes: totals.database_bytes,
+        counts: vec![
+            (counts.trainees, "trainees"),
+            (counts.instructors, "instructors"),
+            (counts.administrators, "administrators"),
+            (stations, "stations"),
+            (counts.attempts, "scored attempts"),
+            (counts.waiting, "recordings in the queue"),
+            (counts.refused, "refused recordings"),
+            (counts.flagged, "re-simulations that differ"),
+        ],
+        failing: i64::try_from(failing).unwrap_or(i64::MAX),
+        acts: acts.into_iter().map(row).collect(),
+        older: last.map(|seq| format!("/admin/service?before={seq}#acts")),
+    })
+}
+
+fn row(act: Act) -> ActRow {
+    let Act { seq, at, actor, action, object, details } = act;
+    ActRow { seq, at: at.to_utc(), actor, action, object, details }
+}

@@ -1,0 +1,97 @@
+//! What the progress pages say is what was scored: sums, curves, exports, and a course judged by a learning curve. Fails
+//! when a sum and the scores part, when an export holds other rows than its page, or when a name becomes a formula.
+
+use std::path::Path;
+
+use uuid::Uuid;
+use web_admin::domain::Role;
+use web_admin::publishing;
+use web_admin::storage::scores::SessionKey;
+use web_admin::storage::{practice, scores};
+use web_admin::worker;
+
+use super::support::recordings::{Attempt, record};
+use super::support::{App, Member};
+
+/// A school with a cohort of one trainee, who has made three scored attempts.
+async fn practised() -> (App, Uuid, Member, Vec<Attempt>) {
+    let app = App::new().await;
+    let school = app.school("North").await;
+    app.publish(school).await;
+    let ada = app.member(school, Role::Trainee, "ada@example.org").await;
+    let teacher = app.member(school, Role::Instructor, "teacher@example.org").await;
+    app.member(school, Role::Administrator, "head@example.org").await;
+    app.cohort(school, "=Spring", &[&ada.person, &teacher.person]).await;
+    let attempts: Vec<_> = (0..3).map(|_| Attempt::default()).collect();
+    for attempt in &attempts {
+        assert_eq!(app.with_token(&ada.token).upload(&record(attempt)).await.status, 201);
+    }
+    worker::work_off(&app.state).await.unwrap();
+    (app, school, ada, attempts)
+}
+
+#[tokio::test]
+async fn sums_are_those_of_the_scores_and_stay_so_when_made_again() {
+    let (app, school, ada, attempts) = practised().await;
+    let reader = app.state.db.reader();
+    let mut points = 0.0;
+    for attempt in &attempts {
+        let key = SessionKey { school_id: school, id: attempt.session_id };
+        points += scores::newest(reader, key).await.unwrap().unwrap().score;
+        app.write(async |tx| practice::refresh(tx, key).await.unwrap()).await;
+    }
+    let kept = practice::of_trainee(reader, school, ada.person.id).await.unwrap();
+    assert_eq!(kept.len(), 3);
+    assert!((kept.iter().map(|attempt| attempt.score).sum::<f64>() - points).abs() < 1e-9);
+    let months = practice::by_month(reader, school).await.unwrap();
+    assert_eq!(months.iter().map(|(_, sums)| sums.attempts).sum::<i64>(), 3, "nothing is counted twice");
+    let years = practice::by_year(reader, school).await.unwrap();
+    assert!(years.len() == 1 && years[0].sums.attempts == 3 && (years[0].sums.points - points).abs() < 1e-9);
+}
+
+#[tokio::test]
+async fn a_page_and_its_file_tell_the_same() {
+    let (app, _, ada, attempts) = practised().await;
+    let mut teacher = app.signed_in("teacher@example.org").await;
+    let home = teacher.get(&format!("/trainees/{}", ada.person.id)).await;
+    let curve = home.link(&format!("/trainees/{}/exercises/", ada.person.id));
+    let page = teacher.get(&curve).await;
+    let file = teacher.get(&format!("{curve}/attempts.csv")).await;
+    assert_eq!((page.status.as_u16(), file.status.as_u16()), (200, 200));
+    assert_eq!(file.header("content-type"), "text/csv; charset=utf-8");
+    assert_eq!(file.text().lines().count(), 1 + attempts.len());
+    for attempt in &attempts {
+        let id = attempt.session_id.to_string();
+        assert!(page.text().contains(&id) && file.text().contains(&id));
+    }
+}
+
+#[tokio::test]
+async fn a_cohort_sees_its_map_and_a_name_stays_a_name() {
+    let (app, _, ada, _) = practised().await;
+    let mut teacher = app.signed_in("teacher@example.org").await;
+    let cohort = teacher.get("/cohorts").await.link("/cohorts/");
+    let map = teacher.get(&format!("{cohort}/progress")).await;
+    assert!(map.text().contains(&format!("/trainees/{}/exercises/", ada.person.id)), "{}", map.text());
+    let metrics = teacher.get(&map.link(&format!("{cohort}/exercises/"))).await;
+    assert_eq!(metrics.status, 200);
+    let mut head = app.signed_in("head@example.org").await;
+    assert!(head.get("/progress").await.text().contains("=Spring"));
+    assert!(head.get("/progress.csv").await.text().contains("'=Spring"), "no formula");
+}
+
+#[tokio::test]
+async fn a_course_may_be_judged_by_a_learning_curve() {
+    let app = App::new().await;
+    let school = app.school("North").await;
+    let ada = app.member(school, Role::Trainee, "ada@example.org").await;
+    let course = Path::new(env!("CARGO_MANIFEST_DIR")).join("../curricula/lumbar-epidural/course.toml");
+    let now = app.state.clock.now();
+    app.write(async |tx| publishing::course(tx, school, &course, now).await.unwrap()).await;
+    let due = app.with_token(&ada.token).get("/api/v1/me/assignments").await.json();
+    let first = &due["assignments"][0];
+    assert_eq!((&first["standing"], &first["passes"]), (&"not_yet".into(), &0.into()), "{due}");
+    assert!(first["passes_needed"].as_u64().unwrap() > 5, "{due}");
+    let page = app.signed_in("ada@example.org").await.get("/").await;
+    assert!(page.text().contains("LC-CUSUM"), "{}", page.text());
+}
