@@ -221,7 +221,7 @@ mod tests {
         let shell = samples::shell(Role::Instructor);
         let page = ManagedAssignmentsPage { shell: shell.clone(), rows: vec![managed.clone()], form };
         let html = samples::keep("assignments-managed", &page);
-        assert!(html.contains("value=\"2026-03-29T02:30\"") && html.contains("the due date: skipped"), "{html}");
+        assert!(html.contains("value=\"2026-03-29T02:30\"") && html.contains("The due date: skipped"), "{html}");
         let page = AssignmentPage { shell, assignment: managed, rows: rows() };
         let html = samples::keep("assignment", &page);
         assert!(html.contains("1 of 5") && html.contains("Give longer"), "{html}");

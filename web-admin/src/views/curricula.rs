@@ -53,9 +53,34 @@ mod tests {
     use crate::domain::Role;
     use crate::views::samples;
 
+    fn page() -> CurriculaPage {
+        let line = |title: &str, id: &str, difficulty, before: &[&str], status| ExerciseLine {
+            href: format!("/exercises/{id}"),
+            title: title.to_owned(),
+            difficulty,
+            prerequisites: before.iter().map(|b| (*b).to_owned()).collect(),
+            status: Some(status),
+        };
+        CurriculaPage {
+            shell: samples::shell(Role::Trainee),
+            staff: false,
+            courses: vec![CourseCard {
+                id: "lower-back-basics".to_owned(),
+                title: "Lower back: first punctures".to_owned(),
+                description: "Exercises with a trocar on the lower back.".to_owned(),
+                rule: "mastered with 3 passes among 5 attempts in a row".to_owned(),
+                exercises: vec![
+                    line("Feel the layers", "feel-the-layers", 1, &[], Status::Mastered),
+                    line("Stop in the fat", "stop-in-the-fat", 2, &["Feel the layers"], Status::Current),
+                    line("Reach 20 mm in muscle", "reach-the-muscle", 2, &["Stop in the fat"], Status::Locked),
+                ],
+            }],
+        }
+    }
+
     #[test]
     fn lists_exercises_with_what_comes_before_them() {
-        let html = samples::keep("curricula", &samples::curricula_page());
+        let html = samples::keep("curricula", &page());
         assert!(
             html.contains("after Feel the layers") && html.contains(r#"href="/exercises/stop-in-the-fat""#),
             "{html}"

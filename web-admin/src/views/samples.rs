@@ -7,7 +7,6 @@ use time::macros::datetime;
 use time::{Duration, OffsetDateTime};
 
 use super::cohort::{CohortPage, CourseShare, TraineeRow};
-use super::curricula::{CourseCard, CurriculaPage, ExerciseLine};
 use super::exercise::{Context, ExercisePage, ExerciseView};
 use super::judgement::{Graded, Judgement};
 use super::progress::HabitsView;
@@ -478,30 +477,5 @@ pub(super) fn exercise_page() -> ExercisePage {
         attempts: attempts(),
         own: true,
         chart: None,
-    }
-}
-
-pub(super) fn curricula_page() -> CurriculaPage {
-    let line = |title: &str, id: &str, difficulty, before: &[&str], status| ExerciseLine {
-        href: format!("/exercises/{id}"),
-        title: title.to_owned(),
-        difficulty,
-        prerequisites: before.iter().map(|b| (*b).to_owned()).collect(),
-        status: Some(status),
-    };
-    CurriculaPage {
-        shell: shell(Role::Trainee),
-        staff: false,
-        courses: vec![CourseCard {
-            id: "lower-back-basics".to_owned(),
-            title: COURSE_TITLE.to_owned(),
-            description: "Exercises with a trocar on the lower back.".to_owned(),
-            rule: "mastered with 3 passes among 5 attempts in a row".to_owned(),
-            exercises: vec![
-                line("Feel the layers", "feel-the-layers", 1, &[], Status::Mastered),
-                line("Stop in the fat", "stop-in-the-fat", 2, &["Feel the layers"], Status::Current),
-                line("Reach 20 mm in muscle", "reach-the-muscle", 2, &["Stop in the fat"], Status::Locked),
-            ],
-        }],
     }
 }

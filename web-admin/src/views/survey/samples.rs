@@ -179,7 +179,7 @@ fn answers(instrument: &Instrument, n: usize) -> Vec<Vec<Option<Answer>>> {
         let scale = instrument.scale(&instrument.items[at])?;
         match scale.range() {
             Some((least, largest)) => {
-                let share = ((person * 7 + at * 3) % 5) as f64 / 4.0;
+                let share = ((person * 7 + at * 3) % 5 + person % 3 + at % 2) as f64 / 7.0;
                 Some(Answer::Number((least + share * (largest - least)).round()))
             }
             None => scale.options().get(person % 3).map(|option| Answer::Text(option.id.clone())),
