@@ -224,6 +224,6 @@ mod tests {
         assert!(html.contains("value=\"2026-03-29T02:30\"") && html.contains("The due date: skipped"), "{html}");
         let page = AssignmentPage { shell, assignment: managed, rows: rows() };
         let html = samples::keep("assignment", &page);
-        assert!(html.contains("1 of 5") && html.contains("Give longer"), "{html}");
+        assert!(html.contains("<strong>1</strong> of 5 have done it") && html.contains("Give longer"), "{html}");
     }
 }
