@@ -11,6 +11,8 @@ pub struct State {
     pub calibrated: bool,
     /// The arm has power.
     pub power_supply: bool,
+    /// Way of the handle from one frame to the next, in m along the service's axes.
+    pub step_m: [f64; 3],
     /// The grip.
     pub grip: Grip,
     /// Orientation of the grip: x, y, z, w.
@@ -36,6 +38,7 @@ impl Default for State {
             device_id: "04C3",
             calibrated: true,
             power_supply: true,
+            step_m: [1e-4, 0.0, 0.0],
             grip: Grip::Wireless,
             orientation: [0.0, 0.0, 0.0, 1.0],
             buttons: [false; 2],
@@ -52,19 +55,20 @@ pub fn first(state: &State) -> String {
     frame.to_string()
 }
 
-/// A later frame: the handle stands at (step × 0.1, −150, 160) mm in the service's axes.
+/// A later frame: the handle has gone so many steps from (0, −150, 160) mm in the service's axes.
 #[must_use]
 pub fn state(state: &State, step: usize) -> String {
     frame(state, step).to_string()
 }
 
 fn frame(state: &State, step: usize) -> Value {
+    let [x_m, y_m, z_m] = state.step_m.map(|step_m| step_m * step as f64);
     let mut frame = json!({
         "session_id": 7,
         "inverse3": [{
             "device_id": state.device_id,
             "state": {
-                "cursor_position": { "x": step as f64 * 1e-4, "y": -0.150, "z": 0.160 },
+                "cursor_position": { "x": x_m, "y": y_m - 0.150, "z": z_m + 0.160 },
                 "cursor_velocity": { "x": 0.1, "y": 0.0, "z": 0.0 },
                 "body_orientation": { "x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0 },
             },

@@ -1,4 +1,4 @@
-//! The scripted device: a Touch whose handle moves along x at 1 mm a frame, a little turned, with its first button held.
+//! The scripted device: a Touch whose handle moves as far a frame as the script says, a little turned, with its first button held.
 
 use std::collections::VecDeque;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
@@ -83,9 +83,9 @@ impl State {
         if self.script.then == Then::NotANumber && self.has_happened() {
             return [f64::NAN; 16];
         }
-        let x_mm = self.heard.frames as f64;
+        let [x_mm, y_mm, z_mm] = self.script.step_mm.map(|step_mm| step_mm * self.heard.frames as f64);
         // A quarter turn about z: the stylus's x axis points up.
-        [0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, x_mm, 20.0, -30.0, 1.0]
+        [0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, x_mm, 20.0 + y_mm, -30.0 + z_mm, 1.0]
     }
 
     pub fn has_happened(&self) -> bool {

@@ -13,7 +13,7 @@ mod device;
 pub use control::{ENVIRONMENT, StandIn, lacking};
 
 /// How many forces and calls are noted.
-pub const NOTED: usize = 512;
+pub const NOTED: usize = 4096;
 
 /// How the device behaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +28,8 @@ pub struct Script {
     pub takes_force: bool,
     /// Time between frames, in µs.
     pub period_us: u64,
+    /// Way of the handle from one frame to the next, in mm along the device's axes.
+    pub step_mm: [f64; 3],
     /// Frames run inside `hdStartScheduler`, in the caller's thread, instead of a thread of their own.
     pub inline: bool,
     /// The frame at which something happens, counted from 0.
@@ -57,6 +59,7 @@ impl Default for Script {
             calibrates: false,
             takes_force: true,
             period_us: 1000,
+            step_mm: [1.0, 0.0, 0.0],
             inline: false,
             at_frame: u64::MAX,
             then: Then::Nothing,

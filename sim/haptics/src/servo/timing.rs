@@ -57,6 +57,13 @@ impl Times {
         self.histogram.len()
     }
 
+    /// How many measurements are longer than a time in µs, to the two digits that are kept.
+    #[must_use]
+    pub fn longer_than_us(&self, time_us: f64) -> u64 {
+        let next = self.histogram.next_non_equivalent((time_us * 1e3) as u64);
+        self.histogram.count_between(next, self.histogram.high())
+    }
+
     /// The time that a share of the measurements does not exceed, in µs.
     #[must_use]
     pub fn at_us(&self, share: f64) -> f64 {
@@ -97,6 +104,8 @@ mod tests {
         for (found, right) in [(p50_us, 500.0), (p99_us, 990.0), (p999_us, 999.0), (max_us, 1000.0)] {
             assert!((found / right - 1.0).abs() < 0.01, "{found} for {right}");
         }
+        assert!(times.longer_than_us(900.0).abs_diff(100) <= 10, "{}", times.longer_than_us(900.0));
+        assert_eq!((times.longer_than_us(0.0), times.longer_than_us(2000.0)), (1000, 0));
         let exceeded = times.exceeded();
         assert!(exceeded.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 > pair[1].1));
         assert_eq!(exceeded.last().map(|point| point.1), Some(0.0));

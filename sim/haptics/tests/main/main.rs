@@ -16,3 +16,5 @@ mod safety;
 mod servo;
 #[cfg(test)]
 mod support;
+#[cfg(test)]
+mod vendors;

@@ -21,6 +21,7 @@ const FAST: Script = Script {
     calibrates: false,
     takes_force: true,
     period_us: 0,
+    step_mm: [1.0, 0.0, 0.0],
     inline: false,
     at_frame: u64::MAX,
     then: Then::Nothing,

@@ -213,7 +213,7 @@ fn sheet(Measured { servo, bare, picture }: &Measured) -> Sheet {
     for (what, count, bar) in [
         ("ticks", counts.ticks, ""),
         ("stalls", counts.stalls, ""),
-        ("bare timer, stalls", stalls(bare), ""),
+        ("bare timer, stalls", bare.longer_than_us(1e6 / TICK_HZ), ""),
         ("records dropped", counts.dropped, "0"),
     ] {
         sheet.row([what, &count.to_string(), "", bar]);
@@ -227,13 +227,6 @@ fn sheet(Measured { servo, bare, picture }: &Measured) -> Sheet {
         row("motion to picture, p99", quantile(behind_ms, 0.99) / frame_ms, ["frames", &format!("≤ {BAR_FRAMES}")]);
     }
     sheet
-}
-
-/// Ticks that begin more than a period late.
-fn stalls(lateness: &Times) -> u64 {
-    let late = |(time_us, _): &(f64, f64)| *time_us <= 1e6 / TICK_HZ;
-    let share = lateness.exceeded().into_iter().take_while(late).last().map_or(1.0, |(_, share)| share);
-    (share * lateness.count() as f64).round() as u64
 }
 
 /// How many ticks are later, or take longer, than a time.
