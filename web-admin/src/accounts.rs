@@ -1,6 +1,6 @@
 //! Accounts: who is added, invited, disabled and made anonymous, and by which links passwords are set.
 
-use serde_json::{Value, json};
+use serde_json::json;
 use sqlx::SqliteConnection;
 use uuid::Uuid;
 
@@ -9,7 +9,7 @@ use crate::domain::{CurrentPerson, Role};
 use crate::error::Error;
 use crate::secret;
 use crate::storage::account_links::{self, Link, NewLink, Purpose};
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::{Actor, Entry};
 use crate::storage::cohorts::{self, Membership};
 use crate::storage::directory::{self, AccountState, Details, Listed};
 use crate::storage::mails::{self, MailKind, NewMail};
@@ -48,11 +48,17 @@ pub async fn add(state: &AppState, by: &CurrentPerson, new: &NewAccount<'_>) -> 
     }
     let person = NewPerson { school_id, role: new.role, email: new.email, display_name: new.name, password_hash: "" };
     let person = people::add(&mut tx, &person, now).await?;
-    note(&mut tx, state, by, ("person.added", person.id), json!({ "role": new.role })).await?;
+    Entry::by(by, "person.added", person.id)
+        .with(json!({ "role": new.role }))
+        .append(&mut tx, state.clock.now())
+        .await?;
     if let Some(cohort_id) = new.cohort {
         cohorts::find(&mut *tx, school_id, cohort_id).await?.ok_or(Error::NotFound)?;
         cohorts::join(&mut tx, Membership { school_id, cohort_id, person_id: person.id, role: new.role }).await?;
-        note(&mut tx, state, by, ("cohort.joined", person.id), json!({ "cohort": cohort_id })).await?;
+        Entry::by(by, "cohort.joined", person.id)
+            .with(json!({ "cohort": cohort_id }))
+            .append(&mut tx, state.clock.now())
+            .await?;
     }
     queue_link(&mut tx, state, (school_id, person.id), Purpose::Invitation).await?;
     tx.commit().await?;
@@ -80,7 +86,7 @@ pub async fn change(
         directory::change_role(&mut tx, by.school_id, person.id, role).await?;
         changed["role"] = json!([person.role, role]);
     }
-    note(&mut tx, state, by, ("person.changed", person.id), changed).await?;
+    Entry::by(by, "person.changed", person.id).with(changed).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok(true)
 }
@@ -93,7 +99,7 @@ pub async fn mail_link(state: &AppState, by: &CurrentPerson, person: &Listed) ->
     let purpose = purpose(person)?;
     let mut tx = state.db.write().await?;
     queue_link(&mut tx, state, (by.school_id, person.id), purpose).await?;
-    note(&mut tx, state, by, ("person.link_mailed", person.id), json!({})).await?;
+    Entry::by(by, "person.link_mailed", person.id).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     state.mails.notify_one();
     Ok(())
@@ -107,7 +113,7 @@ pub async fn hand_over_link(state: &AppState, by: &CurrentPerson, person: &Liste
     let purpose = purpose(person)?;
     let mut tx = state.db.write().await?;
     let address = make_link(&mut tx, state, (by.school_id, person.id), purpose).await?;
-    note(&mut tx, state, by, ("person.link_made", person.id), json!({})).await?;
+    Entry::by(by, "person.link_made", person.id).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok((address, lifetime_s(purpose)))
 }
@@ -174,14 +180,9 @@ pub async fn forgotten(state: &AppState, email: &str) -> Result<(), Error> {
     let Some(listed) = directory::find(&mut *tx, person.school_id, person.id).await? else { return Ok(()) };
     let Ok(purpose) = purpose(&listed) else { return Ok(()) };
     queue_link(&mut tx, state, (person.school_id, person.id), purpose).await?;
-    let entry = Entry {
-        school_id: Some(person.school_id),
-        actor: Actor::Person(person.id),
-        action: "person.link_asked_for",
-        object: person.id.to_string(),
-        details: json!({}),
-    };
-    audit::append(&mut tx, entry, state.clock.now()).await?;
+    Entry::new(person.school_id, Actor::Person(person.id), "person.link_asked_for", person.id)
+        .append(&mut tx, state.clock.now())
+        .await?;
     tx.commit().await?;
     state.mails.notify_one();
     Ok(())
@@ -246,14 +247,9 @@ async fn set_password(
 ) -> Result<(), Error> {
     people::set_password(tx, person, hash).await?;
     account_links::end_all(tx, person).await?;
-    let entry = Entry {
-        school_id: Some(school_id),
-        actor: Actor::Person(person),
-        action: "person.password_set",
-        object: person.to_string(),
-        details: json!({}),
-    };
-    Ok(audit::append(tx, entry, state.clock.now()).await?)
+    Ok(Entry::new(school_id, Actor::Person(person), "person.password_set", person)
+        .append(tx, state.clock.now())
+        .await?)
 }
 
 /// Keeps somebody from signing in and revokes their tokens; what they did stays.
@@ -279,7 +275,10 @@ pub async fn disable_in(
     if people::disable(tx, person, state.clock.now()).await? {
         let revoked = tokens::revoke_all(tx, person, state.clock.now()).await?;
         account_links::end_all(tx, person).await?;
-        note(tx, state, by, ("person.disabled", person), json!({ "tokens_revoked": revoked })).await?;
+        Entry::by(by, "person.disabled", person)
+            .with(json!({ "tokens_revoked": revoked }))
+            .append(tx, state.clock.now())
+            .await?;
     }
     Ok(())
 }
@@ -291,7 +290,7 @@ pub async fn disable_in(
 pub async fn enable(state: &AppState, by: &CurrentPerson, person: Uuid) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     if directory::enable(&mut tx, by.school_id, person).await? {
-        note(&mut tx, state, by, ("person.enabled", person), json!({})).await?;
+        Entry::by(by, "person.enabled", person).append(&mut tx, state.clock.now()).await?;
     }
     Ok(tx.commit().await?)
 }
@@ -304,27 +303,6 @@ pub async fn erase(state: &AppState, by: &CurrentPerson, person: &Listed) -> Res
     let mut tx = state.db.write().await?;
     tokens::revoke_all(&mut tx, person.id, state.clock.now()).await?;
     directory::erase(&mut tx, person, by.school_id, state.clock.now()).await?;
-    note(&mut tx, state, by, ("person.erased", person.id), json!({})).await?;
+    Entry::by(by, "person.erased", person.id).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
-}
-
-/// Notes what an administrator or instructor did to somebody, in the transaction in which it was done.
-///
-/// # Errors
-/// When the database fails.
-pub async fn note(
-    tx: &mut SqliteConnection,
-    state: &AppState,
-    by: &CurrentPerson,
-    (action, object): (&str, Uuid),
-    details: Value,
-) -> Result<(), Error> {
-    let entry = Entry {
-        school_id: Some(by.school_id),
-        actor: Actor::Person(by.id),
-        action,
-        object: object.to_string(),
-        details,
-    };
-    Ok(audit::append(tx, entry, state.clock.now()).await?)
 }

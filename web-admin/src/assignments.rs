@@ -6,11 +6,11 @@ use serde_json::json;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::accounts;
 use crate::domain::assignment::{Assigned, Standing, Taught, sort};
 use crate::domain::{CurrentPerson, due};
 use crate::error::Error;
 use crate::storage::assignments::{self, Listed, NewAssignment};
+use crate::storage::audit::Entry;
 use crate::storage::curricula;
 use crate::storage::mails::{self, MailKind, NewMail};
 use crate::storage::practice;
@@ -29,7 +29,7 @@ pub async fn make(state: &AppState, by: &CurrentPerson, new: &NewAssignment) -> 
     let id = assignments::add(&mut tx, by, new, state.clock.now()).await?;
     let told =
         json!({ "cohort": new.cohort_id, "person": new.person_id, "due": new.due.as_ref().map(|(local, _)| local) });
-    accounts::note(&mut tx, state, by, ("assignment.made", id), told).await?;
+    Entry::by(by, "assignment.made", id).with(told).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok(id)
 }
@@ -53,7 +53,7 @@ pub async fn extend(
     let longer = (days > 0).then_some((days, later));
     assignments::extend(&mut tx, by.school_id, (assignment.id, person), longer).await?;
     let told = json!({ "person": person, "days": days });
-    accounts::note(&mut tx, state, by, ("assignment.extended", assignment.id), told).await?;
+    Entry::by(by, "assignment.extended", assignment.id).with(told).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }
 
@@ -64,7 +64,7 @@ pub async fn extend(
 pub async fn withdraw(state: &AppState, by: &CurrentPerson, assignment: Uuid) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     assignments::withdraw(&mut tx, by.school_id, assignment, state.clock.now()).await?;
-    accounts::note(&mut tx, state, by, ("assignment.withdrawn", assignment), json!({})).await?;
+    Entry::by(by, "assignment.withdrawn", assignment).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }
 

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 
 use mechanics::tissue::follow::{Field, FieldPlan};
 use scene::{Curriculum, DocumentError, ExerciseBundle, Issue, Patient};
-use serde_json::json;
 use uuid::Uuid;
 
 use crate::AppState;
@@ -13,9 +12,9 @@ use crate::domain::progress::Mastery;
 use crate::domain::{CurrentPerson, Role};
 use crate::error::Error;
 use crate::publishing::{self, Publisher, Refused};
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::{Actor, Entry};
 use crate::storage::drafts::{self, By, Draft, DraftKind, NewDraft, Texts};
-use crate::storage::{Write, curricula, exercises};
+use crate::storage::{curricula, exercises};
 
 /// Longest id of a document, in characters.
 const LONGEST_ID: usize = 64;
@@ -103,7 +102,7 @@ async fn begin(state: &AppState, person: &CurrentPerson, draft: &NewDraft<'_>) -
         return Ok(begun);
     }
     let id = drafts::begin(&mut tx, by, draft).await?;
-    note(&mut tx, by, ("draft.begun", draft.document_id)).await?;
+    Entry::new(by.school, Actor::Person(by.person), "draft.begun", draft.document_id).append(&mut tx, by.now).await?;
     tx.commit().await?;
     Ok(id)
 }
@@ -197,7 +196,9 @@ pub async fn discard(state: &AppState, person: &CurrentPerson, (id, seen): (Uuid
     let draft = drafts::find(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
     let removed = drafts::remove(&mut tx, by.school, (id, seen)).await?;
     if removed {
-        note(&mut tx, by, ("draft.discarded", &draft.document_id)).await?;
+        Entry::new(by.school, Actor::Person(by.person), "draft.discarded", &draft.document_id)
+            .append(&mut tx, by.now)
+            .await?;
     }
     tx.commit().await?;
     Ok(removed)
@@ -327,17 +328,6 @@ impl Known {
 
 fn by(state: &AppState, person: &CurrentPerson) -> By {
     By { school: person.school_id, person: person.id, now: state.clock.now() }
-}
-
-async fn note(tx: &mut Write, by: By, (action, object): (&str, &str)) -> Result<(), Error> {
-    let entry = Entry {
-        school_id: Some(by.school),
-        actor: Actor::Person(by.person),
-        action,
-        object: object.to_owned(),
-        details: json!({}),
-    };
-    Ok(audit::append(tx, entry, by.now).await?)
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use crate::AppState;
 use crate::domain::Moment;
 use crate::error::Error;
 use crate::recordings::{self, Received};
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::{Actor, Entry};
 use crate::storage::scores::SessionKey;
 use crate::storage::sessions::{self, Session, SessionState};
 use crate::storage::{exercises, jobs, people, uploads};
@@ -129,14 +129,10 @@ async fn keep(state: &AppState, bearer: &Bearer, received: Received, session: Se
     tokio::task::spawn_blocking(move || received.keep(&place)).await??;
     sessions::insert(&mut tx, &session).await?;
     jobs::enqueue(&mut tx, SessionKey { school_id: session.school_id, id: session.id }, session.received_at).await?;
-    let entry = Entry {
-        school_id: Some(session.school_id),
-        actor: bearer.actor.clone(),
-        action: "session.uploaded",
-        object: session.id.to_string(),
-        details: json!({ "sha256": session.recording_sha256, "complete": session.complete }),
-    };
-    audit::append(&mut tx, entry, session.received_at).await?;
+    Entry::new(session.school_id, bearer.actor.clone(), "session.uploaded", session.id)
+        .with(json!({ "sha256": session.recording_sha256, "complete": session.complete }))
+        .append(&mut tx, session.received_at)
+        .await?;
     note_upload(&mut tx, upload, &session).await?;
     tx.commit().await?;
     state.jobs.notify_one();

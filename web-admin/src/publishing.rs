@@ -14,7 +14,7 @@ use uuid::Uuid;
 
 use crate::domain::Moment;
 use crate::domain::progress::Mastery;
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::{Actor, Entry};
 use crate::storage::curricula::{self, NewCurriculum, NewEntry};
 use crate::storage::exercises::{self, NewRevision};
 
@@ -72,6 +72,12 @@ pub struct Publisher {
     pub by: Actor,
     /// When.
     pub now: Moment,
+}
+
+impl Publisher {
+    fn did<'a>(&self, action: &'a str, object: &str) -> Entry<'a> {
+        Entry::new(self.school, self.by.clone(), action, object)
+    }
 }
 
 /// Every `course.toml` in a folder or one level below it, in order.
@@ -144,7 +150,7 @@ pub async fn exercise(
     if before != Some(revision) {
         exercises::make_current(writer, school, &exercise.id, revision).await?;
         let details = json!({ "revision": revision, "sha256": exercise.sha256, "before": before });
-        note(writer, publisher, ("exercise.published", &exercise.id, details)).await?;
+        publisher.did("exercise.published", &exercise.id).with(details).append(writer, publisher.now).await?;
     }
     Ok(Published { kind: "exercise", id: exercise.id.clone(), new: known.is_none() })
 }
@@ -180,7 +186,7 @@ pub async fn curriculum(
     if !taught.iter().any(|current| current.revision_id == revision) {
         curricula::make_current(writer, school, &course.id, revision).await?;
         let details = json!({ "revision": revision, "sha256": course.sha256 });
-        note(writer, publisher, ("curriculum.published", &course.id, details)).await?;
+        publisher.did("curriculum.published", &course.id).with(details).append(writer, publisher.now).await?;
     }
     Ok(Published { kind: "course", id: course.id.clone(), new: known.is_none() })
 }
@@ -205,15 +211,6 @@ fn entry(entry: &scene::curriculum::CurriculumEntry) -> NewEntry {
         prerequisites: entry.prerequisites.clone(),
         survey: entry.survey.clone(),
     }
-}
-
-async fn note(
-    writer: &mut SqliteConnection,
-    Publisher { school, by, now }: &Publisher,
-    (action, object, details): (&str, &str, serde_json::Value),
-) -> anyhow::Result<()> {
-    let entry = Entry { school_id: Some(*school), actor: by.clone(), action, object: object.to_owned(), details };
-    audit::append(writer, entry, *now).await.context("audit log")
 }
 
 /// SHA-256 over everything an exercise is made of. Lengths go first, so that no byte can move between two parts.

@@ -10,7 +10,7 @@ use serde_json::json;
 use crate::AppState;
 use crate::error::Error;
 use crate::recordings;
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::{Actor, Entry};
 use crate::storage::sessions::Session;
 use crate::storage::{exercises, practice, scores};
 
@@ -49,17 +49,13 @@ pub async fn apply(state: &AppState, actor: Actor, session: &Session, again: &As
     let before = scores::newest(&mut *tx, session.key()).await?;
     scores::add(&mut tx, session.key(), again, now).await?;
     practice::refresh(&mut tx, session.key()).await?;
-    let entry = Entry {
-        school_id: Some(session.school_id),
-        actor,
-        action: "session.regraded",
-        object: session.id.to_string(),
-        details: json!({
+    Entry::new(session.school_id, actor, "session.regraded", session.id)
+        .with(json!({
             "from": before.map(|score| score.score),
             "to": again.score,
             "rubric_sha256": again.rubric.sha256,
-        }),
-    };
-    audit::append(&mut tx, entry, now).await?;
+        }))
+        .append(&mut tx, now)
+        .await?;
     Ok(tx.commit().await?)
 }

@@ -13,6 +13,7 @@ use crate::domain::roster::{self, Change, Difference, Entry, Line, Outcome, Rost
 use crate::domain::{CurrentPerson, Role};
 use crate::error::Error;
 use crate::storage::account_links::Purpose;
+use crate::storage::audit;
 use crate::storage::cohorts::{self, Membership};
 use crate::storage::directory::{self, Details};
 use crate::storage::rosters::{self, Draft, NewDraft};
@@ -108,7 +109,7 @@ pub async fn confirm(
     let Import { added, changed, .. } = import;
     let left: Vec<Uuid> = difference.leaving.iter().map(|leaving| leaving.person).collect();
     let told = json!({ "added": added, "changed": changed, "left_a_cohort": left, "difference_sha256": digest });
-    accounts::note(&mut tx, state, by, ("roster.imported", id), told).await?;
+    audit::Entry::by(by, "roster.imported", id).with(told).append(&mut tx, state.clock.now()).await?;
     rosters::discard(&mut tx, by.school_id, id).await?;
     tx.commit().await?;
     state.mails.notify_one();

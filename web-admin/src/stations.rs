@@ -1,14 +1,12 @@
 //! Training stations: how one joins a school, and how a trainee signs in at one. Both by codes short enough to type.
 
-use serde_json::{Value, json};
-use sqlx::SqliteConnection;
 use uuid::Uuid;
 
 use crate::AppState;
 use crate::domain::{CurrentPerson, Moment, Role};
 use crate::error::Error;
 use crate::secret;
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::{Actor, Entry};
 use crate::storage::people::Person;
 use crate::storage::stations::{self, PairingCode, WrongCodes};
 use crate::storage::tokens::{self, TokenHolder};
@@ -61,8 +59,7 @@ pub async fn make_pairing_code(state: &AppState, maker: &CurrentPerson) -> Resul
         PairingCode { school_id: maker.school_id, made_by: maker.id, expires_at: now.plus_s(PAIRING_CODE_LIFETIME_S) };
     let mut tx = state.db.write().await?;
     stations::add_code(&mut tx, &row, &secret::token_sha256(&code), now).await?;
-    let act = Act { actor: Actor::Person(maker.id), action: "pairing_code.made", object: maker.school_id };
-    note(&mut tx, maker.school_id, act, now).await?;
+    Entry::by(maker, "pairing_code.made", maker.school_id).append(&mut tx, now).await?;
     tx.commit().await?;
     Ok((in_groups(&code), row.expires_at))
 }
@@ -86,8 +83,7 @@ pub async fn pair(state: &AppState, code: &str, name: &str) -> Result<Paired, Er
     let holder = TokenHolder { school_id, person_id: None, station: Some(name.clone()) };
     let station_id = tokens::add(&mut tx, &holder, &secret::token_sha256(&token), now).await?;
     stations::saw(&mut tx, school_id, station_id, now).await?;
-    let act = Act { actor: Actor::Station(name.clone()), action: "station.paired", object: station_id };
-    note(&mut tx, school_id, act, now).await?;
+    Entry::new(school_id, Actor::Station(name.clone()), "station.paired", station_id).append(&mut tx, now).await?;
     let school = schools::name(&mut *tx, school_id).await?;
     tx.commit().await?;
     tracing::info!(station = %station_id, "station paired");
@@ -114,8 +110,7 @@ pub async fn revoke(state: &AppState, by: &CurrentPerson, station: Uuid) -> Resu
     if !stations::revoke(&mut tx, by.school_id, station, now).await? {
         return Ok(false);
     }
-    let act = Act { actor: Actor::Person(by.id), action: "station.revoked", object: station };
-    note(&mut tx, by.school_id, act, now).await?;
+    Entry::by(by, "station.revoked", station).append(&mut tx, now).await?;
     tx.commit().await?;
     Ok(true)
 }
@@ -135,8 +130,7 @@ pub async fn make_sign_in_code(state: &AppState, person: &CurrentPerson) -> Resu
         let mut tx = state.db.write().await?;
         // One in a million that somebody has it already: then it is another.
         if sign_in_codes::put(&mut tx, (person.school_id, person.id), &hash, now).await? {
-            let act = Act { actor: Actor::Person(person.id), action: "sign_in_code.made", object: person.id };
-            note(&mut tx, person.school_id, act, now).await?;
+            Entry::by(person, "sign_in_code.made", person.id).append(&mut tx, now).await?;
             tx.commit().await?;
             return Ok(in_groups(&code));
         }
@@ -159,8 +153,8 @@ pub async fn sign_in(state: &AppState, station: &Station, code: &str) -> Result<
     };
     stations::forgive(&mut tx, station.school_id, station.id).await?;
     let actor = Actor::Station(station.name.clone());
-    let act = Act { actor, action: "trainee.signed_in_at_station", object: person.id };
-    note(&mut tx, station.school_id, act, state.clock.now()).await?;
+    let entry = Entry::new(station.school_id, actor, "trainee.signed_in_at_station", person.id);
+    entry.append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok(person)
 }
@@ -186,20 +180,6 @@ async fn take_try(state: &AppState, station: &Station) -> Result<(), Error> {
 async fn hash(state: &AppState, school: Uuid, code: String) -> Result<[u8; 32], Error> {
     let cost = state.config.password_cost;
     Ok(tokio::task::spawn_blocking(move || secret::code_hash(&code, school.as_bytes(), cost)).await??)
-}
-
-/// Who did what to what.
-struct Act<'a> {
-    actor: Actor,
-    action: &'a str,
-    object: Uuid,
-}
-
-async fn note(tx: &mut SqliteConnection, school: Uuid, act: Act<'_>, now: Moment) -> Result<(), Error> {
-    let Act { actor, action, object } = act;
-    let details: Value = json!({});
-    let entry = Entry { school_id: Some(school), actor, action, object: object.to_string(), details };
-    Ok(audit::append(tx, entry, now).await?)
 }
 
 /// A code in two halves, which are easier to read and to type.

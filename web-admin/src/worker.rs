@@ -14,7 +14,7 @@ use crate::AppState;
 use crate::domain::Curve;
 use crate::recordings;
 use crate::replays;
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::{Actor, Entry};
 use crate::storage::exercises::RevisionBytes;
 use crate::storage::jobs::{self, Job};
 use crate::storage::sessions::{self, Session, Verified};
@@ -156,7 +156,7 @@ async fn store(state: &AppState, job: &Job, outcome: Outcome) -> anyhow::Result<
         "rubric_sha256": outcome.assessment.rubric.sha256,
         "flagged": outcome.verified.flagged(),
     });
-    audit::append(&mut tx, entry(job, "session.scored", details), now).await?;
+    entry(job, "session.scored").with(details).append(&mut tx, now).await?;
     tx.commit().await?;
     tracing::info!(session = %job.session_id, flagged = outcome.verified.flagged(), "recording scored");
     Ok(())
@@ -166,7 +166,7 @@ async fn refuse(state: &AppState, job: &Job, why: &str) -> anyhow::Result<()> {
     let mut tx = state.db.write().await?;
     sessions::mark_refused(&mut tx, job.school_id, job.session_id, why).await?;
     jobs::done(&mut tx, job.session()).await?;
-    audit::append(&mut tx, entry(job, "session.refused", json!({ "why": why })), state.clock.now()).await?;
+    entry(job, "session.refused").with(json!({ "why": why })).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     tracing::warn!(session = %job.session_id, why, "recording refused");
     Ok(())
@@ -185,7 +185,6 @@ async fn put_off(state: &AppState, job: &Job, error: &anyhow::Error) -> anyhow::
     Ok(())
 }
 
-fn entry<'a>(job: &Job, action: &'a str, details: serde_json::Value) -> Entry<'a> {
-    let object = job.session_id.to_string();
-    Entry { school_id: Some(job.school_id), actor: Actor::Worker, action, object, details }
+fn entry<'a>(job: &Job, action: &'a str) -> Entry<'a> {
+    Entry::new(job.school_id, Actor::Worker, action, job.session_id)
 }

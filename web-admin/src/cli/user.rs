@@ -1,16 +1,14 @@
 //! `web-admin user`: adding people and giving them access.
 
-use anyhow::Context;
 use clap::{Args, Subcommand};
-use serde_json::{Value, json};
+use serde_json::json;
 use sqlx::SqliteConnection;
-use uuid::Uuid;
 
 use super::{Failure, Storage, say};
 use crate::AppState;
 use crate::domain::Role;
 use crate::secret;
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::{Actor, Entry};
 use crate::storage::cohorts::{self, Membership};
 use crate::storage::people::{self, NewPerson, Person};
 use crate::storage::schools::{self, School};
@@ -120,7 +118,10 @@ async fn add(args: &AddArgs) -> Result<(), Failure> {
         password_hash: &password_hash,
     };
     let person = people::add(&mut tx, &new, state.clock.now()).await?;
-    note(&mut tx, &state, &person, "person.added", json!({ "role": args.role })).await?;
+    Entry::new(person.school_id, Actor::CommandLine, "person.added", person.id)
+        .with(json!({ "role": args.role }))
+        .append(&mut tx, state.clock.now())
+        .await?;
     if let Some(cohort) = &args.cohort {
         join(&mut tx, &state, &person, cohort).await?;
     }
@@ -140,7 +141,10 @@ async fn join(tx: &mut SqliteConnection, state: &AppState, person: &Person, coho
     let membership =
         Membership { school_id: person.school_id, cohort_id: cohort.id, person_id: person.id, role: person.role };
     cohorts::join(tx, membership).await?;
-    Ok(note(tx, state, person, "cohort.joined", json!({ "cohort": cohort.id })).await?)
+    Ok(Entry::new(person.school_id, Actor::CommandLine, "cohort.joined", person.id)
+        .with(json!({ "cohort": cohort.id }))
+        .append(tx, state.clock.now())
+        .await?)
 }
 
 async fn reset_password(args: &ResetArgs) -> Result<(), Failure> {
@@ -150,7 +154,9 @@ async fn reset_password(args: &ResetArgs) -> Result<(), Failure> {
     let mut tx = state.db.write().await?;
     let person = find(&mut tx, &args.who.email).await?;
     people::set_password(&mut tx, person.id, &hash).await?;
-    note(&mut tx, &state, &person, "person.password_reset", json!({})).await?;
+    Entry::new(person.school_id, Actor::CommandLine, "person.password_reset", person.id)
+        .append(&mut tx, state.clock.now())
+        .await?;
     tx.commit().await?;
     say(format_args!("{} has a new password and is signed out everywhere", person.email));
     told.into_iter().for_each(say);
@@ -166,7 +172,10 @@ async fn disable(args: &WhoArgs) -> Result<(), Failure> {
         return Ok(());
     }
     let revoked = tokens::revoke_all(&mut tx, person.id, state.clock.now()).await?;
-    note(&mut tx, &state, &person, "person.disabled", json!({ "tokens_revoked": revoked })).await?;
+    Entry::new(person.school_id, Actor::CommandLine, "person.disabled", person.id)
+        .with(json!({ "tokens_revoked": revoked }))
+        .append(&mut tx, state.clock.now())
+        .await?;
     tx.commit().await?;
     say(format_args!("{} is disabled; {revoked} tokens revoked", person.email));
     Ok(())
@@ -200,14 +209,10 @@ async fn make_token(tx: &mut SqliteConnection, state: &AppState, holder: &TokenH
     let token = secret::random_hex()?;
     let now = state.clock.now();
     let id = tokens::add(tx, holder, &secret::token_sha256(&token), now).await?;
-    let entry = Entry {
-        school_id: Some(holder.school_id),
-        actor: Actor::CommandLine,
-        action: "token.made",
-        object: id.to_string(),
-        details: json!({ "person": holder.person_id, "station": holder.station }),
-    };
-    audit::append(tx, entry, now).await?;
+    Entry::new(holder.school_id, Actor::CommandLine, "token.made", id)
+        .with(json!({ "person": holder.person_id, "station": holder.station }))
+        .append(tx, now)
+        .await?;
     Ok(token)
 }
 
@@ -231,38 +236,16 @@ pub(super) async fn choose_school(
         return Ok(known.clone());
     }
     let school = schools::find_or_create(tx, name, state.clock.now()).await?;
-    let entry = Entry {
-        school_id: Some(school.id),
-        actor: Actor::CommandLine,
-        action: "school.added",
-        object: school.id.to_string(),
-        details: json!({ "name": school.name }),
-    };
-    audit::append(tx, entry, state.clock.now()).await?;
+    Entry::new(school.id, Actor::CommandLine, "school.added", school.id)
+        .with(json!({ "name": school.name }))
+        .append(tx, state.clock.now())
+        .await?;
     Ok(school)
 }
 
 async fn find(tx: &mut SqliteConnection, email: &str) -> Result<Person, Failure> {
     let found = people::by_email(tx, email).await?;
     found.ok_or_else(|| Failure::Usage(format!("--email: \"{email}\"; nobody has this address")))
-}
-
-async fn note(
-    tx: &mut SqliteConnection,
-    state: &AppState,
-    person: &Person,
-    action: &str,
-    details: Value,
-) -> anyhow::Result<()> {
-    let object: Uuid = person.id;
-    let entry = Entry {
-        school_id: Some(person.school_id),
-        actor: Actor::CommandLine,
-        action,
-        object: object.to_string(),
-        details,
-    };
-    audit::append(tx, entry, state.clock.now()).await.context("audit log")
 }
 
 /// The password to set, and a line that tells it where it was made here.

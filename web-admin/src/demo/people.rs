@@ -9,7 +9,7 @@ use super::school::{self, ADMINISTRATOR, COHORTS, LEARNERS};
 use crate::AppState;
 use crate::domain::{Moment, Role};
 use crate::secret;
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::{Actor, Entry};
 use crate::storage::cohorts::{self, Membership};
 use crate::storage::people::{self, NewPerson, Person};
 use crate::storage::schools;
@@ -87,14 +87,10 @@ impl Founding<'_> {
         let new =
             NewPerson { school_id: self.school_id, role, email: &email, display_name: name, password_hash: &self.hash };
         let person = people::add(self.tx, &new, self.now).await?;
-        let entry = Entry {
-            school_id: Some(self.school_id),
-            actor: Actor::CommandLine,
-            action: "person.added",
-            object: person.id.to_string(),
-            details: json!({ "role": role }),
-        };
-        audit::append(self.tx, entry, self.now).await?;
+        Entry::new(self.school_id, Actor::CommandLine, "person.added", person.id)
+            .with(json!({ "role": role }))
+            .append(self.tx, self.now)
+            .await?;
         self.accounts.push(Account { role, name, email });
         Ok(person)
     }

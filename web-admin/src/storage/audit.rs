@@ -1,27 +1,27 @@
 //! Who did what, when: a log that only grows, each row sealed with the hash of the one before.
 
 use futures::TryStreamExt;
-use serde_json::Value;
+use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use crate::domain::Moment;
+use crate::domain::{CurrentPerson, Moment};
 
 /// Something that was done.
 #[derive(Clone, Debug)]
 pub struct Entry<'a> {
     /// In which school, where there is one.
-    pub school_id: Option<Uuid>,
+    school_id: Option<Uuid>,
     /// By whom.
-    pub actor: Actor,
+    actor: Actor,
     /// What, for example `session.uploaded`.
-    pub action: &'a str,
+    action: &'a str,
     /// To what: an id, never a name.
-    pub object: String,
+    object: String,
     /// What else is worth knowing.
-    pub details: Value,
+    details: Value,
 }
 
 /// Who did it.
@@ -80,28 +80,47 @@ impl Row {
     }
 }
 
-/// Adds an entry, in the transaction of what it tells of: neither happens without the other.
-///
-/// # Errors
-/// When the database fails.
-pub async fn append(writer: &mut SqliteConnection, entry: Entry<'_>, now: Moment) -> Result<()> {
-    let last: Option<(i64, Vec<u8>)> = sqlx::query_as("SELECT seq, hash FROM audit_log ORDER BY seq DESC LIMIT 1")
-        .fetch_optional(&mut *writer)
-        .await?;
-    let (last_seq, prev_hash) = last.unwrap_or_else(|| (0, vec![0; 32]));
-    let mut row = Row {
-        seq: last_seq + 1,
-        at: now,
-        school_id: entry.school_id,
-        actor: entry.actor.to_string(),
-        action: entry.action.to_owned(),
-        object: entry.object,
-        details: entry.details.to_string(),
-        prev_hash,
-        hash: Vec::new(),
-    };
-    row.hash = row.seal();
-    insert(writer, &row).await
+impl<'a> Entry<'a> {
+    /// What `actor` did in a school to `object`, without details.
+    pub fn new(school_id: impl Into<Option<Uuid>>, actor: Actor, action: &'a str, object: impl Into<String>) -> Self {
+        let (school_id, object, details) = (school_id.into(), object.into(), json!({}));
+        Self { school_id, actor, action, object, details }
+    }
+
+    /// What somebody who is signed in did in their school.
+    pub fn by(person: &CurrentPerson, action: &'a str, object: impl Into<String>) -> Self {
+        Self::new(person.school_id, Actor::Person(person.id), action, object)
+    }
+
+    /// The same, with what else is worth knowing.
+    #[must_use]
+    pub fn with(self, details: Value) -> Self {
+        Self { details, ..self }
+    }
+
+    /// Adds it to the log, in the transaction of what it tells of: neither happens without the other.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn append(self, writer: &mut SqliteConnection, now: Moment) -> Result<()> {
+        let last: Option<(i64, Vec<u8>)> = sqlx::query_as("SELECT seq, hash FROM audit_log ORDER BY seq DESC LIMIT 1")
+            .fetch_optional(&mut *writer)
+            .await?;
+        let (last_seq, prev_hash) = last.unwrap_or_else(|| (0, vec![0; 32]));
+        let mut row = Row {
+            seq: last_seq + 1,
+            at: now,
+            school_id: self.school_id,
+            actor: self.actor.to_string(),
+            action: self.action.to_owned(),
+            object: self.object,
+            details: self.details.to_string(),
+            prev_hash,
+            hash: Vec::new(),
+        };
+        row.hash = row.seal();
+        insert(writer, &row).await
+    }
 }
 
 async fn insert(writer: &mut SqliteConnection, row: &Row) -> Result<()> {

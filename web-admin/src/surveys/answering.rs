@@ -6,7 +6,6 @@
 
 use assessment::questionnaire::{Answer, Refused, is_asked, read_answer};
 use scene::Instrument;
-use serde_json::json;
 use sqlx::SqliteConnection;
 use uuid::Uuid;
 
@@ -15,7 +14,7 @@ use crate::domain::survey::ResponseState;
 use crate::domain::{CurrentPerson, Moment};
 use crate::error::Error;
 use crate::secret;
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::{Actor, Entry};
 use crate::storage::surveys::{self, NewResponse, Response, Submission, Survey};
 
 const ANSWERED: &str = "these answers were sent already; they can be taken back, not changed";
@@ -166,14 +165,7 @@ impl Answering {
 
     /// Says that it happened, not who did it: the log is read by people who must not learn it.
     async fn note(&self, writer: &mut SqliteConnection, action: &str, now: Moment) -> Result<(), Error> {
-        let entry = Entry {
-            school_id: Some(self.survey.school_id),
-            actor: Actor::Respondent,
-            action,
-            object: self.survey.id.to_string(),
-            details: json!({}),
-        };
-        Ok(audit::append(writer, entry, now).await?)
+        Ok(Entry::new(self.survey.school_id, Actor::Respondent, action, self.survey.id).append(writer, now).await?)
     }
 }
 

@@ -11,7 +11,7 @@ use uuid::Uuid;
 use crate::domain::Moment;
 use crate::domain::survey::Identity;
 use crate::publishing::{Published, Refused};
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::{Actor, Entry};
 use crate::storage::instruments::{self as stored, NewInstrument};
 use crate::storage::surveys::{self, NewSurvey};
 
@@ -76,9 +76,7 @@ pub async fn publish_text(
     if before != Some(revision) {
         stored::make_current(writer, school, &instrument.id, revision).await?;
         let details = json!({ "revision": revision, "sha256": instrument.sha256, "before": before });
-        let object = instrument.id.clone();
-        let entry = Entry { school_id: Some(school), actor, action: "instrument.published", object, details };
-        audit::append(writer, entry, now).await?;
+        Entry::new(school, actor, "instrument.published", &instrument.id).with(details).append(writer, now).await?;
     }
     Ok(Published { kind: "instrument", id: instrument.id.clone(), new: known.is_none() })
 }
@@ -93,7 +91,7 @@ pub async fn course_surveys(writer: &mut SqliteConnection, school: Uuid, now: Mo
     let open = surveys::of_course(&mut *writer, school).await?;
     for survey in open.iter().filter(|survey| !asked.iter().any(|(revision, ..)| *revision == survey.revision_id)) {
         surveys::close(writer, school, survey.id, Some(now)).await?;
-        note(writer, school, ("survey.closed", survey.id), now).await?;
+        entry(school, "survey.closed", survey.id).append(writer, now).await?;
     }
     for same in asked.chunk_by(|a, b| a.0 == b.0) {
         let (revision_id, title, _) = &same[0];
@@ -127,24 +125,12 @@ async fn make_for_course(
         closes_at: None,
     };
     let id = surveys::insert(writer, &new, now).await?;
-    note(writer, school_id, ("survey.made", id), now).await?;
+    entry(school_id, "survey.made", id).append(writer, now).await?;
     Ok(id)
 }
 
-async fn note(
-    writer: &mut SqliteConnection,
-    school: Uuid,
-    (action, survey): (&str, Uuid),
-    now: Moment,
-) -> anyhow::Result<()> {
-    let entry = Entry {
-        school_id: Some(school),
-        actor: Actor::CommandLine,
-        action,
-        object: survey.to_string(),
-        details: json!({ "by": "a course" }),
-    };
-    Ok(audit::append(writer, entry, now).await?)
+fn entry(school: Uuid, action: &str, survey: Uuid) -> Entry<'_> {
+    Entry::new(school, Actor::CommandLine, action, survey).with(json!({ "by": "a course" }))
 }
 
 /// A document as JSON.

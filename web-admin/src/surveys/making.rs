@@ -1,7 +1,6 @@
 //! Making a survey, its links, and closing it.
 
 use serde_json::json;
-use sqlx::SqliteConnection;
 use uuid::Uuid;
 
 use crate::AppState;
@@ -9,7 +8,7 @@ use crate::domain::survey::{Identity, PROFESSIONAL};
 use crate::domain::{CurrentPerson, Moment};
 use crate::error::Error;
 use crate::secret;
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::Entry;
 use crate::storage::surveys::{self, NewResponse, NewSurvey, Survey};
 
 /// How long a link is good where the survey does not close before, in s.
@@ -59,25 +58,9 @@ pub async fn make(state: &AppState, person: &CurrentPerson, wanted: &Wanted) -> 
         surveys::add_cohort(&mut tx, person.school_id, id, *cohort).await?;
     }
     let details = json!({ "revision": wanted.revision_id, "identity": wanted.identity, "cohorts": wanted.cohorts });
-    note(&mut tx, person, ("survey.made", id, details), now).await?;
+    Entry::by(person, "survey.made", id).with(details).append(&mut tx, now).await?;
     tx.commit().await?;
     Ok(id)
-}
-
-async fn note(
-    writer: &mut SqliteConnection,
-    person: &CurrentPerson,
-    (action, survey, details): (&str, Uuid, serde_json::Value),
-    now: Moment,
-) -> Result<(), Error> {
-    let entry = Entry {
-        school_id: Some(person.school_id),
-        actor: Actor::Person(person.id),
-        action,
-        object: survey.to_string(),
-        details,
-    };
-    Ok(audit::append(writer, entry, now).await?)
 }
 
 /// A link that was made: shown once, for only its hash is kept.
@@ -121,7 +104,10 @@ pub async fn make_links(
         surveys::add(&mut tx, &new).await?;
         links.push(Link { label: label.clone(), token });
     }
-    note(&mut tx, person, ("survey.links_made", survey.id, json!({ "links": labels.len() })), now).await?;
+    Entry::by(person, "survey.links_made", survey.id)
+        .with(json!({ "links": labels.len() }))
+        .append(&mut tx, now)
+        .await?;
     tx.commit().await?;
     Ok(links)
 }
@@ -135,6 +121,6 @@ pub async fn close(state: &AppState, person: &CurrentPerson, survey: &Survey, cl
     let mut tx = state.db.write().await?;
     surveys::close(&mut tx, survey.school_id, survey.id, closed.then_some(now)).await?;
     let action = if closed { "survey.closed" } else { "survey.opened" };
-    note(&mut tx, person, (action, survey.id, json!({})), now).await?;
+    Entry::by(person, action, survey.id).append(&mut tx, now).await?;
     Ok(tx.commit().await?)
 }

@@ -5,6 +5,7 @@ use askama_web::WebTemplate;
 use mechanics::tissue::follow::FieldPlan;
 use scene::{Curriculum, ExerciseBundle, Issue};
 use time::OffsetDateTime;
+use uuid::Uuid;
 
 use super::diff::DiffLine;
 use super::exercise::ExerciseView;
@@ -158,9 +159,9 @@ pub struct RevisionsPage {
     /// Revisions, newest first.
     pub revisions: Vec<RevisionRow>,
     /// The older of the two that are compared.
-    pub from: String,
+    pub from: Uuid,
     /// The newer of the two.
-    pub to: String,
+    pub to: Uuid,
     /// What differs, by document; empty where there is but one revision.
     pub parts: Vec<(&'static str, Vec<Vec<DiffLine>>)>,
 }
@@ -169,7 +170,7 @@ pub struct RevisionsPage {
 #[derive(Clone, Debug)]
 pub struct RevisionRow {
     /// Its id.
-    pub id: String,
+    pub id: Uuid,
     /// Its title.
     pub title: String,
     /// The beginning of its hash.
@@ -254,8 +255,9 @@ mod tests {
 
     #[test]
     fn revisions_are_compared() {
-        let revision = |id: &str, current| RevisionRow {
-            id: id.to_owned(),
+        let [older, newer] = [1, 2].map(Uuid::from_u128);
+        let revision = |id, current| RevisionRow {
+            id,
             title: "Stop in the fat".to_owned(),
             hash: "0123abcd".to_owned(),
             published_at: samples::NOW,
@@ -265,9 +267,9 @@ mod tests {
             shell: samples::shell(Role::Instructor),
             title: "Stop in the fat".to_owned(),
             href: "/exercises/stop-in-the-fat".to_owned(),
-            revisions: vec![revision("2", true), revision("1", false)],
-            from: "1".to_owned(),
-            to: "2".to_owned(),
+            revisions: vec![revision(newer, true), revision(older, false)],
+            from: older,
+            to: newer,
             parts: vec![("Exercise", diff("pass_mark = 70\n", "pass_mark = 75\n")), ("Scene", vec![])],
         };
         let html = samples::keep("revisions", &page);

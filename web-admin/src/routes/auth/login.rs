@@ -4,7 +4,6 @@ use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
-use serde_json::json;
 use time::Duration;
 use tower_sessions::{Expiry, Session};
 use uuid::Uuid;
@@ -18,7 +17,7 @@ use crate::domain::CurrentPerson;
 use crate::error::{Error, PageError};
 use crate::routes::Routes;
 use crate::secret;
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::{Actor, Entry};
 use crate::storage::people::{self, Credentials};
 use crate::views::login::LoginPage;
 
@@ -113,9 +112,7 @@ async fn again(session: &Session, form: &LoginForm, why: Error) -> Result<Respon
 async fn note(state: &AppState, person: Uuid, action: &str) -> Result<(), Error> {
     let school_id = people::by_id(state.db.reader(), person).await?.map(|p| p.school_id);
     let mut tx = state.db.write().await?;
-    let entry =
-        Entry { school_id, actor: Actor::Person(person), action, object: person.to_string(), details: json!({}) };
-    audit::append(&mut tx, entry, state.clock.now()).await?;
+    Entry::new(school_id, Actor::Person(person), action, person).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }
 

@@ -9,7 +9,6 @@ use uuid::Uuid;
 use super::Id;
 use super::admin::administrators_only;
 use crate::AppState;
-use crate::accounts;
 use crate::assignments as teaching;
 use crate::domain::assignment::Task;
 use crate::domain::due::{self, is_zone, local};
@@ -17,6 +16,7 @@ use crate::domain::{CurrentPerson, Role};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::storage::assignments::{self, Listed, NewAssignment};
+use crate::storage::audit::Entry;
 use crate::storage::reports::{self, Named};
 use crate::storage::{curricula, exercises, people, schools};
 use crate::views::assignments::{
@@ -294,7 +294,7 @@ pub(super) async fn set_zone(
     let mut tx = state.db.write().await?;
     schools::set_time_zone(&mut tx, person.school_id, zone).await?;
     let told = serde_json::json!({ "time_zone": zone });
-    accounts::note(&mut tx, &state, &person, ("school.time_zone_set", person.school_id), told).await?;
+    Entry::by(&person, "school.time_zone_set", person.school_id).with(told).append(&mut tx, state.clock.now()).await?;
     tx.commit().await.map_err(Error::from)?;
     Ok(Redirect::to("/assignments"))
 }

@@ -10,11 +10,11 @@ use uuid::Uuid;
 
 use super::Id;
 use crate::AppState;
-use crate::accounts;
 use crate::domain::roster::is_name;
 use crate::domain::{CurrentPerson, Role};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
+use crate::storage::audit::Entry;
 use crate::storage::cohorts::{self, Membership};
 use crate::storage::people;
 use crate::storage::reports::{self, Named};
@@ -51,7 +51,7 @@ pub(super) async fn make(
         let own = Membership { school_id, cohort_id: cohort.id, person_id: person.id, role: Role::Instructor };
         cohorts::join(&mut tx, own).await?;
     }
-    accounts::note(&mut tx, &state, &person, ("cohort.made", cohort.id), json!({})).await?;
+    Entry::by(&person, "cohort.made", cohort.id).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok(Redirect::to(&format!("/cohorts/{}/people", cohort.id)))
 }
@@ -106,7 +106,10 @@ pub(super) async fn add(
     };
     let membership = Membership { school_id: person.school_id, cohort_id: id, person_id: known.id, role: known.role };
     cohorts::join(&mut tx, membership).await?;
-    accounts::note(&mut tx, &state, &person, ("cohort.joined", known.id), json!({ "cohort": id })).await?;
+    Entry::by(&person, "cohort.joined", known.id)
+        .with(json!({ "cohort": id }))
+        .append(&mut tx, state.clock.now())
+        .await?;
     tx.commit().await?;
     Ok(Redirect::to(&format!("/cohorts/{id}/people")).into_response())
 }
@@ -123,7 +126,7 @@ pub(super) async fn remove(
     if !cohorts::leave(&mut tx, person.school_id, id, member).await? {
         return Err(Error::NotFound.into());
     }
-    accounts::note(&mut tx, &state, &person, ("cohort.left", member), json!({ "cohort": id })).await?;
+    Entry::by(&person, "cohort.left", member).with(json!({ "cohort": id })).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok(Redirect::to(&format!("/cohorts/{id}/people")))
 }

@@ -5,7 +5,7 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
-use super::Id;
+use super::{Id, unix_lines};
 use crate::AppState;
 use crate::domain::CurrentPerson;
 use crate::drafting::{self, Checked, Saved};
@@ -126,7 +126,7 @@ pub(super) async fn write(
     CsrfForm(form): CsrfForm<DraftForm>,
 ) -> Result<Response, PageError> {
     let shell = Shell::new(&person, csrf.token(), Place::Curricula);
-    let texts = Texts { document: as_written(&form.document), scene: as_written(&form.scene) };
+    let texts = Texts { document: unix_lines(&form.document), scene: unix_lines(&form.scene) };
     let draft = match drafting::save(&state, &person, (id, form.seen), &texts).await? {
         Saved::Kept(draft) => draft,
         Saved::Elsewhere(theirs) => return Ok((StatusCode::CONFLICT, conflict(shell, theirs, texts)).into_response()),
@@ -154,7 +154,7 @@ pub(super) async fn preview(
 ) -> Result<VerdictPart, PageError> {
     drafting::staff_only(&person)?;
     let draft = drafts::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
-    let texts = Texts { document: as_written(&typed.document), scene: as_written(&typed.scene) };
+    let texts = Texts { document: unix_lines(&typed.document), scene: unix_lines(&typed.scene) };
     let checked = drafting::check(&state, person.school_id, &Draft { texts, ..draft }).await?;
     Ok(VerdictPart { verdict: verdict(&checked) })
 }
@@ -173,11 +173,6 @@ pub(super) async fn discard(
             Err(Error::Conflict(why.to_owned()).into())
         }
     }
-}
-
-/// A browser ends lines with CR and LF, whatever was there.
-fn as_written(text: &str) -> String {
-    text.replace("\r\n", "\n")
 }
 
 fn published_at(draft: &Draft) -> String {

@@ -7,13 +7,13 @@ use serde_json::json;
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
 
-use super::Id;
+use super::{Id, in_query};
 use crate::AppState;
 use crate::domain::CurrentPerson;
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::secret;
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::Entry;
 use crate::storage::{links, sessions};
 use crate::views::links::LinksPage;
 use crate::views::{Place, Shell};
@@ -44,17 +44,10 @@ pub(super) async fn make(
     let mut tx = state.db.write().await?;
     let lasts = (now, now.plus_s(LIFETIME_S));
     links::add(&mut tx, (session.key(), person.id), &secret::token_sha256(&token), lasts).await?;
-    let entry = Entry {
-        school_id: Some(person.school_id),
-        actor: Actor::Person(person.id),
-        action: "recording.linked",
-        object: id.to_string(),
-        details: json!({ "until": lasts.1 }),
-    };
-    audit::append(&mut tx, entry, now).await?;
+    Entry::by(&person, "recording.linked", id).with(json!({ "until": lasts.1 })).append(&mut tx, now).await?;
     tx.commit().await?;
     let recording = format!("{}/recordings/{token}/{id}.mcap", own_address(&state, &headers));
-    let opened = |(name, _, address): (&'static str, _, &str)| (name, format!("{address}{}", escaped(&recording)));
+    let opened = |(name, _, address): (&'static str, _, &str)| (name, format!("{address}{}", in_query(&recording)));
     Ok(LinksPage {
         shell: Shell::new(&person, csrf.token(), Place::Elsewhere),
         session: id,
@@ -69,13 +62,6 @@ fn own_address(state: &AppState, headers: &HeaderMap) -> String {
     let scheme = if state.config.behind_tls { "https" } else { "http" };
     let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("localhost");
     format!("{scheme}://{host}")
-}
-
-/// An address as the value of a query: everything but letters, digits and `-._~` by its bytes.
-fn escaped(address: &str) -> String {
-    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~".contains(&byte);
-    let piece = |byte: u8| if plain(byte) { char::from(byte).to_string() } else { format!("%{byte:02X}") };
-    address.bytes().map(piece).collect()
 }
 
 /// The recording of a link, whole or a range of its bytes, to be read from the viewers' pages.

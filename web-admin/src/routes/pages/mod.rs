@@ -3,6 +3,7 @@
 use axum::extract::{DefaultBodyLimit, FromRequestParts, Path};
 use axum::http::request::Parts;
 use axum::routing::{get, post};
+use percent_encoding::{NON_ALPHANUMERIC, PercentEncode, utf8_percent_encode};
 use scene::ExerciseBundle;
 use uuid::Uuid;
 
@@ -116,6 +117,16 @@ async fn published(state: &AppState, school: Uuid, revision: Uuid) -> Result<Opt
     let Some(bytes) = exercises::bytes(state.db.reader(), school, revision).await? else { return Ok(None) };
     let parsed = ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes);
     Ok(Some(parsed.map_err(|refused| anyhow::Error::new(refused).context("a published exercise is refused"))?))
+}
+
+/// A text as a part of an address: nothing in it ends its place.
+fn in_query(text: &str) -> PercentEncode<'_> {
+    utf8_percent_encode(text, NON_ALPHANUMERIC)
+}
+
+/// A text as it was written: a browser sends each end of a line as CR LF.
+fn unix_lines(text: &str) -> String {
+    text.replace("\r\n", "\n")
 }
 
 /// The id in an address. What is no id names nothing: 404, as an id that nobody has.

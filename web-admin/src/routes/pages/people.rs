@@ -6,8 +6,8 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::Id;
 use super::admin::administrators_only;
+use super::{Id, in_query};
 use crate::AppState;
 use crate::accounts::{self, NewAccount};
 use crate::domain::roster::{is_email, is_name};
@@ -65,18 +65,9 @@ impl PeopleQuery {
     /// The address of the page that begins after somebody.
     fn after(&self, last: &Listed) -> String {
         let pairs = [("q", &self.q), ("role", &self.role), ("state", &self.state), ("cohort", &self.cohort)];
-        let kept: String = pairs.iter().map(|(name, value)| format!("{name}={}&", escaped(value))).collect();
-        format!("/people?{kept}after={}&id={}", escaped(&last.name), last.id)
+        let kept: String = pairs.iter().map(|(name, value)| format!("{name}={}&", in_query(value))).collect();
+        format!("/people?{kept}after={}&id={}", in_query(&last.name), last.id)
     }
-}
-
-/// A text within a query: everything but letters, digits and a few marks in percents.
-fn escaped(text: &str) -> String {
-    let byte = |byte: u8| match byte {
-        b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' | b'.' => char::from(byte).to_string(),
-        other => format!("%{other:02X}"),
-    };
-    text.bytes().map(byte).collect()
 }
 
 pub(super) async fn list(
@@ -349,14 +340,4 @@ pub(super) async fn erase(
     }
     accounts::erase(&state, &visitor, &person).await?;
     Ok(done(id, "erased"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::escaped;
-
-    #[test]
-    fn a_name_in_an_address_ends_nothing() {
-        assert_eq!(escaped("Ana & Bö?#"), "Ana%20%26%20B%C3%B6%3F%23");
-    }
 }

@@ -5,7 +5,6 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use serde_json::json;
-use sqlx::SqliteConnection;
 use uuid::Uuid;
 
 use super::{Id, sessions as attempts};
@@ -14,9 +13,9 @@ use crate::domain::comment::{self, Comment, Typed};
 use crate::domain::{CurrentPerson, Curve, Moment, Role, corridor};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::Entry;
 use crate::storage::comments::{self, Kept};
-use crate::storage::scores::{self, SessionKey};
+use crate::storage::scores::{self};
 use crate::storage::sessions::{self, Session};
 use crate::storage::{experts, reports};
 use crate::views::replay::{CommentForm, CommentView, Other, ReplayPage, Said};
@@ -112,9 +111,7 @@ pub(super) async fn consent(
         }
     };
     if changed {
-        let (actor, object) = (Actor::Person(person.id), person.id.to_string());
-        let entry = Entry { school_id: Some(person.school_id), actor, action, object, details: json!({}) };
-        audit::append(&mut tx, entry, now).await?;
+        Entry::by(&person, action, person.id).append(&mut tx, now).await?;
     }
     tx.commit().await?;
     Ok(Redirect::to("/review"))
@@ -186,7 +183,10 @@ pub(crate) async fn add(
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
     let made = comments::add(&mut tx, (session.key(), person.id), comment, now).await?;
-    note(&mut tx, (state, person), session.key(), ("comment.added", made)).await?;
+    Entry::by(person, "comment.added", session.id)
+        .with(json!({ "comment": made }))
+        .append(&mut tx, state.clock.now())
+        .await?;
     tx.commit().await?;
     Ok(made)
 }
@@ -218,7 +218,10 @@ pub(super) async fn answer(
     let mut tx = state.db.write().await?;
     let made = comments::answer(&mut tx, (session.key(), person.id), (comment, &body), state.clock.now()).await?;
     let made = made.ok_or(Error::NotFound)?;
-    note(&mut tx, (&state, &person), session.key(), ("comment.answered", made)).await?;
+    Entry::by(&person, "comment.answered", session.id)
+        .with(json!({ "comment": made }))
+        .append(&mut tx, state.clock.now())
+        .await?;
     tx.commit().await?;
     Ok(back(id, made))
 }
@@ -236,7 +239,10 @@ pub(super) async fn withdraw(
     if !comments::withdraw(&mut tx, (session.key(), person.id), comment, state.clock.now()).await? {
         return Err(Error::NotFound.into());
     }
-    note(&mut tx, (&state, &person), session.key(), ("comment.withdrawn", comment)).await?;
+    Entry::by(&person, "comment.withdrawn", session.id)
+        .with(json!({ "comment": comment }))
+        .append(&mut tx, state.clock.now())
+        .await?;
     tx.commit().await?;
     Ok(Redirect::to(&format!("/sessions/{id}/replay#comments")).into_response())
 }
@@ -253,21 +259,4 @@ async fn again(
 ) -> Result<Response, PageError> {
     let page = page(state, visitor, session, (form, ReplayQuery::default())).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
-}
-
-/// An audit entry of the session; what was said stays out of it.
-async fn note(
-    tx: &mut SqliteConnection,
-    (state, person): (&AppState, &CurrentPerson),
-    session: SessionKey,
-    (action, comment): (&str, Uuid),
-) -> Result<(), Error> {
-    let entry = Entry {
-        school_id: Some(person.school_id),
-        actor: Actor::Person(person.id),
-        action,
-        object: session.id.to_string(),
-        details: json!({ "comment": comment }),
-    };
-    Ok(audit::append(tx, entry, state.clock.now()).await?)
 }

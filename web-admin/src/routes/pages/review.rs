@@ -4,8 +4,7 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use serde_json::{Value, json};
-use sqlx::SqliteConnection;
+use serde_json::json;
 use uuid::Uuid;
 
 use super::{Id, sessions as attempts};
@@ -15,7 +14,7 @@ use crate::domain::{CurrentPerson, Role};
 use crate::error::{Error, PageError};
 use crate::regrading;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::{Actor, Entry};
 use crate::storage::grades::{self, NewOverride};
 use crate::storage::reviews::{self, Waiting};
 use crate::storage::scores::{self, Score};
@@ -191,7 +190,7 @@ pub(crate) async fn keep(
     grades::put(&mut tx, session.key(), new, now).await?;
     let action = if new.grade.is_some() { "grade.overridden" } else { "grade.override_withdrawn" };
     let details = json!({ "score": new.grade.map(|(score, _)| score), "passed": new.grade.map(|(_, passed)| passed) });
-    note(&mut tx, (state, person), session, (action, details)).await?;
+    Entry::by(person, action, session.id).with(details).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }
 
@@ -238,7 +237,7 @@ pub(crate) async fn set_reviewed(
         (reviews::unmark(&mut tx, session.key()).await?, "session.review_withdrawn")
     };
     if changed {
-        note(&mut tx, (state, person), session, (action, json!({}))).await?;
+        Entry::by(person, action, session.id).append(&mut tx, state.clock.now()).await?;
     }
     Ok(tx.commit().await?)
 }
@@ -293,15 +292,4 @@ async fn again(
 ) -> Result<Response, PageError> {
     let page = grade_page(state, visitor, session, (typed, Some(why))).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
-}
-
-async fn note(
-    tx: &mut SqliteConnection,
-    (state, person): (&AppState, &CurrentPerson),
-    session: &Session,
-    (action, details): (&str, Value),
-) -> Result<(), Error> {
-    let (actor, object) = (Actor::Person(person.id), session.id.to_string());
-    let entry = Entry { school_id: Some(person.school_id), actor, action, object, details };
-    Ok(audit::append(tx, entry, state.clock.now()).await?)
 }

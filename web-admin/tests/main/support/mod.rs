@@ -6,7 +6,6 @@ pub mod recordings;
 use std::path::{Path, PathBuf};
 
 use axum::Router;
-use serde_json::json;
 use sqlx::SqliteConnection;
 use tempfile::TempDir;
 use uuid::Uuid;
@@ -17,7 +16,7 @@ use web_admin::domain::Role;
 use web_admin::publishing;
 use web_admin::routes;
 use web_admin::secret;
-use web_admin::storage::audit::{self, Actor, Entry};
+use web_admin::storage::audit::{Actor, Entry};
 use web_admin::storage::cohorts::{self, Membership};
 use web_admin::storage::people::{self, NewPerson, Person};
 use web_admin::storage::schools;
@@ -88,14 +87,8 @@ impl App {
                 let person = people::add(tx, &new, now).await.unwrap();
                 let holder = TokenHolder { school_id: school, person_id: Some(person.id), station: None };
                 tokens::add(tx, &holder, &secret::token_sha256(&token), now).await.unwrap();
-                let entry = Entry {
-                    school_id: Some(school),
-                    actor: Actor::CommandLine,
-                    action: "person.added",
-                    object: person.id.to_string(),
-                    details: json!({}),
-                };
-                audit::append(tx, entry, now).await.unwrap();
+                let entry = Entry::new(school, Actor::CommandLine, "person.added", person.id);
+                entry.append(tx, now).await.unwrap();
                 person
             })
             .await;

@@ -12,7 +12,7 @@ use crate::domain::CurrentPerson;
 use crate::domain::progress::{Course, Progress, StepState};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{CsrfForm, NoFields};
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::Entry;
 use crate::storage::curricula::{self, Curriculum};
 use crate::storage::reports::{self, Named};
 use crate::storage::{practice, schools};
@@ -80,15 +80,11 @@ async fn note(
     person: &CurrentPerson,
     (trainee, curriculum): (&Named, &Curriculum),
 ) -> Result<(), Error> {
-    let entry = Entry {
-        school_id: Some(person.school_id),
-        actor: Actor::Person(person.id),
-        action: "certificate.issued",
-        object: trainee.id.to_string(),
-        details: json!({ "curriculum_id": curriculum.curriculum_id, "sha256": curriculum.sha256 }),
-    };
     let mut tx = state.db.write().await?;
-    audit::append(&mut tx, entry, state.clock.now()).await?;
+    Entry::by(person, "certificate.issued", trainee.id)
+        .with(json!({ "curriculum_id": curriculum.curriculum_id, "sha256": curriculum.sha256 }))
+        .append(&mut tx, state.clock.now())
+        .await?;
     Ok(tx.commit().await?)
 }
 

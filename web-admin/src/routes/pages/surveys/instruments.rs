@@ -12,6 +12,7 @@ use crate::AppState;
 use crate::domain::CurrentPerson;
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm};
+use crate::routes::pages::unix_lines;
 use crate::storage::audit::Actor;
 use crate::storage::instruments::{self, InstrumentRevision};
 use crate::surveys;
@@ -165,8 +166,7 @@ async fn store(
     csrf: &Csrf,
     (id, form): (Option<&str>, DocumentForm),
 ) -> Result<Response, PageError> {
-    // A browser sends line ends as CRLF.
-    let text = form.text.replace("\r\n", "\n");
+    let text = unix_lines(&form.text);
     let page = editor(person, csrf, (id, text.clone()));
     let (instrument, bytes) = match read(&text, id) {
         Ok(read) => read,

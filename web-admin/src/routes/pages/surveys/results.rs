@@ -21,7 +21,7 @@ use crate::domain::survey::results::{Results, Row, correlation, score_group};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm};
 use crate::routes::pages::Id;
-use crate::storage::audit::{self, Actor, Entry};
+use crate::storage::audit::{Actor, Entry};
 use crate::storage::surveys::{self as stored, Submitted, Survey, Tag};
 use crate::surveys::instrument_of;
 use crate::views::survey::results::{Against, AskedLine, Comment, CommentBlock, ResultsPage, Split};
@@ -234,14 +234,10 @@ pub(super) async fn tag(
     if !done {
         return Err(Error::NotFound.into());
     }
-    let entry = Entry {
-        school_id: Some(survey.school_id),
-        actor: Actor::Person(person.id),
-        action,
-        object: id.to_string(),
-        details: json!({ "response": form.response, "item": form.item, "tag": tag }),
-    };
-    audit::append(&mut tx, entry, state.clock.now()).await?;
+    Entry::new(survey.school_id, Actor::Person(person.id), action, id)
+        .with(json!({ "response": form.response, "item": form.item, "tag": tag }))
+        .append(&mut tx, state.clock.now())
+        .await?;
     tx.commit().await?;
     Ok((StatusCode::SEE_OTHER, Redirect::to(&format!("/surveys/{id}/results#comments"))).into_response())
 }
