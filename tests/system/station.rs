@@ -10,11 +10,14 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::SeqCst;
 use std::thread;
+use std::time::Duration;
 
+use recording::{EventKind, Recording};
 use serde_json::{Value, json};
 use tests::{Service, first_exercise, program, root, run_ok};
 
 use crate::visitor::Visitor;
+use crate::window::{Display, with_extension, within};
 
 const PASSWORD: &str = "a long enough password";
 /// Connections that the network breaks before it behaves.
@@ -33,12 +36,16 @@ fn found_school(data: &str) -> String {
 
 /// Runs `stylet` at a station whose user's home is `home`; what it printed, and whether it ended well.
 fn stylet(home: &Path, arguments: &[&str]) -> (bool, String) {
-    let mut command = Command::new(program("stylet"));
-    command.args(arguments).current_dir(root());
-    command.env("XDG_DATA_HOME", home.join("data")).env("XDG_CONFIG_HOME", home.join("config"));
-    let output = command.env_remove("STYLET_TOKEN").env_remove("STYLET_OUTBOX").output().expect("stylet starts");
+    let output = at_home(home, arguments).current_dir(root()).output().expect("stylet starts");
     let said = [output.stdout, output.stderr].concat();
     (output.status.success(), String::from_utf8_lossy(&said).into_owned())
+}
+
+fn at_home(home: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(program("stylet"));
+    command.args(arguments).env("XDG_DATA_HOME", home.join("data")).env("XDG_CONFIG_HOME", home.join("config"));
+    command.env_remove("STYLET_TOKEN").env_remove("STYLET_OUTBOX");
+    command
 }
 
 fn code_on(page: &str) -> String {
@@ -152,4 +159,49 @@ fn an_attempt_goes_home_over_a_network_that_breaks_twenty_times() {
     let (_, left) = stylet(&home, &["outbox", "--json"]);
     assert_eq!(left.trim(), "[]");
     run_ok("web-admin", &["verify", "--data-dir", &data.to_string_lossy()]);
+}
+
+#[test]
+fn a_trainee_signs_in_in_the_window_is_coached_and_finds_the_attempt_at_school() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (data, home, kept) = (folder.path().join("data"), folder.path().join("home"), folder.path().join("kept"));
+    let token = found_school(&data.to_string_lossy());
+    let service = Service::start(&data);
+    let head = Visitor::signed_in(&service.url, "head@example.org", PASSWORD);
+    let code = code_on(&head.press("/admin", "/admin/pairing-codes"));
+    let (paired, said) = stylet(&home, &["pair", "--server", &service.url, "--code", &code, "--name", "lab 2"]);
+    assert!(paired, "{said}");
+    let ada = Visitor::signed_in(&service.url, "ada@example.org", PASSWORD);
+    let code = code_on(&ada.press("/", "/sign-in-code"));
+
+    std::fs::create_dir(&kept).expect("a folder");
+    let (display, kept_in) = (Display::open(), kept.to_string_lossy());
+    let exercise = "curricula/lower-back-basics/1-feel-the-layers.toml";
+    let play = ["play", exercise, "--device", "operator:constant:20", "--recordings", &kept_in];
+    let mut play = display.start(&mut at_home(&home, &play));
+    // Nobody is so fast: what is typed before the field is shown as chosen goes nowhere.
+    let a_moment = || thread::sleep(Duration::from_secs(2));
+    display.press("Tab");
+    a_moment();
+    display.write(&code);
+    a_moment();
+    display.press("Return");
+    // While the school is asked, nothing begins: the attempt would be nobody's.
+    within(30, "an attempt", || {
+        display.press("Return");
+        with_extension(&kept, "part")
+    });
+    let recording = within(60, "the recording", || with_extension(&kept, "mcap"));
+    let recording = Recording::read(std::fs::File::open(recording).expect("a file")).expect("a recording");
+    let coached = recording.events.iter().any(|event| event.kind == EventKind::Coaching);
+    assert!(coached, "20 mm/s is too fast, and that was said: {:?}", recording.events);
+    let sessions = within(60, "the attempt at school", || {
+        let listed = get(&format!("{}/api/v1/sessions", service.url), &token);
+        let listed: Value = serde_json::from_slice(&listed).expect("JSON");
+        listed["sessions"].as_array().cloned().filter(|sessions| !sessions.is_empty())
+    });
+    assert_eq!(sessions.len(), 1, "{sessions:?}");
+    assert_eq!(sessions[0]["session_id"], recording.session.session_id.to_string());
+    let _ = play.kill();
+    let _ = play.wait();
 }

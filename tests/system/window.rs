@@ -1,6 +1,6 @@
 //! The simulator's window, opened for real on a virtual display and driven by a virtual operator and by keys: an attempt must come
 //! to a recording that scores and re-simulates, whatever becomes of the program. Fails when the window shows nothing, when an attempt
-//! does not end by itself, or when a killed program loses more than the last second.
+//! does not end by itself, when a killed program loses more than the last second, or when a full disk loses anything.
 
 use std::fs;
 use std::io::Read;
@@ -13,13 +13,13 @@ use serde_json::Value;
 use tests::{first_exercise, program, root, run_ok};
 
 /// A virtual display, ended when dropped.
-struct Display {
+pub struct Display {
     server: Child,
     number: String,
 }
 
 impl Display {
-    fn open() -> Self {
+    pub fn open() -> Self {
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"])
             .stdout(Stdio::piped())
@@ -37,20 +37,30 @@ impl Display {
 
     /// Starts `stylet` on the display.
     fn stylet(&self, arguments: &[&str]) -> Child {
-        Command::new(program("stylet"))
-            .args(arguments)
-            .current_dir(root())
-            .env("DISPLAY", &self.number)
-            .env_remove("WAYLAND_DISPLAY")
-            .spawn()
-            .expect("stylet starts")
+        self.start(Command::new(program("stylet")).args(arguments))
+    }
+
+    /// Starts a program on the display.
+    pub fn start(&self, command: &mut Command) -> Child {
+        let command = command.current_dir(root()).env("DISPLAY", &self.number).env_remove("WAYLAND_DISPLAY");
+        command.spawn().expect("it starts")
     }
 
     /// Presses a key once the window is there.
-    fn press(&self, key: &str) {
+    pub fn press(&self, key: &str) {
+        self.on_window(&["key", key]);
+    }
+
+    /// Types a text once the window is there.
+    pub fn write(&self, text: &str) {
+        self.on_window(&["type", text]);
+    }
+
+    #[track_caller]
+    fn on_window(&self, then: &[&str]) {
         let window = self.window();
-        let pressed = self.tool("xdotool", &["windowfocus", "--sync", &window, "key", key]);
-        assert!(pressed.is_some(), "the key {key} could not be pressed");
+        let done = self.tool("xdotool", &[&["windowfocus", "--sync", &*window], then].concat());
+        assert!(done.is_some(), "{then:?} could not be done");
     }
 
     fn window(&self) -> String {
@@ -82,7 +92,7 @@ impl Drop for Display {
 
 /// Asks until there is an answer, for so many seconds.
 #[track_caller]
-fn within<T>(seconds: u64, what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
+pub fn within<T>(seconds: u64, what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
     for _ in 0..seconds * 10 {
         if let Some(answer) = ask() {
             return answer;
@@ -92,7 +102,7 @@ fn within<T>(seconds: u64, what: &str, mut ask: impl FnMut() -> Option<T>) -> T 
     panic!("{what} did not come within {seconds} s");
 }
 
-fn with_extension(folder: &Path, extension: &str) -> Option<PathBuf> {
+pub fn with_extension(folder: &Path, extension: &str) -> Option<PathBuf> {
     let entries = fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path());
     entries.filter(|path| path.extension().is_some_and(|found| found == extension)).max()
 }
@@ -142,4 +152,46 @@ fn what_a_killed_program_had_recorded_is_whole_at_the_next_start() {
     assert!(total.is_some_and(|total_s| total_s > 3.0), "{total:?} s of four or more were kept");
     let _ = again.kill();
     let _ = again.wait();
+}
+
+/// What the disk takes of a file before it is full, in blocks of 512 bytes.
+const ROOM_BLOCKS: u64 = 200;
+
+/// A program has a thread of this name.
+fn has_thread(program: &Child, name: &str) -> bool {
+    let tasks = fs::read_dir(format!("/proc/{}/task", program.id())).expect("it runs").flatten();
+    tasks.filter_map(|task| fs::read_to_string(task.path().join("comm")).ok()).any(|found| found.trim() == name)
+}
+
+#[test]
+fn an_attempt_that_a_full_disk_refuses_is_kept_until_it_is_saved() {
+    let (display, folder) = (Display::open(), tempfile::tempdir().expect("a folder"));
+    let kept = folder.path().to_string_lossy().into_owned();
+    let full = format!("trap '' XFSZ; ulimit -S -f {ROOM_BLOCKS}; exec \"$@\"");
+    let exercise = first_exercise();
+    let arguments = ["play", &exercise, "--device", "operator:constant:10", "--recordings", &kept];
+    let mut play = display.start(Command::new("sh").args(["-c", &full, "sh"]).arg(program("stylet")).args(arguments));
+    display.press("Return");
+    let draft = within(30, "a draft", || with_extension(folder.path(), "part"));
+    within(60, "the servo", || has_thread(&play, "servo").then_some(()));
+    within(60, "the end", || (!has_thread(&play, "servo")).then_some(()));
+    assert!(fs::metadata(&draft).is_ok_and(|file| file.len() <= 512 * ROOM_BLOCKS), "the disk was meant to be full");
+    for _ in 0..3 {
+        ["r", "Escape", "s"].iter().for_each(|key| display.press(key));
+        sleep(Duration::from_millis(500));
+    }
+    assert!(with_extension(folder.path(), "mcap").is_none(), "nothing half written has a recording's name");
+
+    let id = play.id().to_string();
+    assert!(Command::new("prlimit").args(["--pid", &id, "--fsize=unlimited"]).status().is_ok_and(|s| s.success()));
+    let recording = within(60, "the recording", || {
+        display.press("s");
+        with_extension(folder.path(), "mcap")
+    });
+    assert!(fs::metadata(&recording).is_ok_and(|file| file.len() > 512 * ROOM_BLOCKS), "all of it is there");
+    let verified = run_ok("stylet", &["verify", &recording.to_string_lossy(), "--json"]);
+    let verified: Value = serde_json::from_str(&verified).expect("JSON");
+    assert_eq!(verified["largest_deviation_n"], 0.0, "it re-simulates to the bit: {verified}");
+    let _ = play.kill();
+    let _ = play.wait();
 }

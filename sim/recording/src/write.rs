@@ -31,7 +31,7 @@ pub(crate) const MOST_RECORD_BYTES: usize = 64 << 20;
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The MCAP library or the disk said no.
-    #[error("recording: {0}")]
+    #[error("recording: {}", words(.0))]
     Mcap(#[from] mcap::McapError),
     /// Something that a recording cannot hold.
     #[error("recording: {field} = {value}: {allowed}")]
@@ -43,6 +43,14 @@ pub enum WriteError {
         /// What is allowed, in words.
         allowed: String,
     },
+}
+
+/// The disk's own words, where it was the disk.
+fn words(error: &mcap::McapError) -> String {
+    match error {
+        mcap::McapError::Io(error) => error.to_string(),
+        other => other.to_string(),
+    }
 }
 
 impl WriteError {

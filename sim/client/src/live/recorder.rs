@@ -190,11 +190,8 @@ fn name(path: &Path, simulated: Simulated) -> Result<Kept, String> {
 }
 
 impl Unsaved {
-    /// Tries again, at the same place or another.
-    ///
-    /// # Errors
-    /// The attempt itself, when the disk refuses again.
-    pub fn save(mut self: Box<Self>, path: &Path) -> Result<Kept, Box<Self>> {
+    /// Tries again, at the same place or another. `None` where the disk refuses again; why is said anew.
+    pub fn save(&mut self, path: &Path) -> Option<Kept> {
         // What the first try has left behind is a part of what is written now.
         let _ = fs::remove_file(unfinished(path));
         let again = begin(&self.trial, path).map_err(|failure| failure.to_string()).and_then(|draft| {
@@ -202,12 +199,22 @@ impl Unsaved {
             write(&self.trial, draft, (&mut || records.next(), None), &mut || self.servo.clone())
         });
         match again.and_then(|simulated| name(path, simulated)) {
-            Ok(kept) => Ok(kept),
+            Ok(kept) => {
+                // Saved elsewhere, it must not be found half written at the next start.
+                self.discard();
+                Some(kept)
+            }
             Err(why) => {
                 self.why = why;
-                Err(self)
+                None
             }
         }
+    }
+
+    /// Gives it up, with what the disk had taken of it.
+    pub fn discard(&self) {
+        // A draft that stays is found at the next start: no harm is done.
+        let _ = fs::remove_file(unfinished(self.path()));
     }
 
     /// Where it should have been.

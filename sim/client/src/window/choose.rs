@@ -65,19 +65,21 @@ pub struct Briefing<'a> {
     pub device: &'a str,
     /// Draw the planned line.
     pub guided: &'a mut bool,
+    /// The attempt may begin: who makes it is known.
+    pub ready: bool,
     /// Why the attempt cannot begin.
     pub error: Option<&'a str>,
 }
 
 /// The briefing.
 pub fn brief(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
-    let Briefing { exercise, device, guided, error } = briefing;
+    let Briefing { exercise, device, guided, ready, error } = briefing;
     let decision = egui::Panel::bottom("begin").show(ui, |ui| {
         ui.add_space(8.0);
         let decision = ui.horizontal(|ui| {
-            let begin =
-                ui.add(egui::Button::new(RichText::new("Begin (Enter)").size(18.0)).min_size([160.0, 36.0].into()));
-            if begin.clicked() || ui.input(|input| input.key_pressed(Key::Enter)) {
+            let begin = egui::Button::new(RichText::new("Begin (Enter)").size(18.0)).min_size([160.0, 36.0].into());
+            let entered = ready && ui.input(|input| input.key_pressed(Key::Enter));
+            if ui.add_enabled(ready, begin).clicked() || entered {
                 return Decision::Begin;
             }
             if ui.button("Another exercise (Esc)").clicked() || ui.input(|input| input.key_pressed(Key::Escape)) {

@@ -8,9 +8,10 @@ use recording::Recording;
 
 use super::colours;
 use super::plots::{self, Curves};
+use super::rescue::{Rescue, Wish};
 use crate::exit::Failure;
 use crate::live::desk::{self, Answer, Call};
-use crate::live::{Finished, Kept, Trial, Unsaved};
+use crate::live::{Finished, Kept, Trial};
 use crate::station::Pairing;
 
 /// Mistakes that are shown.
@@ -18,8 +19,8 @@ const COSTLIEST: usize = 3;
 
 /// What a debrief knows.
 pub struct Debrief {
-    /// Judged, or still in memory; `None` only while it is being saved.
-    kept: Result<Judged, Option<Box<Unsaved>>>,
+    /// Judged, or still in memory.
+    kept: Result<Judged, Rescue>,
     servo: Option<String>,
     pairing: Option<Pairing>,
     delivery: Option<Call<String>>,
@@ -58,7 +59,7 @@ impl Debrief {
         let servo = finished.report.map(|report| report.to_string());
         let kept = match finished.kept {
             Ok(kept) => Ok(Judged::new(trial, kept)?),
-            Err(unsaved) => Err(Some(unsaved)),
+            Err(unsaved) => Err(Rescue::new(unsaved)),
         };
         let mut debrief = Self { kept, servo, pairing, delivery: None, refused: None };
         debrief.deliver();
@@ -93,58 +94,69 @@ impl Debrief {
         }
     }
 
+    /// The attempt is on disk. Where it is not, the person is told what leaving it would cost.
+    pub fn may_close(&mut self) -> bool {
+        if let Err(rescue) = &mut self.kept {
+            rescue.leave();
+        }
+        self.kept.is_ok()
+    }
+
     /// One frame.
     pub fn ui(&mut self, ui: &mut Ui, trial: &Trial) -> Result<Next, Failure> {
-        let next = egui::Panel::bottom("next").show(ui, |ui| buttons(ui, self.kept.as_ref().ok())).inner;
-        let page = egui::Frame::central_panel(ui.style()).inner_margin(egui::Margin::same(24));
-        let save = egui::CentralPanel::default().frame(page).show(ui, |ui| {
-            ScrollArea::vertical().show(ui, |ui| match &self.kept {
-                Ok(judged) => {
-                    judged.ui(ui);
-                    self.delivery_ui(ui);
-                    self.servo.iter().for_each(|servo| drop(ui.label(RichText::new(servo).weak().small())));
-                    false
-                }
-                Err(unsaved) => unsaved.as_deref().is_some_and(|unsaved| refused(ui, unsaved)),
-            })
-        });
-        if save.inner.inner {
-            self.save_again(trial)?;
+        if let Err(rescue) = &mut self.kept {
+            let wish = page(ui, |ui| rescue.ui(ui));
+            return self.rescue(wish, trial);
         }
-        Ok(next)
+        Ok(self.judged_ui(ui))
     }
 
-    fn save_again(&mut self, trial: &Trial) -> Result<(), Failure> {
-        let Some(unsaved) = self.kept.as_mut().err().and_then(Option::take) else { return Ok(()) };
-        let path = unsaved.path().to_owned();
-        self.kept = match unsaved.save(&path) {
-            Ok(kept) => Ok(Judged::new(trial, kept)?),
-            Err(still) => Err(Some(still)),
-        };
-        self.deliver();
-        Ok(())
+    fn judged_ui(&self, ui: &mut Ui) -> Next {
+        let Ok(judged) = &self.kept else { return Next::Stay };
+        let next = egui::Panel::bottom("next").show(ui, |ui| buttons(ui, judged)).inner;
+        page(ui, |ui| {
+            judged.ui(ui);
+            self.delivery_ui(ui);
+            self.servo.iter().for_each(|servo| drop(ui.label(RichText::new(servo).weak().small())));
+        });
+        next
+    }
+
+    /// Does what the person wants of an attempt that is not on disk.
+    fn rescue(&mut self, wish: Wish, trial: &Trial) -> Result<Next, Failure> {
+        let Err(rescue) = &mut self.kept else { return Ok(Next::Stay) };
+        match wish {
+            Wish::Wait => {}
+            Wish::ThrowAway => {
+                rescue.unsaved.discard();
+                return Ok(Next::Choose);
+            }
+            Wish::Save(path) => {
+                if let Some(kept) = rescue.unsaved.save(&path) {
+                    self.kept = Ok(Judged::new(trial, kept)?);
+                    self.deliver();
+                }
+            }
+        }
+        Ok(Next::Stay)
     }
 }
 
-/// The disk has refused. True when the person wants to try again.
-fn refused(ui: &mut Ui, unsaved: &Unsaved) -> bool {
-    ui.heading("The attempt is not on disk yet");
-    ui.colored_label(colours::BAD, format!("× {}: {}", unsaved.path().display(), unsaved.why));
-    ui.label("All of it is in memory. Make room on the disk, then save it. Closing the window loses it.");
-    ui.button("Save again").clicked()
+/// A page with margins that scrolls.
+fn page<T>(ui: &mut Ui, show: impl FnOnce(&mut Ui) -> T) -> T {
+    let frame = egui::Frame::central_panel(ui.style()).inner_margin(egui::Margin::same(24));
+    let shown = egui::CentralPanel::default().frame(frame).show(ui, |ui| ScrollArea::vertical().show(ui, show));
+    shown.inner.inner
 }
 
-fn buttons(ui: &mut Ui, judged: Option<&Judged>) -> Next {
+fn buttons(ui: &mut Ui, judged: &Judged) -> Next {
     ui.add_space(6.0);
     let next = ui.horizontal(|ui| {
         if ui.button("Try again (R)").clicked() || ui.input(|input| input.key_pressed(egui::Key::R)) {
             return Next::Retry;
         }
-        if let Some(judged) = judged {
-            let watch = ui.button("Watch it (W)").clicked() || ui.input(|input| input.key_pressed(egui::Key::W));
-            if watch {
-                return Next::Replay(Arc::clone(&judged.recording));
-            }
+        if ui.button("Watch it (W)").clicked() || ui.input(|input| input.key_pressed(egui::Key::W)) {
+            return Next::Replay(Arc::clone(&judged.recording));
         }
         if ui.button("Another exercise (Esc)").clicked() || ui.input(|input| input.key_pressed(egui::Key::Escape)) {
             return Next::Choose;

@@ -1,6 +1,6 @@
 //! Signing in at a station that has joined a school, by the code from the trainee's own page.
 
-use eframe::egui::{self, Key, TextEdit, Ui};
+use eframe::egui::{self, Align, Key, Layout, Modifiers, TextEdit, Ui};
 
 use super::colours;
 use crate::live::desk::{Answer, Call, SignedIn, read, sign_in};
@@ -22,12 +22,18 @@ impl Desk {
         }
     }
 
-    /// The line at the top of the choice.
+    /// The school is being asked who this is.
+    pub fn is_asking(&self) -> bool {
+        matches!(self.call.as_ref().map(read), Some(Answer::Waiting))
+    }
+
+    /// The line at the top of the choice and the briefing.
     pub fn ui(&mut self, ui: &mut Ui, pairing: &Pairing) {
         let panel = egui::Panel::top("desk");
         panel.show(ui, |ui| {
             ui.add_space(6.0);
-            ui.horizontal(|ui| {
+            let line = egui::vec2(ui.available_width(), 32.0);
+            ui.allocate_ui_with_layout(line, Layout::left_to_right(Align::Center), |ui| {
                 ui.label(format!("{} at {}", pairing.name, pairing.school));
                 ui.separator();
                 match self.call.as_ref().map(read) {
@@ -41,20 +47,20 @@ impl Desk {
                         ui.label("asking the school …");
                         ui.ctx().request_repaint_after_secs(0.1);
                     }
-                    Some(Answer::Refused(why)) => {
-                        ui.colored_label(colours::BAD, format!("× {why}"));
-                        self.ask(ui, pairing);
-                    }
-                    None => self.ask(ui, pairing),
+                    Some(Answer::Refused(_)) | None => self.ask(ui, pairing),
                 }
             });
+            if let Some(Answer::Refused(why)) = self.call.as_ref().map(read) {
+                ui.colored_label(colours::BAD, format!("× not signed in: {why}"));
+            }
             ui.add_space(6.0);
         });
     }
 
     fn ask(&mut self, ui: &mut Ui, pairing: &Pairing) {
         let code = ui.add(TextEdit::singleline(&mut self.code).hint_text("your sign-in code").password(true));
-        let entered = code.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+        // The key is taken: the page below must not begin an attempt by it.
+        let entered = code.lost_focus() && ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Enter));
         if (entered || ui.button("Sign in").clicked()) && !self.code.trim().is_empty() {
             self.call = Some(sign_in(pairing.clone(), std::mem::take(&mut self.code)));
         }

@@ -8,6 +8,7 @@ mod desk;
 mod overlay;
 mod plots;
 mod replay;
+mod rescue;
 mod sound;
 mod steer;
 mod trial;
@@ -49,7 +50,7 @@ pub struct Station {
     pub devices: DeviceArgs,
     /// Where recordings are kept.
     pub folder: PathBuf,
-    /// Pseudonym of the trainee, or empty.
+    /// Pseudonym of whoever practises without signing in, or empty.
     pub trainee: String,
     /// Draws the patient and a virtual operator's hand.
     pub seed: u64,
@@ -154,6 +155,7 @@ impl App for Window {
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
         let screen = std::mem::replace(&mut self.screen, Screen::Choose);
         self.screen = self.show(ui, screen);
+        self.keep_open(ui);
         if let Some(error) = &self.error {
             egui::Window::new("Something went wrong").show(ui.ctx(), |ui| ui.label(error));
         }
@@ -161,6 +163,16 @@ impl App for Window {
 }
 
 impl Window {
+    /// A window does not close on an attempt that is not on disk.
+    fn keep_open(&mut self, ui: &Ui) {
+        if let Screen::Debrief { debrief, .. } = &mut self.screen
+            && ui.input(|input| input.viewport().close_requested())
+            && !debrief.may_close()
+        {
+            ui.ctx().send_viewport_cmd(egui::ViewportCommand::CancelClose);
+        }
+    }
+
     /// Shows a screen, and says which comes next.
     fn show(&mut self, ui: &mut Ui, screen: Screen) -> Screen {
         match screen {
@@ -187,11 +199,7 @@ impl Window {
         if let Some(pairing) = &station.pairing {
             self.desk.ui(ui, pairing);
         }
-        let signed_in = self.desk.signed_in();
-        if let Some(signed_in) = &signed_in {
-            station.trainee.clone_from(&signed_in.trainee);
-        }
-        let listed = signed_in.into_iter().flat_map(|who| who.exercises);
+        let listed = self.desk.signed_in().into_iter().flat_map(|who| who.exercises);
         let due: Vec<String> = listed.filter(|listed| listed.due).map(|listed| listed.exercise_id).collect();
         match choose::choose(ui, &station.exercises, &due) {
             Some(at) => Screen::Briefing { at, error: None },
@@ -202,11 +210,15 @@ impl Window {
     fn brief(&mut self, ui: &mut Ui, at: usize, error: Option<String>) -> Screen {
         let Some(station) = &mut self.station else { return Screen::Choose };
         let Some(bundle) = station.exercises.get(at) else { return Screen::Choose };
+        if let Some(pairing) = &station.pairing {
+            self.desk.ui(ui, pairing);
+        }
         let device = station.device.to_string();
         let briefing = Briefing {
             exercise: &bundle.exercise,
             device: &device,
             guided: &mut station.guided,
+            ready: !self.desk.is_asking(),
             error: error.as_deref(),
         };
         match choose::brief(ui, briefing) {
@@ -237,7 +249,8 @@ impl Window {
             Steered::Itself | Steered::Window(_) => &info.name,
         };
         let maker = Maker { device: name, device_max_force_n: info.max_force_n, seed, tick_hz: TICK_HZ };
-        let session = Session { trainee: station.trainee.clone(), ..maker.session(&bundle) };
+        let trainee = self.desk.signed_in().map_or_else(|| station.trainee.clone(), |who| who.trainee);
+        let session = Session { trainee, ..maker.session(&bundle) };
         let path = station.folder.join(format!("{}.mcap", session.session_id));
         let live = Live::start(live::Trial { bundle, params, session, path }, opened.mapping, opened.driven)?;
         Ok(Box::new(Trial::new(live, (opened.steered, opened.passed_over), station.guided)))
