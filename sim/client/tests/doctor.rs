@@ -24,6 +24,7 @@ fn it_reports_timer_priority_processor_and_disk() {
         "OpenHaptics",
         "Inverse3",
         "gamepads",
+        "graphics",
         "server",
     ] {
         let known = findings.as_array().expect("a list").iter().any(|finding| finding["subject"] == subject);

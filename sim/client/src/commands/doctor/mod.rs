@@ -95,7 +95,7 @@ pub fn run(args: &Args) -> Outcome {
     findings.push(devices::inverse3(&args.devices.inverse3()));
     findings.push(devices::gamepads());
     findings.extend(args.server.as_ref().map(probes::server));
-    findings.push(Finding::ok("graphics", "not looked for: no command of this version draws"));
+    findings.push(probes::graphics());
     let well = findings.iter().all(|finding| finding.level != Level::Problem);
     let examination = Examination { program: machine::program(), machine, findings };
     match args.json {

@@ -47,6 +47,26 @@ pub fn timer() -> Finding {
     }
 }
 
+/// What would draw the picture: the best adapter, and how many others there are.
+pub fn graphics() -> Finding {
+    let adapters = render::adapters();
+    let Some(best) = adapters.first() else {
+        return Finding::problem("graphics", "no adapter", render::PictureError::NoAdapter.to_string());
+    };
+    let found = match adapters.len() - 1 {
+        0 => best.to_string(),
+        others => format!("{best}, {others} more"),
+    };
+    match best.software {
+        true => Finding::warning(
+            "graphics",
+            found,
+            "the processor draws: install the graphics card's driver, if there is one",
+        ),
+        false => Finding::ok("graphics", found),
+    }
+}
+
 /// Whether the servo may have real-time priority.
 pub fn priority() -> Finding {
     let subject = "real-time priority";
