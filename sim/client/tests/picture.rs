@@ -1,12 +1,12 @@
 //! Pictures without a window, on the software adapter. Would fail if a size or a time were taken for another, if two pictures of one
-//! moment differed, if the needle did not move, or if a wrong call left a file behind.
+//! moment differed, if OpenGL drew another than Vulkan, if the needle did not move, or if a wrong call left a file behind.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use crate::{Run, repository, stylet, text};
+use crate::{Run, program, repository, run, stylet, text};
 
 fn exercise() -> PathBuf {
     repository("curricula/lower-back-basics/1-feel-the-layers.toml")
@@ -40,6 +40,26 @@ fn a_picture_has_its_size_and_is_the_same_twice() {
         assert_eq!(picture.dimensions(), (320, 180));
         drawn(&recording, &two, &["--at", "2.5", "--view", view]);
         assert!(fs::read(&one).expect("bytes") == fs::read(&two).expect("bytes"), "{view}: identical bytes");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn opengl_draws_what_vulkan_draws() {
+    let folder = TempDir::new().expect("a folder");
+    let recording = recorded(folder.path());
+    for view in ["whole", "tip", "section"] {
+        let [vulkan, gl] = ["vulkan", "gl"].map(|backend| {
+            let out = folder.path().join(backend);
+            let mut command = program();
+            command.args(["render", text(&recording), "--size", "320x180", "--at", "2.5", "--view", view, "--out"]);
+            run(command.arg(out.with_extension("png")).env("WGPU_BACKEND", backend)).ends(0);
+            image::open(out.with_extension("png")).expect("a picture").into_rgba8()
+        });
+        let off = |(a, b): (&u8, &u8)| f64::from(a.abs_diff(*b));
+        let mean = vulkan.iter().zip(gl.iter()).map(off).sum::<f64>() / vulkan.len() as f64;
+        // Edges fall on other samples; a tile or a tent that is missing is off by tens.
+        assert!(mean < 2.0, "{view}: {mean} of 255 apart at the mean");
     }
 }
 

@@ -66,6 +66,8 @@ pub(crate) struct Set {
     responses: Responses,
     skin: TextureView,
     pub(crate) field: TextureView,
+    /// In the field's place while the field is written.
+    no_field: TextureView,
     table: TextureView,
     pub(crate) needle: Loaded,
     pub(crate) solids: Loaded,
@@ -256,7 +258,7 @@ impl Bound<'_> {
             [view(&tiles.albedos), view(&tiles.reliefs), sampler(tiled), view(&targets.shadow), sampler(compare)];
         Groups {
             scene: group(device, &layouts.scene, &[block(), view(&set.skin), view(&set.field)]),
-            superpose: group(device, &layouts.scene, &[block(), view(&set.skin), view(&set.skin)]),
+            superpose: group(device, &layouts.scene, &[block(), view(&set.skin), view(&set.no_field)]),
             responses: group(device, &layouts.responses, &[view(&set.table)]),
             materials: group(device, &layouts.materials, &materials),
             enlarge: targets.small.as_ref().map(|small| group(device, &layouts.copy, &[view(small), sampler(smooth)])),
@@ -277,6 +279,7 @@ impl Set {
         Self {
             skin: numbers(device, queue, [skin; 2], &skin::shape(stage)),
             field: view(&Plan::flat([columns, boundaries.max(1) as u32], FIELD).empty(device, usage)),
+            no_field: view(&Plan::flat([1, 1], FIELD).empty(device, wgpu::TextureUsages::TEXTURE_BINDING)),
             table: numbers(device, queue, [columns, rows as u32], &samples),
             needle: load(&meshes::needle::needle(&stage.needle)),
             solids: load(&meshes::solids::solids(&stage.structures)),

@@ -22,6 +22,7 @@ impl Layouts {
     #[must_use]
     pub fn new(device: &Device) -> Self {
         let unfiltered = texture(TextureSampleType::Float { filterable: false }, TextureViewDimension::D2);
+        let bits = texture(TextureSampleType::Uint, TextureViewDimension::D2);
         let filtered = |dimension| texture(TextureSampleType::Float { filterable: true }, dimension);
         let uniform =
             BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None };
@@ -30,7 +31,7 @@ impl Layouts {
         let depth = texture(TextureSampleType::Depth, TextureViewDimension::D2);
         let comparison = BindingType::Sampler(SamplerBindingType::Comparison);
         Self {
-            scene: layout(device, "scene", &[uniform, unfiltered, unfiltered]),
+            scene: layout(device, "scene", &[uniform, unfiltered, bits]),
             materials: layout(device, "materials", &[tiles, tiles, filtering, depth, comparison]),
             responses: layout(device, "responses", &[unfiltered]),
             copy: layout(device, "copy", &[filtered(TextureViewDimension::D2), filtering]),

@@ -15,8 +15,8 @@ use crate::meshes::Corner;
 pub const DEPTH: TextureFormat = TextureFormat::Depth24PlusStencil8;
 /// Depth of the shadow map.
 pub const SHADOW: TextureFormat = TextureFormat::Depth32Float;
-/// The field's texture.
-pub const FIELD: TextureFormat = TextureFormat::R32Float;
+/// The field's texture: the bits of floats, because not every adapter draws floats.
+pub const FIELD: TextureFormat = TextureFormat::R32Uint;
 
 const SCENE: &str = include_str!("../shaders/scene.wgsl");
 const LIGHT: &str = include_str!("../shaders/light.wgsl");

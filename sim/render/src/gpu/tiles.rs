@@ -1,8 +1,8 @@
-//! The materials' tiles: drawn once by the graphics card, then halved level by level.
+//! The materials' tiles: drawn once by the graphics card, halved level by level, and put together.
 
 use wgpu::{
-    CommandEncoder, Device, Queue, Sampler, Texture, TextureFormat, TextureUsages, TextureView, TextureViewDescriptor,
-    TextureViewDimension,
+    BindGroup, BindingResource, CommandEncoder, Device, Origin3d, Queue, RenderPipeline, Sampler, TexelCopyTextureInfo,
+    Texture, TextureFormat, TextureUsages, TextureView, TextureViewDescriptor, TextureViewDimension,
 };
 
 use super::layouts::{Layouts, group};
@@ -30,12 +30,15 @@ impl Tiles {
     #[must_use]
     pub fn new(device: &Device, queue: &Queue, layouts: &Layouts, shaders: &Shaders) -> Self {
         let plan = Plan { size: [TEXELS; 2], levels: LEVELS, layers: MATERIALS, samples: 1, format: super::FORMAT };
-        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
-        let textures = [plan.empty(device, usage), plan.empty(device, usage)];
+        let textures = [(); 2].map(|()| plan.empty(device, TextureUsages::COPY_DST | TextureUsages::TEXTURE_BINDING));
+        let easel = Easel::new(device, (layouts, shaders));
         let mut encoder = device.create_command_encoder(&Default::default());
-        paint(device, &mut encoder, (layouts, shaders), &textures);
-        for texture in &textures {
-            halve(device, &mut encoder, (layouts, shaders), texture);
+        for material in 0..MATERIALS {
+            easel.paint(&mut encoder, material);
+            for (sheet, texture) in easel.sheets.iter().zip(&textures) {
+                sheet.halve(&mut encoder, &easel.halving);
+                sheet.copy(&mut encoder, (texture, material));
+            }
         }
         queue.submit([encoder.finish()]);
         let [albedos, reliefs] = textures.map(|texture| {
@@ -46,61 +49,89 @@ impl Tiles {
     }
 }
 
-/// One level of one picture of a texture.
-fn level(texture: &Texture, layer: u32, level: u32) -> TextureView {
-    texture.create_view(&TextureViewDescriptor {
-        dimension: Some(TextureViewDimension::D2),
-        base_mip_level: level,
-        mip_level_count: Some(1),
-        base_array_layer: layer,
-        array_layer_count: Some(1),
-        ..Default::default()
-    })
+/// Where one material after the other is painted, and copied from. OpenGL cannot read one level of one picture of many.
+struct Easel {
+    painting: RenderPipeline,
+    relieving: RenderPipeline,
+    halving: RenderPipeline,
+    heights: TextureView,
+    /// The heights, for the relief made from them.
+    bind: BindGroup,
+    /// Colour and relief.
+    sheets: [Sheet; 2],
 }
 
-/// Colours and heights of a material, then its relief from the heights.
-fn paint(
-    device: &Device,
-    encoder: &mut CommandEncoder,
-    (layouts, shaders): (&Layouts, &Shaders),
-    textures: &[Texture; 2],
-) {
-    let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
-    let heights = view(&Plan::flat([TEXELS; 2], HEIGHTS).empty(device, usage));
-    let bind = group(device, &layouts.responses, &[wgpu::BindingResource::TextureView(&heights)]);
-    let painting =
-        covering(device, &shaders.tiles, ["tile_vertex", "paint_fragment"], (&[], &[super::FORMAT, HEIGHTS]));
-    let relief = ["tile_vertex", "relief_fragment"];
-    let relieving = covering(device, &shaders.tiles, relief, (&[&layouts.responses], &[super::FORMAT]));
-    for material in 0..MATERIALS {
-        let mut pass = begin(encoder, &[&level(&textures[0], material, 0), &heights]);
-        pass.set_pipeline(&painting);
+/// One picture at every level, each a texture of its own.
+struct Sheet {
+    levels: Vec<(Texture, TextureView)>,
+    /// Each level, for the one that is made from it.
+    binds: Vec<BindGroup>,
+}
+
+impl Easel {
+    fn new(device: &Device, (layouts, shaders): (&Layouts, &Shaders)) -> Self {
+        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
+        let heights = view(&Plan::flat([TEXELS; 2], HEIGHTS).empty(device, usage));
+        let paint = ["tile_vertex", "paint_fragment"];
+        let relief = ["tile_vertex", "relief_fragment"];
+        let halve = ["enlarge_vertex", "enlarge_fragment"];
+        Self {
+            painting: covering(device, &shaders.tiles, paint, (&[], &[super::FORMAT, HEIGHTS])),
+            relieving: covering(device, &shaders.tiles, relief, (&[&layouts.responses], &[super::FORMAT])),
+            halving: covering(device, &shaders.enlarge, halve, (&[&layouts.copy], &[super::FORMAT])),
+            bind: group(device, &layouts.responses, &[BindingResource::TextureView(&heights)]),
+            heights,
+            sheets: [(); 2].map(|()| Sheet::new(device, layouts)),
+        }
+    }
+
+    /// Colours and heights of a material, then its relief from the heights.
+    fn paint(&self, encoder: &mut CommandEncoder, material: u32) {
+        let [colours, reliefs] = &self.sheets;
+        let mut pass = begin(encoder, &[&colours.levels[0].1, &self.heights]);
+        pass.set_pipeline(&self.painting);
         pass.draw(0..3, material..material + 1);
         drop(pass);
-        let mut pass = begin(encoder, &[&level(&textures[1], material, 0)]);
-        pass.set_pipeline(&relieving);
-        pass.set_bind_group(0, &bind, &[]);
+        let mut pass = begin(encoder, &[&reliefs.levels[0].1]);
+        pass.set_pipeline(&self.relieving);
+        pass.set_bind_group(0, &self.bind, &[]);
         pass.draw(0..3, 0..1);
     }
 }
 
-fn halve(device: &Device, encoder: &mut CommandEncoder, (layouts, shaders): (&Layouts, &Shaders), texture: &Texture) {
-    let pipeline = covering(
-        device,
-        &shaders.enlarge,
-        ["enlarge_vertex", "enlarge_fragment"],
-        (&[&layouts.copy], &[texture.format()]),
-    );
-    let sampler = smooth(device);
-    for layer in 0..MATERIALS {
-        for below in 1..LEVELS {
-            let source = level(texture, layer, below - 1);
-            let resources = [wgpu::BindingResource::TextureView(&source), wgpu::BindingResource::Sampler(&sampler)];
-            let bind = group(device, &layouts.copy, &resources);
-            let mut pass = begin(encoder, &[&level(texture, layer, below)]);
-            pass.set_pipeline(&pipeline);
-            pass.set_bind_group(0, &bind, &[]);
+impl Sheet {
+    fn new(device: &Device, layouts: &Layouts) -> Self {
+        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC;
+        let level = |level: u32| {
+            let texture = Plan::flat([TEXELS >> level; 2], super::FORMAT).empty(device, usage);
+            let view = view(&texture);
+            (texture, view)
+        };
+        let levels: Vec<_> = (0..LEVELS).map(level).collect();
+        let sampler = smooth(device);
+        let bind = |(_, source): &(Texture, TextureView)| {
+            let resources = [BindingResource::TextureView(source), BindingResource::Sampler(&sampler)];
+            group(device, &layouts.copy, &resources)
+        };
+        Self { binds: levels.iter().map(bind).collect(), levels }
+    }
+
+    /// Each level from the one above it.
+    fn halve(&self, encoder: &mut CommandEncoder, halving: &RenderPipeline) {
+        for (bind, (_, below)) in self.binds.iter().zip(&self.levels[1..]) {
+            let mut pass = begin(encoder, &[below]);
+            pass.set_pipeline(halving);
+            pass.set_bind_group(0, bind, &[]);
             pass.draw(0..3, 0..1);
+        }
+    }
+
+    /// Into one picture of many.
+    fn copy(&self, encoder: &mut CommandEncoder, (texture, picture): (&Texture, u32)) {
+        for (mip_level, (source, _)) in (0..).zip(&self.levels) {
+            let origin = Origin3d { z: picture, ..Origin3d::ZERO };
+            let onto = TexelCopyTextureInfo { mip_level, origin, ..texture.as_image_copy() };
+            encoder.copy_texture_to_texture(source.as_image_copy(), onto, source.size());
         }
     }
 }

@@ -19,7 +19,7 @@ fn sum(boundary: u32, sample: i32) -> f32 {
 
 // Boundaries must not pass through each other: a layer keeps an eighth of its thickness however hard it is pressed.
 @fragment
-fn superpose(@builtin(position) at: vec4f) -> @location(0) vec4f {
+fn superpose(@builtin(position) at: vec4f) -> @location(0) u32 {
     let sample = i32(at.x);
     let boundary = u32(at.y);
     var given = 0.0;
@@ -28,5 +28,5 @@ fn superpose(@builtin(position) at: vec4f) -> @location(0) vec4f {
         let thickness = scene.layers[k].x - scene.layers[max(k, 1u) - 1u].x;
         given = select(own, max(own, given - 0.875 * thickness), k > 0u);
     }
-    return vec4f(given, 0.0, 0.0, 1.0);
+    return bitcast<u32>(given);
 }

@@ -56,7 +56,8 @@ struct Scene {
 
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var skin_shape: texture_2d<f32>;
-@group(0) @binding(2) var field: texture_2d<f32>;
+// The bits of a float: every adapter can draw whole numbers, not every one floats.
+@group(0) @binding(2) var field: texture_2d<u32>;
 
 // Height of the skin above z = 0 at a place of the patient frame, and its slope in x and y.
 fn skin_at(at: vec2f) -> vec3f {
@@ -73,7 +74,7 @@ fn skin_at(at: vec2f) -> vec3f {
 
 fn field_at(boundary: u32, sample: i32) -> f32 {
     let last = i32(scene.count.z) - 1;
-    return textureLoad(field, vec2i(clamp(abs(sample), 0, last), i32(boundary)), 0).x;
+    return bitcast<f32>(textureLoad(field, vec2i(clamp(abs(sample), 0, last), i32(boundary)), 0).x);
 }
 
 // Displacement of a boundary at a distance from the axis, and its derivative. Samples lie at reach (i/(n-1))².
