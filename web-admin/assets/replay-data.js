@@ -54,33 +54,32 @@ export class Frames {
 
 // An attempt in the browser.
 export class Attempt {
-  constructor(id, stage) {
-    this.id = id;
+  constructor(address, stage) {
+    this.address = address;
     this.stage = stage;
     this.frames = null;
     this.spans = [];
   }
 
-  static async open(id) {
-    const address = `/api/v1/sessions/${id}`;
+  static async open(address) {
     const [stage, series] = await Promise.all([
       get(`${address}/replay`).then((answer) => answer.json()),
       get(`${address}/series?points=1500`).then((answer) => answer.json()),
     ]);
-    const attempt = new Attempt(id, stage);
+    const attempt = new Attempt(address, stage);
     attempt.spans = series.spans;
     return attempt;
   }
 
   async loadFrames() {
-    const answer = await get(`/api/v1/sessions/${this.id}/replay/frames`);
+    const answer = await get(`${this.address}/replay/frames`);
     this.frames = new Frames(this.stage.columns, new Float32Array(await answer.arrayBuffer()));
   }
 
   // Spans of a stretch at the scale of the screen.
   async stretch(fromS, toS, points) {
     const query = `points=${points}&from_s=${fromS.toFixed(4)}&to_s=${toS.toFixed(4)}`;
-    const answer = await get(`/api/v1/sessions/${this.id}/series?${query}`);
+    const answer = await get(`${this.address}/series?${query}`);
     return (await answer.json()).spans;
   }
 

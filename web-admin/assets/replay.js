@@ -100,7 +100,7 @@ function openScene(attempt) {
 }
 
 async function start() {
-  const attempt = await Attempt.open(root.dataset.session);
+  const attempt = await Attempt.open(root.dataset.address);
   const clock = new Clock(attempt.stage.duration_s);
   const comments = new Comments(root, clock);
   root.hidden = false;

@@ -9,8 +9,10 @@ pub mod judgement;
 pub mod moment;
 pub mod person;
 pub mod progress;
+pub mod rating;
 pub mod replay;
 pub mod roster;
+pub mod segments;
 pub mod series;
 pub mod survey;
 

@@ -87,22 +87,7 @@ impl Answering {
     pub fn read_page(&mut self, page: usize, fields: &[(String, String)]) -> Vec<(usize, Refused)> {
         let pages = self.instrument.pages();
         let Some((_, items)) = pages.get(page) else { return Vec::new() };
-        let mut refused = Vec::new();
-        let mut read: Vec<(usize, Option<Answer>)> = Vec::new();
-        for &at in items {
-            let item = &self.instrument.items[at];
-            let name = format!("q.{}", item.id);
-            let said: Vec<&str> = fields.iter().filter(|(key, _)| *key == name).map(|(_, v)| v.as_str()).collect();
-            let Some(scale) = self.instrument.scale(item) else { continue };
-            match read_answer(item, scale, &said) {
-                Ok(answer) => read.push((at, answer)),
-                Err(why) => refused.push((at, why)),
-            }
-        }
-        for (at, answer) in read {
-            self.response.answers.0[at] = answer;
-        }
-        refused
+        read_items(&self.instrument, items, fields, &mut self.response.answers)
     }
 
     /// Stores the answers so far, and with the first of them the consent.
@@ -167,6 +152,28 @@ impl Answering {
     async fn note(&self, writer: &mut SqliteConnection, action: &str, now: Moment) -> Result<(), Error> {
         Ok(Entry::new(self.survey.school_id, Actor::Respondent, action, self.survey.id).append(writer, now).await?)
     }
+}
+
+/// Reads the answers to some items, by their places, from the fields of a form into `answers`. Returns what was refused;
+/// the answer before stays then.
+pub fn read_items(
+    instrument: &Instrument,
+    items: &[usize],
+    fields: &[(String, String)],
+    answers: &mut [Option<Answer>],
+) -> Vec<(usize, Refused)> {
+    let mut refused = Vec::new();
+    for &at in items {
+        let item = &instrument.items[at];
+        let name = format!("q.{}", item.id);
+        let said: Vec<&str> = fields.iter().filter(|(key, _)| *key == name).map(|(_, v)| v.as_str()).collect();
+        let Some(scale) = instrument.scale(item) else { continue };
+        match read_answer(item, scale, &said) {
+            Ok(answer) => answers[at] = answer,
+            Err(why) => refused.push((at, why)),
+        }
+    }
+    refused
 }
 
 /// What somebody answers: a survey, for an attempt or not.

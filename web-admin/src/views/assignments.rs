@@ -2,6 +2,7 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use uuid::Uuid;
 
 use super::people::Choice;
 use super::{Shell, Status, format};
@@ -98,6 +99,8 @@ pub struct AssignForm {
 pub struct AssignmentPage {
     /// Frame.
     pub shell: Shell,
+    /// Its id.
+    pub id: Uuid,
     /// The assignment.
     pub assignment: ManagedRow,
     /// Trainees by name.
@@ -164,7 +167,7 @@ mod tests {
 
     fn standing(stage: Stage, overdue: bool) -> Standing {
         let assigned = Assigned {
-            id: uuid::Uuid::nil(),
+            id: Uuid::nil(),
             task: Task::Exercise("stop-in-the-fat".to_owned()),
             title: "Stop in the <fat>".to_owned(),
             made_at: Moment::from(samples::NOW),
@@ -222,7 +225,7 @@ mod tests {
         let page = ManagedAssignmentsPage { shell: shell.clone(), rows: vec![managed.clone()], form };
         let html = samples::keep("assignments-managed", &page);
         assert!(html.contains("value=\"2026-03-29T02:30\"") && html.contains("The due date: skipped"), "{html}");
-        let page = AssignmentPage { shell, assignment: managed, rows: rows() };
+        let page = AssignmentPage { shell, id: Uuid::nil(), assignment: managed, rows: rows() };
         let html = samples::keep("assignment", &page);
         assert!(html.contains("<strong>1</strong> of 5 have done it") && html.contains("Give longer"), "{html}");
     }

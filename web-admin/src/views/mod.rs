@@ -19,11 +19,13 @@ pub mod links;
 pub mod login;
 pub mod people;
 pub mod progress;
+pub mod rating;
 pub mod replay;
 pub mod review;
 pub mod roster;
 #[cfg(test)]
 mod samples;
+pub mod segments;
 pub mod service;
 pub mod session;
 pub mod shell;

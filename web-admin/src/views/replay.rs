@@ -105,6 +105,11 @@ impl CommentForm {
 }
 
 impl ReplayPage {
+    /// Where the replay is fetched.
+    fn address(&self) -> String {
+        format!("/api/v1/sessions/{}", self.session)
+    }
+
     fn script(&self) -> String {
         assets::address("replay.js")
     }

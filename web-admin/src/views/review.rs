@@ -20,6 +20,8 @@ pub struct ReviewPage {
     pub waiting: Vec<WaitingRow>,
     /// More wait than are listed.
     pub more: bool,
+    /// Ratings that the visitor is asked for.
+    pub to_rate: u32,
 }
 
 /// An attempt that waits.
@@ -61,10 +63,29 @@ pub struct GradePage {
     pub history: Vec<Entry>,
     /// Who has looked at the attempt, and when.
     pub reviewed: Option<(String, OffsetDateTime)>,
+    /// What raters gave it.
+    pub ratings: Vec<RatedMean>,
     /// The visitor may judge.
     pub judge: bool,
     /// The form as it was filled in, and why it was refused.
     pub form: (TypedOverride, Option<String>),
+}
+
+/// The mean of what several raters gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RatedMean {
+    /// Title of the round.
+    pub round: String,
+    /// Page of the round.
+    pub href: String,
+    /// Title of the score.
+    pub score: String,
+    /// The mean.
+    pub mean: f64,
+    /// Raters who gave a score.
+    pub raters: usize,
+    /// The ratings were made by a program.
+    pub generated: bool,
 }
 
 /// The attempt that a page of judgement is about.
@@ -176,6 +197,14 @@ mod tests {
                 entry(Act::Withdrawn { by: by(), reason: "It did not".to_owned() }, None),
             ],
             reviewed: Some((by(), samples::NOW)),
+            ratings: vec![RatedMean {
+                round: "Spring round".to_owned(),
+                href: "/ratings/1".to_owned(),
+                score: "Global rating (7–35)".to_owned(),
+                mean: 24.25,
+                raters: 4,
+                generated: false,
+            }],
             judge: true,
             form: (TypedOverride::default(), None),
         }
@@ -189,6 +218,8 @@ mod tests {
         }
         let trainee = GradePage { judge: false, shell: samples::shell(Role::Trainee), ..grade_page() };
         let html = samples::keep("grade-trainee", &trainee);
+        assert!(html.contains("24.3") || html.contains("24.2"), "the mean of the raters: {html}");
+        assert!(!html.contains("/ratings/1"), "a trainee does not see who gave what");
         assert!(!html.contains("/override") && html.contains("slipped"), "a trainee reads, and does not judge");
     }
 
@@ -213,10 +244,15 @@ mod tests {
             questions: 2,
         };
         let shell = samples::shell(Role::Instructor);
-        let page = ReviewPage { shell: shell.clone(), waiting: vec![row], more: true };
+        let page = ReviewPage { shell: shell.clone(), waiting: vec![row], more: true, to_rate: 3 };
         let html = samples::keep("review", &page);
-        assert!(html.contains("2 questions") && html.contains("/replay") && html.contains("Re-simulation differs"));
-        let empty = ReviewPage { shell, waiting: vec![], more: false };
+        assert!(
+            html.contains("2 questions")
+                && html.contains("Rate 3 attempts")
+                && html.contains("/replay")
+                && html.contains("Re-simulation differs")
+        );
+        let empty = ReviewPage { shell, waiting: vec![], more: false, to_rate: 0 };
         assert!(samples::keep("review-empty", &empty).contains("Nothing waits"));
     }
 

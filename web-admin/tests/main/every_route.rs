@@ -40,7 +40,7 @@ use web_admin::storage::assignments::NewAssignment;
 use web_admin::storage::scores::SessionKey;
 use web_admin::storage::surveys as stored;
 use web_admin::storage::uploads::Owner;
-use web_admin::storage::{comments, instruments, people, reports, stations};
+use web_admin::storage::{comments, instruments, people, ratings, reports, segments, stations};
 use web_admin::surveys;
 use web_admin::uploads;
 use web_admin::worker;
@@ -136,7 +136,7 @@ impl World {
         visitors.push(Visitor { token: Some(station), ..stranger("station") });
         app.write(async |tx| people::disable(tx, gone.person.id, now).await.unwrap()).await;
 
-        let objects = objects(&app, [&own, &teacher, &admin], attempt.session_id).await;
+        let objects = objects(&app, [&own, &teacher, &colleague, &admin], attempt.session_id).await;
         app.state.db.close().await;
         Self { folder: app.folder, visitors, objects }
     }
@@ -198,8 +198,45 @@ async fn survey(app: &App, teacher: &Member, cohort: Uuid) -> [(&'static str, St
     ]
 }
 
-/// What paths and forms may name, made by a trainee, their teacher and the administrator.
-async fn objects(app: &App, [own, teacher, admin]: [&Member; 3], session: Uuid) -> BTreeMap<&'static str, String> {
+/// A round of ratings that a teacher asks of themselves and of a colleague, and the colleague's rating.
+async fn round(app: &App, [teacher, colleague]: [&Member; 2], session: Uuid) -> [(&'static str, String); 2] {
+    let (school, reader) = (teacher.person.school_id, app.state.db.reader());
+    let revision = instruments::current(reader, school, "sus").await.unwrap().unwrap();
+    let new = ratings::NewRound {
+        revision_id: revision.id,
+        title: "Round".to_owned(),
+        generated: false,
+        sessions: vec![session],
+        raters: vec![teacher.person.id, colleague.person.id],
+    };
+    let by = teacher.person.clone().into_current().unwrap();
+    let round = web_admin::ratings::make(&app.state, &by, &new).await.unwrap();
+    let rater = colleague.person.clone().into_current().unwrap();
+    let own = ratings::own(reader, &rater, round).await.unwrap();
+    [("round", round.to_string()), ("rating", own[0].id.to_string())]
+}
+
+/// A task to mark pops for a cohort, and its trace.
+async fn task(app: &App, teacher: &Member, cohort_id: Uuid, session: Uuid) -> [(&'static str, String); 2] {
+    let by = teacher.person.clone().into_current().unwrap();
+    let new = segments::NewTask {
+        title: "Pops".to_owned(),
+        cohort_id,
+        due: None,
+        time_zone: "UTC".to_owned(),
+        sessions: vec![session],
+    };
+    let task = web_admin::segments::make(&app.state, &by, &new).await.unwrap();
+    let traces = segments::traces(app.state.db.reader(), by.school_id, task).await.unwrap();
+    [("task", task.to_string()), ("trace", traces[0].id.to_string())]
+}
+
+/// What paths and forms may name, made by a trainee, their teacher, a colleague and the administrator.
+async fn objects(
+    app: &App,
+    [own, teacher, colleague, admin]: [&Member; 4],
+    session: Uuid,
+) -> BTreeMap<&'static str, String> {
     let (north, now) = (own.person.school_id, app.state.clock.now());
     let reader = app.state.db.reader();
     let cohorts = reports::cohorts(reader, &admin.person.clone().into_current().unwrap()).await.unwrap();
@@ -241,7 +278,9 @@ async fn objects(app: &App, [own, teacher, admin]: [&Member; 3], session: Uuid) 
         ("assignment", assignment.to_string()),
     ]);
     let survey = survey(app, teacher, cohorts[0].id).await;
-    objects.into_iter().chain(survey).collect()
+    let rated = round(app, [teacher, colleague], session).await;
+    let task = task(app, teacher, cohorts[0].id, session).await;
+    objects.into_iter().chain(survey).chain(rated).chain(task).collect()
 }
 
 fn stranger(column: &'static str) -> Visitor {

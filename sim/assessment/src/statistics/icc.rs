@@ -1,4 +1,7 @@
-//! Agreement of raters: intraclass correlations (Shrout and Fleiss 1979, Psychological Bulletin 86, 420–428).
+//! Agreement of raters: intraclass correlations (Shrout and Fleiss 1979, Psychological Bulletin 86, 420–428). Intervals of
+//! those with raters drawn from many after McGraw and Wong 1996, Psychological Methods 1, 30–46, table 7.
+
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::table::Complete;
 use super::{NotComputable, ROUNDING, average, count};
@@ -10,6 +13,10 @@ pub struct IntraclassCorrelation {
     pub single_random: f64,
     /// ICC(2,k): raters drawn from many, the mean of their ratings.
     pub average_random: f64,
+    /// Ends of the 95 % interval of ICC(2,1); absent where the raters agree to the last digit.
+    pub single_random_95: Option<(f64, f64)>,
+    /// Ends of the 95 % interval of ICC(2,k).
+    pub average_random_95: Option<(f64, f64)>,
     /// ICC(3,1): these raters and no others, a single rating.
     pub single_fixed: f64,
     /// ICC(3,k): these raters and no others, the mean of their ratings.
@@ -37,20 +44,43 @@ struct MeanSquares {
 pub fn intraclass_correlation(rows: &[Vec<Option<f64>>]) -> Result<IntraclassCorrelation, NotComputable> {
     let table = Complete::of(rows)?;
     table.at_least_two()?;
-    let MeanSquares { rows: msr, columns: msc, error: mse } = mean_squares(&table);
+    let squares = mean_squares(&table);
+    let MeanSquares { rows: msr, columns: msc, error: mse } = squares;
     let (n, k) = (count(table.rows.len()), count(table.columns));
     if msr <= 0.0 {
         return Err(NotComputable::NoVariance);
     }
+    let single_random = ratio(msr - mse, msr + (k - 1.0) * mse + k * (msc - mse) / n)?;
+    let interval = interval(&squares, single_random, (n, k));
+    // Spearman and Brown: what a mean of k ratings gains over one.
+    let of_mean = |single: f64| k * single / (1.0 + (k - 1.0) * single);
     Ok(IntraclassCorrelation {
-        single_random: ratio(msr - mse, msr + (k - 1.0) * mse + k * (msc - mse) / n)?,
+        single_random,
         average_random: ratio(msr - mse, msr + (msc - mse) / n)?,
+        single_random_95: interval,
+        average_random_95: interval.map(|(low, high)| (of_mean(low), of_mean(high))),
         single_fixed: ratio(msr - mse, msr + (k - 1.0) * mse)?,
         average_fixed: ratio(msr - mse, msr)?,
         n: table.rows.len(),
         raters: table.columns,
         missing: table.missing,
     })
+}
+
+/// The interval of ICC(2,1), with Satterthwaite's degrees of freedom for what raters and error share.
+fn interval(squares: &MeanSquares, single: f64, (n, k): (f64, f64)) -> Option<(f64, f64)> {
+    let MeanSquares { rows: msr, columns: msc, error: mse } = *squares;
+    let a = k * single / (n * (1.0 - single));
+    let b = 1.0 + k * single * (n - 1.0) / (n * (1.0 - single));
+    let (columns, error) = (a * msc, b * mse);
+    let spread = columns * columns / (k - 1.0) + error * error / ((n - 1.0) * (k - 1.0));
+    let freedom = (columns + error) * (columns + error) / spread;
+    let quantile = |above, below| Some(FisherSnedecor::new(above, below).ok()?.inverse_cdf(0.975));
+    let (lower, upper) = (quantile(n - 1.0, freedom)?, quantile(freedom, n - 1.0)?);
+    let shared = k * msc + (k * n - k - n) * mse;
+    let low = n * (msr - lower * mse) / (lower * shared + n * msr);
+    let high = n * (upper * msr - mse) / (shared + n * upper * msr);
+    (low.is_finite() && high.is_finite()).then_some((low, high))
 }
 
 fn ratio(above: f64, below: f64) -> Result<f64, NotComputable> {

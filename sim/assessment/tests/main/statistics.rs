@@ -47,6 +47,17 @@ fn intraclass_correlations_are_those_of_shrout_and_fleiss() {
     assert_eq!((icc.n, icc.raters, icc.missing), (6, 4, 0));
 }
 
+/// The ends that other programs print for the same table, to their two digits.
+#[test]
+fn intervals_of_agreement_are_those_of_mcgraw_and_wong() {
+    let icc = intraclass_correlation(&shrout_fleiss()).unwrap();
+    let near = |found: (f64, f64), low: f64, high: f64| (found.0 - low).abs() < 6e-3 && (found.1 - high).abs() < 6e-3;
+    assert!(near(icc.single_random_95.unwrap(), 0.019, 0.76), "{icc:?}");
+    assert!(near(icc.average_random_95.unwrap(), 0.071, 0.93), "{icc:?}");
+    let same = rows(&[&[1.0, 1.0], &[4.0, 4.0], &[2.0, 2.0]]);
+    assert_eq!(intraclass_correlation(&same).unwrap().single_random_95, None);
+}
+
 #[test]
 fn a_row_with_a_gap_is_left_out_and_counted() {
     let mut table = shrout_fleiss();

@@ -18,6 +18,7 @@ use crate::routes::Routes;
 mod caller;
 mod comments;
 mod documents;
+mod ratings;
 mod replay;
 mod sessions;
 mod stations;
@@ -38,6 +39,9 @@ pub fn router(state: &AppState) -> Routes {
         .route("/sessions/{id}/replay", get(replay::stage))
         .route("/sessions/{id}/replay/frames", get(replay::frames))
         .route("/sessions/{id}/survey", get(surveys::after))
+        .route("/ratings/{id}/series", get(ratings::series))
+        .route("/ratings/{id}/replay", get(ratings::stage))
+        .route("/ratings/{id}/replay/frames", get(ratings::frames))
         .route("/me/assignments", get(documents::assignments))
         .route("/exercises", get(documents::exercises))
         .route("/exercises/{id}", get(documents::exercise))
@@ -77,6 +81,9 @@ pub fn description() -> Description {
         replay::series,
         replay::stage,
         replay::frames,
+        ratings::series,
+        ratings::stage,
+        ratings::frames,
         surveys::after,
         tus::describe,
         tus::create,

@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
 use utoipa::ToSchema;
-use uuid::Uuid;
 
 use super::Id;
 use super::caller::Caller;
@@ -19,6 +18,7 @@ use crate::domain::replay::Stage;
 use crate::domain::series::{self, Span, Stretch};
 use crate::error::{ApiError, Error, Problem};
 use crate::replays;
+use crate::storage::sessions::Session;
 
 /// What is asked for, as it was typed: each refusal names its field.
 #[derive(Deserialize)]
@@ -48,13 +48,22 @@ pub(super) async fn series(
     query: Result<Query<SeriesQuery>, QueryRejection>,
 ) -> Result<Json<Series>, ApiError> {
     let session = find(&state, &caller, id).await?;
+    spans(&state, &session, query).await
+}
+
+/// The spans of a session that somebody may see.
+pub(super) async fn spans(
+    state: &AppState,
+    session: &Session,
+    query: Result<Query<SeriesQuery>, QueryRejection>,
+) -> Result<Json<Series>, ApiError> {
     let Query(asked) = query.map_err(|refused| Error::BadRequest(refused.body_text()))?;
     let points = points(asked.points.as_deref())?;
     let (from_s, to_s) = (seconds("from_s", asked.from_s.as_deref())?, seconds("to_s", asked.to_s.as_deref())?);
     if from_s.zip(to_s).is_some_and(|(from_s, to_s)| from_s > to_s) {
         return Err(Error::BadRequest("to_s: before from_s; allowed is a moment after it".to_owned()).into());
     }
-    let pyramid = replays::pyramid(&state, &session).await?;
+    let pyramid = replays::pyramid(state, session).await?;
     Ok(Json(Series { spans: pyramid.spans(points, Stretch { from_s, to_s }) }))
 }
 
@@ -84,7 +93,7 @@ pub(super) async fn stage(
     Id(id): Id,
     request: Request,
 ) -> Result<Response, ApiError> {
-    serve(&state, (&caller, id), request, (replays::STAGE, "application/json")).await
+    serve(&state, &find(&state, &caller, id).await?, request, STAGE).await
 }
 
 /// What moves in a replay: rows of little-endian 32-bit floats, whole or a range of bytes. The stage names the columns.
@@ -97,17 +106,24 @@ pub(super) async fn frames(
     Id(id): Id,
     request: Request,
 ) -> Result<Response, ApiError> {
-    serve(&state, (&caller, id), request, (replays::FRAMES, "application/octet-stream")).await
+    serve(&state, &find(&state, &caller, id).await?, request, FRAMES).await
 }
 
-async fn serve(
+/// A file of a replay and its media type.
+pub(super) type Part = (&'static str, &'static str);
+/// What does not move.
+pub(super) const STAGE: Part = (replays::STAGE, "application/json");
+/// What moves.
+pub(super) const FRAMES: Part = (replays::FRAMES, "application/octet-stream");
+
+/// A part of the replay of a session that somebody may see.
+pub(super) async fn serve(
     state: &AppState,
-    (caller, id): (&Caller, Uuid),
+    session: &Session,
     request: Request,
-    (name, media_type): (&str, &'static str),
+    (name, media_type): Part,
 ) -> Result<Response, ApiError> {
-    let session = find(state, caller, id).await?;
-    let path = replays::file(state, &session, name).await?;
+    let path = replays::file(state, session, name).await?;
     let Ok(found) = ServeFile::new(path).oneshot(request).await;
     let mut response = found.into_response();
     response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static(media_type));

@@ -226,7 +226,7 @@ pub(super) async fn show(
         rows.extend(own.map(|standing| Row::new(standing, link, trainee.id.to_string())));
     }
     let shell = Shell::new(&person, csrf.token(), Place::Assignments);
-    Ok(AssignmentPage { shell, assignment: row(listed), rows })
+    Ok(AssignmentPage { shell, id, assignment: row(listed), rows })
 }
 
 async fn trainees(state: &AppState, person: &CurrentPerson, listed: &Listed) -> Result<Vec<Named>, Error> {

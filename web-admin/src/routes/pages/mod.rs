@@ -24,11 +24,13 @@ mod home;
 mod links;
 mod people;
 mod progress;
+mod ratings;
 pub(crate) mod replay;
 pub(crate) mod review;
 mod revisions;
 mod roster;
 mod rows;
+mod segments;
 mod service;
 mod sessions;
 mod standing;
@@ -70,6 +72,8 @@ pub fn router() -> Routes {
         .route("/review", get(review::queue))
         .route("/sign-in-code", post(trainees::make_sign_in_code))
         .merge(surveys::router())
+        .merge(ratings::router())
+        .merge(segments::router())
         .route("/account", get(account::show))
         .route("/account/password", post(account::set_password))
         .route("/account/export", get(account::export))

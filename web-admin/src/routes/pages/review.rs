@@ -1,5 +1,6 @@
 //! `/review`, and the pages of a grade: who judged what, when, why.
 
+use assessment::questionnaire;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
@@ -10,16 +11,19 @@ use uuid::Uuid;
 use super::{Id, sessions as attempts};
 use crate::AppState;
 use crate::domain::judgement::{self, Override, TypedOverride};
+use crate::domain::rating::mean;
 use crate::domain::{CurrentPerson, Role};
 use crate::error::{Error, PageError};
 use crate::regrading;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::grades::{self, NewOverride};
+use crate::storage::ratings;
 use crate::storage::reviews::{self, Waiting};
 use crate::storage::scores::{self, Score};
 use crate::storage::sessions::{self, Session};
-use crate::views::review::{self as views, Act, GradePage, Judged, RegradePage, ReviewPage, WaitingRow};
+use crate::surveys;
+use crate::views::review::{self as views, Act, GradePage, Judged, RatedMean, RegradePage, ReviewPage, WaitingRow};
 use crate::views::{Place, Shell, Status, format};
 
 pub(super) async fn queue(
@@ -32,7 +36,8 @@ pub(super) async fn queue(
     let more = waiting.len() > reviews::LISTED as usize;
     waiting.truncate(reviews::LISTED as usize);
     let shell = Shell::new(&person, csrf.token(), Place::Review);
-    Ok(ReviewPage { shell, waiting: waiting.into_iter().map(row).collect(), more })
+    let to_rate = ratings::count_open(state.db.reader(), &person).await?;
+    Ok(ReviewPage { shell, waiting: waiting.into_iter().map(row).collect(), more, to_rate })
 }
 
 fn judges_only(person: &CurrentPerson) -> Result<(), Error> {
@@ -98,9 +103,33 @@ async fn grade_page(
         overridden: grade.is_some_and(|grade| grade.overridden),
         history: history(&computed, grades::overrides(reader, key).await?),
         reviewed: review.map(|review| (review.by, review.reviewed_at.to_utc())),
+        ratings: rated(state, person, session).await?,
         judge: judges_only(person).is_ok(),
         form,
     })
+}
+
+/// What raters gave, by round and score.
+async fn rated(state: &AppState, person: &CurrentPerson, session: &Session) -> Result<Vec<RatedMean>, Error> {
+    let finished = ratings::finished_of(state.db.reader(), session.key(), person.id).await?;
+    let mut means = Vec::new();
+    for round in finished.chunk_by(|a, b| a.round_id == b.round_id) {
+        let first = &round[0];
+        let Some(instrument) = surveys::revision(state, session.school_id, first.revision_id).await? else { continue };
+        for key in &instrument.scores {
+            let score = |given: &ratings::Finished| questionnaire::score(&instrument, key, &given.answers).ok();
+            let scores: Vec<Option<f64>> = round.iter().map(score).collect();
+            means.extend(mean(&scores).map(|(mean, raters)| RatedMean {
+                round: first.title.clone(),
+                href: format!("/ratings/{}", first.round_id),
+                score: key.title.in_language("en").to_owned(),
+                mean,
+                raters,
+                generated: first.generated,
+            }));
+        }
+    }
+    Ok(means)
 }
 
 async fn judged(state: &AppState, person: &CurrentPerson, session: &Session) -> Result<Judged, Error> {

@@ -19,6 +19,7 @@ mod scale;
 mod scatter;
 mod svg;
 mod time;
+mod trace;
 
 pub use bars::{by_day, spread};
 pub use boxes::{BoxRow, boxes};
@@ -32,6 +33,7 @@ pub use marks::numbered;
 pub use progress::{ScorePoint, mastery_strip, score_bar, scores, share_bar, sparkline};
 pub use scatter::scatter;
 pub use time::force_and_depth;
+pub use trace::{LEFT as TRACE_LEFT, RIGHT as TRACE_RIGHT, Strip, trace};
 
 /// For which width a chart is drawn. Text in an SVG shrinks with it, so a phone gets a drawing of its own; the style
 /// sheet shows one of the two.

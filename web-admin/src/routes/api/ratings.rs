@@ -1,0 +1,61 @@
+//! The replay of an attempt that somebody is asked to rate, by the id of the rating: without the attempt's own.
+
+use axum::Json;
+use axum::extract::rejection::QueryRejection;
+use axum::extract::{Query, Request, State};
+use axum::response::Response;
+use uuid::Uuid;
+
+use super::Id;
+use super::caller::Caller;
+use super::replay::{self, Series, SeriesQuery};
+use crate::AppState;
+use crate::domain::replay::Stage;
+use crate::error::{ApiError, Error, Problem};
+use crate::ratings::attempt;
+use crate::storage::sessions::Session;
+
+async fn find(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
+    attempt(state, caller.person()?, id).await
+}
+
+/// An attempt to be rated over time, as `/sessions/{id}/series`.
+#[utoipa::path(get, path = "/ratings/{id}/series", operation_id = "rated_series",
+    params(("id" = Uuid, Path, description = "a rating of the caller"), ("points" = Option<usize>, Query),
+           ("from_s" = Option<f64>, Query), ("to_s" = Option<f64>, Query)),
+    responses((status = 200, body = Series), (status = 400, body = Problem), (status = 404, body = Problem)))]
+pub(super) async fn series(
+    State(state): State<AppState>,
+    caller: Caller,
+    Id(id): Id,
+    query: Result<Query<SeriesQuery>, QueryRejection>,
+) -> Result<Json<Series>, ApiError> {
+    replay::spans(&state, &find(&state, &caller, id).await?, query).await
+}
+
+/// What does not move in the replay of an attempt to be rated, as `/sessions/{id}/replay`.
+#[utoipa::path(get, path = "/ratings/{id}/replay", operation_id = "rated_stage",
+    params(("id" = Uuid, Path, description = "a rating of the caller")),
+    responses((status = 200, body = Stage), (status = 404, body = Problem)))]
+pub(super) async fn stage(
+    State(state): State<AppState>,
+    caller: Caller,
+    Id(id): Id,
+    request: Request,
+) -> Result<Response, ApiError> {
+    replay::serve(&state, &find(&state, &caller, id).await?, request, replay::STAGE).await
+}
+
+/// What moves in the replay of an attempt to be rated, as `/sessions/{id}/replay/frames`.
+#[utoipa::path(get, path = "/ratings/{id}/replay/frames", operation_id = "rated_frames",
+    params(("id" = Uuid, Path, description = "a rating of the caller")),
+    responses((status = 200, content_type = "application/octet-stream"), (status = 206), (status = 416),
+              (status = 404, body = Problem)))]
+pub(super) async fn frames(
+    State(state): State<AppState>,
+    caller: Caller,
+    Id(id): Id,
+    request: Request,
+) -> Result<Response, ApiError> {
+    replay::serve(&state, &find(&state, &caller, id).await?, request, replay::FRAMES).await
+}

@@ -1,0 +1,206 @@
+//! Asking for ratings: attempts of an assignment or of the review queue, raters, an instrument.
+
+use axum::extract::{Query, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use serde::Deserialize;
+use uuid::Uuid;
+
+use super::raters_only;
+use crate::AppState;
+use crate::domain::CurrentPerson;
+use crate::error::{Error, PageError};
+use crate::ratings;
+use crate::routes::auth::{Csrf, CsrfForm};
+use crate::storage::ratings::{self as stored, Candidate, NewRound, Rater};
+use crate::storage::{assignments, grades, instruments, reviews, sessions};
+use crate::surveys;
+use crate::views::people::Choice;
+use crate::views::rating::{AttemptChoice, NewRoundPage};
+use crate::views::{Place, Shell};
+
+/// Most raters of a round, and most attempts.
+const MOST_RATERS: usize = 20;
+const MOST_ATTEMPTS: usize = 100;
+
+#[derive(Deserialize)]
+pub(super) struct NewQuery {
+    /// The assignment whose attempts are offered; empty for the review queue.
+    #[serde(default)]
+    assignment: String,
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+    Query(from): Query<NewQuery>,
+) -> Result<NewRoundPage, PageError> {
+    raters_only(&person)?;
+    let mut fields = vec![("assignment".to_owned(), from.assignment)];
+    let form = NewForm(fields.clone());
+    // What was assigned is rated whole, unless somebody takes an attempt away.
+    if !form.field("assignment").is_empty() {
+        let offered = offered(&state, &person, &form).await?;
+        fields.extend(offered.into_iter().map(|attempt| ("attempt".to_owned(), attempt.id.to_string())));
+    }
+    Ok(page(&state, (&person, &csrf), (&NewForm(fields), None)).await?)
+}
+
+/// The form as it was sent; raters and attempts come several times.
+#[derive(Deserialize)]
+#[serde(transparent)]
+pub(super) struct NewForm(Vec<(String, String)>);
+
+impl NewForm {
+    fn field(&self, name: &str) -> &str {
+        self.0.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.trim())
+    }
+
+    fn chosen(&self, name: &str) -> Vec<&str> {
+        let mut chosen: Vec<&str> =
+            self.0.iter().filter(|(key, _)| key == name).map(|(_, value)| value.as_str()).collect();
+        chosen.sort_unstable();
+        chosen.dedup();
+        chosen
+    }
+}
+
+/// The attempts that are offered: those at an assignment that the visitor manages, or those of their review queue.
+async fn offered(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Result<Vec<Candidate>, Error> {
+    let reader = state.db.reader();
+    if form.field("assignment").is_empty() {
+        let waiting = reviews::queue(reader, person).await?;
+        let candidate = |waiting: reviews::Waiting| Candidate {
+            id: waiting.id,
+            trainee: waiting.trainee,
+            exercise: waiting.exercise,
+            started_at: waiting.started_at,
+        };
+        return Ok(waiting.into_iter().map(candidate).collect());
+    }
+    let id: Uuid = form.field("assignment").parse().map_err(|_| Error::NotFound)?;
+    let managed = assignments::managed(reader, person, Some(id), 1).await?;
+    if managed.is_empty() {
+        return Err(Error::NotFound);
+    }
+    Ok(stored::of_assignment(reader, person.school_id, id).await?)
+}
+
+async fn page(
+    state: &AppState,
+    (person, csrf): (&CurrentPerson, &Csrf),
+    (form, refused): (&NewForm, Option<String>),
+) -> Result<NewRoundPage, Error> {
+    let reader = state.db.reader();
+    let is = |name: &str, value: &str| form.chosen(name).contains(&value);
+    let raters = stored::raters(reader, person.school_id).await?;
+    let rater = |rater: Rater| {
+        let value = rater.id.to_string();
+        Choice { chosen: is("rater", &value), value, label: rater.name }
+    };
+    let attempt = |attempt: Candidate| AttemptChoice {
+        chosen: is("attempt", &attempt.id.to_string()),
+        session: attempt.id,
+        trainee: attempt.trainee,
+        exercise: attempt.exercise,
+        started_at: attempt.started_at.to_utc(),
+    };
+    Ok(NewRoundPage {
+        shell: Shell::new(person, csrf.token(), Place::Review),
+        title: form.field("title").to_owned(),
+        instruments: scored_instruments(state, person.school_id, form).await?,
+        raters: raters.into_iter().map(rater).collect(),
+        attempts: offered(state, person, form).await?.into_iter().map(attempt).collect(),
+        assignment: form.field("assignment").to_owned(),
+        refused,
+    })
+}
+
+/// Instruments that have a score: of the others there is no agreement. The global rating is proposed.
+async fn scored_instruments(state: &AppState, school: Uuid, form: &NewForm) -> Result<Vec<Choice>, Error> {
+    const PROPOSED: &str = "global-rating-puncture";
+    let wanted = match form.field("instrument") {
+        "" => PROPOSED,
+        typed => typed,
+    };
+    let mut choices = Vec::new();
+    for known in instruments::all_current(state.db.reader(), school).await? {
+        let instrument = surveys::revision(state, school, known.id).await?;
+        if instrument.is_some_and(|instrument| !instrument.scores.is_empty()) {
+            let chosen = known.instrument_id == wanted;
+            choices.push(Choice { value: known.instrument_id, label: known.title, chosen });
+        }
+    }
+    Ok(choices)
+}
+
+pub(super) async fn make(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<NewForm>,
+) -> Result<Response, PageError> {
+    raters_only(&person)?;
+    match wanted(&state, &person, &form).await {
+        Ok(new) => {
+            let id = ratings::make(&state, &person, &new).await?;
+            Ok(Redirect::to(&super::href(id)).into_response())
+        }
+        Err(Error::Unprocessable(why)) => {
+            let page = page(&state, (&person, &csrf), (&form, Some(why))).await?;
+            Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+        }
+        Err(other) => Err(other.into()),
+    }
+}
+
+/// What the form asks for. An attempt or a rater that the visitor may not see is none.
+async fn wanted(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Result<NewRound, Error> {
+    let refused = |why: String| Err(Error::Unprocessable(why));
+    let title = form.field("title").to_owned();
+    if title.is_empty() || title.chars().count() > 200 {
+        return refused(format!("title: {} characters; allowed: 1 to 200", title.chars().count()));
+    }
+    let asked = form.field("instrument");
+    let Some(instrument) = instruments::current(state.db.reader(), person.school_id, asked).await? else {
+        return refused(format!("instrument: “{asked}”; there is none of that id"));
+    };
+    let raters = raters(state, person, form).await?;
+    let sessions = attempts(state, person, form, &raters).await?;
+    Ok(NewRound { revision_id: instrument.id, title, generated: false, sessions, raters })
+}
+
+async fn raters(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Result<Vec<Uuid>, Error> {
+    let known = stored::raters(state.db.reader(), person.school_id).await?;
+    let chosen = form.chosen("rater");
+    if !(2..=MOST_RATERS).contains(&chosen.len()) {
+        return Err(Error::Unprocessable(format!("raters: {}; allowed: 2 to {MOST_RATERS}", chosen.len())));
+    }
+    let find = |id: &str| known.iter().find(|rater| rater.id.to_string() == id).map(|rater| rater.id);
+    let unknown = |id: &str| Error::Unprocessable(format!("rater: “{id}”; allowed are the instructors of the school"));
+    chosen.into_iter().map(|id| find(id).ok_or_else(|| unknown(id))).collect()
+}
+
+async fn attempts(
+    state: &AppState,
+    person: &CurrentPerson,
+    form: &NewForm,
+    raters: &[Uuid],
+) -> Result<Vec<Uuid>, Error> {
+    let chosen = form.chosen("attempt");
+    if !(1..=MOST_ATTEMPTS).contains(&chosen.len()) {
+        return Err(Error::Unprocessable(format!("attempts: {}; allowed: 1 to {MOST_ATTEMPTS}", chosen.len())));
+    }
+    let mut attempts = Vec::new();
+    for id in chosen {
+        let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
+        let session = sessions::visible(state.db.reader(), person, id).await?.ok_or(Error::NotFound)?;
+        if raters.contains(&session.trainee_id) {
+            return Err(Error::Unprocessable("attempts: one is a rater’s own; nobody rates themselves".to_owned()));
+        }
+        grades::of(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
+        attempts.push(id);
+    }
+    Ok(attempts)
+}

@@ -1,0 +1,226 @@
+//! `/ratings`: rounds of ratings, and what they found.
+
+use assessment::questionnaire::{Answer, score};
+use axum::extract::State;
+use axum::response::{IntoResponse, Redirect, Response};
+use axum::routing::{get, post};
+use scene::Instrument;
+use uuid::Uuid;
+
+use super::Id;
+use crate::AppState;
+use crate::domain::rating::{Given, tables};
+use crate::domain::{CurrentPerson, Role};
+use crate::error::{Error, PageError};
+use crate::export::{self, Cell as Column};
+use crate::ratings;
+use crate::routes::Routes;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields};
+use crate::storage::ratings::{self as stored, Cell, Rating, Round};
+use crate::surveys;
+use crate::views::rating::{AttemptRow, OwnRating, RaterRow, RatingsPage, RoundPage, RoundRow, ScoreView};
+use crate::views::{Place, Shell, format};
+
+mod make;
+mod rate;
+
+pub(super) fn router() -> Routes {
+    Routes::new()
+        .route("/ratings", get(list).post(make::make))
+        .route("/ratings/new", get(make::show))
+        .route("/ratings/{id}", get(show))
+        .route("/ratings/{id}/ratings.csv", get(csv))
+        .route("/ratings/{id}/withdraw", post(withdraw))
+        .route("/rate/{id}", get(rate::show).post(rate::act))
+}
+
+fn raters_only(person: &CurrentPerson) -> Result<(), Error> {
+    match person.role {
+        Role::Trainee => Err(Error::Forbidden("attempts are rated by those who teach")),
+        Role::Instructor | Role::Administrator => Ok(()),
+    }
+}
+
+async fn list(State(state): State<AppState>, person: CurrentPerson, csrf: Csrf) -> Result<RatingsPage, PageError> {
+    raters_only(&person)?;
+    let rounds = stored::all(state.db.reader(), &person).await?;
+    let row = |round: Round| RoundRow {
+        href: href(round.id),
+        made_at: round.made_at.to_utc(),
+        finished: (round.finished, round.ratings),
+        own: (round.own - round.own_open, round.own),
+        title: round.title,
+        instrument: round.instrument,
+        by: round.by,
+        generated: round.generated,
+    };
+    let shell = Shell::new(&person, csrf.token(), Place::Review);
+    Ok(RatingsPage { shell, rounds: rounds.into_iter().map(row).collect() })
+}
+
+fn href(round: Uuid) -> String {
+    format!("/ratings/{round}")
+}
+
+/// A round that the visitor asked for or takes part in.
+async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Round, Error> {
+    raters_only(person)?;
+    stored::find(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
+}
+
+/// Whoever takes part without being in charge is a rater only.
+fn owns(person: &CurrentPerson, round: &Round) -> bool {
+    person.role == Role::Administrator || round.made_by == person.id
+}
+
+fn own_ratings(ratings: &[Rating], current: Option<Uuid>) -> Vec<OwnRating> {
+    let own = |rating: &Rating| OwnRating {
+        href: format!("/rate/{}", rating.id),
+        current: Some(rating.id) == current,
+        finished: rating.finished_at.is_some(),
+    };
+    ratings.iter().map(own).collect()
+}
+
+async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+) -> Result<RoundPage, PageError> {
+    let round = find(&state, &person, id).await?;
+    let owner = owns(&person, &round);
+    let cells = stored::cells(state.db.reader(), &person, &round).await?;
+    let table = Table::of(&cells);
+    // Nobody who has yet to rate learns what the others gave; how far they are is for whoever asked.
+    let found = if round.own_open == 0 {
+        let instrument = instrument(&state, &round).await?;
+        let scores = tables(&instrument, (&table.attempts, &table.raters), &table.given);
+        Some((table.rows(&cells), scores.into_iter().map(ScoreView::new).collect()))
+    } else {
+        None
+    };
+    let own = stored::own(state.db.reader(), &person, id).await?;
+    Ok(RoundPage {
+        shell: Shell::new(&person, csrf.token(), Place::Review),
+        href: href(id),
+        instrument: round.instrument,
+        title: round.title,
+        by: round.by,
+        made_at: round.made_at.to_utc(),
+        generated: round.generated,
+        owner,
+        own: own_ratings(&own, None),
+        raters: if owner || found.is_some() { table.progress(&cells) } else { Vec::new() },
+        found,
+    })
+}
+
+async fn instrument(state: &AppState, round: &Round) -> Result<Instrument, Error> {
+    surveys::revision(state, round.school_id, round.revision_id).await?.ok_or(Error::NotFound)
+}
+
+/// Ratings by attempt and rater, in the order of the query.
+struct Table<'a> {
+    attempts: Vec<Uuid>,
+    raters: Vec<Uuid>,
+    given: Vec<Given<'a>>,
+}
+
+impl<'a> Table<'a> {
+    fn of(cells: &'a [Cell]) -> Self {
+        let mut table = Self { attempts: Vec::new(), raters: Vec::new(), given: Vec::new() };
+        for cell in cells {
+            if table.attempts.last() != Some(&cell.session_id) {
+                table.attempts.push(cell.session_id);
+            }
+            if !table.raters.contains(&cell.rater_id) {
+                table.raters.push(cell.rater_id);
+            }
+            let answers = cell.finished_at.map(|_| &cell.answers[..]);
+            table.given.push(Given { session: cell.session_id, rater: cell.rater_id, answers });
+        }
+        table
+    }
+
+    fn progress(&self, cells: &[Cell]) -> Vec<RaterRow> {
+        let row = |rater: &Uuid| {
+            let own = || cells.iter().filter(|cell| cell.rater_id == *rater);
+            RaterRow {
+                name: own().next().map_or_else(String::new, |cell| cell.rater.clone()),
+                finished: own().filter(|cell| cell.finished_at.is_some()).count(),
+                of: own().count(),
+            }
+        };
+        self.raters.iter().map(row).collect()
+    }
+
+    fn rows(&self, cells: &[Cell]) -> Vec<AttemptRow> {
+        let row = |attempt: &Uuid| {
+            let cell = cells.iter().find(|cell| cell.session_id == *attempt)?;
+            let link = |name: &String| (name.clone(), format!("/sessions/{attempt}/grade"));
+            Some(AttemptRow {
+                trainee: cell.trainee.as_ref().map(link),
+                exercise: cell.exercise.clone(),
+                started_at: cell.started_at.to_utc(),
+            })
+        };
+        self.attempts.iter().filter_map(row).collect()
+    }
+}
+
+/// A row for each rating, with every answer and score.
+async fn csv(State(state): State<AppState>, person: CurrentPerson, Id(id): Id) -> Result<Response, PageError> {
+    let round = find(&state, &person, id).await?;
+    if round.own_open > 0 {
+        let why = "your own ratings come first: what the others gave is shown when you have finished yours";
+        return Err(Error::Conflict(why.to_owned()).into());
+    }
+    let instrument = instrument(&state, &round).await?;
+    let cells = stored::cells(state.db.reader(), &person, &round).await?;
+    let items = instrument.items.iter().map(|item| item.id.as_str());
+    let scores = instrument.scores.iter().map(|key| key.id.as_str());
+    let names: Vec<&str> = ["attempt", "trainee", "exercise", "started_at", "rater", "finished_at"]
+        .into_iter()
+        .chain(items)
+        .chain(scores)
+        .collect();
+    let rows: Vec<Vec<Column>> = cells.iter().map(|cell| line(&instrument, cell)).collect();
+    Ok(export::download(&round.title, &names, &rows).map_err(Error::from)?)
+}
+
+fn line(instrument: &Instrument, cell: &Cell) -> Vec<Column> {
+    let time = |at: crate::domain::Moment| format::machine_time(at.to_utc());
+    let mut line = vec![
+        Column::from(cell.session_id.to_string()),
+        cell.trainee.as_ref().map_or(Column::Empty, |name| Column::from(name.as_str())),
+        Column::from(cell.exercise.as_str()),
+        Column::from(time(cell.started_at)),
+        Column::from(cell.rater.as_str()),
+        cell.finished_at.map_or(Column::Empty, |at| Column::from(time(at))),
+    ];
+    let finished = cell.finished_at.is_some();
+    let answer = |at: usize| match cell.answers.get(at)?.as_ref().filter(|_| finished)? {
+        Answer::Number(number) => Some(Column::from(*number)),
+        Answer::Text(text) => Some(Column::from(text.as_str())),
+        Answer::Several(ids) => Some(Column::from(ids.join(" "))),
+    };
+    line.extend((0..instrument.items.len()).map(|at| answer(at).unwrap_or(Column::Empty)));
+    let scored = |key| score(instrument, key, &cell.answers).ok().filter(|_| finished);
+    line.extend(instrument.scores.iter().map(|key| Column::from(scored(key))));
+    line
+}
+
+async fn withdraw(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Response, PageError> {
+    let round = find(&state, &person, id).await?;
+    if !owns(&person, &round) {
+        return Err(Error::Forbidden("a round is taken back by whoever asked for it").into());
+    }
+    ratings::withdraw(&state, &person, &round).await?;
+    Ok(Redirect::to("/ratings").into_response())
+}

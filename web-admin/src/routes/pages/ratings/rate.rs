@@ -1,0 +1,118 @@
+//! `/rate/{id}`: a rater and an attempt, known to them by the id of their rating alone. Nothing here says whose attempt it
+//! is, when it was, or what came of it.
+
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use scene::instrument::Item;
+use serde::Deserialize;
+
+use super::{href, own_ratings, raters_only};
+use crate::AppState;
+use crate::domain::CurrentPerson;
+use crate::error::{Error, PageError};
+use crate::ratings::{self, Rated};
+use crate::routes::auth::{Csrf, CsrfForm};
+use crate::routes::pages::{Id, sessions as attempts};
+use crate::storage::{ratings as stored, scores};
+use crate::views::rating::RatePage;
+use crate::views::session::Drawing;
+use crate::views::survey::form::{Given, Question};
+use crate::views::{Place, Shell};
+
+/// What was typed and refused: the item's place, the text and the reason.
+type Refusals = Vec<(usize, String, String)>;
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+) -> Result<RatePage, PageError> {
+    raters_only(&person)?;
+    let rated = ratings::open(&state, &person, id).await?;
+    Ok(page(&state, (&person, &csrf), &rated, &Vec::new()).await?)
+}
+
+async fn page(
+    state: &AppState,
+    (person, csrf): (&CurrentPerson, &Csrf),
+    rated: &Rated,
+    refusals: &Refusals,
+) -> Result<RatePage, Error> {
+    let session = ratings::attempt(state, person, rated.rating.id).await?;
+    let curve = scores::curve(state.db.reader(), session.key()).await?;
+    let own = stored::own(state.db.reader(), person, rated.round.id).await?;
+    let finished = rated.rating.finished_at.is_some();
+    Ok(RatePage {
+        shell: Shell::new(person, csrf.token(), Place::Review),
+        rating: rated.rating.id,
+        round: (rated.round.title.clone(), href(rated.round.id)),
+        exercise: attempts::title(state, &session).await?,
+        drawing: curve.as_ref().map(Drawing::new),
+        questions: if finished { Vec::new() } else { questions(rated, refusals) },
+        own: own_ratings(&own, Some(rated.rating.id)),
+        finished,
+    })
+}
+
+fn questions(rated: &Rated, refusals: &Refusals) -> Vec<Question> {
+    let question = |(at, item): (usize, &Item)| {
+        let refused =
+            refusals.iter().find(|(place, ..)| *place == at).map(|(_, typed, why)| (typed.clone(), why.clone()));
+        let given = Given { answer: rated.rating.answers.0[at].as_ref(), refused };
+        Question::new(&rated.instrument, item, "en", &given)
+    };
+    rated.instrument.items.iter().enumerate().map(question).collect()
+}
+
+/// The form as it was sent; a question with several answers comes several times.
+#[derive(Deserialize)]
+#[serde(transparent)]
+pub(super) struct RateForm(Vec<(String, String)>);
+
+impl RateForm {
+    fn field(&self, name: &str) -> &str {
+        self.0.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.as_str())
+    }
+}
+
+pub(super) async fn act(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<RateForm>,
+) -> Result<Response, PageError> {
+    raters_only(&person)?;
+    let mut rated = ratings::open(&state, &person, id).await?;
+    let refused = rated.read(&form.0);
+    if !refused.is_empty() {
+        let typed = |at: usize| form.field(&format!("q.{}", rated.instrument.items[at].id)).to_owned();
+        let refusals: Refusals = refused.into_iter().map(|(at, why)| (at, typed(at), why.to_string())).collect();
+        let page = page(&state, (&person, &csrf), &rated, &refusals).await?;
+        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+    }
+    match form.field("do") {
+        "save" => {
+            rated.save(&state).await?;
+            Ok(StatusCode::NO_CONTENT.into_response())
+        }
+        "keep" => {
+            rated.save(&state).await?;
+            Ok(Redirect::to(&href(rated.round.id)).into_response())
+        }
+        "finish" => {
+            rated.finish(&state, &person).await?;
+            Ok(Redirect::to(&next(&state, &person, &rated).await?).into_response())
+        }
+        other => Err(Error::BadRequest(format!("do: \"{other}\"; allowed: save, keep, finish")).into()),
+    }
+}
+
+/// The next rating that is not finished, or what the round has found.
+async fn next(state: &AppState, person: &CurrentPerson, rated: &Rated) -> Result<String, Error> {
+    let own = stored::own(state.db.reader(), person, rated.round.id).await?;
+    let open = own.iter().find(|rating| rating.finished_at.is_none());
+    Ok(open.map_or_else(|| href(rated.round.id), |rating| format!("/rate/{}", rating.id)))
+}

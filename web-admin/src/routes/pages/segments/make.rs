@@ -1,0 +1,170 @@
+//! Making a task: attempts, a cohort, a date.
+
+use axum::extract::{Query, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use serde::Deserialize;
+use uuid::Uuid;
+
+use super::teachers_only;
+use crate::AppState;
+use crate::domain::{CurrentPerson, Moment, due};
+use crate::error::{Error, PageError};
+use crate::routes::auth::{Csrf, CsrfForm};
+use crate::segments;
+use crate::storage::reports::{self, ListedAttempt};
+use crate::storage::segments::NewTask;
+use crate::storage::{schools, scores, sessions};
+use crate::views::people::Choice;
+use crate::views::segments::{NewTaskPage, attempt_label};
+use crate::views::{Place, Shell};
+
+/// Most traces of a task.
+const MOST_TRACES: usize = 20;
+
+#[derive(Deserialize)]
+pub(super) struct NewQuery {
+    /// An attempt to begin with.
+    session: Option<String>,
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+    Query(from): Query<NewQuery>,
+) -> Result<NewTaskPage, PageError> {
+    teachers_only(&person)?;
+    let form = NewForm(from.session.map(|id| ("attempt".to_owned(), id)).into_iter().collect());
+    Ok(page(&state, (&person, &csrf), (&form, None)).await?)
+}
+
+/// The form as it was sent; attempts come several times.
+#[derive(Deserialize)]
+#[serde(transparent)]
+pub(super) struct NewForm(Vec<(String, String)>);
+
+impl NewForm {
+    fn field(&self, name: &str) -> &str {
+        self.0.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.trim())
+    }
+
+    fn attempts(&self) -> Vec<&str> {
+        let mut chosen: Vec<&str> = Vec::new();
+        for (_, value) in self.0.iter().filter(|(key, _)| key == "attempt") {
+            if !chosen.contains(&value.as_str()) {
+                chosen.push(value);
+            }
+        }
+        chosen
+    }
+}
+
+async fn page(
+    state: &AppState,
+    (person, csrf): (&CurrentPerson, &Csrf),
+    (form, refused): (&NewForm, Option<String>),
+) -> Result<NewTaskPage, Error> {
+    let reader = state.db.reader();
+    let cohorts = reports::cohorts(reader, person).await?;
+    let cohort = |cohort: reports::Named| {
+        let value = cohort.id.to_string();
+        Choice { chosen: value == form.field("cohort"), value, label: cohort.name }
+    };
+    Ok(NewTaskPage {
+        shell: Shell::new(person, csrf.token(), Place::Assignments),
+        title: form.field("title").to_owned(),
+        due: form.field("due").to_owned(),
+        time_zone: schools::time_zone(reader, person.school_id).await?,
+        cohorts: cohorts.into_iter().map(cohort).collect(),
+        attempts: offered(state, person, form).await?,
+        refused,
+    })
+}
+
+/// The attempt that was asked for, then the latest that the visitor may see and that were scored.
+async fn offered(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Result<Vec<Choice>, Error> {
+    let chosen = form.attempts();
+    let choice = |listed: ListedAttempt| {
+        let value = listed.id.to_string();
+        let label = attempt_label(&listed.trainee, &listed.exercise, listed.started_at.to_utc());
+        Choice { chosen: chosen.contains(&value.as_str()), value, label }
+    };
+    let latest = reports::latest_taught(state.db.reader(), person).await?;
+    let scored = latest.into_iter().filter(|listed| listed.score.is_some());
+    let mut choices: Vec<Choice> = scored.map(choice).collect();
+    for id in chosen.iter().filter(|id| !choices.iter().any(|choice| choice.value == **id)).copied().collect::<Vec<_>>()
+    {
+        let Ok(session) = id.parse() else { continue };
+        if let Some(session) = sessions::visible(state.db.reader(), person, session).await? {
+            let trainee = reports::trainee(state.db.reader(), person, session.trainee_id).await?;
+            let name = trainee.map_or_else(String::new, |trainee| trainee.name);
+            let label = attempt_label(&name, &session.exercise_id, session.started_at.to_utc());
+            choices.insert(0, Choice { value: id.to_owned(), label, chosen: true });
+        }
+    }
+    Ok(choices)
+}
+
+pub(super) async fn make(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<NewForm>,
+) -> Result<Response, PageError> {
+    teachers_only(&person)?;
+    match wanted(&state, &person, &form).await {
+        Ok(new) => {
+            let id = segments::make(&state, &person, &new).await?;
+            Ok(Redirect::to(&format!("/segments/{id}")).into_response())
+        }
+        Err(Error::Unprocessable(why)) => {
+            let page = page(&state, (&person, &csrf), (&form, Some(why))).await?;
+            Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+        }
+        Err(other) => Err(other.into()),
+    }
+}
+
+/// What the form asks for. A cohort or an attempt that the visitor may not see is none: 404.
+async fn wanted(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Result<NewTask, Error> {
+    let reader = state.db.reader();
+    let title = form.field("title").to_owned();
+    if title.is_empty() || title.chars().count() > 200 {
+        return Err(Error::Unprocessable(format!("title: {} characters; allowed: 1 to 200", title.chars().count())));
+    }
+    let time_zone = schools::time_zone(reader, person.school_id).await?;
+    let due = due_date(form.field("due"), &time_zone, state.clock.now())?;
+    let cohort: Uuid = form.field("cohort").parse().map_err(|_| Error::NotFound)?;
+    if !reports::cohorts(reader, person).await?.iter().any(|known| known.id == cohort) {
+        return Err(Error::NotFound);
+    }
+    let sessions = attempts(state, person, form).await?;
+    Ok(NewTask { title, cohort_id: cohort, due, time_zone, sessions })
+}
+
+fn due_date(said: &str, time_zone: &str, now: Moment) -> Result<Option<(String, Moment)>, Error> {
+    if said.is_empty() {
+        return Ok(None);
+    }
+    let due = due::read(said, time_zone).map_err(|refused| Error::Unprocessable(refused.to_string()))?;
+    if due.at < now {
+        return Err(Error::Unprocessable("the due date is over already".to_owned()));
+    }
+    Ok(Some((due.local, due.at)))
+}
+
+async fn attempts(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Result<Vec<Uuid>, Error> {
+    let chosen = form.attempts();
+    if !(1..=MOST_TRACES).contains(&chosen.len()) {
+        return Err(Error::Unprocessable(format!("attempts: {}; allowed: 1 to {MOST_TRACES}", chosen.len())));
+    }
+    let mut attempts = Vec::new();
+    for id in chosen {
+        let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
+        let session = sessions::visible(state.db.reader(), person, id).await?.ok_or(Error::NotFound)?;
+        scores::curve(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
+        attempts.push(id);
+    }
+    Ok(attempts)
+}

@@ -1,0 +1,170 @@
+//! `/segments`: tasks to mark pops, and how everybody has done.
+
+use axum::extract::State;
+use axum::response::{IntoResponse, Redirect, Response};
+use axum::routing::{get, post};
+use uuid::Uuid;
+
+use super::Id;
+use crate::AppState;
+use crate::domain::due::local;
+use crate::domain::{CurrentPerson, Role};
+use crate::error::{Error, PageError};
+use crate::export::{self, Cell};
+use crate::routes::Routes;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields};
+use crate::segments;
+use crate::storage::reports;
+use crate::storage::segments::{self as stored, Task, Trace};
+use crate::views::segments::{OwnTaskPage, ResultRow, SegmentsPage, TaskPage, TaskRow};
+use crate::views::{Place, Shell};
+
+mod make;
+mod trace;
+
+pub(super) fn router() -> Routes {
+    Routes::new()
+        .route("/segments", get(list).post(make::make))
+        .route("/segments/new", get(make::show))
+        .route("/segments/{id}", get(show))
+        .route("/segments/{id}/results.csv", get(csv))
+        .route("/segments/{id}/withdraw", post(withdraw))
+        .route("/segments/traces/{id}", get(trace::show).post(trace::mark))
+}
+
+fn teachers_only(person: &CurrentPerson) -> Result<(), Error> {
+    match person.role {
+        Role::Trainee => Err(Error::Forbidden("tasks are made and judged by those who teach")),
+        Role::Instructor | Role::Administrator => Ok(()),
+    }
+}
+
+async fn list(State(state): State<AppState>, person: CurrentPerson, csrf: Csrf) -> Result<SegmentsPage, PageError> {
+    let reader = state.db.reader();
+    let teaches = person.role != Role::Trainee;
+    let tasks = match teaches {
+        true => stored::managed(reader, &person, None).await?,
+        false => stored::of_trainee(reader, person.school_id, person.id).await?,
+    };
+    let shell = Shell::new(&person, csrf.token(), Place::Assignments);
+    Ok(SegmentsPage { shell, tasks: tasks.iter().map(|task| row(&state, task)).collect(), teaches })
+}
+
+fn row(state: &AppState, task: &Task) -> TaskRow {
+    TaskRow {
+        href: format!("/segments/{}", task.id),
+        title: task.title.clone(),
+        cohort: task.cohort.clone(),
+        due: task.due_at.map(|at| local(at, &task.time_zone)),
+        late: task.sent < task.traces && task.due_at.is_some_and(|due| due < state.clock.now()),
+        traces: task.traces,
+        sent: task.sent,
+    }
+}
+
+fn trace_href(trace: &Trace) -> String {
+    format!("/segments/traces/{}", trace.id)
+}
+
+/// The traces of a trainee, in order, each with whether it was sent.
+async fn own_traces(state: &AppState, person: &CurrentPerson, task: Uuid) -> Result<Vec<(Trace, bool)>, Error> {
+    let reader = state.db.reader();
+    let marks = stored::marks(reader, person.school_id, task).await?;
+    let sent = |trace: &Trace| {
+        let own = marks.iter().find(|marks| marks.person_id == person.id && marks.trace_id == trace.id);
+        own.is_some_and(|own| own.sent_at.is_some())
+    };
+    let traces = stored::traces(reader, person.school_id, task).await?;
+    let others = traces.into_iter().filter(|trace| trace.trainee_id != person.id);
+    Ok(others
+        .map(|trace| {
+            let sent = sent(&trace);
+            (trace, sent)
+        })
+        .collect())
+}
+
+async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+) -> Result<Response, PageError> {
+    let task = segments::task(&state, &person, id).await?;
+    let shell = Shell::new(&person, csrf.token(), Place::Assignments);
+    if person.role == Role::Trainee {
+        let outcomes = segments::outcomes(&state, person.school_id, &task, &[person.id]).await?;
+        let traces = own_traces(&state, &person, id).await?;
+        let traces = traces.iter().map(|(trace, sent)| (trace_href(trace), *sent)).collect();
+        let outcome = outcomes.into_iter().next().unwrap_or_default();
+        return Ok(OwnTaskPage { shell, task: row(&state, &task), traces, outcome }.into_response());
+    }
+    let mut traces = Vec::new();
+    for trace in stored::traces(state.db.reader(), person.school_id, id).await? {
+        let pops = segments::truth(&state, person.school_id, &trace).await?;
+        traces.push((trace_href(&trace), format!("/sessions/{}/replay", trace.session_id), pops.len()));
+    }
+    let rows = results(&state, &person, &task).await?;
+    Ok(TaskPage { shell, task: row(&state, &task), traces, rows }.into_response())
+}
+
+/// How every trainee of the cohort has done, by name.
+async fn results(state: &AppState, person: &CurrentPerson, task: &Task) -> Result<Vec<ResultRow>, Error> {
+    let trainees = reports::members(state.db.reader(), person.school_id, task.cohort_id, Role::Trainee).await?;
+    let ids: Vec<Uuid> = trainees.iter().map(|trainee| trainee.id).collect();
+    let outcomes = segments::outcomes(state, person.school_id, task, &ids).await?;
+    let named = trainees.into_iter().zip(outcomes);
+    Ok(named.map(|(trainee, outcome)| ResultRow { id: trainee.id, name: trainee.name, outcome }).collect())
+}
+
+async fn csv(State(state): State<AppState>, person: CurrentPerson, Id(id): Id) -> Result<Response, PageError> {
+    teachers_only(&person)?;
+    let task = segments::task(&state, &person, id).await?;
+    let rows: Vec<Vec<Cell>> = results(&state, &person, &task).await?.into_iter().map(line).collect();
+    Ok(export::download(&task.title, &COLUMNS, &rows).map_err(Error::from)?)
+}
+
+/// Columns of the table of results.
+const COLUMNS: [&str; 10] = [
+    "trainee",
+    "traces",
+    "sent",
+    "late",
+    "pops",
+    "found",
+    "missed",
+    "false_marks",
+    "mean_error_ms",
+    "largest_error_ms",
+];
+
+fn line(row: ResultRow) -> Vec<Cell> {
+    let ResultRow { name, outcome, .. } = row;
+    let count = |n: usize| Cell::Number(n as f64);
+    let counted = |n: usize| if outcome.sent > 0 { count(n) } else { Cell::Empty };
+    let verdict = &outcome.verdict;
+    vec![
+        Cell::from(name),
+        count(outcome.traces),
+        count(outcome.sent),
+        Cell::from(outcome.late),
+        counted(verdict.pops()),
+        counted(verdict.hits.len()),
+        counted(verdict.missed.len()),
+        counted(verdict.false_marks.len()),
+        Cell::from(verdict.mean_error_ms()),
+        Cell::from(verdict.largest_error_ms()),
+    ]
+}
+
+async fn withdraw(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Response, PageError> {
+    teachers_only(&person)?;
+    segments::task(&state, &person, id).await?;
+    segments::withdraw(&state, &person, id).await?;
+    Ok(Redirect::to("/segments").into_response())
+}

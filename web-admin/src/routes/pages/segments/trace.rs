@@ -1,0 +1,158 @@
+//! `/segments/traces/{id}`: a trace to be marked. Until it is sent the page holds the force over time and nothing else.
+
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use serde::Deserialize;
+use uuid::Uuid;
+
+use super::{own_traces, row, trace_href};
+use crate::AppState;
+use crate::domain::segments::{Verdict, read, strips};
+use crate::domain::series::{Span, Stretch};
+use crate::domain::{CurrentPerson, Role};
+use crate::error::{Error, PageError};
+use crate::replays;
+use crate::routes::auth::{Csrf, CsrfForm};
+use crate::routes::pages::Id;
+use crate::segments;
+use crate::storage::segments::{self as stored, Task, Trace};
+use crate::storage::sessions::{self, Session};
+use crate::views::segments::{Found, StripView, TracePage};
+use crate::views::{Place, Shell};
+
+/// Spans of a strip: finer than a pixel of its drawing.
+const SPANS: usize = 500;
+
+/// A trace that the visitor may see, and its attempt.
+struct Open {
+    task: Task,
+    trace: Trace,
+    session: Session,
+}
+
+async fn open(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Open, Error> {
+    let (task, trace) = segments::trace(state, person, id).await?;
+    let session = sessions::find(state.db.reader(), person.school_id, trace.session_id).await?;
+    Ok(Open { task, trace, session: session.ok_or(Error::NotFound)? })
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+) -> Result<TracePage, PageError> {
+    let open = open(&state, &person, id).await?;
+    let marks = stored::marks_of(state.db.reader(), id, person.id).await?;
+    let sent = marks.as_ref().is_some_and(|marks| marks.sent_at.is_some());
+    let marks = marks.map(|marks| marks.marks.0).unwrap_or_default();
+    let found = found(&state, &person, &open, (&marks, sent)).await?;
+    let typed = marks.iter().map(f64::to_string).collect();
+    Ok(page(&state, (&person, &csrf), &open, Shown { marks, typed, refused: None, found }).await?)
+}
+
+/// The truth: for a trainee once they have sent their marks, for whoever teaches always.
+async fn found(
+    state: &AppState,
+    person: &CurrentPerson,
+    open: &Open,
+    (marks, sent): (&[f64], bool),
+) -> Result<Option<Found>, Error> {
+    let teaches = person.role != Role::Trainee;
+    if !sent && !teaches {
+        return Ok(None);
+    }
+    let pops = segments::truth(state, person.school_id, &open.trace).await?;
+    let verdict = (!teaches).then(|| Verdict::of(&pops, marks));
+    Ok(Some(Found { verdict, pops }))
+}
+
+/// What the page shows beside the force.
+struct Shown {
+    marks: Vec<f64>,
+    typed: Vec<String>,
+    refused: Option<String>,
+    found: Option<Found>,
+}
+
+async fn page(
+    state: &AppState,
+    (person, csrf): (&CurrentPerson, &Csrf),
+    open: &Open,
+    shown: Shown,
+) -> Result<TracePage, Error> {
+    let strips = strips(open.session.duration_s);
+    let spans = spans(state, &open.session, &strips).await?;
+    let pops = shown.found.as_ref().map_or(&[][..], |found| &found.pops);
+    let own = own_traces(state, person, open.task.id).await?;
+    let place = own.iter().position(|(trace, _)| trace.id == open.trace.id).map_or(1, |at| at + 1);
+    Ok(TracePage {
+        shell: Shell::new(person, csrf.token(), Place::Assignments),
+        task: row(state, &open.task),
+        trace: open.trace.id,
+        place: (place, own.len()),
+        duration_s: open.session.duration_s,
+        strips: StripView::all(&spans, &strips, (&shown.marks, pops)),
+        next: own.iter().find(|(_, sent)| !sent).map(|(trace, _)| trace_href(trace)),
+        typed: shown.typed,
+        refused: shown.refused,
+        found: shown.found,
+    })
+}
+
+async fn spans(state: &AppState, session: &Session, strips: &[(f64, f64)]) -> Result<Vec<Vec<Span>>, Error> {
+    let pyramid = replays::pyramid(state, session).await?;
+    let stretch = |(from_s, to_s): &(f64, f64)| Stretch { from_s: Some(*from_s), to_s: Some(*to_s) };
+    Ok(strips.iter().map(|strip| pyramid.spans(SPANS, stretch(strip))).collect())
+}
+
+/// The form as it was sent; marks come several times.
+#[derive(Deserialize)]
+#[serde(transparent)]
+pub(super) struct MarksForm(Vec<(String, String)>);
+
+impl MarksForm {
+    fn all(&self, name: &str) -> Vec<&str> {
+        self.0.iter().filter(|(key, _)| key == name).map(|(_, value)| value.as_str()).collect()
+    }
+}
+
+pub(super) async fn mark(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<MarksForm>,
+) -> Result<Response, PageError> {
+    let open = open(&state, &person, id).await?;
+    if person.role != Role::Trainee {
+        return Err(Error::Forbidden("pops are marked by trainees").into());
+    }
+    let sent = match form.all("do").first().copied().unwrap_or_default() {
+        "save" => false,
+        "send" => true,
+        other => return Err(Error::BadRequest(format!("do: \"{other}\"; allowed are save and send")).into()),
+    };
+    let typed = form.all("mark");
+    match read(&typed, open.session.duration_s) {
+        Ok(marks) => {
+            segments::mark(&state, &person, &open.trace, (marks, sent)).await?;
+            Ok(Redirect::to(&trace_href(&open.trace)).into_response())
+        }
+        Err(refused) => {
+            let kept = stored::marks_of(state.db.reader(), id, person.id).await?;
+            if kept.as_ref().is_some_and(|kept| kept.sent_at.is_some()) {
+                return Err(Error::Conflict("these marks were sent already".to_owned()).into());
+            }
+            let shown = Shown {
+                marks: kept.map(|kept| kept.marks.0).unwrap_or_default(),
+                typed: typed.into_iter().map(str::to_owned).collect(),
+                refused: Some(refused.to_string()),
+                found: None,
+            };
+            let page = page(&state, (&person, &csrf), &open, shown).await?;
+            Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+        }
+    }
+}

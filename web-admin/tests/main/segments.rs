@@ -1,0 +1,183 @@
+//! Marking pops, through the front door. Fails when a trainee can learn the pops before sending marks, from the page or
+//! from any route; when they are given an attempt of their own; when sent marks change; and when results are wrong.
+
+use uuid::Uuid;
+use web_admin::domain::Role;
+use web_admin::domain::segments::pops;
+use web_admin::storage::scores::{self, SessionKey};
+use web_admin::worker;
+
+use super::support::client::{Answer, Client, csrf_in};
+use super::support::recordings::{Attempt, record};
+use super::support::{App, Member};
+
+const NAME: &str = "Ben Quillfeather";
+
+struct School {
+    app: App,
+    id: Uuid,
+    /// An attempt of Ben's and one of Ada's.
+    attempts: [Uuid; 2],
+}
+
+async fn upload(app: &App, member: &Member) -> Uuid {
+    let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
+    assert_eq!(app.with_token(&member.token).upload(&record(&attempt)).await.status, 201);
+    attempt.session_id
+}
+
+impl School {
+    async fn new() -> Self {
+        let app = App::new().await;
+        let north = app.school("North").await;
+        app.publish(north).await;
+        let ada = app.member(north, Role::Trainee, "ada@example.org").await;
+        let ben = app.member(north, Role::Trainee, "ben@example.org").await;
+        let teacher = app.member(north, Role::Instructor, "teacher@example.org").await;
+        app.member(north, Role::Instructor, "other@example.org").await;
+        app.cohort(north, "Spring", &[&ada.person, &ben.person, &teacher.person]).await;
+        let named = sqlx::query("UPDATE people SET display_name = $1 WHERE id = $2").bind(NAME).bind(ben.person.id);
+        app.write(async |tx| named.execute(tx).await.unwrap()).await;
+        let attempts = [upload(&app, &ben).await, upload(&app, &ada).await];
+        worker::work_off(&app.state).await.unwrap();
+        Self { app, id: north, attempts }
+    }
+
+    async fn ask(&self, teacher: &mut Client, changed: &[(&str, &str)]) -> Answer {
+        let page = teacher.get("/segments/new").await.text();
+        let cohort = page.split("<option value=\"").nth(1).unwrap().split('"').next().unwrap().to_owned();
+        let (csrf, attempts) = (csrf_in(&page), self.attempts.map(|id| id.to_string()));
+        let fields = [
+            ("csrf", csrf.as_str()),
+            ("title", "Where are the pops?"),
+            ("cohort", &cohort),
+            ("attempt", &attempts[0]),
+            ("attempt", &attempts[1]),
+            ("due", ""),
+        ];
+        let kept = fields.into_iter().filter(|(name, _)| !changed.iter().any(|(other, _)| name == other));
+        teacher.form("/segments", &kept.chain(changed.iter().copied()).collect::<Vec<_>>()).await
+    }
+
+    /// A task of both attempts, and its page.
+    async fn task(&self) -> String {
+        let mut teacher = self.app.signed_in("teacher@example.org").await;
+        let made = self.ask(&mut teacher, &[]).await;
+        assert_eq!(made.status, 303, "{}", made.text());
+        made.header("location").to_owned()
+    }
+
+    async fn pops(&self, attempt: Uuid) -> Vec<f64> {
+        let key = SessionKey { school_id: self.id, id: attempt };
+        pops(&scores::curve(self.app.state.db.reader(), key).await.unwrap().unwrap())
+    }
+}
+
+async fn mark(trainee: &mut Client, trace: &str, marks: &[String], step: &str) -> Answer {
+    let csrf = csrf_in(&trainee.get("/").await.text());
+    let mut fields = vec![("csrf", csrf.as_str()), ("do", step), ("mark", "")];
+    fields.extend(marks.iter().map(|mark| ("mark", mark.as_str())));
+    trainee.form(trace, &fields).await
+}
+
+#[tokio::test]
+async fn a_trace_tells_nothing_until_marks_are_sent_and_then_the_truth() {
+    let school = School::new().await;
+    let task = school.task().await;
+    let truth = school.pops(school.attempts[0]).await;
+    assert!(truth.len() >= 2, "an attempt with pops: {truth:?}");
+    let mut ada = school.app.signed_in("ada@example.org").await;
+    assert!(ada.get("/segments").await.text().contains("0 of 1"), "without her own attempt");
+    let own = ada.get(&task).await;
+    assert_eq!(own.text().matches("/segments/traces/").count(), 1, "{}", own.text());
+    let trace = own.link("/segments/traces/");
+
+    // One hit 40 ms late, one mark where nothing is, the rest missed.
+    let marks = [format!("{:.3}", truth[0] + 0.04), "0.01".to_owned()];
+    assert_eq!(mark(&mut ada, &trace, &marks, "save").await.status, 303);
+    let page = ada.get(&trace).await.text();
+    assert!(page.contains(&format!("value=\"{}\"", truth[0] + 0.04)) || page.contains("own-mark"), "{page}");
+    for hidden in [NAME, "class=\"pop", "class=\"band", "rupture", "out of 100", &school.attempts[0].to_string()] {
+        assert!(!page.contains(hidden), "the page tells {hidden}: {page}");
+    }
+    for moment in &truth {
+        assert!(!page.contains(&format!("{moment}")), "the page tells a pop: {page}");
+    }
+    for rest in ["", "/replay", "/series", "/score", "/recording", "/comments"] {
+        let path = format!("/api/v1/sessions/{}{rest}", school.attempts[0]);
+        assert_eq!(ada.get(&path).await.status, 404, "{path}");
+    }
+
+    assert_eq!(mark(&mut ada, &trace, &marks, "send").await.status, 303);
+    let page = ada.get(&trace).await.text();
+    assert_eq!(page.matches("class=\"pop\" x1").count(), 2 * truth.len() + 1, "both widths and the legend: {page}");
+    assert!(page.contains(&format!("1 of {}", truth.len())) && page.contains("40 ms"), "{page}");
+    assert!(!page.contains(NAME) && !page.contains("name=\"mark\""), "{page}");
+    assert_eq!(mark(&mut ada, &trace, &[], "send").await.status, 409, "sent marks stay");
+    assert_eq!(mark(&mut ada, &trace, &["x".to_owned()], "save").await.status, 409);
+
+    let mut teacher = school.app.signed_in("teacher@example.org").await;
+    let table = teacher.get(&task).await.text();
+    assert!(table.contains(&format!("1 of {}", truth.len())) && table.contains("0 of 1"), "{table}");
+    let csv = teacher.get(&format!("{task}/results.csv")).await.text();
+    let missed = truth.len() - 1;
+    let line = csv.lines().find(|line| line.starts_with("Somebody")).unwrap();
+    assert!(line.starts_with(&format!("Somebody,1,1,no,{},1,{missed},1,", truth.len())), "{csv}");
+}
+
+#[tokio::test]
+async fn nobody_is_given_their_own_attempt_or_somebody_elses_task() {
+    let school = School::new().await;
+    let task = school.task().await;
+    let mut teacher = school.app.signed_in("teacher@example.org").await;
+    let page = teacher.get(&task).await.text();
+    let traces: Vec<String> = page
+        .split("href=\"/segments/traces/")
+        .skip(1)
+        .map(|rest| format!("/segments/traces/{}", rest.split('"').next().unwrap()))
+        .collect();
+    assert_eq!(traces.len(), 2, "{page}");
+    let mut ada = school.app.signed_in("ada@example.org").await;
+    let answers = [ada.get(&traces[0]).await.status, ada.get(&traces[1]).await.status];
+    assert_eq!(answers.map(|status| status.as_u16()), [200, 404], "Ben’s, and her own");
+    assert_eq!(mark(&mut ada, &traces[1], &[], "send").await.status, 404);
+    let seen = teacher.get(&traces[0]).await.text();
+    assert!(seen.contains("class=\"pop\"") && !seen.contains("name=\"mark\""), "whoever teaches looks: {seen}");
+    assert_eq!(mark(&mut teacher, &traces[0], &[], "send").await.status, 403);
+    let mut other = school.app.signed_in("other@example.org").await;
+    for path in [&task, &traces[0], &format!("{task}/results.csv")] {
+        assert_eq!(other.get(path).await.status, 404, "{path}");
+    }
+    assert_eq!(ada.get(&format!("{task}/results.csv")).await.status, 403);
+    let csrf = csrf_in(&page);
+    assert_eq!(teacher.form(&format!("{task}/withdraw"), &[("csrf", &csrf)]).await.status, 303);
+    assert_eq!(ada.get(&traces[0]).await.status, 404);
+    assert!(ada.get("/segments").await.text().contains("nothing to mark"));
+}
+
+#[tokio::test]
+async fn what_is_no_moment_or_no_task_is_refused_and_what_was_typed_stays() {
+    let school = School::new().await;
+    let task = school.task().await;
+    let mut ada = school.app.signed_in("ada@example.org").await;
+    let trace = ada.get(&task).await.link("/segments/traces/");
+    for typed in ["soon", "-1", "99"] {
+        let refused = mark(&mut ada, &trace, &["0.5".to_owned(), typed.to_owned()], "send").await;
+        assert_eq!(refused.status, 422, "{typed}");
+        let page = refused.text();
+        assert!(page.contains("role=\"alert\"") && page.contains("Pop 3") && page.contains("value=\"0.5\""), "{page}");
+        assert!(page.contains(&format!("value=\"{typed}\"")) && !page.contains("class=\"pop"), "{page}");
+    }
+    assert_eq!(mark(&mut ada, &trace, &[], "look").await.status, 400);
+    let mut teacher = school.app.signed_in("teacher@example.org").await;
+    for (field, value, word) in
+        [("title", "", "0 characters"), ("due", "2020-01-01T10:00", "over already"), ("attempt", "", "404")]
+    {
+        let refused = school.ask(&mut teacher, &[(field, value)]).await;
+        let expected = if word == "404" { 404 } else { 422 };
+        assert_eq!(refused.status, expected, "{field}: {}", refused.text());
+        assert!(expected == 404 || refused.text().contains(word), "{}", refused.text());
+    }
+    let none = school.ask(&mut teacher, &[("cohort", &Uuid::new_v4().to_string())]).await;
+    assert_eq!(none.status, 404, "another school’s cohort");
+}
