@@ -1,11 +1,14 @@
 //! Answers: read from what a form sends, within what the scale allows.
 
+use std::fmt;
+
 use scene::instrument::{Condition, Instrument, Item, ScaleKind};
-use serde::{Deserialize, Serialize};
+use serde::de::{Error, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// An answer to an item. The answers of a response stand in the order of the instrument's items, none where nothing
 /// was said.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Answer {
     /// A point, a mark or a number, in the scale's own unit.
@@ -33,6 +36,48 @@ impl Answer {
             Self::Text(text) => vec![text.clone()],
             Self::Several(ids) => ids.clone(),
         }
+    }
+}
+
+/// Read by hand: a derived reader of an untagged choice copies each value before it looks at it, and results read
+/// hundreds of thousands.
+impl<'de> Deserialize<'de> for Answer {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        from.deserialize_any(AnswerReader)
+    }
+}
+
+struct AnswerReader;
+
+impl<'de> Visitor<'de> for AnswerReader {
+    type Value = Answer;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a number, a text or a list of texts")
+    }
+
+    fn visit_f64<E: Error>(self, number: f64) -> Result<Answer, E> {
+        Ok(Answer::Number(number))
+    }
+
+    fn visit_i64<E: Error>(self, number: i64) -> Result<Answer, E> {
+        Ok(Answer::Number(number as f64))
+    }
+
+    fn visit_u64<E: Error>(self, number: u64) -> Result<Answer, E> {
+        Ok(Answer::Number(number as f64))
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Answer, E> {
+        Ok(Answer::Text(text.to_owned()))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Answer, A::Error> {
+        let mut ids = Vec::new();
+        while let Some(id) = list.next_element()? {
+            ids.push(id);
+        }
+        Ok(Answer::Several(ids))
     }
 }
 
@@ -131,4 +176,15 @@ pub fn is_asked(instrument: &Instrument, when: Option<&Condition>, answers: &[Op
     let Some(when) = when else { return true };
     let given = instrument.item(&when.item).and_then(|(at, _)| answers.get(at)?.as_ref());
     given.is_some_and(|answer| answer.words().iter().any(|word| when.is.contains(word)))
+}
+
+/// The pages that are asked, given the answers so far: the place of each, and the places of its items that are asked.
+#[must_use]
+pub fn asked_pages(instrument: &Instrument, answers: &[Option<Answer>]) -> Vec<(usize, Vec<usize>)> {
+    let asked = |when: Option<&Condition>| is_asked(instrument, when, answers);
+    let pages = instrument.pages().into_iter().enumerate();
+    let pages = pages
+        .filter(|(_, (section, items))| !items.is_empty() && asked(section.and_then(|section| section.when.as_ref())));
+    let of = |items: Vec<usize>| items.into_iter().filter(|at| asked(instrument.items[*at].when.as_ref())).collect();
+    pages.map(|(at, (_, items))| (at, of(items))).collect()
 }

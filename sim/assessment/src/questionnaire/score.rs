@@ -12,64 +12,104 @@ pub enum NoScore {
     Missing(Vec<String>),
 }
 
-/// What an item counts: its answer, reversed where the key says so, and shifted.
-fn counts(instrument: &Instrument, key: &ScoreKey, id: &str, answers: &[Option<Answer>]) -> Option<f64> {
-    let (at, item) = instrument.item(id)?;
-    let answer = answers.get(at)?.as_ref()?.number()?;
-    let (least, largest) = instrument.scale(item)?.range()?;
-    let turned = if key.reversed.iter().any(|reversed| reversed == id) { least + largest - answer } else { answer };
-    Some(turned + key.shift)
+/// An item as a score counts it: where its answer stands, and what becomes of it.
+struct Counted<'a> {
+    id: &'a str,
+    /// Place of the item; none where it has no number.
+    at: Option<usize>,
+    /// The item counts as `turn` − answer where the key reverses it.
+    turn: Option<f64>,
 }
 
-/// What each item of a score counts, in the order of the key: reversed where it says so, and shifted.
-#[must_use]
-pub fn item_counts(instrument: &Instrument, key: &ScoreKey, answers: &[Option<Answer>]) -> Vec<Option<f64>> {
-    key.items.iter().map(|id| counts(instrument, key, id, answers)).collect()
+/// A scoring key whose items have been found in the instrument, ready for any number of responses.
+pub struct Scorer<'a> {
+    key: &'a ScoreKey,
+    items: Vec<Counted<'a>>,
+    /// Id and place of each pair.
+    pairs: Vec<(&'a String, Option<usize>)>,
 }
 
-/// A score of a response by its key, in the key's own unit.
+impl<'a> Scorer<'a> {
+    /// Looks the key's items up.
+    #[must_use]
+    pub fn new(instrument: &'a Instrument, key: &'a ScoreKey) -> Self {
+        let counted = |id: &'a String| {
+            let found = instrument.item(id).and_then(|(at, item)| Some((at, instrument.scale(item)?.range()?)));
+            let reversed = key.reversed.contains(id);
+            let turn = found.filter(|_| reversed).map(|(_, (least, largest))| least + largest);
+            Counted { id, at: found.map(|(at, _)| at), turn }
+        };
+        let place = |id: &'a String| (id, instrument.item(id).map(|(at, _)| at));
+        Self { key, items: key.items.iter().map(counted).collect(), pairs: key.pairs.iter().map(place).collect() }
+    }
+
+    /// Those of an instrument, in the order of its scores.
+    #[must_use]
+    pub fn all(instrument: &'a Instrument) -> Vec<Self> {
+        instrument.scores.iter().map(|key| Self::new(instrument, key)).collect()
+    }
+
+    fn count(&self, item: &Counted<'_>, answers: &[Option<Answer>]) -> Option<f64> {
+        let answer = answers.get(item.at?)?.as_ref()?.number()?;
+        Some(item.turn.map_or(answer, |turn| turn - answer) + self.key.shift)
+    }
+
+    /// What each item of the score counts, in the order of the key: reversed where it says so, and shifted.
+    #[must_use]
+    pub fn item_counts(&self, answers: &[Option<Answer>]) -> Vec<Option<f64>> {
+        self.items.iter().map(|item| self.count(item, answers)).collect()
+    }
+
+    /// The score of a response, in the key's own unit.
+    ///
+    /// # Errors
+    /// When an item is missing and the key's policy does not do without it.
+    pub fn score(&self, answers: &[Option<Answer>]) -> Result<f64, NoScore> {
+        let key = self.key;
+        let counted = self.item_counts(answers);
+        let answered: Vec<f64> = counted.iter().flatten().copied().collect();
+        let enough = match key.missing {
+            Missing::NoScore => answered.len() == counted.len(),
+            Missing::MeanOfAnswered => answered.len() >= key.least_answered.unwrap_or(counted.len()).max(1),
+        };
+        if !enough {
+            let missing = self.items.iter().zip(&counted).filter(|(_, counts)| counts.is_none());
+            return Err(NoScore::Missing(missing.map(|(item, _)| item.id.to_owned()).collect()));
+        }
+        let mean = answered.iter().sum::<f64>() / answered.len() as f64;
+        let combined = match key.combine {
+            Combine::Mean => mean,
+            Combine::Sum => mean * counted.len() as f64,
+            Combine::PairWeighted => self.pair_weighted(&answered, answers)?,
+        };
+        Ok(combined * key.factor + key.offset)
+    }
+
+    /// Σ w r / Σ w, where an item's weight is how often the pairs chose it.
+    fn pair_weighted(&self, counted: &[f64], answers: &[Option<Answer>]) -> Result<f64, NoScore> {
+        let mut chosen: Vec<&String> = Vec::new();
+        let mut missing = Vec::new();
+        for (pair, at) in &self.pairs {
+            match at.and_then(|at| answers.get(at)?.as_ref()) {
+                Some(Answer::Text(id)) => chosen.push(id),
+                _ => missing.push((*pair).clone()),
+            }
+        }
+        if !missing.is_empty() {
+            return Err(NoScore::Missing(missing));
+        }
+        let weight = |id: &str| chosen.iter().filter(|one| **one == id).count() as f64;
+        let weighted: f64 = self.items.iter().zip(counted).map(|(item, value)| weight(item.id) * value).sum();
+        Ok(weighted / chosen.len() as f64)
+    }
+}
+
+/// The score of one response by its key, in the key's own unit.
 ///
 /// # Errors
 /// When an item is missing and the key's policy does not do without it.
 pub fn score(instrument: &Instrument, key: &ScoreKey, answers: &[Option<Answer>]) -> Result<f64, NoScore> {
-    let counted = item_counts(instrument, key, answers);
-    let answered: Vec<f64> = counted.iter().flatten().copied().collect();
-    let enough = match key.missing {
-        Missing::NoScore => answered.len() == counted.len(),
-        Missing::MeanOfAnswered => answered.len() >= key.least_answered.unwrap_or(counted.len()).max(1),
-    };
-    if !enough {
-        let missing = key.items.iter().zip(&counted).filter(|(_, counts)| counts.is_none());
-        return Err(NoScore::Missing(missing.map(|(id, _)| id.clone()).collect()));
-    }
-    let mean = answered.iter().sum::<f64>() / answered.len() as f64;
-    let combined = match key.combine {
-        Combine::Mean => mean,
-        Combine::Sum => mean * counted.len() as f64,
-        Combine::PairWeighted => pair_weighted(instrument, key, &answered, answers)?,
-    };
-    Ok(combined * key.factor + key.offset)
-}
-
-/// Σ w r / Σ w, where an item's weight is how often the pairs chose it.
-fn pair_weighted(
-    instrument: &Instrument,
-    key: &ScoreKey,
-    counted: &[f64],
-    answers: &[Option<Answer>],
-) -> Result<f64, NoScore> {
-    let chosen = |pair: &String| match instrument.item(pair).and_then(|(at, _)| answers.get(at)?.as_ref()) {
-        Some(Answer::Text(id)) => Ok(id.clone()),
-        _ => Err(pair.clone()),
-    };
-    let (chosen, missing): (Vec<_>, Vec<_>) = key.pairs.iter().map(chosen).partition(Result::is_ok);
-    if !missing.is_empty() {
-        return Err(NoScore::Missing(missing.into_iter().filter_map(Result::err).collect()));
-    }
-    let chosen: Vec<String> = chosen.into_iter().flatten().collect();
-    let weight = |id: &String| chosen.iter().filter(|one| *one == id).count() as f64;
-    let weighted: f64 = key.items.iter().zip(counted).map(|(id, value)| weight(id) * value).sum();
-    Ok(weighted / chosen.len() as f64)
+    Scorer::new(instrument, key).score(answers)
 }
 
 /// The least and the largest that a score can be.

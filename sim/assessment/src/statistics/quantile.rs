@@ -56,7 +56,8 @@ fn of_sorted(sorted: &[f64], share: f64) -> Result<f64, NotComputable> {
         return Err(NotComputable::OutOfRange);
     }
     let rank = share * count(sorted.len() - 1);
-    let below = (0..sorted.len()).rev().find(|&i| count(i) <= rank).unwrap_or(0);
+    // Not negative, and at most the last place: cutting it off rounds it down.
+    let below = (rank as usize).min(sorted.len() - 1);
     let above = (below + 1).min(sorted.len() - 1);
     Ok(sorted[below] + (rank - count(below)) * (sorted[above] - sorted[below]))
 }

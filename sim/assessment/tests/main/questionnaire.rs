@@ -111,3 +111,20 @@ fn an_answer_out_of_range_is_refused_with_what_is_allowed() {
     let tlx = shipped("nasa-tlx");
     assert!(read_answer(&tlx.items[0], tlx.scale(&tlx.items[0]).unwrap(), &["52"]).is_err(), "between two steps");
 }
+
+#[test]
+fn answers_come_back_from_json_as_they_went() {
+    let answers: Answers = vec![
+        Some(Answer::Number(55.0)),
+        Some(Answer::Number(-2.5)),
+        None,
+        Some(Answer::Text("5 \u{2013} \"so\"".to_owned())),
+        Some(Answer::Several(vec!["a".to_owned(), "b".to_owned()])),
+    ];
+    let text = serde_json::to_string(&answers).unwrap();
+    assert_eq!(serde_json::from_str::<Answers>(&text).unwrap(), answers);
+    let whole: Answers = serde_json::from_str("[55, -2.5, null, \"5\", []]").unwrap();
+    assert_eq!(whole[0], answers[0], "a whole number is a number");
+    assert_eq!(whole[3..], [Some(Answer::Text("5".to_owned())), Some(Answer::Several(vec![]))]);
+    assert!(serde_json::from_str::<Answers>("[{}]").is_err() && serde_json::from_str::<Answers>("[true]").is_err());
+}

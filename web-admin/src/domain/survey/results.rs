@@ -3,7 +3,7 @@
 //! Answers of different roles are never pooled into one mean. Only what measures the instrument itself (α, agreement,
 //! content validity) is computed over all groups, too.
 
-use assessment::questionnaire::{self, Answer};
+use assessment::questionnaire::{self, Answer, Scorer};
 use assessment::statistics::{self, NotComputable};
 use scene::Instrument;
 use scene::instrument::{Item, ScaleKind, ScoreKey};
@@ -29,13 +29,7 @@ pub struct Row<'a> {
     pub scores: Vec<Option<f64>>,
 }
 
-impl<'a> Row<'a> {
-    /// Scores of some answers, in the order of the instrument's scores.
-    #[must_use]
-    pub fn scores(instrument: &Instrument, answers: &[Option<Answer>]) -> Vec<Option<f64>> {
-        instrument.scores.iter().map(|key| questionnaire::score(instrument, key, answers).ok()).collect()
-    }
-
+impl Row<'_> {
     fn number_at(&self, item: usize) -> Option<f64> {
         self.answers.get(item)?.as_ref()?.number()
     }
@@ -360,11 +354,11 @@ fn scale_content_validity(instrument: &Instrument, rows: &[&Row<'_>]) -> Option<
 }
 
 fn score(instrument: &Instrument, (at, key): (usize, &ScoreKey), groups: &Groups<'_, Row<'_>>) -> ScoreResult {
-    let all = groups.all();
+    let (all, scorer) = (groups.all(), Scorer::new(instrument, key));
     let mut alpha: Vec<(String, Figure<Alpha>)> =
-        groups.shown.iter().map(|(name, rows)| (name.clone(), alpha_of(instrument, key, rows))).collect();
+        groups.shown.iter().map(|(name, rows)| (name.clone(), alpha_of(&scorer, rows))).collect();
     if groups.shown.len() != 1 {
-        alpha.push(("all".to_owned(), alpha_of(instrument, key, &all)));
+        alpha.push(("all".to_owned(), alpha_of(&scorer, &all)));
     }
     ScoreResult {
         id: key.id.clone(),
@@ -372,7 +366,7 @@ fn score(instrument: &Instrument, (at, key): (usize, &ScoreKey), groups: &Groups
         range: questionnaire::range(instrument, key),
         groups: groups.shown.iter().map(|(name, rows)| score_group(name, rows, at)).collect(),
         alpha,
-        agreement: agreement(instrument, key, &all),
+        agreement: agreement((&scorer, key.items.len()), &all),
     }
 }
 
@@ -389,9 +383,8 @@ pub fn score_group(name: &str, rows: &[&Row<'_>], at: usize) -> ScoreGroup {
     }
 }
 
-fn alpha_of(instrument: &Instrument, key: &ScoreKey, rows: &[&Row<'_>]) -> Figure<Alpha> {
-    let table: Vec<Vec<Option<f64>>> =
-        rows.iter().map(|row| questionnaire::item_counts(instrument, key, row.answers)).collect();
+fn alpha_of(scorer: &Scorer<'_>, rows: &[&Row<'_>]) -> Figure<Alpha> {
+    let table: Vec<Vec<Option<f64>>> = rows.iter().map(|row| scorer.item_counts(row.answers)).collect();
     Figure::of(statistics::cronbach_alpha(&table), |found| Alpha {
         alpha: found.alpha,
         items: found.items,
@@ -400,11 +393,11 @@ fn alpha_of(instrument: &Instrument, key: &ScoreKey, rows: &[&Row<'_>]) -> Figur
     })
 }
 
-fn agreement(instrument: &Instrument, key: &ScoreKey, rows: &[&Row<'_>]) -> Figure<Agreement> {
-    let given = rows.iter().map(|row| questionnaire::item_counts(instrument, key, row.answers));
+fn agreement((scorer, items): (&Scorer<'_>, usize), rows: &[&Row<'_>]) -> Figure<Agreement> {
+    let given = rows.iter().map(|row| scorer.item_counts(row.answers));
     let complete: Vec<Vec<Option<f64>>> = given.filter(|counts| counts.iter().all(Option::is_some)).collect();
     let by_item: Vec<Vec<Option<f64>>> =
-        (0..key.items.len()).map(|item| complete.iter().map(|counts| counts[item]).collect()).collect();
+        (0..items).map(|item| complete.iter().map(|counts| counts[item]).collect()).collect();
     Figure::of(statistics::intraclass_correlation(&by_item), |found| Agreement {
         icc_2_1: found.single_random,
         icc_2_k: found.average_random,

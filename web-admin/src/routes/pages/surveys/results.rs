@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use assessment::questionnaire::Answer;
+use assessment::questionnaire::{Answer, Scorer};
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
@@ -53,13 +53,14 @@ pub(super) struct Choice {
 
 /// What was sent, ready to be analysed.
 pub(super) fn rows<'a>(instrument: &Instrument, submitted: &'a [Submitted]) -> Vec<Row<'a>> {
+    let scorers = Scorer::all(instrument);
     let row = |given: &'a Submitted| Row {
         id: given.id,
         role: &given.role,
         attempt: [given.exercise_id.as_deref(), given.device.as_deref(), given.simulator_version.as_deref()],
         month: month(given.submitted_at.to_utc()),
         answers: &given.answers.0,
-        scores: Row::scores(instrument, &given.answers.0),
+        scores: scorers.iter().map(|scorer| scorer.score(&given.answers.0).ok()).collect(),
     };
     submitted.iter().map(row).collect()
 }
