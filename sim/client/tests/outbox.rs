@@ -220,3 +220,52 @@ fn a_disk_that_is_full_is_named_and_the_attempt_stays_where_it_is() {
     run(&mut shell).ends(1).says(&["attempt.mcap", "cannot be kept", "stays where it is"]);
     assert_eq!(fs::read(&recording).expect("the attempt"), b"an attempt");
 }
+
+/// Brings answers to a survey into the outbox, as the window leaves them.
+fn keep_answers(home: &Home, server: &str) {
+    let answers = r#"{"session":"019a0000-0000-7000-8000-000000000001","survey":"019a0000-0000-7000-8000-000000000002",
+        "secret":"aa","language":"de","answers":{"mental":55.0,"why":["a","b"]},"sent":true}"#;
+    fs::create_dir_all(home.outbox()).expect("a folder");
+    fs::write(home.outbox().join("0123456789abcdef.answers"), answers).expect("a file");
+    let note = format!(
+        r#"{{"name":"answers","kept_at":"2026-05-20T10:00:00Z","server":"{server}","upload":null,"tries":0,"last_error":null,
+        "refused":false,"next_try_at":null}}"#
+    );
+    fs::write(home.outbox().join("0123456789abcdef.json"), note).expect("a file");
+}
+
+#[test]
+fn answers_are_sent_whole_and_leave_the_outbox_only_when_the_service_has_them() {
+    let home = Home::new();
+    let not_there = answer("404 Not Found", "application/problem+json", r#"{"detail":"there is nothing here"}"#);
+    let portal = answer("200 OK", "text/html", "<p>Welcome to our network</p>");
+    let taken = answer("200 OK", "application/json", r#"{"state":"submitted"}"#);
+    let service = home.paired(&[not_there, portal, taken]);
+    keep_answers(&home, &service.address);
+    for says in ["there is nothing here", "is this its address?"] {
+        home.stylet(&["outbox", "send"]).ends(1);
+        let waiting = home.waiting();
+        assert_eq!(waiting[0]["state"], "waiting", "{waiting}");
+        assert!(waiting[0]["last_error"].as_str().is_some_and(|error| error.contains(says)), "{waiting}");
+    }
+    home.stylet(&["outbox", "send"]).ends(0);
+    assert_eq!(home.waiting(), serde_json::json!([]));
+    let requests = service.requests();
+    let last = requests.last().expect("a request");
+    let place =
+        "put /api/v1/sessions/019a0000-0000-7000-8000-000000000001/survey/019a0000-0000-7000-8000-000000000002 ";
+    assert!(last.head.starts_with(place) && last.head.contains("bearer station-token"), "{}", last.head);
+    let given: serde_json::Value = serde_json::from_slice(&last.body).expect("JSON");
+    assert_eq!(given["answers"], serde_json::json!({ "mental": 55.0, "why": ["a", "b"] }));
+    assert_eq!((&given["consent"], &given["sent"]), (&true.into(), &true.into()));
+}
+
+#[test]
+fn answers_that_are_refused_for_good_say_so() {
+    let home = Home::new();
+    let gone = answer("410 Gone", "application/problem+json", r#"{"detail":"this survey was not open"}"#);
+    let service = home.paired(&[gone]);
+    keep_answers(&home, &service.address);
+    home.stylet(&["outbox", "send"]).ends(1);
+    assert_eq!(home.waiting()[0]["state"], "refused");
+}

@@ -4,7 +4,7 @@
 //! too, so that there is one form and one way to save. What is begun leaves no trace in the audit log: only sending and
 //! taking back do, the latter two without a name.
 
-use assessment::questionnaire::{Answer, Refused, is_asked, read_answer};
+use assessment::questionnaire::{Answer, Refused, asked_pages, is_asked, read_answer};
 use scene::Instrument;
 use sqlx::SqliteConnection;
 use uuid::Uuid;
@@ -17,7 +17,7 @@ use crate::secret;
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::surveys::{self, NewResponse, Response, Submission, Survey};
 
-const ANSWERED: &str = "these answers were sent already; they can be taken back, not changed";
+pub(super) const ANSWERED: &str = "these answers were sent already; they can be taken back, not changed";
 
 /// A response with what it answers.
 #[derive(Clone, Debug)]
@@ -56,12 +56,7 @@ impl Answering {
     /// Places of the pages that are asked, given the answers so far.
     #[must_use]
     pub fn asked_pages(&self) -> Vec<usize> {
-        let pages = self.instrument.pages();
-        let asked = pages.iter().enumerate().filter(|(_, (section, items))| {
-            let when = section.and_then(|section| section.when.as_ref());
-            !items.is_empty() && is_asked(&self.instrument, when, &self.response.answers)
-        });
-        asked.map(|(at, _)| at).collect()
+        asked_pages(&self.instrument, &self.response.answers).into_iter().map(|(page, _)| page).collect()
     }
 
     /// Whether an item is asked, given the answers so far; its page is.
@@ -71,13 +66,12 @@ impl Answering {
     }
 
     /// Drops answers to what is not asked any more.
-    fn drop_unasked(&mut self) {
-        let asked = self.asked_pages();
-        for (page, (_, items)) in self.instrument.pages().iter().enumerate() {
-            for &item in items {
-                if !asked.contains(&page) || !self.asks(item) {
-                    self.response.answers.0[item] = None;
-                }
+    pub(super) fn drop_unasked(&mut self) {
+        let asked: Vec<usize> =
+            asked_pages(&self.instrument, &self.response.answers).into_iter().flat_map(|(_, items)| items).collect();
+        for (at, answer) in self.response.answers.0.iter_mut().enumerate() {
+            if !asked.contains(&at) {
+                *answer = None;
             }
         }
     }
@@ -101,7 +95,7 @@ impl Answering {
         Ok(tx.commit().await?)
     }
 
-    async fn store(&mut self, writer: &mut SqliteConnection, now: Moment) -> Result<(), Error> {
+    pub(super) async fn store(&self, writer: &mut SqliteConnection, now: Moment) -> Result<(), Error> {
         match surveys::put_answers(writer, &self.response, now).await? {
             true => Ok(()),
             false => Err(Error::Conflict(ANSWERED.to_owned())),
@@ -117,12 +111,17 @@ impl Answering {
         self.drop_unasked();
         let mut tx = state.db.write().await?;
         self.store(&mut tx, now).await?;
-        let submission = Submission { response: &self.response, identity: self.survey.identity, at: now };
-        if !surveys::submit(&mut tx, submission).await? {
-            return Err(Error::Conflict(ANSWERED.to_owned()));
-        }
-        self.note(&mut tx, "survey.answered", now).await?;
+        self.submit(&mut tx, now).await?;
         Ok(tx.commit().await?)
+    }
+
+    /// Sends what is stored.
+    pub(super) async fn submit(&self, writer: &mut SqliteConnection, now: Moment) -> Result<(), Error> {
+        let submission = Submission { response: &self.response, identity: self.survey.identity, at: now };
+        match surveys::submit(writer, submission).await? {
+            true => self.note(writer, "survey.answered", now).await,
+            false => Err(Error::Conflict(ANSWERED.to_owned())),
+        }
     }
 
     /// Forgets what was begun.
@@ -198,7 +197,7 @@ pub async fn begin(state: &AppState, person: &CurrentPerson, asked: Asked<'_>) -
     let mut tx = state.db.write().await?;
     let place = (survey.school_id, survey.id);
     if let Some(begun) = surveys::draft_of(&mut *tx, place, person.id, session).await? {
-        surveys::set_token(&mut tx, &begun, &token_sha256).await?;
+        surveys::set_token(&mut tx, (begun.school_id, begun.id), &token_sha256).await?;
         tx.commit().await?;
         return Ok(token);
     }

@@ -3,9 +3,11 @@
 pub mod answering;
 mod instruments;
 mod making;
+mod taking;
 
 pub use instruments::{course_surveys, documents_in, from_json, publish, publish_text, to_json};
-pub use making::{Link, Wanted, close, make, make_links};
+pub use making::{Link, Wanted, close, link_expiry, mail_links, make, make_links};
+pub use taking::{Sheet, take};
 
 use scene::Instrument;
 use uuid::Uuid;
@@ -28,7 +30,16 @@ pub async fn instrument_of(state: &AppState, survey: &Survey) -> Result<Instrume
 /// # Errors
 /// When the database fails.
 pub async fn revision(state: &AppState, school: Uuid, id: Uuid) -> Result<Option<Instrument>, Error> {
+    Ok(document(state, school, id).await?.map(|(instrument, _)| instrument))
+}
+
+/// A revision of an instrument, and the document that it was read from.
+///
+/// # Errors
+/// When the database fails.
+pub async fn document(state: &AppState, school: Uuid, id: Uuid) -> Result<Option<(Instrument, Vec<u8>)>, Error> {
     let Some(found) = stored::revision(state.db.reader(), school, id).await? else { return Ok(None) };
     let parsed = Instrument::from_bytes("published instrument", &found.bytes);
-    Ok(Some(parsed.map_err(|refused| anyhow::Error::new(refused).context("a published instrument is refused"))?))
+    let parsed = parsed.map_err(|refused| anyhow::Error::new(refused).context("a published instrument is refused"))?;
+    Ok(Some((parsed, found.bytes)))
 }

@@ -14,7 +14,7 @@ use super::support::recordings::{Attempt, record};
 use super::support::{App, Member, course_folder};
 
 /// A form as a browser sends it, whatever stands in it.
-async fn send(client: &mut Client, path: &str, fields: &[(&str, &str)]) -> Answer {
+pub(super) async fn send(client: &mut Client, path: &str, fields: &[(&str, &str)]) -> Answer {
     let escape = |text: &str| text.bytes().map(|b| format!("%{b:02X}")).collect::<String>();
     let pairs: Vec<_> = fields.iter().map(|(name, value)| format!("{}={}", escape(name), escape(value))).collect();
     let request = Request::post(path)
@@ -30,15 +30,15 @@ fn led_to(answer: &Answer) -> String {
     answer.header("location").to_owned()
 }
 
-struct School {
-    app: App,
-    id: Uuid,
-    ada: Member,
+pub(super) struct School {
+    pub(super) app: App,
+    pub(super) id: Uuid,
+    pub(super) ada: Member,
 }
 
 impl School {
     /// A school with the shipped instruments, a trainee in a cohort, her teacher, another teacher and a head.
-    async fn new() -> Self {
+    pub(super) async fn new() -> Self {
         let app = App::with(Clock::fixed(Moment::from(datetime!(2026-05-20 09:30 UTC))), |_| {}).await;
         let id = app.school("North").await;
         let now = app.state.clock.now();
@@ -58,7 +58,7 @@ impl School {
     }
 
     /// Makes a survey in the browser, and returns its path.
-    async fn survey(&self, teacher: &mut Client, instrument: &str, fields: &[(&str, &str)]) -> String {
+    pub(super) async fn survey(&self, teacher: &mut Client, instrument: &str, fields: &[(&str, &str)]) -> String {
         let csrf = csrf_in(&teacher.get("/surveys/new").await.text());
         let common = [("csrf", csrf.as_str()), ("instrument", instrument), ("title", "What do you think?")];
         let made = send(teacher, "/surveys/new", &[&common[..], fields].concat()).await;
@@ -66,7 +66,7 @@ impl School {
     }
 
     /// Makes links, and returns their paths.
-    async fn links(&self, teacher: &mut Client, survey: &str, labels: &str) -> Vec<String> {
+    pub(super) async fn links(&self, teacher: &mut Client, survey: &str, labels: &str) -> Vec<String> {
         let csrf = csrf_in(&teacher.get(survey).await.text());
         let page = send(teacher, &format!("{survey}/links"), &[("csrf", &csrf), ("labels", labels)]).await.text();
         page.split("href=\"http://localhost/survey/")
@@ -81,7 +81,7 @@ impl School {
         page.split("name=\"cohort\" value=\"").nth(1).unwrap().split('"').next().unwrap().to_owned()
     }
 
-    async fn upload(&self) -> Uuid {
+    pub(super) async fn upload(&self) -> Uuid {
         let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
         let answer = self.app.with_token(&self.ada.token).upload(&record(&attempt)).await;
         assert_eq!(answer.status, 201, "{}", answer.text());

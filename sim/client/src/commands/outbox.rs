@@ -20,7 +20,7 @@ const WATCH_EVERY: Duration = Duration::from_secs(2);
 
 /// List what waits to be delivered, and why
 ///
-/// Attempts wait in a folder until the service has said that they are on its disk. Each is tried again after a
+/// Attempts, and answers to a school's questions after them, wait in a folder until the service has said that they are on its disk. Each is tried again after a
 /// while, twice as long after each failure, up to a quarter of an hour; what the service refuses for good stays and says
 /// so, until it is discarded.
 #[derive(clap::Args)]

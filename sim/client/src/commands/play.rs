@@ -10,6 +10,7 @@ use crate::devices::DeviceArgs;
 use crate::exit::{Failure, Outcome};
 use crate::live::{self, open};
 use crate::new_file::create_folder;
+use crate::outbox::Outbox;
 use crate::output;
 use crate::station::Pairing;
 use crate::window::{self, Station};
@@ -52,9 +53,13 @@ pub fn run(args: &Args) -> Outcome {
     for recovered in live::recover_left_behind(&args.recordings)? {
         output::warning(format_args!("{}: was cut off, and is whole again", recovered.display()));
     }
+    let pairing = Pairing::load()?;
+    if pairing.is_some() {
+        Outbox::open(None)?.take_up_drafts()?;
+    }
     window::play(Station {
         exercises,
-        pairing: Pairing::load()?,
+        pairing,
         device: args.device.clone(),
         devices: args.devices.clone(),
         folder: args.recordings.clone(),

@@ -1,22 +1,27 @@
-//! The school as a station sees it while somebody practises: who sits here, what is due, and where attempts go.
+//! The school as a station sees it while somebody practises: who sits here, what is due, what is asked, and where attempts go.
 //!
 //! Nothing here keeps a person waiting: each call to the service has a thread of its own, and the window reads what came of it.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use serde::Deserialize;
+use scene::{DocumentError, Instrument};
+use serde::{Deserialize, Deserializer};
 use serde_json::json;
+use time::OffsetDateTime;
+use time::format_description::well_known::Rfc3339;
+use uuid::Uuid;
 
 use crate::exit::Failure;
-use crate::outbox::{Access, Outbox, Patience};
+use crate::outbox::{Access, Outbox, Patience, Sheet};
 use crate::service::{self, answer};
 use crate::station::Pairing;
 
 /// Who sits at the station.
-#[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Debug, Deserialize)]
 pub struct SignedIn {
     /// The pseudonym that recordings carry.
     pub trainee: String,
@@ -24,15 +29,86 @@ pub struct SignedIn {
     pub display_name: String,
     /// What there is to train, what is due first.
     pub exercises: Vec<Listed>,
+    /// What the school asks after attempts.
+    #[serde(default, deserialize_with = "readable")]
+    pub surveys: Vec<Arc<Asked>>,
 }
 
 /// An exercise of the school.
-#[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Debug, Deserialize)]
 pub struct Listed {
     /// Its identifier.
     pub exercise_id: String,
     /// The trainee may train it now.
     pub due: bool,
+    /// Until when an instructor wants it done, on the school's clock.
+    #[serde(default)]
+    due_at: Option<String>,
+}
+
+impl Listed {
+    /// Until when an instructor wants it done, on the school's clock.
+    pub fn due_at(&self) -> Option<OffsetDateTime> {
+        OffsetDateTime::parse(self.due_at.as_deref()?, &Rfc3339).ok()
+    }
+}
+
+/// A survey that the school asks after attempts.
+#[derive(Debug, Deserialize)]
+#[serde(try_from = "Told")]
+pub struct Asked {
+    /// Its id.
+    pub id: Uuid,
+    /// Its title.
+    pub title: String,
+    /// Answers lead to nobody: only the secret finds them again.
+    pub anonymous: bool,
+    /// By language, paragraph by paragraph: what somebody is told before they agree.
+    pub terms: BTreeMap<String, Vec<String>>,
+    /// What is asked.
+    pub instrument: Instrument,
+    /// After which exercises; none: after all.
+    exercises: Vec<String>,
+}
+
+/// A survey as the service tells it.
+#[derive(Deserialize)]
+struct Told {
+    survey_id: Uuid,
+    title: String,
+    identity: String,
+    terms: BTreeMap<String, Vec<String>>,
+    instrument_toml: String,
+    exercises: Vec<String>,
+}
+
+impl TryFrom<Told> for Asked {
+    type Error = DocumentError;
+
+    fn try_from(told: Told) -> Result<Self, DocumentError> {
+        let instrument = Instrument::from_bytes("survey", told.instrument_toml.as_bytes())?;
+        let anonymous = told.identity == "anonymous";
+        let Told { survey_id: id, title, terms, exercises, .. } = told;
+        Ok(Self { id, title, anonymous, terms, instrument, exercises })
+    }
+}
+
+/// The surveys that this program can ask. One that is newer than the program is asked on the school's pages only.
+fn readable<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Arc<Asked>>, D::Error> {
+    let told = Vec::<serde_json::Value>::deserialize(from)?;
+    Ok(told.into_iter().filter_map(|told| serde_json::from_value(told).ok().map(Arc::new)).collect())
+}
+
+impl SignedIn {
+    /// What is asked at the station after an exercise: a minute at most. Longer surveys wait on the school's pages.
+    pub fn asked_after(&self, exercise: &str) -> Option<Arc<Asked>> {
+        const LONGEST_MIN: f64 = 1.0;
+        let fits = |asked: &&Arc<Asked>| {
+            let after = asked.exercises.is_empty() || asked.exercises.iter().any(|id| id == exercise);
+            after && asked.instrument.duration_min <= LONGEST_MIN
+        };
+        self.surveys.iter().find(fits).cloned()
+    }
 }
 
 /// What has come of a call so far.
@@ -85,18 +161,30 @@ pub fn sign_in(pairing: Pairing, code: String) -> Call<SignedIn> {
 ///
 /// # Errors
 /// When the outbox refuses it: it stays where it is.
-pub fn deliver(recording: &Path, pairing: Pairing) -> Result<Call<String>, Failure> {
+pub fn deliver(outbox: &Outbox, recording: &Path, pairing: Pairing) -> Result<Call<String>, Failure> {
+    let kept = outbox.keep(recording, Some(&pairing.server))?;
+    Ok(send(outbox.clone(), kept.id, pairing))
+}
+
+/// Keeps answers in the outbox and sends what is due; says in words what has become of them.
+///
+/// # Errors
+/// When the outbox refuses them: they stay as they were saved.
+pub fn hand_in(outbox: &Outbox, sheet: &Sheet, pairing: Pairing) -> Result<Call<String>, Failure> {
+    let kept = outbox.keep_answers(sheet, &pairing.server)?;
+    Ok(send(outbox.clone(), kept.id, pairing))
+}
+
+fn send(outbox: Outbox, id: String, pairing: Pairing) -> Call<String> {
     /// The outbox tries again later, so the first try need not be patient.
     const PATIENCE: Patience = Patience { retries: 2, first_wait: Duration::from_secs(1) };
-    let outbox = Outbox::open(None)?;
-    let kept = outbox.keep(recording, Some(&pairing.server))?;
-    Ok(ask(move || {
+    ask(move || {
         let access = Access::new(None, Some(&pairing));
         let deliveries = outbox.send_due(&access, PATIENCE).map_err(|failure| failure.to_string())?;
-        match deliveries.iter().find(|delivery| delivery.id == kept.id) {
+        match deliveries.iter().find(|delivery| delivery.id == id) {
             Some(delivery) if delivery.delivered => Ok(format!("delivered to {}", pairing.school)),
             Some(delivery) => Err(format!("waits in the outbox: {}", delivery.detail)),
             None => Err("waits in the outbox".to_owned()),
         }
-    }))
+    })
 }

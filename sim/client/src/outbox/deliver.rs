@@ -1,10 +1,11 @@
-//! One try to deliver one attempt: from wherever the service says the upload stands to the session it becomes.
+//! One try to deliver one attempt: from wherever the service says the upload stands to the session it becomes. Answers are
+//! short: they are sent whole.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
-use super::Entry;
 use super::tus::{self, Standing};
+use super::{Entry, sheet};
 use crate::progress::Progress;
 use crate::service::{Outlook, Service, Trouble};
 
@@ -26,6 +27,9 @@ impl<'a> Try<'a> {
 
     /// Sends what the service does not have yet; the session it has made of it.
     pub fn deliver(&mut self) -> Result<String, Trouble> {
+        if self.entry.is_answers() {
+            return sheet::deliver(self.service, &self.entry.file);
+        }
         let progress = Progress::new(self.entry.bytes, "uploading");
         let mut file = File::open(&self.entry.file).map_err(unreadable)?;
         let mut standing = match self.entry.note.upload.clone() {

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use tempfile::Builder;
 use time::OffsetDateTime;
 
+use super::sheet;
 use crate::clock;
 use crate::service::{Outlook, Trouble};
 
@@ -40,12 +41,12 @@ pub struct Note {
     pub next_try_at: Option<OffsetDateTime>,
 }
 
-/// An attempt that waits.
+/// An attempt that waits, or answers to a survey after one.
 #[derive(Clone, Debug)]
 pub struct Entry {
     /// Id within the outbox.
     pub id: String,
-    /// The recording.
+    /// The recording, or the answers.
     pub file: PathBuf,
     /// Its size, in bytes.
     pub bytes: u64,
@@ -82,6 +83,11 @@ impl Entry {
             next_try_at: None,
         };
         Ok(Self { id, bytes, note: note.unwrap_or_else(blank), file })
+    }
+
+    /// Whether these are answers, not a recording.
+    pub(super) fn is_answers(&self) -> bool {
+        self.file.extension().is_some_and(|extension| extension == sheet::ANSWERS)
     }
 
     /// Whether it is to be tried now.

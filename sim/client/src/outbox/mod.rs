@@ -1,9 +1,10 @@
-//! The outbox: attempts are kept in a folder until the service has said that they are on its disk. Nothing is taken out
-//! of it otherwise, whatever happens to this program, the network or the service.
+//! The outbox: attempts, and answers to surveys after them, are kept in a folder until the service has said that they are on
+//! its disk. Nothing is taken out of it otherwise, whatever happens to this program, the network or the service.
 
 mod deliver;
 mod entry;
 mod send;
+mod sheet;
 mod tus;
 
 use std::fs::{self, File};
@@ -18,6 +19,7 @@ use crate::exit::Failure;
 use crate::folders;
 pub use entry::Entry;
 pub use send::{Access, Delivery, Patience, Post};
+pub use sheet::Sheet;
 
 /// What recordings in the outbox end in.
 const EXTENSION: &str = "mcap";
@@ -77,7 +79,7 @@ impl Outbox {
             let mut entries = Vec::new();
             for found in fs::read_dir(&self.folder)? {
                 let place = found?.path();
-                if place.extension().is_some_and(|extension| extension == EXTENSION) {
+                if place.extension().is_some_and(|found| found == EXTENSION || found == sheet::ANSWERS) {
                     entries.push(Entry::read(place)?);
                 }
             }

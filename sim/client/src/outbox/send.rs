@@ -98,6 +98,7 @@ impl<'a> Post<'a> {
         };
         noted.map_err(|error| Failure::work(format_args!("{}: {error}", entry.file.display())))?;
         let (session_id, status, refused, detail) = match sent {
+            Ok(session) if entry.is_answers() => (Some(session), None, false, "taken".to_owned()),
             Ok(session) => (Some(session.clone()), None, false, format!("session {session}")),
             Err(trouble) => (None, trouble.status, trouble.outlook == Outlook::Never, trouble.detail),
         };

@@ -9,9 +9,11 @@ use recording::Recording;
 use super::colours;
 use super::plots::{self, Curves};
 use super::rescue::{Rescue, Wish};
+use super::survey::Survey;
 use crate::exit::Failure;
-use crate::live::desk::{self, Answer, Call};
+use crate::live::desk::{self, Answer, Asked, Call};
 use crate::live::{Finished, Kept, Trial};
+use crate::outbox::Outbox;
 use crate::station::Pairing;
 
 /// Mistakes that are shown.
@@ -26,6 +28,9 @@ pub struct Debrief {
     delivery: Option<Call<String>>,
     /// Why the outbox did not take it.
     refused: Option<String>,
+    /// What the school asks after this attempt.
+    asked: Option<Arc<Asked>>,
+    survey: Option<Survey>,
 }
 
 /// An attempt that is on disk and judged.
@@ -51,17 +56,21 @@ pub enum Next {
 }
 
 impl Debrief {
-    /// Judges an attempt that is over.
+    /// Judges an attempt that is over; after it the school may ask something.
     ///
     /// # Errors
     /// When the recording cannot be read back.
-    pub fn new(trial: &Trial, finished: Finished, pairing: Option<Pairing>) -> Result<Self, Failure> {
+    pub fn new(
+        trial: &Trial,
+        finished: Finished,
+        (pairing, asked): (Option<Pairing>, Option<Arc<Asked>>),
+    ) -> Result<Self, Failure> {
         let servo = finished.report.map(|report| report.to_string());
         let kept = match finished.kept {
             Ok(kept) => Ok(Judged::new(trial, kept)?),
             Err(unsaved) => Err(Rescue::new(unsaved)),
         };
-        let mut debrief = Self { kept, servo, pairing, delivery: None, refused: None };
+        let mut debrief = Self { kept, servo, pairing, delivery: None, refused: None, asked, survey: None };
         debrief.deliver();
         Ok(debrief)
     }
@@ -72,8 +81,16 @@ impl Debrief {
         if judged.recording.session.trainee.is_empty() {
             return;
         }
-        match desk::deliver(&judged.kept.path, pairing.clone()) {
-            Ok(call) => self.delivery = Some(call),
+        let sent = Outbox::open(None).and_then(|outbox| {
+            let call = desk::deliver(&outbox, &judged.kept.path, pairing.clone())?;
+            Ok((call, outbox))
+        });
+        match sent {
+            Ok((call, outbox)) => {
+                self.delivery = Some(call);
+                let session = judged.recording.session.session_id;
+                self.survey = self.asked.take().map(|asked| Survey::new(asked, session, (pairing.clone(), outbox)));
+            }
             Err(failure) => self.refused = Some(failure.to_string()),
         }
     }
@@ -111,9 +128,12 @@ impl Debrief {
         Ok(self.judged_ui(ui))
     }
 
-    fn judged_ui(&self, ui: &mut Ui) -> Next {
+    fn judged_ui(&mut self, ui: &mut Ui) -> Next {
         let Ok(judged) = &self.kept else { return Next::Stay };
         let next = egui::Panel::bottom("next").show(ui, |ui| buttons(ui, judged)).inner;
+        if self.survey.as_mut().is_some_and(|survey| survey.ui(ui)) {
+            self.survey = None;
+        }
         page(ui, |ui| {
             judged.ui(ui);
             self.delivery_ui(ui);
@@ -151,14 +171,19 @@ fn page<T>(ui: &mut Ui, show: impl FnOnce(&mut Ui) -> T) -> T {
 
 fn buttons(ui: &mut Ui, judged: &Judged) -> Next {
     ui.add_space(6.0);
+    // Whoever types an answer does not ask for another attempt.
+    let typing = ui.ctx().text_edit_focused();
+    let wanted = |ui: &mut Ui, words: &str, key: egui::Key| {
+        ui.button(words).clicked() || (!typing && ui.input(|input| input.key_pressed(key)))
+    };
     let next = ui.horizontal(|ui| {
-        if ui.button("Try again (R)").clicked() || ui.input(|input| input.key_pressed(egui::Key::R)) {
+        if wanted(ui, "Try again (R)", egui::Key::R) {
             return Next::Retry;
         }
-        if ui.button("Watch it (W)").clicked() || ui.input(|input| input.key_pressed(egui::Key::W)) {
+        if wanted(ui, "Watch it (W)", egui::Key::W) {
             return Next::Replay(Arc::clone(&judged.recording));
         }
-        if ui.button("Another exercise (Esc)").clicked() || ui.input(|input| input.key_pressed(egui::Key::Escape)) {
+        if wanted(ui, "Another exercise (Esc)", egui::Key::Escape) {
             return Next::Choose;
         }
         Next::Stay

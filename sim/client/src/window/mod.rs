@@ -11,6 +11,7 @@ mod replay;
 mod rescue;
 mod sound;
 mod steer;
+mod survey;
 mod trial;
 
 use std::path::{Path, PathBuf};
@@ -30,6 +31,7 @@ use self::trial::Trial;
 use crate::attempt::Maker;
 use crate::devices::DeviceArgs;
 use crate::exit::{Failure, Outcome};
+use crate::live::desk::Listed;
 use crate::live::open::{self, Steered};
 use crate::live::{self, Live};
 use crate::station::Pairing;
@@ -200,7 +202,7 @@ impl Window {
             self.desk.ui(ui, pairing);
         }
         let listed = self.desk.signed_in().into_iter().flat_map(|who| who.exercises);
-        let due: Vec<String> = listed.filter(|listed| listed.due).map(|listed| listed.exercise_id).collect();
+        let due: Vec<Listed> = listed.filter(|listed| listed.due).collect();
         match choose::choose(ui, &station.exercises, &due) {
             Some(at) => Screen::Briefing { at, error: None },
             None => Screen::Choose,
@@ -259,7 +261,8 @@ impl Window {
     fn debrief(&mut self, at: usize, trial: Trial) -> Screen {
         let (trial, finished) = trial.stop();
         let pairing = self.station.as_ref().and_then(|station| station.pairing.clone());
-        match Debrief::new(&trial, finished, pairing) {
+        let asked = self.desk.signed_in().and_then(|who| who.asked_after(&trial.bundle.exercise.id));
+        match Debrief::new(&trial, finished, (pairing, asked)) {
             Ok(debrief) => Screen::Debrief { at, debrief: Box::new(debrief), trial },
             Err(failure) => Screen::Briefing { at, error: Some(failure.to_string()) },
         }

@@ -34,7 +34,8 @@ impl Identity {
 }
 
 /// How far a response has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, sqlx::Type)]
+#[serde(rename_all = "lowercase")]
 #[sqlx(rename_all = "lowercase")]
 pub enum ResponseState {
     /// A link was made, and nobody has consented.

@@ -4,7 +4,7 @@ use axum::Json;
 use axum::extract::{FromRequest, FromRequestParts, Path, Request};
 use axum::http::request::Parts;
 use axum::middleware::from_fn_with_state;
-use axum::routing::{get, post};
+use axum::routing::{get, post, put};
 use serde::de::DeserializeOwned;
 use utoipa::openapi::OpenApi as Description;
 use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
@@ -39,6 +39,7 @@ pub fn router(state: &AppState) -> Routes {
         .route("/sessions/{id}/replay", get(replay::stage))
         .route("/sessions/{id}/replay/frames", get(replay::frames))
         .route("/sessions/{id}/survey", get(surveys::after))
+        .route("/sessions/{id}/survey/{survey}", put(surveys::answer))
         .route("/ratings/{id}/series", get(ratings::series))
         .route("/ratings/{id}/replay", get(ratings::stage))
         .route("/ratings/{id}/replay/frames", get(ratings::frames))
@@ -85,6 +86,7 @@ pub fn description() -> Description {
         ratings::stage,
         ratings::frames,
         surveys::after,
+        surveys::answer,
         tus::describe,
         tus::create,
         tus::show,

@@ -10,6 +10,7 @@ use uuid::Uuid;
 use super::Said;
 use super::caller::Caller;
 use super::documents::{self, ListedExercise};
+use super::surveys::{self, StationSurvey};
 use crate::AppState;
 use crate::error::{ApiError, Problem};
 use crate::routes::auth::ClientAddress;
@@ -87,6 +88,8 @@ pub(super) struct SignedInView {
     display_name: String,
     /// What there is to train, what is due first.
     exercises: Vec<ListedExercise>,
+    /// What they may be asked after an attempt.
+    surveys: Vec<StationSurvey>,
 }
 
 /// Signs a trainee of the station's school in. After 20 wrong codes in an hour the station is locked for the rest of it.
@@ -101,5 +104,6 @@ pub(super) async fn sign_in(
 ) -> Result<Json<SignedInView>, ApiError> {
     let person = stations::sign_in(&state, caller.station()?, &asked.code).await?;
     let exercises = documents::listed(&state, person.school_id, Some(person.id)).await?;
-    Ok(Json(SignedInView { trainee: person.pseudonym, display_name: person.display_name, exercises }))
+    let surveys = surveys::at_a_station(&state, (person.school_id, person.id)).await?;
+    Ok(Json(SignedInView { trainee: person.pseudonym, display_name: person.display_name, exercises, surveys }))
 }

@@ -1,18 +1,23 @@
-//! What is asked after an attempt.
+//! What is asked after an attempt, and what was answered.
+
+use std::collections::BTreeMap;
 
 use axum::Json;
-use axum::extract::State;
-use serde::Serialize;
+use axum::extract::{Path, State};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::Id;
 use super::caller::Caller;
+use super::{Id, Said};
 use crate::AppState;
+use crate::domain::survey::{Identity, ResponseState};
 use crate::error::{ApiError, Error, Problem};
+use crate::routes::survey::{TermsOf, terms};
 use crate::storage::sessions::{self, Session};
-use crate::storage::surveys;
-use crate::surveys::instrument_of;
+use crate::storage::surveys::{self, Practised, Survey};
+use crate::surveys::{self as asking, Sheet};
 
 /// The surveys that are asked after an attempt.
 #[derive(Debug, Serialize, ToSchema)]
@@ -24,12 +29,72 @@ pub(super) struct SurveysAfter {
 /// A survey that is asked after an attempt.
 #[derive(Debug, Serialize, ToSchema)]
 struct SurveyAfter {
+    #[serde(flatten)]
+    questions: Questions,
+    /// Where the trainee answers it, signed in: a path of this service.
+    path: String,
+}
+
+/// A survey with all that it takes to ask it.
+#[derive(Debug, Serialize, ToSchema)]
+struct Questions {
     survey_id: Uuid,
     title: String,
     /// How long it takes, in min.
     duration_min: f64,
-    /// Where the trainee answers it, signed in: a path of this service.
-    path: String,
+    /// `anonymous`, `pseudonymous` or `named`: whether answers lead to who gave them.
+    #[schema(value_type = String)]
+    identity: Identity,
+    /// Codes of the languages in which it can be answered, its own first.
+    languages: Vec<String>,
+    /// By language, paragraph by paragraph: what somebody must be told before they agree to answer.
+    terms: BTreeMap<String, Vec<String>>,
+    /// The instrument's document: questions, scales, conditions.
+    instrument_toml: String,
+}
+
+/// A survey that a station may have to ask.
+#[derive(Debug, Serialize, ToSchema)]
+pub(super) struct StationSurvey {
+    #[serde(flatten)]
+    questions: Questions,
+    /// After which exercises; none: after all.
+    exercises: Vec<String>,
+}
+
+async fn questions(state: &AppState, survey: Survey) -> Result<Questions, Error> {
+    let found = asking::document(state, survey.school_id, survey.revision_id).await?;
+    let (instrument, document) = found.ok_or(Error::NotFound)?;
+    let of = TermsOf { survey: &survey, instrument: &instrument, after_attempt: true };
+    let told = |code: &String| (code.clone(), terms(&of, code).at_a_station());
+    Ok(Questions {
+        terms: instrument.languages.iter().map(told).collect(),
+        survey_id: survey.id,
+        identity: survey.identity,
+        title: survey.title,
+        duration_min: instrument.duration_min,
+        languages: instrument.languages,
+        // Only documents that were read as TOML are ever published, and TOML is UTF-8.
+        instrument_toml: String::from_utf8_lossy(&document).into_owned(),
+    })
+}
+
+/// What a trainee may be asked at a station after whatever they practise there, though the station lose the service.
+pub(super) async fn at_a_station(
+    state: &AppState,
+    (school, trainee): (Uuid, Uuid),
+) -> Result<Vec<StationSurvey>, Error> {
+    let reader = state.db.reader();
+    let practised = Practised { school, trainee, exercise: None };
+    let open = surveys::after_attempt(reader, practised, state.clock.now()).await?;
+    let after = surveys::exercises(reader, school).await?;
+    let mut asked = Vec::new();
+    for survey in open {
+        let own = after.iter().filter(|(id, _)| *id == survey.id);
+        let exercises = own.map(|(_, exercise)| exercise.clone()).collect();
+        asked.push(StationSurvey { questions: questions(state, survey).await?, exercises });
+    }
+    Ok(asked)
 }
 
 /// What the trainee of an attempt is asked after it, and has not answered. A station may ask, too, for its debriefing.
@@ -40,24 +105,96 @@ pub(super) async fn after(
     caller: Caller,
     Id(id): Id,
 ) -> Result<Json<SurveysAfter>, ApiError> {
+    let session = session(&state, &caller, id).await?;
     let reader = state.db.reader();
-    let session = sessions::find(reader, caller.school_id(), id).await?;
-    let session = session.filter(|session| may_ask(&caller, session)).ok_or(Error::NotFound)?;
     let mut asked = Vec::new();
-    for survey in surveys::after_attempt(reader, &session, state.clock.now()).await? {
+    for survey in surveys::after_attempt(reader, Practised::by(&session), state.clock.now()).await? {
         if !surveys::answered(reader, &survey, session.trainee_id, Some(id)).await? {
-            asked.push(SurveyAfter {
-                survey_id: survey.id,
-                duration_min: instrument_of(&state, &survey).await?.duration_min,
-                path: format!("/surveys/{}?session={id}", survey.id),
-                title: survey.title,
-            });
+            let path = format!("/surveys/{}?session={id}", survey.id);
+            asked.push(SurveyAfter { questions: questions(&state, survey).await?, path });
         }
     }
     Ok(Json(SurveysAfter { surveys: asked }))
 }
 
-/// The trainee themselves, or a station of their school: it learns only what is asked.
-fn may_ask(caller: &Caller, session: &Session) -> bool {
-    caller.person().map_or(true, |person| person.id == session.trainee_id)
+/// An attempt, for the trainee themselves or a station of their school: it learns only what is asked.
+async fn session(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
+    let session = sessions::find(state.db.reader(), caller.school_id(), id).await?;
+    let may_ask = |session: &Session| caller.person().map_or(true, |person| person.id == session.trainee_id);
+    session.filter(may_ask).ok_or(Error::NotFound)
+}
+
+/// Answers to a survey after an attempt.
+#[derive(Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct GivenAnswers {
+    /// 64 hexadecimal digits that the sender has drawn at random: the same answers can be sent again with them, and their
+    /// giver finds them at `/survey/{secret}` to go on or to take them back.
+    secret: String,
+    /// In which of the survey's languages they were given.
+    language: String,
+    /// The person was told the terms, and agrees.
+    consent: bool,
+    /// By item: a number, a text, or a list of options. An item that is left out was not answered.
+    #[schema(value_type = Object)]
+    answers: BTreeMap<String, Value>,
+    /// They are final. Until then they can be sent again, changed; what is final is never changed.
+    sent: bool,
+}
+
+/// How far a response has come.
+#[derive(Serialize, ToSchema)]
+pub(super) struct TakenAnswers {
+    /// `begun`, `submitted` or `withdrawn`.
+    #[schema(value_type = String)]
+    state: ResponseState,
+}
+
+/// Takes answers in: from the trainee, or from a station for them, also when the survey has closed since the attempt. Sent
+/// again with the same secret they are taken once.
+#[utoipa::path(put, path = "/sessions/{id}/survey/{survey}", params(("id" = Uuid, Path), ("survey" = Uuid, Path)),
+    request_body = GivenAnswers,
+    responses((status = 200, body = TakenAnswers), (status = 400, body = Problem),
+              (status = 404, body = Problem, description = "No such attempt (yet), or no such survey"),
+              (status = 409, body = Problem, description = "The person has answered elsewhere, or begun to"),
+              (status = 410, body = Problem, description = "The survey is not asked after this attempt"),
+              (status = 422, body = Problem, description = "An answer that is not allowed, or no consent")))]
+pub(super) async fn answer(
+    State(state): State<AppState>,
+    caller: Caller,
+    Path((id, survey)): Path<(String, String)>,
+    Said(given): Said<GivenAnswers>,
+) -> Result<Json<TakenAnswers>, ApiError> {
+    let named = |id: String| id.parse::<Uuid>().map_err(|_| Error::NotFound);
+    let (session, survey) = (session(&state, &caller, named(id)?).await?, named(survey)?);
+    if !given.consent {
+        return Err(Error::Unprocessable("consent: false; without consent no answer is kept".to_owned()).into());
+    }
+    let said = given.answers.into_iter().map(|(item, value)| Ok((item.clone(), values(&item, value)?)));
+    let answers = said.collect::<Result<BTreeMap<_, _>, Error>>()?;
+    let sheet = Sheet {
+        session: &session,
+        survey,
+        secret: &given.secret,
+        language: &given.language,
+        answers: &answers,
+        sent: given.sent,
+    };
+    Ok(Json(TakenAnswers { state: asking::take(&state, &sheet).await? }))
+}
+
+/// An answer as a form would send it.
+fn values(item: &str, value: Value) -> Result<Vec<String>, Error> {
+    let one = |value: Value| match value {
+        Value::String(text) => Some(text),
+        Value::Number(number) => Some(number.to_string()),
+        _ => None,
+    };
+    let read = match value {
+        Value::Null => Some(Vec::new()),
+        Value::Array(several) => several.into_iter().map(one).collect(),
+        value => one(value).map(|text| vec![text]),
+    };
+    let allowed = || format!("answers.{item}: allowed are a number, a text or a list of texts");
+    read.ok_or_else(|| Error::Unprocessable(allowed()))
 }

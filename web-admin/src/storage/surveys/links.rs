@@ -123,25 +123,62 @@ pub async fn of_person(
     .await
 }
 
+/// Who has practised what: an attempt, or whatever they may practise.
+#[derive(Clone, Copy, Debug)]
+pub struct Practised<'a> {
+    /// Their school.
+    pub school: Uuid,
+    /// The trainee.
+    pub trainee: Uuid,
+    /// The exercise; none: any.
+    pub exercise: Option<&'a str>,
+}
+
+impl<'a> Practised<'a> {
+    /// An attempt.
+    #[must_use]
+    pub fn by(session: &'a Session) -> Self {
+        Self { school: session.school_id, trainee: session.trainee_id, exercise: Some(&session.exercise_id) }
+    }
+}
+
 /// The open surveys that are asked after an attempt.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn after_attempt(executor: impl SqliteExecutor<'_>, session: &Session, now: Moment) -> Result<Vec<Survey>> {
+pub async fn after_attempt(
+    executor: impl SqliteExecutor<'_>,
+    practised: Practised<'_>,
+    now: Moment,
+) -> Result<Vec<Survey>> {
     sqlx::query_as(survey!(
         "WHERE s.school_id = $1 AND s.after_attempts = 1 AND s.opens_at <= $4
            AND (s.closes_at IS NULL OR s.closes_at > $4)
-           AND (NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = s.id)
+           AND ($3 IS NULL OR NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = s.id)
              OR EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = s.id AND e.exercise_id = $3))
            AND (NOT EXISTS (SELECT 1 FROM survey_cohorts sc WHERE sc.survey_id = s.id)
              OR EXISTS (SELECT 1 FROM survey_cohorts sc JOIN cohort_members m ON m.cohort_id = sc.cohort_id
                WHERE sc.survey_id = s.id AND m.person_id = $2 AND m.role = 'trainee'))
          ORDER BY s.created_at"
     ))
-    .bind(session.school_id)
-    .bind(session.trainee_id)
-    .bind(&session.exercise_id)
+    .bind(practised.school)
+    .bind(practised.trainee)
+    .bind(practised.exercise)
     .bind(now)
+    .fetch_all(executor)
+    .await
+}
+
+/// The exercises after which surveys of a school are asked: survey and exercise. A survey without one is asked after all.
+///
+/// # Errors
+/// When the database fails.
+pub async fn exercises(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(Uuid, String)>> {
+    sqlx::query_as(
+        "SELECT e.survey_id, e.exercise_id FROM surveys s JOIN survey_exercises e ON e.survey_id = s.id
+         WHERE s.school_id = $1 AND s.after_attempts = 1 ORDER BY e.survey_id, e.exercise_id",
+    )
+    .bind(school)
     .fetch_all(executor)
     .await
 }

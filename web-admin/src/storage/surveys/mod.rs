@@ -1,12 +1,14 @@
 //! Surveys, whom they are for, and what they were answered.
 
+pub mod letters;
 mod links;
 mod responses;
 mod results;
 
+pub use letters::Letter;
 pub use links::{
-    add_cohort, add_exercise, add_tag, after_attempt, answered, asked_by_courses, close, cohort_names, of_course,
-    of_person, remove_tag,
+    Practised, add_cohort, add_exercise, add_tag, after_attempt, answered, asked_by_courses, close, cohort_names,
+    exercises, of_course, of_person, remove_tag,
 };
 pub use responses::{
     NewResponse, Response, Submission, add, by_token, draft_of, put_answers, reset, set_token, submit, withdraw,

@@ -130,10 +130,14 @@ pub async fn draft_of(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn set_token(writer: &mut SqliteConnection, response: &Response, token_sha256: &[u8; 32]) -> Result<()> {
+pub async fn set_token(
+    writer: &mut SqliteConnection,
+    (school, response): (Uuid, Uuid),
+    token_sha256: &[u8; 32],
+) -> Result<()> {
     sqlx::query("UPDATE survey_responses SET token_sha256 = $3 WHERE school_id = $1 AND id = $2")
-        .bind(response.school_id)
-        .bind(response.id)
+        .bind(school)
+        .bind(response)
         .bind(&token_sha256[..])
         .execute(writer)
         .await

@@ -49,6 +49,29 @@ pub struct Terms {
     pub after_attempt: bool,
 }
 
+/// What somebody is told at a station before the first question: a paragraph a line.
+#[derive(Debug, Template)]
+#[template(path = "survey/station.txt")]
+struct StationTerms<'a> {
+    terms: &'a Terms,
+}
+
+impl Terms {
+    /// What somebody is told at a station before the first question, paragraph by paragraph.
+    #[must_use]
+    pub fn at_a_station(&self) -> Vec<String> {
+        // Rendering into a String fails for no data we can hold.
+        let text = StationTerms { terms: self }.render().unwrap_or_default();
+        text.lines().map(str::trim).filter(|line| !line.is_empty()).map(str::to_owned).collect()
+    }
+}
+
+impl StationTerms<'_> {
+    fn t(&self, english: &str, german: &str) -> String {
+        words(&self.terms.language, english, german)
+    }
+}
+
 /// A page of the form.
 #[derive(Debug, Template, WebTemplate)]
 #[template(path = "survey/form.html")]

@@ -1,0 +1,147 @@
+//! Answers to a survey after an attempt: saved while they are given, then kept until the service has them.
+//!
+//! While somebody answers, the file is a draft that only its window changes. Once they have sent it or gone away it gets
+//! another name, and nothing changes it any more: so what is sent is what is deleted.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use assessment::questionnaire::Answer;
+use data_encoding::HEXLOWER;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use sha2::{Digest, Sha256};
+use tempfile::Builder;
+use uuid::Uuid;
+
+use super::{Entry, ID_DIGITS, Outbox};
+use crate::exit::Failure;
+use crate::service::{Outlook, Service, Trouble, answer};
+
+/// What answers that wait end in.
+pub(super) const ANSWERS: &str = "answers";
+/// What answers end in while they are given.
+const DRAFT: &str = "draft";
+
+/// Answers of one person to one survey.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Sheet {
+    /// The attempt after which they were given.
+    pub session: Uuid,
+    /// The survey.
+    pub survey: Uuid,
+    /// Makes them one response however often they are sent, and is the way back to it: 64 hexadecimal digits.
+    pub secret: String,
+    /// In which language.
+    pub language: String,
+    /// By item.
+    pub answers: BTreeMap<String, Answer>,
+    /// They are final.
+    pub sent: bool,
+}
+
+impl Sheet {
+    /// An empty one, with a secret of its own.
+    pub fn new(session: Uuid, survey: Uuid, language: &str) -> Self {
+        let secret = format!("{}{}", Uuid::new_v4().simple(), Uuid::new_v4().simple());
+        Self { session, survey, secret, language: language.to_owned(), answers: BTreeMap::new(), sent: false }
+    }
+
+    /// Its file in a folder. The name does not tell the secret.
+    fn place(&self, folder: &Path, extension: &str) -> PathBuf {
+        let mut id = HEXLOWER.encode(&Sha256::digest(self.secret.as_bytes()));
+        id.truncate(ID_DIGITS);
+        folder.join(id).with_extension(extension)
+    }
+}
+
+impl Outbox {
+    /// Saves answers that are still given.
+    ///
+    /// # Errors
+    /// When the disk refuses: what was saved before is still there.
+    pub fn save_draft(&self, sheet: &Sheet) -> Result<(), Failure> {
+        let write = || -> io::Result<()> {
+            let mut new = Builder::new().prefix(".answers-").tempfile_in(&self.folder)?;
+            new.write_all(serde_json::to_string(sheet)?.as_bytes())?;
+            new.as_file().sync_all()?;
+            new.persist(sheet.place(&self.folder, DRAFT))?;
+            Ok(())
+        };
+        write().map_err(|error| self.refuses(&error))
+    }
+
+    /// Forgets answers that were given and not sent.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn forget_draft(&self, sheet: &Sheet) -> Result<(), Failure> {
+        match fs::remove_file(sheet.place(&self.folder, DRAFT)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(self.refuses(&error)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Keeps answers that nobody changes any more, to be sent to a service.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn keep_answers(&self, sheet: &Sheet, server: &str) -> Result<Entry, Failure> {
+        self.save_draft(sheet)?;
+        let place = sheet.place(&self.folder, ANSWERS);
+        let keep = || -> io::Result<Entry> {
+            fs::rename(sheet.place(&self.folder, DRAFT), &place)?;
+            super::sync_folder(&self.folder)?;
+            Entry::kept(place.clone(), format!("answers after {}", sheet.session), Some(server))
+        };
+        keep().map_err(|error| self.refuses(&error))
+    }
+
+    /// Keeps what was being answered when this program was last killed.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn take_up_drafts(&self) -> Result<(), Failure> {
+        let take_up = || -> io::Result<()> {
+            for found in fs::read_dir(&self.folder)? {
+                let draft = found?.path();
+                if draft.extension().is_some_and(|extension| extension == DRAFT) {
+                    fs::rename(&draft, draft.with_extension(ANSWERS))?;
+                }
+            }
+            Ok(())
+        };
+        take_up().map_err(|error| self.refuses(&error))
+    }
+
+    fn refuses(&self, error: &io::Error) -> Failure {
+        Failure::work(format_args!("{}: {error}", self.folder.display()))
+    }
+}
+
+/// Sends answers once; the attempt that they are about.
+pub(super) fn deliver(service: &Service, file: &Path) -> Result<String, Trouble> {
+    let sheet = fs::read(file).map_err(|error| Trouble::new(Outlook::Later, format_args!("the outbox: {error}")))?;
+    let spoilt = |error| Trouble::new(Outlook::Never, format_args!("the answers are spoilt: {error}"));
+    let sheet: Sheet = serde_json::from_slice(&sheet).map_err(spoilt)?;
+    let address = format!("{}/api/v1/sessions/{}/survey/{}", service.address, sheet.session, sheet.survey);
+    // Nobody reaches the first question without consent.
+    let given = json!({
+        "secret": sheet.secret,
+        "language": sheet.language,
+        "consent": true,
+        "answers": sheet.answers,
+        "sent": sheet.sent,
+    });
+    let request = service.agent.put(&address).header("Authorization", &service.token);
+    let reply = answer(&address, request.content_type("application/json").send(given.to_string()))?;
+    let taken = reply.status == 200 && reply.json().is_some_and(|said| said.get("state").is_some());
+    match (taken, reply.status) {
+        (true, _) => Ok(sheet.session.to_string()),
+        // The survey was closed before the attempt: it never opens for it again.
+        (false, 410) => Err(Trouble { outlook: Outlook::Never, ..reply.trouble() }),
+        (false, _) => Err(reply.trouble()),
+    }
+}

@@ -1,0 +1,268 @@
+//! What the school asks after an attempt, beside the debriefing: a minute at most, saved with each answer, and gone without a
+//! trace for whoever does not want it.
+
+mod question;
+
+use std::sync::Arc;
+
+use assessment::questionnaire::{Answer as Said, asked_pages};
+use eframe::egui::{self, RichText, ScrollArea, Ui};
+use uuid::Uuid;
+
+use self::question::{Question, Typed};
+use super::colours;
+use crate::exit::Failure;
+use crate::live::desk::{self, Answer, Asked, Call};
+use crate::outbox::{Outbox, Sheet};
+use crate::station::Pairing;
+
+/// Width of the panel, in points.
+const WIDTH: f32 = 420.0;
+
+/// A survey that is offered, answered or sent.
+pub struct Survey {
+    asked: Arc<Asked>,
+    session: Uuid,
+    pairing: Pairing,
+    outbox: Outbox,
+    language: String,
+    stage: Stage,
+    /// What the disk has refused.
+    error: Option<String>,
+}
+
+enum Stage {
+    /// Nobody has agreed to anything.
+    Offered,
+    /// Somebody answers.
+    Open(Box<Open>),
+    /// Sent; the way back to the answers is their secret.
+    Sent { call: Call<String>, secret: String },
+}
+
+/// Answers that are given.
+struct Open {
+    sheet: Sheet,
+    /// In the order of the items.
+    answers: Vec<Option<Said>>,
+    /// What was typed, in the order of the items.
+    typed: Vec<Typed>,
+    /// Which of the pages that are asked is shown.
+    step: usize,
+}
+
+/// What a frame has asked for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Wish {
+    Nothing,
+    Begin,
+    Save,
+    Send,
+    Leave,
+}
+
+impl Survey {
+    /// Offers a survey after an attempt.
+    pub fn new(asked: Arc<Asked>, session: Uuid, (pairing, outbox): (Pairing, Outbox)) -> Self {
+        let language = asked.instrument.language_for("en").to_owned();
+        Self { asked, session, pairing, outbox, language, stage: Stage::Offered, error: None }
+    }
+
+    /// Both languages of the page's own words: the English, the German. Other languages of an instrument get the English.
+    fn t(&self, english: &'static str, german: &'static str) -> &'static str {
+        if self.language == "de" { german } else { english }
+    }
+
+    /// One frame. True when the person wants to see it no more.
+    pub fn ui(&mut self, ui: &mut Ui) -> bool {
+        let panel = egui::Panel::right("survey").resizable(false).exact_size(WIDTH);
+        let shown = panel.show(ui, |ui| {
+            ScrollArea::vertical().show(ui, |ui| {
+                ui.add_space(12.0);
+                ui.heading(RichText::new(&self.asked.title).size(19.0));
+                let wish = match &mut self.stage {
+                    Stage::Offered => self.offer(ui),
+                    Stage::Open(_) => self.questions(ui),
+                    Stage::Sent { .. } => self.thanks(ui),
+                };
+                if let Some(error) = &self.error {
+                    ui.colored_label(colours::BAD, format!("× {error}"));
+                }
+                wish
+            })
+        });
+        self.grant(shown.inner.inner)
+    }
+
+    fn offer(&mut self, ui: &mut Ui) -> Wish {
+        let asked = Arc::clone(&self.asked);
+        if asked.instrument.languages.len() > 1 {
+            ui.horizontal(|ui| {
+                for code in &asked.instrument.languages {
+                    ui.selectable_value(&mut self.language, code.clone(), code.to_uppercase());
+                }
+            });
+        }
+        let questions = asked.instrument.items.len();
+        let minutes = asked.instrument.duration_min;
+        let facts = format!("{questions} {} · {minutes} min", self.t("questions", "Fragen"));
+        ui.label(RichText::new(facts).weak());
+        for line in asked.terms.get(&self.language).into_iter().flatten() {
+            ui.add_space(2.0);
+            ui.label(line);
+        }
+        ui.add_space(8.0);
+        ui.horizontal_wrapped(|ui| {
+            if ui.button(self.t("I agree: begin", "Einverstanden: beginnen")).clicked() {
+                return Wish::Begin;
+            }
+            if ui.button(self.t("No, thank you", "Nein, danke")).clicked() { Wish::Leave } else { Wish::Nothing }
+        })
+        .inner
+    }
+
+    fn questions(&mut self, ui: &mut Ui) -> Wish {
+        let (asked, language) = (Arc::clone(&self.asked), self.language.clone());
+        let words = [
+            self.t("Back", "Zurück"),
+            self.t("Next", "Weiter"),
+            self.t("Send my answers", "Antworten absenden"),
+            self.t("Delete and stop", "Löschen und aufhören"),
+        ];
+        let Stage::Open(open) = &mut self.stage else { return Wish::Nothing };
+        let instrument = &asked.instrument;
+        let pages = asked_pages(instrument, &open.answers);
+        let Some((page, items)) = pages.get(open.step.min(pages.len().saturating_sub(1))) else { return Wish::Nothing };
+        if let Some(section) = instrument.pages().get(*page).and_then(|(section, _)| *section) {
+            ui.label(RichText::new(section.title.in_language(&language)).strong());
+        }
+        let mut changed = false;
+        for &at in items {
+            let question = Question { instrument, item: &instrument.items[at], language: &language };
+            changed |= question.ui(ui, (&mut open.answers[at], &mut open.typed[at]));
+        }
+        ui.add_space(8.0);
+        let last = open.step + 1 >= pages.len();
+        let wish = ui.horizontal_wrapped(|ui| {
+            if open.step > 0 && ui.button(words[0]).clicked() {
+                open.step -= 1;
+            }
+            if !last && ui.button(words[1]).clicked() {
+                open.step += 1;
+            }
+            let send = last && ui.button(words[2]).clicked();
+            let leave = ui.button(words[3]).clicked();
+            if leave {
+                Wish::Leave
+            } else if send {
+                Wish::Send
+            } else {
+                Wish::Nothing
+            }
+        });
+        if changed && wish.inner == Wish::Nothing { Wish::Save } else { wish.inner }
+    }
+
+    fn thanks(&self, ui: &mut Ui) -> Wish {
+        let Stage::Sent { call, secret } = &self.stage else { return Wish::Nothing };
+        ui.label(RichText::new(self.t("Thank you.", "Danke.")).strong());
+        match desk::read(call) {
+            Answer::Waiting => {
+                ui.label(self.t("on their way to the school …", "unterwegs zur Schule …"));
+                ui.ctx().request_repaint_after_secs(0.2);
+            }
+            Answer::Came(words) => drop(ui.colored_label(colours::GOOD, format!("● {words}"))),
+            Answer::Refused(why) => drop(ui.colored_label(colours::WARN, format!("▲ {why}"))),
+        }
+        if self.asked.anonymous {
+            ui.add_space(8.0);
+            ui.label(self.t("Take your answers back at:", "Antworten zurückziehen unter:"));
+            ui.add(
+                egui::Label::new(RichText::new(format!("{}/survey/{secret}", self.pairing.server)).monospace()).wrap(),
+            );
+        }
+        ui.add_space(8.0);
+        if ui.button(self.t("Close", "Schließen")).clicked() { Wish::Leave } else { Wish::Nothing }
+    }
+
+    /// Does what the person has asked for. True when there is nothing more to show.
+    fn grant(&mut self, wish: Wish) -> bool {
+        let done = match wish {
+            Wish::Nothing => return false,
+            Wish::Begin => {
+                self.begin();
+                return false;
+            }
+            Wish::Save => self.save(),
+            Wish::Send => self.send(),
+            Wish::Leave => return self.forget(),
+        };
+        self.error = done.err().map(|failure| failure.to_string());
+        false
+    }
+
+    fn begin(&mut self) {
+        let items = self.asked.instrument.items.len();
+        self.stage = Stage::Open(Box::new(Open {
+            sheet: Sheet::new(self.session, self.asked.id, &self.language),
+            answers: vec![None; items],
+            typed: vec![Typed::default(); items],
+            step: 0,
+        }));
+    }
+
+    fn save(&mut self) -> Result<(), Failure> {
+        let Stage::Open(open) = &mut self.stage else { return Ok(()) };
+        open.write_down(&self.asked);
+        self.outbox.save_draft(&open.sheet)
+    }
+
+    fn send(&mut self) -> Result<(), Failure> {
+        let Stage::Open(open) = &mut self.stage else { return Ok(()) };
+        open.write_down(&self.asked);
+        open.sheet.sent = true;
+        let handed_in = desk::hand_in(&self.outbox, &open.sheet, self.pairing.clone());
+        open.sheet.sent = handed_in.is_ok();
+        self.stage = Stage::Sent { secret: open.sheet.secret.clone(), call: handed_in? };
+        Ok(())
+    }
+
+    /// Leaves no trace of what was not sent. False where the disk refuses to forget.
+    fn forget(&mut self) -> bool {
+        let Stage::Open(open) = &self.stage else { return true };
+        match self.outbox.forget_draft(&open.sheet) {
+            Ok(()) => {
+                self.stage = Stage::Offered;
+                true
+            }
+            Err(failure) => {
+                self.error = Some(failure.to_string());
+                false
+            }
+        }
+    }
+}
+
+impl Open {
+    /// Writes the answers to what is asked on the sheet.
+    fn write_down(&mut self, asked: &Asked) {
+        let asked_items = asked_pages(&asked.instrument, &self.answers).into_iter().flat_map(|(_, items)| items);
+        let given =
+            asked_items.filter_map(|at| Some((asked.instrument.items[at].id.clone(), self.answers[at].clone()?)));
+        self.sheet.answers = given.collect();
+    }
+}
+
+impl Drop for Survey {
+    /// Whoever goes away in the middle has not sent anything: it waits for them on their own page.
+    fn drop(&mut self) {
+        let Stage::Open(open) = &self.stage else { return };
+        if !open.sheet.answers.is_empty() {
+            // The draft is on the disk: what fails here is taken up at the next start.
+            let _ = desk::hand_in(&self.outbox, &open.sheet, self.pairing.clone());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

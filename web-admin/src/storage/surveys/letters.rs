@@ -1,0 +1,149 @@
+//! Letters with a survey's link to people without an account.
+
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Survey;
+use crate::domain::{Moment, new_id};
+use crate::storage::Result;
+
+/// A letter that is to be sent.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Letter {
+    /// Id.
+    pub id: Uuid,
+    /// School.
+    pub school_id: Uuid,
+    /// Survey.
+    pub survey_id: Uuid,
+    /// Name of whom it goes to; may be empty.
+    pub name: String,
+    /// Where it goes.
+    pub email: String,
+    /// The response whose link an earlier try has made.
+    pub response_id: Option<Uuid>,
+    /// How often it was tried.
+    pub tries: i64,
+    /// The school's name.
+    pub school: String,
+}
+
+/// Queues a letter. False when somebody of that address was written to before.
+///
+/// # Errors
+/// When the database fails.
+pub async fn queue(
+    writer: &mut SqliteConnection,
+    survey: &Survey,
+    (name, email): (&str, &str),
+    now: Moment,
+) -> Result<bool> {
+    sqlx::query(
+        "INSERT INTO survey_letters (id, school_id, survey_id, name, email, next_run_at) VALUES ($1, $2, $3, $4, $5, $6)
+         ON CONFLICT (survey_id, email) DO NOTHING",
+    )
+    .bind(new_id(now))
+    .bind(survey.school_id)
+    .bind(survey.id)
+    .bind(name)
+    .bind(email)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// The letters that are due, oldest first.
+///
+/// # Errors
+/// When the database fails.
+pub async fn due(executor: impl SqliteExecutor<'_>, now: Moment, limit: u32) -> Result<Vec<Letter>> {
+    sqlx::query_as(
+        "SELECT l.id, l.school_id, l.survey_id, l.name, l.email, l.response_id, l.tries, s.name AS school
+         FROM survey_letters l JOIN schools s ON s.id = l.school_id
+         WHERE l.next_run_at <= $1 ORDER BY l.next_run_at LIMIT $2",
+    )
+    .bind(now)
+    .bind(limit)
+    .fetch_all(executor)
+    .await
+}
+
+/// Takes a letter from the queue before it goes out: whatever happens then, it does not go out again by itself.
+///
+/// # Errors
+/// When the database fails.
+pub async fn claim(writer: &mut SqliteConnection, letter: &Letter, response: Uuid) -> Result<()> {
+    sqlx::query(
+        "UPDATE survey_letters SET next_run_at = NULL, tries = tries + 1, response_id = $3
+         WHERE school_id = $1 AND id = $2",
+    )
+    .bind(letter.school_id)
+    .bind(letter.id)
+    .bind(response)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Notes that a letter is out; it no longer leads to the answer.
+///
+/// # Errors
+/// When the database fails.
+pub async fn sent(writer: &mut SqliteConnection, letter: &Letter, now: Moment) -> Result<()> {
+    sqlx::query(
+        "UPDATE survey_letters SET sent_at = $3, response_id = NULL, next_run_at = NULL, error = NULL
+         WHERE school_id = $1 AND id = $2",
+    )
+    .bind(letter.school_id)
+    .bind(letter.id)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Notes why a letter did not go out, and when to try again; never, where that is `None`.
+///
+/// # Errors
+/// When the database fails.
+pub async fn failed(writer: &mut SqliteConnection, letter: &Letter, error: &str, again: Option<Moment>) -> Result<()> {
+    sqlx::query("UPDATE survey_letters SET error = $3, next_run_at = $4 WHERE school_id = $1 AND id = $2")
+        .bind(letter.school_id)
+        .bind(letter.id)
+        .bind(error)
+        .bind(again)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// How a letter went.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Delivery {
+    /// Name of whom it goes to; may be empty.
+    pub name: String,
+    /// Where it goes.
+    pub email: String,
+    /// When it went out.
+    pub sent_at: Option<Moment>,
+    /// Why it did not.
+    pub error: Option<String>,
+    /// When it is tried, for the first time or again.
+    pub next_run_at: Option<Moment>,
+}
+
+/// How the letters of a survey went, by address.
+///
+/// # Errors
+/// When the database fails.
+pub async fn deliveries(executor: impl SqliteExecutor<'_>, survey: &Survey) -> Result<Vec<Delivery>> {
+    sqlx::query_as(
+        "SELECT name, email, sent_at, error, next_run_at FROM survey_letters
+         WHERE school_id = $1 AND survey_id = $2 ORDER BY email",
+    )
+    .bind(survey.school_id)
+    .bind(survey.id)
+    .fetch_all(executor)
+    .await
+}
