@@ -12,6 +12,7 @@ use crate::config::{Config, MailTo};
 use crate::domain::Moment;
 
 mod outbox;
+mod surveys;
 
 pub use outbox::{run, work_off};
 

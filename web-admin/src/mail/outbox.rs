@@ -6,7 +6,7 @@ use crate::AppState;
 use crate::accounts;
 use crate::assignments;
 use crate::error::Error;
-use crate::mail::Letter;
+use crate::mail::{Letter, surveys};
 use crate::storage::account_links::Purpose;
 use crate::storage::mails::{self, Mail, MailKind};
 use crate::views::letters;
@@ -14,9 +14,9 @@ use crate::views::letters;
 /// How often the queue is looked at where nobody rings.
 const EVERY: Duration = Duration::from_secs(60);
 /// Mails of one look.
-const BATCH: u32 = 50;
+pub(super) const BATCH: u32 = 50;
 /// Waits before the tries after the first, in s; after the last the mail is given up.
-const AGAIN_S: [i64; 6] = [60, 300, 1800, 7200, 21_600, 86_400];
+pub(super) const AGAIN_S: [i64; 6] = [60, 300, 1800, 7200, 21_600, 86_400];
 
 /// Sends what is due, now and then and when rung.
 pub async fn run(state: AppState) {
@@ -39,7 +39,7 @@ pub async fn work_off(state: &AppState) -> Result<(), Error> {
     loop {
         let due = mails::due(state.db.reader(), state.clock.now(), BATCH).await?;
         if due.is_empty() {
-            return Ok(());
+            return surveys::work_off(state).await;
         }
         for mail in due {
             deliver(state, &mail).await?;

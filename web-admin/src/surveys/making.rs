@@ -9,7 +9,7 @@ use crate::domain::{CurrentPerson, Moment};
 use crate::error::Error;
 use crate::secret;
 use crate::storage::audit::Entry;
-use crate::storage::surveys::{self, NewResponse, NewSurvey, Survey};
+use crate::storage::surveys::{self, NewResponse, NewSurvey, Survey, letters};
 
 /// How long a link is good where the survey does not close before, in s.
 pub const LINK_LIFETIME_S: i64 = 60 * 24 * 3600;
@@ -72,6 +72,36 @@ pub struct Link {
     pub token: String,
 }
 
+/// Until when a link that is made now is good.
+#[must_use]
+pub fn link_expiry(survey: &Survey, now: Moment) -> Moment {
+    let latest = now.plus_s(LINK_LIFETIME_S);
+    survey.closes_at.map_or(latest, |closes| closes.min(latest))
+}
+
+/// Queues a letter with a link to each name and address. Returns how many were queued: nobody is written to twice.
+///
+/// # Errors
+/// When the database fails.
+pub async fn mail_links(
+    state: &AppState,
+    person: &CurrentPerson,
+    survey: &Survey,
+    addresses: &[(String, String)],
+) -> Result<usize, Error> {
+    let now = state.clock.now();
+    let mut queued = 0;
+    let mut tx = state.db.write().await?;
+    for (name, email) in addresses {
+        queued += usize::from(letters::queue(&mut tx, survey, (name, email), now).await?);
+    }
+    let details = json!({ "letters": queued });
+    Entry::by(person, "survey.letters_queued", survey.id).with(details).append(&mut tx, now).await?;
+    tx.commit().await?;
+    state.mails.notify_one();
+    Ok(queued)
+}
+
 /// Makes a link for each label.
 ///
 /// # Errors
@@ -83,8 +113,7 @@ pub async fn make_links(
     labels: &[String],
 ) -> Result<Vec<Link>, Error> {
     let now = state.clock.now();
-    let latest = now.plus_s(LINK_LIFETIME_S);
-    let expires_at = survey.closes_at.map_or(latest, |closes| closes.min(latest));
+    let expires_at = link_expiry(survey, now);
     let mut links = Vec::new();
     let mut tx = state.db.write().await?;
     for label in labels {

@@ -3,9 +3,12 @@
 use askama::Template;
 
 use crate::accounts::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
+use crate::domain::Moment;
 use crate::domain::assignment::{Stage, Standing};
 use crate::domain::due::{Local, local};
 use crate::storage::mails::Mail;
+use crate::storage::surveys::{Letter, Survey};
+use crate::views::format;
 
 const DAY_S: i64 = 86_400;
 
@@ -42,6 +45,22 @@ struct Reminder<'a> {
 pub fn reminder(mail: &Mail, standing: &Standing, link: &str) -> Option<(String, String)> {
     let due = &local(standing.assigned.due_at?, &standing.assigned.time_zone);
     Some(parts(&Reminder { name: &mail.name, title: &standing.assigned.title, due, standing, link }))
+}
+
+#[derive(Template)]
+#[template(path = "mail/survey.txt")]
+struct SurveyLetter<'a> {
+    letter: &'a Letter,
+    survey: &'a Survey,
+    link: &'a str,
+    minutes: f64,
+    until: String,
+}
+
+/// Subject and text of a letter with a survey's link: how long it takes, in min, and until when the link is good.
+#[must_use]
+pub fn survey(letter: &Letter, survey: &Survey, (link, minutes, until): (&str, f64, Moment)) -> (String, String) {
+    parts(&SurveyLetter { letter, survey, link, minutes, until: format::date(until.to_utc()) })
 }
 
 /// Subject and text of an invitation.

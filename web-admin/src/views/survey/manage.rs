@@ -6,6 +6,7 @@ use time::OffsetDateTime;
 
 use super::identity_words;
 use crate::domain::survey::Identity;
+use crate::storage::surveys::letters::Delivery;
 use crate::views::{Shell, Status, format};
 
 /// `/surveys`: what is asked of a trainee, or what the school asks.
@@ -74,6 +75,10 @@ pub struct ManagePage {
     pub owner: bool,
     /// What is wrong with the list of links that was sent, and the list.
     pub refusal: Option<(String, String)>,
+    /// How letters with links went.
+    pub letters: Vec<Delivery>,
+    /// Letters that were just queued, and people who had been written to before.
+    pub mailed: Option<(usize, usize)>,
 }
 
 /// Links, shown this once.

@@ -1,7 +1,7 @@
 //! Every page of a survey, rendered from the shipped instruments. Fails when a page breaks, asks in the wrong language, or
 //! lets what people type become markup.
 
-use assessment::questionnaire::Answer;
+use assessment::questionnaire::{Answer, Scorer};
 use scene::Instrument;
 use uuid::Uuid;
 
@@ -9,9 +9,10 @@ use super::form::{ConsentPage, End, EndPage, FormPage, Given, Question, Terms};
 use super::instrument::{EditPage, InstrumentPage, InstrumentsPage, Preview};
 use super::manage::{AskedRow, LinksPage, ListPage, ManagePage, NewPage, SurveyRow, Typed};
 use super::results::{Against, AskedLine, Comment, CommentBlock, ResultsPage, Split};
-use crate::domain::Role;
 use crate::domain::survey::Identity;
 use crate::domain::survey::results::{Results, Row, correlation, score_group};
+use crate::domain::{Moment, Role};
+use crate::storage::surveys::letters::Delivery;
 use crate::views::samples::{NOW, keep, shell};
 
 fn shipped(name: &str) -> Instrument {
@@ -88,6 +89,25 @@ fn the_end_says_what_became_of_the_answers() {
     }
 }
 
+/// A letter that is out, one that waits, one that was refused, and one of which nobody knows.
+fn letters() -> Vec<Delivery> {
+    let at = Moment::from(NOW);
+    let letter = |name: &str, sent_at, error: Option<&str>, next_run_at| Delivery {
+        name: name.to_owned(),
+        email: "dr@example.org".to_owned(),
+        sent_at,
+        error: error.map(str::to_owned),
+        next_run_at,
+    };
+    vec![
+        letter("Dr A", Some(at), None, None),
+        letter("", None, None, Some(at)),
+        letter("Dr C", None, Some("no such mailbox <x>"), Some(at)),
+        letter("Dr D", None, Some("the address cannot be written to"), None),
+        letter("Dr E", None, None, None),
+    ]
+}
+
 #[test]
 fn lists_and_the_page_of_a_survey() {
     let row = SurveyRow {
@@ -120,8 +140,14 @@ fn lists_and_the_page_of_a_survey() {
         open: true,
         owner: true,
         refusal: Some(("0 lines; allowed: 1 to 200".to_owned(), " ".to_owned())),
+        letters: letters(),
+        mailed: Some((2, 1)),
     };
-    assert!(keep("survey-manage", &page).contains("shown once"));
+    let html = keep("survey-manage", &page);
+    assert!(html.contains("shown once") && html.contains("1 had been written to before"), "{html}");
+    for words in ["Sent", "Waits", "no such mailbox &#60;x&#62;", "It may have gone out"] {
+        assert!(html.contains(words), "{words}: {html}");
+    }
     let links = vec![("Dr <A>".to_owned(), "https://x.example/survey/abc".to_owned())];
     let page = LinksPage {
         shell: shell(Role::Instructor),
@@ -198,7 +224,7 @@ fn results_page(instrument: &Instrument, owner: bool) -> ResultsPage {
             role: if n % 2 == 0 { "professional" } else { "trainee" },
             attempt: [Some("stop-in-the-fat"), None, None],
             month: "2026-05".to_owned(),
-            scores: Row::scores(instrument, answers),
+            scores: Scorer::all(instrument).iter().map(|scorer| scorer.score(answers).ok()).collect(),
             answers,
         })
         .collect();

@@ -11,13 +11,14 @@ use uuid::Uuid;
 
 use super::{of_school, owns, teachers_only};
 use crate::AppState;
+use crate::domain::roster::{is_email, is_name};
 use crate::domain::survey::Identity;
 use crate::domain::{CurrentPerson, Moment};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm};
 use crate::routes::pages::Id;
 use crate::storage::reports::{self, Named};
-use crate::storage::surveys::{self as stored, Survey};
+use crate::storage::surveys::{self as stored, Survey, letters};
 use crate::storage::{instruments, people};
 use crate::surveys::{self, Wanted};
 use crate::views::survey::manage::{LinksPage, ManagePage, NewPage, Typed};
@@ -43,6 +44,12 @@ pub(super) async fn manage(
         open: survey.is_open(state.clock.now()),
         owner: owns(person, &survey),
         identity: survey.identity,
+        letters: if owns(person, &survey) {
+            letters::deliveries(state.db.reader(), &survey).await?
+        } else {
+            Vec::new()
+        },
+        mailed: None,
         title: survey.title,
         refusal,
     })
@@ -210,9 +217,12 @@ fn day(name: &str, typed: &str) -> Result<Option<Moment>, String> {
 #[derive(Deserialize)]
 pub(super) struct LinksForm {
     labels: String,
+    /// `mail`, or to be shown.
+    #[serde(rename = "do", default)]
+    step: String,
 }
 
-/// Makes links and shows them. Not by a redirect: they would have to be kept to be shown.
+/// Makes links, to be shown or to be mailed.
 pub(super) async fn links(
     State(state): State<AppState>,
     person: CurrentPerson,
@@ -221,26 +231,58 @@ pub(super) async fn links(
     CsrfForm(form): CsrfForm<LinksForm>,
 ) -> Result<Response, PageError> {
     let survey = of_school(&state, &person, id).await?;
-    let now = state.clock.now();
-    if !owns(&person, &survey) || !survey.is_open(now) {
+    if !owns(&person, &survey) || !survey.is_open(state.clock.now()) {
         return Err(Error::Forbidden("links are made by the owner of an open survey").into());
     }
     let labels: Vec<String> =
         form.labels.lines().map(str::trim).filter(|line| !line.is_empty()).map(str::to_owned).collect();
-    if let Some(why) = wrong_with(&labels) {
-        let page = manage(&state, &person, &csrf, (survey, Some((why, form.labels)))).await?;
-        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
-    }
-    let links = surveys::make_links(&state, &person, &survey, &labels).await?;
+    let why = match (wrong_with(&labels), form.step == "mail") {
+        (None, true) => match labels.iter().map(|line| address(line)).collect::<Result<Vec<_>, _>>() {
+            Ok(addresses) => {
+                let queued = surveys::mail_links(&state, &person, &survey, &addresses).await?;
+                let before = addresses.len() - queued;
+                let done = format!("/surveys/{id}?mailed={queued}&before={before}#letters");
+                return Ok(Redirect::to(&done).into_response());
+            }
+            Err(why) => why,
+        },
+        (None, false) => {
+            return Ok(shown(&state, &person, (survey, &labels), (&csrf, &headers)).await?.into_response());
+        }
+        (Some(why), _) => why,
+    };
+    let page = manage(&state, &person, &csrf, (survey, Some((why, form.labels)))).await?;
+    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+}
+
+/// Makes links and shows them. Not by a redirect: they would have to be kept to be shown.
+async fn shown(
+    state: &AppState,
+    person: &CurrentPerson,
+    (survey, labels): (Survey, &[String]),
+    (csrf, headers): (&Csrf, &HeaderMap),
+) -> Result<LinksPage, Error> {
+    let links = surveys::make_links(state, person, &survey, labels).await?;
     let host = headers.get(HOST).and_then(|host| host.to_str().ok()).unwrap_or("localhost");
     let scheme = if state.config.behind_tls { "https" } else { "http" };
-    let page = LinksPage {
-        shell: Shell::new(&person, csrf.token(), Place::Surveys),
-        href: format!("/surveys/{id}"),
+    Ok(LinksPage {
+        shell: Shell::new(person, csrf.token(), Place::Surveys),
+        href: format!("/surveys/{}", survey.id),
         title: survey.title,
         links: links.into_iter().map(|l| (l.label, format!("{scheme}://{host}/survey/{}", l.token))).collect(),
+    })
+}
+
+/// Name and address of a line: `Ana Ek <ana@example.org>`, or the address alone.
+fn address(line: &str) -> Result<(String, String), String> {
+    let (name, email) = match line.strip_suffix('>').and_then(|line| line.rsplit_once('<')) {
+        Some((name, email)) => (name.trim().trim_matches('"').to_owned(), email.trim()),
+        None => (String::new(), line),
     };
-    Ok(page.into_response())
+    if !is_email(email) || !(name.is_empty() || is_name(&name)) {
+        return Err(format!("\"{line}\"; allowed: ana@example.org, or Ana Ek <ana@example.org>"));
+    }
+    Ok((name, email.to_lowercase()))
 }
 
 fn wrong_with(labels: &[String]) -> Option<String> {

@@ -20,11 +20,11 @@ use crate::routes::Routes;
 use crate::routes::auth::{Csrf, CsrfForm};
 use crate::routes::survey::{TermsOf, preferred, terms};
 use crate::storage::sessions;
-use crate::storage::surveys::{self, Survey};
+use crate::storage::surveys::{self, Practised, Survey};
 use crate::surveys::answering::{self, Asked};
 use crate::surveys::instrument_of;
 use crate::views::survey::form::ConsentPage;
-use crate::views::survey::manage::{AskedRow, ListPage, SurveyRow};
+use crate::views::survey::manage::{AskedRow, ListPage, ManagePage, SurveyRow};
 use crate::views::{Place, Shell};
 
 /// Below `/surveys`, for whoever is signed in.
@@ -105,6 +105,8 @@ async fn asked(state: &AppState, person: &CurrentPerson) -> Result<Vec<AskedRow>
 struct Wanted {
     session: Option<Uuid>,
     lang: Option<String>,
+    mailed: Option<usize>,
+    before: Option<usize>,
 }
 
 async fn show(
@@ -116,7 +118,8 @@ async fn show(
 ) -> Result<Response, PageError> {
     if person.role != Role::Trainee {
         let survey = of_school(&state, &person, id).await?;
-        return Ok(make::manage(&state, &person, &csrf, (survey, None)).await?.into_response());
+        let page = make::manage(&state, &person, &csrf, (survey, None)).await?;
+        return Ok(ManagePage { mailed: query.mailed.zip(query.before), ..page }.into_response());
     }
     let survey = asked_of(&state, &person, id, query.session).await?;
     let begun = surveys::draft_of(state.db.reader(), (survey.school_id, id), person.id, query.session).await?;
@@ -163,7 +166,7 @@ async fn asked_of(state: &AppState, person: &CurrentPerson, id: Uuid, session: O
         Some(session) => {
             let session = sessions::find(reader, person.school_id, session).await?;
             let own = session.filter(|session| session.trainee_id == person.id).ok_or(Error::NotFound)?;
-            surveys::after_attempt(reader, &own, now).await?
+            surveys::after_attempt(reader, Practised::by(&own), now).await?
         }
     };
     asked.into_iter().find(|survey| survey.id == id).ok_or(Error::NotFound)
@@ -210,7 +213,7 @@ pub(super) async fn after(
     }
     let reader = state.db.reader();
     let mut found = Vec::new();
-    for survey in surveys::after_attempt(reader, session, state.clock.now()).await? {
+    for survey in surveys::after_attempt(reader, Practised::by(session), state.clock.now()).await? {
         if !surveys::answered(reader, &survey, person.id, Some(session.id)).await? {
             let minutes = instrument_of(state, &survey).await?.duration_min;
             found.push((survey.title, format!("/surveys/{}?session={}", survey.id, session.id), minutes));
