@@ -12,6 +12,7 @@ mod quality;
 mod renderer;
 mod scene_block;
 mod skin;
+mod wounds;
 
 pub use gpu::FORMAT;
 pub use headless::{AdapterName, Headless, PictureError, adapters};

@@ -11,6 +11,7 @@ use crate::frame::{Frame, View};
 use crate::gpu::buffers::Loaded;
 use crate::gpu::pipelines::Faces;
 use crate::renderer::Renderer;
+use crate::scene_block::casts;
 
 /// Below this fade the body is drawn opaque.
 const OPAQUE: f32 = 0.004;
@@ -49,8 +50,9 @@ pub fn shadows(renderer: &Renderer, frame: &Frame, encoder: &mut CommandEncoder)
     });
     pass.set_bind_group(0, &renderer.groups.scene, &[]);
     // A body that is seen through lets the light through, too.
-    if frame.fade < OPAQUE {
+    if casts(frame.fade) {
         pass.set_pipeline(&renderer.fixed.tissue_shadow);
+        cut(renderer, frame, None, &mut pass);
         walls(renderer, frame, &mut pass);
         for half in halves(frame, 0..renderer.layers().min(1)) {
             renderer.body.0.draw_part(&mut pass, renderer.body.1.grid.clone(), half);
@@ -80,7 +82,7 @@ pub fn picture(renderer: &Renderer, frame: &Frame, onto: &TextureView, encoder: 
     pass.set_bind_group(1, &renderer.groups.materials, &[]);
     pass.set_stencil_reference(0);
     match frame.view {
-        View::Section => section(renderer, &mut pass),
+        View::Section => section(renderer, frame, &mut pass),
         View::Whole | View::Tip => body_and_needle(renderer, frame, &mut pass),
     }
     if frame.ghost.is_some() {
@@ -114,16 +116,12 @@ fn body_and_needle(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>
     if opaque {
         body(renderer, frame, pass);
     }
-    pass.set_pipeline(&drawn.backdrop);
-    pass.draw(0..3, 0..1);
+    let [all, under] = &renderer.behind;
+    with(pass, &drawn.backdrop, all);
     if !opaque {
+        with(pass, &drawn.floor, under);
         faded(renderer, frame, front, pass);
     }
-}
-
-/// The pipeline of the skin: the one with punctures costs more.
-fn skin<'a>(faces: &'a Faces, frame: &Frame) -> &'a RenderPipeline {
-    if frame.punctures.is_empty() { &faces.skin } else { &faces.punctured }
 }
 
 /// What lies before the cut is numbered from here on; a body that is cut open has none of it.
@@ -137,21 +135,42 @@ fn halves(frame: &Frame, layers: Range<u32>) -> impl Iterator<Item = Range<u32>>
 
 /// Opaque: only what can be seen from outside.
 fn body(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
-    let (faces, layers) = (&renderer.drawn.tissue, renderer.layers());
+    let faces = &renderer.drawn.tissue;
+    cut(renderer, frame, Some([&faces.tracked, &faces.face]), pass);
     pass.set_pipeline(&faces.face);
     walls(renderer, frame, pass);
-    pass.set_pipeline(skin(faces, frame));
-    for half in halves(frame, 0..layers.min(1)) {
-        renderer.body.0.draw_part(pass, renderer.body.1.grid.clone(), half);
+    skin(renderer, frame, faces, pass);
+}
+
+/// The skin, looked through for punctures only where there can be any.
+fn skin(renderer: &Renderer, frame: &Frame, faces: &Faces, pass: &mut RenderPass<'_>) {
+    let (buffers, body) = &renderer.body;
+    let parts = body.grid_within(renderer.wounds(frame)[0]);
+    for (pipeline, part) in [&faces.punctured, &faces.skin].into_iter().zip(parts) {
+        pass.set_pipeline(pipeline);
+        for half in halves(frame, 0..renderer.layers().min(1)) {
+            buffers.draw_part(pass, part.clone(), half);
+        }
     }
 }
 
-/// The cut face, if there is one, and the outer walls.
+/// The cut face, if there is one: with tracks where there can be any, and without; or all of it as the pipeline is set.
+fn cut(renderer: &Renderer, frame: &Frame, pipelines: Option<[&RenderPipeline; 2]>, pass: &mut RenderPass<'_>) {
+    let (buffers, body) = &renderer.body;
+    let layers = 0..if frame.closed { 0 } else { renderer.layers() };
+    let Some([tracked, plain]) = pipelines else {
+        return buffers.draw_part(pass, body.cut.clone(), layers);
+    };
+    let parts = body.cut_within(renderer.wounds(frame)[1]);
+    for (pipeline, part) in [tracked, plain, plain].into_iter().zip(parts) {
+        pass.set_pipeline(pipeline);
+        buffers.draw_part(pass, part, layers.clone());
+    }
+}
+
+/// The outer walls.
 fn walls(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     let (buffers, body) = &renderer.body;
-    if !frame.closed {
-        buffers.draw_part(pass, body.cut.clone(), 0..renderer.layers());
-    }
     for half in halves(frame, 0..renderer.layers()) {
         buffers.draw_part(pass, body.outer.clone(), half);
     }
@@ -162,40 +181,35 @@ fn faded(renderer: &Renderer, frame: &Frame, front: bool, pass: &mut RenderPass<
     let (buffers, body) = &renderer.body;
     let (faces, layers) = (&renderer.drawn.faded, renderer.layers());
     let above = renderer.camera(frame).forward.z < 0.0;
-    let cut = |pass: &mut RenderPass<'_>| {
-        pass.set_pipeline(&faces.face);
-        buffers.draw_part(pass, body.cut.clone(), 0..if frame.closed { 0 } else { layers });
-    };
     if !front {
-        cut(pass);
+        cut(renderer, frame, Some([&faces.tracked, &faces.face]), pass);
     }
     pass.set_pipeline(&faces.face);
-    for half in halves(frame, 0..layers) {
-        buffers.draw_part(pass, body.outer.clone(), half);
-    }
+    walls(renderer, frame, pass);
     for step in 0..layers {
         let layer = if above { layers - 1 - step } else { step };
-        pass.set_pipeline(if layer == 0 { skin(faces, frame) } else { &faces.sheet });
+        if layer == 0 {
+            skin(renderer, frame, faces, pass);
+            continue;
+        }
+        pass.set_pipeline(&renderer.drawn.sheet);
         for half in halves(frame, layer..layer + 1) {
             buffers.draw_part(pass, body.grid.clone(), half);
         }
     }
     if front {
-        cut(pass);
+        cut(renderer, frame, Some([&faces.tracked, &faces.face]), pass);
     }
 }
 
 /// A section shows what is inside as it is: nothing of it fades.
-fn section(renderer: &Renderer, pass: &mut RenderPass<'_>) {
+fn section(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
     let drawn = &renderer.drawn;
-    let (buffers, body) = &renderer.body;
     with(pass, &drawn.solid_inside, &renderer.set.solids);
     with(pass, &drawn.solid, &renderer.set.solids);
     with(pass, &drawn.needle, &renderer.set.needle);
-    pass.set_pipeline(&drawn.section);
-    buffers.draw_part(pass, body.cut.clone(), 0..renderer.layers());
-    pass.set_pipeline(&drawn.paper);
-    pass.draw(0..3, 0..1);
+    cut(renderer, &Frame { closed: false, ..frame.clone() }, Some([&drawn.tracked_section, &drawn.section]), pass);
+    with(pass, &drawn.paper, &renderer.behind[1]);
     with(pass, &drawn.solid_behind, &renderer.set.solids);
     with(pass, &drawn.needle, &renderer.set.needle);
 }

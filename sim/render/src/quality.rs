@@ -26,12 +26,6 @@ impl Quality {
         [2048, 1024, 1024, 512, 0][self as usize]
     }
 
-    /// Reads of the shadow map a pixel, each over four texels: more make softer edges.
-    #[must_use]
-    pub fn shadow_reads(self) -> f32 {
-        [4.0, 4.0, 1.0, 1.0, 1.0][self as usize]
-    }
-
     /// Samples a pixel: 1 or 4.
     #[must_use]
     pub fn samples(self) -> u32 {

@@ -18,8 +18,8 @@ use crate::meshes::{self, Shape};
 use crate::passes;
 use crate::placement::Placement;
 use crate::quality::Quality;
-use crate::scene_block::{MOST_LAYERS, Moment, SceneBlock, open_puncture};
-use crate::skin;
+use crate::scene_block::{MOST_LAYERS, Moment, SceneBlock, latest, open_puncture};
+use crate::{skin, wounds};
 
 /// Why a stage cannot be drawn.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -55,6 +55,8 @@ pub struct Renderer {
     pub(crate) targets: Targets,
     pub(crate) body: (Loaded, Body),
     pub(crate) tray: Loaded,
+    /// Over all of the picture, and under the body.
+    pub(crate) behind: [Loaded; 2],
     block: Buffer,
     pub(crate) groups: Groups,
     pub(crate) set: Set,
@@ -110,6 +112,7 @@ impl Renderer {
         let groups = bound.groups(&set);
         let body = (Loaded::new(device, &body.shape), body);
         let tray = Loaded::new(device, &meshes::tray::tray());
+        let behind = [[64, 36], [16, 12]].map(|cells| Loaded::new(device, &meshes::sheet::sheet(cells)));
         let (device, queue) = (device.clone(), queue.clone());
         Self {
             device,
@@ -125,6 +128,7 @@ impl Renderer {
             targets,
             body,
             tray,
+            behind,
             block,
             groups,
             set,
@@ -220,6 +224,13 @@ impl Renderer {
 
     fn aspect(&self) -> f32 {
         self.size[0] as f32 / self.size[1] as f32
+    }
+
+    /// How far from the middle of the cut punctures are seen, in m: on the skin, and in the cut.
+    pub(crate) fn wounds(&self, frame: &Frame) -> [f32; 2] {
+        let stage = &self.set.stage;
+        let (place, punctures) = (Placement::of(stage, frame), latest(&frame.punctures));
+        [wounds::on_skin(stage, &place, punctures), wounds::on_cut(stage, &place, punctures)]
     }
 
     pub(crate) fn layers(&self) -> u32 {

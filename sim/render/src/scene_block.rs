@@ -7,7 +7,7 @@ use glam::{Mat4, Quat, Vec3, Vec4};
 use crate::camera::Camera;
 use crate::field::{MOST_LOADS, Responses, SAMPLES};
 use crate::frame::{Frame, Puncture, Stage, View};
-use crate::placement::{BEHIND_M, HALF_WIDTH_M, Placement, unit};
+use crate::placement::{BEHIND_M, HALF_WIDTH_M, Placement, smooth, unit};
 use crate::quality::Quality;
 use crate::skin;
 
@@ -90,7 +90,7 @@ impl SceneBlock {
             .map_or((Vec3::ZERO, Quat::IDENTITY), |ghost| (Vec3::from(ghost.tip_m), unit(ghost.orientation)));
         let needle = |axis: Vec3| place.needle * axis;
         let section = f32::from(u8::from(frame.view == View::Section));
-        let texel = if shadow_texels > 0 && section == 0.0 { 1.0 / shadow_texels as f32 } else { 0.0 };
+        let shadows = if shadow_texels > 0 && section == 0.0 { shadow_strength(frame.fade) } else { 0.0 };
         let punctures = latest(&frame.punctures);
         let depth_m = stage.depth_m();
         let touched = frame.touched.map_or(-1.0, |which| which as f32);
@@ -113,12 +113,12 @@ impl SceneBlock {
             needle_y: needle(Vec3::Y).extend(stage.needle.tip_to_rim_m),
             needle_z: needle(Vec3::Z).extend(place.tip_depth_m()),
             tip: (place.tip - Vec3::from(frame.bend_m)).extend(0.0),
-            bend: Vec3::from(frame.bend_m).extend(quality.shadow_reads()),
+            bend: Vec3::from(frame.bend_m).extend(shadows),
             ghost_x: (ghost.1 * Vec3::X).extend(0.0),
             ghost_y: (ghost.1 * Vec3::Y).extend(0.0),
             ghost_z: (ghost.1 * Vec3::Z).extend(0.0),
             ghost: ghost.0.extend(0.0),
-            lamp: lamp.extend(texel),
+            lamp: lamp.extend(1.0 / shadow_texels.max(1) as f32),
             look: Vec4::new(
                 fade,
                 f32::from(u8::from(frame.closed && frame.view != View::Section)),
@@ -141,7 +141,24 @@ fn light(camera: &Camera, lamp: Vec3) -> Mat4 {
     rh::proj::directx::orthographic(-wide, wide, -wide, wide, 0.0, 2.0 * LAMP_REACH_M) * view
 }
 
-fn latest(punctures: &[Puncture]) -> &[Puncture] {
+/// The fade from which on light goes through the body.
+const LET_THROUGH: f32 = 0.25;
+
+/// Whether the body keeps the lamp's light from what is behind it.
+#[must_use]
+pub fn casts(fade: f32) -> bool {
+    fade.is_nan() || fade < LET_THROUGH
+}
+
+/// How strong shadows are: those of the body go as it fades, then those of the needle alone come.
+fn shadow_strength(fade: f32) -> f32 {
+    let off = (fade / LET_THROUGH - 1.0).abs();
+    if off.is_finite() { smooth(off) } else { 1.0 }
+}
+
+/// The punctures that a picture takes.
+#[must_use]
+pub fn latest(punctures: &[Puncture]) -> &[Puncture] {
     &punctures[punctures.len().saturating_sub(MOST_PUNCTURES)..]
 }
 

@@ -1,10 +1,10 @@
 //! How each kind of thing is drawn.
 
 use wgpu::{
-    BindGroupLayout, BlendState, ColorTargetState, ColorWrites, CompareFunction, DepthStencilState, Device,
-    FragmentState, MultisampleState, PipelineLayoutDescriptor, RenderPipeline, RenderPipelineDescriptor, ShaderModule,
-    ShaderModuleDescriptor, ShaderSource, StencilFaceState, StencilOperation, StencilState, TextureFormat,
-    VertexBufferLayout, VertexState, vertex_attr_array,
+    BindGroupLayout, BlendState, ColorTargetState, ColorWrites, CompareFunction, DepthStencilState, Device, Face,
+    FragmentState, MultisampleState, PipelineLayoutDescriptor, PrimitiveState, RenderPipeline,
+    RenderPipelineDescriptor, ShaderModule, ShaderModuleDescriptor, ShaderSource, StencilFaceState, StencilOperation,
+    StencilState, TextureFormat, VertexBufferLayout, VertexState, vertex_attr_array,
 };
 
 use super::FORMAT;
@@ -76,8 +76,12 @@ pub struct Drawn {
     pub tissue: Faces,
     /// The body, seen through.
     pub faded: Faces,
+    /// Boundaries inside a body that is seen through.
+    pub sheet: RenderPipeline,
     /// The cut face of a section.
     pub section: RenderPipeline,
+    /// The same with tracks.
+    pub tracked_section: RenderPipeline,
     /// The needle.
     pub needle: RenderPipeline,
     /// Another attempt's needle.
@@ -92,6 +96,8 @@ pub struct Drawn {
     pub tray: RenderPipeline,
     /// What is behind everything.
     pub backdrop: RenderPipeline,
+    /// What is under a body that is seen through.
+    pub floor: RenderPipeline,
     /// What is behind a section.
     pub paper: RenderPipeline,
     /// The guide where something is in front of it.
@@ -104,8 +110,8 @@ pub struct Drawn {
 pub struct Faces {
     /// Cut through.
     pub face: RenderPipeline,
-    /// Boundaries inside.
-    pub sheet: RenderPipeline,
+    /// Cut through, with tracks.
+    pub tracked: RenderPipeline,
     /// Skin.
     pub skin: RenderPipeline,
     /// Skin with punctures.
@@ -138,22 +144,28 @@ impl Drawn {
     pub fn new(device: &Device, layouts: &Layouts, shaders: &Shaders, samples: u32) -> Self {
         let groups = [&layouts.scene, &layouts.materials];
         let less = CompareFunction::LessEqual;
+        // Soft edges of shadows go with soft edges of everything.
+        let soft = ("soft_shadows", f64::from(u8::from(samples > 1)));
         let recipe = |module, entries, depth| Recipe {
             corners: true,
+            constants: vec![soft],
             depth: Some(depth),
             ..Recipe::new(module, entries, &groups)
         };
         let make = |recipe: Recipe<'_>| recipe.make(device, samples);
         let solid = |fragment, depth| recipe(&shaders.solid, ["solid_vertex", fragment], depth);
+        let closed =
+            |module, entries| Recipe { cull: Some(Face::Back), ..recipe(module, entries, depth(DEPTH, true, less)) };
         let through = Some(BlendState::ALPHA_BLENDING);
         let uncut = |write| with_stencil(depth(DEPTH, write, less), CompareFunction::Equal, StencilOperation::Keep);
         let body = |fragment, blend: Option<BlendState>| {
-            let depth = uncut(blend.is_none());
-            make(Recipe { blend, ..recipe(&shaders.tissue, ["tissue_vertex", fragment], depth) })
+            let faded = blend.is_some();
+            let recipe = recipe(&shaders.tissue, ["tissue_vertex", fragment], uncut(!faded));
+            make(Recipe { blend, constants: vec![soft, ("faded", f64::from(u8::from(faded)))], ..recipe })
         };
         let faces = |blend| Faces {
             face: body("face_fragment", blend),
-            sheet: body("sheet_fragment", blend),
+            tracked: body("tracked_fragment", blend),
             skin: body("skin_fragment", blend),
             punctured: body("punctured_fragment", blend),
         };
@@ -163,22 +175,25 @@ impl Drawn {
             StencilOperation::Invert,
         );
         let above = || depth(DEPTH, false, CompareFunction::Always);
-        let behind = |fragment| recipe(&shaders.backdrop, ["backdrop_vertex", fragment], depth(DEPTH, false, less));
+        let behind = |vertex, fragment| make(recipe(&shaders.backdrop, [vertex, fragment], depth(DEPTH, false, less)));
         Self {
             tissue: faces(None),
             faded: faces(through),
+            sheet: body("sheet_fragment", through),
             section: body("section_fragment", None),
-            needle: make(recipe(&shaders.needle, ["needle_vertex", "needle_fragment"], depth(DEPTH, true, less))),
+            tracked_section: body("tracked_section", None),
+            needle: make(closed(&shaders.needle, ["needle_vertex", "needle_fragment"])),
             ghost: make(Recipe {
                 blend: through,
                 ..recipe(&shaders.needle, ["ghost_vertex", "ghost_fragment"], depth(DEPTH, false, less))
             }),
             solid_inside: make(Recipe { writes: ColorWrites::empty(), ..solid("solid_inside", odd) }),
             solid: make(solid("solid_fragment", depth(DEPTH, true, less))),
-            tray: make(recipe(&shaders.solid, ["tray_vertex", "tray_fragment"], depth(DEPTH, true, less))),
+            tray: make(closed(&shaders.solid, ["tray_vertex", "tray_fragment"])),
             solid_behind: make(Recipe { blend: through, ..solid("solid_behind", above()) }),
-            backdrop: make(Recipe { corners: false, ..behind("backdrop_fragment") }),
-            paper: make(Recipe { corners: false, ..behind("paper_fragment") }),
+            backdrop: behind("backdrop_vertex", "backdrop_fragment"),
+            floor: behind("floor_vertex", "backdrop_fragment"),
+            paper: behind("paper_vertex", "paper_fragment"),
             guide_hidden: make(Recipe { blend: through, ..solid("guide_hidden", above()) }),
             guide: make(solid("guide_fragment", depth(DEPTH, true, less))),
         }
@@ -204,9 +219,13 @@ struct Recipe<'a> {
     groups: Vec<Option<&'a BindGroupLayout>>,
     corners: bool,
     formats: &'a [TextureFormat],
+    /// What the shader is told before it is compiled.
+    constants: Vec<(&'static str, f64)>,
     writes: ColorWrites,
     blend: Option<BlendState>,
     depth: Option<DepthStencilState>,
+    /// Faces that are never seen.
+    cull: Option<Face>,
 }
 
 impl<'a> Recipe<'a> {
@@ -220,9 +239,11 @@ impl<'a> Recipe<'a> {
             groups,
             corners: false,
             formats: &[FORMAT],
+            constants: Vec::new(),
             writes,
             blend: None,
             depth: None,
+            cull: None,
         }
     }
 
@@ -242,6 +263,7 @@ impl<'a> Recipe<'a> {
         let target = |format: &TextureFormat| {
             Some(ColorTargetState { format: *format, blend: self.blend, write_mask: self.writes })
         };
+        let options = wgpu::PipelineCompilationOptions { constants: &self.constants, ..Default::default() };
         let targets: Vec<_> = self.formats.iter().map(target).collect();
         device.create_render_pipeline(&RenderPipelineDescriptor {
             label: Some(self.vertex),
@@ -249,16 +271,16 @@ impl<'a> Recipe<'a> {
             vertex: VertexState {
                 module: self.module,
                 entry_point: Some(self.vertex),
-                compilation_options: Default::default(),
+                compilation_options: options.clone(),
                 buffers: if self.corners { &buffers } else { &[] },
             },
-            primitive: Default::default(),
+            primitive: PrimitiveState { cull_mode: self.cull, ..Default::default() },
             depth_stencil: self.depth,
             multisample: MultisampleState { count: samples, ..Default::default() },
             fragment: self.fragment.map(|entry| FragmentState {
                 module: self.module,
                 entry_point: Some(entry),
-                compilation_options: Default::default(),
+                compilation_options: options.clone(),
                 targets: &targets,
             }),
             multiview_mask: None,

@@ -9,11 +9,12 @@ use std::ops::Range;
 use super::{Corner, Shape};
 use crate::placement::{BEHIND_M, HALF_WIDTH_M};
 
-/// Corners along a ray, from the middle of the cut to the rim.
-const RINGS: u32 = 88;
+/// Corners along a ray, from the middle of the cut to the rim. A processor that stands in for a graphics card draws at least 16 pixels
+/// a triangle, so that there are no more than curvature asks for.
+const RINGS: u32 = 52;
 /// Stretches of the rim: right side, far side, left side.
-const SIDE: u32 = 22;
-const FAR: u32 = 44;
+const SIDE: u32 = 11;
+const FAR: u32 = 22;
 
 /// The block, and which of its indices are what.
 pub struct Body {
@@ -25,6 +26,35 @@ pub struct Body {
     pub outer: Range<u32>,
     /// The cut face of a layer.
     pub cut: Range<u32>,
+}
+
+impl Body {
+    /// The grid within a distance from the middle of the cut (m), and the rest of it.
+    #[must_use]
+    pub fn grid_within(&self, reach_m: f32) -> [Range<u32>; 2] {
+        let end = self.grid.end * rings_within(reach_m) / RINGS;
+        [0..end, end..self.grid.end]
+    }
+
+    /// The cut within a distance from its middle (m), and the rest of it on both sides.
+    #[must_use]
+    pub fn cut_within(&self, reach_m: f32) -> [Range<u32>; 3] {
+        let Range { start, end } = self.cut;
+        let half = (end - start) / 2;
+        let near = half * rings_within(reach_m) / RINGS;
+        let (left, right) = (start + half - near, start + half + near);
+        [left..right, start..left, right..end]
+    }
+}
+
+/// Rings of the grid that cover a distance from the middle of the cut, in m.
+fn rings_within(reach_m: f32) -> u32 {
+    // As in `placed` in `tissue.wgsl`, along the shortest ray.
+    let distance_m = |ring: u32| {
+        let along = ring as f32 / RINGS as f32;
+        HALF_WIDTH_M * along * (0.02 + 0.98 * along * along)
+    };
+    (0..RINGS).find(|ring| distance_m(*ring) >= reach_m).unwrap_or(RINGS)
 }
 
 /// Makes the block.

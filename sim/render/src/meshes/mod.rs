@@ -4,6 +4,7 @@ pub mod body;
 pub mod guide;
 pub mod lathe;
 pub mod needle;
+pub mod sheet;
 pub mod solids;
 pub mod tray;
 

@@ -14,7 +14,7 @@ const BORE: f32 = 2.0;
 const HUB: f32 = 3.0;
 const KNOB: f32 = 4.0;
 /// Sides of a shaft.
-const SIDES: u32 = 36;
+const SIDES: u32 = 24;
 /// Stretches of a shaft along its length: it can bend.
 const STRETCHES: u32 = 24;
 /// Radius of the stylet as a share of the cannula's outer one.

@@ -1,14 +1,13 @@
-// What is behind: the drape that the body lies on, and a softly lit room.
+// What is behind: the drape that the body lies on, and a softly lit room. All of it is smooth but the shadows, so that its light is
+// worked out at the corners of a grid.
 
 struct Varying {
     @builtin(position) clip: vec4f,
-    @location(0) ndc: vec2f,
-}
-
-@vertex
-fn backdrop_vertex(@builtin(vertex_index) index: u32) -> Varying {
-    let ndc = vec2f(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0);
-    return Varying(vec4f(ndc, 1.0, 1.0), ndc);
+    // As it is shown in the shadow, and in the lamp's light.
+    @location(0) dark: vec3f,
+    @location(1) bright: vec3f,
+    // The place on the drape as the lamp sees it, times a number that is w.
+    @location(2) lamp: vec4f,
 }
 
 const TRAY: vec2f = vec2f(0.130, 0.115);
@@ -29,43 +28,88 @@ fn beside_tray(off: vec2f) -> f32 {
     return mix(0.40, 1.0, smoothstep(-0.002, 0.022, length(max(abs(turned) - vec2f(0.058, 0.042), vec2f(0.0)))));
 }
 
-fn drape(world: vec3f) -> vec3f {
-    let at = world.xy;
-    let normal = normalize(vec3f(-fold_slope(at), 1.0));
-    let off = vec2f(dot(world - scene.focus.xyz, scene.across.xyz), dot(world - scene.focus.xyz, scene.away.xyz) - 0.5 * scene.away.w);
-    let beyond = abs(off) - vec2f(scene.across.w, 0.5 * scene.away.w);
-    let outside = length(max(beyond, vec2f(0.0)));
+// The drape's light with and without the lamp, linear.
+struct Light {
+    dark: vec3f,
+    bright: vec3f,
+}
+
+fn cloth(world: vec3f, base: vec3f) -> Light {
+    let normal = normalize(vec3f(-fold_slope(world.xy), 1.0));
+    let from_focus = world - scene.focus.xyz;
+    let off = vec2f(dot(from_focus, scene.across.xyz), dot(from_focus, scene.away.xyz) - 0.5 * scene.away.w);
+    let outside = length(max(abs(off) - vec2f(scene.across.w, 0.5 * scene.away.w), vec2f(0.0)));
     // The body keeps the light of the room from the cloth close to it.
     let close = max(0.30, scene.look.x);
     let open = mix(close, 1.0, smoothstep(-0.004, 0.05, outside)) * beside_tray(off);
-    let clear = shadow(world, vec3f(0.0, 0.0, 1.0));
-    let nl = dot(normal, scene.lamp.xyz);
-    // Under a body that is seen through the cloth would turn red tissue grey: what is deeper in the body shows instead.
-    let deeper = scene.look.x * smoothstep(0.0, -0.001, max(beyond.x, beyond.y));
-    let base = mix(vec3f(0.030, 0.098, 0.118), vec3f(0.34, 0.105, 0.095), deeper);
-    return base * (0.62 * (LAMP * clear * wrapped(nl, 0.25) + open * (FILL * 0.6 + ambient(normal))));
+    let dark = base * (0.62 * open * (FILL * 0.6 + ambient(normal)));
+    return Light(dark, dark + base * (0.62 * LAMP * wrapped(dot(normal, scene.lamp.xyz), 0.25)));
+}
+
+// Far off the drape is lost in the room; the picture is darker towards its corners.
+fn of_light(light: Light, room: vec3f, far: f32, ndc: vec2f) -> Varying {
+    let vignette = 1.0 - 0.20 * dot(ndc, ndc);
+    let lost = smoothstep(0.16, 0.62, far);
+    var out: Varying;
+    out.dark = shown(mix(light.dark, room, lost) * vignette);
+    out.bright = shown(mix(light.bright, room, lost) * vignette);
+    return out;
+}
+
+const TEAL: vec3f = vec3f(0.030, 0.098, 0.118);
+const RED: vec3f = vec3f(0.34, 0.105, 0.095);
+const LIFT: vec3f = vec3f(0.0, 0.0, 4e-4);
+
+// at: a corner of a grid over the picture.
+@vertex
+fn backdrop_vertex(@location(0) at: vec4f) -> Varying {
+    let ndc = at.xy;
+    let end = scene.world_from_clip * vec4f(ndc, 1.0, 1.0);
+    let ray = end.xyz / end.w - scene.eye.xyz;
+    let up = normalize(ray).z;
+    let room = mix(vec3f(0.105, 0.135, 0.158), vec3f(0.032, 0.043, 0.056), smoothstep(-0.10, 0.45, up));
+    let height = scene.place.w - scene.eye.z;
+    let world = scene.eye.xyz + ray * (height / min(ray.z, -1e-6));
+    let far = select(1.0, length(world.xy - scene.focus.xy), up < -0.01);
+    var out = of_light(cloth(world, TEAL), room, far, ndc);
+    out.clip = vec4f(ndc, 1.0, 1.0);
+    // Times the ray's fall, by which the place on the drape is even over the picture.
+    out.lamp = scene.light_clip_from_world * vec4f((scene.eye.xyz + LIFT) * ray.z + ray * height, ray.z);
+    return out;
+}
+
+// Under a body that is seen through the cloth would turn red tissue grey: what is deeper in the body shows instead.
+// at: a corner of a grid under the body.
+@vertex
+fn floor_vertex(@location(0) at: vec4f) -> Varying {
+    let plan = scene.focus.xyz + scene.across.xyz * (at.x * scene.across.w) + scene.away.xyz * ((0.5 + 0.5 * at.y) * scene.away.w);
+    let world = vec3f(plan.xy, scene.place.w);
+    let clip = scene.clip_from_world * vec4f(world, 1.0);
+    let light = cloth(world, mix(TEAL, RED, scene.look.x));
+    var out = of_light(light, vec3f(0.0), 0.0, clip.xy / max(clip.w, 1e-3));
+    // Behind everything, and not seen from below.
+    out.clip = select(vec4f(0.0, 0.0, -1.0, 1.0), vec4f(clip.xy, clip.w, clip.w), scene.eye.z > world.z);
+    out.lamp = scene.light_clip_from_world * vec4f(world + LIFT, 1.0);
+    return out;
 }
 
 @fragment
 fn backdrop_fragment(in: Varying) -> @location(0) vec4f {
-    let far = scene.world_from_clip * vec4f(in.ndc, 1.0, 1.0);
-    let dir = normalize(far.xyz / far.w - scene.eye.xyz);
-    let vignette = 1.0 - 0.20 * dot(in.ndc, in.ndc);
-    let high = mix(vec3f(0.105, 0.135, 0.158), vec3f(0.032, 0.043, 0.056), smoothstep(-0.10, 0.45, dir.z));
-    var light = high;
-    if dir.z < -0.01 {
-        let along = (scene.place.w - scene.eye.z) / dir.z;
-        let world = scene.eye.xyz + dir * along;
-        let far_off = length(world.xy - scene.focus.xy);
-        if far_off < 0.62 {
-            light = mix(drape(world), high, smoothstep(0.16, 0.62, far_off));
-        }
-    }
-    return vec4f(shown(light * vignette), 1.0);
+    return vec4f(mix(in.dark, in.bright, shadow(in.lamp.xyz / in.lamp.w)), 1.0);
+}
+
+struct Paper {
+    @builtin(position) clip: vec4f,
+    @location(0) up: f32,
+}
+
+@vertex
+fn paper_vertex(@location(0) at: vec4f) -> Paper {
+    return Paper(vec4f(at.xy, 1.0, 1.0), 0.5 + 0.5 * at.y);
 }
 
 // Behind a section: paper.
 @fragment
-fn paper_fragment(in: Varying) -> @location(0) vec4f {
-    return vec4f(mix(vec3f(0.80, 0.835, 0.86), vec3f(0.90, 0.925, 0.94), 0.5 + 0.5 * in.ndc.y), 1.0);
+fn paper_fragment(in: Paper) -> @location(0) vec4f {
+    return vec4f(mix(vec3f(0.80, 0.835, 0.86), vec3f(0.90, 0.925, 0.94), in.up), 1.0);
 }

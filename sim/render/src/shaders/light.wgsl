@@ -43,23 +43,31 @@ fn ambient(normal: vec3f) -> vec3f {
     return mix(vec3f(0.10, 0.13, 0.14), sky, smoothstep(-1.0, 0.3, normal.z));
 }
 
-fn shadow(world: vec3f, normal: vec3f) -> f32 {
-    let texel = scene.lamp.w;
-    if texel == 0.0 {
-        return 1.0;
+// Whether the shadow map is read four times a pixel instead of once.
+override soft_shadows: bool = false;
+
+// A place as the lamp sees it, lifted off its surface so that a surface does not shade itself.
+fn lamp_at(world: vec3f, normal: vec3f) -> vec3f {
+    return (scene.light_clip_from_world * vec4f(world + normal * 4e-4, 1.0)).xyz;
+}
+
+fn shadow_read(at: vec3f, corner: vec2f) -> f32 {
+    let uv = vec2f(0.5, -0.5) * at.xy + 0.5 + 0.85 * scene.lamp.w * corner;
+    return textureSampleCompareLevel(shadow_map, shadow_compare, uv, at.z - 8e-4);
+}
+
+// How much of the lamp reaches a place that the lamp sees there.
+fn shadow(at: vec3f) -> f32 {
+    var clear = 0.0;
+    if soft_shadows {
+        clear = 0.25 * (shadow_read(at, vec2f(-1.0)) + shadow_read(at, vec2f(1.0, -1.0))
+            + shadow_read(at, vec2f(-1.0, 1.0)) + shadow_read(at, vec2f(1.0)));
+    } else {
+        clear = shadow_read(at, vec2f(0.0));
     }
-    let at = scene.light_clip_from_world * vec4f(world + normal * 4e-4, 1.0);
-    let uv = vec2f(0.5, -0.5) * at.xy + 0.5;
-    let reads = scene.bend.w;
-    var lit = 0.0;
-    for (var i = 0.0; i < reads; i += 1.0) {
-        // The corners of a square, or its middle where there is one read.
-        let corner = select(vec2f(0.0), vec2f(i % 2.0, floor(0.5 * i)) * 1.7 - 0.85, reads > 1.0);
-        lit += textureSampleCompareLevel(shadow_map, shadow_compare, uv + corner * texel, at.z - 8e-4);
-    }
-    // Beyond the map there is light; towards its rim shadows fade.
+    // Beyond the map there is light; towards its rim shadows fade. Without shadows their strength is 0.
     let inside = smoothstep(1.0, 0.86, max(abs(at.x), abs(at.y)));
-    return mix(1.0, lit / reads, inside);
+    return mix(1.0, clear, inside * scene.bend.w);
 }
 
 // The shine of facets: GGX, with shadowing and Fresnel in one cheap factor (Lazarov 2013, Karis 2013).
@@ -79,12 +87,16 @@ fn wrapped(nl: f32, soft: f32) -> vec3f {
     return max((nl + w) * scale * scale, vec3f(0.0));
 }
 
-// Tissue, cloth and plastic.
-fn lit(s: Surface, view: vec3f, world: vec3f, flat_normal: vec3f) -> vec3f {
+// What is neither shiny nor wet; `clear` is how much of the lamp reaches it.
+fn matte(s: Surface, clear: f32) -> vec3f {
     let nl = dot(s.normal, scene.lamp.xyz);
-    let clear = shadow(world, flat_normal);
     let fill = max(0.7 + dot(s.normal, FILL_FROM), 0.0) * 0.55;
-    var light = s.base * (0.62 * (LAMP * clear * wrapped(nl, s.soft) + FILL * fill + s.open * ambient(s.normal)));
+    return s.base * (0.62 * (LAMP * clear * wrapped(nl, s.soft) + FILL * fill + s.open * ambient(s.normal)));
+}
+
+// Tissue, cloth and plastic.
+fn lit(s: Surface, view: vec3f, clear: f32) -> vec3f {
+    var light = matte(s, clear);
     light += LAMP * (clear * 0.04 * glint(s.normal, s.rough, view, scene.lamp.xyz));
     let edge = 1.0 - max(dot(s.normal, view), 0.0);
     let mirror = reflect(-view, s.normal).z;
@@ -94,8 +106,7 @@ fn lit(s: Surface, view: vec3f, world: vec3f, flat_normal: vec3f) -> vec3f {
 }
 
 // Steel mirrors the room.
-fn lit_metal(s: Surface, view: vec3f, world: vec3f, flat_normal: vec3f) -> vec3f {
-    let clear = shadow(world, flat_normal);
+fn lit_metal(s: Surface, view: vec3f, clear: f32) -> vec3f {
     let edge = 1.0 - max(dot(s.normal, view), 0.0);
     let square = edge * edge;
     let mirrored = mix(s.base, vec3f(1.0), square * square * edge);

@@ -40,7 +40,7 @@ fn part_of(in: Varying) -> Surface {
     switch in.part {
         case 1u: {
             // Brushed around the shaft: fine grooves, and an engraved ring every centimetre.
-            let groove = noise(vec2f(in.own.z * 9000.0, 3.0), 4096) - 0.5;
+            let groove = grain(vec2f(in.own.z * 9000.0, 3.0)) - 0.5;
             s.base = vec3f(0.74, 0.75, 0.765);
             s.rough = 0.30 + 0.10 * groove;
             s.normal = normalize(s.normal + scene.needle_z.xyz * (0.10 * groove));
@@ -104,8 +104,9 @@ fn needle_fragment(in: Varying) -> @location(0) vec4f {
     if scene.cut.w > 0.5 {
         return vec4f(profile(s, view), 1.0);
     }
+    let clear = shadow(lamp_at(in.world, normalize(in.normal)));
     if s.metal > 0.5 {
-        return vec4f(shown(lit_metal(s, view, in.world, normalize(in.normal))), 1.0);
+        return vec4f(shown(lit_metal(s, view, clear)), 1.0);
     }
-    return vec4f(shown(lit(s, view, in.world, normalize(in.normal))), 1.0);
+    return vec4f(shown(lit(s, view, clear)), 1.0);
 }

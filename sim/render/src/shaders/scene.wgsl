@@ -28,7 +28,7 @@ struct Scene {
     // The needle's axis as the tissue sees it; w: how near the needle is, 1 in the tissue.
     axis: vec4f,
     // The needle: three axes in the patient frame, tip, and what the tip is bent off. w: length; tip to rim; depth of the
-    // tip; -; reads of the shadow map a pixel.
+    // tip; -; strength of shadows.
     needle_x: vec4f,
     needle_y: vec4f,
     needle_z: vec4f,
@@ -39,7 +39,7 @@ struct Scene {
     ghost_y: vec4f,
     ghost_z: vec4f,
     ghost: vec4f,
-    // Towards the lamp; w: size of a shadow texel as a share of the map, 0 without shadows.
+    // Towards the lamp; w: size of a shadow texel as a share of the map.
     lamp: vec4f,
     // Fade of the body; 1 where it is not cut open; radius that the field reaches; half the extent of the skin's shape.
     look: vec4f,
@@ -133,7 +133,7 @@ fn boundary_at(plan: vec2f, boundary: u32) -> Tissue {
     return tissue;
 }
 
-// Hashes of the plane and the noise made of them; the textures and the cloth are made of these.
+// Hashes of the plane, and noise made of them.
 fn hash2(cell: vec2i) -> vec2f {
     var v = vec2u(bitcast<u32>(cell.x), bitcast<u32>(cell.y)) * 1664525u + 1013904223u;
     v.x += v.y * 1664525u;
@@ -145,16 +145,14 @@ fn hash2(cell: vec2i) -> vec2f {
     return vec2f(v & vec2u(0xffffffu)) / 16777216.0;
 }
 
-// Value noise with a period, in 0..1.
-fn noise(at: vec2f, period: i32) -> f32 {
+// Value noise that does not repeat, in 0..1.
+fn grain(at: vec2f) -> f32 {
     let cell = vec2i(floor(at));
     let f = fract(at);
     let s = f * f * (3.0 - 2.0 * f);
-    let low = ((cell % period) + period) % period;
-    let high = (low + 1) % period;
-    let a = hash2(low).x;
-    let b = hash2(vec2i(high.x, low.y)).x;
-    let c = hash2(vec2i(low.x, high.y)).x;
-    let d = hash2(high).x;
+    let a = hash2(cell).x;
+    let b = hash2(cell + vec2i(1, 0)).x;
+    let c = hash2(cell + vec2i(0, 1)).x;
+    let d = hash2(cell + 1).x;
     return mix(mix(a, b, s.x), mix(c, d, s.x), s.y);
 }

@@ -34,23 +34,23 @@ fn tray_vertex(@location(0) at: vec4f, @location(1) normal: vec4f) -> Varying {
 // Kinds: 0 target, 1 vessel, 2 nerve, 3 bone, 4 organ; on the tray 5 steel, 6 plastic, 7 gauze, 8 antiseptic.
 fn kind_of(kind: u32, world: vec3f) -> Surface {
     var s = Surface(vec3f(0.85, 0.62, 0.10), vec3f(0.0), 0.35, 0.0, 0.15, 1.0);
-    let grain = noise(world.xy * 1400.0 + world.z * 700.0, 65536);
+    let mottle = grain(world.xy * 1400.0 + world.z * 700.0);
     switch kind {
         case 1u: {
-            s.base = mix(vec3f(0.46, 0.022, 0.03), vec3f(0.60, 0.05, 0.05), grain);
+            s.base = mix(vec3f(0.46, 0.022, 0.03), vec3f(0.60, 0.05, 0.05), mottle);
             s.rough = 0.26;
             s.soft = 0.25;
         }
         case 2u: {
-            s.base = mix(vec3f(0.86, 0.74, 0.26), vec3f(0.92, 0.82, 0.42), grain);
+            s.base = mix(vec3f(0.86, 0.74, 0.26), vec3f(0.92, 0.82, 0.42), mottle);
             s.rough = 0.42;
         }
         case 3u: {
-            s.base = mix(vec3f(0.72, 0.64, 0.48), vec3f(0.84, 0.78, 0.64), grain);
+            s.base = mix(vec3f(0.72, 0.64, 0.48), vec3f(0.84, 0.78, 0.64), mottle);
             s.rough = 0.55;
         }
         case 4u: {
-            s.base = mix(vec3f(0.38, 0.10, 0.09), vec3f(0.46, 0.15, 0.12), grain);
+            s.base = mix(vec3f(0.38, 0.10, 0.09), vec3f(0.46, 0.15, 0.12), mottle);
             s.rough = 0.30;
         }
         case 5u: {
@@ -64,7 +64,7 @@ fn kind_of(kind: u32, world: vec3f) -> Surface {
             s.soft = 0.5;
         }
         case 7u: {
-            s.base = vec3f(0.74, 0.74, 0.70) * mix(0.86, 1.0, noise(world.xy * 2600.0, 65536));
+            s.base = vec3f(0.74, 0.74, 0.70) * mix(0.86, 1.0, grain(world.xy * 2600.0));
             s.rough = 0.95;
             s.soft = 0.4;
         }
@@ -82,10 +82,11 @@ fn tray_fragment(in: Varying) -> @location(0) vec4f {
     let view = towards_eye(in.world);
     var s = kind_of(in.kind, in.world);
     s.normal = normalize(in.normal);
+    let clear = shadow(lamp_at(in.world, s.normal));
     if s.metal > 0.5 {
-        return vec4f(shown(lit_metal(s, view, in.world, s.normal)), 1.0);
+        return vec4f(shown(lit_metal(s, view, clear)), 1.0);
     }
-    return vec4f(shown(lit(s, view, in.world, s.normal)), 1.0);
+    return vec4f(shown(lit(s, view, clear)), 1.0);
 }
 
 // Odd where the cut goes through a solid: its inside is counted into the stencil.
@@ -112,7 +113,7 @@ fn solid_fragment(in: Varying, @builtin(front_facing) front: bool) -> @location(
         s.base *= 0.72;
         s.rough = 0.4;
     }
-    var light = lit(s, view, world, s.normal);
+    var light = lit(s, view, shadow(lamp_at(world, s.normal)));
     if scene.place.z == f32(in.which) {
         let rim = pow(1.0 - abs(dot(s.normal, view)), 2.0);
         light += s.base * 0.9 + vec3f(0.9, 0.75, 0.3) * rim;

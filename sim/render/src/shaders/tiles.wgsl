@@ -12,13 +12,32 @@ fn tile_vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) mater
     return Varying(vec4f(ndc, 0.0, 1.0), ndc * 0.5 + 0.5, material);
 }
 
+// A cell's number where the plane repeats. By division of floats: a processor divides integers one by one.
+fn wrapped(cell: vec2f, period: vec2f) -> vec2i {
+    return vec2i(cell - period * floor((cell + 0.5) / period));
+}
+
+// Value noise with a period along x and one along y, in 0..1.
+fn periodic(at: vec2f, period: vec2i, seed: i32) -> f32 {
+    let cell = floor(at);
+    let f = at - cell;
+    let s = f * f * (3.0 - 2.0 * f);
+    let low = wrapped(cell, vec2f(period)) + seed;
+    let high = wrapped(cell + 1.0, vec2f(period)) + seed;
+    let a = hash2(low).x;
+    let b = hash2(vec2i(high.x, low.y)).x;
+    let c = hash2(vec2i(low.x, high.y)).x;
+    let d = hash2(high).x;
+    return mix(mix(a, b, s.x), mix(c, d, s.x), s.y);
+}
+
 // Octaves of noise, in 0..1.
 fn octaves(uv: vec2f, first: i32, count: i32) -> f32 {
     var total = 0.0;
     var weight = 0.5;
     var period = first;
     for (var i = 0; i < count; i++) {
-        total += weight * noise(uv * f32(period), period);
+        total += weight * periodic(uv * f32(period), vec2i(period), 0);
         weight *= 0.5;
         period *= 2;
     }
@@ -27,18 +46,7 @@ fn octaves(uv: vec2f, first: i32, count: i32) -> f32 {
 
 // Stretched noise: long along x.
 fn fibres(uv: vec2f, along: i32, across: i32) -> f32 {
-    let at = uv * vec2f(f32(along), f32(across));
-    let cell = vec2i(floor(at));
-    let f = fract(at);
-    let s = f * f * (3.0 - 2.0 * f);
-    let period = vec2i(along, across);
-    let low = ((cell % period) + period) % period;
-    let high = (low + 1) % period;
-    let a = hash2(low + 7).x;
-    let b = hash2(vec2i(high.x, low.y) + 7).x;
-    let c = hash2(vec2i(low.x, high.y) + 7).x;
-    let d = hash2(high + 7).x;
-    return mix(mix(a, b, s.x), mix(c, d, s.x), s.y);
+    return periodic(uv * vec2f(f32(along), f32(across)), vec2i(along, across), 7);
 }
 
 // Cells around scattered points: distance to the nearest, how much farther the second is, and a number of the cell's own.
@@ -53,13 +61,13 @@ fn cells(uv: vec2f, period: i32) -> vec3f {
     for (var y = -1; y <= one; y++) {
         for (var x = -1; x <= one; x++) {
             let other = cell + vec2i(x, y);
-            let wrapped = ((other % period) + period) % period;
-            let point = vec2f(other) + 0.15 + 0.7 * hash2(wrapped + period);
+            let same = wrapped(vec2f(other), vec2f(f32(period)));
+            let point = vec2f(other) + 0.15 + 0.7 * hash2(same + period);
             let far = distance(at, point);
             if far < nearest {
                 second = nearest;
                 nearest = far;
-                own = hash2(wrapped + 3 * period).y;
+                own = hash2(same + 3 * period).y;
             } else {
                 second = min(second, far);
             }

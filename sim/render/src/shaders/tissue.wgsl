@@ -9,7 +9,12 @@ struct Varying {
     // Depth before anything moved; 1 on a cut face; steepness of the tent; tone.
     @location(4) more: vec4f,
     @location(5) @interpolate(flat) layer: u32,
+    // As the lamp sees it.
+    @location(6) lamp: vec3f,
 }
+
+// Whether what is behind shows through.
+override faded: bool = false;
 
 // The part of a body that is not cut open lies before the cut: the same corners, mirrored, numbered from here on.
 const BEFORE: u32 = 16u;
@@ -51,6 +56,7 @@ fn tissue_vertex(@location(0) plan: vec3f, @location(1) wall: vec4f, @builtin(in
     out.more = vec4f(depth_of(at.boundary), wall.w, tissue.slope, broad);
     out.layer = at.layer;
     out.clip = scene.clip_from_world * vec4f(out.world, 1.0);
+    out.lamp = lamp_at(out.world, out.normal);
     return out;
 }
 
@@ -153,7 +159,7 @@ struct Bit {
 
 // Each kind of face has its own entry: a processor that stands in for a graphics card runs both sides of every branch.
 fn bit_of(in: Varying, uv: vec2f, material: u32, rough: f32) -> Bit {
-    let across = normalize(in.tangent);
+    let across = in.tangent;
     let view = towards_eye(in.world);
     // What is seen from behind, through a faded body, is lit as seen.
     let outward = normalize(in.normal);
@@ -183,39 +189,60 @@ fn bit_of(in: Varying, uv: vec2f, material: u32, rough: f32) -> Bit {
 }
 
 fn seen(in: Varying, bit: Bit, clearest: f32) -> vec4f {
+    let light = lit(bit.surface, bit.view, shadow(in.lamp));
+    if faded {
+        return seen_through(bit, light, clearest);
+    }
+    return vec4f(shown(light), 1.0);
+}
+
+fn seen_through(bit: Bit, light: vec3f, clearest: f32) -> vec4f {
     let rim = 1.0 - abs(dot(bit.surface.normal, bit.view));
     let clear = smoothstep(0.0, 0.9, scene.look.x);
     let alpha = mix(1.0, mix(clearest, 0.45, rim * rim), clear);
     // What light goes through glows in its own colour instead of darkening what is behind it.
     let glow = bit.surface.base * 0.9 + 0.22;
-    let light = mix(lit(bit.surface, bit.view, in.world, bit.flat_normal), glow, 0.65 * clear);
-    return vec4f(shown(light), alpha);
+    return vec4f(shown(mix(light, glow, 0.65 * clear)), alpha);
 }
 
 fn face_bit(in: Varying) -> Bit {
     let material = u32(scene.layers[in.layer].z);
-    let uv = vec2f(dot(in.rest, normalize(in.tangent)), -in.more.x);
+    let uv = vec2f(dot(in.rest, in.tangent), -in.more.x);
     return bit_of(in, uv, select(material, 6u, material == 0u), 0.7);
 }
 
-// A cut face: a dark line where a layer begins, the epidermis, and tracks with what bled into them.
-@fragment
-fn face_fragment(in: Varying) -> @location(0) vec4f {
+// With a dark line where a layer begins, and the epidermis.
+fn lined_bit(in: Varying) -> Bit {
     var bit = face_bit(in);
     let line = 1.0 - smoothstep(0.0, max(1.1 * bit.pixel, 1.2e-4), bit.from_top);
     let dark = select(vec3f(0.45, 0.30, 0.28), vec3f(0.50, 0.30, 0.22), scene.layers[in.layer].z == 0.0);
+    bit.surface.base *= mix(vec3f(1.0), dark, 0.75 * line);
+    return bit;
+}
+
+// A face where the body ends.
+@fragment
+fn face_fragment(in: Varying) -> @location(0) vec4f {
+    return seen(in, lined_bit(in), 0.16);
+}
+
+// The same with tracks and what bled into them.
+@fragment
+fn tracked_fragment(in: Varying) -> @location(0) vec4f {
+    var bit = lined_bit(in);
     let cut = track(in.rest);
-    var base = bit.surface.base * mix(vec3f(1.0), dark, 0.75 * line);
-    base = mix(base, vec3f(0.30, 0.012, 0.012), 0.9 * cut.y);
+    let base = mix(bit.surface.base, vec3f(0.30, 0.012, 0.012), 0.9 * cut.y);
     bit.surface.base = mix(base, vec3f(0.05, 0.006, 0.006), 0.85 * cut.x);
     bit.surface.rough = mix(bit.surface.rough, 0.16, cut.y);
     return seen(in, bit, 0.16);
 }
 
-// A boundary inside the body, seen when the body is faded.
+// A boundary inside the body, seen when the body is faded: without relief and shine, which what lies over it would hide.
 @fragment
 fn sheet_fragment(in: Varying) -> @location(0) vec4f {
-    return seen(in, bit_of(in, in.rest.xy, u32(scene.layers[in.layer].z), 0.85), 0.10);
+    var bit = bit_of(in, in.rest.xy, u32(scene.layers[in.layer].z), 0.0);
+    bit.surface.normal = bit.flat_normal;
+    return seen_through(bit, matte(bit.surface, shadow(in.lamp)), 0.10);
 }
 
 // The skin from above, paler under tension.
@@ -251,14 +278,22 @@ fn punctured_fragment(in: Varying) -> @location(0) vec4f {
 }
 
 // The section view: flat colour with a hint of the material, and a clear line between layers.
-@fragment
-fn section_fragment(in: Varying) -> @location(0) vec4f {
+fn section(in: Varying, cut: vec2f) -> vec4f {
     let bit = face_bit(in);
     let base = bit.surface.base;
     let tint = band(u32(scene.layers[in.layer].z));
     let grain = mix(0.76, 1.04, bit.surface.open) * mix(0.90, 1.05, smoothstep(0.0, 0.5, dot(base, vec3f(0.34))));
-    let cut = track(in.rest);
     let colour = mix(tint * grain, vec3f(0.45, 0.06, 0.06), 0.8 * max(cut.x, 0.7 * cut.y));
     let line = 1.0 - smoothstep(0.6, 1.7, bit.from_top / max(bit.pixel, 1e-7));
-    return vec4f(mix(colour, tint * 0.45, 0.8 * line), mix(1.0, 0.35, scene.look.x));
+    return vec4f(mix(colour, tint * 0.45, 0.8 * line), 1.0);
+}
+
+@fragment
+fn section_fragment(in: Varying) -> @location(0) vec4f {
+    return section(in, vec2f(0.0));
+}
+
+@fragment
+fn tracked_section(in: Varying) -> @location(0) vec4f {
+    return section(in, track(in.rest));
 }

@@ -1,0 +1,19 @@
+//! A flat grid, for light that is worked out at its corners.
+
+use glam::Vec3;
+
+use super::{Corner, Shape};
+
+/// Makes a grid of so many columns and rows, from -1 to 1 in x and y.
+#[must_use]
+pub fn sheet([columns, rows]: [u32; 2]) -> Shape {
+    let mut shape = Shape::default();
+    let place = |i: u32, count: u32| 2.0 * i as f32 / count as f32 - 1.0;
+    for row in 0..=rows {
+        for column in 0..=columns {
+            shape.corner(Corner::new(Vec3::new(place(column, columns), place(row, rows), 0.0), 0.0, Vec3::Z));
+        }
+    }
+    shape.join(0, columns + 1, rows + 1);
+    shape
+}

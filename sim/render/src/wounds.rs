@@ -1,0 +1,39 @@
+//! How far punctures are seen: what is beyond is drawn without looking for them.
+
+use glam::Vec3;
+
+use crate::frame::{Puncture, Stage};
+use crate::placement::Placement;
+
+/// How far the rim of a pool of blood is from the needle's surface, and how far a trickle reaches, at most, in m.
+const POOL_M: f32 = 0.008;
+const TRICKLE_M: f32 = 0.036;
+/// A track and what seeps from it, in radii of the needle: `track` in `tissue.wgsl` looks no farther.
+const TRACK: f32 = 4.0;
+
+/// Distance from the middle of the cut within which holes and blood lie on the skin, in m; 0 without punctures.
+#[must_use]
+pub fn on_skin(stage: &Stage, place: &Placement, punctures: &[Puncture]) -> f32 {
+    let reach = |puncture: &Puncture| {
+        let blood = puncture.blood.clamp(0.0, 1.0);
+        beside(place, puncture) + 0.5 * stage.needle.diameter_m + POOL_M * blood + TRICKLE_M * blood * blood
+    };
+    punctures.iter().map(reach).fold(0.0, f32::max)
+}
+
+/// Distance from the middle of the cut, to both sides, within which tracks lie in the cut, in m; 0 without punctures.
+#[must_use]
+pub fn on_cut(stage: &Stage, place: &Placement, punctures: &[Puncture]) -> f32 {
+    let reach = |puncture: &Puncture| {
+        let axis = Vec3::from(puncture.axis);
+        let steep = (-axis.z).max(0.1);
+        // Where the track leaves the direction that the cut goes down in.
+        let aslant = (axis / steep - place.down).length() * stage.depth_m();
+        beside(place, puncture) + aslant + TRACK * 0.5 * stage.needle.diameter_m / steep
+    };
+    punctures.iter().map(reach).fold(0.0, f32::max)
+}
+
+fn beside(place: &Placement, puncture: &Puncture) -> f32 {
+    (Vec3::from(puncture.entry_m) - place.focus).truncate().length()
+}
