@@ -6,14 +6,14 @@ use serde_json::json;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::domain::assignment::{Assigned, Standing, Taught, sort};
+use crate::domain::assignment::{Assigned, Standing, Taught, Tried, sort};
 use crate::domain::{CurrentPerson, due};
 use crate::error::Error;
 use crate::storage::assignments::{self, Listed, NewAssignment};
 use crate::storage::audit::Entry;
 use crate::storage::curricula;
 use crate::storage::mails::{self, MailKind, NewMail};
-use crate::storage::practice;
+use crate::storage::{practice, supervisions};
 
 /// How long before it is due somebody is reminded, in s.
 const REMIND_S: i64 = 48 * 3600;
@@ -106,9 +106,14 @@ pub async fn standings_in(
         return Ok(Vec::new());
     }
     let attempts = practice::of_trainee(reader, school, person).await?;
-    let now = state.clock.now();
+    let supervised = match assigned.iter().any(|assigned| assigned.supervised) {
+        true => supervisions::of_trainee(reader, school, person).await?,
+        false => Vec::new(),
+    };
+    let supervised = supervised.iter().map(Uuid::to_string).collect();
+    let (now, tried) = (state.clock.now(), Tried { attempts: &attempts, supervised: &supervised });
     let mut standings: Vec<Standing> =
-        assigned.into_iter().map(|assigned| Standing::of(assigned, taught, &attempts, now)).collect();
+        assigned.into_iter().map(|assigned| Standing::of(assigned, taught, &tried, now)).collect();
     sort(&mut standings);
     Ok(standings)
 }

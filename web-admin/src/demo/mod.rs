@@ -3,8 +3,10 @@
 
 mod assignments;
 mod attempt;
+mod experts;
 mod lesson;
 mod people;
+mod raters;
 mod school;
 mod study;
 
@@ -84,6 +86,7 @@ pub async fn make(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Ve
     let past = AppState { clock: Clock::fixed(monday), ..state.clone() };
     let (school, trainees, accounts) = found(&past, &wanted.password).await?;
     publish(&past, school).await?;
+    experts::demonstrate(&past, school, wanted.seed).await?;
     let slots = schedule(monday, wanted.weeks);
     let mut tried = vec![0; trainees.len()];
     let progress = bar(slots.len());
@@ -96,6 +99,8 @@ pub async fn make(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Ve
     }
     progress.finish_and_clear();
     lesson::teach(&past).await?;
+    raters::rate(&past).await?;
+    raters::mark_pops(&past).await?;
     study::hold(&past, school, &trainees).await?;
     assignments::assign(&past, school, now).await?;
     if wanted.crowd > 0 {

@@ -5,7 +5,7 @@ use serde_json::json;
 use sqlx::SqliteConnection;
 use uuid::Uuid;
 
-use super::school::{self, ADMINISTRATOR, COHORTS, LEARNERS};
+use super::school::{self, ADMINISTRATOR, COHORTS, EXPERTS, LEARNERS};
 use crate::AppState;
 use crate::domain::{Moment, Role};
 use crate::secret;
@@ -60,6 +60,9 @@ pub async fn found(state: &AppState, password: &str) -> anyhow::Result<(Uuid, Ve
         let instructor = founding.add(cohort.instructor, Role::Instructor).await?;
         founding.join(&instructor, id).await?;
         cohort_ids.push(id);
+    }
+    for expert in EXPERTS {
+        founding.add(expert, Role::Instructor).await?;
     }
     let mut trainees = Vec::new();
     for learner in LEARNERS {

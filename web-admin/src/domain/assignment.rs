@@ -2,6 +2,8 @@
 //!
 //! Pure: attempts and the moment go in. Only scored attempts count.
 
+use std::collections::BTreeSet;
+
 use time::OffsetDateTime;
 use uuid::Uuid;
 
@@ -64,6 +66,40 @@ pub enum Stage {
     Spent,
 }
 
+/// The attempts of one trainee, in any order.
+#[derive(Clone, Copy, Debug)]
+pub struct Tried<'a> {
+    /// All of them.
+    pub attempts: &'a [Attempt],
+    /// Ids of those at which somebody who teaches was there, as they have confirmed.
+    pub supervised: &'a BTreeSet<String>,
+}
+
+impl Tried<'_> {
+    /// The attempts that count towards an assignment.
+    fn counting(&self, assigned: &Assigned) -> Vec<Attempt> {
+        let counts = |attempt: &&Attempt| !assigned.supervised || self.supervised.contains(&attempt.session);
+        self.attempts.iter().filter(counts).cloned().collect()
+    }
+
+    /// The attempts at what was assigned, since it was, that only lack a confirmation.
+    fn unconfirmed(&self, assigned: &Assigned, taught: &[Taught]) -> Vec<String> {
+        let asked = |exercise: &String| match &assigned.task {
+            Task::Exercise(id) => id == exercise,
+            Task::Course(id) => taught
+                .iter()
+                .any(|taught| taught.id == *id && taught.course.steps.iter().any(|step| step.exercise == *exercise)),
+        };
+        let lacks = |attempt: &&Attempt| {
+            assigned.supervised
+                && !self.supervised.contains(&attempt.session)
+                && Moment::from(attempt.at) >= assigned.made_at
+                && asked(&attempt.exercise)
+        };
+        self.attempts.iter().filter(lacks).map(|attempt| attempt.session.clone()).collect()
+    }
+}
+
 /// An assignment, how far somebody has come with it, and how it stands to its date.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Standing {
@@ -73,6 +109,8 @@ pub struct Standing {
     pub stage: Stage,
     /// It is due, and not done.
     pub overdue: bool,
+    /// Attempts that do not count because nobody has confirmed that they were there.
+    pub unconfirmed: Vec<String>,
 }
 
 /// A course and its id.
@@ -85,16 +123,17 @@ pub struct Taught {
 }
 
 impl Standing {
-    /// Judges the attempts of one trainee, in any order.
+    /// Judges the attempts of one trainee.
     #[must_use]
-    pub fn of(assigned: Assigned, taught: &[Taught], attempts: &[Attempt], now: Moment) -> Self {
+    pub fn of(assigned: Assigned, taught: &[Taught], tried: &Tried<'_>, now: Moment) -> Self {
         let stage = match &assigned.task {
-            Task::Exercise(exercise) => exercise_stage(&assigned, exercise, taught, attempts, now),
-            Task::Course(course) => course_stage(&assigned, course, taught, attempts, now),
+            Task::Exercise(exercise) => exercise_stage(&assigned, exercise, taught, tried, now),
+            Task::Course(course) => course_stage(&assigned, course, taught, &tried.counting(&assigned), now),
         };
         let done = matches!(stage, Stage::Done { .. });
         let overdue = !done && assigned.due_at.is_some_and(|due| due < now);
-        Self { assigned, stage, overdue }
+        let unconfirmed = if done { Vec::new() } else { tried.unconfirmed(&assigned, taught) };
+        Self { assigned, stage, overdue, unconfirmed }
     }
 
     /// There is something left to do.
@@ -108,9 +147,10 @@ fn late(on: OffsetDateTime, assigned: &Assigned) -> bool {
     assigned.due_at.is_some_and(|due| due < Moment::from(on))
 }
 
-fn exercise_stage(assigned: &Assigned, exercise: &str, taught: &[Taught], attempts: &[Attempt], now: Moment) -> Stage {
+fn exercise_stage(assigned: &Assigned, exercise: &str, taught: &[Taught], tried: &Tried<'_>, now: Moment) -> Stage {
+    let counting = tried.counting(assigned);
     let mut since: Vec<&Attempt> =
-        attempts.iter().filter(|a| a.exercise == exercise && Moment::from(a.at) >= assigned.made_at).collect();
+        counting.iter().filter(|a| a.exercise == exercise && Moment::from(a.at) >= assigned.made_at).collect();
     since.sort_by_key(|attempt| attempt.at);
     let limit = assigned.attempt_limit.map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX));
     if let Some(passed) = since.iter().take(limit).find(|attempt| attempt.passed) {
@@ -119,7 +159,7 @@ fn exercise_stage(assigned: &Assigned, exercise: &str, taught: &[Taught], attemp
     if since.len() >= limit {
         return Stage::Spent;
     }
-    match missing(exercise, taught, attempts, now) {
+    match missing(exercise, taught, tried.attempts, now) {
         missing if missing.is_empty() => {
             let used = u32::try_from(since.len()).unwrap_or(u32::MAX);
             Stage::Open { left: assigned.attempt_limit.map(|limit| limit.saturating_sub(used)) }
@@ -214,7 +254,8 @@ mod tests {
             revision: None,
         };
         let attempts: Vec<_> = tried.iter().map(attempt).collect();
-        Standing::of(assigned(task, limit), &taught(), &attempts, Moment::from(NOW))
+        let tried = Tried { attempts: &attempts, supervised: &BTreeSet::new() };
+        Standing::of(assigned(task, limit), &taught(), &tried, Moment::from(NOW))
     }
 
     fn exercise(id: &str) -> Task {
@@ -237,6 +278,32 @@ mod tests {
         assert_eq!(standing(exercise("a"), Some(2), &tried).stage, Stage::Spent);
         assert_eq!(standing(exercise("a"), Some(3), &tried[..2]).stage, Stage::Open { left: Some(1) });
         assert!(matches!(standing(exercise("a"), Some(3), &tried).stage, Stage::Done { .. }));
+    }
+
+    #[test]
+    fn under_supervision_only_confirmed_attempts_count() {
+        let attempt = |session: &str, hours, passed| Attempt {
+            session: session.to_owned(),
+            exercise: "a".to_owned(),
+            at: NOW - Duration::hours(hours),
+            score: 0.0,
+            passed,
+            revision: None,
+        };
+        let attempts = [attempt("old", 90, true), attempt("alone", 10, true), attempt("seen", 5, false)];
+        let judge = |task, confirmed: &[&str]| {
+            let supervised = confirmed.iter().map(|id| (*id).to_owned()).collect();
+            let asked = Assigned { supervised: true, ..assigned(task, Some(2)) };
+            Standing::of(asked, &taught(), &Tried { attempts: &attempts, supervised: &supervised }, Moment::from(NOW))
+        };
+        let nobody = judge(exercise("a"), &[]);
+        assert_eq!((nobody.stage, nobody.unconfirmed.len()), (Stage::Open { left: Some(2) }, 2));
+        let seen = judge(exercise("a"), &["seen"]);
+        assert_eq!((seen.stage, seen.unconfirmed), (Stage::Open { left: Some(1) }, vec!["alone".to_owned()]));
+        let done = judge(exercise("a"), &["seen", "alone"]);
+        assert!(matches!(done.stage, Stage::Done { late: false, .. }) && done.unconfirmed.is_empty());
+        let course = judge(Task::Course("course".to_owned()), &[]);
+        assert_eq!(course.unconfirmed, ["alone", "seen"]);
     }
 
     #[test]

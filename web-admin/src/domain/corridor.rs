@@ -7,6 +7,9 @@ use assessment::statistics::quantile;
 
 use super::curve::{Curve, MarkKind};
 
+/// What an expert agrees to, in the words that the service proposes.
+pub const WORDING: &str = "My own passed attempts may be part of the experts’ corridor, unnamed, and never among fewer than five. I can take \
+     this back at any time; from then on they are left out.";
 /// Fewest experts that are shown: among fewer, one could be told from the others.
 pub const FEWEST: usize = 5;
 /// The band holds all but this share on either side.

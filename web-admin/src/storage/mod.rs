@@ -40,6 +40,7 @@ pub mod service;
 pub mod sessions;
 pub mod sign_in_codes;
 pub mod stations;
+pub mod supervisions;
 pub mod surveys;
 pub mod tokens;
 pub mod uploads;

@@ -41,6 +41,8 @@ pub struct Row {
     pub supervised: bool,
     /// The trainee's id, where the list is of people.
     pub person: String,
+    /// Attempts that wait for somebody to confirm that they were there.
+    pub unconfirmed: Vec<String>,
 }
 
 /// What somebody has assigned.
@@ -111,7 +113,7 @@ impl Row {
     /// A row under a title of its own.
     #[must_use]
     pub fn new(standing: Standing, (title, href): (String, String), person: String) -> Self {
-        let Standing { assigned, stage, overdue } = standing;
+        let Standing { assigned, stage, overdue, unconfirmed } = standing;
         Self {
             title,
             href,
@@ -122,6 +124,7 @@ impl Row {
             limit: assigned.attempt_limit,
             supervised: assigned.supervised,
             person,
+            unconfirmed,
         }
     }
 
@@ -177,7 +180,7 @@ mod tests {
             supervised: true,
             time_zone: "Europe/Berlin".to_owned(),
         };
-        Standing { assigned, stage, overdue }
+        Standing { assigned, stage, overdue, unconfirmed: vec!["0190a-1".to_owned()] }
     }
 
     fn rows() -> Vec<Row> {
@@ -200,6 +203,7 @@ mod tests {
         {
             assert!(html.contains(words), "{words} is missing in {html}");
         }
+        assert!(html.contains("1 attempt waits for your instructor"), "{html}");
         assert!(html.contains("3 days longer") && html.contains("&#60;fat&#62;"), "{html}");
         let empty = OwnAssignmentsPage { shell: samples::shell(Role::Trainee), rows: vec![] };
         assert!(samples::keep("assignments-none", &empty).contains("Nothing is assigned"));
@@ -227,6 +231,7 @@ mod tests {
         assert!(html.contains("value=\"2026-03-29T02:30\"") && html.contains("The due date: skipped"), "{html}");
         let page = AssignmentPage { shell, id: Uuid::nil(), assignment: managed, rows: rows() };
         let html = samples::keep("assignment", &page);
+        assert!(html.contains("/sessions/0190a-1/supervision") && html.contains("I was there"), "{html}");
         assert!(html.contains("<strong>1</strong> of 5 have done it") && html.contains("Give longer"), "{html}");
     }
 }

@@ -6,6 +6,7 @@ pub mod assets;
 pub mod assignments;
 pub mod charts;
 pub mod cohort;
+pub mod consent;
 pub mod curricula;
 pub mod diff;
 pub mod draft;

@@ -63,6 +63,8 @@ pub struct GradePage {
     pub history: Vec<Entry>,
     /// Who has looked at the attempt, and when.
     pub reviewed: Option<(String, OffsetDateTime)>,
+    /// Who was there during the attempt, and when they confirmed it.
+    pub supervised: Option<(String, OffsetDateTime)>,
     /// What raters gave it.
     pub ratings: Vec<RatedMean>,
     /// The visitor may judge.
@@ -197,6 +199,7 @@ mod tests {
                 entry(Act::Withdrawn { by: by(), reason: "It did not".to_owned() }, None),
             ],
             reviewed: Some((by(), samples::NOW)),
+            supervised: Some((by(), samples::NOW)),
             ratings: vec![RatedMean {
                 round: "Spring round".to_owned(),
                 href: "/ratings/1".to_owned(),

@@ -168,3 +168,32 @@ async fn everybody_is_reminded_once_of_what_is_still_to_be_done() {
     world.app.cohort(world.school, "A", &[&bo.person]).await;
     assert_eq!(world.mails().await.len(), 2, "and whoever came later");
 }
+
+#[tokio::test]
+async fn a_supervised_attempt_counts_once_somebody_was_there() {
+    let mut world = World::new().await;
+    let cohort = world.cohort.to_string();
+    let fields =
+        [("task", "exercise:feel-the-layers"), ("cohort", cohort.as_str()), ("limit", "1"), ("supervised", "yes")];
+    let page = world.post("/assignments", &fields).await.header("location").to_owned();
+    let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
+    assert_eq!(world.app.with_token(&world.ada.token).upload(&record(&attempt)).await.status, 201);
+    worker::work_off(&world.app.state).await.unwrap();
+    let before = world.adas_page().await;
+    assert!(before.contains("1 attempt waits for your instructor") && before.contains("1 attempt left"), "{before}");
+    let path = format!("/sessions/{}/supervision", attempt.session_id);
+    assert!(world.teacher.get(&page).await.text().contains(&path));
+    let assignment = page.rsplit('/').next().unwrap().to_owned();
+    let mut ada = world.app.signed_in("ada@example.org").await;
+    let csrf = csrf_in(&ada.get("/").await.text());
+    assert_eq!(ada.form(&path, &[("csrf", &csrf), ("confirm", "yes")]).await.status, 403, "not by herself");
+    assert_eq!(world.post(&path, &[("confirm", "maybe")]).await.status, 400);
+    let confirmed = world.post(&path, &[("confirm", "yes"), ("assignment", &assignment)]).await;
+    assert_eq!(confirmed.header("location"), page);
+    assert!(!world.adas_page().await.contains("waits for your instructor"));
+    assert!(!world.adas_page().await.contains("1 attempt left"), "it is used");
+    let grade = format!("/sessions/{}/grade", attempt.session_id);
+    assert!(ada.get(&grade).await.text().contains("was there"));
+    assert_eq!(world.post(&path, &[("confirm", "no")]).await.status, 303);
+    assert!(world.adas_page().await.contains("waits for your instructor"));
+}

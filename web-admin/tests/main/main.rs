@@ -17,6 +17,7 @@ mod described;
 mod documents;
 mod drafts;
 mod every_route;
+mod experts;
 mod operation;
 mod page_speed;
 mod pages;

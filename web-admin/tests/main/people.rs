@@ -258,6 +258,9 @@ async fn everybody_takes_home_what_is_held_about_them_and_nothing_else() {
     assert_eq!(held["person"]["email"], "ana@example.org");
     assert_eq!(held["attempts"][0]["recording"], format!("/api/v1/sessions/{}/recording", attempt.session_id));
     assert!(held["log"].as_array().unwrap().iter().any(|entry| entry["action"] == "session.uploaded"), "{held}");
+    for kind in ["comments", "assignments", "ratings", "marked_pops", "survey_answers"] {
+        assert_eq!(held[kind].as_array().map(Vec::len), Some(0), "{kind}: {held}");
+    }
     let other = app.signed_in("bo@example.org").await.get("/account/export").await.json();
     assert_eq!(other["attempts"].as_array().unwrap().len(), 0);
 }

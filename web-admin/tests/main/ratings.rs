@@ -153,6 +153,10 @@ async fn whoever_asked_sees_agreement_and_the_trainee_the_mean() {
     let grade = ada.get(&format!("/sessions/{}/grade", school.attempts[2])).await.text();
     assert!(grade.contains("31.5") && grade.contains("Global rating") && !grade.contains(&round), "{grade}");
     assert_eq!(ada.get(&round).await.status, 403);
+    let held = ada.get("/account/export").await.json();
+    assert_eq!(held["ratings"].as_array().unwrap().len(), 6, "{held}");
+    assert_eq!(held["ratings"][5]["answers"][0], 5.0, "{held}");
+    assert!(!held.to_string().contains(&school.raters[0].person.id.to_string()), "without the raters: {held}");
 }
 
 #[tokio::test]

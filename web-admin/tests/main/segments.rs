@@ -116,6 +116,9 @@ async fn a_trace_tells_nothing_until_marks_are_sent_and_then_the_truth() {
     assert_eq!(mark(&mut ada, &trace, &[], "send").await.status, 409, "sent marks stay");
     assert_eq!(mark(&mut ada, &trace, &["x".to_owned()], "save").await.status, 409);
 
+    let held = ada.get("/account/export").await.json();
+    assert_eq!((&held["marked_pops"][0]["found"], &held["marked_pops"][0]["pops"]), (&1.into(), &truth.len().into()));
+
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     let table = teacher.get(&task).await.text();
     assert!(table.contains(&format!("1 of {}", truth.len())) && table.contains("0 of 1"), "{table}");

@@ -18,6 +18,7 @@ mod assets;
 mod assignments;
 mod cohort_people;
 mod cohorts;
+pub(crate) mod consents;
 mod drafts;
 mod exercise;
 mod home;
@@ -34,6 +35,7 @@ mod segments;
 mod service;
 mod sessions;
 mod standing;
+mod supervision;
 mod surveys;
 mod trainees;
 
@@ -68,11 +70,13 @@ pub fn router() -> Routes {
         .route("/sessions/{id}/override", post(review::put_override))
         .route("/sessions/{id}/override/withdraw", post(review::withdraw_override))
         .route("/sessions/{id}/review", post(review::mark))
+        .route("/sessions/{id}/supervision", post(supervision::confirm))
         .route("/sessions/{id}/regrade", get(review::preview).post(review::regrade))
         .route("/review", get(review::queue))
         .route("/sign-in-code", post(trainees::make_sign_in_code))
         .merge(surveys::router())
         .merge(ratings::router())
+        .merge(consents::router())
         .merge(segments::router())
         .route("/account", get(account::show))
         .route("/account/password", post(account::set_password))

@@ -15,9 +15,10 @@ use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::storage::audit::Entry;
 use crate::storage::comments::{self, Kept};
+use crate::storage::experts::{self, NewDeclaration};
+use crate::storage::reports;
 use crate::storage::scores::{self};
 use crate::storage::sessions::{self, Session};
-use crate::storage::{experts, reports};
 use crate::views::replay::{CommentForm, CommentView, Other, ReplayPage, Said};
 use crate::views::session::Drawing;
 use crate::views::{Place, Shell, charts, format};
@@ -103,8 +104,12 @@ pub(super) async fn consent(
     let (now, mut tx) = (state.clock.now(), state.db.write().await?);
     let own = (person.school_id, person.id);
     let (changed, action) = match form.consent.as_str() {
-        "given" => (experts::consent(&mut tx, own, (person.id, "given by themselves"), now).await?, "expert.consented"),
-        "withdrawn" => (experts::withdraw(&mut tx, own.0, own.1).await?, "expert.consent_withdrawn"),
+        "given" => {
+            let (wording, how) = (corridor::WORDING, "given by themselves, signed in");
+            let new = NewDeclaration { wording, how, given_at: now, recorded_by: person.id };
+            (experts::consent(&mut tx, own, new, now).await?, "expert.consented")
+        }
+        "withdrawn" => (experts::withdraw(&mut tx, own, person.id, now).await?, "expert.consent_withdrawn"),
         other => {
             let why = format!("consent: \"{other}\"; allowed are given and withdrawn");
             return Err(Error::BadRequest(why).into());

@@ -22,6 +22,7 @@ use crate::storage::ratings;
 use crate::storage::reviews::{self, Waiting};
 use crate::storage::scores::{self, Score};
 use crate::storage::sessions::{self, Session};
+use crate::storage::supervisions;
 use crate::surveys;
 use crate::views::review::{self as views, Act, GradePage, Judged, RatedMean, RegradePage, ReviewPage, WaitingRow};
 use crate::views::{Place, Shell, Status, format};
@@ -40,7 +41,7 @@ pub(super) async fn queue(
     Ok(ReviewPage { shell, waiting: waiting.into_iter().map(row).collect(), more, to_rate })
 }
 
-fn judges_only(person: &CurrentPerson) -> Result<(), Error> {
+pub(super) fn judges_only(person: &CurrentPerson) -> Result<(), Error> {
     match person.role {
         Role::Instructor | Role::Administrator => Ok(()),
         _ => Err(Error::Forbidden("attempts are reviewed by those who teach")),
@@ -66,7 +67,7 @@ async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Sess
 }
 
 /// An attempt that a person may judge, which is scored.
-async fn find_scored(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
+pub(super) async fn find_scored(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
     let session = find(state, person, id).await?;
     judges_only(person)?;
     match grades::of(state.db.reader(), session.key()).await? {
@@ -95,6 +96,7 @@ async fn grade_page(
     let computed = scores::all(reader, key).await?;
     let grade = grades::of(reader, key).await?;
     let review = reviews::of(reader, key).await?;
+    let supervised = supervisions::of(reader, key).await?;
     Ok(GradePage {
         shell: Shell::new(person, csrf.token(), Place::Elsewhere),
         attempt: judged(state, person, session).await?,
@@ -103,6 +105,7 @@ async fn grade_page(
         overridden: grade.is_some_and(|grade| grade.overridden),
         history: history(&computed, grades::overrides(reader, key).await?),
         reviewed: review.map(|review| (review.by, review.reviewed_at.to_utc())),
+        supervised: supervised.map(|known| (known.by, known.confirmed_at.to_utc())),
         ratings: rated(state, person, session).await?,
         judge: judges_only(person).is_ok(),
         form,

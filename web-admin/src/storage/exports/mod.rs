@@ -1,5 +1,9 @@
 //! Everything held about a person, for themselves.
 
+mod said;
+
+pub use said::{AnswerFacts, AssignmentFacts, CommentFacts, MarksFacts, RatingFacts};
+
 use serde::Serialize;
 use sqlx::{FromRow, SqlitePool};
 use uuid::Uuid;
@@ -20,6 +24,16 @@ pub struct Export {
     pub metrics: Vec<MetricFacts>,
     /// How they were graded, every time.
     pub scores: Vec<ScoreFacts>,
+    /// What was said about their attempts, by them and others.
+    pub comments: Vec<CommentFacts>,
+    /// What was assigned to them.
+    pub assignments: Vec<AssignmentFacts>,
+    /// What raters gave their attempts, without the raters.
+    pub ratings: Vec<RatingFacts>,
+    /// The pops that they marked, and how near they came.
+    pub marked_pops: Vec<MarksFacts>,
+    /// What they answered in surveys that are not anonymous.
+    pub survey_answers: Vec<AnswerFacts>,
     /// What they did, and what was done with their account.
     pub log: Vec<LogFacts>,
 }
@@ -123,6 +137,11 @@ pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Resul
         attempts,
         metrics: metrics.bind(school).bind(person).fetch_all(reader).await?,
         scores: scores.bind(school).bind(person).fetch_all(reader).await?,
+        comments: said::comments(reader, school, person).await?,
+        assignments: said::assignments(reader, school, person).await?,
+        ratings: said::ratings(reader, school, person).await?,
+        marked_pops: said::marked_pops(reader, school, person).await?,
+        survey_answers: said::survey_answers(reader, school, person).await?,
         log: log(reader, person).await?,
         person: facts,
     }))

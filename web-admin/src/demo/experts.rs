@@ -1,0 +1,116 @@
+//! The experts of the demonstration: those who teach show each exercise once, and consent to be part of the corridor.
+
+use anyhow::Context;
+use mechanics::operator::Skill;
+use tokio::task::JoinSet;
+use uuid::Uuid;
+
+use super::attempt::{self, Task};
+use super::school::{self, ADMINISTRATOR, COHORTS, EXPERTS};
+use super::{COURSE, Made, current_bundle, take_in};
+use crate::AppState;
+use crate::domain::corridor::WORDING;
+use crate::domain::progress::Course;
+use crate::domain::{CurrentPerson, Moment};
+use crate::routes::pages::{consents, review};
+use crate::storage::experts::NewDeclaration;
+use crate::storage::people::{self, Person};
+use crate::storage::{curricula, practice, sessions};
+
+/// How many exercises of the course they show, from the first.
+const SHOWN: usize = 4;
+/// How often they try until they pass.
+const TRIES: u64 = 3;
+/// An expert is at the station so long before the first trainee, in s after midnight; the attempts so far apart.
+const OPENING_S: i64 = 5 * 3600;
+const APART_S: i64 = 300;
+
+/// An exercise that an expert is yet to pass.
+struct Open {
+    expert: Person,
+    step: usize,
+}
+
+/// Lets every expert pass the first exercises, and records that they consent.
+///
+/// # Errors
+/// When the people or the course are missing, or a part of the work fails.
+pub(super) async fn demonstrate(state: &AppState, school: Uuid, seed: u64) -> anyhow::Result<()> {
+    let administrator = find(state, ADMINISTRATOR).await?.into_current().context("the administrator")?;
+    let mut experts = Vec::new();
+    for name in COHORTS.iter().map(|cohort| cohort.instructor).chain(EXPERTS) {
+        experts.push(find(state, name).await?);
+    }
+    let taught = curricula::taught(state.db.reader(), school).await?;
+    let taught = taught.iter().find(|taught| taught.curriculum_id == COURSE).context("the course is not taught")?;
+    let course = curricula::course(state.db.reader(), school, taught).await?;
+    let begun = state.clock.now().plus_s(OPENING_S);
+    for again in 0..TRIES {
+        let open = open(state, &course, &experts).await?;
+        let at = Moment::max(begun, state.clock.now());
+        for made in show(state, &course, &open, (at, seed ^ (again << 48))).await? {
+            take_in(state, school, made).await?;
+        }
+    }
+    for expert in &experts {
+        look_through(state, &administrator, expert).await?;
+        let how = "signed on paper, in the department’s folder";
+        let new = NewDeclaration { wording: WORDING, how, given_at: state.clock.now(), recorded_by: administrator.id };
+        consents::keep(state, &administrator, expert.id, new).await?;
+    }
+    Ok(())
+}
+
+pub(super) async fn find(state: &AppState, name: &str) -> anyhow::Result<Person> {
+    people::by_email(state.db.reader(), &school::email(name)).await?.context("somebody of the demonstration is missing")
+}
+
+async fn open(state: &AppState, course: &Course, experts: &[Person]) -> anyhow::Result<Vec<Open>> {
+    let mut open = Vec::new();
+    for expert in experts {
+        let attempts = practice::of_trainee(state.db.reader(), expert.school_id, expert.id).await?;
+        let passed = |step: &usize| attempts.iter().any(|a| a.passed && a.exercise == course.steps[*step].exercise);
+        let steps = (0..course.steps.len().min(SHOWN)).filter(|step| !passed(step));
+        open.extend(steps.map(|step| Open { expert: expert.clone(), step }));
+    }
+    Ok(open)
+}
+
+/// All of it at once, in order of time.
+async fn show(
+    state: &AppState,
+    course: &Course,
+    open: &[Open],
+    (from, seed): (Moment, u64),
+) -> anyhow::Result<Vec<Made>> {
+    let mut stations = JoinSet::new();
+    for (n, Open { expert, step }) in open.iter().enumerate() {
+        let task = Task {
+            bundle: current_bundle(state, expert.school_id, course, *step).await?,
+            skill: Skill::expert(),
+            seed: seed.wrapping_mul(7_000_003) ^ (n as u64),
+            trainee: expert.pseudonym.clone(),
+            at: from.plus_s(i64::try_from(n)? * APART_S),
+        };
+        let path = state.config.uploads_dir().join(format!("expert-{seed}-{n}.part"));
+        let trainee_id = expert.id;
+        stations.spawn_blocking(move || {
+            let duration_s = attempt::perform(&task, &path)?;
+            let ends = task.at.plus_s(duration_s.ceil() as i64);
+            anyhow::Ok(Made { trainee_id, path, ends })
+        });
+    }
+    let made: anyhow::Result<Vec<_>> = stations.join_all().await.into_iter().collect();
+    let mut made = made?;
+    made.sort_by_key(|attempt| attempt.ends);
+    Ok(made)
+}
+
+/// Nobody waits for a review of what an expert has shown.
+async fn look_through(state: &AppState, administrator: &CurrentPerson, expert: &Person) -> anyhow::Result<()> {
+    for attempt in practice::of_trainee(state.db.reader(), expert.school_id, expert.id).await? {
+        let session = sessions::find(state.db.reader(), expert.school_id, attempt.session.parse()?).await?;
+        review::set_reviewed(state, administrator, &session.context("an expert’s attempt")?, true).await?;
+    }
+    Ok(())
+}

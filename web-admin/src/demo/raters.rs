@@ -1,0 +1,123 @@
+//! Ratings and marked pops of the demonstration: made by a program from the attempts, through the doors of a real school,
+//! and labelled as generated.
+
+use anyhow::Context;
+use assessment::questionnaire::Answer;
+use scene::instrument::ScaleKind;
+use uuid::Uuid;
+
+use super::DAY_S;
+use super::experts::find;
+use super::school::{COHORTS, EXPERTS, LEARNERS};
+use super::study::scatter;
+use crate::AppState;
+use crate::domain::{CurrentPerson, due};
+use crate::ratings::{self, Rated};
+use crate::segments;
+use crate::storage::ratings::{self as stored, NewRound};
+use crate::storage::reports::{self, ListedAttempt};
+use crate::storage::segments::{self as traces, NewTask};
+use crate::storage::{instruments, practice, schools};
+
+/// Attempts that are rated.
+const RATED: usize = 8;
+/// Trainees who have marked the traces.
+const MARKERS: usize = 5;
+
+async fn person(state: &AppState, name: &str) -> anyhow::Result<CurrentPerson> {
+    find(state, name).await?.into_current().context("somebody who may sign in")
+}
+
+/// The first instructor asks three others for ratings of the latest attempts; the last one has one left.
+///
+/// # Errors
+/// When the people or the instrument are missing, or the database fails.
+pub(super) async fn rate(state: &AppState) -> anyhow::Result<()> {
+    let reader = state.db.reader();
+    let asking = person(state, COHORTS[0].instructor).await?;
+    let latest = reports::latest_taught(reader, &asking).await?;
+    let rated: Vec<ListedAttempt> = latest.into_iter().filter(|listed| listed.score.is_some()).take(RATED).collect();
+    let instrument = instruments::current(reader, asking.school_id, "global-rating-puncture").await?;
+    let (Some(instrument), 2..) = (instrument, rated.len()) else { return Ok(()) };
+    let mut raters = Vec::new();
+    for name in [COHORTS[1].instructor, EXPERTS[0], EXPERTS[1]] {
+        raters.push(person(state, name).await?);
+    }
+    let new = NewRound {
+        revision_id: instrument.id,
+        title: "How the latest attempts look to others".to_owned(),
+        generated: true,
+        sessions: rated.iter().map(|listed| listed.id).collect(),
+        raters: raters.iter().map(|rater| rater.id).collect(),
+    };
+    let round = ratings::make(state, &asking, &new).await?;
+    for (place, rater) in raters.iter().enumerate() {
+        let own = stored::own(reader, rater, round).await?;
+        let left = usize::from(place + 1 == raters.len());
+        for rating in &own[left..] {
+            let mut open = ratings::open(state, rater, rating.id).await?;
+            let known = rated.iter().position(|listed| listed.id == rating.session_id).context("a rated attempt")?;
+            let score = rated[known].score.unwrap_or_default() / 100.0;
+            invent(&mut open, score, (place as u64, known as u64));
+            open.finish(state, rater).await?;
+        }
+    }
+    Ok(())
+}
+
+/// Points that follow from the score, from how strict the rater is, and from chance.
+fn invent(open: &mut Rated, score: f64, (rater, attempt): (u64, u64)) {
+    for (at, item) in open.instrument.items.iter().enumerate() {
+        let Some(ScaleKind::Likert { points, .. }) = open.instrument.scale(item) else { continue };
+        let chance = 0.10 * scatter(attempt * 31 + rater * 7) + 0.12 * scatter(attempt * 101 + rater * 13 + at as u64);
+        let share = (0.05 + 0.85 * score + 0.08 * scatter(rater + 500) + chance).clamp(0.0, 1.0);
+        open.rating.answers.0[at] = Some(Answer::Number(1.0 + (share * (f64::from(*points) - 1.0)).round()));
+    }
+}
+
+/// The first instructor lets their trainees mark the pops of two attempts of their own; some have.
+///
+/// # Errors
+/// When the people are missing, or the database fails.
+pub(super) async fn mark_pops(state: &AppState) -> anyhow::Result<()> {
+    let (reader, now) = (state.db.reader(), state.clock.now());
+    let asking = person(state, COHORTS[0].instructor).await?;
+    let shown = practice::of_trainee(reader, asking.school_id, asking.id).await?;
+    let sessions: Result<Vec<Uuid>, _> =
+        shown.iter().filter(|attempt| attempt.passed).take(2).map(|attempt| attempt.session.parse()).collect();
+    let cohort = reports::cohorts(reader, &asking).await?.into_iter().next().context("a cohort")?;
+    let time_zone = schools::time_zone(reader, asking.school_id).await?;
+    let day = due::local(now.plus_s(5 * DAY_S), &time_zone).machine;
+    let due = due::read(&format!("{}T18:00", day.get(..10).context("a date")?), &time_zone)?;
+    let new = NewTask {
+        title: "Where are the pops?".to_owned(),
+        cohort_id: cohort.id,
+        due: Some((due.local, due.at)),
+        time_zone,
+        sessions: sessions?,
+    };
+    let task = segments::make(state, &asking, &new).await?;
+    let traces = traces::traces(reader, asking.school_id, task).await?;
+    let trainees = LEARNERS.iter().filter(|learner| learner.cohort == 0).take(MARKERS);
+    for (place, learner) in (0_u64..).zip(trainees) {
+        let trainee = person(state, learner.name).await?;
+        for (n, trace) in (0_u64..).zip(&traces) {
+            let pops = segments::truth(state, asking.school_id, trace).await?;
+            let marked = invent_marks(&pops, place * 10 + n);
+            segments::mark(state, &trainee, trace, (marked, true)).await?;
+        }
+    }
+    Ok(())
+}
+
+/// Marks near the pops, as steady as a hand on a trace is; now and then one is overlooked.
+fn invent_marks(pops: &[f64], seed: u64) -> Vec<f64> {
+    let near = |(n, pop): (u64, &f64)| {
+        let missed = scatter(seed * 97 + n * 11) > 0.8;
+        let moment: f64 = pop + 0.11 * scatter(seed * 53 + n) + 0.03 * scatter(seed + n * 71);
+        (!missed).then(|| (moment.max(0.0) * 100.0).round() / 100.0)
+    };
+    let mut marks: Vec<f64> = (0_u64..).zip(pops).filter_map(near).collect();
+    marks.sort_by(f64::total_cmp);
+    marks
+}

@@ -1,0 +1,171 @@
+//! `/people/{id}/consent`: an administrator records that somebody who teaches lets their attempts be part of the experts'
+//! corridor, in which words, and that they took it back.
+
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use axum::routing::{get, post};
+use serde::Deserialize;
+use serde_json::json;
+use time::format_description::well_known::Iso8601;
+use time::{Date, Time};
+use uuid::Uuid;
+
+use super::Id;
+use super::admin::administrators_only;
+use crate::AppState;
+use crate::domain::{CurrentPerson, Moment, Role, corridor};
+use crate::error::{Error, PageError};
+use crate::routes::Routes;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields};
+use crate::storage::audit::Entry;
+use crate::storage::directory::{self, Listed};
+use crate::storage::experts::{self, NewDeclaration};
+use crate::views::consent::{ConsentOfExpertPage, Recorded};
+use crate::views::{Place, Shell, format};
+
+/// Most characters of the words that were agreed to, and of how.
+const MOST_WORDING: usize = 2000;
+const MOST_HOW: usize = 300;
+
+pub(super) fn router() -> Routes {
+    Routes::new()
+        .route("/people/{id}/consent", get(show).post(record))
+        .route("/people/{id}/consent/withdraw", post(withdraw))
+}
+
+/// A consent as it was typed.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Typed {
+    wording: String,
+    how: String,
+    given: String,
+}
+
+/// Somebody of the administrator's school who teaches.
+async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<Listed, PageError> {
+    administrators_only(visitor)?;
+    let person = directory::find(state.db.reader(), visitor.school_id, id).await.map_err(Error::from)?;
+    let person = person.ok_or(Error::NotFound)?;
+    if person.role == Role::Trainee {
+        return Err(Error::Conflict("the experts’ corridor is of those who teach; this is a trainee".to_owned()).into());
+    }
+    Ok(person)
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    visitor: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+) -> Result<ConsentOfExpertPage, PageError> {
+    let person = find(&state, &visitor, id).await?;
+    let today = format::machine_time(state.clock.now().to_utc()).chars().take(10).collect();
+    let typed = Typed { wording: corridor::WORDING.to_owned(), how: String::new(), given: today };
+    Ok(page(&state, (&visitor, &csrf), person, (typed, None)).await?)
+}
+
+async fn page(
+    state: &AppState,
+    (visitor, csrf): (&CurrentPerson, &Csrf),
+    person: Listed,
+    (typed, refused): (Typed, Option<String>),
+) -> Result<ConsentOfExpertPage, Error> {
+    let recorded = experts::declarations(state.db.reader(), visitor.school_id, person.id).await?;
+    let row = |known: experts::Declaration| Recorded {
+        wording: known.wording,
+        how: known.how,
+        given_at: known.given_at.to_utc(),
+        recorded_by: known.recorded_by,
+        withdrawn: known.withdrawn_at.map(Moment::to_utc).zip(known.withdrawn_by),
+    };
+    Ok(ConsentOfExpertPage {
+        shell: Shell::new(visitor, csrf.token(), Place::People),
+        person: person.id,
+        name: person.name,
+        recorded: recorded.into_iter().map(row).collect(),
+        wording: typed.wording,
+        how: typed.how,
+        given: typed.given,
+        refused,
+    })
+}
+
+pub(super) async fn record(
+    State(state): State<AppState>,
+    visitor: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    CsrfForm(typed): CsrfForm<Typed>,
+) -> Result<Response, PageError> {
+    let person = find(&state, &visitor, id).await?;
+    let new = match read(&typed, visitor.id, state.clock.now()) {
+        Ok(new) => new,
+        Err(why) => {
+            let page = page(&state, (&visitor, &csrf), person, (typed, Some(why))).await?;
+            return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+        }
+    };
+    keep(&state, &visitor, id, new).await?;
+    Ok(back(id))
+}
+
+/// Keeps a consent and the audit entry that tells of it.
+///
+/// # Errors
+/// [`Error::Conflict`] when one stands already.
+pub(crate) async fn keep(
+    state: &AppState,
+    visitor: &CurrentPerson,
+    person: Uuid,
+    new: NewDeclaration<'_>,
+) -> Result<(), Error> {
+    let (now, mut tx) = (state.clock.now(), state.db.write().await?);
+    if !experts::consent(&mut tx, (visitor.school_id, person), new, now).await? {
+        return Err(Error::Conflict("a consent stands already; it is taken back first".to_owned()));
+    }
+    let told = json!({ "wording": new.wording, "given_at": new.given_at.to_string() });
+    Entry::by(visitor, "expert.consented", person).with(told).append(&mut tx, now).await?;
+    Ok(tx.commit().await?)
+}
+
+/// What was typed, as a consent; or what is wrong with it.
+fn read(typed: &Typed, recorded_by: Uuid, now: Moment) -> Result<NewDeclaration<'_>, String> {
+    let wording = words("wording", &typed.wording, MOST_WORDING)?;
+    let how = words("how it was given", &typed.how, MOST_HOW)?;
+    let given_at = Date::parse(typed.given.trim(), &Iso8601::DATE)
+        .map(|date| Moment::from(date.with_time(Time::MIDNIGHT).assume_utc()))
+        .ok()
+        .filter(|given| *given <= now);
+    let given_at = given_at
+        .ok_or_else(|| format!("day: “{}”; allowed is a day as 2026-05-20 that is not in the future", typed.given))?;
+    Ok(NewDeclaration { wording, how, given_at, recorded_by })
+}
+
+fn words<'a>(field: &str, typed: &'a str, most: usize) -> Result<&'a str, String> {
+    let typed = typed.trim();
+    match typed.chars().count() {
+        n if (1..=most).contains(&n) => Ok(typed),
+        n => Err(format!("{field}: {n} characters; allowed: 1 to {most}")),
+    }
+}
+
+pub(super) async fn withdraw(
+    State(state): State<AppState>,
+    visitor: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Response, PageError> {
+    find(&state, &visitor, id).await?;
+    let (now, mut tx) = (state.clock.now(), state.db.write().await?);
+    if experts::withdraw(&mut tx, (visitor.school_id, id), visitor.id, now).await? {
+        Entry::by(&visitor, "expert.consent_withdrawn", id).append(&mut tx, now).await?;
+    }
+    tx.commit().await.map_err(Error::from)?;
+    Ok(back(id))
+}
+
+fn back(id: Uuid) -> Response {
+    Redirect::to(&format!("/people/{id}/consent")).into_response()
+}
