@@ -154,8 +154,8 @@ async fn whoever_asked_sees_agreement_and_the_trainee_the_mean() {
     assert!(grade.contains("31.5") && grade.contains("Global rating") && !grade.contains(&round), "{grade}");
     assert_eq!(ada.get(&round).await.status, 403);
     let held = ada.get("/account/export").await.json();
-    assert_eq!(held["ratings"].as_array().unwrap().len(), 6, "{held}");
-    assert_eq!(held["ratings"][5]["answers"][0], 5.0, "{held}");
+    let given = held["ratings"].as_array().unwrap();
+    assert!(given.len() == 6 && given.iter().any(|rating| rating["answers"][0] == 5.0), "{held}");
     assert!(!held.to_string().contains(&school.raters[0].person.id.to_string()), "without the raters: {held}");
 }
 

@@ -154,7 +154,7 @@ mod tests {
             outcome: outcome(),
         };
         let html = samples::keep("segments-task-own", &own);
-        assert!(html.contains("2 of 3 pops") && html.contains("75 ms"), "{html}");
+        assert!(html.contains("<strong>2</strong> of 3 pops") && html.contains("75 ms"), "{html}");
         let page = SegmentsPage { shell: samples::shell(Role::Instructor), tasks: vec![], teaches: true };
         assert!(samples::keep("segments-none", &page).contains("/segments/new"));
     }
@@ -179,7 +179,7 @@ mod tests {
             title: "x \"y\"".to_owned(),
             due: "2026-03-29T02:30".to_owned(),
             time_zone: "Europe/Berlin".to_owned(),
-            cohorts: vec![],
+            cohorts: vec![Choice { value: "2".to_owned(), label: "Spring".to_owned(), chosen: false }],
             attempts: vec![Choice { value: "1".to_owned(), label: "Ada".to_owned(), chosen: true }],
             refused: Some("the due date: skipped".to_owned()),
         };
