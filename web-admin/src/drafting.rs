@@ -1,6 +1,6 @@
 //! Writing documents in the browser: drafts, what is wrong with them, and how they become revisions.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
 use mechanics::tissue::follow::{Field, FieldPlan};
@@ -14,6 +14,7 @@ use crate::error::Error;
 use crate::publishing::{self, Publisher, Refused};
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::drafts::{self, By, Draft, DraftKind, NewDraft, Texts};
+use crate::storage::exercises::RevisionBytes;
 use crate::storage::{curricula, exercises};
 
 /// Longest id of a document, in characters.
@@ -254,7 +255,10 @@ fn plan(bundle: &ExerciseBundle) -> Result<Option<FieldPlan>, Issue> {
 }
 
 fn check_course(texts: &Texts, known: &Known, id: &str) -> Checked {
-    let read = Curriculum::from_parts(texts.document.as_bytes(), |file| known.find(file).cloned());
+    let files = known.files();
+    // By the name of the file that it came from, or by its id.
+    let of = |file: &str| files.get(file).cloned().unwrap_or_else(|| file.trim_end_matches(".toml").to_owned());
+    let read = Curriculum::from_parts(texts.document.as_bytes(), |file| known.exercise(&of(file)));
     let course = match read.and_then(|course| same_id(&course.id, id).map(|()| course)) {
         Ok(course) => course,
         Err(refused) => return Checked::Refused(refused.issues),
@@ -281,48 +285,50 @@ fn issue(file: &str, field: &str, found: &str, allowed: &str) -> Issue {
     Issue { file, line: 1, column: 1, field, found, allowed }
 }
 
-/// The school's exercises, as a course may name them.
+/// The school's exercises, as a course may name them. Each is read when it is named.
 struct Known {
     /// By id.
-    exercises: BTreeMap<String, ExerciseBundle>,
-    /// Ids by the names of files in the course's current revision.
-    files: BTreeMap<String, String>,
+    documents: BTreeMap<String, RevisionBytes>,
+    /// Those that were read, by id.
+    read: RefCell<BTreeMap<String, Option<ExerciseBundle>>>,
+    /// The course's current revision, and the ids of its exercises in order.
+    published: Option<(Vec<u8>, Vec<String>)>,
 }
 
 impl Known {
     async fn of(state: &AppState, school: Uuid, course_id: &str) -> Result<Self, Error> {
         let reader = state.db.reader();
-        let mut known = Self { exercises: BTreeMap::new(), files: BTreeMap::new() };
-        for revision in exercises::all_current(reader, school).await? {
-            let Some(bytes) = exercises::bytes(reader, school, revision.id).await? else { continue };
-            let bundle = ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes);
-            let bundle =
-                bundle.map_err(|error| anyhow::Error::new(error).context("a published exercise is refused"))?;
-            known.exercises.insert(revision.exercise_id, bundle);
-        }
+        let documents = exercises::all_documents(reader, school).await?;
         let taught = curricula::taught(reader, school).await?;
-        let Some(current) = taught.into_iter().find(|course| course.curriculum_id == course_id) else {
-            return Ok(known);
+        let published = match taught.into_iter().find(|course| course.curriculum_id == course_id) {
+            Some(current) => {
+                let ids = curricula::exercise_ids(reader, current.revision_id).await?;
+                curricula::bytes(reader, school, current.revision_id).await?.map(|bytes| (bytes, ids))
+            }
+            None => None,
         };
-        let ids = curricula::exercise_ids(reader, current.revision_id).await?;
-        if let Some(bytes) = curricula::bytes(reader, school, current.revision_id).await? {
-            known.files = known.files(&bytes, &ids);
-        }
-        Ok(known)
+        Ok(Self { documents, read: RefCell::default(), published })
     }
 
-    /// What a published course calls its exercises, whose ids are known in order.
-    fn files(&self, course: &[u8], ids: &[String]) -> BTreeMap<String, String> {
+    /// Ids by the names of files in the course's current revision.
+    fn files(&self) -> BTreeMap<String, String> {
+        let Some((course, ids)) = &self.published else { return BTreeMap::new() };
         let next = Cell::new(0);
-        let in_order = |_: &str| self.exercises.get(ids.get(next.replace(next.get() + 1))?).cloned();
+        let in_order = |_: &str| self.exercise(ids.get(next.replace(next.get() + 1))?);
         let entries = Curriculum::from_parts(course, in_order).map(|course| course.entries).unwrap_or_default();
         entries.into_iter().map(|entry| (entry.file, entry.exercise)).collect()
     }
 
-    /// The exercise that a course names by the file it came from, or by its id.
-    fn find(&self, file: &str) -> Option<&ExerciseBundle> {
-        let id = self.files.get(file).map_or(file.strip_suffix(".toml").unwrap_or(file), String::as_str);
-        self.exercises.get(id)
+    fn exercise(&self, id: &str) -> Option<ExerciseBundle> {
+        if let Some(known) = self.read.borrow().get(id) {
+            return known.clone();
+        }
+        let bytes = self.documents.get(id)?;
+        // It was read when it was published, so a refusal now is our fault: then the course names nothing.
+        let read = ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes);
+        let read = read.inspect_err(|error| tracing::error!(id, %error, "a published exercise is refused")).ok();
+        self.read.borrow_mut().insert(id.to_owned(), read.clone());
+        read
     }
 }
 

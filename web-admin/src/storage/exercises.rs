@@ -1,5 +1,7 @@
 //! Exercises as they were published: revisions that never change.
 
+use std::collections::BTreeMap;
+
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
@@ -230,4 +232,33 @@ pub async fn bytes(reader: &sqlx::SqlitePool, school: Uuid, revision: Uuid) -> R
         .fetch_all(reader)
         .await?;
     Ok(Some(RevisionBytes { exercise, scene, meshes }))
+}
+
+/// The bytes of every revision that trainees of a school are given, by exercise: two queries, however many there are.
+///
+/// # Errors
+/// When the database fails.
+pub async fn all_documents(reader: &sqlx::SqlitePool, school: Uuid) -> Result<BTreeMap<String, RevisionBytes>> {
+    let documents: Vec<(String, Vec<u8>, Vec<u8>)> = sqlx::query_as(
+        "SELECT e.exercise_id, r.exercise_bytes, r.scene_bytes
+         FROM exercises e JOIN exercise_revisions r ON r.id = e.revision_id WHERE e.school_id = $1",
+    )
+    .bind(school)
+    .fetch_all(reader)
+    .await?;
+    let meshes: Vec<(String, String, Vec<u8>)> = sqlx::query_as(
+        "SELECT e.exercise_id, m.name, m.bytes FROM exercises e JOIN exercise_meshes m ON m.revision_id = e.revision_id
+         WHERE e.school_id = $1 ORDER BY e.exercise_id, m.position",
+    )
+    .bind(school)
+    .fetch_all(reader)
+    .await?;
+    let own = |(id, exercise, scene)| (id, RevisionBytes { exercise, scene, meshes: Vec::new() });
+    let mut all: BTreeMap<String, RevisionBytes> = documents.into_iter().map(own).collect();
+    for (id, name, bytes) in meshes {
+        if let Some(revision) = all.get_mut(&id) {
+            revision.meshes.push((name, bytes));
+        }
+    }
+    Ok(all)
 }

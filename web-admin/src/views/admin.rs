@@ -1,12 +1,11 @@
-//! The administrator's pages: the school at a glance, and its people.
+//! The administrator's pages: the school at a glance, its queue and its stations.
 
 use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
-use super::cohort::CohortCard;
+use super::cohort::CohortLine;
 use super::{Shell, Status, format};
-use crate::domain::Role;
 
 /// The administrator's home.
 #[derive(Debug, Template, WebTemplate)]
@@ -20,8 +19,10 @@ pub struct AdminHomePage {
     pub counts: Vec<(i64, &'static str)>,
     /// The queue.
     pub queue: Queue,
-    /// Cohorts.
-    pub cohorts: Vec<CohortCard>,
+    /// The first cohorts by name.
+    pub cohorts: Vec<CohortLine>,
+    /// There are others.
+    pub more: bool,
 }
 
 /// The administration.
@@ -32,8 +33,6 @@ pub struct AdminPage {
     pub shell: Shell,
     /// The school's name.
     pub school: String,
-    /// People by name.
-    pub people: Vec<PersonRow>,
     /// The queue.
     pub queue: Queue,
     /// Stations with a token.
@@ -73,25 +72,6 @@ impl Queue {
     }
 }
 
-/// A person.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PersonRow {
-    /// Name.
-    pub name: String,
-    /// Page, for a trainee.
-    pub href: Option<String>,
-    /// Address.
-    pub email: String,
-    /// Role.
-    pub role: Role,
-    /// Cohorts by name.
-    pub cohorts: String,
-    /// May sign in.
-    pub enabled: bool,
-    /// Upload tokens that are valid.
-    pub tokens: i64,
-}
-
 /// A station that may upload.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StationRow {
@@ -122,6 +102,7 @@ pub struct PairingCodePage {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::domain::Role;
     use crate::views::samples;
 
     fn queue() -> Queue {
@@ -137,6 +118,7 @@ mod tests {
             counts: vec![(28, "trainees"), (3, "instructors"), (1034, "attempts")],
             queue: queue(),
             cohorts: vec![],
+            more: false,
         };
         let html = samples::keep("admin-home", &page);
         assert!(
@@ -146,20 +128,10 @@ mod tests {
     }
 
     #[test]
-    fn the_administration_lists_people_and_what_fails() {
-        let person = |name: &str, role, enabled| PersonRow {
-            name: name.to_owned(),
-            href: None,
-            email: "a@example.org".to_owned(),
-            role,
-            cohorts: "Spring 2026".to_owned(),
-            enabled,
-            tokens: 1,
-        };
+    fn the_administration_lists_stations_and_what_fails() {
         let page = AdminPage {
             shell: samples::shell(Role::Administrator),
             school: "Example School".to_owned(),
-            people: vec![person("Ana", Role::Trainee, true), person("Bo", Role::Instructor, false)],
             queue: queue(),
             stations: vec![
                 StationRow {
@@ -172,7 +144,11 @@ mod tests {
             ],
         };
         let html = samples::keep("admin", &page);
-        assert!(html.contains("disk full &#60;no&#62;") && html.contains("Disabled") && html.contains("Skills lab 2"));
+        assert!(
+            html.contains("disk full &#60;no&#62;")
+                && html.contains("href=\"/people\"")
+                && html.contains("Skills lab 2")
+        );
         assert_eq!(html.matches("/revoke\"").count(), 1, "what is revoked cannot be revoked again");
     }
 

@@ -8,6 +8,7 @@ use super::trainee::{CourseFacts, exercise_href, score_points};
 use super::{Shell, Status, charts, format};
 use crate::domain::Role;
 use crate::domain::progress::{Progress, StepProgress, StepState};
+use crate::storage::reports::CohortInShort;
 
 /// The page of a cohort.
 #[derive(Debug, Template, WebTemplate)]
@@ -36,7 +37,42 @@ pub struct CohortsPage {
     /// Frame.
     pub shell: Shell,
     /// Cohorts by name.
-    pub cohorts: Vec<CohortCard>,
+    pub cohorts: Vec<CohortLine>,
+    /// This is not the first page.
+    pub later: bool,
+    /// The next page.
+    pub next: Option<String>,
+}
+
+/// A cohort in a list.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CohortLine {
+    /// Its page.
+    pub href: String,
+    /// Its name.
+    pub name: String,
+    /// Trainees in it.
+    pub trainees: i64,
+    /// Their scored attempts.
+    pub attempts: i64,
+    /// Share of them that passed, 0–1; none where there are no attempts.
+    passed: Option<f64>,
+}
+
+impl CohortLine {
+    /// A cohort in a list.
+    #[must_use]
+    pub fn new(cohort: CohortInShort) -> Self {
+        let CohortInShort { id, name, trainees, attempts, passes } = cohort;
+        let passed = (attempts > 0).then(|| passes as f64 / attempts as f64);
+        Self { href: format!("/cohorts/{id}"), name, trainees, attempts, passed }
+    }
+
+    /// The share that passed, as a bar and in words.
+    #[must_use]
+    pub fn passed(&self) -> Option<(String, String)> {
+        self.passed.map(|share| (charts::share_bar(share), format!("{}\u{a0}%", format::fixed(share * 100.0, 0))))
+    }
 }
 
 /// A cohort in short.
@@ -253,11 +289,22 @@ mod tests {
 
     #[test]
     fn the_list_links_each_cohort() {
-        let cards =
-            vec![CohortCard::new(("/cohorts/1".to_owned(), "Spring".to_owned()), &samples::cohort_page().trainees)];
-        let page = CohortsPage { shell: samples::shell(Role::Instructor), cohorts: cards };
-        assert!(samples::keep("cohorts", &page).contains(r#"href="/cohorts/1""#));
-        let empty = CohortsPage { shell: samples::shell(Role::Instructor), cohorts: vec![] };
+        let line = |name: &str, attempts| {
+            let id = uuid::Uuid::nil();
+            CohortLine::new(CohortInShort { id, name: name.to_owned(), trainees: 12, attempts, passes: attempts / 2 })
+        };
+        let page = CohortsPage {
+            shell: samples::shell(Role::Instructor),
+            cohorts: vec![line("Spring <1>", 40), line("Summer", 0)],
+            later: true,
+            next: Some("/cohorts?after=Summer".to_owned()),
+        };
+        let html = samples::keep("cohorts", &page);
+        assert!(
+            html.contains(r#"href="/cohorts/0000"#) && html.contains("50\u{a0}%") && html.contains("More"),
+            "{html}"
+        );
+        let empty = CohortsPage { cohorts: vec![], later: false, next: None, ..page };
         assert!(samples::keep("cohorts-empty", &empty).contains("No cohorts yet"));
     }
 }

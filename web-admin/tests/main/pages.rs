@@ -95,9 +95,31 @@ async fn an_administrator_sees_the_school_and_its_queue() {
     let home = school.page("head@example.org", "/").await;
     assert!(home.contains("North") && home.contains("1 recording waits") && home.contains("Spring"), "{home}");
     let admin = school.page("head@example.org", "/admin").await;
-    assert!(admin.contains("ada@example.org") && admin.contains("room 2"), "{admin}");
-    assert!(!admin.contains("head@south.example"), "another school's people stay there");
+    assert!(admin.contains("href=\"/people\"") && admin.contains("room 2"), "{admin}");
+    assert!(!admin.contains("ada@example.org"), "people have a page of their own");
+    let people = school.page("head@example.org", "/people").await;
+    assert!(people.contains("ada@example.org") && !people.contains("head@south.example"), "{people}");
     school.page("head@example.org", &school.cohort_path().await).await;
+}
+
+#[tokio::test]
+async fn many_cohorts_come_page_by_page_each_once() {
+    let school = School::new().await;
+    let id = school.trainee.person.school_id;
+    for n in 0..60 {
+        school.app.cohort(id, &format!("Year {n:02} & more"), &[]).await;
+    }
+    let mut head = school.app.signed_in("head@example.org").await;
+    let first = head.get("/cohorts").await;
+    let second = head.get(&first.link("/cohorts?after=")).await;
+    let listed = [first.text(), second.text()].concat();
+    for name in (0..60).map(|n| format!(">Year {n:02} &#38; more<")).chain([">Spring<".to_owned()]) {
+        assert_eq!(listed.matches(&name).count(), 1, "{name}");
+    }
+    assert!(!second.text().contains("rel=\"next\"") && second.text().contains("From the beginning"));
+    assert!(head.get("/").await.text().contains("All cohorts"));
+    let taught = school.page("teacher@example.org", "/cohorts").await;
+    assert!(taught.contains(">Spring<") && !taught.contains("Year 01"), "{taught}");
 }
 
 #[tokio::test]

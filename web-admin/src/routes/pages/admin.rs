@@ -10,17 +10,20 @@ use crate::domain::{CurrentPerson, Moment, Role};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::stations as pairing;
-use crate::storage::reports::{self, Counts, ListedPerson, Named};
+use crate::storage::reports::{self, Counts};
 use crate::storage::stations::{self, Station};
-use crate::views::admin::{AdminHomePage, AdminPage, PairingCodePage, PersonRow, Queue, StationRow};
+use crate::views::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
 use crate::views::{Place, Shell};
 
+/// Cohorts on the home page; the others are on their own.
+const FEW: usize = 10;
 /// What counts as recent, in s.
 const WEEK_S: i64 = 7 * 24 * 3600;
 
 /// The administrator's home.
 pub(super) async fn home(state: &AppState, shell: Shell, person: &CurrentPerson) -> Result<AdminHomePage, Error> {
     let counts = counts(state, person.school_id).await?;
+    let (cohorts, more) = cohorts::in_short(state, person, ("", FEW)).await?;
     Ok(AdminHomePage {
         shell,
         queue: queue(state, person.school_id, &counts).await?,
@@ -31,7 +34,8 @@ pub(super) async fn home(state: &AppState, shell: Shell, person: &CurrentPerson)
             (counts.recent, "attempts in the last 7 days"),
         ],
         school: counts.school,
-        cohorts: cohorts::cards(state, person).await?,
+        cohorts,
+        more: more.is_some(),
     })
 }
 
@@ -43,13 +47,10 @@ pub(super) async fn show(
     administrators_only(&person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let counts = counts(&state, school).await?;
-    let memberships = reports::memberships(reader, school).await?;
-    let people = reports::people(reader, school).await?;
     Ok(AdminPage {
         shell: Shell::new(&person, csrf.token(), Place::Administration),
         queue: queue(&state, school, &counts).await?,
         school: counts.school,
-        people: people.into_iter().map(|p| person_row(p, &memberships)).collect(),
         stations: stations::all(reader, school).await?.into_iter().map(station_row).collect(),
     })
 }
@@ -106,19 +107,6 @@ async fn queue(state: &AppState, school: Uuid, counts: &Counts) -> Result<Queue,
         refused: counts.refused,
         flagged: counts.flagged,
     })
-}
-
-fn person_row(person: ListedPerson, memberships: &[Named]) -> PersonRow {
-    let cohorts = memberships.iter().filter(|m| m.id == person.id).map(|m| m.name.as_str());
-    PersonRow {
-        href: (person.role == Role::Trainee).then(|| format!("/trainees/{}", person.id)),
-        cohorts: cohorts.collect::<Vec<_>>().join(", "),
-        name: person.display_name,
-        email: person.email,
-        role: person.role,
-        enabled: person.enabled,
-        tokens: person.tokens,
-    }
 }
 
 fn station_row(station: Station) -> StationRow {

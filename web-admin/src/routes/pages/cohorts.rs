@@ -1,16 +1,20 @@
 //! `/cohorts` and `/cohorts/{id}`.
 
-use axum::extract::State;
+use axum::extract::{Query, State};
+use serde::Deserialize;
 
-use super::Id;
 use super::standing::{self, CohortStanding};
+use super::{Id, in_query};
 use crate::AppState;
 use crate::domain::{CurrentPerson, Role};
 use crate::error::{Error, PageError};
 use crate::routes::auth::Csrf;
 use crate::storage::reports::{self, Named};
-use crate::views::cohort::{CohortCard, CohortPage, CohortsPage, CourseShare};
+use crate::views::cohort::{CohortLine, CohortPage, CohortsPage, CourseShare};
 use crate::views::{Place, Shell};
+
+/// Cohorts on one page.
+const PER_PAGE: usize = 50;
 
 /// The page of a cohort.
 pub(super) fn href(cohort: &Named) -> String {
@@ -28,22 +32,42 @@ pub(super) async fn standings(state: &AppState, person: &CurrentPerson) -> Resul
     Ok(standings)
 }
 
-/// Every cohort that a person may see, in short.
-pub(super) async fn cards(state: &AppState, person: &CurrentPerson) -> Result<Vec<CohortCard>, Error> {
-    let standings = standings(state, person).await?;
-    Ok(standings.iter().map(|(c, s)| CohortCard::new((href(c), c.name.clone()), &s.rows)).collect())
+/// A page of the cohorts that a person may see, and the name after which the next begins.
+pub(super) async fn in_short(
+    state: &AppState,
+    person: &CurrentPerson,
+    (after, most): (&str, usize),
+) -> Result<(Vec<CohortLine>, Option<String>), Error> {
+    let limit = u32::try_from(most + 1).unwrap_or(u32::MAX);
+    let mut found = reports::cohorts_in_short(state.db.reader(), person, (after, limit)).await?;
+    let more = found.len() > most;
+    found.truncate(most);
+    let next = found.last().filter(|_| more).map(|last| last.name.clone());
+    Ok((found.into_iter().map(CohortLine::new).collect(), next))
+}
+
+#[derive(Deserialize)]
+pub(super) struct After {
+    #[serde(default)]
+    after: String,
 }
 
 pub(super) async fn list(
     State(state): State<AppState>,
     person: CurrentPerson,
     csrf: Csrf,
+    Query(After { after }): Query<After>,
 ) -> Result<CohortsPage, PageError> {
     if person.role == Role::Trainee {
         return Err(PageError(Error::Forbidden("cohorts are shown to those who teach them")));
     }
-    let cohorts = cards(&state, &person).await?;
-    Ok(CohortsPage { shell: Shell::new(&person, csrf.token(), Place::Cohorts), cohorts })
+    let (cohorts, next) = in_short(&state, &person, (&after, PER_PAGE)).await?;
+    Ok(CohortsPage {
+        shell: Shell::new(&person, csrf.token(), Place::Cohorts),
+        cohorts,
+        later: !after.is_empty(),
+        next: next.map(|last| format!("/cohorts?after={}", in_query(&last))),
+    })
 }
 
 pub(super) async fn show(

@@ -31,6 +31,49 @@ pub async fn cohorts(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) 
     .await
 }
 
+/// A cohort at a glance.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct CohortInShort {
+    /// Its id.
+    pub id: Uuid,
+    /// Its name.
+    pub name: String,
+    /// Trainees in it.
+    pub trainees: i64,
+    /// Their scored attempts.
+    pub attempts: i64,
+    /// Of them, those that passed.
+    pub passes: i64,
+}
+
+/// The cohorts that a person may see, by name, from the first after `after`: what there is to a page of them.
+///
+/// # Errors
+/// When the database fails.
+pub async fn cohorts_in_short(
+    executor: impl SqliteExecutor<'_>,
+    viewer: &CurrentPerson,
+    (after, limit): (&str, u32),
+) -> Result<Vec<CohortInShort>> {
+    sqlx::query_as(
+        "SELECT c.id, c.name,
+           (SELECT count(*) FROM cohort_members m WHERE m.cohort_id = c.id AND m.role = 'trainee') AS trainees,
+           (SELECT coalesce(sum(t.attempts), 0) FROM tallies t
+             WHERE t.school_id = c.school_id AND t.cohort_id = c.id) AS attempts,
+           (SELECT coalesce(sum(t.passes), 0) FROM tallies t
+             WHERE t.school_id = c.school_id AND t.cohort_id = c.id) AS passes
+         FROM cohorts c WHERE c.school_id = $1 AND c.name > $4 AND ($3 OR EXISTS (SELECT 1 FROM cohort_members m
+           WHERE m.cohort_id = c.id AND m.person_id = $2 AND m.role = 'instructor')) ORDER BY c.name LIMIT $5",
+    )
+    .bind(viewer.school_id)
+    .bind(viewer.id)
+    .bind(viewer.role == Role::Administrator)
+    .bind(after)
+    .bind(limit)
+    .fetch_all(executor)
+    .await
+}
+
 /// The people of a cohort in a role, by name.
 ///
 /// # Errors

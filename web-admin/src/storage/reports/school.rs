@@ -3,8 +3,7 @@
 use sqlx::{FromRow, SqliteExecutor};
 use uuid::Uuid;
 
-use super::Named;
-use crate::domain::{Moment, Role};
+use crate::domain::Moment;
 use crate::storage::Result;
 
 /// An exercise in short, in the revision that trainees are given.
@@ -101,54 +100,6 @@ pub async fn failing_jobs(executor: impl SqliteExecutor<'_>, school: Uuid) -> Re
     sqlx::query_as(
         "SELECT session_id, attempts, coalesce(error, '') AS error FROM jobs
          WHERE school_id = $1 AND attempts > 0 ORDER BY next_run_at, session_id LIMIT 50",
-    )
-    .bind(school)
-    .fetch_all(executor)
-    .await
-}
-
-/// A person as the administrator sees them.
-#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
-pub struct ListedPerson {
-    /// Id.
-    pub id: Uuid,
-    /// Name.
-    pub display_name: String,
-    /// Address.
-    pub email: String,
-    /// Role.
-    pub role: Role,
-    /// May sign in.
-    pub enabled: bool,
-    /// Upload tokens that are valid.
-    pub tokens: i64,
-}
-
-/// Everybody of a school, by name.
-///
-/// # Errors
-/// When the database fails.
-pub async fn people(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<ListedPerson>> {
-    sqlx::query_as(
-        "SELECT p.id, p.display_name, p.email, p.role, p.disabled_at IS NULL AS enabled,
-           (SELECT count(*) FROM api_tokens t
-             WHERE t.school_id = p.school_id AND t.person_id = p.id AND t.revoked_at IS NULL) AS tokens
-         FROM people p WHERE p.school_id = $1 ORDER BY p.display_name, p.id",
-    )
-    .bind(school)
-    .fetch_all(executor)
-    .await
-}
-
-/// Who is in which cohort of a school: the person, and the cohort's name.
-///
-/// # Errors
-/// When the database fails.
-pub async fn memberships(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Named>> {
-    sqlx::query_as(
-        "SELECT m.person_id AS id, c.name FROM cohort_members m
-         JOIN cohorts c ON c.school_id = m.school_id AND c.id = m.cohort_id
-         WHERE m.school_id = $1 ORDER BY c.name",
     )
     .bind(school)
     .fetch_all(executor)
