@@ -9,8 +9,9 @@ use super::layouts::{Layouts, group};
 use super::pipelines::{Shaders, covering};
 use super::textures::{Plan, view};
 
-/// Pictures: the six materials, and skin cut through.
-const MATERIALS: u32 = 7;
+/// The shaders of the pictures: the six materials in the order of [`crate::frame::Material`], and skin cut through.
+const MATERIALS: [&str; 7] =
+    ["paint_skin", "paint_fat", "paint_muscle", "paint_fascia", "paint_bone", "paint_fluid", "paint_dermis"];
 /// Width of a tile, in texels.
 const TEXELS: u32 = 512;
 /// Levels of detail, down to 4 texels.
@@ -29,12 +30,13 @@ impl Tiles {
     /// Draws them.
     #[must_use]
     pub fn new(device: &Device, queue: &Queue, layouts: &Layouts, shaders: &Shaders) -> Self {
-        let plan = Plan { size: [TEXELS; 2], levels: LEVELS, layers: MATERIALS, samples: 1, format: super::FORMAT };
+        let layers = MATERIALS.len() as u32;
+        let plan = Plan { size: [TEXELS; 2], levels: LEVELS, layers, samples: 1, format: super::FORMAT };
         let textures = [(); 2].map(|()| plan.empty(device, TextureUsages::COPY_DST | TextureUsages::TEXTURE_BINDING));
         let easel = Easel::new(device, (layouts, shaders));
         let mut encoder = device.create_command_encoder(&Default::default());
-        for material in 0..MATERIALS {
-            easel.paint(&mut encoder, material);
+        for (material, painting) in (0..).zip(&easel.painting) {
+            easel.paint(&mut encoder, painting);
             for (sheet, texture) in easel.sheets.iter().zip(&textures) {
                 sheet.halve(&mut encoder, &easel.halving);
                 sheet.copy(&mut encoder, (texture, material));
@@ -51,7 +53,8 @@ impl Tiles {
 
 /// Where one material after the other is painted, and copied from. OpenGL cannot read one level of one picture of many.
 struct Easel {
-    painting: RenderPipeline,
+    /// One for each material.
+    painting: [RenderPipeline; MATERIALS.len()],
     relieving: RenderPipeline,
     halving: RenderPipeline,
     heights: TextureView,
@@ -72,11 +75,11 @@ impl Easel {
     fn new(device: &Device, (layouts, shaders): (&Layouts, &Shaders)) -> Self {
         let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
         let heights = view(&Plan::flat([TEXELS; 2], HEIGHTS).empty(device, usage));
-        let paint = ["tile_vertex", "paint_fragment"];
+        let paint = |entry| covering(device, &shaders.tiles, ["tile_vertex", entry], (&[], &[super::FORMAT, HEIGHTS]));
         let relief = ["tile_vertex", "relief_fragment"];
         let halve = ["enlarge_vertex", "enlarge_fragment"];
         Self {
-            painting: covering(device, &shaders.tiles, paint, (&[], &[super::FORMAT, HEIGHTS])),
+            painting: MATERIALS.map(paint),
             relieving: covering(device, &shaders.tiles, relief, (&[&layouts.responses], &[super::FORMAT])),
             halving: covering(device, &shaders.enlarge, halve, (&[&layouts.copy], &[super::FORMAT])),
             bind: group(device, &layouts.responses, &[BindingResource::TextureView(&heights)]),
@@ -86,11 +89,11 @@ impl Easel {
     }
 
     /// Colours and heights of a material, then its relief from the heights.
-    fn paint(&self, encoder: &mut CommandEncoder, material: u32) {
+    fn paint(&self, encoder: &mut CommandEncoder, painting: &RenderPipeline) {
         let [colours, reliefs] = &self.sheets;
         let mut pass = begin(encoder, &[&colours.levels[0].1, &self.heights]);
-        pass.set_pipeline(&self.painting);
-        pass.draw(0..3, material..material + 1);
+        pass.set_pipeline(painting);
+        pass.draw(0..3, 0..1);
         drop(pass);
         let mut pass = begin(encoder, &[&reliefs.levels[0].1]);
         pass.set_pipeline(&self.relieving);

@@ -3,13 +3,12 @@
 struct Varying {
     @builtin(position) clip: vec4f,
     @location(0) uv: vec2f,
-    @location(1) @interpolate(flat) material: u32,
 }
 
 @vertex
-fn tile_vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) material: u32) -> Varying {
+fn tile_vertex(@builtin(vertex_index) index: u32) -> Varying {
     let ndc = vec2f(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0);
-    return Varying(vec4f(ndc, 0.0, 1.0), ndc * 0.5 + 0.5, material);
+    return Varying(vec4f(ndc, 0.0, 1.0), ndc * 0.5 + 0.5);
 }
 
 // A cell's number where the plane repeats. By division of floats: a processor divides integers one by one.
@@ -156,18 +155,6 @@ fn dermis(uv: vec2f) -> Tile {
     return Tile(colour, 0.004 * fibre + 0.004 * knot, 0.40);
 }
 
-fn tile(uv: vec2f, material: u32) -> Tile {
-    switch material {
-        case 0u: { return skin(uv); }
-        case 1u: { return fat(uv); }
-        case 2u: { return muscle(uv); }
-        case 3u: { return fascia(uv); }
-        case 4u: { return bone(uv); }
-        case 5u: { return fluid(uv); }
-        default: { return dermis(uv); }
-    }
-}
-
 struct Painted {
     // The root of the colour, which eight bits hold better; openness.
     @location(0) colour: vec4f,
@@ -175,11 +162,45 @@ struct Painted {
     @location(1) height: vec4f,
 }
 
-@fragment
-fn paint_fragment(in: Varying) -> Painted {
-    let here = tile(in.uv, in.material);
+fn painted(here: Tile) -> Painted {
     let open = clamp(0.72 + 26.0 * here.height, 0.0, 1.0);
     return Painted(vec4f(sqrt(here.colour), open), vec4f(here.height, here.rough, 0.0, 1.0));
+}
+
+// Each material has its own entry: a processor that stands in for a graphics card would make all of them at every texel.
+@fragment
+fn paint_skin(in: Varying) -> Painted {
+    return painted(skin(in.uv));
+}
+
+@fragment
+fn paint_fat(in: Varying) -> Painted {
+    return painted(fat(in.uv));
+}
+
+@fragment
+fn paint_muscle(in: Varying) -> Painted {
+    return painted(muscle(in.uv));
+}
+
+@fragment
+fn paint_fascia(in: Varying) -> Painted {
+    return painted(fascia(in.uv));
+}
+
+@fragment
+fn paint_bone(in: Varying) -> Painted {
+    return painted(bone(in.uv));
+}
+
+@fragment
+fn paint_fluid(in: Varying) -> Painted {
+    return painted(fluid(in.uv));
+}
+
+@fragment
+fn paint_dermis(in: Varying) -> Painted {
+    return painted(dermis(in.uv));
 }
 
 @group(0) @binding(0) var heights: texture_2d<f32>;
