@@ -78,7 +78,7 @@ pub async fn owner(browser: &Client, url: &str, email: &str) -> String {
         .await;
     inspect(browser, "a survey").await;
     browser.find(Locator::Css("#labels")).await.expect("a list").send_keys("Dr A").await.expect("it takes a name");
-    click(browser, "main form[action$='/links'] button", |path| path.ends_with("/links")).await;
+    click(browser, "main form[action$='/links'] button[value=show]", |path| path.ends_with("/links")).await;
     inspect(browser, "links").await;
     let link = browser.find(Locator::Css("main table a[href*='/survey/']")).await.expect("a link");
     link.attr("href").await.expect("its address").expect("an address")
