@@ -32,7 +32,7 @@ function ticks(from, to, most) {
 
 export class Plots {
   constructor(canvas, attempt, clock) {
-    Object.assign(this, { canvas, attempt, clock, other: null, comments: [] });
+    Object.assign(this, { canvas, words: canvas.dataset, attempt, clock, other: null, comments: [] });
     this.from = 0;
     this.to = Math.max(clock.duration, 0.1);
     this.spans = attempt.spans;
@@ -170,7 +170,7 @@ export class Plots {
     pen.setLineDash([]);
     pen.fillStyle = this.theme.good;
     pen.textAlign = 'left';
-    pen.fillText('target', LEFT + 5, y - 4);
+    pen.fillText(this.words.target, LEFT + 5, y - 4);
   }
 
   drawAxes(pen) {
@@ -189,8 +189,8 @@ export class Plots {
     const most = Math.max(2, Math.floor(this.width / 90));
     ticks(this.from, this.to, most).forEach(([t, text]) => grid(`M${this.x(t)} ${bottom}v5`, this.x(t), bottom + COMMENTS + 16, text, 'center'));
     pen.textAlign = 'right';
-    pen.fillText('time (s)', right, bottom + COMMENTS + 31);
-    [['force (N)', this.forceTop, this.forceHeight], ['depth (mm)', this.depthTop, this.depthHeight]].forEach(([text, top, height]) => {
+    pen.fillText(this.words.time, right, bottom + COMMENTS + 31);
+    [[this.words.force, this.forceTop, this.forceHeight], [this.words.depth, this.depthTop, this.depthHeight]].forEach(([text, top, height]) => {
       pen.save();
       pen.translate(12, top + height / 2);
       pen.rotate(-Math.PI / 2);

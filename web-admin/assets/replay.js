@@ -27,7 +27,7 @@ function figures(attempt, clock) {
     fields.depth.textContent = unit(value('advance_mm'), 1, 'mm');
     fields.force.textContent = unit(value('force_n'), 2, 'N');
     fields.lateral.textContent = unit(value('lateral_n'), 2, 'N');
-    fields.layer.textContent = layer ? layer.name : 'above the skin';
+    fields.layer.textContent = layer ? layer.name : root.dataset.above;
     // Read out when it stands: a voice that speaks during play would be behind all the time.
     if (!clock.playing) live.textContent = `${fields.time.textContent}, ${fields.depth.textContent}, ${fields.force.textContent}, ${fields.layer.textContent}`;
   };
@@ -55,7 +55,7 @@ function wireControls({ clock, plots, jump, scene, draw }) {
   part('view').addEventListener('change', (event) => { scene?.look(event.target.value); draw(); });
   clock.addEventListener('moved', () => { scrub.value = clock.t; scrub.ariaValueText = `${clock.t.toFixed(2)} s`; });
   clock.addEventListener('changed', () => {
-    play.textContent = clock.playing ? 'Pause' : 'Play';
+    play.textContent = clock.playing ? root.dataset.pause : root.dataset.play;
     speed.value = String(clock.speed);
     if (SPEEDS.includes(clock.speed) && clock.speed !== 1) history.replaceState(null, '', `#t=${clock.t.toFixed(2)}&speed=${clock.speed}`);
   });
@@ -94,7 +94,7 @@ function openScene(attempt) {
     return new Scene(part('scene'), part('labels'), attempt);
   } catch (error) {
     part('no-scene').hidden = false;
-    part('no-scene').textContent = `No 3-D picture: ${error.message}. The plots show the same attempt.`;
+    part('no-scene').textContent = root.dataset.noScene;
     return null;
   }
 }
@@ -147,7 +147,7 @@ async function start() {
 start().catch((error) => {
   const status = document.querySelector('#replay-status');
   status.hidden = false;
-  status.textContent = `The replay could not be loaded (${error.message}). The curves below show the attempt.`;
+  status.textContent = root.dataset.failed;
   root.hidden = true;
   document.querySelectorAll('[data-without-script]').forEach((element) => { element.hidden = false; });
 });

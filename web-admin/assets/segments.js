@@ -30,10 +30,10 @@ strips?.addEventListener("click", (event) => {
   const field = [...form.querySelectorAll("[name=mark]")].find((input) => input.value.trim() === "");
   if (t === null) return;
   if (!field) {
-    said.textContent = "All fields are filled: save to get more.";
+    said.textContent = said.dataset.full;
     return;
   }
   field.value = t.toFixed(2);
   draw(svg, event.clientX);
-  said.textContent = `${field.labels[0].textContent.trim()} at ${field.value} s; not saved yet`;
+  said.textContent = `${field.labels[0].textContent.trim()}: ${field.value} s; ${said.dataset.unsaved}`;
 });

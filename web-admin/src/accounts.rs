@@ -123,7 +123,7 @@ fn purpose(person: &Listed) -> Result<Purpose, Error> {
         AccountState::Invited => Ok(Purpose::Invitation),
         AccountState::Active => Ok(Purpose::Reset),
         AccountState::Disabled | AccountState::Erased => {
-            Err(Error::Conflict("this account is disabled: enable it first".to_owned()))
+            Err(Error::Conflict(tr!("this account is disabled: enable it first").to_owned()))
         }
     }
 }

@@ -45,7 +45,7 @@ pub async fn extend(
     (person, days): (Uuid, i64),
 ) -> Result<(), Error> {
     let Some(local) = &assignment.due_local else {
-        return Err(Error::Conflict("what has no due date is not extended".to_owned()));
+        return Err(Error::Conflict(tr!("what has no due date is not extended").to_owned()));
     };
     let later = due::extended(local, &assignment.time_zone, days);
     let later = later.map_err(|refused| Error::Unprocessable(refused.to_string()))?;

@@ -46,7 +46,7 @@ pub enum Saved {
 /// For a trainee.
 pub fn staff_only(person: &CurrentPerson) -> Result<(), Error> {
     match person.role {
-        Role::Trainee => Err(Error::Forbidden("this page is for instructors and administrators")),
+        Role::Trainee => Err(Error::Forbidden(tr!("this page is for instructors and administrators"))),
         Role::Instructor | Role::Administrator => Ok(()),
     }
 }

@@ -91,6 +91,22 @@ impl Error {
         }
     }
 
+    /// What is wrong, in the reader's language; whoever refused in words of their own has said them in it.
+    #[must_use]
+    pub fn said(&self) -> String {
+        match self {
+            Self::NotFound => tr!("there is nothing here").to_owned(),
+            Self::TooLarge { limit_bytes } => {
+                tr!("the body is larger than {limit} bytes, the largest allowed", limit = limit_bytes)
+            }
+            Self::Unscored(why) => tr!("this attempt was not scored: {why}", why = why),
+            Self::Timeout => tr!("the body stopped arriving").to_owned(),
+            Self::TooMany { retry_after_s } => tr!("too many attempts; try again in {wait} s", wait = retry_after_s),
+            Self::Internal(_) => tr!("something went wrong here; it has been noted").to_owned(),
+            other => other.to_string(),
+        }
+    }
+
     /// Finishes an answer: what only its headers can say, and the one log line of an internal error.
     pub(crate) fn dress(&self, mut response: Response) -> Response {
         if let Self::TooMany { retry_after_s } = self {
@@ -181,8 +197,7 @@ impl<E: Into<Error>> From<E> for PageError {
 impl IntoResponse for PageError {
     fn into_response(self) -> Response {
         let status = self.0.status();
-        let title = status.canonical_reason().unwrap_or_default();
-        let page = ErrorPage { status: status.as_u16(), title, message: self.0.to_string() };
+        let page = ErrorPage { status: status.as_u16(), message: self.0.said() };
         self.0.dress((status, page).into_response())
     }
 }

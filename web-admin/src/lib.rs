@@ -2,6 +2,9 @@
 //!
 //! A library with a thin program around it, so that tests run the router in process.
 
+#[macro_use]
+pub mod words;
+
 pub mod accounts;
 pub mod assignments;
 pub mod backup;

@@ -15,7 +15,9 @@ use crate::storage::sessions::{self, Session};
 use crate::surveys;
 use crate::surveys::answering::read_items;
 
-const FINISHED: &str = "this rating is finished; it can no longer be changed";
+fn finished() -> Error {
+    Error::Conflict(tr!("this rating is finished; it can no longer be changed").to_owned())
+}
 
 /// Makes a round.
 ///
@@ -89,7 +91,7 @@ impl Rated {
     pub async fn save(&self, state: &AppState) -> Result<(), Error> {
         let mut tx = state.db.write().await?;
         if !ratings::put(&mut tx, &self.rating, None).await? {
-            return Err(Error::Conflict(FINISHED.to_owned()));
+            return Err(finished());
         }
         Ok(tx.commit().await?)
     }
@@ -101,7 +103,7 @@ impl Rated {
     pub async fn finish(&self, state: &AppState, rater: &CurrentPerson) -> Result<(), Error> {
         let mut tx = state.db.write().await?;
         if !ratings::put(&mut tx, &self.rating, Some(state.clock.now())).await? {
-            return Err(Error::Conflict(FINISHED.to_owned()));
+            return Err(finished());
         }
         // The log names the rating, not the attempt: a rater reads their own export.
         let told = json!({ "round": self.rating.round_id });

@@ -12,6 +12,7 @@ use crate::routes::auth::{LoginLimits, PairingLimits};
 use crate::routes::health::Counters;
 use crate::storage::Database;
 use crate::uploads::Turns;
+use crate::words;
 
 /// What every handler may use.
 #[derive(Clone, Debug)]
@@ -46,6 +47,7 @@ impl AppState {
     /// # Errors
     /// When a folder cannot be made, or the database cannot be opened or migrated.
     pub async fn open(config: Config, clock: Clock) -> anyhow::Result<Self> {
+        words::check()?;
         for folder in [&config.data_dir, &config.recordings_dir, &config.uploads_dir(), &config.replays_dir()] {
             std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
         }

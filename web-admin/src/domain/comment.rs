@@ -97,7 +97,13 @@ fn moment(field: &str, typed: &str, (least_s, most_s): (f64, f64)) -> Result<f64
     seconds.ok_or_else(|| {
         // Rounded inwards, so that what is named as allowed is.
         let (least_s, most_s) = ((least_s * 100.0).ceil() / 100.0, (most_s * 100.0).floor() / 100.0);
-        Refused(format!("{field}: \"{typed}\"; allowed is {least_s} to {most_s} s, which is within the attempt"))
+        Refused(tr!(
+            "{field}: “{typed}”; allowed is {least} to {most} s, which is within the attempt",
+            field = field,
+            typed = typed,
+            least = least_s,
+            most = most_s
+        ))
     })
 }
 
@@ -108,9 +114,11 @@ fn moment(field: &str, typed: &str, (least_s, most_s): (f64, f64)) -> Result<f64
 pub fn words(typed: &str) -> Result<String, Refused> {
     let body = typed.trim();
     match body.chars().count() {
-        0 => Err(Refused("comment: empty; say something".to_owned())),
+        0 => Err(Refused(tr!("comment: empty; say something").to_owned())),
         1..=MOST_CHARACTERS => Ok(body.to_owned()),
-        count => Err(Refused(format!("comment: {count} characters; allowed are {MOST_CHARACTERS}"))),
+        count => {
+            Err(Refused(tr!("comment: {count} characters; allowed are {most}", count = count, most = MOST_CHARACTERS)))
+        }
     }
 }
 
@@ -134,11 +142,11 @@ mod tests {
     #[test]
     fn what_lies_outside_or_backwards_is_refused_with_what_is_allowed() {
         for (from_s, to_s, word) in [
-            ("10.1", "", "from: \"10.1\"; allowed is 0 to 10 s"),
+            ("10.1", "", "from: “10.1”; allowed is 0 to 10 s"),
             ("-1", "", "from"),
             ("", "", "from"),
             ("NaN", "", "from"),
-            ("5", "4", "to: \"4\"; allowed is 5 to 10 s"),
+            ("5", "4", "to: “4”; allowed is 5 to 10 s"),
             ("5", "11", "to"),
             ("5", "inf", "to"),
         ] {

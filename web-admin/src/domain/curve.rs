@@ -112,10 +112,10 @@ impl Stage {
     #[must_use]
     pub fn meaning(self) -> &'static str {
         match self {
-            Self::I => "the tip presses the boundary in",
-            Self::II => "the tip is through, the rim not yet there",
-            Self::III => "the rim presses the boundary in",
-            Self::IV => "the rim is through",
+            Self::I => tr!("the tip presses the boundary in"),
+            Self::II => tr!("the tip is through, the rim not yet there"),
+            Self::III => tr!("the rim presses the boundary in"),
+            Self::IV => tr!("the rim is through"),
         }
     }
 }

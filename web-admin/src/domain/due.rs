@@ -2,9 +2,10 @@
 
 use jiff::civil::DateTime;
 use jiff::tz::{AmbiguousOffset, TimeZone};
-use jiff::{Timestamp, ToSpan};
+use jiff::{Timestamp, ToSpan, Zoned};
 
 use super::Moment;
+use crate::words::dates;
 
 /// A due date as it was said, and what it means.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -110,10 +111,16 @@ pub fn local(at: Moment, zone_name: &str) -> Local {
     let zone = zone(zone_name).unwrap_or(TimeZone::UTC);
     let zoned = Timestamp::from_microsecond(at.micros()).unwrap_or(Timestamp::UNIX_EPOCH).to_zoned(zone);
     Local {
-        words: zoned.strftime("%-d %b %Y, %H:%M").to_string(),
+        words: said(&zoned),
         offset: format!("UTC{}", zoned.strftime("%:z")),
         machine: zoned.strftime("%Y-%m-%dT%H:%M:%S%:z").to_string(),
     }
+}
+
+/// A date and a time as people say them.
+fn said(at: &Zoned) -> String {
+    let date = dates::date((at.year().into(), at.month().unsigned_abs(), at.day().unsigned_abs()));
+    tr!("{date}, {time}", date = date, time = at.strftime("%H:%M"))
 }
 
 fn moment(at: Timestamp) -> Moment {

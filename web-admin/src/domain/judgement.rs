@@ -43,8 +43,8 @@ impl Override {
     pub fn parse(typed: &TypedOverride) -> Result<Self, Refused> {
         let number = typed.score.trim().replace(',', ".").parse::<f64>().ok();
         let score = number.filter(|score| (0.0..=100.0).contains(score));
-        let score =
-            score.ok_or_else(|| Refused(format!("score: \"{}\"; allowed is a number from 0 to 100", typed.score)))?;
+        let score = score
+            .ok_or_else(|| Refused(tr!("score: “{typed}”; allowed is a number from 0 to 100", typed = typed.score)))?;
         let passed = match typed.result.as_str() {
             "passed" => true,
             "failed" => false,
@@ -61,9 +61,11 @@ impl Override {
 pub fn reason(typed: &str) -> Result<String, Refused> {
     let reason = typed.trim();
     match reason.chars().count() {
-        0 => Err(Refused("reason: empty; a grade is changed for a reason that others can read".to_owned())),
+        0 => Err(Refused(tr!("reason: empty; a grade is changed for a reason that others can read").to_owned())),
         1..=MOST_CHARACTERS => Ok(reason.to_owned()),
-        count => Err(Refused(format!("reason: {count} characters; allowed are {MOST_CHARACTERS}"))),
+        count => {
+            Err(Refused(tr!("reason: {count} characters; allowed are {most}", count = count, most = MOST_CHARACTERS)))
+        }
     }
 }
 

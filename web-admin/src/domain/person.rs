@@ -6,6 +6,8 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 use uuid::Uuid;
 
+use crate::words::Language;
+
 /// What a person may do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, sqlx::Type, utoipa::ToSchema, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
@@ -20,13 +22,23 @@ pub enum Role {
 }
 
 impl Role {
-    /// The word for it in the database and on pages.
+    /// The word for it in the database and in addresses.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Trainee => "trainee",
             Self::Instructor => "instructor",
             Self::Administrator => "administrator",
+        }
+    }
+
+    /// The word for it on pages.
+    #[must_use]
+    pub fn said(self) -> &'static str {
+        match self {
+            Self::Trainee => tr!("trainee"),
+            Self::Instructor => tr!("instructor"),
+            Self::Administrator => tr!("administrator"),
         }
     }
 }
@@ -64,4 +76,6 @@ pub struct CurrentPerson {
     pub role: Role,
     /// Their name, for the page's head; never for a log.
     pub display_name: String,
+    /// The language that they have chosen, if any.
+    pub language: Option<Language>,
 }

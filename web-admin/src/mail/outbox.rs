@@ -10,6 +10,7 @@ use crate::mail::{Letter, surveys};
 use crate::storage::account_links::Purpose;
 use crate::storage::mails::{self, Mail, MailKind};
 use crate::views::letters;
+use crate::words::{self, Language};
 
 /// How often the queue is looked at where nobody rings.
 const EVERY: Duration = Duration::from_secs(60);
@@ -48,7 +49,8 @@ pub async fn work_off(state: &AppState) -> Result<(), Error> {
 }
 
 async fn deliver(state: &AppState, mail: &Mail) -> Result<(), Error> {
-    let letter = compose(state, mail).await?;
+    let language = mail.language.as_deref().and_then(Language::named).unwrap_or(Language::ENGLISH);
+    let letter = words::speaking(language, compose(state, mail)).await?;
     let sent = match letter {
         Some(letter) => state.mailer.send(letter, state.clock.now()).await,
         None => {

@@ -5,7 +5,7 @@ use std::time::Duration;
 use axum::Router;
 use axum::extract::Request;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
-use axum::middleware::from_fn_with_state;
+use axum::middleware::{from_fn, from_fn_with_state};
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
 use tower_http::compression::predicate::{DefaultPredicate, NotForContentType, Predicate};
@@ -21,6 +21,7 @@ use crate::storage::web_sessions::WebSessions;
 pub mod api;
 pub mod auth;
 pub mod health;
+pub mod language;
 mod listed;
 pub mod pages;
 pub mod survey;
@@ -50,9 +51,11 @@ pub fn routes(state: &AppState) -> Routes {
     let packable = DefaultPredicate::new().and(NotForContentType::new("application/octet-stream"));
     signed_in
         .merge(auth::router())
+        .merge(language::router())
         .merge(survey::router())
         .merge(pages::assets())
         .merge(pages::linked())
+        .around(|all| all.layer(from_fn(language::settle)))
         .around(|all| all.layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, PAGE_TIMEOUT)))
         .nest("/api/v1", api::router(state))
         .around(|all| all.layer(cookies(state)))

@@ -15,7 +15,8 @@ use crate::domain::survey::ResponseState;
 use crate::error::{Error, PageError};
 use crate::routes::Routes;
 use crate::surveys::answering::{self, Answering};
-use crate::views::survey::form::{ConsentPage, End, EndPage, FormPage, Given, Question, Terms};
+use crate::views::survey::form::{ConsentPage, End, EndPage, FormPage, Given, Question, Terms, shown};
+use crate::words::{self, Language};
 
 /// What was typed and refused: the item's place, the text and the reason.
 type Refusals = Vec<(usize, String, String)>;
@@ -41,16 +42,21 @@ async fn show(
     let answering = answering::open(&state, &token).await?;
     let wanted = query.lang.unwrap_or_else(|| preferred(&headers));
     Ok(match answering.response.state {
-        ResponseState::Invited => consent(&answering, &token, &wanted, false).into_response(),
-        ResponseState::Begun => form(&answering, &token, query.page, &Vec::new()).into_response(),
-        ResponseState::Submitted => end(&answering, &token, End::Sent).into_response(),
-        ResponseState::Withdrawn => end(&answering, &token, End::Withdrawn).into_response(),
+        ResponseState::Invited => consent(&answering, &token, &wanted, false),
+        ResponseState::Begun => form(&answering, &token, query.page, &Vec::new()),
+        ResponseState::Submitted => end(&answering, &token, End::Sent),
+        ResponseState::Withdrawn => end(&answering, &token, End::Withdrawn),
     })
 }
 
-/// The languages that a browser asks for.
+/// The languages that somebody would like: what a browser asks for, and first what they have chosen here.
 pub(super) fn preferred(headers: &HeaderMap) -> String {
-    headers.get(ACCEPT_LANGUAGE).and_then(|value| value.to_str().ok()).unwrap_or_default().to_owned()
+    let asked = headers.get(ACCEPT_LANGUAGE).and_then(|value| value.to_str().ok()).unwrap_or_default();
+    // Without a choice, English is spoken where there are no pages in any language asked for; an instrument may know it.
+    match words::current() {
+        Language::ENGLISH => asked.to_owned(),
+        chosen => format!("{chosen},{asked}"),
+    }
 }
 
 /// What somebody is told before the first question.
@@ -77,30 +83,32 @@ pub(super) struct TermsOf<'a> {
     pub after_attempt: bool,
 }
 
-fn consent(answering: &Answering, token: &str, wanted: &str, refused: bool) -> ConsentPage {
+fn consent(answering: &Answering, token: &str, wanted: &str, refused: bool) -> Response {
     let of = TermsOf { survey: &answering.survey, instrument: &answering.instrument, after_attempt: false };
     let href = |code: &String| (code.clone(), format!("/survey/{token}?lang={code}"));
-    ConsentPage {
+    let page = ConsentPage {
         terms: terms(&of, wanted),
         action: format!("/survey/{token}"),
         hidden: Vec::new(),
         languages: answering.instrument.languages.iter().map(href).collect(),
         refused,
         begun: false,
-    }
+    };
+    shown(&page.terms.language.clone(), page)
 }
 
-fn end(answering: &Answering, token: &str, end: End) -> EndPage {
-    EndPage {
+fn end(answering: &Answering, token: &str, end: End) -> Response {
+    let page = EndPage {
         language: answering.response.language.clone(),
         title: answering.survey.title.clone(),
         end,
         identity: answering.survey.identity,
         action: format!("/survey/{token}"),
-    }
+    };
+    shown(&answering.response.language, page)
 }
 
-fn form(answering: &Answering, token: &str, page: Option<usize>, refusals: &Refusals) -> FormPage {
+fn form(answering: &Answering, token: &str, page: Option<usize>, refusals: &Refusals) -> Response {
     let pages = answering.instrument.pages();
     let asked = answering.asked_pages();
     let step = page.and_then(|page| asked.iter().position(|at| *at == page)).unwrap_or(0);
@@ -112,15 +120,16 @@ fn form(answering: &Answering, token: &str, page: Option<usize>, refusals: &Refu
         (section.title.in_language(&language).to_owned(), text.to_owned())
     });
     let questions = items.into_iter().filter(|item| answering.asks(*item));
-    FormPage {
+    let page = FormPage {
         title: answering.survey.title.clone(),
         heading,
         step: (step + 1, asked.len().max(1)),
         page: at,
         questions: questions.map(|item| question(answering, item, &language, refusals)).collect(),
         action: format!("/survey/{token}"),
-        language,
-    }
+        language: language.clone(),
+    };
+    shown(&language, page)
 }
 
 fn question(answering: &Answering, item: usize, language: &str, refusals: &Refusals) -> Question {
@@ -140,7 +149,7 @@ async fn act(
         "begin" => begin(&state, answering, &token, (field("consent") == "yes", field("lang"))).await,
         "discard" => {
             answering.discard(&state).await?;
-            Ok(end(&answering, &token, End::Discarded).into_response())
+            Ok(end(&answering, &token, End::Discarded))
         }
         "withdraw" => {
             answering.withdraw(&state).await?;
@@ -148,7 +157,9 @@ async fn act(
         }
         step @ ("save" | "next" | "back" | "send") => {
             if answering.response.state != ResponseState::Begun {
-                return Err(Error::Conflict("these answers were not begun, or were sent already".to_owned()).into());
+                return Err(
+                    Error::Conflict(tr!("these answers were not begun, or were sent already").to_owned()).into()
+                );
             }
             let page = field("page").parse().unwrap_or(0);
             let refused = answering.read_page(page, &fields);

@@ -41,6 +41,8 @@ pub struct Mail {
     pub school: String,
     /// The school's time zone.
     pub time_zone: String,
+    /// The language that they have chosen, by its code.
+    pub language: Option<String>,
     /// They may be written to: neither disabled nor erased.
     pub enabled: bool,
 }
@@ -88,7 +90,7 @@ pub async fn queue(writer: &mut SqliteConnection, mail: NewMail, now: Moment) ->
 pub async fn due(executor: impl SqliteExecutor<'_>, now: Moment, limit: u32) -> Result<Vec<Mail>> {
     sqlx::query_as(
         "SELECT m.id, m.school_id, m.person_id, m.kind, m.assignment_id, m.tries, p.display_name AS name, p.email,
-           s.name AS school, s.time_zone, p.disabled_at IS NULL AS enabled
+           s.name AS school, s.time_zone, p.language, p.disabled_at IS NULL AS enabled
          FROM mails m JOIN people p ON p.id = m.person_id JOIN schools s ON s.id = m.school_id
          WHERE m.next_run_at <= $1 ORDER BY m.next_run_at LIMIT $2",
     )

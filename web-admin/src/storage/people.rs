@@ -6,6 +6,7 @@ use uuid::Uuid;
 use super::Result;
 use super::directory::search;
 use crate::domain::{CurrentPerson, Moment, Role, new_id};
+use crate::words::Language;
 
 /// A person, without what they sign in with.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -26,6 +27,8 @@ pub struct Person {
     pub credential_version: i64,
     /// Since when they may not sign in.
     pub disabled_at: Option<Moment>,
+    /// The language that they have chosen, by its code.
+    pub language: Option<String>,
 }
 
 impl Person {
@@ -37,6 +40,7 @@ impl Person {
             school_id: self.school_id,
             role: self.role,
             display_name: self.display_name,
+            language: self.language.as_deref().and_then(Language::named),
         })
     }
 }
@@ -80,7 +84,7 @@ pub async fn add(writer: &mut SqliteConnection, person: &NewPerson<'_>, now: Mom
     sqlx::query_as(
         "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search)
          VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)
-         RETURNING id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at",
+         RETURNING id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language",
     )
     .bind(id)
     .bind(person.school_id)
@@ -109,7 +113,7 @@ pub async fn count(executor: impl SqliteExecutor<'_>) -> Result<i64> {
 /// When the database fails.
 pub async fn by_id(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Person>> {
     sqlx::query_as(
-        "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at
+        "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
          FROM people WHERE id = $1",
     )
     .bind(id)
@@ -123,7 +127,7 @@ pub async fn by_id(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option
 /// When the database fails.
 pub async fn by_email(executor: impl SqliteExecutor<'_>, email: &str) -> Result<Option<Person>> {
     sqlx::query_as(
-        "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at
+        "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
          FROM people WHERE email = $1",
     )
     .bind(email.to_lowercase())
@@ -137,7 +141,7 @@ pub async fn by_email(executor: impl SqliteExecutor<'_>, email: &str) -> Result<
 /// When the database fails.
 pub async fn by_pseudonym(executor: impl SqliteExecutor<'_>, school: Uuid, name: &str) -> Result<Option<Person>> {
     sqlx::query_as(
-        "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at
+        "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
          FROM people WHERE school_id = $1 AND pseudonym = $2",
     )
     .bind(school)
@@ -165,6 +169,24 @@ pub async fn set_password(writer: &mut SqliteConnection, person: Uuid, password_
     sqlx::query("UPDATE people SET password_hash = $2, credential_version = credential_version + 1 WHERE id = $1")
         .bind(person)
         .bind(password_hash)
+        .execute(writer)
+        .await
+        .map(|done| done.rows_affected() == 1)
+}
+
+/// Sets the language that a person reads in; none for what their browser asks for. False when there is no such person.
+///
+/// # Errors
+/// When the database fails.
+pub async fn set_language(
+    writer: &mut SqliteConnection,
+    (school, person): (Uuid, Uuid),
+    language: Option<Language>,
+) -> Result<bool> {
+    sqlx::query("UPDATE people SET language = $3 WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(person)
+        .bind(language.map(Language::code))
         .execute(writer)
         .await
         .map(|done| done.rows_affected() == 1)

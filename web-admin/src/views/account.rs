@@ -1,10 +1,13 @@
 //! One's own account, and the pages by which somebody gets into theirs.
 
+use std::borrow::Borrow;
+
 use askama::Template;
 use askama_web::WebTemplate;
 
 use super::{Shell, assets};
 use crate::accounts::MIN_PASSWORD;
+use crate::words::Language;
 
 /// Why a password was not set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,8 +34,16 @@ pub struct AccountPage {
     pub school: String,
     /// Cohorts by name.
     pub cohorts: String,
+    /// The language that they have chosen, if any.
+    pub language: Option<Language>,
     /// Why the new password was not taken.
     pub refused: Option<PasswordRefused>,
+}
+
+impl AccountPage {
+    fn chose(&self, language: impl Borrow<Language>) -> bool {
+        self.language.as_ref() == Some(language.borrow())
+    }
 }
 
 /// Where a link leads: a password is chosen.
@@ -98,6 +109,7 @@ mod tests {
             pseudonym: "p-1".to_owned(),
             school: "North".to_owned(),
             cohorts: "Spring".to_owned(),
+            language: None,
             refused: Some(PasswordRefused::WrongOld),
         };
         let html = samples::keep("account", &page);

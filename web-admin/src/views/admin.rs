@@ -56,19 +56,23 @@ impl Queue {
     /// What waits, in words.
     #[must_use]
     pub fn waiting_words(&self) -> String {
-        if self.waiting == 1 { "1 recording waits".to_owned() } else { format!("{} recordings wait", self.waiting) }
+        trn!("{n} recording waits", "{n} recordings wait", self.waiting)
     }
 
     /// What could not be scored, in words.
     #[must_use]
     pub fn refused_words(&self) -> String {
-        format!("{} could not be scored", format::counted(self.refused, "recording"))
+        trn!("{n} recording could not be scored", "{n} recordings could not be scored", self.refused)
     }
 
     /// What differs, in words.
     #[must_use]
     pub fn flagged_words(&self) -> String {
-        format!("{} with a re-simulation that differs", format::counted(self.flagged, "recording"))
+        trn!(
+            "{n} recording with a re-simulation that differs",
+            "{n} recordings with a re-simulation that differs",
+            self.flagged
+        )
     }
 }
 

@@ -143,12 +143,12 @@ impl Row {
     #[must_use]
     pub fn badge(&self) -> String {
         match (&self.stage, self.overdue) {
-            (Stage::Done { late: false, .. }, _) => Status::Passed.badge_saying("Done"),
-            (Stage::Done { late: true, .. }, _) => Status::Passed.badge_saying("Done late"),
-            (Stage::Spent, _) => Status::Failed.badge_saying("No attempts left"),
-            (_, true) => Status::Help.badge_saying("Late"),
+            (Stage::Done { late: false, .. }, _) => Status::Passed.badge_saying(tr!("Done")),
+            (Stage::Done { late: true, .. }, _) => Status::Passed.badge_saying(tr!("Done late")),
+            (Stage::Spent, _) => Status::Failed.badge_saying(tr!("No attempts left")),
+            (_, true) => Status::Help.badge_saying(tr!("Late")),
             (Stage::Locked { .. }, false) => Status::Locked.badge(),
-            (Stage::Open { .. }, false) => Status::Open.badge_saying("To do"),
+            (Stage::Open { .. }, false) => Status::Open.badge_saying(tr!("To do")),
         }
     }
 }

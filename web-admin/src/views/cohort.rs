@@ -4,6 +4,7 @@ use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
+use super::concern::concern;
 use super::trainee::{CourseFacts, exercise_href, score_points};
 use super::{Shell, Status, charts, format};
 use crate::domain::Role;
@@ -188,7 +189,7 @@ impl TraineeRow {
                 .filter(|s| !s.attempts.is_empty())
                 .map(|s| charts::sparkline(&score_points(&s.attempts), mark)),
             status: standing(progress),
-            concerns: progress.concerns.iter().map(|c| (c.label(), c.reason())).collect(),
+            concerns: progress.concerns.iter().map(|c| concern(c)).collect(),
         }
     }
 }
@@ -253,7 +254,7 @@ impl CohortCard {
     /// How many may need help, in words.
     #[must_use]
     pub fn help_words(&self) -> String {
-        if self.help == 1 { "1 needs help".to_owned() } else { format!("{} need help", self.help) }
+        trn!("{n} needs help", "{n} need help", self.help)
     }
 
     /// The share in words.

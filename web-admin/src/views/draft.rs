@@ -106,10 +106,10 @@ impl Verdict {
     pub fn of_course(course: &Curriculum, mastery: &Mastery) -> Self {
         let line = |entry: &scene::curriculum::CurriculumEntry| match entry.prerequisites.as_slice() {
             [] => entry.exercise.clone(),
-            first => format!("{}, after {}", entry.exercise, first.join(" and ")),
+            first => tr!("{exercise}, after {missing}", exercise = entry.exercise, missing = first.join(", ")),
         };
         Self {
-            facts: vec![("Title", course.title.clone()), ("An exercise is", rule_in_words(mastery))],
+            facts: vec![(tr!("Title"), course.title.clone()), (tr!("An exercise is"), rule_in_words(mastery))],
             exercises: course.entries.iter().map(line).collect(),
             ..Self::default()
         }
@@ -124,25 +124,33 @@ impl Verdict {
 
 fn problem(issue: &Issue) -> (String, String) {
     let Issue { file, line, column, field, found, allowed } = issue;
-    let document = if file == "attached scene" { "Scene" } else { "Document" };
-    (format!("{document}, line {line}, column {column}"), format!("{field}: {found}; {allowed}"))
+    let place = if file == "attached scene" {
+        tr!("Scene, line {line}, column {column}", line = line, column = column)
+    } else {
+        tr!("Document, line {line}, column {column}", line = line, column = column)
+    };
+    (place, format!("{field}: {found}; {allowed}"))
 }
 
 /// The planner's verdict.
 fn tissue(bundle: &ExerciseBundle, plan: Option<&FieldPlan>) -> Vec<(&'static str, String)> {
     let Some(plan) = plan else {
-        return vec![("Tissue", "the force law alone: the scene names no model".to_owned())];
+        return vec![(tr!("Tissue"), tr!("the force law alone: the scene names no model").to_owned())];
     };
-    let error = format!(
-        "{} % expected, {} % allowed",
-        format::fixed(100.0 * plan.expected_relative_error, 1),
-        format::fixed(100.0 * bundle.scene.tissue.tolerance, 1)
+    let error = tr!(
+        "{expected} % expected, {allowed} % allowed",
+        expected = format::fixed(100.0 * plan.expected_relative_error, 1),
+        allowed = format::fixed(100.0 * bundle.scene.tissue.tolerance, 1)
     );
-    let size = format!("{} unknowns, {} MB", plan.unknowns, format::fixed(plan.bytes as f64 * 1e-6, 2));
+    let size = tr!(
+        "{unknowns} unknowns, {size} MB",
+        unknowns = plan.unknowns,
+        size = format::fixed(plan.bytes as f64 * 1e-6, 2)
+    );
     vec![
-        ("Tissue", format!("{}: {}", plan.model.name(), plan.reason)),
-        ("Tissue's error", error),
-        ("Tissue's size", size),
+        (tr!("Tissue"), format!("{}: {}", plan.model.name(), plan.reason)),
+        (tr!("Tissue's error"), error),
+        (tr!("Tissue's size"), size),
     ]
 }
 

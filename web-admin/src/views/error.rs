@@ -11,8 +11,6 @@ use super::{assets, format};
 pub struct ErrorPage {
     /// HTTP status.
     pub status: u16,
-    /// The status in words.
-    pub title: &'static str,
     /// What is wrong with this request.
     pub message: String,
 }
@@ -22,11 +20,11 @@ impl ErrorPage {
     #[must_use]
     pub fn heading(&self) -> &'static str {
         match self.status {
-            403 => "You may not do this",
-            404 => "There is nothing here",
-            429 => "Too many attempts",
-            500.. => "Something went wrong on our side",
-            _ => "This did not work",
+            403 => tr!("You may not do this"),
+            404 => tr!("There is nothing here"),
+            429 => tr!("Too many attempts"),
+            500.. => tr!("Something went wrong on our side"),
+            _ => tr!("This did not work"),
         }
     }
 
@@ -40,13 +38,15 @@ impl ErrorPage {
     #[must_use]
     pub fn advice(&self) -> &'static str {
         match self.status {
-            403 => "If you think you should be able to, ask your school's administrator.",
-            404 => "The address may be mistyped, or the page belongs to somebody whose records you cannot see.",
-            429 => "Wait a little, then try again.",
+            403 => tr!("If you think you should be able to, ask your school's administrator."),
+            404 => tr!("The address may be mistyped, or the page belongs to somebody whose records you cannot see."),
+            429 => tr!("Wait a little, then try again."),
             500.. => {
-                "It has been noted. Try again; if it happens again, tell your school's administrator when it happened."
+                tr!(
+                    "It has been noted. Try again; if it happens again, tell your school's administrator when it happened."
+                )
             }
-            _ => "Go back and try again.",
+            _ => tr!("Go back and try again."),
         }
     }
 }
@@ -58,8 +58,8 @@ mod tests {
 
     #[test]
     fn every_error_says_what_happened_and_what_to_do() {
-        for (status, title) in [(403, "Forbidden"), (404, "Not Found"), (429, "Too Many Requests"), (500, "Error")] {
-            let page = ErrorPage { status, title, message: "the <cause>".to_owned() };
+        for status in [403, 404, 429, 500] {
+            let page = ErrorPage { status, message: "the <cause>".to_owned() };
             let html = samples::keep(&format!("error-{status}"), &page);
             assert!(
                 html.contains(page.heading()) && html.contains(page.advice().split('\'').next().unwrap_or_default())

@@ -7,7 +7,7 @@ use scene::{Exercise, ExerciseBundle, SceneStructure};
 
 use super::charts::{self, Outline, Section, Structure};
 use super::trainee::AttemptRow;
-use super::{Shell, Status, format};
+use super::{Shell, Status, format, metric};
 
 /// The page of an exercise.
 #[derive(Debug, Template, WebTemplate)]
@@ -115,14 +115,22 @@ fn facts(bundle: &ExerciseBundle) -> Vec<(&'static str, String)> {
     let Exercise { difficulty, pass_mark, time_limit_s, target_depth_mm, angle_deg, sha256, .. } = &bundle.exercise;
     let needle = &bundle.scene.needle;
     vec![
-        ("Scene", bundle.scene.title.clone()),
-        ("Needle", format!("{} {}, {} tip", format::stated(needle.diameter_mm, "mm"), needle.kind, needle.tip)),
-        ("Target", format!("{} along the needle", format::stated(target_depth_mm, "mm"))),
-        ("Angle to the surface normal", format::stated(angle_deg, "°")),
-        ("Time limit", format::span(*time_limit_s)),
-        ("Pass mark", format!("{} of 100", format::points(*pass_mark))),
-        ("Difficulty", format!("{difficulty} of 5")),
-        ("Revision", format::short_hash(sha256).to_owned()),
+        (tr!("Scene"), bundle.scene.title.clone()),
+        (
+            tr!("Needle"),
+            tr!(
+                "{diameter} {kind}, {tip} tip",
+                diameter = format::stated(needle.diameter_mm, "mm"),
+                kind = needle.kind,
+                tip = needle.tip
+            ),
+        ),
+        (tr!("Target"), tr!("{depth} along the needle", depth = format::stated(target_depth_mm, "mm"))),
+        (tr!("Angle to the surface normal"), format::stated(angle_deg, "°")),
+        (tr!("Time limit"), format::span(*time_limit_s)),
+        (tr!("Pass mark"), tr!("{score} of 100", score = format::points(*pass_mark))),
+        (tr!("Difficulty"), tr!("{difficulty} of 5", difficulty = difficulty)),
+        (tr!("Revision"), format::short_hash(sha256).to_owned()),
     ]
 }
 
@@ -139,14 +147,13 @@ fn rubric_line(line: &scene::RubricLine, weights: f64) -> RubricLineView {
 
 fn hard_fail(limit: &scene::HardFail) -> (String, String) {
     let (label, _, unit) = metric_words(&limit.metric);
-    (format!("{label} above {}", format::stated(limit.above, unit)), limit.why.clone())
+    (tr!("{label} above {limit}", label = label, limit = format::stated(limit.above, unit)), limit.why.clone())
 }
 
 /// Label, definition and unit of a metric id, plain or split.
 fn metric_words(id: &str) -> (String, String, &'static str) {
-    let Some(definition) = assessment::catalogue::definition(id) else { return (id.to_owned(), String::new(), "") };
-    let label = id.split_once('.').map_or_else(|| definition.label.to_owned(), |(_, part)| definition.label_of(part));
-    (format::sentence(&label), definition.definition.to_owned(), definition.unit)
+    let unit = assessment::catalogue::definition(id).map_or("", |definition| definition.unit);
+    (metric::label(id), metric::definition(id), unit)
 }
 
 /// The plane through the planned needle, seen from the side.

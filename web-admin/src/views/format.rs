@@ -3,11 +3,11 @@
 //! Templates hand fields over by reference and other values as they are, hence `impl Borrow`.
 
 use std::borrow::Borrow;
-use std::fmt::Display;
 
 use assessment::statistics::Estimate;
-use time::macros::format_description;
 use time::{Date, Duration, OffsetDateTime};
+
+use crate::words;
 
 /// A number with the decimals a reader can use, and a true minus sign.
 #[must_use]
@@ -27,7 +27,15 @@ pub fn fixed(value: impl Borrow<f64>, decimals: usize) -> String {
     let value = value.borrow();
     let text = format!("{value:.decimals$}");
     let is_zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
-    if is_zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "−") }
+    decimal(if is_zero { text.trim_start_matches('-') } else { &text })
+}
+
+/// A number that was written with a full stop, as the reader's language writes it, with a true minus sign.
+#[must_use]
+pub fn decimal(number: &str) -> String {
+    // The catalogue of a language tells its sign by this number.
+    let sign = tr!("0.0").trim_matches(|c: char| !matches!(c, '.' | ','));
+    number.replace('.', sign).replace('-', "−")
 }
 
 /// A value with its unit, kept on one line. A count and a pure number have none.
@@ -45,7 +53,7 @@ pub fn quantity(value: impl Borrow<f64>, unit: &str) -> String {
 /// A value as somebody stated it in a document, with its unit: no digit more than they wrote.
 #[must_use]
 pub fn stated(value: impl Borrow<f64>, unit: &str) -> String {
-    let number = value.borrow().to_string().replace('-', "−");
+    let number = decimal(&value.borrow().to_string());
     match unit {
         "count" | "1" | "" => number,
         "°" => number + unit,
@@ -70,21 +78,22 @@ pub fn line_points(points: impl Borrow<f64>) -> String {
 /// 2 March 2026.
 #[must_use]
 pub fn date(at: impl Borrow<OffsetDateTime>) -> String {
-    at.borrow().format(format_description!("[day padding:none] [month repr:short] [year]")).unwrap_or_default()
+    let day = at.borrow().date();
+    words::dates::date((day.year(), u8::from(day.month()), day.day()))
 }
 
 /// 2 Mar 2026, 09:05. Times are UTC, as the foot of each page says.
 #[must_use]
 pub fn date_time(at: impl Borrow<OffsetDateTime>) -> String {
-    at.borrow()
-        .format(format_description!("[day padding:none] [month repr:short] [year], [hour]:[minute]"))
-        .unwrap_or_default()
+    let at = at.borrow();
+    tr!("{date}, {time}", date = date(at), time = format!("{:02}:{:02}", at.hour(), at.minute()))
 }
 
 /// 2 Mar.
 #[must_use]
 pub fn short_date(day: impl Borrow<Date>) -> String {
-    day.borrow().format(format_description!("[day padding:none] [month repr:short]")).unwrap_or_default()
+    let day = day.borrow();
+    words::dates::day((u8::from(day.month()), day.day()))
 }
 
 /// For the `datetime` attribute of `<time>`.
@@ -100,9 +109,9 @@ pub fn ago(at: impl Borrow<OffsetDateTime>, now: impl Borrow<OffsetDateTime>) ->
     let past = now - at;
     match past.whole_days() {
         ..=-1 => date(at),
-        0 if past < Duration::hours(1) => "within the hour".to_owned(),
-        0 => counted(past.whole_hours(), "hour") + " ago",
-        days => counted(days, "day") + " ago",
+        0 if past < Duration::hours(1) => tr!("within the hour").to_owned(),
+        0 => trn!("{n} hour ago", "{n} hours ago", past.whole_hours()),
+        days => trn!("{n} day ago", "{n} days ago", days),
     }
 }
 
@@ -110,11 +119,11 @@ pub fn ago(at: impl Borrow<OffsetDateTime>, now: impl Borrow<OffsetDateTime>) ->
 #[must_use]
 pub fn span(seconds: f64) -> String {
     if !seconds.is_finite() || seconds < 0.0 {
-        return "unknown".to_owned();
+        return tr!("unknown").to_owned();
     }
     let minutes = (seconds / 60.0).floor();
     match (minutes, (seconds % 60.0).floor()) {
-        (..1.0, _) => format!("{seconds:.1}\u{a0}s"),
+        (..1.0, _) => format!("{}\u{a0}s", fixed(seconds, 1)),
         (_, ..1.0) => format!("{minutes:.0}\u{a0}min"),
         (_, rest) => format!("{minutes:.0} min {rest:.0}\u{a0}s"),
     }
@@ -124,23 +133,10 @@ pub fn span(seconds: f64) -> String {
 #[must_use]
 pub fn size(bytes: i64) -> String {
     let bytes = bytes.max(0) as f64;
-    if bytes < 1e6 { format!("{:.0}\u{a0}kB", (bytes / 1e3).ceil()) } else { format!("{:.1}\u{a0}MB", bytes / 1e6) }
-}
-
-/// 1 attempt, 3 attempts.
-#[must_use]
-pub fn counted(count: impl Display, noun: &str) -> String {
-    let count = count.to_string();
-    let ending = if count == "1" { "" } else { "s" };
-    format!("{count} {noun}{ending}")
-}
-
-/// So many straight successes: one more success, 3 more straight successes.
-#[must_use]
-pub fn straight(successes: impl Borrow<u32>) -> String {
-    match successes.borrow() {
-        1 => "one more success".to_owned(),
-        more => format!("{more} more straight successes"),
+    if bytes < 1e6 {
+        format!("{:.0}\u{a0}kB", (bytes / 1e3).ceil())
+    } else {
+        format!("{}\u{a0}MB", fixed(bytes / 1e6, 1))
     }
 }
 
@@ -185,6 +181,7 @@ mod tests {
     //! A figure must not claim a digit nobody can use, round a fail up to the pass mark, or show a negative zero.
 
     use super::*;
+    use crate::words::Language;
     use time::macros::datetime;
 
     #[test]
@@ -217,11 +214,14 @@ mod tests {
     }
 
     #[test]
-    fn words_agree_with_their_number() {
-        assert_eq!(
-            [counted(1, "pass"), counted(0, "attempt"), counted(2_usize, "attempt")],
-            ["1 pass", "0 attempts", "2 attempts"]
-        );
+    fn a_sentence_begins_with_a_capital() {
         assert_eq!(sentence("épaule"), "Épaule");
+    }
+
+    #[test]
+    fn german_writes_numbers_and_dates_its_own_way() {
+        let german = Language::named("de").expect("German");
+        let said = words::within(german, || [quantity(-1.934, "mm"), date_time(datetime!(2026-03-02 09:05 UTC))]);
+        assert_eq!(said, ["−1,93\u{a0}mm", "2. März 2026, 09:05"]);
     }
 }

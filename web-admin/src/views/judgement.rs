@@ -4,7 +4,8 @@ use assessment::{Deduction, Metric};
 use scene::Exercise;
 
 use super::charts::{self, LayerDamage};
-use super::format;
+use super::{format, metric};
+use crate::words;
 
 /// What was judged, by what.
 #[derive(Clone, Copy, Debug)]
@@ -99,11 +100,11 @@ pub struct MetricRow {
 
 /// Headings, and the beginnings of the ids below them.
 const GROUPS: [(&str, &[&str]); 5] = [
-    ("Accuracy", &["depth_error", "overshoot", "tip_error", "entry_error", "angle_error"]),
-    ("Force", &["peak_force", "rupture_force", "force_", "lateral_peak"]),
-    ("After each pop", &["over_insertion", "stop_time"]),
+    (sentence!("Accuracy"), &["depth_error", "overshoot", "tip_error", "entry_error", "angle_error"]),
+    (sentence!("Force"), &["peak_force", "rupture_force", "force_", "lateral_peak"]),
+    (sentence!("After each pop"), &["over_insertion", "stop_time"]),
     (
-        "Tissue and structures",
+        sentence!("Tissue and structures"),
         &[
             "rupture_energy",
             "cutting",
@@ -115,19 +116,15 @@ const GROUPS: [(&str, &[&str]); 5] = [
             "structure",
         ],
     ),
-    ("Time and motion", &[""]),
+    (sentence!("Time and motion"), &[""]),
 ];
 
 impl Judgement {
     /// Takes a score apart.
     #[must_use]
     pub fn new(graded: &Graded<'_>) -> Self {
-        let mut lost: Vec<(String, f64)> = graded
-            .deductions
-            .iter()
-            .filter(|d| d.points > 0.0)
-            .map(|d| (format::sentence(reason(&d.why)), d.points))
-            .collect();
+        let mut lost: Vec<(String, f64)> =
+            graded.deductions.iter().filter(|d| d.points > 0.0).map(|d| (metric::reason(d), d.points)).collect();
         lost.sort_by(|a, b| b.1.total_cmp(&a.1));
         let damage = damage(graded.metrics);
         let pass_mark = graded.exercise.map(|e| e.pass_mark);
@@ -147,55 +144,35 @@ impl Judgement {
     }
 }
 
-/// A reason ends with its cost, which stands in a column of its own here.
-#[must_use]
-pub fn reason(why: &str) -> &str {
-    match why.rsplit_once(": ") {
-        Some((reason, cost)) if cost.starts_with('−') || cost == "no points lost" => reason,
-        _ => why,
-    }
-}
-
-/// A reason without the marks it is measured by and the advice: for a list of attempts.
-#[must_use]
-pub fn short_reason(why: &str) -> &str {
-    let why = reason(why);
-    why.split_once(", full marks for ").map_or(why, |(what, _)| what)
-}
-
 fn rubric_row(graded: &Graded<'_>, deduction: &Deduction) -> RubricRow {
-    let metric = graded.metrics.iter().find(|m| m.id == deduction.metric);
-    let unit = metric.map_or("", |m| m.unit.as_str());
+    let measured = graded.metrics.iter().find(|m| m.id == deduction.metric);
+    let unit = measured.map_or("", |m| m.unit.as_str());
     let line = graded.exercise.and_then(|e| e.rubric.iter().find(|l| l.metric == deduction.metric));
     let weights: f64 = graded.exercise.map_or(0.0, |e| e.rubric.iter().map(|l| l.weight).sum());
     let available = line.filter(|_| weights > 0.0).map(|l| l.weight / weights * 100.0);
     RubricRow {
-        label: metric.map_or_else(|| deduction.metric.clone(), |m| format::sentence(&m.label)),
-        definition: definition(&deduction.metric),
-        value: metric.map_or_else(|| "not measured".to_owned(), value),
+        label: measured.map_or_else(|| metric::label(&deduction.metric), metric::label_of),
+        definition: metric::definition(&deduction.metric),
+        value: measured.map_or_else(|| tr!("not measured").to_owned(), value),
         full: line.map_or_else(String::new, |l| format::stated(l.full, unit)),
         zero: line.map_or_else(String::new, |l| format::stated(l.zero, unit)),
         earned: available.map(|a| (a - deduction.points).max(0.0)),
         available,
         lost: deduction.points,
-        why: format::sentence(reason(&deduction.why)),
+        why: metric::reason(deduction),
     }
 }
 
 fn value(metric: &Metric) -> String {
     match metric.value {
         Some(value) if metric.applies => format::quantity(value, &metric.unit),
-        _ => "not applicable".to_owned(),
+        _ => tr!("not applicable").to_owned(),
     }
-}
-
-fn definition(metric: &str) -> String {
-    assessment::catalogue::definition(metric).map_or_else(String::new, |d| d.definition.to_owned())
 }
 
 /// The metrics that the rubric does not judge, each below the first heading that claims it.
 fn groups(graded: &Graded<'_>) -> Vec<Group> {
-    let mut groups = GROUPS.map(|(title, _)| Group { title, rows: Vec::new(), absent: Vec::new() });
+    let mut groups = GROUPS.map(|(title, _)| Group { title: words::say(title), rows: Vec::new(), absent: Vec::new() });
     for metric in graded.metrics.iter().filter(|m| graded.deductions.iter().all(|d| d.metric != m.id)) {
         let claims = |(_, starts): &(&str, &[&str])| starts.iter().any(|start| metric.id.starts_with(start));
         if let Some(index) = GROUPS.iter().position(claims) {
@@ -210,16 +187,15 @@ fn groups(graded: &Graded<'_>) -> Vec<Group> {
     groups.into_iter().filter(|g| !g.rows.is_empty() || !g.absent.is_empty()).collect()
 }
 
-fn metric_row(metric: &Metric) -> MetricRow {
-    let label = if metric.label.is_empty() { &metric.id } else { &metric.label };
+fn metric_row(measured: &Metric) -> MetricRow {
     MetricRow {
-        label: format::sentence(label),
-        definition: definition(&metric.id),
-        value: value(metric),
-        better: match metric.direction {
-            assessment::Direction::Lower => "lower",
-            assessment::Direction::Higher => "higher",
-            assessment::Direction::Range => "near 0",
+        label: metric::label_of(measured),
+        definition: metric::definition(&measured.id),
+        value: value(measured),
+        better: match measured.direction {
+            assessment::Direction::Lower => tr!("lower"),
+            assessment::Direction::Higher => tr!("higher"),
+            assessment::Direction::Range => tr!("near 0"),
         },
     }
 }
@@ -251,14 +227,13 @@ fn by_layer(metric: &Metric) -> Option<(&str, &str, f64)> {
 fn damage_facts(metrics: &[Metric]) -> Vec<(String, String)> {
     let wanted = ["sweep_area_mm2", "skin_entries", "structure_hits"];
     let found = wanted.iter().filter_map(|id| metrics.iter().find(|m| m.id == *id));
-    found.map(|m| (format::sentence(&m.label), value(m))).collect()
+    found.map(|m| (metric::label_of(m), value(m))).collect()
 }
 
 #[cfg(test)]
 mod tests {
     //! The arithmetic on the page must be the score's own: lines add up to it, and no metric is shown twice or lost.
 
-    use super::*;
     use crate::views::samples;
 
     #[test]
@@ -292,15 +267,5 @@ mod tests {
         let names: Vec<&str> = layers.iter().map(|l| l.name.as_str()).collect();
         assert_eq!(names, ["skin", "fat", "muscle"]);
         assert!(layers[0].rupture_mj > 0.0);
-    }
-
-    #[test]
-    fn only_a_cost_is_cut_from_a_reason() {
-        assert_eq!(reason("1.9 mm too deep: −12 points"), "1.9 mm too deep");
-        assert_eq!(reason("structures hit: vessel 1"), "structures hit: vessel 1");
-        assert_eq!(
-            short_reason("overshoot 1.9 mm, full marks for 0.5 mm or less – brace: −6 points"),
-            "overshoot 1.9 mm"
-        );
     }
 }

@@ -100,6 +100,7 @@ mod tests {
             email: "ana@example.org".to_owned(),
             school: "North & South".to_owned(),
             time_zone: "UTC".to_owned(),
+            language: None,
             enabled: true,
         };
         for (subject, body) in [invitation(&mail, "https://a.example/join/1"), reset(&mail, "https://a.example/join/1")]

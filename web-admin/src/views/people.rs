@@ -155,7 +155,7 @@ impl Choice {
     pub fn roles(chosen: Option<Role>) -> Vec<Self> {
         let choice = |role: Role| Self {
             value: role.to_string(),
-            label: format::sentence(role.as_str()),
+            label: format::sentence(role.said()),
             chosen: chosen == Some(role),
         };
         ROLES.into_iter().map(choice).collect()
@@ -193,12 +193,12 @@ impl PersonPage {
     }
 }
 
-const fn badge_word(state: AccountState) -> &'static str {
+fn badge_word(state: AccountState) -> &'static str {
     match state {
-        AccountState::Active => "Active",
-        AccountState::Invited => "Invited",
-        AccountState::Disabled => "Disabled",
-        AccountState::Erased => "Anonymous",
+        AccountState::Active => tr!("Active"),
+        AccountState::Invited => tr!("Invited"),
+        AccountState::Disabled => tr!("Disabled"),
+        AccountState::Erased => tr!("Anonymous"),
     }
 }
 

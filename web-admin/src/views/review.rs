@@ -6,7 +6,7 @@ use assessment::Assessment;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
-use super::judgement::short_reason;
+use super::metric;
 use super::{Shell, Status, format};
 use crate::domain::judgement::TypedOverride;
 
@@ -167,7 +167,7 @@ pub struct RegradePage {
 #[must_use]
 pub fn lost(assessment: &Assessment) -> Vec<(String, f64)> {
     let dear = assessment.deductions.iter().filter(|d| d.points > 0.0);
-    dear.map(|d| (format::sentence(short_reason(&d.why)), d.points)).collect()
+    dear.map(|d| (metric::short_reason(d), d.points)).collect()
 }
 
 #[cfg(test)]

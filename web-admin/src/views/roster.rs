@@ -4,7 +4,7 @@ use askama::Template;
 use askama_web::WebTemplate;
 use uuid::Uuid;
 
-use super::{Shell, Status, format, roster};
+use super::{Shell, Status, roster};
 use crate::domain::roster::{Change, Difference, Leaving, Line, Outcome, Refusal};
 
 /// Lines on one page of a difference.
@@ -95,10 +95,10 @@ impl RosterPreviewPage {
     fn lists(&self) -> [(&'static str, &'static str, usize, bool); 4] {
         let [new, changed, unchanged, refused] = self.counts;
         [
-            ("New", "new", new, self.shown == Shown::New),
-            ("Changed", "changed", changed, self.shown == Shown::Changed),
-            ("Unchanged", "unchanged", unchanged, self.shown == Shown::Unchanged),
-            ("Left out", "refused", refused, self.shown == Shown::Refused),
+            (tr!("New"), "new", new, self.shown == Shown::New),
+            (tr!("Changed"), "changed", changed, self.shown == Shown::Changed),
+            (tr!("Unchanged"), "unchanged", unchanged, self.shown == Shown::Unchanged),
+            (tr!("Left out"), "refused", refused, self.shown == Shown::Refused),
         ]
     }
 
@@ -129,10 +129,10 @@ impl RosterPreviewPage {
 #[must_use]
 pub fn badge(outcome: &Outcome) -> String {
     match outcome {
-        Outcome::New => Status::Passed.badge_saying("New"),
-        Outcome::Changed { .. } => Status::Current.badge_saying("Changed"),
-        Outcome::Unchanged => Status::OnTrack.badge_saying("Unchanged"),
-        Outcome::Refused(_) => Status::Refused.badge_saying("Left out"),
+        Outcome::New => Status::Passed.badge_saying(tr!("New")),
+        Outcome::Changed { .. } => Status::Current.badge_saying(tr!("Changed")),
+        Outcome::Unchanged => Status::OnTrack.badge_saying(tr!("Unchanged")),
+        Outcome::Refused(_) => Status::Refused.badge_saying(tr!("Left out")),
     }
 }
 

@@ -22,7 +22,8 @@ use crate::domain::progress::{Attempt, Course, Mastery, Progress, Step};
 pub(super) const NOW: OffsetDateTime = datetime!(2026-05-20 09:30 UTC);
 
 /// Renders a page, and keeps it in `target/pages` when `STYLET_KEEP_PAGES` is set, to be looked at in a browser.
-pub(super) fn keep(name: &str, page: &impl askama::Template) -> String {
+pub(super) fn keep(name: &str, page: &(impl askama::Template + std::fmt::Debug)) -> String {
+    super::forgotten::check(name, page);
     let html = page.render().expect("the page renders");
     let scripts = html.replace("<script src=\"/assets/", "").replace("<script type=\"module\" src=\"/assets/", "");
     let inline = html.contains("style=") || html.contains("<style") || scripts.contains("<script");

@@ -165,12 +165,12 @@ fn stage_rows(curve: &Curve) -> Vec<StageRow> {
 
 fn what_happened(kind: MarkKind, name: &str) -> String {
     match kind {
-        MarkKind::TipRupture => format!("tip through {name}"),
-        MarkKind::RimRupture => format!("rim through {name}"),
-        MarkKind::StructureHit => format!("hit {name}"),
-        MarkKind::Confirm => "position confirmed".to_owned(),
-        MarkKind::Contact => "skin touched".to_owned(),
-        MarkKind::SkinExit => "needle out".to_owned(),
+        MarkKind::TipRupture => tr!("tip through {name}", name = name),
+        MarkKind::RimRupture => tr!("rim through {name}", name = name),
+        MarkKind::StructureHit => tr!("hit {name}", name = name),
+        MarkKind::Confirm => tr!("position confirmed").to_owned(),
+        MarkKind::Contact => tr!("skin touched").to_owned(),
+        MarkKind::SkinExit => tr!("needle out").to_owned(),
     }
 }
 

@@ -77,14 +77,14 @@ impl Shell {
     #[must_use]
     pub fn nav(&self) -> Vec<NavItem> {
         let all = [
-            (Place::Home, "/", "Home"),
-            (Place::Cohorts, "/cohorts", "Cohorts"),
-            (Place::Review, "/review", "Review"),
-            (Place::Curricula, "/curricula", "Curricula"),
-            (Place::Surveys, "/surveys", "Surveys"),
-            (Place::Assignments, "/assignments", "Assignments"),
-            (Place::People, "/people", "People"),
-            (Place::Administration, "/admin", "Administration"),
+            (Place::Home, "/", tr!("Home")),
+            (Place::Cohorts, "/cohorts", tr!("Cohorts")),
+            (Place::Review, "/review", tr!("Review")),
+            (Place::Curricula, "/curricula", tr!("Curricula")),
+            (Place::Surveys, "/surveys", tr!("Surveys")),
+            (Place::Assignments, "/assignments", tr!("Assignments")),
+            (Place::People, "/people", tr!("People")),
+            (Place::Administration, "/admin", tr!("Administration")),
         ];
         let allowed = |place| match place {
             Place::Cohorts | Place::Review => self.visitor.role != Role::Trainee,

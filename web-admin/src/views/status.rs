@@ -45,18 +45,18 @@ impl Status {
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
-            Self::Passed => "Passed",
-            Self::Failed => "Not passed",
-            Self::Waiting => "Being scored",
-            Self::Refused => "Not scored",
-            Self::Mastered => "Mastered",
-            Self::Current => "Next",
-            Self::Open => "Open",
-            Self::Locked => "Locked",
-            Self::Regressing => "Regressing",
-            Self::Help => "Needs help",
-            Self::OnTrack => "On track",
-            Self::Complete => "Course mastered",
+            Self::Passed => tr!("Passed"),
+            Self::Failed => tr!("Not passed"),
+            Self::Waiting => tr!("Being scored"),
+            Self::Refused => tr!("Not scored"),
+            Self::Mastered => tr!("Mastered"),
+            Self::Current => tr!("Next"),
+            Self::Open => tr!("Open"),
+            Self::Locked => tr!("Locked"),
+            Self::Regressing => tr!("Regressing"),
+            Self::Help => tr!("Needs help"),
+            Self::OnTrack => tr!("On track"),
+            Self::Complete => tr!("Course mastered"),
         }
     }
 

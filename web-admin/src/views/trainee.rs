@@ -5,6 +5,7 @@ use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
 use super::charts::{self, ScorePoint};
+use super::concern::concern;
 use super::progress::HabitsView;
 use super::{Shell, Status, format};
 use crate::domain::assignment::Stage;
@@ -156,7 +157,7 @@ impl TraineePage {
     /// What the table of attempts is called.
     #[must_use]
     pub fn attempts_caption(&self) -> String {
-        format!("{} in all, newest first", format::counted(self.pages.entries, "attempt"))
+        trn!("{n} attempt in all, newest first", "{n} attempts in all, newest first", self.pages.entries)
     }
 }
 
@@ -177,7 +178,7 @@ impl CourseView {
             next: progress.next.map(|i| next_step(facts.course, progress, i)),
             mastered: progress.mastered(),
             complete: progress.complete(),
-            concerns: progress.concerns.iter().map(|c| (c.label(), c.reason())).collect(),
+            concerns: progress.concerns.iter().map(|c| concern(c)).collect(),
             steps,
             charts,
         }
@@ -189,9 +190,11 @@ impl CourseView {
 pub fn rule_in_words(rule: &Mastery) -> String {
     match *rule {
         Mastery::Passes { passes, of } if passes == of => {
-            format!("mastered with {passes} {} in a row", if passes == 1 { "pass" } else { "passes" })
+            trn!("mastered with {n} pass in a row", "mastered with {n} passes in a row", passes)
         }
-        Mastery::Passes { passes, of } => format!("mastered with {passes} passes among {of} attempts in a row"),
+        Mastery::Passes { passes, of } => {
+            tr!("mastered with {passes} passes among {of} attempts in a row", passes = passes, of = of)
+        }
         Mastery::Curve(curve) => curve_in_words(&curve),
     }
 }
@@ -199,10 +202,11 @@ pub fn rule_in_words(rule: &Mastery) -> String {
 fn curve_in_words(CurveRule { params, within, .. }: &CurveRule) -> String {
     let percent = |share: f64| format::fixed(share * 100.0, 0);
     let kind = if within.is_some() { "LC-CUSUM" } else { "CUSUM" };
-    format!(
-        "mastered when its learning curve ({kind}) shows at most {} % failures rather than {} %",
-        percent(params.p0),
-        percent(params.p1)
+    tr!(
+        "mastered when its learning curve ({kind}) shows at most {acceptable} % failures rather than {unacceptable} %",
+        kind = kind,
+        acceptable = percent(params.p0),
+        unacceptable = percent(params.p1)
     )
 }
 
@@ -211,15 +215,28 @@ fn next_step(course: &Course, progress: &Progress, index: usize) -> NextStep {
     let done = &progress.steps[index];
     let why = match (&done.state, &course.rule, &done.curve) {
         (StepState::Open { passes }, Mastery::Passes { passes: needed, of }, _) if !done.attempts.is_empty() => {
-            format!("{passes} of the last {of} attempts passed; {needed} are needed.")
+            tr!(
+                "{passes} of the last {of} attempts passed; {needed} are needed.",
+                passes = passes,
+                of = of,
+                needed = needed
+            )
         }
         (StepState::Regressing { .. }, _, Some(curve)) => {
-            format!("Mastered before, and lost again: {} will show it anew.", format::straight(curve.successes_needed))
+            trn!(
+                "Mastered before, and lost again: one more success will show it anew.",
+                "Mastered before, and lost again: {n} more straight successes will show it anew.",
+                curve.successes_needed
+            )
         }
         (_, _, Some(curve)) if !done.attempts.is_empty() => {
-            format!("{} will show mastery.", format::sentence(&format::straight(curve.successes_needed)))
+            trn!(
+                "One more success will show mastery.",
+                "{n} more straight successes will show mastery.",
+                curve.successes_needed
+            )
         }
-        _ => "Not tried yet.".to_owned(),
+        _ => tr!("Not tried yet.").to_owned(),
     };
     NextStep { href: exercise_href(&step.exercise), title: step.title.clone(), why }
 }
@@ -239,11 +256,11 @@ pub fn score_points(attempts: &[Attempt]) -> Vec<ScorePoint> {
 fn step_row(facts: &CourseFacts<'_>, progress: &Progress, index: usize) -> StepRow {
     let (step, done) = (&facts.course.steps[index], &progress.steps[index]);
     let (status, detail) = match &done.state {
-        StepState::Mastered { on } => (Status::Mastered, format!("on {}", format::date(*on))),
+        StepState::Mastered { on } => (Status::Mastered, tr!("on {date}", date = format::date(*on))),
         StepState::Open { .. } if progress.next == Some(index) => (Status::Current, still_needed(done)),
         StepState::Open { .. } => (Status::Open, still_needed(done)),
-        StepState::Locked { missing } => (Status::Locked, format!("after {}", missing.join(" and "))),
-        StepState::Regressing { since, .. } => (Status::Regressing, format!("since {}", format::date(*since))),
+        StepState::Locked { missing } => (Status::Locked, tr!("after {missing}", missing = missing.join(", "))),
+        StepState::Regressing { since, .. } => (Status::Regressing, tr!("since {date}", date = format::date(*since))),
     };
     let curve = facts.trainee.filter(|_| !done.attempts.is_empty());
     StepRow {
@@ -261,7 +278,9 @@ fn step_row(facts: &CourseFacts<'_>, progress: &Progress, index: usize) -> StepR
 
 /// What a learning curve still asks for.
 fn still_needed(done: &StepProgress) -> String {
-    done.curve.as_ref().map_or_else(String::new, |curve| format::straight(curve.successes_needed))
+    done.curve.as_ref().map_or_else(String::new, |curve| {
+        trn!("one more success", "{n} more straight successes", curve.successes_needed)
+    })
 }
 
 fn pass_mark(facts: &CourseFacts<'_>, index: usize) -> f64 {

@@ -39,3 +39,4 @@ mod survey_speed;
 mod surveys;
 mod tus;
 mod uploads;
+mod words;

@@ -51,42 +51,12 @@ pub enum Concern {
 }
 
 impl Concern {
-    /// The kind in a word or two.
-    #[must_use]
-    pub fn label(&self) -> &'static str {
-        match self {
-            Self::Stuck { .. } => "Stuck",
-            Self::Declining { .. } => "Declining",
-            Self::Regressing { .. } => "Regressing",
-            Self::Inactive { .. } => "Inactive",
-            Self::NotStarted => "Not started",
-        }
-    }
-
     /// Title of the exercise that it is about, if it is about one.
     #[must_use]
     pub fn exercise(&self) -> Option<&str> {
         match self {
             Self::Stuck { title, .. } | Self::Declining { title, .. } | Self::Regressing { title, .. } => Some(title),
             Self::Inactive { .. } | Self::NotStarted => None,
-        }
-    }
-
-    /// The reason in words.
-    #[must_use]
-    pub fn reason(&self) -> String {
-        match self {
-            Self::Stuck { title, fails, last_score } => {
-                format!("{fails} fails in a row on “{title}”, the last with {last_score:.0} points")
-            }
-            Self::Declining { title, from, to } => format!(
-                "on “{title}” the mean of the last {DECLINE_RUN} attempts is {to:.0}, of the {DECLINE_RUN} before {from:.0}"
-            ),
-            Self::Regressing { title, since } => {
-                format!("“{title}” was mastered, and is lost again with the attempt of {}", since.date())
-            }
-            Self::Inactive { days } => format!("no attempt for {days} days"),
-            Self::NotStarted => "no scored attempt yet".to_owned(),
         }
     }
 }

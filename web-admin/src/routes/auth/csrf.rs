@@ -12,7 +12,6 @@ use crate::error::{Error, PageError};
 use crate::secret;
 
 const KEY: &str = "csrf";
-const REFUSAL: &str = "This form is stale or came from another site. Go back, reload the page and send it again.";
 
 /// The session's CSRF token, for the hidden field `csrf` of every form; made when first asked for.
 #[derive(Clone, Debug)]
@@ -64,8 +63,8 @@ pub(super) async fn is_genuine(session: Option<&Session>, sent: &str) -> Result<
 }
 
 /// What a form without the token is answered.
-pub(super) const fn refusal() -> Error {
-    Error::Forbidden(REFUSAL)
+pub(super) fn refusal() -> Error {
+    Error::Forbidden(tr!("This form is stale or came from another site. Go back, reload the page and send it again."))
 }
 
 /// A form that says nothing but that it was sent.

@@ -12,6 +12,7 @@ use uuid::Uuid;
 use crate::AppState;
 use crate::domain::CurrentPerson;
 use crate::error::{Error, PageError};
+use crate::routes::language;
 use crate::storage::people;
 
 const KEY: &str = "person";
@@ -53,8 +54,12 @@ pub async fn require_person(
 ) -> Result<Response, PageError> {
     match person_of(&state, &session).await? {
         Some(person) => {
+            let chosen = person.language;
             request.extensions_mut().insert(person);
-            Ok(next.run(request).await)
+            Ok(match chosen {
+                Some(language) => language::spoken(language, request, next).await,
+                None => next.run(request).await,
+            })
         }
         None => Ok(to_sign_in(&request)),
     }

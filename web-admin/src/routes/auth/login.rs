@@ -101,8 +101,8 @@ async fn check(state: &AppState, form: &LoginForm) -> Result<Option<Credentials>
 async fn again(session: &Session, form: &LoginForm, why: Error) -> Result<Response, PageError> {
     let csrf = Csrf::of(session).await?.token().to_owned();
     let words = match &why {
-        Error::Unauthorized => "The address or the password is wrong.".to_owned(),
-        other => format!("Not signed in: {other}."),
+        Error::Unauthorized => tr!("The address or the password is wrong.").to_owned(),
+        other => tr!("Not signed in: {why}.", why = other.said()),
     };
     let next = own_path(&form.next).to_owned();
     let page = LoginPage { error: Some(words), email: form.email.clone(), csrf, next };
@@ -129,7 +129,7 @@ async fn sign_out(
 }
 
 /// A path of this site, or its start: never an address elsewhere, which `//host` and `/\\host` are to a browser.
-fn own_path(next: &str) -> &str {
+pub(crate) fn own_path(next: &str) -> &str {
     let plain = next.bytes().all(|b| b.is_ascii_alphanumeric() || b"/-_.~".contains(&b));
     if plain && next.starts_with('/') && !next.starts_with("//") { next } else { "/" }
 }

@@ -13,5 +13,6 @@ pub use csrf::{Csrf, CsrfForm, NoFields};
 pub use current::require_person;
 pub(crate) use current::{SignedIn, person_of};
 pub use limits::{LoginLimits, PairingLimits};
+pub(crate) use login::own_path;
 pub use login::{STRANGER_SESSION, router, signed_in};
 pub use upload::CsrfUpload;

@@ -62,7 +62,7 @@ async fn read(mut parts: Multipart, session: Option<Session>) -> Result<CsrfUplo
 fn refused(error: MultipartError) -> Error {
     match error.status() {
         axum::http::StatusCode::PAYLOAD_TOO_LARGE => {
-            Error::Unprocessable("the file is larger than 8 MB: send it in parts".to_owned())
+            Error::Unprocessable(tr!("the file is larger than 8 MB: send it in parts").to_owned())
         }
         _ => Error::BadRequest(error.body_text()),
     }

@@ -4,6 +4,7 @@ use axum::extract::State;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
+use serde_json::json;
 use tower_sessions::Session;
 
 use crate::AppState;
@@ -11,9 +12,12 @@ use crate::accounts;
 use crate::domain::CurrentPerson;
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, SignedIn};
+use crate::routes::language;
+use crate::storage::audit::Entry;
 use crate::storage::{directory, exports, people, schools};
 use crate::views::account::{AccountPage, PasswordRefused, check_password};
 use crate::views::{Place, Shell};
+use crate::words::Language;
 
 pub(super) async fn show(
     State(state): State<AppState>,
@@ -32,6 +36,7 @@ async fn page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<A
         email: known.email,
         pseudonym: known.pseudonym,
         cohorts: known.cohorts,
+        language: person.language,
         refused: None,
     })
 }
@@ -63,6 +68,28 @@ pub(super) async fn set_password(
     };
     let page = AccountPage { refused: Some(refused), ..page(&state, &person, &csrf).await? };
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+}
+
+#[derive(Deserialize)]
+pub(super) struct LanguageForm {
+    language: String,
+}
+
+/// Sets the language that the visitor reads in; nothing chosen is what their browser asks for.
+pub(super) async fn set_language(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    CsrfForm(form): CsrfForm<LanguageForm>,
+) -> Result<Redirect, PageError> {
+    let code = form.language.as_str();
+    let chosen = Some(code).filter(|code| !code.is_empty());
+    let chosen = chosen.map(|code| Language::named(code).ok_or_else(|| language::unknown(code))).transpose()?;
+    let mut tx = state.db.write().await?;
+    people::set_language(&mut tx, (person.school_id, person.id), chosen).await?;
+    let told = json!({ "language": chosen.map(Language::code) });
+    Entry::by(&person, "person.language_set", person.id).with(told).append(&mut tx, state.clock.now()).await?;
+    tx.commit().await?;
+    Ok(Redirect::to("/account"))
 }
 
 /// Everything held about whoever asks, as a file.

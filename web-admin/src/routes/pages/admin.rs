@@ -30,8 +30,8 @@ pub(super) async fn home(state: &AppState, shell: Shell, person: &CurrentPerson)
         counts: vec![
             (counts.trainees, "trainees"),
             (counts.instructors, "instructors"),
-            (counts.attempts, "scored attempts"),
-            (counts.recent, "attempts in the last 7 days"),
+            (counts.attempts, tr!("scored attempts")),
+            (counts.recent, tr!("attempts in the last 7 days")),
         ],
         school: counts.school,
         cohorts,
@@ -58,7 +58,7 @@ pub(super) async fn show(
 pub(super) fn administrators_only(person: &CurrentPerson) -> Result<(), PageError> {
     match person.role {
         Role::Administrator => Ok(()),
-        _ => Err(PageError(Error::Forbidden("this page is for administrators"))),
+        _ => Err(PageError(Error::Forbidden(tr!("this page is for administrators")))),
     }
 }
 

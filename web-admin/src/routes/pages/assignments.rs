@@ -77,7 +77,8 @@ async fn tasks(state: &AppState, school: Uuid, chosen: &str) -> Result<Vec<Choic
     let reader = state.db.reader();
     let choice = |value: String, label: String| Choice { chosen: value == chosen, value, label };
     let courses = curricula::taught(reader, school).await?.into_iter();
-    let courses = courses.map(|c| choice(format!("course:{}", c.curriculum_id), format!("Course: {}", c.title)));
+    let courses =
+        courses.map(|c| choice(format!("course:{}", c.curriculum_id), tr!("Course: {title}", title = c.title)));
     let exercises = exercises::all_current(reader, school).await?.into_iter();
     let exercises = exercises.map(|e| choice(format!("exercise:{}", e.exercise_id), e.title));
     Ok(courses.chain(exercises).collect())
@@ -128,7 +129,7 @@ pub(super) async fn make(
 
 fn instructors_only(person: &CurrentPerson) -> Result<(), Error> {
     match person.role {
-        Role::Trainee => Err(Error::Forbidden("assignments are made by those who teach")),
+        Role::Trainee => Err(Error::Forbidden(tr!("assignments are made by those who teach"))),
         Role::Instructor | Role::Administrator => Ok(()),
     }
 }
@@ -143,7 +144,7 @@ async fn read(state: &AppState, person: &CurrentPerson, typed: &TypedAssignment)
         said => {
             let due = due::read(said, &time_zone).map_err(|refused| Error::Unprocessable(refused.to_string()))?;
             if due.at < state.clock.now() {
-                return Err(Error::Unprocessable("the due date is over already".to_owned()));
+                return Err(Error::Unprocessable(tr!("the due date is over already").to_owned()));
             }
             Some((due.local, due.at))
         }
@@ -158,7 +159,7 @@ async fn read(state: &AppState, person: &CurrentPerson, typed: &TypedAssignment)
 
 fn limit(said: &str) -> Result<u32, Error> {
     let number = said.parse().ok().filter(|number| (1..=100).contains(number));
-    number.ok_or_else(|| Error::Unprocessable(format!("attempts that count: “{said}”; 1 to 100 are allowed")))
+    number.ok_or_else(|| Error::Unprocessable(tr!("attempts that count: “{said}”; 1 to 100 are allowed", said = said)))
 }
 
 async fn task(state: &AppState, school: Uuid, said: &str) -> Result<Task, Error> {
@@ -181,7 +182,7 @@ async fn whom(
     typed: &TypedAssignment,
 ) -> Result<(Option<Uuid>, Option<Uuid>), Error> {
     match (typed.cohort.trim(), typed.email.trim()) {
-        ("", "") => Err(Error::Unprocessable("choose a cohort, or type a trainee’s address".to_owned())),
+        ("", "") => Err(Error::Unprocessable(tr!("choose a cohort, or type a trainee’s address").to_owned())),
         (cohort, "") => {
             let id: Uuid = cohort.parse().map_err(|_| Error::NotFound)?;
             let known = reports::cohorts(state.db.reader(), person).await?;
@@ -193,11 +194,12 @@ async fn whom(
                 Some(known) => reports::trainee(state.db.reader(), person, known.id).await?,
                 None => None,
             };
-            let nobody =
-                || Error::Unprocessable(format!("the trainee: “{email}”; none whom you teach has this address"));
+            let nobody = || {
+                Error::Unprocessable(tr!("the trainee: “{email}”; none whom you teach has this address", email = email))
+            };
             seen.map(|trainee| (None, Some(trainee.id))).ok_or_else(nobody)
         }
-        _ => Err(Error::Unprocessable("choose a cohort or type a trainee’s address, not both".to_owned())),
+        _ => Err(Error::Unprocessable(tr!("choose a cohort or type a trainee’s address, not both").to_owned())),
     }
 }
 
@@ -257,7 +259,9 @@ pub(super) async fn extend(
     }
     if !(0..=MAX_DAYS).contains(&form.days) {
         let days = form.days;
-        return Err(Error::Unprocessable(format!("days: {days}; 0 to {MAX_DAYS} are allowed")).into());
+        return Err(
+            Error::Unprocessable(tr!("days: {days}; 0 to {most} are allowed", days = days, most = MAX_DAYS)).into()
+        );
     }
     teaching::extend(&state, &person, &listed, (form.person, form.days)).await?;
     Ok(Redirect::to(&format!("/assignments/{id}")))
@@ -288,8 +292,8 @@ pub(super) async fn set_zone(
     administrators_only(&person)?;
     let zone = form.time_zone.trim();
     if !is_zone(zone) {
-        let allowed = "a name like Europe/Berlin is needed";
-        return Err(Error::Unprocessable(format!("the time zone: “{zone}”; {allowed}")).into());
+        let why = tr!("the time zone: “{zone}”; a name like Europe/Berlin is needed", zone = zone);
+        return Err(Error::Unprocessable(why).into());
     }
     let mut tx = state.db.write().await?;
     schools::set_time_zone(&mut tx, person.school_id, zone).await?;

@@ -33,18 +33,21 @@ pub(super) async fn make(
     CsrfForm(form): CsrfForm<CohortForm>,
 ) -> Result<Redirect, PageError> {
     if person.role == Role::Trainee {
-        return Err(PageError(Error::Forbidden("cohorts are made by those who teach them")));
+        return Err(PageError(Error::Forbidden(tr!("cohorts are made by those who teach them"))));
     }
     let name = form.name.trim();
     if !is_name(name) {
-        let allowed = "1 to 120 characters, not beginning with = + - or @";
-        return Err(Error::Unprocessable(format!("the cohort's name: “{name}”; allowed are {allowed}")).into());
+        let why = tr!(
+            "the cohort's name: “{name}”; allowed are 1 to 120 characters, not beginning with = + - or @",
+            name = name
+        );
+        return Err(Error::Unprocessable(why).into());
     }
     let school_id = person.school_id;
     let mut tx = state.db.write().await?;
     let before = cohorts::all(&mut *tx, school_id).await?;
     if before.iter().any(|cohort| cohort.name == name) {
-        return Err(Error::Conflict(format!("there is a cohort “{name}” already")).into());
+        return Err(Error::Conflict(tr!("there is a cohort “{name}” already", name = name)).into());
     }
     let cohort = cohorts::find_or_create(&mut tx, school_id, name, state.clock.now()).await?;
     if person.role == Role::Instructor {

@@ -59,7 +59,7 @@ pub(super) async fn list(
     Query(After { after }): Query<After>,
 ) -> Result<CohortsPage, PageError> {
     if person.role == Role::Trainee {
-        return Err(PageError(Error::Forbidden("cohorts are shown to those who teach them")));
+        return Err(PageError(Error::Forbidden(tr!("cohorts are shown to those who teach them"))));
     }
     let (cohorts, next) = in_short(&state, &person, (&after, PER_PAGE)).await?;
     Ok(CohortsPage {

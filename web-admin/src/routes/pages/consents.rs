@@ -49,7 +49,9 @@ async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<Lis
     let person = directory::find(state.db.reader(), visitor.school_id, id).await.map_err(Error::from)?;
     let person = person.ok_or(Error::NotFound)?;
     if person.role == Role::Trainee {
-        return Err(Error::Conflict("the experts’ corridor is of those who teach; this is a trainee".to_owned()).into());
+        return Err(
+            Error::Conflict(tr!("the experts’ corridor is of those who teach; this is a trainee").to_owned()).into()
+        );
     }
     Ok(person)
 }
@@ -123,7 +125,7 @@ pub(crate) async fn keep(
 ) -> Result<(), Error> {
     let (now, mut tx) = (state.clock.now(), state.db.write().await?);
     if !experts::consent(&mut tx, (visitor.school_id, person), new, now).await? {
-        return Err(Error::Conflict("a consent stands already; it is taken back first".to_owned()));
+        return Err(Error::Conflict(tr!("a consent stands already; it is taken back first").to_owned()));
     }
     let told = json!({ "wording": new.wording, "given_at": new.given_at.to_string() });
     Entry::by(visitor, "expert.consented", person).with(told).append(&mut tx, now).await?;
@@ -132,14 +134,15 @@ pub(crate) async fn keep(
 
 /// What was typed, as a consent; or what is wrong with it.
 fn read(typed: &Typed, recorded_by: Uuid, now: Moment) -> Result<NewDeclaration<'_>, String> {
-    let wording = words("wording", &typed.wording, MOST_WORDING)?;
-    let how = words("how it was given", &typed.how, MOST_HOW)?;
+    let wording = words(tr!("wording"), &typed.wording, MOST_WORDING)?;
+    let how = words(tr!("how it was given"), &typed.how, MOST_HOW)?;
     let given_at = Date::parse(typed.given.trim(), &Iso8601::DATE)
         .map(|date| Moment::from(date.with_time(Time::MIDNIGHT).assume_utc()))
         .ok()
         .filter(|given| *given <= now);
-    let given_at = given_at
-        .ok_or_else(|| format!("day: “{}”; allowed is a day as 2026-05-20 that is not in the future", typed.given))?;
+    let given_at = given_at.ok_or_else(|| {
+        tr!("day: “{day}”; allowed is a day as 2026-05-20 that is not in the future", day = typed.given)
+    })?;
     Ok(NewDeclaration { wording, how, given_at, recorded_by })
 }
 
@@ -147,7 +150,7 @@ fn words<'a>(field: &str, typed: &'a str, most: usize) -> Result<&'a str, String
     let typed = typed.trim();
     match typed.chars().count() {
         n if (1..=most).contains(&n) => Ok(typed),
-        n => Err(format!("{field}: {n} characters; allowed: 1 to {most}")),
+        n => Err(tr!("{field}: {count} characters; allowed: 1 to {most}", field = field, count = n, most = most)),
     }
 }
 

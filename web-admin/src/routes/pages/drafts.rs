@@ -169,7 +169,7 @@ pub(super) async fn discard(
     match drafting::discard(&state, &person, (id, seen)).await? {
         true => Ok(Redirect::to("/drafts")),
         false => {
-            let why = "somebody has saved this draft since you opened it; look at it before you throw it away";
+            let why = tr!("somebody has saved this draft since you opened it; look at it before you throw it away");
             Err(Error::Conflict(why.to_owned()).into())
         }
     }

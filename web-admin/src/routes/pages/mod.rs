@@ -80,6 +80,7 @@ pub fn router() -> Routes {
         .merge(segments::router())
         .route("/account", get(account::show))
         .route("/account/password", post(account::set_password))
+        .route("/account/language", post(account::set_language))
         .route("/account/export", get(account::export))
         .merge(people())
         .route("/assignments", get(assignments::list).post(assignments::make))

@@ -231,7 +231,7 @@ pub(super) async fn change(
 ) -> Result<Response, PageError> {
     let person = find(&state, &visitor, id).await?;
     if person.state == AccountState::Erased {
-        return Err(Error::Conflict("whoever was made anonymous stays so".to_owned()).into());
+        return Err(Error::Conflict(tr!("whoever was made anonymous stays so").to_owned()).into());
     }
     let (name, email) = (form.name.trim(), form.email.trim());
     let own_role = visitor.id == id && form.role != Role::Administrator;
@@ -297,7 +297,7 @@ pub(super) async fn disable(
 
 fn nobody_themselves(visitor: &CurrentPerson, id: Uuid) -> Result<(), Error> {
     if visitor.id == id {
-        return Err(Error::Conflict("nobody disables themselves: another administrator does that".to_owned()));
+        return Err(Error::Conflict(tr!("nobody disables themselves: another administrator does that").to_owned()));
     }
     Ok(())
 }

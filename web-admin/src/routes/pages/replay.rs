@@ -99,13 +99,13 @@ pub(super) async fn consent(
     CsrfForm(form): CsrfForm<ConsentForm>,
 ) -> Result<Redirect, PageError> {
     if person.role == Role::Trainee {
-        return Err(Error::Forbidden("the corridor is of those who teach").into());
+        return Err(Error::Forbidden(tr!("the corridor is of those who teach")).into());
     }
     let (now, mut tx) = (state.clock.now(), state.db.write().await?);
     let own = (person.school_id, person.id);
     let (changed, action) = match form.consent.as_str() {
         "given" => {
-            let (wording, how) = (corridor::WORDING, "given by themselves, signed in");
+            let (wording, how) = (crate::words::say(corridor::WORDING), "given by themselves, signed in");
             let new = NewDeclaration { wording, how, given_at: now, recorded_by: person.id };
             (experts::consent(&mut tx, own, new, now).await?, "expert.consented")
         }

@@ -44,7 +44,7 @@ pub(super) async fn queue(
 pub(super) fn judges_only(person: &CurrentPerson) -> Result<(), Error> {
     match person.role {
         Role::Instructor | Role::Administrator => Ok(()),
-        _ => Err(Error::Forbidden("attempts are reviewed by those who teach")),
+        _ => Err(Error::Forbidden(tr!("attempts are reviewed by those who teach"))),
     }
 }
 
@@ -72,7 +72,7 @@ pub(super) async fn find_scored(state: &AppState, person: &CurrentPerson, id: Uu
     judges_only(person)?;
     match grades::of(state.db.reader(), session.key()).await? {
         Some(_) => Ok(session),
-        None => Err(Error::Conflict("this attempt has not been scored yet".to_owned())),
+        None => Err(Error::Conflict(tr!("this attempt has not been scored yet").to_owned())),
     }
 }
 
@@ -296,7 +296,7 @@ pub(super) async fn preview(
 }
 
 fn not_taught() -> Error {
-    Error::Conflict("this exercise is no longer taught, so there is no rubric of today".to_owned())
+    Error::Conflict(tr!("this exercise is no longer taught, so there is no rubric of today").to_owned())
 }
 
 /// Grades the attempt by the rubric of today.

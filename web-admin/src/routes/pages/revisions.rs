@@ -55,8 +55,10 @@ pub(super) async fn of_exercise(
     let older = exercises::bytes(reader, school, from).await?.ok_or(Error::NotFound)?;
     let newer = exercises::bytes(reader, school, to).await?.ok_or(Error::NotFound)?;
     let shell = Shell::new(&person, csrf.token(), Place::Curricula);
-    let parts =
-        vec![("Exercise", lines(&older.exercise, &newer.exercise)), ("Scene", lines(&older.scene, &newer.scene))];
+    let parts = vec![
+        (tr!("Exercise"), lines(&older.exercise, &newer.exercise)),
+        (tr!("Scene"), lines(&older.scene, &newer.scene)),
+    ];
     Ok(RevisionsPage { shell, title: current.title, href: exercise_href(&id), revisions, from, to, parts })
 }
 
@@ -82,7 +84,7 @@ pub(super) async fn of_course(
     let older = curricula::bytes(reader, school, from).await?.ok_or(Error::NotFound)?;
     let newer = curricula::bytes(reader, school, to).await?.ok_or(Error::NotFound)?;
     let shell = Shell::new(&person, csrf.token(), Place::Curricula);
-    let parts = vec![("Course", lines(&older, &newer))];
+    let parts = vec![(tr!("Course"), lines(&older, &newer))];
     Ok(RevisionsPage { shell, title: current.title, href: "/curricula".to_owned(), revisions, from, to, parts })
 }
 

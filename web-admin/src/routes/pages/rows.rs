@@ -3,7 +3,7 @@
 use crate::storage::reports::ListedAttempt;
 use crate::storage::sessions::SessionState;
 use crate::views::Status;
-use crate::views::judgement::short_reason;
+use crate::views::metric;
 use crate::views::trainee::AttemptRow;
 
 /// Rows for a list of one trainee's attempts.
@@ -46,5 +46,5 @@ fn note(attempt: &ListedAttempt) -> String {
     }
     let deductions = attempt.deductions.as_ref().map_or(&[][..], |json| &json.0);
     let dearest = deductions.iter().filter(|d| d.points > 0.0).max_by(|a, b| a.points.total_cmp(&b.points));
-    dearest.map_or_else(String::new, |d| short_reason(&d.why).to_owned())
+    dearest.map_or_else(String::new, metric::short_reason)
 }

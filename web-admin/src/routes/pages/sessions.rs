@@ -110,18 +110,26 @@ fn verification(session: &Session) -> Verification {
 }
 
 fn facts(session: &Session) -> Vec<(&'static str, String)> {
-    let state = if session.complete { "complete" } else { "cut off before its end" };
-    let published = if session.revision_id.is_some() { "" } else { ", never published by this school" };
+    let size = format::size(session.recording_size);
+    let recording = if session.complete {
+        tr!("{size}, complete", size = size)
+    } else {
+        tr!("{size}, cut off before its end", size = size)
+    };
     let short = |hash: &str| format::short_hash(hash).to_owned();
+    let revision = match session.revision_id {
+        Some(_) => short(&session.exercise_sha256),
+        None => tr!("{hash}, never published by this school", hash = short(&session.exercise_sha256)),
+    };
     vec![
-        ("Duration", format::span(session.duration_s)),
-        ("Device", session.device.clone()),
-        ("Received", format::date_time(session.received_at.to_utc())),
-        ("Simulator", session.simulator_version.clone()),
-        ("Seed", session.seed.clone()),
-        ("Recording", format!("{}, {state}", format::size(session.recording_size))),
-        ("Exercise revision", short(&session.exercise_sha256) + published),
-        ("Scene revision", short(&session.scene_sha256)),
-        ("Session", session.id.to_string()),
+        (tr!("Duration"), format::span(session.duration_s)),
+        (tr!("Device"), session.device.clone()),
+        (tr!("Received"), format::date_time(session.received_at.to_utc())),
+        (tr!("Simulator"), session.simulator_version.clone()),
+        (tr!("Seed"), session.seed.clone()),
+        (tr!("Recording"), recording),
+        (tr!("Exercise revision"), revision),
+        (tr!("Scene revision"), short(&session.scene_sha256)),
+        (tr!("Session"), session.id.to_string()),
     ]
 }

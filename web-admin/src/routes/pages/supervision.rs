@@ -31,7 +31,7 @@ pub(super) async fn confirm(
 ) -> Result<Redirect, PageError> {
     let session = find_scored(&state, &person, id).await?;
     if session.trainee_id == person.id {
-        return Err(Error::Forbidden("nobody confirms their own attempt").into());
+        return Err(Error::Forbidden(tr!("nobody confirms their own attempt")).into());
     }
     let (now, mut tx) = (state.clock.now(), state.db.write().await?);
     let (changed, action) = match form.confirm.as_str() {

@@ -48,6 +48,7 @@ pub struct PersonFacts {
     display_name: String,
     pseudonym: String,
     registrar_id: Option<String>,
+    language: Option<String>,
     created_at: Moment,
 }
 
@@ -101,7 +102,7 @@ pub struct LogFacts {
 /// When the database fails.
 pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Option<Export>> {
     let facts: Option<PersonFacts> = sqlx::query_as(
-        "SELECT p.id, s.name AS school, p.role, p.email, p.display_name, p.pseudonym, p.registrar_id, p.created_at
+        "SELECT p.id, s.name AS school, p.role, p.email, p.display_name, p.pseudonym, p.registrar_id, p.language, p.created_at
          FROM people p JOIN schools s ON s.id = p.school_id WHERE p.school_id = $1 AND p.id = $2",
     )
     .bind(school)

@@ -19,9 +19,14 @@ fn draw_days(days: &[(Date, usize, usize)], size: Size) -> String {
     let id = format!("days-{}", size.name());
     let total: usize = days.iter().map(|(_, passed, failed)| passed + failed).sum();
     let most = days.iter().map(|(_, passed, failed)| passed + failed).max().unwrap_or(0);
-    let description =
-        format!("{} in {} days, at most {most} on one day.", format::counted(total, "attempt"), days.len());
-    let caption = Caption { id: &id, class: size.name(), title: "Attempts by day", description: &description };
+    let description = trn!(
+        "{n} attempt in {days} days, at most {most} on one day.",
+        "{n} attempts in {days} days, at most {most} on one day.",
+        total,
+        days = days.len(),
+        most = most
+    );
+    let caption = Caption { id: &id, class: size.name(), title: tr!("Attempts by day"), description: &description };
     let mut svg = Svg::new(size.width(), HEIGHT, &caption);
     let area = Area { x: 34.0, y: 8.0, width: size.width() - 44.0, height: HEIGHT - 36.0 };
     let y = Scale::new((0.0, most.max(1) as f64), (area.bottom(), area.y));

@@ -3,6 +3,7 @@
 use super::plot::Plot;
 use super::svg::{Area, Caption, Svg};
 use super::{Size, labels};
+use crate::views::format;
 
 /// A row of the chart.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,8 +54,14 @@ fn draw(svg: &mut Svg, plot: &Plot, row: &BoxRow, top: f64) {
 fn describe(row: &BoxRow) -> String {
     match row.quartiles {
         Some((lower, median, upper)) => {
-            format!("{}: median {median:.1}, quartiles {lower:.1} and {upper:.1}.", row.label)
+            tr!(
+                "{label}: median {median}, quartiles {lower} and {upper}.",
+                label = row.label,
+                median = format::fixed(median, 1),
+                lower = format::fixed(lower, 1),
+                upper = format::fixed(upper, 1)
+            )
         }
-        None => format!("{}: nothing to show.", row.label),
+        None => tr!("{label}: nothing to show.", label = row.label),
     }
 }

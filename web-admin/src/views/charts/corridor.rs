@@ -11,7 +11,7 @@ use super::svg::{Area, Caption, Svg};
 #[must_use]
 pub fn corridor(curve: &Curve, corridor: &Corridor, size: Size) -> String {
     let id = format!("corridor-{}", size.name());
-    let title = "Force against depth on the way in, and the experts' corridor";
+    let title = tr!("Force against depth on the way in, and the experts' corridor");
     let caption = Caption { id: &id, class: size.name(), title, description: &describe(corridor) };
     let deepest = corridor.places.iter().map(|place| place.depth_mm).fold(1.0, f64::max) * 1.05;
     let forces = curve.points.iter().map(|p| p.force_n).chain(corridor.places.iter().map(|p| p.high_n));
@@ -19,8 +19,8 @@ pub fn corridor(curve: &Curve, corridor: &Corridor, size: Size) -> String {
     let area = Area { x: 46.0, y: 12.0, width: size.width() - 58.0, height: 230.0 };
     let plot = Plot::rising(area, (0.0, deepest), (low * 1.05, (high * 1.05).max(0.1)));
     let mut svg = Svg::new(size.width(), area.bottom() + 40.0, &caption);
-    plot.draw_x_axis(&mut svg, size.ticks(), "depth of the tip along the needle (mm)");
-    plot.draw_y_axis(&mut svg, 6, "force (N)");
+    plot.draw_x_axis(&mut svg, size.ticks(), tr!("depth of the tip along the needle (mm)"));
+    plot.draw_y_axis(&mut svg, 6, tr!("force (N)"));
     let upper = corridor.places.iter().map(|p| plot.at(p.depth_mm, p.high_n));
     let lower = corridor.places.iter().rev().map(|p| plot.at(p.depth_mm, p.low_n));
     svg.polygon("corridor", &upper.chain(lower).collect::<Vec<_>>());

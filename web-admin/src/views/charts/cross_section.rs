@@ -5,6 +5,7 @@ use super::force_depth::texture_class;
 use super::labels::Labels;
 use super::plot::Plot;
 use super::svg::{Area, Caption, Svg};
+use crate::views::format;
 
 /// What is drawn, in mm: across is along the needle's lean, from the entry; depth is below the skin.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,7 +100,7 @@ const LEFT: f64 = 46.0;
 #[must_use]
 pub fn cross_section(section: &Section, size: Size) -> String {
     let id = format!("section-{}", size.name());
-    let title = "Cross-section along the needle";
+    let title = tr!("Cross-section along the needle");
     let caption = Caption { id: &id, class: size.name(), title, description: &describe(section) };
     let height = if size == Size::Wide { 360.0 } else { 320.0 };
     let area = Area { x: LEFT, y: 8.0, width: size.width() - LEFT - 8.0, height };
@@ -114,16 +115,18 @@ pub fn cross_section(section: &Section, size: Size) -> String {
 }
 
 fn describe(section: &Section) -> String {
-    let layers: Vec<String> = section.layers.iter().map(|(name, _, mm)| format!("{name} {mm:.1} mm")).collect();
+    let layers: Vec<String> =
+        section.layers.iter().map(|(name, _, mm)| format!("{name} {} mm", format::fixed(*mm, 1))).collect();
     let structures: Vec<&str> = section.structures.iter().map(|s| s.name.as_str()).collect();
     let besides =
-        if structures.is_empty() { String::new() } else { format!(" Structures: {}.", structures.join(", ")) };
-    format!(
-        "Layers from the skin down: {}. The needle goes in at {:.0}° to the surface normal, {:.1} mm to the target.{besides}",
-        layers.join(", "),
-        section.angle_deg,
-        section.target_depth_mm
-    )
+        if structures.is_empty() { String::new() } else { tr!("Structures: {names}.", names = structures.join(", ")) };
+    let needle = tr!(
+        "Layers from the skin down: {layers}. The needle goes in at {angle} to the surface normal, {depth} to the target.",
+        layers = layers.join(", "),
+        angle = format!("{:.0}°", section.angle_deg),
+        depth = format::stated(section.target_depth_mm, "mm")
+    );
+    format!("{needle} {besides}").trim_end().to_owned()
 }
 
 /// (across, depth) of a point on the needle's line, in mm.
@@ -170,7 +173,11 @@ fn draw_depths(svg: &mut Svg, plot: &Plot) {
         svg.line("axis", (LEFT - 4.0, y), (LEFT, y));
         svg.text("tick end", (LEFT - 7.0, y + 4.0), &format!("{tick:.0}"));
     }
-    svg.text_upwards("axis-title middle", (12.0, plot.area.y + plot.area.height / 2.0), "depth below the skin (mm)");
+    svg.text_upwards(
+        "axis-title middle",
+        (12.0, plot.area.y + plot.area.height / 2.0),
+        tr!("depth below the skin (mm)"),
+    );
 }
 
 /// Draws a structure, and says what room it takes.
@@ -198,7 +205,11 @@ fn draw_needle(svg: &mut Svg, plot: &Plot, section: &Section) {
     svg.line("aim", (x - 11.0, y), (x + 11.0, y));
     svg.line("aim", (x, y - 11.0), (x, y + 11.0));
     let (x, y) = place(hub_mm);
-    svg.text("needle-name", (x + 10.0, y + 12.0), &format!("needle, {:.0}° to the normal", section.angle_deg));
+    svg.text(
+        "needle-name",
+        (x + 10.0, y + 12.0),
+        &tr!("needle, {angle} to the normal", angle = format!("{:.0}°", section.angle_deg)),
+    );
 }
 
 /// Names of the target and the structures, clear of the shapes, of each other and of the planned path.
@@ -214,7 +225,11 @@ fn draw_names(svg: &mut Svg, plot: &Plot, section: &Section, shapes: &[Area]) {
     shapes.iter().for_each(|shape| labels.avoid(*shape));
     labels.avoid(target);
     (0..20).for_each(|i| labels.avoid(around(place(f64::from(i) / 20.0), 3.0)));
-    labels.place(svg, "target-name", (&format!("target at {} mm", section.target_depth_mm), target));
+    labels.place(
+        svg,
+        "target-name",
+        (&tr!("target at {depth}", depth = format::stated(section.target_depth_mm, "mm")), target),
+    );
     for (structure, shape) in section.structures.iter().zip(shapes) {
         labels.place(svg, "structure-name", (&structure.name, *shape));
     }

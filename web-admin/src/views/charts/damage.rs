@@ -48,8 +48,10 @@ pub fn damage(layers: &[LayerDamage], size: Size) -> String {
     let caption = Caption {
         id: &id,
         class: size.name(),
-        title: "Energy taken by each layer",
-        description: "One bar per layer, split into rupture, cutting, friction and lateral work in millijoules. The table below has the numbers.",
+        title: tr!("Energy taken by each layer"),
+        description: tr!(
+            "One bar per layer, split into rupture, cutting, friction and lateral work in millijoules. The table below has the numbers."
+        ),
     };
     let layers: Vec<&LayerDamage> = layers.iter().filter(|l| l.total_mj() > 0.0).collect();
     let rows = f64::from(u32::try_from(layers.len()).unwrap_or(0));
@@ -62,7 +64,7 @@ pub fn damage(layers: &[LayerDamage], size: Size) -> String {
         svg.line("grid", (x.at(*tick), 4.0), (x.at(*tick), bottom));
         svg.text("tick middle", (x.at(*tick), bottom + 15.0), &scale::tick_label(*tick, &ticks));
     }
-    svg.text("axis-title end", (size.width() - 60.0, bottom + 31.0), "energy (mJ)");
+    svg.text("axis-title end", (size.width() - 60.0, bottom + 31.0), tr!("energy (mJ)"));
     for (row, layer) in (0_u32..).zip(layers) {
         draw_bar(&mut svg, &x, layer, f64::from(row) * ROW);
     }

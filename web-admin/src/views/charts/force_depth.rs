@@ -1,6 +1,7 @@
 //! Force against depth: layers behind it, ruptures on it, the stages of each boundary below it.
 
 use crate::domain::curve::{Band, Curve, Point};
+use crate::views::format;
 
 use super::Size;
 use super::marks;
@@ -16,20 +17,21 @@ const LANE: f64 = 32.0;
 #[must_use]
 pub fn force_depth(curve: &Curve, size: Size) -> String {
     let id = format!("force-depth-{}", size.name());
-    let caption = Caption { id: &id, class: size.name(), title: "Force against depth", description: &describe(curve) };
+    let caption =
+        Caption { id: &id, class: size.name(), title: tr!("Force against depth"), description: &describe(curve) };
     let plot = plot(curve, size);
     let lanes = lanes(curve);
     let lanes_top = plot.area.bottom() + 44.0;
     let lanes_height = if lanes.is_empty() { 0.0 } else { 20.0 + LANE * lanes.len() as f64 };
     let mut svg = Svg::new(size.width(), lanes_top + lanes_height, &caption);
     draw_bands(&mut svg, &plot, &curve.bands);
-    plot.draw_x_axis(&mut svg, size.ticks(), "depth of the tip along the needle (mm)");
-    plot.draw_y_axis(&mut svg, 7, "force (N)");
+    plot.draw_x_axis(&mut svg, size.ticks(), tr!("depth of the tip along the needle (mm)"));
+    plot.draw_y_axis(&mut svg, 7, tr!("force (N)"));
     draw_target(&mut svg, &plot, curve.target_depth_mm);
     draw_curve(&mut svg, &plot, curve);
     draw_marks(&mut svg, &plot, curve);
     if !lanes.is_empty() {
-        svg.text("lane-title", (LEFT, lanes_top + 10.0), "Stage of each boundary");
+        svg.text("lane-title", (LEFT, lanes_top + 10.0), tr!("Stage of each boundary"));
     }
     for (row, boundary) in (0_u32..).zip(&lanes) {
         draw_lane(&mut svg, &plot, curve, (*boundary, lanes_top + 20.0 + LANE * f64::from(row)));
@@ -51,14 +53,15 @@ fn describe(curve: &Curve) -> String {
     let layers: Vec<&str> = curve.bands.iter().map(|b| b.name.as_str()).collect();
     let ruptures = marks::numbered(curve).count();
     match peak {
-        Some(peak) => format!(
-            "Axial force on the hand over the depth of the tip, through {}. The highest force is {:.2} N at {:.1} mm; \
-             {ruptures} events are marked and listed in the table below.",
-            layers.join(", "),
-            peak.force_n,
-            peak.depth_mm
+        Some(peak) => trn!(
+            "Axial force on the hand over the depth of the tip, through {layers}. The highest force is {force} at {depth}; {n} event is marked and listed in the table below.",
+            "Axial force on the hand over the depth of the tip, through {layers}. The highest force is {force} at {depth}; {n} events are marked and listed in the table below.",
+            ruptures,
+            layers = layers.join(", "),
+            force = format::quantity(peak.force_n, "N"),
+            depth = format::quantity(peak.depth_mm, "mm")
         ),
-        None => "The recording holds no samples.".to_owned(),
+        None => tr!("The recording holds no samples.").to_owned(),
     }
 }
 

@@ -34,11 +34,11 @@ pub fn learning_curve(points: &[CurvePoint], rule: &Rule, (key, title): (&str, &
 fn lines(points: &[CurvePoint], rule: &Rule) -> Vec<(f64, &'static str)> {
     let mut lines = Vec::new();
     if let Some(learning) = rule.learning {
-        lines.push((learning.h, "competent"));
+        lines.push((learning.h, tr!("competent")));
     }
     if rule.learning.is_none() || points.iter().any(|p| !p.learning) {
-        lines.push((rule.monitor.h1, "too many fail"));
-        lines.push((-rule.monitor.h0, "acceptable"));
+        lines.push((rule.monitor.h1, tr!("too many fail")));
+        lines.push((-rule.monitor.h0, tr!("acceptable")));
     }
     lines
 }

@@ -74,7 +74,7 @@ fn level(point: usize, points: usize) -> &'static str {
 
 fn describe(bar: &Bar) -> String {
     let counts: Vec<String> = bar.counts.iter().map(ToString::to_string).collect();
-    format!("{}: {} from low to high.", bar.label, counts.join(", "))
+    tr!("{label}: {counts} from low to high.", label = bar.label, counts = counts.join(", "))
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! From values to places, and the round values in between.
 
+use crate::views::format;
+
 /// A linear map from a domain of values to a range of places. Never divides by nothing: an empty domain is widened.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
@@ -71,7 +73,7 @@ pub fn tick_label(value: f64, ticks: &[f64]) -> String {
     let step = ticks.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
     let decimals = if step.is_finite() && step < 1.0 { usize::try_from(-exponent(step)).unwrap_or(0) } else { 0 };
     // Negative zero would read as −0.
-    format!("{:.decimals$}", value + 0.0).replace('-', "−")
+    format::decimal(&format!("{:.decimals$}", value + 0.0))
 }
 
 #[cfg(test)]

@@ -16,16 +16,16 @@ const GAP: f64 = 16.0;
 #[must_use]
 pub fn force_and_depth(curve: &Curve, size: Size) -> String {
     let id = format!("force-time-{}", size.name());
-    let title = "Force and depth against time";
+    let title = tr!("Force and depth against time");
     let caption = Caption { id: &id, class: size.name(), title, description: &describe(curve) };
     let (force, depth) = plots(curve, size);
     let mut svg = Svg::new(size.width(), depth.area.bottom() + 40.0, &caption);
     for band in curve.bands.iter().filter(|b| depth.y.contains(b.top_mm)) {
         svg.rect(&format!("band {}", texture_class(&band.texture)), depth.row(band.top_mm, band.bottom_mm));
     }
-    force.draw_y_axis(&mut svg, 5, "force (N)");
-    depth.draw_y_axis(&mut svg, 6, "depth (mm)");
-    depth.draw_x_axis(&mut svg, size.ticks(), "time since the start (s)");
+    force.draw_y_axis(&mut svg, 5, tr!("force (N)"));
+    depth.draw_y_axis(&mut svg, 6, tr!("depth (mm)"));
+    depth.draw_x_axis(&mut svg, size.ticks(), tr!("time since the start (s)"));
     draw_target(&mut svg, &depth, curve.target_depth_mm);
     draw_marks(&mut svg, &force, &depth, curve);
     let force_line: Vec<_> = curve.points.iter().map(|p| force.at(p.t_s, p.force_n)).collect();

@@ -34,23 +34,23 @@ pub struct Strip<'a> {
 pub fn trace(strip: &Strip<'_>, size: Size) -> String {
     let (from_s, to_s) = strip.from_to_s;
     let id = format!("strip-{}-{}", strip.number, size.name());
-    let title = format!("Force from {from_s:.0} to {to_s:.0} s");
-    let description = format!(
-        "The force on the hand against time. {} marks, {} pops shown.",
-        within(strip.marks, strip.from_to_s).count(),
-        within(strip.pops, strip.from_to_s).count()
+    let title = tr!("Force from {from} to {to} s", from = format!("{from_s:.0}"), to = format!("{to_s:.0}"));
+    let description = tr!(
+        "The force on the hand against time. {marks} marks, {pops} pops shown.",
+        marks = within(strip.marks, strip.from_to_s).count(),
+        pops = within(strip.pops, strip.from_to_s).count()
     );
     let caption = Caption { id: &id, class: size.name(), title: &title, description: &description };
     let area = Area { x: LEFT, y: TOP, width: size.width() - LEFT - RIGHT, height: 130.0 };
     let (low, high) = strip.force_n;
     let plot = Plot::rising(area, strip.from_to_s, (low, high.max(low + 0.1) * 1.05));
     let mut svg = Svg::new(size.width(), area.bottom() + 40.0, &caption);
-    plot.draw_y_axis(&mut svg, 4, "force (N)");
-    plot.draw_x_axis(&mut svg, size.ticks() + 1, "time since the start (s)");
+    plot.draw_y_axis(&mut svg, 4, tr!("force (N)"));
+    plot.draw_x_axis(&mut svg, size.ticks() + 1, tr!("time since the start (s)"));
     for (_, pop) in within(strip.pops, strip.from_to_s) {
         let x = plot.x.at(pop);
-        svg.line("pop", (x, area.y - 4.0), (x, area.bottom()));
-        svg.text("pop-name middle", (x, area.y - 9.0), "pop");
+        svg.line(tr!("pop"), (x, area.y - 4.0), (x, area.bottom()));
+        svg.text("pop-name middle", (x, area.y - 9.0), tr!("pop"));
     }
     let line: Vec<(f64, f64)> = strip
         .spans

@@ -7,7 +7,8 @@ use assessment::statistics::{Estimate, Summary};
 use time::OffsetDateTime;
 
 use crate::domain::progress::{Attempt, CurveRule, Habits, Line, StepProgress};
-use crate::views::{Shell, Status, charts, format};
+use crate::views::{Shell, Status, charts, format, metric};
+use crate::words;
 
 /// The page.
 #[derive(Debug, Template, WebTemplate)]
@@ -98,7 +99,7 @@ pub struct HabitRow {
     /// Attempts in which it cost points, and in which it was judged.
     pub costly: (usize, usize),
     /// What to do about it.
-    pub advice: &'static str,
+    pub advice: String,
     /// Page of the attempt that it cost most.
     pub worst: String,
 }
@@ -108,15 +109,15 @@ impl HabitsView {
     #[must_use]
     pub fn new(found: Habits, pages: &[String]) -> Self {
         let row = |line: Line| HabitRow {
-            label: format::sentence(&line.label),
+            label: metric::label(&line.metric),
             points: line.mean_points,
             costly: (line.costly, line.judged),
-            advice: line.advice,
+            advice: words::known(line.advice),
             worst: pages.get(line.worst).cloned().unwrap_or_default(),
         };
         Self {
             attempts: pages.len(),
-            strengths: found.strengths.into_iter().map(|line| line.label).collect(),
+            strengths: found.strengths.into_iter().map(|line| metric::label(&line.metric)).collect(),
             habits: found.habits.into_iter().map(row).collect(),
         }
     }

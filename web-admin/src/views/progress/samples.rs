@@ -105,7 +105,7 @@ pub(super) fn cohort_progress_page() -> CohortProgressPage {
         worries: vec![Worry {
             name: "Bruno Ferrari".to_owned(),
             href: "/trainees/1/exercises/feel-the-layers".to_owned(),
-            concern: (stuck.label(), stuck.reason()),
+            concern: crate::views::concern::concern(&stuck),
         }],
         days: (0_usize..28)
             .map(|i| (samples::NOW.date() - Duration::days(27 - i64::try_from(i).expect("few")), i % 5, i % 3))

@@ -79,8 +79,8 @@ impl ScoreView {
         let complete = table.complete_and_missing();
         let icc = &table.agreement;
         let agreement = vec![
-            figure("ICC(2,1): one rater", icc, |icc| (icc.single_random, icc.single_random_95)),
-            figure("ICC(2,k): the mean of all raters", icc, |icc| (icc.average_random, icc.average_random_95)),
+            figure(tr!("ICC(2,1): one rater"), icc, |icc| (icc.single_random, icc.single_random_95)),
+            figure(tr!("ICC(2,k): the mean of all raters"), icc, |icc| (icc.average_random, icc.average_random_95)),
         ];
         let with_mean = |row: Vec<Option<f64>>| {
             let mean = mean(&row).map(|(mean, _)| mean);
@@ -102,12 +102,12 @@ fn figure(
         Ok(found) => {
             let (value, ends) = pick(found);
             let ends = ends.map_or_else(
-                || "not computable: the raters agree to the last point".to_owned(),
-                |(low, high)| format!("{} to {}", format::fixed(low, 2), format::fixed(high, 2)),
+                || tr!("not computable: the raters agree to the last point").to_owned(),
+                |(low, high)| tr!("{low} to {high}", low = format::fixed(low, 2), high = format::fixed(high, 2)),
             );
             (name, format::fixed(value, 2), ends)
         }
-        Err(why) => (name, format!("not computable: {why}"), "–".to_owned()),
+        Err(why) => (name, tr!("not computable: {why}", why = why), "–".to_owned()),
     }
 }
 

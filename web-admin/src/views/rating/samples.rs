@@ -9,7 +9,7 @@ use crate::views::samples;
 use crate::views::session::Drawing;
 use crate::views::survey::form::{Given, Question};
 
-pub(super) fn show(name: &str, page: &impl askama::Template) -> String {
+pub(super) fn show(name: &str, page: &(impl askama::Template + std::fmt::Debug)) -> String {
     samples::keep(name, page)
 }
 

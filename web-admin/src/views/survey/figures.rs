@@ -2,12 +2,13 @@
 
 use crate::domain::survey::results::{Agreement, Alpha, Figure, Interval, Quartiles};
 use crate::views::format;
+use crate::words;
 
 /// A figure in words, or why there is none.
 fn said<T>(figure: &Figure<T>, words: impl Fn(&T) -> String) -> String {
     match figure {
         Figure::Value(value) => words(value),
-        Figure::None { not_computable } => format!("not computable: {not_computable}"),
+        Figure::None { not_computable } => tr!("not computable: {why}", why = words::known(not_computable)),
     }
 }
 
@@ -20,21 +21,36 @@ pub fn quartiles(figure: &Figure<Quartiles>) -> String {
 /// 68.1 (60.2 to 76.0).
 #[must_use]
 pub fn interval(figure: &Figure<Interval>) -> String {
-    said(figure, |i| format!("{} ({} to {})", format::number(i.value), format::number(i.low), format::number(i.high)))
+    said(figure, |i| {
+        tr!(
+            "{value} ({low} to {high})",
+            value = format::number(i.value),
+            low = format::number(i.low),
+            high = format::number(i.high)
+        )
+    })
 }
 
 /// 0.87 (12 of 12).
 #[must_use]
 pub fn validity(figure: &Figure<Interval>) -> String {
     said(figure, |i| {
-        format!("{} (n = {}, {} to {})", format::number(i.value), i.n, format::number(i.low), format::number(i.high))
+        tr!(
+            "{value} (n = {n}, {low} to {high})",
+            value = format::number(i.value),
+            n = i.n,
+            low = format::number(i.low),
+            high = format::number(i.high)
+        )
     })
 }
 
 /// α with what it rests on.
 #[must_use]
 pub fn alpha(figure: &Figure<Alpha>) -> String {
-    said(figure, |a| format!("{} (n = {}, {} incomplete)", format::number(a.alpha), a.n, a.missing))
+    said(figure, |a| {
+        tr!("{value} (n = {n}, {missing} incomplete)", value = format::number(a.alpha), n = a.n, missing = a.missing)
+    })
 }
 
 /// The four correlations with what they rest on.
@@ -43,9 +59,12 @@ pub fn agreement(figure: &Figure<Agreement>) -> String {
     said(figure, |a| {
         let all = [a.icc_2_1, a.icc_2_k, a.icc_3_1, a.icc_3_k].map(format::number);
         let [two_one, two_k, three_one, three_k] = all;
-        format!(
-            "ICC(2,1) {two_one}, (2,k) {two_k}, (3,1) {three_one}, (3,k) {three_k}; {} people, {} incomplete",
-            a.raters, a.missing
+        let figures = format!("ICC(2,1) {two_one}, (2,k) {two_k}, (3,1) {three_one}, (3,k) {three_k}");
+        tr!(
+            "{figures}; {people} people, {missing} incomplete",
+            figures = figures,
+            people = a.raters,
+            missing = a.missing
         )
     })
 }
@@ -53,5 +72,5 @@ pub fn agreement(figure: &Figure<Agreement>) -> String {
 /// S-CVI/Ave: a mean of shares has no interval of its own.
 #[must_use]
 pub fn scale_validity(figure: &Figure<Interval>) -> String {
-    said(figure, |i| format!("{}, over {}", format::number(i.value), format::counted(i.n, "item")))
+    said(figure, |i| trn!("{value}, over {n} item", "{value}, over {n} items", i.n, value = format::number(i.value)))
 }

@@ -3,11 +3,13 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use assessment::questionnaire::Answer;
+use axum::response::{IntoResponse, Response};
 use scene::Instrument;
 use scene::instrument::{Item, ScaleKind, Words};
 
 use crate::domain::survey::Identity;
 use crate::views::{assets, format};
+use crate::words::{self, Language};
 
 /// Most places of a row of marks; a finer scale is a field for a number.
 const MOST_MARKS: f64 = 21.0;
@@ -61,14 +63,9 @@ impl Terms {
     #[must_use]
     pub fn at_a_station(&self) -> Vec<String> {
         // Rendering into a String fails for no data we can hold.
-        let text = StationTerms { terms: self }.render().unwrap_or_default();
+        let language = Language::named(&self.language).unwrap_or(Language::ENGLISH);
+        let text = words::within(language, || StationTerms { terms: self }.render()).unwrap_or_default();
         text.lines().map(str::trim).filter(|line| !line.is_empty()).map(str::to_owned).collect()
-    }
-}
-
-impl StationTerms<'_> {
-    fn t(&self, english: &str, german: &str) -> String {
-        words(&self.terms.language, english, german)
     }
 }
 
@@ -184,26 +181,13 @@ pub struct Choice {
     pub checked: bool,
 }
 
-/// Both languages of the form's own words: the English, the German. Other languages of an instrument get the English.
-fn words(language: &str, english: &str, german: &str) -> String {
-    if language == "de" { german.to_owned() } else { english.to_owned() }
-}
-
-impl ConsentPage {
-    /// A text of the page.
-    #[must_use]
-    pub fn t(&self, english: &str, german: &str) -> String {
-        words(&self.terms.language, english, german)
-    }
+/// Shows a page of the form in the language that its questions are asked in, or in English where the pages have not that
+/// one.
+pub fn shown(language: &str, page: impl IntoResponse) -> Response {
+    words::within(Language::named(language).unwrap_or(Language::ENGLISH), || page.into_response())
 }
 
 impl FormPage {
-    /// A text of the page.
-    #[must_use]
-    pub fn t(&self, english: &str, german: &str) -> String {
-        words(&self.language, english, german)
-    }
-
     /// How many questions were refused.
     #[must_use]
     pub fn refused(&self) -> usize {
@@ -220,14 +204,6 @@ impl FormPage {
     #[must_use]
     pub fn script(&self) -> String {
         assets::address("survey.js")
-    }
-}
-
-impl EndPage {
-    /// A text of the page.
-    #[must_use]
-    pub fn t(&self, english: &str, german: &str) -> String {
-        words(&self.language, english, german)
     }
 }
 

@@ -101,17 +101,19 @@ impl Preview {
 /// A scoring key as arithmetic.
 fn rule(key: &scene::instrument::ScoreKey) -> String {
     use scene::instrument::{Combine, Missing};
-    let combined = match key.combine {
-        Combine::Sum => "sum",
-        Combine::Mean => "mean",
-        Combine::PairWeighted => "mean, weighted by the pairs,",
+    let items = key.items.len();
+    let mut words = match key.combine {
+        Combine::Sum => trn!("sum of {n} item", "sum of {n} items", items),
+        Combine::Mean => trn!("mean of {n} item", "mean of {n} items", items),
+        Combine::PairWeighted => {
+            trn!("mean, weighted by the pairs, of {n} item", "mean, weighted by the pairs, of {n} items", items)
+        }
     };
-    let mut words = format!("{combined} of {}", format::counted(key.items.len(), "item"));
     if !key.reversed.is_empty() {
-        words += &format!(", {} reversed", key.reversed.len());
+        words += &format!(", {}", tr!("{count} reversed", count = key.reversed.len()));
     }
     if key.shift != 0.0 {
-        words += &format!(", each {:+}", key.shift);
+        words += &format!(", {}", tr!("each {shift}", shift = format!("{:+}", key.shift)));
     }
     if (key.factor - 1.0).abs() > 0.0 {
         words += &format!(", × {}", key.factor);
@@ -120,7 +122,9 @@ fn rule(key: &scene::instrument::ScoreKey) -> String {
         words += &format!(", {:+}", key.offset);
     }
     match (key.missing, key.least_answered) {
-        (Missing::MeanOfAnswered, Some(least)) => words + &format!("; at least {least} must be answered"),
-        _ => words + "; no score where one is missing",
+        (Missing::MeanOfAnswered, Some(least)) => {
+            words + "; " + &tr!("at least {least} must be answered", least = least)
+        }
+        _ => words + "; " + tr!("no score where one is missing"),
     }
 }

@@ -12,10 +12,10 @@ use crate::domain::survey::Identity;
 
 /// What an identity means to whoever reads results.
 #[must_use]
-pub const fn identity_words(identity: Identity) -> &'static str {
+pub fn identity_words(identity: Identity) -> &'static str {
     match identity {
-        Identity::Anonymous => "Anonymous: neither names nor attempts are kept",
-        Identity::Pseudonymous => "Pseudonymous: tied to attempts, without names",
-        Identity::Named => "Named",
+        Identity::Anonymous => tr!("Anonymous: neither names nor attempts are kept"),
+        Identity::Pseudonymous => tr!("Pseudonymous: tied to attempts, without names"),
+        Identity::Named => tr!("Named"),
     }
 }

@@ -10,6 +10,7 @@ use crate::domain::survey::Identity;
 use crate::domain::survey::results::{Figure, Interval, ItemGroup, ItemResult, Results, ScoreGroup, ScoreResult};
 use crate::views::charts::{self, Bar, BoxRow};
 use crate::views::{Shell, format};
+use crate::words;
 
 /// The results of a survey.
 #[derive(Debug, Template, WebTemplate)]
@@ -176,7 +177,7 @@ fn likert(items: &[ItemResult], caption: (&str, &str)) -> String {
     let bar = |item: &ItemResult| {
         let name = item.name.clone();
         let of = move |group: &ItemGroup| Bar {
-            label: format!("{name} · {} ({})", group.group, group.n),
+            label: format!("{name} · {} ({})", words::known(&group.group), group.n),
             counts: group.counts.clone(),
         };
         item.groups.iter().map(of).collect::<Vec<_>>()
@@ -194,7 +195,11 @@ fn profile(items: &[ItemResult], caption: (&str, &str)) -> String {
         if let Some((lower, _, upper)) = quartiles {
             (low, high) = (low.min(lower), high.max(upper));
         }
-        rows.push(BoxRow { label: format!("{} · {} ({})", item.name, group.group, group.n), quartiles, mean: None });
+        rows.push(BoxRow {
+            label: format!("{} · {} ({})", item.name, words::known(&group.group), group.n),
+            quartiles,
+            mean: None,
+        });
     }
     if rows.is_empty() {
         return String::new();
@@ -204,7 +209,7 @@ fn profile(items: &[ItemResult], caption: (&str, &str)) -> String {
 
 fn score_boxes(groups: &[ScoreGroup], range: (f64, f64), caption: (&str, &str)) -> String {
     let row = |group: &ScoreGroup| BoxRow {
-        label: format!("{} ({})", group.group, group.n),
+        label: format!("{} ({})", words::known(&group.group), group.n),
         quartiles: group.quartiles.value().map(|q| (q.lower, q.median, q.upper)),
         mean: group.mean.value().map(|m| (m.value, m.low, m.high)),
     };

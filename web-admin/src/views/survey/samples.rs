@@ -14,6 +14,7 @@ use crate::domain::survey::results::{Results, Row, correlation, score_group};
 use crate::domain::{Moment, Role};
 use crate::storage::surveys::letters::Delivery;
 use crate::views::samples::{NOW, keep, shell};
+use crate::words::{self, Language};
 
 fn shipped(name: &str) -> Instrument {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../curricula/instruments").join(name);
@@ -44,7 +45,8 @@ fn the_form_asks_in_both_languages_and_escapes_what_was_typed() {
         let instrument = shipped(name);
         for page in 0..instrument.pages().len() {
             let english = keep(&format!("survey-{}-{page}", instrument.id), &form(&instrument, "en", page));
-            let german = keep(&format!("survey-{}-{page}-de", instrument.id), &form(&instrument, "de", page));
+            let german = || keep(&format!("survey-{}-{page}-de", instrument.id), &form(&instrument, "de", page));
+            let german = words::within(Language::named("de").expect("German"), german);
             assert!(english.contains("<html lang=\"en\">") && german.contains("<html lang=\"de\">"));
             assert!(german.contains("Aufhören") && !german.contains("Save and go on"), "{german}");
             assert!(!english.contains("<b>9"), "{english}");

@@ -1,4 +1,4 @@
-//! A client of the router: a cookie jar of one, a token, and answers read whole.
+//! A client of the router: a cookie jar of one, for the session, a token, and answers read whole.
 
 use axum::Router;
 use axum::body::Body;
@@ -67,8 +67,9 @@ impl Client {
         }
         let response = self.router.clone().oneshot(request).await.unwrap();
         let (parts, body) = response.into_parts();
-        if let Some(set) = parts.headers.get(header::SET_COOKIE) {
-            let pair = set.to_str().unwrap().split(';').next().unwrap();
+        let cookies = parts.headers.get_all(header::SET_COOKIE).iter().map(|set| set.to_str().unwrap());
+        if let Some(set) = cookies.into_iter().find(|set| set.starts_with("stylet_session")) {
+            let pair = set.split(';').next().unwrap();
             self.cookie = Some(pair.to_owned()).filter(|pair| !pair.ends_with('='));
         }
         let body = axum::body::to_bytes(body, usize::MAX).await.unwrap().to_vec();

@@ -50,7 +50,7 @@ async fn statement(
     let progress = Progress::of(&course, &attempts, now.to_utc());
     if !progress.complete() {
         return Err(Error::Conflict(
-            "a certificate is issued when every exercise of the course is mastered".to_owned(),
+            tr!("a certificate is issued when every exercise of the course is mastered").to_owned(),
         ));
     }
     Ok(Statement {

@@ -9,7 +9,7 @@ use time::{Date, Duration};
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::domain::progress::{Attempt, Concern, Progress};
+use crate::domain::progress::{Attempt, Progress};
 use crate::domain::{CurrentPerson, Role};
 use crate::error::{Error, PageError};
 use crate::export::{self, Cell};
@@ -132,7 +132,7 @@ fn worries(taught: &Taught, judged: &[Judged<'_>]) -> Vec<Worry> {
             worries.push(Worry {
                 name: trainee.name.clone(),
                 href: step.map_or_else(|| format!("/trainees/{}", trainee.id), |s| curve_href(trainee, &s.exercise)),
-                concern: (Concern::label(concern), concern.reason()),
+                concern: crate::views::concern::concern(concern),
             });
         }
     }

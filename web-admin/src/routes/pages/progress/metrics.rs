@@ -18,7 +18,7 @@ use crate::storage::reports::Named;
 use crate::storage::scores::{self, SessionKey};
 use crate::views::progress::{LatestRow, MetricRow, MetricsPage};
 use crate::views::trainee::exercise_href;
-use crate::views::{Place, Shell, format};
+use crate::views::{Place, Shell, format, metric};
 
 /// A trainee's latest attempt at an exercise, with its metrics.
 struct Latest {
@@ -78,7 +78,7 @@ fn distributions(latest: &[Latest]) -> Vec<MetricRow> {
         let same = latest.iter().flat_map(|l| &l.metrics).filter(|m| m.id == of.id && m.version == of.version);
         let values: Vec<f64> = same.filter_map(|m| m.value).collect();
         let five = summary(&values).ok()?;
-        Some(MetricRow { label: format::sentence(&of.label), unit: of.unit.clone(), five })
+        Some(MetricRow { label: metric::label_of(of), unit: of.unit.clone(), five })
     };
     known.into_iter().filter_map(row).collect()
 }

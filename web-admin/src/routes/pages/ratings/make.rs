@@ -160,11 +160,11 @@ async fn wanted(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Res
     let refused = |why: String| Err(Error::Unprocessable(why));
     let title = form.field("title").to_owned();
     if title.is_empty() || title.chars().count() > 200 {
-        return refused(format!("title: {} characters; allowed: 1 to 200", title.chars().count()));
+        return refused(tr!("title: {count} characters; allowed: 1 to 200", count = title.chars().count()));
     }
     let asked = form.field("instrument");
     let Some(instrument) = instruments::current(state.db.reader(), person.school_id, asked).await? else {
-        return refused(format!("instrument: “{asked}”; there is none of that id"));
+        return refused(tr!("instrument: “{id}”; there is none of that id", id = asked));
     };
     let raters = raters(state, person, form).await?;
     let sessions = attempts(state, person, form, &raters).await?;
@@ -175,10 +175,15 @@ async fn raters(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Res
     let known = stored::raters(state.db.reader(), person.school_id).await?;
     let chosen = form.chosen("rater");
     if !(2..=MOST_RATERS).contains(&chosen.len()) {
-        return Err(Error::Unprocessable(format!("raters: {}; allowed: 2 to {MOST_RATERS}", chosen.len())));
+        return Err(Error::Unprocessable(tr!(
+            "raters: {count}; allowed: 2 to {most}",
+            count = chosen.len(),
+            most = MOST_RATERS
+        )));
     }
     let find = |id: &str| known.iter().find(|rater| rater.id.to_string() == id).map(|rater| rater.id);
-    let unknown = |id: &str| Error::Unprocessable(format!("rater: “{id}”; allowed are the instructors of the school"));
+    let unknown =
+        |id: &str| Error::Unprocessable(tr!("rater: “{id}”; allowed are the instructors of the school", id = id));
     chosen.into_iter().map(|id| find(id).ok_or_else(|| unknown(id))).collect()
 }
 
@@ -190,14 +195,20 @@ async fn attempts(
 ) -> Result<Vec<Uuid>, Error> {
     let chosen = form.chosen("attempt");
     if !(1..=MOST_ATTEMPTS).contains(&chosen.len()) {
-        return Err(Error::Unprocessable(format!("attempts: {}; allowed: 1 to {MOST_ATTEMPTS}", chosen.len())));
+        return Err(Error::Unprocessable(tr!(
+            "attempts: {count}; allowed: 1 to {most}",
+            count = chosen.len(),
+            most = MOST_ATTEMPTS
+        )));
     }
     let mut attempts = Vec::new();
     for id in chosen {
         let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
         let session = sessions::visible(state.db.reader(), person, id).await?.ok_or(Error::NotFound)?;
         if raters.contains(&session.trainee_id) {
-            return Err(Error::Unprocessable("attempts: one is a rater’s own; nobody rates themselves".to_owned()));
+            return Err(Error::Unprocessable(
+                tr!("attempts: one is a rater’s own; nobody rates themselves").to_owned(),
+            ));
         }
         grades::of(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
         attempts.push(id);

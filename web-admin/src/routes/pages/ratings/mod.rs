@@ -36,7 +36,7 @@ pub(super) fn router() -> Routes {
 
 fn raters_only(person: &CurrentPerson) -> Result<(), Error> {
     match person.role {
-        Role::Trainee => Err(Error::Forbidden("attempts are rated by those who teach")),
+        Role::Trainee => Err(Error::Forbidden(tr!("attempts are rated by those who teach"))),
         Role::Instructor | Role::Administrator => Ok(()),
     }
 }
@@ -173,7 +173,7 @@ impl<'a> Table<'a> {
 async fn csv(State(state): State<AppState>, person: CurrentPerson, Id(id): Id) -> Result<Response, PageError> {
     let round = find(&state, &person, id).await?;
     if round.own_open > 0 {
-        let why = "your own ratings come first: what the others gave is shown when you have finished yours";
+        let why = tr!("your own ratings come first: what the others gave is shown when you have finished yours");
         return Err(Error::Conflict(why.to_owned()).into());
     }
     let instrument = instrument(&state, &round).await?;
@@ -219,7 +219,7 @@ async fn withdraw(
 ) -> Result<Response, PageError> {
     let round = find(&state, &person, id).await?;
     if !owns(&person, &round) {
-        return Err(Error::Forbidden("a round is taken back by whoever asked for it").into());
+        return Err(Error::Forbidden(tr!("a round is taken back by whoever asked for it")).into());
     }
     ratings::withdraw(&state, &person, &round).await?;
     Ok(Redirect::to("/ratings").into_response())

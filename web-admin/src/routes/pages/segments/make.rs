@@ -131,7 +131,10 @@ async fn wanted(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Res
     let reader = state.db.reader();
     let title = form.field("title").to_owned();
     if title.is_empty() || title.chars().count() > 200 {
-        return Err(Error::Unprocessable(format!("title: {} characters; allowed: 1 to 200", title.chars().count())));
+        return Err(Error::Unprocessable(tr!(
+            "title: {count} characters; allowed: 1 to 200",
+            count = title.chars().count()
+        )));
     }
     let time_zone = schools::time_zone(reader, person.school_id).await?;
     let due = due_date(form.field("due"), &time_zone, state.clock.now())?;
@@ -149,7 +152,7 @@ fn due_date(said: &str, time_zone: &str, now: Moment) -> Result<Option<(String, 
     }
     let due = due::read(said, time_zone).map_err(|refused| Error::Unprocessable(refused.to_string()))?;
     if due.at < now {
-        return Err(Error::Unprocessable("the due date is over already".to_owned()));
+        return Err(Error::Unprocessable(tr!("the due date is over already").to_owned()));
     }
     Ok(Some((due.local, due.at)))
 }
@@ -157,7 +160,11 @@ fn due_date(said: &str, time_zone: &str, now: Moment) -> Result<Option<(String, 
 async fn attempts(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Result<Vec<Uuid>, Error> {
     let chosen = form.attempts();
     if !(1..=MOST_TRACES).contains(&chosen.len()) {
-        return Err(Error::Unprocessable(format!("attempts: {}; allowed: 1 to {MOST_TRACES}", chosen.len())));
+        return Err(Error::Unprocessable(tr!(
+            "attempts: {count}; allowed: 1 to {most}",
+            count = chosen.len(),
+            most = MOST_TRACES
+        )));
     }
     let mut attempts = Vec::new();
     for id in chosen {

@@ -34,7 +34,7 @@ pub(super) fn router() -> Routes {
 
 fn teachers_only(person: &CurrentPerson) -> Result<(), Error> {
     match person.role {
-        Role::Trainee => Err(Error::Forbidden("tasks are made and judged by those who teach")),
+        Role::Trainee => Err(Error::Forbidden(tr!("tasks are made and judged by those who teach"))),
         Role::Instructor | Role::Administrator => Ok(()),
     }
 }

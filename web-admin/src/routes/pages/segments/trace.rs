@@ -127,7 +127,7 @@ pub(super) async fn mark(
 ) -> Result<Response, PageError> {
     let open = open(&state, &person, id).await?;
     if person.role != Role::Trainee {
-        return Err(Error::Forbidden("pops are marked by trainees").into());
+        return Err(Error::Forbidden(tr!("pops are marked by trainees")).into());
     }
     let sent = match form.all("do").first().copied().unwrap_or_default() {
         "save" => false,
@@ -143,7 +143,7 @@ pub(super) async fn mark(
         Err(refused) => {
             let kept = stored::marks_of(state.db.reader(), id, person.id).await?;
             if kept.as_ref().is_some_and(|kept| kept.sent_at.is_some()) {
-                return Err(Error::Conflict("these marks were sent already".to_owned()).into());
+                return Err(Error::Conflict(tr!("these marks were sent already").to_owned()).into());
             }
             let shown = Shown {
                 marks: kept.map(|kept| kept.marks.0).unwrap_or_default(),

@@ -48,7 +48,7 @@ pub(super) async fn serve(
         ("answers-wide.csv", true) => ("text/csv; charset=utf-8", study.wide()?),
         ("answers-long.csv", true) => ("text/csv; charset=utf-8", study.long()?),
         ("answers-wide.csv" | "answers-long.csv", false) => {
-            return Err(Error::Forbidden("single answers are for the owner of the survey").into());
+            return Err(Error::Forbidden(tr!("single answers are for the owner of the survey")).into());
         }
         ("codebook.csv", _) => ("text/csv; charset=utf-8", study.codebook()?),
         ("results.json", _) => ("application/json", study.results(owner)?),

@@ -123,7 +123,7 @@ pub(super) async fn edit(
 fn editor(person: &CurrentPerson, csrf: &Csrf, (id, text): (Option<&str>, String)) -> EditPage {
     EditPage {
         shell: Shell::new(person, csrf.token(), Place::Surveys),
-        heading: if id.is_some() { "Edit an instrument" } else { "New instrument" },
+        heading: if id.is_some() { tr!("Edit an instrument") } else { tr!("New instrument") },
         action: id.map_or_else(|| "/surveys/instruments/new".to_owned(), |id| format!("{}/edit", href(id))),
         text,
         issues: Vec::new(),
@@ -181,7 +181,7 @@ async fn store(
     let mut tx = state.db.write().await?;
     let school = person.school_id;
     if id.is_none() && instruments::current(&mut *tx, school, &instrument.id).await?.is_some() {
-        let issues = vec![format!("id: \"{}\"; there is an instrument of that id: edit it", instrument.id)];
+        let issues = vec![tr!("id: “{id}”; there is an instrument of that id: edit it", id = instrument.id)];
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, EditPage { issues, ..page }).into_response());
     }
     surveys::publish_text(&mut tx, school, (&instrument, &bytes), (Actor::Person(person.id), now)).await?;
@@ -201,7 +201,11 @@ fn read(text: &str, id: Option<&str>) -> Result<(Instrument, Vec<u8>), Vec<Strin
     let parsed = Instrument::from_bytes("document", &bytes);
     let instrument = parsed.map_err(|refused| refused.issues.iter().map(ToString::to_string).collect::<Vec<_>>())?;
     match id.filter(|id| *id != instrument.id) {
-        Some(id) => Err(vec![format!("id: \"{}\"; allowed: {id}, for an instrument keeps its id", instrument.id)]),
+        Some(id) => Err(vec![tr!(
+            "id: “{typed}”; allowed: {id}, for an instrument keeps its id",
+            typed = instrument.id,
+            id = id
+        )]),
         None => Ok((instrument, bytes)),
     }
 }

@@ -23,7 +23,7 @@ use crate::storage::sessions;
 use crate::storage::surveys::{self, Practised, Survey};
 use crate::surveys::answering::{self, Asked};
 use crate::surveys::instrument_of;
-use crate::views::survey::form::ConsentPage;
+use crate::views::survey::form::{ConsentPage, shown};
 use crate::views::survey::manage::{AskedRow, ListPage, ManagePage, SurveyRow};
 use crate::views::{Place, Shell};
 
@@ -63,7 +63,7 @@ fn owns(person: &CurrentPerson, survey: &Survey) -> bool {
 /// Trainees are answered; for those who teach, `Ok`.
 fn teachers_only(person: &CurrentPerson) -> Result<(), PageError> {
     match person.role {
-        Role::Trainee => Err(PageError(Error::Forbidden("this page is for those who teach"))),
+        Role::Trainee => Err(PageError(Error::Forbidden(tr!("this page is for those who teach")))),
         Role::Instructor | Role::Administrator => Ok(()),
     }
 }
@@ -124,14 +124,15 @@ async fn show(
     let survey = asked_of(&state, &person, id, query.session).await?;
     let begun = surveys::draft_of(state.db.reader(), (survey.school_id, id), person.id, query.session).await?;
     if begun.is_none() && surveys::answered(state.db.reader(), &survey, person.id, query.session).await? {
-        return Err(Error::Gone(
-            "you have answered this survey; only the address of its last page leads to your answers",
-        )
+        return Err(Error::Gone(tr!(
+            "you have answered this survey; only the address of its last page leads to your answers"
+        ))
         .into());
     }
     let wanted = query.lang.unwrap_or_else(|| preferred(&headers));
     let page = consent(&state, (&survey, &query.session), &csrf, (&wanted, false)).await?;
-    Ok(ConsentPage { begun: begun.is_some(), ..page }.into_response())
+    let page = ConsentPage { begun: begun.is_some(), ..page };
+    Ok(shown(&page.terms.language.clone(), page))
 }
 
 /// What somebody is told before they begin.
@@ -194,6 +195,7 @@ async fn answer(
     let survey = asked_of(&state, &person, id, form.session).await?;
     if form.consent != "yes" {
         let page = consent(&state, (&survey, &form.session), &csrf, (&form.lang, true)).await?;
+        let page = shown(&page.terms.language.clone(), page);
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
     let instrument = instrument_of(&state, &survey).await?;

@@ -26,19 +26,24 @@ use crate::storage::surveys::{self as stored, Submitted, Survey, Tag};
 use crate::surveys::instrument_of;
 use crate::views::survey::results::{Against, AskedLine, Comment, CommentBlock, ResultsPage, Split};
 use crate::views::{Place, Shell};
+use crate::words;
 
 /// Figures of an attempt that scores can be held against: word and title.
 const METRICS: [(&str, &str); 5] = [
-    ("peak_force_n", "peak force (N)"),
-    ("score", "score of the attempt"),
-    ("overshoot_mm", "overshoot (mm)"),
-    ("lateral_peak_n", "lateral force (N)"),
-    ("time_total_s", "time (s)"),
+    ("peak_force_n", sentence!("peak force (N)")),
+    ("score", sentence!("score of the attempt")),
+    ("overshoot_mm", sentence!("overshoot (mm)")),
+    ("lateral_peak_n", sentence!("lateral force (N)")),
+    ("time_total_s", sentence!("time (s)")),
 ];
 
 /// What scores can be split by: word and title.
-const WAYS: [(&str, &str); 4] =
-    [("month", "month"), ("exercise", "exercise"), ("simulator", "simulator version"), ("device", "device")];
+const WAYS: [(&str, &str); 4] = [
+    ("month", sentence!("month")),
+    ("exercise", sentence!("exercise")),
+    ("simulator", sentence!("simulator version")),
+    ("device", sentence!("device")),
+];
 
 /// Most comments shown to an item; exports have all.
 const MOST_COMMENTS: usize = 500;
@@ -107,13 +112,21 @@ async fn asked(state: &AppState, survey: &Survey) -> Result<Vec<AskedLine>, Erro
     let counts = stored::counts(state.db.reader(), survey, state.clock.now()).await?;
     let mut lines = Vec::new();
     if counts.links > 0 {
-        lines.push(AskedLine { who: "Professionals, by link", asked: counts.links, answered: counts.links_answered });
+        lines.push(AskedLine {
+            who: tr!("Professionals, by link"),
+            asked: counts.links,
+            answered: counts.links_answered,
+        });
     }
     if survey.after_attempts {
-        lines.push(AskedLine { who: "After an attempt", asked: counts.attempts, answered: counts.people_answered });
+        lines.push(AskedLine {
+            who: tr!("After an attempt"),
+            asked: counts.attempts,
+            answered: counts.people_answered,
+        });
     } else if counts.people > 0 || counts.people_answered > 0 {
         lines.push(AskedLine {
-            who: "Trainees of its cohorts",
+            who: tr!("Trainees of its cohorts"),
             asked: counts.people,
             answered: counts.people_answered,
         });
@@ -130,13 +143,13 @@ fn split(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> S
         _ => Some(row.month.clone()),
     };
     // Roles are never pooled, so each group is one of a role.
-    let groups = Groups::new(rows, |row| name(row).map(|name| format!("{name} · {}", row.role)), owner);
+    let groups = Groups::new(rows, |row| name(row).map(|name| format!("{name} · {}", words::known(row.role))), owner);
     let score = |(at, key): (usize, &scene::instrument::ScoreKey)| {
         let found = groups.shown.iter().map(|(name, rows)| score_group(name, rows, at)).collect();
         (key.title.in_language("en").to_owned(), assessment::questionnaire::range(instrument, key), found)
     };
     Split {
-        ways: WAYS.iter().map(|(word, title)| (*word, *title, *word == chosen)).collect(),
+        ways: WAYS.iter().map(|(word, title)| (*word, words::say(title), *word == chosen)).collect(),
         scores: instrument.scores.iter().enumerate().map(score).collect(),
         hidden: groups.hidden,
     }
@@ -218,12 +231,12 @@ pub(super) async fn tag(
 ) -> Result<Response, PageError> {
     let survey = of_school(&state, &person, id).await?;
     if !owns(&person, &survey) {
-        return Err(Error::Forbidden("themes are given by the owner of the survey").into());
+        return Err(Error::Forbidden(tr!("themes are given by the owner of the survey")).into());
     }
     let tag = form.tag.trim().to_lowercase();
     let length = tag.chars().count();
     if !(1..=60).contains(&length) {
-        return Err(Error::BadRequest(format!("tag: {length} characters; allowed: 1 to 60")).into());
+        return Err(Error::BadRequest(tr!("theme: {length} characters; allowed: 1 to 60", length = length)).into());
     }
     let place = (form.response, form.item.as_str());
     let mut tx = state.db.write().await?;

@@ -1,0 +1,82 @@
+//! In which language a page is: as the person has chosen, else as a cookie or the browser says, else English.
+
+use axum::extract::{Request, State};
+use axum::http::header::{ACCEPT_LANGUAGE, CONTENT_LANGUAGE, CONTENT_TYPE, COOKIE, SET_COOKIE, VARY};
+use axum::http::{HeaderMap, HeaderValue};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Redirect, Response};
+use axum::routing::post;
+use serde::Deserialize;
+use tower_sessions::cookie::{Cookie, SameSite};
+
+use super::auth::{CsrfForm, own_path};
+use crate::AppState;
+use crate::error::{Error, PageError};
+use crate::routes::Routes;
+use crate::words::{self, Language};
+
+const NAME: &str = "stylet_language";
+
+/// How long a browser keeps the choice.
+const KEPT: time::Duration = time::Duration::days(365);
+
+/// The choice of somebody who is not signed in.
+#[must_use]
+pub fn router() -> Routes {
+    Routes::new().route("/language", post(choose))
+}
+
+/// Speaks the language of the cookie, or else the browser's.
+pub async fn settle(request: Request, next: Next) -> Response {
+    let language = wanted(request.headers());
+    let mut response = spoken(language, request, next).await;
+    response.headers_mut().append(VARY, HeaderValue::from_static("accept-language, cookie"));
+    response
+}
+
+/// Speaks a language for a request, and says so of the page.
+pub async fn spoken(language: Language, request: Request, next: Next) -> Response {
+    let mut response = words::speaking(language, next.run(request)).await;
+    let headers = response.headers_mut();
+    let is_page = headers.get(CONTENT_TYPE).is_some_and(|kind| kind.as_bytes().starts_with(b"text/html"));
+    if is_page && !headers.contains_key(CONTENT_LANGUAGE) {
+        headers.insert(CONTENT_LANGUAGE, HeaderValue::from_static(language.code()));
+    }
+    response
+}
+
+fn wanted(headers: &HeaderMap) -> Language {
+    let accepted = || Language::preferred(headers.get(ACCEPT_LANGUAGE)?.to_str().ok()?);
+    cookie(headers).or_else(accepted).unwrap_or(Language::ENGLISH)
+}
+
+fn cookie(headers: &HeaderMap) -> Option<Language> {
+    let all = headers.get_all(COOKIE).iter().filter_map(|header| header.to_str().ok());
+    let mut cookies = all.flat_map(Cookie::split_parse).flatten();
+    cookies.find(|cookie| cookie.name() == NAME).and_then(|cookie| Language::named(cookie.value()))
+}
+
+#[derive(Deserialize)]
+struct Choice {
+    language: String,
+    #[serde(default)]
+    next: String,
+}
+
+async fn choose(State(state): State<AppState>, CsrfForm(choice): CsrfForm<Choice>) -> Result<Response, PageError> {
+    let language: Language = choice.language.parse().map_err(|_| unknown(&choice.language))?;
+    let cookie = Cookie::build((NAME, language.code()))
+        .path("/")
+        .http_only(true)
+        .same_site(SameSite::Lax)
+        .secure(state.config.behind_tls)
+        .max_age(KEPT);
+    let cookie = HeaderValue::from_str(&cookie.to_string()).map_err(anyhow::Error::from)?;
+    Ok(([(SET_COOKIE, cookie)], Redirect::to(&format!("/login?next={}", own_path(&choice.next)))).into_response())
+}
+
+/// What is said of a language that there is none of.
+pub(super) fn unknown(code: &str) -> Error {
+    let all: Vec<&str> = Language::all().map(Language::code).collect();
+    Error::BadRequest(tr!("language: “{code}”; allowed are {all}", code = code, all = all.join(", ")))
+}

@@ -1,0 +1,147 @@
+//! Metrics, and the reasons of scores, in the reader's language.
+//!
+//! A score keeps its reasons as they were worded when it was made, in English. Another language says the same anew, from
+//! the words of the metric and the figures in the reason; what it cannot take apart, it shows as it was kept.
+
+use assessment::catalogue::{self, Definition, Split};
+use assessment::{Deduction, Metric};
+
+use super::format;
+use crate::words::{self, Language};
+
+/// Name of a metric by its id, with a capital.
+#[must_use]
+pub fn label(id: &str) -> String {
+    format::sentence(&words_of(id))
+}
+
+/// Name of a metric that was measured, with a capital; its own where the catalogue has it no more.
+#[must_use]
+pub fn label_of(metric: &Metric) -> String {
+    if catalogue::definition(&metric.id).is_none() && !metric.label.is_empty() {
+        return format::sentence(&metric.label);
+    }
+    label(&metric.id)
+}
+
+/// How a metric is defined; empty for one that the catalogue has not.
+#[must_use]
+pub fn definition(id: &str) -> String {
+    catalogue::definition(id).map_or_else(String::new, |d| words::known(d.definition))
+}
+
+fn words_of(id: &str) -> String {
+    let Some(definition) = catalogue::definition(id) else { return id.to_owned() };
+    let metric = words::known(definition.label);
+    let Some((_, part)) = id.split_once('.') else { return metric };
+    match (definition.split, part.rsplit_once('.')) {
+        (Some(Split::Boundary), Some((layer, "tip"))) => {
+            tr!("{metric}, tip through {layer}", metric = metric, layer = layer)
+        }
+        (Some(Split::Boundary), Some((layer, _))) => {
+            tr!("{metric}, rim through {layer}", metric = metric, layer = layer)
+        }
+        (Some(Split::Layer), _) => tr!("{metric} in {layer}", metric = metric, layer = part),
+        (Some(Split::Structure), _) => tr!("{metric} to {structure}", metric = metric, structure = part),
+        _ => format!("{metric}: {}", words::known(part)),
+    }
+}
+
+/// Why points were lost, with what earns full marks and advice.
+#[must_use]
+pub fn reason(deduction: &Deduction) -> String {
+    let why = without_cost(&deduction.why);
+    format::sentence(&in_own_language(&deduction.metric, why).unwrap_or_else(|| why.to_owned()))
+}
+
+/// Why points were lost, for a list of attempts.
+#[must_use]
+pub fn short_reason(deduction: &Deduction) -> String {
+    let why = without_cost(&deduction.why);
+    let what = why.split_once(", full marks for ").map_or(why, |(what, _)| what);
+    format::sentence(&in_own_language(&deduction.metric, what).unwrap_or_else(|| what.to_owned()))
+}
+
+/// A reason ends with its cost, which stands in a column of its own on pages.
+fn without_cost(why: &str) -> &str {
+    match why.rsplit_once(": ") {
+        Some((reason, cost)) if cost.starts_with('−') || cost == "no points lost" => reason,
+        _ => why,
+    }
+}
+
+/// A reason said anew; none in English, and none for what is worded otherwise.
+fn in_own_language(metric: &str, why: &str) -> Option<String> {
+    if words::current() == Language::ENGLISH {
+        return None;
+    }
+    if let Some(found) = why.strip_suffix(" too deep") {
+        return Some(tr!("{found} too deep", found = format::decimal(found)));
+    }
+    if let Some(found) = why.strip_suffix(" too shallow") {
+        return Some(tr!("{found} too shallow", found = format::decimal(found)));
+    }
+    let definition = catalogue::definition(metric)?;
+    let english =
+        metric.split_once('.').map_or_else(|| definition.label.to_owned(), |(_, part)| definition.label_of(part));
+    let rest = why.strip_prefix(&english)?;
+    if let Some(absent) = rest.strip_prefix(": ") {
+        return Some(format!("{}: {}", words_of(metric), words::known(absent)));
+    }
+    let Some((found, marks)) = rest.split_once(", full marks for ") else {
+        return Some(words_of(metric) + &format::decimal(rest));
+    };
+    full_marks(definition, &(words_of(metric) + &format::decimal(found)), marks)
+}
+
+/// What was found, what earns full marks, and advice.
+fn full_marks(definition: &Definition, found: &str, marks: &str) -> Option<String> {
+    let advice = words::known(definition.advice);
+    if let Some((full, _)) = marks.split_once(" or less – ") {
+        let full = format::decimal(full);
+        return Some(tr!(
+            "{found}, full marks for {full} or less – {advice}",
+            found = found,
+            full = full,
+            advice = advice
+        ));
+    }
+    let (full, _) = marks.split_once(" or more – ")?;
+    let full = format::decimal(full);
+    Some(tr!("{found}, full marks for {full} or more – {advice}", found = found, full = full, advice = advice))
+}
+
+#[cfg(test)]
+mod tests {
+    //! A reason kept in English must be told in German with the same figures, and never be lost.
+
+    use super::*;
+
+    fn german(metric: &str, why: &str) -> String {
+        let deduction = Deduction { metric: metric.to_owned(), points: 6.0, why: why.to_owned() };
+        words::within(Language::named("de").expect("German"), || reason(&deduction))
+    }
+
+    #[test]
+    fn english_reasons_stay_as_they_were_kept() {
+        let why = "overshoot 1.9 mm, full marks for 0.5 mm or less – brace the hand: −6 points".to_owned();
+        let deduction = Deduction { metric: "overshoot_mm".to_owned(), points: 6.0, why };
+        assert_eq!(reason(&deduction), "Overshoot 1.9 mm, full marks for 0.5 mm or less – brace the hand");
+        assert_eq!(short_reason(&deduction), "Overshoot 1.9 mm");
+    }
+
+    #[test]
+    fn another_language_says_the_same_with_the_same_figures() {
+        let said = german("overshoot_mm", "overshoot 1.9 mm, full marks for 0.5 mm or less – brace: −6 points");
+        assert!(said.contains("1,9 mm") && said.contains("0,5 mm") && !said.contains("full marks"), "{said}");
+        assert!(german("depth_error_mm", "2.4 mm too deep: −6 points").starts_with("2,4 mm zu tief"));
+        let split = german("peak_force_layer_n.deep fat", "peak force in deep fat 2.1 N: no points lost");
+        assert!(split.ends_with("deep fat 2,1 N") && !split.contains("force"), "{split}");
+    }
+
+    #[test]
+    fn what_cannot_be_taken_apart_is_shown_as_it_was_kept() {
+        assert_eq!(german("overshoot_mm", "went too far: −6 points"), "Went too far");
+        assert_eq!(german("charm", "charm 3: −6 points"), "Charm 3");
+    }
+}

@@ -1,0 +1,84 @@
+//! The catalogues: a PO file for each language, carried inside the program and read once.
+
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use anyhow::Context;
+use polib::message::MessageView;
+use polib::po_file;
+use rust_embed::Embed;
+
+use super::Language;
+use super::plural::Rule;
+
+#[derive(Embed)]
+#[folder = "locales/"]
+struct Files;
+
+/// The sentences of a language, by their English.
+#[derive(Debug)]
+pub(super) struct Catalogue {
+    plural: Rule,
+    forms: BTreeMap<String, Vec<String>>,
+}
+
+/// By the language's code. Empty where a file is broken, which [`check`] tells when the service starts.
+static ALL: LazyLock<BTreeMap<&'static str, Catalogue>> = LazyLock::new(|| read_all().unwrap_or_default());
+
+impl Catalogue {
+    fn read(text: &[u8]) -> anyhow::Result<Self> {
+        let file = po_file::parse_from_reader(text).map_err(|refused| anyhow::anyhow!("{refused}"))?;
+        let plural = Rule::read(&file.metadata.plural_rules.expr)?;
+        // A sentence that nobody has translated yet, or that has changed since, is said in English.
+        let said = file.messages().filter(|message| message.is_translated() && !message.is_fuzzy());
+        Ok(Self { plural, forms: said.map(|message| (message.msgid().to_owned(), forms(message))).collect() })
+    }
+
+    /// A sentence.
+    pub(super) fn say(&self, sentence: &str) -> Option<&str> {
+        self.forms.get(sentence)?.first().map(String::as_str)
+    }
+
+    /// The form of a sentence that goes with a count.
+    pub(super) fn say_counted(&self, one: &str, count: u64) -> Option<&str> {
+        self.forms.get(one)?.get(self.plural.form(count)).map(String::as_str)
+    }
+}
+
+fn forms(message: &dyn MessageView) -> Vec<String> {
+    match message.msgstr_plural() {
+        Ok(forms) => forms.clone(),
+        Err(_) => message.msgstr().map(|form| vec![form.to_owned()]).unwrap_or_default(),
+    }
+}
+
+fn read_all() -> anyhow::Result<BTreeMap<&'static str, Catalogue>> {
+    let mut all = BTreeMap::new();
+    for name in Files::iter() {
+        let Some((code, file)) = name.strip_suffix(".po").zip(Files::get(&name)) else { continue };
+        // Read once, and for as long as the program runs.
+        all.insert(
+            &*code.to_owned().leak(),
+            Catalogue::read(&file.data).with_context(|| format!("the catalogue {name}"))?,
+        );
+    }
+    Ok(all)
+}
+
+/// The catalogue of a language; none of English.
+pub(super) fn find(language: Language) -> Option<&'static Catalogue> {
+    if language == Language::ENGLISH { None } else { ALL.get(language.code()) }
+}
+
+/// The languages that have a catalogue.
+pub(super) fn codes() -> impl Iterator<Item = &'static str> {
+    ALL.keys().copied()
+}
+
+/// Reads every catalogue.
+///
+/// # Errors
+/// When one is broken.
+pub(super) fn check() -> anyhow::Result<()> {
+    read_all().map(drop)
+}

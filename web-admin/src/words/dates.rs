@@ -1,0 +1,30 @@
+//! Dates as the reader's language writes them.
+
+/// 2 Mar 2026, from year, month from 1 and day.
+#[must_use]
+pub fn date((year, month, day): (i32, u8, u8)) -> String {
+    tr!("{day} {month} {year}", day = day, month = month_name(month), year = year)
+}
+
+/// 2 Mar, from month from 1 and day.
+#[must_use]
+pub fn day((month, day): (u8, u8)) -> String {
+    tr!("{day} {month}", day = day, month = month_name(month))
+}
+
+fn month_name(month: u8) -> &'static str {
+    match month {
+        1 => tr!("Jan"),
+        2 => tr!("Feb"),
+        3 => tr!("Mar"),
+        4 => tr!("Apr"),
+        5 => tr!("May"),
+        6 => tr!("Jun"),
+        7 => tr!("Jul"),
+        8 => tr!("Aug"),
+        9 => tr!("Sep"),
+        10 => tr!("Oct"),
+        11 => tr!("Nov"),
+        _ => tr!("Dec"),
+    }
+}
