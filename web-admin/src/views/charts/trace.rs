@@ -9,7 +9,7 @@ use super::svg::{Area, Caption, Svg};
 /// Left of the strip's axis, in units of the drawing; a script finds the moment under the pointer by it.
 pub const LEFT: f64 = 46.0;
 /// Right of the axis.
-pub const RIGHT: f64 = 12.0;
+pub const RIGHT: f64 = 20.0;
 const TOP: f64 = 24.0;
 
 /// What a strip shows.
