@@ -262,7 +262,7 @@ mod tests {
             "structure vessel",
             "artery &lt;1&gt;",
             "class=\"aim\"",
-            "target at 20 mm",
+            "target at 20\u{a0}mm",
         ] {
             assert!(markup.contains(wanted), "{wanted} is missing");
         }

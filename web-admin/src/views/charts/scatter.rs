@@ -8,8 +8,8 @@ use super::svg::{Area, Caption, Svg};
 #[must_use]
 pub fn scatter(points: &[(f64, f64)], (x_title, y_title): (&str, &str), key: &str, size: Size) -> String {
     let id = format!("{key}-{}", size.name());
-    let title = format!("{y_title} against {x_title}");
-    let description = format!("{} points.", points.len());
+    let title = tr!("{score} against {figure}", score = y_title, figure = x_title);
+    let description = trn!("{n} point.", "{n} points.", points.len());
     let caption = Caption { id: &id, class: size.name(), title: &title, description: &description };
     let height = 300.0;
     let area = Area { x: 52.0, y: 10.0, width: size.width() - 66.0, height: height - 52.0 };
