@@ -1,0 +1,8 @@
+//! A roster in CSV, as a registrar's system or Excel saves it.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    let _ = web_admin::domain::roster::read(bytes);
+});
