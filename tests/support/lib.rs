@@ -74,8 +74,23 @@ impl Service {
     /// When it does not start; its own words go to the test's standard error.
     #[must_use]
     pub fn start(data_dir: &Path) -> Self {
+        Self::start_at(data_dir, "127.0.0.1:0")
+    }
+
+    /// Ends, and returns where it listened.
+    #[must_use]
+    pub fn stop(self) -> String {
+        self.url.trim_start_matches("http://").trim_end_matches('/').to_owned()
+    }
+
+    /// Serves a data folder at an address and waits until it answers.
+    ///
+    /// # Panics
+    /// When it does not start; its own words go to the test's standard error.
+    #[must_use]
+    pub fn start_at(data_dir: &Path, address: &str) -> Self {
         let mut child = Command::new(program("web-admin"))
-            .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
+            .args(["serve", "--listen", address, "--data-dir"])
             .arg(data_dir)
             .stdout(Stdio::piped())
             .spawn()

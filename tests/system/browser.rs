@@ -10,16 +10,16 @@ use fantoccini::{Client, ClientBuilder, Locator};
 use serde_json::{Value, json};
 use tests::{Service, root, run_ok};
 
-const PASSWORD: &str = "a long enough demonstration password";
+pub(super) const PASSWORD: &str = "a long enough demonstration password";
 
 /// A WebDriver on a port of its own, ended when dropped.
-struct Driver {
+pub(super) struct Driver {
     child: Child,
     port: u16,
 }
 
 impl Driver {
-    fn start() -> Self {
+    pub(super) fn start() -> Self {
         let port = std::net::TcpListener::bind("127.0.0.1:0").and_then(|l| l.local_addr()).expect("a free port").port();
         let child = Command::new("chromedriver")
             .arg(format!("--port={port}"))
@@ -29,7 +29,7 @@ impl Driver {
         Self { child, port }
     }
 
-    async fn browser(&self, profile: &Path) -> Client {
+    pub(super) async fn browser(&self, profile: &Path) -> Client {
         let arguments = [
             "--headless",
             "--no-sandbox",
@@ -130,7 +130,7 @@ pub(super) async fn follow(browser: &Client, prefix: &str) {
 }
 
 /// Presses the button of the form that is sent to `path`, and waits for the page it leads to.
-async fn press(browser: &Client, path: &str) {
+pub(super) async fn press(browser: &Client, path: &str) {
     let button = browser.find(Locator::Css(&format!("main form[action='{path}'] button"))).await;
     button.unwrap_or_else(|_| panic!("no button for {path}")).click().await.expect("the button is pressed");
     assert_eq!(lands(browser, |at| at == path).await, path);
@@ -174,7 +174,7 @@ async fn instructor(browser: &Client, url: &str, email: &str) {
 }
 
 /// Refusals by the page's own policy and missing files appear in the browser's log.
-async fn complaints(browser: &Client) -> Vec<Value> {
+pub(super) async fn complaints(browser: &Client) -> Vec<Value> {
     let log = browser.issue_cmd(BrowserLog).await.expect("the browser's log");
     let entries = log.as_array().cloned().unwrap_or_default();
     entries.into_iter().filter(|e| e["level"] == "SEVERE").collect()
@@ -219,6 +219,8 @@ async fn the_school_in_a_browser() {
     let link = super::surveys::owner(&browser, &service.url, &account("instructor")).await;
     super::surveys::professional(&browser, &link).await;
     let complaints = complaints(&browser).await;
-    browser.close().await.expect("the browser closes");
     assert!(complaints.is_empty(), "the browser complains: {complaints:#?}");
+    // A browser complains of a lost connection, too: so this comes last.
+    let _service = super::surveys::lost_connection(&browser, &link, (service, &data)).await;
+    browser.close().await.expect("the browser closes");
 }

@@ -6,6 +6,7 @@ mod browser;
 mod documents;
 mod house;
 mod independent_reader;
+mod journeys;
 mod licences;
 mod station;
 mod statistics;

@@ -1,8 +1,11 @@
 //! Surveys in a browser: a trainee after an attempt, an owner who asks and reads, a professional by link without an account,
-//! in German, on a phone. Fails when a page breaks an accessibility rule, when answering does not save by itself, or when
-//! a link needs an account.
+//! in German, on a phone. Fails when a page breaks an accessibility rule, when answering does not save by itself, also over a lost
+//! connection and a closed tab, or when a link needs an account.
+
+use std::path::Path;
 
 use fantoccini::{Client, Locator};
+use tests::Service;
 
 use super::browser::{contains, follow, inspect, lands, sign_in};
 
@@ -18,16 +21,16 @@ async fn path(browser: &Client) -> String {
     browser.current_url().await.expect("an address").path().to_owned()
 }
 
-/// Waits until the page says that an answer was saved.
+/// Waits until the page says what has become of an answer.
 async fn saved(browser: &Client, word: &str) {
-    for _ in 0..50 {
+    for _ in 0..100 {
         let status = browser.find(Locator::Css("[role=status]")).await.expect("a status line");
         if status.text().await.expect("its text").contains(word) {
             return;
         }
         tokio::time::sleep(std::time::Duration::from_millis(100)).await;
     }
-    panic!("the answer was not saved by itself");
+    panic!("the page did not say {word:?} by itself");
 }
 
 async fn consent(browser: &Client) {
@@ -107,4 +110,33 @@ pub async fn professional(browser: &Client, link: &str) {
     browser.goto(link).await.expect("the same link, after a closed tab");
     assert_eq!(path(browser).await, here, "it goes on where it was left");
     inspect(browser, "the form again").await;
+}
+
+/// A professional goes on while the service is gone, and closes the tab before what they typed last was saved: all of it is
+/// there when they come back. Returns the service that was started in between.
+pub async fn lost_connection(browser: &Client, link: &str, (service, data): (Service, &Path)) -> Service {
+    let last_page = format!("{link}?page=5");
+    browser.goto(&last_page).await.expect("the form opens again");
+    let field = browser.find(Locator::Css("fieldset textarea")).await.expect("a field for words");
+    let address = service.stop();
+    field.send_keys("Auch ohne Netz.").await.expect("it takes words");
+    saved(browser, "Keine Verbindung").await;
+    let service = Service::start_at(data, &address);
+    saved(browser, "Gespeichert").await;
+    field.send_keys(" Und zuletzt").await.expect("it takes words");
+    let other = browser.new_window(true).await.expect("another tab");
+    browser.close_window().await.expect("the tab closes");
+    browser.switch_to_window(other.handle).await.expect("the other tab");
+    let mut said = String::new();
+    for _ in 0..20 {
+        browser.goto(&last_page).await.expect("the same page in another tab");
+        let field = browser.find(Locator::Css("fieldset textarea")).await.expect("a field for words");
+        said = field.prop("value").await.expect("its words").unwrap_or_default();
+        if said.ends_with("zuletzt") {
+            break;
+        }
+        tokio::time::sleep(std::time::Duration::from_millis(100)).await;
+    }
+    assert_eq!(said, "Auch ohne Netz. Und zuletzt");
+    service
 }
