@@ -37,7 +37,8 @@ pub async fn put(
 /// When the database fails.
 pub async fn holder(executor: impl SqliteExecutor<'_>, school: Uuid, code_hash: &[u8; 32]) -> Result<Option<Person>> {
     sqlx::query_as(
-        "SELECT p.id, p.school_id, p.role, p.email, p.display_name, p.pseudonym, p.credential_version, p.disabled_at
+        "SELECT p.id, p.school_id, p.role, p.email, p.display_name, p.pseudonym, p.credential_version, p.disabled_at,
+           p.language
          FROM sign_in_codes c JOIN people p ON p.school_id = c.school_id AND p.id = c.person_id
          WHERE c.school_id = $1 AND c.code_hash = $2",
     )

@@ -118,9 +118,9 @@ async fn what_cannot_be_assigned_is_refused_and_what_was_typed_stays() {
         (task, &cohort, "2026-02-01T12:00", 422, "over already"),
         (task, &cohort, "soon", 422, "“soon”"),
         (task, "", "", 422, "Choose a cohort"),
-        (task, &abroad, "", 404, "Not"),
-        (task, &nobody, "", 404, "Not"),
-        ("exercise:none", &cohort, "", 404, "Not"),
+        (task, &abroad, "", 404, "nothing here"),
+        (task, &nobody, "", 404, "nothing here"),
+        ("exercise:none", &cohort, "", 404, "nothing here"),
     ] {
         let refused = world.post("/assignments", &[("task", task), ("cohort", cohort), ("due", due)]).await;
         assert_eq!(refused.status, status, "{due} {}", refused.text());

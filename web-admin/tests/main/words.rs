@@ -94,7 +94,9 @@ fn sentences_of(source: &str, file: &str, all: &mut Sentences) {
     let code: String =
         source.lines().filter(|line| !line.trim_start().starts_with("//")).flat_map(|line| [line, "\n"]).collect();
     for (opening, has_two) in [("tr!(", false), ("trn!(", true), ("sentence!(", false)] {
-        for (at, _) in code.match_indices(opening) {
+        // Not the end of another macro's name, as that of include_str is.
+        let is_whole = |at: &usize| !code[..*at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
+        for at in code.match_indices(opening).map(|(at, _)| at).filter(is_whole) {
             let Some((one, rest)) = literal(&code[at + opening.len()..]) else { continue };
             let said = all.entry(one).or_default();
             if has_two {

@@ -36,7 +36,7 @@ async fn a_stranger_reads_what_the_browser_asks_for_or_what_they_have_chosen() {
     let mut stranger = app.stranger();
     assert_eq!(language(&stranger.get("/login").await), ("en".to_owned(), false));
     for (wishes, code) in
-        [("de-AT,de;q=0.9,en;q=0.5", "de"), ("fi,en;q=0.5,de;q=0.1", "en"), ("fi, sv", "en"), ("\u{7f}", "en")]
+        [("de-AT,de;q=0.9,en;q=0.5", "de"), ("fi,en;q=0.5,de;q=0.1", "en"), ("fi, sv", "en"), ("=;,;q", "en")]
     {
         let page = wishing(&mut stranger, "/login", wishes).await;
         assert_eq!(language(&page), (code.to_owned(), code == "de"), "{wishes}");
