@@ -6,12 +6,14 @@ use std::path::Path;
 use std::time::Duration;
 
 use fantoccini::{Client, Locator};
-use tests::{Service, first_exercise, run_ok};
+use tests::{Service, run_ok};
 
 use super::browser::{Driver, PASSWORD, complaints, contains, follow, inspect, lands, press, sign_in};
 
 const INSTRUCTOR: &str = "ina@journey.example";
 const TRAINEE: &str = "nia@journey.example";
+/// The first exercise of the course that is assigned.
+const EXERCISE: &str = "curricula/lower-back-basics/1-feel-the-layers.toml";
 
 /// A school that was just founded, in a data folder.
 struct School<'a> {
@@ -78,7 +80,10 @@ impl School<'_> {
         let import = self.path().await;
         self.send(&import, "/people").await;
         self.open("/people?q=nia", "people who were looked for").await;
-        follow(self.browser, "/people/").await;
+        // The first link to a person; the page links to the roster as well.
+        let nia = self.browser.find(Locator::Css("main table a[href^='/people/']")).await.expect("she is listed");
+        nia.click().await.expect("the link opens");
+        lands(self.browser, |path| path.starts_with("/people/")).await;
         inspect(self.browser, "a person").await;
         self.send("/link", "/link").await;
         inspect(self.browser, "a link to hand over").await;
@@ -119,7 +124,7 @@ impl School<'_> {
         self.open("/assignments", "a trainee's assignments").await;
         contains(self.browser, "a trainee's assignments", &["lower back"]).await;
         let recording = self.folder.join("attempt.mcap").to_string_lossy().into_owned();
-        run_ok("stylet", &["simulate", &first_exercise(), "--operator", "novice", "--seed", "5", "--out", &recording]);
+        run_ok("stylet", &["simulate", EXERCISE, "--operator", "novice", "--seed", "5", "--out", &recording]);
         let token = run_ok("web-admin", &["user", "token", "--data-dir", data, "--email", TRAINEE]);
         let file = self.folder.join("token");
         std::fs::write(&file, token.split_whitespace().last().expect("a token")).expect("a file");
