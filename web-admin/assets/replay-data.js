@@ -54,19 +54,22 @@ export class Frames {
 
 // An attempt in the browser.
 export class Attempt {
-  constructor(address, stage) {
+  // Names, where the reader's language has others than the scene, by the scene's.
+  constructor(address, stage, names) {
     this.address = address;
+    this.names = names;
     this.stage = stage;
+    [...stage.layers, ...stage.structures].forEach((thing) => { thing.name = names[thing.name] ?? thing.name; });
     this.frames = null;
     this.spans = [];
   }
 
-  static async open(address) {
+  static async open(address, names) {
     const [stage, series] = await Promise.all([
       get(`${address}/replay`).then((answer) => answer.json()),
       get(`${address}/series?points=1500`).then((answer) => answer.json()),
     ]);
-    const attempt = new Attempt(address, stage);
+    const attempt = new Attempt(address, stage, names);
     attempt.spans = series.spans;
     return attempt;
   }

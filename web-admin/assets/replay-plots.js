@@ -1,6 +1,6 @@
 // Force above, depth below, over one axis of time: layers, events, comments, the moment that is shown.
 
-import { FONT, fit, readTheme, textureColour } from './replay-theme.js';
+import { FONT, fit, fixed, readTheme, textureColour } from './replay-theme.js';
 
 const LEFT = 46;
 const RIGHT = 12;
@@ -27,7 +27,7 @@ function ticks(from, to, most) {
   const made = [];
   for (let k = Math.ceil(from / step); k * step <= to + step * 1e-6; k += 1) made.push(k * step);
   const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-  return made.map((value) => [value, value.toFixed(digits).replace('-', '−')]);
+  return made.map((value) => [value, fixed(value, digits)]);
 }
 
 export class Plots {

@@ -247,6 +247,6 @@ export class Scene {
       const sum = [0, 1, 2].map((axis) => corners.filter((_, i) => i % 3 === axis).reduce((a, b) => a + b, 0));
       if (corners.length) write(structure.name, scale(sum, 3 / corners.length), 8);
     });
-    write('target', this.attempt.stage.target_mm, 8);
+    write(this.attempt.names.target ?? 'target', this.attempt.stage.target_mm, 8);
   }
 }

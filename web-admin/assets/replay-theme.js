@@ -5,6 +5,12 @@ const NAMES = ['ground', 'surface', 'sunken', 'ink', 'muted', 'line', 'strong-li
 
 export const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif';
 
+// A number with fixed decimals, as the page's language writes it.
+export function fixed(value, digits) {
+  const style = { minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: false };
+  return value.toLocaleString(document.documentElement.lang, style).replace('-', '−');
+}
+
 export function readTheme() {
   const style = getComputedStyle(document.documentElement);
   return Object.fromEntries(NAMES.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));

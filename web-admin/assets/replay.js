@@ -6,7 +6,7 @@ import { Attempt } from './replay-data.js';
 import { listen } from './replay-keys.js';
 import { Plots } from './replay-plots.js';
 import { Scene } from './replay-scene.js';
-import { onThemeChange, readTheme } from './replay-theme.js';
+import { fixed, onThemeChange, readTheme } from './replay-theme.js';
 
 const root = document.querySelector('#replay');
 const part = (name) => root.querySelector(`[data-part=${name}]`);
@@ -15,7 +15,7 @@ const part = (name) => root.querySelector(`[data-part=${name}]`);
 function figures(attempt, clock) {
   const fields = Object.fromEntries(['time', 'depth', 'force', 'lateral', 'layer'].map((name) => [name, part(name)]));
   const live = part('live');
-  const unit = (value, digits, word) => `${value.toFixed(digits).replace('-', '−')} ${word}`;
+  const unit = (value, digits, word) => `${fixed(value, digits)} ${word}`;
   let last = -1000;
   return (now) => {
     if (clock.playing && now - last < 100) return;
@@ -53,7 +53,7 @@ function wireControls({ clock, plots, jump, scene, draw }) {
   scrub.max = clock.duration.toFixed(2);
   scrub.addEventListener('input', () => clock.seek(Number(scrub.value)));
   part('view').addEventListener('change', (event) => { scene?.look(event.target.value); draw(); });
-  clock.addEventListener('moved', () => { scrub.value = clock.t; scrub.ariaValueText = `${clock.t.toFixed(2)} s`; });
+  clock.addEventListener('moved', () => { scrub.value = clock.t; scrub.ariaValueText = `${fixed(clock.t, 2)} s`; });
   clock.addEventListener('changed', () => {
     play.textContent = clock.playing ? root.dataset.pause : root.dataset.play;
     speed.value = String(clock.speed);
@@ -100,7 +100,8 @@ function openScene(attempt) {
 }
 
 async function start() {
-  const attempt = await Attempt.open(root.dataset.address);
+  const names = JSON.parse(root.dataset.names);
+  const attempt = await Attempt.open(root.dataset.address, names);
   const clock = new Clock(attempt.stage.duration_s);
   const comments = new Comments(root, clock);
   root.hidden = false;
@@ -136,7 +137,7 @@ async function start() {
   draw();
   root.dataset.ready = 'yes';
   if (root.dataset.other) {
-    const other = await Attempt.open(root.dataset.other);
+    const other = await Attempt.open(root.dataset.other, names);
     await other.loadFrames();
     plots.other = other;
     plots.rest();

@@ -20,12 +20,16 @@ pub struct Due {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DueRefused {
     /// It is no date and time.
-    #[error("the due date: “{0}”; a date and time like 2026-11-30T18:00 is needed")]
+    #[error("{}", tr!("the due date: “{typed}”; a date and time like 2026-11-30T18:00 is needed", typed = .0))]
     NoDate(String),
     /// The clocks skip it.
-    #[error(
-        "the due date: on that day the clocks skip {skipped} in {zone}; the nearest times are {before} and {after}"
-    )]
+    #[error("{}", tr!(
+        "the due date: on that day the clocks skip {skipped} in {zone}; the nearest times are {before} and {after}",
+        skipped = .skipped,
+        zone = .zone,
+        before = .before,
+        after = .after
+    ))]
     Skipped {
         /// What was said.
         skipped: String,
@@ -37,7 +41,7 @@ pub enum DueRefused {
         after: String,
     },
     /// There is no such time zone.
-    #[error("the time zone: “{0}”; a name like Europe/Berlin is needed")]
+    #[error("{}", tr!("the time zone: “{name}”; a name like Europe/Berlin is needed", name = .0))]
     NoZone(String),
 }
 

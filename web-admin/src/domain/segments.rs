@@ -41,7 +41,12 @@ pub fn strips(duration_s: f64) -> Vec<(f64, f64)> {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refused {
     /// One is no moment of the attempt.
-    #[error("pop {place}: “{typed}”; allowed is a number of seconds from 0 to {last}")]
+    #[error("{}", tr!(
+        "pop {place}: “{typed}”; allowed is a number of seconds from 0 to {last}",
+        place = .place,
+        typed = .typed,
+        last = .last
+    ))]
     NoMoment {
         /// Its place, from 1.
         place: usize,
@@ -51,7 +56,7 @@ pub enum Refused {
         last: String,
     },
     /// There are too many.
-    #[error("marks: {0}; allowed are at most {MOST_MARKS}")]
+    #[error("{}", tr!("marks: {count}; allowed are at most {most}", count = .0, most = MOST_MARKS))]
     TooMany(usize),
 }
 

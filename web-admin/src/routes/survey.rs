@@ -15,7 +15,7 @@ use crate::domain::survey::ResponseState;
 use crate::error::{Error, PageError};
 use crate::routes::Routes;
 use crate::surveys::answering::{self, Answering};
-use crate::views::survey::form::{ConsentPage, End, EndPage, FormPage, Given, Question, Terms, shown};
+use crate::views::survey::form::{ConsentPage, End, EndPage, FormPage, Given, Question, Terms, refusal, shown};
 use crate::words::{self, Language};
 
 /// What was typed and refused: the item's place, the text and the reason.
@@ -223,5 +223,5 @@ fn typed(
         let name = format!("q.{}", answering.instrument.items[item].id);
         fields.iter().find(|(key, _)| *key == name).map_or_else(String::new, |(_, value)| value.clone())
     };
-    refused.into_iter().map(|(item, why)| (item, typed(item), why.to_string())).collect()
+    refused.into_iter().map(|(item, why)| (item, typed(item), refusal(&why))).collect()
 }

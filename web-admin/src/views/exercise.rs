@@ -7,7 +7,8 @@ use scene::{Exercise, ExerciseBundle, SceneStructure};
 
 use super::charts::{self, Outline, Section, Structure};
 use super::trainee::AttemptRow;
-use super::{Shell, Status, format, metric};
+use super::{Shell, Status, anatomy, format, metric};
+use crate::words;
 
 /// The page of an exercise.
 #[derive(Debug, Template, WebTemplate)]
@@ -96,8 +97,8 @@ impl ExerciseView {
             title: exercise.title.clone(),
             briefing: paragraphs(&exercise.briefing),
             drawing: charts::both(|size| charts::cross_section(&section, size)),
-            layers: bundle.scene.layers.iter().map(|l| (l.name.clone(), l.thickness_mm)).collect(),
-            structures: bundle.scene.structures.iter().map(|s| (s.spec.name.clone(), kind(s.kind()))).collect(),
+            layers: bundle.scene.layers.iter().map(|l| (anatomy::said(&l.name), l.thickness_mm)).collect(),
+            structures: bundle.scene.structures.iter().map(|s| (anatomy::said(&s.spec.name), kind(s.kind()))).collect(),
             facts: facts(bundle),
             rubric: exercise.rubric.iter().map(|l| rubric_line(l, weights)).collect(),
             hard_fails: exercise.hard_fails.iter().map(hard_fail).collect(),
@@ -121,8 +122,8 @@ fn facts(bundle: &ExerciseBundle) -> Vec<(&'static str, String)> {
             tr!(
                 "{diameter} {kind}, {tip} tip",
                 diameter = format::stated(needle.diameter_mm, "mm"),
-                kind = needle.kind,
-                tip = needle.tip
+                kind = words::known(&needle.kind),
+                tip = words::known(&needle.tip)
             ),
         ),
         (tr!("Target"), tr!("{depth} along the needle", depth = format::stated(target_depth_mm, "mm"))),
@@ -161,7 +162,7 @@ fn section(bundle: &ExerciseBundle) -> Section {
     let exercise = &bundle.exercise;
     let layers = bundle.scene.layers.iter();
     Section {
-        layers: layers.map(|l| (l.name.clone(), l.texture.clone(), l.thickness_mm)).collect(),
+        layers: layers.map(|l| (anatomy::said(&l.name), l.texture.clone(), l.thickness_mm)).collect(),
         angle_deg: exercise.angle_deg,
         target_depth_mm: exercise.target_depth_mm,
         structures: bundle.scene.structures.iter().map(|s| structure(s, exercise)).collect(),
@@ -171,7 +172,7 @@ fn section(bundle: &ExerciseBundle) -> Section {
 fn structure(structure: &SceneStructure, exercise: &Exercise) -> Structure {
     let spec = &structure.spec;
     let at = [spec.position_m.x, spec.position_m.y, spec.position_m.z];
-    Structure { name: spec.name.clone(), kind: kind(spec.kind), outline: outline(&spec.shape, at, exercise) }
+    Structure { name: anatomy::said(&spec.name), kind: kind(spec.kind), outline: outline(&spec.shape, at, exercise) }
 }
 
 fn outline(shape: &Shape, at: [f64; 3], exercise: &Exercise) -> Outline {

@@ -45,6 +45,15 @@ pub(super) fn check(name: &str, page: &(impl askama::Template + Debug)) {
     assert!(forgotten.is_empty(), "{name} says these in English only: {forgotten:#?}");
 }
 
+/// Checks a drawing, which a page holds ready made, so that its words look like data there.
+pub(super) fn check_drawing(name: &str, data: &impl Debug, draw: impl Fn() -> String) {
+    let svg = within(Language::PSEUDO, draw);
+    let data = strings(&format!("{data:?}"));
+    let forgotten: Vec<String> =
+        texts(&svg).iter().flat_map(|text| outside(text)).filter(|text| !is_data(text, &data)).collect();
+    assert!(forgotten.is_empty(), "{name} says these in English only: {forgotten:#?}");
+}
+
 /// The strings in a debug output, in lower case, one a line.
 fn strings(debug: &str) -> String {
     let mut strings = String::new();

@@ -133,7 +133,7 @@ impl Judgement {
             passed: graded.passed,
             pass_mark,
             bar: charts::score_bar(graded.score, pass_mark),
-            hard_fails: graded.hard_fails.to_vec(),
+            hard_fails: graded.hard_fails.iter().map(|why| metric::hard_fail(why)).collect(),
             lost,
             rubric: graded.deductions.iter().map(|d| rubric_row(graded, d)).collect(),
             groups: groups(graded),

@@ -6,7 +6,7 @@
 use assessment::catalogue::{self, Definition, Split};
 use assessment::{Deduction, Metric};
 
-use super::format;
+use super::{anatomy, format};
 use crate::words::{self, Language};
 
 /// Name of a metric by its id, with a capital.
@@ -36,13 +36,13 @@ fn words_of(id: &str) -> String {
     let Some((_, part)) = id.split_once('.') else { return metric };
     match (definition.split, part.rsplit_once('.')) {
         (Some(Split::Boundary), Some((layer, "tip"))) => {
-            tr!("{metric}, tip through {layer}", metric = metric, layer = layer)
+            tr!("{metric}, tip through {layer}", metric = metric, layer = anatomy::said(layer))
         }
         (Some(Split::Boundary), Some((layer, _))) => {
-            tr!("{metric}, rim through {layer}", metric = metric, layer = layer)
+            tr!("{metric}, rim through {layer}", metric = metric, layer = anatomy::said(layer))
         }
-        (Some(Split::Layer), _) => tr!("{metric} in {layer}", metric = metric, layer = part),
-        (Some(Split::Structure), _) => tr!("{metric} to {structure}", metric = metric, structure = part),
+        (Some(Split::Layer), _) => tr!("{metric} in {layer}", metric = metric, layer = anatomy::said(part)),
+        (Some(Split::Structure), _) => tr!("{metric} to {structure}", metric = metric, structure = anatomy::said(part)),
         _ => format!("{metric}: {}", words::known(part)),
     }
 }
@@ -60,6 +60,23 @@ pub fn short_reason(deduction: &Deduction) -> String {
     let why = without_cost(&deduction.why);
     let what = why.split_once(", full marks for ").map_or(why, |(what, _)| what);
     format::sentence(&in_own_language(&deduction.metric, what).unwrap_or_else(|| what.to_owned()))
+}
+
+/// Why an attempt failed whatever its points: the author's words, and the figures in the reader's language.
+#[must_use]
+pub fn hard_fail(why: &str) -> String {
+    let Some((words, figures)) = why.rsplit_once(" (") else { return why.to_owned() };
+    let taken = figures.strip_suffix(')').and_then(|figures| figures.rsplit_once(", limit "));
+    let Some((found, limit)) = taken else { return why.to_owned() };
+    let split = |c: char| c.is_ascii_digit() || c == '−';
+    let (label, value) = found.split_at(found.find(split).unwrap_or(found.len()));
+    let (label, value) = (words::known(label.trim_end()), format::decimal(value));
+    tr!(
+        "{why} ({found}, limit {limit})",
+        why = words,
+        found = format!("{label} {value}"),
+        limit = format::decimal(limit)
+    )
 }
 
 /// A reason ends with its cost, which stands in a column of its own on pages.
@@ -143,5 +160,15 @@ mod tests {
     fn what_cannot_be_taken_apart_is_shown_as_it_was_kept() {
         assert_eq!(german("overshoot_mm", "went too far: −6 points"), "Went too far");
         assert_eq!(german("charm", "charm 3: −6 points"), "Charm 3");
+    }
+
+    #[test]
+    fn a_failed_limit_keeps_the_authors_words_and_its_figures() {
+        let why = "The force went above 10 N (peak force 12.3 N, limit 10 N)";
+        assert_eq!(hard_fail(why), why);
+        let german = words::within(Language::named("de").expect("German"), || hard_fail(why));
+        assert_eq!(german, "The force went above 10 N (Spitzenkraft 12,3 N, Grenze 10 N)");
+        assert_eq!(hard_fail("worded by hand"), "worded by hand");
+        assert_eq!(hard_fail("worded (by hand)"), "worded (by hand)");
     }
 }

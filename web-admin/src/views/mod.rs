@@ -2,6 +2,7 @@
 
 pub mod account;
 pub mod admin;
+pub mod anatomy;
 pub mod assets;
 pub mod assignments;
 pub mod charts;

@@ -8,7 +8,7 @@ use time::OffsetDateTime;
 use uuid::Uuid;
 
 use super::session::Drawing;
-use super::{Shell, assets, format};
+use super::{Shell, anatomy, assets, format};
 use crate::domain::comment::{CommentKind, MOST_CHARACTERS, Typed};
 use crate::domain::curve::Stage;
 

@@ -6,7 +6,7 @@ use time::OffsetDateTime;
 
 use super::charts;
 use super::judgement::Judgement;
-use super::{Shell, Status, format};
+use super::{Shell, Status, anatomy, format};
 use crate::domain::curve::{Curve, MarkKind, Stage};
 
 /// The page of an attempt.
@@ -133,6 +133,7 @@ impl Drawing {
     /// Draws a curve.
     #[must_use]
     pub fn new(curve: &Curve) -> Self {
+        let curve = &anatomy::curve(curve);
         let stride = curve.points.len().div_ceil(TABLE_ROWS).max(1);
         Self {
             force_depth: charts::both(|size| charts::force_depth(curve, size)),

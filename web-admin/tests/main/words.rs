@@ -17,7 +17,7 @@ use polib::po_file;
 mod choice;
 
 /// Words that are data as well, and are said by `words::known`: of libraries that speak English alone.
-const KNOWN: [&str; 22] = [
+const KNOWN: [&str; 27] = [
     "the needle never reached the skin",
     "the needle never went through the skin",
     "the needle did not reach this layer",
@@ -39,6 +39,11 @@ const KNOWN: [&str; 22] = [
     "administrator",
     "professional",
     "trocar",
+    "needle",
+    "diamond",
+    "conical",
+    "blunt",
+    "all",
     "bevel",
 ];
 

@@ -1,6 +1,6 @@
 //! Answers: read from what a form sends, within what the scale allows.
 
-use std::fmt;
+use std::fmt::{self, Display, Formatter};
 
 use scene::instrument::{Condition, Instrument, Item, ScaleKind};
 use serde::de::{Error, SeqAccess, Visitor};
@@ -52,7 +52,7 @@ struct AnswerReader;
 impl<'de> Visitor<'de> for AnswerReader {
     type Value = Answer;
 
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    fn expecting(&self, f: &mut Formatter<'_>) -> fmt::Result {
         f.write_str("a number, a text or a list of texts")
     }
 
@@ -82,20 +82,65 @@ impl<'de> Visitor<'de> for AnswerReader {
 }
 
 /// An answer that its scale does not allow.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{found}; allowed: {allowed}")]
 pub struct Refused {
-    /// What was said, shortened.
-    pub found: String,
-    /// What is allowed, in words.
-    pub allowed: String,
+    /// What was said, shortened; of a text that is too long, its length.
+    pub found: Found,
+    /// What is allowed.
+    pub allowed: Allowed,
+}
+
+/// What was said and refused.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Found {
+    /// The beginning of it, in quotes.
+    Said(String),
+    /// So many characters.
+    Characters(usize),
+}
+
+/// What a scale allows.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Allowed {
+    /// A whole number from 1 to this.
+    Points(u32),
+    /// Least, most, and the steps between.
+    Steps(f64, f64, f64),
+    /// Least, most, and their unit.
+    Range(f64, f64, String),
+    /// One of these.
+    OneOf(Vec<String>),
+    /// At most so many characters.
+    Characters(usize),
 }
 
 impl Refused {
-    fn new(found: &str, allowed: String) -> Self {
+    fn new(found: &str, allowed: Allowed) -> Self {
         let short: String = found.chars().take(60).collect();
-        let found = if short.len() < found.len() { format!("\"{short}…\"") } else { format!("\"{found}\"") };
-        Self { found, allowed }
+        let end = if short.len() < found.len() { "…" } else { "" };
+        Self { found: Found::Said(format!("\"{short}{end}\"")), allowed }
+    }
+}
+
+impl Display for Found {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Said(said) => f.write_str(said),
+            Self::Characters(count) => write!(f, "{count} characters"),
+        }
+    }
+}
+
+impl Display for Allowed {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Points(most) => write!(f, "a whole number from 1 to {most}"),
+            Self::Steps(min, max, step) => write!(f, "{min} to {max} in steps of {step}"),
+            Self::Range(min, max, unit) => write!(f, "a number from {min} to {max} {unit}"),
+            Self::OneOf(ids) => f.write_str(&ids.join(", ")),
+            Self::Characters(most) => write!(f, "at most {most} characters"),
+        }
     }
 }
 
@@ -131,9 +176,7 @@ fn parse(said: &str) -> Option<f64> {
 
 fn whole(said: &str, points: u32) -> Result<Answer, Refused> {
     let point = said.trim().parse::<u32>().ok().filter(|point| (1..=points).contains(point));
-    point
-        .map(|point| Answer::Number(f64::from(point)))
-        .ok_or_else(|| Refused::new(said, format!("a whole number from 1 to {points}")))
+    point.map(|point| Answer::Number(f64::from(point))).ok_or_else(|| Refused::new(said, Allowed::Points(points)))
 }
 
 fn mark(said: &str, (min, max): (f64, f64), step: f64) -> Result<Answer, Refused> {
@@ -141,22 +184,19 @@ fn mark(said: &str, (min, max): (f64, f64), step: f64) -> Result<Answer, Refused
         let steps = (number - min) / step;
         (min..=max).contains(number) && (steps - steps.round()).abs() < 1e-6
     };
-    parse(said)
-        .filter(on_a_step)
-        .map(Answer::Number)
-        .ok_or_else(|| Refused::new(said, format!("{min} to {max} in steps of {step}")))
+    parse(said).filter(on_a_step).map(Answer::Number).ok_or_else(|| Refused::new(said, Allowed::Steps(min, max, step)))
 }
 
 fn number(said: &str, (min, max): (f64, f64), unit: &str) -> Result<Answer, Refused> {
     parse(said)
         .filter(|number| (min..=max).contains(number))
         .map(Answer::Number)
-        .ok_or_else(|| Refused::new(said, format!("a number from {min} to {max} {unit}")))
+        .ok_or_else(|| Refused::new(said, Allowed::Range(min, max, unit.to_owned())))
 }
 
 fn one_of<'a>(said: &str, ids: impl Iterator<Item = &'a str> + Clone) -> Result<String, Refused> {
     let found = ids.clone().find(|id| *id == said);
-    found.map(str::to_owned).ok_or_else(|| Refused::new(said, ids.collect::<Vec<_>>().join(", ")))
+    found.map(str::to_owned).ok_or_else(|| Refused::new(said, Allowed::OneOf(ids.map(str::to_owned).collect())))
 }
 
 fn text(said: &str, most: usize) -> Result<Answer, Refused> {
@@ -164,8 +204,7 @@ fn text(said: &str, most: usize) -> Result<Answer, Refused> {
     let plain = said.replace("\r\n", "\n");
     let length = plain.chars().count();
     if length > most {
-        let found = format!("{length} characters");
-        return Err(Refused { found, allowed: format!("at most {most} characters") });
+        return Err(Refused { found: Found::Characters(length), allowed: Allowed::Characters(most) });
     }
     Ok(Answer::Text(plain))
 }

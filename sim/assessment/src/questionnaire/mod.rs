@@ -3,5 +3,5 @@
 mod answer;
 mod score;
 
-pub use answer::{Answer, Refused, asked_pages, is_asked, read_answer};
+pub use answer::{Allowed, Answer, Found, Refused, asked_pages, is_asked, read_answer};
 pub use score::{NoScore, Scorer, range, score};

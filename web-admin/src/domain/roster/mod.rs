@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::Role;
+use crate::words;
 
 mod columns;
 mod difference;
@@ -25,10 +26,15 @@ const MAX_CHARS: usize = 120;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unreadable {
     /// It has no line but the heading, or not even that.
-    #[error("the file has no people in it")]
+    #[error("{}", tr!("the file has no people in it"))]
     Empty,
     /// A column that is needed is not there.
-    #[error("no column for the {missing}; the columns are {found}; {allowed} would do")]
+    #[error("{}", tr!(
+        "no column for the {missing}; the columns are {found}; {allowed} would do",
+        missing = words::say(.missing),
+        found = .found,
+        allowed = .allowed
+    ))]
     MissingColumn {
         /// What is missing.
         missing: &'static str,
@@ -38,13 +44,13 @@ pub enum Unreadable {
         allowed: &'static str,
     },
     /// Two columns tell the same.
-    #[error("the columns “{0}” and “{1}” mean the same; leave one out")]
+    #[error("{}", tr!("the columns “{one}” and “{other}” mean the same; leave one out", one = .0, other = .1))]
     Twice(String, String),
     /// It has too many lines.
-    #[error("the file has more than {MAX_ROWS} people; send it in parts")]
+    #[error("{}", tr!("the file has more than {most} people; send it in parts", most = MAX_ROWS))]
     TooLong,
     /// It is not CSV.
-    #[error("line {line}: {why}")]
+    #[error("{}", tr!("line {line}: {why}", line = .line, why = .why))]
     NotCsv {
         /// From 1.
         line: u64,
@@ -185,11 +191,11 @@ fn assign(headings: &csv::StringRecord) -> Result<(Columns, Vec<String>), Unread
         Err(Unreadable::MissingColumn { missing, found, allowed })
     };
     if !has(Column::Email) && !has(Column::Login) {
-        return missing("email address", "“email”, “e-mail” or “login_id”");
+        return missing(sentence!("email address"), "“email”, “e-mail” or “login_id”");
     }
     let named = has(Column::Name) || has(Column::Given) && has(Column::Family);
     if !named {
-        return missing("name", "“name”, or “first_name” and “last_name”,");
+        return missing(sentence!("name"), "“name”, or “first_name” and “last_name”,");
     }
     Ok((columns, ignored))
 }

@@ -28,8 +28,8 @@ pub(super) async fn home(state: &AppState, shell: Shell, person: &CurrentPerson)
         shell,
         queue: queue(state, person.school_id, &counts).await?,
         counts: vec![
-            (counts.trainees, "trainees"),
-            (counts.instructors, "instructors"),
+            (counts.trainees, tr!("trainees")),
+            (counts.instructors, tr!("instructors")),
             (counts.attempts, tr!("scored attempts")),
             (counts.recent, tr!("attempts in the last 7 days")),
         ],

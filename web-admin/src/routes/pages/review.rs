@@ -26,6 +26,7 @@ use crate::storage::supervisions;
 use crate::surveys;
 use crate::views::review::{self as views, Act, GradePage, Judged, RatedMean, RegradePage, ReviewPage, WaitingRow};
 use crate::views::{Place, Shell, Status, format};
+use crate::words;
 
 pub(super) async fn queue(
     State(state): State<AppState>,
@@ -125,7 +126,7 @@ async fn rated(state: &AppState, person: &CurrentPerson, session: &Session) -> R
             means.extend(mean(&scores).map(|(mean, raters)| RatedMean {
                 round: first.title.clone(),
                 href: format!("/ratings/{}", first.round_id),
-                score: key.title.in_language("en").to_owned(),
+                score: key.title.in_language(words::current().code()).to_owned(),
                 mean,
                 raters,
                 generated: first.generated,

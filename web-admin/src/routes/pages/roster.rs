@@ -52,7 +52,7 @@ pub(super) async fn send(
     let wanted = Wanted { cohort, remove_missing: upload.field("remove_missing") == "yes" };
     let (name, body) = &upload.file;
     let refused = match &wanted.cohort {
-        Some(cohort) if !is_name(cohort) => format!("“{cohort}” cannot be the name of a cohort"),
+        Some(cohort) if !is_name(cohort) => tr!("“{cohort}” cannot be the name of a cohort", cohort = cohort),
         _ => match roster_import::keep(&state, &person, (short(name), body), &wanted).await {
             Ok(id) => return Ok(Redirect::to(&format!("/people/rosters/{id}")).into_response()),
             Err(Error::Unprocessable(why)) => why,

@@ -42,7 +42,7 @@ fn note(attempt: &ListedAttempt) -> String {
         return refusal.clone();
     }
     if let Some(why) = attempt.hard_fails.as_ref().and_then(|fails| fails.0.first()) {
-        return why.clone();
+        return metric::hard_fail(why);
     }
     let deductions = attempt.deductions.as_ref().map_or(&[][..], |json| &json.0);
     let dearest = deductions.iter().filter(|d| d.points > 0.0).max_by(|a, b| a.points.total_cmp(&b.points));

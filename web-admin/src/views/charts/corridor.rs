@@ -34,10 +34,10 @@ pub fn corridor(curve: &Curve, corridor: &Corridor, size: Size) -> String {
 }
 
 fn describe(corridor: &Corridor) -> String {
-    format!(
-        "The solid line is this attempt. The band holds eight in ten of {} experts, the dashed line is their median; both \
+    tr!(
+        "The solid line is this attempt. The band holds eight in ten of {n} experts, the dashed line is their median; both \
          are aligned by the crossing of each layer.",
-        corridor.experts
+        n = corridor.experts
     )
 }
 

@@ -4,7 +4,7 @@ use super::Size;
 use super::force_depth::texture_class;
 use super::labels::Labels;
 use super::plot::Plot;
-use super::svg::{Area, Caption, Svg};
+use super::svg::{Area, Caption, Svg, text_width};
 use crate::views::format;
 
 /// What is drawn, in mm: across is along the needle's lean, from the entry; depth is below the skin.
@@ -205,11 +205,10 @@ fn draw_needle(svg: &mut Svg, plot: &Plot, section: &Section) {
     svg.line("aim", (x - 11.0, y), (x + 11.0, y));
     svg.line("aim", (x, y - 11.0), (x, y + 11.0));
     let (x, y) = place(hub_mm);
-    svg.text(
-        "needle-name",
-        (x + 10.0, y + 12.0),
-        &tr!("needle, {angle} to the normal", angle = format!("{:.0}°", section.angle_deg)),
-    );
+    let name = tr!("needle, {angle} to the normal", angle = format!("{:.0}°", section.angle_deg));
+    let fits = x + 10.0 + text_width(&name) <= plot.area.right();
+    let (class, x) = if fits { ("needle-name", x + 10.0) } else { ("needle-name end", x - 10.0) };
+    svg.text(class, (x, y + 12.0), &name);
 }
 
 /// Names of the target and the structures, clear of the shapes, of each other and of the planned path.

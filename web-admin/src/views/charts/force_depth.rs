@@ -97,7 +97,7 @@ fn draw_target(svg: &mut Svg, plot: &Plot, target_mm: f64) {
     svg.line("target", (x, plot.area.y), (x, plot.area.bottom()));
     let beyond = x + 70.0 > plot.area.right();
     let (class, x) = if beyond { ("target-name end", x - 4.0) } else { ("target-name", x + 4.0) };
-    svg.text(class, (x, plot.area.y + 15.0), "target");
+    svg.text(class, (x, plot.area.y + 15.0), tr!("target"));
 }
 
 /// In as a solid line, out as a dashed one.

@@ -19,8 +19,8 @@ pub fn learning_curve(points: &[CurvePoint], rule: &Rule, (key, title): (&str, &
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     let plot = Plot::rising(area, (0.0, (points.len().max(4)) as f64), (low - 0.3, high + 0.3));
     let mut svg = Svg::new(WIDTH, HEIGHT, &caption);
-    plot.draw_y_axis(&mut svg, 6, "sum");
-    plot.draw_x_axis(&mut svg, 6, "attempts");
+    plot.draw_y_axis(&mut svg, 6, tr!("sum"));
+    plot.draw_x_axis(&mut svg, 6, tr!("attempts"));
     for (at, name) in lines {
         let y = plot.y.at(at);
         svg.line("pass-mark", (area.x, y), (area.right(), y));
@@ -74,11 +74,12 @@ fn mark(svg: &mut Svg, (x, y): (f64, f64), crossed: Crossing) {
 
 fn describe(points: &[CurvePoint]) -> String {
     let crossed = |wanted| points.iter().filter(|p| p.crossed == Some(wanted)).count();
-    format!(
-        "{} attempts; the curve reached a line of competence {} times and one of too many failures {} times.",
-        points.len(),
-        crossed(Crossing::Acceptable),
-        crossed(Crossing::Unacceptable)
+    tr!(
+        "Attempts: {all}. The curve reached a line of competence {acceptable} times and one of too many failures \
+         {unacceptable} times.",
+        all = points.len(),
+        acceptable = crossed(Crossing::Acceptable),
+        unacceptable = crossed(Crossing::Unacceptable)
     )
 }
 

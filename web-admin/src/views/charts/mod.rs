@@ -77,3 +77,36 @@ impl Size {
 pub fn both(draw: impl Fn(Size) -> String) -> String {
     draw(Size::Wide) + &draw(Size::Narrow)
 }
+
+#[cfg(test)]
+mod tests {
+    //! Drawings are made in the reader's language, down to what only a screen reader says.
+
+    use assessment::learning::{CusumParams, Rule, curve as learning};
+
+    use super::*;
+    use crate::domain::corridor::corridor as corridor_of;
+    use crate::views::forgotten::check_drawing;
+    use crate::views::{anatomy, samples};
+
+    #[test]
+    fn drawings_of_an_attempt_speak_the_readers_language() {
+        let curve = samples::curve();
+        let experts = corridor_of(&curve, &vec![curve.clone(); 5]).expect("five are enough");
+        check_drawing("force over depth", &(&curve, "III", "IV"), || force_depth(&anatomy::curve(&curve), Size::Wide));
+        check_drawing("force and depth", &curve, || force_and_depth(&anatomy::curve(&curve), Size::Wide));
+        check_drawing("corridor", &curve, || corridor(&curve, &experts, Size::Wide));
+        let layers = [LayerDamage { name: "skin".to_owned(), rupture_mj: 1.0, ..LayerDamage::default() }];
+        check_drawing("damage", &layers, || damage(&layers, Size::Wide));
+    }
+
+    #[test]
+    fn drawings_of_progress_speak_the_readers_language() {
+        let rule = Rule::new(&CusumParams { p0: 0.1, p1: 0.4, alpha: 0.1, beta: 0.1 }, Some(30)).expect("a rule");
+        let points = learning(&rule, &[false; 40]).points;
+        check_drawing("learning curve", &"CUSUM", || learning_curve(&points, &rule, ("x", "CUSUM")));
+        for points in [vec![], vec![ScorePoint { at: samples::NOW, score: 70.0, passed: true }]] {
+            check_drawing("scores", &"CUSUM", || scores(&points, 60.0, ("x", "CUSUM")));
+        }
+    }
+}

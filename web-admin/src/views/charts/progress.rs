@@ -5,6 +5,7 @@ use time::OffsetDateTime;
 use super::plot::Plot;
 use super::scale::Scale;
 use super::svg::{Area, Caption, Svg};
+use crate::views::format;
 
 /// A scored attempt on a chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,12 +31,12 @@ pub fn scores(points: &[ScorePoint], pass_mark: f64, (key, title): (&str, &str))
     let area = Area { x: 40.0, y: 10.0, width: WIDTH - 96.0, height: HEIGHT - 44.0 };
     let plot = Plot::rising(area, times(points), (0.0, 100.0));
     let mut svg = Svg::new(WIDTH, HEIGHT, &caption);
-    plot.draw_y_axis(&mut svg, 6, "score");
+    plot.draw_y_axis(&mut svg, 6, tr!("score"));
     draw_dates(&mut svg, &plot, points);
     let y = plot.y.at(pass_mark);
     svg.line("pass-mark", (area.x, y), (area.right(), y));
     // Beside the plot, where no attempt can lie under it.
-    svg.text("pass-name", (area.right() + 5.0, y + 4.0), &format!("pass {pass_mark:.0}"));
+    svg.text("pass-name", (area.right() + 5.0, y + 4.0), &tr!("pass {score}", score = format::points(pass_mark)));
     let line: Vec<_> = points.iter().map(|p| plot.at(seconds(p.at), p.score)).collect();
     svg.polyline("score-line", &line);
     for point in points {
@@ -57,13 +58,15 @@ fn draw_point(svg: &mut Svg, (x, y): (f64, f64), passed: bool) {
 fn describe(points: &[ScorePoint], pass_mark: f64) -> String {
     let passed = points.iter().filter(|p| p.passed).count();
     match (points.first(), points.last()) {
-        (Some(first), Some(last)) => format!(
-            "{} attempts, {passed} passed at the mark of {pass_mark:.0}. The first scored {:.0}, the last {:.0}.",
-            points.len(),
-            first.score,
-            last.score
+        (Some(first), Some(last)) => tr!(
+            "Attempts: {all}, of them passed at the mark of {mark}: {passed}. The first scored {first}, the last {last}.",
+            all = points.len(),
+            mark = format::points(pass_mark),
+            passed = passed,
+            first = format::points(first.score),
+            last = format::points(last.score)
         ),
-        _ => "No scored attempt yet.".to_owned(),
+        _ => tr!("No scored attempt yet.").to_owned(),
     }
 }
 
@@ -95,7 +98,7 @@ fn draw_dates(svg: &mut Svg, plot: &Plot, points: &[ScorePoint]) {
         let share = f64::from(i) / f64::from(DATES - 1);
         let x = area.x + share * area.width;
         let day = OffsetDateTime::from_unix_timestamp((from + share * (to - from)) as i64).map(|t| t.date());
-        let label = day.map_or(String::new(), super::super::format::short_date);
+        let label = day.map_or(String::new(), format::short_date);
         // A week of one day would print the same date three times.
         if label != before {
             let anchor = ["", " middle", " end"][i as usize];

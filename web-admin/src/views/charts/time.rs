@@ -6,6 +6,7 @@ use super::force_depth::texture_class;
 use super::plot::{Plot, extent};
 use super::svg::{Area, Caption, Svg};
 use super::{Size, marks};
+use crate::views::format;
 
 const LEFT: f64 = 46.0;
 const RIGHT: f64 = 12.0;
@@ -53,17 +54,18 @@ fn plots(curve: &Curve, size: Size) -> (Plot, Plot) {
 
 fn describe(curve: &Curve) -> String {
     let deepest = curve.points.iter().map(|p| p.depth_mm).fold(0.0, f64::max);
-    format!(
-        "Above, the axial force on the hand; below, the depth of the tip, down to {deepest:.1} mm, with the layers behind \
-         it. The attempt lasted {:.1} s. Numbers are those of the table of events.",
-        curve.duration_s
+    tr!(
+        "Above, the axial force on the hand; below, the depth of the tip, down to {deepest}, with the layers behind it. The \
+         attempt lasted {span}. Numbers are those of the table of events.",
+        deepest = format::quantity(deepest, "mm"),
+        span = format::span(curve.duration_s)
     )
 }
 
 fn draw_target(svg: &mut Svg, plot: &Plot, target_mm: f64) {
     let y = plot.y.at(target_mm);
     svg.line("target", (plot.area.x, y), (plot.area.right(), y));
-    svg.text("target-name", (plot.area.x + 5.0, y - 5.0), "target");
+    svg.text("target-name", (plot.area.x + 5.0, y - 5.0), tr!("target"));
 }
 
 /// A thin line through both plots for each event, its number on top.

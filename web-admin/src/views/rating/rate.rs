@@ -8,7 +8,7 @@ use crate::domain::curve::Stage;
 use crate::views::replay::Other;
 use crate::views::session::Drawing;
 use crate::views::survey::form::{Field, Question};
-use crate::views::{Shell, Status, assets, format};
+use crate::views::{Shell, Status, anatomy, assets, format};
 
 /// An attempt to be rated.
 #[derive(Debug, Template, WebTemplate)]

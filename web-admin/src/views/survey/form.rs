@@ -2,7 +2,7 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use assessment::questionnaire::Answer;
+use assessment::questionnaire::{Allowed, Answer, Found, Refused};
 use axum::response::{IntoResponse, Response};
 use scene::Instrument;
 use scene::instrument::{Item, ScaleKind, Words};
@@ -205,6 +205,30 @@ impl FormPage {
     pub fn script(&self) -> String {
         assets::address("survey.js")
     }
+}
+
+/// Why an answer was refused: what was said, and what is allowed.
+#[must_use]
+pub fn refusal(refused: &Refused) -> String {
+    let found = match &refused.found {
+        Found::Said(said) => said.clone(),
+        Found::Characters(count) => tr!("{n} characters", n = count),
+    };
+    let allowed = match &refused.allowed {
+        Allowed::Points(most) => tr!("a whole number from 1 to {most}", most = most),
+        Allowed::Steps(min, max, step) => tr!(
+            "{min} to {max} in steps of {step}",
+            min = format::stated(min, ""),
+            max = format::stated(max, ""),
+            step = format::stated(step, "")
+        ),
+        Allowed::Range(min, max, unit) => {
+            tr!("a number from {min} to {max}", min = format::stated(min, ""), max = format::stated(max, unit))
+        }
+        Allowed::OneOf(ids) => ids.join(", "),
+        Allowed::Characters(most) => tr!("at most {most} characters", most = most),
+    };
+    tr!("{found}; allowed: {allowed}", found = found, allowed = allowed)
 }
 
 /// What was typed for an item, where it was refused; else the answer so far.

@@ -17,8 +17,9 @@ use crate::routes::pages::{Id, sessions as attempts};
 use crate::storage::{ratings as stored, scores};
 use crate::views::rating::RatePage;
 use crate::views::session::Drawing;
-use crate::views::survey::form::{Given, Question};
+use crate::views::survey::form::{Given, Question, refusal};
 use crate::views::{Place, Shell};
+use crate::words;
 
 /// What was typed and refused: the item's place, the text and the reason.
 type Refusals = Vec<(usize, String, String)>;
@@ -61,7 +62,7 @@ fn questions(rated: &Rated, refusals: &Refusals) -> Vec<Question> {
         let refused =
             refusals.iter().find(|(place, ..)| *place == at).map(|(_, typed, why)| (typed.clone(), why.clone()));
         let given = Given { answer: rated.rating.answers.0[at].as_ref(), refused };
-        Question::new(&rated.instrument, item, "en", &given)
+        Question::new(&rated.instrument, item, rated.instrument.language_for(words::current().code()), &given)
     };
     rated.instrument.items.iter().enumerate().map(question).collect()
 }
@@ -89,7 +90,7 @@ pub(super) async fn act(
     let refused = rated.read(&form.0);
     if !refused.is_empty() {
         let typed = |at: usize| form.field(&format!("q.{}", rated.instrument.items[at].id)).to_owned();
-        let refusals: Refusals = refused.into_iter().map(|(at, why)| (at, typed(at), why.to_string())).collect();
+        let refusals: Refusals = refused.into_iter().map(|(at, why)| (at, typed(at), refusal(&why))).collect();
         let page = page(&state, (&person, &csrf), &rated, &refusals).await?;
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }

@@ -146,7 +146,11 @@ fn split(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> S
     let groups = Groups::new(rows, |row| name(row).map(|name| format!("{name} · {}", words::known(row.role))), owner);
     let score = |(at, key): (usize, &scene::instrument::ScoreKey)| {
         let found = groups.shown.iter().map(|(name, rows)| score_group(name, rows, at)).collect();
-        (key.title.in_language("en").to_owned(), assessment::questionnaire::range(instrument, key), found)
+        (
+            key.title.in_language(words::current().code()).to_owned(),
+            assessment::questionnaire::range(instrument, key),
+            found,
+        )
     };
     Split {
         ways: WAYS.iter().map(|(word, title)| (*word, words::say(title), *word == chosen)).collect(),
@@ -162,7 +166,7 @@ fn against(instrument: &Instrument, rows: &[&Row<'_>], metric: &str, figures: &[
         let points: Vec<(f64, f64)> = rows.iter().filter_map(pair).collect();
         let found = correlation(&points);
         let shown = if points.len() >= LEAST { points } else { Vec::new() };
-        (key.title.in_language("en").to_owned(), shown, found)
+        (key.title.in_language(words::current().code()).to_owned(), shown, found)
     };
     let scores =
         if figures.is_empty() { Vec::new() } else { instrument.scores.iter().enumerate().map(score).collect() };
@@ -187,7 +191,7 @@ fn comments(
         let found: Vec<Comment> = given.filter_map(comment).take(MOST_COMMENTS).collect();
         CommentBlock {
             item: item.id.clone(),
-            text: item.text.in_language("en").to_owned(),
+            text: item.text.in_language(words::current().code()).to_owned(),
             comments: (owner || found.len() >= LEAST).then_some(found),
         }
     };
