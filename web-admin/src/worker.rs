@@ -13,6 +13,7 @@ use serde_json::json;
 use crate::AppState;
 use crate::domain::Curve;
 use crate::recordings;
+use crate::regrading;
 use crate::replays;
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::exercises::RevisionBytes;
@@ -71,19 +72,23 @@ async fn until_next(state: &AppState) -> Duration {
     Duration::from_micros(u64::try_from(wait_us).unwrap_or(0)).min(LONGEST_SLEEP)
 }
 
-/// Does every job that is due.
+/// Does every job that is due, and then what is graded again, piece by piece: whoever has just tried waits for no one else.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn work_off(state: &AppState) -> anyhow::Result<()> {
-    while let Some(job) = jobs::due(state.db.reader(), state.clock.now()).await? {
-        match outcome(state, &job).await {
-            Ok(outcome) => store(state, &job, outcome).await?,
-            Err(Failure::Permanent(why)) => refuse(state, &job, &why).await?,
-            Err(Failure::Passing(error)) => put_off(state, &job, &error).await?,
+    loop {
+        while let Some(job) = jobs::due(state.db.reader(), state.clock.now()).await? {
+            match outcome(state, &job).await {
+                Ok(outcome) => store(state, &job, outcome).await?,
+                Err(Failure::Permanent(why)) => refuse(state, &job, &why).await?,
+                Err(Failure::Passing(error)) => put_off(state, &job, &error).await?,
+            }
+        }
+        if !regrading::exercise::step(state).await? {
+            return Ok(());
         }
     }
-    Ok(())
 }
 
 async fn outcome(state: &AppState, job: &Job) -> Result<Outcome, Failure> {

@@ -6,7 +6,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::user::choose_school;
 use super::{Failure, Storage, say};
 use crate::AppState;
-use crate::regrading;
+use crate::regrading::{self, Rubric};
 use crate::storage::audit::Actor;
 use crate::storage::scores;
 use crate::storage::sessions::{self, Session};
@@ -37,10 +37,13 @@ pub(super) async fn run(args: &RescoreArgs) -> Result<(), Failure> {
     if attempts.is_empty() {
         return Err(Failure::Usage(format!("{}: {} has no scored attempt at it", args.exercise, school.name)));
     }
+    let rubric = Rubric::of_today(&state, school.id, &args.exercise).await.map_err(anyhow::Error::from)?;
+    let rubric =
+        rubric.ok_or_else(|| Failure::Usage(format!("{}: no longer taught, so there is no rubric", args.exercise)))?;
     let bar = bar(attempts.len());
     let mut changed = 0;
     for attempt in &attempts {
-        changed += usize::from(regrade(&state, attempt, args.apply, &bar).await?);
+        changed += usize::from(regrade(&state, (attempt, &rubric), args.apply, &bar).await?);
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -56,13 +59,15 @@ fn bar(attempts: usize) -> ProgressBar {
 }
 
 /// Grades one attempt and tells what changes. True where the rubric is another than the last one.
-async fn regrade(state: &AppState, attempt: &Session, apply: bool, bar: &ProgressBar) -> Result<bool, Failure> {
+async fn regrade(
+    state: &AppState,
+    (attempt, rubric): (&Session, &Rubric),
+    apply: bool,
+    bar: &ProgressBar,
+) -> Result<bool, Failure> {
     let before = scores::newest(state.db.reader(), attempt.key()).await?;
-    let again = regrading::preview(state, attempt).await.map_err(anyhow::Error::from)?;
-    let Some(again) = again else {
-        return Err(Failure::Usage(format!("{}: no longer taught, so there is no rubric", attempt.exercise_id)));
-    };
-    let Some(before) = before.filter(|before| before.rubric_sha256 != again.rubric.sha256) else { return Ok(false) };
+    let Some(before) = before.filter(|before| before.rubric_sha256 != rubric.sha256()) else { return Ok(false) };
+    let again = rubric.judge(state, attempt).await.map_err(anyhow::Error::from)?;
     bar.suspend(|| {
         let word = |passed| if passed { "passed" } else { "not passed" };
         say(format_args!(

@@ -15,9 +15,10 @@ use super::{Failure, Storage, say};
 use crate::AppState;
 use crate::clock::Clock;
 use crate::config::mail_to;
+use crate::regrading::exercise::PREVIEW_LIFETIME_S;
 use crate::roster_import::DRAFT_LIFETIME_S;
 use crate::storage::web_sessions::WebSessions;
-use crate::storage::{account_links, people, rosters};
+use crate::storage::{account_links, people, regradings, rosters};
 use crate::{assignments, mail, recordings, routes, uploads, verification, worker};
 
 /// How long a request may go on after the service was told to stop.
@@ -156,7 +157,7 @@ async fn tidy(state: AppState) {
             tracing::warn!(cause = %error, "unfinished uploads could not be tidied");
         }
         if let Err(error) = forget_expired(&state).await {
-            tracing::warn!(cause = %error, "expired links and rosters could not be deleted");
+            tracing::warn!(cause = %error, "what has expired could not be deleted");
         }
         state.logins.tidy();
         state.pairings.tidy();
@@ -164,11 +165,12 @@ async fn tidy(state: AppState) {
     }
 }
 
-/// Throws away links that are no longer good and rosters that nobody confirmed.
+/// Throws away links that are no longer good, and rosters and re-gradings that nobody confirmed.
 async fn forget_expired(state: &AppState) -> Result<(), sqlx::Error> {
     let now = state.clock.now();
     let mut tx = state.db.write().await?;
     account_links::forget_expired(&mut tx, now).await?;
     rosters::forget_before(&mut tx, now.plus_s(-DRAFT_LIFETIME_S)).await?;
+    regradings::forget_before(&mut tx, now.plus_s(-PREVIEW_LIFETIME_S)).await?;
     tx.commit().await
 }

@@ -30,6 +30,7 @@ pub mod mails;
 pub mod people;
 pub mod practice;
 pub mod ratings;
+pub mod regradings;
 pub mod reports;
 pub mod reviews;
 pub mod rosters;

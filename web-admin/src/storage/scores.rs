@@ -11,6 +11,8 @@ use crate::domain::{Curve, Moment, new_id};
 /// A grading of an attempt.
 #[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct Score {
+    /// Id.
+    pub id: Uuid,
     /// 0–100.
     pub score: f64,
     /// At or above the pass mark and no hard fail.
@@ -70,7 +72,7 @@ pub struct SessionKey {
     pub id: Uuid,
 }
 
-/// Adds a grading; earlier ones stay.
+/// Adds a grading; earlier ones stay. Its id.
 ///
 /// # Errors
 /// When the database fails.
@@ -79,15 +81,16 @@ pub async fn add(
     session: SessionKey,
     assessment: &Assessment,
     now: Moment,
-) -> Result<()> {
+) -> Result<Uuid> {
     for (position, metric) in (0_i64..).zip(&assessment.metrics) {
         insert_metric(writer, session, position, metric).await?;
     }
+    let id = new_id(now);
     sqlx::query(
         "INSERT INTO scores (id, school_id, session_id, score, passed, rubric_id, rubric_sha256, deductions,
          hard_fails, simulator_version, computed_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
     )
-    .bind(new_id(now))
+    .bind(id)
     .bind(session.school_id)
     .bind(session.id)
     .bind(assessment.score)
@@ -99,8 +102,8 @@ pub async fn add(
     .bind(&assessment.simulator_version)
     .bind(now)
     .execute(writer)
-    .await
-    .map(drop)
+    .await?;
+    Ok(id)
 }
 
 async fn insert_metric(
@@ -135,7 +138,7 @@ async fn insert_metric(
 /// When the database fails.
 pub async fn all(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Score>> {
     sqlx::query_as(
-        "SELECT score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
+        "SELECT id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
          FROM scores WHERE school_id = $1 AND session_id = $2 ORDER BY computed_at, id",
     )
     .bind(session.school_id)
@@ -150,7 +153,7 @@ pub async fn all(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Resu
 /// When the database fails.
 pub async fn newest(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Score>> {
     sqlx::query_as(
-        "SELECT score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
+        "SELECT id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
          FROM scores WHERE school_id = $1 AND session_id = $2 ORDER BY computed_at DESC, id DESC LIMIT 1",
     )
     .bind(session.school_id)

@@ -26,6 +26,7 @@ pub mod metric;
 pub mod people;
 pub mod progress;
 pub mod rating;
+pub mod regrading;
 pub mod replay;
 pub mod review;
 pub mod roster;

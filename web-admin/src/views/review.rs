@@ -119,8 +119,13 @@ pub struct Entry {
 pub enum Act {
     /// Computed from the recording, by a rubric (the beginning of its hash).
     Computed(String),
-    /// Computed again, by a rubric.
-    Regraded(String),
+    /// Computed again.
+    Regraded {
+        /// By which rubric.
+        rubric: String,
+        /// Who had every attempt at the exercise graded again, and why.
+        why: Option<(String, String)>,
+    },
     /// Somebody put another in its place, for a reason.
     Overridden {
         /// Who.
@@ -194,7 +199,10 @@ mod tests {
             overridden: true,
             history: vec![
                 entry(Act::Computed("abc123".to_owned()), Some((61.0, false))),
-                entry(Act::Regraded("def456".to_owned()), Some((64.0, false))),
+                entry(
+                    Act::Regraded { rubric: "def456".to_owned(), why: Some((by(), "A <milder> rubric".to_owned())) },
+                    Some((64.0, false)),
+                ),
                 entry(Act::Overridden { by: by(), reason: "The <device> slipped".to_owned() }, Some((72.0, true))),
                 entry(Act::Withdrawn { by: by(), reason: "It did not".to_owned() }, None),
             ],
@@ -216,7 +224,16 @@ mod tests {
     #[test]
     fn the_history_of_a_grade_is_whole() {
         let html = samples::keep("grade", &grade_page());
-        for wanted in ["72", "64", "61", "abc123", "The &#60;device&#62; slipped", "It did not", "Dr Osei"] {
+        for wanted in [
+            "72",
+            "64",
+            "61",
+            "abc123",
+            "The &#60;device&#62; slipped",
+            "A &#60;milder&#62; rubric",
+            "It did not",
+            "Dr Osei",
+        ] {
             assert!(html.contains(wanted), "{wanted} is missing");
         }
         let trainee = GradePage { judge: false, shell: samples::shell(Role::Trainee), ..grade_page() };

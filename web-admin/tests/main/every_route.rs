@@ -34,13 +34,14 @@ use web_admin::domain::comment::{Comment, CommentKind};
 use web_admin::domain::roster::Wanted;
 use web_admin::domain::survey::Identity;
 use web_admin::drafting;
+use web_admin::regrading::exercise as regrading;
 use web_admin::roster_import;
 use web_admin::routes;
 use web_admin::storage::assignments::NewAssignment;
 use web_admin::storage::scores::SessionKey;
 use web_admin::storage::surveys as stored;
 use web_admin::storage::uploads::Owner;
-use web_admin::storage::{comments, instruments, people, ratings, reports, segments, stations};
+use web_admin::storage::{comments, exercises, instruments, people, ratings, reports, segments, stations};
 use web_admin::surveys;
 use web_admin::uploads;
 use web_admin::worker;
@@ -231,6 +232,15 @@ async fn task(app: &App, teacher: &Member, cohort_id: Uuid, session: Uuid) -> [(
     [("task", task.to_string()), ("trace", traces[0].id.to_string())]
 }
 
+/// A teacher's look at what a revision's rubric would change, and the revision.
+async fn regraded(app: &App, teacher: &Member) -> [(&'static str, String); 2] {
+    let by = teacher.person.clone().into_current().unwrap();
+    let revision = exercises::current(app.state.db.reader(), by.school_id, "feel-the-layers").await.unwrap().unwrap();
+    let look = regrading::look(&app.state, &by, ("feel-the-layers", revision.id)).await.unwrap();
+    worker::work_off(&app.state).await.unwrap();
+    [("regrading", look.to_string()), ("revision", revision.id.to_string())]
+}
+
 /// What paths and forms may name, made by a trainee, their teacher, a colleague and the administrator.
 async fn objects(
     app: &App,
@@ -280,7 +290,8 @@ async fn objects(
     let survey = survey(app, teacher, cohorts[0].id).await;
     let rated = round(app, [teacher, colleague], session).await;
     let task = task(app, teacher, cohorts[0].id, session).await;
-    objects.into_iter().chain(survey).chain(rated).chain(task).collect()
+    let regraded = regraded(app, teacher).await;
+    objects.into_iter().chain(survey).chain(rated).chain(task).chain(regraded).collect()
 }
 
 fn stranger(column: &'static str) -> Visitor {

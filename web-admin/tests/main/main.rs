@@ -25,6 +25,7 @@ mod people;
 mod plans;
 mod progress;
 mod ratings;
+mod regrading;
 mod replay;
 mod review;
 mod schema;

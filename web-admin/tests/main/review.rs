@@ -7,7 +7,7 @@ use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};
 use super::support::recordings::{Attempt, record, tampered};
-use super::support::{App, Member, course_folder};
+use super::support::{App, Member};
 
 struct School {
     app: App,
@@ -132,34 +132,12 @@ async fn what_waits_is_listed_flagged_first_until_somebody_has_looked() {
     assert!(other.get("/review").await.text().contains("Nothing waits"));
 }
 
-/// Publishes the course once more, with another pass mark for the exercise that was tried.
-async fn change_the_rubric(school: &School) {
-    let folder = school.app.folder.path().join("changed/course");
-    std::fs::create_dir_all(&folder).unwrap();
-    let scenes = school.app.folder.path().join("changed/scenes");
-    std::fs::create_dir_all(&scenes).unwrap();
-    for (from, to) in [(course_folder(), folder.clone()), (course_folder().join("../scenes"), scenes)] {
-        for file in std::fs::read_dir(from).unwrap() {
-            let file = file.unwrap();
-            std::fs::copy(file.path(), to.join(file.file_name())).unwrap();
-        }
-    }
-    let exercise = folder.join("1-feel-the-layers.toml");
-    let text = std::fs::read_to_string(&exercise).unwrap();
-    let line = text.lines().find(|line| line.starts_with("pass_mark")).unwrap().to_owned();
-    std::fs::write(&exercise, text.replace(&line, "pass_mark = 100")).unwrap();
-    let now = school.app.state.clock.now();
-    let course = folder.join("course.toml");
-    let school_id = school.ada.person.school_id;
-    school.app.write(async |tx| web_admin::publishing::course(tx, school_id, &course, now).await.unwrap()).await;
-}
-
 #[tokio::test]
 async fn another_rubric_is_shown_first_and_then_adds_a_score() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
     assert!(teacher.get(&school.path("/regrade")).await.text().contains("has not changed"));
-    change_the_rubric(&school).await;
+    school.app.publish_with_pass_mark(school.ada.person.school_id, 100).await;
     let preview = teacher.get(&school.path("/regrade")).await.text();
     assert!(preview.contains("By the rubric of today, not passed"), "{preview}");
     let count = || async {

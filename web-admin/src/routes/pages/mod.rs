@@ -26,6 +26,7 @@ mod links;
 mod people;
 mod progress;
 mod ratings;
+mod regrading;
 pub(crate) mod replay;
 pub(crate) mod review;
 mod revisions;
@@ -78,6 +79,7 @@ pub fn router() -> Routes {
         .merge(ratings::router())
         .merge(consents::router())
         .merge(segments::router())
+        .merge(regrading::router())
         .route("/account", get(account::show))
         .route("/account/password", post(account::set_password))
         .route("/account/language", post(account::set_language))

@@ -1,6 +1,6 @@
 //! `/review`, and the pages of a grade: who judged what, when, why.
 
-use assessment::questionnaire;
+use assessment::{Assessment, questionnaire};
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
@@ -14,11 +14,12 @@ use crate::domain::judgement::{self, Override, TypedOverride};
 use crate::domain::rating::mean;
 use crate::domain::{CurrentPerson, Role};
 use crate::error::{Error, PageError};
-use crate::regrading;
+use crate::regrading::{self, Rubric};
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::grades::{self, NewOverride};
 use crate::storage::ratings;
+use crate::storage::regradings;
 use crate::storage::reviews::{self, Waiting};
 use crate::storage::scores::{self, Score};
 use crate::storage::sessions::{self, Session};
@@ -104,7 +105,7 @@ async fn grade_page(
         counts: grade.map(|grade| (grade.score, grade.passed)),
         computed: computed.last().map(|score| score.score),
         overridden: grade.is_some_and(|grade| grade.overridden),
-        history: history(&computed, grades::overrides(reader, key).await?),
+        history: history(&computed, &regradings::of_session(reader, key).await?, grades::overrides(reader, key).await?),
         reviewed: review.map(|review| (review.by, review.reviewed_at.to_utc())),
         supervised: supervised.map(|known| (known.by, known.confirmed_at.to_utc())),
         ratings: rated(state, person, session).await?,
@@ -145,10 +146,12 @@ async fn judged(state: &AppState, person: &CurrentPerson, session: &Session) -> 
     })
 }
 
-fn history(computed: &[Score], overrides: Vec<grades::Override>) -> Vec<views::Entry> {
+fn history(computed: &[Score], regraded: &[regradings::Act], overrides: Vec<grades::Override>) -> Vec<views::Entry> {
     let computed = computed.iter().enumerate().map(|(i, score)| {
         let rubric = format::short_hash(&score.rubric_sha256).to_owned();
-        let act = if i == 0 { Act::Computed(rubric) } else { Act::Regraded(rubric) };
+        let why = regraded.iter().find(|act| act.score_id == score.id);
+        let why = why.map(|act| (act.by.clone(), act.reason.clone()));
+        let act = if i == 0 { Act::Computed(rubric) } else { Act::Regraded { rubric, why } };
         views::Entry { at: score.computed_at.to_utc(), act, grade: Some((score.score, score.passed)) }
     });
     let overrides = overrides.into_iter().map(|made| {
@@ -284,7 +287,7 @@ pub(super) async fn preview(
 ) -> Result<RegradePage, PageError> {
     let session = find_scored(&state, &person, id).await?;
     let before = scores::newest(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
-    let after = regrading::preview(&state, &session).await?.ok_or_else(not_taught)?;
+    let after = by_today(&state, &session).await?;
     Ok(RegradePage {
         shell: Shell::new(&person, csrf.token(), Place::Elsewhere),
         attempt: judged(&state, &person, &session).await?,
@@ -296,8 +299,11 @@ pub(super) async fn preview(
     })
 }
 
-fn not_taught() -> Error {
-    Error::Conflict(tr!("this exercise is no longer taught, so there is no rubric of today").to_owned())
+async fn by_today(state: &AppState, session: &Session) -> Result<Assessment, Error> {
+    let rubric = Rubric::of_today(state, session.school_id, &session.exercise_id).await?;
+    let not_taught =
+        || Error::Conflict(tr!("this exercise is no longer taught, so there is no rubric of today").to_owned());
+    rubric.ok_or_else(not_taught)?.judge(state, session).await
 }
 
 /// Grades the attempt by the rubric of today.
@@ -308,7 +314,7 @@ pub(super) async fn regrade(
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     let session = find_scored(&state, &person, id).await?;
-    let after = regrading::preview(&state, &session).await?.ok_or_else(not_taught)?;
+    let after = by_today(&state, &session).await?;
     regrading::apply(&state, Actor::Person(person.id), &session, &after).await?;
     Ok(to_grade(id))
 }

@@ -1,0 +1,101 @@
+//! Grading again by another rubric: an act of its own, shown before it is done. One attempt by the rubric of today here, every
+//! attempt at an exercise by that of any revision in [`exercise`].
+//!
+//! What was asked of the trainee stays as it was: only lines, limits and pass mark are those of the rubric.
+
+pub mod exercise;
+
+use anyhow::Context;
+use assessment::{Assessment, assess, own_exercise};
+use scene::Exercise;
+use scene::ExerciseBundle;
+use serde_json::json;
+use sqlx::SqliteConnection;
+use uuid::Uuid;
+
+use crate::AppState;
+use crate::domain::Moment;
+use crate::error::Error;
+use crate::recordings;
+use crate::storage::audit::{Actor, Entry};
+use crate::storage::scores::SessionKey;
+use crate::storage::sessions::Session;
+use crate::storage::{exercises, practice, scores};
+
+/// What decides a score.
+#[derive(Clone, Debug)]
+pub struct Rubric(Exercise);
+
+impl Rubric {
+    /// The rubric that trainees are judged by today. None where the school no longer teaches the exercise.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn of_today(state: &AppState, school: Uuid, exercise: &str) -> Result<Option<Self>, Error> {
+        match exercises::current(state.db.reader(), school, exercise).await? {
+            Some(taught) => Self::of_revision(state, school, taught.id).await.map(Some),
+            None => Ok(None),
+        }
+    }
+
+    /// The rubric of a revision.
+    ///
+    /// # Errors
+    /// When there is no such revision, or the database fails.
+    pub async fn of_revision(state: &AppState, school: Uuid, revision: Uuid) -> Result<Self, Error> {
+        let bytes = exercises::bytes(state.db.reader(), school, revision).await?.ok_or(Error::NotFound)?;
+        let bundle = ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes);
+        let bundle =
+            bundle.map_err(|refused| anyhow::Error::new(refused).context("a published exercise is refused"))?;
+        Ok(Self(bundle.exercise))
+    }
+
+    /// SHA-256 of what decides.
+    #[must_use]
+    pub fn sha256(&self) -> String {
+        self.0.rubric_sha256()
+    }
+
+    /// What an attempt scores by it.
+    ///
+    /// # Errors
+    /// When the recording cannot be read or judged.
+    pub async fn judge(&self, state: &AppState, session: &Session) -> Result<Assessment, Error> {
+        let path = state.config.recordings_dir.join(&session.recording_path);
+        let Self(rubric) = self.clone();
+        let judged = recordings::with(state, path, move |recording| {
+            let mut tried = own_exercise(&recording)?;
+            tried.exercise.rubric = rubric.rubric;
+            tried.exercise.hard_fails = rubric.hard_fails;
+            tried.exercise.pass_mark = rubric.pass_mark;
+            assess(&recording, &tried)
+        });
+        let judged = judged.await?.map_err(|error| anyhow::Error::from(error).context("a stored recording"))?;
+        judged.map_err(|refused| Error::Unprocessable(refused.to_string()))
+    }
+}
+
+/// Adds a score to one attempt; earlier ones stay.
+///
+/// # Errors
+/// When the database fails.
+pub async fn apply(state: &AppState, actor: Actor, session: &Session, again: &Assessment) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    let before = scores::newest(&mut *tx, session.key()).await?.context("a scored attempt")?;
+    add(&mut tx, (session.key(), actor), (before.score, again), state.clock.now()).await?;
+    Ok(tx.commit().await?)
+}
+
+/// Adds a score to an attempt, with the audit entry that tells of it. The score's id.
+async fn add(
+    tx: &mut SqliteConnection,
+    (session, actor): (SessionKey, Actor),
+    (before, again): (f64, &Assessment),
+    now: Moment,
+) -> Result<Uuid, Error> {
+    let score = scores::add(tx, session, again, now).await?;
+    practice::refresh(tx, session).await?;
+    let told = json!({ "from": before, "to": again.score, "rubric_sha256": again.rubric.sha256 });
+    Entry::new(session.school_id, actor, "session.regraded", session.id).with(told).append(tx, now).await?;
+    Ok(score)
+}

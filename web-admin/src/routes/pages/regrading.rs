@@ -1,0 +1,189 @@
+//! `/exercises/{id}/regrade` and `/regradings/{id}`: every attempt at an exercise by another rubric.
+
+use axum::extract::{Path, Query, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use axum::routing::{get, post};
+use serde::Deserialize;
+use uuid::Uuid;
+
+use super::Id;
+use crate::AppState;
+use crate::domain::{CurrentPerson, Role};
+use crate::drafting::staff_only;
+use crate::error::{Error, PageError};
+use crate::regrading::exercise as regrading;
+use crate::routes::Routes;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields};
+use crate::storage::exercises;
+use crate::storage::regradings::{self, Regrading};
+use crate::views::people::Choice;
+use crate::views::regrading::{ChooseRubricPage, Earlier, RegradingPage, Shown};
+use crate::views::trainee::exercise_href;
+use crate::views::{Place, Shell, format};
+
+/// Attempts on one page.
+const PER_PAGE: u32 = 50;
+
+pub(super) fn router() -> Routes {
+    Routes::new()
+        .route("/exercises/{id}/regrade", get(choose).post(look))
+        .route("/regradings/{id}", get(show).post(confirm))
+        .route("/regradings/{id}/forget", post(forget))
+}
+
+async fn choose(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Path(id): Path<String>,
+    csrf: Csrf,
+) -> Result<ChooseRubricPage, PageError> {
+    staff_only(&person)?;
+    let reader = state.db.reader();
+    let current = exercises::current(reader, person.school_id, &id).await?.ok_or(Error::NotFound)?;
+    let revisions = exercises::revisions(reader, person.school_id, &id).await?.into_iter();
+    let earlier = regradings::of_exercise(reader, &person, &id).await?.into_iter();
+    Ok(ChooseRubricPage {
+        shell: Shell::new(&person, csrf.token(), Place::Curricula),
+        revisions: revisions.map(|revision| choice(&revision, current.id)).collect(),
+        exercise: (current.title, exercise_href(&id)),
+        earlier: earlier.map(row).collect(),
+        whole_school: person.role == Role::Administrator,
+    })
+}
+
+fn choice(revision: &exercises::Revision, current: Uuid) -> Choice {
+    let (date, hash) =
+        (format::date_time(revision.published_at.to_utc()), format::short_hash(&revision.exercise_sha256));
+    let chosen = revision.id == current;
+    let label = match chosen {
+        true => tr!("{date}, {hash}, given to trainees now", date = date, hash = hash),
+        false => format!("{date}, {hash}"),
+    };
+    Choice { value: revision.id.to_string(), label, chosen }
+}
+
+fn row(regrading: Regrading) -> Earlier {
+    Earlier {
+        href: href(regrading.id),
+        at: regrading.made_at.to_utc(),
+        by: regrading.by,
+        state: regrading.state,
+        reason: regrading.reason,
+    }
+}
+
+fn href(regrading: Uuid) -> String {
+    format!("/regradings/{regrading}")
+}
+
+#[derive(Deserialize)]
+struct LookForm {
+    #[serde(default)]
+    revision: String,
+}
+
+async fn look(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Path(id): Path<String>,
+    CsrfForm(form): CsrfForm<LookForm>,
+) -> Result<Redirect, PageError> {
+    staff_only(&person)?;
+    let revision = form.revision.parse().map_err(|_| Error::NotFound)?;
+    let id = regrading::look(&state, &person, (&id, revision)).await?;
+    Ok(Redirect::to(&href(id)))
+}
+
+/// Which attempts are listed, and after which.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(default)]
+struct LinesQuery {
+    show: Shown,
+    after: Option<Uuid>,
+}
+
+async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    Query(query): Query<LinesQuery>,
+) -> Result<RegradingPage, PageError> {
+    Ok(page(&state, (&person, &csrf), id, query).await?)
+}
+
+async fn page(
+    state: &AppState,
+    (person, csrf): (&CurrentPerson, &Csrf),
+    id: Uuid,
+    query: LinesQuery,
+) -> Result<RegradingPage, Error> {
+    let reader = state.db.reader();
+    let regrading = regrading::find(state, person, id).await?;
+    let exercise =
+        exercises::current(reader, person.school_id, &regrading.exercise_id).await?.ok_or(Error::NotFound)?;
+    let from = (query.after.unwrap_or_default(), PER_PAGE + 1);
+    let mut lines = regradings::lines(reader, &regrading, query.show.outcomes(), from).await?;
+    let more = lines.len() > PER_PAGE as usize;
+    lines.truncate(PER_PAGE as usize);
+    let hash = format::short_hash(&regrading.exercise_sha256).to_owned();
+    Ok(RegradingPage {
+        shell: Shell::new(person, csrf.token(), Place::Curricula),
+        id,
+        exercise: (exercise.title, exercise_href(&regrading.exercise_id)),
+        revision: (regrading.published_at.to_utc(), hash),
+        state: regrading.state,
+        counts: regradings::counts(reader, &regrading).await?,
+        left: regradings::left(reader, id).await?,
+        shown: query.show,
+        next: lines.last().filter(|_| more).map(|line| line.session_id),
+        further: query.after.is_some(),
+        lines,
+        digest: regrading::shown(state, &regrading).await?,
+        own: regrading.made_by == person.id,
+        stale: false,
+        typed: (String::new(), None),
+        looked: (regrading.by, regrading.made_at.to_utc()),
+        reason: regrading.reason,
+        ended_at: regrading.ended_at.map(|at| at.to_utc()),
+    })
+}
+
+/// What is confirmed, and why.
+#[derive(Deserialize)]
+struct ConfirmForm {
+    #[serde(default)]
+    digest: String,
+    #[serde(default)]
+    reason: String,
+}
+
+async fn confirm(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<ConfirmForm>,
+) -> Result<Response, PageError> {
+    let again = async || page(&state, (&person, &csrf), id, LinesQuery::default()).await;
+    match regrading::confirm(&state, &person, id, (&form.digest, &form.reason)).await {
+        Ok(true) => Ok(Redirect::to(&href(id)).into_response()),
+        Ok(false) => Ok((StatusCode::CONFLICT, RegradingPage { stale: true, ..again().await? }).into_response()),
+        Err(Error::Unprocessable(why)) => {
+            let page = RegradingPage { typed: (form.reason, Some(why)), ..again().await? };
+            Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+        }
+        Err(other) => Err(other.into()),
+    }
+}
+
+async fn forget(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Redirect, PageError> {
+    let exercise = regrading::forget(&state, &person, id).await?;
+    Ok(Redirect::to(&format!("{}/regrade", exercise_href(&exercise))))
+}

@@ -1,0 +1,543 @@
+//! Re-gradings of every attempt at an exercise: what each attempt was and would be, and how far the work is.
+
+use assessment::Assessment;
+use serde::{Deserialize, Serialize};
+use sqlx::types::Json;
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use super::scores::SessionKey;
+use crate::domain::{CurrentPerson, Moment, Role, new_id};
+
+/// How far a re-grading is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
+#[sqlx(rename_all = "lowercase")]
+pub enum State {
+    /// Attempts are being judged, and nothing is changed.
+    Looking,
+    /// It can be read what would change.
+    Shown,
+    /// Scores are being added.
+    Grading,
+    /// All were added.
+    Done,
+}
+
+/// What becomes of an attempt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, sqlx::Type)]
+#[serde(rename_all = "lowercase")]
+#[sqlx(rename_all = "lowercase")]
+pub enum Outcome {
+    /// It passes and did not before.
+    Passes,
+    /// It passed before and does no longer.
+    Fails,
+    /// Another score, and the same result.
+    Changed,
+    /// Another computed score; what somebody has put in its place goes on counting.
+    Overridden,
+    /// Another rubric, and the same score.
+    Equal,
+    /// It was graded by this rubric already.
+    Same,
+    /// Its recording cannot be judged.
+    Unreadable,
+    /// Somebody has graded it between the confirmation and its turn: it was left alone.
+    Overtaken,
+}
+
+/// A re-grading.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Regrading {
+    /// Id.
+    pub id: Uuid,
+    /// School.
+    pub school_id: Uuid,
+    /// Exercise.
+    pub exercise_id: String,
+    /// The revision whose rubric judges.
+    pub revision_id: Uuid,
+    /// When that was published.
+    pub published_at: Moment,
+    /// SHA-256 of its document.
+    pub exercise_sha256: String,
+    /// How far it is.
+    pub state: State,
+    /// Why it was done.
+    pub reason: Option<String>,
+    /// Who looked, and confirmed.
+    pub made_by: Uuid,
+    /// Their name.
+    pub by: String,
+    /// When they looked.
+    pub made_at: Moment,
+    /// When it was all done.
+    pub ended_at: Option<Moment>,
+}
+
+impl Regrading {
+    const fn key(&self, session: Uuid) -> LineKey {
+        LineKey { school_id: self.school_id, regrading_id: self.id, session_id: session }
+    }
+}
+
+/// What finds a line.
+#[derive(Clone, Copy)]
+struct LineKey {
+    school_id: Uuid,
+    regrading_id: Uuid,
+    session_id: Uuid,
+}
+
+/// An attempt as its grade stands.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, FromRow)]
+pub struct Stood {
+    /// The attempt.
+    pub session_id: Uuid,
+    /// The newest computed score.
+    pub score_id: Uuid,
+    /// What somebody has put in its place.
+    pub override_id: Option<Uuid>,
+}
+
+/// An attempt in a re-grading.
+#[derive(Clone, Debug, PartialEq, FromRow)]
+pub struct Line {
+    /// The attempt.
+    pub session_id: Uuid,
+    /// When it began.
+    pub started_at: Moment,
+    /// Who tried.
+    pub trainee: String,
+    /// The computed score before, 0–100.
+    pub before: f64,
+    /// It was a pass.
+    pub passed_before: bool,
+    /// The score by the rubric, 0–100.
+    pub after: Option<f64>,
+    /// It is a pass.
+    pub passed_after: Option<bool>,
+    /// What goes on counting in its place, 0–100.
+    pub overridden: Option<f64>,
+    /// What becomes of it.
+    pub outcome: Outcome,
+    /// Why it cannot be judged.
+    pub why: Option<String>,
+}
+
+/// Attempts of one outcome.
+#[derive(Clone, Copy, Debug, PartialEq, FromRow)]
+pub struct Count {
+    /// The outcome; absent where they wait to be looked at.
+    pub outcome: Option<Outcome>,
+    /// How many.
+    pub attempts: i64,
+    /// Sum of the computed scores before.
+    pub before: f64,
+    /// Sum of the scores by the rubric, of those before where there are none.
+    pub after: f64,
+}
+
+/// What was found out about an attempt.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// What becomes of it.
+    pub outcome: Outcome,
+    /// How it is judged, where it gets a score.
+    pub assessment: Option<Assessment>,
+    /// Why it cannot be judged.
+    pub why: Option<String>,
+}
+
+/// An attempt whose score is to be added.
+#[derive(Clone, Debug, FromRow)]
+pub struct ToGrade {
+    /// The attempt.
+    pub session_id: Uuid,
+    /// Its score.
+    pub assessment: Json<Assessment>,
+    /// The computed score before, 0–100.
+    pub before: f64,
+    /// It still has the score that was looked at.
+    pub current: bool,
+}
+
+/// The scored attempts at an exercise that somebody may judge: $1 school, $2 exercise, $3 who, $4 whether all.
+macro_rules! attempts {
+    ($select:literal) => {
+        concat!(
+            $select,
+            " FROM sessions s JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
+             JOIN scores c ON c.id = g.score_id
+             WHERE s.school_id = $1 AND s.exercise_id = $2 AND s.state = 'scored' AND ($4 OR s.trainee_id = $3 OR EXISTS (
+               SELECT 1 FROM cohort_members teacher
+               JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
+               WHERE teacher.person_id = $3 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id))
+             ORDER BY s.id"
+        )
+    };
+}
+
+macro_rules! regrading {
+    ($rest:literal) => {
+        concat!(
+            "SELECT g.id, g.school_id, g.exercise_id, g.revision_id, r.published_at, r.exercise_sha256, g.state, g.reason,
+               g.made_by, p.display_name AS \"by\", g.made_at, g.ended_at
+             FROM regradings g
+             JOIN exercise_revisions r ON r.school_id = g.school_id AND r.id = g.revision_id
+             JOIN people p ON p.school_id = g.school_id AND p.id = g.made_by ",
+            $rest
+        )
+    };
+}
+
+/// Begins to look what the rubric of a revision would change, for every attempt that somebody may judge. None where there is
+/// no attempt.
+///
+/// # Errors
+/// When exercise or revision are not of the school, or the database fails.
+pub async fn begin(
+    writer: &mut SqliteConnection,
+    by: &CurrentPerson,
+    (exercise, revision): (&str, Uuid),
+    now: Moment,
+) -> Result<Option<Uuid>> {
+    let id = new_id(now);
+    sqlx::query(
+        "INSERT INTO regradings (id, school_id, exercise_id, revision_id, state, made_by, made_at)
+         VALUES ($1, $2, $3, $4, 'looking', $5, $6)",
+    )
+    .bind(id)
+    .bind(by.school_id)
+    .bind(exercise)
+    .bind(revision)
+    .bind(by.id)
+    .bind(now)
+    .execute(&mut *writer)
+    .await?;
+    let lines = sqlx::query(attempts!(
+        "INSERT INTO regrading_lines (school_id, regrading_id, session_id, score_id, override_id, before, passed_before)
+         SELECT s.school_id, $5, s.id, g.score_id, g.override_id, c.score, c.passed"
+    ))
+    .bind(by.school_id)
+    .bind(exercise)
+    .bind(by.id)
+    .bind(by.role == Role::Administrator)
+    .bind(id)
+    .execute(writer)
+    .await?;
+    Ok((lines.rows_affected() > 0).then_some(id))
+}
+
+/// The attempts at an exercise that somebody may judge, as their grades stand now.
+///
+/// # Errors
+/// When the database fails.
+pub async fn standing(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, exercise: &str) -> Result<Vec<Stood>> {
+    sqlx::query_as(attempts!("SELECT s.id AS session_id, g.score_id, g.override_id"))
+        .bind(by.school_id)
+        .bind(exercise)
+        .bind(by.id)
+        .bind(by.role == Role::Administrator)
+        .fetch_all(executor)
+        .await
+}
+
+/// The attempts of a re-grading, as their grades stood when they were looked at.
+///
+/// # Errors
+/// When the database fails.
+pub async fn stood(executor: impl SqliteExecutor<'_>, regrading: &Regrading) -> Result<Vec<Stood>> {
+    sqlx::query_as(
+        "SELECT session_id, score_id, override_id FROM regrading_lines WHERE school_id = $1 AND regrading_id = $2
+         ORDER BY session_id",
+    )
+    .bind(regrading.school_id)
+    .bind(regrading.id)
+    .fetch_all(executor)
+    .await
+}
+
+/// A re-grading that somebody may see: their own, any of the school for an administrator.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, id: Uuid) -> Result<Option<Regrading>> {
+    sqlx::query_as(regrading!("WHERE g.school_id = $1 AND g.id = $2 AND ($3 OR g.made_by = $4)"))
+        .bind(by.school_id)
+        .bind(id)
+        .bind(by.role == Role::Administrator)
+        .bind(by.id)
+        .fetch_optional(executor)
+        .await
+}
+
+/// The re-gradings of an exercise that somebody may see, the latest first, at most 20.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_exercise(
+    executor: impl SqliteExecutor<'_>,
+    by: &CurrentPerson,
+    exercise: &str,
+) -> Result<Vec<Regrading>> {
+    sqlx::query_as(regrading!(
+        "WHERE g.school_id = $1 AND g.exercise_id = $2 AND ($3 OR g.made_by = $4)
+         ORDER BY g.made_at DESC, g.id DESC LIMIT 20"
+    ))
+    .bind(by.school_id)
+    .bind(exercise)
+    .bind(by.role == Role::Administrator)
+    .bind(by.id)
+    .fetch_all(executor)
+    .await
+}
+
+/// The re-grading that the worker is to go on with: the oldest of every school's.
+///
+/// # Errors
+/// When the database fails.
+pub async fn under_way(executor: impl SqliteExecutor<'_>) -> Result<Option<Regrading>> {
+    sqlx::query_as(regrading!("WHERE g.state IN ('looking', 'grading') ORDER BY g.made_at LIMIT 1"))
+        .fetch_optional(executor)
+        .await
+}
+
+/// The next attempts that wait to be looked at.
+///
+/// # Errors
+/// When the database fails.
+pub async fn to_look(executor: impl SqliteExecutor<'_>, regrading: Uuid, most: u32) -> Result<Vec<Uuid>> {
+    sqlx::query_scalar(
+        "SELECT session_id FROM regrading_lines WHERE regrading_id = $1 AND outcome IS NULL ORDER BY session_id LIMIT $2",
+    )
+    .bind(regrading)
+    .bind(most)
+    .fetch_all(executor)
+    .await
+}
+
+/// Keeps what was found out about an attempt.
+///
+/// # Errors
+/// When the database fails.
+pub async fn found(
+    writer: &mut SqliteConnection,
+    regrading: &Regrading,
+    (session, found): (Uuid, &Found),
+) -> Result<()> {
+    let key = regrading.key(session);
+    sqlx::query(
+        "UPDATE regrading_lines SET outcome = $4, after = $5, passed_after = $6, assessment = $7, why = $8
+         WHERE school_id = $1 AND regrading_id = $2 AND session_id = $3",
+    )
+    .bind(key.school_id)
+    .bind(key.regrading_id)
+    .bind(key.session_id)
+    .bind(found.outcome)
+    .bind(found.assessment.as_ref().map(|assessment| assessment.score))
+    .bind(found.assessment.as_ref().map(|assessment| assessment.passed))
+    .bind(found.assessment.as_ref().map(Json))
+    .bind(&found.why)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// The next attempts whose scores are to be added.
+///
+/// # Errors
+/// When the database fails.
+pub async fn to_grade(executor: impl SqliteExecutor<'_>, regrading: Uuid, most: u32) -> Result<Vec<ToGrade>> {
+    sqlx::query_as(
+        "SELECT l.session_id, l.assessment, l.before, g.score_id = l.score_id AS current FROM regrading_lines l
+         JOIN grades g ON g.school_id = l.school_id AND g.session_id = l.session_id
+         WHERE l.regrading_id = $1 AND l.assessment IS NOT NULL ORDER BY l.session_id LIMIT $2",
+    )
+    .bind(regrading)
+    .bind(most)
+    .fetch_all(executor)
+    .await
+}
+
+/// Notes the score that an attempt was given; none where somebody was quicker.
+///
+/// # Errors
+/// When the database fails.
+pub async fn graded(
+    writer: &mut SqliteConnection,
+    regrading: &Regrading,
+    (session, score): (Uuid, Option<Uuid>),
+) -> Result<()> {
+    let key = regrading.key(session);
+    sqlx::query(
+        "UPDATE regrading_lines SET assessment = NULL, new_score_id = $4,
+           outcome = CASE WHEN $4 IS NULL THEN 'overtaken' ELSE outcome END
+         WHERE school_id = $1 AND regrading_id = $2 AND session_id = $3",
+    )
+    .bind(key.school_id)
+    .bind(key.regrading_id)
+    .bind(key.session_id)
+    .bind(score)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Looking has come to its end.
+///
+/// # Errors
+/// When the database fails.
+pub async fn show(writer: &mut SqliteConnection, regrading: &Regrading) -> Result<()> {
+    sqlx::query("UPDATE regradings SET state = 'shown' WHERE school_id = $1 AND id = $2")
+        .bind(regrading.school_id)
+        .bind(regrading.id)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Lets the scores be added.
+///
+/// # Errors
+/// When the reason is empty, or the database fails.
+pub async fn confirm(writer: &mut SqliteConnection, regrading: &Regrading, reason: &str, now: Moment) -> Result<()> {
+    sqlx::query(
+        "UPDATE regradings SET state = 'grading', reason = $3, confirmed_at = $4 WHERE school_id = $1 AND id = $2",
+    )
+    .bind(regrading.school_id)
+    .bind(regrading.id)
+    .bind(reason)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Every score was added.
+///
+/// # Errors
+/// When the database fails.
+pub async fn end(writer: &mut SqliteConnection, regrading: &Regrading, now: Moment) -> Result<()> {
+    sqlx::query("UPDATE regradings SET state = 'done', ended_at = $3 WHERE school_id = $1 AND id = $2")
+        .bind(regrading.school_id)
+        .bind(regrading.id)
+        .bind(now)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Throws away what was looked at before a moment and never confirmed.
+///
+/// # Errors
+/// When the database fails.
+pub async fn forget_before(writer: &mut SqliteConnection, moment: Moment) -> Result<()> {
+    let forgotten: Vec<Uuid> =
+        sqlx::query_scalar("SELECT id FROM regradings WHERE made_at < $1 AND confirmed_at IS NULL")
+            .bind(moment)
+            .fetch_all(&mut *writer)
+            .await?;
+    for id in forgotten {
+        forget(writer, id).await?;
+    }
+    Ok(())
+}
+
+/// Throws a re-grading away that was not confirmed.
+///
+/// # Errors
+/// When it was confirmed, or the database fails.
+pub async fn forget(writer: &mut SqliteConnection, id: Uuid) -> Result<()> {
+    sqlx::query("DELETE FROM regrading_lines WHERE regrading_id = $1").bind(id).execute(&mut *writer).await?;
+    sqlx::query("DELETE FROM regradings WHERE id = $1 AND confirmed_at IS NULL")
+        .bind(id)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// How many attempts there are of each outcome, and their scores before and after.
+///
+/// # Errors
+/// When the database fails.
+pub async fn counts(executor: impl SqliteExecutor<'_>, regrading: &Regrading) -> Result<Vec<Count>> {
+    sqlx::query_as(
+        "SELECT outcome, count(*) AS attempts, sum(before) AS before, sum(coalesce(after, before)) AS after
+         FROM regrading_lines WHERE school_id = $1 AND regrading_id = $2 GROUP BY outcome ORDER BY outcome",
+    )
+    .bind(regrading.school_id)
+    .bind(regrading.id)
+    .fetch_all(executor)
+    .await
+}
+
+/// How many scores are yet to be added.
+///
+/// # Errors
+/// When the database fails.
+pub async fn left(executor: impl SqliteExecutor<'_>, regrading: Uuid) -> Result<i64> {
+    sqlx::query_scalar("SELECT count(*) FROM regrading_lines WHERE regrading_id = $1 AND assessment IS NOT NULL")
+        .bind(regrading)
+        .fetch_one(executor)
+        .await
+}
+
+/// Lines of some outcomes after one attempt, by its id, so many at most.
+///
+/// # Errors
+/// When the database fails.
+pub async fn lines(
+    executor: impl SqliteExecutor<'_>,
+    regrading: &Regrading,
+    outcomes: &[Outcome],
+    (after, most): (Uuid, u32),
+) -> Result<Vec<Line>> {
+    sqlx::query_as(
+        "SELECT l.session_id, s.started_at, p.display_name AS trainee, l.before, l.passed_before, l.after, l.passed_after,
+           o.score AS overridden, l.outcome, l.why
+         FROM regrading_lines l
+         JOIN sessions s ON s.school_id = l.school_id AND s.id = l.session_id
+         JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
+         LEFT JOIN score_overrides o ON o.id = l.override_id
+         WHERE l.school_id = $1 AND l.regrading_id = $2 AND l.outcome IN (SELECT value FROM json_each($3))
+           AND l.session_id > $4
+         ORDER BY l.session_id LIMIT $5",
+    )
+    .bind(regrading.school_id)
+    .bind(regrading.id)
+    .bind(Json(outcomes))
+    .bind(after)
+    .bind(most)
+    .fetch_all(executor)
+    .await
+}
+
+/// Who had a score of an attempt computed again with every other at its exercise, and why.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Act {
+    /// The score.
+    pub score_id: Uuid,
+    /// Their name.
+    pub by: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// The re-gradings in the history of an attempt's grade.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_session(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Act>> {
+    sqlx::query_as(
+        "SELECT l.new_score_id AS score_id, p.display_name AS \"by\", g.reason FROM regrading_lines l
+         JOIN regradings g ON g.school_id = l.school_id AND g.id = l.regrading_id
+         JOIN people p ON p.school_id = g.school_id AND p.id = g.made_by
+         WHERE l.school_id = $1 AND l.session_id = $2 AND l.new_score_id IS NOT NULL",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .fetch_all(executor)
+    .await
+}
