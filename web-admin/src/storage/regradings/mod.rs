@@ -1,14 +1,16 @@
 //! Re-gradings of every attempt at an exercise: what each attempt was and would be, and how far the work is.
 
-use assessment::Assessment;
 use serde::{Deserialize, Serialize};
-use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
 use super::scores::SessionKey;
 use crate::domain::{CurrentPerson, Moment, Role, new_id};
+
+mod lines;
+
+pub use lines::{Count, Found, Line, ToGrade, counts, found, graded, left, lines, to_grade, to_look};
 
 /// How far a re-grading is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
@@ -76,20 +78,6 @@ pub struct Regrading {
     pub ended_at: Option<Moment>,
 }
 
-impl Regrading {
-    const fn key(&self, session: Uuid) -> LineKey {
-        LineKey { school_id: self.school_id, regrading_id: self.id, session_id: session }
-    }
-}
-
-/// What finds a line.
-#[derive(Clone, Copy)]
-struct LineKey {
-    school_id: Uuid,
-    regrading_id: Uuid,
-    session_id: Uuid,
-}
-
 /// An attempt as its grade stands.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, FromRow)]
 pub struct Stood {
@@ -99,68 +87,6 @@ pub struct Stood {
     pub score_id: Uuid,
     /// What somebody has put in its place.
     pub override_id: Option<Uuid>,
-}
-
-/// An attempt in a re-grading.
-#[derive(Clone, Debug, PartialEq, FromRow)]
-pub struct Line {
-    /// The attempt.
-    pub session_id: Uuid,
-    /// When it began.
-    pub started_at: Moment,
-    /// Who tried.
-    pub trainee: String,
-    /// The computed score before, 0–100.
-    pub before: f64,
-    /// It was a pass.
-    pub passed_before: bool,
-    /// The score by the rubric, 0–100.
-    pub after: Option<f64>,
-    /// It is a pass.
-    pub passed_after: Option<bool>,
-    /// What goes on counting in its place, 0–100.
-    pub overridden: Option<f64>,
-    /// What becomes of it.
-    pub outcome: Outcome,
-    /// Why it cannot be judged.
-    pub why: Option<String>,
-}
-
-/// Attempts of one outcome.
-#[derive(Clone, Copy, Debug, PartialEq, FromRow)]
-pub struct Count {
-    /// The outcome; absent where they wait to be looked at.
-    pub outcome: Option<Outcome>,
-    /// How many.
-    pub attempts: i64,
-    /// Sum of the computed scores before.
-    pub before: f64,
-    /// Sum of the scores by the rubric, of those before where there are none.
-    pub after: f64,
-}
-
-/// What was found out about an attempt.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Found {
-    /// What becomes of it.
-    pub outcome: Outcome,
-    /// How it is judged, where it gets a score.
-    pub assessment: Option<Assessment>,
-    /// Why it cannot be judged.
-    pub why: Option<String>,
-}
-
-/// An attempt whose score is to be added.
-#[derive(Clone, Debug, FromRow)]
-pub struct ToGrade {
-    /// The attempt.
-    pub session_id: Uuid,
-    /// Its score.
-    pub assessment: Json<Assessment>,
-    /// The computed score before, 0–100.
-    pub before: f64,
-    /// It still has the score that was looked at.
-    pub current: bool,
 }
 
 /// The scored attempts at an exercise that somebody may judge: $1 school, $2 exercise, $3 who, $4 whether all.
@@ -304,87 +230,6 @@ pub async fn under_way(executor: impl SqliteExecutor<'_>) -> Result<Option<Regra
         .await
 }
 
-/// The next attempts that wait to be looked at.
-///
-/// # Errors
-/// When the database fails.
-pub async fn to_look(executor: impl SqliteExecutor<'_>, regrading: Uuid, most: u32) -> Result<Vec<Uuid>> {
-    sqlx::query_scalar(
-        "SELECT session_id FROM regrading_lines WHERE regrading_id = $1 AND outcome IS NULL ORDER BY session_id LIMIT $2",
-    )
-    .bind(regrading)
-    .bind(most)
-    .fetch_all(executor)
-    .await
-}
-
-/// Keeps what was found out about an attempt.
-///
-/// # Errors
-/// When the database fails.
-pub async fn found(
-    writer: &mut SqliteConnection,
-    regrading: &Regrading,
-    (session, found): (Uuid, &Found),
-) -> Result<()> {
-    let key = regrading.key(session);
-    sqlx::query(
-        "UPDATE regrading_lines SET outcome = $4, after = $5, passed_after = $6, assessment = $7, why = $8
-         WHERE school_id = $1 AND regrading_id = $2 AND session_id = $3",
-    )
-    .bind(key.school_id)
-    .bind(key.regrading_id)
-    .bind(key.session_id)
-    .bind(found.outcome)
-    .bind(found.assessment.as_ref().map(|assessment| assessment.score))
-    .bind(found.assessment.as_ref().map(|assessment| assessment.passed))
-    .bind(found.assessment.as_ref().map(Json))
-    .bind(&found.why)
-    .execute(writer)
-    .await
-    .map(drop)
-}
-
-/// The next attempts whose scores are to be added.
-///
-/// # Errors
-/// When the database fails.
-pub async fn to_grade(executor: impl SqliteExecutor<'_>, regrading: Uuid, most: u32) -> Result<Vec<ToGrade>> {
-    sqlx::query_as(
-        "SELECT l.session_id, l.assessment, l.before, g.score_id = l.score_id AS current FROM regrading_lines l
-         JOIN grades g ON g.school_id = l.school_id AND g.session_id = l.session_id
-         WHERE l.regrading_id = $1 AND l.assessment IS NOT NULL ORDER BY l.session_id LIMIT $2",
-    )
-    .bind(regrading)
-    .bind(most)
-    .fetch_all(executor)
-    .await
-}
-
-/// Notes the score that an attempt was given; none where somebody was quicker.
-///
-/// # Errors
-/// When the database fails.
-pub async fn graded(
-    writer: &mut SqliteConnection,
-    regrading: &Regrading,
-    (session, score): (Uuid, Option<Uuid>),
-) -> Result<()> {
-    let key = regrading.key(session);
-    sqlx::query(
-        "UPDATE regrading_lines SET assessment = NULL, new_score_id = $4,
-           outcome = CASE WHEN $4 IS NULL THEN 'overtaken' ELSE outcome END
-         WHERE school_id = $1 AND regrading_id = $2 AND session_id = $3",
-    )
-    .bind(key.school_id)
-    .bind(key.regrading_id)
-    .bind(key.session_id)
-    .bind(score)
-    .execute(writer)
-    .await
-    .map(drop)
-}
-
 /// Looking has come to its end.
 ///
 /// # Errors
@@ -456,62 +301,6 @@ pub async fn forget(writer: &mut SqliteConnection, id: Uuid) -> Result<()> {
         .execute(writer)
         .await
         .map(drop)
-}
-
-/// How many attempts there are of each outcome, and their scores before and after.
-///
-/// # Errors
-/// When the database fails.
-pub async fn counts(executor: impl SqliteExecutor<'_>, regrading: &Regrading) -> Result<Vec<Count>> {
-    sqlx::query_as(
-        "SELECT outcome, count(*) AS attempts, sum(before) AS before, sum(coalesce(after, before)) AS after
-         FROM regrading_lines WHERE school_id = $1 AND regrading_id = $2 GROUP BY outcome ORDER BY outcome",
-    )
-    .bind(regrading.school_id)
-    .bind(regrading.id)
-    .fetch_all(executor)
-    .await
-}
-
-/// How many scores are yet to be added.
-///
-/// # Errors
-/// When the database fails.
-pub async fn left(executor: impl SqliteExecutor<'_>, regrading: Uuid) -> Result<i64> {
-    sqlx::query_scalar("SELECT count(*) FROM regrading_lines WHERE regrading_id = $1 AND assessment IS NOT NULL")
-        .bind(regrading)
-        .fetch_one(executor)
-        .await
-}
-
-/// Lines of some outcomes after one attempt, by its id, so many at most.
-///
-/// # Errors
-/// When the database fails.
-pub async fn lines(
-    executor: impl SqliteExecutor<'_>,
-    regrading: &Regrading,
-    outcomes: &[Outcome],
-    (after, most): (Uuid, u32),
-) -> Result<Vec<Line>> {
-    sqlx::query_as(
-        "SELECT l.session_id, s.started_at, p.display_name AS trainee, l.before, l.passed_before, l.after, l.passed_after,
-           o.score AS overridden, l.outcome, l.why
-         FROM regrading_lines l
-         JOIN sessions s ON s.school_id = l.school_id AND s.id = l.session_id
-         JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
-         LEFT JOIN score_overrides o ON o.id = l.override_id
-         WHERE l.school_id = $1 AND l.regrading_id = $2 AND l.outcome IN (SELECT value FROM json_each($3))
-           AND l.session_id > $4
-         ORDER BY l.session_id LIMIT $5",
-    )
-    .bind(regrading.school_id)
-    .bind(regrading.id)
-    .bind(Json(outcomes))
-    .bind(after)
-    .bind(most)
-    .fetch_all(executor)
-    .await
 }
 
 /// Who had a score of an attempt computed again with every other at its exercise, and why.
