@@ -1,6 +1,7 @@
 //! The picture: a frame of plain data goes in, pixels come out.
 
 pub mod camera;
+mod drape;
 mod field;
 pub mod frame;
 mod gpu;

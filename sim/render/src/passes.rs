@@ -108,20 +108,33 @@ fn body_and_needle(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>
     if front && !frame.closed {
         with(pass, &drawn.solid_inside, &renderer.set.solids);
     }
+    // What hides most comes first, so that what is hidden is never lit.
+    if opaque {
+        body(renderer, frame, pass);
+    }
     with(pass, &drawn.solid, &renderer.set.solids);
     with(pass, &drawn.needle, &renderer.set.needle);
     if frame.view == View::Whole {
         with(pass, &drawn.tray, &renderer.tray);
     }
-    if opaque {
-        body(renderer, frame, pass);
-    }
-    let [all, under] = &renderer.behind;
-    with(pass, &drawn.backdrop, all);
     if !opaque {
-        with(pass, &drawn.floor, under);
+        with(pass, &drawn.floor, &renderer.behind[1]);
+    }
+    backdrop(renderer, frame, pass);
+    if !opaque {
         faded(renderer, frame, front, pass);
     }
+}
+
+/// The drape, looked at for shadows only where there can be any, and the room.
+fn backdrop(renderer: &Renderer, frame: &Frame, pass: &mut RenderPass<'_>) {
+    let (grid, shaded) = (&renderer.behind[0], renderer.shaded(frame));
+    let Range { start, end } = grid.indices();
+    pass.set_pipeline(&renderer.drawn.bright);
+    grid.draw_part(pass, start..shaded.start, 0..1);
+    grid.draw_part(pass, shaded.end..end, 0..1);
+    pass.set_pipeline(&renderer.drawn.backdrop);
+    grid.draw_part(pass, shaded, 0..1);
 }
 
 /// What lies before the cut is numbered from here on; a body that is cut open has none of it.

@@ -1,5 +1,7 @@
 //! Draws frames of a stage.
 
+use std::ops::Range;
+
 use wgpu::{
     BindGroup, BindingResource, Buffer, BufferDescriptor, BufferUsages, CommandEncoder, Device, Queue, TextureView,
 };
@@ -19,7 +21,10 @@ use crate::passes;
 use crate::placement::Placement;
 use crate::quality::Quality;
 use crate::scene_block::{MOST_LAYERS, Moment, SceneBlock, latest, open_puncture};
-use crate::{skin, wounds};
+use crate::{drape, skin, wounds};
+
+/// Columns and rows of the grid over the picture that the drape and the room are drawn by.
+const BACKDROP: [u32; 2] = [64, 36];
 
 /// Why a stage cannot be drawn.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -112,7 +117,7 @@ impl Renderer {
         let groups = bound.groups(&set);
         let body = (Loaded::new(device, &body.shape), body);
         let tray = Loaded::new(device, &meshes::tray::tray());
-        let behind = [[64, 36], [16, 12]].map(|cells| Loaded::new(device, &meshes::sheet::sheet(cells)));
+        let behind = [BACKDROP, [16, 12]].map(|cells| Loaded::new(device, &meshes::sheet::sheet(cells)));
         let (device, queue) = (device.clone(), queue.clone());
         Self {
             device,
@@ -231,6 +236,18 @@ impl Renderer {
         let stage = &self.set.stage;
         let (place, punctures) = (Placement::of(stage, frame), latest(&frame.punctures));
         [wounds::on_skin(stage, &place, punctures), wounds::on_cut(stage, &place, punctures)]
+    }
+
+    /// Indices of the grid over the picture where shadows can fall on the drape.
+    pub(crate) fn shaded(&self, frame: &Frame) -> Range<u32> {
+        if self.quality.shadow_texels() == 0 {
+            return 0..0;
+        }
+        let place = Placement::of(&self.set.stage, frame);
+        let camera = Camera::of(&self.set.stage, frame, &place, self.aspect());
+        let [columns, rows] = BACKDROP;
+        let shaded = drape::shaded_rows(&self.set.stage, frame, (&place, &camera), rows);
+        6 * columns * shaded.start..6 * columns * shaded.end
     }
 
     pub(crate) fn layers(&self) -> u32 {

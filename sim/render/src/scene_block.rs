@@ -84,7 +84,7 @@ impl SceneBlock {
     pub fn of(moment: &Moment<'_>, loads: [f32; MOST_LOADS]) -> Self {
         let Moment { stage, frame, place, camera, responses, quality } = *moment;
         let shadow_texels = quality.shadow_texels();
-        let lamp = (place.across * LAMP.x + place.away * LAMP.y + Vec3::Z * LAMP.z).normalize();
+        let lamp = lamp(place);
         let ghost = frame
             .ghost
             .map_or((Vec3::ZERO, Quat::IDENTITY), |ghost| (Vec3::from(ghost.tip_m), unit(ghost.orientation)));
@@ -125,13 +125,25 @@ impl SceneBlock {
                 responses.reach_m,
                 skin::HALF_M,
             ),
-            place: Vec4::new(stage.entry_m[0], stage.entry_m[1], touched, -depth_m - 0.001),
+            place: Vec4::new(stage.entry_m[0], stage.entry_m[1], touched, drape_m(stage)),
             count: [stage.layers.len() as u32, punctures.len() as u32, SAMPLES as u32, responses.loads as u32],
             layers: layers(stage, frame),
             punctures: holes(stage, punctures),
             loads,
         }
     }
+}
+
+/// Towards the lamp, unit length.
+#[must_use]
+pub fn lamp(place: &Placement) -> Vec3 {
+    (place.across * LAMP.x + place.away * LAMP.y + Vec3::Z * LAMP.z).normalize()
+}
+
+/// Level of the drape that the body lies on, in m.
+#[must_use]
+pub fn drape_m(stage: &Stage) -> f32 {
+    -stage.depth_m() - 0.001
 }
 
 /// The lamp's view of what the camera looks at.

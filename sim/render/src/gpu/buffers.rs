@@ -36,6 +36,12 @@ impl Loaded {
         self.count == 0
     }
 
+    /// Indices.
+    #[must_use]
+    pub fn indices(&self) -> Range<u32> {
+        0..self.count
+    }
+
     /// Triangles.
     #[must_use]
     pub fn triangles(&self) -> u32 {

@@ -96,6 +96,8 @@ pub struct Drawn {
     pub tray: RenderPipeline,
     /// What is behind everything.
     pub backdrop: RenderPipeline,
+    /// The same where no shadow falls.
+    pub bright: RenderPipeline,
     /// What is under a body that is seen through.
     pub floor: RenderPipeline,
     /// What is behind a section.
@@ -175,7 +177,8 @@ impl Drawn {
             StencilOperation::Invert,
         );
         let above = || depth(DEPTH, false, CompareFunction::Always);
-        let behind = |vertex, fragment| make(recipe(&shaders.backdrop, [vertex, fragment], depth(DEPTH, false, less)));
+        let behind =
+            |vertex, fragment, write| make(recipe(&shaders.backdrop, [vertex, fragment], depth(DEPTH, write, less)));
         Self {
             tissue: faces(None),
             faded: faces(through),
@@ -191,9 +194,10 @@ impl Drawn {
             solid: make(solid("solid_fragment", depth(DEPTH, true, less))),
             tray: make(closed(&shaders.solid, ["tray_vertex", "tray_fragment"])),
             solid_behind: make(Recipe { blend: through, ..solid("solid_behind", above()) }),
-            backdrop: behind("backdrop_vertex", "backdrop_fragment"),
-            floor: behind("floor_vertex", "backdrop_fragment"),
-            paper: behind("paper_vertex", "paper_fragment"),
+            backdrop: behind("backdrop_vertex", "backdrop_fragment", false),
+            bright: behind("backdrop_vertex", "bright_fragment", false),
+            floor: behind("floor_vertex", "backdrop_fragment", true),
+            paper: behind("paper_vertex", "paper_fragment", false),
             guide_hidden: make(Recipe { blend: through, ..solid("guide_hidden", above()) }),
             guide: make(solid("guide_fragment", depth(DEPTH, true, less))),
         }

@@ -9,9 +9,9 @@ use std::ops::Range;
 use super::{Corner, Shape};
 use crate::placement::{BEHIND_M, HALF_WIDTH_M};
 
-/// Corners along a ray, from the middle of the cut to the rim. A processor that stands in for a graphics card draws at least 16 pixels
-/// a triangle, so that there are no more than curvature asks for.
-const RINGS: u32 = 52;
+/// Corners along a ray, from the middle of the cut to the rim. A processor that stands in for a graphics card draws blocks of 16 pixels
+/// once for each triangle that they touch, so that there are no more than curvature asks for.
+const RINGS: u32 = 30;
 /// Stretches of the rim: right side, far side, left side.
 const SIDE: u32 = 11;
 const FAR: u32 = 22;

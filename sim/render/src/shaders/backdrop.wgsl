@@ -87,8 +87,8 @@ fn floor_vertex(@location(0) at: vec4f) -> Varying {
     let clip = scene.clip_from_world * vec4f(world, 1.0);
     let light = cloth(world, mix(TEAL, RED, scene.look.x));
     var out = of_light(light, vec3f(0.0), 0.0, clip.xy / max(clip.w, 1e-3));
-    // Behind everything, and not seen from below.
-    out.clip = select(vec4f(0.0, 0.0, -1.0, 1.0), vec4f(clip.xy, clip.w, clip.w), scene.eye.z > world.z);
+    // Behind everything but the room, and not seen from below.
+    out.clip = select(vec4f(0.0, 0.0, -1.0, 1.0), vec4f(clip.xy, 0.99999 * clip.w, clip.w), scene.eye.z > world.z);
     out.lamp = scene.light_clip_from_world * vec4f(world + LIFT, 1.0);
     return out;
 }
@@ -96,6 +96,12 @@ fn floor_vertex(@location(0) at: vec4f) -> Varying {
 @fragment
 fn backdrop_fragment(in: Varying) -> @location(0) vec4f {
     return vec4f(mix(in.dark, in.bright, shadow(in.lamp.xyz / in.lamp.w)), 1.0);
+}
+
+// Where no shadow falls.
+@fragment
+fn bright_fragment(in: Varying) -> @location(0) vec4f {
+    return vec4f(in.bright, 1.0);
 }
 
 struct Paper {

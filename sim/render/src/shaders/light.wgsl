@@ -124,10 +124,13 @@ fn rolled_off(light: vec3f) -> vec3f {
     if peak < start {
         return c;
     }
+    // The peak becomes new_peak = 1 - d²/a and is mixed with grey by 1 - 1/(0.15 (peak - new_peak) + 1); all by one division.
     let d = 1.0 - start;
-    let new_peak = 1.0 - d * d / (peak + d - start);
-    let g = 1.0 - 1.0 / (0.15 * (peak - new_peak) + 1.0);
-    return mix(c * (new_peak / peak), vec3f(new_peak), g);
+    let a = peak + d - start;
+    let b = (0.15 * (peak - 1.0) + 1.0) * a + 0.15 * d * d;
+    let share = 1.0 / (a * peak * b);
+    let new_peak = (a - d * d) * (share * peak * b);
+    return mix(vec3f(new_peak), c * ((a - d * d) * b * share), a * a * peak * share);
 }
 
 fn shown(light: vec3f) -> vec3f {

@@ -31,7 +31,7 @@ fn tray_vertex(@location(0) at: vec4f, @location(1) normal: vec4f) -> Varying {
     return out;
 }
 
-// Kinds: 0 target, 1 vessel, 2 nerve, 3 bone, 4 organ; on the tray 5 steel, 6 plastic, 7 gauze, 8 antiseptic.
+// Kinds: 0 target, 1 vessel, 2 nerve, 3 bone, 4 organ.
 fn kind_of(kind: u32, world: vec3f) -> Surface {
     var s = Surface(vec3f(0.85, 0.62, 0.10), vec3f(0.0), 0.35, 0.0, 0.15, 1.0);
     let mottle = grain(world.xy * 1400.0 + world.z * 700.0);
@@ -53,24 +53,24 @@ fn kind_of(kind: u32, world: vec3f) -> Surface {
             s.base = mix(vec3f(0.38, 0.10, 0.09), vec3f(0.46, 0.15, 0.12), mottle);
             s.rough = 0.30;
         }
-        case 5u: {
-            s.base = vec3f(0.62, 0.64, 0.66);
-            s.rough = 0.34;
-            s.metal = 1.0;
-        }
+        default: {}
+    }
+    return s;
+}
+
+// Kinds: 5 steel, 6 plastic, 7 gauze, 8 antiseptic.
+fn tray_kind_of(kind: u32, world: vec3f) -> Surface {
+    var s = Surface(vec3f(0.62, 0.64, 0.66), vec3f(0.0), 0.34, 1.0, 0.15, 1.0);
+    switch kind {
         case 6u: {
-            s.base = vec3f(0.66, 0.72, 0.76);
-            s.rough = 0.22;
-            s.soft = 0.5;
+            s = Surface(vec3f(0.66, 0.72, 0.76), vec3f(0.0), 0.22, 0.0, 0.5, 1.0);
         }
         case 7u: {
-            s.base = vec3f(0.74, 0.74, 0.70) * mix(0.86, 1.0, grain(world.xy * 2600.0));
-            s.rough = 0.95;
-            s.soft = 0.4;
+            let base = vec3f(0.74, 0.74, 0.70) * mix(0.86, 1.0, grain(world.xy * 2600.0));
+            s = Surface(base, vec3f(0.0), 0.95, 0.0, 0.4, 1.0);
         }
         case 8u: {
-            s.base = vec3f(0.20, 0.055, 0.012);
-            s.rough = 0.08;
+            s = Surface(vec3f(0.20, 0.055, 0.012), vec3f(0.0), 0.08, 0.0, 0.15, 1.0);
         }
         default: {}
     }
@@ -80,7 +80,7 @@ fn kind_of(kind: u32, world: vec3f) -> Surface {
 @fragment
 fn tray_fragment(in: Varying) -> @location(0) vec4f {
     let view = towards_eye(in.world);
-    var s = kind_of(in.kind, in.world);
+    var s = tray_kind_of(in.kind, in.world);
     s.normal = normalize(in.normal);
     let clear = shadow(lamp_at(in.world, s.normal));
     if s.metal > 0.5 {

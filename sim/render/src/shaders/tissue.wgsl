@@ -6,11 +6,16 @@ struct Varying {
     @location(1) rest: vec3f,
     @location(2) normal: vec3f,
     @location(3) tangent: vec3f,
-    // Depth before anything moved; 1 on a cut face; steepness of the tent; tone.
+    // Depth below the layer's top before anything moved; 1 on a cut face; steepness of the tent; tone.
     @location(4) more: vec4f,
-    @location(5) @interpolate(flat) layer: u32,
+    // Place on the material's tile, in tiles.
+    @location(5) at: vec2f,
+    // What the layer is made of, and the picture of it: what a processor would look up pixel by pixel comes from the corners.
+    @location(6) @interpolate(flat) made: vec2u,
     // As the lamp sees it.
-    @location(6) lamp: vec3f,
+    @location(7) lamp: vec3f,
+    // Distance from the needle's axis, in its radii, and how far below the tip. Even along every ray of corners.
+    @location(8) needle: vec2f,
 }
 
 // Whether what is behind shows through.
@@ -53,10 +58,21 @@ fn tissue_vertex(@location(0) plan: vec3f, @location(1) wall: vec4f, @builtin(in
     // Broad differences in tone, so that a tile is not seen to repeat.
     let k = tissue.rest * 60.0;
     let broad = 0.98 + 0.06 * sin(k.x + 1.7 * sin(0.7 * k.y)) + 0.05 * sin(1.3 * k.y - k.z + 1.9 * sin(0.8 * k.x));
-    out.more = vec4f(depth_of(at.boundary), wall.w, tissue.slope, broad);
-    out.layer = at.layer;
+    let depth = depth_of(at.boundary);
+    let layer = scene.layers[at.layer];
+    out.more = vec4f(depth - layer.x, wall.w, tissue.slope, broad);
+    out.made = vec2u(u32(layer.z));
+    var tile = tissue.rest.xy;
+    if wall.w > 0.5 {
+        tile = vec2f(dot(tissue.rest, out.tangent), -depth);
+        out.made.y = select(out.made.x, 6u, out.made.x == 0u);
+    }
+    out.at = tile / tile_width(out.made.y);
     out.clip = scene.clip_from_world * vec4f(out.world, 1.0);
     out.lamp = lamp_at(out.world, out.normal);
+    let off = tissue.rest - scene.focus.xyz;
+    let down = dot(off, scene.axis.xyz);
+    out.needle = vec2f(length(off - scene.axis.xyz * down) / scene.focus.w, down - max(scene.needle_z.w, 0.0));
     return out;
 }
 
@@ -158,25 +174,21 @@ struct Bit {
 }
 
 // Each kind of face has its own entry: a processor that stands in for a graphics card runs both sides of every branch.
-fn bit_of(in: Varying, uv: vec2f, material: u32, rough: f32) -> Bit {
+fn bit_of(in: Varying, rough: f32) -> Bit {
     let across = in.tangent;
     let view = towards_eye(in.world);
     // What is seen from behind, through a faded body, is lit as seen.
     let outward = normalize(in.normal);
     let flat_normal = select(outward, -outward, in.more.y > 0.5 && dot(outward, view) < 0.0);
     let along = cross(flat_normal, across);
-    let at = uv / tile_width(material);
-    let colour = textureSample(albedos, tiles, at, material);
-    let relief = textureSample(reliefs, tiles, at, material);
+    let colour = textureSample(albedos, tiles, in.at, in.made.y);
+    let relief = textureSample(reliefs, tiles, in.at, in.made.y);
     let tilt = (relief.xy * 2.0 - 1.0) * rough;
-    let off = in.rest - scene.focus.xyz;
-    let down = dot(off, scene.axis.xyz);
-    let aside = length(off - scene.axis.xyz * down) / scene.focus.w;
-    let beside = scene.axis.w * smoothstep(0.002, 0.0, down - max(scene.needle_z.w, 0.0));
+    let beside = scene.axis.w * smoothstep(0.002, 0.0, in.needle.y);
     var bit: Bit;
     bit.flat_normal = flat_normal;
     bit.view = view;
-    bit.from_top = in.more.x - scene.layers[in.layer].x;
+    bit.from_top = in.more.x;
     bit.pixel = fwidth(in.more.x);
     bit.surface.base = colour.rgb * colour.rgb * in.more.w;
     bit.surface.normal = normalize(flat_normal + across * tilt.x + along * tilt.y);
@@ -184,7 +196,7 @@ fn bit_of(in: Varying, uv: vec2f, material: u32, rough: f32) -> Bit {
     bit.surface.metal = 0.0;
     bit.surface.soft = 0.36;
     // The needle keeps the room's light from what is close to it.
-    bit.surface.open = mix(0.55, 1.0, colour.w) * mix(1.0, smoothstep(-0.6, 2.6, aside), beside);
+    bit.surface.open = mix(0.55, 1.0, colour.w) * mix(1.0, smoothstep(-0.6, 2.6, in.needle.x), beside);
     return bit;
 }
 
@@ -205,17 +217,11 @@ fn seen_through(bit: Bit, light: vec3f, clearest: f32) -> vec4f {
     return vec4f(shown(mix(light, glow, 0.65 * clear)), alpha);
 }
 
-fn face_bit(in: Varying) -> Bit {
-    let material = u32(scene.layers[in.layer].z);
-    let uv = vec2f(dot(in.rest, in.tangent), -in.more.x);
-    return bit_of(in, uv, select(material, 6u, material == 0u), 0.7);
-}
-
 // With a dark line where a layer begins, and the epidermis.
 fn lined_bit(in: Varying) -> Bit {
-    var bit = face_bit(in);
+    var bit = bit_of(in, 0.7);
     let line = 1.0 - smoothstep(0.0, max(1.1 * bit.pixel, 1.2e-4), bit.from_top);
-    let dark = select(vec3f(0.45, 0.30, 0.28), vec3f(0.50, 0.30, 0.22), scene.layers[in.layer].z == 0.0);
+    let dark = select(vec3f(0.45, 0.30, 0.28), vec3f(0.50, 0.30, 0.22), in.made.x == 0u);
     bit.surface.base *= mix(vec3f(1.0), dark, 0.75 * line);
     return bit;
 }
@@ -240,14 +246,14 @@ fn tracked_fragment(in: Varying) -> @location(0) vec4f {
 // A boundary inside the body, seen when the body is faded: without relief and shine, which what lies over it would hide.
 @fragment
 fn sheet_fragment(in: Varying) -> @location(0) vec4f {
-    var bit = bit_of(in, in.rest.xy, u32(scene.layers[in.layer].z), 0.0);
+    var bit = bit_of(in, 0.0);
     bit.surface.normal = bit.flat_normal;
     return seen_through(bit, matte(bit.surface, shadow(in.lamp)), 0.10);
 }
 
 // The skin from above, paler under tension.
 fn skin_bit(in: Varying) -> Bit {
-    var bit = bit_of(in, in.rest.xy, u32(scene.layers[in.layer].z), 0.85);
+    var bit = bit_of(in, 0.85);
     bit.surface.base += (bit.surface.base * vec3f(0.10, 0.04, 0.0) + 0.03) * smoothstep(0.15, 0.9, in.more.z);
     bit.surface.soft = 0.42;
     return bit;
@@ -279,9 +285,9 @@ fn punctured_fragment(in: Varying) -> @location(0) vec4f {
 
 // The section view: flat colour with a hint of the material, and a clear line between layers.
 fn section(in: Varying, cut: vec2f) -> vec4f {
-    let bit = face_bit(in);
+    let bit = bit_of(in, 0.7);
     let base = bit.surface.base;
-    let tint = band(u32(scene.layers[in.layer].z));
+    let tint = band(in.made.x);
     let grain = mix(0.76, 1.04, bit.surface.open) * mix(0.90, 1.05, smoothstep(0.0, 0.5, dot(base, vec3f(0.34))));
     let colour = mix(tint * grain, vec3f(0.45, 0.06, 0.06), 0.8 * max(cut.x, 0.7 * cut.y));
     let line = 1.0 - smoothstep(0.6, 1.7, bit.from_top / max(bit.pixel, 1e-7));

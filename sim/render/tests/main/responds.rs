@@ -151,6 +151,24 @@ fn every_other_input_is_seen() {
 }
 
 #[test]
+fn a_needle_beside_the_body_shades_the_drape_from_wherever_it_is_seen() {
+    // The lamp stands to the left, before and above: a shadow falls to the right and away by so much per metre of height.
+    let (height_m, [right, away]) = (0.02_f32, [0.50 / 0.74, 0.46 / 0.74]);
+    let drape_m = -stage().depth_m() - 0.001;
+    let fall_m = height_m + 0.01 - drape_m;
+    let shadow_m = [-0.16 + right * fall_m, away * fall_m, drape_m];
+    for (yaw_rad, pitch_rad, fade) in [(0.0, 0.0, 0.0), (0.0, 0.0, 0.7), (-0.6, 0.3, 0.0), (0.4, 0.6, 0.7)] {
+        let orbit = Orbit { yaw_rad, pitch_rad, distance: 1.3 };
+        let frame = Frame { tip_m: [-0.16, 0.0, height_m], orbit, fade, ..at_depth(0.0) };
+        let gone = Frame { tip_m: [0.0, 0.0, 1.0], ..frame.clone() };
+        let darker = changed(&picture(&stage(), &frame, SIZE), &picture(&stage(), &gone, SIZE), SEEN);
+        let [x, y] = pixel_of(&stage(), &frame, (shadow_m, SIZE));
+        let close = |[a, b]: &[u32; 2]| (*a as f32 + 0.5 - x).hypot(*b as f32 + 0.5 - y) < 3.0;
+        assert!(darker.iter().any(close), "yaw {yaw_rad}, pitch {pitch_rad}, fade {fade}: no shadow at {x}, {y}");
+    }
+}
+
+#[test]
 fn every_quality_draws_the_same_scene() {
     let frame = tenting(1, 0.005, 0.5);
     let best = picture(&stage(), &frame, SIZE);
