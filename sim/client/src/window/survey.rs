@@ -75,7 +75,8 @@ impl Survey {
 
     /// One frame. True when the person wants to see it no more.
     pub fn ui(&mut self, ui: &mut Ui) -> bool {
-        let panel = egui::Panel::right("survey").resizable(false).exact_size(WIDTH);
+        let frame = egui::Frame::side_top_panel(ui.style()).inner_margin(egui::Margin::symmetric(16, 8));
+        let panel = egui::Panel::right("survey").resizable(false).exact_size(WIDTH).frame(frame);
         let shown = panel.show(ui, |ui| {
             ScrollArea::vertical().show(ui, |ui| {
                 ui.add_space(12.0);

@@ -1,7 +1,9 @@
 //! A question and what answers it: marks on a line, a list, a field.
 
 use assessment::questionnaire::{Answer, read_answer};
-use eframe::egui::{self, EventFilter, Key, RichText, Sense, Stroke, TextEdit, Ui, WidgetInfo, pos2, vec2};
+use eframe::egui::{
+    self, Align, EventFilter, Key, Layout, RichText, Sense, Stroke, TextEdit, Ui, WidgetInfo, pos2, vec2,
+};
 use scene::Instrument;
 use scene::instrument::{Item, ScaleKind, Words};
 
@@ -9,6 +11,8 @@ use crate::window::colours;
 
 /// Most marks on a line; a finer scale is a field for a number.
 const MOST_MARKS: usize = 21;
+/// Length of a line of marks, in points.
+const LINE: f32 = 300.0;
 
 /// What was typed into a field, and why it is no answer.
 #[derive(Clone, Debug, Default)]
@@ -120,10 +124,13 @@ impl Question<'_> {
                 }
             }
         });
-        ui.horizontal(|ui| {
-            ui.label(RichText::new(first).weak().small());
-            ui.label(RichText::new("–").weak().small());
-            ui.label(RichText::new(last).weak().small());
+        // Each end's words under their end.
+        ui.allocate_ui(vec2(LINE, 0.0), |ui| {
+            ui.columns(2, |halves| {
+                halves[0].label(RichText::new(first).weak().small());
+                let right = Layout::top_down(Align::RIGHT);
+                halves[1].with_layout(right, |ui| ui.label(RichText::new(last).weak().small()));
+            });
         });
         (set != at).then(|| set.map_or_else(Vec::new, |at| vec![marks[at].to_string()]))
     }
@@ -131,7 +138,7 @@ impl Question<'_> {
 
 /// Draws a line of marks, with the one that is set, and reads pointer and arrow keys; the mark that is set then.
 fn draw_line(ui: &mut Ui, marks: &[f64], (at, name): (Option<usize>, &str)) -> Option<usize> {
-    let (area, response) = ui.allocate_exact_size(vec2(300.0, 26.0), Sense::click_and_drag());
+    let (area, response) = ui.allocate_exact_size(vec2(LINE, 26.0), Sense::click_and_drag());
     let last = marks.len().saturating_sub(1);
     let line = area.shrink2(vec2(9.0, 0.0));
     let x = |at: usize| egui::lerp(line.x_range(), at as f32 / last.max(1) as f32);
