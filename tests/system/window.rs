@@ -1,6 +1,7 @@
 //! The simulator's window, opened for real on a virtual display and driven by a virtual operator and by keys: an attempt must come
 //! to a recording that scores and re-simulates, whatever becomes of the program. Fails when the window shows nothing, when an attempt
-//! does not end by itself, when a killed program loses more than the last second, or when a full disk loses anything.
+//! does not end by itself, when a killed program loses more than the last second, or when a full disk, a key or the window's close
+//! button loses anything.
 
 use std::fs;
 use std::io::Read;
@@ -11,6 +12,8 @@ use std::time::Duration;
 
 use serde_json::Value;
 use tests::{first_exercise, program, root, run_ok};
+use x11rb::connection::Connection;
+use x11rb::protocol::xproto::{ClientMessageEvent, ConnectionExt, EventMask};
 
 /// A virtual display, ended when dropped.
 pub struct Display {
@@ -67,6 +70,19 @@ impl Display {
         let search = || self.tool("xdotool", &["search", "--onlyvisible", "--name", "Stylet"]);
         let found = within(60, "a window", || search().filter(|found| !found.trim().is_empty()));
         found.lines().next().unwrap_or_default().to_owned()
+    }
+
+    /// Asks the window to close, as the button in its frame does: there is no window manager here to press it.
+    fn close(&self) {
+        let window = self.window().parse().expect("a window's number");
+        let (server, _) = x11rb::connect(Some(&self.number)).expect("the display");
+        let [protocols, delete] = [&b"WM_PROTOCOLS"[..], b"WM_DELETE_WINDOW"].map(|name| {
+            let asked = server.intern_atom(false, name).expect("a request");
+            asked.reply().expect("an answer").atom
+        });
+        let message = ClientMessageEvent::new(32, window, protocols, [delete, x11rb::CURRENT_TIME, 0, 0, 0]);
+        server.send_event(false, window, EventMask::NO_EVENT, message).expect("a request").check().expect("sent");
+        server.flush().expect("sent");
     }
 
     /// What a tool prints, if it succeeds.
@@ -180,6 +196,14 @@ fn an_attempt_that_a_full_disk_refuses_is_kept_until_it_is_saved() {
         ["r", "Escape", "s"].iter().for_each(|key| display.press(key));
         sleep(Duration::from_millis(500));
     }
+    for _ in 0..2 {
+        display.close();
+        sleep(Duration::from_secs(1));
+        assert!(
+            play.try_wait().expect("its state").is_none(),
+            "a window does not close on an attempt that is not on disk"
+        );
+    }
     assert!(with_extension(folder.path(), "mcap").is_none(), "nothing half written has a recording's name");
 
     let id = play.id().to_string();
@@ -192,6 +216,7 @@ fn an_attempt_that_a_full_disk_refuses_is_kept_until_it_is_saved() {
     let verified = run_ok("stylet", &["verify", &recording.to_string_lossy(), "--json"]);
     let verified: Value = serde_json::from_str(&verified).expect("JSON");
     assert_eq!(verified["largest_deviation_n"], 0.0, "it re-simulates to the bit: {verified}");
-    let _ = play.kill();
-    let _ = play.wait();
+    display.close();
+    let ended = within(30, "the end of the program", || play.try_wait().expect("its state"));
+    assert!(ended.success(), "what is saved may be closed: {ended}");
 }
