@@ -41,21 +41,23 @@ pub struct Review {
 }
 
 macro_rules! waiting {
-    ($from:literal, $and:literal) => {
+    ($chosen:literal) => {
         concat!(
             "SELECT s.id, s.started_at, p.display_name AS trainee, coalesce(r.title, s.exercise_id) AS exercise,
                coalesce(s.verify_flagged, 0) AS flagged, g.score, g.passed,
                (SELECT count(*) FROM comments c WHERE c.school_id = s.school_id AND c.session_id = s.id
                   AND c.kind = 'question' AND c.withdrawn_at IS NULL AND NOT EXISTS (
                     SELECT 1 FROM comments a WHERE a.school_id = c.school_id AND a.session_id = c.session_id
-                      AND a.answers = c.id AND a.withdrawn_at IS NULL)) AS questions ",
-            $from,
-            " JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
+                      AND a.answers = c.id AND a.withdrawn_at IS NULL)) AS questions
+             FROM (SELECT n.id FROM ",
+            $chosen,
+            " AND n.school_id = $1 AND n.state = 'scored' AND n.reviewed = 0
+                ORDER BY n.verify_flagged DESC, n.started_at, n.id LIMIT $3) chosen
+             CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id
+             JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
              JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
              LEFT JOIN exercise_revisions r ON r.id = s.revision_id
-             WHERE s.school_id = $1 AND s.state = 'scored' AND s.reviewed = 0",
-            $and,
-            " ORDER BY s.verify_flagged DESC, s.started_at, s.id LIMIT $3"
+             ORDER BY s.verify_flagged DESC, s.started_at, s.id"
         )
     };
 }
@@ -67,13 +69,13 @@ macro_rules! waiting {
 /// When the database fails.
 pub async fn queue(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<Waiting>> {
     let statement = match viewer.role {
-        Role::Administrator => waiting!("FROM sessions s", ""),
+        Role::Administrator => waiting!("sessions n WHERE $2 = $2"),
         // A cross join keeps this order: from the few who are taught to their attempts, not through the whole queue.
         _ => waiting!(
-            "FROM (SELECT DISTINCT learner.person_id FROM cohort_members teacher
+            "(SELECT DISTINCT learner.person_id FROM cohort_members teacher
                JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
-               WHERE teacher.person_id = $2 AND teacher.role = 'instructor') taught CROSS JOIN sessions s",
-            " AND s.trainee_id = taught.person_id"
+               WHERE teacher.person_id = $2 AND teacher.role = 'instructor') taught
+             CROSS JOIN sessions n WHERE n.trainee_id = taught.person_id"
         ),
     };
     sqlx::query_as(statement).bind(viewer.school_id).bind(viewer.id).bind(LISTED + 1).fetch_all(executor).await

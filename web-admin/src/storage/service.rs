@@ -19,6 +19,12 @@ pub struct Totals {
     pub stations: i64,
     /// Uploads in pieces that are not whole yet.
     pub uploads: i64,
+    /// Attempts whose recording waits to be scored.
+    pub pending: i64,
+    /// Scored attempts.
+    pub scored: i64,
+    /// Attempts whose recording could not be scored.
+    pub refused: i64,
     /// Recordings in the queue.
     pub waiting: i64,
     /// Of them, those that failed at least once.
@@ -42,6 +48,9 @@ pub async fn totals(executor: impl SqliteExecutor<'_>) -> Result<Totals> {
            (SELECT count(*) FROM people WHERE role = 'administrator' AND disabled_at IS NULL) AS administrators,
            (SELECT count(*) FROM api_tokens WHERE station IS NOT NULL AND revoked_at IS NULL) AS stations,
            (SELECT count(*) FROM uploads WHERE session_id IS NULL) AS uploads,
+           (SELECT count(*) FROM sessions WHERE state = 'pending') AS pending,
+           (SELECT coalesce(sum(attempts), 0) FROM tallies WHERE cohort_id = zeroblob(16)) AS scored,
+           (SELECT count(*) FROM sessions WHERE state = 'refused') AS refused,
            (SELECT count(*) FROM jobs) AS waiting,
            (SELECT count(*) FROM jobs WHERE attempts > 0) AS failing,
            (SELECT min(next_run_at) FROM jobs) AS due_at,

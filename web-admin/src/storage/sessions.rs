@@ -181,18 +181,23 @@ pub async fn visible(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, 
 /// # Errors
 /// When the database fails.
 pub async fn newest_visible(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<Session>> {
-    sqlx::query_as(
-        "SELECT * FROM sessions s WHERE s.school_id = $1 AND (s.trainee_id = $2 OR $3 OR EXISTS (
-           SELECT 1 FROM cohort_members teacher
-           JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
-           WHERE teacher.person_id = $2 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id))
-         ORDER BY s.started_at DESC, s.id DESC LIMIT 100",
-    )
-    .bind(viewer.school_id)
-    .bind(viewer.id)
-    .bind(viewer.role == Role::Administrator)
-    .fetch_all(executor)
-    .await
+    let statement = match viewer.role {
+        Role::Administrator => {
+            "SELECT * FROM sessions WHERE school_id = $1 AND $2 = $2 ORDER BY started_at DESC, id DESC LIMIT 100"
+        }
+        // From whoever is seen to the newest of each, and from these to the newest of all.
+        Role::Instructor | Role::Trainee => {
+            "SELECT s.* FROM (SELECT n.id FROM (SELECT learner.person_id FROM cohort_members teacher
+                 JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
+                 WHERE teacher.person_id = $2 AND teacher.role = 'instructor' UNION SELECT $2) seen
+               CROSS JOIN sessions n ON n.school_id = $1 AND n.id IN (
+                 SELECT l.id FROM sessions l WHERE l.school_id = $1 AND l.trainee_id = seen.person_id
+                 ORDER BY l.started_at DESC, l.id DESC LIMIT 100)
+               ORDER BY n.started_at DESC, n.id DESC LIMIT 100) chosen
+             CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id ORDER BY s.started_at DESC, s.id DESC"
+        }
+    };
+    sqlx::query_as(statement).bind(viewer.school_id).bind(viewer.id).fetch_all(executor).await
 }
 
 /// Ends the wait for a score.
@@ -250,12 +255,4 @@ pub async fn recordings(executor: impl SqliteExecutor<'_>) -> Result<Vec<Recordi
     sqlx::query_as("SELECT id, recording_path, recording_sha256, recording_size FROM sessions ORDER BY school_id, id")
         .fetch_all(executor)
         .await
-}
-
-/// How many attempts are in a state, in every school: for `/metrics`.
-///
-/// # Errors
-/// When the database fails.
-pub async fn count(executor: impl SqliteExecutor<'_>, state: SessionState) -> Result<i64> {
-    sqlx::query_scalar("SELECT count(*) FROM sessions WHERE state = $1").bind(state).fetch_one(executor).await
 }

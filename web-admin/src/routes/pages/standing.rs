@@ -1,5 +1,7 @@
 //! Where trainees stand in the courses of their school.
 
+use std::collections::BTreeMap;
+
 use uuid::Uuid;
 
 use crate::AppState;
@@ -81,13 +83,13 @@ pub(super) async fn cohort(
 ) -> Result<CohortStanding, Error> {
     let reader = state.db.reader();
     let trainees = reports::members(reader, school, cohort, crate::domain::Role::Trainee).await?;
-    let mut attempts = practice::of_cohort(reader, school, cohort).await?;
-    attempts.sort_by_key(|(trainee, _)| *trainee);
+    let mut practised: BTreeMap<Uuid, Vec<Attempt>> = BTreeMap::new();
+    for (trainee, attempt) in practice::of_cohort(reader, school, cohort).await? {
+        practised.entry(trainee).or_default().push(attempt);
+    }
     let mut standing = CohortStanding { rows: Vec::new(), by_course: courses.iter().map(|_| Vec::new()).collect() };
     for trainee in trainees {
-        let from = attempts.partition_point(|(id, _)| *id < trainee.id);
-        let to = attempts.partition_point(|(id, _)| *id <= trainee.id);
-        let own: Vec<Attempt> = attempts[from..to].iter().map(|(_, attempt)| attempt.clone()).collect();
+        let own = practised.remove(&trainee.id).unwrap_or_default();
         let progress = progress(courses, &own, state);
         if let Some((i, main)) = progress.first() {
             let link = (format!("/trainees/{}", trainee.id), trainee.name.clone());

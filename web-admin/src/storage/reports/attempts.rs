@@ -40,13 +40,14 @@ pub struct ListedAttempt {
 
 /// A list of attempts: the same columns whatever limits it.
 macro_rules! listed {
-    ($rest:literal) => {
+    ($from:literal, $rest:literal) => {
         concat!(
             "SELECT s.id, s.started_at, p.display_name AS trainee, coalesce(r.title, s.exercise_id) AS exercise,
                s.state, s.refusal, coalesce(s.verify_flagged, 0) AS flagged, g.score, g.passed, c.deductions,
                c.hard_fails, CASE WHEN g.override_id IS NOT NULL THEN c.score END AS computed
-             FROM sessions s
-             JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
+             FROM ",
+            $from,
+            " JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
              LEFT JOIN exercise_revisions r ON r.id = s.revision_id
              LEFT JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
              LEFT JOIN scores c ON c.id = g.score_id ",
@@ -75,7 +76,7 @@ pub async fn attempts_of(
     trainee: Uuid,
     stretch: Stretch,
 ) -> Result<Vec<ListedAttempt>> {
-    sqlx::query_as(listed!("WHERE s.school_id = $1 AND s.trainee_id = $2"))
+    sqlx::query_as(listed!("sessions s", "WHERE s.school_id = $1 AND s.trainee_id = $2"))
         .bind(school)
         .bind(trainee)
         .bind(stretch.limit)
@@ -94,7 +95,7 @@ pub async fn attempts_at(
     (trainee, exercise): (Uuid, &str),
     stretch: Stretch,
 ) -> Result<Vec<ListedAttempt>> {
-    sqlx::query_as(listed!("WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.exercise_id = $5"))
+    sqlx::query_as(listed!("sessions s", "WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.exercise_id = $5"))
         .bind(school)
         .bind(trainee)
         .bind(stretch.limit)
@@ -121,10 +122,18 @@ pub async fn count_attempts(executor: impl SqliteExecutor<'_>, school: Uuid, tra
 /// # Errors
 /// When the database fails.
 pub async fn latest_taught(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<ListedAttempt>> {
+    // From those who are taught to the latest of each, and from these to the latest of all: however many attempts the
+    // school has. A cross join keeps this order.
     sqlx::query_as(listed!(
-        "WHERE s.school_id = $1 AND EXISTS (SELECT 1 FROM cohort_members teacher
-           JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
-           WHERE teacher.person_id = $2 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id)"
+        "(SELECT n.id FROM (SELECT DISTINCT learner.person_id FROM cohort_members teacher
+             JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
+             WHERE teacher.person_id = $2 AND teacher.role = 'instructor') taught
+           CROSS JOIN sessions n ON n.school_id = $1 AND n.id IN (
+             SELECT l.id FROM sessions l WHERE l.school_id = $1 AND l.trainee_id = taught.person_id
+             ORDER BY l.started_at DESC, l.id DESC LIMIT $3)
+           ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
+         CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id",
+        "WHERE s.school_id = $1"
     ))
     .bind(viewer.school_id)
     .bind(viewer.id)
@@ -143,18 +152,33 @@ pub async fn latest_at(
     viewer: &CurrentPerson,
     exercise: &str,
 ) -> Result<Vec<ListedAttempt>> {
-    sqlx::query_as(listed!(
-        "WHERE s.school_id = $1 AND s.exercise_id = $5 AND ($6 OR s.trainee_id = $2 OR EXISTS (
-           SELECT 1 FROM cohort_members teacher
-           JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
-           WHERE teacher.person_id = $2 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id))"
-    ))
-    .bind(viewer.school_id)
-    .bind(viewer.id)
-    .bind(25)
-    .bind(0)
-    .bind(exercise)
-    .bind(viewer.role == Role::Administrator)
-    .fetch_all(executor)
-    .await
+    let statement = match viewer.role {
+        Role::Administrator => listed!(
+            "(SELECT n.id FROM sessions n WHERE n.school_id = $1 AND n.exercise_id = $5 AND $2 = $2
+               ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
+             CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id",
+            "WHERE s.school_id = $1"
+        ),
+        // As in [`latest_taught`], with their own.
+        Role::Instructor | Role::Trainee => listed!(
+            "(SELECT n.id FROM (SELECT learner.person_id FROM cohort_members teacher
+                 JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
+                 WHERE teacher.person_id = $2 AND teacher.role = 'instructor' UNION SELECT $2) seen
+               CROSS JOIN sessions n ON n.school_id = $1 AND n.id IN (
+                 SELECT l.id FROM sessions l
+                 WHERE l.school_id = $1 AND l.trainee_id = seen.person_id AND l.exercise_id = $5
+                 ORDER BY l.started_at DESC, l.id DESC LIMIT $3)
+               ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
+             CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id",
+            "WHERE s.school_id = $1"
+        ),
+    };
+    sqlx::query_as(statement)
+        .bind(viewer.school_id)
+        .bind(viewer.id)
+        .bind(25)
+        .bind(0)
+        .bind(exercise)
+        .fetch_all(executor)
+        .await
 }

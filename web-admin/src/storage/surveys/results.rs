@@ -115,13 +115,20 @@ pub async fn counts(executor: impl SqliteExecutor<'_>, survey: &Survey, now: Mom
              JOIN cohort_members m ON m.cohort_id = sc.cohort_id AND m.role = 'trainee'
              JOIN people p ON p.school_id = m.school_id AND p.id = m.person_id AND p.disabled_at IS NULL
              WHERE sc.survey_id = $2 AND $3 = 0) AS people,
-           (SELECT count(*) FROM (SELECT 1 FROM sessions s WHERE s.school_id = $1 AND s.started_at >= $4
-             AND s.started_at < $5 AND $3 = 1
-             AND (NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2)
-               OR EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2 AND e.exercise_id = s.exercise_id))
-             AND (NOT EXISTS (SELECT 1 FROM survey_cohorts sc WHERE sc.survey_id = $2)
-               OR EXISTS (SELECT 1 FROM survey_cohorts sc JOIN cohort_members m ON m.cohort_id = sc.cohort_id
-                 WHERE sc.survey_id = $2 AND m.person_id = s.trainee_id AND m.role = 'trainee'))
+           (SELECT count(*) FROM (
+             SELECT 1 FROM (SELECT DISTINCT m.person_id FROM survey_cohorts sc
+               JOIN cohort_members m ON m.cohort_id = sc.cohort_id AND m.role = 'trainee'
+               WHERE sc.survey_id = $2 AND $3 = 1) asked
+             CROSS JOIN sessions s ON s.school_id = $1 AND s.trainee_id = asked.person_id AND s.started_at >= $4
+               AND s.started_at < $5
+             WHERE NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2)
+               OR EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2 AND e.exercise_id = s.exercise_id)
+             UNION ALL
+             SELECT 1 FROM (SELECT 1 WHERE $3 = 1
+               AND NOT EXISTS (SELECT 1 FROM survey_cohorts sc WHERE sc.survey_id = $2)) everybody
+             CROSS JOIN sessions s ON s.school_id = $1 AND s.started_at >= $4 AND s.started_at < $5
+             WHERE NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2)
+               OR EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2 AND e.exercise_id = s.exercise_id)
              LIMIT 50000)) AS attempts
          FROM survey_responses r WHERE r.school_id = $1 AND r.survey_id = $2",
     )
