@@ -11,6 +11,7 @@ use crate::clock::Clock;
 use crate::config::{self, Config};
 
 mod backup;
+mod bench;
 mod certificate;
 mod curricula;
 mod demo;
@@ -53,6 +54,7 @@ enum Command {
     /// Checks certificates, and prints the key they are signed with
     #[command(subcommand)]
     Certificate(certificate::CertificateCommand),
+    Bench(bench::BenchArgs),
     /// Prints the API's OpenAPI description
     Openapi,
 }
@@ -183,6 +185,7 @@ async fn run(command: Command) -> Result<(), Failure> {
         Command::Backup(args) => backup::run(&args).await,
         Command::Restore(args) => restore::run(&args).await,
         Command::Certificate(command) => certificate::run(&command),
+        Command::Bench(args) => bench::run(&args).await,
         Command::Openapi => {
             let description = crate::routes::api::description();
             say(serde_json::to_string_pretty(&description).map_err(anyhow::Error::from)?);

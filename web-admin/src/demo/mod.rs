@@ -3,11 +3,12 @@
 
 mod assignments;
 mod attempt;
+mod crowd;
 mod experts;
 mod lesson;
 mod people;
 mod raters;
-mod school;
+pub(crate) mod school;
 mod study;
 
 use std::path::PathBuf;
@@ -26,15 +27,14 @@ use crate::domain::progress::{Course, Progress};
 use crate::intake::{self, Bearer};
 use crate::publishing::{self, Refused};
 use crate::recordings::Received;
-use crate::secret;
 use crate::storage::audit::Actor;
-use crate::storage::generated::{self, Crowd};
 use crate::storage::{curricula, exercises, practice};
 use crate::{surveys, worker};
 use attempt::Task;
 use people::{Trainee, found};
 use school::LEARNERS;
 
+pub use crowd::ATTEMPTS_EACH;
 pub use people::Account;
 
 const DAY_S: i64 = 86_400;
@@ -104,26 +104,9 @@ pub async fn make(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Ve
     study::hold(&past, school, &trainees).await?;
     assignments::assign(&past, school, now).await?;
     if wanted.crowd > 0 {
-        gather(state, school, wanted).await?;
+        crowd::gather(state, &trainees[0], wanted).await?;
     }
     Ok(accounts)
-}
-
-/// Generates the crowd, its attempts in the hundred days before now.
-async fn gather(state: &AppState, school_id: Uuid, wanted: &Demonstration) -> anyhow::Result<()> {
-    const ATTEMPTS_EACH: u32 = 100;
-    let password_hash = secret::hash_password(&wanted.password, state.config.password_cost)?;
-    let crowd = Crowd {
-        school_id,
-        trainees: wanted.crowd,
-        cohort_size: 30,
-        attempts_each: ATTEMPTS_EACH,
-        password_hash: &password_hash,
-        from_us: state.clock.now().plus_s(-DAY_S * i64::from(ATTEMPTS_EACH)).micros(),
-    };
-    let mut tx = state.db.write().await?;
-    generated::fill(&mut tx, &crowd).await?;
-    Ok(tx.commit().await?)
 }
 
 fn bar(attempts: usize) -> ProgressBar {

@@ -1,0 +1,80 @@
+//! Requests at a steady rate.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::http::StatusCode;
+use indicatif::ProgressBar;
+use tokio::task::JoinSet;
+use tokio::time::{MissedTickBehavior, interval};
+
+use super::pages::Page;
+use super::visitor::Visitor;
+use crate::clock::Clock;
+
+/// From each page to the next one asked for: a prime, so that every page has its turn, and far from its neighbours in the
+/// list, which are alike.
+const STRIDE: usize = 7919;
+
+/// How fast, and how long.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pace {
+    /// Requests a second.
+    pub rate: u32,
+    /// Duration, in s.
+    pub seconds: u32,
+}
+
+/// A request that was answered.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Timing {
+    /// The page, a place among all.
+    pub page: usize,
+    /// From the moment it was due until the answer was there whole: a late start counts, too.
+    pub took: Duration,
+    /// Size of the answer as it came, compressed, in bytes.
+    pub bytes: usize,
+}
+
+/// Asks for all pages in turn, each time by the next of its addresses, whether or not the answers keep up.
+pub(super) async fn ask(visitors: &[Visitor], pages: &[Page], pace: Pace) -> anyhow::Result<Vec<Timing>> {
+    let requests = usize::try_from(u64::from(pace.rate) * u64::from(pace.seconds))?;
+    let mut ticks = interval(Duration::from_secs(1) / pace.rate);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Burst);
+    let progress = Arc::new(ProgressBar::new(requests as u64));
+    let mut asked = JoinSet::new();
+    for n in 0..requests {
+        let page = n * STRIDE % pages.len();
+        let (visitor, path) = &pages[page].asked[n / pages.len() % pages[page].asked.len()];
+        let (visitor, path, progress) = (visitors[*visitor].clone(), path.clone(), Arc::clone(&progress));
+        let due = ticks.tick().await;
+        asked.spawn(async move {
+            let bytes = size(&visitor, &path).await?;
+            progress.inc(1);
+            Ok(Timing { page, took: due.elapsed(), bytes })
+        });
+    }
+    let timings = asked.join_all().await.into_iter().collect();
+    progress.finish_and_clear();
+    timings
+}
+
+/// Asks for one address again and again, each time when the answer before is there.
+pub(super) async fn repeat(visitor: &Visitor, path: &str, times: usize) -> anyhow::Result<Vec<Timing>> {
+    let clock = Clock::system();
+    let mut timings = Vec::new();
+    for _ in 0..times {
+        let begun = clock.now();
+        let bytes = size(visitor, path).await?;
+        let took_us = u64::try_from(clock.now().micros() - begun.micros())?;
+        timings.push(Timing { page: 0, took: Duration::from_micros(took_us), bytes });
+    }
+    Ok(timings)
+}
+
+/// The size of a page that must be there, compressed, in bytes.
+async fn size(visitor: &Visitor, path: &str) -> anyhow::Result<usize> {
+    let answer = visitor.ask(path, "gzip").await?;
+    anyhow::ensure!(answer.status == StatusCode::OK, "{path}: {}", answer.status);
+    Ok(answer.body.len())
+}

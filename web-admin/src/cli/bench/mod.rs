@@ -1,0 +1,95 @@
+//! `web-admin bench`: how fast every page is answered, on a small school and on a large one.
+//!
+//! The service runs as a process of its own. Its pages are found by following links, as several people of each role, so
+//! that a new page is measured as soon as somebody can reach it; then they are asked for at a steady rate, whether or not the
+//! service keeps up.
+
+mod load;
+mod pages;
+mod report;
+mod school;
+mod service;
+mod visitor;
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use clap::{Args, value_parser};
+
+use super::{Failure, say};
+use crate::demo::ATTEMPTS_EACH;
+use load::Pace;
+use pages::Tour;
+use report::Measured;
+use service::Service;
+
+/// The password of everybody here.
+const PASSWORD: &str = "a password for measurements";
+
+/// How often the results of a large survey are asked for, one after the other.
+const REPEATS: usize = 41;
+
+/// Measure how fast pages are answered, on generated schools, and write a report
+///
+/// The load comes from this machine, so it takes some of the time that it measures. Use a release build for figures to report.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  web-admin bench --data-dir /tmp/schools --out bench")]
+pub struct BenchArgs {
+    /// Folder for the generated schools, 6 GB at a million attempts; one that is there already is measured again
+    #[arg(long, value_name = "DIR")]
+    data_dir: PathBuf,
+    /// Folder for the report, pages.md; an older one in it is replaced
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Attempts in each school, a hundred for each trainee; separated by commas
+    #[arg(long, value_name = "N", value_delimiter = ',', default_values_t = [10_000, 1_000_000],
+        value_parser = value_parser!(u32).range(3_000..=10_000_000))]
+    attempts: Vec<u32>,
+    /// Requests a second
+    #[arg(long, value_name = "N", default_value_t = 50, value_parser = value_parser!(u32).range(1..=10_000))]
+    rate: u32,
+    /// How long each school is asked, in s
+    #[arg(long, value_name = "S", default_value_t = 120, value_parser = value_parser!(u32).range(1..=86_400))]
+    seconds: u32,
+}
+
+pub(super) async fn run(args: &BenchArgs) -> Result<(), Failure> {
+    std::fs::create_dir_all(&args.data_dir)?;
+    std::fs::create_dir_all(&args.out)?;
+    let pace = Pace { rate: args.rate, seconds: args.seconds };
+    let mut measured = Vec::new();
+    for attempts in &args.attempts {
+        measured.push(measure(args, *attempts, pace).await?);
+    }
+    let file = args.out.join("pages.md");
+    std::fs::write(&file, report::markdown(&measured, pace).map_err(anyhow::Error::from)?)?;
+    say(format_args!("{}", file.display()));
+    Ok(())
+}
+
+async fn measure(args: &BenchArgs, attempts: u32, pace: Pace) -> anyhow::Result<Measured> {
+    let folder = args.data_dir.join(format!("attempts-{attempts}"));
+    let trainees = attempts / ATTEMPTS_EACH;
+    say(format_args!("{attempts} attempts: making the school"));
+    let school = school::prepare(&folder, trainees).await?;
+    let service = Service::start(&folder)?;
+    say(format_args!("{attempts} attempts: looking for pages, after a start of {:.1} s", service.started_in_s));
+    let visitors = visitor::sign_in(&service.url, trainees).await?;
+    let tour = Tour::take(&visitors, school.routes, &school.survey).await?;
+    say(format_args!("{attempts} attempts: asking for {} pages", tour.pages.len()));
+    let timings = load::ask(&visitors, &tour.pages, pace).await?;
+    let results = format!("{}/results", school.survey);
+    let administrator = visitors.iter().find(|visitor| visitor.role == "administrator").context("an administrator")?;
+    let results = load::repeat(administrator, &results, REPEATS).await?;
+    Ok(Measured {
+        attempts,
+        trainees,
+        database_bytes: std::fs::metadata(folder.join("stylet.db"))?.len(),
+        started_in_s: service.started_in_s,
+        peak_bytes: service.peak_bytes()?,
+        pages: tour.pages.into_iter().map(|page| (page.role, page.route)).collect(),
+        unseen: tour.unseen,
+        timings,
+        results,
+    })
+}

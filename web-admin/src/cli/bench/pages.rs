@@ -1,0 +1,122 @@
+//! Which pages there are: found by following links, each counted by its route and the role of whoever sees it.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+
+use axum::http::StatusCode;
+
+use super::visitor::Visitor;
+
+/// Addresses that a visitor asks for on one route.
+const EACH: usize = 10;
+/// Beside links: what people type.
+const SEARCHES: [&str; 2] = ["/people?q=instructor", "/people?q=generated+00042"];
+
+/// A page, as people of one role see it.
+pub(super) struct Page {
+    /// The role.
+    pub role: &'static str,
+    /// The route.
+    pub route: String,
+    /// Who asks for what: a place among the visitors, and an address.
+    pub asked: Vec<(usize, String)>,
+}
+
+/// The pages that visitors have found.
+pub(super) struct Tour {
+    /// By route, then by role.
+    pub pages: Vec<Page>,
+    /// Routes of pages that nobody came to.
+    pub unseen: Vec<String>,
+}
+
+impl Tour {
+    /// Follows every link of every visitor from their home on, but those below `aside`. `routes` are all that the service
+    /// answers; programs' and files' do not count.
+    pub(super) async fn take(visitors: &[Visitor], mut routes: Vec<String>, aside: &str) -> anyhow::Result<Self> {
+        routes.retain(|route| !route.starts_with("/api/") && !route.starts_with("/assets/"));
+        let mut found: BTreeMap<(String, &'static str), Vec<(usize, String)>> = BTreeMap::new();
+        for (place, visitor) in visitors.iter().enumerate() {
+            for (route, path) in walk(visitor, &routes, aside).await? {
+                found.entry((route, visitor.role)).or_default().push((place, path));
+            }
+        }
+        let seen: BTreeSet<&str> = found.keys().map(|(route, _)| route.as_str()).collect();
+        let mut unseen = Vec::new();
+        for route in routes.iter().filter(|route| !seen.contains(route.as_str())) {
+            if is_page(&visitors[0], route).await? {
+                unseen.push(route.clone());
+            }
+        }
+        let pages = found.into_iter().map(|((route, role), asked)| Page { role, route, asked }).collect();
+        Ok(Self { pages, unseen })
+    }
+}
+
+/// Every address that a visitor comes to and is shown, with its route, a few of each.
+async fn walk(visitor: &Visitor, routes: &[String], aside: &str) -> anyhow::Result<Vec<(String, String)>> {
+    let mut waiting: VecDeque<String> = ["/"].into_iter().chain(SEARCHES).map(str::to_owned).collect();
+    let mut known: BTreeSet<String> = waiting.iter().cloned().collect();
+    let mut asked: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut shown = Vec::new();
+    while let Some(path) = waiting.pop_front() {
+        let Some(route) = route_of(&path, routes) else { continue };
+        let times = asked.entry(route).or_default();
+        *times += 1;
+        if *times > EACH {
+            continue;
+        }
+        let answer = visitor.ask(&path, "identity").await?;
+        if answer.status == StatusCode::OK {
+            shown.push((route.to_owned(), path));
+            let found = links(&String::from_utf8_lossy(&answer.body));
+            let fresh = found.into_iter().filter(|link| !link.starts_with(aside) && known.insert(link.clone()));
+            waiting.extend(fresh);
+        }
+    }
+    Ok(shown)
+}
+
+/// The addresses within the service that a page links to, without what follows `#`.
+fn links(page: &str) -> Vec<String> {
+    let hrefs = page.split("href=\"").skip(1).filter_map(|rest| rest.split('"').next());
+    let own = hrefs.filter(|href| href.starts_with('/') && !href.starts_with("//"));
+    own.map(|href| href.split('#').next().unwrap_or_default().replace("&amp;", "&").replace("&#38;", "&")).collect()
+}
+
+/// The route that answers an address: of those that fit, the one with the fewest parameters.
+fn route_of<'a>(path: &str, routes: &'a [String]) -> Option<&'a str> {
+    let path: Vec<&str> = path.split('?').next().unwrap_or_default().split('/').collect();
+    let fits = |route: &&String| {
+        let parts: Vec<&str> = route.split('/').collect();
+        parts.len() == path.len() && parts.iter().zip(&path).all(|(part, own)| part.starts_with('{') || part == own)
+    };
+    routes.iter().filter(fits).min_by_key(|route| route.matches('{').count()).map(String::as_str)
+}
+
+/// Whether a route can be looked at; others are only for sending something.
+async fn is_page(visitor: &Visitor, route: &str) -> anyhow::Result<bool> {
+    let answer = visitor.ask(&route.replace(['{', '}'], ""), "identity").await?;
+    Ok(answer.status != StatusCode::METHOD_NOT_ALLOWED)
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a link is missed or an address is counted under another page.
+
+    use super::*;
+
+    #[test]
+    fn links_lead_within_the_service() {
+        let page = r##"<a href="/a?x=1&amp;y=2#top"> <a href="https://elsewhere/"> <a href="//other"> <a href="#here"> <a href="/b">"##;
+        assert_eq!(links(page), ["/a?x=1&y=2", "/b"]);
+    }
+
+    #[test]
+    fn an_address_belongs_to_the_route_that_answers_it() {
+        let routes = ["/people/{id}", "/people/roster", "/people"].map(str::to_owned);
+        assert_eq!(route_of("/people?q=x", &routes), Some("/people"));
+        assert_eq!(route_of("/people/roster", &routes), Some("/people/roster"));
+        assert_eq!(route_of("/people/5", &routes), Some("/people/{id}"));
+        assert_eq!(route_of("/people/5/link", &routes), None);
+    }
+}

@@ -1,0 +1,62 @@
+//! The service as a process of its own.
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Stdio};
+
+use anyhow::{Context, ensure};
+
+use crate::clock::Clock;
+
+/// A running `web-admin serve`, ended when dropped.
+pub(super) struct Service {
+    /// Where it listens, with scheme.
+    pub url: String,
+    /// How long it took to start, in s.
+    pub started_in_s: f64,
+    child: Child,
+    /// Kept open: a service whose output is closed would be told so.
+    output: BufReader<ChildStdout>,
+}
+
+impl Service {
+    /// Serves a data folder on a free port, and waits until it listens.
+    pub(super) fn start(folder: &Path) -> anyhow::Result<Self> {
+        let clock = Clock::system();
+        let begun = clock.now();
+        let mut child = Command::new(std::env::current_exe()?)
+            .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
+            .arg(folder)
+            .env("RUST_LOG", "warn")
+            .stdout(Stdio::piped())
+            .spawn()
+            .context("the service cannot be started")?;
+        let output = BufReader::new(child.stdout.take().context("an output that was asked for")?);
+        let mut service = Self { url: String::new(), started_in_s: 0.0, child, output };
+        while service.url.is_empty() {
+            let mut line = String::new();
+            let read = service.output.read_line(&mut line)?;
+            ensure!(read > 0, "the service has ended before it listened");
+            service.url = line.find("http://").map_or("", |at| line[at..].trim()).to_owned();
+        }
+        service.started_in_s = (clock.now().micros() - begun.micros()) as f64 / 1e6;
+        Ok(service)
+    }
+
+    /// The most memory that it has ever had resident, in bytes.
+    pub(super) fn peak_bytes(&self) -> anyhow::Result<u64> {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id()))
+            .context("memory is read from /proc")?;
+        let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).context("a peak in /proc")?;
+        let kibibytes: u64 = peak.trim().trim_end_matches("kB").trim().parse()?;
+        Ok(kibibytes * 1024)
+    }
+}
+
+impl Drop for Service {
+    fn drop(&mut self) {
+        // One that has ended by itself leaves nothing to kill.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

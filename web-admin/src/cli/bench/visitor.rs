@@ -1,0 +1,104 @@
+//! People who are signed in and ask for pages.
+
+use anyhow::{Context, ensure};
+use axum::body::{Body, Bytes, to_bytes};
+use axum::http::{Request, Response, StatusCode, header};
+use hyper_util::client::legacy::Client;
+use hyper_util::client::legacy::connect::HttpConnector;
+use hyper_util::rt::TokioExecutor;
+use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
+
+use super::PASSWORD;
+use crate::demo::school::{self, ADMINISTRATOR, COHORTS, LEARNERS};
+use crate::storage::generated;
+
+/// How many of the crowd's trainees and instructors ask, spread over all of them.
+const OF_EACH: u32 = 4;
+/// Cohorts of thirty, four for each instructor.
+const TRAINEES_OF_AN_INSTRUCTOR: u32 = 120;
+
+/// Somebody who is signed in.
+#[derive(Clone)]
+pub(super) struct Visitor {
+    /// Their role, in a word.
+    pub role: &'static str,
+    url: String,
+    cookie: String,
+    client: Client<HttpConnector, Body>,
+}
+
+/// An answer, read whole.
+pub(super) struct Answer {
+    pub status: StatusCode,
+    pub body: Bytes,
+}
+
+/// Signs in the demonstration's administrator and one of each other role, and some trainees and instructors of the crowd.
+pub(super) async fn sign_in(url: &str, trainees: u32) -> anyhow::Result<Vec<Visitor>> {
+    let instructors = trainees.div_ceil(TRAINEES_OF_AN_INSTRUCTOR);
+    let mut people = vec![
+        ("administrator", school::email(ADMINISTRATOR)),
+        ("instructor", school::email(COHORTS[0].instructor)),
+        ("trainee", school::email(LEARNERS[0].name)),
+    ];
+    people.extend(spread(instructors).map(|place| ("instructor", generated::instructor_email(place))));
+    people.extend(spread(trainees).map(|place| ("trainee", generated::trainee_email(place))));
+    let mut visitors = Vec::new();
+    for (role, email) in people {
+        let mut visitor = Visitor {
+            role,
+            url: url.to_owned(),
+            cookie: String::new(),
+            client: Client::builder(TokioExecutor::new()).build_http(),
+        };
+        visitor.sign_in(&email).await.with_context(|| format!("{email} cannot sign in"))?;
+        visitors.push(visitor);
+    }
+    Ok(visitors)
+}
+
+/// Some places out of so many, evenly; fewer where there are fewer.
+fn spread(of: u32) -> impl Iterator<Item = u32> {
+    let many = OF_EACH.min(of);
+    (0..many).map(move |n| n * (of / many))
+}
+
+impl Visitor {
+    /// Asks for a page in an encoding (`gzip`, or `identity` for none), and reads the answer whole.
+    pub(super) async fn ask(&self, path: &str, encoding: &str) -> anyhow::Result<Answer> {
+        let request = Request::get(format!("{}{path}", self.url))
+            .header(header::COOKIE, &self.cookie)
+            .header(header::ACCEPT_ENCODING, encoding)
+            .body(Body::empty())?;
+        let answer = self.client.request(request).await?;
+        let status = answer.status();
+        Ok(Answer { status, body: to_bytes(Body::new(answer.into_body()), usize::MAX).await? })
+    }
+
+    async fn sign_in(&mut self, email: &str) -> anyhow::Result<()> {
+        let page = self.client.request(Request::get(format!("{}/login", self.url)).body(Body::empty())?).await?;
+        self.cookie = cookie(&page)?;
+        let page = to_bytes(Body::new(page.into_body()), usize::MAX).await?;
+        let page = String::from_utf8_lossy(&page);
+        let csrf = page.split("name=\"csrf\" value=\"").nth(1).and_then(|rest| rest.split('"').next());
+        let fields = [("csrf", csrf.context("a form to sign in with")?), ("email", email), ("password", PASSWORD)];
+        let escaped = |text| utf8_percent_encode(text, NON_ALPHANUMERIC).to_string();
+        let form: Vec<String> = fields.iter().map(|(name, value)| format!("{name}={}", escaped(value))).collect();
+        let request = Request::post(format!("{}/login", self.url))
+            .header(header::COOKIE, &self.cookie)
+            .header(header::CONTENT_TYPE, "application/x-www-form-urlencoded")
+            .body(Body::from(form.join("&")))?;
+        let answer = self.client.request(request).await?;
+        ensure!(answer.status() == StatusCode::SEE_OTHER, "answered {}", answer.status());
+        self.cookie = cookie(&answer)?;
+        Ok(())
+    }
+}
+
+/// The session that an answer sets.
+fn cookie<B>(answer: &Response<B>) -> anyhow::Result<String> {
+    let set = answer.headers().get_all(header::SET_COOKIE).iter().filter_map(|value| value.to_str().ok());
+    let mut sessions = set.filter(|set| set.starts_with("stylet_session"));
+    let session = sessions.next().and_then(|set| set.split(';').next());
+    Ok(session.context("an answer that sets no session")?.to_owned())
+}

@@ -1,0 +1,185 @@
+//! A large database of generated people and attempts, to measure pages on. Nothing in it was ever practised.
+//!
+//! [`found`] makes the people, [`practise`] the attempts of some of them, and [`conclude`] the sums over all: three steps, so
+//! that each can be a transaction of a size that the disk bears.
+
+mod attempts;
+mod said;
+
+use std::ops::Range;
+
+use sqlx::SqliteConnection;
+use uuid::Uuid;
+
+use super::Result;
+
+/// The first ids of each kind, far apart; the numbers in them keep generated rows apart from others.
+const TRAINEES: i64 = 1_000_000_000;
+const COHORTS: i64 = 2_000_000_000;
+const ATTEMPTS: i64 = 3_000_000_000;
+const INSTRUCTORS: i64 = 4_000_000_000;
+/// How many cohorts an instructor teaches.
+const COHORTS_EACH: i64 = 4;
+/// What the transactions here keep of the database in memory, as `PRAGMA cache_size` reads it: 256 MB.
+const CACHE: &str = "PRAGMA cache_size = -256000";
+
+/// What to generate in a school whose course is published.
+#[derive(Clone, Copy, Debug)]
+pub struct Crowd<'a> {
+    /// School.
+    pub school_id: Uuid,
+    /// How many trainees.
+    pub trainees: u32,
+    /// How many trainees a cohort has.
+    pub cohort_size: u32,
+    /// Attempts of each trainee.
+    pub attempts_each: u32,
+    /// Everybody's password, hashed.
+    pub password_hash: &'a str,
+    /// The earliest attempt, in µs since 1970 UTC.
+    pub from_us: i64,
+    /// From an attempt to the next of the same trainee, in µs.
+    pub every_us: i64,
+    /// A scored attempt whose recording, curve and metrics the generated ones share.
+    pub model: Uuid,
+}
+
+impl Crowd<'_> {
+    fn cohorts(&self) -> i64 {
+        i64::from(self.trainees.div_ceil(self.cohort_size.max(1)))
+    }
+
+    /// The ids of the attempts of some trainees, by their places: the first, and the one after the last.
+    fn attempts_of(&self, trainees: &Range<u32>) -> (Uuid, Uuid) {
+        let first = |trainee: u32| id(ATTEMPTS + i64::from(trainee) * i64::from(self.attempts_each));
+        (first(trainees.start), first(trainees.end))
+    }
+}
+
+/// The id with a number, as `unhex(printf('%032x', …))` makes it.
+fn id(number: i64) -> Uuid {
+    Uuid::from_u128(u128::from(number.unsigned_abs()))
+}
+
+/// The address of a generated trainee.
+#[must_use]
+pub fn trainee_email(place: u32) -> String {
+    format!("generated{place}@example.org")
+}
+
+/// The address of a generated instructor.
+#[must_use]
+pub fn instructor_email(place: u32) -> String {
+    format!("instructor{place}@example.org")
+}
+
+/// Generates trainees, cohorts, instructors with four cohorts each, and what these have assigned.
+///
+/// # Errors
+/// When the database fails.
+pub async fn found(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
+    sqlx::query(CACHE).execute(&mut *writer).await?;
+    trainees(writer, crowd).await?;
+    instructors(writer, crowd).await?;
+    cohorts(writer, crowd).await?;
+    said::assignments(writer, crowd).await
+}
+
+/// Generates the attempts of some trainees, by their places, with their scores and metrics, and what was said about them.
+///
+/// # Errors
+/// When the database fails.
+pub async fn practise(writer: &mut SqliteConnection, crowd: &Crowd<'_>, trainees: Range<u32>) -> Result<()> {
+    attempts::add(writer, crowd, &trainees).await?;
+    let (from, to) = crowd.attempts_of(&trainees);
+    attempts::score(writer, crowd, (from, to)).await?;
+    attempts::sum_up(writer, crowd, (from, to)).await?;
+    said::comments(writer, crowd, (from, to)).await?;
+    said::reviews(writer, crowd, (from, to)).await
+}
+
+/// Sums the school up, and tells the planner how large it is.
+///
+/// # Errors
+/// When the database fails.
+pub async fn conclude(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
+    sqlx::query("DELETE FROM tallies WHERE school_id = $1").bind(crowd.school_id).execute(&mut *writer).await?;
+    attempts::tally(writer, crowd).await?;
+    sqlx::query("ANALYZE").execute(writer).await.map(drop)
+}
+
+async fn trainees(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
+    sqlx::query(
+        "WITH RECURSIVE n (i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i + 1 < $2)
+         INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search)
+         SELECT unhex(printf('%032x', $5 + i)), $1, 'trainee', printf('generated%d@example.org', i),
+           printf('Generated %05d', i), printf('generated-%d', i), $3, $4,
+           printf('generated %05d generated%d@example.org', i, i) FROM n",
+    )
+    .bind(crowd.school_id)
+    .bind(crowd.trainees)
+    .bind(crowd.password_hash)
+    .bind(crowd.from_us)
+    .bind(TRAINEES)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+async fn instructors(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
+    sqlx::query(
+        "WITH RECURSIVE n (i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE (i + 1) * $6 < $2)
+         INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search)
+         SELECT unhex(printf('%032x', $5 + i)), $1, 'instructor', printf('instructor%d@example.org', i),
+           printf('Instructor %04d', i), printf('instructor-%d', i), $3, $4,
+           printf('instructor %04d instructor%d@example.org', i, i) FROM n",
+    )
+    .bind(crowd.school_id)
+    .bind(crowd.cohorts())
+    .bind(crowd.password_hash)
+    .bind(crowd.from_us)
+    .bind(INSTRUCTORS)
+    .bind(COHORTS_EACH)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+async fn cohorts(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
+    sqlx::query(
+        "WITH RECURSIVE n (i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i + 1 < $2)
+         INSERT INTO cohorts (id, school_id, name, created_at)
+         SELECT unhex(printf('%032x', $4 + i)), $1, printf('Generated %03d', i), $3 FROM n",
+    )
+    .bind(crowd.school_id)
+    .bind(crowd.cohorts())
+    .bind(crowd.from_us)
+    .bind(COHORTS)
+    .execute(&mut *writer)
+    .await?;
+    sqlx::query(
+        "WITH RECURSIVE n (i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i + 1 < $2)
+         INSERT INTO cohort_members (school_id, cohort_id, person_id, role)
+         SELECT $1, unhex(printf('%032x', $4 + i / $3)), unhex(printf('%032x', $5 + i)), 'trainee' FROM n",
+    )
+    .bind(crowd.school_id)
+    .bind(crowd.trainees)
+    .bind(crowd.cohort_size)
+    .bind(COHORTS)
+    .bind(TRAINEES)
+    .execute(&mut *writer)
+    .await?;
+    sqlx::query(
+        "WITH RECURSIVE n (i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i + 1 < $2)
+         INSERT INTO cohort_members (school_id, cohort_id, person_id, role)
+         SELECT $1, unhex(printf('%032x', $4 + i)), unhex(printf('%032x', $5 + i / $3)), 'instructor' FROM n",
+    )
+    .bind(crowd.school_id)
+    .bind(crowd.cohorts())
+    .bind(COHORTS_EACH)
+    .bind(COHORTS)
+    .bind(INSTRUCTORS)
+    .execute(writer)
+    .await
+    .map(drop)
+}

@@ -1,0 +1,102 @@
+//! The generated crowd that pages are measured on, and lists of the latest attempts in it. Fails when what is generated is not
+//! what the service itself would have written, so that a measurement would be of something else, and when somebody is shown
+//! other attempts than the latest of those whom they teach.
+
+use web_admin::domain::{Moment, Role};
+use web_admin::storage::generated::{self, Crowd};
+use web_admin::storage::{practice, reports};
+use web_admin::worker;
+
+use super::support::App;
+use super::support::recordings::{Attempt, record};
+
+const TRAINEES: u32 = 70;
+const EACH: u32 = 4;
+
+/// A school with an administrator and a crowd: cohorts of ten, four for each of two instructors.
+async fn crowded() -> App {
+    let app = App::new().await;
+    let school_id = app.school("North").await;
+    app.publish(school_id).await;
+    app.member(school_id, Role::Administrator, "admin@north.example").await;
+    let trainee = app.member(school_id, Role::Trainee, "trainee@north.example").await;
+    let model = Attempt::default();
+    assert_eq!(app.with_token(&trainee.token).upload(&record(&model)).await.status, 201);
+    worker::work_off(&app.state).await.unwrap();
+    let password_hash =
+        web_admin::secret::hash_password(super::support::PASSWORD, app.state.config.password_cost).unwrap();
+    let crowd = Crowd {
+        school_id,
+        trainees: TRAINEES,
+        cohort_size: 10,
+        attempts_each: EACH,
+        password_hash: &password_hash,
+        from_us: Moment::from_micros(1_700_000_000_000_000).micros(),
+        every_us: 30 * 86_400_000_000,
+        model: model.session_id,
+    };
+    app.write(async |tx| generated::found(tx, &crowd).await.unwrap()).await;
+    for places in [0..40, 40..TRAINEES] {
+        app.write(async |tx| generated::practise(tx, &crowd, places).await.unwrap()).await;
+    }
+    app.write(async |tx| generated::conclude(tx, &crowd).await.unwrap()).await;
+    app
+}
+
+#[tokio::test]
+async fn a_crowd_is_what_the_service_would_have_written() {
+    let app = crowded().await;
+    let reader = app.state.db.reader();
+    assert_eq!(app.state.db.integrity().await.unwrap(), Vec::<String>::new());
+    let instructor = web_admin::storage::people::by_email(reader, &generated::instructor_email(1)).await.unwrap();
+    let instructor = instructor.unwrap().into_current().unwrap();
+    let taught = reports::cohorts(reader, &instructor).await.unwrap();
+    assert_eq!(taught.len(), 3, "the second instructor has what the first leaves of seven cohorts");
+    for cohort in &taught {
+        let attempts = practice::of_cohort(reader, instructor.school_id, cohort.id).await.unwrap();
+        assert_eq!(attempts.len(), 10 * EACH as usize, "{}", cohort.name);
+    }
+    let months = practice::by_month(reader, instructor.school_id).await.unwrap();
+    let all: i64 = months.iter().map(|(_, sums)| sums.attempts).sum();
+    assert_eq!(all, i64::from(TRAINEES * EACH) + 1, "the crowd's and the one that was really made");
+}
+
+#[tokio::test]
+async fn whoever_teaches_is_shown_the_latest_attempts_of_their_own_trainees() {
+    let app = crowded().await;
+    let reader = app.state.db.reader();
+    let instructor = web_admin::storage::people::by_email(reader, &generated::instructor_email(0)).await.unwrap();
+    let instructor = instructor.unwrap().into_current().unwrap();
+    let mut own = Vec::new();
+    for cohort in reports::cohorts(reader, &instructor).await.unwrap() {
+        own.extend(practice::of_cohort(reader, instructor.school_id, cohort.id).await.unwrap());
+    }
+    own.sort_by_key(|(_, attempt)| std::cmp::Reverse(attempt.at));
+    let latest = reports::latest_taught(reader, &instructor).await.unwrap();
+    let times =
+        |attempts: &[reports::ListedAttempt]| -> Vec<_> { attempts.iter().map(|a| a.started_at.to_utc()).collect() };
+    assert_eq!(times(&latest), own[..10].iter().map(|(_, attempt)| attempt.at).collect::<Vec<_>>());
+    let exercise = own[0].1.exercise.clone();
+    let at_it = own.iter().filter(|(_, attempt)| attempt.exercise == exercise).take(25);
+    let listed = reports::latest_at(reader, &instructor, &exercise).await.unwrap();
+    assert_eq!(times(&listed), at_it.map(|(_, attempt)| attempt.at).collect::<Vec<_>>());
+}
+
+#[tokio::test]
+async fn the_pages_of_a_crowd_are_shown() {
+    let app = crowded().await;
+    for (email, paths) in [
+        ("admin@north.example".to_owned(), &["/", "/cohorts", "/review", "/progress", "/people", "/assignments"][..]),
+        (generated::instructor_email(0), &["/", "/review", "/assignments", "/exercises/feel-the-layers"]),
+        (generated::trainee_email(5), &["/", "/assignments", "/exercises/feel-the-layers"]),
+    ] {
+        let mut browser = app.signed_in(&email).await;
+        for path in paths {
+            let page = browser.get(path).await;
+            assert_eq!(page.status, 200, "{email} {path}: {}", page.text());
+        }
+    }
+    let mut metrics = app.stranger();
+    let metrics = metrics.get("/metrics").await.text();
+    assert!(metrics.contains(&format!("stylet_sessions{{state=\"scored\"}} {}\n", TRAINEES * EACH + 1)), "{metrics}");
+}
