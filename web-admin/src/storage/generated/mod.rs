@@ -20,8 +20,6 @@ const ATTEMPTS: i64 = 3_000_000_000;
 const INSTRUCTORS: i64 = 4_000_000_000;
 /// How many cohorts an instructor teaches.
 const COHORTS_EACH: i64 = 4;
-/// What the transactions here keep of the database in memory, as `PRAGMA cache_size` reads it: 256 MB.
-const CACHE: &str = "PRAGMA cache_size = -256000";
 
 /// What to generate in a school whose course is published.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +76,8 @@ pub fn instructor_email(place: u32) -> String {
 /// # Errors
 /// When the database fails.
 pub async fn found(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
-    sqlx::query(CACHE).execute(&mut *writer).await?;
+    // 256 MB: the indices grow at random places.
+    sqlx::query("PRAGMA cache_size = -256000").execute(&mut *writer).await?;
     trainees(writer, crowd).await?;
     instructors(writer, crowd).await?;
     cohorts(writer, crowd).await?;
