@@ -1,24 +1,18 @@
-//! Assignments: made, extended, taken back, judged, and reminded of.
-
-use std::time::Duration;
+//! Assignments: made, taken back, judged.
 
 use serde_json::json;
 use uuid::Uuid;
 
 use crate::AppState;
+use crate::deadlines::Dated;
+use crate::domain::CurrentPerson;
 use crate::domain::assignment::{Assigned, Standing, Taught, Tried, sort};
-use crate::domain::{CurrentPerson, due};
 use crate::error::Error;
 use crate::storage::assignments::{self, Listed, NewAssignment};
 use crate::storage::audit::Entry;
 use crate::storage::curricula;
-use crate::storage::mails::{self, MailKind, NewMail};
+use crate::storage::deadlines::Kind;
 use crate::storage::{practice, supervisions};
-
-/// How long before it is due somebody is reminded, in s.
-const REMIND_S: i64 = 48 * 3600;
-/// How often it is looked who is to be reminded.
-const EVERY: Duration = Duration::from_secs(600);
 
 /// Makes an assignment.
 ///
@@ -34,27 +28,15 @@ pub async fn make(state: &AppState, by: &CurrentPerson, new: &NewAssignment) -> 
     Ok(id)
 }
 
-/// Lets one trainee have so many calendar days longer; as long as everybody with 0.
-///
-/// # Errors
-/// When it has no due date, or the database fails.
-pub async fn extend(
-    state: &AppState,
-    by: &CurrentPerson,
-    assignment: &Listed,
-    (person, days): (Uuid, i64),
-) -> Result<(), Error> {
-    let Some(local) = &assignment.due_local else {
-        return Err(Error::Conflict(tr!("what has no due date is not extended").to_owned()));
-    };
-    let later = due::extended(local, &assignment.time_zone, days);
-    let later = later.map_err(|refused| Error::Unprocessable(refused.to_string()))?;
-    let mut tx = state.db.write().await?;
-    let longer = (days > 0).then_some((days, later));
-    assignments::extend(&mut tx, by.school_id, (assignment.id, person), longer).await?;
-    let told = json!({ "person": person, "days": days });
-    Entry::by(by, "assignment.extended", assignment.id).with(told).append(&mut tx, state.clock.now()).await?;
-    Ok(tx.commit().await?)
+/// What is put off when an assignment is.
+#[must_use]
+pub fn dated(assignment: &Listed) -> Dated<'_> {
+    Dated {
+        kind: Kind::Assignment,
+        id: assignment.id,
+        due_local: assignment.due_local.as_deref(),
+        time_zone: &assignment.time_zone,
+    }
 }
 
 /// Takes an assignment back.
@@ -116,34 +98,4 @@ pub async fn standings_in(
         assigned.into_iter().map(|assigned| Standing::of(assigned, taught, &tried, now)).collect();
     sort(&mut standings);
     Ok(standings)
-}
-
-/// Queues reminders, now and then.
-pub async fn run(state: AppState) {
-    loop {
-        if let Err(error) = remind(&state).await {
-            tracing::warn!(cause = %error, "reminders could not be queued");
-        }
-        tokio::time::sleep(EVERY).await;
-    }
-}
-
-/// Queues a reminder for whatever is due soon; each once.
-///
-/// # Errors
-/// When the database fails.
-pub async fn remind(state: &AppState) -> Result<(), Error> {
-    let now = state.clock.now();
-    let due = assignments::to_remind(state.db.reader(), now, now.plus_s(REMIND_S)).await?;
-    if due.is_empty() {
-        return Ok(());
-    }
-    let mut tx = state.db.write().await?;
-    for (school_id, person_id, assignment) in due {
-        let mail = NewMail { school_id, person_id, kind: MailKind::Reminder, assignment_id: Some(assignment) };
-        mails::queue(&mut tx, mail, now).await?;
-    }
-    tx.commit().await?;
-    state.mails.notify_one();
-    Ok(())
 }

@@ -12,6 +12,7 @@ pub mod certificates;
 pub mod cli;
 pub mod clock;
 pub mod config;
+pub mod deadlines;
 pub mod demo;
 pub mod domain;
 pub mod drafting;

@@ -5,10 +5,12 @@ use sqlx::types::Json;
 use uuid::Uuid;
 
 use crate::AppState;
+use crate::deadlines::Dated;
 use crate::domain::segments::{Verdict, pops};
-use crate::domain::{CurrentPerson, Role};
+use crate::domain::{CurrentPerson, Moment, Role};
 use crate::error::Error;
 use crate::storage::audit::Entry;
+use crate::storage::deadlines::{self, Kind};
 use crate::storage::scores::{self, SessionKey};
 use crate::storage::segments::{self, Marks, NewTask, Task, Trace};
 
@@ -23,6 +25,12 @@ pub async fn make(state: &AppState, by: &CurrentPerson, new: &NewTask) -> Result
     Entry::by(by, "segments.assigned", id).with(told).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok(id)
+}
+
+/// What is put off when a task is.
+#[must_use]
+pub fn dated(task: &Task) -> Dated<'_> {
+    Dated { kind: Kind::Segments, id: task.id, due_local: task.due_local.as_deref(), time_zone: &task.time_zone }
 }
 
 /// Takes a task back.
@@ -104,8 +112,12 @@ pub struct Outcome {
     pub traces: usize,
     /// Over all that were sent.
     pub verdict: Verdict,
-    /// One was sent after the task was due.
+    /// One was sent after the task was due for them.
     pub late: bool,
+    /// When it is due for them.
+    pub due_at: Option<Moment>,
+    /// Calendar days by which it was extended for them; 0 for none.
+    pub extended_days: i64,
 }
 
 /// The outcomes of a task, in the order of `people`.
@@ -120,17 +132,24 @@ pub async fn outcomes(state: &AppState, school: Uuid, task: &Task, people: &[Uui
         traces.push((trace, pops));
     }
     let marks = segments::marks(reader, school, task.id).await?;
-    Ok(people.iter().map(|person| outcome(task, &traces, (&marks, *person))).collect())
+    let longer = deadlines::of_segments(reader, school, task.id).await?;
+    let of = |person: &Uuid| {
+        let longer = longer.iter().find(|extension| extension.person_id == *person);
+        let due_at = longer.map_or(task.due_at, |extension| Some(extension.due_at));
+        let begun =
+            Outcome { due_at, extended_days: longer.map_or(0, |extension| extension.days), ..Outcome::default() };
+        outcome(begun, &traces, (&marks, *person))
+    };
+    Ok(people.iter().map(of).collect())
 }
 
-fn outcome(task: &Task, traces: &[(Trace, Vec<f64>)], (marks, person): (&[Marks], Uuid)) -> Outcome {
-    let mut outcome = Outcome::default();
+fn outcome(mut outcome: Outcome, traces: &[(Trace, Vec<f64>)], (marks, person): (&[Marks], Uuid)) -> Outcome {
     for (trace, pops) in traces.iter().filter(|(trace, _)| trace.trainee_id != person) {
         outcome.traces += 1;
         let own = marks.iter().find(|marks| marks.person_id == person && marks.trace_id == trace.id);
         let Some((own, sent_at)) = own.and_then(|own| Some((own, own.sent_at?))) else { continue };
         outcome.sent += 1;
-        outcome.late |= task.due_at.is_some_and(|due| due < sent_at);
+        outcome.late |= outcome.due_at.is_some_and(|due| due < sent_at);
         outcome.verdict = outcome.verdict.join(Verdict::of(pops, &own.marks));
     }
     outcome

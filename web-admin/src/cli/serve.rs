@@ -19,7 +19,7 @@ use crate::regrading::exercise::PREVIEW_LIFETIME_S;
 use crate::roster_import::DRAFT_LIFETIME_S;
 use crate::storage::web_sessions::WebSessions;
 use crate::storage::{account_links, people, regradings, rosters};
-use crate::{assignments, mail, recordings, routes, uploads, verification, worker};
+use crate::{deadlines, mail, recordings, routes, uploads, verification, worker};
 
 /// How long a request may go on after the service was told to stop.
 const LAST_ORDERS: Duration = Duration::from_secs(10);
@@ -102,7 +102,7 @@ async fn serve(state: &AppState) -> anyhow::Result<()> {
     let background = [
         tokio::spawn(worker::run(state.clone())),
         tokio::spawn(mail::run(state.clone())),
-        tokio::spawn(assignments::run(state.clone())),
+        tokio::spawn(deadlines::run(state.clone())),
         tokio::spawn(tidy(state.clone())),
     ];
     let (stop, stopped) = tokio::sync::oneshot::channel();

@@ -9,8 +9,10 @@ use super::school::{self, COHORTS, LEARNERS};
 use crate::AppState;
 use crate::assignments;
 use crate::clock::Clock;
+use crate::deadlines;
 use crate::domain::assignment::Task;
 use crate::domain::{CurrentPerson, Moment, due};
+use crate::mail;
 use crate::storage::assignments::{self as stored, NewAssignment};
 use crate::storage::{cohorts, people, schools};
 
@@ -27,7 +29,7 @@ pub async fn assign(state: &AppState, school: Uuid, now: Moment) -> anyhow::Resu
     tx.commit().await?;
     let instructor = person(state, COHORTS[0].instructor).await?.into_current().context("an instructor")?;
     let course = Task::Course(super::COURSE.to_owned());
-    make(state, &instructor, course, (now, now.plus_s(2 * DAY_S))).await?;
+    make(state, &instructor, course, (now, now.plus_s(DAY_S))).await?;
     let exercise = Task::Exercise("reach-the-muscle".to_owned());
     let late = make(state, &instructor, exercise, (now.plus_s(-14 * DAY_S), now.plus_s(-2 * DAY_S))).await?;
     let listed = stored::managed(state.db.reader(), &instructor, Some(late), 1).await?;
@@ -35,7 +37,17 @@ pub async fn assign(state: &AppState, school: Uuid, now: Moment) -> anyhow::Resu
         LEARNERS.iter().find(|learner| learner.cohort == 0 && learner.absent_weeks > 0).context("an absent one")?;
     let absent = person(state, absent.name).await?.id;
     let listed = listed.first().context("what was just assigned")?;
-    Ok(assignments::extend(state, &instructor, listed, (absent, 7)).await?)
+    Ok(deadlines::extend(state, &instructor, assignments::dated(listed), (absent, 7)).await?)
+}
+
+/// Writes to whoever has something due by tomorrow: the letters are files in the mail folder.
+///
+/// # Errors
+/// When the database fails, or a letter cannot be written.
+pub async fn remind(state: &AppState, now: Moment) -> anyhow::Result<()> {
+    let now = AppState { clock: Clock::fixed(now), ..state.clone() };
+    deadlines::remind(&now).await?;
+    Ok(mail::work_off(&now).await?)
 }
 
 async fn person(state: &AppState, name: &str) -> anyhow::Result<people::Person> {

@@ -5,11 +5,13 @@ use std::time::Duration;
 use crate::AppState;
 use crate::accounts;
 use crate::assignments;
+use crate::domain::assignment::{Stage, Standing};
 use crate::error::Error;
 use crate::mail::{Letter, surveys};
 use crate::storage::account_links::Purpose;
 use crate::storage::mails::{self, Mail, MailKind};
-use crate::views::letters;
+use crate::storage::segments;
+use crate::views::letters::{self, Reminded};
 use crate::words::{self, Language};
 
 /// How often the queue is looked at where nobody rings.
@@ -88,12 +90,25 @@ async fn compose(state: &AppState, mail: &Mail) -> Result<Option<Letter>, Error>
     Ok(Some(Letter { id: mail.id, name: mail.name.clone(), email: mail.email.clone(), subject, body }))
 }
 
-/// A reminder of what is still to be done.
+/// A reminder of what is still to be done: an assignment, or a task to mark pops.
 async fn reminder(state: &AppState, mail: &Mail) -> Result<Option<(String, String)>, Error> {
+    let (is_meant, address) = (|id| Some(id) == mail.assignment_id, &state.config.public_url);
     let standings = assignments::standings(state, mail.school_id, mail.person_id).await?;
-    let still = standings.into_iter().find(|s| Some(s.assigned.id) == mail.assignment_id && s.is_open());
-    let address = format!("{}/assignments", state.config.public_url);
-    Ok(still.and_then(|standing| letters::reminder(mail, &standing, &address)))
+    if let Some(Standing { assigned, stage, .. }) = standings.iter().find(|s| is_meant(s.assigned.id) && s.is_open()) {
+        let remind = |due_at| {
+            let of = Reminded { title: &assigned.title, due_at, time_zone: &assigned.time_zone, stage };
+            letters::reminder(mail, of, &format!("{address}/assignments"))
+        };
+        return Ok(assigned.due_at.map(remind));
+    }
+    let tasks = segments::of_trainee(state.db.reader(), mail.school_id, mail.person_id).await?;
+    let still = tasks.iter().find(|task| is_meant(task.id) && task.sent < task.traces);
+    let remind = |(task, due_at): (&segments::Task, _)| {
+        let stage = &Stage::Open { left: None };
+        let of = Reminded { title: &task.title, due_at, time_zone: &task.time_zone, stage };
+        letters::reminder(mail, of, &format!("{address}/segments/{}", task.id))
+    };
+    Ok(still.and_then(|task| Some((task, task.due_at?))).map(remind))
 }
 
 async fn link(state: &AppState, mail: &Mail, purpose: Purpose) -> Result<String, Error> {

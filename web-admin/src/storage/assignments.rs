@@ -183,35 +183,6 @@ pub async fn managed(
     .await
 }
 
-/// Lets one trainee have longer, or, with `None`, as long as everybody.
-///
-/// # Errors
-/// When the database fails.
-pub async fn extend(
-    writer: &mut SqliteConnection,
-    school: Uuid,
-    (assignment, person): (Uuid, Uuid),
-    longer: Option<(i64, Moment)>,
-) -> Result<()> {
-    sqlx::query("DELETE FROM assignment_extensions WHERE assignment_id = $1 AND person_id = $2")
-        .bind(assignment)
-        .bind(person)
-        .execute(&mut *writer)
-        .await?;
-    let Some((days, due_at)) = longer else { return Ok(()) };
-    sqlx::query(
-        "INSERT INTO assignment_extensions (school_id, assignment_id, person_id, days, due_at) VALUES ($1, $2, $3, $4, $5)",
-    )
-    .bind(school)
-    .bind(assignment)
-    .bind(person)
-    .bind(days)
-    .bind(due_at)
-    .execute(writer)
-    .await
-    .map(drop)
-}
-
 /// Takes an assignment back.
 ///
 /// # Errors
@@ -224,30 +195,4 @@ pub async fn withdraw(writer: &mut SqliteConnection, school: Uuid, id: Uuid, now
         .execute(writer)
         .await
         .map(drop)
-}
-
-/// Whoever has something due between two moments and was not reminded of it: school, person, assignment.
-///
-/// # Errors
-/// When the database fails.
-pub async fn to_remind(executor: impl SqliteExecutor<'_>, from: Moment, to: Moment) -> Result<Vec<(Uuid, Uuid, Uuid)>> {
-    sqlx::query_as(
-        "SELECT d.school_id, d.person_id, d.id FROM (
-           SELECT a.school_id, m.person_id, a.id, a.due_at, a.withdrawn_at FROM assignments a
-           JOIN cohort_members m ON m.cohort_id = a.cohort_id AND m.role = 'trainee'
-           WHERE a.due_at > $1 AND a.due_at <= $2 AND a.withdrawn_at IS NULL
-           UNION SELECT a.school_id, a.person_id, a.id, a.due_at, a.withdrawn_at FROM assignments a
-           WHERE a.person_id IS NOT NULL AND a.due_at > $1 AND a.due_at <= $2 AND a.withdrawn_at IS NULL) d
-         WHERE NOT EXISTS (SELECT 1 FROM mails s WHERE s.assignment_id = d.id AND s.person_id = d.person_id)
-           AND NOT EXISTS (SELECT 1 FROM assignment_extensions x
-                           WHERE x.assignment_id = d.id AND x.person_id = d.person_id)
-         UNION SELECT x.school_id, x.person_id, x.assignment_id FROM assignment_extensions x
-         JOIN assignments a ON a.id = x.assignment_id
-         WHERE x.due_at > $1 AND x.due_at <= $2 AND a.withdrawn_at IS NULL
-           AND NOT EXISTS (SELECT 1 FROM mails s WHERE s.assignment_id = x.assignment_id AND s.person_id = x.person_id)",
-    )
-    .bind(from)
-    .bind(to)
-    .fetch_all(executor)
-    .await
 }

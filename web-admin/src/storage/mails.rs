@@ -29,7 +29,7 @@ pub struct Mail {
     pub person_id: Uuid,
     /// What about.
     pub kind: MailKind,
-    /// The assignment of a reminder.
+    /// The assignment or task of a reminder.
     pub assignment_id: Option<Uuid>,
     /// How often it was tried.
     pub tries: i64,
@@ -56,7 +56,7 @@ pub struct NewMail {
     pub person_id: Uuid,
     /// What about.
     pub kind: MailKind,
-    /// The assignment of a reminder.
+    /// The assignment or task of a reminder.
     pub assignment_id: Option<Uuid>,
 }
 

@@ -16,6 +16,7 @@ pub mod audit;
 pub mod cohorts;
 pub mod comments;
 pub mod curricula;
+pub mod deadlines;
 pub mod directory;
 pub mod drafts;
 pub mod exercises;

@@ -33,8 +33,12 @@ pub struct Task {
     pub cohort_id: Uuid,
     /// Its name.
     pub cohort: String,
-    /// When it is due.
+    /// When it is due for everybody, as it was said.
+    pub due_local: Option<String>,
+    /// When it is due, for a trainee with their extension.
     pub due_at: Option<Moment>,
+    /// Calendar days by which it was extended for them; 0 for none.
+    pub extended_days: i64,
     /// The time zone in which it was said.
     pub time_zone: String,
     /// Traces; without a trainee's own attempts.
@@ -113,8 +117,8 @@ pub async fn add(writer: &mut SqliteConnection, by: &CurrentPerson, new: &NewTas
 /// When the database fails.
 pub async fn managed(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, only: Option<Uuid>) -> Result<Vec<Task>> {
     sqlx::query_as(
-        "SELECT k.id, k.title, k.cohort_id, c.name AS cohort, k.due_at, k.time_zone,
-           (SELECT count(*) FROM segment_traces r WHERE r.task_id = k.id) AS traces, 0 AS sent
+        "SELECT k.id, k.title, k.cohort_id, c.name AS cohort, k.due_local, k.due_at, 0 AS extended_days,
+           k.time_zone, (SELECT count(*) FROM segment_traces r WHERE r.task_id = k.id) AS traces, 0 AS sent
          FROM segment_tasks k JOIN cohorts c ON c.school_id = k.school_id AND c.id = k.cohort_id
          WHERE k.school_id = $1 AND k.withdrawn_at IS NULL AND ($4 IS NULL OR k.id = $4) AND ($2 OR EXISTS (
            SELECT 1 FROM cohort_members m
@@ -135,16 +139,17 @@ pub async fn managed(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, only
 /// When the database fails.
 pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Vec<Task>> {
     sqlx::query_as(
-        "SELECT k.id, k.title, k.cohort_id, c.name AS cohort, k.due_at, k.time_zone, count(*) AS traces,
-           count(a.sent_at) AS sent
+        "SELECT k.id, k.title, k.cohort_id, c.name AS cohort, k.due_local, coalesce(x.due_at, k.due_at) AS due_at,
+           coalesce(x.days, 0) AS extended_days, k.time_zone, count(*) AS traces, count(a.sent_at) AS sent
          FROM cohort_members m
          JOIN segment_tasks k ON k.cohort_id = m.cohort_id AND k.withdrawn_at IS NULL
          JOIN cohorts c ON c.school_id = k.school_id AND c.id = k.cohort_id
          JOIN segment_traces r ON r.task_id = k.id
          JOIN sessions s ON s.school_id = r.school_id AND s.id = r.session_id AND s.trainee_id <> $2
          LEFT JOIN segment_marks a ON a.trace_id = r.id AND a.person_id = $2
+         LEFT JOIN segment_extensions x ON x.task_id = k.id AND x.person_id = $2
          WHERE m.person_id = $2 AND m.role = 'trainee' AND k.school_id = $1
-         GROUP BY k.id ORDER BY k.due_at IS NULL, k.due_at, k.made_at",
+         GROUP BY k.id ORDER BY k.due_at IS NULL, coalesce(x.due_at, k.due_at), k.made_at",
     )
     .bind(school)
     .bind(person)

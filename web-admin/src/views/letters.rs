@@ -4,7 +4,7 @@ use askama::Template;
 
 use crate::accounts::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
 use crate::domain::Moment;
-use crate::domain::assignment::{Stage, Standing};
+use crate::domain::assignment::Stage;
 use crate::domain::due::{Local, local};
 use crate::storage::mails::Mail;
 use crate::storage::surveys::{Letter, Survey};
@@ -36,15 +36,28 @@ struct Reminder<'a> {
     name: &'a str,
     title: &'a str,
     due: &'a Local,
-    standing: &'a Standing,
+    stage: &'a Stage,
     link: &'a str,
 }
 
-/// Subject and text of a reminder; none for what has no date.
+/// What somebody is reminded of.
+#[derive(Clone, Copy, Debug)]
+pub struct Reminded<'a> {
+    /// Title.
+    pub title: &'a str,
+    /// When it is due for them.
+    pub due_at: Moment,
+    /// The time zone in which it is due.
+    pub time_zone: &'a str,
+    /// How far they have come.
+    pub stage: &'a Stage,
+}
+
+/// Subject and text of a reminder.
 #[must_use]
-pub fn reminder(mail: &Mail, standing: &Standing, link: &str) -> Option<(String, String)> {
-    let due = &local(standing.assigned.due_at?, &standing.assigned.time_zone);
-    Some(parts(&Reminder { name: &mail.name, title: &standing.assigned.title, due, standing, link }))
+pub fn reminder(mail: &Mail, of: Reminded<'_>, link: &str) -> (String, String) {
+    let due = &local(of.due_at, of.time_zone);
+    parts(&Reminder { name: &mail.name, title: of.title, due, stage: of.stage, link })
 }
 
 #[derive(Template)]

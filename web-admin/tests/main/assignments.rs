@@ -2,9 +2,9 @@
 //! when another school's cohort can be told from none, or when somebody is reminded twice or for nothing.
 
 use uuid::Uuid;
-use web_admin::assignments;
 use web_admin::clock::Clock;
 use web_admin::config::MailTo;
+use web_admin::deadlines;
 use web_admin::domain::{Moment, Role};
 use web_admin::mail;
 use web_admin::storage::{cohorts, schools};
@@ -59,7 +59,7 @@ impl World {
     }
 
     async fn mails(&self) -> Vec<String> {
-        assignments::remind(&self.app.state).await.unwrap();
+        deadlines::remind(&self.app.state).await.unwrap();
         mail::work_off(&self.app.state).await.unwrap();
         let MailTo::Folder(folder) = &self.app.state.config.mail else { panic!("mail goes to a folder") };
         let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };

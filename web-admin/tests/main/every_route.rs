@@ -16,7 +16,7 @@
 //!
 //! Each is a status, several separated by `/`, or `-` for "not tried". The objects that a path or what is sent may name are made in
 //! [`World::new`]: `{session}`, `{trainee}`, `{cohort}`, …; add yours there. What is sent is a form (its CSRF token is
-//! added) or, beginning with `{`, JSON. Every line that is not a GET is tried on a copy of the database of its own.
+//! added) or, beginning with `{`, JSON. Every line is tried on a copy of the database that nobody has changed: where a try has, the next gets a new one.
 //! To see what the service answers now: leave the columns at `-`, run, and read the message; then judge whether it is right.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -24,6 +24,8 @@ use std::path::Path;
 
 use axum::body::Body;
 use axum::http::{Method, Request, header};
+use sqlx::pool::PoolConnection;
+use sqlx::{Sqlite, SqliteConnection};
 use tempfile::TempDir;
 use uuid::Uuid;
 use web_admin::assignments;
@@ -168,6 +170,31 @@ impl World {
         let body = if row.method == Method::GET { Body::empty() } else { Body::from(sent) };
         client.send(request.body(body).unwrap()).await.status.as_u16()
     }
+}
+
+/// The service on a copy, and a connection that notices when the copy is changed.
+struct Copy {
+    app: App,
+    watch: PoolConnection<Sqlite>,
+    version: i64,
+}
+
+impl Copy {
+    async fn of(world: &World) -> Self {
+        let app = world.open().await;
+        let mut watch = app.state.db.reader().acquire().await.unwrap();
+        let version = version(&mut watch).await;
+        Self { app, watch, version }
+    }
+
+    async fn is_changed(&mut self) -> bool {
+        version(&mut self.watch).await != self.version
+    }
+}
+
+/// Another number whenever another connection has changed the database.
+async fn version(watch: &mut SqliteConnection) -> i64 {
+    sqlx::query_scalar("PRAGMA data_version").fetch_one(watch).await.unwrap()
 }
 
 /// A survey of a teacher for a cohort, with a link, and what else its addresses name.
@@ -320,14 +347,16 @@ fn copy(from: &Path, to: &Path) {
 /// Tries every row of a kind, and tells all that is answered otherwise than the table says.
 async fn every(kind: impl Fn(&Row) -> bool) {
     let world = World::new().await;
-    let shared = world.open().await;
+    let mut copy = Copy::of(&world).await;
     let mut wrong = Vec::new();
     for row in rows().into_iter().filter(|row| kind(row)) {
         for visitor in &world.visitors {
             let expected = row.expected.iter().find(|(column, _)| *column == visitor.column);
             let Some((_, expected)) = expected else { continue };
-            let own = if row.method == Method::GET { None } else { Some(world.open().await) };
-            let answer = world.answer(own.as_ref().unwrap_or(&shared), visitor, &row).await;
+            let answer = world.answer(&copy.app, visitor, &row).await;
+            if copy.is_changed().await {
+                copy = Copy::of(&world).await;
+            }
             if !expected.split('/').any(|status| answer.to_string() == status) {
                 wrong.push(format!("{} {} {}: {answer}, not {expected}", row.method, row.path, visitor.column));
             }

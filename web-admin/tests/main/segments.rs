@@ -2,8 +2,13 @@
 //! from any route; when they are given an attempt of their own; when sent marks change; and when results are wrong.
 
 use uuid::Uuid;
-use web_admin::domain::Role;
+use web_admin::clock::Clock;
+use web_admin::config::MailTo;
+use web_admin::deadlines;
 use web_admin::domain::segments::pops;
+use web_admin::domain::{Moment, Role};
+use web_admin::mail;
+use web_admin::storage::schools;
 use web_admin::storage::scores::{self, SessionKey};
 use web_admin::worker;
 
@@ -12,12 +17,16 @@ use super::support::recordings::{Attempt, record};
 use super::support::{App, Member};
 
 const NAME: &str = "Ben Quillfeather";
+/// 2026-03-05 00:00 UTC; the attempts of these tests begin on 4 March.
+const NOW: Moment = Moment::from_micros(1_772_668_800_000_000);
+const DAY_S: i64 = 86_400;
 
 struct School {
     app: App,
     id: Uuid,
     /// An attempt of Ben's and one of Ada's.
     attempts: [Uuid; 2],
+    ada: Uuid,
 }
 
 async fn upload(app: &App, member: &Member) -> Uuid {
@@ -28,8 +37,9 @@ async fn upload(app: &App, member: &Member) -> Uuid {
 
 impl School {
     async fn new() -> Self {
-        let app = App::new().await;
+        let app = App::with(Clock::fixed(NOW), |_| {}).await;
         let north = app.school("North").await;
+        app.write(async |tx| schools::set_time_zone(tx, north, "Europe/Berlin").await.unwrap()).await;
         app.publish(north).await;
         let ada = app.member(north, Role::Trainee, "ada@example.org").await;
         let ben = app.member(north, Role::Trainee, "ben@example.org").await;
@@ -40,7 +50,7 @@ impl School {
         app.write(async |tx| named.execute(tx).await.unwrap()).await;
         let attempts = [upload(&app, &ben).await, upload(&app, &ada).await];
         worker::work_off(&app.state).await.unwrap();
-        Self { app, id: north, attempts }
+        Self { app, id: north, attempts, ada: ada.person.id }
     }
 
     async fn ask(&self, teacher: &mut Client, changed: &[(&str, &str)]) -> Answer {
@@ -65,6 +75,34 @@ impl School {
         let made = self.ask(&mut teacher, &[]).await;
         assert_eq!(made.status, 303, "{}", made.text());
         made.header("location").to_owned()
+    }
+
+    /// A task that is due on 27 March, two days before the clocks go forward.
+    async fn dated_task(&self, teacher: &mut Client) -> String {
+        self.ask(teacher, &[("due", "2026-03-27T18:00")]).await.header("location").to_owned()
+    }
+
+    async fn extend(&self, teacher: &mut Client, task: &str, (person, days): (Uuid, &str)) -> Answer {
+        let (csrf, person) = (csrf_in(&teacher.get("/").await.text()), person.to_string());
+        teacher.form(&format!("{task}/extend"), &[("csrf", &csrf), ("person", &person), ("days", days)]).await
+    }
+
+    /// Whom letters were written to.
+    async fn reminded(&self) -> Vec<String> {
+        deadlines::remind(&self.app.state).await.unwrap();
+        mail::work_off(&self.app.state).await.unwrap();
+        let MailTo::Folder(folder) = &self.app.state.config.mail else { panic!("mail goes to a folder") };
+        let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+        let letters = entries.map(|entry| std::fs::read_to_string(entry.unwrap().path()).unwrap());
+        let to = |letter: String| {
+            assert!(
+                letter.replace("\r\n ", " ").contains("27 Mar 2026, 18:00: Where are the pops?")
+                    || letter.contains("3 Apr"),
+                "{letter}"
+            );
+            letter.lines().find(|line| line.starts_with("To:")).unwrap().to_owned()
+        };
+        letters.map(to).collect()
     }
 
     async fn pops(&self, attempt: Uuid) -> Vec<f64> {
@@ -183,4 +221,63 @@ async fn what_is_no_moment_or_no_task_is_refused_and_what_was_typed_stays() {
     }
     let none = school.ask(&mut teacher, &[("cohort", &Uuid::new_v4().to_string())]).await;
     assert_eq!(none.status, 404, "another school’s cohort");
+}
+
+#[tokio::test]
+async fn one_trainee_has_longer_by_calendar_days_and_is_not_late() {
+    let school = School::new().await;
+    let mut teacher = school.app.signed_in("teacher@example.org").await;
+    let task = school.dated_task(&mut teacher).await;
+    assert_eq!(school.extend(&mut teacher, &task, (school.ada, "7")).await.status, 303);
+    let mut ada = school.app.signed_in("ada@example.org").await;
+    for path in ["/segments", &task] {
+        let own = ada.get(path).await.text();
+        assert!(own.contains("3 Apr 2026, 18:00") && own.contains("UTC+02:00"), "{own}");
+        assert!(own.contains("7 days longer for you"), "{own}");
+    }
+    let bens = school.app.signed_in("ben@example.org").await.get(&task).await.text();
+    assert!(bens.contains("27 Mar 2026, 18:00") && bens.contains("UTC+01:00") && !bens.contains("longer"), "{bens}");
+    for (person, days, status) in [(school.ada, "367", 422), (school.ada, "-1", 422), (Uuid::new_v4(), "7", 404)] {
+        assert_eq!(school.extend(&mut teacher, &task, (person, days)).await.status, status, "{days}");
+    }
+    let mut other = school.app.signed_in("other@example.org").await;
+    assert_eq!(school.extend(&mut other, &task, (school.ada, "7")).await.status, 404);
+    let without_date = school.task().await;
+    assert_eq!(school.extend(&mut teacher, &without_date, (school.ada, "7")).await.status, 409);
+
+    school.app.state.clock.advance(25 * DAY_S);
+    let mut ada = school.app.signed_in("ada@example.org").await;
+    let trace = ada.get(&task).await.link("/segments/traces/");
+    assert_eq!(mark(&mut ada, &trace, &["1".to_owned()], "send").await.status, 303);
+    let mut teacher = school.app.signed_in("teacher@example.org").await;
+    assert!(!teacher.get(&task).await.text().contains("Late"), "on 30 March, within her extension");
+    assert_eq!(school.extend(&mut teacher, &task, (school.ada, "0")).await.status, 303);
+    assert!(teacher.get(&task).await.text().contains("Late"), "as long as everybody");
+}
+
+#[tokio::test]
+async fn whoever_has_not_marked_is_reminded_once_and_with_an_extension_later() {
+    let school = School::new().await;
+    let mut teacher = school.app.signed_in("teacher@example.org").await;
+    let task = school.dated_task(&mut teacher).await;
+    assert_eq!(school.extend(&mut teacher, &task, (school.ada, "7")).await.status, 303);
+    assert_eq!(school.reminded().await.len(), 0, "not three weeks before");
+    school.app.state.clock.advance(21 * DAY_S);
+    let first = school.reminded().await;
+    assert!(first.len() == 1 && first[0].contains("ben@example.org"), "{first:?}");
+    assert_eq!(school.reminded().await.len(), 1, "once");
+    school.app.state.clock.advance(7 * DAY_S);
+    let both = school.reminded().await;
+    assert!(both.len() == 2 && both.iter().any(|to| to.contains("ada@example.org")), "{both:?}");
+
+    let school = School::new().await;
+    let mut teacher = school.app.signed_in("teacher@example.org").await;
+    let task = school.dated_task(&mut teacher).await;
+    for name in ["ada", "ben"] {
+        let mut trainee = school.app.signed_in(&format!("{name}@example.org")).await;
+        let trace = trainee.get(&task).await.link("/segments/traces/");
+        assert_eq!(mark(&mut trainee, &trace, &["1".to_owned()], "send").await.status, 303);
+    }
+    school.app.state.clock.advance(21 * DAY_S);
+    assert_eq!(school.reminded().await, Vec::<String>::new(), "nothing is left to do");
 }

@@ -10,6 +10,7 @@ use super::Id;
 use super::admin::administrators_only;
 use crate::AppState;
 use crate::assignments as teaching;
+use crate::deadlines;
 use crate::domain::assignment::Task;
 use crate::domain::due::{self, is_zone, local};
 use crate::domain::{CurrentPerson, Role};
@@ -27,8 +28,6 @@ use crate::views::{Place, Shell};
 
 /// Assignments on the page of those who make them.
 const LATEST: u32 = 100;
-/// Most calendar days of an extension.
-const MAX_DAYS: i64 = 366;
 
 pub(super) async fn list(
     State(state): State<AppState>,
@@ -240,10 +239,11 @@ async fn trainees(state: &AppState, person: &CurrentPerson, listed: &Listed) -> 
     })
 }
 
+/// Calendar days that one trainee has longer.
 #[derive(Deserialize)]
 pub(super) struct ExtensionForm {
-    person: Uuid,
-    days: i64,
+    pub(super) person: Uuid,
+    pub(super) days: i64,
 }
 
 pub(super) async fn extend(
@@ -257,13 +257,7 @@ pub(super) async fn extend(
     if !trainees.iter().any(|trainee| trainee.id == form.person) {
         return Err(Error::NotFound.into());
     }
-    if !(0..=MAX_DAYS).contains(&form.days) {
-        let days = form.days;
-        return Err(
-            Error::Unprocessable(tr!("days: {days}; 0 to {most} are allowed", days = days, most = MAX_DAYS)).into()
-        );
-    }
-    teaching::extend(&state, &person, &listed, (form.person, form.days)).await?;
+    deadlines::extend(&state, &person, teaching::dated(&listed), (form.person, form.days)).await?;
     Ok(Redirect::to(&format!("/assignments/{id}")))
 }
 

@@ -37,6 +37,8 @@ pub struct TaskRow {
     pub cohort: String,
     /// When it is due.
     pub due: Option<Local>,
+    /// Days by which it was extended for the visitor.
+    pub extended_days: i64,
     /// It is due, and not done.
     pub late: bool,
     /// Traces.
@@ -100,6 +102,8 @@ pub struct ResultRow {
     pub id: Uuid,
     /// Their name.
     pub name: String,
+    /// When it is due for them.
+    pub due: Option<Local>,
     /// Over all traces that they sent.
     pub outcome: Outcome,
 }
@@ -131,6 +135,7 @@ mod tests {
             title: "Where are the <pops>?".to_owned(),
             cohort: "Spring".to_owned(),
             due: Some(crate::domain::due::local(crate::domain::Moment::from(samples::NOW), "Europe/Berlin")),
+            extended_days: 2,
             late: true,
             traces: 3,
             sent: 1,
@@ -139,14 +144,20 @@ mod tests {
 
     fn outcome() -> Outcome {
         let verdict = Verdict::of(&[1.0, 2.0, 3.0], &[1.05, 2.1, 7.0]);
-        Outcome { sent: 1, traces: 3, verdict, late: true }
+        Outcome { sent: 1, traces: 3, verdict, late: true, extended_days: 2, ..Outcome::default() }
     }
 
     #[test]
     fn a_trainee_sees_what_is_left_and_an_instructor_makes_more() {
         let page = SegmentsPage { shell: samples::shell(Role::Trainee), tasks: vec![task()], teaches: false };
         let html = samples::keep("segments-own", &page);
-        assert!(html.contains("1 of 3") && html.contains("&#60;pops&#62;") && html.contains("Late"), "{html}");
+        assert!(
+            html.contains("1 of 3")
+                && html.contains("2 days longer for you")
+                && html.contains("&#60;pops&#62;")
+                && html.contains("Late"),
+            "{html}"
+        );
         let own = OwnTaskPage {
             shell: samples::shell(Role::Trainee),
             task: task(),
@@ -161,7 +172,7 @@ mod tests {
 
     #[test]
     fn results_are_by_trainee() {
-        let row = |name: &str, outcome| ResultRow { id: Uuid::nil(), name: name.to_owned(), outcome };
+        let row = |name: &str, outcome| ResultRow { id: Uuid::nil(), name: name.to_owned(), due: task().due, outcome };
         let page = TaskPage {
             shell: samples::shell(Role::Instructor),
             task: task(),
@@ -169,7 +180,10 @@ mod tests {
             rows: vec![row("Ada", outcome()), row("Ben", Outcome { traces: 3, ..Outcome::default() })],
         };
         let html = samples::keep("segments-task", &page);
-        assert!(html.contains("100 ms") && html.contains("0 of 3") && html.contains("–"), "{html}");
+        assert!(
+            html.contains("100 ms") && html.contains("name=\"days\"") && html.contains("0 of 3") && html.contains("–"),
+            "{html}"
+        );
     }
 
     #[test]

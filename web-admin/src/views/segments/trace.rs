@@ -162,6 +162,7 @@ mod tests {
                 title: "Where are the pops?".to_owned(),
                 cohort: "Spring".to_owned(),
                 due: None,
+                extended_days: 0,
                 late: false,
                 traces: 3,
                 sent: 1,

@@ -6,15 +6,17 @@ use axum::routing::{get, post};
 use uuid::Uuid;
 
 use super::Id;
+use super::assignments::ExtensionForm;
 use crate::AppState;
+use crate::deadlines;
 use crate::domain::due::local;
 use crate::domain::{CurrentPerson, Role};
 use crate::error::{Error, PageError};
 use crate::export::{self, Cell};
 use crate::routes::Routes;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
-use crate::segments;
-use crate::storage::reports;
+use crate::segments::{self, Outcome};
+use crate::storage::reports::{self, Named};
 use crate::storage::segments::{self as stored, Task, Trace};
 use crate::views::segments::{OwnTaskPage, ResultRow, SegmentsPage, TaskPage, TaskRow};
 use crate::views::{Place, Shell};
@@ -28,6 +30,7 @@ pub(super) fn router() -> Routes {
         .route("/segments/new", get(make::show))
         .route("/segments/{id}", get(show))
         .route("/segments/{id}/results.csv", get(csv))
+        .route("/segments/{id}/extend", post(extend))
         .route("/segments/{id}/withdraw", post(withdraw))
         .route("/segments/traces/{id}", get(trace::show).post(trace::mark))
 }
@@ -57,6 +60,7 @@ fn row(state: &AppState, task: &Task) -> TaskRow {
         cohort: task.cohort.clone(),
         due: task.due_at.map(|at| local(at, &task.time_zone)),
         late: task.sent < task.traces && task.due_at.is_some_and(|due| due < state.clock.now()),
+        extended_days: task.extended_days,
         traces: task.traces,
         sent: task.sent,
     }
@@ -108,13 +112,23 @@ async fn show(
     Ok(TaskPage { shell, task: row(&state, &task), traces, rows }.into_response())
 }
 
+async fn trainees(state: &AppState, person: &CurrentPerson, task: &Task) -> Result<Vec<Named>, Error> {
+    Ok(reports::members(state.db.reader(), person.school_id, task.cohort_id, Role::Trainee).await?)
+}
+
 /// How every trainee of the cohort has done, by name.
 async fn results(state: &AppState, person: &CurrentPerson, task: &Task) -> Result<Vec<ResultRow>, Error> {
-    let trainees = reports::members(state.db.reader(), person.school_id, task.cohort_id, Role::Trainee).await?;
+    let trainees = trainees(state, person, task).await?;
     let ids: Vec<Uuid> = trainees.iter().map(|trainee| trainee.id).collect();
     let outcomes = segments::outcomes(state, person.school_id, task, &ids).await?;
     let named = trainees.into_iter().zip(outcomes);
-    Ok(named.map(|(trainee, outcome)| ResultRow { id: trainee.id, name: trainee.name, outcome }).collect())
+    let row = |(trainee, outcome): (Named, Outcome)| ResultRow {
+        id: trainee.id,
+        name: trainee.name,
+        due: outcome.due_at.map(|at| local(at, &task.time_zone)),
+        outcome,
+    };
+    Ok(named.map(row).collect())
 }
 
 async fn csv(State(state): State<AppState>, person: CurrentPerson, Id(id): Id) -> Result<Response, PageError> {
@@ -155,6 +169,21 @@ fn line(row: ResultRow) -> Vec<Cell> {
         Cell::from(verdict.mean_error_ms()),
         Cell::from(verdict.largest_error_ms()),
     ]
+}
+
+async fn extend(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(form): CsrfForm<ExtensionForm>,
+) -> Result<Redirect, PageError> {
+    teachers_only(&person)?;
+    let task = segments::task(&state, &person, id).await?;
+    if !trainees(&state, &person, &task).await?.iter().any(|trainee| trainee.id == form.person) {
+        return Err(Error::NotFound.into());
+    }
+    deadlines::extend(&state, &person, segments::dated(&task), (form.person, form.days)).await?;
+    Ok(Redirect::to(&format!("/segments/{id}")))
 }
 
 async fn withdraw(
