@@ -8,6 +8,7 @@ mod experts;
 mod lesson;
 mod people;
 mod raters;
+mod rubric;
 pub(crate) mod school;
 mod study;
 
@@ -99,10 +100,12 @@ pub async fn make(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Ve
     }
     progress.finish_and_clear();
     lesson::teach(&past).await?;
+    rubric::lower(&past).await?;
     raters::rate(&past).await?;
-    raters::mark_pops(&past).await?;
     study::hold(&past, school, &trainees).await?;
     assignments::assign(&past, school, now).await?;
+    raters::mark_pops(&past, now).await?;
+    assignments::remind(&past, now).await?;
     if wanted.crowd > 0 {
         crowd::gather(state, &trainees[0], wanted).await?;
     }

@@ -11,7 +11,8 @@ use super::experts::find;
 use super::school::{COHORTS, EXPERTS, LEARNERS};
 use super::study::scatter;
 use crate::AppState;
-use crate::domain::{CurrentPerson, due};
+use crate::deadlines;
+use crate::domain::{CurrentPerson, Moment, due};
 use crate::ratings::{self, Rated};
 use crate::segments;
 use crate::storage::ratings::{self as stored, NewRound};
@@ -75,19 +76,20 @@ fn invent(open: &mut Rated, score: f64, (rater, attempt): (u64, u64)) {
     }
 }
 
-/// The first instructor lets their trainees mark the pops of two attempts of their own; some have.
+/// The first instructor lets their trainees mark the pops of two attempts of their own by tomorrow; some have, and one has
+/// longer.
 ///
 /// # Errors
 /// When the people are missing, or the database fails.
-pub(super) async fn mark_pops(state: &AppState) -> anyhow::Result<()> {
-    let (reader, now) = (state.db.reader(), state.clock.now());
+pub(super) async fn mark_pops(state: &AppState, now: Moment) -> anyhow::Result<()> {
+    let reader = state.db.reader();
     let asking = person(state, COHORTS[0].instructor).await?;
     let shown = practice::of_trainee(reader, asking.school_id, asking.id).await?;
     let sessions: Result<Vec<Uuid>, _> =
         shown.iter().filter(|attempt| attempt.passed).take(2).map(|attempt| attempt.session.parse()).collect();
     let cohort = reports::cohorts(reader, &asking).await?.into_iter().next().context("a cohort")?;
     let time_zone = schools::time_zone(reader, asking.school_id).await?;
-    let day = due::local(now.plus_s(5 * DAY_S), &time_zone).machine;
+    let day = due::local(now.plus_s(DAY_S), &time_zone).machine;
     let due = due::read(&format!("{}T18:00", day.get(..10).context("a date")?), &time_zone)?;
     let new = NewTask {
         title: "Where are the pops?".to_owned(),
@@ -107,7 +109,9 @@ pub(super) async fn mark_pops(state: &AppState) -> anyhow::Result<()> {
             segments::mark(state, &trainee, trace, (marked, true)).await?;
         }
     }
-    Ok(())
+    let last = LEARNERS.iter().rfind(|learner| learner.cohort == 0).context("somebody who has not")?;
+    let (last, task) = (person(state, last.name).await?, segments::task(state, &asking, task).await?);
+    Ok(deadlines::extend(state, &asking, segments::dated(&task), (last.id, 3)).await?)
 }
 
 /// Marks near the pops, as steady as a hand on a trace is; now and then one is overlooked.

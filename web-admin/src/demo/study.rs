@@ -12,6 +12,7 @@ use super::school::{self, COHORTS};
 use crate::AppState;
 use crate::domain::CurrentPerson;
 use crate::domain::survey::Identity;
+use crate::mail;
 use crate::storage::people::{self, Person};
 use crate::storage::scores::{self, SessionKey};
 use crate::storage::surveys::{self as stored, Survey};
@@ -21,6 +22,10 @@ use crate::surveys::{self, Wanted};
 
 /// How many of each take part.
 const PEOPLE: usize = 12;
+
+/// Professionals who get a link by mail: name and address.
+const INVITED: [(&str, &str); 2] =
+    [("Lena Vogt", "lena.vogt@clinic.example"), ("Samuel Adeyemi", "samuel.adeyemi@clinic.example")];
 
 /// What people write, in turn; most write nothing.
 const COMMENTS: [&str; 12] = [
@@ -90,6 +95,7 @@ pub(super) async fn hold(state: &AppState, school: Uuid, trainees: &[Trainee]) -
             study.trainee(trainee, Participant { place, professional: false, basis: *basis }).await?;
         }
         study.professionals(&owner, &best).await?;
+        study.invite(&owner).await?;
         surveys::close(state, &owner, &survey, true).await?;
     }
     Ok(())
@@ -162,6 +168,13 @@ impl Study<'_> {
             self.answer(&link.token, Participant { place, professional: true, basis }).await?;
         }
         Ok(())
+    }
+
+    /// Mails links to two who have not answered; the letters are files in the mail folder.
+    async fn invite(&self, owner: &CurrentPerson) -> anyhow::Result<()> {
+        let invited = INVITED.map(|(name, email)| (name.to_owned(), email.to_owned()));
+        surveys::mail_links(self.state, owner, self.survey, &invited).await?;
+        Ok(mail::work_off(self.state).await?)
     }
 
     async fn answer(&self, token: &str, participant: Participant) -> anyhow::Result<()> {
