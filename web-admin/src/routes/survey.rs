@@ -15,7 +15,7 @@ use crate::domain::survey::ResponseState;
 use crate::error::{Error, PageError};
 use crate::routes::Routes;
 use crate::surveys::answering::{self, Answering};
-use crate::views::survey::form::{ConsentPage, End, EndPage, FormPage, Given, Question, Terms, refusal, shown};
+use crate::views::survey::form::{ConsentPage, End, EndPage, FormPage, Given, Question, Terms, refusal, shown, spoken};
 use crate::words::{self, Language};
 
 /// What was typed and refused: the item's place, the text and the reason.
@@ -120,7 +120,7 @@ fn form(answering: &Answering, token: &str, page: Option<usize>, refusals: &Refu
         (section.title.in_language(&language).to_owned(), text.to_owned())
     });
     let questions = items.into_iter().filter(|item| answering.asks(*item));
-    let page = FormPage {
+    let page = spoken(&language, || FormPage {
         title: answering.survey.title.clone(),
         heading,
         step: (step + 1, asked.len().max(1)),
@@ -128,7 +128,7 @@ fn form(answering: &Answering, token: &str, page: Option<usize>, refusals: &Refu
         questions: questions.map(|item| question(answering, item, &language, refusals)).collect(),
         action: format!("/survey/{token}"),
         language: language.clone(),
-    };
+    });
     shown(&language, page)
 }
 
@@ -223,5 +223,6 @@ fn typed(
         let name = format!("q.{}", answering.instrument.items[item].id);
         fields.iter().find(|(key, _)| *key == name).map_or_else(String::new, |(_, value)| value.clone())
     };
-    refused.into_iter().map(|(item, why)| (item, typed(item), refusal(&why))).collect()
+    let language = &answering.response.language;
+    refused.into_iter().map(|(item, why)| (item, typed(item), spoken(language, || refusal(&why)))).collect()
 }

@@ -1,5 +1,7 @@
 //! Metrics, scores and curves: what the worker makes of a recording.
 
+use std::collections::BTreeMap;
+
 use assessment::{Assessment, Deduction, Direction, Metric};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
@@ -176,6 +178,37 @@ pub async fn metrics(executor: impl SqliteExecutor<'_>, session: SessionKey) -> 
     .fetch_all(executor)
     .await?;
     Ok(rows.into_iter().map(Metric::from).collect())
+}
+
+/// The metrics of several attempts of a school, by attempt, each in the catalogue's order.
+///
+/// # Errors
+/// When the database fails.
+pub async fn metrics_of_all(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    sessions: &[Uuid],
+) -> Result<BTreeMap<Uuid, Vec<Metric>>> {
+    #[derive(FromRow)]
+    struct Row {
+        session_id: Uuid,
+        #[sqlx(flatten)]
+        metric: MetricRow,
+    }
+    let rows: Vec<Row> = sqlx::query_as(
+        "SELECT m.session_id, m.id, m.version, m.value, m.unit, m.direction, m.applies, m.label, m.absent
+         FROM json_each($2) asked JOIN metrics m ON m.school_id = $1 AND m.session_id = unhex(asked.value, '-')
+         ORDER BY m.position, m.version",
+    )
+    .bind(school)
+    .bind(Json(sessions))
+    .fetch_all(executor)
+    .await?;
+    let mut metrics: BTreeMap<Uuid, Vec<Metric>> = BTreeMap::new();
+    for Row { session_id, metric } in rows {
+        metrics.entry(session_id).or_default().push(metric.into());
+    }
+    Ok(metrics)
 }
 
 /// Stores what a page draws of an attempt.

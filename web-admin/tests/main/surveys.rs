@@ -167,7 +167,7 @@ async fn what_is_typed_survives_a_closed_tab_and_a_refusal() {
     let refused = send(&mut stranger, &link, &[("do", "next"), ("page", "1"), ("q.years", "<61>")]).await;
     assert_eq!(refused.status, 422);
     let page = refused.text();
-    assert!(page.contains("&#60;61&#62;") && page.contains("a number from 0 to 60 years"), "{page}");
+    assert!(page.contains("&#60;61&#62;") && page.contains("eine Zahl von 0 bis 60\u{a0}years"), "{page}");
     assert!(!page.contains("<61>"));
     // Somebody without practice is not asked for years: the page is passed over, and what was said there is dropped.
     send(&mut stranger, &link, &[("do", "next"), ("page", "1"), ("q.years", "12,5")]).await;

@@ -184,7 +184,12 @@ pub struct Choice {
 /// Shows a page of the form in the language that its questions are asked in, or in English where the pages have not that
 /// one.
 pub fn shown(language: &str, page: impl IntoResponse) -> Response {
-    words::within(Language::named(language).unwrap_or(Language::ENGLISH), || page.into_response())
+    spoken(language, || page.into_response())
+}
+
+/// Says what belongs on a page of the form in the language of its questions.
+pub fn spoken<T>(language: &str, say: impl FnOnce() -> T) -> T {
+    words::within(Language::named(language).unwrap_or(Language::ENGLISH), say)
 }
 
 impl FormPage {

@@ -15,7 +15,7 @@ use crate::export::{self, Cell};
 use crate::routes::auth::Csrf;
 use crate::routes::pages::cohorts;
 use crate::storage::reports::Named;
-use crate::storage::scores::{self, SessionKey};
+use crate::storage::scores;
 use crate::views::progress::{LatestRow, MetricRow, MetricsPage};
 use crate::views::trainee::exercise_href;
 use crate::views::{Place, Shell, format, metric};
@@ -37,15 +37,20 @@ async fn find(
     let Found { cohort, courses, trainees } = cohort::find(state, person, id).await?;
     let mut steps = courses.iter().flat_map(|taught| &taught.course.steps);
     let title = steps.find(|step| step.exercise == exercise).map(|step| step.title.clone()).ok_or(Error::NotFound)?;
-    let mut latest = Vec::new();
+    let mut last = Vec::new();
     for (trainee, attempts) in trainees {
         let at_it = attempts.into_iter().filter(|attempt| attempt.exercise == exercise);
         let Some(attempt) = at_it.max_by_key(|attempt| attempt.at) else { continue };
-        let session = attempt.session.parse().map_err(anyhow::Error::from)?;
-        let key = SessionKey { school_id: person.school_id, id: session };
-        latest.push(Latest { trainee, attempt, metrics: scores::metrics(state.db.reader(), key).await? });
+        let session: Uuid = attempt.session.parse().map_err(anyhow::Error::from)?;
+        last.push((trainee, attempt, session));
     }
-    Ok((cohort, title, latest))
+    let sessions: Vec<Uuid> = last.iter().map(|(.., session)| *session).collect();
+    let mut metrics = scores::metrics_of_all(state.db.reader(), person.school_id, &sessions).await?;
+    let latest = last.into_iter().map(|(trainee, attempt, session)| {
+        let metrics = metrics.remove(&session).unwrap_or_default();
+        Latest { trainee, attempt, metrics }
+    });
+    Ok((cohort, title, latest.collect()))
 }
 
 pub(super) async fn show(
