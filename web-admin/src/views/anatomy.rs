@@ -27,7 +27,7 @@ const NAMES: [&str; 12] = [
 /// A name in the reader's language.
 #[must_use]
 pub fn said(name: &str) -> String {
-    NAMES.into_iter().find(|known| *known == name).map_or_else(|| name.to_owned(), |known| words::say(known).to_owned())
+    if NAMES.contains(&name) { words::known(name) } else { name.to_owned() }
 }
 
 /// A curve whose layers, events and structures are named in the reader's language.

@@ -39,18 +39,19 @@ const READ: [&str; 6] = ["title", "aria-label", "placeholder", "alt", "data-labe
 /// Checks a page.
 pub(super) fn check(name: &str, page: &(impl askama::Template + Debug)) {
     let html = within(Language::PSEUDO, || page.render()).expect("the page renders");
-    let data = strings(&format!("{page:?}").replace("\\u{a0}", " "));
-    let forgotten: Vec<String> =
-        texts(&html).iter().flat_map(|text| outside(text)).filter(|text| !is_data(text, &data)).collect();
-    assert!(forgotten.is_empty(), "{name} says these in English only: {forgotten:#?}");
+    all_is_said(name, &html, page);
 }
 
 /// Checks a drawing, which a page holds ready made, so that its words look like data there.
 pub(super) fn check_drawing(name: &str, data: &impl Debug, draw: impl Fn() -> String) {
-    let svg = within(Language::PSEUDO, draw);
-    let data = strings(&format!("{data:?}"));
+    all_is_said(name, &within(Language::PSEUDO, draw), data);
+}
+
+/// Fails when something stands in no brackets that is not among the data.
+fn all_is_said(name: &str, html: &str, data: &impl Debug) {
+    let data = strings(&format!("{data:?}").replace("\\u{a0}", " "));
     let forgotten: Vec<String> =
-        texts(&svg).iter().flat_map(|text| outside(text)).filter(|text| !is_data(text, &data)).collect();
+        texts(html).iter().flat_map(|text| outside(text)).filter(|text| !is_data(text, &data)).collect();
     assert!(forgotten.is_empty(), "{name} says these in English only: {forgotten:#?}");
 }
 
