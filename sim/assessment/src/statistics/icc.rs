@@ -6,16 +6,20 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use super::table::Complete;
 use super::{NotComputable, ROUNDING, average, count};
 
+/// Nearer than this to its pole, ICC(2,k) is rounding.
+const POLE: f64 = 1e-9;
+
 /// Intraclass correlations of one table, without a unit; each may be negative.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct IntraclassCorrelation {
     /// ICC(2,1): raters drawn from many, a single rating.
     pub single_random: f64,
-    /// ICC(2,k): raters drawn from many, the mean of their ratings.
-    pub average_random: f64,
+    /// ICC(2,k): raters drawn from many, the mean of their ratings; absent where they agree less than by chance, so much that no
+    /// number of them would do.
+    pub average_random: Option<f64>,
     /// Ends of the 95 % interval of ICC(2,1); absent where the raters agree to the last digit.
     pub single_random_95: Option<(f64, f64)>,
-    /// Ends of the 95 % interval of ICC(2,k).
+    /// Ends of the 95 % interval of ICC(2,k), where both can be computed.
     pub average_random_95: Option<(f64, f64)>,
     /// ICC(3,1): these raters and no others, a single rating.
     pub single_fixed: f64,
@@ -52,13 +56,11 @@ pub fn intraclass_correlation(rows: &[Vec<Option<f64>>]) -> Result<IntraclassCor
     }
     let single_random = ratio(msr - mse, msr + (k - 1.0) * mse + k * (msc - mse) / n)?;
     let interval = interval(&squares, single_random, (n, k));
-    // Spearman and Brown: what a mean of k ratings gains over one.
-    let of_mean = |single: f64| k * single / (1.0 + (k - 1.0) * single);
     Ok(IntraclassCorrelation {
         single_random,
-        average_random: ratio(msr - mse, msr + (msc - mse) / n)?,
+        average_random: of_mean(single_random, k),
         single_random_95: interval,
-        average_random_95: interval.map(|(low, high)| (of_mean(low), of_mean(high))),
+        average_random_95: interval.and_then(|(low, high)| Some((of_mean(low, k)?, of_mean(high, k)?))),
         single_fixed: ratio(msr - mse, msr + (k - 1.0) * mse)?,
         average_fixed: ratio(msr - mse, msr)?,
         n: table.rows.len(),
@@ -81,6 +83,12 @@ fn interval(squares: &MeanSquares, single: f64, (n, k): (f64, f64)) -> Option<(f
     let low = n * (msr - lower * mse) / (lower * shared + n * msr);
     let high = n * (upper * msr - mse) / (shared + n * upper * msr);
     (low.is_finite() && high.is_finite()).then_some((low, high))
+}
+
+/// What the mean of `k` ratings gains over one (Spearman and Brown); none at the pole, −1/(k − 1), and below it.
+fn of_mean(single: f64, k: f64) -> Option<f64> {
+    let share = 1.0 + (k - 1.0) * single;
+    (share > POLE).then(|| k * single / share)
 }
 
 fn ratio(above: f64, below: f64) -> Result<f64, NotComputable> {

@@ -41,7 +41,7 @@ fn wilsons_interval_has_its_published_ends() {
 fn intraclass_correlations_are_those_of_shrout_and_fleiss() {
     let icc = intraclass_correlation(&shrout_fleiss()).unwrap();
     close(icc.single_random, 0.2898);
-    close(icc.average_random, 0.6201);
+    close(icc.average_random.unwrap(), 0.6201);
     close(icc.single_fixed, 0.7148);
     close(icc.average_fixed, 0.9093);
     assert_eq!((icc.n, icc.raters, icc.missing), (6, 4, 0));
@@ -56,6 +56,27 @@ fn intervals_of_agreement_are_those_of_mcgraw_and_wong() {
     assert!(near(icc.average_random_95.unwrap(), 0.071, 0.93), "{icc:?}");
     let same = rows(&[&[1.0, 1.0], &[4.0, 4.0], &[2.0, 2.0]]);
     assert_eq!(intraclass_correlation(&same).unwrap().single_random_95, None);
+}
+
+/// Rows and raters whose mean ratings have no spread left once error is taken out of both: ICC(2,k) divides by nothing, the
+/// three others do not.
+#[test]
+fn raters_who_agree_less_than_by_chance_have_no_correlation_of_their_mean() {
+    let table = rows(&[
+        &[1.0, 3.0, 3.0, 2.0],
+        &[3.0, 3.0, 1.0, 4.0],
+        &[5.0, 2.0, 2.0, 1.0],
+        &[5.0, 3.0, 1.0, 3.0],
+        &[2.0, 2.0, 5.0, 1.0],
+    ]);
+    let tenfold: Vec<Vec<_>> =
+        table.iter().map(|row| row.iter().map(|v| v.map(|v| v * 10.7 + 1.6)).collect()).collect();
+    for table in [table, tenfold] {
+        let icc = intraclass_correlation(&table).unwrap();
+        assert_eq!((icc.average_random, icc.average_random_95), (None, None));
+        close(icc.single_random, -1.0 / 3.0);
+        close(icc.single_fixed, -0.279_11);
+    }
 }
 
 #[test]

@@ -205,8 +205,8 @@ pub struct Alpha {
 pub struct Agreement {
     /// ICC(2,1).
     pub icc_2_1: f64,
-    /// ICC(2,k).
-    pub icc_2_k: f64,
+    /// ICC(2,k), where it can be computed.
+    pub icc_2_k: Option<f64>,
     /// ICC(3,1).
     pub icc_3_1: f64,
     /// ICC(3,k).

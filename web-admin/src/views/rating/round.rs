@@ -79,7 +79,7 @@ impl ScoreView {
         let complete = table.complete_and_missing();
         let icc = &table.agreement;
         let agreement = vec![
-            figure(tr!("ICC(2,1): one rater"), icc, |icc| (icc.single_random, icc.single_random_95)),
+            figure(tr!("ICC(2,1): one rater"), icc, |icc| (Some(icc.single_random), icc.single_random_95)),
             figure(tr!("ICC(2,k): the mean of all raters"), icc, |icc| (icc.average_random, icc.average_random_95)),
         ];
         let with_mean = |row: Vec<Option<f64>>| {
@@ -96,16 +96,20 @@ type Ends = Option<(f64, f64)>;
 fn figure(
     name: &'static str,
     agreement: &Result<IntraclassCorrelation, NotComputable>,
-    pick: fn(&IntraclassCorrelation) -> (f64, Ends),
+    pick: fn(&IntraclassCorrelation) -> (Option<f64>, Ends),
 ) -> (&'static str, String, String) {
     match agreement {
         Ok(found) => {
             let (value, ends) = pick(found);
-            let ends = ends.map_or_else(
-                || tr!("not computable: the raters agree to the last point").to_owned(),
-                |(low, high)| tr!("{low} to {high}", low = format::fixed(low, 2), high = format::fixed(high, 2)),
-            );
-            (name, format::fixed(value, 2), ends)
+            let why = || {
+                let agreed = found.single_random >= 1.0;
+                let too_little = tr!("not computable: the raters agree too little");
+                if agreed { tr!("not computable: the raters agree to the last point") } else { too_little }.to_owned()
+            };
+            let ends = ends.map_or_else(why, |(low, high)| {
+                tr!("{low} to {high}", low = format::fixed(low, 2), high = format::fixed(high, 2))
+            });
+            (name, value.map_or_else(|| "–".to_owned(), |value| format::fixed(value, 2)), ends)
         }
         Err(why) => (name, tr!("not computable: {why}", why = why), "–".to_owned()),
     }

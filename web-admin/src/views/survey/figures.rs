@@ -57,8 +57,8 @@ pub fn alpha(figure: &Figure<Alpha>) -> String {
 #[must_use]
 pub fn agreement(figure: &Figure<Agreement>) -> String {
     said(figure, |a| {
-        let all = [a.icc_2_1, a.icc_2_k, a.icc_3_1, a.icc_3_k].map(format::number);
-        let [two_one, two_k, three_one, three_k] = all;
+        let [two_one, three_one, three_k] = [a.icc_2_1, a.icc_3_1, a.icc_3_k].map(format::number);
+        let two_k = a.icc_2_k.map_or_else(|| "–".to_owned(), format::number);
         let figures = format!("ICC(2,1) {two_one}, (2,k) {two_k}, (3,1) {three_one}, (3,k) {three_k}");
         tr!(
             "{figures}; {people} people, {missing} incomplete",
