@@ -110,9 +110,12 @@ fn moment(field: &str, typed: &str, (least_s, most_s): (f64, f64)) -> Result<f64
 /// The words of a comment or an answer.
 ///
 /// # Errors
-/// When there are none, or too many.
+/// When there are none, or too many, or U+0000 among them, where a text ends for SQLite.
 pub fn words(typed: &str) -> Result<String, Refused> {
     let body = typed.trim();
+    if body.contains('\0') {
+        return Err(Refused(tr!("comment: it holds the character U+0000, which no text does").to_owned()));
+    }
     match body.chars().count() {
         0 => Err(Refused(tr!("comment: empty; say something").to_owned())),
         1..=MOST_CHARACTERS => Ok(body.to_owned()),

@@ -56,14 +56,14 @@ const TABLE: &str = include_str!("every_route.txt");
 const COLUMNS: [&str; 9] = ["out", "own", "same", "other", "teacher", "colleague", "admin", "abroad", "station"];
 
 /// A line of the table.
-struct Row {
-    method: Method,
-    path: &'static str,
-    expected: Vec<(&'static str, &'static str)>,
-    sent: &'static str,
+pub(super) struct Row {
+    pub method: Method,
+    pub path: &'static str,
+    pub expected: Vec<(&'static str, &'static str)>,
+    pub sent: &'static str,
 }
 
-fn rows() -> Vec<Row> {
+pub(super) fn rows() -> Vec<Row> {
     let lines = TABLE.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
     lines.map(|line| row(line).unwrap_or_else(|| panic!("not a line of the table: {line}"))).collect()
 }
@@ -88,22 +88,22 @@ fn shape(path: &str) -> String {
 
 /// A visitor: what their requests carry.
 #[derive(Clone)]
-struct Visitor {
-    column: &'static str,
-    cookie: Option<String>,
-    csrf: String,
-    token: Option<String>,
+pub(super) struct Visitor {
+    pub column: &'static str,
+    pub cookie: Option<String>,
+    pub csrf: String,
+    pub token: Option<String>,
 }
 
 /// Two schools, closed: every try opens a copy.
-struct World {
+pub(super) struct World {
     folder: TempDir,
-    visitors: Vec<Visitor>,
+    pub visitors: Vec<Visitor>,
     objects: BTreeMap<&'static str, String>,
 }
 
 impl World {
-    async fn new() -> Self {
+    pub(super) async fn new() -> Self {
         let app = App::new().await;
         let (north, south) = (app.school("North").await, app.school("South").await);
         let member = async |role, name: &str| app.member(north, role, &format!("{name}@north.example")).await;
@@ -145,13 +145,13 @@ impl World {
     }
 
     /// The service on a copy.
-    async fn open(&self) -> App {
+    pub(super) async fn open(&self) -> App {
         let folder = tempfile::tempdir().unwrap();
         copy(self.folder.path(), folder.path());
         App::in_folder(folder, Clock::system(), |_| {}).await
     }
 
-    fn filled(&self, text: &str) -> String {
+    pub(super) fn filled(&self, text: &str) -> String {
         self.objects.iter().fold(text.to_owned(), |text, (name, value)| text.replace(&format!("{{{name}}}"), value))
     }
 

@@ -19,6 +19,7 @@ mod documents;
 mod drafts;
 mod every_route;
 mod experts;
+mod nonsense;
 mod operation;
 mod pages;
 mod people;

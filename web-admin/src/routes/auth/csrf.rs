@@ -55,6 +55,9 @@ async fn session<S: Send + Sync>(parts: &mut Parts, state: &S) -> Result<Session
 #[derive(Clone, Debug)]
 pub struct CsrfForm<T>(pub T);
 
+/// U+0000 in a form, where a text ends for SQLite: no browser lets anybody type it.
+const NUL: &[u8] = b"%00";
+
 /// Whether a token is the session's.
 pub(super) async fn is_genuine(session: Option<&Session>, sent: &str) -> Result<bool, Error> {
     let Some(session) = session else { return Ok(false) };
@@ -89,6 +92,10 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for CsrfForm<T> {
         let sent = sent.map(|Form(field)| field.csrf).unwrap_or_default();
         if !is_genuine(Some(&session), &sent).await.map_err(|e| PageError(e).into_response())? {
             return Err(PageError(refusal()).into_response());
+        }
+        if bytes.windows(NUL.len()).any(|part| part == NUL) || bytes.contains(&0) {
+            let why = tr!("The form holds the character U+0000, which no text does.");
+            return Err(PageError(Error::BadRequest(why.to_owned())).into_response());
         }
         let form = Form::<T>::from_request(again(Body::from(bytes)), state).await;
         form.map(|Form(fields)| Self(fields)).map_err(|e| PageError(Error::BadRequest(e.body_text())).into_response())

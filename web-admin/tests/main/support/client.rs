@@ -86,15 +86,9 @@ impl Client {
 
     /// Sends a form as a browser would.
     pub async fn form(&mut self, path: &str, fields: &[(&str, &str)]) -> Answer {
-        let byte = |byte: u8| match byte {
-            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' => char::from(byte).to_string(),
-            _ => format!("%{byte:02X}"),
-        };
-        let escape = |text: &str| text.bytes().map(byte).collect::<String>();
-        let pairs: Vec<_> = fields.iter().map(|(name, value)| format!("{name}={}", escape(value))).collect();
         let request = Request::post(path)
             .header(header::CONTENT_TYPE, "application/x-www-form-urlencoded")
-            .body(Body::from(pairs.join("&")))
+            .body(Body::from(encoded(fields)))
             .unwrap();
         self.send(request).await
     }
@@ -118,6 +112,16 @@ impl Client {
         let csrf = self.csrf().await;
         self.form("/login", &[("csrf", &csrf), ("email", email), ("password", password)]).await
     }
+}
+
+/// Fields as a form or an address carries them.
+pub fn encoded(fields: &[(&str, &str)]) -> String {
+    let byte = |byte: u8| match byte {
+        b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' => char::from(byte).to_string(),
+        _ => format!("%{byte:02X}"),
+    };
+    let escape = |text: &str| text.bytes().map(byte).collect::<String>();
+    fields.iter().map(|(name, value)| format!("{name}={}", escape(value))).collect::<Vec<_>>().join("&")
 }
 
 /// The value of the hidden field `csrf`.
