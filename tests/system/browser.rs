@@ -79,17 +79,34 @@ pub(super) async fn inspect(browser: &Client, what: &str) {
     let axe = std::fs::read_to_string(root().join("tests/browser/node_modules/axe-core/axe.min.js"))
         .expect("axe-core is missing: deploy/test installs it (npm ci in tests/browser)");
     browser.execute(&axe, vec![]).await.expect("axe-core loads");
-    let report = browser
-        .execute_async(
-            "const done = arguments[0];
-             axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa'] })
-                .then(r => done(r.violations.map(v => v.id + ': ' + v.help + ' at ' + v.nodes.map(n => n.target).join(', '))))
-                .catch(e => done(['axe failed: ' + e]))",
-            vec![],
-        )
-        .await
-        .expect("axe-core runs");
-    assert_eq!(report, json!([]), "{what} breaks accessibility rules");
+    for scheme in ["dark", "light"] {
+        browser.issue_cmd(ColorScheme(scheme)).await.expect("a page changes its colours");
+        let report = browser.execute_async(RULES, vec![]).await.expect("axe-core runs");
+        assert_eq!(report, json!([]), "{what}, {scheme}, breaks accessibility rules");
+    }
+}
+
+/// What of the open page breaks the rules of WCAG 2.1, level AA.
+const RULES: &str = "
+    const done = arguments[0];
+    axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa'] })
+        .then(r => done(r.violations.map(v => v.id + ': ' + v.help + ' at ' + v.nodes.map(n => n.target).join(', '))))
+        .catch(e => done(['axe failed: ' + e]))";
+
+/// The colours that whoever reads prefers: `light` or `dark`.
+#[derive(Debug)]
+struct ColorScheme(&'static str);
+
+impl fantoccini::wd::WebDriverCompatibleCommand for ColorScheme {
+    fn endpoint(&self, base: &url::Url, session: Option<&str>) -> Result<url::Url, url::ParseError> {
+        base.join(&format!("session/{}/goog/cdp/execute", session.unwrap_or_default()))
+    }
+
+    fn method_and_body(&self, _: &url::Url) -> (http::Method, Option<String>) {
+        let features = json!([{ "name": "prefers-color-scheme", "value": self.0 }]);
+        let command = json!({ "cmd": "Emulation.setEmulatedMedia", "params": { "features": features } });
+        (http::Method::POST, Some(command.to_string()))
+    }
 }
 
 async fn text(browser: &Client) -> String {
@@ -215,6 +232,9 @@ async fn the_school_in_a_browser() {
     inspect(&browser, "the administrator's page").await;
     press(&browser, "/admin/pairing-codes").await;
     inspect(&browser, "a pairing code").await;
+    for role in ["trainee", "instructor", "administrator"] {
+        super::every_page::of(&browser, &service.url, (role, &account(role))).await;
+    }
     super::surveys::trainee(&browser, &service.url, &account("trainee")).await;
     let link = super::surveys::owner(&browser, &service.url, &account("instructor")).await;
     super::surveys::professional(&browser, &link).await;

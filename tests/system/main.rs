@@ -4,6 +4,7 @@
 
 mod browser;
 mod documents;
+mod every_page;
 mod house;
 mod independent_reader;
 mod journeys;
