@@ -6,7 +6,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::user::choose_school;
 use super::{Failure, Storage, say};
 use crate::AppState;
-use crate::regrading::{self, Rubric};
+use crate::regrading::{self, By, Rubric};
 use crate::storage::audit::Actor;
 use crate::storage::scores;
 use crate::storage::sessions::{self, Session};
@@ -80,7 +80,8 @@ async fn regrade(
         ));
     });
     if apply {
-        regrading::apply(state, Actor::CommandLine, attempt, &again).await.map_err(anyhow::Error::from)?;
+        let by = By { actor: Actor::CommandLine, reason: None };
+        regrading::apply(state, by, attempt, &again).await.map_err(anyhow::Error::from)?;
     }
     Ok(true)
 }

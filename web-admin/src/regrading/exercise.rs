@@ -7,7 +7,7 @@ use serde_json::json;
 use sha2::{Digest, Sha256};
 use uuid::Uuid;
 
-use super::{Rubric, add};
+use super::{By, Rubric, add};
 use crate::AppState;
 use crate::domain::{CurrentPerson, judgement};
 use crate::drafting::staff_only;
@@ -200,7 +200,9 @@ async fn grade_some(state: &AppState, regrading: &Regrading) -> Result<(), Error
         let score = match line.current {
             true => {
                 let judged = (line.before, &line.assessment.0);
-                Some(add(&mut tx, (key, Actor::Person(regrading.made_by)), judged, now).await?)
+                // The reason stands in the re-grading, once for all of its attempts.
+                let by = By { actor: Actor::Person(regrading.made_by), reason: None };
+                Some(add(&mut tx, (key, by), judged, now).await?)
             }
             false => None,
         };

@@ -75,27 +75,39 @@ impl Rubric {
     }
 }
 
+/// Who grades one attempt again, and why: whoever does so at a browser says it.
+#[derive(Clone, Debug)]
+pub struct By<'a> {
+    /// Who.
+    pub actor: Actor,
+    /// Why.
+    pub reason: Option<&'a str>,
+}
+
 /// Adds a score to one attempt; earlier ones stay.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn apply(state: &AppState, actor: Actor, session: &Session, again: &Assessment) -> Result<(), Error> {
+pub async fn apply(state: &AppState, by: By<'_>, session: &Session, again: &Assessment) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     let before = scores::newest(&mut *tx, session.key()).await?.context("a scored attempt")?;
-    add(&mut tx, (session.key(), actor), (before.score, again), state.clock.now()).await?;
+    add(&mut tx, (session.key(), by), (before.score, again), state.clock.now()).await?;
     Ok(tx.commit().await?)
 }
 
 /// Adds a score to an attempt, with the audit entry that tells of it. The score's id.
 async fn add(
     tx: &mut SqliteConnection,
-    (session, actor): (SessionKey, Actor),
+    (session, by): (SessionKey, By<'_>),
     (before, again): (f64, &Assessment),
     now: Moment,
 ) -> Result<Uuid, Error> {
     let score = scores::add(tx, session, again, now).await?;
     practice::refresh(tx, session).await?;
-    let told = json!({ "from": before, "to": again.score, "rubric_sha256": again.rubric.sha256 });
-    Entry::new(session.school_id, actor, "session.regraded", session.id).with(told).append(tx, now).await?;
+    let mut told = json!({ "from": before, "to": again.score, "rubric_sha256": again.rubric.sha256, "score": score });
+    if let Some(reason) = by.reason {
+        told["reason"] = reason.into();
+    }
+    Entry::new(session.school_id, by.actor, "session.regraded", session.id).with(told).append(tx, now).await?;
     Ok(score)
 }

@@ -123,7 +123,7 @@ pub enum Act {
     Regraded {
         /// By which rubric.
         rubric: String,
-        /// Who had every attempt at the exercise graded again, and why.
+        /// Who had this attempt or every attempt at the exercise graded again, and why; absent where it was done at the command line.
         why: Option<(String, String)>,
     },
     /// Somebody put another in its place, for a reason.
@@ -166,6 +166,8 @@ pub struct RegradePage {
     pub lost: Vec<(String, f64)>,
     /// Reasons of hard fails by the rubric of today.
     pub hard_fails: Vec<String>,
+    /// The reason as it was typed, and why it was refused.
+    pub typed: (String, Option<String>),
 }
 
 /// What costs points in an assessment: reason and points, dearest first.
@@ -286,6 +288,7 @@ mod tests {
             same: false,
             lost: vec![("1.9 mm too deep".to_owned(), 12.0)],
             hard_fails: vec![],
+            typed: ("the mark was < 60".to_owned(), Some("reason: empty".to_owned())),
         };
         let html = samples::keep("regrade", &page);
         assert!(html.contains("61") && html.contains("74") && html.contains("1.9 mm too deep"));

@@ -200,7 +200,7 @@ async fn an_attempt_that_somebody_grades_in_between_or_that_cannot_be_read_is_le
     assert_eq!([tile(&shown, "left"), tile(&shown, "fails")], [1, 1], "{shown}");
     assert!(shown.contains("stays as it is"), "{shown}");
     assert_eq!(school.confirm(&mut teacher, &page, REASON).await.status, 303);
-    assert_eq!(school.send(&mut teacher, &format!("/sessions/{adas}/regrade"), &[]).await.status, 303);
+    assert_eq!(school.send(&mut teacher, &format!("/sessions/{adas}/regrade"), &[REASON]).await.status, 303);
     worker::work_off(&school.app.state).await.unwrap();
     assert_eq!([school.scores(adas).await, school.scores(lost).await], [2, 1], "not a third time");
     let shown = teacher.get(&format!("{page}?show=left")).await.text();

@@ -146,9 +146,23 @@ async fn another_rubric_is_shown_first_and_then_adds_a_score() {
         scores
     };
     assert_eq!(count().await, 1, "a preview changes nothing");
-    assert_eq!(school.send(&mut teacher, "/regrade", &[]).await.status, 303);
+    let blank = school.send(&mut teacher, "/regrade", &[("reason", " \n")]).await;
+    assert!(blank.status == 422 && blank.text().contains("reason: empty"), "{}", blank.text());
+    let long = format!("again & again {}", "x".repeat(1000));
+    let refused = school.send(&mut teacher, "/regrade", &[("reason", &long)]).await.text();
+    assert!(
+        refused.contains("1014 characters") && refused.contains("again &#38; again"),
+        "what was typed stays: {refused}"
+    );
+    assert_eq!(count().await, 1, "a refusal changes nothing");
+    let reason = ("reason", "The mark was raised for <everybody>.");
+    assert_eq!(school.send(&mut teacher, "/regrade", &[reason]).await.status, 303);
     assert_eq!(count().await, 2);
-    let history = teacher.get(&school.path("/grade")).await.text();
-    assert!(history.contains("Computed") && history.contains("Graded again"), "{history}");
+    let told = teacher.get(&school.path("/grade")).await.text();
+    for part in ["Computed", "Graded again", "for &#60;everybody&#62;"] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    let mut ada = school.app.signed_in("ada@example.org").await;
+    assert!(ada.get(&school.path("/grade")).await.text().contains("The mark was raised"), "the trainee reads it");
     assert_eq!(school.acts().await.last().unwrap(), "session.regraded");
 }

@@ -14,8 +14,8 @@ use crate::domain::judgement::{self, Override, TypedOverride};
 use crate::domain::rating::mean;
 use crate::domain::{CurrentPerson, Role};
 use crate::error::{Error, PageError};
-use crate::regrading::{self, Rubric};
-use crate::routes::auth::{Csrf, CsrfForm, NoFields};
+use crate::regrading::{self, By, Rubric};
+use crate::routes::auth::{Csrf, CsrfForm};
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::grades::{self, NewOverride};
 use crate::storage::ratings;
@@ -99,13 +99,14 @@ async fn grade_page(
     let grade = grades::of(reader, key).await?;
     let review = reviews::of(reader, key).await?;
     let supervised = supervisions::of(reader, key).await?;
+    let regraded = regradings::of_session(reader, key).await?;
     Ok(GradePage {
         shell: Shell::new(person, csrf.token(), Place::Elsewhere),
         attempt: judged(state, person, session).await?,
         counts: grade.map(|grade| (grade.score, grade.passed)),
         computed: computed.last().map(|score| score.score),
         overridden: grade.is_some_and(|grade| grade.overridden),
-        history: history(&computed, &regradings::of_session(reader, key).await?, grades::overrides(reader, key).await?),
+        history: history(&computed, &regraded, grades::overrides(reader, key).await?),
         reviewed: review.map(|review| (review.by, review.reviewed_at.to_utc())),
         supervised: supervised.map(|known| (known.by, known.confirmed_at.to_utc())),
         ratings: rated(state, person, session).await?,
@@ -286,16 +287,26 @@ pub(super) async fn preview(
     csrf: Csrf,
 ) -> Result<RegradePage, PageError> {
     let session = find_scored(&state, &person, id).await?;
-    let before = scores::newest(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
     let after = by_today(&state, &session).await?;
+    Ok(regrade_page(&state, (&person, &csrf), &session, after).await?)
+}
+
+async fn regrade_page(
+    state: &AppState,
+    (person, csrf): (&CurrentPerson, &Csrf),
+    session: &Session,
+    after: Assessment,
+) -> Result<RegradePage, Error> {
+    let before = scores::newest(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
     Ok(RegradePage {
-        shell: Shell::new(&person, csrf.token(), Place::Elsewhere),
-        attempt: judged(&state, &person, &session).await?,
+        shell: Shell::new(person, csrf.token(), Place::Elsewhere),
+        attempt: judged(state, person, session).await?,
         before: (before.score, before.passed),
         after: (after.score, after.passed),
         same: before.rubric_sha256 == after.rubric.sha256,
         lost: views::lost(&after),
         hard_fails: after.hard_fails,
+        typed: (String::new(), None),
     })
 }
 
@@ -306,17 +317,28 @@ async fn by_today(state: &AppState, session: &Session) -> Result<Assessment, Err
     rubric.ok_or_else(not_taught)?.judge(state, session).await
 }
 
-/// Grades the attempt by the rubric of today.
+/// Grades the attempt by the rubric of today. Without a reason it is refused, and what was typed stays.
 pub(super) async fn regrade(
     State(state): State<AppState>,
     person: CurrentPerson,
     Id(id): Id,
-    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+    csrf: Csrf,
+    CsrfForm(typed): CsrfForm<ReasonForm>,
 ) -> Result<Response, PageError> {
     let session = find_scored(&state, &person, id).await?;
     let after = by_today(&state, &session).await?;
-    regrading::apply(&state, Actor::Person(person.id), &session, &after).await?;
-    Ok(to_grade(id))
+    match judgement::reason(&typed.reason) {
+        Ok(reason) => {
+            let by = By { actor: Actor::Person(person.id), reason: Some(&reason) };
+            regrading::apply(&state, by, &session, &after).await?;
+            Ok(to_grade(id))
+        }
+        Err(refused) => {
+            let page = regrade_page(&state, (&person, &csrf), &session, after).await?;
+            let page = RegradePage { typed: (typed.reason, Some(refused.to_string())), ..page };
+            Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+        }
+    }
 }
 
 fn to_grade(session: Uuid) -> Response {

@@ -303,7 +303,7 @@ pub async fn forget(writer: &mut SqliteConnection, id: Uuid) -> Result<()> {
         .map(drop)
 }
 
-/// Who had a score of an attempt computed again with every other at its exercise, and why.
+/// Who had a score of an attempt computed again, alone or with every other at its exercise, and why.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Act {
     /// The score.
@@ -323,10 +323,15 @@ pub async fn of_session(executor: impl SqliteExecutor<'_>, session: SessionKey) 
         "SELECT l.new_score_id AS score_id, p.display_name AS \"by\", g.reason FROM regrading_lines l
          JOIN regradings g ON g.school_id = l.school_id AND g.id = l.regrading_id
          JOIN people p ON p.school_id = g.school_id AND p.id = g.made_by
-         WHERE l.school_id = $1 AND l.session_id = $2 AND l.new_score_id IS NOT NULL",
+         WHERE l.school_id = $1 AND l.session_id = $2 AND l.new_score_id IS NOT NULL
+         UNION ALL
+         SELECT unhex(replace(a.details ->> 'score', '-', '')), p.display_name, a.details ->> 'reason' FROM audit_log a
+         JOIN people p ON p.school_id = a.school_id AND p.id = unhex(replace(a.actor, '-', ''))
+         WHERE a.object = $3 AND a.school_id = $1 AND a.action = 'session.regraded' AND a.details ->> 'reason' IS NOT NULL",
     )
     .bind(session.school_id)
     .bind(session.id)
+    .bind(session.id.to_string())
     .fetch_all(executor)
     .await
 }
