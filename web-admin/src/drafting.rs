@@ -3,6 +3,8 @@
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
 use mechanics::tissue::follow::{Field, FieldPlan};
 use scene::{Curriculum, DocumentError, ExerciseBundle, Issue, Patient};
 use uuid::Uuid;
@@ -71,8 +73,9 @@ pub async fn exercise(
     if let Some(new_id) = new_id {
         check_new_id(new_id)?;
         if exercises::current(reader, school, new_id).await?.is_some() {
-            return Err(Error::Conflict(format!(
-                "id: \"{new_id}\" is an exercise already; choose another, or edit that one"
+            return Err(Error::Conflict(tr!(
+                "id: “{id}” is an exercise already; choose another, or edit that one",
+                id = new_id
             )));
         }
         texts.document = renamed(&texts.document, new_id);
@@ -117,8 +120,10 @@ fn check_new_id(id: &str) -> Result<(), Error> {
     let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
     match !id.is_empty() && id.len() <= LONGEST_ID && id.chars().all(allowed) {
         true => Ok(()),
-        false => Err(Error::Unprocessable(format!(
-            "id: \"{id}\"; allowed are 1 to {LONGEST_ID} lower-case letters, digits and hyphens"
+        false => Err(Error::Unprocessable(tr!(
+            "id: “{id}”; allowed are 1 to {most} lower-case letters, digits and hyphens",
+            id = id,
+            most = LONGEST_ID
         ))),
     }
 }
@@ -241,17 +246,18 @@ fn check_exercise(texts: &Texts, meshes: &[(String, Vec<u8>)], id: &str) -> Chec
     };
     match plan(&bundle) {
         Ok(plan) => Checked::Exercise(Box::new(bundle), plan),
-        Err(issue) => Checked::Refused(vec![issue]),
+        Err(refused) => Checked::Refused(refused.issues),
     }
 }
 
 /// The plan of the nominal patient's tissue; none where the scene names no model.
-fn plan(bundle: &ExerciseBundle) -> Result<Option<FieldPlan>, Issue> {
+fn plan(bundle: &ExerciseBundle) -> Result<Option<FieldPlan>, DocumentError> {
     let tissue = bundle.scene.tissue_spec(&Patient::nominal(&bundle.scene), bundle.exercise.angle_deg);
     let field = tissue.map(|tissue| Field::new(&tissue)).transpose();
-    let refused =
-        |why: String| issue("attached scene", "tissue", &why, "allowed: a tissue that a model can be made of");
-    field.map(|field| field.map(|field| field.plan().clone())).map_err(|error| refused(error.to_string()))
+    let allowed = || phrase!("allowed: a tissue that a model can be made of");
+    field
+        .map(|field| field.map(|field| field.plan().clone()))
+        .map_err(|error| issue(("attached scene", "tissue"), error.in_words(), allowed()).into())
 }
 
 fn check_course(texts: &Texts, known: &Known, id: &str) -> Checked {
@@ -274,14 +280,14 @@ fn same_id(found: &str, id: &str) -> Result<(), DocumentError> {
     match found == id {
         true => Ok(()),
         false => {
-            Err(issue("document", "id", &format!("\"{found}\""), &format!("allowed: \"{id}\", whose draft this is"))
-                .into())
+            let allowed = phrase!("allowed: \"{id}\", whose draft this is", id = id);
+            Err(issue(("document", "id"), Phrase::quoted(found), allowed).into())
         }
     }
 }
 
-fn issue(file: &str, field: &str, found: &str, allowed: &str) -> Issue {
-    let [file, field, found, allowed] = [file, field, found, allowed].map(str::to_owned);
+fn issue((file, field): (&str, &str), found: Phrase, allowed: Phrase) -> Issue {
+    let [file, field] = [file, field].map(str::to_owned);
     Issue { file, line: 1, column: 1, field, found, allowed }
 }
 

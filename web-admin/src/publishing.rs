@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use assessment::statistics::NotComputable;
+use mechanics::phrase;
 use scene::load::{Document, read};
 use scene::{Curriculum, DocumentError, ExerciseBundle, Issue};
 use serde_json::json;
@@ -194,14 +195,13 @@ pub async fn curriculum(
 /// What is said of a learning curve whose limit cannot be had.
 #[must_use]
 pub fn no_limit(why: NotComputable) -> Issue {
-    let [file, field, allowed] = ["course", "mastery", "allowed: a larger alpha or within, or rates farther apart"];
     Issue {
-        file: file.to_owned(),
+        file: "course".to_owned(),
         line: 1,
         column: 1,
-        field: field.to_owned(),
-        found: format!("no limit of the learning curve keeps the stated alpha ({why})"),
-        allowed: allowed.to_owned(),
+        field: "mastery".to_owned(),
+        found: phrase!("no limit of the learning curve keeps the stated alpha ({why})", why = why.in_words()),
+        allowed: phrase!("allowed: a larger alpha or within, or rates farther apart"),
     }
 }
 

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use mechanics::axial::{AxialSpec, Contactor};
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
 use mechanics::soundness::{self, Unsound};
 use mechanics::tissue::follow::FollowError;
 
@@ -17,8 +19,8 @@ use crate::walk::Walked;
 /// A rupture that would create force or energy, and where.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// In which patient: `nominal`, `thinnest` or `thickest`.
-    pub patient: &'static str,
+    /// In which patient: the nominal, the thinnest or the thickest.
+    pub patient: Phrase,
     /// On a path at this angle to the surface normal, in degrees.
     pub angle_deg: f64,
     /// The rupture.
@@ -33,7 +35,11 @@ impl Scene {
     /// When no model of a coupled tissue can be had.
     pub fn soundness(&self, angle_deg: f64) -> Result<Vec<Finding>, FollowError> {
         let [thinnest, thickest] = Patient::extremes(self);
-        let patients = [("nominal", Patient::nominal(self)), ("thinnest", thinnest), ("thickest", thickest)];
+        let patients = [
+            (phrase!("nominal"), Patient::nominal(self)),
+            (phrase!("thinnest"), thinnest),
+            (phrase!("thickest"), thickest),
+        ];
         let angles_deg = if angle_deg == 0.0 { vec![0.0] } else { vec![0.0, angle_deg] };
         let mut findings: Vec<Finding> = Vec::new();
         for (patient, drawn) in patients {
@@ -44,7 +50,7 @@ impl Scene {
                         (f.unsound.boundary, f.unsound.contactor) == (unsound.boundary, unsound.contactor)
                     };
                     if !findings.iter().any(is_same) {
-                        findings.push(Finding { patient, angle_deg, unsound });
+                        findings.push(Finding { patient: patient.clone(), angle_deg, unsound });
                     }
                 }
             }
@@ -127,7 +133,8 @@ fn unsound_issues(
     Ok(match findings {
         Ok(findings) => findings.iter().map(|finding| issue(&doc, scene, finding)).collect(),
         Err(why) => {
-            vec![doc.issue("tissue.coupling", &why.to_string(), "allowed: a tissue that a model can be made of")]
+            let allowed = phrase!("allowed: a tissue that a model can be made of");
+            vec![doc.issue("tissue.coupling", why.in_words(), allowed)]
         }
     })
 }
@@ -137,17 +144,31 @@ fn issue(doc: &Walked, scene: &Scene, finding: &Finding) -> Issue {
     let Unsound { boundary, layer, threshold_n, force_rise_n, energy_rise_mj, largest_sound_n, .. } = unsound;
     let as_written = scene.layers.get(*boundary);
     let (key, contactor, written_n) = match unsound.contactor {
-        Contactor::Tip => ("tip_rupture_n", "tip", as_written.map(|l| l.tip_rupture_n)),
-        Contactor::Rim => ("rim_rupture_n", "rim", as_written.map(|l| l.rim_rupture_n)),
+        Contactor::Tip => ("tip_rupture_n", phrase!("tip"), as_written.map(|l| l.tip_rupture_n)),
+        Contactor::Rim => ("rim_rupture_n", phrase!("rim"), as_written.map(|l| l.rim_rupture_n)),
     };
     let written_n = written_n.unwrap_or(*threshold_n);
     // The document speaks of the reference needle and toughness; the rounding is downwards, so that the limit is sound.
     let limit_n = (largest_sound_n * written_n / threshold_n * 1e4).floor() / 1e4;
-    let with = if scene.is_coupled() { " with the field's stiffnesses" } else { "" };
-    let found = format!(
-        "{written_n} N is unsound{with}: when the {contactor} opens boundary {boundary} ({layer}) of the {patient} patient at \
-         {angle_deg}°, the force rises by {force_rise_n:.4} N and the elastic energy by {energy_rise_mj:.4} mJ"
+    let what = match scene.is_coupled() {
+        true => phrase!("{written} N is unsound with the field's stiffnesses", written = written_n),
+        false => phrase!("{written} N is unsound", written = written_n),
+    };
+    let found = phrase!(
+        "{what}: when the {contactor} opens boundary {boundary} ({layer}) of the {patient} patient at \
+         {angle}°, the force rises by {force_rise} N and the elastic energy by {energy_rise} mJ",
+        what = what,
+        contactor = contactor,
+        boundary = *boundary,
+        layer = layer.as_str(),
+        patient = patient.clone(),
+        angle = *angle_deg,
+        force_rise = Phrase::number(*force_rise_n, 4),
+        energy_rise = Phrase::number(*energy_rise_mj, 4)
     );
-    let allowed = format!("the largest sound threshold is {limit_n} N; or a stiffer boundary, or a softer next layer");
-    doc.issue(&format!("layer[{boundary}].{key}"), &found, &allowed)
+    let allowed = phrase!(
+        "the largest sound threshold is {limit} N; or a stiffer boundary, or a softer next layer",
+        limit = limit_n
+    );
+    doc.issue(&format!("layer[{boundary}].{key}"), found, allowed)
 }

@@ -1,5 +1,7 @@
 //! What is wrong with a document, and where.
 
+use mechanics::phrase::Phrase;
+
 /// One thing wrong: `file:line:column: field: value unit; allowed`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Issue {
@@ -12,9 +14,9 @@ pub struct Issue {
     /// Dotted path of the field, for example `layer[1].thickness_mm`.
     pub field: String,
     /// The value as written, with its unit, where there is one.
-    pub found: String,
+    pub found: Phrase,
     /// What is allowed, in words.
-    pub allowed: String,
+    pub allowed: Phrase,
 }
 
 /// A refused document: at least one issue.

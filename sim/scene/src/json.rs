@@ -1,6 +1,8 @@
 //! A case in JSON: read, and its mistakes placed.
 
 use mechanics::axial::ParamError;
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
 use serde::de::DeserializeOwned;
 
 use crate::error::{DocumentError, Issue};
@@ -23,17 +25,17 @@ impl Json<'_> {
     pub(crate) fn read<T: DeserializeOwned>(self, form: &str) -> Result<T, DocumentError> {
         serde_json::from_str(self.text).map_err(|error| {
             let place = (error.line(), error.column().max(1));
-            self.issue(place, "case", (error.to_string(), format!("allowed: the form of {form}")))
+            self.issue(place, "case", [Phrase::data(error), phrase!("allowed: the form of {form}", form = form)])
         })
     }
 
     /// A number that cannot be, placed where it is written.
     pub(crate) fn refused(self, ParamError { field, value, unit, allowed }: ParamError) -> DocumentError {
         let place = position(self.text, offset(self.text, &field));
-        self.issue(place, &field, (format!("{value} {unit}"), allowed.to_owned()))
+        self.issue(place, &field, [Phrase::data(format_args!("{value} {unit}")), Phrase::data(allowed)])
     }
 
-    fn issue(self, (line, column): (usize, usize), field: &str, (found, allowed): (String, String)) -> DocumentError {
+    fn issue(self, (line, column): (usize, usize), field: &str, [found, allowed]: [Phrase; 2]) -> DocumentError {
         let (file, field) = (self.file.to_owned(), field.to_owned());
         DocumentError::from(Issue { file, line, column, field, found, allowed })
     }

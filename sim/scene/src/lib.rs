@@ -36,6 +36,7 @@ pub use error::{DocumentError, Issue};
 pub use exercise::{CoachingRule, Exercise, Feedback, HardFail, RubricLine};
 pub use instrument::Instrument;
 pub use load::{Document, DocumentKind, ExerciseBundle};
+pub use mechanics::phrase;
 pub use mechanics::structures::{Shape, StructureKind, StructureSpec};
 pub use model::{Needle, Scene, SceneLayer, SceneSkin, SceneStructure, TissueOptions};
 pub use patient::Patient;

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
 use mechanics::puncture::PunctureSpec;
 use toml::de::DeTable;
 
@@ -92,7 +94,7 @@ impl ExerciseBundle {
     pub fn from_parts(exercise: &[u8], scene: &[u8], meshes: &[(String, Vec<u8>)]) -> Result<Self, DocumentError> {
         let find = |file: &str| {
             let found = meshes.iter().find(|(name, _)| name == file);
-            found.map(|(_, bytes)| bytes.clone()).ok_or_else(|| "not attached".to_owned())
+            found.map(|(_, bytes)| bytes.clone()).ok_or_else(|| phrase!("not attached"))
         };
         Self::assemble("attached exercise", exercise.to_vec(), |_| {
             let source = Source::new("attached scene", scene).map_err(NamedError::Refused)?;
@@ -133,8 +135,10 @@ pub fn read(path: &Path) -> Result<Document, DocumentError> {
             .issue(
                 0,
                 "document",
-                "of no kind that is known",
-                "a scene has [[layer]], an exercise has scene, a curriculum has [[exercise]], an instrument has [[item]]",
+                phrase!("of no kind that is known"),
+                phrase!(
+                    "a scene has [[layer]], an exercise has scene, a curriculum has [[exercise]], an instrument has [[item]]"
+                ),
             )
             .into()),
     }
@@ -173,7 +177,7 @@ impl Curriculum {
     /// # Errors
     /// Every issue found; a name that `find` does not know is one.
     pub fn from_parts(document: &[u8], find: impl Fn(&str) -> Option<ExerciseBundle>) -> Result<Self, DocumentError> {
-        let missing = |file: &str| NamedError::Missing(format!("{file}: no exercise of this name"));
+        let missing = |file: &str| NamedError::Missing(phrase!("{file}: no exercise of this name", file = file));
         let source = Source::new("course", document)?;
         let (curriculum, _) = read_curriculum(source, |file| find(file).ok_or_else(|| missing(file)))?;
         Ok(curriculum)
@@ -182,7 +186,7 @@ impl Curriculum {
 
 fn scene_from_disk(path: &Path, bytes: Vec<u8>) -> Result<SceneParts, DocumentError> {
     let source = Source::new(&path.display().to_string(), &bytes)?;
-    let find = |file: &str| std::fs::read(beside(path, file)).map_err(|e| e.to_string());
+    let find = |file: &str| std::fs::read(beside(path, file)).map_err(Phrase::data);
     let (scene, meshes) = read_scene(source, &find)?;
     Ok(SceneParts { scene, bytes, meshes })
 }
@@ -194,7 +198,8 @@ fn read_named<T>(
     read: impl FnOnce(&Path, Vec<u8>) -> Result<T, DocumentError>,
 ) -> Result<T, NamedError> {
     let path = beside(naming, file);
-    let bytes = std::fs::read(&path).map_err(|e| NamedError::Missing(format!("{}: {e}", path.display())))?;
+    let bytes =
+        std::fs::read(&path).map_err(|e| NamedError::Missing(Phrase::data(format_args!("{}: {e}", path.display()))))?;
     read(&path, bytes).map_err(NamedError::Refused)
 }
 
@@ -210,8 +215,8 @@ pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, DocumentError> {
             line: 1,
             column: 1,
             field: "document".to_owned(),
-            found: e.to_string(),
-            allowed: "allowed: a readable TOML document".to_owned(),
+            found: Phrase::data(e),
+            allowed: phrase!("allowed: a readable TOML document"),
         };
         issue.into()
     })

@@ -1,5 +1,8 @@
 //! The metric ids that rubrics and hard fails may name: a typo is refused, not silently never scored.
 
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
+
 use crate::model::Scene;
 
 /// What follows a metric's id.
@@ -58,11 +61,11 @@ pub const METRICS: &[(&str, Suffix)] = &[
 const KINDS: [&str; 5] = ["target", "vessel", "nerve", "bone", "organ"];
 
 /// What is allowed in place of `metric` in this scene, in words; nothing if it is a metric.
-pub(crate) fn refusal(metric: &str, scene: &Scene) -> Option<String> {
+pub(crate) fn refusal(metric: &str, scene: &Scene) -> Option<Phrase> {
     let (id, rest) = metric.split_once('.').map_or((metric, None), |(id, rest)| (id, Some(rest)));
     let Some(&(_, suffix)) = METRICS.iter().find(|(known, _)| *known == id) else {
         let known: Vec<_> = METRICS.iter().map(|(id, _)| *id).collect();
-        return Some(format!("not a metric; allowed: {}", known.join(", ")));
+        return Some(phrase!("not a metric; allowed: {known}", known = known.join(", ")));
     };
     let endings = endings(suffix, scene);
     let stands_alone = !matches!(suffix, Suffix::Layer | Suffix::Structure);
@@ -73,8 +76,8 @@ pub(crate) fn refusal(metric: &str, scene: &Scene) -> Option<String> {
             let alone = stands_alone.then(|| id.to_owned());
             let allowed: Vec<_> = alone.into_iter().chain(endings.iter().map(|e| format!("{id}.{e}"))).collect();
             Some(match allowed.len() {
-                0 => format!("the scene has nothing that {id} could speak of"),
-                _ => format!("allowed in this scene: {}", allowed.join(", ")),
+                0 => phrase!("the scene has nothing that {id} could speak of", id = id),
+                _ => phrase!("allowed in this scene: {known}", known = allowed.join(", ")),
             })
         }
     }

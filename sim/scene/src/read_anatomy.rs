@@ -1,5 +1,7 @@
 //! Reads the anatomy of a scene: the shapes of its structures, its skin, and the files of both.
 
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
 use mechanics::structures::Shape;
 use nalgebra::Vector3;
 use serde_json::Value;
@@ -40,7 +42,7 @@ pub(crate) fn read_anatomy(doc: &mut Walked, find: Find<'_>) -> Anatomy {
         check_shape_keys(doc, table, &path);
         let named = named(doc, table, &path).filter(|_| table["shape"] == "mesh");
         let read = named.map(|named| shelf.read(&named, |file| mesh::solid(file, named.coordinates)));
-        meshes.push(read.and_then(|read| accept(doc, &path, mesh::ALLOWED_SOLID, read)));
+        meshes.push(read.and_then(|read| accept(doc, &path, mesh::allowed_solid(), read)));
     }
     let skin = read_skin(doc, &mut shelf);
     Anatomy { meshes, skin, files: shelf.files }
@@ -51,7 +53,7 @@ fn read_skin(doc: &mut Walked, shelf: &mut Shelf<'_>) -> Option<SceneSkin> {
     let named = named(doc, &table, "skin")?;
     let position_m = Vector3::from_fn(|axis, _| table["position_mm"][axis].as_f64().unwrap_or_default() / 1e3);
     let read = shelf.read(&named, |file| mesh::skin(file, named.coordinates, &position_m));
-    let (vertices_m, triangles) = accept(doc, "skin", mesh::ALLOWED_SKIN, read)?;
+    let (vertices_m, triangles) = accept(doc, "skin", mesh::allowed_skin(), read)?;
     Some(SceneSkin { vertices_m, triangles, file: named.file })
 }
 
@@ -67,8 +69,8 @@ fn named(doc: &Walked, table: &Value, path: &str) -> Option<Named> {
 }
 
 /// What was read, or its refusal where the file is named.
-fn accept<T>(doc: &mut Walked, path: &str, allowed: &str, read: Result<T, String>) -> Option<T> {
-    read.map_err(|why| doc.refuse(&format!("{path}.file"), &why, allowed)).ok()
+fn accept<T>(doc: &mut Walked, path: &str, allowed: Phrase, read: Result<T, Phrase>) -> Option<T> {
+    read.map_err(|why| doc.refuse(&format!("{path}.file"), why, allowed)).ok()
 }
 
 impl Shelf<'_> {
@@ -76,9 +78,9 @@ impl Shelf<'_> {
     fn read<T>(
         &mut self,
         Named { file, .. }: &Named,
-        read: impl FnOnce((&str, &[u8])) -> Result<T, String>,
-    ) -> Result<T, String> {
-        let named = |why: String| format!("\"{file}\": {why}");
+        read: impl FnOnce((&str, &[u8])) -> Result<T, Phrase>,
+    ) -> Result<T, Phrase> {
+        let named = |why: Phrase| phrase!("{file}: {why}", file = Phrase::quoted(file), why = why);
         let bytes = (self.find)(file).map_err(named)?;
         let shape = read((file, &bytes)).map_err(named)?;
         if !self.files.iter().any(|(name, _)| name == file) {
@@ -106,15 +108,19 @@ fn check_shape_keys(doc: &mut Walked, table: &Value, path: &str) {
     for key in all {
         let field = format!("{path}.{key}");
         match (needed.contains(&key), table[key].is_null()) {
-            (true, true) if !doc.is_written(&field) => doc.refuse(&field, "missing", &format!("a {shape} needs it")),
+            (true, true) if !doc.is_written(&field) => {
+                doc.refuse(&field, phrase!("missing"), phrase!("a {shape} needs it", shape = shape));
+            }
             (false, false) => {
-                doc.refuse(&field, "not a key of this shape", &format!("a {shape} has {}", needed.join(", ")))
+                let allowed = phrase!("a {shape} has {keys}", shape = shape, keys = needed.join(", "));
+                doc.refuse(&field, phrase!("not a key of this shape"), allowed);
             }
             _ => {}
         }
     }
     let extents = table["half_extents_mm"].as_array();
     if shape == "box" && extents.is_some_and(|e| e.iter().any(|v| v.as_f64().is_none_or(|v| v <= 0.0))) {
-        doc.refuse(&format!("{path}.half_extents_mm"), "a half extent of 0 mm or less", "allowed: each above 0 mm");
+        let found = phrase!("a half extent of 0 mm or less");
+        doc.refuse(&format!("{path}.half_extents_mm"), found, phrase!("allowed: each above 0 mm"));
     }
 }

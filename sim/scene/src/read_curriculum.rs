@@ -1,10 +1,12 @@
 //! Reads a curriculum with its exercises: prerequisites without cycles, then the typed document.
 
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
 use serde::Deserialize;
 use serde_json::Value;
 
 use crate::curriculum::{Curriculum, CurriculumEntry, MasteryRule};
-use crate::describe::CURRICULUM;
+use crate::describe::{CURRICULUM, one_of};
 use crate::error::DocumentError;
 use crate::load::ExerciseBundle;
 use crate::source::Source;
@@ -74,8 +76,8 @@ fn check_order(doc: &mut Walked, entries: &[Value], ids: &[&str]) {
     let mut needs: Vec<Vec<usize>> = Vec::new();
     for (at, entry) in entries.iter().enumerate() {
         if let Some(first) = ids.iter().take(at).position(|id| *id == ids[at]) {
-            let allowed = format!("exercise[{first}] has this id already; each must be unique");
-            doc.refuse(&format!("exercise[{at}].file"), &format!("\"{}\"", ids[at]), &allowed);
+            let allowed = phrase!("exercise[{first}] has this id already; each must be unique", first = first);
+            doc.refuse(&format!("exercise[{at}].file"), Phrase::quoted(ids[at]), allowed);
         }
         let mut found = Vec::new();
         for id in entry["prerequisites"].as_array().into_iter().flatten().filter_map(Value::as_str) {
@@ -83,7 +85,7 @@ fn check_order(doc: &mut Walked, entries: &[Value], ids: &[&str]) {
                 Some(needed) => found.push(needed),
                 None => {
                     let field = format!("exercise[{at}].prerequisites");
-                    doc.refuse(&field, &format!("\"{id}\""), &format!("allowed: {}", ids.join(", ")));
+                    doc.refuse(&field, Phrase::quoted(id), one_of(ids));
                 }
             }
         }
@@ -92,7 +94,8 @@ fn check_order(doc: &mut Walked, entries: &[Value], ids: &[&str]) {
     if let Some(cycle) = find_cycle(&needs) {
         let path: Vec<_> = cycle.iter().map(|&at| ids[at]).collect();
         let field = format!("exercise[{}].prerequisites", cycle[0]);
-        doc.refuse(&field, &format!("a cycle: {}", path.join(" → ")), "allowed: prerequisites without a cycle");
+        let found = phrase!("a cycle: {path}", path = path.join(" → "));
+        doc.refuse(&field, found, phrase!("allowed: prerequisites without a cycle"));
     }
 }
 
@@ -124,25 +127,29 @@ fn check_mastery(doc: &mut Walked) {
     let Some(rule) = mastery["rule"].as_str() else { return };
     let (needed, other): (&[&str], &[&str]) = if rule == "passes" { (&COUNTS, &RATES) } else { (&RATES, &COUNTS) };
     for key in needed.iter().filter(|key| !doc.is_written(&format!("mastery.{key}"))).collect::<Vec<_>>() {
-        doc.refuse(&format!("mastery.{key}"), "missing", &format!("the rule {rule} needs it"));
+        doc.refuse(&format!("mastery.{key}"), phrase!("missing"), phrase!("the rule {rule} needs it", rule = rule));
     }
     for key in other.iter().filter(|key| !mastery[**key].is_null()) {
-        let allowed = format!("the rule {rule} has {}", needed.join(", "));
-        doc.refuse(&format!("mastery.{key}"), "not a key of this rule", &allowed);
+        let allowed = phrase!("the rule {rule} has {keys}", rule = rule, keys = needed.join(", "));
+        doc.refuse(&format!("mastery.{key}"), phrase!("not a key of this rule"), allowed);
     }
     let pair = |a: &str, b: &str| Some((mastery[a].as_f64()?, mastery[b].as_f64()?));
     if let Some((passes, of)) = pair("passes", "of").filter(|(passes, of)| passes > of) {
-        doc.refuse("mastery.passes", &passes.to_string(), &format!("allowed: at most {of}, the rule's `of`"));
+        let allowed = phrase!("allowed: at most {of}, the rule's `of`", of = of);
+        doc.refuse("mastery.passes", Phrase::data(passes), allowed);
     }
     if let Some((p0, p1)) = pair("p0", "p1").filter(|(p0, p1)| p1 <= p0) {
-        doc.refuse("mastery.p1", &p1.to_string(), &format!("allowed: above {p0}, the rule's p0"));
+        doc.refuse("mastery.p1", Phrase::data(p1), phrase!("allowed: above {p0}, the rule's p0", p0 = p0));
     }
     if let Some((alpha, beta)) = pair("alpha", "beta").filter(|(alpha, beta)| alpha + beta >= 1.0) {
-        let allowed = format!("allowed: below {}, so that it and the rule's alpha are below 1 together", 1.0 - alpha);
-        doc.refuse("mastery.beta", &beta.to_string(), &allowed);
+        let allowed = phrase!(
+            "allowed: below {limit}, so that it and the rule's alpha are below 1 together",
+            limit = 1.0 - alpha
+        );
+        doc.refuse("mastery.beta", Phrase::data(beta), allowed);
     }
     if rule != "lc-cusum" && !mastery["within"].is_null() {
-        doc.refuse("mastery.within", "not a key of this rule", "only the rule lc-cusum has it");
+        doc.refuse("mastery.within", phrase!("not a key of this rule"), phrase!("only the rule lc-cusum has it"));
     }
 }
 

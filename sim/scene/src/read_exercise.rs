@@ -1,9 +1,11 @@
 //! Reads an exercise with its scene: what relates its fields to each other and to the scene, then the typed document.
 
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::describe::EXERCISE;
+use crate::describe::{EXERCISE, measure};
 use crate::error::DocumentError;
 use crate::exercise::{CoachingRule, Exercise, Feedback, HardFail, RubricLine};
 use crate::metrics;
@@ -66,7 +68,8 @@ fn check(doc: &mut Walked, scene: Option<&Scene>) {
         let path = format!("rubric[{at}]");
         check_metric(doc, line, &path, scene);
         if line["full"].is_number() && line["full"] == line["zero"] {
-            doc.refuse(&format!("{path}.zero"), &line["zero"].to_string(), "allowed: a number other than full");
+            let allowed = phrase!("allowed: a number other than full");
+            doc.refuse(&format!("{path}.zero"), Phrase::data(&line["zero"]), allowed);
         }
     }
     doc.refuse_duplicates("rubric", "metric");
@@ -77,8 +80,8 @@ fn check(doc: &mut Walked, scene: Option<&Scene>) {
     if let (Some(scene), Some(depth_mm)) = (scene, doc.value["target"]["depth_mm"].as_f64()) {
         let length_mm = scene.needle.length_mm;
         if depth_mm > length_mm {
-            let allowed = format!("allowed: at most {length_mm} mm, the needle's length");
-            doc.refuse("target.depth_mm", &format!("{depth_mm} mm"), &allowed);
+            let allowed = phrase!("allowed: at most {length} mm, the needle's length", length = length_mm);
+            doc.refuse("target.depth_mm", Phrase::Data(measure(depth_mm, "mm")), allowed);
         }
     }
 }
@@ -86,7 +89,7 @@ fn check(doc: &mut Walked, scene: Option<&Scene>) {
 fn check_metric(doc: &mut Walked, table: &Value, path: &str, scene: Option<&Scene>) {
     let (Some(metric), Some(scene)) = (table["metric"].as_str(), scene) else { return };
     if let Some(allowed) = metrics::refusal(metric, scene) {
-        doc.refuse(&format!("{path}.metric"), &format!("\"{metric}\""), &allowed);
+        doc.refuse(&format!("{path}.metric"), Phrase::quoted(metric), allowed);
     }
 }
 
@@ -97,8 +100,8 @@ fn check_coaching(doc: &mut Walked) {
         let rearm_below = rule["rearm_below"].as_f64().unwrap_or(above);
         doc.value["coaching"][at]["rearm_below"] = rearm_below.into();
         if rearm_below > above {
-            let allowed = format!("allowed: at most {above}, the rule's `above`");
-            doc.refuse(&format!("coaching[{at}].rearm_below"), &rearm_below.to_string(), &allowed);
+            let allowed = phrase!("allowed: at most {above}, the rule's `above`", above = above);
+            doc.refuse(&format!("coaching[{at}].rearm_below"), Phrase::data(rearm_below), allowed);
         }
     }
 }

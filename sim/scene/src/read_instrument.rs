@@ -1,8 +1,10 @@
 //! Reads an instrument: what its parts say of each other, then the typed document.
 
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
 use serde_json::Value;
 
-use crate::describe::INSTRUMENT;
+use crate::describe::{INSTRUMENT, one_of};
 use crate::error::DocumentError;
 use crate::instrument::Instrument;
 use crate::source::Source;
@@ -57,11 +59,11 @@ fn check_languages(doc: &mut Walked) {
     let value = doc.value.clone();
     let languages = texts(&value, "languages");
     if languages.is_empty() && value["languages"].is_array() {
-        doc.refuse("languages", "none", "allowed: at least one language");
+        doc.refuse("languages", phrase!("none"), phrase!("allowed: at least one language"));
     }
     for (at, language) in languages.iter().enumerate() {
         if languages[..at].contains(language) {
-            doc.refuse("languages", &format!("\"{language}\""), "each must be unique");
+            doc.refuse("languages", Phrase::quoted(language), phrase!("each must be unique"));
         }
     }
     let mut found = Vec::new();
@@ -70,13 +72,15 @@ fn check_languages(doc: &mut Walked) {
         for language in languages.iter().filter(|language| words[**language].is_null()) {
             // A text that was refused is written, and already has its issue.
             if !doc.is_written(&format!("{path}.{language}")) {
-                doc.refuse(&format!("{path}.{language}"), "missing", "a text is needed in each of the languages");
+                let allowed = phrase!("a text is needed in each of the languages");
+                doc.refuse(&format!("{path}.{language}"), phrase!("missing"), allowed);
             }
         }
         for language in words.as_object().into_iter().flat_map(|map| map.keys()) {
             if !languages.contains(&language.as_str()) {
-                let allowed = format!("allowed: {}, the languages of this instrument", languages.join(", "));
-                doc.refuse(&format!("{path}.{language}"), "a text in another language", &allowed);
+                let languages = languages.join(", ");
+                let allowed = phrase!("allowed: {languages}, the languages of this instrument", languages = languages);
+                doc.refuse(&format!("{path}.{language}"), phrase!("a text in another language"), allowed);
             }
         }
     }
@@ -115,7 +119,7 @@ fn check_scales(doc: &mut Walked) {
         let Some((kind, needed, allowed)) = KEYS.iter().find(|(kind, ..)| scale["kind"] == *kind) else { continue };
         let path = format!("scale[{at}]");
         for key in needed.iter().filter(|key| !doc.is_written(&format!("{path}.{key}"))).collect::<Vec<_>>() {
-            doc.refuse(&format!("{path}.{key}"), "missing", &format!("the kind {kind} needs it"));
+            doc.refuse(&format!("{path}.{key}"), phrase!("missing"), phrase!("the kind {kind} needs it", kind = *kind));
         }
         for key in scale.as_object().into_iter().flat_map(|map| map.keys()) {
             if !["id", "kind"].contains(&key.as_str())
@@ -123,15 +127,18 @@ fn check_scales(doc: &mut Walked) {
                 && !allowed.contains(&key.as_str())
             {
                 let keys = [*needed, *allowed].concat().join(", ");
-                let keys = if keys.is_empty() { "no keys of its own".to_owned() } else { keys };
-                doc.refuse(&format!("{path}.{key}"), "not a key of this kind", &format!("the kind {kind} has {keys}"));
+                let allowed = match keys.as_str() {
+                    "" => phrase!("the kind {kind} has no keys of its own", kind = *kind),
+                    keys => phrase!("the kind {kind} has {keys}", kind = *kind, keys = keys),
+                };
+                doc.refuse(&format!("{path}.{key}"), phrase!("not a key of this kind"), allowed);
             }
         }
         check_range(doc, scale, &path);
         let ids: Vec<&str> =
             scale["option"].as_array().into_iter().flatten().filter_map(|o| o["id"].as_str()).collect();
         for (nth, id) in ids.iter().enumerate().filter(|(nth, id)| ids[..*nth].contains(id)) {
-            doc.refuse(&format!("{path}.option[{nth}].id"), &format!("\"{id}\""), "each must be unique");
+            doc.refuse(&format!("{path}.option[{nth}].id"), Phrase::quoted(id), phrase!("each must be unique"));
         }
     }
 }
@@ -139,30 +146,21 @@ fn check_scales(doc: &mut Walked) {
 fn check_range(doc: &mut Walked, scale: &Value, path: &str) {
     if let (Some(min), Some(max)) = (scale["min"].as_f64(), scale["max"].as_f64()) {
         if max <= min {
-            doc.refuse(&format!("{path}.max"), &max.to_string(), &format!("allowed: above {min}, its min"));
+            let allowed = phrase!("allowed: above {min}, its min", min = min);
+            doc.refuse(&format!("{path}.max"), Phrase::data(max), allowed);
         } else if scale["step"].as_f64().is_some_and(|step| step > max - min) {
-            let step = scale["step"].to_string();
-            doc.refuse(
-                &format!("{path}.step"),
-                &step,
-                &format!("allowed: at most {}, its max less its min", max - min),
-            );
+            let allowed = phrase!("allowed: at most {most}, its max less its min", most = max - min);
+            doc.refuse(&format!("{path}.step"), Phrase::data(&scale["step"]), allowed);
         }
     }
     let Some(points) = scale["points"].as_u64() else { return };
     if let Some(labels) = scale["labels"].as_array().map(Vec::len).filter(|labels| *labels as u64 != points) {
-        doc.refuse(
-            &format!("{path}.labels"),
-            &format!("{labels} labels"),
-            &format!("allowed: {points}, one for each point"),
-        );
+        let found = phrase!("{count} labels", count = labels);
+        doc.refuse(&format!("{path}.labels"), found, phrase!("allowed: {points}, one for each point", points = points));
     }
     if let Some(from) = scale["relevant_from"].as_u64().filter(|from| *from > points) {
-        doc.refuse(
-            &format!("{path}.relevant_from"),
-            &from.to_string(),
-            &format!("allowed: at most {points}, its points"),
-        );
+        let allowed = phrase!("allowed: at most {points}, its points", points = points);
+        doc.refuse(&format!("{path}.relevant_from"), Phrase::data(from), allowed);
     }
 }
 
@@ -174,7 +172,8 @@ fn check_items(doc: &mut Walked) {
         match (item["section"].as_str(), sections.is_empty()) {
             (Some(_), _) => refuse_unknown(doc, &format!("{path}.section"), &item["section"], &sections),
             (None, false) if !doc.is_written(&format!("{path}.section")) => {
-                doc.refuse(&format!("{path}.section"), "missing", "an item of an instrument with sections needs it");
+                let allowed = phrase!("an item of an instrument with sections needs it");
+                doc.refuse(&format!("{path}.section"), phrase!("missing"), allowed);
             }
             (None, _) => {}
         }
@@ -193,7 +192,7 @@ fn position_of(tables: &[Value], id: &Value) -> Option<usize> {
 fn refuse_unknown(doc: &mut Walked, field: &str, id: &Value, tables: &[Value]) {
     if let Some(written) = id.as_str().filter(|_| position_of(tables, id).is_none()) {
         let known: Vec<&str> = tables.iter().filter_map(|table| table["id"].as_str()).collect();
-        doc.refuse(field, &format!("\"{written}\""), &format!("allowed: {}", known.join(", ")));
+        doc.refuse(field, Phrase::quoted(written), one_of(&known));
     }
 }
 
@@ -206,9 +205,10 @@ fn check_pair(doc: &mut Walked, path: &str, item: &Value, (items, scales): (&[Va
     let pair = texts(item, "pair");
     let field = format!("{path}.pair");
     if is_pair && pair.len() != 2 {
-        doc.refuse(&field, &format!("{} items", pair.len()), "an item of kind pair needs two");
+        let found = phrase!("{count} items", count = pair.len());
+        doc.refuse(&field, found, phrase!("an item of kind pair needs two"));
     } else if !is_pair && !pair.is_empty() {
-        doc.refuse(&field, "a pair", "allowed: only where the scale is of kind pair");
+        doc.refuse(&field, phrase!("a pair"), phrase!("allowed: only where the scale is of kind pair"));
     }
     for id in pair {
         refuse_unknown(doc, &field, &Value::from(id), items);
@@ -224,18 +224,16 @@ fn check_condition(doc: &mut Walked, path: &str, when: &Value, section: Option<u
     };
     let earlier = position_of(&sections, &item["section"]).zip(section).is_some_and(|(asked, here)| asked < here);
     if !earlier {
-        doc.refuse(&format!("{path}.item"), &format!("\"{asked}\""), "allowed: an item of an earlier section");
+        let allowed = phrase!("allowed: an item of an earlier section");
+        doc.refuse(&format!("{path}.item"), Phrase::quoted(asked), allowed);
     }
     let Some(scale) = scale_of(item, &scales) else { return };
     let points = (1..=scale["points"].as_u64().unwrap_or(0)).map(|point| point.to_string());
     let options = scale["option"].as_array().into_iter().flatten().filter_map(|o| o["id"].as_str()).map(str::to_owned);
     let known: Vec<String> = points.chain(options).collect();
     for answer in texts(when, "is").into_iter().filter(|answer| !known.iter().any(|k| k == answer)) {
-        let allowed = format!(
-            "allowed: {}",
-            if known.is_empty() { "likert, choice and choices".to_owned() } else { known.join(", ") }
-        );
-        doc.refuse(&format!("{path}.is"), &format!("\"{answer}\""), &allowed);
+        let allowed = if known.is_empty() { phrase!("allowed: likert, choice and choices") } else { one_of(&known) };
+        doc.refuse(&format!("{path}.is"), Phrase::quoted(answer), allowed);
     }
 }
 
@@ -249,16 +247,16 @@ fn check_scores(doc: &mut Walked) {
         let path = format!("score[{at}]");
         let counted = texts(score, "items");
         if counted.is_empty() && score["items"].is_array() {
-            doc.refuse(&format!("{path}.items"), "none", "allowed: at least one item");
+            doc.refuse(&format!("{path}.items"), phrase!("none"), phrase!("allowed: at least one item"));
         }
         for (key, allowed) in [("items", &["likert", "slider", "number"][..]), ("pairs", &["pair"])] {
             for id in texts(score, key).into_iter().filter(|id| !kind(id).is_some_and(|kind| allowed.contains(&kind))) {
-                let allowed = format!("allowed: items of kind {}", allowed.join(", "));
-                doc.refuse(&format!("{path}.{key}"), &format!("\"{id}\""), &allowed);
+                let allowed = phrase!("allowed: items of kind {kinds}", kinds = allowed.join(", "));
+                doc.refuse(&format!("{path}.{key}"), Phrase::quoted(id), allowed);
             }
         }
         for id in texts(score, "reversed").into_iter().filter(|id| !counted.contains(id)) {
-            doc.refuse(&format!("{path}.reversed"), &format!("\"{id}\""), "allowed: items of this score");
+            doc.refuse(&format!("{path}.reversed"), Phrase::quoted(id), phrase!("allowed: items of this score"));
         }
         check_combination(doc, score, &path, counted.len());
     }
@@ -267,21 +265,26 @@ fn check_scores(doc: &mut Walked) {
 fn check_combination(doc: &mut Walked, score: &Value, path: &str, counted: usize) {
     let weighted = score["combine"] == "pair-weighted";
     if weighted == texts(score, "pairs").is_empty() {
-        let found = if weighted { "missing" } else { "pairs" };
-        doc.refuse(&format!("{path}.pairs"), found, "a score that is pair-weighted needs them, no other has them");
+        let found = if weighted { phrase!("missing") } else { phrase!("pairs") };
+        let allowed = phrase!("a score that is pair-weighted needs them, no other has them");
+        doc.refuse(&format!("{path}.pairs"), found, allowed);
     }
     let least = score["least_answered"].as_u64();
     match (score["missing"] == "mean-of-answered", least) {
-        (true, None) => doc.refuse(&format!("{path}.least_answered"), "missing", "mean-of-answered needs it"),
+        (true, None) => {
+            doc.refuse(&format!("{path}.least_answered"), phrase!("missing"), phrase!("mean-of-answered needs it"));
+        }
         (true, Some(_)) if weighted => {
-            doc.refuse(&format!("{path}.missing"), "mean-of-answered", "allowed with pair-weighted: no-score");
+            let allowed = phrase!("allowed with pair-weighted: no-score");
+            doc.refuse(&format!("{path}.missing"), Phrase::data("mean-of-answered"), allowed);
         }
         (true, Some(least)) if least > counted as u64 => {
-            let allowed = format!("allowed: at most {counted}, the items of this score");
-            doc.refuse(&format!("{path}.least_answered"), &least.to_string(), &allowed);
+            let allowed = phrase!("allowed: at most {counted}, the items of this score", counted = counted);
+            doc.refuse(&format!("{path}.least_answered"), Phrase::data(least), allowed);
         }
         (false, Some(_)) => {
-            doc.refuse(&format!("{path}.least_answered"), "not a key of this policy", "only mean-of-answered has it");
+            let found = phrase!("not a key of this policy");
+            doc.refuse(&format!("{path}.least_answered"), found, phrase!("only mean-of-answered has it"));
         }
         _ => {}
     }

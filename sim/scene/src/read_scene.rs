@@ -1,11 +1,13 @@
 //! Reads a scene: what relates its fields and meshes to each other, then the typed document.
 
 use mechanics::axial::RateDependence;
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
 use mechanics::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
 
-use crate::describe::SCENE;
+use crate::describe::{SCENE, measure};
 use crate::error::DocumentError;
 use crate::model::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
 use crate::read_anatomy::read_anatomy;
@@ -13,7 +15,7 @@ use crate::source::Source;
 use crate::walk::Walked;
 
 /// Finds the bytes of a file that a document names, or says why not.
-pub(crate) type Find<'f> = &'f dyn Fn(&str) -> Result<Vec<u8>, String>;
+pub(crate) type Find<'f> = &'f dyn Fn(&str) -> Result<Vec<u8>, Phrase>;
 
 /// The files that a document named, with their bytes.
 pub(crate) type Files = Vec<(String, Vec<u8>)>;
@@ -96,16 +98,17 @@ fn check_needle(doc: &mut Walked) {
     let tip_to_rim_mm = needle["tip_to_rim_mm"].as_f64().unwrap_or(if is_trocar { 2.0 } else { 0.0 });
     doc.value["needle"]["tip_to_rim_mm"] = tip_to_rim_mm.into();
     if !is_trocar && tip_to_rim_mm > 0.0 {
-        let allowed = "allowed: 0 mm, for a needle has no rim; kind = \"trocar\" has one";
-        doc.refuse("needle.tip_to_rim_mm", &format!("{tip_to_rim_mm} mm"), allowed);
+        let allowed = phrase!("allowed: 0 mm, for a needle has no rim; kind = \"trocar\" has one");
+        doc.refuse("needle.tip_to_rim_mm", Phrase::Data(measure(tip_to_rim_mm, "mm")), allowed);
     }
     doc.value["needle"]["inner_diameter_mm"] = bore_mm.into();
     if is_flexible && is_trocar {
-        doc.refuse("needle.flexible", "true", "allowed: false, for a trocar is rigid; kind = \"needle\" may bend");
+        let allowed = phrase!("allowed: false, for a trocar is rigid; kind = \"needle\" may bend");
+        doc.refuse("needle.flexible", Phrase::data("true"), allowed);
     }
     if bore_mm > 0.0 && bore_mm >= diameter_mm {
-        let allowed = format!("allowed: less than {diameter_mm} mm, the needle's diameter");
-        doc.refuse("needle.inner_diameter_mm", &format!("{bore_mm} mm"), &allowed);
+        let allowed = phrase!("allowed: less than {diameter} mm, the needle's diameter", diameter = diameter_mm);
+        doc.refuse("needle.inner_diameter_mm", Phrase::Data(measure(bore_mm, "mm")), allowed);
     }
     let rimless: Vec<usize> = doc
         .tables("layer")
@@ -117,7 +120,8 @@ fn check_needle(doc: &mut Walked) {
     for at in rimless {
         let field = format!("layer[{at}].rim_rupture_n");
         if is_trocar && tip_to_rim_mm > 0.0 && !doc.is_written(&field) {
-            doc.refuse(&field, "missing", "needed by a trocar: the force in N at which its rim opens the boundary");
+            let allowed = phrase!("needed by a trocar: the force in N at which its rim opens the boundary");
+            doc.refuse(&field, phrase!("missing"), allowed);
         }
     }
 }
@@ -126,8 +130,8 @@ fn check_needle(doc: &mut Walked) {
 fn check_tissue(doc: &mut Walked) {
     let tissue = &doc.value["tissue"];
     if tissue["coupling"] == "field" && tissue["model"] == "none" {
-        let allowed = "allowed: none, for model = \"none\" has no field; another model has one";
-        doc.refuse("tissue.coupling", "\"field\"", allowed);
+        let allowed = phrase!("allowed: none, for model = \"none\" has no field; another model has one");
+        doc.refuse("tissue.coupling", Phrase::quoted("field"), allowed);
     }
 }
 

@@ -1,5 +1,7 @@
 //! The text of a document and the places in it.
 
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
 use sha2::{Digest, Sha256};
 
 use crate::error::{DocumentError, Issue};
@@ -26,17 +28,17 @@ impl Source {
         let sha256 = hex::encode(Sha256::digest(bytes));
         if bytes.len() > MOST_BYTES {
             let source = Self { file: file.to_owned(), text: String::new(), sha256 };
-            let (found, allowed) = (format!("{} bytes", bytes.len()), format!("allowed: at most {MOST_BYTES} bytes"));
-            return Err(source.issue(0, "document", &found, &allowed).into());
+            let found = phrase!("{count} bytes", count = bytes.len());
+            let allowed = phrase!("allowed: at most {most} bytes", most = MOST_BYTES);
+            return Err(source.issue(0, "document", found, allowed).into());
         }
         match std::str::from_utf8(bytes) {
             Ok(text) => Ok(Self { file: file.to_owned(), text: text.to_owned(), sha256 }),
             Err(e) => {
                 let good = String::from_utf8_lossy(&bytes[..e.valid_up_to()]).into_owned();
                 let source = Self { file: file.to_owned(), text: good, sha256 };
-                let issue =
-                    source.issue(e.valid_up_to(), "document", "bytes that are not UTF-8", "allowed: UTF-8 text");
-                Err(issue.into())
+                let [found, allowed] = [phrase!("bytes that are not UTF-8"), phrase!("allowed: UTF-8 text")];
+                Err(source.issue(e.valid_up_to(), "document", found, allowed).into())
             }
         }
     }
@@ -47,16 +49,9 @@ impl Source {
     }
 
     /// An issue at a byte offset.
-    pub(crate) fn issue(&self, offset: usize, field: &str, found: &str, allowed: &str) -> Issue {
+    pub(crate) fn issue(&self, offset: usize, field: &str, found: Phrase, allowed: Phrase) -> Issue {
         let (line, column) = position(&self.text, offset);
-        Issue {
-            file: self.file.clone(),
-            line,
-            column,
-            field: field.to_owned(),
-            found: found.to_owned(),
-            allowed: allowed.to_owned(),
-        }
+        Issue { file: self.file.clone(), line, column, field: field.to_owned(), found, allowed }
     }
 
     /// What is written in a range of bytes, cut to one short line.

@@ -5,12 +5,14 @@
 
 use std::collections::BTreeMap;
 
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::describe::{Field, Kind, Presence, Table, spaced};
+use crate::describe::{Field, Kind, Presence, Table, measure, one_of};
 use crate::error::{DocumentError, Issue};
 use crate::source::Source;
 use crate::suggest::nearest;
@@ -30,7 +32,7 @@ pub(crate) struct Walked {
 #[derive(Debug)]
 pub(crate) enum NamedError {
     /// Its file cannot be read.
-    Missing(String),
+    Missing(Phrase),
     /// It was read and refused.
     Refused(DocumentError),
 }
@@ -41,7 +43,8 @@ pub(crate) fn parse(source: &Source) -> Result<DeTable<'_>, DocumentError> {
     let issues: Vec<Issue> = errors
         .iter()
         .map(|e| {
-            source.issue(e.span().map_or(0, |s| s.start), "TOML", &e.message().replace('\n', ", "), "not well-formed")
+            let found = Phrase::data(e.message().replace('\n', ", "));
+            source.issue(e.span().map_or(0, |s| s.start), "TOML", found, phrase!("not well-formed"))
         })
         .collect();
     if issues.is_empty() { Ok(table.into_inner()) } else { Err(DocumentError { issues }) }
@@ -64,13 +67,13 @@ impl Walked {
     }
 
     /// Adds an issue at a field; a field that is not written down is placed where its nearest parent is.
-    pub(crate) fn refuse(&mut self, field: &str, found: &str, allowed: &str) {
+    pub(crate) fn refuse(&mut self, field: &str, found: Phrase, allowed: Phrase) {
         let issue = self.issue(field, found, allowed);
         self.issues.push(issue);
     }
 
     /// An issue at a field, not added.
-    pub(crate) fn issue(&self, field: &str, found: &str, allowed: &str) -> Issue {
+    pub(crate) fn issue(&self, field: &str, found: Phrase, allowed: Phrase) -> Issue {
         let mut place = field;
         while !place.is_empty() && !self.places.contains_key(place) {
             place = place.rfind(['.', '[']).map_or("", |at| &place[..at]);
@@ -88,7 +91,7 @@ impl Walked {
         match named {
             Ok(document) => return Some(document),
             Err(NamedError::Missing(why)) => {
-                self.refuse(field, &why, "allowed: the path of a document, relative to this one");
+                self.refuse(field, why, phrase!("allowed: the path of a document, relative to this one"));
             }
             Err(NamedError::Refused(error)) => self.issues.extend(error.issues),
         }
@@ -106,8 +109,9 @@ impl Walked {
         for (at, table) in self.tables(array).iter().enumerate() {
             let Some(text) = table[key].as_str() else { continue };
             if let Some(first) = seen.get(text) {
-                let allowed = format!("{array}[{first}] has it already; each must be unique");
-                self.refuse(&format!("{array}[{at}].{key}"), &format!("\"{text}\""), &allowed);
+                let allowed =
+                    phrase!("{first} has it already; each must be unique", first = format!("{array}[{first}]"));
+                self.refuse(&format!("{array}[{at}].{key}"), Phrase::quoted(text), allowed);
             } else {
                 seen.insert(text.to_owned(), at);
             }
@@ -122,7 +126,7 @@ impl Walked {
         if self.issues.is_empty() {
             match serde_json::from_value(std::mem::take(&mut self.value)) {
                 Ok(document) => return Ok(document),
-                Err(e) => self.refuse("document", &e.to_string(), "not as described"),
+                Err(e) => self.refuse("document", Phrase::data(e), phrase!("not as described")),
             }
         }
         let own = self.source.file;
@@ -150,8 +154,8 @@ impl Walker<'_> {
                 let issue = self.source.issue(
                     key.span().start,
                     &join(path, key.get_ref()),
-                    "unknown key",
-                    &suggestion(key.get_ref(), table),
+                    phrase!("unknown key"),
+                    suggestion(key.get_ref(), table),
                 );
                 self.issues.push(issue);
             }
@@ -176,7 +180,7 @@ impl Walker<'_> {
     fn absent(&mut self, field: &Field, path: &str, offset: usize) -> Option<Value> {
         match field.presence {
             Presence::Required => {
-                self.issues.push(self.source.issue(offset, path, "missing", &field.kind.allowed()));
+                self.issues.push(self.source.issue(offset, path, phrase!("missing"), field.kind.allowed()));
                 None
             }
             Presence::Optional => None,
@@ -232,8 +236,9 @@ impl Walker<'_> {
             match element.get_ref() {
                 DeValue::Table(t) => checked.push(self.table(table, t, &path, element.span().start)),
                 _ => {
-                    let found = self.source.excerpt(element.span());
-                    self.issues.push(self.source.issue(element.span().start, &path, &found, "allowed: a table"));
+                    let found = Phrase::Data(self.source.excerpt(element.span()));
+                    let allowed = phrase!("allowed: a table");
+                    self.issues.push(self.source.issue(element.span().start, &path, found, allowed));
                     checked.push(Value::Null);
                 }
             }
@@ -243,23 +248,25 @@ impl Walker<'_> {
 
     fn refuse_value(&mut self, field: &Field, value: &Spanned<DeValue<'_>>, path: &str) {
         let found = match value.get_ref() {
-            DeValue::Array(a) if matches!(field.kind, Kind::Tables { .. }) => format!("{} tables", a.len()),
-            _ => format!("{}{}", self.source.excerpt(value.span()), spaced(field.unit())),
+            DeValue::Array(a) if matches!(field.kind, Kind::Tables { .. }) => {
+                phrase!("{count} tables", count = a.len())
+            }
+            _ => Phrase::Data(measure(self.source.excerpt(value.span()), field.unit())),
         };
-        self.issues.push(self.source.issue(value.span().start, path, &found, &field.kind.allowed()));
+        self.issues.push(self.source.issue(value.span().start, path, found, field.kind.allowed()));
     }
 }
 
 /// What to say of an unknown key.
-fn suggestion(key: &str, table: &Table) -> String {
+fn suggestion(key: &str, table: &Table) -> Phrase {
     match nearest(key, table) {
         Some(field) if !field.unit().is_empty() => {
-            format!("did you mean `{}`? the unit is in the key", field.key)
+            phrase!("did you mean `{key}`? the unit is in the key", key = field.key)
         }
-        Some(field) => format!("did you mean `{}`?", field.key),
+        Some(field) => phrase!("did you mean `{key}`?", key = field.key),
         None => {
             let known: Vec<_> = table.fields.iter().map(|f| f.key).collect();
-            format!("allowed: {}", known.join(", "))
+            one_of(&known)
         }
     }
 }

@@ -1,9 +1,12 @@
 //! Instruments: from documents to published revisions, and between TOML and JSON.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use scene::Instrument;
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
+use scene::{DocumentError, Instrument, Issue};
 use serde_json::json;
 use sqlx::SqliteConnection;
 use uuid::Uuid;
@@ -146,8 +149,13 @@ pub fn to_json(bytes: &[u8]) -> anyhow::Result<String> {
 ///
 /// # Errors
 /// When it is no JSON, in words with its place.
-pub fn from_json(text: &str) -> Result<String, String> {
+pub fn from_json(text: &str) -> Result<String, DocumentError> {
     let table: toml::Table =
-        serde_json::from_str(text).map_err(|e| format!("document:{}:{}: JSON: {e}", e.line(), e.column()))?;
-    toml::to_string_pretty(&table).map_err(|e| format!("document: JSON: {e}"))
+        serde_json::from_str(text).map_err(|error| no_document((error.line(), error.column()), error))?;
+    toml::to_string_pretty(&table).map_err(|error| no_document((1, 1), error))
+}
+
+fn no_document((line, column): (usize, usize), error: impl Display) -> DocumentError {
+    let [file, field] = ["document", "JSON"].map(str::to_owned);
+    Issue { file, line, column, field, found: Phrase::data(error), allowed: phrase!("not well-formed") }.into()
 }

@@ -12,6 +12,7 @@ use super::exercise::ExerciseView;
 use super::trainee::rule_in_words;
 use super::{Shell, assets, format};
 use crate::domain::progress::Mastery;
+use crate::words;
 
 /// The drafts of a school.
 #[derive(Debug, Template, WebTemplate)]
@@ -122,14 +123,16 @@ impl Verdict {
     }
 }
 
-fn problem(issue: &Issue) -> (String, String) {
+/// What is wrong in a document: where, and what.
+#[must_use]
+pub fn problem(issue: &Issue) -> (String, String) {
     let Issue { file, line, column, field, found, allowed } = issue;
     let place = if file == "attached scene" {
         tr!("Scene, line {line}, column {column}", line = line, column = column)
     } else {
         tr!("Document, line {line}, column {column}", line = line, column = column)
     };
-    (place, format!("{field}: {found}; {allowed}"))
+    (place, format!("{field}: {}; {}", words::phrase(found), words::phrase(allowed)))
 }
 
 /// The planner's verdict.
@@ -148,7 +151,7 @@ fn tissue(bundle: &ExerciseBundle, plan: Option<&FieldPlan>) -> Vec<(&'static st
         size = format::fixed(plan.bytes as f64 * 1e-6, 2)
     );
     vec![
-        (tr!("Tissue"), format!("{}: {}", plan.model.name(), plan.reason)),
+        (tr!("Tissue"), format!("{}: {}", plan.model.name(), words::phrase(&plan.reason))),
         (tr!("Tissue's error"), error),
         (tr!("Tissue's size"), size),
     ]
@@ -193,6 +196,9 @@ pub struct RevisionRow {
 mod tests {
     //! A person must see what is wrong and where, and never lose what they typed.
 
+    use mechanics::phrase;
+    use mechanics::phrase::Phrase;
+
     use super::*;
     use crate::domain::Role;
     use crate::views::diff::diff;
@@ -233,8 +239,8 @@ mod tests {
             line: 7,
             column: 2,
             field: "layer[0].thickness_mm".to_owned(),
-            found: "-1 mm".to_owned(),
-            allowed: "allowed: 0 to 200 mm".to_owned(),
+            found: Phrase::data("-1 mm"),
+            allowed: phrase!("allowed: a number from {min} to {most}", min = 0.0, most = "200 mm"),
         };
         let refused = DraftPage { refused: true, ..page(Verdict::refused(&[issue])) };
         let html = samples::keep("draft-refused", &refused);

@@ -4,8 +4,12 @@
 //! catalogues in `web-admin/locales` hold it in other languages. Which one is spoken is a matter of the request (see
 //! [`speaking`]); where nobody has settled it, as in the API, in logs and on the command line, it is English.
 
-use std::fmt::{Display, Write};
+use std::fmt::Display;
 use std::future::Future;
+
+use mechanics::phrase::Phrase;
+
+use crate::views::format::decimal;
 
 tokio::task_local! {
     static SPOKEN: Language;
@@ -48,6 +52,7 @@ mod language;
 mod plural;
 
 pub use language::Language;
+pub use mechanics::phrase::fill;
 
 /// The language that is spoken here: English where nobody has settled it.
 #[must_use]
@@ -100,29 +105,18 @@ pub fn say_counted(one: &'static str, many: &'static str, count: impl TryInto<u6
     catalogue::find(language).and_then(|catalogue| catalogue.say_counted(one, count)).unwrap_or(english)
 }
 
-/// Puts values where a sentence names them in braces. A name without a value stays as it is.
+/// A phrase of the simulator's, in the language that is spoken here.
 #[must_use]
-pub fn fill(sentence: &str, values: &[(&str, &dyn Display)]) -> String {
-    let mut filled = String::with_capacity(sentence.len() + 16);
-    let mut rest = sentence;
-    while let Some((before, after)) = rest.split_once('{') {
-        filled.push_str(before);
-        let value = after
-            .split_once('}')
-            .and_then(|(name, rest)| values.iter().find(|(known, _)| *known == name).map(|(_, value)| (value, rest)));
-        rest = match value {
-            Some((value, rest)) => {
-                // Writing into a String fails only where the value's own Display does.
-                let _ = write!(filled, "{value}");
-                rest
-            }
-            None => {
-                filled.push('{');
-                after
-            }
-        };
+pub fn phrase(phrase: &Phrase) -> String {
+    match phrase {
+        Phrase::Data(data) => data.clone(),
+        Phrase::Number(number) => decimal(number),
+        Phrase::Sentence { words, values } => {
+            let said: Vec<_> = values.iter().map(|(name, value)| (*name, self::phrase(value))).collect();
+            let values: Vec<(&str, &dyn Display)> = said.iter().map(|(name, value)| (*name, value as _)).collect();
+            fill(say(words), &values)
+        }
     }
-    filled + rest
 }
 
 /// For tests that look for what was forgotten: everything said is in brackets.
@@ -151,13 +145,6 @@ mod tests {
     }
 
     #[test]
-    fn values_stand_where_they_are_named() {
-        assert_eq!(fill("{a} of {b}, {a}", &[("a", &3), ("b", &5)]), "3 of 5, 3");
-        assert_eq!(fill("{unknown} {a", &[("a", &3)]), "{unknown} {a");
-        assert_eq!(fill("{a}", &[("a", &"{a}")]), "{a}", "a value is not read again");
-    }
-
-    #[test]
     fn the_count_chooses_the_form() {
         let attempts = |n: u32| trn!("{n} attempt", "{n} attempts", n);
         assert_eq!([attempts(0), attempts(1), attempts(2)], ["0 attempts", "1 attempt", "2 attempts"]);
@@ -169,6 +156,13 @@ mod tests {
         assert_eq!(german(|| say("no such sentence")), "no such sentence");
         assert_eq!(german(|| known("a layer of my own")), "a layer of my own");
         assert_eq!([say("Sign out"), german(|| say("Sign out"))], ["Sign out", "Abmelden"]);
+    }
+
+    #[test]
+    fn a_phrase_is_said_with_its_values() {
+        let phrase = mechanics::phrase!("allowed: at most {most} bytes", most = Phrase::number(1.5, 1));
+        assert_eq!(german(|| self::phrase(&phrase)), "erlaubt: höchstens 1,5 Bytes");
+        assert_eq!(self::phrase(&phrase), phrase.to_string());
     }
 
     #[tokio::test]

@@ -233,3 +233,30 @@ async fn a_trainee_writes_nothing_and_another_school_sees_nothing() {
         assert_eq!(client.form(&format!("/exercises/{EXERCISE}/draft"), &fields[..1]).await.status, status, "{email}");
     }
 }
+
+#[tokio::test]
+async fn what_is_wrong_is_said_in_the_language_of_whoever_writes() {
+    let school = School::new().await;
+    let mut writer = school.opens("osei@example.org", &format!("/exercises/{EXERCISE}")).await;
+    let language = [("csrf", writer.csrf.as_str()), ("language", "de")];
+    assert_eq!(writer.client.form("/account/language", &language).await.status, 303);
+    let saved = writer.act("save").await.text();
+    assert!(
+        saved.contains("ebene Schichten unter einer senkrechten Nadel") && saved.contains("Toleranz von"),
+        "{saved}"
+    );
+    writer.replace("title =", "titel =");
+    writer.replace("pass_mark = 60", "pass_mark = 600");
+    writer.scene = writer.scene.replacen("tip_rupture_n", "tip_rupture_mn", 1);
+    let refused = writer.act("publish").await;
+    assert_eq!(refused.status, 422);
+    for said in [
+        "titel: unbekannter Schlüssel; meinten Sie `title`?",
+        "title: fehlt; erlaubt: 1 bis 300 Zeichen in einer Zeile",
+        "pass_mark: 600; erlaubt: eine Zahl von 0 bis 100",
+        "layer[0].tip_rupture_n: fehlt; erlaubt: eine Zahl von 0 bis 100 N",
+    ] {
+        assert!(refused.text().contains(said), "{said} is not in\n{}", refused.text());
+    }
+    assert!(!refused.text().contains("allowed"), "{}", refused.text());
+}

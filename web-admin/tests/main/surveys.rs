@@ -385,7 +385,7 @@ async fn an_instrument_leaves_as_json_and_comes_back() {
     let broken =
         send(&mut teacher, "/surveys/instruments/new", &[("csrf", &csrf), ("text", "{\"id\": }"), ("do", "publish")])
             .await;
-    assert!(broken.status == 422 && broken.text().contains("document:1:8"), "{}", broken.text());
+    assert!(broken.status == 422 && broken.text().contains("line 1, column 8"), "{}", broken.text());
 }
 
 #[tokio::test]

@@ -17,7 +17,7 @@ use polib::po_file;
 mod choice;
 
 /// Words that are data as well, and are said by `words::known`: of libraries that speak English alone.
-const KNOWN: [&str; 27] = [
+const KNOWN: [&str; 24] = [
     "the needle never reached the skin",
     "the needle never went through the skin",
     "the needle did not reach this layer",
@@ -31,9 +31,6 @@ const KNOWN: [&str; 27] = [
     "nerve",
     "bone",
     "organ",
-    "no variance",
-    "rows of different lengths",
-    "a value out of range",
     "trainee",
     "instructor",
     "administrator",
@@ -46,6 +43,9 @@ const KNOWN: [&str; 27] = [
     "all",
     "bevel",
 ];
+
+/// Where sentences are said.
+const SAID_IN: [&str; 5] = ["templates", "src", "../sim/mechanics/src", "../sim/scene/src", "../sim/assessment/src"];
 
 /// A sentence: its form for one where it has two, and where it is said.
 #[derive(Debug, Default)]
@@ -98,7 +98,7 @@ fn literal(source: &str) -> Option<(String, &str)> {
 fn sentences_of(source: &str, file: &str, all: &mut Sentences) {
     let code: String =
         source.lines().filter(|line| !line.trim_start().starts_with("//")).flat_map(|line| [line, "\n"]).collect();
-    for (opening, has_two) in [("tr!(", false), ("trn!(", true), ("sentence!(", false)] {
+    for (opening, has_two) in [("tr!(", false), ("trn!(", true), ("sentence!(", false), ("phrase!(", false)] {
         // Not the end of another macro's name, as that of include_str is.
         let is_whole = |at: &usize| !code[..*at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
         for at in code.match_indices(opening).map(|(at, _)| at).filter(is_whole) {
@@ -116,11 +116,12 @@ fn sentences_of(source: &str, file: &str, all: &mut Sentences) {
 
 fn sentences() -> Sentences {
     let mut paths = Vec::new();
-    files_below(&root().join("templates"), &mut paths);
-    files_below(&root().join("src"), &mut paths);
+    for folder in SAID_IN {
+        files_below(&root().join(folder), &mut paths);
+    }
     let mut all = Sentences::new();
     for path in paths {
-        let file = path.strip_prefix(root()).unwrap().to_string_lossy().into_owned();
+        let file = path.strip_prefix(root()).unwrap().to_string_lossy().trim_start_matches("../").to_owned();
         sentences_of(&fs::read_to_string(&path).unwrap(), &file, &mut all);
     }
     let catalogue = assessment::catalogue::DEFINITIONS.iter().flat_map(|d| [d.label, d.definition, d.advice]);

@@ -2,6 +2,9 @@
 //!
 //! Whatever cannot be computed says why ([`NotComputable`]); it is never 0 and never NaN. Intervals are of 95 %.
 
+use scene::phrase;
+use scene::phrase::Phrase;
+
 mod content;
 mod icc;
 mod mean;
@@ -28,9 +31,9 @@ const ROUNDING: f64 = 1e-12;
 /// Why a figure cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, thiserror::Error)]
 #[serde(rename_all = "snake_case", tag = "reason")]
+#[error("{}", self.in_words())]
 pub enum NotComputable {
     /// Fewer observations (people, pairs, attempts) than the figure needs.
-    #[error("{found} observations, at least {needed} needed")]
     TooFew {
         /// How many there are.
         found: usize,
@@ -38,7 +41,6 @@ pub enum NotComputable {
         needed: usize,
     },
     /// Fewer items or raters than the figure needs.
-    #[error("{found} items, at least {needed} needed")]
     TooFewItems {
         /// How many there are.
         found: usize,
@@ -46,14 +48,29 @@ pub enum NotComputable {
         needed: usize,
     },
     /// All values are equal.
-    #[error("no variance")]
     NoVariance,
     /// The rows of a table have different numbers of columns.
-    #[error("rows of different lengths")]
     Ragged,
     /// A value is outside what the figure is defined for, or not a number.
-    #[error("a value out of range")]
     OutOfRange,
+}
+
+impl NotComputable {
+    /// For people.
+    #[must_use]
+    pub fn in_words(&self) -> Phrase {
+        match self {
+            Self::TooFew { found, needed } => {
+                phrase!("{found} observations, at least {needed} needed", found = *found, needed = *needed)
+            }
+            Self::TooFewItems { found, needed } => {
+                phrase!("{found} items, at least {needed} needed", found = *found, needed = *needed)
+            }
+            Self::NoVariance => phrase!("no variance"),
+            Self::Ragged => phrase!("rows of different lengths"),
+            Self::OutOfRange => phrase!("a value out of range"),
+        }
+    }
 }
 
 /// A figure with its 95 % interval.

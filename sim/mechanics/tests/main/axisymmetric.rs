@@ -136,7 +136,7 @@ fn the_ladder_ends_and_every_rung_is_better_than_the_one_before() {
 #[test]
 fn a_mesh_is_told_in_words() {
     let fitted = fit(&cases()[1].problem(0.0), 1e-2).expect("a model");
-    assert_eq!(fitted.mesh_in_words(), "3 × 4 elements of order up to 5");
+    assert_eq!(fitted.mesh_in_words().to_string(), "3 × 4 elements of order up to 5");
 }
 
 #[test]

@@ -146,7 +146,7 @@ fn a_fit_below_the_floor_says_so_and_does_not_flatter() {
     let error = distance(&answer_m(&problem, &fitted.model), &reference);
     let estimate = fitted.estimated_relative_error;
     assert!(error < 1.01 * estimate && estimate < 3.0 * error, "{estimate} for {error}");
-    assert!(fitted.mesh_in_words().ends_with("11.3 % on this problem"), "{}", fitted.mesh_in_words());
+    assert!(fitted.mesh_in_words().to_string().ends_with("11.3 % on this problem"), "{}", fitted.mesh_in_words());
 }
 
 #[test]

@@ -143,7 +143,7 @@ fn a_fit_keeps_its_tolerance_and_knows_its_error() {
         let found = reference.error(&fitted.model, 1.0);
         let ratio = fitted.estimated_relative_error / found;
         assert!(fitted.met && found <= 0.05 && (0.33..3.0).contains(&ratio), "{found}, the estimate times {ratio}");
-        let words = fitted.mesh_in_words();
+        let words = fitted.mesh_in_words().to_string();
         assert!(words.ends_with("in a quarter of the tissue"), "{words}");
     }
 }

@@ -3,6 +3,12 @@
 //! The reader ([`crate::walk`]) and the JSON Schema ([`crate::schema`]) both derive from these tables, so neither can
 //! drift from the other.
 
+use std::borrow::Borrow;
+use std::fmt::Display;
+
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
+
 mod curriculum;
 mod exercise;
 mod instrument;
@@ -129,24 +135,38 @@ impl Field {
 
 impl Kind {
     /// What is allowed, in words.
-    pub(crate) fn allowed(&self) -> String {
+    pub(crate) fn allowed(&self) -> Phrase {
         match self {
-            Self::Number { unit, min, max } => format!("allowed: a number from {min} to {max}{}", spaced(unit)),
-            Self::Integer { min, max } => format!("allowed: a whole number from {min} to {max}"),
-            Self::Flag => "allowed: true or false".to_owned(),
-            Self::Text(text) => format!("allowed: {}", text.words),
-            Self::Choice(words) => format!("allowed: {}", words.join(", ")),
-            Self::Vector { unit, len, min, max } => {
-                format!("allowed: {len} numbers, each from {min} to {max}{}", spaced(unit))
+            Self::Number { unit, min, max } => {
+                phrase!("allowed: a number from {min} to {most}", min = *min, most = measure(*max, unit))
             }
-            Self::Texts(text) => format!("allowed: a list of texts, each {}", text.words),
-            Self::Table(_) => "allowed: a table".to_owned(),
-            Self::Tables { min, max, .. } => format!("allowed: {min} to {max} tables, each headed [[…]]"),
+            Self::Integer { min, max } => {
+                phrase!("allowed: a whole number from {min} to {max}", min = *min, max = *max)
+            }
+            Self::Flag => phrase!("allowed: true or false"),
+            Self::Text(text) => text.allowed[0](),
+            Self::Choice(words) => one_of(words),
+            Self::Vector { unit, len, min, max } => phrase!(
+                "allowed: {len} numbers, each from {min} to {most}",
+                len = *len,
+                min = *min,
+                most = measure(*max, unit)
+            ),
+            Self::Texts(text) => text.allowed[1](),
+            Self::Table(_) => phrase!("allowed: a table"),
+            Self::Tables { min, max, .. } => {
+                phrase!("allowed: {min} to {max} tables, each headed [[…]]", min = *min, max = *max)
+            }
         }
     }
 }
 
-/// A unit with a space before it, or nothing.
-pub(crate) fn spaced(unit: &str) -> String {
-    if unit.is_empty() { String::new() } else { format!(" {unit}") }
+/// One of some names.
+pub(crate) fn one_of(names: &[impl Borrow<str>]) -> Phrase {
+    phrase!("allowed: {names}", names = names.join(", "))
+}
+
+/// A value as it is written, and its unit where it has one.
+pub(crate) fn measure(value: impl Display, unit: &str) -> String {
+    if unit.is_empty() { value.to_string() } else { format!("{value} {unit}") }
 }

@@ -1,10 +1,13 @@
 //! The forms of text in documents.
 
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
+
 /// A form of text: a pattern for the schema, and a test for the reader.
 #[derive(Debug)]
 pub(crate) struct Text {
-    /// In words.
-    pub words: &'static str,
+    /// What is allowed, in words: of one text, and of each of a list.
+    pub allowed: [fn() -> Phrase; 2],
     /// Fewest characters.
     pub min: usize,
     /// Most characters.
@@ -18,7 +21,10 @@ pub(crate) struct Text {
 impl Text {
     /// An identifier.
     pub(crate) const ID: Self = Self {
-        words: "1 to 64 letters, digits, - or _, the first a letter or digit",
+        allowed: [
+            || phrase!("allowed: 1 to 64 letters, digits, - or _, the first a letter or digit"),
+            || phrase!("allowed: a list of texts, each 1 to 64 letters, digits, - or _, the first a letter or digit"),
+        ],
         min: 1,
         max: 64,
         pattern: "^[A-Za-z0-9][A-Za-z0-9_-]*$",
@@ -27,7 +33,10 @@ impl Text {
 
     /// A name that metric ids may end with, which is why a dot is not allowed.
     pub(crate) const NAME: Self = Self {
-        words: "1 to 60 characters without a dot or line break",
+        allowed: [
+            || phrase!("allowed: 1 to 60 characters without a dot or line break"),
+            || phrase!("allowed: a list of texts, each 1 to 60 characters without a dot or line break"),
+        ],
         min: 1,
         max: 60,
         pattern: "^[^.\\u0000-\\u001f\\u007f]+$",
@@ -36,7 +45,10 @@ impl Text {
 
     /// One line, said or shown to people.
     pub(crate) const LINE: Self = Self {
-        words: "1 to 300 characters on one line",
+        allowed: [
+            || phrase!("allowed: 1 to 300 characters on one line"),
+            || phrase!("allowed: a list of texts, each 1 to 300 characters on one line"),
+        ],
         min: 1,
         max: 300,
         pattern: "^[^\\u0000-\\u001f\\u007f]+$",
@@ -44,8 +56,16 @@ impl Text {
     };
 
     /// Paragraphs.
-    pub(crate) const PROSE: Self =
-        Self { words: "at most 8000 characters", min: 0, max: 8000, pattern: "", allows: |_, _| true };
+    pub(crate) const PROSE: Self = Self {
+        allowed: [
+            || phrase!("allowed: at most 8000 characters"),
+            || phrase!("allowed: a list of texts, each at most 8000 characters"),
+        ],
+        min: 0,
+        max: 8000,
+        pattern: "",
+        allows: |_, _| true,
+    };
 
     /// Whether `text` has this form.
     pub(crate) fn admits(&self, text: &str) -> bool {

@@ -4,6 +4,8 @@ use std::fmt::Write as _;
 use std::io::Cursor;
 use std::path::Path;
 
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
 use tobj::LoadOptions;
 
 use super::Raw;
@@ -12,17 +14,20 @@ use super::Raw;
 ///
 /// # Errors
 /// Another format, or why the bytes cannot be read as this one.
-pub(super) fn parse(name: &str, bytes: &[u8]) -> Result<Raw, String> {
+pub(super) fn parse(name: &str, bytes: &[u8]) -> Result<Raw, Phrase> {
     let extension = Path::new(name).extension().unwrap_or_default().to_ascii_lowercase();
     match extension.to_str() {
-        Some("stl") => stl(bytes).map_err(|why| format!("unreadable as STL ({why})")),
-        Some("obj") => obj(bytes).map_err(|why| format!("unreadable as OBJ ({why})")),
-        _ => Err(format!("a file that ends in \".{}\"", extension.display())),
+        Some("stl") => stl(bytes).map_err(|why| phrase!("unreadable as STL ({why})", why = why)),
+        Some("obj") => obj(bytes).map_err(|why| phrase!("unreadable as OBJ ({why})", why = why)),
+        _ => {
+            let ending = extension.display().to_string();
+            Err(phrase!("a file that ends in \".{ending}\"", ending = ending))
+        }
     }
 }
 
-fn stl(bytes: &[u8]) -> Result<Raw, String> {
-    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(|e| e.to_string())?;
+fn stl(bytes: &[u8]) -> Result<Raw, Phrase> {
+    let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).map_err(Phrase::data)?;
     Ok(Raw {
         corners: mesh.vertices.iter().map(|v| v.0).collect(),
         triangles: mesh.faces.iter().map(|f| f.vertices).collect(),
@@ -30,16 +35,19 @@ fn stl(bytes: &[u8]) -> Result<Raw, String> {
 }
 
 /// All objects and groups of a file together, polygons cut into triangles as fans.
-fn obj(bytes: &[u8]) -> Result<Raw, String> {
-    let text = std::str::from_utf8(bytes).map_err(|_| "not text")?;
+fn obj(bytes: &[u8]) -> Result<Raw, Phrase> {
+    let text = std::str::from_utf8(bytes).map_err(|_| phrase!("not text"))?;
     let shape = shape_of(text)?;
     let mut reader = Cursor::new(shape.as_bytes());
     let options = LoadOptions { triangulate: true, ..LoadOptions::default() };
     let loaded = tobj::load_obj_buf(&mut reader, &options, |_| Err(tobj::LoadError::MaterialParseError));
     let (models, _) = loaded.map_err(|error| match error {
         // Told after the last line, of all faces together.
-        tobj::LoadError::FaceVertexOutOfBounds => "a face names a vertex that the file does not have".to_owned(),
-        error => format!("line {}: {error}", shape[..reader.position() as usize].lines().count()),
+        tobj::LoadError::FaceVertexOutOfBounds => phrase!("a face names a vertex that the file does not have"),
+        error => {
+            let line = shape[..reader.position() as usize].lines().count();
+            phrase!("line {line}: {why}", line = line, why = Phrase::data(error))
+        }
     })?;
     let mut raw = Raw { corners: Vec::new(), triangles: Vec::new() };
     for model in models {
@@ -55,7 +63,7 @@ fn obj(bytes: &[u8]) -> Result<Raw, String> {
 ///
 /// The rest is nothing to a shape, and a mistake in it (a material that is missing, a texture's coordinate beyond the
 /// last) should not refuse a mesh.
-fn shape_of(text: &str) -> Result<String, String> {
+fn shape_of(text: &str) -> Result<String, Phrase> {
     let mut shape = String::with_capacity(text.len());
     for (at, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
@@ -67,7 +75,7 @@ fn shape_of(text: &str) -> Result<String, String> {
             Some("f") => {
                 let corners = words.clone().count();
                 if corners < 3 {
-                    return Err(format!("line {}: a face of {corners} corners", at + 1));
+                    return Err(phrase!("line {line}: a face of {corners} corners", line = at + 1, corners = corners));
                 }
                 shape.push('f');
                 words.for_each(|word| push(&mut shape, word.split('/').next().unwrap_or_default()));

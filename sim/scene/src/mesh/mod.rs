@@ -8,18 +8,28 @@ mod topology;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
 use mechanics::structures::{Shape, Surface};
 use nalgebra::{Point3, Vector3};
 
 pub(crate) use axes::Axes;
 
 /// What the mesh of a structure must be, in words.
-pub(crate) const ALLOWED_SOLID: &str = "allowed: an STL (.stl, binary or text) or OBJ (.obj) file, closed, manifold, \
-    counter-clockwise seen from outside, of 0.1 mm to 1000 mm, at most 200000 triangles";
+pub(crate) fn allowed_solid() -> Phrase {
+    phrase!(
+        "allowed: an STL (.stl, binary or text) or OBJ (.obj) file, closed, manifold, counter-clockwise seen from outside, of \
+         0.1 mm to 1000 mm, at most 200000 triangles"
+    )
+}
 
 /// What the mesh of the skin must be, in words.
-pub(crate) const ALLOWED_SKIN: &str = "allowed: an STL (.stl, binary or text) or OBJ (.obj) file, manifold, \
-    counter-clockwise seen from outside, of 20 mm to 2000 mm, at most 200000 triangles, within 5 mm of the origin";
+pub(crate) fn allowed_skin() -> Phrase {
+    phrase!(
+        "allowed: an STL (.stl, binary or text) or OBJ (.obj) file, manifold, counter-clockwise seen from outside, of 20 mm \
+         to 2000 mm, at most 200000 triangles, within 5 mm of the origin"
+    )
+}
 
 const MOST_TRIANGLES: usize = 200_000;
 const SOLID_SIZE_M: RangeInclusive<f64> = 1e-4..=1.0;
@@ -44,14 +54,14 @@ struct Raw {
 ///
 /// # Errors
 /// What is wrong with it, in words.
-pub(crate) fn solid(file: (&str, &[u8]), coordinates: Coordinates) -> Result<Shape, String> {
+pub(crate) fn solid(file: (&str, &[u8]), coordinates: Coordinates) -> Result<Shape, Phrase> {
     let (vertices_m, triangles) = surface(file, coordinates, &SOLID_SIZE_M)?;
     let open = topology::check_manifold(&triangles)?;
     if open > 0 {
-        return Err(format!("a mesh that is not closed ({open} open edges)"));
+        return Err(phrase!("a mesh that is not closed ({open} open edges)", open = open));
     }
     if volume_m3(&vertices_m, &triangles) <= 0.0 {
-        return Err("a mesh that is inside out: its triangles run clockwise seen from outside".to_owned());
+        return Err(phrase!("a mesh that is inside out: its triangles run clockwise seen from outside"));
     }
     Ok(Shape::Mesh { vertices_m, triangles })
 }
@@ -64,7 +74,7 @@ pub(crate) fn skin(
     file: (&str, &[u8]),
     coordinates: Coordinates,
     position_m: &Vector3<f64>,
-) -> Result<Surface, String> {
+) -> Result<Surface, Phrase> {
     let (mut vertices_m, triangles) = surface(file, coordinates, &SKIN_SIZE_M)?;
     topology::check_manifold(&triangles)?;
     for vertex in &mut vertices_m {
@@ -79,13 +89,13 @@ fn surface(
     (name, bytes): (&str, &[u8]),
     coordinates: Coordinates,
     allowed_m: &RangeInclusive<f64>,
-) -> Result<Surface, String> {
+) -> Result<Surface, Phrase> {
     let raw = file::parse(name, bytes)?;
     if raw.triangles.is_empty() {
-        return Err("a mesh without triangles".to_owned());
+        return Err(phrase!("a mesh without triangles"));
     }
     if raw.triangles.len() > MOST_TRIANGLES {
-        return Err(format!("{} triangles", raw.triangles.len()));
+        return Err(phrase!("{count} triangles", count = raw.triangles.len()));
     }
     let per_m = if coordinates.in_mm { 1e3 } else { 1.0 };
     let turned = |corner: &[f32; 3]| coordinates.axes.to_patient(corner.map(|c| f64::from(c) / per_m));
@@ -95,9 +105,9 @@ fn surface(
     Ok((vertices_m, raw.triangles.iter().map(|t| t.map(|corner| index[corner])).collect()))
 }
 
-fn check_size(corners: &[Point3<f64>], allowed_m: &RangeInclusive<f64>) -> Result<(), String> {
+fn check_size(corners: &[Point3<f64>], allowed_m: &RangeInclusive<f64>) -> Result<(), Phrase> {
     if let Some(corner) = corners.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
-        return Err(format!("a vertex that is not finite (number {})", corner + 1));
+        return Err(phrase!("a vertex that is not finite (number {number})", number = corner + 1));
     }
     let extent = |axis: usize| {
         let (least, most) =
@@ -108,7 +118,7 @@ fn check_size(corners: &[Point3<f64>], allowed_m: &RangeInclusive<f64>) -> Resul
     if allowed_m.contains(&size_m) {
         Ok(())
     } else {
-        Err(format!("a mesh of {} mm; is its unit right?", (size_m * 1e6).round() / 1e3))
+        Err(phrase!("a mesh of {size} mm; is its unit right?", size = (size_m * 1e6).round() / 1e3))
     }
 }
 

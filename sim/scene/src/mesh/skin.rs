@@ -1,5 +1,7 @@
 //! Where the skin must be: over the origin, where needles enter.
 
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
 use nalgebra::Point3;
 
 /// How far from the plane of the force law the skin may be over the origin, in m.
@@ -9,24 +11,23 @@ const NEAR_M: f64 = 5e-3;
 ///
 /// # Errors
 /// How far it is, or that its back is seen.
-pub(super) fn check_over_origin(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<(), String> {
+pub(super) fn check_over_origin(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<(), Phrase> {
     let crossings = triangles.iter().filter_map(|t| crossing(t.map(|v| &vertices[v as usize])));
     match crossings.max_by(|(one, _), (other, _)| one.total_cmp(other)) {
         None => {
             let nearest_m = vertices.iter().map(|v| v.coords.norm()).fold(f64::INFINITY, f64::min);
-            Err(format!(
-                "a skin that is not over the origin (its nearest vertex is {:.1} mm away); are position_mm and axes right?",
-                nearest_m * 1e3
+            Err(phrase!(
+                "a skin that is not over the origin (its nearest vertex is {away} mm away); are position_mm and axes right?",
+                away = Phrase::number(nearest_m * 1e3, 1)
             ))
         }
         Some((height_m, _)) if height_m.abs() > NEAR_M => {
-            Err(format!("a skin at z = {:.1} mm over the origin; are position_mm and axes right?", height_m * 1e3))
+            let height = Phrase::number(height_m * 1e3, 1);
+            Err(phrase!("a skin at z = {height} mm over the origin; are position_mm and axes right?", height = height))
         }
-        Some((_, false)) => {
-            Err("a skin that is inside out over the origin: its triangles run clockwise seen from outside; \
-            are axes right?"
-                .to_owned())
-        }
+        Some((_, false)) => Err(phrase!(
+            "a skin that is inside out over the origin: its triangles run clockwise seen from outside; are axes right?"
+        )),
         Some((_, true)) => Ok(()),
     }
 }

@@ -2,24 +2,33 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use mechanics::phrase;
+use mechanics::phrase::Phrase;
+
 /// A manifold of one orientation: at most two triangles at an edge, which walk it in opposite directions, and one fan of
 /// triangles around each vertex. Counts its open edges.
 ///
 /// # Errors
 /// What is not so, and how often.
-pub(super) fn check_manifold(triangles: &[[u32; 3]]) -> Result<usize, String> {
+pub(super) fn check_manifold(triangles: &[[u32; 3]]) -> Result<usize, Phrase> {
     let without_area = triangles.iter().filter(|[a, b, c]| a == b || b == c || c == a).count();
-    refuse(without_area, "triangles with two corners in one place")?;
+    if without_area > 0 {
+        return Err(phrase!(
+            "a mesh that is not manifold ({count} triangles with two corners in one place)",
+            count = without_area
+        ));
+    }
     let open = check_edges(triangles)?;
-    refuse(pinched(triangles), "vertices at which only corners of the surface touch")?;
-    Ok(open)
+    match pinched(triangles) {
+        0 => Ok(open),
+        count => Err(phrase!(
+            "a mesh that is not manifold ({count} vertices at which only corners of the surface touch)",
+            count = count
+        )),
+    }
 }
 
-fn refuse(count: usize, what: &str) -> Result<(), String> {
-    if count == 0 { Ok(()) } else { Err(format!("a mesh that is not manifold ({count} {what})")) }
-}
-
-fn check_edges(triangles: &[[u32; 3]]) -> Result<usize, String> {
+fn check_edges(triangles: &[[u32; 3]]) -> Result<usize, Phrase> {
     /// How often an edge is walked from its lower vertex to its higher one, and back.
     type Walks = (usize, usize);
     let mut edges: BTreeMap<(u32, u32), Walks> = BTreeMap::new();
@@ -30,10 +39,16 @@ fn check_edges(triangles: &[[u32; 3]]) -> Result<usize, String> {
         }
     }
     let count = |is: fn(&Walks) -> bool| edges.values().filter(|walks| is(walks)).count();
-    refuse(count(|(there, back)| there + back > 2), "edges in three or more triangles")?;
+    let crowded = count(|(there, back)| there + back > 2);
+    if crowded > 0 {
+        return Err(phrase!("a mesh that is not manifold ({count} edges in three or more triangles)", count = crowded));
+    }
     let turned = count(|walks| matches!(walks, (2, 0) | (0, 2)));
     if turned > 0 {
-        return Err(format!("a mesh that is not of one orientation ({turned} edges with one side turned over)"));
+        return Err(phrase!(
+            "a mesh that is not of one orientation ({count} edges with one side turned over)",
+            count = turned
+        ));
     }
     Ok(count(|(there, back)| there + back == 1))
 }

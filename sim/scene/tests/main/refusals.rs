@@ -2,16 +2,34 @@
 //!
 //! Would fail if a mistake slipped through, or were reported without its place or its remedy.
 
+use scene::Issue;
 use scene::load::read;
+use scene::phrase::Phrase;
 
 use crate::support::{CURRICULUM, EXERCISE, INSTRUMENT, SCENE, folder, read_text, write};
 
 /// The error of a text whose `from` was replaced by `to`.
 fn error(text: &str, from: &str, to: &str) -> String {
     assert!(text.contains(from), "{from} is not in the document");
-    match read_text(&folder(), &text.replacen(from, to, 1)) {
-        Err(error) => error.to_string(),
+    let text = text.replacen(from, to, 1);
+    match read_text(&folder(), &text) {
+        Err(error) => {
+            error.issues.iter().for_each(|issue| can_be_translated(issue, &text));
+            error.to_string()
+        }
         Ok(document) => panic!("accepted: {document:?}"),
+    }
+}
+
+/// What is not a sentence, which a catalogue may hold, was written by somebody, or is what a library or the system says.
+fn can_be_translated(issue: &Issue, text: &str) {
+    assert!(matches!(issue.allowed, Phrase::Sentence { .. }), "{issue}");
+    if let Phrase::Data(found) = &issue.found
+        && issue.field != "TOML"
+        && !found.contains("(os error ")
+    {
+        let written = found.split(' ').next().unwrap().trim_matches('"').trim_end_matches('…');
+        assert!(text.contains(written), "{issue}");
     }
 }
 

@@ -5,6 +5,7 @@
 
 use assessment::questionnaire::{self, Answer, Scorer};
 use assessment::statistics::{self, NotComputable};
+use mechanics::phrase::Phrase;
 use scene::Instrument;
 use scene::instrument::{Item, ScaleKind, ScoreKey};
 use serde::Serialize;
@@ -44,7 +45,7 @@ pub enum Figure<T> {
     /// Why there is none.
     None {
         /// In words.
-        not_computable: String,
+        not_computable: Phrase,
     },
 }
 
@@ -52,7 +53,7 @@ impl<T> Figure<T> {
     fn of<U>(found: Result<U, NotComputable>, take: impl FnOnce(U) -> T) -> Self {
         match found {
             Ok(value) => Self::Value(take(value)),
-            Err(why) => Self::None { not_computable: why.to_string() },
+            Err(why) => Self::None { not_computable: why.in_words() },
         }
     }
 

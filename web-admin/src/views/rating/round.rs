@@ -8,6 +8,7 @@ use time::OffsetDateTime;
 use crate::domain::rating::{ScoreTable, mean};
 use crate::views::rating::OwnRating;
 use crate::views::{Shell, Status, format};
+use crate::words;
 
 /// A round of ratings.
 #[derive(Debug, Template, WebTemplate)]
@@ -111,7 +112,7 @@ fn figure(
             });
             (name, value.map_or_else(|| "–".to_owned(), |value| format::fixed(value, 2)), ends)
         }
-        Err(why) => (name, tr!("not computable: {why}", why = why), "–".to_owned()),
+        Err(why) => (name, tr!("not computable: {why}", why = words::phrase(&why.in_words())), "–".to_owned()),
     }
 }
 

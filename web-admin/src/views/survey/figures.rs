@@ -8,7 +8,7 @@ use crate::words;
 fn said<T>(figure: &Figure<T>, words: impl Fn(&T) -> String) -> String {
     match figure {
         Figure::Value(value) => words(value),
-        Figure::None { not_computable } => tr!("not computable: {why}", why = words::known(not_computable)),
+        Figure::None { not_computable } => tr!("not computable: {why}", why = words::phrase(not_computable)),
     }
 }
 

@@ -164,7 +164,7 @@ fn write(args: &Args, (base, target): (&Base, &AxialSpec), curve: &Curve) -> Res
     match findings.first() {
         None => Ok(Written { text, scene, rms_n }),
         Some(finding) => {
-            let patient = finding.patient;
+            let patient = &finding.patient;
             Err(Failure::work(format_args!(
                 "{}: not written: with the start's thickness_spread_mm the {patient} patient is unsound: {}",
                 args.out.display(),

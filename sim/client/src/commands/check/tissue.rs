@@ -44,7 +44,7 @@ impl TissuePlan {
         let FieldPlan { model, reason, radius_m, unknowns, bytes, expected_relative_error } = field.plan().clone();
         Ok(Self {
             model: model.name(),
-            reason,
+            reason: reason.to_string(),
             radius_mm: radius_m * 1e3,
             unknowns,
             bytes,

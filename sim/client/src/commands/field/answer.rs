@@ -65,7 +65,7 @@ impl Answer {
             let solution = Solution::new(field.as_ref(), problem, depth_m);
             let one = Self {
                 model: field.model().name(),
-                reason: planned.reason,
+                reason: planned.reason.to_string(),
                 unknowns: field.unknowns(),
                 bytes: field.bytes(),
                 setup_s,

@@ -10,6 +10,7 @@ use super::basis::MAX_ORDER;
 use super::grading::{LEAST_ORDER, LEVELS};
 use super::{Axisymmetric, AxisymmetricError, MeshSpec};
 use crate::axial::Domain;
+use crate::phrase::Phrase;
 use crate::tissue::{Problem, relative_distance};
 
 /// A model with what is known of its error.
@@ -29,7 +30,7 @@ pub struct Fitted {
 impl Fitted {
     /// The mesh, for people.
     #[must_use]
-    pub fn mesh_in_words(&self) -> String {
+    pub fn mesh_in_words(&self) -> Phrase {
         self.mesh.in_words()
     }
 }

@@ -2,6 +2,8 @@
 
 use super::basis::MAX_ORDER;
 use crate::axial::ParamError;
+use crate::phrase;
+use crate::phrase::Phrase;
 use crate::tissue::Problem;
 
 /// Depths closer than this are the same, in m.
@@ -38,10 +40,11 @@ impl MeshSpec {
     }
 
     /// The mesh, for people.
-    pub(super) fn in_words(&self) -> String {
+    pub(super) fn in_words(&self) -> Phrase {
         let Self { radial, axial } = self;
         let order = radial.iter().chain(axial).map(|strip| strip.order).max().unwrap_or(0);
-        format!("{} × {} elements of order up to {order}", radial.len(), axial.len())
+        let [wide, deep] = [radial.len(), axial.len()];
+        phrase!("{wide} × {deep} elements of order up to {order}", wide = wide, deep = deep, order = order)
     }
 
     /// Checks that the mesh fits the problem.

@@ -7,6 +7,8 @@ use super::basis::MAX_ORDER;
 use super::fit::{BETTER, first_level};
 use super::{AxisymmetricError, MeshSpec, Oblique};
 use crate::axial::Domain;
+use crate::phrase;
+use crate::phrase::Phrase;
 use crate::tissue::relative_distance;
 use crate::tissue::volumetric::Problem3;
 
@@ -29,8 +31,8 @@ pub struct FittedOblique {
 impl FittedOblique {
     /// The mesh, for people.
     #[must_use]
-    pub fn mesh_in_words(&self) -> String {
-        format!("{} for each harmonic", self.mesh.in_words())
+    pub fn mesh_in_words(&self) -> Phrase {
+        phrase!("{mesh} for each harmonic", mesh = self.mesh.in_words())
     }
 }
 

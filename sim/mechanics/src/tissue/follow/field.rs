@@ -4,6 +4,7 @@ use super::responses::Responses;
 use super::spec::TissueSpec;
 use super::state::FollowParams;
 use crate::axial::{AxialSpec, ParamError};
+use crate::phrase::Phrase;
 use crate::tissue::planner::{self, PlanError, Planned, Reach, Wish, patch, reach};
 use crate::tissue::volumetric::Problem3;
 use crate::tissue::{Load, LoadKind, Model, Problem};
@@ -22,13 +23,24 @@ pub enum FollowError {
     Plan(#[from] PlanError),
 }
 
+impl FollowError {
+    /// What is wrong, for people.
+    #[must_use]
+    pub fn in_words(&self) -> Phrase {
+        match self {
+            Self::Param(error) => Phrase::data(error),
+            Self::Plan(error) => error.in_words(),
+        }
+    }
+}
+
 /// What the field of a tissue is computed with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldPlan {
     /// The model.
     pub model: Model,
     /// Why this one, and its mesh under the load that is worst off.
-    pub reason: String,
+    pub reason: Phrase,
     /// How far the tissue is modelled around the needle, in m.
     pub radius_m: f64,
     /// Unknowns of the largest load's model.
@@ -64,7 +76,7 @@ impl Field {
         let wish = Wish { model: tissue.model, tolerance: share };
         let mut plan = FieldPlan {
             model: Model::None,
-            reason: String::new(),
+            reason: Phrase::Data(String::new()),
             radius_m,
             unknowns: 0,
             bytes: 0,

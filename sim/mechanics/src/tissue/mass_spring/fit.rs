@@ -12,6 +12,8 @@ use std::iter;
 use super::grid::{nearest_spacing_m, thinnest_m};
 use super::{LatticeError, MassSpring, Patch, Symmetry};
 use crate::axial::Domain;
+use crate::phrase;
+use crate::phrase::Phrase;
 use crate::tissue::{LoadKind, Problem, axisymmetric};
 
 /// A model with what is known of its error.
@@ -33,12 +35,13 @@ impl Fitted {
     /// The lattice, for people: "a lattice of 0.56 mm cells within 16 mm; central forces have ν = 1/4 built in, 11.3 %
     /// on this problem".
     #[must_use]
-    pub fn mesh_in_words(&self) -> String {
-        let [cell_mm, reach_mm] = [self.patch.spacing_m, self.patch.radius_m].map(|metres| metres * 1e3);
-        let floor_percent = self.floor * 100.0;
-        format!(
-            "a lattice of {cell_mm:.2} mm cells within {reach_mm:.0} mm; \
-             central forces have ν = 1/4 built in, {floor_percent:.1} % on this problem"
+    pub fn mesh_in_words(&self) -> Phrase {
+        phrase!(
+            "a lattice of {cell_mm} mm cells within {reach_mm} mm; central forces have ν = 1/4 built in, {floor} % on this \
+             problem",
+            cell_mm = Phrase::number(self.patch.spacing_m * 1e3, 2),
+            reach_mm = Phrase::number(self.patch.radius_m * 1e3, 0),
+            floor = Phrase::number(self.floor * 100.0, 1),
         )
     }
 }

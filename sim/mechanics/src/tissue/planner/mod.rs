@@ -16,6 +16,8 @@ use super::axisymmetric::{self, AxisymmetricError};
 use super::mass_spring::{self, LatticeError};
 use super::volumetric::{self, Problem3, Skin, VolumetricError};
 use super::{FieldModel, Model, Problem};
+use crate::phrase;
+use crate::phrase::Phrase;
 
 /// What is asked of the planner.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +33,7 @@ pub struct Planned {
     /// The model, solved for 1 N.
     pub field: Box<dyn FieldModel>,
     /// Why this model and this mesh.
-    pub reason: String,
+    pub reason: Phrase,
     /// Estimated relative error.
     pub estimated_relative_error: f64,
     /// The estimate meets the tolerance.
@@ -51,12 +53,12 @@ pub enum PlanError {
     #[error(transparent)]
     Volumetric(#[from] VolumetricError),
     /// A model that was asked for cannot answer this question.
-    #[error("model = \"{}\": {why}; allowed: \"auto\" or \"volumetric\"", .model.name())]
+    #[error("{}", self.in_words())]
     Unsuited {
         /// The model.
         model: Model,
         /// What it cannot do.
-        why: &'static str,
+        why: Phrase,
     },
     /// There is nothing to answer.
     #[error("load_depths_m: none; at least one load is needed")]
@@ -68,39 +70,56 @@ pub enum PlanError {
     NoModel,
 }
 
-/// The model for a question, and why: the cheap half of a plan.
-///
-/// # Errors
-/// When the model that is asked for cannot answer the question.
-pub fn choose(question: &Problem3, wished: Option<Model>) -> Result<(Model, String), PlanError> {
-    let bent = what_breaks_the_axis(question);
-    let oblique = (question.tilt_rad != 0.0).then_some("the needle is oblique");
-    match (wished, bent) {
-        (Some(Model::None), _) => Err(PlanError::NoModel),
-        (Some(model @ Model::Axisymmetric), Some(why)) => Err(PlanError::Unsuited { model, why }),
-        (Some(model @ Model::MassSpring), _) if oblique.or(bent).is_some() => {
-            Err(PlanError::Unsuited { model, why: oblique.or(bent).unwrap_or_default() })
-        }
-        (Some(model), _) => Ok((model, format!("{} was asked for", model.name()))),
-        (None, Some(why)) => Ok((Model::Volumetric, format!("{why}, so it takes three dimensions"))),
-        (None, None) => {
-            let why = match oblique {
-                None => "flat layers under a perpendicular needle have an axis, so (r, z) is exact",
-                Some(_) => {
-                    "flat layers have an axis under an oblique needle too, so two harmonics in (r, z), of its push into the \
-                     body and along the skin, are exact"
-                }
-            };
-            Ok((Model::Axisymmetric, why.to_owned()))
+impl PlanError {
+    /// What is wrong, for people. Numbers that only a program could have set are told as they are.
+    #[must_use]
+    pub fn in_words(&self) -> Phrase {
+        match self {
+            Self::Unsuited { model, why } => phrase!(
+                "model = \"{model}\": {why}; allowed: \"auto\" or \"volumetric\"",
+                model = model.name(),
+                why = why.clone()
+            ),
+            Self::Axisymmetric(_) | Self::MassSpring(_) | Self::Volumetric(_) | Self::NoLoad | Self::NoModel => {
+                Phrase::data(self)
+            }
         }
     }
 }
 
-fn what_breaks_the_axis(question: &Problem3) -> Option<&'static str> {
+/// The model for a question, and why: the cheap half of a plan.
+///
+/// # Errors
+/// When the model that is asked for cannot answer the question.
+pub fn choose(question: &Problem3, wished: Option<Model>) -> Result<(Model, Phrase), PlanError> {
+    let bent = what_breaks_the_axis(question);
+    let oblique = (question.tilt_rad != 0.0).then(|| phrase!("the needle is oblique"));
+    match (wished, bent) {
+        (Some(Model::None), _) => Err(PlanError::NoModel),
+        (Some(model @ Model::Axisymmetric), Some(why)) => Err(PlanError::Unsuited { model, why }),
+        (Some(model), why) => match oblique.or(why).filter(|_| model == Model::MassSpring) {
+            Some(why) => Err(PlanError::Unsuited { model, why }),
+            None => Ok((model, phrase!("{model} was asked for", model = model.name()))),
+        },
+        (None, Some(why)) => Ok((Model::Volumetric, phrase!("{why}, so it takes three dimensions", why = why))),
+        (None, None) => {
+            let why = match oblique {
+                None => phrase!("flat layers under a perpendicular needle have an axis, so (r, z) is exact"),
+                Some(_) => phrase!(
+                    "flat layers have an axis under an oblique needle too, so two harmonics in (r, z), of its push into the \
+                     body and along the skin, are exact"
+                ),
+            };
+            Ok((Model::Axisymmetric, why))
+        }
+    }
+}
+
+fn what_breaks_the_axis(question: &Problem3) -> Option<Phrase> {
     if !question.inclusions.is_empty() {
-        Some("there are inclusions")
+        Some(phrase!("there are inclusions"))
     } else if question.skin != Skin::Flat {
-        Some("the skin is curved")
+        Some(phrase!("the skin is curved"))
     } else {
         None
     }
@@ -123,11 +142,28 @@ pub fn plan(question: &Problem3, wish: &Wish) -> Result<Planned, PlanError> {
         Model::Volumetric => Made::from(volumetric::fit(question, wish.tolerance)?),
     };
     let Made { field, mesh, estimated_relative_error, met } = made;
-    let verdict = if met { "the cheapest found that meets" } else { "the best there is, and does not meet" };
-    let mut reason = format!("{why}; {mesh}: {verdict} a tolerance of {} %", 1e2 * wish.tolerance);
-    if !met && model != Model::Axisymmetric && what_breaks_the_axis(question).is_none() {
-        reason += "; \"axisymmetric\" gets nearer";
-    }
+    let percent = Phrase::Number((1e2 * wish.tolerance).to_string());
+    let nearer = model != Model::Axisymmetric && what_breaks_the_axis(question).is_none();
+    let reason = match (met, nearer) {
+        (true, _) => phrase!(
+            "{why}; {mesh}: the cheapest found that meets a tolerance of {percent} %",
+            why = why,
+            mesh = mesh,
+            percent = percent
+        ),
+        (false, false) => phrase!(
+            "{why}; {mesh}: the best there is, and does not meet a tolerance of {percent} %",
+            why = why,
+            mesh = mesh,
+            percent = percent
+        ),
+        (false, true) => phrase!(
+            "{why}; {mesh}: the best there is, and does not meet a tolerance of {percent} %; \"axisymmetric\" gets nearer",
+            why = why,
+            mesh = mesh,
+            percent = percent
+        ),
+    };
     Ok(Planned { field, reason, estimated_relative_error, met })
 }
 
@@ -151,7 +187,7 @@ fn boxed<M: FieldModel + 'static, E: Into<PlanError>>(
 /// What a model's own fit found.
 struct Made {
     field: Box<dyn FieldModel>,
-    mesh: String,
+    mesh: Phrase,
     estimated_relative_error: f64,
     met: bool,
 }

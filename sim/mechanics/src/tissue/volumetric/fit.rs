@@ -9,6 +9,8 @@ use nalgebra::{Point3, Vector3};
 
 use super::{Grading, MeshSpec3, Problem3, Symmetry, Volumetric, VolumetricError};
 use crate::axial::Domain;
+use crate::phrase;
+use crate::phrase::Phrase;
 use crate::tissue::{FieldModel, relative_distance};
 
 /// A model with what is known of its error.
@@ -27,13 +29,19 @@ pub struct Fitted {
 impl Fitted {
     /// The mesh, for people: "42 hexahedra of order 3 in a quarter of the tissue".
     #[must_use]
-    pub fn mesh_in_words(&self) -> String {
+    pub fn mesh_in_words(&self) -> Phrase {
         let part = match self.mesh.symmetry {
-            Symmetry::Quarter => "a quarter of the tissue",
-            Symmetry::Half => "half of the tissue",
-            Symmetry::Full => "the whole tissue",
+            Symmetry::Quarter => phrase!("a quarter of the tissue"),
+            Symmetry::Half => phrase!("half of the tissue"),
+            Symmetry::Full => phrase!("the whole tissue"),
         };
-        format!("{} hexahedra of order {} in {part}", self.model.patch().body().elements(), self.mesh.order)
+        let elements = self.model.patch().body().elements();
+        phrase!(
+            "{elements} hexahedra of order {order} in {part}",
+            elements = elements,
+            order = self.mesh.order,
+            part = part
+        )
     }
 }
 

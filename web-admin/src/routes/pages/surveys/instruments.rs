@@ -4,7 +4,7 @@ use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Redirect, Response};
-use scene::Instrument;
+use scene::{DocumentError, Instrument, Issue};
 use serde::Deserialize;
 
 use super::teachers_only;
@@ -16,6 +16,7 @@ use crate::routes::pages::unix_lines;
 use crate::storage::audit::Actor;
 use crate::storage::instruments::{self, InstrumentRevision};
 use crate::surveys;
+use crate::views::draft::problem;
 use crate::views::survey::instrument::{EditPage, InstrumentPage, InstrumentsPage, Preview};
 use crate::views::{Place, Shell};
 
@@ -192,14 +193,15 @@ async fn store(
 
 /// An instrument from TOML or JSON, with the TOML; or everything that is wrong. An edited one keeps its id.
 fn read(text: &str, id: Option<&str>) -> Result<(Instrument, Vec<u8>), Vec<String>> {
-    let toml = if text.trim_start().starts_with('{') {
-        surveys::from_json(text).map_err(|why| vec![why])?
-    } else {
-        text.to_owned()
+    let said = |issue: &Issue| {
+        let (place, what) = problem(issue);
+        format!("{place}: {what}")
     };
+    let all = |refused: DocumentError| refused.issues.iter().map(said).collect::<Vec<_>>();
+    let is_json = text.trim_start().starts_with('{');
+    let toml = if is_json { surveys::from_json(text).map_err(all)? } else { text.to_owned() };
     let bytes = toml.into_bytes();
-    let parsed = Instrument::from_bytes("document", &bytes);
-    let instrument = parsed.map_err(|refused| refused.issues.iter().map(ToString::to_string).collect::<Vec<_>>())?;
+    let instrument = Instrument::from_bytes("document", &bytes).map_err(all)?;
     match id.filter(|id| *id != instrument.id) {
         Some(id) => Err(vec![tr!(
             "id: “{typed}”; allowed: {id}, for an instrument keeps its id",
