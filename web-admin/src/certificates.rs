@@ -1,7 +1,8 @@
 //! Certificates that a course was mastered: signed, and verifiable without this service.
 //!
-//! A certificate is a JSON file: what is certified, the public key, and an Ed25519 signature over the first part as it
-//! is written. The private key is made with the first certificate and stays in the data folder.
+//! A certificate is what is certified, the public key, and an Ed25519 signature over the first part as it is written: in
+//! JSON, inside a page that a person can read, or alone. The private key is made with the first certificate and stays in the
+//! data folder.
 
 use std::fs::OpenOptions;
 use std::io::Write;
@@ -18,8 +19,12 @@ use crate::secret;
 const KEY_FILE: &str = "certificate-key";
 /// Version of the file's layout.
 const FORMAT: u32 = 1;
+/// Begins the certificate in a page.
+const OPENING: &str = "<script type=\"application/json\" id=\"certificate\">";
+/// Ends it.
+const CLOSING: &str = "</script>";
 
-/// What is certified.
+/// What is certified. All of it is data or English: it is read by a program, and the page around it speaks to people.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Statement {
@@ -62,6 +67,16 @@ impl Statement {
     pub const FORMAT: u32 = FORMAT;
 }
 
+impl Certificate {
+    /// As JSON that may stand in a page: no name in it ends the element that it stands in.
+    ///
+    /// # Errors
+    /// Never, but for JSON's own.
+    pub fn in_page(&self) -> serde_json::Result<String> {
+        Ok(serde_json::to_string(self)?.replace('<', "\\u003c"))
+    }
+}
+
 /// Signs a statement with the service's key, which is made where there is none yet.
 ///
 /// # Errors
@@ -81,12 +96,12 @@ pub fn public_key(data_dir: &Path) -> anyhow::Result<String> {
     Ok(hex::encode(key(data_dir)?.verifying_key().to_bytes()))
 }
 
-/// Checks a certificate against the public key that the school has published, and says what it states.
+/// Checks a certificate, a page or JSON alone, against the public key that the school has published, and says what it states.
 ///
 /// # Errors
 /// When it is no certificate, of another key, or was changed.
 pub fn check(file: &[u8], published_key: &str) -> anyhow::Result<Statement> {
-    let certificate: Certificate = serde_json::from_slice(file).context("not a certificate")?;
+    let certificate: Certificate = serde_json::from_str(json_of(file)?).context("not a certificate")?;
     let published = published_key.trim().to_lowercase();
     ensure!(
         certificate.public_key == published,
@@ -102,6 +117,15 @@ pub fn check(file: &[u8], published_key: &str) -> anyhow::Result<Statement> {
         serde_json::from_str(&certificate.statement).context("a statement of another version")?;
     ensure!(statement.format == FORMAT, "format {}; allowed is {FORMAT}", statement.format);
     Ok(statement)
+}
+
+/// The certificate in a page, or the file itself.
+fn json_of(file: &[u8]) -> anyhow::Result<&str> {
+    let text = std::str::from_utf8(file).context("not a certificate")?;
+    let Some((_, inside)) = text.split_once(OPENING) else { return Ok(text) };
+    let (json, after) = inside.split_once(CLOSING).context("not a certificate: the page is cut short")?;
+    ensure!(!after.contains(OPENING), "not a certificate: the page holds more than one");
+    Ok(json)
 }
 
 fn key(data_dir: &Path) -> anyhow::Result<SigningKey> {
@@ -131,38 +155,61 @@ fn make_key(path: &Path) -> anyhow::Result<()> {
     }
 }
 
+/// A statement for tests.
+#[cfg(test)]
+pub(crate) fn sample() -> Statement {
+    Statement {
+        format: FORMAT,
+        school: "North".to_owned(),
+        trainee: "Ada \"=1+1\"".to_owned(),
+        curriculum_id: "lower-back-basics".to_owned(),
+        course: "Lower back".to_owned(),
+        curriculum_sha256: "ab".repeat(32),
+        rule: "mastered with 3 passes in a row".to_owned(),
+        exercises: vec![("Feel the layers".to_owned(), "2026-05-01T09:00:00Z".to_owned())],
+        issued_at: "2026-05-20T09:00:00Z".to_owned(),
+        scope: "Simulated performance only.".to_owned(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    //! Fails when a changed certificate, or one of another key, is taken for good.
+    //! Fails when a changed certificate, or one of another key, is taken for good, alone or in a page.
 
     use super::*;
 
-    fn statement() -> Statement {
-        Statement {
-            format: FORMAT,
-            school: "North".to_owned(),
-            trainee: "Ada \"=1+1\"".to_owned(),
-            curriculum_id: "lower-back-basics".to_owned(),
-            course: "Lower back".to_owned(),
-            curriculum_sha256: "ab".repeat(32),
-            rule: "mastered with 3 passes in a row".to_owned(),
-            exercises: vec![("Feel the layers".to_owned(), "2026-05-01T09:00:00Z".to_owned())],
-            issued_at: "2026-05-20T09:00:00Z".to_owned(),
-            scope: "Simulated performance only.".to_owned(),
+    fn page(json: &str) -> Vec<u8> {
+        format!("<!doctype html><p>Ada</p>{OPENING}{json}{CLOSING}\n</html>").into_bytes()
+    }
+
+    #[test]
+    fn a_page_is_what_is_signed_inside_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let certificate = sign(folder.path(), &sample()).expect("signed");
+        let (key, json) = (certificate.public_key.clone(), certificate.in_page().expect("JSON"));
+        assert_eq!(check(&page(&json), &key).expect("genuine"), sample());
+        let [forged, unsigned] = [("Ada", "Bob"), (certificate.signature.as_str(), &"0".repeat(128))]
+            .map(|(from, to)| page(&json.replace(from, to)));
+        assert!(check(&forged, &key).is_err() && check(&unsigned, &key).is_err());
+        let twice = [page(&json), page(&json)].concat();
+        assert!(check(&twice, &key).expect_err("which one?").to_string().contains("more than one"));
+        let whole = page(&json);
+        for end in 0..whole.len() - 20 {
+            assert!(check(&whole[..end], &key).is_err(), "cut after {end} bytes");
         }
     }
 
     #[test]
     fn a_certificate_verifies_and_a_changed_one_does_not() {
         let folder = tempfile::tempdir().expect("a folder");
-        let certificate = sign(folder.path(), &statement()).expect("signed");
+        let certificate = sign(folder.path(), &sample()).expect("signed");
         let published = public_key(folder.path()).expect("a key");
         let file = |certificate: &Certificate| serde_json::to_vec(certificate).expect("JSON");
-        assert_eq!(check(&file(&certificate), &published).expect("genuine"), statement());
+        assert_eq!(check(&file(&certificate), &published).expect("genuine"), sample());
         let forged = Certificate { statement: certificate.statement.replace("Ada", "Bob"), ..certificate.clone() };
         assert!(check(&file(&forged), &published).is_err());
         let other = tempfile::tempdir().expect("a folder");
-        let foreign = sign(other.path(), &statement()).expect("signed");
+        let foreign = sign(other.path(), &sample()).expect("signed");
         assert!(check(&file(&foreign), &published).is_err(), "another school's key");
         let swapped = Certificate { public_key: published.clone(), ..foreign };
         assert!(check(&file(&swapped), &published).is_err());

@@ -5,21 +5,21 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::{Failure, Storage, say};
-use crate::certificates;
+use crate::certificates::{self, Statement};
 
 /// `web-admin certificate …`
 #[derive(Debug, Subcommand)]
 pub enum CertificateCommand {
     /// Prints the public key of this service, for the school to publish
     Key(Storage),
-    /// Checks a certificate; needs neither the service nor its data
+    /// Checks a certificate and prints all that is signed; needs neither the service nor its data
     Verify(VerifyArgs),
 }
 
 /// What to check against what.
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
-    /// The certificate
+    /// The certificate: the page that was saved, or the JSON in it
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// The public key that the school has published, 64 hexadecimal digits
@@ -41,15 +41,65 @@ fn verify(VerifyArgs { file, key }: &VerifyArgs) -> Result<(), Failure> {
     let bytes = std::fs::read(file).map_err(|error| Failure::Usage(format!("{}: {error}", file.display())))?;
     match certificates::check(&bytes, key) {
         Ok(statement) => {
-            say(format_args!(
-                "genuine: {} mastered “{}” at {}, issued {}",
-                statement.trainee, statement.course, statement.school, statement.issued_at
-            ));
+            lines(&statement).iter().for_each(say);
             Ok(())
         }
         Err(why) => {
             say(format_args!("not genuine: {}: {why:#}", file.display()));
             Err(Failure::Found)
         }
+    }
+}
+
+/// All that is signed, a line each.
+fn lines(statement: &Statement) -> Vec<String> {
+    // In full, so that what is added to the statement is added here.
+    let Statement {
+        format: _,
+        school,
+        trainee,
+        curriculum_id,
+        course,
+        curriculum_sha256,
+        rule,
+        exercises,
+        issued_at,
+        scope,
+    } = statement;
+    let mut lines = vec![
+        format!("genuine: {trainee} mastered “{course}” at {school}, issued {issued_at}"),
+        format!("  course    {curriculum_id}, document with SHA-256 {curriculum_sha256}"),
+        format!("  rule      an exercise is {rule}"),
+    ];
+    lines.extend(exercises.iter().map(|(exercise, on)| format!("  mastered  {exercise}, {on}")));
+    lines.push(format!("  scope     {scope}"));
+    lines.iter().map(|line| on_one_line(line)).collect()
+}
+
+/// A name may hold anything: what moves a terminal's cursor is shown as a mark.
+fn on_one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { '�' } else { c }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when something that is signed is not printed, or a name makes a line of its own.
+
+    use super::*;
+
+    #[test]
+    fn everything_signed_is_printed_on_lines_of_its_own() {
+        let exercises = vec![("Feel\nthe layers".to_owned(), "2026-05-01T09:00:00Z".to_owned())];
+        let trainee = "Ada\ngenuine: Bob\u{1b}[2J".to_owned();
+        let statement = Statement { trainee, exercises, ..certificates::sample() };
+        let lines = lines(&statement);
+        assert!(lines.iter().all(|line| !line.contains(char::is_control)), "{lines:?}");
+        assert_eq!(lines.iter().filter(|line| line.starts_with("genuine")).count(), 1);
+        let all = lines.join("\n");
+        let signed = serde_json::to_value(&statement).expect("JSON");
+        for (name, value) in signed.as_object().expect("a table").iter().filter(|(_, value)| value.is_string()) {
+            assert!(all.contains(&on_one_line(value.as_str().unwrap_or_default())), "{name} is not printed:\n{all}");
+        }
+        assert!(all.contains("Feel�the layers, 2026-05-01T09:00:00Z"), "{all}");
     }
 }

@@ -15,11 +15,10 @@ use crate::domain::survey::ResponseState;
 use crate::error::{Error, PageError};
 use crate::routes::Routes;
 use crate::surveys::answering::{self, Answering};
-use crate::views::survey::form::{ConsentPage, End, EndPage, FormPage, Given, Question, Terms, refusal, shown, spoken};
+use crate::views::survey::form::{
+    ConsentPage, End, EndPage, FormPage, Given, Question, Refusals, Terms, shown, spoken,
+};
 use crate::words::{self, Language};
-
-/// What was typed and refused: the item's place, the text and the reason.
-type Refusals = Vec<(usize, String, String)>;
 
 /// For anybody who has an address.
 #[must_use]
@@ -43,7 +42,7 @@ async fn show(
     let wanted = query.lang.unwrap_or_else(|| preferred(&headers));
     Ok(match answering.response.state {
         ResponseState::Invited => consent(&answering, &token, &wanted, false),
-        ResponseState::Begun => form(&answering, &token, query.page, &Vec::new()),
+        ResponseState::Begun => form(&answering, &token, query.page, &Refusals::default()),
         ResponseState::Submitted => end(&answering, &token, End::Sent),
         ResponseState::Withdrawn => end(&answering, &token, End::Withdrawn),
     })
@@ -133,8 +132,7 @@ fn form(answering: &Answering, token: &str, page: Option<usize>, refusals: &Refu
 }
 
 fn question(answering: &Answering, item: usize, language: &str, refusals: &Refusals) -> Question {
-    let refused = refusals.iter().find(|(at, ..)| *at == item).map(|(_, typed, why)| (typed.clone(), why.clone()));
-    let given = Given { answer: answering.response.answers.0[item].as_ref(), refused };
+    let given = Given { answer: answering.response.answers.0[item].as_ref(), refused: refusals.at(item) };
     Question::new(&answering.instrument, &answering.instrument.items[item], language, &given)
 }
 
@@ -164,7 +162,8 @@ async fn act(
             let page = field("page").parse().unwrap_or(0);
             let refused = answering.read_page(page, &fields);
             if !refused.is_empty() {
-                let refusals = typed(&answering, &fields, refused);
+                let language = &answering.response.language;
+                let refusals = spoken(language, || Refusals::new(&answering.instrument, &fields, &refused));
                 let page = form(&answering, &token, Some(page), &refusals);
                 return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
             }
@@ -211,18 +210,4 @@ async fn go(
         _ => asked.iter().rev().find(|at| **at < page),
     };
     Ok(Redirect::to(&format!("/survey/{token}?page={}", next.copied().unwrap_or(page))).into_response())
-}
-
-/// What was typed for the items that were refused.
-fn typed(
-    answering: &Answering,
-    fields: &[(String, String)],
-    refused: Vec<(usize, assessment::questionnaire::Refused)>,
-) -> Refusals {
-    let typed = |item: usize| {
-        let name = format!("q.{}", answering.instrument.items[item].id);
-        fields.iter().find(|(key, _)| *key == name).map_or_else(String::new, |(_, value)| value.clone())
-    };
-    let language = &answering.response.language;
-    refused.into_iter().map(|(item, why)| (item, typed(item), spoken(language, || refusal(&why)))).collect()
 }

@@ -174,6 +174,20 @@ pub async fn set_password(writer: &mut SqliteConnection, person: Uuid, password_
         .map(|done| done.rows_affected() == 1)
 }
 
+/// The language that a person of a school has chosen to read in.
+///
+/// # Errors
+/// When the database fails.
+pub async fn language(executor: impl SqliteExecutor<'_>, (school, person): (Uuid, Uuid)) -> Result<Option<Language>> {
+    let chosen: Option<Option<String>> =
+        sqlx::query_scalar("SELECT language FROM people WHERE school_id = $1 AND id = $2")
+            .bind(school)
+            .bind(person)
+            .fetch_optional(executor)
+            .await?;
+    Ok(chosen.flatten().as_deref().and_then(Language::named))
+}
+
 /// Sets the language that a person reads in; none for what their browser asks for. False when there is no such person.
 ///
 /// # Errors

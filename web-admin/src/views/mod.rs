@@ -5,6 +5,7 @@ pub mod admin;
 pub mod anatomy;
 pub mod assets;
 pub mod assignments;
+pub mod certificate;
 pub mod charts;
 pub mod cohort;
 pub mod concern;

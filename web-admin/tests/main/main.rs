@@ -11,6 +11,7 @@ mod access;
 mod api;
 mod assignments;
 mod audit;
+mod certificates;
 mod commands;
 mod crash;
 mod crowd;

@@ -213,8 +213,7 @@ impl FormPage {
 }
 
 /// Why an answer was refused: what was said, and what is allowed.
-#[must_use]
-pub fn refusal(refused: &Refused) -> String {
+fn refusal(refused: &Refused) -> String {
     let found = match &refused.found {
         Found::Said(said) => said.clone(),
         Found::Characters(count) => tr!("{n} characters", n = count),
@@ -234,6 +233,28 @@ pub fn refusal(refused: &Refused) -> String {
         Allowed::Characters(most) => tr!("at most {most} characters", most = most),
     };
     tr!("{found}; allowed: {allowed}", found = found, allowed = allowed)
+}
+
+/// Answers that were refused: the item's place, what was typed and the reason.
+#[derive(Clone, Debug, Default)]
+pub struct Refusals(Vec<(usize, String, String)>);
+
+impl Refusals {
+    /// In the language that is spoken here, from the fields of a form and what was refused of them, by the item's place.
+    #[must_use]
+    pub fn new(instrument: &Instrument, fields: &[(String, String)], refused: &[(usize, Refused)]) -> Self {
+        let typed = |at: usize| {
+            let name = format!("q.{}", instrument.items[at].id);
+            fields.iter().find(|(key, _)| *key == name).map_or_else(String::new, |(_, value)| value.clone())
+        };
+        Self(refused.iter().map(|(at, why)| (*at, typed(*at), refusal(why))).collect())
+    }
+
+    /// What was typed at an item's place and refused, and why.
+    #[must_use]
+    pub fn at(&self, item: usize) -> Option<(String, String)> {
+        self.0.iter().find(|(at, ..)| *at == item).map(|(_, typed, why)| (typed.clone(), why.clone()))
+    }
 }
 
 /// What was typed for an item, where it was refused; else the answer so far.

@@ -1,22 +1,26 @@
 //! A certificate that a course was mastered.
 
+use askama::Template;
 use axum::extract::{Path, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use serde_json::json;
+use time::OffsetDateTime;
 use uuid::Uuid;
 
 use crate::AppState;
 use crate::certificates::{self, Certificate, Statement};
 use crate::domain::CurrentPerson;
-use crate::domain::progress::{Course, Progress, StepState};
+use crate::domain::progress::{Course, Mastery, Progress, StepState};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{CsrfForm, NoFields};
 use crate::storage::audit::Entry;
 use crate::storage::curricula::{self, Curriculum};
 use crate::storage::reports::{self, Named};
-use crate::storage::{practice, schools};
+use crate::storage::{people, practice, schools};
+use crate::views::certificate::CertificatePage;
 use crate::views::{format, trainee::rule_in_words};
+use crate::words::{self, Language};
 
 /// What a certificate does not say.
 const SCOPE: &str = "Simulated performance only; no statement about competence with patients.";
@@ -32,17 +36,47 @@ pub(super) async fn issue(
     let trainee = reports::trainee(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
     let taught = curricula::taught(state.db.reader(), person.school_id).await?;
     let curriculum = taught.into_iter().find(|c| c.curriculum_id == course).ok_or(Error::NotFound)?;
-    let statement = statement(&state, &person, (&trainee, &curriculum)).await?;
-    let certificate = certificates::sign(&state.config.data_dir, &statement)?;
+    let earned = earned(&state, &person, (&trainee, &curriculum)).await?;
+    let certificate = certificates::sign(&state.config.data_dir, &earned.statement)?;
+    let theirs = people::language(state.db.reader(), (person.school_id, trainee.id)).await?;
+    let language = theirs.unwrap_or_else(words::current);
+    let file = format!("certificate-{}.html", curriculum.curriculum_id);
+    let page = words::within(language, || earned.page(&certificate, &file))?;
     note(&state, &person, (&trainee, &curriculum)).await?;
-    Ok(download(&certificate, &curriculum.curriculum_id)?)
+    let disposition = format!("attachment; filename=\"{file}\"");
+    Ok(([(CONTENT_TYPE, "text/html; charset=utf-8".to_owned()), (CONTENT_DISPOSITION, disposition)], page)
+        .into_response())
 }
 
-async fn statement(
+/// What a trainee has earned.
+struct Earned {
+    statement: Statement,
+    rule: Mastery,
+    mastered: Vec<(String, OffsetDateTime)>,
+    issued_at: OffsetDateTime,
+}
+
+impl Earned {
+    /// The page, in the language that is spoken here.
+    fn page(self, certificate: &Certificate, file: &str) -> anyhow::Result<String> {
+        let page = CertificatePage {
+            rule: rule_in_words(&self.rule),
+            statement: self.statement,
+            mastered: self.mastered,
+            issued_at: self.issued_at,
+            file: file.to_owned(),
+            key: certificate.public_key.clone(),
+            json: certificate.in_page()?,
+        };
+        Ok(page.render()?)
+    }
+}
+
+async fn earned(
     state: &AppState,
     person: &CurrentPerson,
     (trainee, curriculum): (&Named, &Curriculum),
-) -> Result<Statement, Error> {
+) -> Result<Earned, Error> {
     let (reader, school) = (state.db.reader(), person.school_id);
     let course = curricula::course(reader, school, curriculum).await?;
     let attempts = practice::of_trainee(reader, school, trainee.id).await?;
@@ -53,23 +87,25 @@ async fn statement(
             tr!("a certificate is issued when every exercise of the course is mastered").to_owned(),
         ));
     }
-    Ok(Statement {
+    let mastered = mastered(&course, &progress);
+    let statement = Statement {
         format: Statement::FORMAT,
         school: schools::name(reader, school).await?,
         trainee: trainee.name.clone(),
         curriculum_id: curriculum.curriculum_id.clone(),
         course: curriculum.title.clone(),
         curriculum_sha256: curriculum.sha256.clone(),
-        rule: rule_in_words(&course.rule),
-        exercises: exercises(&course, &progress),
+        rule: words::within(Language::ENGLISH, || rule_in_words(&course.rule)),
+        exercises: mastered.iter().map(|(title, on)| (title.clone(), format::machine_time(on))).collect(),
         issued_at: now.to_string(),
         scope: SCOPE.to_owned(),
-    })
+    };
+    Ok(Earned { statement, rule: course.rule, mastered, issued_at: now.to_utc() })
 }
 
-fn exercises(course: &Course, progress: &Progress) -> Vec<(String, String)> {
+fn mastered(course: &Course, progress: &Progress) -> Vec<(String, OffsetDateTime)> {
     let mastered = course.steps.iter().zip(&progress.steps).filter_map(|(step, done)| match done.state {
-        StepState::Mastered { on } => Some((step.title.clone(), format::machine_time(on))),
+        StepState::Mastered { on } => Some((step.title.clone(), on)),
         _ => None,
     });
     mastered.collect()
@@ -86,10 +122,4 @@ async fn note(
         .append(&mut tx, state.clock.now())
         .await?;
     Ok(tx.commit().await?)
-}
-
-fn download(certificate: &Certificate, course: &str) -> anyhow::Result<Response> {
-    let body = serde_json::to_string_pretty(certificate)?;
-    let disposition = format!("attachment; filename=\"certificate-{course}.json\"");
-    Ok(([(CONTENT_TYPE, "application/json".to_owned()), (CONTENT_DISPOSITION, disposition)], body).into_response())
 }

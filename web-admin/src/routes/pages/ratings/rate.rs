@@ -17,12 +17,9 @@ use crate::routes::pages::{Id, sessions as attempts};
 use crate::storage::{ratings as stored, scores};
 use crate::views::rating::RatePage;
 use crate::views::session::Drawing;
-use crate::views::survey::form::{Given, Question, refusal};
+use crate::views::survey::form::{Given, Question, Refusals};
 use crate::views::{Place, Shell};
 use crate::words;
-
-/// What was typed and refused: the item's place, the text and the reason.
-type Refusals = Vec<(usize, String, String)>;
 
 pub(super) async fn show(
     State(state): State<AppState>,
@@ -32,7 +29,7 @@ pub(super) async fn show(
 ) -> Result<RatePage, PageError> {
     raters_only(&person)?;
     let rated = ratings::open(&state, &person, id).await?;
-    Ok(page(&state, (&person, &csrf), &rated, &Vec::new()).await?)
+    Ok(page(&state, (&person, &csrf), &rated, &Refusals::default()).await?)
 }
 
 async fn page(
@@ -59,9 +56,7 @@ async fn page(
 
 fn questions(rated: &Rated, refusals: &Refusals) -> Vec<Question> {
     let question = |(at, item): (usize, &Item)| {
-        let refused =
-            refusals.iter().find(|(place, ..)| *place == at).map(|(_, typed, why)| (typed.clone(), why.clone()));
-        let given = Given { answer: rated.rating.answers.0[at].as_ref(), refused };
+        let given = Given { answer: rated.rating.answers.0[at].as_ref(), refused: refusals.at(at) };
         Question::new(&rated.instrument, item, rated.instrument.language_for(words::current().code()), &given)
     };
     rated.instrument.items.iter().enumerate().map(question).collect()
@@ -89,8 +84,7 @@ pub(super) async fn act(
     let mut rated = ratings::open(&state, &person, id).await?;
     let refused = rated.read(&form.0);
     if !refused.is_empty() {
-        let typed = |at: usize| form.field(&format!("q.{}", rated.instrument.items[at].id)).to_owned();
-        let refusals: Refusals = refused.into_iter().map(|(at, why)| (at, typed(at), refusal(&why))).collect();
+        let refusals = Refusals::new(&rated.instrument, &form.0, &refused);
         let page = page(&state, (&person, &csrf), &rated, &refusals).await?;
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }

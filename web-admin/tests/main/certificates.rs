@@ -1,0 +1,67 @@
+//! A certificate through the front door: who has mastered a course saves a page, and anybody checks it without the service.
+//! Fails when one is issued for less, in another's language, or when what is printed or signed is not what was earned.
+
+use web_admin::certificates;
+use web_admin::domain::Role;
+use web_admin::publishing;
+use web_admin::storage::people;
+use web_admin::words::Language;
+use web_admin::worker;
+
+use crate::support::client::csrf_in;
+use crate::support::recordings::{Attempt, record};
+use crate::support::{App, Member, course_folder};
+
+/// A course of one exercise that is mastered with one pass, whatever the score.
+const COURSE: &str = "id = \"one-step\"\ntitle = \"One <step> & no more\"\n[mastery]\nrule = \"passes\"\npasses = 1\nof = 1\n\
+                      [[exercise]]\nfile = \"only.toml\"\n";
+
+async fn school() -> (App, Member) {
+    let app = App::new().await;
+    let school = app.school("North & Sons").await;
+    let folder = app.folder.path().join("short");
+    std::fs::create_dir_all(folder.join("course")).unwrap();
+    std::fs::create_dir_all(folder.join("scenes")).unwrap();
+    for scene in std::fs::read_dir(course_folder().join("../scenes")).unwrap() {
+        let scene = scene.unwrap();
+        std::fs::copy(scene.path(), folder.join("scenes").join(scene.file_name())).unwrap();
+    }
+    let exercise = std::fs::read_to_string(course_folder().join("1-feel-the-layers.toml")).unwrap();
+    std::fs::write(folder.join("course/only.toml"), exercise.replace("pass_mark = 60", "pass_mark = 0")).unwrap();
+    let path = folder.join("course/course.toml");
+    std::fs::write(&path, COURSE).unwrap();
+    let now = app.state.clock.now();
+    app.write(async |tx| publishing::course(tx, school, &path, now).await.unwrap()).await;
+    let ada = app.member(school, Role::Trainee, "ada@example.org").await;
+    (app, ada)
+}
+
+#[tokio::test]
+async fn who_has_mastered_a_course_saves_a_page_that_anybody_can_check() {
+    let (app, ada) = school().await;
+    let german = Language::named("de");
+    app.write(async |tx| people::set_language(tx, (ada.person.school_id, ada.person.id), german).await.unwrap()).await;
+    let mut browser = app.signed_in("ada@example.org").await;
+    let csrf = csrf_in(&browser.get("/account").await.text());
+    let address = format!("/trainees/{}/certificates/one-step", ada.person.id);
+    let none = browser.form(&address, &[("csrf", &csrf)]).await;
+    assert_eq!(none.status, 409, "{}", none.text());
+
+    app.with_token(&ada.token).upload(&record(&Attempt::default())).await;
+    worker::work_off(&app.state).await.unwrap();
+    let page = browser.form(&address, &[("csrf", &csrf)]).await;
+    assert_eq!((page.status.as_u16(), page.header("content-type")), (200, "text/html; charset=utf-8"));
+    assert!(page.header("content-disposition").contains("certificate-one-step.html"));
+    let html = page.text();
+    assert!(html.contains("<html lang=\"de\">") && html.contains("One &#60;step&#62; &#38; no more"), "{html}");
+    assert!(!html.contains("src=") && !html.contains("href="), "it needs nothing else: {html}");
+
+    let key = certificates::public_key(&app.state.config.data_dir).unwrap();
+    let stated = certificates::check(html.as_bytes(), &key).unwrap();
+    assert_eq!((stated.school.as_str(), stated.course.as_str()), ("North & Sons", "One <step> & no more"));
+    assert_eq!(stated.trainee, ada.person.display_name);
+    assert_eq!(stated.exercises.len(), 1);
+    assert!(stated.rule.starts_with("mastered with 1 pass"), "what programs read is English: {}", stated.rule);
+    let forged = html.replace("North", "South");
+    assert!(certificates::check(forged.as_bytes(), &key).unwrap_err().to_string().contains("signature"));
+}
