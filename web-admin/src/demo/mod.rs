@@ -100,7 +100,7 @@ pub async fn make(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Ve
     }
     progress.finish_and_clear();
     lesson::teach(&past).await?;
-    rubric::lower(&past).await?;
+    rubric::change(&past).await?;
     raters::rate(&past).await?;
     study::hold(&past, school, &trainees).await?;
     assignments::assign(&past, school, now).await?;

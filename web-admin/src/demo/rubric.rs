@@ -1,4 +1,4 @@
-//! A rubric of the demonstration that was made milder after it had been used: published as a revision of its own, and every
+//! A pass mark of the demonstration that was changed after it had been used: published in a revision of its own, and every
 //! attempt of the first instructor's trainees graded again by it.
 
 use anyhow::{Context, bail, ensure};
@@ -9,123 +9,144 @@ use crate::AppState;
 use crate::domain::CurrentPerson;
 use crate::drafting::{self, Saved};
 use crate::regrading::exercise as regrading;
-use crate::storage::exercises::Revision;
 use crate::storage::scores::SessionKey;
 use crate::storage::{drafts, exercises, regradings, scores};
 use crate::worker;
 
-/// By how much a pass mark is lowered, in points; by more where nobody has missed it so closely.
-const MILDER: f64 = 5.0;
-/// Why.
-const REASON: &str =
-    "The exercise is new to everybody this year: the department has lowered its pass mark for all groups.";
+/// By how much a pass mark is changed, in points; by more where nobody is so close to it.
+const POINTS: f64 = 5.0;
 /// How long after the lesson, in s.
 const LATER_S: i64 = 3600;
 
-/// What a lower pass mark of an exercise would change.
+/// Another pass mark of an exercise, and what it would change.
 #[derive(Clone, Debug, PartialEq)]
-struct Milder {
+struct Change {
     exercise: String,
-    /// By how much it is lowered, in points.
-    points: f64,
-    /// Attempts that would pass.
-    passes: usize,
+    /// The pass mark that there is, and the one to be, 0–100.
+    marks: (f64, f64),
+    /// Attempts with another result.
+    attempts: usize,
+    reason: &'static str,
 }
 
-/// Publishes the milder rubric, looks what it would change, and confirms it. Nothing where everybody has passed everything.
+/// Publishes the changed rubric, looks what it would change, and confirms it.
 ///
 /// # Errors
-/// When the instructor is missing, or a part of the work fails.
-pub(super) async fn lower(state: &AppState) -> anyhow::Result<()> {
+/// When the instructor is missing, nobody has tried anything, or a part of the work fails.
+pub(super) async fn change(state: &AppState) -> anyhow::Result<()> {
     state.clock.advance(LATER_S);
     let instructor = find(state, COHORTS[0].instructor).await?.into_current().context("the first instructor")?;
-    let Some(milder) = choose(state, &instructor).await? else { return Ok(()) };
-    publish(state, &instructor, &milder).await?;
-    let exercise = milder.exercise.as_str();
+    let change = choose(state, &instructor).await?.context("an attempt whose result a pass mark decides")?;
+    publish(state, &instructor, &change).await?;
+    let exercise = change.exercise.as_str();
     let current = exercises::current(state.db.reader(), instructor.school_id, exercise).await?;
     let current = current.context("the exercise that was just published")?;
     let id = regrading::look(state, &instructor, (exercise, current.id)).await?;
     worker::work_off(state).await?;
     let shown = regrading::shown(state, &regrading::find(state, &instructor, id).await?).await?;
-    ensure!(regrading::confirm(state, &instructor, id, (&shown, REASON)).await?, "nobody else grades meanwhile");
+    ensure!(regrading::confirm(state, &instructor, id, (&shown, change.reason)).await?, "nobody else grades meanwhile");
     worker::work_off(state).await
 }
 
-/// The exercise whose pass mark need be lowered least; of equals, the one where that lets most attempts pass.
-async fn choose(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<Option<Milder>> {
-    let mut all = Vec::new();
+/// A milder mark, where somebody has failed; else, in the first weeks, a stricter one. Of all exercises the one whose mark need
+/// be changed least, and of equals the one where that changes most.
+async fn choose(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<Option<Change>> {
+    let (mut milder, mut stricter) = (Vec::new(), Vec::new());
     for taught in exercises::all_current(state.db.reader(), instructor.school_id).await? {
-        let misses = misses(state, instructor, &taught).await?;
-        all.extend(Milder::of(&taught.exercise_id, &misses));
+        let scores = decided(state, instructor, &taught.exercise_id).await?;
+        milder.extend(Change::milder(&taught.exercise_id, taught.pass_mark, &scores));
+        stricter.extend(Change::stricter(&taught.exercise_id, taught.pass_mark, &scores));
     }
-    Ok(all.into_iter().min_by(|a, b| a.points.total_cmp(&b.points).then(b.passes.cmp(&a.passes))))
+    let all = if milder.is_empty() { stricter } else { milder };
+    Ok(all.into_iter().min_by(|a, b| a.points().total_cmp(&b.points()).then(b.attempts.cmp(&a.attempts))))
 }
 
-/// By how many points each attempt has missed the pass mark that has missed nothing else.
-async fn misses(state: &AppState, instructor: &CurrentPerson, taught: &Revision) -> anyhow::Result<Vec<f64>> {
+/// The scores of the attempts whose result the pass mark alone decides.
+async fn decided(state: &AppState, instructor: &CurrentPerson, exercise: &str) -> anyhow::Result<Vec<f64>> {
     let reader = state.db.reader();
-    let mut misses = Vec::new();
-    for stood in regradings::standing(reader, instructor, &taught.exercise_id).await? {
+    let mut decided = Vec::new();
+    for stood in regradings::standing(reader, instructor, exercise).await? {
         let key = SessionKey { school_id: instructor.school_id, id: stood.session_id };
-        let Some(score) = scores::newest(reader, key).await?.filter(|_| stood.override_id.is_none()) else { continue };
-        if !score.passed && score.hard_fails.is_empty() {
-            misses.push(taught.pass_mark - score.score);
-        }
+        let score = scores::newest(reader, key).await?.filter(|_| stood.override_id.is_none());
+        decided.extend(score.filter(|score| score.hard_fails.is_empty()).map(|score| score.score));
     }
-    Ok(misses)
+    Ok(decided)
 }
 
-impl Milder {
-    fn of(exercise: &str, misses: &[f64]) -> Option<Self> {
-        let nearest = misses.iter().copied().reduce(f64::min)?;
-        let points = nearest.ceil().max(MILDER);
-        let passes = misses.iter().filter(|miss| **miss <= points).count();
-        Some(Self { exercise: exercise.to_owned(), points, passes })
+impl Change {
+    /// A mark that lets somebody pass who has failed.
+    fn milder(exercise: &str, mark: f64, scores: &[f64]) -> Option<Self> {
+        let failed = scores.iter().copied().filter(|score| *score < mark);
+        let nearest = failed.clone().reduce(f64::max)?;
+        let to = nearest.floor().min(mark - POINTS).max(0.0);
+        let attempts = failed.filter(|score| *score >= to).count();
+        let reason =
+            "The exercise is new to everybody this year: the department has lowered its pass mark for all groups.";
+        Some(Self { exercise: exercise.to_owned(), marks: (mark, to), attempts, reason })
     }
 
-    /// The document with the lower pass mark.
+    /// A mark that somebody misses who has passed.
+    fn stricter(exercise: &str, mark: f64, scores: &[f64]) -> Option<Self> {
+        let passed = scores.iter().copied().filter(|score| *score >= mark && *score < 100.0);
+        let nearest = passed.clone().reduce(f64::min)?;
+        let to = (nearest.floor() + 1.0).max(mark + POINTS).min(100.0);
+        let attempts = passed.filter(|score| *score < to).count();
+        let reason = "Nobody has failed so far: the department has raised the pass mark for all groups.";
+        Some(Self { exercise: exercise.to_owned(), marks: (mark, to), attempts, reason })
+    }
+
+    /// By how much the mark is changed, in points.
+    fn points(&self) -> f64 {
+        (self.marks.0 - self.marks.1).abs()
+    }
+
+    /// The document with the other pass mark.
     fn written(&self, document: &str) -> String {
-        let line = |line: &str| {
-            let mark = line.strip_prefix("pass_mark = ").and_then(|mark| mark.trim().parse::<f64>().ok());
-            mark.map_or_else(|| line.to_owned(), |mark| format!("pass_mark = {}\n", (mark - self.points).max(0.0)))
+        let line = |line: &str| match line.strip_prefix("pass_mark = ") {
+            Some(_) => format!("pass_mark = {}\n", self.marks.1),
+            None => line.to_owned(),
         };
         document.split_inclusive('\n').map(line).collect()
     }
 }
 
-async fn publish(state: &AppState, instructor: &CurrentPerson, milder: &Milder) -> anyhow::Result<()> {
-    let id = drafting::exercise(state, instructor, &milder.exercise, None).await?;
+async fn publish(state: &AppState, instructor: &CurrentPerson, change: &Change) -> anyhow::Result<()> {
+    let id = drafting::exercise(state, instructor, &change.exercise, None).await?;
     let draft = drafts::find(state.db.reader(), instructor.school_id, id).await?.context("the draft just begun")?;
     let mut texts = draft.texts;
-    texts.document = milder.written(&texts.document);
+    texts.document = change.written(&texts.document);
     let saved = drafting::save(state, instructor, (id, draft.version), &texts).await?;
     let Saved::Kept(draft) = saved else { bail!("nobody else writes in the draft") };
     let checked = drafting::check(state, instructor.school_id, &draft).await?;
-    ensure!(drafting::publish(state, instructor, &draft, &checked).await?, "the milder rubric was refused");
+    ensure!(drafting::publish(state, instructor, &draft, &checked).await?, "the changed rubric was refused");
     Ok(())
 }
 
 #[cfg(test)]
 mod tests {
-    //! The demonstration must have a re-grading worth looking at: somebody passes who had failed. Fails when the mark is
-    //! lowered by too little for anybody, or something else in the document changes.
+    //! The demonstration must have a re-grading worth looking at: somebody has another result. Fails when the mark is changed
+    //! by too little for anybody, when it leaves 0 to 100, or when something else in the document changes.
 
-    use super::Milder;
+    use super::Change;
 
     #[test]
-    fn the_mark_is_lowered_to_where_it_lets_somebody_pass() {
-        for misses in [vec![0.4, 4.9, 5.1], vec![12.3], vec![60.0, 5.0]] {
-            let milder = Milder::of("a", &misses).expect("somebody has failed");
-            let passing = misses.iter().filter(|miss| **miss <= milder.points).count();
-            assert!(milder.passes == passing && passing > 0, "{milder:?} of {misses:?}");
+    fn the_mark_is_changed_to_where_somebody_has_another_result() {
+        for scores in [vec![69.6, 65.0, 64.9, 100.0], vec![0.3], vec![70.0, 99.9], vec![100.0, 12.0]] {
+            let passing = |mark: f64| scores.iter().filter(|score| **score >= mark).count();
+            let [milder, stricter] = [Change::milder("a", 70.0, &scores), Change::stricter("a", 70.0, &scores)];
+            for Change { marks: (from, to), attempts, .. } in milder.iter().chain(&stricter) {
+                assert!((0.0..=100.0).contains(to), "{to}");
+                assert!(*attempts > 0 && passing(*to).abs_diff(passing(*from)) == *attempts, "{scores:?}: {to}");
+            }
+            assert_eq!(milder.is_some(), scores.iter().any(|score| *score < 70.0));
         }
-        assert_eq!(Milder::of("a", &[0.4, 4.9, 5.1]).map(|milder| milder.passes), Some(2));
-        assert_eq!(Milder::of("a", &[]), None);
+        assert_eq!(Change::milder("a", 70.0, &[69.6, 65.0, 64.9]).map(|change| change.attempts), Some(2));
+        assert_eq!(Change::stricter("a", 70.0, &[100.0]), None, "nobody can miss a full score");
     }
 
     #[test]
-    fn the_pass_mark_alone_is_lowered() {
-        let milder = Milder::of("a", &[4.0]).expect("somebody has failed");
+    fn the_pass_mark_alone_is_changed() {
+        let milder = Change::milder("a", 60.0, &[58.0]).expect("somebody has failed");
         let written = milder.written("id = \"a\"\npass_mark = 60\ntime_limit_s = 180\n");
         assert_eq!(written, "id = \"a\"\npass_mark = 55\ntime_limit_s = 180\n");
     }

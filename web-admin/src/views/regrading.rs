@@ -97,7 +97,7 @@ impl Shown {
 
     fn label(self) -> &'static str {
         match self {
-            Self::Changes => tr!("Another score"),
+            Self::Changes => tr!("Another score or result"),
             Self::Passes => tr!("Pass, and did not before"),
             Self::Fails => tr!("No longer pass"),
             Self::Changed => tr!("Another score, same result"),
