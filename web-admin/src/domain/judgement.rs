@@ -48,7 +48,7 @@ impl Override {
         let passed = match typed.result.as_str() {
             "passed" => true,
             "failed" => false,
-            other => return Err(Refused(format!("result: \"{other}\"; allowed are passed and failed"))),
+            other => return Err(Refused(tr!("result: “{typed}”; allowed are passed and failed", typed = other))),
         };
         Ok(Self { score, passed, reason: reason(&typed.reason)? })
     }
