@@ -12,6 +12,7 @@ use crate::AppState;
 use crate::domain::{CurrentPerson, judgement};
 use crate::drafting::staff_only;
 use crate::error::Error;
+use crate::storage::Write;
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::regradings::{self, Count, Found, Outcome, Regrading, State, Stood};
 use crate::storage::scores::{self, SessionKey};
@@ -78,9 +79,8 @@ pub async fn confirm(
     id: Uuid,
     (seen, reason): (&str, &str),
 ) -> Result<bool, Error> {
-    let regrading = own(state, by, id).await?;
     let mut tx = state.db.write().await?;
-    let regrading = regradings::find(&mut *tx, by, regrading.id).await?.ok_or(Error::NotFound)?;
+    let regrading = own(&mut tx, by, id).await?;
     if regrading.state != State::Shown {
         return Err(Error::Conflict(tr!("this re-grading does not wait to be confirmed").to_owned()));
     }
@@ -111,8 +111,9 @@ fn attempts_of(counts: &[Count], outcome: Outcome) -> i64 {
 }
 
 /// A re-grading that somebody has begun themselves.
-async fn own(state: &AppState, by: &CurrentPerson, id: Uuid) -> Result<Regrading, Error> {
-    let regrading = find(state, by, id).await?;
+async fn own(tx: &mut Write, by: &CurrentPerson, id: Uuid) -> Result<Regrading, Error> {
+    staff_only(by)?;
+    let regrading = regradings::find(&mut **tx, by, id).await?.ok_or(Error::NotFound)?;
     if regrading.made_by != by.id {
         return Err(Error::Forbidden(tr!("whoever has looked what would change confirms it")));
     }
@@ -124,9 +125,8 @@ async fn own(state: &AppState, by: &CurrentPerson, id: Uuid) -> Result<Regrading
 /// # Errors
 /// When it was confirmed, somebody else has looked, or the database fails.
 pub async fn forget(state: &AppState, by: &CurrentPerson, id: Uuid) -> Result<String, Error> {
-    own(state, by, id).await?;
     let mut tx = state.db.write().await?;
-    let regrading = regradings::find(&mut *tx, by, id).await?.ok_or(Error::NotFound)?;
+    let regrading = own(&mut tx, by, id).await?;
     if !matches!(regrading.state, State::Looking | State::Shown) {
         return Err(Error::Conflict(tr!("this re-grading was confirmed: it is not taken back").to_owned()));
     }

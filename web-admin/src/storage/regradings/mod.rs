@@ -99,8 +99,7 @@ macro_rules! attempts {
              WHERE s.school_id = $1 AND s.exercise_id = $2 AND s.state = 'scored' AND ($4 OR s.trainee_id = $3 OR EXISTS (
                SELECT 1 FROM cohort_members teacher
                JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
-               WHERE teacher.person_id = $3 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id))
-             ORDER BY s.id"
+               WHERE teacher.person_id = $3 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id))"
         )
     };
 }
@@ -156,21 +155,24 @@ pub async fn begin(
     Ok((lines.rows_affected() > 0).then_some(id))
 }
 
-/// The attempts at an exercise that somebody may judge, as their grades stand now.
+/// The attempts at an exercise that somebody may judge, as their grades stand now, by id.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn standing(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, exercise: &str) -> Result<Vec<Stood>> {
-    sqlx::query_as(attempts!("SELECT s.id AS session_id, g.score_id, g.override_id"))
+    let mut attempts: Vec<Stood> = sqlx::query_as(attempts!("SELECT s.id AS session_id, g.score_id, g.override_id"))
         .bind(by.school_id)
         .bind(exercise)
         .bind(by.id)
         .bind(by.role == Role::Administrator)
         .fetch_all(executor)
-        .await
+        .await?;
+    // Sorted by the statement, every attempt of the school would be read for its order.
+    attempts.sort_by_key(|attempt| attempt.session_id);
+    Ok(attempts)
 }
 
-/// The attempts of a re-grading, as their grades stood when they were looked at.
+/// The attempts of a re-grading, as their grades stood when they were looked at, by id.
 ///
 /// # Errors
 /// When the database fails.
