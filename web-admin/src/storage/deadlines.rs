@@ -131,14 +131,22 @@ pub async fn to_remind(
     sqlx::query_as(due).bind(from).bind(to).fetch_all(executor).await
 }
 
-/// Everybody who has longer for a task to mark pops.
+/// Everybody who has longer for an assignment or a task.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_segments(executor: impl SqliteExecutor<'_>, school: Uuid, task: Uuid) -> Result<Vec<Extension>> {
-    sqlx::query_as("SELECT person_id, days, due_at FROM segment_extensions WHERE school_id = $1 AND task_id = $2")
-        .bind(school)
-        .bind(task)
-        .fetch_all(executor)
-        .await
+pub async fn extensions(
+    executor: impl SqliteExecutor<'_>,
+    (school, kind): (Uuid, Kind),
+    id: Uuid,
+) -> Result<Vec<Extension>> {
+    let longer = match kind {
+        Kind::Assignment => {
+            "SELECT person_id, days, due_at FROM assignment_extensions WHERE school_id = $1 AND assignment_id = $2"
+        }
+        Kind::Segments => {
+            "SELECT person_id, days, due_at FROM segment_extensions WHERE school_id = $1 AND task_id = $2"
+        }
+    };
+    sqlx::query_as(longer).bind(school).bind(id).fetch_all(executor).await
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
 
+use serde::{Deserialize, Deserializer};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePool, SqlitePoolOptions, SqliteSynchronous};
 use sqlx::{Sqlite, Transaction};
 
@@ -44,6 +45,7 @@ pub mod sign_in_codes;
 pub mod stations;
 pub mod supervisions;
 pub mod surveys;
+pub mod tallies;
 pub mod tokens;
 pub mod uploads;
 pub mod web_sessions;
@@ -56,6 +58,18 @@ pub type Result<T> = std::result::Result<T, sqlx::Error>;
 const CACHE: &str = "-4000";
 /// Rows that a query may be ahead of whoever reads them: each wait for the other costs more than a row.
 const ROWS: usize = 1024;
+
+/// A number within JSON that SQLite has written, or none. As a text of 17 digits it is the very number that was stored: as a
+/// number of JSON it would have 15.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExactNumber(pub Option<f64>);
+
+impl<'de> Deserialize<'de> for ExactNumber {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        let text: Option<&str> = Option::deserialize(deserializer)?;
+        text.map(str::parse).transpose().map(Self).map_err(serde::de::Error::custom)
+    }
+}
 
 /// A transaction that holds the write lock from its first moment.
 pub type Write = Transaction<'static, Sqlite>;

@@ -1,9 +1,10 @@
 //! `web-admin bench`: how fast every page is answered, on a small school and on a large one.
 //!
-//! The service runs as a process of its own. Its pages are found by following links, as several people of each role, so
-//! that a new page is measured as soon as somebody can reach it; then they are asked for at a steady rate, whether or not the
-//! service keeps up.
+//! The service runs as a process of its own. Its pages are found by following links, as several people of each role and as
+//! a stranger, so that a new page is measured as soon as somebody can reach it; what no link leads to is opened before. Then they are
+//! asked for at a steady rate, whether or not the service keeps up.
 
+mod doors;
 mod load;
 mod pages;
 mod report;
@@ -74,7 +75,7 @@ async fn measure(args: &BenchArgs, attempts: u32, pace: Pace) -> anyhow::Result<
     let school = school::prepare(&folder, trainees).await?;
     let service = Service::start(&folder)?;
     say(format_args!("{attempts} attempts: looking for pages, after a start of {:.1} s", service.started_in_s));
-    let visitors = visitor::sign_in(&service.url, trainees).await?;
+    let visitors = visitor::sign_in(&service.url, trainees, school.doors).await?;
     let tour = Tour::take(&visitors, school.routes, &school.survey).await?;
     say(format_args!("{attempts} attempts: asking for {} pages", tour.pages.len()));
     let timings = load::ask(&visitors, &tour.pages, pace).await?;

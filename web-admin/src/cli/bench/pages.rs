@@ -8,8 +8,6 @@ use super::visitor::Visitor;
 
 /// Addresses that a visitor asks for on one route.
 const EACH: usize = 10;
-/// Beside links: what people type.
-const SEARCHES: [&str; 2] = ["/people?q=instructor", "/people?q=generated+00042"];
 
 /// A page, as people of one role see it.
 pub(super) struct Page {
@@ -30,10 +28,11 @@ pub(super) struct Tour {
 }
 
 impl Tour {
-    /// Follows every link of every visitor from their home on, but those below `aside`. `routes` are all that the service
+    /// Follows every link of every visitor from where they begin, but those below `aside`. `routes` are all that the service
     /// answers; programs' and files' do not count.
     pub(super) async fn take(visitors: &[Visitor], mut routes: Vec<String>, aside: &str) -> anyhow::Result<Self> {
-        routes.retain(|route| !route.starts_with("/api/") && !route.starts_with("/assets/"));
+        let files = ["/api/", "/assets/", "/recordings/"];
+        routes.retain(|route| !files.iter().any(|of_files| route.starts_with(of_files)));
         let mut found: BTreeMap<(String, &'static str), Vec<(usize, String)>> = BTreeMap::new();
         for (place, visitor) in visitors.iter().enumerate() {
             for (route, path) in walk(visitor, &routes, aside).await? {
@@ -54,7 +53,7 @@ impl Tour {
 
 /// Every address that a visitor comes to and is shown, with its route, a few of each.
 async fn walk(visitor: &Visitor, routes: &[String], aside: &str) -> anyhow::Result<Vec<(String, String)>> {
-    let mut waiting: VecDeque<String> = ["/"].into_iter().chain(SEARCHES).map(str::to_owned).collect();
+    let mut waiting: VecDeque<String> = visitor.begins.iter().cloned().collect();
     let mut known: BTreeSet<String> = waiting.iter().cloned().collect();
     let mut asked: BTreeMap<&str, usize> = BTreeMap::new();
     let mut shown = Vec::new();

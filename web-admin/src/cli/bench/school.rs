@@ -10,6 +10,7 @@ use sqlx::types::Json;
 use uuid::Uuid;
 
 use super::PASSWORD;
+use super::doors::{self, Doors};
 use crate::AppState;
 use crate::clock::Clock;
 use crate::config::Config;
@@ -30,7 +31,7 @@ pub(super) const RESPONSES: usize = 5_000;
 pub(super) const ITEMS: usize = 30;
 
 /// Title of the survey.
-const TITLE: &str = "Generated answers";
+pub(super) const TITLE: &str = "Generated answers";
 
 /// A school that is ready to be served.
 pub(super) struct School {
@@ -38,6 +39,8 @@ pub(super) struct School {
     pub routes: Vec<String>,
     /// The page of the survey with many answers.
     pub survey: String,
+    /// Where the tour begins, beside everybody's home.
+    pub doors: Doors,
 }
 
 /// Makes the school in a folder, or takes the one that is there.
@@ -49,7 +52,10 @@ pub(super) async fn prepare(folder: &Path, trainees: u32) -> anyhow::Result<Scho
     let administrator = administrator(&state).await?;
     let surveys = stored::all(state.db.reader(), administrator.school_id).await?;
     let survey = surveys.iter().find(|survey| survey.title == TITLE).context("a survey that was made here")?;
-    let school = School { routes: routes::routes(&state).paths(), survey: format!("/surveys/{}", survey.id) };
+    let survey = format!("/surveys/{}", survey.id);
+    let administrator = administrator.into_current().context("an administrator who can sign in")?;
+    let doors = doors::open(&state, &administrator).await?;
+    let school = School { routes: routes::routes(&state).paths(), survey, doors };
     state.db.close().await;
     Ok(school)
 }

@@ -1,4 +1,4 @@
-//! People who are signed in and ask for pages.
+//! People who ask for pages, signed in but for one.
 
 use anyhow::{Context, ensure};
 use axum::body::{Body, Bytes, to_bytes};
@@ -9,6 +9,7 @@ use hyper_util::rt::TokioExecutor;
 use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 
 use super::PASSWORD;
+use super::doors::Doors;
 use crate::demo::school::{self, ADMINISTRATOR, COHORTS, LEARNERS};
 use crate::storage::generated;
 
@@ -17,11 +18,13 @@ const OF_EACH: u32 = 4;
 /// Cohorts of thirty, four for each instructor.
 const TRAINEES_OF_AN_INSTRUCTOR: u32 = 120;
 
-/// Somebody who is signed in.
+/// Somebody who asks.
 #[derive(Clone)]
 pub(super) struct Visitor {
     /// Their role, in a word.
     pub role: &'static str,
+    /// The addresses that they begin with.
+    pub begins: Vec<String>,
     url: String,
     cookie: String,
     client: Client<HttpConnector, Body>,
@@ -33,8 +36,12 @@ pub(super) struct Answer {
     pub body: Bytes,
 }
 
-/// Signs in the demonstration's administrator and one of each other role, and some trainees and instructors of the crowd.
-pub(super) async fn sign_in(url: &str, trainees: u32) -> anyhow::Result<Vec<Visitor>> {
+/// What people type and what leads to all that is theirs.
+const HOME: [&str; 3] = ["/", "/people?q=instructor", "/people?q=generated+00042"];
+
+/// Signs in the demonstration's administrator and one of each other role, and some trainees and instructors of the crowd. A stranger is
+/// among them, too.
+pub(super) async fn sign_in(url: &str, trainees: u32, doors: Doors) -> anyhow::Result<Vec<Visitor>> {
     let instructors = trainees.div_ceil(TRAINEES_OF_AN_INSTRUCTOR);
     let mut people = vec![
         ("administrator", school::email(ADMINISTRATOR)),
@@ -45,15 +52,17 @@ pub(super) async fn sign_in(url: &str, trainees: u32) -> anyhow::Result<Vec<Visi
     people.extend(spread(trainees).map(|place| ("trainee", generated::trainee_email(place))));
     let mut visitors = Vec::new();
     for (role, email) in people {
-        let mut visitor = Visitor {
-            role,
-            url: url.to_owned(),
-            cookie: String::new(),
-            client: Client::builder(TokioExecutor::new()).build_http(),
+        let home = HOME.map(str::to_owned).into_iter();
+        let own = match role {
+            "administrator" => doors.administrator.clone(),
+            _ if email == generated::instructor_email(0) => doors.instructor.clone(),
+            _ => Vec::new(),
         };
+        let mut visitor = Visitor::new(role, url, home.chain(own).collect());
         visitor.sign_in(&email).await.with_context(|| format!("{email} cannot sign in"))?;
         visitors.push(visitor);
     }
+    visitors.push(Visitor::new("stranger", url, doors.stranger));
     Ok(visitors)
 }
 
@@ -64,6 +73,11 @@ fn spread(of: u32) -> impl Iterator<Item = u32> {
 }
 
 impl Visitor {
+    fn new(role: &'static str, url: &str, begins: Vec<String>) -> Self {
+        let client = Client::builder(TokioExecutor::new()).build_http();
+        Self { role, begins, url: url.to_owned(), cookie: String::new(), client }
+    }
+
     /// Asks for a page in an encoding (`gzip`, or `identity` for none), and reads the answer whole.
     pub(super) async fn ask(&self, path: &str, encoding: &str) -> anyhow::Result<Answer> {
         let request = Request::get(format!("{}{path}", self.url))

@@ -5,10 +5,11 @@ mod said;
 pub use said::{AnswerFacts, AssignmentFacts, CommentFacts, MarksFacts, RatingFacts};
 
 use serde::Serialize;
+use sqlx::types::Json;
 use sqlx::{FromRow, SqlitePool};
 use uuid::Uuid;
 
-use super::Result;
+use super::{ExactNumber, Result};
 use crate::domain::{Moment, Role};
 
 /// Everything held about a person.
@@ -119,14 +120,9 @@ pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Resul
            recording_sha256, recording_size AS recording_size_bytes, '' AS recording
          FROM sessions WHERE school_id = $1 AND trainee_id = $2 ORDER BY started_at, id",
     );
-    let metrics = sqlx::query_as(
-        "SELECT m.session_id, m.id, m.version, m.value, m.unit FROM sessions s
-         JOIN metrics m ON m.school_id = s.school_id AND m.session_id = s.id
-         WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY s.started_at, s.id, m.position",
-    );
     let scores = sqlx::query_as(
         "SELECT c.session_id, c.score, c.passed, c.rubric_sha256, c.computed_at FROM sessions s
-         JOIN scores c ON c.school_id = s.school_id AND c.session_id = s.id
+         CROSS JOIN scores c ON c.school_id = s.school_id AND c.session_id = s.id
          WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY s.started_at, s.id, c.computed_at",
     );
     let mut attempts: Vec<AttemptFacts> = attempts.bind(school).bind(person).fetch_all(reader).await?;
@@ -136,7 +132,7 @@ pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Resul
     Ok(Some(Export {
         cohorts: cohorts.bind(school).bind(person).fetch_all(reader).await?,
         attempts,
-        metrics: metrics.bind(school).bind(person).fetch_all(reader).await?,
+        metrics: metrics(reader, school, person).await?,
         scores: scores.bind(school).bind(person).fetch_all(reader).await?,
         comments: said::comments(reader, school, person).await?,
         assignments: said::assignments(reader, school, person).await?,
@@ -146,6 +142,27 @@ pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Resul
         log: log(reader, person).await?,
         person: facts,
     }))
+}
+
+/// What was measured in their attempts: a row for each attempt, since what SQLite hands over costs by the cell.
+async fn metrics(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<MetricFacts>> {
+    /// Id, version, value and unit.
+    type Measured = (String, i64, ExactNumber, String);
+    let rows: Vec<(Uuid, Json<Vec<Measured>>)> = sqlx::query_as(
+        "SELECT s.id, (SELECT json_group_array(json_array(m.id, m.version,
+             iif(m.value IS NULL, NULL, printf('%!.17g', m.value)), m.unit) ORDER BY m.position)
+           FROM metrics m WHERE m.school_id = s.school_id AND m.session_id = s.id)
+         FROM sessions s WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY s.started_at, s.id",
+    )
+    .bind(school)
+    .bind(person)
+    .fetch_all(reader)
+    .await?;
+    let facts = |(session_id, found): (Uuid, Json<Vec<Measured>>)| {
+        let fact = move |(id, version, ExactNumber(value), unit)| MetricFacts { session_id, id, version, value, unit };
+        found.0.into_iter().map(fact)
+    };
+    Ok(rows.into_iter().flat_map(facts).collect())
 }
 
 /// What they did, and what was done with their account.

@@ -3,15 +3,22 @@
 //! [`found`] makes the people, [`practise`] the attempts of some of them, and [`conclude`] the sums over all: three steps, so
 //! that each can be a transaction of a size that the disk bears.
 
-mod attempts;
-mod said;
-
 use std::ops::Range;
 
 use sqlx::SqliteConnection;
 use uuid::Uuid;
 
 use super::Result;
+
+/// A statement that selects from `n`, whose `i` counts from 0 up to $2.
+macro_rules! counted {
+    ($statement:literal) => {
+        concat!("WITH RECURSIVE n (i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i + 1 < $2) ", $statement)
+    };
+}
+
+mod attempts;
+mod said;
 
 /// The first ids of each kind, far apart; the numbers in them keep generated rows apart from others.
 const TRAINEES: i64 = 1_000_000_000;
@@ -45,6 +52,10 @@ pub struct Crowd<'a> {
 impl Crowd<'_> {
     fn cohorts(&self) -> i64 {
         i64::from(self.trainees.div_ceil(self.cohort_size.max(1)))
+    }
+
+    fn instructors(&self) -> i64 {
+        (self.cohorts() + COHORTS_EACH - 1) / COHORTS_EACH
     }
 
     /// The ids of the attempts of some trainees, by their places: the first, and the one after the last.
@@ -97,24 +108,22 @@ pub async fn practise(writer: &mut SqliteConnection, crowd: &Crowd<'_>, trainees
     said::reviews(writer, crowd, (from, to)).await
 }
 
-/// Sums the school up, and tells the planner how large it is.
+/// Sums the school up. The planner is told nothing of its size: no service that grows by itself is.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn conclude(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
     sqlx::query("DELETE FROM tallies WHERE school_id = $1").bind(crowd.school_id).execute(&mut *writer).await?;
-    attempts::tally(writer, crowd).await?;
-    sqlx::query("ANALYZE").execute(writer).await.map(drop)
+    attempts::tally(writer, crowd).await
 }
 
 async fn trainees(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
-    sqlx::query(
-        "WITH RECURSIVE n (i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i + 1 < $2)
-         INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search)
+    sqlx::query(counted!(
+        "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search)
          SELECT unhex(printf('%032x', $5 + i)), $1, 'trainee', printf('generated%d@example.org', i),
            printf('Generated %05d', i), printf('generated-%d', i), $3, $4,
-           printf('generated %05d generated%d@example.org', i, i) FROM n",
-    )
+           printf('generated %05d generated%d@example.org', i, i) FROM n"
+    ))
     .bind(crowd.school_id)
     .bind(crowd.trainees)
     .bind(crowd.password_hash)
@@ -126,41 +135,37 @@ async fn trainees(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()
 }
 
 async fn instructors(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
-    sqlx::query(
-        "WITH RECURSIVE n (i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE (i + 1) * $6 < $2)
-         INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search)
+    sqlx::query(counted!(
+        "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search)
          SELECT unhex(printf('%032x', $5 + i)), $1, 'instructor', printf('instructor%d@example.org', i),
            printf('Instructor %04d', i), printf('instructor-%d', i), $3, $4,
-           printf('instructor %04d instructor%d@example.org', i, i) FROM n",
-    )
+           printf('instructor %04d instructor%d@example.org', i, i) FROM n"
+    ))
     .bind(crowd.school_id)
-    .bind(crowd.cohorts())
+    .bind(crowd.instructors())
     .bind(crowd.password_hash)
     .bind(crowd.from_us)
     .bind(INSTRUCTORS)
-    .bind(COHORTS_EACH)
     .execute(writer)
     .await
     .map(drop)
 }
 
 async fn cohorts(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
-    sqlx::query(
-        "WITH RECURSIVE n (i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i + 1 < $2)
-         INSERT INTO cohorts (id, school_id, name, created_at)
-         SELECT unhex(printf('%032x', $4 + i)), $1, printf('Generated %03d', i), $3 FROM n",
-    )
+    sqlx::query(counted!(
+        "INSERT INTO cohorts (id, school_id, name, created_at)
+         SELECT unhex(printf('%032x', $4 + i)), $1, printf('Generated %03d', i), $3 FROM n"
+    ))
     .bind(crowd.school_id)
     .bind(crowd.cohorts())
     .bind(crowd.from_us)
     .bind(COHORTS)
     .execute(&mut *writer)
     .await?;
-    sqlx::query(
-        "WITH RECURSIVE n (i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i + 1 < $2)
-         INSERT INTO cohort_members (school_id, cohort_id, person_id, role)
-         SELECT $1, unhex(printf('%032x', $4 + i / $3)), unhex(printf('%032x', $5 + i)), 'trainee' FROM n",
-    )
+    sqlx::query(counted!(
+        "INSERT INTO cohort_members (school_id, cohort_id, person_id, role)
+         SELECT $1, unhex(printf('%032x', $4 + i / $3)), unhex(printf('%032x', $5 + i)), 'trainee' FROM n"
+    ))
     .bind(crowd.school_id)
     .bind(crowd.trainees)
     .bind(crowd.cohort_size)
@@ -168,11 +173,10 @@ async fn cohorts(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()>
     .bind(TRAINEES)
     .execute(&mut *writer)
     .await?;
-    sqlx::query(
-        "WITH RECURSIVE n (i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i + 1 < $2)
-         INSERT INTO cohort_members (school_id, cohort_id, person_id, role)
-         SELECT $1, unhex(printf('%032x', $4 + i)), unhex(printf('%032x', $5 + i / $3)), 'instructor' FROM n",
-    )
+    sqlx::query(counted!(
+        "INSERT INTO cohort_members (school_id, cohort_id, person_id, role)
+         SELECT $1, unhex(printf('%032x', $4 + i)), unhex(printf('%032x', $5 + i / $3)), 'instructor' FROM n"
+    ))
     .bind(crowd.school_id)
     .bind(crowd.cohorts())
     .bind(COHORTS_EACH)

@@ -10,18 +10,20 @@ use crate::storage::Result;
 pub(super) async fn assignments(writer: &mut SqliteConnection, crowd: &Crowd<'_>) -> Result<()> {
     let until_us = crowd.from_us + crowd.every_us * i64::from(crowd.attempts_each);
     for statement in [
-        "WITH RECURSIVE n (i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i + 1 < $2)
-         INSERT INTO assignments (id, school_id, exercise_id, cohort_id, supervised, due_local, time_zone, due_at,
+        counted!(
+            "INSERT INTO assignments (id, school_id, exercise_id, cohort_id, supervised, due_local, time_zone, due_at,
            made_by, made_at)
          SELECT randomblob(16), $1, (SELECT min(exercise_id) FROM exercises WHERE school_id = $1),
            unhex(printf('%032x', $3 + i)), 0, strftime('%Y-%m-%dT%H:%M:%S', $7 / 2000000 + $6 / 2000000, 'unixepoch'),
-           'UTC', ($7 / 2000000 + $6 / 2000000) * 1000000, unhex(printf('%032x', $4 + i / $5)), $6 FROM n",
-        "WITH RECURSIVE n (i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i + 1 < $2)
-         INSERT INTO assignments (id, school_id, curriculum_id, cohort_id, supervised, due_local, time_zone, due_at,
+           'UTC', ($7 / 2000000 + $6 / 2000000) * 1000000, unhex(printf('%032x', $4 + i / $5)), $6 FROM n"
+        ),
+        counted!(
+            "INSERT INTO assignments (id, school_id, curriculum_id, cohort_id, supervised, due_local, time_zone, due_at,
            made_by, made_at)
          SELECT randomblob(16), $1, (SELECT min(curriculum_id) FROM curricula WHERE school_id = $1),
            unhex(printf('%032x', $3 + i)), 0, strftime('%Y-%m-%dT%H:%M:%S', $7 / 1000000 + 2592000, 'unixepoch'),
-           'UTC', ($7 / 1000000 + 2592000) * 1000000, unhex(printf('%032x', $4 + i / $5)), $6 FROM n",
+           'UTC', ($7 / 1000000 + 2592000) * 1000000, unhex(printf('%032x', $4 + i / $5)), $6 FROM n"
+        ),
     ] {
         sqlx::query(statement)
             .bind(crowd.school_id)

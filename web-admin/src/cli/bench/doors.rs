@@ -1,0 +1,100 @@
+//! Pages that no link leads to, or only when somebody has just done something: made anew for each measurement, since some are
+//! kept for a day only.
+
+use anyhow::Context;
+
+use super::school;
+use crate::AppState;
+use crate::accounts;
+use crate::demo::school::{COHORTS, email};
+use crate::domain::CurrentPerson;
+use crate::domain::roster::Wanted;
+use crate::storage::account_links::Purpose;
+use crate::storage::ratings::NewRound;
+use crate::storage::reports;
+use crate::storage::surveys::{self as asked, Survey};
+use crate::storage::{exercises, generated, instruments, people};
+use crate::{drafting, ratings, regrading, roster_import, surveys, worker};
+
+/// Lines of the roster: those of a cohort.
+const LINES: u32 = 30;
+/// What whoever is not signed in can see without a link.
+const OPEN: [&str; 5] = ["/login", "/forgotten", "/metrics", "/healthz", "/readyz"];
+
+/// Addresses to begin with, beside the home page.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Doors {
+    /// Of an administrator.
+    pub administrator: Vec<String>,
+    /// Of an instructor of the generated crowd, the first.
+    pub instructor: Vec<String>,
+    /// Of whoever is not signed in.
+    pub stranger: Vec<String>,
+}
+
+/// Begins a draft, a dry run of a roster, a re-grading of every attempt at an exercise by those whom an instructor teaches, ratings that
+/// nobody has given, a link to choose a password by, and one to a survey.
+pub(super) async fn open(state: &AppState, administrator: &CurrentPerson) -> anyhow::Result<Doors> {
+    let mut doors = Doors { stranger: OPEN.map(str::to_owned).to_vec(), ..Doors::default() };
+    let instructor = person(state, &generated::instructor_email(0)).await?;
+    let exercises = exercises::all_current(state.db.reader(), administrator.school_id).await?;
+    let exercise = exercises.first().context("an exercise")?;
+    let draft = drafting::exercise(state, administrator, &exercise.exercise_id, None).await?;
+    let roster = roster();
+    let wanted = Wanted { cohort: None, remove_missing: true };
+    let roster = roster_import::keep(state, administrator, ("roster.csv", roster.as_bytes()), &wanted).await?;
+    doors.administrator = vec![format!("/drafts/{draft}"), format!("/people/rosters/{roster}")];
+    let regrading = regrading::exercise::look(state, &instructor, (&exercise.exercise_id, exercise.id)).await?;
+    worker::work_off(state).await?;
+    let round = rate(state, &instructor).await?;
+    doors.instructor = vec![format!("/drafts/{draft}"), format!("/regradings/{regrading}"), round];
+    doors.stranger.extend([invitation(state, administrator).await?, link(state, administrator).await?]);
+    Ok(doors)
+}
+
+async fn person(state: &AppState, email: &str) -> anyhow::Result<CurrentPerson> {
+    let found = people::by_email(state.db.reader(), email).await?;
+    found.and_then(people::Person::into_current).with_context(|| format!("{email} can sign in"))
+}
+
+/// The trainees of the crowd's first cohort, one of them under another name.
+fn roster() -> String {
+    let line = |place: u32| {
+        let name = if place == 0 { "Another Name".to_owned() } else { format!("Generated {place:05}") };
+        format!("{},{name},Generated 000\n", generated::trainee_email(place))
+    };
+    "email,name,cohort\n".to_owned() + &(0..LINES).map(line).collect::<String>()
+}
+
+/// A round in which the instructor and another are to rate the latest attempts of those whom they teach.
+async fn rate(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<String> {
+    let reader = state.db.reader();
+    let instrument = instruments::current(reader, instructor.school_id, "global-rating-puncture").await?;
+    let latest = reports::latest_taught(reader, instructor).await?;
+    let other = person(state, &email(COHORTS[0].instructor)).await?;
+    let new = NewRound {
+        revision_id: instrument.context("the instrument that raters use")?.id,
+        title: "Attempts to rate".to_owned(),
+        generated: true,
+        sessions: latest.iter().map(|attempt| attempt.id).collect(),
+        raters: vec![instructor.id, other.id],
+    };
+    Ok(format!("/ratings/{}", ratings::make(state, instructor, &new).await?))
+}
+
+/// A link to choose a password by, which nobody follows.
+async fn invitation(state: &AppState, administrator: &CurrentPerson) -> anyhow::Result<String> {
+    let mut tx = state.db.write().await?;
+    let whose = (administrator.school_id, administrator.id);
+    let address = accounts::make_link(&mut tx, state, whose, Purpose::Reset).await?;
+    tx.commit().await?;
+    Ok(address.strip_prefix(state.config.public_url.as_str()).unwrap_or(&address).to_owned())
+}
+
+/// The form of the survey with many answers.
+async fn link(state: &AppState, administrator: &CurrentPerson) -> anyhow::Result<String> {
+    let all: Vec<Survey> = asked::all(state.db.reader(), administrator.school_id).await?;
+    let survey = all.iter().find(|survey| survey.title == school::TITLE).context("a survey that was made here")?;
+    let links = surveys::make_links(state, administrator, survey, &["a professional".to_owned()]).await?;
+    Ok(format!("/survey/{}", links.first().context("a link")?.token))
+}
