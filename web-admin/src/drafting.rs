@@ -2,10 +2,11 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use mechanics::phrase;
 use mechanics::phrase::Phrase;
-use mechanics::tissue::follow::{Field, FieldPlan};
+use mechanics::tissue::follow::FieldPlan;
 use scene::{Curriculum, DocumentError, ExerciseBundle, Issue, Patient};
 use uuid::Uuid;
 
@@ -13,6 +14,7 @@ use crate::AppState;
 use crate::domain::progress::Mastery;
 use crate::domain::{CurrentPerson, Role};
 use crate::error::Error;
+use crate::plans::Plans;
 use crate::publishing::{self, Publisher, Refused};
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::drafts::{self, By, Draft, DraftKind, NewDraft, Texts};
@@ -224,7 +226,8 @@ pub async fn check(state: &AppState, school: Uuid, draft: &Draft) -> Result<Chec
                 }
                 None => None,
             };
-            let check = move || check_exercise(&texts, &meshes.unwrap_or_default(), &id);
+            let plans = Arc::clone(&state.plans);
+            let check = move || check_exercise(&texts, &meshes.unwrap_or_default(), (&id, &plans));
             Ok(tokio::task::spawn_blocking(check).await?)
         }
         DraftKind::Course => {
@@ -234,7 +237,7 @@ pub async fn check(state: &AppState, school: Uuid, draft: &Draft) -> Result<Chec
     }
 }
 
-fn check_exercise(texts: &Texts, meshes: &[(String, Vec<u8>)], id: &str) -> Checked {
+fn check_exercise(texts: &Texts, meshes: &[(String, Vec<u8>)], (id, plans): (&str, &Plans)) -> Checked {
     let read = ExerciseBundle::from_parts(texts.document.as_bytes(), texts.scene.as_bytes(), meshes);
     let sound = read.and_then(|bundle| match bundle.unsound()? {
         issues if issues.is_empty() => Ok(bundle),
@@ -244,20 +247,18 @@ fn check_exercise(texts: &Texts, meshes: &[(String, Vec<u8>)], id: &str) -> Chec
         Ok(bundle) => bundle,
         Err(refused) => return Checked::Refused(refused.issues),
     };
-    match plan(&bundle) {
+    match plan(&bundle, plans) {
         Ok(plan) => Checked::Exercise(Box::new(bundle), plan),
         Err(refused) => Checked::Refused(refused.issues),
     }
 }
 
 /// The plan of the nominal patient's tissue; none where the scene names no model.
-fn plan(bundle: &ExerciseBundle) -> Result<Option<FieldPlan>, DocumentError> {
+fn plan(bundle: &ExerciseBundle, plans: &Plans) -> Result<Option<FieldPlan>, DocumentError> {
     let tissue = bundle.scene.tissue_spec(&Patient::nominal(&bundle.scene), bundle.exercise.angle_deg);
-    let field = tissue.map(|tissue| Field::new(&tissue)).transpose();
     let allowed = || phrase!("allowed: a tissue that a model can be made of");
-    field
-        .map(|field| field.map(|field| field.plan().clone()))
-        .map_err(|error| issue(("attached scene", "tissue"), error.in_words(), allowed()).into())
+    let plan = tissue.map(|tissue| plans.of(&tissue)).transpose();
+    plan.map_err(|error| issue(("attached scene", "tissue"), error.in_words(), allowed()).into())
 }
 
 fn check_course(texts: &Texts, known: &Known, id: &str) -> Checked {

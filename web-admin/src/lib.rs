@@ -20,6 +20,7 @@ pub mod error;
 pub mod export;
 pub mod intake;
 pub mod mail;
+pub mod plans;
 pub mod publishing;
 pub mod ratings;
 pub mod recordings;

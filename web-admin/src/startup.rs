@@ -8,6 +8,7 @@ use tokio::sync::{Notify, Semaphore};
 use crate::clock::Clock;
 use crate::config::Config;
 use crate::mail::Mailer;
+use crate::plans::Plans;
 use crate::routes::auth::{LoginLimits, PairingLimits};
 use crate::routes::health::Counters;
 use crate::storage::Database;
@@ -37,6 +38,8 @@ pub struct AppState {
     pub turns: Turns,
     /// What `/metrics` counts.
     pub counters: Arc<Counters>,
+    /// Plans of tissues that drafts name.
+    pub plans: Arc<Plans>,
     /// How many recordings may be held in memory at once: one of ten minutes takes 150 MB.
     pub parsing: Arc<Semaphore>,
 }
@@ -65,6 +68,7 @@ impl AppState {
             pairings: Arc::default(),
             turns: Turns::default(),
             counters: Arc::default(),
+            plans: Arc::default(),
             parsing: Arc::new(Semaphore::new(2)),
         })
     }
