@@ -1,5 +1,7 @@
 //! Assignments: made, taken back, judged.
 
+use std::collections::BTreeSet;
+
 use serde_json::json;
 use uuid::Uuid;
 
@@ -11,7 +13,7 @@ use crate::error::Error;
 use crate::storage::assignments::{self, Listed, NewAssignment};
 use crate::storage::audit::Entry;
 use crate::storage::curricula;
-use crate::storage::deadlines::Kind;
+use crate::storage::deadlines::{self, Kind};
 use crate::storage::{practice, supervisions};
 
 /// Makes an assignment.
@@ -69,33 +71,47 @@ pub async fn taught(state: &AppState, school: Uuid) -> Result<Vec<Taught>, Error
 /// # Errors
 /// When the database fails.
 pub async fn standings(state: &AppState, school: Uuid, person: Uuid) -> Result<Vec<Standing>, Error> {
-    standings_in(state, &taught(state, school).await?, school, person).await
-}
-
-/// [`standings`], where the courses are known.
-///
-/// # Errors
-/// When the database fails.
-pub async fn standings_in(
-    state: &AppState,
-    taught: &[Taught],
-    school: Uuid,
-    person: Uuid,
-) -> Result<Vec<Standing>, Error> {
     let reader = state.db.reader();
     let assigned: Vec<Assigned> = assignments::of_trainee(reader, school, person).await?;
     if assigned.is_empty() {
         return Ok(Vec::new());
     }
+    let taught = taught(state, school).await?;
     let attempts = practice::of_trainee(reader, school, person).await?;
     let supervised = match assigned.iter().any(|assigned| assigned.supervised) {
         true => supervisions::of_trainee(reader, school, person).await?,
         false => Vec::new(),
     };
-    let supervised = supervised.iter().map(Uuid::to_string).collect();
+    let supervised = supervised.into_iter().collect();
     let (now, tried) = (state.clock.now(), Tried { attempts: &attempts, supervised: &supervised });
     let mut standings: Vec<Standing> =
-        assigned.into_iter().map(|assigned| Standing::of(assigned, taught, &tried, now)).collect();
+        assigned.into_iter().map(|assigned| Standing::of(assigned, &taught, &tried, now)).collect();
     sort(&mut standings);
     Ok(standings)
+}
+
+/// How far those have come to whom something was assigned, in the order of `people`, who are some of them.
+///
+/// # Errors
+/// [`Error::NotFound`] when it was taken back.
+pub async fn standings_at(state: &AppState, school: Uuid, id: Uuid, people: &[Uuid]) -> Result<Vec<Standing>, Error> {
+    let reader = state.db.reader();
+    let assigned = assignments::find(reader, school, id).await?.ok_or(Error::NotFound)?;
+    let taught = taught(state, school).await?;
+    let practised = practice::of_assignment(reader, school, id).await?;
+    let longer = deadlines::extensions(reader, (school, Kind::Assignment), id).await?;
+    let supervised = match assigned.supervised {
+        true => supervisions::of_assignment(reader, school, id).await?.into_iter().collect(),
+        false => BTreeSet::new(),
+    };
+    let now = state.clock.now();
+    let of = |person: &Uuid| {
+        let mut own = assigned.clone();
+        if let Some(longer) = longer.iter().find(|extension| extension.person_id == *person) {
+            (own.due_at, own.extended_days) = (Some(longer.due_at), longer.days);
+        }
+        let attempts = practised.get(person).map_or(&[][..], Vec::as_slice);
+        Standing::of(own, &taught, &Tried { attempts, supervised: &supervised }, now)
+    };
+    Ok(people.iter().map(of).collect())
 }

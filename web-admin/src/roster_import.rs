@@ -16,7 +16,7 @@ use crate::storage::account_links::Purpose;
 use crate::storage::audit;
 use crate::storage::cohorts::{self, Membership};
 use crate::storage::directory::{self, Details};
-use crate::storage::rosters::{self, Draft, NewDraft};
+use crate::storage::rosters::{self, About, Draft, NewDraft};
 
 /// How long a roster waits to be confirmed, in s.
 pub const DRAFT_LIFETIME_S: i64 = 86_400;
@@ -70,14 +70,24 @@ pub async fn preview(state: &AppState, school: Uuid, id: Uuid) -> Result<Preview
 
 async fn look(connection: &mut SqliteConnection, school: Uuid, draft: Draft) -> Result<Preview, Error> {
     let roster = parse(&draft.body).await?;
-    let known = rosters::known(connection, school).await?;
-    let emails: Vec<&str> =
-        roster.rows.iter().filter_map(|row| row.entry.as_ref().ok()).map(|entry| entry.email.as_str()).collect();
-    let unusable = rosters::taken_elsewhere(connection, school, &emails).await?;
+    let about = about(&roster, &draft.wanted.0);
+    let known = rosters::known(connection, school, &about).await?;
+    let unusable = rosters::taken_elsewhere(connection, school, &about.emails).await?;
     let difference = Difference::of(&roster, &known, &unusable, &draft.wanted.0);
     let shown = serde_json::to_vec(&difference).map_err(anyhow::Error::from)?;
     let digest = hex::encode(Sha256::digest(shown));
     Ok(Preview { file_name: draft.file_name, ignored: roster.ignored, difference, digest })
+}
+
+/// Whom a roster names, and whoever is in the cohorts that they are to leave where it does not.
+fn about<'a>(roster: &'a Roster, wanted: &'a Wanted) -> About<'a> {
+    let entries = || roster.rows.iter().filter_map(|row| row.entry.as_ref().ok());
+    let filled = entries().filter_map(|entry| entry.cohort.as_ref().or(wanted.cohort.as_ref()));
+    About {
+        emails: entries().map(|entry| entry.email.as_str()).collect(),
+        numbers: entries().filter_map(|entry| entry.registrar_id.as_deref()).collect(),
+        cohorts: filled.filter(|_| wanted.remove_missing).map(String::as_str).collect(),
+    }
 }
 
 /// Imports a roster if it would still change what was shown, and queues invitations where they are wanted. The

@@ -132,7 +132,7 @@ pub async fn outcomes(state: &AppState, school: Uuid, task: &Task, people: &[Uui
         traces.push((trace, pops));
     }
     let marks = segments::marks(reader, school, task.id).await?;
-    let longer = deadlines::of_segments(reader, school, task.id).await?;
+    let longer = deadlines::extensions(reader, (school, Kind::Segments), task.id).await?;
     let of = |person: &Uuid| {
         let longer = longer.iter().find(|extension| extension.person_id == *person);
         let due_at = longer.map_or(task.due_at, |extension| Some(extension.due_at));

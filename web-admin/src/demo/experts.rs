@@ -69,7 +69,7 @@ async fn open(state: &AppState, course: &Course, experts: &[Person]) -> anyhow::
     let mut open = Vec::new();
     for expert in experts {
         let attempts = practice::of_trainee(state.db.reader(), expert.school_id, expert.id).await?;
-        let passed = |step: &usize| attempts.iter().any(|a| a.passed && a.exercise == course.steps[*step].exercise);
+        let passed = |step: &usize| attempts.iter().any(|a| a.passed && *a.exercise == course.steps[*step].exercise);
         let steps = (0..course.steps.len().min(SHOWN)).filter(|step| !passed(step));
         open.extend(steps.map(|step| Open { expert: expert.clone(), step }));
     }
@@ -109,7 +109,7 @@ async fn show(
 /// Nobody waits for a review of what an expert has shown.
 async fn look_through(state: &AppState, administrator: &CurrentPerson, expert: &Person) -> anyhow::Result<()> {
     for attempt in practice::of_trainee(state.db.reader(), expert.school_id, expert.id).await? {
-        let session = sessions::find(state.db.reader(), expert.school_id, attempt.session.parse()?).await?;
+        let session = sessions::find(state.db.reader(), expert.school_id, attempt.session).await?;
         review::set_reviewed(state, administrator, &session.context("an expert’s attempt")?, true).await?;
     }
     Ok(())

@@ -4,7 +4,6 @@
 use anyhow::Context;
 use assessment::questionnaire::Answer;
 use scene::instrument::ScaleKind;
-use uuid::Uuid;
 
 use super::DAY_S;
 use super::experts::find;
@@ -85,8 +84,7 @@ pub(super) async fn mark_pops(state: &AppState, now: Moment) -> anyhow::Result<(
     let reader = state.db.reader();
     let asking = person(state, COHORTS[0].instructor).await?;
     let shown = practice::of_trainee(reader, asking.school_id, asking.id).await?;
-    let sessions: Result<Vec<Uuid>, _> =
-        shown.iter().filter(|attempt| attempt.passed).take(2).map(|attempt| attempt.session.parse()).collect();
+    let sessions = shown.iter().filter(|attempt| attempt.passed).take(2).map(|attempt| attempt.session).collect();
     let cohort = reports::cohorts(reader, &asking).await?.into_iter().next().context("a cohort")?;
     let time_zone = schools::time_zone(reader, asking.school_id).await?;
     let day = due::local(now.plus_s(DAY_S), &time_zone).machine;
@@ -96,7 +94,7 @@ pub(super) async fn mark_pops(state: &AppState, now: Moment) -> anyhow::Result<(
         cohort_id: cohort.id,
         due: Some((due.local, due.at)),
         time_zone,
-        sessions: sessions?,
+        sessions,
     };
     let task = segments::make(state, &asking, &new).await?;
     let traces = traces::traces(reader, asking.school_id, task).await?;

@@ -111,7 +111,7 @@ async fn latest(state: &AppState, trainee: &Trainee) -> anyhow::Result<Option<Ba
     let reader = state.db.reader();
     let attempts = practice::of_trainee(reader, trainee.school_id, trainee.id).await?;
     let Some(attempt) = attempts.iter().max_by_key(|attempt| attempt.at) else { return Ok(None) };
-    let session: Uuid = attempt.session.parse()?;
+    let session = attempt.session;
     let metrics = scores::metrics(reader, SessionKey { school_id: trainee.school_id, id: session }).await?;
     let force_n = metrics.iter().find(|metric| metric.id == "peak_force_n").and_then(|metric| metric.value);
     let force = (force_n.unwrap_or(3.0) / 10.0).clamp(0.0, 1.0);

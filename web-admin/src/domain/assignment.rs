@@ -71,8 +71,8 @@ pub enum Stage {
 pub struct Tried<'a> {
     /// All of them.
     pub attempts: &'a [Attempt],
-    /// Ids of those at which somebody who teaches was there, as they have confirmed.
-    pub supervised: &'a BTreeSet<String>,
+    /// Those at which somebody who teaches was there, as they have confirmed.
+    pub supervised: &'a BTreeSet<Uuid>,
 }
 
 impl Tried<'_> {
@@ -83,12 +83,12 @@ impl Tried<'_> {
     }
 
     /// The attempts at what was assigned, since it was, that only lack a confirmation.
-    fn unconfirmed(&self, assigned: &Assigned, taught: &[Taught]) -> Vec<String> {
-        let asked = |exercise: &String| match &assigned.task {
+    fn unconfirmed(&self, assigned: &Assigned, taught: &[Taught]) -> Vec<Uuid> {
+        let asked = |exercise: &str| match &assigned.task {
             Task::Exercise(id) => id == exercise,
             Task::Course(id) => taught
                 .iter()
-                .any(|taught| taught.id == *id && taught.course.steps.iter().any(|step| step.exercise == *exercise)),
+                .any(|taught| taught.id == *id && taught.course.steps.iter().any(|step| step.exercise == exercise)),
         };
         let lacks = |attempt: &&Attempt| {
             assigned.supervised
@@ -96,7 +96,7 @@ impl Tried<'_> {
                 && Moment::from(attempt.at) >= assigned.made_at
                 && asked(&attempt.exercise)
         };
-        self.attempts.iter().filter(lacks).map(|attempt| attempt.session.clone()).collect()
+        self.attempts.iter().filter(lacks).map(|attempt| attempt.session).collect()
     }
 }
 
@@ -110,7 +110,7 @@ pub struct Standing {
     /// It is due, and not done.
     pub overdue: bool,
     /// Attempts that do not count because nobody has confirmed that they were there.
-    pub unconfirmed: Vec<String>,
+    pub unconfirmed: Vec<Uuid>,
 }
 
 /// A course and its id.
@@ -150,7 +150,7 @@ fn late(on: OffsetDateTime, assigned: &Assigned) -> bool {
 fn exercise_stage(assigned: &Assigned, exercise: &str, taught: &[Taught], tried: &Tried<'_>, now: Moment) -> Stage {
     let counting = tried.counting(assigned);
     let mut since: Vec<&Attempt> =
-        counting.iter().filter(|a| a.exercise == exercise && Moment::from(a.at) >= assigned.made_at).collect();
+        counting.iter().filter(|a| *a.exercise == *exercise && Moment::from(a.at) >= assigned.made_at).collect();
     since.sort_by_key(|attempt| attempt.at);
     let limit = assigned.attempt_limit.map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX));
     if let Some(passed) = since.iter().take(limit).find(|attempt| attempt.passed) {
@@ -246,8 +246,8 @@ mod tests {
     /// Attempts so many hours ago.
     fn standing(task: Task, limit: Option<u32>, tried: &[(&str, i64, bool)]) -> Standing {
         let attempt = |(exercise, hours, passed): &(&str, i64, bool)| Attempt {
-            session: String::new(),
-            exercise: (*exercise).to_owned(),
+            session: Uuid::nil(),
+            exercise: (*exercise).into(),
             at: NOW - Duration::hours(*hours),
             score: 0.0,
             passed: *passed,
@@ -282,28 +282,29 @@ mod tests {
 
     #[test]
     fn under_supervision_only_confirmed_attempts_count() {
-        let attempt = |session: &str, hours, passed| Attempt {
-            session: session.to_owned(),
-            exercise: "a".to_owned(),
+        let [old, alone, seen] = [1, 2, 3].map(Uuid::from_u128);
+        let attempt = |session, hours, passed| Attempt {
+            session,
+            exercise: "a".into(),
             at: NOW - Duration::hours(hours),
             score: 0.0,
             passed,
             revision: None,
         };
-        let attempts = [attempt("old", 90, true), attempt("alone", 10, true), attempt("seen", 5, false)];
-        let judge = |task, confirmed: &[&str]| {
-            let supervised = confirmed.iter().map(|id| (*id).to_owned()).collect();
+        let attempts = [attempt(old, 90, true), attempt(alone, 10, true), attempt(seen, 5, false)];
+        let judge = |task, confirmed: &[Uuid]| {
+            let supervised = confirmed.iter().copied().collect();
             let asked = Assigned { supervised: true, ..assigned(task, Some(2)) };
             Standing::of(asked, &taught(), &Tried { attempts: &attempts, supervised: &supervised }, Moment::from(NOW))
         };
         let nobody = judge(exercise("a"), &[]);
         assert_eq!((nobody.stage, nobody.unconfirmed.len()), (Stage::Open { left: Some(2) }, 2));
-        let seen = judge(exercise("a"), &["seen"]);
-        assert_eq!((seen.stage, seen.unconfirmed), (Stage::Open { left: Some(1) }, vec!["alone".to_owned()]));
-        let done = judge(exercise("a"), &["seen", "alone"]);
+        let one = judge(exercise("a"), &[seen]);
+        assert_eq!((one.stage, one.unconfirmed), (Stage::Open { left: Some(1) }, vec![alone]));
+        let done = judge(exercise("a"), &[seen, alone]);
         assert!(matches!(done.stage, Stage::Done { late: false, .. }) && done.unconfirmed.is_empty());
         let course = judge(Task::Course("course".to_owned()), &[]);
-        assert_eq!(course.unconfirmed, ["alone", "seen"]);
+        assert_eq!(course.unconfirmed, [alone, seen]);
     }
 
     #[test]

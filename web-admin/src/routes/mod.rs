@@ -6,6 +6,7 @@ use axum::Router;
 use axum::extract::Request;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::{from_fn, from_fn_with_state};
+use tower_http::CompressionLevel;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
 use tower_http::compression::predicate::{DefaultPredicate, NotForContentType, Predicate};
@@ -62,7 +63,8 @@ pub fn routes(state: &AppState) -> Routes {
         .merge(health::router())
         .around(|all| {
             all.layer(from_fn_with_state(state.clone(), health::count_requests))
-                .layer(CompressionLayer::new().compress_when(packable))
+                // The last tenth of size would cost several times the time.
+                .layer(CompressionLayer::new().quality(CompressionLevel::Fastest).compress_when(packable))
                 .layer(CatchPanicLayer::new())
         })
 }

@@ -91,28 +91,46 @@ impl From<AssignedRow> for Assigned {
     }
 }
 
+/// Assignments of a school, $1, as they concern the trainee $2.
+macro_rules! assigned {
+    ($which:literal) => {
+        concat!(
+            "SELECT a.id, a.exercise_id, a.curriculum_id, coalesce(r.title, c.title, '') AS title, a.made_at,
+               coalesce(x.due_at, a.due_at) AS due_at, coalesce(x.days, 0) AS extended_days, a.attempt_limit,
+               a.supervised, a.time_zone
+             FROM assignments a
+             LEFT JOIN assignment_extensions x ON x.assignment_id = a.id AND x.person_id = $2
+             LEFT JOIN exercises e ON e.school_id = a.school_id AND e.exercise_id = a.exercise_id
+             LEFT JOIN exercise_revisions r ON r.id = e.revision_id
+             LEFT JOIN curricula u ON u.school_id = a.school_id AND u.curriculum_id = a.curriculum_id
+             LEFT JOIN curriculum_revisions c ON c.id = u.revision_id
+             WHERE a.school_id = $1 AND a.withdrawn_at IS NULL AND a.id ",
+            $which
+        )
+    };
+}
+
+/// An assignment as it concerns whoever has no longer than everybody.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Assigned>> {
+    let row: Option<AssignedRow> =
+        sqlx::query_as(assigned!("= $3")).bind(school).bind(None::<Uuid>).bind(id).fetch_optional(executor).await?;
+    Ok(row.map(Assigned::from))
+}
+
 /// What is assigned to a trainee, by themselves or in their cohorts, with their extensions.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Vec<Assigned>> {
-    let rows: Vec<AssignedRow> = sqlx::query_as(
-        "SELECT a.id, a.exercise_id, a.curriculum_id, coalesce(r.title, c.title, '') AS title, a.made_at,
-           coalesce(x.due_at, a.due_at) AS due_at, coalesce(x.days, 0) AS extended_days, a.attempt_limit, a.supervised,
-           a.time_zone
-         FROM assignments a
-         LEFT JOIN assignment_extensions x ON x.assignment_id = a.id AND x.person_id = $2
-         LEFT JOIN exercises e ON e.school_id = a.school_id AND e.exercise_id = a.exercise_id
-         LEFT JOIN exercise_revisions r ON r.id = e.revision_id
-         LEFT JOIN curricula u ON u.school_id = a.school_id AND u.curriculum_id = a.curriculum_id
-         LEFT JOIN curriculum_revisions c ON c.id = u.revision_id
-         WHERE a.id IN (
-             SELECT id FROM assignments WHERE person_id = $2
+    let rows: Vec<AssignedRow> = sqlx::query_as(assigned!(
+        "IN (SELECT id FROM assignments WHERE person_id = $2
              UNION SELECT b.id FROM cohort_members m JOIN assignments b ON b.cohort_id = m.cohort_id
                    WHERE m.person_id = $2 AND m.role = 'trainee')
-           AND a.school_id = $1 AND a.withdrawn_at IS NULL
-         ORDER BY a.made_at, a.id",
-    )
+         ORDER BY a.made_at, a.id"
+    ))
     .bind(school)
     .bind(person)
     .fetch_all(executor)

@@ -1,6 +1,9 @@
-//! What trainees have practised, summed up: a row for each trainee and exercise, and sums by month.
+//! What trainees have practised, summed up: a row for each trainee and exercise. Sums by month are [`super::tallies`].
 //!
 //! [`refresh`] belongs into every transaction that changes which score counts: scoring, re-grading, an override.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use sqlx::types::Json;
@@ -9,27 +12,19 @@ use uuid::Uuid;
 
 use super::Result;
 use super::scores::SessionKey;
+use super::tallies::{self, Sums};
 use crate::domain::Moment;
 use crate::domain::progress::Attempt;
-
-/// The cohort in `tallies` that stands for the whole school.
-const WHOLE_SCHOOL: Uuid = Uuid::nil();
 
 /// An attempt in a history: session, start in µs, score, passed, revision.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Past(Uuid, i64, f64, bool, Option<Uuid>);
 
 impl Past {
-    fn attempt(self, exercise: &str) -> Attempt {
+    fn attempt(self, exercise: &Arc<str>) -> Attempt {
         let Self(session, at, score, passed, revision) = self;
-        Attempt {
-            session: session.to_string(),
-            exercise: exercise.to_owned(),
-            at: Moment::from_micros(at).to_utc(),
-            score,
-            passed,
-            revision,
-        }
+        let at = Moment::from_micros(at).to_utc();
+        Attempt { session, exercise: Arc::clone(exercise), at, score, passed, revision }
     }
 }
 
@@ -50,10 +45,33 @@ struct PracticeRow {
 }
 
 impl PracticeRow {
-    fn attempts(self) -> impl Iterator<Item = (Uuid, Attempt)> {
-        let Self { trainee_id, exercise_id, history } = self;
-        history.0.into_iter().map(move |past| (trainee_id, past.attempt(&exercise_id)))
+    fn attempts(self) -> impl Iterator<Item = Attempt> {
+        let exercise_id: Arc<str> = self.exercise_id.into();
+        self.history.0.into_iter().map(move |past| past.attempt(&exercise_id))
     }
+}
+
+/// Scored attempts by the trainee who made them, those at one exercise in order of time.
+pub type ByTrainee = BTreeMap<Uuid, Vec<Attempt>>;
+
+fn by_trainee(rows: Vec<PracticeRow>) -> ByTrainee {
+    let mut attempts = ByTrainee::new();
+    for row in rows {
+        attempts.entry(row.trainee_id).or_default().extend(row.attempts());
+    }
+    attempts
+}
+
+/// What some trainees have practised: of their `person_id`s, which $1, the school, and $2 limit, to their practice.
+macro_rules! practised {
+    ($trainees:literal, $rest:literal) => {
+        concat!(
+            "SELECT p.trainee_id, p.exercise_id, p.history FROM (",
+            $trainees,
+            ") trained CROSS JOIN practice p ON p.school_id = $1 AND p.trainee_id = trained.person_id ",
+            $rest
+        )
+    };
 }
 
 /// The attempt whose counting score has changed.
@@ -62,17 +80,6 @@ struct Changed {
     trainee_id: Uuid,
     exercise_id: String,
     started_at: Moment,
-}
-
-/// How many attempts, how many passed, the sum of their scores.
-#[derive(Clone, Copy, Debug, Default, PartialEq, FromRow)]
-pub struct Sums {
-    /// Scored attempts.
-    pub attempts: i64,
-    /// Attempts passed.
-    pub passes: i64,
-    /// Sum of the scores, each 0–100.
-    pub points: f64,
 }
 
 /// Brings the sums up to date with the score that counts for an attempt.
@@ -99,7 +106,7 @@ pub async fn refresh(writer: &mut SqliteConnection, session: SessionKey) -> Resu
         passes: after.passes - before.passes,
         points: after.points - before.points,
     };
-    tally(writer, session.school_id, &changed, difference).await
+    tallies::add(writer, (session.school_id, changed.trainee_id), changed.started_at, difference).await
 }
 
 async fn sums(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &Changed) -> Result<Sums> {
@@ -153,36 +160,6 @@ async fn put(
     .map(drop)
 }
 
-/// Adds a difference to the school's month and to that of each cohort the trainee is in.
-async fn tally(writer: &mut SqliteConnection, school: Uuid, changed: &Changed, by: Sums) -> Result<()> {
-    let cohorts: Vec<Uuid> = sqlx::query_scalar(
-        "SELECT cohort_id FROM cohort_members WHERE person_id = $2 AND role = 'trainee' AND school_id = $1",
-    )
-    .bind(school)
-    .bind(changed.trainee_id)
-    .fetch_all(&mut *writer)
-    .await?;
-    let at = changed.started_at.to_utc();
-    let month = i64::from(at.year()) * 12 + i64::from(u8::from(at.month())) - 1;
-    for cohort in cohorts.into_iter().chain([WHOLE_SCHOOL]) {
-        sqlx::query(
-            "INSERT INTO tallies (school_id, cohort_id, month, attempts, passes, points)
-             VALUES ($1, $2, $3, $4, $5, $6) ON CONFLICT (school_id, cohort_id, month) DO UPDATE SET
-             attempts = attempts + excluded.attempts, passes = passes + excluded.passes,
-             points = points + excluded.points",
-        )
-        .bind(school)
-        .bind(cohort)
-        .bind(month)
-        .bind(by.attempts)
-        .bind(by.passes)
-        .bind(by.points)
-        .execute(&mut *writer)
-        .await?;
-    }
-    Ok(())
-}
-
 /// The scored attempts of a trainee in order of time, each by the score that counts.
 ///
 /// # Errors
@@ -195,70 +172,48 @@ pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, trainee
     .bind(trainee)
     .fetch_all(executor)
     .await?;
-    let mut attempts: Vec<Attempt> = rows.into_iter().flat_map(PracticeRow::attempts).map(|(_, a)| a).collect();
-    attempts.sort_by(|a, b| (a.at, &a.session).cmp(&(b.at, &b.session)));
+    let mut attempts: Vec<Attempt> = rows.into_iter().flat_map(PracticeRow::attempts).collect();
+    attempts.sort_by_key(|attempt| (attempt.at, attempt.session));
     Ok(attempts)
 }
 
-/// Every scored attempt of a cohort's trainees, beside the trainee who made it.
+/// Every scored attempt of a cohort's trainees.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_cohort(executor: impl SqliteExecutor<'_>, school: Uuid, cohort: Uuid) -> Result<Vec<(Uuid, Attempt)>> {
-    let rows: Vec<PracticeRow> = sqlx::query_as(
-        "SELECT p.trainee_id, p.exercise_id, p.history FROM cohort_members m
-         JOIN practice p ON p.school_id = m.school_id AND p.trainee_id = m.person_id
-         WHERE m.school_id = $1 AND m.cohort_id = $2 AND m.role = 'trainee'",
-    )
-    .bind(school)
-    .bind(cohort)
-    .fetch_all(executor)
-    .await?;
-    Ok(rows.into_iter().flat_map(PracticeRow::attempts).collect())
+pub async fn of_cohort(executor: impl SqliteExecutor<'_>, school: Uuid, cohort: Uuid) -> Result<ByTrainee> {
+    let rows = sqlx::query_as(practised!(
+        "SELECT person_id FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND role = 'trainee'",
+        ""
+    ));
+    Ok(by_trainee(rows.bind(school).bind(cohort).fetch_all(executor).await?))
 }
 
-/// Sums of a cohort over a year.
-#[derive(Clone, Debug, PartialEq, FromRow)]
-pub struct YearOfCohort {
-    /// The cohort.
-    pub cohort_id: Uuid,
-    /// Its name.
-    pub cohort: String,
-    /// The year, UTC.
-    pub year: i32,
-    /// Its sums.
-    #[sqlx(flatten)]
-    pub sums: Sums,
-}
-
-/// Sums by year and cohort, the latest year first.
+/// Every scored attempt of a cohort's trainees at an exercise.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn by_year(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<YearOfCohort>> {
-    sqlx::query_as(
-        "SELECT c.id AS cohort_id, c.name AS cohort, t.month / 12 AS year, sum(t.attempts) AS attempts,
-           sum(t.passes) AS passes, sum(t.points) AS points
-         FROM cohorts c JOIN tallies t ON t.school_id = c.school_id AND t.cohort_id = c.id
-         WHERE c.school_id = $1 GROUP BY c.id, c.name, t.month / 12 ORDER BY year DESC, c.name",
-    )
-    .bind(school)
-    .fetch_all(executor)
-    .await
+pub async fn of_cohort_at(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    (cohort, exercise): (Uuid, &str),
+) -> Result<ByTrainee> {
+    let rows = sqlx::query_as(practised!(
+        "SELECT person_id FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND role = 'trainee'",
+        "AND p.exercise_id = $3"
+    ));
+    Ok(by_trainee(rows.bind(school).bind(cohort).bind(exercise).fetch_all(executor).await?))
 }
 
-/// Sums of the whole school by month, the earliest first: 12 × year + month − 1, and the sums.
+/// Every scored attempt of those to whom something was assigned.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn by_month(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(i64, Sums)>> {
-    let rows: Vec<(i64, i64, i64, f64)> = sqlx::query_as(
-        "SELECT month, attempts, passes, points FROM tallies WHERE school_id = $1 AND cohort_id = $2 ORDER BY month",
-    )
-    .bind(school)
-    .bind(WHOLE_SCHOOL)
-    .fetch_all(executor)
-    .await?;
-    let sums = |(month, attempts, passes, points)| (month, Sums { attempts, passes, points });
-    Ok(rows.into_iter().map(sums).collect())
+pub async fn of_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, assignment: Uuid) -> Result<ByTrainee> {
+    let rows = sqlx::query_as(practised!(
+        "SELECT m.person_id FROM assignments a JOIN cohort_members m ON m.cohort_id = a.cohort_id AND m.role = 'trainee'
+         WHERE a.id = $2 UNION ALL SELECT person_id FROM assignments WHERE id = $2 AND person_id IS NOT NULL",
+        ""
+    ));
+    Ok(by_trainee(rows.bind(school).bind(assignment).fetch_all(executor).await?))
 }

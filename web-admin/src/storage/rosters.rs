@@ -103,29 +103,53 @@ struct KnownRow {
     enabled: bool,
 }
 
-/// Everybody at a school, with their cohorts; those made anonymous are nobody.
+/// Whom a roster may be about.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct About<'a> {
+    /// Whoever has one of these addresses,
+    pub emails: BTreeSet<&'a str>,
+    /// or one of these numbers of the registrar's,
+    pub numbers: BTreeSet<&'a str>,
+    /// or is in a cohort of one of these names.
+    pub cohorts: BTreeSet<&'a str>,
+}
+
+/// The people of a school whom a roster may be about, with their cohorts; those made anonymous are nobody.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn known(connection: &mut SqliteConnection, school: Uuid) -> Result<Vec<Known>> {
-    let memberships: Vec<(Uuid, String)> = sqlx::query_as(
-        "SELECT m.person_id, c.name FROM cohorts c JOIN cohort_members m ON m.cohort_id = c.id
-         WHERE c.school_id = $1 ORDER BY c.name",
+pub async fn known(connection: &mut SqliteConnection, school: Uuid, about: &About<'_>) -> Result<Vec<Known>> {
+    let rows: Vec<KnownRow> = sqlx::query_as(
+        "SELECT p.id, p.registrar_id, p.email, p.display_name, p.role, p.disabled_at IS NULL AS enabled
+         FROM (SELECT e.id FROM json_each($2) asked CROSS JOIN people e ON e.email = asked.value
+           UNION SELECT n.id FROM json_each($3) asked
+             CROSS JOIN people n ON n.school_id = $1 AND n.registrar_id = asked.value
+           UNION SELECT m.person_id FROM json_each($4) asked
+             CROSS JOIN cohorts c ON c.school_id = $1 AND c.name = asked.value
+             CROSS JOIN cohort_members m ON m.cohort_id = c.id) named
+         CROSS JOIN people p ON p.school_id = $1 AND p.id = named.id
+         WHERE p.erased_at IS NULL ORDER BY p.display_name, p.id",
     )
     .bind(school)
+    .bind(Json(&about.emails))
+    .bind(Json(&about.numbers))
+    .bind(Json(&about.cohorts))
     .fetch_all(&mut *connection)
+    .await?;
+    let ids: Vec<Uuid> = rows.iter().map(|row| row.id).collect();
+    let memberships: Vec<(Uuid, String)> = sqlx::query_as(
+        "SELECT m.person_id, c.name FROM json_each($2) asked
+         CROSS JOIN cohort_members m ON m.person_id = unhex(asked.value, '-')
+         JOIN cohorts c ON c.school_id = $1 AND c.id = m.cohort_id ORDER BY c.name",
+    )
+    .bind(school)
+    .bind(Json(&ids))
+    .fetch_all(connection)
     .await?;
     let mut cohorts: BTreeMap<Uuid, Vec<String>> = BTreeMap::new();
     for (person, cohort) in memberships {
         cohorts.entry(person).or_default().push(cohort);
     }
-    let rows: Vec<KnownRow> = sqlx::query_as(
-        "SELECT id, registrar_id, email, display_name, role, disabled_at IS NULL AS enabled FROM people
-         WHERE school_id = $1 AND erased_at IS NULL ORDER BY display_name, id",
-    )
-    .bind(school)
-    .fetch_all(connection)
-    .await?;
     let person = |row: KnownRow| Known {
         cohorts: cohorts.remove(&row.id).unwrap_or_default(),
         id: row.id,
@@ -145,7 +169,7 @@ pub async fn known(connection: &mut SqliteConnection, school: Uuid) -> Result<Ve
 pub async fn taken_elsewhere(
     executor: impl SqliteExecutor<'_>,
     school: Uuid,
-    emails: &[&str],
+    emails: &BTreeSet<&str>,
 ) -> Result<BTreeSet<String>> {
     let taken: Vec<String> = sqlx::query_scalar(
         "SELECT p.email FROM json_each($2) asked JOIN people p ON p.email = asked.value WHERE p.school_id <> $1",

@@ -1,13 +1,12 @@
 //! Metrics, scores and curves: what the worker makes of a recording.
 
-use std::collections::BTreeMap;
-
 use assessment::{Assessment, Deduction, Direction, Metric};
+use serde::Deserialize;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
-use super::Result;
+use super::{ExactNumber, Result};
 use crate::domain::{Curve, Moment, new_id};
 
 /// A grading of an attempt.
@@ -180,35 +179,55 @@ pub async fn metrics(executor: impl SqliteExecutor<'_>, session: SessionKey) -> 
     Ok(rows.into_iter().map(Metric::from).collect())
 }
 
-/// The metrics of several attempts of a school, by attempt, each in the catalogue's order.
+/// A metric in several attempts.
+#[derive(Clone, Debug, PartialEq, FromRow)]
+pub struct MetricOfMany {
+    /// Its id.
+    pub id: String,
+    /// Its version.
+    pub version: u32,
+    /// Its unit.
+    pub unit: String,
+    /// Its name.
+    pub label: String,
+    /// What it is in each attempt that has it, by no telling order.
+    pub found: Json<Vec<FoundMetric>>,
+}
+
+/// A metric in one of several attempts: the attempt's place among them, the value where there is one, and why there is none.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct FoundMetric(pub usize, ExactNumber, pub String);
+
+impl FoundMetric {
+    /// The value, in the metric's unit.
+    #[must_use]
+    pub const fn value(&self) -> Option<f64> {
+        self.1.0
+    }
+}
+
+/// The metrics of several attempts of a school, in the catalogue's order.
+///
+/// A row for each metric: what SQLite hands over costs by the cell, and thirty attempts have twenty thousand.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn metrics_of_all(
+pub async fn metrics_of_many(
     executor: impl SqliteExecutor<'_>,
     school: Uuid,
     sessions: &[Uuid],
-) -> Result<BTreeMap<Uuid, Vec<Metric>>> {
-    #[derive(FromRow)]
-    struct Row {
-        session_id: Uuid,
-        #[sqlx(flatten)]
-        metric: MetricRow,
-    }
-    let rows: Vec<Row> = sqlx::query_as(
-        "SELECT m.session_id, m.id, m.version, m.value, m.unit, m.direction, m.applies, m.label, m.absent
-         FROM json_each($2) asked JOIN metrics m ON m.school_id = $1 AND m.session_id = unhex(asked.value, '-')
-         ORDER BY m.position, m.version",
+) -> Result<Vec<MetricOfMany>> {
+    // A cross join keeps this order: from the attempts to their metrics, however many the school has.
+    sqlx::query_as(
+        "SELECT m.id, m.version, min(m.unit) AS unit, min(m.label) AS label,
+           json_group_array(json_array(asked.key, iif(m.value IS NULL, NULL, printf('%!.17g', m.value)), m.absent)) AS found
+         FROM json_each($2) asked CROSS JOIN metrics m ON m.school_id = $1 AND m.session_id = unhex(asked.value, '-')
+         GROUP BY m.id, m.version ORDER BY min(m.position), m.version",
     )
     .bind(school)
     .bind(Json(sessions))
     .fetch_all(executor)
-    .await?;
-    let mut metrics: BTreeMap<Uuid, Vec<Metric>> = BTreeMap::new();
-    for Row { session_id, metric } in rows {
-        metrics.entry(session_id).or_default().push(metric.into());
-    }
-    Ok(metrics)
+    .await
 }
 
 /// Stores what a page draws of an attempt.

@@ -61,6 +61,16 @@ pub async fn totals(executor: impl SqliteExecutor<'_>) -> Result<Totals> {
     .await
 }
 
+/// The size of the database, in bytes.
+///
+/// # Errors
+/// When the database fails.
+pub async fn database_bytes(executor: impl SqliteExecutor<'_>) -> Result<i64> {
+    sqlx::query_scalar("SELECT (SELECT page_count FROM pragma_page_count) * (SELECT page_size FROM pragma_page_size)")
+        .fetch_one(executor)
+        .await
+}
+
 /// Something that was done in a school.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct Act {

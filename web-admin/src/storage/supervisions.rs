@@ -76,3 +76,20 @@ pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, trainee
         .fetch_all(executor)
         .await
 }
+
+/// The attempts of those to whom something was assigned, at which somebody was there.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, assignment: Uuid) -> Result<Vec<Uuid>> {
+    sqlx::query_scalar(
+        "SELECT v.session_id FROM (
+           SELECT m.person_id FROM assignments a JOIN cohort_members m ON m.cohort_id = a.cohort_id AND m.role = 'trainee'
+           WHERE a.id = $2 UNION ALL SELECT person_id FROM assignments WHERE id = $2 AND person_id IS NOT NULL) trained
+         CROSS JOIN supervisions v ON v.school_id = $1 AND v.trainee_id = trained.person_id",
+    )
+    .bind(school)
+    .bind(assignment)
+    .fetch_all(executor)
+    .await
+}

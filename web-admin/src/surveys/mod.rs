@@ -39,7 +39,14 @@ pub async fn revision(state: &AppState, school: Uuid, id: Uuid) -> Result<Option
 /// When the database fails.
 pub async fn document(state: &AppState, school: Uuid, id: Uuid) -> Result<Option<(Instrument, Vec<u8>)>, Error> {
     let Some(found) = stored::revision(state.db.reader(), school, id).await? else { return Ok(None) };
-    let parsed = Instrument::from_bytes("published instrument", &found.bytes);
-    let parsed = parsed.map_err(|refused| anyhow::Error::new(refused).context("a published instrument is refused"))?;
-    Ok(Some((parsed, found.bytes)))
+    Ok(Some((read(&found.bytes)?, found.bytes)))
+}
+
+/// The instrument of a published document.
+///
+/// # Errors
+/// When this version refuses it.
+pub fn read(document: &[u8]) -> Result<Instrument, Error> {
+    let parsed = Instrument::from_bytes("published instrument", document);
+    Ok(parsed.map_err(|refused| anyhow::Error::new(refused).context("a published instrument is refused"))?)
 }

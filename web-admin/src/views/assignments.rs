@@ -42,7 +42,7 @@ pub struct Row {
     /// The trainee's id, where the list is of people.
     pub person: String,
     /// Attempts that wait for somebody to confirm that they were there.
-    pub unconfirmed: Vec<String>,
+    pub unconfirmed: Vec<Uuid>,
 }
 
 /// What somebody has assigned.
@@ -180,7 +180,7 @@ mod tests {
             supervised: true,
             time_zone: "Europe/Berlin".to_owned(),
         };
-        Standing { assigned, stage, overdue, unconfirmed: vec!["0190a-1".to_owned()] }
+        Standing { assigned, stage, overdue, unconfirmed: vec![Uuid::from_u128(1)] }
     }
 
     fn rows() -> Vec<Row> {
@@ -231,7 +231,10 @@ mod tests {
         assert!(html.contains("value=\"2026-03-29T02:30\"") && html.contains("The due date: skipped"), "{html}");
         let page = AssignmentPage { shell, id: Uuid::nil(), assignment: managed, rows: rows() };
         let html = samples::keep("assignment", &page);
-        assert!(html.contains("/sessions/0190a-1/supervision") && html.contains("I was there"), "{html}");
+        assert!(
+            html.contains("/sessions/00000000-0000-0000-0000-000000000001/supervision") && html.contains("I was there"),
+            "{html}"
+        );
         assert!(html.contains("<strong>1</strong> of 5 have done it") && html.contains("Give longer"), "{html}");
     }
 }

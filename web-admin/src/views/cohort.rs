@@ -207,17 +207,17 @@ fn standing(progress: &Progress) -> Status {
 impl CourseShare {
     /// The standing of named trainees in a course.
     #[must_use]
-    pub fn new(facts: &CourseFacts<'_>, trainees: &[(String, Progress)]) -> Self {
+    pub fn new(facts: &CourseFacts<'_>, trainees: &[(&str, &Progress)]) -> Self {
         let exercises = (0..facts.course.steps.len()).map(|i| exercise_share(facts, trainees, i)).collect();
         Self { title: facts.title.to_owned(), exercises }
     }
 }
 
-fn exercise_share(facts: &CourseFacts<'_>, trainees: &[(String, Progress)], index: usize) -> ExerciseShare {
+fn exercise_share(facts: &CourseFacts<'_>, trainees: &[(&str, &Progress)], index: usize) -> ExerciseShare {
     let step = &facts.course.steps[index];
     let done = || trainees.iter().map(|(_, progress)| &progress.steps[index]);
     let mastered = done().filter(|s| matches!(s.state, StepState::Mastered { .. })).count();
-    let here = trainees.iter().filter(|(_, p)| p.next == Some(index)).map(|(name, _)| name.clone()).collect();
+    let here = trainees.iter().filter(|(_, p)| p.next == Some(index)).map(|(name, _)| (*name).to_owned()).collect();
     ExerciseShare {
         href: exercise_href(&step.exercise),
         title: step.title.clone(),
@@ -232,17 +232,17 @@ fn exercise_share(facts: &CourseFacts<'_>, trainees: &[(String, Progress)], inde
 impl CohortCard {
     /// A cohort in short, from the standing of its trainees.
     #[must_use]
-    pub fn new((href, name): (String, String), trainees: &[TraineeRow]) -> Self {
-        let mastered: usize = trainees.iter().map(|t| t.mastered.0).sum();
-        let all: usize = trainees.iter().map(|t| t.mastered.1).sum();
-        Self {
-            href,
-            name,
-            trainees: trainees.len(),
-            complete: trainees.iter().filter(|t| t.status == Status::Complete).count(),
-            help: trainees.iter().filter(|t| !t.concerns.is_empty()).count(),
-            mastered: mastered as f64 / all.max(1) as f64,
+    pub fn new<'a>((href, name): (String, String), trainees: impl Iterator<Item = &'a Progress>) -> Self {
+        let mut card = Self { href, name, trainees: 0, complete: 0, help: 0, mastered: 0.0 };
+        let (mut mastered, mut all) = (0, 0);
+        for progress in trainees {
+            (mastered, all) = (mastered + progress.mastered(), all + progress.steps.len());
+            card.trainees += 1;
+            card.complete += usize::from(standing(progress) == Status::Complete);
+            card.help += usize::from(!progress.concerns.is_empty());
         }
+        card.mastered = mastered as f64 / all.max(1) as f64;
+        card
     }
 
     /// The share as a bar.

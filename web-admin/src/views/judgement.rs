@@ -151,7 +151,7 @@ fn rubric_row(graded: &Graded<'_>, deduction: &Deduction) -> RubricRow {
     let weights: f64 = graded.exercise.map_or(0.0, |e| e.rubric.iter().map(|l| l.weight).sum());
     let available = line.filter(|_| weights > 0.0).map(|l| l.weight / weights * 100.0);
     RubricRow {
-        label: measured.map_or_else(|| metric::label(&deduction.metric), metric::label_of),
+        label: measured.map_or_else(|| metric::label(&deduction.metric), |m| metric::label_of(&m.id, &m.label)),
         definition: metric::definition(&deduction.metric),
         value: measured.map_or_else(|| tr!("not measured").to_owned(), value),
         full: line.map_or_else(String::new, |l| format::stated(l.full, unit)),
@@ -189,7 +189,7 @@ fn groups(graded: &Graded<'_>) -> Vec<Group> {
 
 fn metric_row(measured: &Metric) -> MetricRow {
     MetricRow {
-        label: metric::label_of(measured),
+        label: metric::label_of(&measured.id, &measured.label),
         definition: metric::definition(&measured.id),
         value: value(measured),
         better: match measured.direction {
@@ -227,7 +227,7 @@ fn by_layer(metric: &Metric) -> Option<(&str, &str, f64)> {
 fn damage_facts(metrics: &[Metric]) -> Vec<(String, String)> {
     let wanted = ["sweep_area_mm2", "skin_entries", "structure_hits"];
     let found = wanted.iter().filter_map(|id| metrics.iter().find(|m| m.id == *id));
-    found.map(|m| (metric::label_of(m), value(m))).collect()
+    found.map(|m| (metric::label_of(&m.id, &m.label), value(m))).collect()
 }
 
 #[cfg(test)]

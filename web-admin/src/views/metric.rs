@@ -3,8 +3,8 @@
 //! A score keeps its reasons as they were worded when it was made, in English. Another language says the same anew, from
 //! the words of the metric and the figures in the reason; what it cannot take apart, it shows as it was kept.
 
+use assessment::Deduction;
 use assessment::catalogue::{self, Definition, Split};
-use assessment::{Deduction, Metric};
 
 use super::{anatomy, format};
 use crate::words::{self, Language};
@@ -17,11 +17,11 @@ pub fn label(id: &str) -> String {
 
 /// Name of a metric that was measured, with a capital; its own where the catalogue has it no more.
 #[must_use]
-pub fn label_of(metric: &Metric) -> String {
-    if catalogue::definition(&metric.id).is_none() && !metric.label.is_empty() {
-        return format::sentence(&metric.label);
+pub fn label_of(id: &str, label: &str) -> String {
+    if catalogue::definition(id).is_none() && !label.is_empty() {
+        return format::sentence(label);
     }
-    label(&metric.id)
+    self::label(id)
 }
 
 /// How a metric is defined; empty for one that the catalogue has not.

@@ -5,6 +5,7 @@ use mechanics::structures::{Shape, StructureKind, StructureSpec};
 use scene::{Exercise, ExerciseBundle, HardFail, Needle, RubricLine, Scene, SceneLayer, SceneStructure, TissueOptions};
 use time::macros::datetime;
 use time::{Duration, OffsetDateTime};
+use uuid::Uuid;
 
 use super::cohort::{CohortPage, CourseShare, TraineeRow};
 use super::exercise::{Context, ExercisePage, ExerciseView};
@@ -351,8 +352,8 @@ const COURSE_TITLE: &str = "Lower back: first punctures";
 pub(super) fn history(scores: &[(&str, f64)], days_ago: i64) -> Vec<Attempt> {
     let count = i64::try_from(scores.len()).expect("few");
     let attempt = |(i, (exercise, score)): (i64, &(&str, f64))| Attempt {
-        session: i.to_string(),
-        exercise: (*exercise).to_owned(),
+        session: Uuid::from_u128(u128::from(i.unsigned_abs())),
+        exercise: (*exercise).into(),
         at: NOW - Duration::days(days_ago + 2 * (count - 1 - i)) + Duration::hours(i % 7),
         score: *score,
         passed: *score >= 70.0,
@@ -408,9 +409,12 @@ pub(super) fn attempts() -> Vec<AttemptRow> {
     .to_vec()
 }
 
+pub(super) fn progress() -> Progress {
+    Progress::of(&course(), &ana(), NOW)
+}
+
 pub(super) fn trainee_page(own: bool) -> TraineePage {
-    let course = course();
-    let progress = Progress::of(&course, &ana(), NOW);
+    let (course, progress) = (course(), progress());
     TraineePage {
         shell: shell(if own { Role::Trainee } else { Role::Instructor }),
         name: "Ana Lindqvist".to_owned(),
@@ -457,7 +461,7 @@ pub(super) fn cohort_page() -> CohortPage {
         name: "Spring 2026".to_owned(),
         instructors: vec!["Dr Peter Osei".to_owned()],
         trainees: standing.iter().map(row).collect(),
-        courses: vec![CourseShare::new(&facts(&course), &standing)],
+        courses: vec![CourseShare::new(&facts(&course), &standing.each_ref().map(|(name, p)| (name.as_str(), p)))],
         now: NOW,
     }
 }

@@ -4,7 +4,7 @@
 
 use web_admin::domain::{Moment, Role};
 use web_admin::storage::generated::{self, Crowd};
-use web_admin::storage::{practice, reports};
+use web_admin::storage::{practice, reports, tallies};
 use web_admin::worker;
 
 use super::support::App;
@@ -54,9 +54,9 @@ async fn a_crowd_is_what_the_service_would_have_written() {
     assert_eq!(taught.len(), 3, "the second instructor has what the first leaves of seven cohorts");
     for cohort in &taught {
         let attempts = practice::of_cohort(reader, instructor.school_id, cohort.id).await.unwrap();
-        assert_eq!(attempts.len(), 10 * EACH as usize, "{}", cohort.name);
+        assert_eq!(attempts.values().map(Vec::len).sum::<usize>(), 10 * EACH as usize, "{}", cohort.name);
     }
-    let months = practice::by_month(reader, instructor.school_id).await.unwrap();
+    let months = tallies::by_month(reader, instructor.school_id).await.unwrap();
     let all: i64 = months.iter().map(|(_, sums)| sums.attempts).sum();
     assert_eq!(all, i64::from(TRAINEES * EACH) + 1, "the crowd's and the one that was really made");
 }
@@ -69,17 +69,17 @@ async fn whoever_teaches_is_shown_the_latest_attempts_of_their_own_trainees() {
     let instructor = instructor.unwrap().into_current().unwrap();
     let mut own = Vec::new();
     for cohort in reports::cohorts(reader, &instructor).await.unwrap() {
-        own.extend(practice::of_cohort(reader, instructor.school_id, cohort.id).await.unwrap());
+        own.extend(practice::of_cohort(reader, instructor.school_id, cohort.id).await.unwrap().into_values().flatten());
     }
-    own.sort_by_key(|(_, attempt)| std::cmp::Reverse(attempt.at));
+    own.sort_by_key(|attempt| std::cmp::Reverse(attempt.at));
     let latest = reports::latest_taught(reader, &instructor).await.unwrap();
     let times =
         |attempts: &[reports::ListedAttempt]| -> Vec<_> { attempts.iter().map(|a| a.started_at.to_utc()).collect() };
-    assert_eq!(times(&latest), own[..10].iter().map(|(_, attempt)| attempt.at).collect::<Vec<_>>());
-    let exercise = own[0].1.exercise.clone();
-    let at_it = own.iter().filter(|(_, attempt)| attempt.exercise == exercise).take(25);
+    assert_eq!(times(&latest), own[..10].iter().map(|attempt| attempt.at).collect::<Vec<_>>());
+    let exercise = own[0].exercise.clone();
+    let at_it = own.iter().filter(|attempt| attempt.exercise == exercise).take(25);
     let listed = reports::latest_at(reader, &instructor, &exercise).await.unwrap();
-    assert_eq!(times(&listed), at_it.map(|(_, attempt)| attempt.at).collect::<Vec<_>>());
+    assert_eq!(times(&listed), at_it.map(|attempt| attempt.at).collect::<Vec<_>>());
 }
 
 #[tokio::test]

@@ -9,12 +9,17 @@ use std::path::{Path, PathBuf};
 use super::support::App;
 
 /// Tables that grow with attempts, people, cohorts or acts. Unfinished uploads do not: they expire.
-const BIG: [&str; 10] = [
+const BIG: [&str; 15] = [
     "sessions",
     "scores",
     "grades",
     "metrics",
     "session_curves",
+    "comments",
+    "reviews",
+    "supervisions",
+    "ratings",
+    "survey_responses",
     "practice",
     "tallies",
     "people",
@@ -26,12 +31,11 @@ const BIG: [&str; 10] = [
 const LISTED: [&str; 2] = ["assignments", "segment_tasks"];
 
 /// What may read everything: beginnings of statements, each with the reason.
-const WHOLE: [(&str, &str); 12] = [
+const WHOLE: [(&str, &str); 11] = [
     ("WITH RECURSIVE", "the generator of invented practice"),
     ("INSERT INTO tallies", "sums a school up anew, after the generator"),
     ("DELETE FROM tallies", "the same"),
-    ("INSERT INTO score", "a foreign key's look at grades, which SQLite leaves out while no key is broken"),
-    ("INSERT INTO schools", "a school's name is changed by the command line"),
+    ("INSERT INTO scores (id, school_id, session_id, score", "the generator of invented practice"),
     ("SELECT (SELECT count(*) FROM people WHERE role", "/metrics: short rows, rarely asked"),
     ("SELECT * FROM sessions WHERE school_id = $1 AND $2 = $2 ORDER BY", "the newest hundred, in the index's order"),
     ("SELECT id, recording_path, recording_sha256", "verify and backup read every recording"),
@@ -248,7 +252,9 @@ async fn every_query_of_a_big_table_uses_an_index() {
                     .unwrap_or_else(|error| panic!("{}: {error}: {sql}", path.display()));
             let lines: Vec<String> = plan.into_iter().map(|(.., line)| line).collect();
             planned += 1;
-            let allowed = WHOLE.iter().any(|(start, _)| sql.starts_with(start));
+            // What a new row has to do with others is looked for only while a foreign key is broken.
+            let added = sql.starts_with("INSERT INTO") && !sql.contains("SELECT");
+            let allowed = added || WHOLE.iter().any(|(start, _)| sql.starts_with(start));
             slow.extend(
                 scans(&sql, &lines, &few).into_iter().filter(|_| !allowed).map(|line| format!("{line} in: {sql}")),
             );

@@ -7,7 +7,7 @@ use uuid::Uuid;
 use web_admin::domain::Role;
 use web_admin::publishing;
 use web_admin::storage::scores::SessionKey;
-use web_admin::storage::{practice, scores};
+use web_admin::storage::{practice, scores, tallies};
 use web_admin::worker;
 
 use super::support::recordings::{Attempt, record};
@@ -43,10 +43,13 @@ async fn sums_are_those_of_the_scores_and_stay_so_when_made_again() {
     let kept = practice::of_trainee(reader, school, ada.person.id).await.unwrap();
     assert_eq!(kept.len(), 3);
     assert!((kept.iter().map(|attempt| attempt.score).sum::<f64>() - points).abs() < 1e-9);
-    let months = practice::by_month(reader, school).await.unwrap();
+    let months = tallies::by_month(reader, school).await.unwrap();
     assert_eq!(months.iter().map(|(_, sums)| sums.attempts).sum::<i64>(), 3, "nothing is counted twice");
-    let years = practice::by_year(reader, school).await.unwrap();
-    assert!(years.len() == 1 && years[0].sums.attempts == 3 && (years[0].sums.points - points).abs() < 1e-9);
+    let year = months[0].0.div_euclid(12);
+    let cohorts = tallies::in_year(reader, school, year, ("", 10)).await.unwrap();
+    assert!(cohorts.len() == 1 && cohorts[0].sums.attempts == 3 && (cohorts[0].sums.points - points).abs() < 1e-9);
+    assert_eq!(tallies::in_year(reader, school, year, (&cohorts[0].cohort, 10)).await.unwrap(), []);
+    assert_eq!(tallies::in_year(reader, school, year + 1, ("", 10)).await.unwrap(), []);
 }
 
 #[tokio::test]
@@ -78,6 +81,8 @@ async fn a_cohort_sees_its_map_and_a_name_stays_a_name() {
     let mut head = app.signed_in("head@example.org").await;
     assert!(head.get("/progress").await.text().contains("=Spring"));
     assert!(head.get("/progress.csv").await.text().contains("'=Spring"), "no formula");
+    let other = head.get("/progress?year=1999").await;
+    assert!(other.status == 200 && !other.text().contains("=Spring"), "{}", other.text());
 }
 
 #[tokio::test]

@@ -8,6 +8,8 @@ mod mastery;
 #[cfg(test)]
 mod tests;
 
+use std::sync::Arc;
+
 use assessment::learning::Curve;
 use time::OffsetDateTime;
 use uuid::Uuid;
@@ -19,10 +21,10 @@ pub use mastery::{CurveRule, Mastery};
 /// One scored attempt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attempt {
-    /// The session's id, for a link.
-    pub session: String,
-    /// The exercise's id in its document.
-    pub exercise: String,
+    /// The session's id.
+    pub session: Uuid,
+    /// The exercise's id in its document, shared by the attempts at it.
+    pub exercise: Arc<str>,
     /// When it started.
     pub at: OffsetDateTime,
     /// 0–100.
@@ -140,8 +142,9 @@ impl Progress {
     /// Judges attempts, in any order, at a moment.
     #[must_use]
     pub fn of(course: &Course, attempts: &[Attempt], now: OffsetDateTime) -> Self {
-        let mut steps: Vec<StepProgress> =
-            course.steps.iter().map(|step| tried(step, attempts, &course.rule)).collect();
+        // Attempts at one exercise mostly stand together: whole runs of them are passed over at once.
+        let runs: Vec<&[Attempt]> = attempts.chunk_by(|a, b| a.exercise == b.exercise).collect();
+        let mut steps: Vec<StepProgress> = course.steps.iter().map(|step| tried(step, &runs, &course.rule)).collect();
         lock(course, &mut steps);
         let next = next(&steps);
         let last_at = steps.iter().filter_map(|s| s.attempts.last()).map(|a| a.at).max();
@@ -170,8 +173,9 @@ impl Progress {
 }
 
 /// A step with its attempts, judged as if nothing had to come before it.
-fn tried(step: &Step, attempts: &[Attempt], rule: &Mastery) -> StepProgress {
-    let mut attempts: Vec<Attempt> = attempts.iter().filter(|a| a.exercise == step.exercise).cloned().collect();
+fn tried(step: &Step, runs: &[&[Attempt]], rule: &Mastery) -> StepProgress {
+    let at_it = |run: &&&[Attempt]| run.first().is_some_and(|attempt| *attempt.exercise == step.exercise);
+    let mut attempts: Vec<Attempt> = runs.iter().filter(at_it).copied().flatten().cloned().collect();
     attempts.sort_by_key(|a| a.at);
     let (state, curve) = rule.judge(&attempts);
     StepProgress { state, attempts, curve }

@@ -184,8 +184,8 @@ async fn whom(
         ("", "") => Err(Error::Unprocessable(tr!("choose a cohort, or type a trainee’s address").to_owned())),
         (cohort, "") => {
             let id: Uuid = cohort.parse().map_err(|_| Error::NotFound)?;
-            let known = reports::cohorts(state.db.reader(), person).await?;
-            known.iter().any(|cohort| cohort.id == id).then_some((Some(id), None)).ok_or(Error::NotFound)
+            reports::cohort(state.db.reader(), person, id).await?.ok_or(Error::NotFound)?;
+            Ok((Some(id), None))
         }
         ("", email) => {
             let known = people::by_email(state.db.reader(), email).await?.filter(|known| known.role == Role::Trainee);
@@ -218,14 +218,14 @@ pub(super) async fn show(
     csrf: Csrf,
 ) -> Result<AssignmentPage, PageError> {
     let listed = find(&state, &person, id).await?;
-    let taught = teaching::taught(&state, person.school_id).await?;
-    let mut rows = Vec::new();
-    for trainee in trainees(&state, &person, &listed).await? {
-        let standings = teaching::standings_in(&state, &taught, person.school_id, trainee.id).await?;
-        let own = standings.into_iter().find(|standing| standing.assigned.id == id);
+    let trainees = trainees(&state, &person, &listed).await?;
+    let ids: Vec<Uuid> = trainees.iter().map(|trainee| trainee.id).collect();
+    let standings = teaching::standings_at(&state, person.school_id, id, &ids).await?;
+    let row_of = |(trainee, standing): (Named, _)| {
         let link = (trainee.name, format!("/trainees/{}", trainee.id));
-        rows.extend(own.map(|standing| Row::new(standing, link, trainee.id.to_string())));
-    }
+        Row::new(standing, link, trainee.id.to_string())
+    };
+    let rows = trainees.into_iter().zip(standings).map(row_of).collect();
     let shell = Shell::new(&person, csrf.token(), Place::Assignments);
     Ok(AssignmentPage { shell, id, assignment: row(listed), rows })
 }

@@ -3,7 +3,7 @@
 use axum::extract::{Query, State};
 use serde::Deserialize;
 
-use super::standing::{self, CohortStanding};
+use super::standing::{self, Taught};
 use super::{Id, in_query};
 use crate::AppState;
 use crate::domain::{CurrentPerson, Role};
@@ -19,17 +19,6 @@ const PER_PAGE: usize = 50;
 /// The page of a cohort.
 pub(super) fn href(cohort: &Named) -> String {
     format!("/cohorts/{}", cohort.id)
-}
-
-/// Every cohort that a person may see, with its standing.
-pub(super) async fn standings(state: &AppState, person: &CurrentPerson) -> Result<Vec<(Named, CohortStanding)>, Error> {
-    let courses = standing::courses(state, person.school_id).await?;
-    let mut standings = Vec::new();
-    for cohort in reports::cohorts(state.db.reader(), person).await? {
-        let standing = standing::cohort(state, person.school_id, cohort.id, &courses).await?;
-        standings.push((cohort, standing));
-    }
-    Ok(standings)
 }
 
 /// A page of the cohorts that a person may see, and the name after which the next begins.
@@ -77,18 +66,18 @@ pub(super) async fn show(
     csrf: Csrf,
 ) -> Result<CohortPage, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);
-    let cohort = reports::cohorts(reader, &person).await?.into_iter().find(|c| c.id == id).ok_or(Error::NotFound)?;
+    let cohort = reports::cohort(reader, &person, id).await?.ok_or(Error::NotFound)?;
     let courses = standing::courses(&state, school).await?;
     let standing = standing::cohort(&state, school, id, &courses).await?;
     let instructors = reports::members(reader, school, id, Role::Instructor).await?;
-    let shares = courses.iter().zip(&standing.by_course);
+    let share = |(i, taught): (usize, &Taught)| CourseShare::new(&taught.facts(None), &standing.in_course(i));
     Ok(CohortPage {
         shell: Shell::new(&person, csrf.token(), Place::Cohorts),
         href: href(&cohort),
         name: cohort.name,
         instructors: instructors.into_iter().map(|i| i.name).collect(),
-        courses: shares.map(|(taught, trainees)| CourseShare::new(&taught.facts(None), trainees)).collect(),
-        trainees: standing.rows,
+        courses: courses.iter().enumerate().map(share).collect(),
+        trainees: standing.rows(&courses, |_| true),
         now: state.clock.now().to_utc(),
     })
 }

@@ -3,9 +3,8 @@
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Response};
 
-use super::standing::CohortStanding;
 use super::trainees::PageQuery;
-use super::{admin, cohorts, rows, trainees};
+use super::{admin, cohorts, rows, standing, trainees};
 use crate::AppState;
 use crate::domain::{CurrentPerson, Role};
 use crate::error::{Error, PageError};
@@ -33,13 +32,16 @@ pub(super) async fn show(
 }
 
 async fn instructor(state: &AppState, shell: Shell, person: &CurrentPerson) -> Result<InstructorPage, Error> {
+    let reader = state.db.reader();
+    let courses = standing::courses(state, person.school_id).await?;
     let mut cards = Vec::new();
     let mut help = Vec::new();
-    for (cohort, standing) in cohorts::standings(state, person).await? {
-        cards.push(CohortCard::new((cohorts::href(&cohort), cohort.name.clone()), &standing.rows));
-        let CohortStanding { rows, .. } = standing;
-        help.extend(rows.into_iter().filter(|r| !r.concerns.is_empty()).map(|row| (cohort.name.clone(), row)));
+    for cohort in reports::cohorts(reader, person).await? {
+        let standing = standing::cohort(state, person.school_id, cohort.id, &courses).await?;
+        cards.push(CohortCard::new((cohorts::href(&cohort), cohort.name.clone()), standing.main()));
+        let rows = standing.rows(&courses, |progress| !progress.concerns.is_empty());
+        help.extend(rows.into_iter().map(|row| (cohort.name.clone(), row)));
     }
-    let recent = rows::mixed(reports::latest_taught(state.db.reader(), person).await?);
+    let recent = rows::mixed(reports::latest_taught(reader, person).await?);
     Ok(InstructorPage { shell, cohorts: cards, help, recent, now: state.clock.now().to_utc() })
 }

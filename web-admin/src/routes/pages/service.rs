@@ -31,7 +31,6 @@ pub(super) async fn show(
 ) -> Result<ServicePage, PageError> {
     administrators_only(&person)?;
     let reader = state.db.reader();
-    let totals = service::totals(reader).await?;
     let counts = admin::counts(&state, person.school_id).await?;
     let failing = reports::failing_jobs(reader, person.school_id).await?.len();
     let joined = stations::all(reader, person.school_id).await?;
@@ -42,7 +41,7 @@ pub(super) async fn show(
     Ok(ServicePage {
         shell: Shell::new(&person, csrf.token(), Place::Administration),
         version: env!("CARGO_PKG_VERSION"),
-        database_bytes: totals.database_bytes,
+        database_bytes: service::database_bytes(reader).await?,
         counts: vec![
             (counts.trainees, tr!("trainees")),
             (counts.instructors, tr!("instructors")),

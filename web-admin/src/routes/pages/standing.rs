@@ -1,15 +1,14 @@
 //! Where trainees stand in the courses of their school.
 
-use std::collections::BTreeMap;
-
 use uuid::Uuid;
 
 use crate::AppState;
+use crate::domain::Role;
 use crate::domain::progress::{Attempt, Course, Progress};
 use crate::error::Error;
 use crate::storage::curricula::{self, Curriculum};
 use crate::storage::practice;
-use crate::storage::reports::{self, ExerciseInShort};
+use crate::storage::reports::{self, ExerciseInShort, Named};
 use crate::views::cohort::TraineeRow;
 use crate::views::trainee::CourseFacts;
 
@@ -66,12 +65,30 @@ pub(super) fn progress(courses: &[Taught], attempts: &[Attempt], state: &AppStat
     progress
 }
 
-/// A cohort: each trainee's row, and their progress in every course in the courses' order.
-pub(super) struct CohortStanding {
-    /// Rows by name.
-    pub rows: Vec<TraineeRow>,
-    /// Name and progress of each trainee, by course.
-    pub by_course: Vec<Vec<(String, Progress)>>,
+/// The trainees of a cohort by name, each with their progress in every course, the one tried last first, and the course's index.
+pub(super) struct CohortStanding(Vec<(Named, Vec<(usize, Progress)>)>);
+
+impl CohortStanding {
+    /// Everybody's progress in the course that they are on.
+    pub fn main(&self) -> impl Iterator<Item = &Progress> {
+        self.0.iter().filter_map(|(_, progress)| progress.first()).map(|(_, main)| main)
+    }
+
+    /// Name and progress of everybody in a course.
+    pub fn in_course(&self, course: usize) -> Vec<(&str, &Progress)> {
+        let of_all = self.0.iter().flat_map(|(trainee, progress)| progress.iter().map(move |(i, p)| (*i, trainee, p)));
+        of_all.filter(|(i, ..)| *i == course).map(|(_, trainee, progress)| (trainee.name.as_str(), progress)).collect()
+    }
+
+    /// The rows of those whose progress in the course that they are on is wanted.
+    pub fn rows(&self, courses: &[Taught], wanted: impl Fn(&Progress) -> bool) -> Vec<TraineeRow> {
+        let row = |(trainee, progress): &(Named, Vec<(usize, Progress)>)| {
+            let (course, main) = progress.first().filter(|(_, main)| wanted(main))?;
+            let link = (format!("/trainees/{}", trainee.id), trainee.name.clone());
+            Some(TraineeRow::new(link, &courses[*course].facts(None), main))
+        };
+        self.0.iter().filter_map(row).collect()
+    }
 }
 
 /// Where a cohort's trainees stand.
@@ -82,22 +99,11 @@ pub(super) async fn cohort(
     courses: &[Taught],
 ) -> Result<CohortStanding, Error> {
     let reader = state.db.reader();
-    let trainees = reports::members(reader, school, cohort, crate::domain::Role::Trainee).await?;
-    let mut practised: BTreeMap<Uuid, Vec<Attempt>> = BTreeMap::new();
-    for (trainee, attempt) in practice::of_cohort(reader, school, cohort).await? {
-        practised.entry(trainee).or_default().push(attempt);
-    }
-    let mut standing = CohortStanding { rows: Vec::new(), by_course: courses.iter().map(|_| Vec::new()).collect() };
-    for trainee in trainees {
+    let trainees = reports::members(reader, school, cohort, Role::Trainee).await?;
+    let mut practised = practice::of_cohort(reader, school, cohort).await?;
+    let standing = |trainee: Named| {
         let own = practised.remove(&trainee.id).unwrap_or_default();
-        let progress = progress(courses, &own, state);
-        if let Some((i, main)) = progress.first() {
-            let link = (format!("/trainees/{}", trainee.id), trainee.name.clone());
-            standing.rows.push(TraineeRow::new(link, &courses[*i].facts(None), main));
-        }
-        for (i, progress) in progress {
-            standing.by_course[i].push((trainee.name.clone(), progress));
-        }
-    }
-    Ok(standing)
+        (trainee, progress(courses, &own, state))
+    };
+    Ok(CohortStanding(trainees.into_iter().map(standing).collect()))
 }

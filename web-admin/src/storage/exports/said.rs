@@ -74,7 +74,7 @@ pub struct AnswerFacts {
 pub(super) async fn comments(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<CommentFacts>> {
     sqlx::query_as(
         "SELECT c.session_id, c.id, c.answers, p.display_name AS author, c.kind, c.from_s, c.to_s, c.body, c.made_at
-         FROM sessions s JOIN comments c ON c.school_id = s.school_id AND c.session_id = s.id
+         FROM sessions s CROSS JOIN comments c ON c.school_id = s.school_id AND c.session_id = s.id
          JOIN people p ON p.school_id = c.school_id AND p.id = c.author_id
          WHERE s.school_id = $1 AND s.trainee_id = $2 AND c.withdrawn_at IS NULL
          ORDER BY s.started_at, s.id, c.made_at, c.id",
@@ -102,7 +102,7 @@ pub(super) async fn assignments(reader: &SqlitePool, school: Uuid, person: Uuid)
 pub(super) async fn ratings(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<RatingFacts>> {
     sqlx::query_as(
         "SELECT r.session_id, o.title AS round, i.title AS instrument, r.answers, r.finished_at
-         FROM sessions s JOIN ratings r ON r.school_id = s.school_id AND r.session_id = s.id
+         FROM sessions s CROSS JOIN ratings r ON r.school_id = s.school_id AND r.session_id = s.id
          JOIN rating_rounds o ON o.id = r.round_id AND o.withdrawn_at IS NULL
          JOIN instrument_revisions i ON i.id = o.revision_id
          WHERE s.school_id = $1 AND s.trainee_id = $2 AND r.finished_at IS NOT NULL

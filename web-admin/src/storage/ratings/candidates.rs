@@ -54,18 +54,21 @@ pub async fn raters(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<V
 pub async fn of_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Vec<Candidate>> {
     sqlx::query_as(
         "SELECT s.id, p.display_name AS trainee, coalesce(x.title, s.exercise_id) AS exercise, s.started_at
-         FROM assignments a
-         JOIN (SELECT m.person_id FROM assignments b
-                 JOIN cohort_members m ON m.cohort_id = b.cohort_id AND m.role = 'trainee' WHERE b.id = $2
-               UNION ALL SELECT c.person_id FROM assignments c WHERE c.id = $2 AND c.person_id IS NOT NULL) trained
-         CROSS JOIN sessions s ON s.school_id = a.school_id AND s.trainee_id = trained.person_id
-           AND s.started_at >= a.made_at AND s.state = 'scored'
+         FROM (SELECT n.id FROM (
+             SELECT m.person_id FROM assignments b
+               JOIN cohort_members m ON m.cohort_id = b.cohort_id AND m.role = 'trainee' WHERE b.id = $2
+             UNION ALL SELECT c.person_id FROM assignments c WHERE c.id = $2 AND c.person_id IS NOT NULL) trained
+           CROSS JOIN (SELECT exercise_id, made_at FROM assignments WHERE id = $2 AND exercise_id IS NOT NULL
+             UNION ALL SELECT e.exercise_id, d.made_at FROM assignments d
+               JOIN curricula u ON u.school_id = d.school_id AND u.curriculum_id = d.curriculum_id
+               JOIN curriculum_entries e ON e.revision_id = u.revision_id WHERE d.id = $2) task
+           CROSS JOIN sessions n ON n.school_id = $1 AND n.trainee_id = trained.person_id
+             AND n.exercise_id = task.exercise_id AND n.started_at >= task.made_at AND n.state = 'scored'
+           ORDER BY n.started_at DESC, n.id LIMIT $3) chosen
+         CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id
          JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
          LEFT JOIN exercise_revisions x ON x.id = s.revision_id
-         WHERE a.school_id = $1 AND a.id = $2 AND (s.exercise_id = a.exercise_id OR s.exercise_id IN (
-           SELECT e.exercise_id FROM curricula u JOIN curriculum_entries e ON e.revision_id = u.revision_id
-           WHERE u.school_id = a.school_id AND u.curriculum_id = a.curriculum_id))
-         ORDER BY s.started_at DESC, s.id LIMIT $3",
+         ORDER BY s.started_at DESC, s.id",
     )
     .bind(school)
     .bind(id)

@@ -43,12 +43,13 @@ pub async fn cells(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, ro
              WHERE teacher.person_id = $4 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id)
            THEN t.display_name END AS trainee,
            coalesce(x.title, s.exercise_id) AS exercise, r.rater_id, p.display_name AS rater, r.answers, r.finished_at
-         FROM ratings r
-         JOIN sessions s ON s.school_id = r.school_id AND s.id = r.session_id
+         FROM rating_rounds o
+         CROSS JOIN ratings r ON r.round_id = o.id
+         JOIN sessions s ON s.school_id = o.school_id AND s.id = r.session_id
          JOIN people t ON t.school_id = s.school_id AND t.id = s.trainee_id
-         JOIN people p ON p.school_id = r.school_id AND p.id = r.rater_id
+         JOIN people p ON p.school_id = o.school_id AND p.id = r.rater_id
          LEFT JOIN exercise_revisions x ON x.id = s.revision_id
-         WHERE r.school_id = $1 AND r.round_id = $2
+         WHERE o.school_id = $1 AND o.id = $2
          ORDER BY s.started_at, s.id, p.display_name, p.id",
     )
     .bind(round.school_id)

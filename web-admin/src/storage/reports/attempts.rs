@@ -123,13 +123,21 @@ pub async fn count_attempts(executor: impl SqliteExecutor<'_>, school: Uuid, tra
 /// When the database fails.
 pub async fn latest_taught(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<ListedAttempt>> {
     // From those who are taught to the latest of each, and from these to the latest of all: however many attempts the
-    // school has. A cross join keeps this order.
+    // school has. A cross join keeps this order. Where there are ten whose last attempt is later than something, no
+    // earlier one is among the latest ten.
     sqlx::query_as(listed!(
         "(SELECT n.id FROM (SELECT DISTINCT learner.person_id FROM cohort_members teacher
              JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
              WHERE teacher.person_id = $2 AND teacher.role = 'instructor') taught
            CROSS JOIN sessions n ON n.school_id = $1 AND n.id IN (
              SELECT l.id FROM sessions l WHERE l.school_id = $1 AND l.trainee_id = taught.person_id
+               AND l.started_at >= coalesce((
+                 SELECT (SELECT max(o.started_at) FROM sessions o
+                   WHERE o.school_id = $1 AND o.trainee_id = learner.person_id) AS last
+                 FROM cohort_members teacher
+                 JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
+                 WHERE teacher.person_id = $2 AND teacher.role = 'instructor'
+                 GROUP BY learner.person_id ORDER BY last DESC LIMIT 1 OFFSET $3 - 1), -9000000000000000000)
              ORDER BY l.started_at DESC, l.id DESC LIMIT $3)
            ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
          CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id",

@@ -15,20 +15,42 @@ pub struct Named {
     pub name: String,
 }
 
+/// Cohorts of a school, $1, that the person $2 teaches, or any where $3.
+macro_rules! cohorts {
+    ($rest:literal) => {
+        concat!(
+            "SELECT c.id, c.name FROM cohorts c WHERE c.school_id = $1 AND ($3 OR EXISTS (SELECT 1 FROM cohort_members m
+               WHERE m.cohort_id = c.id AND m.person_id = $2 AND m.role = 'instructor')) ",
+            $rest
+        )
+    };
+}
+
 /// The cohorts that a person may see: those they teach, or all of the school for an administrator.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn cohorts(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<Named>> {
-    sqlx::query_as(
-        "SELECT c.id, c.name FROM cohorts c WHERE c.school_id = $1 AND ($3 OR EXISTS (SELECT 1 FROM cohort_members m
-           WHERE m.cohort_id = c.id AND m.person_id = $2 AND m.role = 'instructor')) ORDER BY c.name",
-    )
-    .bind(viewer.school_id)
-    .bind(viewer.id)
-    .bind(viewer.role == Role::Administrator)
-    .fetch_all(executor)
-    .await
+    sqlx::query_as(cohorts!("ORDER BY c.name"))
+        .bind(viewer.school_id)
+        .bind(viewer.id)
+        .bind(viewer.role == Role::Administrator)
+        .fetch_all(executor)
+        .await
+}
+
+/// One of [`cohorts`].
+///
+/// # Errors
+/// When the database fails.
+pub async fn cohort(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: Uuid) -> Result<Option<Named>> {
+    sqlx::query_as(cohorts!("AND c.id = $4"))
+        .bind(viewer.school_id)
+        .bind(viewer.id)
+        .bind(viewer.role == Role::Administrator)
+        .bind(id)
+        .fetch_optional(executor)
+        .await
 }
 
 /// A cohort at a glance.

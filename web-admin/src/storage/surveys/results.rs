@@ -40,18 +40,21 @@ pub struct Submitted {
 /// # Errors
 /// When the database fails.
 pub async fn submitted(executor: impl SqliteExecutor<'_>, survey: &Survey) -> Result<Vec<Submitted>> {
-    sqlx::query_as(
+    let mut submitted: Vec<Submitted> = sqlx::query_as(
         "SELECT r.id, r.role, CASE $3 WHEN 'named' THEN coalesce(p.display_name, r.label)
              WHEN 'pseudonymous' THEN p.pseudonym END AS who,
            r.session_id, r.exercise_id, r.device, r.simulator_version, r.language, r.submitted_at, r.answers
          FROM survey_responses r LEFT JOIN people p ON p.school_id = r.school_id AND p.id = r.person_id
-         WHERE r.school_id = $1 AND r.survey_id = $2 AND r.state = 'submitted' ORDER BY r.id",
+         WHERE r.school_id = $1 AND r.survey_id = $2 AND r.state = 'submitted'",
     )
     .bind(survey.school_id)
     .bind(survey.id)
     .bind(survey.identity)
     .fetch_all(executor)
-    .await
+    .await?;
+    // Sorted by the statement, every response of the school would be read for its order.
+    submitted.sort_by_key(|response| response.id);
+    Ok(submitted)
 }
 
 /// A figure of the attempt behind a response.
@@ -76,9 +79,11 @@ pub async fn attempts(executor: impl SqliteExecutor<'_>, survey: &Survey, metric
          JOIN grades g ON g.school_id = r.school_id AND g.session_id = r.session_id
          WHERE r.school_id = $1 AND r.survey_id = $2 AND r.state = 'submitted' AND $3 = 'score'"
     } else {
-        "SELECT r.id AS response_id, max(m.value) AS value FROM survey_responses r
-         JOIN metrics m ON m.school_id = r.school_id AND m.session_id = r.session_id AND m.id = $3
-         WHERE r.school_id = $1 AND r.survey_id = $2 AND r.state = 'submitted' AND m.value IS NOT NULL GROUP BY r.id"
+        "SELECT response_id, value FROM (
+           SELECT r.id AS response_id, (SELECT max(m.value) FROM metrics m
+             WHERE m.school_id = r.school_id AND m.session_id = r.session_id AND m.id = $3) AS value
+           FROM survey_responses r WHERE r.school_id = $1 AND r.survey_id = $2 AND r.state = 'submitted')
+         WHERE value IS NOT NULL"
     };
     sqlx::query_as(statement).bind(survey.school_id).bind(survey.id).bind(metric).fetch_all(executor).await
 }
@@ -124,11 +129,16 @@ pub async fn counts(executor: impl SqliteExecutor<'_>, survey: &Survey, now: Mom
              WHERE NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2)
                OR EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2 AND e.exercise_id = s.exercise_id)
              UNION ALL
+             SELECT 1 FROM survey_exercises e
+             CROSS JOIN sessions s ON s.school_id = $1 AND s.exercise_id = e.exercise_id AND s.started_at >= $4
+               AND s.started_at < $5
+             WHERE e.survey_id = $2 AND $3 = 1
+               AND NOT EXISTS (SELECT 1 FROM survey_cohorts sc WHERE sc.survey_id = $2)
+             UNION ALL
              SELECT 1 FROM (SELECT 1 WHERE $3 = 1
-               AND NOT EXISTS (SELECT 1 FROM survey_cohorts sc WHERE sc.survey_id = $2)) everybody
+               AND NOT EXISTS (SELECT 1 FROM survey_cohorts sc WHERE sc.survey_id = $2)
+               AND NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2)) everybody
              CROSS JOIN sessions s ON s.school_id = $1 AND s.started_at >= $4 AND s.started_at < $5
-             WHERE NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2)
-               OR EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = $2 AND e.exercise_id = s.exercise_id)
              LIMIT 50000)) AS attempts
          FROM survey_responses r WHERE r.school_id = $1 AND r.survey_id = $2",
     )

@@ -1,6 +1,6 @@
 //! A small writer of SVG: escapes every text, prints every number short, knows no colour.
 
-use std::fmt::Write;
+use std::fmt::{self, Write};
 
 /// What a drawing is called and shows: read out in place of the picture.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +59,7 @@ impl Svg {
     #[must_use]
     pub fn new(width: f64, height: f64, caption: &Caption<'_>) -> Self {
         let Caption { id, class, title, description } = caption;
-        let (width, height) = (number(width), number(height));
+        let (width, height) = (Short(width), Short(height));
         let body = format!(
             r#"<svg class="chart {class}" viewBox="0 0 {width} {height}" role="img" aria-labelledby="{id}-t {id}-d"><title id="{id}-t">{}</title><desc id="{id}-d">{}</desc>"#,
             escape(title),
@@ -71,7 +71,7 @@ impl Svg {
     /// Begins a small drawing that only repeats the text beside it.
     #[must_use]
     pub fn ornament(width: f64, height: f64, class: &str) -> Self {
-        let (width, height) = (number(width), number(height));
+        let (width, height) = (Short(width), Short(height));
         let size = format!(r#"width="{width}" height="{height}" viewBox="0 0 {width} {height}""#);
         Self { body: format!(r#"<svg class="{class}" {size} aria-hidden="true" focusable="false">"#) }
     }
@@ -86,14 +86,14 @@ impl Svg {
     /// A rectangle; one without extent is left out.
     pub fn rect(&mut self, class: &str, area: Area) {
         if area.width > 0.0 && area.height > 0.0 {
-            let (x, y, w, h) = (number(area.x), number(area.y), number(area.width), number(area.height));
+            let (x, y, w, h) = (Short(area.x), Short(area.y), Short(area.width), Short(area.height));
             self.push(format_args!(r#"<rect class="{class}" x="{x}" y="{y}" width="{w}" height="{h}"/>"#));
         }
     }
 
     /// A straight line.
     pub fn line(&mut self, class: &str, from: (f64, f64), to: (f64, f64)) {
-        let (x1, y1, x2, y2) = (number(from.0), number(from.1), number(to.0), number(to.1));
+        let (x1, y1, x2, y2) = (Short(from.0), Short(from.1), Short(to.0), Short(to.1));
         self.push(format_args!(r#"<line class="{class}" x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}"/>"#));
     }
 
@@ -115,23 +115,23 @@ impl Svg {
 
     /// A circle.
     pub fn circle(&mut self, class: &str, centre: (f64, f64), radius: f64) {
-        let (cx, cy, r) = (number(centre.0), number(centre.1), number(radius));
+        let (cx, cy, r) = (Short(centre.0), Short(centre.1), Short(radius));
         self.push(format_args!(r#"<circle class="{class}" cx="{cx}" cy="{cy}" r="{r}"/>"#));
     }
 
     /// Text from a point on its baseline. The classes `middle` and `end` anchor it elsewhere.
     pub fn text(&mut self, class: &str, at: (f64, f64), text: &str) {
-        let (x, y, text) = (number(at.0), number(at.1), escape(text));
+        let (x, y, text) = (Short(at.0), Short(at.1), escape(text));
         self.push(format_args!(r#"<text class="{class}" x="{x}" y="{y}">{text}</text>"#));
     }
 
     /// Text that reads upwards around a point.
     pub fn text_upwards(&mut self, class: &str, at: (f64, f64), text: &str) {
-        let (x, y, text) = (number(at.0), number(at.1), escape(text));
+        let (x, y, text) = (Short(at.0), Short(at.1), escape(text));
         self.push(format_args!(r#"<text class="{class}" transform="translate({x} {y}) rotate(-90)">{text}</text>"#));
     }
 
-    fn push(&mut self, markup: std::fmt::Arguments<'_>) {
+    fn push(&mut self, markup: fmt::Arguments<'_>) {
         // Writing into a String cannot fail.
         let _ = self.body.write_fmt(markup);
     }
@@ -140,18 +140,26 @@ impl Svg {
 fn join(points: &[(f64, f64)]) -> String {
     let mut joined = String::with_capacity(points.len() * 12);
     for (x, y) in points {
-        let _ = write!(joined, "{},{} ", number(*x), number(*y));
+        // Writing into a String cannot fail.
+        let _ = write!(joined, "{},{} ", Short(*x), Short(*y));
     }
     joined.truncate(joined.trim_end().len());
     joined
 }
 
-/// One decimal, a tenth of a pixel, and none where it is 0. Not-a-number has no place on paper and becomes 0.
-fn number(value: f64) -> String {
-    let value = if value.is_finite() { value } else { 0.0 };
-    let text = format!("{value:.1}");
-    let text = text.strip_suffix(".0").map_or(text.clone(), str::to_owned);
-    if text == "-0" { "0".to_owned() } else { text }
+/// A length as it stands in markup: one decimal, a tenth of a pixel, and none where it is 0. Not-a-number has no place on paper
+/// and becomes 0.
+struct Short(f64);
+
+impl fmt::Display for Short {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Drawings have thousands of numbers: whole ones are written much faster than broken ones. A float becomes the
+        // nearest whole number in range, and not-a-number becomes 0.
+        let tenths = if self.0.is_finite() { libm::rint(self.0 * 10.0) as i64 } else { 0 };
+        let (sign, whole, rest) =
+            (if tenths < 0 { "-" } else { "" }, tenths.unsigned_abs() / 10, tenths.unsigned_abs() % 10);
+        if rest == 0 { write!(f, "{sign}{whole}") } else { write!(f, "{sign}{whole}.{rest}") }
+    }
 }
 
 /// Text as it may stand in markup.
@@ -195,7 +203,10 @@ mod tests {
 
     #[test]
     fn numbers_are_short_and_always_numbers() {
-        assert_eq!([12.0, 12.34, -0.01, f64::NAN, f64::INFINITY].map(number), ["12", "12.3", "0", "0", "0"]);
+        assert_eq!(
+            [12.0, 12.34, -0.01, f64::NAN, f64::INFINITY].map(|value| Short(value).to_string()),
+            ["12", "12.3", "0", "0", "0"]
+        );
     }
 
     #[test]

@@ -7,13 +7,21 @@ use assessment::statistics::Estimate;
 use crate::views::{Shell, format};
 
 /// The page.
-#[derive(Debug, Template, WebTemplate)]
+#[derive(Clone, Debug, Template, WebTemplate)]
 #[template(path = "progress/school.html")]
 pub struct SchoolProgressPage {
     /// Frame.
     pub shell: Shell,
-    /// By year and cohort, the latest year first.
-    pub years: Vec<YearRow>,
+    /// The years in which somebody has practised, UTC, the latest first.
+    pub years: Vec<i64>,
+    /// The year whose cohorts are shown.
+    pub year: i64,
+    /// Its cohorts, by name.
+    pub cohorts: Vec<YearRow>,
+    /// These are not the first of them.
+    pub later: bool,
+    /// Where the next ones are.
+    pub next: Option<String>,
     /// By month, the latest first.
     pub months: Vec<MonthRow>,
 }
@@ -21,8 +29,6 @@ pub struct SchoolProgressPage {
 /// A cohort in a year.
 #[derive(Clone, Debug, PartialEq)]
 pub struct YearRow {
-    /// Year, UTC.
-    pub year: i32,
     /// The cohort's name.
     pub cohort: String,
     /// The page it is made of.
@@ -61,8 +67,11 @@ mod tests {
         let passed = assessment::statistics::wilson(18, 20).ok();
         let full = SchoolProgressPage {
             shell: samples::shell(Role::Administrator),
-            years: vec![YearRow {
-                year: 2026,
+            years: vec![2026, 2025],
+            year: 2026,
+            later: true,
+            next: Some("/progress?year=2026&after=Spring%202026".to_owned()),
+            cohorts: vec![YearRow {
                 cohort: "Spring 2026".to_owned(),
                 href: "/cohorts/1/progress".to_owned(),
                 attempts: 20,
@@ -79,7 +88,10 @@ mod tests {
         };
         let html = samples::keep("school-progress", &full);
         assert!(html.contains("90 % (70–97 %)") && html.contains("/cohorts/1/progress"), "{html}");
-        let empty = SchoolProgressPage { years: vec![], months: vec![], ..full };
+        assert!(html.contains("/progress?year=2025") && html.contains("/progress.csv?year=2026"), "{html}");
+        let nobody = SchoolProgressPage { cohorts: vec![], later: false, next: None, ..full.clone() };
+        assert!(samples::keep("school-progress-nobody", &nobody).contains("is in a cohort"));
+        let empty = SchoolProgressPage { years: vec![], cohorts: vec![], months: vec![], ..full };
         assert!(samples::keep("school-progress-empty", &empty).contains("No scored attempt yet"));
     }
 }

@@ -27,20 +27,17 @@ const DAYS: i64 = 28;
 const LEAST_ATTEMPTS: usize = 5;
 
 /// What both the page and its file are made of.
-pub(super) struct Found {
-    pub cohort: Named,
-    pub courses: Vec<Taught>,
-    pub trainees: Vec<(Named, Vec<Attempt>)>,
+struct Found {
+    cohort: Named,
+    courses: Vec<Taught>,
+    trainees: Vec<(Named, Vec<Attempt>)>,
 }
 
 /// A cohort that the visitor may see, with everything its trainees have practised.
-pub(super) async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Found, Error> {
+async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Found, Error> {
     let (reader, school) = (state.db.reader(), person.school_id);
-    let cohort = reports::cohorts(reader, person).await?.into_iter().find(|c| c.id == id).ok_or(Error::NotFound)?;
-    let mut practised: BTreeMap<Uuid, Vec<Attempt>> = BTreeMap::new();
-    for (trainee, attempt) in practice::of_cohort(reader, school, id).await? {
-        practised.entry(trainee).or_default().push(attempt);
-    }
+    let cohort = reports::cohort(reader, person, id).await?.ok_or(Error::NotFound)?;
+    let mut practised = practice::of_cohort(reader, school, id).await?;
     let members = reports::members(reader, school, id, Role::Trainee).await?;
     let with_attempts = |trainee: Named| {
         let attempts = practised.remove(&trainee.id).unwrap_or_default();

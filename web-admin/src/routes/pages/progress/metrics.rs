@@ -1,56 +1,48 @@
 //! How a cohort's latest attempts at an exercise are distributed.
 
-use assessment::Metric;
 use assessment::statistics::summary;
 use axum::extract::{Path, State};
 use axum::response::Response;
 use uuid::Uuid;
 
-use super::cohort::{self, Found};
 use crate::AppState;
-use crate::domain::CurrentPerson;
 use crate::domain::progress::Attempt;
+use crate::domain::{CurrentPerson, Role};
 use crate::error::{Error, PageError};
 use crate::export::{self, Cell};
 use crate::routes::auth::Csrf;
-use crate::routes::pages::cohorts;
-use crate::storage::reports::Named;
-use crate::storage::scores;
+use crate::routes::pages::{cohorts, standing};
+use crate::storage::practice;
+use crate::storage::reports::{self, Named};
+use crate::storage::scores::{self, FoundMetric, MetricOfMany};
 use crate::views::progress::{LatestRow, MetricRow, MetricsPage};
 use crate::views::trainee::exercise_href;
 use crate::views::{Place, Shell, format, metric};
 
-/// A trainee's latest attempt at an exercise, with its metrics.
-struct Latest {
-    trainee: Named,
-    attempt: Attempt,
-    metrics: Vec<Metric>,
+/// What both the page and its file are made of.
+struct Found {
+    cohort: Named,
+    /// Title of the exercise.
+    title: String,
+    /// Everybody's latest attempt at it.
+    latest: Vec<(Named, Attempt)>,
+    metrics: Vec<MetricOfMany>,
 }
 
-/// Cohort, title of the exercise, and everybody's latest attempt at it.
-async fn find(
-    state: &AppState,
-    person: &CurrentPerson,
-    (id, exercise): (&str, &str),
-) -> Result<(Named, String, Vec<Latest>), Error> {
+async fn find(state: &AppState, person: &CurrentPerson, (id, exercise): (&str, &str)) -> Result<Found, Error> {
     let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
-    let Found { cohort, courses, trainees } = cohort::find(state, person, id).await?;
+    let (reader, school) = (state.db.reader(), person.school_id);
+    let cohort = reports::cohort(reader, person, id).await?.ok_or(Error::NotFound)?;
+    let courses = standing::courses(state, school).await?;
     let mut steps = courses.iter().flat_map(|taught| &taught.course.steps);
     let title = steps.find(|step| step.exercise == exercise).map(|step| step.title.clone()).ok_or(Error::NotFound)?;
-    let mut last = Vec::new();
-    for (trainee, attempts) in trainees {
-        let at_it = attempts.into_iter().filter(|attempt| attempt.exercise == exercise);
-        let Some(attempt) = at_it.max_by_key(|attempt| attempt.at) else { continue };
-        let session: Uuid = attempt.session.parse().map_err(anyhow::Error::from)?;
-        last.push((trainee, attempt, session));
-    }
-    let sessions: Vec<Uuid> = last.iter().map(|(.., session)| *session).collect();
-    let mut metrics = scores::metrics_of_all(state.db.reader(), person.school_id, &sessions).await?;
-    let latest = last.into_iter().map(|(trainee, attempt, session)| {
-        let metrics = metrics.remove(&session).unwrap_or_default();
-        Latest { trainee, attempt, metrics }
-    });
-    Ok((cohort, title, latest.collect()))
+    let mut practised = practice::of_cohort_at(reader, school, (id, exercise)).await?;
+    let last = |trainee: Named| Some((practised.remove(&trainee.id)?.pop()?, trainee));
+    let members = reports::members(reader, school, id, Role::Trainee).await?;
+    let latest: Vec<_> = members.into_iter().filter_map(last).map(|(attempt, trainee)| (trainee, attempt)).collect();
+    let sessions: Vec<Uuid> = latest.iter().map(|(_, attempt)| attempt.session).collect();
+    let metrics = scores::metrics_of_many(reader, school, &sessions).await?;
+    Ok(Found { cohort, title, latest, metrics })
 }
 
 pub(super) async fn show(
@@ -59,38 +51,28 @@ pub(super) async fn show(
     Path((id, exercise)): Path<(String, String)>,
     csrf: Csrf,
 ) -> Result<MetricsPage, PageError> {
-    let (cohort, title, latest) = find(&state, &person, (&id, &exercise)).await?;
-    let scores: Vec<f64> = latest.iter().map(|l| l.attempt.score).collect();
+    let Found { cohort, title, latest, metrics } = find(&state, &person, (&id, &exercise)).await?;
+    let scores: Vec<f64> = latest.iter().map(|(_, attempt)| attempt.score).collect();
     Ok(MetricsPage {
         shell: Shell::new(&person, csrf.token(), Place::Cohorts),
         cohort: (cohort.name.clone(), cohorts::href(&cohort)),
         exercise: (title, exercise_href(&exercise)),
         scores: summary(&scores).ok(),
-        metrics: distributions(&latest),
-        latest: latest.iter().map(latest_row).collect(),
+        metrics: metrics.iter().filter_map(distribution).collect(),
+        latest: latest.into_iter().map(latest_row).collect(),
     })
 }
 
-/// Every metric that applies to somebody, in the catalogue's order.
-fn distributions(latest: &[Latest]) -> Vec<MetricRow> {
-    let mut known: Vec<&Metric> = Vec::new();
-    for metric in latest.iter().flat_map(|l| &l.metrics) {
-        if !known.iter().any(|k| k.id == metric.id && k.version == metric.version) {
-            known.push(metric);
-        }
-    }
-    let row = |of: &Metric| {
-        let same = latest.iter().flat_map(|l| &l.metrics).filter(|m| m.id == of.id && m.version == of.version);
-        let values: Vec<f64> = same.filter_map(|m| m.value).collect();
-        let five = summary(&values).ok()?;
-        Some(MetricRow { label: metric::label_of(of), unit: of.unit.clone(), five })
-    };
-    known.into_iter().filter_map(row).collect()
+/// A metric that applies to somebody.
+fn distribution(metric: &MetricOfMany) -> Option<MetricRow> {
+    let values: Vec<f64> = metric.found.iter().filter_map(FoundMetric::value).collect();
+    let five = summary(&values).ok()?;
+    Some(MetricRow { label: metric::label_of(&metric.id, &metric.label), unit: metric.unit.clone(), five })
 }
 
-fn latest_row(Latest { trainee, attempt, .. }: &Latest) -> LatestRow {
+fn latest_row((trainee, attempt): (Named, Attempt)) -> LatestRow {
     LatestRow {
-        name: trainee.name.clone(),
+        name: trainee.name,
         href: format!("/sessions/{}", attempt.session),
         at: attempt.at,
         score: attempt.score,
@@ -103,24 +85,31 @@ pub(super) async fn export(
     person: CurrentPerson,
     Path((id, exercise)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
-    let (_, _, latest) = find(&state, &person, (&id, &exercise)).await?;
-    let rows: Vec<Vec<Cell>> = latest.iter().flat_map(|l| l.metrics.iter().map(|m| cells(l, m))).collect();
+    let Found { latest, metrics, .. } = find(&state, &person, (&id, &exercise)).await?;
+    let mut rows = Vec::new();
+    for (place, of) in latest.iter().enumerate() {
+        let own = |metric: &MetricOfMany| {
+            let found = metric.found.iter().find(|found| found.0 == place)?;
+            Some(cells(of, metric, found))
+        };
+        rows.extend(metrics.iter().filter_map(own));
+    }
     let names =
         ["trainee", "session", "started_at", "score", "passed", "metric", "version", "value", "unit", "not_applicable"];
     Ok(export::download(&format!("metrics-{exercise}"), &names, &rows)?)
 }
 
-fn cells(Latest { trainee, attempt, .. }: &Latest, metric: &Metric) -> Vec<Cell> {
+fn cells((trainee, attempt): &(Named, Attempt), metric: &MetricOfMany, found: &FoundMetric) -> Vec<Cell> {
     vec![
         Cell::from(trainee.name.clone()),
-        Cell::from(attempt.session.clone()),
+        Cell::from(attempt.session.to_string()),
         Cell::from(format::machine_time(attempt.at)),
         Cell::Number(attempt.score),
         Cell::from(attempt.passed),
         Cell::from(metric.id.clone()),
         Cell::Number(f64::from(metric.version)),
-        Cell::from(metric.value),
+        Cell::from(found.value()),
         Cell::from(metric.unit.clone()),
-        Cell::from(metric.absent.clone()),
+        Cell::from(found.2.clone()),
     ]
 }

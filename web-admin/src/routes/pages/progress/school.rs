@@ -1,8 +1,9 @@
 //! A school's progress, for its administrators.
 
 use assessment::statistics::{Estimate, wilson};
-use axum::extract::State;
+use axum::extract::{Query, State};
 use axum::response::Response;
+use serde::Deserialize;
 
 use crate::AppState;
 use crate::domain::CurrentPerson;
@@ -10,9 +11,13 @@ use crate::error::PageError;
 use crate::export::{self, Cell};
 use crate::routes::auth::Csrf;
 use crate::routes::pages::admin::administrators_only;
-use crate::storage::practice::{self, Sums, YearOfCohort};
+use crate::routes::pages::in_query;
+use crate::storage::tallies::{self, Sums, YearOfCohort};
 use crate::views::progress::{MonthRow, SchoolProgressPage, YearRow};
 use crate::views::{Place, Shell, charts};
+
+/// Cohorts on one page.
+const PER_PAGE: u32 = 50;
 
 fn passed(sums: &Sums) -> Option<Estimate> {
     wilson(usize::try_from(sums.passes).ok()?, usize::try_from(sums.attempts).ok()?).ok()
@@ -23,25 +28,56 @@ fn mean(sums: &Sums) -> Option<f64> {
     Some(sums.points / f64::from(attempts))
 }
 
+/// Which year is shown, and the name of the cohort after which its table goes on.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct YearQuery {
+    year: Option<i64>,
+    after: String,
+}
+
+impl YearQuery {
+    /// The year that was asked for, or the latest in which somebody practised.
+    fn chosen(&self, years: &[i64]) -> i64 {
+        self.year.or_else(|| years.first().copied()).unwrap_or_default()
+    }
+}
+
+/// The years of some months, each 12 × year + month − 1 and the earliest first: the latest year first.
+fn years(months: &[(i64, Sums)]) -> Vec<i64> {
+    let mut years: Vec<i64> = months.iter().rev().map(|(month, _)| month.div_euclid(12)).collect();
+    years.dedup();
+    years
+}
+
 pub(super) async fn show(
     State(state): State<AppState>,
     person: CurrentPerson,
     csrf: Csrf,
+    Query(query): Query<YearQuery>,
 ) -> Result<SchoolProgressPage, PageError> {
     administrators_only(&person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
-    let years = practice::by_year(reader, school).await?;
-    let months = practice::by_month(reader, school).await?;
+    let months = tallies::by_month(reader, school).await?;
+    let years = years(&months);
+    let year = query.chosen(&years);
+    let mut cohorts = tallies::in_year(reader, school, year, (&query.after, PER_PAGE + 1)).await?;
+    let more = cohorts.len() > PER_PAGE as usize;
+    cohorts.truncate(PER_PAGE as usize);
+    let next = cohorts.last().filter(|_| more);
     Ok(SchoolProgressPage {
         shell: Shell::new(&person, csrf.token(), Place::Administration),
-        years: years.into_iter().map(year_row).collect(),
+        year,
+        years,
+        later: !query.after.is_empty(),
+        next: next.map(|last| format!("/progress?year={year}&after={}", in_query(&last.cohort))),
+        cohorts: cohorts.into_iter().map(year_row).collect(),
         months: months.into_iter().rev().map(month_row).collect(),
     })
 }
 
 fn year_row(year: YearOfCohort) -> YearRow {
     YearRow {
-        year: year.year,
         href: format!("/cohorts/{}/progress", year.cohort_id),
         cohort: year.cohort,
         attempts: year.sums.attempts,
@@ -61,17 +97,23 @@ fn month_row((month, sums): (i64, Sums)) -> MonthRow {
     }
 }
 
-pub(super) async fn export(State(state): State<AppState>, person: CurrentPerson) -> Result<Response, PageError> {
+pub(super) async fn export(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Query(query): Query<YearQuery>,
+) -> Result<Response, PageError> {
     administrators_only(&person)?;
-    let years = practice::by_year(state.db.reader(), person.school_id).await?;
-    let rows: Vec<Vec<Cell>> = years.into_iter().map(year_row).map(cells).collect();
+    let (reader, school) = (state.db.reader(), person.school_id);
+    let year = query.chosen(&years(&tallies::by_month(reader, school).await?));
+    let cohorts = tallies::in_year(reader, school, year, ("", u32::MAX)).await?;
+    let rows: Vec<Vec<Cell>> = cohorts.into_iter().map(year_row).map(|row| cells(year, row)).collect();
     let names = ["year", "cohort", "attempts", "share_passed", "share_low_95", "share_high_95", "mean_score"];
-    Ok(export::download("progress-by-year", &names, &rows)?)
+    Ok(export::download(&format!("progress-{year}"), &names, &rows)?)
 }
 
-fn cells(row: YearRow) -> Vec<Cell> {
+fn cells(year: i64, row: YearRow) -> Vec<Cell> {
     vec![
-        Cell::Number(f64::from(row.year)),
+        Cell::Number(year as f64),
         Cell::from(row.cohort),
         Cell::Number(row.attempts as f64),
         Cell::from(row.passed.map(|p| p.value)),

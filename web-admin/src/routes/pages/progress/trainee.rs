@@ -6,7 +6,7 @@ use axum::response::Response;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::domain::progress::{Mastery, Progress, StepProgress, StepState};
+use crate::domain::progress::{Attempt, Mastery, Progress, StepProgress, StepState};
 use crate::domain::{CurrentPerson, Role};
 use crate::error::{Error, PageError};
 use crate::export::{self, Cell};
@@ -100,12 +100,10 @@ async fn comparison(state: &AppState, school: Uuid, found: &Found) -> Result<Opt
     let joined = cohorts::of_person(reader, school, found.trainee.id, Role::Trainee).await?;
     let Some(cohort) = joined.into_iter().next() else { return Ok(None) };
     let exercise = &found.taught.course.steps[found.index].exercise;
-    let mut attempts = practice::of_cohort(reader, school, cohort.id).await?;
-    attempts.retain(|(id, attempt)| *id != found.trainee.id && attempt.exercise == *exercise);
-    attempts.sort_by_key(|(id, _)| *id);
-    let best =
-        |of_one: &[(Uuid, crate::domain::progress::Attempt)]| of_one.iter().map(|(_, a)| a.score).fold(0.0, f64::max);
-    let bests: Vec<f64> = attempts.chunk_by(|a, b| a.0 == b.0).map(best).collect();
+    let mut practised = practice::of_cohort_at(reader, school, (cohort.id, exercise)).await?;
+    practised.remove(&found.trainee.id);
+    let best = |attempts: &Vec<Attempt>| attempts.iter().map(|a| a.score).fold(0.0, f64::max);
+    let bests: Vec<f64> = practised.values().map(best).collect();
     let enough = bests.len() > MORE_OTHERS_THAN;
     let others = summary(&bests).ok().filter(|_| enough);
     Ok(others.map(|others| Comparison { cohort: cohort.name, own, others }))
@@ -133,9 +131,9 @@ fn cells(found: &Found, row: &CurveRow) -> Vec<Cell> {
     });
     vec![
         Cell::Number(row.number as f64),
-        Cell::from(attempt.session.clone()),
+        Cell::from(attempt.session.to_string()),
         Cell::from(crate::views::format::machine_time(row.at)),
-        Cell::from(attempt.exercise.clone()),
+        Cell::from(&*attempt.exercise),
         Cell::Number(row.score),
         Cell::from(row.passed),
         Cell::from(point.map_or("", |p| if p.learning { "lc-cusum" } else { "cusum" })),

@@ -37,14 +37,13 @@ pub(super) async fn show(
     Query(from): Query<NewQuery>,
 ) -> Result<NewRoundPage, PageError> {
     raters_only(&person)?;
-    let mut fields = vec![("assignment".to_owned(), from.assignment)];
-    let form = NewForm(fields.clone());
+    let form = NewForm(vec![("assignment".to_owned(), from.assignment)]);
+    let mut page = page(&state, (&person, &csrf), (&form, None)).await?;
     // What was assigned is rated whole, unless somebody takes an attempt away.
-    if !form.field("assignment").is_empty() {
-        let offered = offered(&state, &person, &form).await?;
-        fields.extend(offered.into_iter().map(|attempt| ("attempt".to_owned(), attempt.id.to_string())));
+    for attempt in &mut page.attempts {
+        attempt.chosen = !page.assignment.is_empty();
     }
-    Ok(page(&state, (&person, &csrf), (&NewForm(fields), None)).await?)
+    Ok(page)
 }
 
 /// The form as it was sent; raters and attempts come several times.
@@ -126,8 +125,7 @@ async fn scored_instruments(state: &AppState, school: Uuid, form: &NewForm) -> R
     };
     let mut choices = Vec::new();
     for known in instruments::all_current(state.db.reader(), school).await? {
-        let instrument = surveys::revision(state, school, known.id).await?;
-        if instrument.is_some_and(|instrument| !instrument.scores.is_empty()) {
+        if !surveys::read(&known.bytes)?.scores.is_empty() {
             let chosen = known.instrument_id == wanted;
             choices.push(Choice { value: known.instrument_id, label: known.title, chosen });
         }

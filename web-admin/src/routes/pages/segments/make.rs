@@ -139,9 +139,7 @@ async fn wanted(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Res
     let time_zone = schools::time_zone(reader, person.school_id).await?;
     let due = due_date(form.field("due"), &time_zone, state.clock.now())?;
     let cohort: Uuid = form.field("cohort").parse().map_err(|_| Error::NotFound)?;
-    if !reports::cohorts(reader, person).await?.iter().any(|known| known.id == cohort) {
-        return Err(Error::NotFound);
-    }
+    reports::cohort(reader, person, cohort).await?.ok_or(Error::NotFound)?;
     let sessions = attempts(state, person, form).await?;
     Ok(NewTask { title, cohort_id: cohort, due, time_zone, sessions })
 }
