@@ -163,7 +163,7 @@ impl ChunkReader {
 
 /// A chunk must be compressed as the contract says and fill its record exactly: the library would skip bytes behind it.
 fn check_chunk(data: &[u8]) -> Result<(), McapError> {
-    match mcap::parse_record(op::CHUNK, data)? {
+    match record(op::CHUNK, data)? {
         Record::Chunk { header, .. } if header.compression != "zstd" => {
             Err(McapError::UnsupportedCompression(header.compression))
         }
@@ -186,13 +186,57 @@ pub(crate) fn chunk_header_bytes(compression: &str) -> usize {
     8 + 8 + 8 + 4 + 4 + compression.len() + 8
 }
 
+/// A record of the data section. The library makes room for a text of whatever length it claims, up to 4 GB, before it looks
+/// whether so much is there: a false length is refused before. Indices, which have no place there, are not looked into.
+pub(crate) fn record(opcode: u8, data: &[u8]) -> Result<Record<'_>, McapError> {
+    match opcode {
+        op::CHUNK_INDEX | op::ATTACHMENT_INDEX | op::METADATA_INDEX => {
+            Ok(Record::Unknown { opcode, data: data.into() })
+        }
+        _ if texts_fit(opcode, data).is_none() => Err(McapError::UnexpectedEof),
+        _ => mcap::parse_record(opcode, data),
+    }
+}
+
+/// Looks whether every text of a record ends within it.
+fn texts_fit(opcode: u8, data: &[u8]) -> Option<()> {
+    // Bytes before its texts, how many there are, and whether a map of texts follows.
+    let (before, texts, map) = match opcode {
+        op::HEADER => (0, 2, false),
+        op::SCHEMA => (2, 2, false),
+        op::CHANNEL => (4, 2, true),
+        op::ATTACHMENT => (16, 2, false),
+        op::METADATA => (0, 1, true),
+        op::CHUNK => (28, 1, false),
+        _ => (0, 0, false),
+    };
+    let rest = behind_texts(data.get(before..)?, texts)?;
+    if map {
+        let (length, mut entries) = rest.split_first_chunk::<4>()?;
+        let behind = entries.len().checked_sub(usize::try_from(u32::from_le_bytes(*length)).ok()?)?;
+        while entries.len() > behind {
+            entries = behind_texts(entries, 2)?;
+        }
+    }
+    Some(())
+}
+
+/// What follows some texts, each behind its length.
+fn behind_texts(mut data: &[u8], texts: usize) -> Option<&[u8]> {
+    for _ in 0..texts {
+        let (length, behind) = data.split_first_chunk::<4>()?;
+        data = behind.get(usize::try_from(u32::from_le_bytes(*length)).ok()?..)?;
+    }
+    Some(data)
+}
+
 /// The attachment of a record, its checksum found right.
 pub(crate) fn attachment(data: &[u8]) -> Result<mcap::Attachment<'_>, McapError> {
     // The library takes for granted that four bytes follow the two times, the two strings and the content.
     if !attachment_fits(data).unwrap_or(false) {
         return Err(McapError::BadAttachmentLength { header: 0, available: data.len() as u64 });
     }
-    match mcap::parse_record(op::ATTACHMENT, data)? {
+    match record(op::ATTACHMENT, data)? {
         Record::Attachment { header, data, .. } => Ok(mcap::Attachment {
             log_time: header.log_time,
             create_time: header.create_time,
@@ -205,11 +249,7 @@ pub(crate) fn attachment(data: &[u8]) -> Result<mcap::Attachment<'_>, McapError>
 }
 
 fn attachment_fits(data: &[u8]) -> Option<bool> {
-    let mut rest = data.get(16..)?;
-    for _ in ["name", "media type"] {
-        let (length, behind) = rest.split_first_chunk::<4>()?;
-        rest = behind.get(usize::try_from(u32::from_le_bytes(*length)).ok()?..)?;
-    }
+    let rest = behind_texts(data.get(16..)?, 2)?;
     let (length, behind) = rest.split_first_chunk::<8>()?;
     Some(u64::from_le_bytes(*length).checked_add(4)? == behind.len() as u64)
 }

@@ -8,7 +8,7 @@ use mcap::records::{Record, op};
 use prost::Message;
 
 use crate::event::Event;
-use crate::frames::{ChunkReader, Frame, attachment, walk};
+use crate::frames::{ChunkReader, Frame, attachment, record, walk};
 use crate::metadata;
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, EXERCISE_ATTACHMENT, SCENE_ATTACHMENT, Session};
@@ -149,7 +149,7 @@ impl Contents {
         if frame.opcode == op::ATTACHMENT {
             return self.take_attachment(attachment(frame.data).map_err(|e| frame.damaged(e))?);
         }
-        match mcap::parse_record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
+        match record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
             Record::Header(header) if header.profile != PROFILE => {
                 let why = format!("its profile is {:?}, allowed is {PROFILE:?}", header.profile);
                 Err(ReadError::NotARecording(why))

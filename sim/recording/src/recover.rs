@@ -10,7 +10,7 @@ use mcap::records::{MessageHeader, Record, op};
 use mcap::write::{Metadata, NoSeek};
 use mcap::{MAGIC, McapError};
 
-use crate::frames::{ChunkReader, Frame, PREFIX_BYTES, attachment, chunk_header_bytes};
+use crate::frames::{ChunkReader, Frame, PREFIX_BYTES, attachment, chunk_header_bytes, record};
 use crate::metadata;
 use crate::read::{Contents, ReadError};
 use crate::topics::{Topic, declare};
@@ -109,7 +109,7 @@ fn good_record<'a>(bytes: &'a [u8], offset: u64, chunks: &mut ChunkReader) -> Op
             return chunks.walk(&frame, |_| Ok(())).is_ok().then_some((frame, PREFIX_BYTES + data.len()));
         }
         op::ATTACHMENT => attachment(data?).is_ok(),
-        op::METADATA => mcap::parse_record(opcode, data?).is_ok(),
+        op::METADATA => record(opcode, data?).is_ok(),
         // These two have no checksum and little structure: behind damage, anything might look like one.
         op::HEADER => offset == MAGIC.len() as u64,
         op::MESSAGE_INDEX => index_fits(data?),
@@ -192,7 +192,7 @@ impl<W: Write> Copy<W> {
             let attachment = attachment(frame.data).map_err(|e| frame.damaged(e))?;
             return self.out.attach(&attachment).map_err(disk);
         }
-        match mcap::parse_record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
+        match record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
             Record::Metadata(metadata) => self.out.write_metadata(&metadata).map_err(disk),
             _ => Ok(()),
         }
@@ -217,7 +217,7 @@ impl<W: Write> Copy<W> {
     }
 
     fn record(&mut self, frame: &Frame<'_>) -> Result<(), ReadError> {
-        match mcap::parse_record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
+        match record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
             Record::Schema { header, data } => {
                 self.schemas.insert(header.id, (header.name, header.encoding, data.into_owned()));
             }

@@ -162,6 +162,24 @@ fn a_length_of_two_to_the_sixty_is_refused() {
     assert!(matches!(refused(&forged), ReadError::Damaged { offset, .. } if offset == attachment as u64));
 }
 
+/// A service that makes room for what a stranger's file claims can be stopped by a small file: the fuzzer found that the library does.
+#[test]
+fn a_false_length_of_a_text_is_refused_before_there_is_room_for_it() {
+    let bytes = file(100);
+    let [header, metadata, chunk] = [op::HEADER, op::METADATA, op::CHUNK].map(|opcode| start_of(&bytes, opcode));
+    let first_key = metadata + 9 + 4 + "stylet.session".len() + 4;
+    for (record, at) in [(header, header + 9), (metadata, metadata + 9), (metadata, first_key), (chunk, chunk + 9 + 28)]
+    {
+        let mut forged = bytes.clone();
+        forged[at..at + 4].copy_from_slice(&u32::MAX.to_le_bytes());
+        let used = allocation_counter::measure(|| match refused(&forged) {
+            ReadError::Damaged { offset, .. } => assert_eq!(offset, record as u64),
+            other => panic!("{other}"),
+        });
+        assert!(used.bytes_max < 64 << 20, "{} bytes for a text of record {record}", used.bytes_max);
+    }
+}
+
 #[test]
 fn missing_documents_are_named() {
     for (kept, lost) in [(0, "scene.toml"), (1, "exercise.toml")] {
