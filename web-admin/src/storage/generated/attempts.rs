@@ -48,7 +48,7 @@ pub(super) async fn score(writer: &mut SqliteConnection, crowd: &Crowd<'_>, (fro
            simulator_version, computed_at)
          SELECT s.id, s.school_id, s.id, 40 + abs(random()) % 60, abs(random()) % 5 < 4, s.exercise_id, c.rubric_sha256,
            c.deductions, '[]', s.simulator_version, s.received_at
-         FROM sessions s JOIN scores c ON c.school_id = s.school_id AND c.session_id = $2
+         FROM sessions s JOIN scores c ON c.id = (SELECT id FROM scores WHERE school_id = $1 AND session_id = $2 LIMIT 1)
          WHERE s.school_id = $1 AND s.id >= $3 AND s.id < $4",
         "INSERT INTO metrics (school_id, session_id, id, version, position, value, unit, direction, applies, label, absent)
          SELECT s.school_id, s.id, m.id, m.version, m.position, m.value * (0.5 + abs(random() % 1000) / 1000.0), m.unit,
