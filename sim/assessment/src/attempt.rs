@@ -29,6 +29,22 @@ pub(crate) enum Absent {
 }
 
 impl Absent {
+    const ALL: [Self; 8] = [
+        Self::Untouched,
+        Self::NotInside,
+        Self::LayerNotReached,
+        Self::NoRupture,
+        Self::NeverStopped,
+        Self::NoLedger,
+        Self::TooShort,
+        Self::NotFinite,
+    ];
+
+    /// Told by its words, as a metric carries them.
+    pub(crate) fn told(why: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|absent| absent.why() == why)
+    }
+
     /// In words.
     pub(crate) fn why(self) -> &'static str {
         match self {

@@ -39,4 +39,5 @@ mod words;
 pub use catalogue::{Definition, Direction, Metric};
 pub use coach::Coach;
 pub use documents::{attachments, own_exercise};
-pub use score::{AssessError, Assessment, Damage, Deduction, RubricRef, assess};
+pub use rubric::suffices;
+pub use score::{AssessError, Assessment, Damage, Deduction, RubricRef, assess, judge};

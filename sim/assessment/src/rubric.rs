@@ -3,8 +3,7 @@
 use scene::{Exercise, RubricLine};
 
 use crate::attempt::Absent;
-use crate::catalogue::Direction;
-use crate::metrics::Measured;
+use crate::catalogue::{Direction, Metric, definition};
 use crate::score::{AssessError, Deduction};
 use crate::words;
 
@@ -12,15 +11,30 @@ use crate::words;
 #[derive(Clone, Copy)]
 pub(crate) enum Finding<'a> {
     /// It has a value.
-    Value(&'a Measured, f64),
+    Value(&'a Metric, f64),
     /// It does not apply, for a reason.
     Absent(Absent),
     /// This scene has no such metric.
     Unknown,
 }
 
+/// Whether an attempt whose metrics are known can be judged by them alone: whatever a line or a limit asks for was measured as it is
+/// defined today. Where it was not, the recording has to be measured again.
+#[must_use]
+pub fn suffices(exercise: &Exercise, metrics: &[Metric]) -> bool {
+    let known = |id: &String| metrics.iter().any(|metric| metric.id == *id && is_current(metric));
+    let asked = exercise.rubric.iter().map(|line| &line.metric);
+    asked.chain(exercise.hard_fails.iter().map(|limit| &limit.metric)).all(known)
+}
+
+/// The metric was measured as it is defined today, and its reason for having no value is one of today's.
+fn is_current(metric: &Metric) -> bool {
+    let defined = definition(&metric.id).is_some_and(|definition| definition.version == metric.version);
+    defined && (metric.value.is_some() || Absent::told(&metric.absent).is_some())
+}
+
 /// One deduction per rubric line, the dearest first; what they leave of 100 points is the score.
-pub(crate) fn deductions(exercise: &Exercise, measured: &[Measured]) -> Result<Vec<Deduction>, AssessError> {
+pub(crate) fn deductions(exercise: &Exercise, metrics: &[Metric]) -> Result<Vec<Deduction>, AssessError> {
     let total: f64 = exercise.rubric.iter().map(weight).sum();
     if total <= 0.0 || !total.is_finite() {
         return Err(AssessError::Document(format!(
@@ -28,12 +42,12 @@ pub(crate) fn deductions(exercise: &Exercise, measured: &[Measured]) -> Result<V
             exercise.id
         )));
     }
-    let touched = !measured.iter().any(|m| m.outcome == Err(Absent::Untouched));
+    let touched = !metrics.iter().any(|metric| metric.absent == Absent::Untouched.why());
     let mut deductions: Vec<Deduction> = exercise
         .rubric
         .iter()
         .map(|line| {
-            let finding = finding(line, measured, touched);
+            let finding = finding(line, metrics, touched);
             let points = 100.0 * weight(line) / total * (1.0 - earned(line, &finding));
             Deduction { metric: line.metric.clone(), points, why: words::reason(line, &finding, points) }
         })
@@ -46,20 +60,26 @@ fn weight(line: &RubricLine) -> f64 {
     if line.weight > 0.0 { line.weight } else { 0.0 }
 }
 
+/// The metric of an id, as it is defined today.
+fn find<'a>(metrics: &'a [Metric], id: &str) -> Option<&'a Metric> {
+    metrics.iter().find(|metric| metric.id == id && is_current(metric))
+}
+
 /// An attempt that never reached the skin earns nothing, not even for being quick.
-fn finding<'a>(line: &RubricLine, measured: &'a [Measured], touched: bool) -> Finding<'a> {
-    let Some(found) = measured.iter().find(|m| m.id == line.metric) else { return Finding::Unknown };
-    match found.outcome {
+fn finding<'a>(line: &RubricLine, metrics: &'a [Metric], touched: bool) -> Finding<'a> {
+    let Some(found) = find(metrics, &line.metric) else { return Finding::Unknown };
+    match (found.value, Absent::told(&found.absent)) {
         _ if !touched => Finding::Absent(Absent::Untouched),
-        Ok(value) => Finding::Value(found, value),
-        Err(absent) => Finding::Absent(absent),
+        (Some(value), _) => Finding::Value(found, value),
+        (None, Some(absent)) => Finding::Absent(absent),
+        (None, None) => Finding::Unknown,
     }
 }
 
 /// Share of the line's points that the attempt earned, 0–1.
 fn earned(line: &RubricLine, finding: &Finding) -> f64 {
     match finding {
-        Finding::Value(measured, value) => linear(line, judged(measured.direction, *value)),
+        Finding::Value(metric, value) => linear(line, judged(metric.direction, *value)),
         Finding::Absent(absent) if absent.is_harmless() => 1.0,
         Finding::Absent(_) | Finding::Unknown => 0.0,
     }
@@ -81,10 +101,10 @@ fn linear(line: &RubricLine, value: f64) -> f64 {
 }
 
 /// The reason of each limit that was broken.
-pub(crate) fn hard_fails(exercise: &Exercise, measured: &[Measured]) -> Vec<String> {
+pub(crate) fn hard_fails(exercise: &Exercise, metrics: &[Metric]) -> Vec<String> {
     let broken = exercise.hard_fails.iter().filter_map(|limit| {
-        let found = measured.iter().find(|m| m.id == limit.metric)?;
-        let value = found.outcome.ok().filter(|value| *value > limit.above)?;
+        let found = find(metrics, &limit.metric)?;
+        let value = found.value.filter(|value| *value > limit.above)?;
         Some(words::hard_fail(limit, found, value))
     });
     broken.collect()

@@ -1,13 +1,12 @@
 //! From metrics to a score with reasons.
 
 use recording::Recording;
-use scene::ExerciseBundle;
+use scene::{Exercise, ExerciseBundle};
 use serde::{Deserialize, Serialize};
 
 use crate::attempt::Attempt;
 use crate::catalogue::Metric;
-use crate::metrics::{self, Measured};
-use crate::rubric;
+use crate::{metrics, rubric};
 
 /// Points lost on a rubric line, with the reason in words.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -111,19 +110,27 @@ impl Assessment {
 /// # Errors
 /// When there is nothing to judge, or nothing to judge by.
 pub fn assess(recording: &Recording, bundle: &ExerciseBundle) -> Result<Assessment, AssessError> {
-    let exercise = &bundle.exercise;
-    let measured = metrics::measure(&Attempt::new(recording, bundle)?);
-    let deductions = rubric::deductions(exercise, &measured)?;
-    let hard_fails = rubric::hard_fails(exercise, &measured);
+    let metrics = metrics::measure(&Attempt::new(recording, bundle)?);
+    judge(metrics, &bundle.exercise, &recording.session.simulator_version)
+}
+
+/// Judges what was measured in an attempt by the rubric of an exercise. What the rubric asks for and `metrics` lack counts as
+/// something that the scene does not have: [`suffices`](crate::suffices) tells.
+///
+/// # Errors
+/// When there is nothing to judge by.
+pub fn judge(metrics: Vec<Metric>, exercise: &Exercise, simulator_version: &str) -> Result<Assessment, AssessError> {
+    let deductions = rubric::deductions(exercise, &metrics)?;
+    let hard_fails = rubric::hard_fails(exercise, &metrics);
     let score = (100.0 - deductions.iter().map(|d| d.points).sum::<f64>()).clamp(0.0, 100.0);
     Ok(Assessment {
         score,
         // A score that equals the pass mark but for rounding passes.
         passed: hard_fails.is_empty() && score >= exercise.pass_mark - 1e-9,
-        metrics: measured.iter().map(Measured::metric).collect(),
+        metrics,
         deductions,
         hard_fails,
         rubric: RubricRef { id: exercise.id.clone(), sha256: exercise.rubric_sha256() },
-        simulator_version: recording.session.simulator_version.clone(),
+        simulator_version: simulator_version.to_owned(),
     })
 }

@@ -2,15 +2,14 @@
 
 use scene::{HardFail, RubricLine};
 
-use crate::catalogue::{Definition, Direction};
-use crate::metrics::Measured;
+use crate::catalogue::{Direction, Metric, definition};
 use crate::rubric::Finding;
 
 /// Why a rubric line cost what it cost, for example `1.9 mm too deep: −12 points`.
 pub(crate) fn reason(line: &RubricLine, finding: &Finding, points: f64) -> String {
     let what = match finding {
-        Finding::Value(measured, value) if points > 0.0 => lost(line, measured, *value),
-        Finding::Value(measured, value) => kept(measured, *value),
+        Finding::Value(metric, value) if points > 0.0 => lost(line, metric, *value),
+        Finding::Value(metric, value) => kept(metric, *value),
         Finding::Absent(absent) => format!("{}: {}", label(line), absent.why()),
         Finding::Unknown => format!("{}: this scene has no such metric", line.metric),
     };
@@ -18,41 +17,38 @@ pub(crate) fn reason(line: &RubricLine, finding: &Finding, points: f64) -> Strin
 }
 
 /// Why a limit failed the attempt: the author's words, and the figures.
-pub(crate) fn hard_fail(limit: &HardFail, measured: &Measured, value: f64) -> String {
-    let unit = measured.definition.unit;
-    let (found, allowed) = (figure(value, unit), figure(limit.above, unit));
-    format!("{} ({} {found}, limit {allowed})", limit.why, measured.label)
+pub(crate) fn hard_fail(limit: &HardFail, metric: &Metric, value: f64) -> String {
+    let (found, allowed) = (figure(value, &metric.unit), figure(limit.above, &metric.unit));
+    format!("{} ({} {found}, limit {allowed})", limit.why, metric.label)
 }
 
 fn label(line: &RubricLine) -> String {
     let (base, suffix) = line.metric.split_once('.').unwrap_or((&line.metric, ""));
-    match crate::catalogue::definition(&line.metric) {
+    match definition(&line.metric) {
         Some(definition) if suffix.is_empty() => definition.label.to_owned(),
         Some(definition) => definition.label_of(suffix),
         None => base.to_owned(),
     }
 }
 
-fn lost(line: &RubricLine, measured: &Measured, value: f64) -> String {
-    let definition = measured.definition;
-    if let Some(side) = side(definition, value) {
+fn lost(line: &RubricLine, metric: &Metric, value: f64) -> String {
+    if let Some(side) = side(metric, value) {
         return side;
     }
     let bound = if line.full > line.zero { "more" } else { "less" };
-    let (found, full) = (figure(value, definition.unit), figure(line.full, definition.unit));
-    let advice = definition.advice;
-    format!("{} {found}, full marks for {full} or {bound} – {advice}", measured.label)
+    let (found, full) = (figure(value, &metric.unit), figure(line.full, &metric.unit));
+    let advice = definition(&metric.id).map_or("", |definition| definition.advice);
+    format!("{} {found}, full marks for {full} or {bound} – {advice}", metric.label)
 }
 
-fn kept(measured: &Measured, value: f64) -> String {
-    let unit = measured.definition.unit;
-    side(measured.definition, value).unwrap_or_else(|| format!("{} {}", measured.label, figure(value, unit)))
+fn kept(metric: &Metric, value: f64) -> String {
+    side(metric, value).unwrap_or_else(|| format!("{} {}", metric.label, figure(value, &metric.unit)))
 }
 
 /// A range metric says to which side.
-fn side(definition: &Definition, value: f64) -> Option<String> {
+fn side(metric: &Metric, value: f64) -> Option<String> {
     let words = if value >= 0.0 { "too deep" } else { "too shallow" };
-    (definition.direction == Direction::Range).then(|| format!("{} {words}", figure(value.abs(), definition.unit)))
+    (metric.direction == Direction::Range).then(|| format!("{} {words}", figure(value.abs(), &metric.unit)))
 }
 
 fn cost(points: f64) -> String {

@@ -61,14 +61,6 @@ fn digest(regrading: &Regrading, attempts: &[Stood]) -> Result<String, Error> {
     Ok(hex::encode(Sha256::digest(shown)))
 }
 
-/// The digest of what a re-grading shows.
-///
-/// # Errors
-/// When the database fails.
-pub async fn shown(state: &AppState, regrading: &Regrading) -> Result<String, Error> {
-    digest(regrading, &regradings::stood(state.db.reader(), regrading).await?)
-}
-
 /// Lets the scores that were shown be added. False where attempts or their grades have changed since: nothing is done.
 ///
 /// # Errors
@@ -89,14 +81,13 @@ pub async fn confirm(
         return Ok(false);
     }
     let reason = judgement::reason(reason).map_err(|refused| Error::Unprocessable(refused.to_string()))?;
-    let counts = regradings::counts(&mut *tx, &regrading).await?;
     regradings::confirm(&mut tx, &regrading, &reason, state.clock.now()).await?;
     let told = json!({
         "regrading": id,
         "revision": regrading.revision_id,
         "attempts": now_standing.len(),
-        "passes": attempts_of(&counts, Outcome::Passes),
-        "fails": attempts_of(&counts, Outcome::Fails),
+        "passes": attempts_of(&regrading.counts, Outcome::Passes),
+        "fails": attempts_of(&regrading.counts, Outcome::Fails),
         "shown_sha256": seen,
     });
     let entry = Entry::by(by, "exercise.regraded", regrading.exercise_id).with(told);
@@ -107,7 +98,7 @@ pub async fn confirm(
 }
 
 fn attempts_of(counts: &[Count], outcome: Outcome) -> i64 {
-    counts.iter().find(|count| count.outcome == Some(outcome)).map_or(0, |count| count.attempts)
+    counts.iter().find(|count| count.outcome == outcome).map_or(0, |count| count.attempts)
 }
 
 /// A re-grading that somebody has begun themselves.
@@ -154,7 +145,8 @@ async fn look_at_some(state: &AppState, regrading: &Regrading) -> Result<(), Err
     let found = join_all(next.iter().map(|session| judge(state, (regrading, &rubric), *session))).await;
     let mut tx = state.db.write().await?;
     if next.is_empty() {
-        regradings::show(&mut tx, regrading).await?;
+        let shown = digest(regrading, &regradings::stood(&mut *tx, regrading).await?)?;
+        regradings::show(&mut tx, regrading, &shown).await?;
     }
     for (session, found) in next.iter().zip(found) {
         regradings::found(&mut tx, regrading, (*session, &found?)).await?;

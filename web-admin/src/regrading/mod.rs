@@ -6,7 +6,7 @@
 pub mod exercise;
 
 use anyhow::Context;
-use assessment::{Assessment, assess, own_exercise};
+use assessment::{AssessError, Assessment, assess, own_exercise, suffices};
 use scene::Exercise;
 use scene::ExerciseBundle;
 use serde_json::json;
@@ -56,11 +56,26 @@ impl Rubric {
         self.0.rubric_sha256()
     }
 
-    /// What an attempt scores by it.
+    /// What an attempt scores by it: by what was measured in it, or anew from its recording where a metric is asked for that was
+    /// not measured, or not as it is defined today.
     ///
     /// # Errors
-    /// When the recording cannot be read or judged.
+    /// When the recording has to be read and cannot be, or cannot be judged.
     pub async fn judge(&self, state: &AppState, session: &Session) -> Result<Assessment, Error> {
+        let Self(rubric) = self;
+        let metrics = scores::metrics(state.db.reader(), session.key()).await?;
+        let judged = match suffices(rubric, &metrics) {
+            true => assessment::judge(metrics, rubric, &session.simulator_version),
+            false => self.judge_recording(state, session).await?,
+        };
+        judged.map_err(|refused| Error::Unprocessable(refused.to_string()))
+    }
+
+    async fn judge_recording(
+        &self,
+        state: &AppState,
+        session: &Session,
+    ) -> Result<Result<Assessment, AssessError>, Error> {
         let path = state.config.recordings_dir.join(&session.recording_path);
         let Self(rubric) = self.clone();
         let judged = recordings::with(state, path, move |recording| {
@@ -70,8 +85,7 @@ impl Rubric {
             tried.exercise.pass_mark = rubric.pass_mark;
             assess(&recording, &tried)
         });
-        let judged = judged.await?.map_err(|error| anyhow::Error::from(error).context("a stored recording"))?;
-        judged.map_err(|refused| Error::Unprocessable(refused.to_string()))
+        Ok(judged.await?.map_err(|error| anyhow::Error::from(error).context("a stored recording"))?)
     }
 }
 

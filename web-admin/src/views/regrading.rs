@@ -143,8 +143,8 @@ pub struct RegradingPage {
     pub ended_at: Option<OffsetDateTime>,
     /// How many attempts there are of each outcome.
     pub counts: Vec<Count>,
-    /// Scores that are yet to be added.
-    pub left: i64,
+    /// Work that is done, of all.
+    pub progress: (i64, i64),
     /// Which attempts are listed.
     pub shown: Shown,
     /// They.
@@ -163,32 +163,27 @@ pub struct RegradingPage {
     pub typed: (String, Option<String>),
 }
 
+fn attempts_of(counts: &[Count], outcomes: &[Outcome]) -> i64 {
+    counts.iter().filter(|count| outcomes.contains(&count.outcome)).map(|count| count.attempts).sum()
+}
+
+/// Attempts that get a score by the rubric.
+#[must_use]
+pub fn graded(counts: &[Count]) -> i64 {
+    attempts_of(counts, Shown::Changes.outcomes()) + attempts_of(counts, &[Outcome::Equal])
+}
+
 impl RegradingPage {
     fn of(&self, shown: Shown) -> i64 {
-        let fits = |count: &&Count| count.outcome.is_some_and(|outcome| shown.outcomes().contains(&outcome));
-        self.counts.iter().filter(fits).map(|count| count.attempts).sum()
+        attempts_of(&self.counts, shown.outcomes())
     }
 
     fn attempts(&self) -> i64 {
         self.counts.iter().map(|count| count.attempts).sum()
     }
 
-    fn waiting(&self) -> i64 {
-        self.counts.iter().filter(|count| count.outcome.is_none()).map(|count| count.attempts).sum()
-    }
-
-    /// Attempts that get a score by the rubric.
     fn graded(&self) -> i64 {
-        let equal = self.counts.iter().find(|count| count.outcome == Some(Outcome::Equal));
-        self.of(Shown::Changes) + equal.map_or(0, |count| count.attempts)
-    }
-
-    /// Work that is done, of all: attempts looked at, or scores added.
-    fn progress(&self) -> (i64, i64) {
-        match self.state {
-            State::Grading => (self.graded() - self.left, self.graded()),
-            _ => (self.attempts() - self.waiting(), self.attempts()),
-        }
+        graded(&self.counts)
     }
 
     /// Mean of the computed scores before and after, 0–100.
@@ -261,7 +256,7 @@ mod tests {
     use crate::domain::{Moment, Role};
     use crate::views::samples;
 
-    fn count(outcome: Option<Outcome>, attempts: i64, before: f64, after: f64) -> Count {
+    fn count(outcome: Outcome, attempts: i64, before: f64, after: f64) -> Count {
         Count { outcome, attempts, before, after }
     }
 
@@ -291,13 +286,13 @@ mod tests {
             reason: None,
             ended_at: None,
             counts: vec![
-                count(Some(Outcome::Passes), 2, 130.0, 150.0),
-                count(Some(Outcome::Fails), 1, 72.0, 61.0),
-                count(Some(Outcome::Overridden), 1, 40.0, 50.0),
-                count(Some(Outcome::Same), 5, 350.0, 350.0),
-                count(Some(Outcome::Unreadable), 1, 50.0, 50.0),
+                count(Outcome::Passes, 2, 130.0, 150.0),
+                count(Outcome::Fails, 1, 72.0, 61.0),
+                count(Outcome::Overridden, 1, 40.0, 50.0),
+                count(Outcome::Same, 5, 350.0, 350.0),
+                count(Outcome::Unreadable, 1, 50.0, 50.0),
             ],
-            left: 4,
+            progress: (0, 0),
             shown: Shown::Changes,
             lines: vec![
                 line(Outcome::Passes, 65.0, Some(75.0)),
@@ -339,20 +334,18 @@ mod tests {
 
     #[test]
     fn work_under_way_says_how_far_it_is() {
-        let mut counts = page().counts;
-        counts.push(count(None, 10, 500.0, 500.0));
-        let html = samples::keep("regrading-looking", &RegradingPage { state: State::Looking, counts, ..page() });
+        let looking = RegradingPage { state: State::Looking, progress: (10, 20), counts: vec![], ..page() };
+        let html = samples::keep("regrading-looking", &looking);
         assert!(html.contains("10 of 20") && !html.contains("d1gest"), "{html}");
         let reason = || Some("Milder <now>".to_owned());
         let html = samples::keep(
             "regrading-grading",
-            &RegradingPage { state: State::Grading, left: 1, reason: reason(), ..page() },
+            &RegradingPage { state: State::Grading, progress: (3, 4), reason: reason(), ..page() },
         );
         assert!(html.contains("3 of 4") && html.contains("Milder &#60;now&#62;"), "{html}");
-        let done =
-            RegradingPage { state: State::Done, left: 0, reason: reason(), ended_at: Some(samples::NOW), ..page() };
+        let done = RegradingPage { state: State::Done, reason: reason(), ended_at: Some(samples::NOW), ..page() };
         assert!(samples::keep("regrading-done", &done).contains("4 attempts were graded again"));
-        let counts = vec![count(Some(Outcome::Same), 5, 350.0, 350.0)];
+        let counts = vec![count(Outcome::Same, 5, 350.0, 350.0)];
         let same = RegradingPage { counts, lines: vec![], next: None, ..page() };
         assert!(samples::keep("regrading-same", &same).contains("by this rubric already"));
     }

@@ -9,9 +9,10 @@ use std::path::{Path, PathBuf};
 use super::support::App;
 
 /// Tables that grow with attempts, people, cohorts or acts. Unfinished uploads do not: they expire.
-const BIG: [&str; 15] = [
+const BIG: [&str; 16] = [
     "sessions",
     "scores",
+    "regrading_lines",
     "grades",
     "metrics",
     "session_curves",

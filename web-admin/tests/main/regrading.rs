@@ -2,11 +2,11 @@
 //! when an attempt of somebody else's trainee is touched, when an override stops counting, or when a confirmation is
 //! taken after attempts have changed.
 
+use sqlx::SqliteConnection;
 use uuid::Uuid;
 use web_admin::domain::Role;
-use web_admin::regrading::exercise;
-use web_admin::storage::exercises;
-use web_admin::storage::regradings;
+use web_admin::regrading::{Rubric, exercise};
+use web_admin::storage::{exercises, regradings, sessions};
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};
@@ -87,6 +87,21 @@ impl School {
     async fn acts(&self, object: &str) -> Vec<(String, String)> {
         let rows = sqlx::query_as("SELECT action, actor FROM audit_log WHERE object = $1 ORDER BY seq");
         rows.bind(object).fetch_all(self.app.state.db.reader()).await.unwrap()
+    }
+
+    async fn lose_recording(&self, attempt: Uuid) {
+        let path = sqlx::query_scalar("SELECT recording_path FROM sessions WHERE id = $1").bind(attempt);
+        let path: String = path.fetch_one(self.app.state.db.reader()).await.unwrap();
+        std::fs::remove_file(self.app.state.config.recordings_dir.join(path)).unwrap();
+    }
+
+    /// As if they had been measured before their definitions were changed.
+    async fn forget_metrics(&self, attempt: Uuid) {
+        let older = async |tx: &mut SqliteConnection| {
+            let older = sqlx::query("UPDATE metrics SET version = 0 WHERE session_id = $1").bind(attempt);
+            assert!(older.execute(tx).await.unwrap().rows_affected() > 0);
+        };
+        self.app.write(older).await;
     }
 
     async fn override_ada(&self, browser: &mut Client) {
@@ -189,12 +204,8 @@ async fn an_attempt_that_somebody_grades_in_between_or_that_cannot_be_read_is_le
     let school = School::new().await;
     let (adas, mut teacher) = (school.attempts[0], school.app.signed_in("teacher@example.org").await);
     let lost = try_it(&school.app, &school.ada).await;
-    let path: String = sqlx::query_scalar("SELECT recording_path FROM sessions WHERE id = $1")
-        .bind(lost)
-        .fetch_one(school.app.state.db.reader())
-        .await
-        .unwrap();
-    std::fs::remove_file(school.app.state.config.recordings_dir.join(path)).unwrap();
+    school.lose_recording(lost).await;
+    school.forget_metrics(lost).await;
     let page = school.look(&mut teacher, school.strict).await;
     let shown = teacher.get(&format!("{page}?show=left")).await.text();
     assert_eq!([tile(&shown, "left"), tile(&shown, "fails")], [1, 1], "{shown}");
@@ -205,6 +216,26 @@ async fn an_attempt_that_somebody_grades_in_between_or_that_cannot_be_read_is_le
     assert_eq!([school.scores(adas).await, school.scores(lost).await], [2, 1], "not a third time");
     let shown = teacher.get(&format!("{page}?show=left")).await.text();
     assert!(shown.contains("somebody has graded it since") && tile(&shown, "left") == 2, "{shown}");
+}
+
+#[tokio::test]
+async fn what_was_measured_is_judged_as_the_recording_is() {
+    let school = School::new().await;
+    let (state, [adas, bens]) = (&school.app.state, school.attempts);
+    let school_id = school.ada.person.school_id;
+    let rubric = Rubric::of_revision(state, school_id, school.strict).await.unwrap();
+    let judge = async |attempt: Uuid| {
+        let attempt = sessions::find(state.db.reader(), school_id, attempt).await.unwrap().unwrap();
+        rubric.judge(state, &attempt).await
+    };
+    let measured = judge(adas).await.unwrap();
+    assert!(!measured.passed && measured.deductions.iter().any(|line| line.points > 0.0), "{measured:?}");
+    school.forget_metrics(adas).await;
+    assert_eq!(judge(adas).await.unwrap(), measured, "from the recording");
+    school.lose_recording(bens).await;
+    assert_eq!(judge(bens).await.unwrap().score.to_bits(), measured.score.to_bits(), "the same motion, without it");
+    school.forget_metrics(bens).await;
+    judge(bens).await.unwrap_err();
 }
 
 #[tokio::test]

@@ -9,43 +9,12 @@ mod structures;
 mod time;
 
 use crate::attempt::{Absent, Attempt, Outcome};
-use crate::catalogue::{DEFINITIONS, Definition, Direction, Metric};
-
-/// A metric and how it came out.
-#[derive(Clone, Debug)]
-pub(crate) struct Measured {
-    /// Id with its suffix.
-    pub(crate) id: String,
-    /// Name in words.
-    pub(crate) label: String,
-    /// What it means.
-    pub(crate) definition: &'static Definition,
-    /// Which way is better: the definition's, but for a target that is to be reached.
-    pub(crate) direction: Direction,
-    /// The value, finite, or why there is none.
-    pub(crate) outcome: Outcome,
-}
-
-impl Measured {
-    /// As it is handed out.
-    pub(crate) fn metric(&self) -> Metric {
-        Metric {
-            id: self.id.clone(),
-            version: self.definition.version,
-            value: self.outcome.ok(),
-            unit: self.definition.unit.to_owned(),
-            direction: self.direction,
-            applies: self.outcome.is_ok(),
-            label: self.label.clone(),
-            absent: self.outcome.err().map_or_else(String::new, |absent| absent.why().to_owned()),
-        }
-    }
-}
+use crate::catalogue::{DEFINITIONS, Direction, Metric};
 
 /// Collects what the themes measure.
 #[derive(Default)]
 struct Sheet {
-    rows: Vec<(usize, Measured)>,
+    rows: Vec<(usize, Metric)>,
 }
 
 impl Sheet {
@@ -61,8 +30,8 @@ impl Sheet {
 
     /// Turns the metric just put down the other way.
     fn turn(&mut self, direction: Direction) {
-        if let Some((_, measured)) = self.rows.last_mut() {
-            measured.direction = direction;
+        if let Some((_, metric)) = self.rows.last_mut() {
+            metric.direction = direction;
         }
     }
 
@@ -75,13 +44,23 @@ impl Sheet {
             } else {
                 (format!("{id}.{suffix}"), definition.label_of(suffix))
             };
-            (order, Measured { id, label, definition, direction: definition.direction, outcome })
+            let metric = Metric {
+                id,
+                version: definition.version,
+                value: outcome.ok(),
+                unit: definition.unit.to_owned(),
+                direction: definition.direction,
+                applies: outcome.is_ok(),
+                label,
+                absent: outcome.err().map_or_else(String::new, |absent| absent.why().to_owned()),
+            };
+            (order, metric)
         }));
     }
 }
 
 /// Every metric of the catalogue, in its order; the plain form first, then the scene's layers or structures.
-pub(crate) fn measure(attempt: &Attempt) -> Vec<Measured> {
+pub(crate) fn measure(attempt: &Attempt) -> Vec<Metric> {
     let mut sheet = Sheet::default();
     depth::measure(attempt, &mut sheet);
     force::measure(attempt, &mut sheet);
@@ -91,5 +70,5 @@ pub(crate) fn measure(attempt: &Attempt) -> Vec<Measured> {
     path::measure(attempt, &mut sheet);
     time::measure(attempt, &mut sheet);
     sheet.rows.sort_by_key(|(order, _)| *order);
-    sheet.rows.into_iter().map(|(_, measured)| measured).collect()
+    sheet.rows.into_iter().map(|(_, metric)| metric).collect()
 }

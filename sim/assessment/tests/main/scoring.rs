@@ -1,7 +1,7 @@
 //! From metrics to points, reasons and a pass.
 //! Fails when points do not add up to the score, a reason misleads, or an attempt that was not made earns points.
 
-use assessment::{Assessment, assess};
+use assessment::{Assessment, Metric, assess, suffices};
 use recording::{EventKind, Recording};
 use scene::{ExerciseBundle, RubricLine};
 
@@ -56,6 +56,31 @@ fn a_needle_that_never_reached_the_skin_earns_nothing() {
     let assessment = judge(&record(1000.0, 2.0, |_| down(0.0, 0.0, -3.0)), &bundle);
     assert!(assessment.score.abs() < 1e-9 && !assessment.passed);
     assert_eq!(why(&assessment, "structure_hits"), "structures hit: the needle never reached the skin: −25 points");
+}
+
+#[test]
+fn metrics_alone_are_judged_as_their_recording_is_where_they_suffice() {
+    let lines = ["depth_error_mm", "over_insertion_mm.muscle.tip", "rupture_energy_mj", "structure_hits"];
+    let mut bundle = with(lines.iter().map(|metric| line(metric, 0.5, 5.0, 1.0)).collect());
+    bundle.exercise.hard_fails = vec![limit("depth_error_mm", 1.0, "Far too deep.")];
+    for depth_mm in [0.5, 22.0] {
+        let assessed = judge(&to_depth(depth_mm), &bundle);
+        let stored: Vec<Metric> = assessed.metrics.clone();
+        assert!(suffices(&bundle.exercise, &stored));
+        assert_eq!(assessment::judge(stored, &bundle.exercise, &assessed.simulator_version).unwrap(), assessed);
+    }
+    let stored = judge(&to_depth(22.0), &bundle).metrics;
+    let changed = |id: &str, change: fn(&mut Metric)| {
+        let mut metrics = stored.clone();
+        metrics.iter_mut().filter(|metric| metric.id == id).for_each(change);
+        suffices(&bundle.exercise, &metrics)
+    };
+    assert!(!changed("structure_hits", |metric| metric.version = 0), "of an earlier definition");
+    assert!(!changed("depth_error_mm", |metric| metric.id.clear()), "not measured");
+    assert!(!changed("over_insertion_mm.muscle.tip", |metric| {
+        (metric.value, metric.absent) = (None, "for a reason of another version".to_owned());
+    }));
+    assert!(changed("time_total_s", |metric| metric.version = 0), "nobody asks for it");
 }
 
 #[test]

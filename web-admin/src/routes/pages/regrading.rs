@@ -16,9 +16,9 @@ use crate::regrading::exercise as regrading;
 use crate::routes::Routes;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::storage::exercises;
-use crate::storage::regradings::{self, Regrading};
+use crate::storage::regradings::{self, Regrading, State as Standing};
 use crate::views::people::Choice;
-use crate::views::regrading::{ChooseRubricPage, Earlier, RegradingPage, Shown};
+use crate::views::regrading::{self as views, ChooseRubricPage, Earlier, RegradingPage, Shown};
 use crate::views::trainee::exercise_href;
 use crate::views::{Place, Shell, format};
 
@@ -134,13 +134,13 @@ async fn page(
         exercise: (exercise.title, exercise_href(&regrading.exercise_id)),
         revision: (regrading.published_at.to_utc(), hash),
         state: regrading.state,
-        counts: regradings::counts(reader, &regrading).await?,
-        left: regradings::left(reader, id).await?,
+        progress: progress(state, &regrading).await?,
+        counts: regrading.counts.0,
         shown: query.show,
         next: lines.last().filter(|_| more).map(|line| line.session_id),
         further: query.after.is_some(),
         lines,
-        digest: regrading::shown(state, &regrading).await?,
+        digest: regrading.shown_sha256.unwrap_or_default(),
         own: regrading.made_by == person.id,
         stale: false,
         typed: (String::new(), None),
@@ -148,6 +148,19 @@ async fn page(
         reason: regrading.reason,
         ended_at: regrading.ended_at.map(|at| at.to_utc()),
     })
+}
+
+/// Work that is done, of all: attempts looked at, or scores added.
+async fn progress(state: &AppState, regrading: &Regrading) -> Result<(i64, i64), Error> {
+    let reader = state.db.reader();
+    match regrading.state {
+        Standing::Looking => Ok(regradings::looked_at(reader, regrading.id).await?),
+        Standing::Grading => {
+            let graded = views::graded(&regrading.counts);
+            Ok((graded - regradings::left(reader, regrading.id).await?, graded))
+        }
+        Standing::Shown | Standing::Done => Ok((0, 0)),
+    }
 }
 
 /// What is confirmed, and why.

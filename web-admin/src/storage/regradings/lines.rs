@@ -1,6 +1,7 @@
 //! The attempts of a re-grading: what each was and would be.
 
 use assessment::Assessment;
+use serde::{Deserialize, Serialize};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
@@ -49,10 +50,10 @@ pub struct Line {
 }
 
 /// Attempts of one outcome.
-#[derive(Clone, Copy, Debug, PartialEq, FromRow)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, FromRow)]
 pub struct Count {
-    /// The outcome; absent where they wait to be looked at.
-    pub outcome: Option<Outcome>,
+    /// The outcome.
+    pub outcome: Outcome,
     /// How many.
     pub attempts: i64,
     /// Sum of the computed scores before.
@@ -166,11 +167,11 @@ pub async fn graded(
     .map(drop)
 }
 
-/// How many attempts there are of each outcome, and their scores before and after.
+/// How many attempts there are of each outcome, and their scores before and after. Reads every line.
 ///
 /// # Errors
-/// When the database fails.
-pub async fn counts(executor: impl SqliteExecutor<'_>, regrading: &Regrading) -> Result<Vec<Count>> {
+/// When an attempt waits to be looked at, or the database fails.
+pub(super) async fn sum_up(executor: impl SqliteExecutor<'_>, regrading: &Regrading) -> Result<Vec<Count>> {
     sqlx::query_as(
         "SELECT outcome, count(*) AS attempts, sum(before) AS before, sum(coalesce(after, before)) AS after
          FROM regrading_lines WHERE school_id = $1 AND regrading_id = $2 GROUP BY outcome ORDER BY outcome",
@@ -179,6 +180,17 @@ pub async fn counts(executor: impl SqliteExecutor<'_>, regrading: &Regrading) ->
     .bind(regrading.id)
     .fetch_all(executor)
     .await
+}
+
+/// How many attempts were looked at, and how many there are.
+///
+/// # Errors
+/// When the database fails.
+pub async fn looked_at(executor: impl SqliteExecutor<'_>, regrading: Uuid) -> Result<(i64, i64)> {
+    sqlx::query_as("SELECT count(outcome), count(*) FROM regrading_lines WHERE regrading_id = $1")
+        .bind(regrading)
+        .fetch_one(executor)
+        .await
 }
 
 /// How many scores are yet to be added.
@@ -202,15 +214,17 @@ pub async fn lines(
     outcomes: &[Outcome],
     (after, most): (Uuid, u32),
 ) -> Result<Vec<Line>> {
+    // A page of each outcome is put in order: however many attempts there are, no more are read. Cross joins keep this order.
     sqlx::query_as(
         "SELECT l.session_id, s.started_at, p.display_name AS trainee, l.before, l.passed_before, l.after, l.passed_after,
            o.score AS overridden, l.outcome, l.why
-         FROM regrading_lines l
-         JOIN sessions s ON s.school_id = l.school_id AND s.id = l.session_id
-         JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
+         FROM json_each($3) wanted
+         CROSS JOIN regrading_lines l ON l.school_id = $1 AND l.regrading_id = $2 AND l.session_id IN (
+           SELECT session_id FROM regrading_lines
+           WHERE regrading_id = $2 AND outcome = wanted.value AND session_id > $4 ORDER BY session_id LIMIT $5)
+         CROSS JOIN sessions s ON s.school_id = l.school_id AND s.id = l.session_id
+         CROSS JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
          LEFT JOIN score_overrides o ON o.id = l.override_id
-         WHERE l.school_id = $1 AND l.regrading_id = $2 AND l.outcome IN (SELECT value FROM json_each($3))
-           AND l.session_id > $4
          ORDER BY l.session_id LIMIT $5",
     )
     .bind(regrading.school_id)

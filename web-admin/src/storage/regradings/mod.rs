@@ -1,6 +1,7 @@
 //! Re-gradings of every attempt at an exercise: what each attempt was and would be, and how far the work is.
 
 use serde::{Deserialize, Serialize};
+use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
@@ -10,7 +11,7 @@ use crate::domain::{CurrentPerson, Moment, Role, new_id};
 
 mod lines;
 
-pub use lines::{Count, Found, Line, ToGrade, counts, found, graded, left, lines, to_grade, to_look};
+pub use lines::{Count, Found, Line, ToGrade, found, graded, left, lines, looked_at, to_grade, to_look};
 
 /// How far a re-grading is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
@@ -50,7 +51,7 @@ pub enum Outcome {
 }
 
 /// A re-grading.
-#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+#[derive(Clone, Debug, PartialEq, FromRow)]
 pub struct Regrading {
     /// Id.
     pub id: Uuid,
@@ -76,6 +77,10 @@ pub struct Regrading {
     pub made_at: Moment,
     /// When it was all done.
     pub ended_at: Option<Moment>,
+    /// How many attempts there are of each outcome; none before it is shown.
+    pub counts: Json<Vec<Count>>,
+    /// Stands for the attempts and their grades as they were shown.
+    pub shown_sha256: Option<String>,
 }
 
 /// An attempt as its grade stands.
@@ -108,7 +113,7 @@ macro_rules! regrading {
     ($rest:literal) => {
         concat!(
             "SELECT g.id, g.school_id, g.exercise_id, g.revision_id, r.published_at, r.exercise_sha256, g.state, g.reason,
-               g.made_by, p.display_name AS \"by\", g.made_at, g.ended_at
+               g.made_by, p.display_name AS \"by\", g.made_at, g.ended_at, g.counts, g.shown_sha256
              FROM regradings g
              JOIN exercise_revisions r ON r.school_id = g.school_id AND r.id = g.revision_id
              JOIN people p ON p.school_id = g.school_id AND p.id = g.made_by ",
@@ -232,17 +237,22 @@ pub async fn under_way(executor: impl SqliteExecutor<'_>) -> Result<Option<Regra
         .await
 }
 
-/// Looking has come to its end.
+/// Looking has come to its end: what was found is summed up, and stands under a digest.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn show(writer: &mut SqliteConnection, regrading: &Regrading) -> Result<()> {
-    sqlx::query("UPDATE regradings SET state = 'shown' WHERE school_id = $1 AND id = $2")
-        .bind(regrading.school_id)
-        .bind(regrading.id)
-        .execute(writer)
-        .await
-        .map(drop)
+pub async fn show(writer: &mut SqliteConnection, regrading: &Regrading, shown_sha256: &str) -> Result<()> {
+    let counts = lines::sum_up(&mut *writer, regrading).await?;
+    sqlx::query(
+        "UPDATE regradings SET state = 'shown', counts = $3, shown_sha256 = $4 WHERE school_id = $1 AND id = $2",
+    )
+    .bind(regrading.school_id)
+    .bind(regrading.id)
+    .bind(Json(counts))
+    .bind(shown_sha256)
+    .execute(writer)
+    .await
+    .map(drop)
 }
 
 /// Lets the scores be added.
@@ -262,14 +272,16 @@ pub async fn confirm(writer: &mut SqliteConnection, regrading: &Regrading, reaso
     .map(drop)
 }
 
-/// Every score was added.
+/// Every score was added; those that somebody else was quicker with are counted as such.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn end(writer: &mut SqliteConnection, regrading: &Regrading, now: Moment) -> Result<()> {
-    sqlx::query("UPDATE regradings SET state = 'done', ended_at = $3 WHERE school_id = $1 AND id = $2")
+    let counts = lines::sum_up(&mut *writer, regrading).await?;
+    sqlx::query("UPDATE regradings SET state = 'done', counts = $3, ended_at = $4 WHERE school_id = $1 AND id = $2")
         .bind(regrading.school_id)
         .bind(regrading.id)
+        .bind(Json(counts))
         .bind(now)
         .execute(writer)
         .await
@@ -321,8 +333,10 @@ pub struct Act {
 /// # Errors
 /// When the database fails.
 pub async fn of_session(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Act>> {
+    // Left to itself, SQLite reads every line of the school.
     sqlx::query_as(
-        "SELECT l.new_score_id AS score_id, p.display_name AS \"by\", g.reason FROM regrading_lines l
+        "SELECT l.new_score_id AS score_id, p.display_name AS \"by\", g.reason
+         FROM regrading_lines l INDEXED BY regrading_lines_by_session
          JOIN regradings g ON g.school_id = l.school_id AND g.id = l.regrading_id
          JOIN people p ON p.school_id = g.school_id AND p.id = g.made_by
          WHERE l.school_id = $1 AND l.session_id = $2 AND l.new_score_id IS NOT NULL
