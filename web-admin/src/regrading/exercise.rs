@@ -14,7 +14,7 @@ use crate::drafting::staff_only;
 use crate::error::Error;
 use crate::storage::Write;
 use crate::storage::audit::{Actor, Entry};
-use crate::storage::regradings::{self, Count, Found, Outcome, Regrading, State, Stood};
+use crate::storage::regradings::{self, Found, Outcome, Regrading, State, Stood, attempts_of};
 use crate::storage::scores::{self, SessionKey};
 use crate::storage::{exercises, grades, sessions};
 
@@ -86,8 +86,8 @@ pub async fn confirm(
         "regrading": id,
         "revision": regrading.revision_id,
         "attempts": now_standing.len(),
-        "passes": attempts_of(&regrading.counts, Outcome::Passes),
-        "fails": attempts_of(&regrading.counts, Outcome::Fails),
+        "passes": attempts_of(&regrading.counts, &[Outcome::Passes]),
+        "fails": attempts_of(&regrading.counts, &[Outcome::Fails]),
         "shown_sha256": seen,
     });
     let entry = Entry::by(by, "exercise.regraded", regrading.exercise_id).with(told);
@@ -95,10 +95,6 @@ pub async fn confirm(
     tx.commit().await?;
     state.jobs.notify_one();
     Ok(true)
-}
-
-fn attempts_of(counts: &[Count], outcome: Outcome) -> i64 {
-    counts.iter().find(|count| count.outcome == outcome).map_or(0, |count| count.attempts)
 }
 
 /// A re-grading that somebody has begun themselves.

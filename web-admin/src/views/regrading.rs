@@ -10,7 +10,7 @@ use uuid::Uuid;
 
 use super::people::Choice;
 use super::{Shell, Status, format};
-use crate::storage::regradings::{Count, Line, Outcome, State};
+use crate::storage::regradings::{Count, Line, Outcome, State, attempts_of};
 
 /// Where a rubric is chosen.
 #[derive(Debug, Template, WebTemplate)]
@@ -161,10 +161,6 @@ pub struct RegradingPage {
     pub stale: bool,
     /// The reason as it was typed, and why it was refused.
     pub typed: (String, Option<String>),
-}
-
-fn attempts_of(counts: &[Count], outcomes: &[Outcome]) -> i64 {
-    counts.iter().filter(|count| outcomes.contains(&count.outcome)).map(|count| count.attempts).sum()
 }
 
 /// Attempts that get a score by the rubric.

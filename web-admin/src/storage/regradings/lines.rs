@@ -62,6 +62,12 @@ pub struct Count {
     pub after: f64,
 }
 
+/// How many attempts there are of some outcomes.
+#[must_use]
+pub fn attempts_of(counts: &[Count], outcomes: &[Outcome]) -> i64 {
+    counts.iter().filter(|count| outcomes.contains(&count.outcome)).map(|count| count.attempts).sum()
+}
+
 /// What was found out about an attempt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {

@@ -11,7 +11,7 @@ use crate::domain::{CurrentPerson, Moment, Role, new_id};
 
 mod lines;
 
-pub use lines::{Count, Found, Line, ToGrade, found, graded, left, lines, looked_at, to_grade, to_look};
+pub use lines::{Count, Found, Line, ToGrade, attempts_of, found, graded, left, lines, looked_at, to_grade, to_look};
 
 /// How far a re-grading is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
