@@ -1,5 +1,7 @@
 //! When an exercise counts as mastered.
 
+use std::sync::LazyLock;
+
 use assessment::learning::{self, Curve, CusumParams, Standing};
 use assessment::statistics::NotComputable;
 use scene::MasteryRule;
@@ -32,6 +34,34 @@ pub struct CurveRule {
     pub rule: learning::Rule,
 }
 
+/// What a course with another rule is watched by: 20 % of failures are acceptable and 40 % are not; who still fails at 40 % is called
+/// competent within 50 attempts in 5 % of cases at most.
+static EXAMPLE: LazyLock<Option<CurveRule>> =
+    LazyLock::new(|| CurveRule::new(CusumParams { p0: 0.2, p1: 0.4, alpha: 0.05, beta: 0.1 }, Some(50)).ok());
+
+impl CurveRule {
+    /// Rates and errors with the lines that follow from them. The limit of an LC-CUSUM takes its time.
+    ///
+    /// # Errors
+    /// When no limit is rare enough for the stated error, or the parameters have no meaning.
+    fn new(params: CusumParams, within: Option<u32>) -> Result<Self, NotComputable> {
+        Ok(Self { params, within, rule: learning::Rule::new(&params, within)? })
+    }
+
+    /// An example, for a course that states no rates: it tells and decides nothing.
+    #[must_use]
+    pub fn example() -> Option<Self> {
+        *EXAMPLE
+    }
+
+    /// The curve over attempts in order of time.
+    #[must_use]
+    pub fn over(&self, attempts: &[Attempt]) -> Curve {
+        let failures: Vec<bool> = attempts.iter().map(|a| !a.passed).collect();
+        learning::curve(&self.rule, &failures)
+    }
+}
+
 impl Mastery {
     /// A course's rule. The limit of an LC-CUSUM takes its time, so this is done once, when the course is published.
     ///
@@ -41,9 +71,7 @@ impl Mastery {
         match *rule {
             MasteryRule::Passes { passes, of } => Ok(Self::Passes { passes, of }),
             MasteryRule::Cusum { within, p0, p1, alpha, beta } => {
-                let params = CusumParams { p0, p1, alpha, beta };
-                let rule = learning::Rule::new(&params, within)?;
-                Ok(Self::Curve(CurveRule { params, within, rule }))
+                CurveRule::new(CusumParams { p0, p1, alpha, beta }, within).map(Self::Curve)
             }
         }
     }
@@ -59,8 +87,7 @@ impl Mastery {
 
 /// Mastered while the curve says competent. What a curve has declared opens the next exercise for good, as with passes.
 fn by_curve(attempts: &[Attempt], rule: &CurveRule) -> (StepState, Option<Curve>) {
-    let failures: Vec<bool> = attempts.iter().map(|a| !a.passed).collect();
-    let curve = learning::curve(&rule.rule, &failures);
+    let curve = rule.over(attempts);
     let lost = || curve.points.iter().rposition(|p| p.standing == Standing::Competent).map_or(0, |last| last + 1);
     let state = match (curve.standing, curve.competent_at) {
         (Standing::Competent, Some(at)) => StepState::Mastered { on: attempts[at].at },

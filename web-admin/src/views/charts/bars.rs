@@ -62,6 +62,26 @@ pub fn spread(five: &assessment::statistics::Summary, domain: (f64, f64)) -> Str
     svg.finish()
 }
 
+/// A score among those of others, 0–100: the least to the most, the middle half, the median, and one's own as a dot. The numbers
+/// stand beside it.
+#[must_use]
+pub fn among(own: f64, others: &assessment::statistics::Summary) -> String {
+    const MIDDLE: f64 = 16.0;
+    let mut svg = Svg::ornament(260.0, 54.0, "chart");
+    let x = Scale::new((0.0, 100.0), (12.0, 248.0));
+    for tick in [0.0, 50.0, 100.0] {
+        svg.line("grid", (x.at(tick), 2.0), (x.at(tick), 34.0));
+        svg.text("tick middle", (x.at(tick), 50.0), &format::points(tick));
+    }
+    svg.line("axis", (x.at(0.0), 34.0), (x.at(100.0), 34.0));
+    svg.line("interval", (x.at(others.min), MIDDLE), (x.at(others.max), MIDDLE));
+    let (left, right) = (x.at(others.lower_quartile), x.at(others.upper_quartile));
+    svg.rect("box", Area { x: left, y: MIDDLE - 9.0, width: (right - left).max(1.0), height: 18.0 });
+    svg.line("median", (x.at(others.median), MIDDLE - 9.0), (x.at(others.median), MIDDLE + 9.0));
+    svg.circle("point pass", (x.at(own), MIDDLE), 4.0);
+    svg.finish()
+}
+
 #[cfg(test)]
 mod tests {
     //! A day's bar is as high as its attempts, and no attempts at all are drawn too.

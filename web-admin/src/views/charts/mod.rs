@@ -21,7 +21,7 @@ mod svg;
 mod time;
 mod trace;
 
-pub use bars::{by_day, spread};
+pub use bars::{among, by_day, spread};
 pub use boxes::{BoxRow, boxes};
 pub use corridor::corridor;
 pub use cross_section::{Outline, Section, Structure, cross_section};

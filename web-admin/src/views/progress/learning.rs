@@ -28,7 +28,7 @@ pub struct LearningPage {
     pub status: Status,
     /// Scores over time.
     pub scores: String,
-    /// The learning curve, where the rule is one.
+    /// The learning curve: the course's rule, or an example beside it.
     pub curve: Option<CurveFacts>,
     /// Attempts on different revisions are mixed.
     pub mixed: bool,
@@ -49,6 +49,8 @@ pub struct CurveFacts {
     pub drawing: String,
     /// What the course states, and the lines that follow.
     pub rule: CurveRule,
+    /// It is the course's rule. An example else, which decides nothing.
+    pub decides: bool,
     /// What it says now.
     pub standing: Standing,
     /// Straight successes still needed.
@@ -58,13 +60,14 @@ pub struct CurveFacts {
 }
 
 impl CurveFacts {
-    /// A curve as it stands. `title` is what the drawing is called.
+    /// A curve as it stands, by a rule that decides or does not. `title` is what the drawing is called.
     #[must_use]
-    pub fn new(step: &StepProgress, rule: &CurveRule, title: &str) -> Option<Self> {
+    pub fn new(step: &StepProgress, (rule, decides): (CurveRule, bool), title: &str) -> Option<Self> {
         let curve = step.curve.as_ref()?;
         Some(Self {
             drawing: charts::learning_curve(&curve.points, &rule.rule, ("own", title)),
-            rule: *rule,
+            rule,
+            decides,
             standing: curve.standing,
             needed: curve.successes_needed,
             attempts: curve.points.len(),
@@ -135,10 +138,10 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// The others as a box, on the scale of scores.
+    /// The score among those of the others.
     #[must_use]
     pub fn drawing(&self) -> String {
-        charts::spread(&self.others, (0.0, 100.0))
+        charts::among(self.own, &self.others)
     }
 }
 
@@ -222,6 +225,15 @@ mod tests {
             assert!(html.contains(words), "{words}: {html}");
         }
         assert!(!html.contains("no longer holds"));
+    }
+
+    #[test]
+    fn a_curve_beside_another_rule_says_that_it_decides_nothing() {
+        let html = samples::keep("learning-beside", &made::learning_beside_passes(9));
+        for words in ["3 passes", "it decides nothing in this course", "more straight successes", "an example"] {
+            assert!(html.contains(words), "{words}: {html}");
+        }
+        assert!(!samples::keep("learning", &made::learning_page(9)).contains("decides nothing"));
     }
 
     #[test]

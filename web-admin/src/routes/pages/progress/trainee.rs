@@ -6,7 +6,7 @@ use axum::response::Response;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::domain::progress::{Attempt, Mastery, Progress, StepProgress, StepState};
+use crate::domain::progress::{Attempt, CurveRule, Mastery, Progress, StepProgress, StepState};
 use crate::domain::{CurrentPerson, Role};
 use crate::error::{Error, PageError};
 use crate::export::{self, Cell};
@@ -29,6 +29,7 @@ struct Found {
     trainee: Named,
     taught: Taught,
     index: usize,
+    /// With the curve of the course's rule, or else of an example.
     step: StepProgress,
 }
 
@@ -42,8 +43,17 @@ async fn find(state: &AppState, person: &CurrentPerson, (id, exercise): (&str, &
     let (taught, index) = found.ok_or(Error::NotFound)?;
     let attempts = practice::of_trainee(reader, school, id).await?;
     let mut progress = Progress::of(&taught.course, &attempts, state.clock.now().to_utc());
-    let step = progress.steps.swap_remove(index);
+    let mut step = progress.steps.swap_remove(index);
+    step.curve = curve_rule(&taught).map(|(rule, _)| rule.over(&step.attempts));
     Ok(Found { trainee, taught, index, step })
+}
+
+/// The learning curve that an exercise is drawn by, and whether it decides.
+fn curve_rule(taught: &Taught) -> Option<(CurveRule, bool)> {
+    match taught.course.rule {
+        Mastery::Curve(rule) => Some((rule, true)),
+        Mastery::Passes { .. } => CurveRule::example().map(|rule| (rule, false)),
+    }
 }
 
 pub(super) async fn show(
@@ -58,10 +68,6 @@ pub(super) async fn show(
     let comparison = comparison(&state, school, &found).await?;
     let Found { trainee, taught, index, step } = found;
     let step_of = &taught.course.steps[index];
-    let rule = match &taught.course.rule {
-        Mastery::Curve(rule) => Some(rule),
-        Mastery::Passes { .. } => None,
-    };
     Ok(LearningPage {
         shell: Shell::new(&person, csrf.token(), Place::Elsewhere),
         own: person.id == trainee.id,
@@ -74,7 +80,7 @@ pub(super) async fn show(
             taught.pass_marks.get(index).copied().unwrap_or(0.0),
             ("own", &step_of.title),
         ),
-        curve: rule.and_then(|rule| CurveFacts::new(&step, rule, &step_of.title)),
+        curve: curve_rule(&taught).and_then(|rule| CurveFacts::new(&step, rule, &step_of.title)),
         mixed: step.mixes_revisions(),
         passed: wilson(step.passes(), step.attempts.len()).ok(),
         habits: trainees::habits(&latest),
