@@ -140,7 +140,7 @@ pub async fn known(connection: &mut SqliteConnection, school: Uuid, about: &Abou
     let memberships: Vec<(Uuid, String)> = sqlx::query_as(
         "SELECT m.person_id, c.name FROM json_each($2) asked
          CROSS JOIN cohort_members m ON m.person_id = unhex(asked.value, '-')
-         JOIN cohorts c ON c.school_id = $1 AND c.id = m.cohort_id ORDER BY c.name",
+         CROSS JOIN cohorts c ON c.school_id = $1 AND c.id = m.cohort_id ORDER BY c.name",
     )
     .bind(school)
     .bind(Json(&ids))

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use super::support::App;
 
 /// Tables that grow with attempts, people, cohorts or acts. Unfinished uploads do not: they expire.
-const BIG: [&str; 16] = [
+const BIG: [&str; 17] = [
     "sessions",
     "scores",
     "regrading_lines",
@@ -24,6 +24,7 @@ const BIG: [&str; 16] = [
     "practice",
     "tallies",
     "people",
+    "cohorts",
     "cohort_members",
     "audit_log",
 ];
@@ -32,7 +33,7 @@ const BIG: [&str; 16] = [
 const LISTED: [&str; 2] = ["assignments", "segment_tasks"];
 
 /// What may read everything: beginnings of statements, each with the reason.
-const WHOLE: [(&str, &str); 11] = [
+const WHOLE: [(&str, &str); 13] = [
     ("WITH RECURSIVE", "the generator of invented practice"),
     ("INSERT INTO tallies", "sums a school up anew, after the generator"),
     ("DELETE FROM tallies", "the same"),
@@ -41,6 +42,8 @@ const WHOLE: [(&str, &str); 11] = [
     ("SELECT * FROM sessions WHERE school_id = $1 AND $2 = $2 ORDER BY", "the newest hundred, in the index's order"),
     ("SELECT id, recording_path, recording_sha256", "verify and backup read every recording"),
     ("SELECT seq, at, school_id, actor", "verify and serve walk the whole audit log"),
+    ("SELECT id, name FROM cohorts", "the cohorts to choose from, all of them"),
+    ("SELECT c.id, c.name FROM cohorts c WHERE", "the cohorts that somebody sees, for an administrator all of them"),
     ("SELECT count(*) FROM people", "greets an empty service, once at its start"),
     ("DELETE FROM uploads WHERE session_id IS NULL", "in the copy that a backup is made of"),
     ("SELECT seq, hash FROM audit_log ORDER BY seq DESC", "reads one row from the end of the primary key"),

@@ -28,7 +28,7 @@ pub async fn add_cohort(writer: &mut SqliteConnection, school: Uuid, survey: Uui
 /// When the database fails.
 pub async fn cohort_names(executor: impl SqliteExecutor<'_>, school: Uuid, survey: Uuid) -> Result<Vec<String>> {
     sqlx::query_scalar(
-        "SELECT c.name FROM survey_cohorts sc JOIN cohorts c ON c.school_id = sc.school_id AND c.id = sc.cohort_id
+        "SELECT c.name FROM survey_cohorts sc CROSS JOIN cohorts c ON c.school_id = sc.school_id AND c.id = sc.cohort_id
          WHERE sc.school_id = $1 AND sc.survey_id = $2 ORDER BY c.name",
     )
     .bind(school)
