@@ -71,10 +71,20 @@ async fn a_page_and_its_file_tell_the_same() {
 
 #[tokio::test]
 async fn a_cohort_sees_its_map_and_a_name_stays_a_name() {
-    let (app, _, ada, _) = practised().await;
+    let (app, _, ada, attempts) = practised().await;
     let mut teacher = app.signed_in("teacher@example.org").await;
     let cohort = teacher.get("/cohorts").await.link("/cohorts/");
     let map = teacher.get(&format!("{cohort}/progress")).await;
+    let day =
+        practice::of_trainee(app.state.db.reader(), ada.person.school_id, ada.person.id).await.unwrap()[0].at.date();
+    let opened = teacher.get(&format!("{cohort}/progress?day={day}")).await.text();
+    for attempt in &attempts {
+        let href = format!("/sessions/{}", attempt.session_id);
+        assert!(opened.contains(&href) && !map.text().contains(&href), "a day opens its attempts: {opened}");
+    }
+    let empty = teacher.get(&format!("{cohort}/progress?day=1999-12-31")).await.text();
+    assert!(empty.contains("Nobody in this cohort has a scored attempt on this day"), "{empty}");
+    assert_eq!(teacher.get(&format!("{cohort}/progress?day=tomorrow")).await.text(), map.text(), "no day at all");
     assert!(map.text().contains(&format!("/trainees/{}/exercises/", ada.person.id)), "{}", map.text());
     let metrics = teacher.get(&map.link(&format!("{cohort}/exercises/"))).await;
     assert_eq!(metrics.status, 200);

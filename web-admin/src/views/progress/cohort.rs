@@ -5,6 +5,7 @@ use askama_web::WebTemplate;
 use assessment::statistics::Estimate;
 use time::Date;
 
+use super::LatestRow;
 use crate::domain::progress::{DECLINE_RUN, StepProgress, StepState};
 use crate::views::{Shell, Status, charts, format};
 
@@ -22,6 +23,8 @@ pub struct CohortProgressPage {
     pub worries: Vec<Worry>,
     /// Attempts passed and failed by day, the last four weeks.
     pub days: Vec<(Date, usize, usize)>,
+    /// A day that is looked into, and its attempts in order of time, each with its exercise's title.
+    pub day: Option<(Date, Vec<(String, LatestRow)>)>,
 }
 
 /// A course: trainees down, exercises across.
@@ -123,6 +126,11 @@ impl CohortProgressPage {
         charts::by_day(&self.days)
     }
 
+    /// The day is the one that is looked into.
+    fn is_open(&self, date: &Date) -> bool {
+        self.day.as_ref().is_some_and(|(day, _)| day == date)
+    }
+
     /// Attempts in the days shown.
     #[must_use]
     pub fn attempts(&self) -> usize {
@@ -141,6 +149,9 @@ mod tests {
     fn a_cohort_sees_its_map_its_worries_and_what_is_hard() {
         let html = samples::keep("cohort-progress", &made::cohort_progress_page());
         for words in ["Hardest", "heat-low", "Mastered", "/trainees/1/exercises/", "Stuck", "progress.csv", "By day"] {
+            assert!(html.contains(words), "{words}: {html}");
+        }
+        for words in ["progress?day=2026-", "Attempts on ", "/sessions/7", "aria-current"] {
             assert!(html.contains(words), "{words}: {html}");
         }
     }

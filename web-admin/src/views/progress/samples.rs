@@ -118,6 +118,7 @@ pub(super) fn cohort_progress_page() -> CohortProgressPage {
         days: (0_usize..28)
             .map(|i| (samples::NOW.date() - Duration::days(27 - i64::try_from(i).expect("few")), i % 5, i % 3))
             .collect(),
+        day: Some((samples::NOW.date(), vec![("Feel the layers".to_owned(), latest_row("/sessions/7"))])),
     }
 }
 
@@ -137,12 +138,10 @@ pub(super) fn metrics_page() -> MetricsPage {
             metric("Peak force", "N", &[1.8, 2.4, 2.5]),
             metric("Skin entries", "count", &[1.0, 1.0, 1.0]),
         ],
-        latest: vec![LatestRow {
-            name: "Ana Lindqvist".to_owned(),
-            href: "/sessions/1".to_owned(),
-            at: samples::NOW,
-            score: 80.0,
-            passed: true,
-        }],
+        latest: vec![latest_row("/sessions/1")],
     }
+}
+
+fn latest_row(href: &str) -> LatestRow {
+    LatestRow { name: "Ana Lindqvist".to_owned(), href: href.to_owned(), at: samples::NOW, score: 80.0, passed: true }
 }

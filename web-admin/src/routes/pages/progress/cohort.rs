@@ -3,11 +3,14 @@
 use std::collections::BTreeMap;
 
 use assessment::statistics::wilson;
-use axum::extract::State;
+use axum::extract::{Query, State};
 use axum::response::Response;
+use serde::Deserialize;
+use time::format_description::well_known::Iso8601;
 use time::{Date, Duration};
 use uuid::Uuid;
 
+use super::metrics::latest_row;
 use crate::AppState;
 use crate::domain::progress::{Attempt, Progress};
 use crate::domain::{CurrentPerson, Role};
@@ -18,7 +21,7 @@ use crate::routes::pages::standing::{self, Taught};
 use crate::routes::pages::{Id, cohorts};
 use crate::storage::practice;
 use crate::storage::reports::{self, Named};
-use crate::views::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, Worry, heat_cell};
+use crate::views::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, LatestRow, Worry, heat_cell};
 use crate::views::{Place, Shell};
 
 /// Days on the chart.
@@ -72,8 +75,10 @@ pub(super) async fn show(
     person: CurrentPerson,
     Id(id): Id,
     csrf: Csrf,
+    Query(query): Query<DayQuery>,
 ) -> Result<CohortProgressPage, PageError> {
     let found = find(&state, &person, id).await?;
+    let day = Date::parse(&query.day, &Iso8601::DATE).ok();
     let begun = found.begun(&state);
     let today = state.clock.now().to_utc().date();
     Ok(CohortProgressPage {
@@ -82,7 +87,28 @@ pub(super) async fn show(
         courses: begun.iter().map(|(taught, judged)| heat(&found.cohort, taught, judged)).collect(),
         worries: begun.iter().flat_map(|(taught, judged)| worries(taught, judged)).collect(),
         days: days(&found, today),
+        day: day.map(|date| (date, attempts_on(&found, date))),
     })
+}
+
+/// A day, as YYYY-MM-DD, whose attempts are wanted; anything else is none.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct DayQuery {
+    day: String,
+}
+
+/// The attempts of a day in order of time, each with its exercise's title.
+fn attempts_on(found: &Found, date: Date) -> Vec<(String, LatestRow)> {
+    let steps = || found.courses.iter().flat_map(|taught| &taught.course.steps);
+    let title = |id: &str| steps().find(|step| step.exercise == id).map_or(id, |step| &step.title).to_owned();
+    let of = |(trainee, attempts): &(Named, Vec<Attempt>)| -> Vec<(String, LatestRow)> {
+        let then = attempts.iter().filter(|attempt| attempt.at.date() == date);
+        then.map(|attempt| (title(&attempt.exercise), latest_row(trainee, attempt))).collect()
+    };
+    let mut rows: Vec<(String, LatestRow)> = found.trainees.iter().flat_map(of).collect();
+    rows.sort_by_key(|(_, row)| row.at);
+    rows
 }
 
 fn heat(cohort: &Named, taught: &Taught, judged: &[Judged<'_>]) -> CourseHeat {

@@ -59,7 +59,7 @@ pub(super) async fn show(
         exercise: (title, exercise_href(&exercise)),
         scores: summary(&scores).ok(),
         metrics: metrics.iter().filter_map(distribution).collect(),
-        latest: latest.into_iter().map(latest_row).collect(),
+        latest: latest.iter().map(|(trainee, attempt)| latest_row(trainee, attempt)).collect(),
     })
 }
 
@@ -70,9 +70,9 @@ fn distribution(metric: &MetricOfMany) -> Option<MetricRow> {
     Some(MetricRow { label: metric::label_of(&metric.id, &metric.label), unit: metric.unit.clone(), five })
 }
 
-fn latest_row((trainee, attempt): (Named, Attempt)) -> LatestRow {
+pub(super) fn latest_row(trainee: &Named, attempt: &Attempt) -> LatestRow {
     LatestRow {
-        name: trainee.name,
+        name: trainee.name.clone(),
         href: format!("/sessions/{}", attempt.session),
         at: attempt.at,
         score: attempt.score,
