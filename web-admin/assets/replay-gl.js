@@ -1,5 +1,5 @@
-// The little of WebGL2 that the scene needs: one program for lit triangles and lines, buffers that are filled anew for
-// each picture, and the camera's matrices.
+// The little of WebGL2 that the scene needs: one program for lit triangles and lines, a buffer for each mesh that is filled
+// when the mesh was made anew, and the camera's matrices.
 
 const VERTEX = `#version 300 es
 layout(location = 0) in vec3 place;
@@ -14,7 +14,10 @@ void main() {
   gl_Position = camera * vec4(place, 1.0);
 }`;
 
-// A normal of length zero is drawn in its plain colour: cut faces and lines.
+// The normal of cut faces and lines, which are drawn in their plain colour.
+export const PLAIN = [0, 0, 0];
+
+// A normal of length zero is not lit.
 const FRAGMENT = `#version 300 es
 precision mediump float;
 in vec3 vNormal;
@@ -39,15 +42,16 @@ function shader(gl, kind, text) {
   return made;
 }
 
-// Vertices in the making.
+// Vertices in the making, and whether the painter has to take them over.
 export class Mesh {
   constructor() {
     this.numbers = new Float32Array(FLOATS * 1024);
-    this.length = 0;
+    this.clear();
   }
 
   clear() {
     this.length = 0;
+    this.stale = true;
   }
 
   vertex(place, normal, colour, alpha = 1) {
@@ -56,12 +60,26 @@ export class Mesh {
       larger.set(this.numbers);
       this.numbers = larger;
     }
-    this.numbers.set([...place, ...normal, ...colour, alpha], this.length);
-    this.length += FLOATS;
+    this.stale = true;
+    this.put(place);
+    this.put(normal);
+    this.put(colour);
+    this.numbers[this.length] = alpha;
+    this.length += 1;
+  }
+
+  // Without an array in between: thousands of vertices are written for each picture.
+  put(three) {
+    this.numbers[this.length] = three[0];
+    this.numbers[this.length + 1] = three[1];
+    this.numbers[this.length + 2] = three[2];
+    this.length += 3;
   }
 
   triangle(a, b, c, normal, colour, alpha = 1) {
-    [a, b, c].forEach((place) => this.vertex(place, normal, colour, alpha));
+    this.vertex(a, normal, colour, alpha);
+    this.vertex(b, normal, colour, alpha);
+    this.vertex(c, normal, colour, alpha);
   }
 
   // Corners in turn.
@@ -71,8 +89,8 @@ export class Mesh {
   }
 
   line(a, b, colour, alpha = 1) {
-    this.vertex(a, [0, 0, 0], colour, alpha);
-    this.vertex(b, [0, 0, 0], colour, alpha);
+    this.vertex(a, PLAIN, colour, alpha);
+    this.vertex(b, PLAIN, colour, alpha);
   }
 
   get vertices() {
@@ -91,7 +109,6 @@ export class Painter {
     gl.linkProgram(this.program);
     this.camera = gl.getUniformLocation(this.program, 'camera');
     this.light = gl.getUniformLocation(this.program, 'light');
-    this.buffer = gl.createBuffer();
   }
 
   begin(camera, ground) {
@@ -111,8 +128,10 @@ export class Painter {
     if (mesh.length === 0) return;
     const gl = this.gl;
     gl.depthMask(writesDepth);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
-    gl.bufferData(gl.ARRAY_BUFFER, mesh.numbers.subarray(0, mesh.length), gl.DYNAMIC_DRAW);
+    mesh.buffer ??= gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, mesh.buffer);
+    if (mesh.stale) gl.bufferData(gl.ARRAY_BUFFER, mesh.numbers.subarray(0, mesh.length), gl.DYNAMIC_DRAW);
+    mesh.stale = false;
     [[0, 3, 0], [1, 3, 12], [2, 4, 24]].forEach(([place, size, offset]) => {
       gl.enableVertexAttribArray(place);
       gl.vertexAttribPointer(place, size, gl.FLOAT, false, FLOATS * 4, offset);
@@ -126,7 +145,7 @@ export const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 export const scale = (a, k) => [a[0] * k, a[1] * k, a[2] * k];
 export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-export const unit = (a) => scale(a, 1 / (Math.hypot(...a) || 1));
+export const unit = (a) => scale(a, 1 / (Math.sqrt(dot(a, a)) || 1));
 
 // World to clip, by columns: the eye looks at a point, +z up.
 export function lookAt(eye, at, { aspect, angle = 0.5, near = 1, far = 2000 }) {

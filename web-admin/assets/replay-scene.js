@@ -1,6 +1,6 @@
 // The body cut open along the needle: layers as bands, boundaries with their tents, structures, the needle.
 
-import { Mesh, Painter, add, cross, dot, lookAt, project, scale, unit } from './replay-gl.js';
+import { Mesh, PLAIN, Painter, add, cross, dot, lookAt, project, scale, unit } from './replay-gl.js';
 import { FONT, fit, readTheme, rgb, textureColour } from './replay-theme.js';
 
 // Half the width of the block of tissue, and how far a tent reaches sideways, in mm.
@@ -20,9 +20,8 @@ export class Scene {
     this.labels = labels;
     this.attempt = attempt;
     this.painter = new Painter(canvas);
-    this.solid = new Mesh();
-    this.lines = new Mesh();
-    this.glass = new Mesh();
+    this.moving = { solid: new Mesh(), lines: new Mesh() };
+    this.still = { solid: new Mesh(), lines: new Mesh(), glass: new Mesh() };
     this.measure();
     this.look('whole');
     this.readTheme();
@@ -38,12 +37,19 @@ export class Scene {
     this.away = cross([0, 0, 1], this.along);
     const deepest = layers.length ? layers[layers.length - 1].bottom_mm : 40;
     this.bottom = Math.min(deepest, Math.max(depth * 1.5, 25));
+    this.centres = this.attempt.stage.structures.map(({ vertices_mm: corners }) => {
+      const sum = (axis) => corners.reduce((total, value, i) => (i % 3 === axis ? total + value : total), 0);
+      return corners.length ? scale([sum(0), sum(1), sum(2)], 3 / corners.length) : null;
+    });
   }
 
   readTheme() {
     const theme = readTheme();
     this.theme = theme;
     this.colours = this.attempt.stage.layers.map((layer) => rgb(textureColour(theme, layer.texture)));
+    Object.values(this.still).forEach((mesh) => mesh.clear());
+    this.drawStructures();
+    this.drawPlan();
   }
 
   look(view) {
@@ -107,17 +113,15 @@ export class Scene {
     if (!this.attempt.frames?.count || this.canvas.clientWidth === 0) return;
     fit(this.canvas);
     this.read(this.attempt.frames.at(t));
-    [this.solid, this.lines, this.glass].forEach((mesh) => mesh.clear());
+    Object.values(this.moving).forEach((mesh) => mesh.clear());
     this.drawLayers();
     this.drawSkin();
-    this.drawStructures();
-    this.drawPlan();
     this.drawNeedle();
     const camera = this.camera();
     this.painter.begin(camera, rgb(this.theme.sunken));
-    this.painter.draw(this.solid);
-    this.painter.draw(this.lines, 'LINES');
-    this.painter.draw(this.glass, 'TRIANGLES', false);
+    [this.moving.solid, this.still.solid].forEach((mesh) => this.painter.draw(mesh));
+    [this.moving.lines, this.still.lines].forEach((mesh) => this.painter.draw(mesh, 'LINES'));
+    this.painter.draw(this.still.glass, 'TRIANGLES', false);
     this.drawLabels(camera);
   }
 
@@ -138,16 +142,17 @@ export class Scene {
     layers.forEach((layer, i) => {
       if (layer.top_mm >= this.bottom) return;
       const bottom = Math.min(layer.bottom_mm, this.bottom);
-      for (let k = 0; k < STEPS; k += 1) {
-        const [left, right] = [-HALF_WIDTH + k * step, -HALF_WIDTH + (k + 1) * step];
-        const [a, b] = [this.point(i, left, 0, layer.top_mm), this.point(i, right, 0, layer.top_mm)];
-        const [c, d] = [this.point(i + 1, right, 0, bottom), this.point(i + 1, left, 0, bottom)];
-        this.solid.quad(a, b, c, d, [0, 0, 0], this.colours[i]);
-        this.lines.line(add(a, nearer), add(b, nearer), ink);
+      let [a, d] = [this.point(i, -HALF_WIDTH, 0, layer.top_mm), this.point(i + 1, -HALF_WIDTH, 0, bottom)];
+      for (let k = 1; k <= STEPS; k += 1) {
+        const right = -HALF_WIDTH + k * step;
+        const [b, c] = [this.point(i, right, 0, layer.top_mm), this.point(i + 1, right, 0, bottom)];
+        this.moving.solid.quad(a, b, c, d, PLAIN, this.colours[i]);
+        this.moving.lines.line(add(a, nearer), add(b, nearer), ink);
+        [a, d] = [b, c];
       }
       const end = (behind, down) => this.place(HALF_WIDTH, behind, down);
       const [top, deep] = [layer.top_mm, bottom];
-      this.solid.quad(end(0, top), end(HALF_WIDTH, top), end(HALF_WIDTH, deep), end(0, deep), this.along, this.colours[i]);
+      this.moving.solid.quad(end(0, top), end(HALF_WIDTH, top), end(HALF_WIDTH, deep), end(0, deep), this.along, this.colours[i]);
     });
   }
 
@@ -155,14 +160,16 @@ export class Scene {
   drawSkin() {
     if (this.colours.length === 0) return;
     const step = (2 * HALF_WIDTH) / STEPS;
-    for (let i = 0; i < STEPS; i += 1) {
+    const row = (i) => Array.from({ length: STEPS / 4 + 1 }, (_, k) => this.point(0, -HALF_WIDTH + i * step, k * step * 2, 0));
+    let left = row(0);
+    for (let i = 1; i <= STEPS; i += 1) {
+      const right = row(i);
       for (let k = 0; k < STEPS / 4; k += 1) {
-        const [left, near] = [-HALF_WIDTH + i * step, k * step * 2];
-        const [a, b] = [this.point(0, left, near, 0), this.point(0, left + step, near, 0)];
-        const [c, d] = [this.point(0, left + step, near + step * 2, 0), this.point(0, left, near + step * 2, 0)];
+        const [a, b, c, d] = [left[k], right[k], right[k + 1], left[k + 1]];
         const normal = unit(cross(add(b, scale(a, -1)), add(d, scale(a, -1))));
-        this.solid.quad(a, b, c, d, normal, this.colours[0]);
+        this.moving.solid.quad(a, b, c, d, normal, this.colours[0]);
       }
+      left = right;
     }
   }
 
@@ -170,7 +177,7 @@ export class Scene {
     this.attempt.stage.structures.forEach((structure) => {
       const colour = rgb(this.theme[structure.kind === 'target' ? 'good' : structure.kind] || this.theme.muted);
       const corner = (i) => structure.vertices_mm.slice(3 * i, 3 * i + 3);
-      const mesh = structure.kind === 'bone' ? this.solid : this.glass;
+      const mesh = structure.kind === 'bone' ? this.still.solid : this.still.glass;
       for (let i = 0; i + 2 < structure.triangles.length; i += 3) {
         const [a, b, c] = structure.triangles.slice(i, i + 3).map(corner);
         const normal = unit(cross(add(b, scale(a, -1)), add(c, scale(a, -1))));
@@ -187,9 +194,9 @@ export class Scene {
     const near = scale(this.away, -0.3);
     for (let k = 0; k < 12; k += 1) {
       const [from, to] = [k / 12, (k + 0.55) / 12].map((share) => add(add(this.entry, scale(way, share)), near));
-      this.lines.line(from, to, good);
+      this.still.lines.line(from, to, good);
     }
-    [this.along, [0, 0, 1]].forEach((direction) => this.lines.line(
+    [this.along, [0, 0, 1]].forEach((direction) => this.still.lines.line(
       add(add(target, near), scale(direction, 2.2)), add(add(target, near), scale(direction, -2.2)), good,
     ));
   }
@@ -210,7 +217,7 @@ export class Scene {
       for (let k = 0; k < 12; k += 1) {
         const [a, b] = [(k * Math.PI) / 6, ((k + 1) * Math.PI) / 6];
         const normal = add(scale(u, Math.cos((a + b) / 2)), scale(v, Math.sin((a + b) / 2)));
-        this.solid.quad(at(from, thin, a, u, v), at(from, thin, b, u, v), at(to, thick, b, u, v), at(to, thick, a, u, v), normal, colour);
+        this.moving.solid.quad(at(from, thin, a, u, v), at(from, thin, b, u, v), at(to, thick, b, u, v), at(to, thick, a, u, v), normal, colour);
       }
     });
   }
@@ -242,10 +249,8 @@ export class Scene {
       last = at[1];
       write(layer.name, place, 6);
     });
-    this.attempt.stage.structures.forEach((structure) => {
-      const corners = structure.vertices_mm;
-      const sum = [0, 1, 2].map((axis) => corners.filter((_, i) => i % 3 === axis).reduce((a, b) => a + b, 0));
-      if (corners.length) write(structure.name, scale(sum, 3 / corners.length), 8);
+    this.attempt.stage.structures.forEach((structure, i) => {
+      if (this.centres[i]) write(structure.name, this.centres[i], 8);
     });
     write(this.attempt.names.target ?? 'target', this.attempt.stage.target_mm, 8);
   }

@@ -5,10 +5,15 @@ const NAMES = ['ground', 'surface', 'sunken', 'ink', 'muted', 'line', 'strong-li
 
 export const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", sans-serif';
 
+// By the number of decimals: to make one takes longer than to write a number.
+const formats = [];
+
 // A number with fixed decimals, as the page's language writes it.
 export function fixed(value, digits) {
-  const style = { minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: false };
-  return value.toLocaleString(document.documentElement.lang, style).replace('-', '−');
+  formats[digits] ??= new Intl.NumberFormat(document.documentElement.lang, {
+    minimumFractionDigits: digits, maximumFractionDigits: digits, useGrouping: false, signDisplay: 'negative',
+  });
+  return formats[digits].format(value).replace('-', '−');
 }
 
 export function readTheme() {
