@@ -6,6 +6,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::user::choose_school;
 use super::{Failure, Storage, say};
 use crate::AppState;
+use crate::domain::judgement;
 use crate::regrading::{self, By, Rubric};
 use crate::storage::audit::Actor;
 use crate::storage::scores;
@@ -23,11 +24,16 @@ pub struct RescoreArgs {
     #[arg(long)]
     school: Option<String>,
     /// Adds the new scores; without it they are only shown. Earlier scores stay in any case, and overrides go on counting
-    #[arg(long)]
+    #[arg(long, requires = "reason")]
     apply: bool,
+    /// Why, with --apply; it stands in the history of every grade that changes
+    #[arg(long, requires = "apply")]
+    reason: Option<String>,
 }
 
 pub(super) async fn run(args: &RescoreArgs) -> Result<(), Failure> {
+    let reason = args.reason.as_deref().map(judgement::reason).transpose();
+    let reason = reason.map_err(|refused| Failure::Usage(refused.to_string()))?;
     let state = args.storage.open().await?;
     let mut tx = state.db.write().await?;
     let school = choose_school(&mut tx, &state, args.school.as_deref()).await?;
@@ -43,11 +49,11 @@ pub(super) async fn run(args: &RescoreArgs) -> Result<(), Failure> {
     let bar = bar(attempts.len());
     let mut changed = 0;
     for attempt in &attempts {
-        changed += usize::from(regrade(&state, (attempt, &rubric), args.apply, &bar).await?);
+        changed += usize::from(regrade(&state, (attempt, &rubric), reason.as_deref(), &bar).await?);
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let done = if args.apply { "graded again" } else { "would be graded anew; --apply does it" };
+    let done = if reason.is_some() { "graded again" } else { "would be graded anew; --apply --reason TEXT does it" };
     say(format_args!("{changed} of {} attempts {done}", attempts.len()));
     state.db.close().await;
     Ok(())
@@ -58,11 +64,11 @@ fn bar(attempts: usize) -> ProgressBar {
     ProgressBar::new(attempts as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// Grades one attempt and tells what changes. True where the rubric is another than the last one.
+/// Judges one attempt, tells what changes and, with a reason, grades it again. True where the rubric is another than the last one.
 async fn regrade(
     state: &AppState,
     (attempt, rubric): (&Session, &Rubric),
-    apply: bool,
+    reason: Option<&str>,
     bar: &ProgressBar,
 ) -> Result<bool, Failure> {
     let before = scores::newest(state.db.reader(), attempt.key()).await?;
@@ -79,8 +85,8 @@ async fn regrade(
             word(again.passed)
         ));
     });
-    if apply {
-        let by = By { actor: Actor::CommandLine, reason: None };
+    if reason.is_some() {
+        let by = By { actor: Actor::CommandLine, reason };
         regrading::apply(state, by, attempt, &again).await.map_err(anyhow::Error::from)?;
     }
     Ok(true)

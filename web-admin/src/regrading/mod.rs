@@ -89,12 +89,12 @@ impl Rubric {
     }
 }
 
-/// Who grades one attempt again, and why: whoever does so at a browser says it.
+/// Who grades one attempt again, and why.
 #[derive(Clone, Debug)]
 pub struct By<'a> {
     /// Who.
     pub actor: Actor,
-    /// Why.
+    /// Why, unless it stands in the re-grading that the attempt is part of.
     pub reason: Option<&'a str>,
 }
 

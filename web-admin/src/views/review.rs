@@ -123,7 +123,7 @@ pub enum Act {
     Regraded {
         /// By which rubric.
         rubric: String,
-        /// Who had this attempt or every attempt at the exercise graded again, and why; absent where it was done at the command line.
+        /// Who had this attempt or every attempt at the exercise graded again, and why; absent where no reason was kept.
         why: Option<(String, String)>,
     },
     /// Somebody put another in its place, for a reason.

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use web_admin::domain::Role;
+use web_admin::worker;
 
 use super::support::recordings::{Attempt, record};
 use super::support::{App, PASSWORD, course_folder};
@@ -74,6 +75,42 @@ fn a_wrong_call_is_told_what_is_allowed() {
     assert!(fails(&data.join("nothing-here"), &["verify"], 1).contains("cannot open the database"));
     let output = Command::new(env!("CARGO_BIN_EXE_web-admin")).arg("openapi").output().unwrap();
     assert!(output.status.success() && output.stdout.starts_with(b"{"));
+}
+
+#[tokio::test]
+async fn grading_again_is_shown_first_and_done_for_a_reason() {
+    let app = App::new().await;
+    let school = app.school("North").await;
+    app.publish_with_pass_mark(school, 0).await;
+    let mut ada = app.with_token(&app.member(school, Role::Trainee, "ada@example.org").await.token);
+    let attempt = Attempt::default();
+    assert_eq!(ada.upload(&record(&attempt)).await.status, 201);
+    worker::work_off(&app.state).await.unwrap();
+    app.publish_with_pass_mark(school, 100).await;
+    let data = app.folder.path();
+    let rescore = |rest: &[&str]| done(data, &[&["rescore", "feel-the-layers"], rest].concat());
+    let acts = async || {
+        let acts = sqlx::query_scalar::<_, String>("SELECT details FROM audit_log WHERE action = 'session.regraded'");
+        acts.fetch_all(app.state.db.reader()).await.unwrap()
+    };
+
+    let shown = rescore(&[]);
+    assert!(shown.contains(&attempt.session_id.to_string()) && shown.contains(" passed -> "), "{shown}");
+    assert!(shown.contains("1 of 1 attempts would be"), "{shown}");
+    assert!(fails(data, &["rescore", "feel-the-layers", "--apply", "--reason", " "], 2).contains("reason"));
+    assert!(!web_admin(data, &["rescore", "feel-the-layers", "--apply"]).status.success());
+    assert!(acts().await.is_empty(), "looking changes nothing, nor does what has no reason");
+    let done_so = rescore(&["--apply", "--reason", "A stricter mark"]);
+    assert!(done_so.contains("not passed") && done_so.contains("1 of 1 attempts graded again"), "{done_so}");
+    app.member(school, Role::Administrator, "admin@example.org").await;
+    let history =
+        app.signed_in("admin@example.org").await.get(&format!("/sessions/{}/grade", attempt.session_id)).await;
+    assert!(history.text().contains("<strong>At the command line</strong>: A stricter mark"), "{}", history.text());
+    let acts = acts().await;
+    assert!(acts.len() == 1 && acts[0].contains("A stricter mark"), "{acts:?}");
+    assert!(rescore(&[]).contains("0 of 1"), "nothing is left to do");
+    assert!(fails(data, &["rescore", "nothing"], 2).contains("no scored attempt"));
+    app.state.db.close().await;
 }
 
 #[tokio::test]

@@ -151,7 +151,8 @@ fn history(computed: &[Score], regraded: &[regradings::Act], overrides: Vec<grad
     let computed = computed.iter().enumerate().map(|(i, score)| {
         let rubric = format::short_hash(&score.rubric_sha256).to_owned();
         let why = regraded.iter().find(|act| act.score_id == score.id);
-        let why = why.map(|act| (act.by.clone(), act.reason.clone()));
+        let by = |act: &regradings::Act| act.by.clone().unwrap_or_else(|| tr!("At the command line").to_owned());
+        let why = why.map(|act| (by(act), act.reason.clone()));
         let act = if i == 0 { Act::Computed(rubric) } else { Act::Regraded { rubric, why } };
         views::Entry { at: score.computed_at.to_utc(), act, grade: Some((score.score, score.passed)) }
     });

@@ -322,8 +322,8 @@ pub async fn forget(writer: &mut SqliteConnection, id: Uuid) -> Result<()> {
 pub struct Act {
     /// The score.
     pub score_id: Uuid,
-    /// Their name.
-    pub by: String,
+    /// Their name; none at the command line.
+    pub by: Option<String>,
     /// Why.
     pub reason: String,
 }
@@ -342,7 +342,7 @@ pub async fn of_session(executor: impl SqliteExecutor<'_>, session: SessionKey) 
          WHERE l.school_id = $1 AND l.session_id = $2 AND l.new_score_id IS NOT NULL
          UNION ALL
          SELECT unhex(replace(a.details ->> 'score', '-', '')), p.display_name, a.details ->> 'reason' FROM audit_log a
-         JOIN people p ON p.school_id = a.school_id AND p.id = unhex(replace(a.actor, '-', ''))
+         LEFT JOIN people p ON p.school_id = a.school_id AND p.id = unhex(replace(a.actor, '-', ''))
          WHERE a.object = $3 AND a.school_id = $1 AND a.action = 'session.regraded' AND a.details ->> 'reason' IS NOT NULL",
     )
     .bind(session.school_id)
