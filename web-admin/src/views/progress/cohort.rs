@@ -5,7 +5,7 @@ use askama_web::WebTemplate;
 use assessment::statistics::Estimate;
 use time::Date;
 
-use super::LatestRow;
+use super::ScoredRow;
 use crate::domain::progress::{DECLINE_RUN, StepProgress, StepState};
 use crate::views::{Shell, Status, charts, format};
 
@@ -23,8 +23,8 @@ pub struct CohortProgressPage {
     pub worries: Vec<Worry>,
     /// Attempts passed and failed by day, the last four weeks.
     pub days: Vec<(Date, usize, usize)>,
-    /// A day that is looked into, and its attempts in order of time, each with its exercise's title.
-    pub day: Option<(Date, Vec<(String, LatestRow)>)>,
+    /// A day that is looked into, and its attempts in order of time.
+    pub day: Option<(Date, Vec<ScoredRow>)>,
 }
 
 /// A course: trainees down, exercises across.

@@ -22,7 +22,7 @@ pub struct MetricsPage {
     /// Each metric.
     pub metrics: Vec<MetricRow>,
     /// The attempts it is made of, by the trainee's name.
-    pub latest: Vec<LatestRow>,
+    pub scored: Vec<ScoredRow>,
 }
 
 /// A metric over the latest attempts.
@@ -44,11 +44,13 @@ impl MetricRow {
     }
 }
 
-/// A trainee's latest attempt.
+/// A trainee's scored attempt.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LatestRow {
+pub struct ScoredRow {
     /// Name.
     pub name: String,
+    /// Title of the exercise.
+    pub exercise: String,
     /// The attempt's page.
     pub href: String,
     /// When it began.

@@ -9,5 +9,5 @@ mod school;
 
 pub use cohort::{CohortProgressPage, CourseHeat, Hardness, HeatCell, HeatRow, Worry, heat_cell};
 pub use learning::{Comparison, CurveFacts, CurveRow, HabitRow, HabitsView, LearningPage, Said};
-pub use metrics::{LatestRow, MetricRow, MetricsPage};
+pub use metrics::{MetricRow, MetricsPage, ScoredRow};
 pub use school::{MonthRow, SchoolProgressPage, YearRow};

@@ -7,8 +7,8 @@ use scene::MasteryRule;
 use time::Duration;
 
 use super::{
-    CohortProgressPage, Comparison, CourseHeat, CurveFacts, CurveRow, HabitsView, Hardness, HeatRow, LatestRow,
-    LearningPage, MetricRow, MetricsPage, Worry, heat_cell,
+    CohortProgressPage, Comparison, CourseHeat, CurveFacts, CurveRow, HabitsView, Hardness, HeatRow, LearningPage,
+    MetricRow, MetricsPage, ScoredRow, Worry, heat_cell,
 };
 use crate::domain::Role;
 use crate::domain::progress::{Attempt, Concern, Course, Habits, Mastery, Progress};
@@ -118,7 +118,7 @@ pub(super) fn cohort_progress_page() -> CohortProgressPage {
         days: (0_usize..28)
             .map(|i| (samples::NOW.date() - Duration::days(27 - i64::try_from(i).expect("few")), i % 5, i % 3))
             .collect(),
-        day: Some((samples::NOW.date(), vec![("Feel the layers".to_owned(), latest_row("/sessions/7"))])),
+        day: Some((samples::NOW.date(), vec![scored_row("/sessions/7")])),
     }
 }
 
@@ -138,10 +138,17 @@ pub(super) fn metrics_page() -> MetricsPage {
             metric("Peak force", "N", &[1.8, 2.4, 2.5]),
             metric("Skin entries", "count", &[1.0, 1.0, 1.0]),
         ],
-        latest: vec![latest_row("/sessions/1")],
+        scored: vec![scored_row("/sessions/1")],
     }
 }
 
-fn latest_row(href: &str) -> LatestRow {
-    LatestRow { name: "Ana Lindqvist".to_owned(), href: href.to_owned(), at: samples::NOW, score: 80.0, passed: true }
+fn scored_row(href: &str) -> ScoredRow {
+    ScoredRow {
+        name: "Ana Lindqvist".to_owned(),
+        exercise: "Feel the layers".to_owned(),
+        href: href.to_owned(),
+        at: samples::NOW,
+        score: 80.0,
+        passed: true,
+    }
 }

@@ -10,7 +10,7 @@ use time::format_description::well_known::Iso8601;
 use time::{Date, Duration};
 use uuid::Uuid;
 
-use super::metrics::latest_row;
+use super::metrics::scored_row;
 use crate::AppState;
 use crate::domain::progress::{Attempt, Progress};
 use crate::domain::{CurrentPerson, Role};
@@ -21,7 +21,7 @@ use crate::routes::pages::standing::{self, Taught};
 use crate::routes::pages::{Id, cohorts};
 use crate::storage::practice;
 use crate::storage::reports::{self, Named};
-use crate::views::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, LatestRow, Worry, heat_cell};
+use crate::views::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, ScoredRow, Worry, heat_cell};
 use crate::views::{Place, Shell};
 
 /// Days on the chart.
@@ -98,16 +98,14 @@ pub(super) struct DayQuery {
     day: String,
 }
 
-/// The attempts of a day in order of time, each with its exercise's title.
-fn attempts_on(found: &Found, date: Date) -> Vec<(String, LatestRow)> {
+/// The attempts of a day in order of time.
+fn attempts_on(found: &Found, date: Date) -> Vec<ScoredRow> {
     let steps = || found.courses.iter().flat_map(|taught| &taught.course.steps);
-    let title = |id: &str| steps().find(|step| step.exercise == id).map_or(id, |step| &step.title).to_owned();
-    let of = |(trainee, attempts): &(Named, Vec<Attempt>)| -> Vec<(String, LatestRow)> {
-        let then = attempts.iter().filter(|attempt| attempt.at.date() == date);
-        then.map(|attempt| (title(&attempt.exercise), latest_row(trainee, attempt))).collect()
-    };
-    let mut rows: Vec<(String, LatestRow)> = found.trainees.iter().flat_map(of).collect();
-    rows.sort_by_key(|(_, row)| row.at);
+    let title = |id: &str| steps().find(|step| step.exercise == id).map_or_else(|| id.to_owned(), |s| s.title.clone());
+    let all = found.trainees.iter().flat_map(|(trainee, attempts)| attempts.iter().map(move |a| (trainee, a)));
+    let then = all.filter(|(_, attempt)| attempt.at.date() == date);
+    let mut rows: Vec<ScoredRow> = then.map(|(who, a)| scored_row(who, a, &title(&a.exercise))).collect();
+    rows.sort_by_key(|row| row.at);
     rows
 }
 

@@ -15,7 +15,7 @@ use crate::routes::pages::{cohorts, standing};
 use crate::storage::practice;
 use crate::storage::reports::{self, Named};
 use crate::storage::scores::{self, FoundMetric, MetricOfMany};
-use crate::views::progress::{LatestRow, MetricRow, MetricsPage};
+use crate::views::progress::{MetricRow, MetricsPage, ScoredRow};
 use crate::views::trainee::exercise_href;
 use crate::views::{Place, Shell, format, metric};
 
@@ -56,10 +56,10 @@ pub(super) async fn show(
     Ok(MetricsPage {
         shell: Shell::new(&person, csrf.token(), Place::Cohorts),
         cohort: (cohort.name.clone(), cohorts::href(&cohort)),
-        exercise: (title, exercise_href(&exercise)),
         scores: summary(&scores).ok(),
         metrics: metrics.iter().filter_map(distribution).collect(),
-        latest: latest.iter().map(|(trainee, attempt)| latest_row(trainee, attempt)).collect(),
+        scored: latest.iter().map(|(trainee, attempt)| scored_row(trainee, attempt, &title)).collect(),
+        exercise: (title, exercise_href(&exercise)),
     })
 }
 
@@ -70,9 +70,10 @@ fn distribution(metric: &MetricOfMany) -> Option<MetricRow> {
     Some(MetricRow { label: metric::label_of(&metric.id, &metric.label), unit: metric.unit.clone(), five })
 }
 
-pub(super) fn latest_row(trainee: &Named, attempt: &Attempt) -> LatestRow {
-    LatestRow {
+pub(super) fn scored_row(trainee: &Named, attempt: &Attempt, exercise: &str) -> ScoredRow {
+    ScoredRow {
         name: trainee.name.clone(),
+        exercise: exercise.to_owned(),
         href: format!("/sessions/{}", attempt.session),
         at: attempt.at,
         score: attempt.score,
