@@ -142,4 +142,9 @@ fn every_topic_of_a_recording_is_told_of() {
         assert!(text.contains(&row), "{row} is missing");
     }
     assert!(text.contains("| `/tissue/tent` | `stylet.TissueTent` |"));
+    let bytes = file(10);
+    let session = mcap::read::metadata(&bytes, &summary.metadata_indexes[0]).unwrap();
+    for key in session.metadata.keys() {
+        assert!(text.contains(&format!("`{key}`")), "the metadata's {key} is missing");
+    }
 }
