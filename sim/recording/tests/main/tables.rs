@@ -45,7 +45,7 @@ impl Kept {
 
     /// The cells of a row under a column.
     fn cell(&self, table: Table, row: usize, column: &str) -> &Cell {
-        let place = self.names(table).iter().position(|name| *name == column).expect(column);
+        let place = self.names(table).iter().position(|name| *name == column).unwrap();
         &self.rows.iter().filter(|(found, _)| *found == table).nth(row).unwrap().1[place]
     }
 }
