@@ -39,8 +39,12 @@ fn symbols_are_kept_apart_and_the_program_still_runs() {
     let before = fs::metadata(&copy).expect("a program").len();
     // Twice: what has been done is not done again, which would leave an empty file for the debugger.
     let script = "source deploy/lib.sh; symbols_apart \"$1\"; symbols_apart \"$1\"";
-    let output =
-        Command::new("bash").args(["-euo", "pipefail", "-c", script, "bash"]).arg(&copy).current_dir(root()).output().expect("bash");
+    let output = Command::new("bash")
+        .args(["-euo", "pipefail", "-c", script, "bash"])
+        .arg(&copy)
+        .current_dir(root())
+        .output()
+        .expect("bash");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let after = fs::metadata(&copy).expect("a program").len();
     let apart = fs::metadata(copy.with_extension("debug")).expect("symbols").len();
