@@ -25,7 +25,7 @@ fn simulate(out: &Path, operator: &str, more: &[&str]) -> Run {
 }
 
 /// A folder with a short recording in it: a fast straight insertion.
-fn recorded() -> (TempDir, PathBuf) {
+pub fn recorded() -> (TempDir, PathBuf) {
     let folder = TempDir::new().expect("a folder");
     let file = folder.path().join("attempt.mcap");
     simulate(&file, "constant:20", &["--seed", "3"]).ends(0);
