@@ -14,6 +14,8 @@ const TICK_S: f64 = 1e-3;
 const START_M: f64 = -0.002;
 /// A jump of the force, in N, that a hand would notice.
 const JUMP_N: f64 = 0.05;
+/// The same where readings come three times: at 30 mm/s each is a step of 90 µm, whatever the encoder.
+const REPEATED_JUMP_N: f64 = 0.1;
 
 /// Every shipped scene as the law sees it, with its name.
 fn scenes() -> Vec<(String, AxialSpec)> {
@@ -81,10 +83,10 @@ fn range(ideal: &Felt, from: usize, to: usize) -> (f64, f64) {
 }
 
 /// Jumps of the force that no rupture explains, and that the ideal force does not make within an encoder's step of there.
-fn unexplained_jumps(felt: &Felt, ideal: &Felt, reach_ticks: usize) -> usize {
+fn unexplained_jumps(felt: &Felt, ideal: &Felt, reach_ticks: usize, jump_n: f64) -> usize {
     let jump = |&at: &usize| {
         let (low, high) = range(ideal, at.saturating_sub(reach_ticks), at + 2);
-        !felt.ruptured[at] && (felt.total_n[at] - felt.total_n[at - 1]).abs() > JUMP_N + (high - low)
+        !felt.ruptured[at] && (felt.total_n[at] - felt.total_n[at - 1]).abs() > jump_n + (high - low)
     };
     (1..felt.total_n.len()).filter(jump).count()
 }
@@ -96,6 +98,7 @@ fn cutting_is_as_steady_through_an_encoder_as_without_one() {
         let to_m = match name.as_str() {
             "epidural-71kg" => 0.056,
             "lower-back-obese" => 0.05,
+            "lower-back-thick-needle" => 0.027,
             _ => 0.035,
         };
         for speed_mm_per_s in [0.5, 2.0, 7.0, 30.0] {
@@ -106,14 +109,21 @@ fn cutting_is_as_steady_through_an_encoder_as_without_one() {
                     let encoder = Encoder { step_m: step_um * 1e-6, repeats };
                     let felt = insert(&spec, speed_m_per_s, to_m, encoder);
                     let case = format!("{name}, {speed_mm_per_s} mm/s, {encoder:?}");
-                    judge(&case, &felt, &ideal, encoder.reach_ticks(speed_m_per_s));
+                    judge(&felt, &ideal, &Case { name: case, encoder, speed_m_per_s });
                 }
             }
         }
     }
 }
 
-fn judge(case: &str, felt: &Felt, ideal: &Felt, reach_ticks: usize) {
+/// What is tried.
+struct Case {
+    name: String,
+    encoder: Encoder,
+    speed_m_per_s: f64,
+}
+
+fn judge(felt: &Felt, ideal: &Felt, Case { name: case, encoder, speed_m_per_s }: &Case) {
     let cuts: Vec<usize> = (0..ideal.cutting_n.len()).filter(|&at| ideal.cutting_n[at] > 0.0).collect();
     if !cuts.is_empty() {
         let on = cuts.iter().filter(|&&at| felt.cutting_n[at] > 0.0).count();
@@ -122,6 +132,7 @@ fn judge(case: &str, felt: &Felt, ideal: &Felt, reach_ticks: usize) {
         let ratio = sum(&felt.cutting_n) / sum(&ideal.cutting_n);
         assert!((ratio - 1.0).abs() <= 0.02, "{case}: mean cutting is {ratio} of the ideal");
     }
-    let jumps = unexplained_jumps(felt, ideal, reach_ticks);
-    assert_eq!(jumps, 0, "{case}: jumps over {JUMP_N} N that nothing explains, up to x = {:?}", felt.x_m.last());
+    let jump_n = if encoder.repeats > 1 { REPEATED_JUMP_N } else { JUMP_N };
+    let jumps = unexplained_jumps(felt, ideal, encoder.reach_ticks(*speed_m_per_s), jump_n);
+    assert_eq!(jumps, 0, "{case}: jumps over {jump_n} N that nothing explains, up to x = {:?}", felt.x_m.last());
 }
