@@ -76,7 +76,8 @@ fn experts_do_well_but_not_all_and_not_always_perfectly() {
         let mean = scores.iter().sum::<f64>() / scores.len() as f64;
         assert!(perfect < 8, "{file}: {perfect} of 10 experts score 100: {scores:?}");
         assert!(mean > bundle.exercise.pass_mark, "{file}: {scores:?}");
-        let range = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max) - scores.iter().copied().fold(100.0, f64::min);
+        let range =
+            scores.iter().copied().fold(f64::NEG_INFINITY, f64::max) - scores.iter().copied().fold(100.0, f64::min);
         assert!(range > 2.0, "{file}: they score alike: {scores:?}");
     }
 }

@@ -4,7 +4,9 @@ use nalgebra::Vector3;
 
 use crate::axial::Contactor;
 use crate::operator::Operator;
-use crate::puncture::{PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureState, step};
+use crate::puncture::{
+    PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureState, step,
+};
 
 use super::needle::DT;
 

@@ -7,8 +7,8 @@
 mod axisymmetric;
 mod case;
 mod force_law;
-mod mass_spring;
 mod hands;
+mod mass_spring;
 pub mod needle;
 pub mod scenes;
 pub mod slabs;

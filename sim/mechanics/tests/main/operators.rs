@@ -18,7 +18,14 @@ const TARGET_M: f64 = 0.025;
 const SEEDS: u64 = 6;
 
 fn plan() -> Plan {
-    Plan { entry_m: Point3::origin(), axis: -Vector3::z(), target_x_m: TARGET_M, approach_m: 0.01, hold_s: 1.0, reach_m: 0.15 }
+    Plan {
+        entry_m: Point3::origin(),
+        axis: -Vector3::z(),
+        target_x_m: TARGET_M,
+        approach_m: 0.01,
+        hold_s: 1.0,
+        reach_m: 0.15,
+    }
 }
 
 struct Tick {

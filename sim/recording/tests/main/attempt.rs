@@ -76,8 +76,14 @@ fn attempt(source: &mut dyn MotionSource, clock: &Clock) -> (Simulated, Vec<u8>)
 }
 
 fn straight() -> Operator {
-    let plan =
-        Plan { entry_m: Point3::origin(), axis: -Vector3::z(), target_x_m: 0.02, approach_m: 0.001, hold_s: 0.1, reach_m: 0.15 };
+    let plan = Plan {
+        entry_m: Point3::origin(),
+        axis: -Vector3::z(),
+        target_x_m: 0.02,
+        approach_m: 0.001,
+        hold_s: 0.1,
+        reach_m: 0.15,
+    };
     Operator::constant(0.002, &plan)
 }
 

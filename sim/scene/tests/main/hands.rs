@@ -148,7 +148,7 @@ fn the_hub_stops_a_hand_that_nothing_else_stops() {
         let plan = Plan { reach_m: 0.018, target_x_m: 0.03, ..bundle.plan() };
         let performance = perform(&params, &mut Operator::skilled(&Skill::novice(), &plan, seed), 60.0);
         let short_m = plan.reach_m - performance.furthest_m;
-        assert!((-1e-5..5e-4).contains(&short_m), "seed {seed}: {} m", performance.furthest_m);
+        assert!((-1e-4..5e-4).contains(&short_m), "seed {seed}: {} m", performance.furthest_m);
         assert!(performance.confirmed_m.is_some(), "seed {seed}: it gives up, confirms and comes back");
     }
 }

@@ -29,9 +29,7 @@ const FIGURES: [Figure; 6] = [
     ("beyond the target mm", |bundle, attempt| {
         Some((1e3 * attempt.furthest_m - bundle.exercise.target_depth_mm).max(0.0))
     }),
-    ("error of depth mm", |bundle, attempt| {
-        Some((1e3 * attempt.confirmed_m? - bundle.exercise.target_depth_mm).abs())
-    }),
+    ("error of depth mm", |bundle, attempt| Some((1e3 * attempt.confirmed_m? - bundle.exercise.target_depth_mm).abs())),
     ("time s", |_, attempt| Some(attempt.duration_s)),
 ];
 
@@ -55,7 +53,8 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     let progress = Progress::new(3 * exercises.len() as u64, "operators");
     let mut rows = Vec::new();
     for bundle in &exercises {
-        let presets = [("novice", Skill::novice()), ("intermediate", Skill::intermediate()), ("expert", Skill::expert())];
+        let presets =
+            [("novice", Skill::novice()), ("intermediate", Skill::intermediate()), ("expert", Skill::expert())];
         for (preset, skill) in presets {
             rows.push(row(bundle, (preset, &skill), seeds)?);
             progress.advance(1);
@@ -107,7 +106,8 @@ fn csv(rows: &[Row]) -> Sheet {
     let head = ["exercise", "preset", "furthest_mm", "needle_mm"].map(str::to_owned);
     let mut sheet = Sheet::new(head.into_iter().chain(columns));
     for row in rows {
-        let head = [row.exercise.clone(), row.preset.to_owned(), row.furthest_mm.to_string(), row.needle_mm.to_string()];
+        let head =
+            [row.exercise.clone(), row.preset.to_owned(), row.furthest_mm.to_string(), row.needle_mm.to_string()];
         sheet.row(head.into_iter().chain(row.figures.iter().flatten().map(f64::to_string)));
     }
     sheet
