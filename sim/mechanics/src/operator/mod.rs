@@ -42,6 +42,7 @@ mod pose;
 mod skill;
 mod skilled;
 mod tremor;
+mod wave;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 

@@ -1,24 +1,17 @@
 //! How evenly the set-point advances: a slow wave on the speed, so that an uneven hand goes in fits and starts.
 
-use core::f64::consts::TAU;
-
 use super::gauss::Draw;
+use super::wave::Wave;
 
 /// Sinusoids of the wave.
 const WAVES: usize = 5;
 /// Their band, in Hz: the sub-movements of a voluntary motion lie below 2 Hz.
 const BAND_HZ: (f64, f64) = (0.3, 1.5);
 
-#[derive(Clone, Copy, Debug, Default)]
-struct Swell {
-    angular_rad_per_s: f64,
-    phase_rad: f64,
-}
-
 /// The factor on the speed.
 #[derive(Clone, Debug)]
 pub(super) struct Pace {
-    swells: [Swell; WAVES],
+    swells: [Wave; WAVES],
     amplitude: f64,
 }
 
@@ -26,18 +19,14 @@ impl Pace {
     /// A pace whose factor has mean 1 and the given standard deviation before it is cut off at 0: the hand halts, but does
     /// not draw back.
     pub fn new(unevenness: f64, draw: &mut Draw) -> Self {
-        let mut swells = [Swell::default(); WAVES];
-        for swell in &mut swells {
-            swell.angular_rad_per_s = TAU * (BAND_HZ.0 + (BAND_HZ.1 - BAND_HZ.0) * draw.uniform());
-            swell.phase_rad = TAU * draw.uniform();
-        }
+        let mut swells = [Wave::default(); WAVES];
+        swells.fill_with(|| Wave::draw(BAND_HZ, draw));
         Self { swells, amplitude: unevenness * libm::sqrt(2.0 / WAVES as f64) }
     }
 
     /// The factor at a time in s, 0 or more.
     pub fn at(&self, t_s: f64) -> f64 {
-        let wave: f64 =
-            self.swells.iter().map(|swell| libm::sin(swell.angular_rad_per_s * t_s + swell.phase_rad)).sum();
+        let wave: f64 = self.swells.iter().map(|swell| swell.at(t_s)).sum();
         (1.0 + self.amplitude * wave).max(0.0)
     }
 }

@@ -137,7 +137,7 @@ fn a_novice_pushes_a_fifth_harder_where_a_harder_boundary_is_within_reach() {
     assert!((1.1..=1.35).contains(&fat), "{said}");
     // Behind the last boundary thresholds set the peak, whoever pushes, but for the drag of a quicker hand.
     let (muscle, said) = ratio("lower-back-basics/3-reach-the-muscle.toml", OTHERS);
-    assert!((1.0..1.1).contains(&muscle), "{said}");
+    assert!((0.98..1.1).contains(&muscle), "{said}");
 }
 
 #[test]
