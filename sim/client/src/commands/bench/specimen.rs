@@ -143,7 +143,7 @@ mod tests {
     #[test]
     fn every_shipped_exercise_is_measured_in_its_own_scene() {
         let bundles = exercises().expect("sound");
-        let measured = bundles.into_iter().map(|bundle| (bundle.exercise.id, bundle.scene.id)).collect();
+        let measured: BTreeSet<_> = bundles.into_iter().map(|bundle| (bundle.exercise.id, bundle.scene.id)).collect();
         assert_eq!(on_disk(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula")), measured);
     }
 }
