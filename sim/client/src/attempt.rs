@@ -9,7 +9,7 @@ use mechanics::operator::{Operator, Skill};
 use recording::simulate::MotionSource;
 use recording::write::SceneDrawing;
 use recording::{Session, Writer};
-use scene::{Exercise, ExerciseBundle, Patient};
+use scene::{ExerciseBundle, Patient};
 
 use crate::clock;
 use crate::exit::Failure;
@@ -66,8 +66,8 @@ impl Hand {
     ///
     /// # Errors
     /// When its file is refused.
-    pub fn source(&self, exercise: &Exercise, seed: u64) -> Result<Box<dyn MotionSource>, Failure> {
-        let plan = exercise.plan();
+    pub fn source(&self, bundle: &ExerciseBundle, seed: u64) -> Result<Box<dyn MotionSource>, Failure> {
+        let plan = bundle.plan();
         Ok(match self {
             Self::Preset(_, skill) => Box::new(Operator::skilled(skill, &plan, seed)),
             Self::Constant(mm_per_s) => Box::new(Operator::constant(mm_per_s * 1e-3, &plan)),

@@ -184,3 +184,23 @@ fn a_soak_reports_every_shipped_scene() {
     }
     assert!(fs::read_to_string(folder.path().join("soak.md")).expect("a report").contains("lower-back-training"));
 }
+
+#[test]
+fn the_operators_report_tells_hands_apart_at_every_shipped_exercise() {
+    let folder = TempDir::new().expect("a folder");
+    stylet(&["bench", "operators", "--quick", "--out", text(folder.path())]).ends(0);
+    let table = fs::read_to_string(folder.path().join("operators.csv")).expect("a table");
+    let mut reader = csv::Reader::from_reader(table.as_bytes());
+    let head = reader.headers().expect("a head").clone();
+    let column = |name: &str| head.iter().position(|cell| cell == name).expect("a column");
+    let rows: Vec<_> = reader.records().map(|row| row.expect("a row")).collect();
+    let number = |row: &csv::StringRecord, name: &str| row[column(name)].parse::<f64>().expect("a number");
+    assert_eq!(rows.len(), 27, "{table}");
+    for presets in rows.chunks(3) {
+        let over_mm: Vec<f64> = presets.iter().map(|row| number(row, "overshoot_of_the_skin_mm_median")).collect();
+        assert!(over_mm[0] > over_mm[1] && over_mm[1] > over_mm[2], "novice, intermediate, expert: {presets:?}");
+        assert!(presets.iter().all(|row| number(row, "furthest_mm") < number(row, "needle_mm")), "{presets:?}");
+    }
+    let report = fs::read_to_string(folder.path().join("operators.md")).expect("a report");
+    assert!(report.contains("| stop-in-the-epidural-space | novice |"), "{report}");
+}

@@ -157,6 +157,7 @@ impl Exercise {
             target_x_m: self.target_depth_mm * 1e-3,
             approach_m: 0.010,
             hold_s: 2.0,
+            reach_m: f64::INFINITY,
         }
     }
 

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use mechanics::operator::Plan;
 use mechanics::phrase;
 use mechanics::phrase::Phrase;
 use mechanics::puncture::PunctureSpec;
@@ -81,6 +82,12 @@ impl ExerciseBundle {
     #[must_use]
     pub fn puncture_spec(&self, patient: &Patient) -> PunctureSpec {
         self.scene.puncture_spec(patient, self.exercise.angle_deg)
+    }
+
+    /// What a virtual operator intends at it, with the scene's needle in its hand.
+    #[must_use]
+    pub fn plan(&self) -> Plan {
+        Plan { reach_m: self.scene.needle.length_mm * 1e-3, ..self.exercise.plan() }
     }
 
     fn from_disk(path: &Path, bytes: Vec<u8>) -> Result<Self, DocumentError> {

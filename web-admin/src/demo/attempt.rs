@@ -5,7 +5,7 @@ use std::io::BufWriter;
 use std::path::Path;
 
 use assessment::attachments;
-use mechanics::operator::{Operator, Skill};
+use mechanics::operator::{Occasion, Operator, Skill};
 use mechanics::puncture::PunctureParams;
 use recording::simulate::{Clock, simulate};
 use recording::write::SceneDrawing;
@@ -25,8 +25,10 @@ pub struct Task {
     pub bundle: ExerciseBundle,
     /// How well.
     pub skill: Skill,
-    /// Draws the patient and the hand.
+    /// Draws the patient.
     pub seed: u64,
+    /// Draws the hand: whose it is, on which day, at which attempt.
+    pub occasion: Occasion,
     /// Pseudonym of the trainee.
     pub trainee: String,
     /// When it begins.
@@ -44,7 +46,7 @@ pub fn perform(task: &Task, path: &Path) -> anyhow::Result<f64> {
     let drawing = SceneDrawing::of(&spec, scene.needle.diameter_mm * 0.5e-3);
     let params = PunctureParams::new(spec)?;
     let session = session(task, patient);
-    let mut operator = Operator::skilled(&task.skill, &exercise.plan(), task.seed);
+    let mut operator = Operator::on(&task.skill, &task.bundle.plan(), &task.occasion);
     let clock = Clock { tick_hz: TICK_HZ, time_limit_s: exercise.time_limit_s };
     let file = BufWriter::new(File::create_new(path)?);
     let mut writer = Writer::create(file, &session, &attachments(&task.bundle), &drawing)?;

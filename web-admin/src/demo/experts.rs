@@ -1,7 +1,7 @@
 //! The experts of the demonstration: those who teach show each exercise once, and consent to be part of the corridor.
 
 use anyhow::Context;
-use mechanics::operator::Skill;
+use mechanics::operator::{Occasion, Skill};
 use tokio::task::JoinSet;
 use uuid::Uuid;
 
@@ -28,6 +28,8 @@ const APART_S: i64 = 300;
 /// An exercise that an expert is yet to pass.
 struct Open {
     expert: Person,
+    /// Draws the expert's own ways.
+    person: u64,
     step: usize,
 }
 
@@ -67,11 +69,11 @@ pub(super) async fn find(state: &AppState, name: &str) -> anyhow::Result<Person>
 
 async fn open(state: &AppState, course: &Course, experts: &[Person]) -> anyhow::Result<Vec<Open>> {
     let mut open = Vec::new();
-    for expert in experts {
+    for (expert, person) in experts.iter().zip(0..) {
         let attempts = practice::of_trainee(state.db.reader(), expert.school_id, expert.id).await?;
         let passed = |step: &usize| attempts.iter().any(|a| a.passed && *a.exercise == course.steps[*step].exercise);
         let steps = (0..course.steps.len().min(SHOWN)).filter(|step| !passed(step));
-        open.extend(steps.map(|step| Open { expert: expert.clone(), step }));
+        open.extend(steps.map(|step| Open { expert: expert.clone(), person, step }));
     }
     Ok(open)
 }
@@ -84,11 +86,12 @@ async fn show(
     (from, seed): (Moment, u64),
 ) -> anyhow::Result<Vec<Made>> {
     let mut stations = JoinSet::new();
-    for (n, Open { expert, step }) in open.iter().enumerate() {
+    for (n, Open { expert, person, step }) in open.iter().enumerate() {
         let task = Task {
             bundle: current_bundle(state, expert.school_id, course, *step).await?,
             skill: Skill::expert(),
             seed: seed.wrapping_mul(7_000_003) ^ (n as u64),
+            occasion: Occasion { person: *person, day: seed, attempt: *step as u64 },
             trainee: expert.pseudonym.clone(),
             at: from.plus_s(i64::try_from(n)? * APART_S),
         };

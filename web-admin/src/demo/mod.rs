@@ -16,6 +16,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
+use mechanics::operator::Occasion;
 use rust_embed::RustEmbed;
 use scene::ExerciseBundle;
 use tokio::task::JoinSet;
@@ -159,6 +160,11 @@ async fn practise(
             bundle: next_exercise(state, trainee, n).await?,
             skill: LEARNERS[slot.learner].skill(n, slot.weeks_left),
             seed: seed.wrapping_mul(1_000_003) ^ ((slot.learner as u64) << 32) ^ u64::from(n),
+            occasion: Occasion {
+                person: seed.wrapping_mul(1_000_003) ^ slot.learner as u64,
+                day: day_of(slot.at).unsigned_abs(),
+                attempt: u64::from(n),
+            },
             trainee: trainee.pseudonym.clone(),
             at: slot.at,
         };

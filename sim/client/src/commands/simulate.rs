@@ -116,7 +116,7 @@ fn record(args: &Args, session: &Session, bundle: &ExerciseBundle) -> Result<Sim
         }
         output::warning(format_args!("{}: unsound scene: {unsound}", args.exercise.display()));
     }
-    let source = args.operator.source(&bundle.exercise, args.seed)?;
+    let source = args.operator.source(bundle, args.seed)?;
     let clock = Clock { tick_hz: session.tick_hz, time_limit_s: bundle.exercise.time_limit_s };
     let mut watched = Watched::new(source, &clock);
     let mut file = NewFile::create(&args.out, args.force)?;

@@ -12,7 +12,7 @@ use haptics::openhaptics::OpenHaptics;
 use haptics::servo::Driven;
 use mechanics::operator::{Operator, Skill};
 use nalgebra::Unit;
-use scene::Exercise;
+use scene::{Exercise, ExerciseBundle};
 
 use crate::attempt::Hand;
 use crate::devices::DeviceArgs;
@@ -96,16 +96,17 @@ pub struct Opened {
 pub fn open(
     choice: &Choice,
     args: &DeviceArgs,
-    exercise: &Exercise,
+    bundle: &ExerciseBundle,
     (seed, rate_hz): (u64, f64),
 ) -> Result<Opened, Failure> {
+    let exercise = &bundle.exercise;
     match choice {
         Choice::Auto => Ok(first(args, exercise, rate_hz)),
         Choice::Mouse => Ok(mouse(exercise, rate_hz)),
         Choice::Gamepad => gamepad(exercise, rate_hz).map_err(Failure::work),
         Choice::OpenHaptics => openhaptics(args, exercise).map_err(Failure::work),
         Choice::Inverse3 => inverse3(args, exercise).map_err(Failure::work),
-        Choice::Operator(hand) => Ok(operator(hand, exercise, (seed, rate_hz))),
+        Choice::Operator(hand) => Ok(operator(hand, bundle, (seed, rate_hz))),
     }
 }
 
@@ -156,8 +157,8 @@ fn home(exercise: &Exercise) -> Home {
     Home::above(plan.entry_m, Unit::new_normalize(plan.axis), plan.approach_m)
 }
 
-fn operator(hand: &Hand, exercise: &Exercise, (seed, rate_hz): (u64, f64)) -> Opened {
-    let plan = exercise.plan();
+fn operator(hand: &Hand, bundle: &ExerciseBundle, (seed, rate_hz): (u64, f64)) -> Opened {
+    let plan = bundle.plan();
     let operator = match hand {
         Hand::Preset(_, skill) => Operator::skilled(skill, &plan, seed),
         Hand::Constant(mm_per_s) => Operator::constant(mm_per_s * 1e-3, &plan),

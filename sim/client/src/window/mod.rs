@@ -244,7 +244,7 @@ impl Window {
         let params = Arc::new(commands::puncture_params(file, &bundle, &patient)?);
         let stage = picture::stage(file, &bundle, &params)?;
         self.canvas.set_stage(&stage).map_err(|error| Failure::refused(file, error))?;
-        let opened = open::open(&station.device, &station.devices, &bundle.exercise, (seed, TICK_HZ))?;
+        let opened = open::open(&station.device, &station.devices, &bundle, (seed, TICK_HZ))?;
         let info = opened.driven.info();
         let name = match &opened.steered {
             Steered::Gamepad(feed) => feed.name(),

@@ -135,7 +135,7 @@ impl VirtualHand {
     /// The hand that holds a mouse: braced and critically damped, so that it follows without swinging.
     #[must_use]
     pub fn braced() -> Skill {
-        Skill { damping_n_s_per_m: 60.0, ..Skill::expert() }
+        Skill { stiffness_n_per_m: 1500.0, damping_n_s_per_m: 60.0, ..Skill::expert() }
     }
 }
 

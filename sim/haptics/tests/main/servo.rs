@@ -21,7 +21,14 @@ use nalgebra::{Point3, Vector3};
 use crate::support::{PERIOD_S, RATE_HZ, Rig, reading, shipped, touch};
 
 fn plan() -> Plan {
-    Plan { entry_m: Point3::origin(), axis: -Vector3::z(), target_x_m: 0.03, approach_m: 0.01, hold_s: 0.5 }
+    Plan {
+        entry_m: Point3::origin(),
+        axis: -Vector3::z(),
+        target_x_m: 0.03,
+        approach_m: 0.01,
+        hold_s: 0.5,
+        reach_m: 0.15,
+    }
 }
 
 /// Drives a device for some ticks, as the thread does; the forces it was sent, in N.

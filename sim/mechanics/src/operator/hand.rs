@@ -22,6 +22,8 @@ pub struct Hand {
     mass_kg: f64,
     damping_n_s_per_m: f64,
     stiffness_n_per_m: f64,
+    /// Damping over the root of the stiffness: what a firmer grip keeps.
+    damping_per_root: f64,
     /// Where it is, in m.
     pub position_m: Vector3<f64>,
     velocity_m_per_s: Vector3<f64>,
@@ -35,6 +37,7 @@ impl Hand {
             mass_kg: skill.mass_kg + DEVICE_KG,
             damping_n_s_per_m: skill.damping_n_s_per_m,
             stiffness_n_per_m: skill.stiffness_n_per_m,
+            damping_per_root: skill.damping_n_s_per_m / libm::sqrt(skill.stiffness_n_per_m),
             position_m,
             velocity_m_per_s: Vector3::zeros(),
         }
@@ -51,5 +54,17 @@ impl Hand {
         let inertia_kg = self.mass_kg + dt_s * b + dt_s * dt_s * k;
         self.velocity_m_per_s = (self.velocity_m_per_s * self.mass_kg + pull_n * dt_s) / inertia_kg;
         self.position_m += self.velocity_m_per_s * dt_s;
+    }
+
+    /// Takes a firmer or looser grip, in N/m. The damping follows with the root of the stiffness, so that the damping ratio stays.
+    pub(super) fn grip(&mut self, stiffness_n_per_m: f64) {
+        self.stiffness_n_per_m = stiffness_n_per_m;
+        self.damping_n_s_per_m = self.damping_per_root * libm::sqrt(stiffness_n_per_m);
+    }
+
+    /// Is stopped by something hard that it went into by a depth along a unit vector, in m: it goes no farther that way.
+    pub(super) fn stop(&mut self, axis: &Vector3<f64>, depth_m: f64) {
+        self.position_m -= axis * depth_m;
+        self.velocity_m_per_s -= axis * self.velocity_m_per_s.dot(axis).max(0.0);
     }
 }

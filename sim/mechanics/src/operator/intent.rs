@@ -2,14 +2,17 @@
 //!
 //! The choices below are ours: the literature gives the hand and its reaction time, not a script.
 
+use super::pace::Pace;
 use super::pop::PopSense;
 
 /// Speed through the air and out of the body, in m/s, where the insertion is slower.
 const TRAVEL_M_PER_S: f64 = 0.010;
 /// Distance above the skin at which the insertion speed is taken up, in m.
 const SLOW_ABOVE_M: f64 = 0.002;
-/// How long the set-point halts after a felt pop, in s.
-const PAUSE_S: f64 = 0.9;
+/// From this far before the goal a careful hand slows down, in m.
+const NEAR_M: f64 = 0.006;
+/// How many times its reaction time a mind takes that was elsewhere.
+const ABSENT: f64 = 2.0;
 /// Hardest push, in N: beyond it the set-point waits.
 const MAX_PUSH_N: f64 = 25.0;
 /// After pushing that hard without getting on for this long, in s, the operator gives up and confirms where the needle is.
@@ -24,21 +27,29 @@ const CORRECTION_PER_S: f64 = 1.5;
 const STUCK_S: f64 = 3.0;
 
 /// The operator's aims, drawn once for an attempt.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Aim {
     /// Where the operator believes the target to be, in m along the axis.
     pub goal_m: f64,
     pub approach_m: f64,
     pub hold_s: f64,
     pub speed_m_per_s: f64,
+    /// How evenly it advances.
+    pub pace: Pace,
+    /// Part of the speed kept at the goal.
+    pub care: f64,
     pub reaction_s: f64,
-    /// Lead of the set-point at the hardest push, in m.
-    pub max_lead_m: f64,
+    /// A bit for each felt pop, from the lowest: the mind is elsewhere. A pop after the last is met awake.
+    pub lapses: u64,
+    /// Halt after a felt pop, in s.
+    pub pause_s: f64,
 }
 
 impl Aim {
-    pub fn max_lead_m(stiffness_n_per_m: f64) -> f64 {
-        MAX_PUSH_N / stiffness_n_per_m
+    /// Speed of the set-point, in m/s, at a time in s and a displacement in m, both as the operator knows them.
+    fn pace_m_per_s(&self, t_s: f64, x_m: f64) -> f64 {
+        let near = 1.0 - ((self.goal_m - x_m) / NEAR_M).clamp(0.0, 1.0);
+        self.speed_m_per_s * self.pace.at(t_s) * (1.0 - near * (1.0 - self.care))
     }
 }
 
@@ -60,6 +71,8 @@ pub(super) struct Sensed {
     /// Displacement of the tip itself, in m, at which the force was felt.
     pub tip_x_m: f64,
     pub force_n: f64,
+    /// Stiffness of the grip, in N/m.
+    pub stiffness_n_per_m: f64,
 }
 
 /// What the operator does in a tick.
@@ -90,11 +103,11 @@ pub(super) struct Intent {
 impl Intent {
     pub fn new(aim: Aim) -> Self {
         Self {
+            set_point_m: -aim.approach_m,
             aim,
             phase: Phase::Insert,
             t_s: 0.0,
             since_s: 0.0,
-            set_point_m: -aim.approach_m,
             pops: PopSense::new(),
             halt_at_s: f64::INFINITY,
             stop_at_s: f64::INFINITY,
@@ -108,7 +121,7 @@ impl Intent {
         let speed_m_per_s = match phase {
             Phase::Insert => self.insert(sensed),
             Phase::Settle => self.settle(sensed),
-            Phase::Hold => self.hold(),
+            Phase::Hold => self.hold(sensed),
             Phase::Withdraw => self.withdraw(sensed),
             Phase::Done => 0.0,
         };
@@ -119,6 +132,12 @@ impl Intent {
             confirm: phase == Phase::Hold && self.phase == Phase::Withdraw,
             done: self.phase == Phase::Done,
         }
+    }
+
+    /// The grip has changed with the hand at `x_m`: the set-point moves so that the push stays. `slackening` is the old stiffness
+    /// over the new.
+    pub fn keep_push(&mut self, x_m: f64, slackening: f64) {
+        self.set_point_m = x_m + (self.set_point_m - x_m) * slackening;
     }
 
     fn turn_to(&mut self, phase: Phase) {
@@ -132,7 +151,7 @@ impl Intent {
 
     fn insert(&mut self, sensed: &Sensed) -> f64 {
         if self.pops.feel(self.t_s, sensed.force_n, sensed.tip_x_m) && self.halt_at_s.is_infinite() {
-            self.halt_at_s = self.t_s + self.aim.reaction_s;
+            self.halt_at_s = self.t_s + self.react_s();
         }
         if sensed.x_m >= self.aim.goal_m && self.stop_at_s.is_infinite() {
             self.stop_at_s = self.t_s + self.aim.reaction_s;
@@ -144,7 +163,7 @@ impl Intent {
         if self.halted() {
             return 0.0;
         }
-        if self.set_point_m - sensed.x_m > self.aim.max_lead_m {
+        if self.set_point_m - sensed.x_m > MAX_PUSH_N / sensed.stiffness_n_per_m {
             self.stalled_s += sensed.dt_s;
             if self.stalled_s > GIVE_UP_S {
                 self.turn_to(Phase::Hold);
@@ -152,16 +171,26 @@ impl Intent {
             return 0.0;
         }
         self.stalled_s = 0.0;
-        if self.set_point_m < -SLOW_ABOVE_M { self.travel_m_per_s() } else { self.aim.speed_m_per_s }
+        if self.set_point_m < -SLOW_ABOVE_M {
+            return self.travel_m_per_s();
+        }
+        self.aim.pace_m_per_s(self.t_s, sensed.x_m)
+    }
+
+    /// Time to react to the pop that was just felt, in s.
+    fn react_s(&mut self) -> f64 {
+        let absent = self.aim.lapses & 1 == 1;
+        self.aim.lapses >>= 1;
+        if absent { ABSENT * self.aim.reaction_s } else { self.aim.reaction_s }
     }
 
     /// Whether the operator stands still after a pop; the reaction is forgotten when the pause is over.
     fn halted(&mut self) -> bool {
         let since_halt_s = self.t_s - self.halt_at_s;
-        if since_halt_s >= PAUSE_S {
+        if since_halt_s >= self.aim.pause_s {
             self.halt_at_s = f64::INFINITY;
         }
-        (0.0..PAUSE_S).contains(&since_halt_s)
+        (0.0..self.aim.pause_s).contains(&since_halt_s)
     }
 
     fn settle(&mut self, sensed: &Sensed) -> f64 {
@@ -170,15 +199,21 @@ impl Intent {
             self.turn_to(Phase::Hold);
             return 0.0;
         }
+        self.correct(error_m)
+    }
+
+    /// Speed that takes away an error of depth, in m/s.
+    fn correct(&self, error_m: f64) -> f64 {
         let limit = 0.5 * self.aim.speed_m_per_s;
         (CORRECTION_PER_S * error_m).max(-limit).min(limit)
     }
 
-    fn hold(&mut self) -> f64 {
+    /// Stays at the goal: a hand that still pushed when it arrived would creep on. One that gave up on the way stays where it is.
+    fn hold(&mut self, sensed: &Sensed) -> f64 {
         if self.t_s - self.since_s >= self.aim.hold_s {
             self.turn_to(Phase::Withdraw);
         }
-        0.0
+        if self.stop_at_s.is_finite() { self.correct(self.aim.goal_m - sensed.x_m) } else { 0.0 }
     }
 
     fn withdraw(&mut self, sensed: &Sensed) -> f64 {

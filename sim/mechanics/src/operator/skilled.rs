@@ -2,26 +2,35 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::gauss::Draw;
+use super::grip::Grip;
 use super::hand::{Hand, SetPoint};
 use super::intent::{Act, Aim, Intent, Sensed};
+use super::occasion::{Occasion, Traits};
+use super::pace::Pace;
 use super::tremor::Tremor;
 use super::{Motion, Plan, Skill, needle_pose};
 
 /// How far off the planned entry a hand puts the needle, per radian of its angle error: 0.1 mm per degree (choice), in m/rad, for each axis.
 const ENTRY_SD_M_PER_RAD: f64 = 0.0057;
-/// How far off a hand judges a depth: 0.2 mm per degree of its angle error (choice), in m/rad.
-const DEPTH_SD_M_PER_RAD: f64 = 0.0115;
 /// Speed drawn for an attempt, as a part of the skill's mean: neither standing still nor a stab.
 const SPEED_PARTS: (f64, f64) = (0.3, 2.0);
 /// Nobody reacts faster than this, in s.
 const MIN_REACTION_S: f64 = 0.1;
+/// Spread of stiffness and tremor between hands of a skill, as standard deviations of the logarithm (choice).
+const FIRMNESS_SD: f64 = 0.15;
+const SHAKINESS_SD: f64 = 0.2;
+/// Spread of the lapses of attention between people and days, likewise (choice).
+const ATTENTION_SD: f64 = 0.5;
+/// Pops for which a lapse is drawn.
+const POPS: u32 = 64;
 
 #[derive(Clone, Debug)]
 pub(super) struct Skilled {
     entry_m: Point3<f64>,
     axis: Vector3<f64>,
+    reach_m: f64,
     hand: Hand,
+    grip: Grip,
     intent: Intent,
     tremor: Tremor,
     /// The tremor's displacement now, in m.
@@ -30,29 +39,32 @@ pub(super) struct Skilled {
 }
 
 impl Skilled {
-    pub fn new(skill: &Skill, plan: &Plan, seed: u64) -> Self {
-        let mut draw = Draw::new(seed);
-        let mean = skill.speed_m_per_s;
-        let drawn = mean + draw.normal(skill.speed_sd_m_per_s);
-        let speed_m_per_s = drawn.max(SPEED_PARTS.0 * mean).min(SPEED_PARTS.1 * mean);
-        let reaction_s = (skill.reaction_s + draw.normal(skill.reaction_sd_s)).max(MIN_REACTION_S);
-        let axis = tilt(&plan.axis, skill.angle_sd_rad, &mut draw);
+    pub fn new(skill: &Skill, plan: &Plan, occasion: &Occasion) -> Self {
+        let mut traits = Traits::new(occasion);
+        let skill = of_person(skill, &mut traits);
+        let axis = tilt(&plan.axis, skill.angle_sd_rad, &mut traits);
         let entry_sd_m = ENTRY_SD_M_PER_RAD * skill.angle_sd_rad;
-        let entry_m = plan.entry_m + Vector3::new(draw.normal(entry_sd_m), draw.normal(entry_sd_m), 0.0);
-        let goal_m = plan.target_x_m + draw.normal(DEPTH_SD_M_PER_RAD * skill.angle_sd_rad);
+        let entry_m = plan.entry_m + Vector3::new(traits.z(), traits.z(), 0.0) * entry_sd_m;
+        let goal_m = plan.target_x_m + skill.depth_sd_m * traits.z();
+        let mut chance = traits.into_chance();
         let aim = Aim {
             goal_m,
             approach_m: plan.approach_m,
             hold_s: plan.hold_s,
-            speed_m_per_s,
-            reaction_s,
-            max_lead_m: Aim::max_lead_m(skill.stiffness_n_per_m),
+            speed_m_per_s: skill.speed_m_per_s,
+            pace: Pace::new(skill.unevenness, &mut chance),
+            care: skill.care,
+            reaction_s: skill.reaction_s,
+            lapses: (0..POPS).fold(0, |bits, pop| bits | u64::from(chance.uniform() < skill.lapse) << pop),
+            pause_s: skill.pause_s,
         };
-        let tremor = Tremor::new(skill.tremor_m, &mut draw);
+        let tremor = Tremor::new(skill.tremor_m, &mut chance);
         Self {
             entry_m,
             axis,
-            hand: Hand::new(skill, entry_m.coords - axis * plan.approach_m),
+            reach_m: plan.reach_m,
+            hand: Hand::new(&skill, entry_m.coords - axis * plan.approach_m),
+            grip: Grip::new(skill.stiffness_n_per_m, skill.brace_n_per_m),
             intent: Intent::new(aim),
             shake_m: tremor.at(0.0),
             tremor,
@@ -68,16 +80,29 @@ impl Skilled {
     pub fn advance(&mut self, dt_s: f64, force_n: &Vector3<f64>) -> Motion {
         let x_m = self.along(&self.hand.position_m);
         let tip_x_m = self.along(&(self.hand.position_m + self.shake_m));
+        let push_n = -force_n.dot(&self.axis);
         self.t_s += dt_s;
-        let act = self.intent.act(&Sensed { dt_s, x_m, tip_x_m, force_n: -force_n.dot(&self.axis) });
-        let Act { set_point_m, speed_m_per_s, confirm, done } = act;
+        let slackening = self.grip.follow(dt_s, push_n);
+        self.intent.keep_push(x_m, slackening);
+        let stiffness_n_per_m = self.grip.stiffness_n_per_m;
+        let act = self.intent.act(&Sensed { dt_s, x_m, tip_x_m, force_n: push_n, stiffness_n_per_m });
+        self.hand.grip(stiffness_n_per_m);
+        self.move_hand(dt_s, &act, force_n);
+        self.shake_m = self.tremor.at(self.t_s);
+        self.motion(act.confirm, act.done)
+    }
+
+    /// Moves the hand towards the set-point, as far as the hub lets it.
+    fn move_hand(&mut self, dt_s: f64, act: &Act, force_n: &Vector3<f64>) {
         let set_point = SetPoint {
-            position_m: self.entry_m.coords + self.axis * set_point_m,
-            velocity_m_per_s: self.axis * speed_m_per_s,
+            position_m: self.entry_m.coords + self.axis * act.set_point_m,
+            velocity_m_per_s: self.axis * act.speed_m_per_s,
         };
         self.hand.step(dt_s, &set_point, force_n);
-        self.shake_m = self.tremor.at(self.t_s);
-        self.motion(confirm, done)
+        let beyond_m = self.along(&self.hand.position_m) - self.reach_m;
+        if beyond_m > 0.0 {
+            self.hand.stop(&self.axis, beyond_m);
+        }
     }
 
     /// Displacement of a point along the operator's own line, in m.
@@ -86,16 +111,36 @@ impl Skilled {
     }
 
     fn motion(&self, confirm: bool, done: bool) -> Motion {
-        let tip_m = Point3::from(self.hand.position_m + self.shake_m);
+        let shaken_m = self.hand.position_m + self.shake_m;
+        // The hub lies on the skin: tremor cannot push it in either.
+        let beyond_m = (self.along(&shaken_m) - self.reach_m).max(0.0);
+        let tip_m = Point3::from(shaken_m - self.axis * beyond_m);
         Motion { patient_from_needle: needle_pose(&tip_m, &self.axis), confirm, done }
     }
 }
 
+/// A skill as a person has it in an attempt.
+fn of_person(skill: &Skill, traits: &mut Traits) -> Skill {
+    let mean = skill.speed_m_per_s;
+    let speed = mean + skill.speed_sd_m_per_s * traits.z();
+    let firmness = libm::exp(FIRMNESS_SD * traits.z());
+    Skill {
+        speed_m_per_s: speed.max(SPEED_PARTS.0 * mean).min(SPEED_PARTS.1 * mean),
+        stiffness_n_per_m: skill.stiffness_n_per_m * firmness,
+        damping_n_s_per_m: skill.damping_n_s_per_m * libm::sqrt(firmness),
+        brace_n_per_m: skill.brace_n_per_m * firmness,
+        reaction_s: (skill.reaction_s + skill.reaction_sd_s * traits.z()).max(MIN_REACTION_S),
+        tremor_m: skill.tremor_m * libm::exp(SHAKINESS_SD * traits.z()),
+        lapse: skill.lapse * libm::exp(ATTENTION_SD * traits.z()),
+        ..*skill
+    }
+}
+
 /// An axis off by a random angle of the given standard deviation, in a random direction.
-fn tilt(axis: &Vector3<f64>, sd_rad: f64, draw: &mut Draw) -> Vector3<f64> {
+fn tilt(axis: &Vector3<f64>, sd_rad: f64, traits: &mut Traits) -> Vector3<f64> {
     let aside = if axis.x.abs() < 0.5 { Vector3::x() } else { Vector3::y() };
     let u = axis.cross(&aside).normalize();
     let w = axis.cross(&u);
     let part_sd = sd_rad * core::f64::consts::FRAC_1_SQRT_2;
-    (axis + u * draw.normal(part_sd) + w * draw.normal(part_sd)).normalize()
+    (axis + u * (part_sd * traits.z()) + w * (part_sd * traits.z())).normalize()
 }

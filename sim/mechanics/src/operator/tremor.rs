@@ -1,21 +1,14 @@
 //! Physiological tremor: 8–12 Hz, as a sum of a few seeded sinusoids per axis.
 
-use core::f64::consts::TAU;
-
 use nalgebra::Vector3;
 
 use super::gauss::Draw;
+use super::wave::Wave;
 
 /// Sinusoids per axis: enough not to repeat within an attempt.
 const WAVES: usize = 6;
 /// Band of physiological tremor, in Hz.
 const BAND_HZ: (f64, f64) = (8.0, 12.0);
-
-#[derive(Clone, Copy, Debug, Default)]
-struct Wave {
-    angular_rad_per_s: f64,
-    phase_rad: f64,
-}
 
 /// Displacement of the tip that the hand does not intend.
 #[derive(Clone, Debug)]
@@ -28,19 +21,14 @@ impl Tremor {
     /// Tremor whose displacement vector has the given rms, in m.
     pub fn new(rms_m: f64, draw: &mut Draw) -> Self {
         let mut waves = [[Wave::default(); WAVES]; 3];
-        for wave in waves.iter_mut().flatten() {
-            wave.angular_rad_per_s = TAU * (BAND_HZ.0 + (BAND_HZ.1 - BAND_HZ.0) * draw.uniform());
-            wave.phase_rad = TAU * draw.uniform();
-        }
+        waves.as_flattened_mut().fill_with(|| Wave::draw(BAND_HZ, draw));
         // A sinusoid's mean square is half its amplitude's square, and 3 · WAVES of them add up.
         Self { waves, amplitude_m: rms_m * libm::sqrt(2.0 / (3 * WAVES) as f64) }
     }
 
     /// Displacement at a time in s, in m.
     pub fn at(&self, t_s: f64) -> Vector3<f64> {
-        let sum = |waves: &[Wave; WAVES]| -> f64 {
-            waves.iter().map(|wave| libm::sin(wave.angular_rad_per_s * t_s + wave.phase_rad)).sum()
-        };
+        let sum = |waves: &[Wave; WAVES]| -> f64 { waves.iter().map(|wave| wave.at(t_s)).sum() };
         let [x, y, z] = &self.waves;
         Vector3::new(sum(x), sum(y), sum(z)) * self.amplitude_m
     }

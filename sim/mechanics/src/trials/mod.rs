@@ -7,6 +7,7 @@
 mod axisymmetric;
 mod case;
 mod force_law;
+mod hands;
 mod mass_spring;
 pub mod needle;
 pub mod scenes;
@@ -17,6 +18,7 @@ mod volumetric;
 use core::error::Error;
 
 pub use force_law::lateness_m;
+pub use hands::{Lunge, Performance, perform};
 pub use soak::{Soaked, soak};
 
 /// What a measurement comes to: a number in the trial's unit, or why there is none.

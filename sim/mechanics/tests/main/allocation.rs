@@ -50,7 +50,14 @@ fn the_puncture_never_allocates_with_events_tracks_and_every_kind_of_shape() {
 
 #[test]
 fn an_operator_never_allocates() {
-    let plan = Plan { entry_m: Point3::origin(), axis: -Vector3::z(), target_x_m: 0.02, approach_m: 0.01, hold_s: 0.5 };
+    let plan = Plan {
+        entry_m: Point3::origin(),
+        axis: -Vector3::z(),
+        target_x_m: 0.02,
+        approach_m: 0.01,
+        hold_s: 0.5,
+        reach_m: 0.15,
+    };
     let mut operator = Operator::skilled(&Skill::novice(), &plan, 1);
     let counted = measure(|| {
         for _ in 0..2000 {

@@ -77,8 +77,14 @@ fn attempt(source: &mut dyn MotionSource, clock: &Clock) -> (Simulated, Vec<u8>)
 }
 
 fn straight() -> Operator {
-    let plan =
-        Plan { entry_m: Point3::origin(), axis: -Vector3::z(), target_x_m: 0.02, approach_m: 0.001, hold_s: 0.1 };
+    let plan = Plan {
+        entry_m: Point3::origin(),
+        axis: -Vector3::z(),
+        target_x_m: 0.02,
+        approach_m: 0.001,
+        hold_s: 0.1,
+        reach_m: 0.15,
+    };
     Operator::constant(0.002, &plan)
 }
 
@@ -192,6 +198,7 @@ fn a_simulated_recording_re_simulates_to_the_bit() {
         target_x_m: 0.03,
         approach_m: 0.004,
         hold_s: 0.5,
+        reach_m: 0.15,
     };
     let sources = || -> [Box<dyn MotionSource>; 4] {
         [

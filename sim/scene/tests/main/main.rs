@@ -12,6 +12,8 @@ mod epidural;
 mod field_case;
 #[cfg(test)]
 mod force_case;
+#[cfg(test)]
+mod hands;
 mod instrument;
 #[cfg(test)]
 mod mesh;

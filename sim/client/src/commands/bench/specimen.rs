@@ -25,6 +25,19 @@ const SHIPPED: [&str; 7] = [
     VESSEL,
 ];
 
+/// Every shipped exercise, each with its scene by the place it has in [`SHIPPED`].
+const EXERCISES: [(&str, usize); 9] = [
+    (include_str!("../../../../../curricula/experiments/paper-insertion.toml"), 0),
+    (include_str!("../../../../../curricula/lower-back-basics/1-feel-the-layers.toml"), 1),
+    (include_str!("../../../../../curricula/lower-back-basics/2-stop-in-the-fat.toml"), 1),
+    (EXERCISE, 1),
+    (include_str!("../../../../../curricula/lower-back-basics/4-thicker-needle.toml"), 5),
+    (include_str!("../../../../../curricula/lower-back-basics/5-oblique-approach.toml"), 1),
+    (include_str!("../../../../../curricula/lower-back-basics/6-avoid-the-vessel.toml"), 6),
+    (include_str!("../../../../../curricula/lower-back-basics/7-thick-fat.toml"), 4),
+    (include_str!("../../../../../curricula/lumbar-epidural/1-stop-in-the-epidural-space.toml"), 2),
+];
+
 /// The paper's scene and the training scene, each with the exercise that is measured.
 ///
 /// # Errors
@@ -55,6 +68,17 @@ pub fn anatomy() -> Result<ExerciseBundle, Failure> {
 /// When a document built in is refused.
 pub fn shipped() -> Result<Vec<Scene>, Failure> {
     SHIPPED.iter().map(|text| Ok(scene::load::read_scene_text(Path::new("shipped scene"), text)?)).collect()
+}
+
+/// Every shipped exercise with its scene.
+///
+/// # Errors
+/// When a document built in is refused.
+pub fn exercises() -> Result<Vec<ExerciseBundle>, Failure> {
+    let bundle = |(text, scene): &(&str, usize)| -> Result<ExerciseBundle, Failure> {
+        Ok(ExerciseBundle::from_parts(text.as_bytes(), SHIPPED[*scene].as_bytes(), &[])?)
+    };
+    EXERCISES.iter().map(bundle).collect()
 }
 
 /// The axial law of a scene's nominal patient.
@@ -100,5 +124,26 @@ mod tests {
         let scenes = files.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
         let on_disk: BTreeSet<String> = scenes.map(|path| fs::read_to_string(path).expect("a scene")).collect();
         assert_eq!(on_disk, SHIPPED.map(str::to_owned).into());
+    }
+
+    /// The exercises of a folder, by id, with the scene that each names.
+    fn on_disk(folder: &Path) -> BTreeSet<(String, String)> {
+        let mut found = BTreeSet::new();
+        for entry in fs::read_dir(folder).expect("the shipped documents") {
+            let path = entry.expect("a file").path();
+            if path.is_dir() {
+                found.extend(on_disk(&path));
+            } else if let Ok(bundle) = ExerciseBundle::read(&path) {
+                found.insert((bundle.exercise.id, bundle.scene.id));
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn every_shipped_exercise_is_measured_in_its_own_scene() {
+        let bundles = exercises().expect("sound");
+        let measured: BTreeSet<_> = bundles.into_iter().map(|bundle| (bundle.exercise.id, bundle.scene.id)).collect();
+        assert_eq!(on_disk(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula")), measured);
     }
 }

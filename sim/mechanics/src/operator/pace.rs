@@ -1,0 +1,51 @@
+//! How evenly the set-point advances: a slow wave on the speed, so that an uneven hand goes in fits and starts.
+
+use super::gauss::Draw;
+use super::wave::Wave;
+
+/// Sinusoids of the wave.
+const WAVES: usize = 5;
+/// Their band, in Hz: the sub-movements of a voluntary motion lie below 2 Hz.
+const BAND_HZ: (f64, f64) = (0.3, 1.5);
+
+/// The factor on the speed.
+#[derive(Clone, Debug)]
+pub(super) struct Pace {
+    swells: [Wave; WAVES],
+    amplitude: f64,
+}
+
+impl Pace {
+    /// A pace whose factor has mean 1 and the given standard deviation before it is cut off at 0: the hand halts, but does
+    /// not draw back.
+    pub fn new(unevenness: f64, draw: &mut Draw) -> Self {
+        let mut swells = [Wave::default(); WAVES];
+        swells.fill_with(|| Wave::draw(BAND_HZ, draw));
+        Self { swells, amplitude: unevenness * libm::sqrt(2.0 / WAVES as f64) }
+    }
+
+    /// The factor at a time in s, 0 or more.
+    pub fn at(&self, t_s: f64) -> f64 {
+        let wave: f64 = self.swells.iter().map(|swell| swell.at(t_s)).sum();
+        (1.0 + self.amplitude * wave).max(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_spread_is_the_one_asked_for_and_the_hand_never_draws_back() {
+        let factors = |unevenness: f64| -> Vec<f64> {
+            let pace = Pace::new(unevenness, &mut Draw::new(4));
+            (0..200_000).map(|tick| pace.at(f64::from(tick) * 1e-3)).collect()
+        };
+        let even = factors(0.3);
+        let mean = even.iter().sum::<f64>() / even.len() as f64;
+        let sd = (even.iter().map(|factor| (factor - mean) * (factor - mean)).sum::<f64>() / even.len() as f64).sqrt();
+        assert!((mean - 1.0).abs() < 0.03 && (sd - 0.3).abs() < 0.03, "{mean} ± {sd}");
+        let uneven = factors(1.0);
+        assert!(uneven.iter().all(|factor| *factor >= 0.0) && uneven.contains(&0.0), "fits and starts");
+    }
+}

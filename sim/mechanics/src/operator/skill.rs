@@ -1,0 +1,130 @@
+//! How skilled a hand is, and the three presets.
+//!
+//! Fitted so that the shipped scenes show what is published of people; what was read for it and what is our choice is told in
+//! [`super`], and `stylet bench operators` measures it.
+
+/// How skilled a hand is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Skill {
+    /// Mass of the hand, in kg.
+    pub mass_kg: f64,
+    /// Damping of the hand that pushes lightly, in N·s/m. It grows with the root of the stiffness.
+    pub damping_n_s_per_m: f64,
+    /// Stiffness of the hand that pushes lightly, in N/m.
+    pub stiffness_n_per_m: f64,
+    /// Stiffness that a hard push adds, when the other hand joins and both rest on the body, in N/m.
+    pub brace_n_per_m: f64,
+    /// Mean insertion speed, in m/s.
+    pub speed_m_per_s: f64,
+    /// Standard deviation of the speed between attempts of different people, in m/s.
+    pub speed_sd_m_per_s: f64,
+    /// Standard deviation of the speed within an attempt, as a part of it: 0 advances evenly, 1 in fits and starts.
+    pub unevenness: f64,
+    /// Part of its speed that a hand keeps where it is about to arrive, 0 to 1.
+    pub care: f64,
+    /// Mean reaction time to a felt pop, in s.
+    pub reaction_s: f64,
+    /// Standard deviation of the reaction time, in s.
+    pub reaction_sd_s: f64,
+    /// Probability that a pop finds the mind elsewhere, which doubles the reaction time.
+    pub lapse: f64,
+    /// How long the hand halts after a felt pop, in s.
+    pub pause_s: f64,
+    /// Tremor, rms, in m.
+    pub tremor_m: f64,
+    /// Standard deviation of the angle error, in rad. The entry is missed in proportion to it.
+    pub angle_sd_rad: f64,
+    /// Standard deviation of the judgement of depth, in m.
+    pub depth_sd_m: f64,
+}
+
+impl Skill {
+    /// The novice preset: a relaxed hand that advances in fits and starts.
+    #[must_use]
+    pub fn novice() -> Self {
+        Self {
+            mass_kg: 0.55,
+            damping_n_s_per_m: 5.5,
+            stiffness_n_per_m: 185.0,
+            brace_n_per_m: 2500.0,
+            speed_m_per_s: 0.010,
+            speed_sd_m_per_s: 0.004,
+            unevenness: 1.0,
+            care: 0.8,
+            reaction_s: 0.25,
+            reaction_sd_s: 0.06,
+            lapse: 0.2,
+            pause_s: 2.0,
+            tremor_m: 150e-6,
+            angle_sd_rad: 6.0_f64.to_radians(),
+            depth_sd_m: 0.0015,
+        }
+    }
+
+    /// The intermediate preset: a normal grip.
+    #[must_use]
+    pub fn intermediate() -> Self {
+        Self {
+            mass_kg: 0.55,
+            damping_n_s_per_m: 15.0,
+            stiffness_n_per_m: 600.0,
+            brace_n_per_m: 3000.0,
+            speed_m_per_s: 0.004,
+            speed_sd_m_per_s: 0.0013,
+            unevenness: 0.5,
+            care: 0.6,
+            reaction_s: 0.20,
+            reaction_sd_s: 0.03,
+            lapse: 0.1,
+            pause_s: 1.2,
+            tremor_m: 100e-6,
+            angle_sd_rad: 4.0_f64.to_radians(),
+            depth_sd_m: 0.0010,
+        }
+    }
+
+    /// The expert preset: a braced hand.
+    #[must_use]
+    pub fn expert() -> Self {
+        Self {
+            mass_kg: 0.55,
+            damping_n_s_per_m: 34.0,
+            stiffness_n_per_m: 1900.0,
+            brace_n_per_m: 3500.0,
+            speed_m_per_s: 0.0015,
+            speed_sd_m_per_s: 0.0005,
+            unevenness: 0.2,
+            care: 0.5,
+            reaction_s: 0.15,
+            reaction_sd_s: 0.02,
+            lapse: 0.05,
+            pause_s: 0.6,
+            tremor_m: 60e-6,
+            angle_sd_rad: 2.0_f64.to_radians(),
+            depth_sd_m: 0.0006,
+        }
+    }
+
+    /// A skill between two, `s` = 0 for `self`, 1 for `other`; used to let simulated trainees improve.
+    #[must_use]
+    pub fn towards(&self, other: &Self, s: f64) -> Self {
+        let between = |of: fn(&Self) -> f64| of(self) * (1.0 - s) + of(other) * s;
+        Self {
+            mass_kg: between(|skill| skill.mass_kg),
+            damping_n_s_per_m: between(|skill| skill.damping_n_s_per_m),
+            stiffness_n_per_m: between(|skill| skill.stiffness_n_per_m),
+            brace_n_per_m: between(|skill| skill.brace_n_per_m),
+            speed_m_per_s: between(|skill| skill.speed_m_per_s),
+            speed_sd_m_per_s: between(|skill| skill.speed_sd_m_per_s),
+            unevenness: between(|skill| skill.unevenness),
+            care: between(|skill| skill.care),
+            reaction_s: between(|skill| skill.reaction_s),
+            reaction_sd_s: between(|skill| skill.reaction_sd_s),
+            lapse: between(|skill| skill.lapse),
+            pause_s: between(|skill| skill.pause_s),
+            tremor_m: between(|skill| skill.tremor_m),
+            angle_sd_rad: between(|skill| skill.angle_sd_rad),
+            depth_sd_m: between(|skill| skill.depth_sd_m),
+        }
+    }
+}

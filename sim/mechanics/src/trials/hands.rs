@@ -1,0 +1,96 @@
+//! What a virtual hand did at an attempt, in the figures that published studies give of people.
+
+use nalgebra::Vector3;
+
+use crate::axial::Contactor;
+use crate::operator::Operator;
+use crate::puncture::{
+    PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureState, step,
+};
+
+use super::needle::DT;
+
+/// How long after a rupture the advance counts as its overshoot, in s: the definition of the metric `over_insertion_mm`.
+const AFTER_S: f64 = 1.0;
+
+/// How far the tip went after a boundary gave way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lunge {
+    /// Index of the boundary, 0 is the skin.
+    pub boundary: usize,
+    /// Which part of the needle opened it.
+    pub contactor: Contactor,
+    /// Displacement at the rupture, in m.
+    pub from_m: f64,
+    /// Furthest advance beyond it in the following second, in m.
+    pub overshoot_m: f64,
+    /// Tick of the rupture.
+    tick: u32,
+}
+
+/// An attempt in figures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Performance {
+    /// Largest axial force on the hand, in N: 0 where the needle never touched.
+    pub peak_n: f64,
+    /// A lunge for each rupture, in order.
+    pub lunges: Vec<Lunge>,
+    /// Largest displacement of the tip along the needle, in m.
+    pub furthest_m: f64,
+    /// Displacement at which the position was confirmed, in m.
+    pub confirmed_m: Option<f64>,
+    /// Time until the operator was done, or the limit, in s.
+    pub duration_s: f64,
+}
+
+impl Performance {
+    /// Overshoot after a contactor opened a boundary, in m; none where it did not.
+    #[must_use]
+    pub fn overshoot_m(&self, boundary: usize, contactor: Contactor) -> Option<f64> {
+        let lunge = self.lunges.iter().find(|lunge| lunge.boundary == boundary && lunge.contactor == contactor);
+        lunge.map(|lunge| lunge.overshoot_m)
+    }
+
+    fn see(&mut self, tick: u32, output: &PunctureOutput, events: &[PunctureEvent]) {
+        self.duration_s = f64::from(tick) * DT;
+        self.peak_n = self.peak_n.max(output.axial.total_n());
+        self.furthest_m = self.furthest_m.max(output.x_m);
+        let ruptures = events.iter().filter_map(|event| match event {
+            PunctureEvent::Rupture(rupture) => Some(rupture),
+            _ => None,
+        });
+        self.lunges.extend(ruptures.map(|rupture| Lunge {
+            boundary: rupture.boundary,
+            contactor: rupture.contactor,
+            from_m: rupture.x_m,
+            overshoot_m: 0.0,
+            tick,
+        }));
+        for lunge in self.lunges.iter_mut().filter(|lunge| f64::from(tick - lunge.tick) * DT <= AFTER_S) {
+            lunge.overshoot_m = lunge.overshoot_m.max(output.x_m - lunge.from_m);
+        }
+    }
+}
+
+/// Lets an operator perform at 1 kHz until it is done, or for a time in s.
+#[must_use]
+pub fn perform(params: &PunctureParams, operator: &mut Operator, limit_s: f64) -> Performance {
+    let (mut state, mut scratch) = (PunctureState::new(params), PunctureScratch::new(params));
+    let mut force_n = Vector3::zeros();
+    let mut performance =
+        Performance { peak_n: 0.0, lunges: Vec::new(), furthest_m: f64::MIN, confirmed_m: None, duration_s: 0.0 };
+    for tick in 0..(limit_s / DT) as u32 {
+        let motion = operator.step(if tick == 0 { 0.0 } else { DT }, &force_n);
+        let input = PunctureInput { t_s: f64::from(tick) * DT, patient_from_needle: motion.patient_from_needle };
+        let output = step(params, &mut state, &mut scratch, &input);
+        force_n = output.force_n;
+        performance.see(tick, &output, &scratch.events);
+        if motion.confirm {
+            performance.confirmed_m = Some(output.x_m);
+        }
+        if motion.done {
+            break;
+        }
+    }
+    performance
+}
