@@ -11,6 +11,8 @@ const PEAK_PART: f64 = 0.02;
 pub(super) struct Front {
     pub depth_m: Vec<f64>,
     pub force_n: Vec<f64>,
+    /// Noise of the whole curve, in N.
+    noise_n: f64,
 }
 
 /// A fall of the force between two neighbouring samples of the front.
@@ -28,6 +30,7 @@ impl Front {
         Self {
             depth_m: front.iter().map(|&at| curve.depth_m[at]).collect(),
             force_n: front.iter().map(|&at| curve.force_n[at]).collect(),
+            noise_n: curve.noise_n(),
         }
     }
 
@@ -52,21 +55,10 @@ impl Front {
         after.saturating_sub(1).min(self.gaps().saturating_sub(1))
     }
 
-    /// Standard deviation of the force's noise, in N: the median of |second differences|, which straight pieces do not
-    /// add to and a few drops do not move. A second difference of white noise has √6 of its deviation.
-    pub fn noise_n(&self) -> f64 {
-        const MEDIAN_TO_DEVIATION: f64 = 1.4826;
-        let bend = |w: &[f64]| (w[0] - 2.0 * w[1] + w[2]).abs();
-        let mut bends: Vec<f64> = self.force_n.windows(3).map(bend).collect();
-        bends.sort_by(f64::total_cmp);
-        let median = bends.get(bends.len() / 2).copied().unwrap_or(0.0);
-        MEDIAN_TO_DEVIATION * median / 6.0_f64.sqrt()
-    }
-
     /// The least fall that counts as a drop, in N.
     pub fn least_fall_n(&self) -> f64 {
         let peak_n = self.force_n.iter().copied().fold(0.0, f64::max);
-        (NOISE_FACTOR * self.noise_n()).max(PEAK_PART * peak_n)
+        (NOISE_FACTOR * self.noise_n).max(PEAK_PART * peak_n)
     }
 
     /// Every drop, in order of depth.
