@@ -34,7 +34,7 @@ impl Curve {
             return Err(CalibrateError::TooFew { found: moving.len(), needed: MIN_SAMPLES });
         }
         let every = moving.len().div_ceil(MOST_SAMPLES);
-        let kept: Vec<(f64, f64)> = moving.into_iter().step_by(every).collect();
+        let kept = thinned(&moving, every);
         let curve = Self {
             depth_m: kept.iter().map(|sample| sample.0).collect(),
             force_n: kept.iter().map(|sample| sample.1).collect(),
@@ -110,6 +110,16 @@ impl Curve {
         };
         (0..self.len()).filter(deeper).collect()
     }
+}
+
+/// Every so manyth sample, and those where the motion turns: friction comes from how far the needle really went.
+fn thinned(samples: &[(f64, f64)], every: usize) -> Vec<(f64, f64)> {
+    let turns = |at: usize| match at.checked_sub(1).and_then(|before| samples.get(before..=at + 1)) {
+        Some(&[(before_m, _), (here_m, _), (behind_m, _)]) => (here_m - before_m) * (behind_m - here_m) < 0.0,
+        _ => false,
+    };
+    let is_kept = |&(at, _): &(usize, &(f64, f64))| at % every == 0 || turns(at);
+    samples.iter().enumerate().filter(is_kept).map(|(_, sample)| *sample).collect()
 }
 
 /// The samples that go on in the direction of the motion, which turns once a step back exceeds [`BACK_M`].

@@ -6,6 +6,8 @@ use super::curve::Curve;
 const NOISE_FACTOR: f64 = 6.0;
 /// A fall must be this part of the curve's peak to be a drop (choice).
 const PEAK_PART: f64 = 0.02;
+/// A force goes on along a line if it is within this many deviations of the noise: the line itself is only known to two.
+const LINE_FACTOR: f64 = 4.5;
 
 /// The advancing part of a curve, which is where boundaries can give way.
 pub(super) struct Front {
@@ -66,6 +68,24 @@ impl Front {
         let least_n = self.least_fall_n();
         let falls = self.falls(least_n);
         falls.into_iter().flat_map(|(top, bottom)| self.split(top, bottom, least_n)).collect()
+    }
+
+    /// Whether a drop may be one side of a lone sample that is off: behind it the force goes on as before. Friction and cutting
+    /// that come back within a gap look the same.
+    pub fn is_lone(&self, drop: &Drop) -> bool {
+        self.goes_on(drop.gap) || self.goes_on(drop.gap + 1)
+    }
+
+    /// Whether the sample behind this one lies on the line of those before it.
+    fn goes_on(&self, lone: usize) -> bool {
+        let Some(&[first, second, third, fourth]) =
+            lone.checked_sub(4).and_then(|from| self.force_n[from..lone].first_chunk())
+        else {
+            return false;
+        };
+        let (mean_n, slope_n) = (0.25 * (first + second + third + fourth), 0.25 * (third + fourth - first - second));
+        let line_n = mean_n + 3.5 * slope_n;
+        self.force_n.get(lone + 1).is_some_and(|behind| (behind - line_n).abs() <= LINE_FACTOR * self.noise_n)
     }
 
     /// Stretches from a top to a bottom whose fall is large enough; a rise of as much ends a stretch.

@@ -5,12 +5,13 @@ use super::curve::Curve;
 use super::descent::Lowest;
 use super::guess::{Fresh, fresh, laid_over};
 use super::model::{Guess, Model, OWN, Places, QUANTITIES, Quantity, residual_rms_n};
-use super::peaks::{Peak, peaks, unexplained};
-use super::starts::shifted;
+use super::peaks::{Peak, lone, peaks, unexplained};
+use super::starts::others;
 use super::uncertainty::{Estimate, FINEST_PART, Profile, Standing, estimate, standings};
 use super::verdict::{Misfit, misfit};
 use super::words::in_words;
 use crate::axial::{AxialParams, AxialSpec, Contactor};
+use crate::operator::gauss::Draw;
 use crate::soundness::{self, Unsound};
 
 /// Iterations of a whole descent, and of one that only tells whether a neighbouring place is better.
@@ -26,10 +27,15 @@ const WORTH: f64 = 1e-5;
 const HOPELESS: f64 = 2.0;
 /// How many of the least drops may be something else than a rupture: the end of a cut, where the next boundary is met.
 const DOUBTFUL: usize = 2;
-/// Iterations from a start with a boundary elsewhere, the places it is tried at between the boundary above and its rupture, and rounds.
+/// Iterations from another start that show whether it leads anywhere, and from one that does, to within
+/// this factor of the best sum of squares; rounds of other starts.
+const GLANCE: u32 = 4;
 const SCATTER: u32 = 12;
-const PARTS: [f64; 4] = [0.02, 0.35, 0.65, 0.95];
+const PROMISING: f64 = 5.0;
 const SCATTERINGS: u32 = 3;
+/// Starts drawn around a fit, and from which seed.
+const DRAWS: u32 = 24;
+const DRAWS_SEED: u64 = 1;
 /// How often a better minimum that a profile comes upon is gone down to.
 const SETTLINGS: u32 = 4;
 /// How often unsound thresholds are lowered: each round settles at least the shallowest.
@@ -113,7 +119,12 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
             search.refine(over, false)
         }
     };
-    best = search.scatter(best);
+    let is_fresh = matches!(start, Start::Fresh(_));
+    // With a layer that may be a lone sample the fit is refused, however low it gets.
+    if !is_fresh || lone(&model, &best.guess).is_empty() {
+        best = search.scatter(best);
+        best = search.draw(best);
+    }
     let unsound = soundness::check(&best.guess.spec);
     let rms_n = residual_rms_n(&best.guess.spec, curve);
     let asked = (!unsound.is_empty()).then_some(Asked { rms_n, unsound });
@@ -130,7 +141,7 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
     if let Some(spec) = first {
         best = keep_if_better(&model, best, spec);
     }
-    Ok(search.report(best, asked))
+    Ok(search.report(best, asked, is_fresh))
 }
 
 impl Search<'_, '_> {
@@ -178,25 +189,46 @@ impl Search<'_, '_> {
         Candidate { guess: Guess { spec, places: guess.places.clone() }, lowest }
     }
 
-    /// Goes down again with one boundary after the other elsewhere, and keeps what is lower: between two ruptures the bend where the
+    /// Goes down again with one boundary after the other elsewhere, or one rupture elsewhere in its gap, and keeps what is lower: between two ruptures the bend where the
     /// next boundary is met may be taken for another.
     fn scatter(&mut self, mut best: Candidate) -> Candidate {
         for _ in 0..SCATTERINGS {
             let before = best.lowest.cost;
-            for boundary in 1..best.guess.spec.layers.len() {
-                for part in PARTS {
-                    let Some(guess) = shifted(self.model, &best.guess, (boundary, part)) else { continue };
-                    let tried = self.descend(&guess, false, SCATTER);
-                    let is_lower = tried.lowest.cost < best.lowest.cost * (1.0 - WORTH);
-                    let (lower, higher) = if is_lower { (tried, best) } else { (best, tried) };
-                    self.rivals.push(higher);
-                    best = lower;
+            for guess in others(self.model, &best.guess) {
+                let mut tried = self.descend(&guess, false, GLANCE);
+                if tried.lowest.cost <= PROMISING * best.lowest.cost {
+                    tried = self.descend(&tried.guess, false, SCATTER);
                 }
+                let is_lower = tried.lowest.cost < best.lowest.cost * (1.0 - WORTH);
+                let (lower, higher) = if is_lower { (tried, best) } else { (best, tried) };
+                self.rivals.push(higher);
+                best = lower;
             }
             if before - best.lowest.cost <= WORTH * before {
                 break;
             }
             best = self.descend(&best.guess, false, DESCENT);
+        }
+        best
+    }
+
+    /// Goes down again from starts drawn around the fit, along the valley that it lies in: the bends of the law make steps in its floor.
+    fn draw(&mut self, mut best: Candidate) -> Candidate {
+        let mut draw = Draw::new(DRAWS_SEED);
+        for _ in 0..SCATTERINGS {
+            let (before, from) = (best.lowest.cost, best.guess.clone());
+            let profile = Profile::new(self.model, &from);
+            for _ in 0..DRAWS {
+                let spec = self.model.spec(&from, &profile.draw(&mut draw));
+                let tried = self.descend(&Guess { spec, places: from.places.clone() }, false, SCATTER);
+                let is_lower = tried.lowest.cost < best.lowest.cost;
+                let (lower, higher) = if is_lower { (tried, best) } else { (best, tried) };
+                self.rivals.push(higher);
+                best = lower;
+            }
+            if before - best.lowest.cost <= WORTH * before {
+                break;
+            }
         }
         best
     }
@@ -233,10 +265,11 @@ impl Search<'_, '_> {
     }
 
     /// What is said of the fit. A better minimum that an interval comes upon is gone down to first.
-    fn report(mut self, mut best: Candidate, asked: Option<Asked>) -> Fit {
+    fn report(mut self, mut best: Candidate, asked: Option<Asked>, is_fresh: bool) -> Fit {
         let mut settlings = SETTLINGS;
         loop {
-            let misfit = misfit(self.model, &best.guess);
+            let lone_m = if is_fresh { lone(self.model, &best.guess) } else { Vec::new() };
+            let misfit = misfit(self.model, &best.guess, lone_m);
             match self.estimates(&best, misfit.is_none()) {
                 Err(variables) if settlings > 0 => {
                     settlings -= 1;

@@ -52,7 +52,7 @@ impl Quantity {
         match self {
             Self::Thickness => (0.0, 0.5, 1e-8),
             Self::Stiffness => (1.0, 1e6, 1e-4),
-            Self::Friction => (0.0, 1e4, 1e-4),
+            Self::Friction => (0.0, 2e3, 1e-4),
             Self::Cutting => (0.0, 50.0, 1e-6),
             Self::TipThreshold | Self::RimThreshold => (0.0, 50.0, 1e-8),
         }

@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::descent::{Lowest, Problem, square};
 use super::model::{Guess, Model, OWN, QUANTITIES, Quantity, steps};
+use crate::operator::gauss::Draw;
 
 /// A residual never speaks for more than this part of the peak (choice): a noise-free curve would make everything exact.
 pub(super) const FINEST_PART: f64 = 1e-4;
@@ -17,7 +18,7 @@ pub(super) const FINEST_PART: f64 = 1e-4;
 const NORMAL_95: f64 = 1.96;
 const STUDENT: f64 = 2.4;
 /// Iterations of a descent with a number held.
-const HELD_DESCENT: u32 = 10;
+const HELD_DESCENT: u32 = 16;
 /// How often an edge is tried before the farther side counts.
 const EDGE_TRIES: u32 = 7;
 /// How close to the quantile an edge is, as a part of it.
@@ -28,6 +29,9 @@ const BETTER: f64 = 0.5;
 const HOLD: f64 = 100.0;
 /// A variable that the curve does not see spreads this many of its sizes, as far as the first step of a search knows.
 const UNSEEN_SIZES: f64 = 10.0;
+
+/// How many deviations wide other starts are drawn.
+const DRAWN_DEVIATIONS: f64 = 2.5;
 
 /// How a fitted parameter stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,11 +130,24 @@ impl<'m> Profile<'m> {
         }
         let (here, there) = (self.number(&self.at, which), number(self.model, rival, which));
         let part = left.min(1.0).sqrt();
+        let (lower, upper) = QUANTITIES[which % QUANTITIES.len()].bounds();
         let wide = Interval {
-            low: interval.low.min(there - part * (here - interval.low)),
-            high: interval.high.max(there + part * (interval.high - here)),
+            low: interval.low.min(there - part * (here - interval.low)).max(lower),
+            high: interval.high.max(there + part * (interval.high - here)).min(upper),
         };
         (wide.high - wide.low <= 2.0 * size(which, here)).then_some(wide)
+    }
+
+    /// Variables drawn from the covariance, none farther away than its size: other starts along the valley that the fit lies in.
+    pub fn draw(&self, draw: &mut Draw) -> Vec<f64> {
+        let (lower, upper) = self.model.bounds(self.guess);
+        let Some(factor) = self.covariance.clone().cholesky() else { return self.at.clone() };
+        let normal = DVector::from_fn(self.at.len(), |_, _| draw.normal(DRAWN_DEVIATIONS));
+        let moved = |(which, by): (usize, &f64)| {
+            let most = if which % QUANTITIES.len() < OWN { size(which, self.at[which]) } else { f64::INFINITY };
+            (self.at[which] + by.max(-most).min(most)).max(lower[which]).min(upper[which])
+        };
+        (factor.l() * normal).iter().enumerate().map(moved).collect()
     }
 
     /// How far up or down a number may go.
@@ -146,7 +163,7 @@ impl<'m> Profile<'m> {
         let mut from = self.at.clone();
         for _ in 0..EDGE_TRIES {
             way = way.min(reach);
-            let risen = match self.hold((which, here + sign * way), (&slope, deviation), &from)? {
+            let risen = match self.hold((which, here + sign * way), (&slope, deviation), &from) {
                 Held::Risen(risen, point) => {
                     from = point;
                     risen
@@ -188,7 +205,7 @@ impl<'m> Profile<'m> {
         (which, target): (usize, f64),
         (slope, deviation): (&DVector<f64>, f64),
         from: &[f64],
-    ) -> Result<Held, Vec<f64>> {
+    ) -> Held {
         let along = &self.covariance * slope / deviation.powi(2).max(f64::MIN_POSITIVE);
         let by = target - self.number(from, which);
         let start: Vec<f64> = from.iter().zip(along.iter()).map(|(value, along)| value + by * along).collect();
@@ -200,9 +217,27 @@ impl<'m> Profile<'m> {
         };
         let ((lower, upper), step) = (self.model.bounds(self.guess), steps(self.guess));
         let problem = Problem { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
-        let Lowest { at, .. } = problem.descend(&start, HELD_DESCENT);
-        let rise = (square(&self.model.residuals(self.guess, &at, true)) - self.cost) / self.variance;
-        Ok(if rise < -BETTER { Held::Better(at) } else { Held::Risen(rise.max(0.0).sqrt(), at) })
+        let held = |start: &[f64]| {
+            let Lowest { at, .. } = problem.descend(start, HELD_DESCENT);
+            ((square(&self.model.residuals(self.guess, &at, true)) - self.cost) / self.variance, at)
+        };
+        let (mut rise, mut at) = held(&start);
+        if rise > self.quantile.powi(2) {
+            // A bend behind a rupture may hold it back: from the middle of the gaps it may get by.
+            let (again, there) = held(&self.in_the_middle(&start));
+            (rise, at) = if again < rise { (again, there) } else { (rise, at) };
+        }
+        if rise < -BETTER { Held::Better(at) } else { Held::Risen(rise.max(0.0).sqrt(), at) }
+    }
+
+    /// The same variables with every rupture in the middle of its gap.
+    fn in_the_middle(&self, variables: &[f64]) -> Vec<f64> {
+        let (lower, upper) = self.model.bounds(self.guess);
+        let middle = |(which, &value): (usize, &f64)| match which % QUANTITIES.len() < OWN {
+            true => value,
+            false => 0.5 * (lower[which] + upper[which]),
+        };
+        variables.iter().enumerate().map(middle).collect()
     }
 
     fn number(&self, variables: &[f64], which: usize) -> f64 {

@@ -6,14 +6,14 @@
 use super::model::{Guess, Model};
 use super::uncertainty::FINEST_PART;
 
-/// How much larger than the noise a residual may be, over √n: six deviations of the noise's own estimate.
-const LARGER: f64 = 6.0;
+/// How much larger than the noise a residual may be, over √n: four deviations of the noise's own estimate.
+const LARGER: f64 = 5.0;
 /// Largest correlation of neighbours, over 1/√n.
-const LIKE: f64 = 4.0;
+const LIKE: f64 = 3.4;
 /// Largest sum over a stretch, in its deviations.
 const STRETCH: f64 = 6.0;
 /// Largest sum of squares of all stretches of a length, as a normal deviate.
-const STRETCHES: f64 = 4.5;
+const STRETCHES: f64 = 4.0;
 /// Fewest stretches that such a sum is taken of.
 const FEWEST: usize = 4;
 
@@ -28,10 +28,12 @@ pub struct Misfit {
     pub worst_m: f64,
     /// Correlation of neighbouring residuals; 0 for noise.
     pub correlation: f64,
+    /// Drops taken for layers that may be lone samples that are off, in m.
+    pub lone_m: Vec<f64>,
 }
 
-/// What a residual has besides noise; none where it is noise.
-pub(super) fn misfit(model: &Model<'_>, guess: &Guess) -> Option<Misfit> {
+/// What a residual has besides noise; none where it is noise. A drop that may be a lone sample is as bad: its layer leaves nothing.
+pub(super) fn misfit(model: &Model<'_>, guess: &Guess, lone_m: Vec<f64>) -> Option<Misfit> {
     let residuals = model.misfit(guess, &model.variables(guess));
     let samples = residuals.len() as f64;
     let finest_n = FINEST_PART * model.curve.peak_n();
@@ -41,17 +43,25 @@ pub(super) fn misfit(model: &Model<'_>, guess: &Guess) -> Option<Misfit> {
     let correlation = correlation(&residuals);
     let is_large = rms_n > noise_n.max(finest_n) * (1.0 + LARGER / samples.sqrt());
     let is_seen = rms_n > finest_n;
-    let is_misfit = is_large
+    let is_misfit = !lone_m.is_empty()
+        || is_large
         || most > STRETCH
-        || is_seen && (correlation.abs() > LIKE / samples.sqrt() || stretches(&residuals, rms_n) > STRETCHES);
-    is_misfit.then(|| Misfit { rms_n, noise_n, worst_m: model.curve.depth_m[worst], correlation })
+        || is_seen && (correlation > LIKE / samples.sqrt() || stretches(&residuals, rms_n) > STRETCHES);
+    is_misfit.then(|| Misfit { rms_n, noise_n, worst_m: model.curve.depth_m[worst], correlation, lone_m })
 }
 
 impl Misfit {
     /// In words.
     #[must_use]
     pub fn words(&self) -> String {
-        let Self { rms_n, noise_n, worst_m, correlation } = self;
+        let Self { rms_n, noise_n, worst_m, correlation, lone_m } = self;
+        if !lone_m.is_empty() {
+            let places: Vec<String> = lone_m.iter().map(|x_m| format!("{:.2} mm", x_m * 1e3)).collect();
+            return format!(
+                "the drops at {} may be single samples that are off, and no layers; no number has an interval",
+                places.join(", ")
+            );
+        }
         format!(
             "the residual of {rms_n:.4} N is not the curve's noise of {noise_n:.4} N: it stands out most at {:.2} mm, and neighbours \
              correlate by {correlation:.2}. A wrong minimum, another number of layers, drift or outliers; no number has an interval",

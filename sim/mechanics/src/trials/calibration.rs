@@ -37,8 +37,13 @@ pub enum Disturbance {
 /// Where a curve comes from.
 #[derive(Clone, Copy, Debug)]
 pub enum Origin<'s> {
-    /// Random layers under a needle, of which the fit knows nothing.
-    Blind,
+    /// So many random layers, of which the fit knows nothing.
+    Blind {
+        /// How many.
+        layers: usize,
+        /// Distance from a trocar's tip to its rim, in m; 0 is a needle. A trocar's drops alternate, as its fit takes for granted.
+        tip_to_rim_m: f64,
+    },
     /// A scene with its numbers changed by up to a quarter, fitted from the scene as it was.
     Changed(&'s AxialSpec),
 }
@@ -89,6 +94,19 @@ pub struct Trialled {
     pub is_wrong: bool,
 }
 
+impl Measurement {
+    /// One of two dozen: four noises, three spacings, with and without the withdrawal.
+    #[must_use]
+    pub fn of_seed(seed: u64, disturbance: Disturbance) -> Self {
+        Self {
+            noise_n: [0.005, 0.01, 0.02, 0.04][(seed % 4) as usize],
+            spacing_m: [0.05e-3, 0.1e-3, 0.2e-3][(seed / 4 % 3) as usize],
+            withdraws: seed / 12 % 2 == 1,
+            disturbance,
+        }
+    }
+}
+
 impl Judged {
     /// Whether the interval holds the truth; none without one.
     #[must_use]
@@ -111,7 +129,7 @@ pub fn sample(origin: Origin<'_>, measurement: Measurement, seed: u64) -> Option
     let mut draw = Draw::new(seed);
     for _ in 0..DRAWS {
         let truth = match origin {
-            Origin::Blind => random_layers(&mut draw),
+            Origin::Blind { layers, tip_to_rim_m } => random_layers((layers, tip_to_rim_m), &mut draw),
             Origin::Changed(scene) => changed(scene, &mut draw),
         };
         if !soundness::check(&truth).is_empty() {
@@ -119,11 +137,11 @@ pub fn sample(origin: Origin<'_>, measurement: Measurement, seed: u64) -> Option
         }
         let beyond_m = between(&mut draw, 0.002, 0.008);
         let clean = track(&truth, &measurement, beyond_m)?;
-        if matches!(origin, Origin::Blind) && !is_clear(&truth, &clean, &measurement) {
+        if matches!(origin, Origin::Blind { .. }) && !is_clear(&truth, &clean, &measurement) {
             continue;
         }
         let start = match origin {
-            Origin::Blind => None,
+            Origin::Blind { .. } => None,
             Origin::Changed(scene) => Some(scene.clone()),
         };
         return Some(Sampled { truth, start, measurement, samples: disturbed(clean, &measurement, &mut draw) });
@@ -137,7 +155,8 @@ pub fn sample(origin: Origin<'_>, measurement: Measurement, seed: u64) -> Option
 /// What the fit refuses.
 pub fn try_fit(sampled: &Sampled) -> Result<Trialled, CalibrateError> {
     let curve = Curve::new(&sampled.samples)?;
-    let start = sampled.start.as_ref().map_or(Start::Fresh(Fresh { layers: None, tip_to_rim_m: 0.0 }), Start::Scene);
+    let fresh = Fresh { layers: None, tip_to_rim_m: sampled.truth.tip_to_rim_m };
+    let start = sampled.start.as_ref().map_or(Start::Fresh(fresh), Start::Scene);
     let fit = fit(&curve, start, &mut |_| ())?;
     let is_whole = fit.spec.layers.len() == sampled.truth.layers.len();
     let of_truth = |estimate: &Estimate| {
@@ -172,18 +191,17 @@ fn scaled(draw: &mut Draw, low: f64, high: f64) -> f64 {
     libm::exp(between(draw, libm::log(low), libm::log(high)))
 }
 
-/// One to four layers under a needle without a rim.
-fn random_layers(draw: &mut Draw) -> AxialSpec {
-    let count = libm::ceil(draw.uniform() * 4.0) as usize;
+fn random_layers((count, tip_to_rim_m): (usize, f64), draw: &mut Draw) -> AxialSpec {
     let name = |at: usize| format!("layer {}", at + 1);
     let layers = (0..count).map(|at| {
-        let thickness_mm = if at + 1 == count { 60.0 } else { between(draw, 2.0, 14.0) };
+        let thickness_mm = if at + 1 == count { 200.0 } else { between(draw, 2.0, 14.0) };
         let stiffness = scaled(draw, 80.0, 900.0);
         let threshold_n = scaled(draw, 0.4, 5.0);
         let friction = scaled(draw, 5.0, 80.0);
-        layer(&name(at), [thickness_mm, stiffness, 0.0, threshold_n, 0.0, friction, between(draw, 0.05, 0.5)])
+        let rim_n = threshold_n * between(draw, 1.1, 1.6);
+        layer(&name(at), [thickness_mm, stiffness, 0.0, threshold_n, rim_n, friction, between(draw, 0.05, 0.5)])
     });
-    needle_through(layers.collect())
+    AxialSpec { tip_to_rim_m, ..needle_through(layers.collect()) }
 }
 
 /// A scene with every number but 0 changed by up to a quarter.
@@ -232,10 +250,15 @@ fn is_clear(truth: &AxialSpec, clean: &[(f64, f64)], measurement: &Measurement) 
     let peak_n = clean.iter().map(|sample| sample.1).fold(0.0, f64::max);
     let least_n = (CLEAR_NOISE * measurement.noise_n).max(CLEAR_PART * peak_n);
     let gap = |x_m: f64| libm::ceil(x_m / measurement.spacing_m) as usize;
-    let gaps: Vec<usize> = ruptures(truth).iter().map(|rupture| gap(rupture.x_m)).collect();
+    let predicted = ruptures(truth);
+    let alternates = predicted.chunks(2).all(|pair| match pair {
+        [tip, rim] if truth.tip_to_rim_m > 0.0 => tip.contactor != rim.contactor && tip.boundary == rim.boundary,
+        _ => truth.tip_to_rim_m <= 0.0,
+    });
+    let gaps: Vec<usize> = predicted.iter().map(|rupture| gap(rupture.x_m)).collect();
     let is_apart = gaps.windows(2).all(|pair| pair[1] > pair[0] + 5);
     let falls = |&gap: &usize| clean.get(gap).is_some_and(|after| clean[gap - 1].1 - after.1 >= least_n);
-    is_apart && gaps.first().is_some_and(|&first| first > 5) && gaps.iter().all(falls)
+    alternates && is_apart && gaps.first().is_some_and(|&first| first > 5) && gaps.iter().all(falls)
 }
 
 fn disturbed(
