@@ -19,8 +19,12 @@ fn the_force_law_is_late_by_at_most_one_tick() {
         assert!(late_mm <= one_tick_mm * (1.0 + 1e-9), "{row}");
         assert_eq!(cells[5], "0", "every rupture of the closed form comes: {row}");
     }
-    let pictures =
-        ["force-error.svg", "force-depth-lower-back-paper.svg", "force-depth-lower-back-training.svg", "force-encoder.svg"];
+    let pictures = [
+        "force-error.svg",
+        "force-depth-lower-back-paper.svg",
+        "force-depth-lower-back-training.svg",
+        "force-encoder.svg",
+    ];
     for picture in pictures {
         let svg = fs::read_to_string(out.join(picture)).expect("a picture");
         assert!(svg.contains("</svg>") && svg.contains(", N") | svg.contains(", mm"), "{picture} has units");

@@ -95,7 +95,10 @@ impl Problem<'_> {
             point[variable] += by;
             let by = point[variable] - at[variable];
             let there = (self.residuals)(&point);
-            column.iter_mut().zip(there.iter().zip(here)).for_each(|(slope, (there, here))| *slope = (there - here) / by);
+            column
+                .iter_mut()
+                .zip(there.iter().zip(here))
+                .for_each(|(slope, (there, here))| *slope = (there - here) / by);
         }
         jacobian
     }

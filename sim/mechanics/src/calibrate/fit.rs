@@ -10,7 +10,7 @@ use super::starts::others;
 use super::uncertainty::{Estimate, FINEST_PART, Profile, Standing, estimate, standings};
 use super::verdict::{Misfit, misfit};
 use super::words::in_words;
-use crate::axial::{AxialParams, AxialSpec, Contactor};
+use crate::axial::{AxialParams, AxialSpec, Contactor, ForceLaw};
 use crate::operator::gauss::Draw;
 use crate::soundness::{self, Unsound};
 
@@ -115,6 +115,9 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
         Start::Fresh(asked) => search.by_drops(&asked)?,
         Start::Scene(spec) => {
             AxialParams::new(spec.clone())?;
+            if spec.law != ForceLaw::Version2 {
+                return Err(CalibrateError::OldLaw);
+            }
             let over = search.descend(&laid_over(&model.front, spec)?, false, DESCENT);
             search.refine(over, false)
         }
@@ -287,13 +290,20 @@ impl Search<'_, '_> {
         let profile = Profile::new(self.model, &best.guess);
         estimate(self.model, &best.guess, &mut |which| {
             let interval = if with_intervals { profile.interval(which)? } else { None };
-            let rivals = self.rivals.iter().filter(|rival| rival.guess.spec.layers.len() == best.guess.spec.layers.len());
+            let rivals =
+                self.rivals.iter().filter(|rival| rival.guess.spec.layers.len() == best.guess.spec.layers.len());
             let mut widened = rivals.map(|rival| (&rival.guess, rival.lowest.cost));
-            Ok(interval.and_then(|interval| widened.try_fold(interval, |wide, rival| profile.widen(which, wide, rival))))
+            Ok(interval
+                .and_then(|interval| widened.try_fold(interval, |wide, rival| profile.widen(which, wide, rival))))
         })
     }
 
-    fn summary(&self, best: Candidate, (estimates, misfit): (Vec<Estimate>, Option<Misfit>), asked: Option<Asked>) -> Fit {
+    fn summary(
+        &self,
+        best: Candidate,
+        (estimates, misfit): (Vec<Estimate>, Option<Misfit>),
+        asked: Option<Asked>,
+    ) -> Fit {
         let (model, Candidate { guess, lowest }) = (self.model, best);
         let peaks = peaks(model, &guess);
         Fit {

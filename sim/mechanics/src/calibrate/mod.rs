@@ -78,6 +78,9 @@ pub enum CalibrateError {
         /// How deep the curve goes, in mm.
         deepest_mm: f64,
     },
+    /// The starting scene is of another version of the law than the one fitted.
+    #[error("the starting scene is of law 1, by which cutting depends on the tick; scenes of law 2 are allowed")]
+    OldLaw,
     /// The starting scene is not one that the law takes.
     #[error(transparent)]
     Params(#[from] crate::axial::ParamError),

@@ -98,7 +98,8 @@ fn shared_otherwise(model: &Model<'_>, guess: &Guess, layer: usize) -> Vec<Guess
 /// Guesses with a rim's rupture and the next boundary's by the tip exchanged: which of the two comes first, no drop tells.
 fn exchanged(model: &Model<'_>, guess: &Guess) -> Vec<Guess> {
     let mut guesses = Vec::new();
-    let pairs = (0..guess.spec.layers.len()).flat_map(|rim| (rim + 1..guess.spec.layers.len()).map(move |tip| (tip, rim)));
+    let pairs =
+        (0..guess.spec.layers.len()).flat_map(|rim| (rim + 1..guess.spec.layers.len()).map(move |tip| (tip, rim)));
     for (tip, rim) in pairs {
         let (Some(tip_gap), Some(rim_gap)) = (guess.places.tip[tip], guess.places.rim[rim]) else { continue };
         let mut places = guess.places.clone();

@@ -184,7 +184,9 @@ impl<'m> Profile<'m> {
             way = self.next_way(near, far);
         }
         // Not found in so many tries: the farther side counts.
-        let settled = far.map_or(near.0, |far| if far.1 <= self.quantile * (1.0 + EDGE_PART) { self.next_way(near, Some(far)) } else { far.0 });
+        let settled = far.map_or(near.0, |far| {
+            if far.1 <= self.quantile * (1.0 + EDGE_PART) { self.next_way(near, Some(far)) } else { far.0 }
+        });
         Ok(Some(here + sign * settled))
     }
 
@@ -200,12 +202,7 @@ impl<'m> Profile<'m> {
     }
 
     /// Fits everything again with a number held at a target, starting where the covariance says from a point of before.
-    fn hold(
-        &self,
-        (which, target): (usize, f64),
-        (slope, deviation): (&DVector<f64>, f64),
-        from: &[f64],
-    ) -> Held {
+    fn hold(&self, (which, target): (usize, f64), (slope, deviation): (&DVector<f64>, f64), from: &[f64]) -> Held {
         let along = &self.covariance * slope / deviation.powi(2).max(f64::MIN_POSITIVE);
         let by = target - self.number(from, which);
         let start: Vec<f64> = from.iter().zip(along.iter()).map(|(value, along)| value + by * along).collect();

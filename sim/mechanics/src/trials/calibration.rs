@@ -261,11 +261,7 @@ fn is_clear(truth: &AxialSpec, clean: &[(f64, f64)], measurement: &Measurement) 
     alternates && is_apart && gaps.first().is_some_and(|&first| first > 5) && gaps.iter().all(falls)
 }
 
-fn disturbed(
-    clean: Vec<(f64, f64)>,
-    measurement: &Measurement,
-    draw: &mut Draw,
-) -> Vec<(f64, f64)> {
+fn disturbed(clean: Vec<(f64, f64)>, measurement: &Measurement, draw: &mut Draw) -> Vec<(f64, f64)> {
     let noise_n = measurement.noise_n;
     let (phase, length_m) = (between(draw, 0.0, core::f64::consts::TAU), between(draw, 0.005, 0.02));
     let disturb = |(x_m, force_n): (f64, f64)| {
@@ -273,7 +269,9 @@ fn disturbed(
         let more_n = match measurement.disturbance {
             Disturbance::None => 0.0,
             Disturbance::Drift => 5.0 * noise_n * libm::sin(phase + core::f64::consts::TAU * x_m / length_m),
-            Disturbance::Outliers if draw.uniform() < 0.01 => 15.0 * noise_n * if draw.uniform() < 0.5 { -1.0 } else { 1.0 },
+            Disturbance::Outliers if draw.uniform() < 0.01 => {
+                15.0 * noise_n * if draw.uniform() < 0.5 { -1.0 } else { 1.0 }
+            }
             Disturbance::Outliers => 0.0,
         };
         (x_m, force_n + white_n + more_n)

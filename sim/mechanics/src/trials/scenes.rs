@@ -1,9 +1,8 @@
 //! The scenes of physics section 2, and the force law running on one trajectory.
 
 use crate::axial::{
-    ForceLaw,
-    AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, Contactor, Layer, ParamError, Rupture,
-    step,
+    AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, Contactor, ForceLaw, Layer, ParamError,
+    Rupture, step,
 };
 
 /// A layer from its numbers: thickness in mm, stiffness in N/m, damping in N·s/m², tip and rim threshold in N, friction in

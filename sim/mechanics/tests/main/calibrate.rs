@@ -4,7 +4,7 @@
 //! Would fail on a wrong place of a rupture, a wrong derivative, a bound that is not kept, a constraint that is forgotten, a law
 //! of its own beside the force law, an interval that does not hold the truth, or a wrong minimum that is passed over.
 
-use mechanics::axial::AxialSpec;
+use mechanics::axial::{AxialSpec, ForceLaw};
 use mechanics::calibrate::{
     CalibrateError, Curve, Fit, Fresh, Interval, Quantity, Standing, Start, fit, residual_rms_n,
 };
@@ -288,6 +288,8 @@ fn what_cannot_be_fitted_is_refused_with_the_reason() {
     let steps = curve(&measured(&needle(), &track(32.0, 32.0), 0.0));
     let too_many = fit(&steps, fresh(Some(9)), &mut |_| ()).expect_err("too many");
     assert!(too_many.to_string().contains("9 are needed for layers: 9"), "{too_many}");
+    let old = AxialSpec { law: ForceLaw::Version1, ..needle() };
+    assert_eq!(fit(&steps, Start::Scene(&old), &mut |_| ()).expect_err("another law"), CalibrateError::OldLaw);
     let mut deep = needle();
     deep.layers[0].tip_rupture_n = 50.0;
     let beyond = fit(&steps, Start::Scene(&deep), &mut |_| ()).expect_err("beyond");

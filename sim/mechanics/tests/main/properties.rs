@@ -77,7 +77,10 @@ fn walk(spec: AxialSpec, steps: &[(f64, f64)]) -> Result<(), TestCaseError> {
                 (was.friction_j, is.friction_j),
                 (was.cutting_j, is.cutting_j),
             ];
-            prop_assert!(parts.iter().all(|(was, is)| is + 1e-12 * is.abs() >= *was), "dissipation came back: {was:?} to {is:?}");
+            prop_assert!(
+                parts.iter().all(|(was, is)| is + 1e-12 * is.abs() >= *was),
+                "dissipation came back: {was:?} to {is:?}"
+            );
         }
         let ledger = &run.state.ledger;
         let error_j = ledger.closure_error_j().abs();

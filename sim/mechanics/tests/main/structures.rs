@@ -13,7 +13,13 @@ use mechanics::trials::scenes::paper;
 const MM: f64 = 1e-3;
 
 fn structure(kind: StructureKind, shape: Shape, (x, y, z): (f64, f64, f64)) -> StructureSpec {
-    StructureSpec { name: format!("{kind:?}"), kind, shape, position_m: Point3::new(x * MM, y * MM, z * MM), wall: None }
+    StructureSpec {
+        name: format!("{kind:?}"),
+        kind,
+        shape,
+        position_m: Point3::new(x * MM, y * MM, z * MM),
+        wall: None,
+    }
 }
 
 fn ball(radius_mm: f64) -> Shape {
@@ -146,7 +152,8 @@ fn bone_pushes_the_tip_out_along_its_normal_with_2500_newtons_per_metre() {
     }
     let vessel = structure(StructureKind::Vessel, ball(10.0), (0.0, 0.0, -20.0));
     assert!(
-        Needle::new(paper(), vec![vessel]).expect("a valid scene").down(0.0, 0.0, -12.0 * MM).structures_n.norm() <= 0.0,
+        Needle::new(paper(), vec![vessel]).expect("a valid scene").down(0.0, 0.0, -12.0 * MM).structures_n.norm()
+            <= 0.0,
         "only bone is stiff"
     );
 }

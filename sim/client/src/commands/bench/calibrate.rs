@@ -142,8 +142,21 @@ fn row(group: &Group, seed: u64) -> Option<Row> {
 
 fn csv(rows: &[Row]) -> Sheet {
     let mut sheet = Sheet::new([
-        "group", "seed", "noise_n", "spacing_m", "withdraws", "layers", "converged", "wrong", "layer", "parameter", "truth", "value",
-        "low_95", "high_95", "holds",
+        "group",
+        "seed",
+        "noise_n",
+        "spacing_m",
+        "withdraws",
+        "layers",
+        "converged",
+        "wrong",
+        "layer",
+        "parameter",
+        "truth",
+        "value",
+        "low_95",
+        "high_95",
+        "holds",
     ]);
     for row in rows {
         let Some(trialled) = row.trialled() else { continue };
@@ -205,7 +218,15 @@ fn markdown(groups: &[Group], rows: &[Row], quick: bool) -> String {
 
 fn curves(groups: &[Group], rows: &[Row]) -> Sheet {
     let mut sheet = Sheet::new([
-        "curves", "number", "no fit", "refused", "refused, right", "wrong, said", "wrong, not said", "median s", "longest s",
+        "curves",
+        "number",
+        "no fit",
+        "refused",
+        "refused, right",
+        "wrong, said",
+        "wrong, not said",
+        "median s",
+        "longest s",
     ]);
     for group in groups {
         let rows = of_group(rows, group);
@@ -265,7 +286,8 @@ fn failures(groups: &[Group], rows: &[Row], quick: bool) -> Vec<String> {
             if !quick && tally.coverage() < COVERAGE {
                 let held = percent(tally.coverage());
                 let (name, asked) = (quantity.words(), percent(COVERAGE));
-                failed.push(format!("{}, {name}: intervals hold the truth in {held}; {asked} are asked for", group.name));
+                failed
+                    .push(format!("{}, {name}: intervals hold the truth in {held}; {asked} are asked for", group.name));
             }
         }
     }

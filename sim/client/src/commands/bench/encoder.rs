@@ -146,9 +146,13 @@ fn picture(path: &Path, felt: &[Felt]) -> Drawn {
             .draw()?;
         // The ideal last: it would be hidden by what rattles around it.
         for (index, felt) in lines.iter().enumerate().rev() {
-            let drawn = felt.ticks.iter().filter(|tick| tick.x_m <= DRAWN_TO_M).map(|tick| (tick.x_m * 1e3, tick.force_n));
+            let drawn =
+                felt.ticks.iter().filter(|tick| tick.x_m <= DRAWN_TO_M).map(|tick| (tick.x_m * 1e3, tick.force_n));
             let width = if index == 0 { 2 } else { 1 };
-            canvas.draw_series(LineSeries::new(drawn, colour(index).stroke_width(width)))?.label(felt.name()).legend(key(index));
+            canvas
+                .draw_series(LineSeries::new(drawn, colour(index).stroke_width(width)))?
+                .label(felt.name())
+                .legend(key(index));
         }
         canvas
             .configure_series_labels()

@@ -196,7 +196,11 @@ impl Report {
     }
 
     fn write_parameters(&self, out: &mut dyn Write) -> io::Result<()> {
-        writeln!(out, "\n  {:24} {:14} {:>10} {:>10} {:>10} {:4} state", "layer", "parameter", "value", "95 % from", "to", "unit")?;
+        writeln!(
+            out,
+            "\n  {:24} {:14} {:>10} {:>10} {:>10} {:4} state",
+            "layer", "parameter", "value", "95 % from", "to", "unit"
+        )?;
         for row in &self.parameters {
             let ParameterRow { layer, parameter, value, unit, state, .. } = row;
             let end = |at: usize| row.interval_95.map_or_else(|| "–".to_owned(), |ends| format!("{:.3}", ends[at]));
