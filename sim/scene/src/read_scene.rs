@@ -155,7 +155,9 @@ fn check_walls(doc: &mut Walked) {
             doc.refuse(&format!("structure[{at}].wall_stiffness_n_per_m"), phrase!("missing"), allowed);
         }
         if let (Some(stiffness), "bone" | "target") = (stiffness, structure["kind"].as_str().unwrap_or_default()) {
-            let allowed = phrase!("allowed: nothing, for bone never gives way and a target is a place; vessel, nerve and organ may");
+            let allowed = phrase!(
+                "allowed: nothing, for bone never gives way and a target is a place; vessel, nerve and organ may"
+            );
             let field = format!("structure[{at}].wall_stiffness_n_per_m");
             doc.refuse(&field, Phrase::Data(measure(stiffness, "N/m")), allowed);
         }
@@ -181,7 +183,10 @@ fn structure(raw: RawStructure, mesh: Option<Shape>) -> SceneStructure {
     let position_m = Point3::from(metres(raw.position_mm));
     let wall = raw.wall_stiffness_n_per_m.zip(raw.wall_rupture_n);
     let wall = wall.map(|(stiffness_n_per_m, rupture_n)| Wall { stiffness_n_per_m, rupture_n });
-    SceneStructure { spec: StructureSpec { name: raw.name, kind: raw.kind, shape, position_m, wall }, mesh_file: raw.file }
+    SceneStructure {
+        spec: StructureSpec { name: raw.name, kind: raw.kind, shape, position_m, wall },
+        mesh_file: raw.file,
+    }
 }
 
 fn metres(mm: [f64; 3]) -> Vector3<f64> {

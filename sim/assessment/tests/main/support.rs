@@ -99,8 +99,13 @@ pub fn limit(metric: &str, above: f64, why: &str) -> HardFail {
 }
 
 pub fn structure(name: &str, kind: StructureKind, shape: Shape, position_mm: [f64; 3]) -> SceneStructure {
-    let spec =
-        StructureSpec { name: name.into(), kind, shape, position_m: Point3::from(position_mm.map(|mm| mm * 1e-3)), wall: None };
+    let spec = StructureSpec {
+        name: name.into(),
+        kind,
+        shape,
+        position_m: Point3::from(position_mm.map(|mm| mm * 1e-3)),
+        wall: None,
+    };
     SceneStructure { spec, mesh_file: None }
 }
 

@@ -90,13 +90,18 @@ fn friction_cutting_and_their_layers_do_not_depend_on_the_tick() {
 fn a_window_of_speed_may_give_back_and_the_ledger_says_how_much() {
     let spec = AxialSpec { speed_window_s: 0.0075, ..training() };
     let (mut viscous_j, mut lagged_j) = (0.0, 0.0);
-    let run = perform(spec, 1.0, |run, x_m, _| {
+    let mut run = Run::new(spec).expect("a valid scene");
+    let mut see = |run: &Run, x_m: f64, _: &AxialOutput| {
         let ledger = &run.state.ledger;
         let now_j: f64 = ledger.layers.iter().map(|layer| layer.viscous_j).sum();
         let back_j: f64 = viscous_j - now_j;
         assert!(back_j <= ledger.lagged_j - lagged_j + 1e-15, "at {x_m} m: {back_j} J came back unsaid");
         (viscous_j, lagged_j) = (now_j, ledger.lagged_j);
-    });
+    };
+    // In at 50 mm/s and at once back.
+    for (start_s, from_m, to_m) in [(0.0, -0.002, 0.038), (0.8, 0.038, -0.002)] {
+        run.travel(&Leg { start_s, duration_s: 0.8, dt_s: 1e-3, from_m, to_m }, &mut see);
+    }
     let ledger = &run.state.ledger;
     assert!(ledger.lagged_j > 0.0, "turning about within a window must be seen");
     assert!(ledger.lagged_j < 1e-3 * ledger.input_j, "{} J of {} J", ledger.lagged_j, ledger.input_j);

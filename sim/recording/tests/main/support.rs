@@ -130,7 +130,13 @@ pub fn energy(t_s: f64) -> Energy {
         cutting_j: 0.5 * k,
         lateral_j: 0.6 * k,
     };
-    let ledger = Ledger { input_j: t_s, returned_j: 0.1, presliding_j: 0.01, lagged_j: 0.002, layers: vec![layer(1.0), layer(3.0)] };
+    let ledger = Ledger {
+        input_j: t_s,
+        returned_j: 0.1,
+        presliding_j: 0.01,
+        lagged_j: 0.002,
+        layers: vec![layer(1.0), layer(3.0)],
+    };
     Energy { t_s, ledger }
 }
 

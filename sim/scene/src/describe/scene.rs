@@ -87,8 +87,13 @@ static NEEDLE: Table = Table {
             "Stiffness of friction and cutting before they slide",
         )
         .or(2000.0),
-        Field::number("speed_window_ms", "ms", (0.0, 50.0), "How far back speed is measured; 0: over the last two samples")
-            .or(0.0),
+        Field::number(
+            "speed_window_ms",
+            "ms",
+            (0.0, 50.0),
+            "How far back speed is measured; 0: over the last two samples",
+        )
+        .or(0.0),
         Field::number("lateral_stiffness_n_per_m2", "N/m²", (0.0, 1e7), "Sideways foundation per inserted length")
             .or(10_000.0),
     ],
@@ -113,7 +118,12 @@ static STRUCTURE: Table = Table {
         Field::number("radius_mm", "mm", (0.05, 500.0), "Radius of a sphere or capsule"),
         Field::place("half_axis_mm", 500.0, "Half of a capsule's axis, from its centre to one end"),
         Field::place("half_extents_mm", 500.0, "Half of each edge of a box, each above 0"),
-        Field::number("wall_stiffness_n_per_m", "N/m", (1.0, 1e5), "Stiffness of its wall against the tip; none is felt if left out"),
+        Field::number(
+            "wall_stiffness_n_per_m",
+            "N/m",
+            (1.0, 1e5),
+            "Stiffness of its wall against the tip; none is felt if left out",
+        ),
         Field::number("wall_rupture_n", "N", (0.01, 100.0), "Force at which its wall gives way"),
         Field::text("file", &Text::LINE, "STL or OBJ file of a mesh, relative to the scene"),
         UNIT,

@@ -22,7 +22,11 @@ fn scenes() -> Vec<(String, AxialSpec)> {
         Document::Scene(scene) => (scene.id.clone(), scene.axial_spec(&Patient::nominal(&scene))),
         other => panic!("not a scene: {other:?}"),
     };
-    folder.map(|entry| entry.unwrap().path()).filter(|path| path.extension().is_some_and(|e| e == "toml")).map(scene).collect()
+    folder
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
+        .map(scene)
+        .collect()
 }
 
 /// How a device reports a motion.
@@ -89,7 +93,12 @@ fn cutting_is_as_steady_through_an_encoder_as_without_one() {
                     let encoder = Encoder { step_m: step_um * 1e-6, repeats };
                     let felt = insert(&spec, speed_m_per_s, to_m, encoder);
                     let case = format!("{name}, {speed_mm_per_s} mm/s, {encoder:?}");
-                    judge(&case, &felt, &ideal, (encoder.step_m / (speed_m_per_s * TICK_S)) as usize + 2 * repeats as usize);
+                    judge(
+                        &case,
+                        &felt,
+                        &ideal,
+                        (encoder.step_m / (speed_m_per_s * TICK_S)) as usize + 2 * repeats as usize,
+                    );
                 }
             }
         }
