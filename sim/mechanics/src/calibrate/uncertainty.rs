@@ -119,7 +119,22 @@ impl<'m> Profile<'m> {
     pub fn interval(&self, which: usize) -> Result<Option<Interval>, Vec<f64>> {
         let high = self.edge(which, 1.0)?;
         let low = if high.is_some() { self.edge(which, -1.0)? } else { None };
-        Ok(low.zip(high).map(|(low, high)| Interval { low, high }))
+        Ok(low.zip(high).map(|(low, high)| self.over_gap(which, Interval { low, high })))
+    }
+
+    /// A threshold's interval over the whole gap that its boundary gives way in. What little tells where in it, the way in which friction
+    /// and cutting set in behind, has more than one reading.
+    fn over_gap(&self, which: usize, interval: Interval) -> Interval {
+        if which % QUANTITIES.len() < OWN {
+            return interval;
+        }
+        let (lower, upper) = self.model.bounds(self.guess);
+        let at_end = |end_m: f64| {
+            let mut point = self.at.clone();
+            point[which] = end_m;
+            self.number(&point, which)
+        };
+        Interval { low: interval.low.min(at_end(lower[which])), high: interval.high.max(at_end(upper[which])) }
     }
 
     /// Widens an interval by another minimum, if the curve does not refuse it.
