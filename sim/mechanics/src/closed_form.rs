@@ -46,14 +46,15 @@ pub fn ruptures(spec: &AxialSpec) -> Vec<PredictedRupture> {
     predicted
 }
 
-struct Event {
-    x_m: f64,
-    contactor: Contactor,
+/// Where a contactor opens a boundary.
+pub(crate) struct Event {
+    pub x_m: f64,
+    pub contactor: Contactor,
     boundary: usize,
 }
 
 /// Every rupture with its position, sorted by position; at one position tips come before rims, each in boundary order.
-fn positions(spec: &AxialSpec, boundaries_m: &[f64]) -> Vec<Event> {
+pub(crate) fn positions(spec: &AxialSpec, boundaries_m: &[f64]) -> Vec<Event> {
     let lag_m = spec.tip_to_rim_m;
     let (mut tip_m, mut rim_m) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     let (mut tips, mut rims) = (Vec::new(), Vec::new());

@@ -34,7 +34,7 @@ impl Curve {
             return Err(CalibrateError::TooFew { found: moving.len(), needed: MIN_SAMPLES });
         }
         let every = moving.len().div_ceil(MOST_SAMPLES);
-        let kept: Vec<(f64, f64)> = moving.into_iter().step_by(every).collect();
+        let kept = thinned(&moving, every);
         let curve = Self {
             depth_m: kept.iter().map(|sample| sample.0).collect(),
             force_n: kept.iter().map(|sample| sample.1).collect(),
@@ -82,6 +82,18 @@ impl Curve {
         self.depth_m.windows(2).any(|pair| pair[1] < pair[0])
     }
 
+    /// Standard deviation of the force's noise, in N: the median of |second differences|, which straight pieces do not
+    /// add to and a few drops do not move. A second difference of white noise has √6 of its deviation.
+    #[must_use]
+    pub fn noise_n(&self) -> f64 {
+        const MEDIAN_TO_DEVIATION: f64 = 1.4826;
+        let bend = |w: &[f64]| (w[0] - 2.0 * w[1] + w[2]).abs();
+        let mut bends: Vec<f64> = self.force_n.windows(3).map(bend).collect();
+        bends.sort_by(f64::total_cmp);
+        let median = bends.get(bends.len() / 2).copied().unwrap_or(0.0);
+        MEDIAN_TO_DEVIATION * median / 6.0_f64.sqrt()
+    }
+
     /// The same curve with every depth multiplied.
     #[must_use]
     pub fn stretched(&self, factor: f64) -> Self {
@@ -98,6 +110,16 @@ impl Curve {
         };
         (0..self.len()).filter(deeper).collect()
     }
+}
+
+/// Every so manyth sample, and those where the motion turns: friction comes from how far the needle really went.
+fn thinned(samples: &[(f64, f64)], every: usize) -> Vec<(f64, f64)> {
+    let turns = |at: usize| match at.checked_sub(1).and_then(|before| samples.get(before..=at + 1)) {
+        Some(&[(before_m, _), (here_m, _), (behind_m, _)]) => (here_m - before_m) * (behind_m - here_m) < 0.0,
+        _ => false,
+    };
+    let is_kept = |&(at, _): &(usize, &(f64, f64))| at % every == 0 || turns(at);
+    samples.iter().enumerate().filter(is_kept).map(|(_, sample)| *sample).collect()
 }
 
 /// The samples that go on in the direction of the motion, which turns once a step back exceeds [`BACK_M`].

@@ -8,10 +8,11 @@
 use nalgebra::{DMatrix, DVector};
 
 /// How often λ is raised before a point counts as the lowest.
-const TRIES: u32 = 14;
-const FIRST_LAMBDA: f64 = 1e-3;
+const TRIES: u32 = 13;
+/// The residual is nearly linear, and friction and cutting nearly collinear: damping would only slow the way along their ridge.
+const FIRST_LAMBDA: f64 = 1e-7;
 /// A step that lowers the sum of squares by less than this part ends the descent.
-const LEAST_GAIN: f64 = 1e-8;
+const LEAST_GAIN: f64 = 1e-7;
 
 /// A sum of squares to be made small.
 pub(super) struct Problem<'p> {
@@ -41,25 +42,26 @@ impl Problem<'_> {
     pub fn descend(&self, start: &[f64], most: u32) -> Lowest {
         let mut lambda = FIRST_LAMBDA;
         let at = self.within(start);
-        let cost = square(&(self.residuals)(&at));
+        let mut residuals = (self.residuals)(&at);
+        let cost = square(&residuals);
         let mut lowest = Lowest { at, cost, iterations: 0, converged: false };
         while lowest.iterations < most && !lowest.converged {
             lowest.iterations += 1;
             let before = lowest.cost;
-            if let Some((at, cost)) = self.improve(&lowest, &mut lambda) {
+            if let Some((at, there)) = self.improve(&lowest, &residuals, &mut lambda) {
                 lowest.at = at;
-                lowest.cost = cost;
+                lowest.cost = square(&there);
+                residuals = there;
             }
             lowest.converged = before - lowest.cost <= LEAST_GAIN * before || lowest.cost <= self.enough;
         }
         lowest
     }
 
-    /// One accepted step, if there is one.
-    fn improve(&self, from: &Lowest, lambda: &mut f64) -> Option<(Vec<f64>, f64)> {
-        let jacobian = self.jacobian(&from.at);
-        let residuals = DVector::from_vec((self.residuals)(&from.at));
-        let gradient = jacobian.tr_mul(&residuals);
+    /// One accepted step, if there is one: the point and its residuals.
+    fn improve(&self, from: &Lowest, residuals: &[f64], lambda: &mut f64) -> Option<(Vec<f64>, Vec<f64>)> {
+        let jacobian = self.jacobian(&from.at, residuals);
+        let gradient = jacobian.tr_mul(&DVector::from_column_slice(residuals));
         let normal = jacobian.tr_mul(&jacobian);
         let free = self.free(&from.at, &gradient, &normal);
         for _ in 0..TRIES {
@@ -69,32 +71,36 @@ impl Problem<'_> {
                     trial[variable] += by;
                 }
                 let trial = self.within(&trial);
-                let cost = square(&(self.residuals)(&trial));
-                if cost < from.cost {
-                    *lambda = (*lambda * 0.2).max(1e-12);
-                    return Some((trial, cost));
+                let there = (self.residuals)(&trial);
+                if square(&there) < from.cost {
+                    *lambda = (*lambda * 0.1).max(1e-12);
+                    return Some((trial, there));
                 }
             }
-            *lambda = (*lambda * 5.0).min(1e12);
+            *lambda = (*lambda * 10.0).min(1e12);
         }
         None
     }
 
-    /// ∂r/∂θ by central differences, one-sided at a bound.
-    pub fn jacobian(&self, at: &[f64]) -> DMatrix<f64> {
-        let columns: Vec<DVector<f64>> = (0..at.len())
-            .map(|variable| {
-                let moved = |by: f64| {
-                    let mut point = at.to_vec();
-                    point[variable] = (at[variable] + by).max(self.lower[variable]).min(self.upper[variable]);
-                    (point[variable], DVector::from_vec((self.residuals)(&point)))
-                };
-                let (ahead, high) = moved(self.step[variable]);
-                let (behind, low) = moved(-self.step[variable]);
-                (high - low) / (ahead - behind)
-            })
-            .collect();
-        DMatrix::from_columns(&columns)
+    /// ∂r/∂θ by one-sided differences, away from the upper bound, at a point and its residuals. A variable without room has no effect.
+    pub fn jacobian(&self, at: &[f64], here: &[f64]) -> DMatrix<f64> {
+        let mut jacobian = DMatrix::zeros(here.len(), at.len());
+        for (variable, mut column) in jacobian.column_iter_mut().enumerate() {
+            if self.lower[variable] >= self.upper[variable] {
+                continue;
+            }
+            let step = self.step[variable];
+            let by = if at[variable] + step <= self.upper[variable] { step } else { -step };
+            let mut point = at.to_vec();
+            point[variable] += by;
+            let by = point[variable] - at[variable];
+            let there = (self.residuals)(&point);
+            column
+                .iter_mut()
+                .zip(there.iter().zip(here))
+                .for_each(|(slope, (there, here))| *slope = (there - here) / by);
+        }
+        jacobian
     }
 
     fn free(&self, at: &[f64], gradient: &DVector<f64>, normal: &DMatrix<f64>) -> Vec<usize> {

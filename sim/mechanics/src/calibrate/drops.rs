@@ -6,11 +6,15 @@ use super::curve::Curve;
 const NOISE_FACTOR: f64 = 6.0;
 /// A fall must be this part of the curve's peak to be a drop (choice).
 const PEAK_PART: f64 = 0.02;
+/// A force goes on along a line if it is within this many deviations of the noise: the line itself is only known to two.
+const LINE_FACTOR: f64 = 4.5;
 
 /// The advancing part of a curve, which is where boundaries can give way.
 pub(super) struct Front {
     pub depth_m: Vec<f64>,
     pub force_n: Vec<f64>,
+    /// Noise of the whole curve, in N.
+    noise_n: f64,
 }
 
 /// A fall of the force between two neighbouring samples of the front.
@@ -28,6 +32,7 @@ impl Front {
         Self {
             depth_m: front.iter().map(|&at| curve.depth_m[at]).collect(),
             force_n: front.iter().map(|&at| curve.force_n[at]).collect(),
+            noise_n: curve.noise_n(),
         }
     }
 
@@ -52,21 +57,10 @@ impl Front {
         after.saturating_sub(1).min(self.gaps().saturating_sub(1))
     }
 
-    /// Standard deviation of the force's noise, in N: the median of |second differences|, which straight pieces do not
-    /// add to and a few drops do not move. A second difference of white noise has √6 of its deviation.
-    pub fn noise_n(&self) -> f64 {
-        const MEDIAN_TO_DEVIATION: f64 = 1.4826;
-        let bend = |w: &[f64]| (w[0] - 2.0 * w[1] + w[2]).abs();
-        let mut bends: Vec<f64> = self.force_n.windows(3).map(bend).collect();
-        bends.sort_by(f64::total_cmp);
-        let median = bends.get(bends.len() / 2).copied().unwrap_or(0.0);
-        MEDIAN_TO_DEVIATION * median / 6.0_f64.sqrt()
-    }
-
     /// The least fall that counts as a drop, in N.
     pub fn least_fall_n(&self) -> f64 {
         let peak_n = self.force_n.iter().copied().fold(0.0, f64::max);
-        (NOISE_FACTOR * self.noise_n()).max(PEAK_PART * peak_n)
+        (NOISE_FACTOR * self.noise_n).max(PEAK_PART * peak_n)
     }
 
     /// Every drop, in order of depth.
@@ -74,6 +68,24 @@ impl Front {
         let least_n = self.least_fall_n();
         let falls = self.falls(least_n);
         falls.into_iter().flat_map(|(top, bottom)| self.split(top, bottom, least_n)).collect()
+    }
+
+    /// Whether a drop may be one side of a lone sample that is off: behind it the force goes on as before. Friction and cutting
+    /// that come back within a gap look the same.
+    pub fn is_lone(&self, drop: &Drop) -> bool {
+        self.goes_on(drop.gap) || self.goes_on(drop.gap + 1)
+    }
+
+    /// Whether the sample behind this one lies on the line of those before it.
+    fn goes_on(&self, lone: usize) -> bool {
+        let Some(&[first, second, third, fourth]) =
+            lone.checked_sub(4).and_then(|from| self.force_n[from..lone].first_chunk())
+        else {
+            return false;
+        };
+        let (mean_n, slope_n) = (0.25 * (first + second + third + fourth), 0.25 * (third + fourth - first - second));
+        let line_n = mean_n + 3.5 * slope_n;
+        self.force_n.get(lone + 1).is_some_and(|behind| (behind - line_n).abs() <= LINE_FACTOR * self.noise_n)
     }
 
     /// Stretches from a top to a bottom whose fall is large enough; a rise of as much ends a stretch.

@@ -1,18 +1,21 @@
-//! The fit as a whole: guess, descend, try neighbouring places, make sound, say how well it went.
+//! The fit as a whole: guess, descend from several starts, try neighbouring places, make sound, say how well it went.
 
 use super::CalibrateError;
 use super::curve::Curve;
 use super::descent::Lowest;
 use super::guess::{Fresh, fresh, laid_over};
-use super::model::{Guess, Model, Places, Quantity, VARIABLES, residual_rms_n};
-use super::peaks::{Peak, peaks, unexplained};
-use super::uncertainty::{Estimate, FINEST_PART, Standing, estimate, standings};
+use super::model::{Guess, Model, OWN, Places, QUANTITIES, Quantity, residual_rms_n};
+use super::peaks::{Peak, lone, peaks, unexplained};
+use super::starts::others;
+use super::uncertainty::{Estimate, FINEST_PART, Profile, Standing, estimate, standings};
+use super::verdict::{Misfit, misfit};
 use super::words::in_words;
-use crate::axial::{AxialParams, AxialSpec, Contactor};
+use crate::axial::{AxialParams, AxialSpec, Contactor, ForceLaw};
+use crate::operator::gauss::Draw;
 use crate::soundness::{self, Unsound};
 
 /// Iterations of a whole descent, and of one that only tells whether a neighbouring place is better.
-const DESCENT: u32 = 60;
+const DESCENT: u32 = 40;
 const TRIAL: u32 = 3;
 /// How far a place is moved in one try, in gaps.
 const STRIDES: [isize; 6] = [1, -1, 4, -4, 16, -16];
@@ -24,6 +27,17 @@ const WORTH: f64 = 1e-5;
 const HOPELESS: f64 = 2.0;
 /// How many of the least drops may be something else than a rupture: the end of a cut, where the next boundary is met.
 const DOUBTFUL: usize = 2;
+/// Iterations from another start that show whether it leads anywhere, and from one that does, to within
+/// this factor of the best sum of squares; rounds of other starts.
+const GLANCE: u32 = 4;
+const SCATTER: u32 = 12;
+const PROMISING: f64 = 5.0;
+const SCATTERINGS: u32 = 3;
+/// Starts drawn around a fit, and from which seed.
+const DRAWS: u32 = 24;
+const DRAWS_SEED: u64 = 1;
+/// How often a better minimum that a profile comes upon is gone down to.
+const SETTLINGS: u32 = 4;
 /// How often unsound thresholds are lowered: each round settles at least the shallowest.
 const LOWERINGS: usize = 2 * crate::axial::MAX_LAYERS;
 
@@ -58,8 +72,10 @@ pub struct Fit {
     pub noise_n: f64,
     /// Iterations of all descents.
     pub iterations: u32,
-    /// Whether the last descent ended because nothing lower was near.
+    /// Whether the last descent ended because nothing lower was near, and left nothing but noise.
     pub converged: bool,
+    /// What the residual has besides the curve's noise, if it has.
+    pub misfit: Option<Misfit>,
     /// Ruptures within the curve.
     pub peaks: Vec<Peak>,
     /// Drops of the curve that no rupture explains: depth in m, fall in N.
@@ -83,6 +99,8 @@ struct Candidate {
 struct Search<'m, 'w> {
     model: &'m Model<'m>,
     iterations: u32,
+    /// Where other descents ended.
+    rivals: Vec<Candidate>,
     watch: &'w mut dyn FnMut(u32),
 }
 
@@ -92,15 +110,24 @@ struct Search<'m, 'w> {
 /// A curve without enough drops, or a start that does not fit the curve or the law.
 pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Result<Fit, CalibrateError> {
     let model = Model::new(curve);
-    let mut search = Search { model: &model, iterations: 0, watch };
+    let mut search = Search { model: &model, iterations: 0, rivals: Vec::new(), watch };
     let mut best = match start {
         Start::Fresh(asked) => search.by_drops(&asked)?,
         Start::Scene(spec) => {
             AxialParams::new(spec.clone())?;
+            if spec.law != ForceLaw::Version2 {
+                return Err(CalibrateError::OldLaw);
+            }
             let over = search.descend(&laid_over(&model.front, spec)?, false, DESCENT);
             search.refine(over, false)
         }
     };
+    let is_fresh = matches!(start, Start::Fresh(_));
+    // With a layer that may be a lone sample the fit is refused, however low it gets.
+    if !is_fresh || lone(&model, &best.guess).is_empty() {
+        best = search.scatter(best);
+        best = search.draw(best);
+    }
     let unsound = soundness::check(&best.guess.spec);
     let rms_n = residual_rms_n(&best.guess.spec, curve);
     let asked = (!unsound.is_empty()).then_some(Asked { rms_n, unsound });
@@ -117,7 +144,7 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
     if let Some(spec) = first {
         best = keep_if_better(&model, best, spec);
     }
-    Ok(report(&model, best, search.iterations, asked))
+    Ok(search.report(best, asked, is_fresh))
 }
 
 impl Search<'_, '_> {
@@ -153,7 +180,7 @@ impl Search<'_, '_> {
         let samples = self.model.curve.len() as f64;
         let finest = (FINEST_PART * self.model.curve.peak_n()).powi(2);
         let variance = (candidate.lowest.cost / samples).max(finest);
-        let variables = VARIABLES.len() * candidate.guess.spec.layers.len();
+        let variables = (OWN + 1) * candidate.guess.spec.layers.len();
         samples * libm::log(variance) + variables as f64 * libm::log(samples)
     }
 
@@ -163,6 +190,50 @@ impl Search<'_, '_> {
         (self.watch)(self.iterations);
         let spec = self.model.spec(guess, &lowest.at);
         Candidate { guess: Guess { spec, places: guess.places.clone() }, lowest }
+    }
+
+    /// Goes down again with one boundary after the other elsewhere, or one rupture elsewhere in its gap, and keeps what is lower: between two ruptures the bend where the
+    /// next boundary is met may be taken for another.
+    fn scatter(&mut self, mut best: Candidate) -> Candidate {
+        for _ in 0..SCATTERINGS {
+            let before = best.lowest.cost;
+            for guess in others(self.model, &best.guess) {
+                let mut tried = self.descend(&guess, false, GLANCE);
+                if tried.lowest.cost <= PROMISING * best.lowest.cost {
+                    tried = self.descend(&tried.guess, false, SCATTER);
+                }
+                let is_lower = tried.lowest.cost < best.lowest.cost * (1.0 - WORTH);
+                let (lower, higher) = if is_lower { (tried, best) } else { (best, tried) };
+                self.rivals.push(higher);
+                best = lower;
+            }
+            if before - best.lowest.cost <= WORTH * before {
+                break;
+            }
+            best = self.descend(&best.guess, false, DESCENT);
+        }
+        best
+    }
+
+    /// Goes down again from starts drawn around the fit, along the valley that it lies in: the bends of the law make steps in its floor.
+    fn draw(&mut self, mut best: Candidate) -> Candidate {
+        let mut draw = Draw::new(DRAWS_SEED);
+        for _ in 0..SCATTERINGS {
+            let (before, from) = (best.lowest.cost, best.guess.clone());
+            let profile = Profile::new(self.model, &from);
+            for _ in 0..DRAWS {
+                let spec = self.model.spec(&from, &profile.draw(&mut draw));
+                let tried = self.descend(&Guess { spec, places: from.places.clone() }, false, SCATTER);
+                let is_lower = tried.lowest.cost < best.lowest.cost;
+                let (lower, higher) = if is_lower { (tried, best) } else { (best, tried) };
+                self.rivals.push(higher);
+                best = lower;
+            }
+            if before - best.lowest.cost <= WORTH * before {
+                break;
+            }
+        }
+        best
     }
 
     /// Moves each place to a neighbouring gap while that lowers the sum of squares.
@@ -190,7 +261,65 @@ impl Search<'_, '_> {
             return best;
         }
         let tried = self.descend(&guess, sound, TRIAL);
-        if tried.lowest.cost < best.lowest.cost * (1.0 - WORTH) { tried } else { best }
+        let is_lower = tried.lowest.cost < best.lowest.cost * (1.0 - WORTH);
+        let (lower, higher) = if is_lower { (tried, best) } else { (best, tried) };
+        self.rivals.push(higher);
+        lower
+    }
+
+    /// What is said of the fit. A better minimum that an interval comes upon is gone down to first.
+    fn report(mut self, mut best: Candidate, asked: Option<Asked>, is_fresh: bool) -> Fit {
+        let mut settlings = SETTLINGS;
+        loop {
+            let lone_m = if is_fresh { lone(self.model, &best.guess) } else { Vec::new() };
+            let misfit = misfit(self.model, &best.guess, lone_m);
+            match self.estimates(&best, misfit.is_none()) {
+                Err(variables) if settlings > 0 => {
+                    settlings -= 1;
+                    let spec = self.model.spec(&best.guess, &variables);
+                    best = self.descend(&Guess { spec, ..best.guess }, true, DESCENT);
+                    best.guess.spec = sound(best.guess.spec);
+                }
+                estimates => return self.summary(best, (estimates.unwrap_or_default(), misfit), asked),
+            }
+        }
+    }
+
+    /// Every parameter, with intervals if asked for.
+    fn estimates(&self, best: &Candidate, with_intervals: bool) -> Result<Vec<Estimate>, Vec<f64>> {
+        let profile = Profile::new(self.model, &best.guess);
+        estimate(self.model, &best.guess, &mut |which| {
+            let interval = if with_intervals { profile.interval(which)? } else { None };
+            let rivals =
+                self.rivals.iter().filter(|rival| rival.guess.spec.layers.len() == best.guess.spec.layers.len());
+            let mut widened = rivals.map(|rival| (&rival.guess, rival.lowest.cost));
+            Ok(interval
+                .and_then(|interval| widened.try_fold(interval, |wide, rival| profile.widen(which, wide, rival))))
+        })
+    }
+
+    fn summary(
+        &self,
+        best: Candidate,
+        (estimates, misfit): (Vec<Estimate>, Option<Misfit>),
+        asked: Option<Asked>,
+    ) -> Fit {
+        let (model, Candidate { guess, lowest }) = (self.model, best);
+        let peaks = peaks(model, &guess);
+        Fit {
+            rms_n: residual_rms_n(&guess.spec, model.curve),
+            peak_n: model.curve.peak_n(),
+            noise_n: model.curve.noise_n(),
+            iterations: self.iterations,
+            converged: lowest.converged && misfit.is_none(),
+            misfit,
+            unexplained: unexplained(model, &guess),
+            undetermined: in_words(model, &guess, &estimates),
+            estimates,
+            peaks,
+            asked,
+            spec: guess.spec,
+        }
     }
 }
 
@@ -207,16 +336,21 @@ fn moved(places: &Places, which: usize, stride: isize, gaps: usize) -> Option<Pl
 /// Puts on its bound what ended next to it, and gives back its starting value to every variable that the curve does not depend
 /// on: the way down may have moved it. The far side of a layer keeps its depth, not its distance to the near side.
 fn tidy(model: &Model<'_>, fitted: Candidate, start: Option<&AxialSpec>) -> Candidate {
-    let mut variables = Model::variables(&fitted.guess.spec);
-    let standings = standings(model, &fitted.guess, &variables);
-    let first = start.map_or_else(|| without_cutting(&variables), Model::variables);
-    let last_thickness = variables.len() - VARIABLES.len();
+    let mut variables = model.variables(&fitted.guess);
+    let standings = standings(model, &fitted.guess);
+    let first = start.map_or_else(
+        || without_cutting(&variables),
+        |spec| model.variables(&Guess { spec: spec.clone(), places: fitted.guess.places.clone() }),
+    );
+    let last_thickness = variables.len() - QUANTITIES.len();
     let (mut depth_m, mut start_m) = (0.0, 0.0);
     for (at, &began) in first.iter().enumerate() {
-        let quantity = VARIABLES[at % VARIABLES.len()];
+        let quantity = QUANTITIES[at % QUANTITIES.len()];
         let is_thickness = quantity == Quantity::Thickness;
         start_m += if is_thickness { began } else { 0.0 };
-        if standings[at] == Standing::Kept {
+        if at % QUANTITIES.len() >= OWN {
+            continue;
+        } else if standings[at] == Standing::Kept {
             let keeps_depth = is_thickness && at < last_thickness;
             variables[at] = if keeps_depth { (start_m - depth_m).max(0.0) } else { began };
         } else {
@@ -233,7 +367,7 @@ fn tidy(model: &Model<'_>, fitted: Candidate, start: Option<&AxialSpec>) -> Cand
 
 /// What a fit without a start has instead of its start: a cut that no curve shows is none.
 fn without_cutting(variables: &[f64]) -> Vec<f64> {
-    let or_none = |(at, &value): (usize, &f64)| match VARIABLES[at % VARIABLES.len()] {
+    let or_none = |(at, &value): (usize, &f64)| match QUANTITIES[at % QUANTITIES.len()] {
         Quantity::Cutting => 0.0,
         _ => value,
     };
@@ -262,23 +396,4 @@ fn keep_if_better(model: &Model<'_>, fitted: Candidate, start: &AxialSpec) -> Ca
         return Candidate { guess: Guess { spec: start.clone(), ..fitted.guess }, ..fitted };
     }
     fitted
-}
-
-fn report(model: &Model<'_>, best: Candidate, iterations: u32, asked: Option<Asked>) -> Fit {
-    let Candidate { guess, lowest } = best;
-    let estimates = estimate(model, &guess);
-    let peaks = peaks(model, &guess);
-    Fit {
-        rms_n: residual_rms_n(&guess.spec, model.curve),
-        peak_n: model.curve.peak_n(),
-        noise_n: model.front.noise_n(),
-        iterations,
-        converged: lowest.converged,
-        unexplained: unexplained(model, &guess),
-        undetermined: in_words(model, &guess, &estimates),
-        estimates,
-        peaks,
-        asked,
-        spec: guess.spec,
-    }
 }

@@ -4,6 +4,7 @@ use super::CalibrateError;
 use super::curve::Curve;
 use super::drops::{Drop, Front};
 use super::model::{Guess, Places};
+use super::starts::{LEAST_STIFFNESS_N_PER_M, rise_n_per_m};
 use crate::axial::{AxialSpec, Contactor, ForceLaw, Layer};
 use crate::closed_form;
 
@@ -16,8 +17,6 @@ pub struct Fresh {
     pub tip_to_rim_m: f64,
 }
 
-/// Least stiffness that a start has, in N/m.
-const LEAST_STIFFNESS_N_PER_M: f64 = 5.0;
 /// How much deeper than the curve the last layer goes, in m (choice): the curve does not show its end.
 const BELOW_M: f64 = 0.02;
 
@@ -62,7 +61,9 @@ fn stack(front: &Front, curve: &Curve, (tips, cut_part): (&[usize], f64)) -> Vec
         let left_n = if at == 0 { 0.0 } else { cut_part * front.force_n[since].max(0.0) };
         let x_m = front.middle_m(gap);
         let tent_n = (front.force_n[gap] - left_n).max(0.0);
-        let mut stiffness = rise_n_per_m(front, since, gap).max(LEAST_STIFFNESS_N_PER_M);
+        let middle = (since + gap) / 2;
+        let half = if gap.saturating_sub(middle) >= 3 { middle } else { since };
+        let mut stiffness = rise_n_per_m(front, half, gap).max(LEAST_STIFFNESS_N_PER_M);
         if at == 0 {
             stiffness = (tent_n / x_m.max(1e-6)).max(LEAST_STIFFNESS_N_PER_M);
         } else {
@@ -83,22 +84,6 @@ fn stack(front: &Front, curve: &Curve, (tips, cut_part): (&[usize], f64)) -> Vec
         });
     }
     layers
-}
-
-/// The slope of the force over the second half of a stretch of the front, in N/m.
-fn rise_n_per_m(front: &Front, from: usize, to: usize) -> f64 {
-    let middle = (from + to) / 2;
-    let half = if to - middle >= 3 { middle..=to } else { from..=to };
-    let count = half.clone().count() as f64;
-    let mean = |values: &[f64]| values[half.clone()].iter().sum::<f64>() / count;
-    let (mean_x, mean_f) = (mean(&front.depth_m), mean(&front.force_n));
-    let (mut joint, mut spread) = (0.0, 0.0);
-    for at in half.clone() {
-        let dx = front.depth_m[at] - mean_x;
-        joint += dx * (front.force_n[at] - mean_f);
-        spread += dx * dx;
-    }
-    if spread > 0.0 { joint / spread } else { 0.0 }
 }
 
 /// The drops that fall farthest, so many, in order of depth.

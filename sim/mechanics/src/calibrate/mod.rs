@@ -1,21 +1,25 @@
 //! Layers from a measured force–depth curve: least squares with bounds on the force law itself, at slow speed.
 //!
 //! A drop of the force is a boundary that gave way, so the curve shows directly where ruptures are ([`Curve`] and its drops).
-//! With these places held, thickness, stiffness, friction and cutting of every layer are fitted by Levenberg–Marquardt
-//! within bounds, the Jacobian taken by central differences of the law stepped along the samples; thresholds follow
-//! from the places. Then each place is tried in the neighbouring gaps. The result is sound ([`crate::soundness`]):
-//! where the data ask for a rupture that would create force or energy, the fit is repeated under that constraint and says so.
+//! With these places held, thickness, stiffness, friction and cutting of every layer, and where in its gap each boundary gives way, are
+//! fitted by Levenberg–Marquardt within bounds, from several starts; thresholds follow from where the boundaries give way. Then each
+//! place is tried in the neighbouring gaps. The result is sound ([`crate::soundness`]): where the data ask for a rupture that would create
+//! force or energy, the fit is repeated under that constraint and says so.
 //!
-//! What a curve cannot tell is found from the singular directions of the Jacobian and named in words.
+//! The residual is held against the noise that the curve itself shows: a fit that leaves more has not converged and says so. Where
+//! it leaves only noise, every number gets a 95 % interval by profile likelihood, or is said not to be determined.
 
 mod curve;
 mod descent;
 mod drops;
 mod fit;
+mod forward;
 mod guess;
 mod model;
 mod peaks;
+mod starts;
 mod uncertainty;
+mod verdict;
 mod words;
 
 pub use curve::{Curve, MIN_SAMPLES};
@@ -23,7 +27,8 @@ pub use fit::{Asked, Fit, Start, fit};
 pub use guess::Fresh;
 pub use model::{Quantity, residual_rms_n};
 pub use peaks::Peak;
-pub use uncertainty::{Estimate, Standing};
+pub use uncertainty::{Estimate, Interval, Standing};
+pub use verdict::Misfit;
 
 /// Why a curve cannot be fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -73,6 +78,9 @@ pub enum CalibrateError {
         /// How deep the curve goes, in mm.
         deepest_mm: f64,
     },
+    /// The starting scene is of another version of the law than the one fitted.
+    #[error("the starting scene is of law 1, by which cutting depends on the tick; scenes of law 2 are allowed")]
+    OldLaw,
     /// The starting scene is not one that the law takes.
     #[error(transparent)]
     Params(#[from] crate::axial::ParamError),

@@ -1,14 +1,17 @@
 //! The fitted variables, and what the law makes of them along a curve.
 //!
 //! A threshold is no variable: the force at a sample jumps when a threshold moves a rupture across it, and no derivative
-//! knows of that. The data show directly between which samples a boundary gave way, so a rupture has a *place*, a gap of
-//! the curve, and its threshold follows: P = k (x − D) for the tip, P = k (x − L − D) for the rim, x the middle of the
-//! gap. With the places held, the residual is continuous in thickness, stiffness, friction and cutting.
+//! knows of that. The data show directly between which samples a boundary gave way, so a rupture has a *place*, a gap of the curve, and
+//! where within the gap is the variable x; the threshold follows: P = k (x − D) for the tip, P = k (x − L − D) for the rim. With the
+//! places held, the residual is continuous in every variable, and nothing that is differentiated straddles a drop.
+
+use nalgebra::DMatrix;
 
 use super::curve::Curve;
 use super::descent::{Lowest, Problem, square};
 use super::drops::Front;
-use crate::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, Layer};
+use super::forward::forces;
+use crate::axial::{AxialSpec, Layer};
 use crate::closed_form::{self, PredictedRupture};
 
 /// What is fitted of each layer, in the order of the variables.
@@ -22,25 +25,36 @@ pub enum Quantity {
     Friction,
     /// Cutting force, in N.
     Cutting,
-    /// Force at which the tip opens the boundary, in N. It follows from the others and the place of the rupture.
+    /// Force at which the tip opens the boundary, in N. It follows from the others and where the boundary gives way.
     TipThreshold,
     /// Force at which the rim opens it, in N. It follows likewise.
     RimThreshold,
 }
 
-/// The variables of a layer.
-pub(super) const VARIABLES: [Quantity; 4] =
-    [Quantity::Thickness, Quantity::Stiffness, Quantity::Friction, Quantity::Cutting];
+/// A layer's quantities in the order of its variables. The thresholds' variables are where the boundary gives way, in m.
+pub(super) const QUANTITIES: [Quantity; 6] = [
+    Quantity::Thickness,
+    Quantity::Stiffness,
+    Quantity::Friction,
+    Quantity::Cutting,
+    Quantity::TipThreshold,
+    Quantity::RimThreshold,
+];
+/// How many of them are variables themselves.
+pub(super) const OWN: usize = 4;
+/// How close to a sample, in gaps, a rupture may come: which side of the sample it is on is its place's to say.
+const EDGE: f64 = 1e-4;
 
 impl Quantity {
     /// Lowest and highest value, and the step of the finite differences. The steps are small beside anything measured
     /// and large beside round-off: the residual is nearly linear in each.
     fn range(self) -> (f64, f64, f64) {
         match self {
-            Self::Thickness => (0.0, 0.5, 1e-7),
-            Self::Stiffness => (1.0, 1e6, 1e-3),
-            Self::Friction => (0.0, 1e4, 1e-3),
-            Self::Cutting | Self::TipThreshold | Self::RimThreshold => (0.0, 50.0, 1e-5),
+            Self::Thickness => (0.0, 0.5, 1e-8),
+            Self::Stiffness => (1.0, 1e6, 1e-4),
+            Self::Friction => (0.0, 2e3, 1e-4),
+            Self::Cutting => (0.0, 50.0, 1e-6),
+            Self::TipThreshold | Self::RimThreshold => (0.0, 50.0, 1e-8),
         }
     }
 
@@ -66,7 +80,7 @@ impl Quantity {
         if value - lower <= NEXT_TO * self.least_size() { lower } else { value }
     }
 
-    fn get(self, layer: &Layer) -> f64 {
+    pub(super) fn get(self, layer: &Layer) -> f64 {
         match self {
             Self::Thickness => layer.thickness_m,
             Self::Stiffness => layer.stiffness_n_per_m,
@@ -87,6 +101,15 @@ impl Quantity {
             Self::RimThreshold => layer.rim_rupture_n = value,
         }
     }
+
+    /// Which contactor's rupture it is the threshold of, by how far that contactor is behind the tip.
+    fn lag_m(self, spec: &AxialSpec) -> Option<f64> {
+        match self {
+            Self::TipThreshold => Some(0.0),
+            Self::RimThreshold => Some(spec.tip_to_rim_m),
+            _ => None,
+        }
+    }
 }
 
 /// In which gap of the front each boundary gives way to the tip and to the rim. Where there is none (the rupture is beyond
@@ -95,6 +118,17 @@ impl Quantity {
 pub(super) struct Places {
     pub tip: Vec<Option<usize>>,
     pub rim: Vec<Option<usize>>,
+}
+
+impl Places {
+    /// The place that a threshold follows from.
+    pub fn of(&self, layer: usize, quantity: Quantity) -> Option<usize> {
+        match quantity {
+            Quantity::TipThreshold => self.tip.get(layer).copied().flatten(),
+            Quantity::RimThreshold => self.rim.get(layer).copied().flatten(),
+            _ => None,
+        }
+    }
 }
 
 /// Layers with the places of their ruptures.
@@ -120,34 +154,59 @@ impl<'c> Model<'c> {
         Self { curve, front: Front::new(curve) }
     }
 
-    /// The variables of a specification.
-    pub fn variables(spec: &AxialSpec) -> Vec<f64> {
-        spec.layers.iter().flat_map(|layer| VARIABLES.map(|quantity| quantity.get(layer))).collect()
+    /// The variables of a guess, those of the layers one after the other.
+    pub fn variables(&self, guess: &Guess) -> Vec<f64> {
+        let mut depth_m = 0.0;
+        let mut variables = Vec::with_capacity(guess.spec.layers.len() * QUANTITIES.len());
+        for (at, layer) in guess.spec.layers.iter().enumerate() {
+            for quantity in QUANTITIES {
+                let value = quantity.get(layer);
+                variables.push(match (quantity.lag_m(&guess.spec), guess.places.of(at, quantity)) {
+                    (None, _) => value,
+                    (Some(_), None) => 0.0,
+                    (Some(lag_m), Some(gap)) => {
+                        let (low_m, high_m) = self.within(gap);
+                        (lag_m + depth_m + value / layer.stiffness_n_per_m).max(low_m).min(high_m)
+                    }
+                });
+            }
+            depth_m += layer.thickness_m;
+        }
+        variables
     }
 
     /// The specification that variables stand for, its thresholds put where the places want them.
     pub fn spec(&self, guess: &Guess, variables: &[f64]) -> AxialSpec {
         let mut spec = guess.spec.clone();
         let mut depth_m = 0.0;
-        for (at, (layer, values)) in spec.layers.iter_mut().zip(variables.chunks(VARIABLES.len())).enumerate() {
-            for (quantity, &value) in VARIABLES.iter().zip(values) {
-                quantity.set(layer, value);
+        for (at, values) in variables.chunks(QUANTITIES.len()).enumerate() {
+            for (quantity, &value) in QUANTITIES.iter().zip(values) {
+                let threshold_n = quantity.lag_m(&spec).map(|lag_m| values[1] * (value - lag_m - depth_m).max(0.0));
+                let number = threshold_n.map_or(Some(value), |n| guess.places.of(at, *quantity).map(|_| n));
+                if let (Some(layer), Some(number)) = (spec.layers.get_mut(at), number) {
+                    quantity.set(layer, number);
+                }
             }
-            let threshold = |gap: usize, lag_m: f64| {
-                layer.stiffness_n_per_m * (self.front.middle_m(gap) - lag_m - depth_m).max(0.0)
-            };
-            let (tip, rim) = (guess.places.tip[at], guess.places.rim[at]);
-            let tip_n = tip.map_or(layer.tip_rupture_n, |gap| threshold(gap, 0.0));
-            let rim_n = rim.map_or(layer.rim_rupture_n, |gap| threshold(gap, guess.spec.tip_to_rim_m));
-            (layer.tip_rupture_n, layer.rim_rupture_n) = (tip_n, rim_n);
-            depth_m += layer.thickness_m;
+            depth_m += values[0];
         }
         spec
     }
 
+    /// The number of a quantity that variables stand for: thresholds are no variables.
+    pub fn number(&self, guess: &Guess, variables: &[f64], which: usize) -> f64 {
+        let (at, quantity) = (which / QUANTITIES.len(), QUANTITIES[which % QUANTITIES.len()]);
+        let values = &variables[at * QUANTITIES.len()..];
+        let depth_m = || variables[..at * QUANTITIES.len()].iter().step_by(QUANTITIES.len()).sum::<f64>();
+        match (quantity.lag_m(&guess.spec), guess.places.of(at, quantity)) {
+            (None, _) => variables[which],
+            (Some(_), None) => quantity.get(&guess.spec.layers[at]),
+            (Some(lag_m), Some(_)) => values[1] * (variables[which] - lag_m - depth_m()).max(0.0),
+        }
+    }
+
     /// The law's force at every sample of the curve.
     pub fn forces(&self, spec: &AxialSpec) -> Vec<f64> {
-        forces(spec, self.curve)
+        forces(spec, &self.curve.depth_m)
     }
 
     /// Law less data at every sample, in N.
@@ -159,15 +218,16 @@ impl<'c> Model<'c> {
     /// Goes down from a guess with its places held. Unsound ruptures count as misfit where `sound` is asked for.
     pub fn descend(&self, guess: &Guess, sound: bool, most: u32) -> Lowest {
         let residuals = |variables: &[f64]| self.residuals(guess, variables, sound);
-        let (lower, upper, step) = ranges(guess.spec.layers.len());
+        let (lower, upper) = self.bounds(guess);
+        let step = steps(guess);
         let enough = self.as_good_as_none();
         let problem = Problem { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough };
-        problem.descend(&Self::variables(&guess.spec), most)
+        problem.descend(&self.variables(guess), most)
     }
 
     /// The sum of squares that a guess has as it stands.
     pub fn cost(&self, guess: &Guess, sound: bool) -> f64 {
-        square(&self.residuals(guess, &Self::variables(&guess.spec), sound))
+        square(&self.residuals(guess, &self.variables(guess), sound))
     }
 
     /// The sum of squares of a millionth of the peak at every sample.
@@ -176,7 +236,8 @@ impl<'c> Model<'c> {
         (PART * self.curve.peak_n()).powi(2) * self.curve.len() as f64
     }
 
-    fn residuals(&self, guess: &Guess, variables: &[f64], sound: bool) -> Vec<f64> {
+    /// Law less data at every sample, in N, and what is unsound where `sound` is asked for.
+    pub fn residuals(&self, guess: &Guess, variables: &[f64], sound: bool) -> Vec<f64> {
         let mut residuals = self.misfit(guess, variables);
         if sound {
             let weight = UNSOUND_WEIGHT * (self.curve.len() as f64).sqrt();
@@ -187,17 +248,37 @@ impl<'c> Model<'c> {
     }
 
     /// ∂(law)/∂(variables) at a specification, in N per unit of each.
-    pub fn sensitivity(&self, guess: &Guess) -> nalgebra::DMatrix<f64> {
+    pub fn sensitivity(&self, guess: &Guess) -> DMatrix<f64> {
         let residuals = |variables: &[f64]| self.misfit(guess, variables);
-        let (lower, upper, step) = ranges(guess.spec.layers.len());
+        let ((lower, upper), step) = (self.bounds(guess), steps(guess));
         let problem = Problem { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
-        problem.jacobian(&Self::variables(&guess.spec))
+        let at = self.variables(guess);
+        problem.jacobian(&at, &residuals(&at))
+    }
+
+    /// Lowest and highest value of every variable. What is no variable here has no room.
+    pub fn bounds(&self, guess: &Guess) -> (Vec<f64>, Vec<f64>) {
+        let range = |which: usize| {
+            let quantity = QUANTITIES[which % QUANTITIES.len()];
+            match (quantity.lag_m(&guess.spec), guess.places.of(which / QUANTITIES.len(), quantity)) {
+                (None, _) => quantity.bounds(),
+                (Some(_), None) => (0.0, 0.0),
+                (Some(_), Some(gap)) => self.within(gap),
+            }
+        };
+        (0..guess.spec.layers.len() * QUANTITIES.len()).map(range).unzip()
+    }
+
+    /// From where to where a rupture with this place can be, in m.
+    fn within(&self, gap: usize) -> (f64, f64) {
+        let edge_m = EDGE * self.front.width_m(gap);
+        (self.front.depth_m[gap] + edge_m, self.front.depth_m[gap + 1] - edge_m)
     }
 }
 
-fn ranges(layers: usize) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
-    let all = || (0..layers).flat_map(|_| VARIABLES.map(Quantity::range));
-    (all().map(|r| r.0).collect(), all().map(|r| r.1).collect(), all().map(|r| r.2).collect())
+/// Steps of the finite differences.
+pub(super) fn steps(guess: &Guess) -> Vec<f64> {
+    guess.spec.layers.iter().flat_map(|_| QUANTITIES.map(|quantity| quantity.range().2)).collect()
 }
 
 /// By how much a rupture leaves too much force or energy, in N; energy as the force that would hold it.
@@ -214,24 +295,10 @@ fn excess_n(rupture: &PredictedRupture) -> f64 {
     force_n.max(energy_n).max(0.0)
 }
 
-/// The law along a curve, slowly: one second a sample and no viscosity. Forces in N; 0 where the law refuses the layers.
-pub(super) fn forces(spec: &AxialSpec, curve: &Curve) -> Vec<f64> {
-    let mut slow = spec.clone();
-    slow.rate = None;
-    slow.layers.iter_mut().for_each(|layer| layer.damping_n_s_per_m2 = 0.0);
-    let Ok(params) = AxialParams::new(slow) else { return vec![0.0; curve.len()] };
-    let (mut state, mut scratch) = (AxialState::new(&params), AxialScratch::new(&params));
-    let force_n = |(tick, &x_m): (usize, &f64)| {
-        let input = AxialInput { t_s: tick as f64, x_m, path_factor: 1.0 };
-        axial::step(&params, &mut state, &mut scratch, &input).total_n()
-    };
-    curve.depth_m.iter().enumerate().map(force_n).collect()
-}
-
 /// Root mean square of law less data, in N.
 #[must_use]
 pub fn residual_rms_n(spec: &AxialSpec, curve: &Curve) -> f64 {
-    let forces = forces(spec, curve);
+    let forces = forces(spec, &curve.depth_m);
     let squares: f64 = forces.iter().zip(&curve.force_n).map(|(law, data)| (law - data) * (law - data)).sum();
     (squares / curve.len() as f64).sqrt()
 }

@@ -67,6 +67,14 @@ pub(super) fn unexplained(model: &Model<'_>, guess: &Guess) -> Vec<(f64, f64)> {
     unmade.map(|drop| (front.middle_m(drop.gap), drop.fall_n)).collect()
 }
 
+/// The drops taken for ruptures that may be lone samples that are off, in m.
+pub(super) fn lone(model: &Model<'_>, guess: &Guess) -> Vec<f64> {
+    let (front, places) = (&model.front, &guess.places);
+    let is_placed = |gap: usize| places.tip.iter().chain(&places.rim).flatten().any(|&place| is_near(gap, place));
+    let lone = front.drops().into_iter().filter(|drop| front.is_lone(drop) && is_placed(drop.gap));
+    lone.map(|drop| front.middle_m(drop.gap)).collect()
+}
+
 /// The law's force at every sample of the front, in N.
 fn along_front(model: &Model<'_>, spec: &AxialSpec) -> Vec<f64> {
     let forces = model.forces(spec);

@@ -5,6 +5,7 @@
 //! is measured as 0 when it is refused and 1 when it is not.
 
 mod axisymmetric;
+pub mod calibration;
 mod case;
 mod force_law;
 mod hands;

@@ -1,5 +1,6 @@
 //! `stylet bench`: speed against error, as CSV, Markdown and SVG plots.
 
+mod calibrate;
 mod chart;
 mod coupling;
 mod curve;
@@ -34,7 +35,8 @@ use crate::{new_file, output};
 /// at 1 kHz on the clock, how late ticks begin and what they take. render: time of a frame, for every view and step of quality.
 /// hard-cases: every hard case with its bound and what
 /// was measured. soak: ten minutes of random needle motion on every shipped scene. operators: forces and overshoots of the virtual
-/// hands at every shipped exercise. Use a release build for figures to report.
+/// hands at every shipped exercise. calibrate: how often the 95 % intervals of fitted curves hold what the curves were made from,
+/// and whether wrong minima are said. Use a release build for figures to report.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet bench --out bench")]
 pub struct Args {
@@ -72,13 +74,15 @@ enum What {
     Soak,
     /// The virtual hands; exit 1 when one goes in beyond the hub
     Operators,
+    /// Fits of curves whose truth is known; exit 1 when intervals hold it too seldom or a wrong minimum is not said
+    Calibrate,
 }
 
 /// Measures into a folder, shortened or not, and returns the files written.
 type Measure = fn(&Path, bool) -> Result<Vec<PathBuf>, Failure>;
 
 /// What there is to measure, in the order of `all`.
-const MEASURES: [(What, Measure); 9] = [
+const MEASURES: [(What, Measure); 10] = [
     (What::Force, force::measure),
     (What::Field, field::measure),
     (What::Coupling, coupling::measure),
@@ -88,6 +92,7 @@ const MEASURES: [(What, Measure); 9] = [
     (What::HardCases, hard_cases::measure),
     (What::Soak, soak::measure),
     (What::Operators, operators::measure),
+    (What::Calibrate, calibrate::measure),
 ];
 
 /// Runs the command.

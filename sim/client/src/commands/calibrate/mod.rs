@@ -28,8 +28,8 @@ const WEIGHT_EXPONENT: f64 = 1.5;
 /// DATA.csv has the columns depth_m (displacement of the tip from the skin) and force_n (positive pushes the needle out), from
 /// a slow perpendicular insertion and, if measured, the withdrawal, which alone shows friction. Lines that start with # are
 /// comments. Each drop of the force is a boundary that gave way. Fitted within bounds are thickness, stiffness, thresholds,
-/// friction and cutting of every layer; the result is always sound. Says the residual, the error of each peak, and which
-/// parameters the curve cannot determine.
+/// friction and cutting of every layer; the result is always sound. Says the residual, the error of each peak, the 95 % interval of each
+/// parameter that the curve determines and which it does not, and warns where the residual is more than the curve's own noise.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     stylet calibrate phantom.csv --out phantom.toml\n  \

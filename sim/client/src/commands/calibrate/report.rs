@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use mechanics::calibrate::{Curve, Estimate, Fit, Quantity, Standing};
+use mechanics::calibrate::{Curve, Estimate, Fit, Misfit, Quantity, Standing};
 use mechanics::soundness::Unsound;
 use scene::Scene;
 use serde::Serialize;
@@ -20,7 +20,10 @@ pub struct Report {
     samples_left_out: usize,
     noise_n: f64,
     steps: u32,
+    /// At rest, and with nothing but noise left.
     converged: bool,
+    /// What the residual has besides the curve's noise.
+    misfit: Option<MisfitRow>,
     /// Of the scene as written, on the curve.
     residual_rms_n: f64,
     residual_relative_to_peak: f64,
@@ -60,10 +63,21 @@ struct ParameterRow {
     layer: String,
     parameter: &'static str,
     value: f64,
-    standard_error: Option<f64>,
+    /// The ends of the 95 % interval; null where the parameter is not determined.
+    interval_95: Option<[f64; 2]>,
     unit: &'static str,
     /// `free`, `lower bound`, `upper bound` or `kept`.
     state: &'static str,
+}
+
+#[derive(Serialize)]
+struct MisfitRow {
+    rms_n: f64,
+    noise_n: f64,
+    worst_depth_mm: f64,
+    neighbour_correlation: f64,
+    #[serde(skip)]
+    words: String,
 }
 
 #[derive(Serialize)]
@@ -94,6 +108,7 @@ impl Report {
             noise_n: fit.noise_n,
             steps: fit.iterations,
             converged: fit.converged,
+            misfit: fit.misfit.as_ref().map(MisfitRow::new),
             residual_rms_n: written.rms_n,
             residual_relative_to_peak: written.rms_n / fit.peak_n,
             peak_n: fit.peak_n,
@@ -131,7 +146,9 @@ impl Report {
                 self.data, drop.fall_n, drop.depth_mm
             ));
         }
-        if !self.converged {
+        if let Some(misfit) = &self.misfit {
+            output::warning(format_args!("{}: {}", self.data, misfit.words));
+        } else if !self.converged {
             output::warning(format_args!(
                 "{}: the fit had not come to rest when its {} steps were used up",
                 self.data, self.steps
@@ -179,16 +196,33 @@ impl Report {
     }
 
     fn write_parameters(&self, out: &mut dyn Write) -> io::Result<()> {
-        writeln!(out, "\n  {:24} {:14} {:>10} {:>10} {:4} state", "layer", "parameter", "value", "± error", "unit")?;
+        writeln!(
+            out,
+            "\n  {:24} {:14} {:>10} {:>10} {:>10} {:4} state",
+            "layer", "parameter", "value", "95 % from", "to", "unit"
+        )?;
         for row in &self.parameters {
             let ParameterRow { layer, parameter, value, unit, state, .. } = row;
-            let error = row.standard_error.map_or_else(|| "–".to_owned(), |error| format!("{error:.3}"));
-            writeln!(out, "  {layer:24} {parameter:14} {value:>10.3} {error:>10} {unit:4} {state}")?;
+            let end = |at: usize| row.interval_95.map_or_else(|| "–".to_owned(), |ends| format!("{:.3}", ends[at]));
+            let (low, high) = (end(0), end(1));
+            writeln!(out, "  {layer:24} {parameter:14} {value:>10.3} {low:>10} {high:>10} {unit:4} {state}")?;
         }
         writeln!(
             out,
-            "  (as this needle meets them; the scene states them for the reference needle, 2 mm with a diamond tip)\n"
+            "  (– not determined; as this needle meets them, the scene states them for the reference needle, 2 mm with a diamond tip)\n"
         )
+    }
+}
+
+impl MisfitRow {
+    fn new(misfit: &Misfit) -> Self {
+        Self {
+            rms_n: misfit.rms_n,
+            noise_n: misfit.noise_n,
+            worst_depth_mm: misfit.worst_m * 1e3,
+            neighbour_correlation: misfit.correlation,
+            words: misfit.words(),
+        }
     }
 }
 
@@ -242,7 +276,7 @@ fn parameter(estimate: &Estimate, layer: String) -> ParameterRow {
         layer,
         parameter: estimate.quantity.words(),
         value: estimate.value * scale,
-        standard_error: estimate.standard_error.map(|error| error * scale),
+        interval_95: estimate.interval.map(|interval| [interval.low * scale, interval.high * scale]),
         unit,
         state,
     }

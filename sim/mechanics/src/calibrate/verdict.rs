@@ -1,0 +1,114 @@
+//! Whether a fit's residual is the curve's own noise: a wrong minimum, drift or outliers leave something else.
+//!
+//! The curve tells its noise without a fit, by its second differences. A right fit leaves a residual of that deviation and without memory;
+//! what it leaves besides is found by its size, by its neighbours' likeness, and by its sums over stretches of every length.
+
+use super::model::{Guess, Model};
+use super::uncertainty::FINEST_PART;
+
+/// How much larger than the noise a residual may be, over √n: four deviations of the noise's own estimate.
+const LARGER: f64 = 5.0;
+/// Largest correlation of neighbours, over 1/√n.
+const LIKE: f64 = 3.4;
+/// Largest sum over a stretch, in its deviations.
+const STRETCH: f64 = 6.0;
+/// Largest sum of squares of all stretches of a length, as a normal deviate.
+const STRETCHES: f64 = 4.0;
+/// Fewest stretches that such a sum is taken of.
+const FEWEST: usize = 4;
+
+/// Why a residual is not the curve's noise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Misfit {
+    /// Root mean square residual, in N.
+    pub rms_n: f64,
+    /// Noise of the curve, in N.
+    pub noise_n: f64,
+    /// Where the residual stands out most, in m.
+    pub worst_m: f64,
+    /// Correlation of neighbouring residuals; 0 for noise.
+    pub correlation: f64,
+    /// Drops taken for layers that may be lone samples that are off, in m.
+    pub lone_m: Vec<f64>,
+}
+
+/// What a residual has besides noise; none where it is noise. A drop that may be a lone sample is as bad: its layer leaves nothing.
+pub(super) fn misfit(model: &Model<'_>, guess: &Guess, lone_m: Vec<f64>) -> Option<Misfit> {
+    let residuals = model.misfit(guess, &model.variables(guess));
+    let samples = residuals.len() as f64;
+    let finest_n = FINEST_PART * model.curve.peak_n();
+    let rms_n = (residuals.iter().map(|r| r * r).sum::<f64>() / samples).sqrt();
+    let noise_n = model.curve.noise_n();
+    let (worst, most) = worst_stretch(&residuals, rms_n.max(finest_n));
+    let correlation = correlation(&residuals);
+    let is_large = rms_n > noise_n.max(finest_n) * (1.0 + LARGER / samples.sqrt());
+    let is_seen = rms_n > finest_n;
+    let is_misfit = !lone_m.is_empty()
+        || is_large
+        || most > STRETCH
+        || is_seen && (correlation > LIKE / samples.sqrt() || stretches(&residuals, rms_n) > STRETCHES);
+    is_misfit.then(|| Misfit { rms_n, noise_n, worst_m: model.curve.depth_m[worst], correlation, lone_m })
+}
+
+impl Misfit {
+    /// In words.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let Self { rms_n, noise_n, worst_m, correlation, lone_m } = self;
+        if !lone_m.is_empty() {
+            let places: Vec<String> = lone_m.iter().map(|x_m| format!("{:.2} mm", x_m * 1e3)).collect();
+            return format!(
+                "the drops at {} may be single samples that are off, and no layers; no number has an interval",
+                places.join(", ")
+            );
+        }
+        format!(
+            "the residual of {rms_n:.4} N is not the curve's noise of {noise_n:.4} N: it stands out most at {:.2} mm, and neighbours \
+             correlate by {correlation:.2}. A wrong minimum, another number of layers, drift or outliers; no number has an interval",
+            worst_m * 1e3
+        )
+    }
+}
+
+/// Correlation of neighbours.
+fn correlation(residuals: &[f64]) -> f64 {
+    let squares: f64 = residuals.iter().map(|r| r * r).sum();
+    let products: f64 = residuals.windows(2).map(|pair| pair[0] * pair[1]).sum();
+    if squares > 0.0 { products / squares } else { 0.0 }
+}
+
+/// The middle of the stretch, of a power of two's length, whose sum stands out most, and by how many deviations.
+fn worst_stretch(residuals: &[f64], deviation_n: f64) -> (usize, f64) {
+    let mut sums = vec![0.0];
+    for residual in residuals {
+        sums.push(sums[sums.len() - 1] + residual);
+    }
+    let mut worst = (0, 0.0);
+    for length in lengths(residuals.len()) {
+        for from in 0..=residuals.len() - length {
+            let deviates = (sums[from + length] - sums[from]).abs() / (deviation_n * (length as f64).sqrt());
+            if deviates > worst.1 {
+                worst = (from + length / 2, deviates);
+            }
+        }
+    }
+    worst
+}
+
+/// The sum of squares of neighbouring stretches, for the length where it stands out most, as a normal deviate (Wilson & Hilferty,
+/// "The distribution of chi-square", Proc. Natl. Acad. Sci. 17, 1931).
+fn stretches(residuals: &[f64], deviation_n: f64) -> f64 {
+    let deviate = |length: usize| {
+        let sums = residuals.chunks_exact(length).map(|stretch| stretch.iter().sum::<f64>());
+        let count = (residuals.len() / length) as f64;
+        let squares = sums.map(|sum| sum * sum).sum::<f64>() / (deviation_n * deviation_n * length as f64);
+        let part = 2.0 / (9.0 * count);
+        (libm::cbrt(squares / count) - (1.0 - part)) / part.sqrt()
+    };
+    lengths(residuals.len()).map(deviate).fold(0.0, f64::max)
+}
+
+/// Powers of two of which there are at least [`FEWEST`] in a curve.
+fn lengths(samples: usize) -> impl Iterator<Item = usize> {
+    (0..).map(|power| 1_usize << power).take_while(move |length| length * FEWEST <= samples)
+}

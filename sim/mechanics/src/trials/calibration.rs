@@ -1,0 +1,280 @@
+//! Fits of curves whose truth is known: does a stated interval hold it, and is a wrong minimum found out?
+//!
+//! A curve is the law on a track of steps of 2 µm, of which every so manyth is a sample, with noise drawn from a seed. Blind curves
+//! are of random layers, and the fit is told nothing of them; others are of a scene with its numbers changed, and the fit starts from
+//! the scene as it was. A blind scene's boundaries each make a clear drop, as the fit of a curve alone takes for granted.
+
+use super::scenes::{Run, layer, needle_through};
+use crate::axial::AxialSpec;
+use crate::calibrate::{CalibrateError, Curve, Estimate, Fit, Fresh, Quantity, Start, fit, residual_rms_n};
+use crate::closed_form::ruptures;
+use crate::operator::gauss::Draw;
+use crate::soundness;
+
+/// Steps of the needle, in m.
+const STEP_M: f64 = 2e-6;
+/// A clear drop falls this many deviations of the noise, and this part of the peak, between two samples.
+const CLEAR_NOISE: f64 = 10.0;
+const CLEAR_PART: f64 = 0.06;
+/// A fit is in a wrong minimum where its sum of squares is this many variances above that of the truth.
+const WRONG: f64 = 9.0;
+/// And where a number is so many half-widths of its interval from the truth.
+const FAR: f64 = 3.0;
+/// How many scenes are drawn at most until one serves.
+const DRAWS: u32 = 10_000;
+
+/// What is wrong with the data besides white noise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Disturbance {
+    /// Nothing.
+    None,
+    /// A slow wave of five deviations of the noise.
+    Drift,
+    /// One sample in a hundred is off by fifteen deviations of the noise.
+    Outliers,
+}
+
+/// Where a curve comes from.
+#[derive(Clone, Copy, Debug)]
+pub enum Origin<'s> {
+    /// So many random layers, of which the fit knows nothing.
+    Blind {
+        /// How many.
+        layers: usize,
+        /// Distance from a trocar's tip to its rim, in m; 0 is a needle. A trocar's drops alternate, as its fit takes for granted.
+        tip_to_rim_m: f64,
+    },
+    /// A scene with its numbers changed by up to a quarter, fitted from the scene as it was.
+    Changed(&'s AxialSpec),
+}
+
+/// How a curve is measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// Deviation of the noise, in N.
+    pub noise_n: f64,
+    /// Distance of samples, in m.
+    pub spacing_m: f64,
+    /// Whether the needle is withdrawn.
+    pub withdraws: bool,
+    /// What else is wrong with it.
+    pub disturbance: Disturbance,
+}
+
+/// A curve and what it was made from.
+#[derive(Clone, Debug)]
+pub struct Sampled {
+    /// The layers.
+    pub truth: AxialSpec,
+    /// Where the fit starts, if not from the curve alone.
+    pub start: Option<AxialSpec>,
+    /// How it was measured.
+    pub measurement: Measurement,
+    /// Depth in m, force in N.
+    pub samples: Vec<(f64, f64)>,
+}
+
+/// A parameter's true value beside what was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judged {
+    /// What was found.
+    pub estimate: Estimate,
+    /// In SI.
+    pub truth: f64,
+}
+
+/// A fit beside the truth.
+#[derive(Clone, Debug)]
+pub struct Trialled {
+    /// The fit.
+    pub fit: Fit,
+    /// Every parameter; none where the number of layers is wrong.
+    pub parameters: Vec<Judged>,
+    /// Whether the number of layers is wrong, or the sum of squares above that of the truth, or a determined number far from it.
+    pub is_wrong: bool,
+}
+
+impl Measurement {
+    /// One of two dozen: four noises, three spacings, with and without the withdrawal.
+    #[must_use]
+    pub fn of_seed(seed: u64, disturbance: Disturbance) -> Self {
+        Self {
+            noise_n: [0.005, 0.01, 0.02, 0.04][(seed % 4) as usize],
+            spacing_m: [0.05e-3, 0.1e-3, 0.2e-3][(seed / 4 % 3) as usize],
+            withdraws: seed / 12 % 2 == 1,
+            disturbance,
+        }
+    }
+}
+
+impl Judged {
+    /// Whether the interval holds the truth; none without one.
+    #[must_use]
+    pub fn is_held(&self) -> Option<bool> {
+        self.estimate.interval.map(|interval| interval.holds(self.truth))
+    }
+
+    fn is_far(&self) -> bool {
+        let Estimate { interval, value, .. } = self.estimate;
+        interval.is_some_and(|interval| {
+            let half = if self.truth > value { interval.high - value } else { value - interval.low };
+            (self.truth - value).abs() > FAR * half.max(0.1 * (interval.high - interval.low))
+        })
+    }
+}
+
+/// A curve from a seed; none where no scene serves, or the scene's first rupture is not within it.
+#[must_use]
+pub fn sample(origin: Origin<'_>, measurement: Measurement, seed: u64) -> Option<Sampled> {
+    let mut draw = Draw::new(seed);
+    for _ in 0..DRAWS {
+        let truth = match origin {
+            Origin::Blind { layers, tip_to_rim_m } => random_layers((layers, tip_to_rim_m), &mut draw),
+            Origin::Changed(scene) => changed(scene, &mut draw),
+        };
+        if !soundness::check(&truth).is_empty() {
+            continue;
+        }
+        let beyond_m = between(&mut draw, 0.002, 0.008);
+        let clean = track(&truth, &measurement, beyond_m)?;
+        if matches!(origin, Origin::Blind { .. }) && !is_clear(&truth, &clean, &measurement) {
+            continue;
+        }
+        let start = match origin {
+            Origin::Blind { .. } => None,
+            Origin::Changed(scene) => Some(scene.clone()),
+        };
+        return Some(Sampled { truth, start, measurement, samples: disturbed(clean, &measurement, &mut draw) });
+    }
+    None
+}
+
+/// Fits a curve and holds the result against what it was made from.
+///
+/// # Errors
+/// What the fit refuses.
+pub fn try_fit(sampled: &Sampled) -> Result<Trialled, CalibrateError> {
+    let curve = Curve::new(&sampled.samples)?;
+    let fresh = Fresh { layers: None, tip_to_rim_m: sampled.truth.tip_to_rim_m };
+    let start = sampled.start.as_ref().map_or(Start::Fresh(fresh), Start::Scene);
+    let fit = fit(&curve, start, &mut |_| ())?;
+    let is_whole = fit.spec.layers.len() == sampled.truth.layers.len();
+    let of_truth = |estimate: &Estimate| {
+        let truth = true_value(&sampled.truth, estimate)?;
+        Some(Judged { estimate: estimate.clone(), truth })
+    };
+    let parameters: Vec<Judged> =
+        if is_whole { fit.estimates.iter().filter_map(of_truth).collect() } else { Vec::new() };
+    let above = fit.rms_n.powi(2) / residual_rms_n(&sampled.truth, &curve).powi(2) - 1.0;
+    let is_above = above * curve.len() as f64 > WRONG;
+    let is_wrong = !is_whole || is_above || parameters.iter().any(Judged::is_far);
+    Ok(Trialled { fit, parameters, is_wrong })
+}
+
+fn true_value(truth: &AxialSpec, estimate: &Estimate) -> Option<f64> {
+    truth.layers.get(estimate.layer).map(|layer| match estimate.quantity {
+        Quantity::Thickness => layer.thickness_m,
+        Quantity::Stiffness => layer.stiffness_n_per_m,
+        Quantity::Friction => layer.friction_n_per_m,
+        Quantity::Cutting => layer.cutting_n,
+        Quantity::TipThreshold => layer.tip_rupture_n,
+        Quantity::RimThreshold => layer.rim_rupture_n,
+    })
+}
+
+fn between(draw: &mut Draw, low: f64, high: f64) -> f64 {
+    low + (high - low) * draw.uniform()
+}
+
+/// Even on a logarithmic scale: soft and stiff, weak and strong are as likely.
+fn scaled(draw: &mut Draw, low: f64, high: f64) -> f64 {
+    libm::exp(between(draw, libm::log(low), libm::log(high)))
+}
+
+fn random_layers((count, tip_to_rim_m): (usize, f64), draw: &mut Draw) -> AxialSpec {
+    let name = |at: usize| format!("layer {}", at + 1);
+    let layers = (0..count).map(|at| {
+        let thickness_mm = if at + 1 == count { 200.0 } else { between(draw, 2.0, 14.0) };
+        let stiffness = scaled(draw, 80.0, 900.0);
+        let threshold_n = scaled(draw, 0.4, 5.0);
+        let friction = scaled(draw, 5.0, 80.0);
+        let rim_n = threshold_n * between(draw, 1.1, 1.6);
+        layer(&name(at), [thickness_mm, stiffness, 0.0, threshold_n, rim_n, friction, between(draw, 0.05, 0.5)])
+    });
+    AxialSpec { tip_to_rim_m, ..needle_through(layers.collect()) }
+}
+
+/// A scene with every number but 0 changed by up to a quarter.
+fn changed(scene: &AxialSpec, draw: &mut Draw) -> AxialSpec {
+    let mut changed = scene.clone();
+    for layer in &mut changed.layers {
+        for number in [
+            &mut layer.thickness_m,
+            &mut layer.stiffness_n_per_m,
+            &mut layer.tip_rupture_n,
+            &mut layer.rim_rupture_n,
+            &mut layer.friction_n_per_m,
+            &mut layer.cutting_n,
+        ] {
+            *number *= scaled(draw, 0.8, 1.25);
+        }
+    }
+    changed
+}
+
+/// The law's samples on the way in, to beyond the last rupture, and out; none where a scene is none.
+fn track(truth: &AxialSpec, measurement: &Measurement, beyond_m: f64) -> Option<Vec<(f64, f64)>> {
+    let mut slow = truth.clone();
+    slow.rate = None;
+    slow.layers.iter_mut().for_each(|layer| layer.damping_n_s_per_m2 = 0.0);
+    let deepest_m = ruptures(&slow).last()?.x_m + beyond_m;
+    let steps = (measurement.spacing_m / STEP_M).round().max(1.0) as u32;
+    let samples = (deepest_m / measurement.spacing_m).round() as u32;
+    let mut run = Run::new(slow).ok()?;
+    let (mut time_s, mut taken) = (0.0, Vec::new());
+    let inwards = 0..=samples * steps;
+    let outwards = (0..if measurement.withdraws { samples * steps } else { 0 }).rev();
+    for step in inwards.chain(outwards) {
+        let x_m = f64::from(step) * measurement.spacing_m / f64::from(steps);
+        let force_n = run.step(time_s, x_m).total_n();
+        time_s += 1.0;
+        if step % steps == 0 {
+            taken.push((x_m, force_n));
+        }
+    }
+    Some(taken)
+}
+
+/// Whether every boundary makes a clear drop of its own.
+fn is_clear(truth: &AxialSpec, clean: &[(f64, f64)], measurement: &Measurement) -> bool {
+    let peak_n = clean.iter().map(|sample| sample.1).fold(0.0, f64::max);
+    let least_n = (CLEAR_NOISE * measurement.noise_n).max(CLEAR_PART * peak_n);
+    let gap = |x_m: f64| libm::ceil(x_m / measurement.spacing_m) as usize;
+    let predicted = ruptures(truth);
+    let alternates = predicted.chunks(2).all(|pair| match pair {
+        [tip, rim] if truth.tip_to_rim_m > 0.0 => tip.contactor != rim.contactor && tip.boundary == rim.boundary,
+        _ => truth.tip_to_rim_m <= 0.0,
+    });
+    let gaps: Vec<usize> = predicted.iter().map(|rupture| gap(rupture.x_m)).collect();
+    let is_apart = gaps.windows(2).all(|pair| pair[1] > pair[0] + 5);
+    let falls = |&gap: &usize| clean.get(gap).is_some_and(|after| clean[gap - 1].1 - after.1 >= least_n);
+    alternates && is_apart && gaps.first().is_some_and(|&first| first > 5) && gaps.iter().all(falls)
+}
+
+fn disturbed(clean: Vec<(f64, f64)>, measurement: &Measurement, draw: &mut Draw) -> Vec<(f64, f64)> {
+    let noise_n = measurement.noise_n;
+    let (phase, length_m) = (between(draw, 0.0, core::f64::consts::TAU), between(draw, 0.005, 0.02));
+    let disturb = |(x_m, force_n): (f64, f64)| {
+        let white_n = draw.normal(noise_n);
+        let more_n = match measurement.disturbance {
+            Disturbance::None => 0.0,
+            Disturbance::Drift => 5.0 * noise_n * libm::sin(phase + core::f64::consts::TAU * x_m / length_m),
+            Disturbance::Outliers if draw.uniform() < 0.01 => {
+                15.0 * noise_n * if draw.uniform() < 0.5 { -1.0 } else { 1.0 }
+            }
+            Disturbance::Outliers => 0.0,
+        };
+        (x_m, force_n + white_n + more_n)
+    };
+    clean.into_iter().map(disturb).collect()
+}
