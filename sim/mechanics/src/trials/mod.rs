@@ -6,6 +6,7 @@
 
 mod axisymmetric;
 mod case;
+pub mod estimates;
 mod force_law;
 mod mass_spring;
 pub mod needle;

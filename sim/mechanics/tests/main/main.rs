@@ -15,6 +15,8 @@ mod cells;
 #[cfg(test)]
 mod energy;
 #[cfg(test)]
+mod estimates;
+#[cfg(test)]
 mod follow;
 #[cfg(test)]
 mod hard_cases;

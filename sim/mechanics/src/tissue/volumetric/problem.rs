@@ -168,7 +168,7 @@ impl Skin {
     pub fn bend(&self, flat: &Point3<f64>) -> Point3<f64> {
         let (radius, along) = match *self {
             Self::Flat => return *flat,
-            Self::Sphere { radius_m } => (radius_m, flat.x.hypot(flat.y)),
+            Self::Sphere { radius_m } => (radius_m, libm::hypot(flat.x, flat.y)),
             Self::Cylinder { radius_m } => (radius_m, flat.x.abs()),
         };
         let angle = along / radius;
