@@ -1,5 +1,6 @@
 //! Who, what and with which program: the metadata record `stylet.session`, and the attachments.
 
+use mechanics::tissue::Judging;
 use uuid::Uuid;
 
 /// Name of the attachment that holds the exercise.
@@ -28,6 +29,8 @@ pub struct Session {
     pub device: String,
     /// Device's maximum force, in N; infinite for an operator.
     pub device_max_force_n: f64,
+    /// How the error of the tissue's field was judged, which decides its meshes.
+    pub judging: Judging,
     /// Servo rate, in Hz.
     pub tick_hz: f64,
     /// Seed of the patient and the operator.

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use mechanics::phrase;
 use mechanics::phrase::Phrase;
 use mechanics::puncture::PunctureSpec;
+use mechanics::tissue::Judging;
 use toml::de::DeTable;
 
 use crate::curriculum::Curriculum;
@@ -81,6 +82,14 @@ impl ExerciseBundle {
     #[must_use]
     pub fn puncture_spec(&self, patient: &Patient) -> PunctureSpec {
         self.scene.puncture_spec(patient, self.exercise.angle_deg)
+    }
+
+    /// What a recording of it is verified with: its field judged as it was when the recording was made.
+    #[must_use]
+    pub fn recorded_spec(&self, patient: &Patient, judging: Judging) -> PunctureSpec {
+        let mut spec = self.puncture_spec(patient);
+        spec.tissue.iter_mut().for_each(|tissue| tissue.judging = judging);
+        spec
     }
 
     fn from_disk(path: &Path, bytes: Vec<u8>) -> Result<Self, DocumentError> {

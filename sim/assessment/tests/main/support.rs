@@ -112,6 +112,7 @@ pub fn empty() -> Recording {
         git: String::new(),
         device: "operator:expert".into(),
         device_max_force_n: f64::INFINITY,
+        judging: mechanics::tissue::Judging::default(),
         tick_hz: 1000.0,
         seed: 1,
         trainee: String::new(),

@@ -1,33 +1,41 @@
-//! scratch
+//! The error that a fit claims is the error that it has, on random tissues and not only on those that the meshes were made for.
+//!
+//! It would fail on a judge that misses what the mesh misses: the way of judging that recordings of before were made by does. The
+//! thousand scenes of the report (`stylet bench estimates`) begin with those that are tried here.
 
-use mechanics::tissue::axisymmetric::{Axisymmetric, MeshSpec, fit};
-use mechanics::tissue::{FieldModel, relative_distance};
-use mechanics::trials::estimates::{draw, truth};
+use mechanics::tissue::axisymmetric::fit_by;
+use mechanics::tissue::{Judging, relative_distance};
+use mechanics::trials::estimates::{Drawn, draw, measure, truth};
 
 #[test]
-#[ignore]
-fn explore() {
-    let from: u32 = std::env::var("FROM").map_or(0, |v| v.parse().unwrap());
-    let to: u32 = std::env::var("TO").map_or(40, |v| v.parse().unwrap());
-    for number in from..to {
-        let d = draw(number);
-        let p = &d.problem;
-        let t0 = std::time::Instant::now();
-        let t = truth(p).unwrap();
-        let truth_s = t0.elapsed().as_secs_f64();
-        let t0 = std::time::Instant::now();
-        let f = fit(p, d.tolerance).unwrap();
-        let fit_s = t0.elapsed().as_secs_f64();
-        let e = |s: &mechanics::tissue::Sampled| (relative_distance(&s.axial_m, &t.axial_m), relative_distance(&s.radial_m, &t.radial_m));
-        let (a, r) = e(&p.sampled(&f.model));
-        print!("{number} tol {} met {} est {:.2e} ax {a:.2e} rad {r:.2e} x{:.1} n {} fit {:.1}ms truth {:.0}ms |", d.tolerance, f.met, f.estimated_relative_error, a / f.estimated_relative_error, f.model.unknowns(), fit_s * 1e3, truth_s * 1e3);
-        for (order, size) in [(5, 1.0), (7, 1.0), (6, 1.4), (9, 1.0)] {
-            let t0 = std::time::Instant::now();
-            let m = Axisymmetric::new(p, &MeshSpec::even(p, order, size)).unwrap();
-            let s = t0.elapsed().as_secs_f64();
-            let (a, r) = e(&p.sampled(&m));
-            print!(" J{order}/{size} {a:.1e} {r:.1e} {:.0}ms n{} |", s * 1e3, m.unknowns());
-        }
-        println!(" layers {} load {:?} a {:.1e} R {:.1e} ns {}x{}", p.slab.layers.len(), p.load.kind, p.load.radius_m, p.slab.radius_m, p.sample_r_m.len(), p.sample_depth_m.len());
+fn no_estimate_is_a_third_of_the_error_and_no_tolerance_is_met_by_word_alone() {
+    for number in 0..40 {
+        let drawn = draw(number);
+        let found = measure(&drawn).expect("a drawn tissue makes sense");
+        let (error, tolerance) = (found.error(), drawn.tolerance);
+        assert!(found.factor() <= 3.0, "scene {number}: {error}, estimated {}", found.estimated);
+        assert!(!found.met || error <= tolerance, "scene {number}: {error} of {tolerance}, met by its own word");
+        assert!(found.met, "scene {number}: {} of {tolerance}, which a finer mesh meets", found.estimated);
     }
+}
+
+#[test]
+fn a_drawn_scene_is_the_same_every_time_and_no_two_are() {
+    let alike = |a: &Drawn, b: &Drawn| a.problem == b.problem;
+    assert!(alike(&draw(7), &draw(7)) && !alike(&draw(7), &draw(8)));
+}
+
+/// What the first way is blind for: the radial displacement, and what its own mesh misses.
+#[test]
+fn the_first_way_of_judging_is_wrong_where_the_second_is_not() {
+    let mut radial_missed = 0;
+    for number in 0..12 {
+        let drawn = draw(number);
+        let fitted = fit_by(Judging::First, &drawn.problem, drawn.tolerance).expect("a model");
+        let found = drawn.problem.sampled(&fitted.model);
+        let truth = truth(&drawn.problem).expect("a model");
+        let radial = relative_distance(&found.radial_m, &truth.radial_m);
+        radial_missed += usize::from(fitted.met && radial > drawn.tolerance);
+    }
+    assert!(radial_missed >= 4, "{radial_missed} of 12");
 }

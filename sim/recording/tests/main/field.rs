@@ -9,7 +9,7 @@ use mechanics::closed_form::ruptures;
 use mechanics::operator::{Motion, needle_pose};
 use mechanics::puncture::{PunctureError, PunctureParams, PunctureSpec};
 use mechanics::tissue::follow::{Field, TissueSpec, recoil_time_s};
-use mechanics::tissue::{ElasticLayer, Slab};
+use mechanics::tissue::{ElasticLayer, Judging, Slab};
 use nalgebra::{Point3, Vector3};
 use recording::simulate::{Clock, MotionSource, simulate};
 use recording::verify::{Verification, verify};
@@ -62,6 +62,7 @@ fn tissue(axial: &AxialSpec, youngs_modulus_pa: &[f64], density_kg_per_m3: f64) 
         tilt_rad: 0.0,
         model: None,
         tolerance: 0.05,
+        judging: Judging::default(),
         coupled: false,
     }
 }

@@ -112,6 +112,7 @@ fn metadata_has_the_keys_of_the_contract() {
         "git",
         "device",
         "device_max_force_n",
+        "field",
         "tick_hz",
         "seed",
         "trainee",

@@ -19,6 +19,7 @@ pub fn session() -> Session {
         git: String::new(),
         device: "operator:novice".to_owned(),
         device_max_force_n: f64::INFINITY,
+        judging: mechanics::tissue::Judging::default(),
         tick_hz: 1000.0,
         seed: u64::MAX,
         trainee: "t-17".to_owned(),

@@ -190,6 +190,7 @@ pub(super) mod tests {
             git: String::new(),
             device: String::new(),
             device_max_force_n: 1.0,
+            judging: mechanics::tissue::Judging::default(),
             tick_hz: 1000.0,
             seed: 0,
             trainee: String::new(),

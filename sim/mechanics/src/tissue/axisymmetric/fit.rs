@@ -10,6 +10,7 @@
 
 use super::basis::MAX_ORDER;
 use super::grading::{LEAST_ORDER, LEVELS};
+use super::judge::Judge;
 use super::trim::{Rung, Trimming, View};
 use super::{Axisymmetric, AxisymmetricError, MeshSpec, fit_first};
 use crate::axial::Domain;
@@ -90,76 +91,32 @@ pub(super) fn first_level(tolerance: f64) -> usize {
 }
 
 fn judged(problem: &Problem, tolerance: f64) -> Result<Fitted, AxisymmetricError> {
-    let judge = Judge::new(problem, tolerance)?;
-    let (view, level) = (View::both(&judge.answer), first_level(tolerance));
+    let solved = |mesh: &MeshSpec| Ok(problem.sampled(&Axisymmetric::new(problem, mesh)?));
+    let judge = Judge::new(problem, tolerance, solved, Sampled::distance)?;
+    let fitted = |model: Axisymmetric, mesh: MeshSpec| {
+        let estimated_relative_error = problem.sampled(&model).distance(&judge.answer) + judge.doubt;
+        Fitted { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance }
+    };
+    let view = View::both(&judge.answer);
     let truth = view.of(&judge.answer);
+    // Both components count as shares of themselves: what both are off by is more than what either is.
     let size = truth.iter().map(|value| value * value).sum::<f64>().sqrt();
     let trimming = Trimming { problem, view, truth: &truth, aim: AIM * tolerance / size };
+    let level = first_level(tolerance);
     let mut mesh = MeshSpec::graded(problem, level as f64);
     let (mut before, mut to_side) = (f64::INFINITY, false);
     for orders in 0..=MAX_ORDER - level {
         let rung = Rung::new(problem, mesh.clone().raised(orders), view)?;
         let wrong = trimming.error(&rung);
-        if wrong <= trimming.aim || size == 0.0 {
+        if wrong <= trimming.aim {
             let rung = trimming.trim(rung)?;
-            return Ok(judge.fitted(rung.model, rung.mesh, tolerance));
+            return Ok(fitted(rung.model, rung.mesh));
         }
         // Without a corner at the side in the way, an order halves the error.
-        if !to_side && wrong > 0.5 * std::mem::replace(&mut before, wrong) {
+        if wrong > 0.5 * std::mem::replace(&mut before, wrong) && !to_side {
             (mesh, to_side) = (mesh.graded_to_side(), true);
         }
     }
-    // What no graded mesh reaches, the judge before the last does, if any.
-    let model = Axisymmetric::new(problem, &judge.coarser)?;
-    Ok(judge.fitted(model, judge.coarser.clone(), tolerance))
-}
-
-/// Orders and sizes of judges, from coarse to fine. No two have their elements' ends at the same places, and each has a fraction
-/// of the error of the one before.
-const JUDGES: [(usize, f64); 6] = [(5, 1.1), (6, 0.95), (8, 0.85), (9, 0.7), (10, 0.5), (10, 0.35)];
-
-/// Two judges agree when they differ by no more than this share of the tolerance.
-const AGREED: f64 = 0.3;
-
-/// Share of the difference between the last two judges that is taken for the error of the finer.
-const OWN: f64 = 1.0 / 3.0;
-
-/// An answer to judge others by.
-struct Judge<'a> {
-    problem: &'a Problem,
-    answer: Sampled,
-    /// What its relative error is taken to be.
-    doubt: f64,
-    /// The mesh of the judge before it.
-    coarser: MeshSpec,
-}
-
-impl<'a> Judge<'a> {
-    /// Climbs until two judges agree, or to the last.
-    fn new(problem: &'a Problem, tolerance: f64) -> Result<Self, AxisymmetricError> {
-        let [mut coarser, mut mesh] = [0, 1].map(|at| judge(problem, at));
-        let mut before = problem.sampled(&Axisymmetric::new(problem, &coarser)?);
-        let mut at = 1;
-        loop {
-            let answer = problem.sampled(&Axisymmetric::new(problem, &mesh)?);
-            let change = before.distance(&answer);
-            at += 1;
-            if change <= AGREED * tolerance || at == JUDGES.len() {
-                return Ok(Self { problem, answer, doubt: OWN * change, coarser });
-            }
-            (before, coarser) = (answer, mesh);
-            mesh = judge(problem, at);
-        }
-    }
-
-    fn fitted(&self, model: Axisymmetric, mesh: MeshSpec, tolerance: f64) -> Fitted {
-        let estimated_relative_error = self.problem.sampled(&model).distance(&self.answer) + self.doubt;
-        Fitted { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance }
-    }
-}
-
-/// The mesh of a judge.
-fn judge(problem: &Problem, at: usize) -> MeshSpec {
-    let (order, size) = JUDGES[at];
-    MeshSpec::even(problem, order, size)
+    // What no graded mesh reaches, the judge before the last may.
+    Ok(fitted(Axisymmetric::new(problem, &judge.coarser)?, judge.coarser.clone()))
 }

@@ -13,6 +13,7 @@ mod element;
 mod fit;
 mod fit_first;
 mod grading;
+mod judge;
 mod load;
 mod mesh;
 mod model;
@@ -27,7 +28,7 @@ pub use fit::{Fitted, fit, fit_by, rung};
 pub use mesh::{MeshSpec, Strip};
 pub use model::Axisymmetric;
 pub use oblique::Oblique;
-pub use oblique_fit::{FittedOblique, fit_oblique};
+pub use oblique_fit::{Along, FittedOblique, along_needle, fit_oblique, fit_oblique_by};
 pub use superposed::Superposed;
 
 use super::multifrontal::NotPositiveDefinite;

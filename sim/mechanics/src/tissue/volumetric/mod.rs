@@ -27,7 +27,7 @@ use nalgebra::{Point3, Vector3};
 
 pub use body::Body;
 pub use corotational::{Corotational, Energies, Motion, Refused};
-pub use fit::{Fitted, fit, rung};
+pub use fit::{Fitted, fit, fit_by, rung};
 pub use mesh::{Grading, HexMesh, MeshSpec3, ORDERS};
 pub use minimiser::{Effort, Outcome};
 pub use problem::{Inclusion, Material, Problem3, Shape, Skin, Symmetry};

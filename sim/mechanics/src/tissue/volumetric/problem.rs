@@ -216,6 +216,14 @@ impl Problem3 {
         libm::sin(self.tilt_rad) * across_m - libm::cos(self.tilt_rad) * axial_m
     }
 
+    /// The same at every sample depth and radius, depth after depth.
+    #[must_use]
+    pub fn all_along_needle_m(&self, field: &dyn FieldModel) -> Vec<f64> {
+        let radii_m = &self.flat.sample_r_m;
+        let places = self.flat.sample_depth_m.iter().flat_map(|&depth_m| radii_m.iter().map(move |&r_m| (r_m, depth_m)));
+        places.map(|(r_m, depth_m)| self.along_needle_m(field, r_m, depth_m)).collect()
+    }
+
     /// Checks that the question makes sense.
     ///
     /// # Errors
