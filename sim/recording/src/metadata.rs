@@ -96,3 +96,31 @@ fn check(key: &str, value: f64, good: bool, allowed: &str) -> Result<(), ReadErr
 fn bad(key: &str, value: impl Display, allowed: &str) -> ReadError {
     ReadError::missing(format!("metadata {RECORD}: {key} = {value}"), format!("allowed is {allowed}"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A record with these words for how the field was judged.
+    fn record(field: Option<&str>) -> BTreeMap<String, String> {
+        let words = [
+            ("session_id", "018f4c1e-7a2b-7c3d-8e4f-0123456789ab"),
+            ("device_max_force_n", "inf"),
+            ("tick_hz", "1000"),
+            ("seed", "1"),
+            ("started_at", "2031-05-06T07:08:09Z"),
+            ("patient_thickness_mm", "[0.8]"),
+        ];
+        let empty = ["exercise_id", "exercise_sha256", "scene_sha256", "simulator_version", "git", "device", "trainee"];
+        let all = words.into_iter().chain(empty.map(|key| (key, ""))).chain(field.map(|field| ("field", field)));
+        all.map(|(key, value)| (key.to_owned(), value.to_owned())).collect()
+    }
+
+    #[test]
+    fn a_file_that_does_not_say_how_its_field_was_judged_is_of_the_first_way() {
+        assert_eq!(from_text(&record(None)).unwrap().judging, Judging::First);
+        assert_eq!(from_text(&record(Some("2"))).unwrap().judging, Judging::Second);
+        let error = from_text(&record(Some("3"))).unwrap_err().to_string();
+        assert!(error.contains("field = 3") && error.contains("1 or 2"), "{error}");
+    }
+}

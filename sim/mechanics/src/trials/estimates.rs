@@ -7,10 +7,10 @@
 
 use crate::operator::gauss::Draw;
 use crate::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MAX_ORDER, MeshSpec, fit};
-use crate::tissue::{ElasticLayer, Load, LoadKind, Problem, Sampled, Slab};
+use crate::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Sampled, Slab, relative_distance};
 
 /// Tolerances that are asked for.
-const TOLERANCES: [f64; 5] = [0.05, 0.02, 0.01, 0.005, 0.001];
+pub const TOLERANCES: [f64; 5] = [0.05, 0.02, 0.01, 0.005, 0.001];
 
 /// A drawn question, and what it is to be answered to.
 #[derive(Clone, Debug)]
@@ -117,13 +117,12 @@ impl Draw {
 pub fn measure(drawn: &Drawn) -> Result<Estimate, AxisymmetricError> {
     let fitted = fit(&drawn.problem, drawn.tolerance)?;
     let (found, truth) = (drawn.problem.sampled(&fitted.model), truth(&drawn.problem)?);
-    let part = |of: fn(Sampled) -> Vec<f64>| crate::tissue::relative_distance(&of(found.clone()), &of(truth.clone()));
     Ok(Estimate {
         estimated: fitted.estimated_relative_error,
-        axial: part(|sampled| sampled.axial_m),
-        radial: part(|sampled| sampled.radial_m),
+        axial: relative_distance(&found.axial_m, &truth.axial_m),
+        radial: relative_distance(&found.radial_m, &truth.radial_m),
         met: fitted.met,
-        unknowns: crate::tissue::FieldModel::unknowns(&fitted.model),
+        unknowns: fitted.model.unknowns(),
     })
 }
 

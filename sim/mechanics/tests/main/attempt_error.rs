@@ -55,14 +55,12 @@ fn the_claim_is_the_worst_load_on_the_whole_body_and_meets_the_tolerance() {
 
 #[test]
 fn a_push_on_the_skin_alone_claims_less_than_the_attempt_sees() {
-    for tolerance in [0.05, 0.002] {
-        let tissue = TissueSpec { judging: Judging::First, ..body(1.75e-3, tolerance) };
-        let field = Field::new(&tissue).expect("a field");
-        let worst = errors(&tissue, &field).into_iter().fold(0.0, f64::max);
-        let claim = field.plan().expected_relative_error;
-        assert!(worst > 1.5 * claim && worst > tolerance, "{worst}, claimed {claim}");
-        assert_eq!(field.plan().worst, None);
-    }
+    let tissue = TissueSpec { judging: Judging::First, ..body(1.75e-3, 0.05) };
+    let field = Field::new(&tissue).expect("a field");
+    let worst = errors(&tissue, &field).into_iter().fold(0.0, f64::max);
+    let claim = field.plan().expected_relative_error;
+    assert!(worst > 1.5 * claim && worst > 0.05, "{worst}, claimed {claim}");
+    assert_eq!(field.plan().worst, None);
 }
 
 #[test]

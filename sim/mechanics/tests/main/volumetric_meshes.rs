@@ -24,11 +24,11 @@ fn spec(problem: &Problem3, (order, around): (usize, usize), sizes: [f64; 4], re
     MeshSpec3 { symmetry: problem.symmetry(), order, around, across, along, reach_m }
 }
 
-/// What a problem comes to on a mesh: the displacement along the needle where it meets its load, in m/N.
+/// What a problem comes to on a mesh: the displacement along the needle where its load begins, in m/N.
 fn give_m(problem: &Problem3, spec: &MeshSpec3) -> Result<f64, VolumetricError> {
     let mut model = Volumetric::new(problem, spec)?;
     model.solve(1.0);
-    Ok(problem.along_needle_m(&model, 0.0, problem.flat.load.ends_m()[1]))
+    Ok(problem.along_needle_m(&model, 0.0, problem.flat.load.ends_m()[0]))
 }
 
 #[test]

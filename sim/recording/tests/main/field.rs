@@ -261,6 +261,17 @@ fn the_field_re_simulates_to_the_bit_and_a_forged_one_is_found() {
     assert!(cut.exact() && cut.tents > 100, "{cut:?}");
 }
 
+/// Files of before the field was judged by every load do not say how it was judged. Their tents are what its meshes of that time
+/// made of them.
+#[test]
+fn a_recording_from_before_the_field_was_judged_by_every_load_still_verifies_to_the_bit() {
+    let before = |judging| params(axial(), Some(TissueSpec { judging, ..lower_back() }));
+    let old = read(&attempt(&before(Judging::First), &IN_AND_OUT_M, 0.01));
+    assert!(verify(&old, &before(Judging::First)).exact());
+    let verification = verify(&old, &before(Judging::Second));
+    assert!(verification.tents > 0 && verification.largest_tent_deviation_m > 0.0, "{verification:?}");
+}
+
 #[test]
 fn a_recording_from_before_the_field_still_verifies() {
     let old = read(&attempt(&params(axial(), None), &IN_AND_OUT_M, 0.01));
