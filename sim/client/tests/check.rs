@@ -99,7 +99,11 @@ fn a_tissue_that_does_not_meet_its_tolerance_is_told_with_its_worst_load() {
     let run = stylet(&["check", "--json", text(&file)]).ends(0);
     let plan = run.json()[0]["plans"][0].clone();
     assert!(plan["met"] == false && plan["expected_relative_error"].as_f64() > Some(0.02), "{plan}");
-    run.says(&["warning:", "scene.toml: [tissue] tolerance = 0.02 is not met", plan["worst_load"].as_str().expect("a load")]);
+    run.says(&[
+        "warning:",
+        "scene.toml: [tissue] tolerance = 0.02 is not met",
+        plan["worst_load"].as_str().expect("a load"),
+    ]);
 }
 
 #[test]
@@ -120,9 +124,16 @@ fn the_papers_trocar_opens_its_boundaries_where_the_closed_form_says() {
 fn people_see_layers_spread_ruptures_and_the_model() {
     let scene = repository("curricula/scenes/lower-back-training.toml");
     let run = stylet(&["check", text(&scene)]).ends(0);
-    for part in
-        ["0.8 ± 0.1", "tip through skin", "3.021", "1.726", "model axisymmetric: ", "unknowns within", "expected error", "worst under the "]
-    {
+    for part in [
+        "0.8 ± 0.1",
+        "tip through skin",
+        "3.021",
+        "1.726",
+        "model axisymmetric: ",
+        "unknowns within",
+        "expected error",
+        "worst under the ",
+    ] {
         assert!(run.stdout.contains(part), "'{part}' is missing in: {}", run.stdout);
     }
 }

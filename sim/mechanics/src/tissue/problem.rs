@@ -233,7 +233,8 @@ impl Problem {
     /// Axial and radial displacement of a field's last answer at every sample.
     #[must_use]
     pub fn sampled(&self, field: &dyn FieldModel) -> Sampled {
-        let places = self.sample_depth_m.iter().flat_map(|&depth_m| self.sample_r_m.iter().map(move |&r_m| (r_m, depth_m)));
+        let places =
+            self.sample_depth_m.iter().flat_map(|&depth_m| self.sample_r_m.iter().map(move |&r_m| (r_m, depth_m)));
         let (axial_m, radial_m) = places.map(|(r_m, depth_m)| field.displacement_m(r_m, depth_m).into()).unzip();
         Sampled { axial_m, radial_m }
     }

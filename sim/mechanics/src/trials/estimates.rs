@@ -93,7 +93,8 @@ impl Draw {
         let thickness_m = if thin { self.between(2e-5, 1e-3) } else { self.between(1e-3, 0.04) };
         let youngs_modulus_pa = self.between(2e3, 2e7);
         // Half of them nearer to incompressible than 0.49.
-        let poisson_ratio = if self.below(2) == 0 { 0.3 + 0.19 * self.uniform() } else { 0.5 - self.between(1e-3, 1e-2) };
+        let poisson_ratio =
+            if self.below(2) == 0 { 0.3 + 0.19 * self.uniform() } else { 0.5 - self.between(1e-3, 1e-2) };
         ElasticLayer { thickness_m, youngs_modulus_pa, poisson_ratio, density_kg_per_m3: 1000.0 }
     }
 

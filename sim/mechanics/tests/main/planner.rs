@@ -73,7 +73,8 @@ fn a_named_model_is_used_and_its_error_is_told() {
 #[test]
 fn what_meets_the_tolerance_says_so() {
     for tolerance in [0.05, 0.01] {
-        let planned = plan(&Problem3::flat(&flat()), &Wish { model: None, tolerance, judging: Judging::Second }).expect("a plan");
+        let planned =
+            plan(&Problem3::flat(&flat()), &Wish { model: None, tolerance, judging: Judging::Second }).expect("a plan");
         assert!(planned.met && planned.estimated_relative_error <= tolerance, "{}", planned.reason);
         assert!(planned.reason.to_string().contains("cheapest"), "{}", planned.reason);
     }

@@ -64,9 +64,12 @@ fn broken(rows: &[Row]) -> Vec<String> {
             format!("random tissue {number}: the error is {factor:.1} times its estimate, the bound is {MOST_FACTOR}")
         })
         .collect();
-    let (met, wrong) = (rows.iter().filter(|row| row.found.met).count(), rows.iter().filter(|row| row.broken()).count());
+    let (met, wrong) =
+        (rows.iter().filter(|row| row.found.met).count(), rows.iter().filter(|row| row.broken()).count());
     if wrong as f64 > (1.0 - LEAST_TRUE) * met as f64 {
-        lines.push(format!("{wrong} of {met} tolerances are said to be met and are not; a share of {LEAST_TRUE} must be"));
+        lines.push(format!(
+            "{wrong} of {met} tolerances are said to be met and are not; a share of {LEAST_TRUE} must be"
+        ));
     }
     lines
 }
@@ -113,7 +116,8 @@ fn csv(rows: &[Row]) -> Sheet {
 }
 
 fn markdown(rows: &[Row], quick: bool) -> String {
-    let mut sheet = Sheet::new(["tolerance", "tissues", "met", "met by word alone", "largest error over estimate", "median"]);
+    let mut sheet =
+        Sheet::new(["tolerance", "tissues", "met", "met by word alone", "largest error over estimate", "median"]);
     for tolerance in TOLERANCES {
         let of: Vec<&Row> = rows.iter().filter(|row| row.drawn.tolerance.total_cmp(&tolerance).is_eq()).collect();
         let factors: Vec<f64> = of.iter().map(|row| row.found.factor()).collect();

@@ -46,7 +46,8 @@ impl TissuePlan {
         let Some(tissue) = scene.tissue_spec(&Patient::nominal(scene), angle_deg) else { return Ok(Self::none(scene)) };
         let (field, setup_s) = timing::once(|| Field::new(&tissue));
         let field = field?;
-        let FieldPlan { model, reason, radius_m, unknowns, bytes, expected_relative_error, worst } = field.plan().clone();
+        let FieldPlan { model, reason, radius_m, unknowns, bytes, expected_relative_error, worst } =
+            field.plan().clone();
         Ok(Self {
             model: model.name(),
             reason: reason.to_string(),

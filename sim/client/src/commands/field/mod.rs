@@ -5,8 +5,8 @@ mod answer;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use mechanics::tissue::{Judging, Model};
 use mechanics::tissue::planner::Wish;
+use mechanics::tissue::{Judging, Model};
 use scene::field_case::FieldCase;
 
 use crate::exit::{Failure, Outcome};

@@ -33,7 +33,10 @@ impl MeshSpec {
     /// The graded mesh of a level: the order of an element at the load, which need not be whole, 2 to 10.
     #[must_use]
     pub fn graded(problem: &Problem, level: f64) -> Self {
-        Self::by(&Grading { radius_m: problem.load.radius_m, level, size: SIZE, decay: DECAY, thinness: THINNESS }, problem)
+        Self::by(
+            &Grading { radius_m: problem.load.radius_m, level, size: SIZE, decay: DECAY, thinness: THINNESS },
+            problem,
+        )
     }
 
     /// A mesh that shares nothing with a graded one but the lines that every mesh of a problem has: smaller elements, so that

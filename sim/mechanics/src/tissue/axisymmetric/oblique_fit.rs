@@ -83,18 +83,15 @@ pub fn along_needle(question: &Problem3, tolerance: f64) -> Result<Along, Axisym
         0.0 => Ok(question.all_along_needle_m(&Axisymmetric::new(&question.flat, mesh)?)),
         _ => Ok(question.all_along_needle_m(&Oblique::new(question, mesh, more)?)),
     };
-    let Judge { answer: answer_m, doubt, .. } = Judge::new(&question.flat, tolerance, answer, distance)?;
+    let Judge { answer: answer_m, doubt, .. } =
+        Judge::new(&question.flat, tolerance, answer, |a, b| relative_distance(a, b))?;
     Ok(Along { answer_m, doubt })
-}
-
-fn distance(answer_m: &Vec<f64>, better_m: &Vec<f64>) -> f64 {
-    relative_distance(answer_m, better_m)
 }
 
 fn second(question: &Problem3, tolerance: f64) -> Result<FittedOblique, AxisymmetricError> {
     let [few, more] = STATIONS;
     let answer = |mesh: &MeshSpec| Ok(answer_m(question, &Oblique::new(question, mesh, more)?));
-    let judge = Judge::new(&question.flat, tolerance, answer, distance)?;
+    let judge = Judge::new(&question.flat, tolerance, answer, |a, b| relative_distance(a, b))?;
     let fitted = |model: Oblique, mesh: MeshSpec| {
         let estimated_relative_error = relative_distance(&answer_m(question, &model), &judge.answer) + judge.doubt;
         FittedOblique { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance }

@@ -117,8 +117,7 @@ impl Field {
 
     /// The responses on a patch of a radius, in m, by models that meet a tolerance on it.
     fn within(tissue: &TissueSpec, radius_m: f64, tolerance: f64) -> Result<Self, FollowError> {
-        let patched =
-            TissueSpec { slab: patch(&tissue.slab.layers, tissue.deepest_m(), radius_m), ..tissue.clone() };
+        let patched = TissueSpec { slab: patch(&tissue.slab.layers, tissue.deepest_m(), radius_m), ..tissue.clone() };
         let wish = Wish { model: tissue.model, tolerance, judging: Judging::First };
         let mut plan = FieldPlan {
             model: Model::None,

@@ -220,7 +220,8 @@ impl Problem3 {
     #[must_use]
     pub fn all_along_needle_m(&self, field: &dyn FieldModel) -> Vec<f64> {
         let radii_m = &self.flat.sample_r_m;
-        let places = self.flat.sample_depth_m.iter().flat_map(|&depth_m| radii_m.iter().map(move |&r_m| (r_m, depth_m)));
+        let places =
+            self.flat.sample_depth_m.iter().flat_map(|&depth_m| radii_m.iter().map(move |&r_m| (r_m, depth_m)));
         places.map(|(r_m, depth_m)| self.along_needle_m(field, r_m, depth_m)).collect()
     }
 
