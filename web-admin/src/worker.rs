@@ -137,7 +137,7 @@ fn resimulate(recording: &Recording, bundle: &ExerciseBundle) -> Result<Verified
         let why = format!("patient_thickness_mm: {told} layers; the scene has {layers}");
         return Err(Failure::Permanent(why));
     }
-    let params = PunctureParams::new(bundle.puncture_spec(&patient))
+    let params = PunctureParams::new(bundle.recorded_spec(&patient, recording.session.judging))
         .map_err(|e| Failure::Permanent(format!("the recorded patient: {e}")))?;
     let found = verify(recording, &params);
     Ok(Verified {

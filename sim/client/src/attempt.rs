@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use assessment::attachments;
 use mechanics::operator::{Operator, Skill};
+use mechanics::tissue::Judging;
 use recording::simulate::MotionSource;
 use recording::write::SceneDrawing;
 use recording::{Session, Writer};
@@ -101,6 +102,7 @@ impl Maker<'_> {
             device: self.device.to_owned(),
             device_max_force_n: self.device_max_force_n,
             law: bundle.scene.law,
+            judging: Judging::default(),
             tick_hz: self.tick_hz,
             seed: self.seed,
             trainee: String::new(),

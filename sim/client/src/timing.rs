@@ -16,6 +16,9 @@ pub struct Effort {
 impl Effort {
     /// For a figure that a person waits for.
     pub const SHORT: Self = Self { least: 5, most: 2001, budget_s: 0.05 };
+
+    /// The same for what may take seconds: once is enough of that.
+    pub const SLOW: Self = Self { least: 1, ..Self::SHORT };
 }
 
 /// What `work` returns, and how long it took, in s.

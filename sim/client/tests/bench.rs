@@ -4,7 +4,7 @@ use std::fs;
 
 use tempfile::TempDir;
 
-use crate::{stylet, text};
+use crate::{repository, stylet, text};
 
 #[test]
 fn the_force_law_is_late_by_at_most_one_tick() {
@@ -203,4 +203,17 @@ fn the_operators_report_tells_hands_apart_at_every_shipped_exercise() {
     }
     let report = fs::read_to_string(folder.path().join("operators.md")).expect("a report");
     assert!(report.contains("| stop-in-the-epidural-space | novice |"), "{report}");
+}
+
+/// The report in the tree is what the program of today measures: its first rows, to the last digit.
+#[test]
+fn estimates_are_measured_and_the_committed_report_is_of_this_program() {
+    let folder = TempDir::new().expect("a folder");
+    stylet(&["bench", "estimates", "--quick", "--out", text(folder.path())]).ends(0);
+    let measured = fs::read_to_string(folder.path().join("estimates.csv")).expect("a table");
+    let committed = fs::read_to_string(repository("sim/client/bench/estimates.csv")).expect("a table");
+    assert_eq!(measured.lines().count(), 11);
+    assert_eq!(committed.lines().count(), 1001);
+    assert!(committed.starts_with(&measured), "{measured}");
+    assert!(fs::read_to_string(folder.path().join("estimates.md")).expect("a report").contains("met by word alone"));
 }

@@ -7,7 +7,7 @@ use mechanics::axial::{AxialInput, AxialParams, AxialScratch, AxialSpec, AxialSt
 use mechanics::operator::needle_pose;
 use mechanics::puncture::{PunctureInput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState};
 use mechanics::tissue::follow::{Field, FollowState, TissueSpec, recoil_time_s};
-use mechanics::tissue::{ElasticLayer, Slab};
+use mechanics::tissue::{ElasticLayer, Judging, Slab};
 use mechanics::trials::scenes::training;
 use nalgebra::{Point3, Vector3};
 
@@ -52,6 +52,7 @@ fn tissue(axial: &AxialSpec) -> TissueSpec {
         tilt_rad: 0.0,
         model: None,
         tolerance: 0.05,
+        judging: Judging::default(),
         coupled: true,
     }
 }

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use nalgebra::{Point3, Vector3};
 use parry3d_f64::math::{Pose, Vector};
-use parry3d_f64::query;
-use parry3d_f64::shape::{self, Ball, Cuboid, Segment, TriMesh, TriMeshFlags};
+use parry3d_f64::query::{self, PointProjection, PointQueryWithLocation};
+use parry3d_f64::shape::{self, Ball, Cuboid, Segment, TriMesh, TriMeshFlags, TrianglePointLocation};
 use serde::{Deserialize, Serialize};
 
 use crate::axial::{Domain, ParamError};
@@ -139,7 +139,42 @@ enum Solid {
     Ball(Ball),
     Capsule(shape::Capsule),
     Cuboid(Cuboid),
-    Mesh(Box<TriMesh>),
+    Mesh(Box<ClosedMesh>),
+}
+
+/// A closed mesh, with a normal of its own at every vertex.
+#[derive(Debug)]
+struct ClosedMesh {
+    mesh: TriMesh,
+    /// Sums of the normals of the triangles at each vertex, each times its angle there (Bærentzen and Aanæs 2005): they tell
+    /// inside from outside where a vertex is nearest. The library's own come of the platform's arc cosine.
+    normals: Vec<Vector>,
+}
+
+impl ClosedMesh {
+    fn new(mesh: TriMesh) -> Self {
+        let mut normals = vec![Vector::ZERO; mesh.vertices().len()];
+        for (triangle, corners) in mesh.triangles().zip(mesh.indices()) {
+            let Some(normal) = triangle.normal() else { continue };
+            let at = [triangle.a, triangle.b, triangle.c];
+            for (corner, &vertex) in corners.iter().enumerate() {
+                let [one, other] = [1, 2].map(|next| at[(corner + next) % 3] - at[corner]);
+                let cosine = one.dot(other) / (one.length() * other.length());
+                normals[vertex as usize] += normal * libm::acos(cosine.clamp(-1.0, 1.0));
+            }
+        }
+        Self { mesh, normals }
+    }
+
+    /// The nearest point of the surface, and whether the point is inside.
+    fn project(&self, point: Vector) -> PointProjection {
+        let (mut nearest, (triangle, location)) = self.mesh.project_local_point_and_get_location(point, false);
+        if let TrianglePointLocation::OnVertex(corner) = location {
+            let vertex = self.mesh.indices()[triangle as usize][corner as usize];
+            nearest.is_inside = (point - nearest.point).dot(self.normals[vertex as usize]) <= 0.0;
+        }
+        nearest
+    }
 }
 
 impl Solid {
@@ -148,7 +183,15 @@ impl Solid {
             Self::Ball(ball) => ball,
             Self::Capsule(capsule) => capsule,
             Self::Cuboid(cuboid) => cuboid,
-            Self::Mesh(mesh) => mesh.as_ref(),
+            Self::Mesh(closed) => &closed.mesh,
+        }
+    }
+
+    /// The nearest point: of the surface, or of the whole where it is `solid`; and whether the point is inside.
+    fn project(&self, point: Vector, solid: bool) -> PointProjection {
+        match self {
+            Self::Mesh(closed) => closed.project(point),
+            Self::Ball(_) | Self::Capsule(_) | Self::Cuboid(_) => self.shape().project_local_point(point, solid),
         }
     }
 }
@@ -174,8 +217,7 @@ impl Structure {
     pub fn meet(&self, shaft: &Shaft) -> Meeting {
         let tip = to_parry(&shaft.tip_m.coords) - self.position;
         let entry = to_parry(&shaft.entry_m.coords) - self.position;
-        let solid = self.solid.shape();
-        let nearest = solid.project_local_point(tip, true);
+        let nearest = self.solid.project(tip, true);
         if nearest.is_inside {
             return Meeting { distance_m: 0.0, tip_inside: true };
         }
@@ -212,7 +254,7 @@ impl Structure {
     /// The shortest way out for a tip inside, in m; 0 for one outside.
     fn outward_m(&self, tip_m: &Point3<f64>) -> Vector3<f64> {
         let tip = to_parry(&tip_m.coords) - self.position;
-        let nearest = self.solid.shape().project_local_point(tip, false);
+        let nearest = self.solid.project(tip, false);
         let outward = nearest.point - tip;
         // At the very centre of a ball no direction is outward.
         if nearest.is_inside && outward.is_finite() {
@@ -276,7 +318,7 @@ fn build_mesh(name: &str, vertices_m: &[Point3<f64>], triangles: &[[u32; 3]]) ->
     if volume_m3 <= 0.0 {
         return Err(refuse(volume_m3, "m³", "must have triangles counter-clockwise seen from outside"));
     }
-    Ok(Solid::Mesh(Box::new(mesh)))
+    Ok(Solid::Mesh(Box::new(ClosedMesh::new(mesh))))
 }
 
 /// How many directed edges occur twice, or lack the opposite one.

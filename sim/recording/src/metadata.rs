@@ -5,6 +5,7 @@ use std::fmt::Display;
 use std::str::FromStr;
 
 use mechanics::axial::ForceLaw;
+use mechanics::tissue::Judging;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
@@ -34,6 +35,7 @@ pub(crate) fn to_text(session: &Session) -> Result<BTreeMap<String, String>, Wri
         ("device", session.device.clone()),
         ("device_max_force_n", session.device_max_force_n.to_string()),
         ("law", u32::from(session.law).to_string()),
+        ("field", session.judging.number().to_string()),
         ("tick_hz", session.tick_hz.to_string()),
         ("seed", session.seed.to_string()),
         ("trainee", session.trainee.clone()),
@@ -62,6 +64,7 @@ pub(crate) fn from_text(text: &BTreeMap<String, String>) -> Result<Session, Read
         device: owned("device")?,
         device_max_force_n,
         law: law(text)?,
+        judging: judging(text)?,
         tick_hz,
         seed: parsed(text, "seed", "a whole number of 64 bits")?,
         trainee: owned("trainee")?,
@@ -77,6 +80,13 @@ fn law(text: &BTreeMap<String, String>) -> Result<ForceLaw, ReadError> {
     let Some(value) = text.get("law") else { return Ok(ForceLaw::Version1) };
     let law = value.parse().ok().and_then(|number: u32| ForceLaw::try_from(number).ok());
     law.ok_or_else(|| bad("law", value, "1 or 2"))
+}
+
+/// How the field was judged. Files of before there was a second way do not say.
+fn judging(text: &BTreeMap<String, String>) -> Result<Judging, ReadError> {
+    let Some(value) = text.get("field") else { return Ok(Judging::First) };
+    let judging = value.parse().ok().and_then(Judging::of_number);
+    judging.ok_or_else(|| bad("field", value, "1 or 2"))
 }
 
 fn field<'a>(text: &'a BTreeMap<String, String>, key: &str) -> Result<&'a str, ReadError> {
@@ -95,4 +105,32 @@ fn check(key: &str, value: f64, good: bool, allowed: &str) -> Result<(), ReadErr
 
 fn bad(key: &str, value: impl Display, allowed: &str) -> ReadError {
     ReadError::missing(format!("metadata {RECORD}: {key} = {value}"), format!("allowed is {allowed}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A record with these words for how the field was judged.
+    fn record(field: Option<&str>) -> BTreeMap<String, String> {
+        let words = [
+            ("session_id", "018f4c1e-7a2b-7c3d-8e4f-0123456789ab"),
+            ("device_max_force_n", "inf"),
+            ("tick_hz", "1000"),
+            ("seed", "1"),
+            ("started_at", "2031-05-06T07:08:09Z"),
+            ("patient_thickness_mm", "[0.8]"),
+        ];
+        let empty = ["exercise_id", "exercise_sha256", "scene_sha256", "simulator_version", "git", "device", "trainee"];
+        let all = words.into_iter().chain(empty.map(|key| (key, ""))).chain(field.map(|field| ("field", field)));
+        all.map(|(key, value)| (key.to_owned(), value.to_owned())).collect()
+    }
+
+    #[test]
+    fn a_file_that_does_not_say_how_its_field_was_judged_is_of_the_first_way() {
+        assert_eq!(from_text(&record(None)).unwrap().judging, Judging::First);
+        assert_eq!(from_text(&record(Some("2"))).unwrap().judging, Judging::Second);
+        let error = from_text(&record(Some("3"))).unwrap_err().to_string();
+        assert!(error.contains("field = 3") && error.contains("1 or 2"), "{error}");
+    }
 }

@@ -1,6 +1,7 @@
 //! Who, what and with which program: the metadata record `stylet.session`, and the attachments.
 
 use mechanics::axial::ForceLaw;
+use mechanics::tissue::Judging;
 use uuid::Uuid;
 
 /// Name of the attachment that holds the exercise.
@@ -31,6 +32,8 @@ pub struct Session {
     pub device_max_force_n: f64,
     /// Version of the force law, as its scene names it.
     pub law: ForceLaw,
+    /// How the error of the tissue's field was judged, which decides its meshes.
+    pub judging: Judging,
     /// Servo rate, in Hz.
     pub tick_hz: f64,
     /// Seed of the patient and the operator.

@@ -6,6 +6,7 @@ use mechanics::operator::Plan;
 use mechanics::phrase;
 use mechanics::phrase::Phrase;
 use mechanics::puncture::PunctureSpec;
+use mechanics::tissue::Judging;
 use toml::de::DeTable;
 
 use crate::curriculum::Curriculum;
@@ -88,6 +89,14 @@ impl ExerciseBundle {
     #[must_use]
     pub fn plan(&self) -> Plan {
         Plan { reach_m: self.scene.needle.length_mm * 1e-3, ..self.exercise.plan() }
+    }
+
+    /// What a recording of it is verified with: its field judged as it was when the recording was made.
+    #[must_use]
+    pub fn recorded_spec(&self, patient: &Patient, judging: Judging) -> PunctureSpec {
+        let mut spec = self.puncture_spec(patient);
+        spec.tissue.iter_mut().for_each(|tissue| tissue.judging = judging);
+        spec
     }
 
     fn from_disk(path: &Path, bytes: Vec<u8>) -> Result<Self, DocumentError> {

@@ -2,7 +2,7 @@
 
 use mechanics::axial::AxialSpec;
 use mechanics::tissue::follow::{Field, FollowError, TissueSpec, recoil_time_s};
-use mechanics::tissue::{ElasticLayer, Model, Slab};
+use mechanics::tissue::{ElasticLayer, Judging, Model, Slab};
 
 use crate::model::{Scene, SceneLayer};
 use crate::patient::Patient;
@@ -48,6 +48,7 @@ impl Scene {
             tilt_rad: angle_deg.to_radians(),
             model: model(&self.tissue.model),
             tolerance: self.tissue.tolerance,
+            judging: Judging::default(),
             coupled: self.is_coupled(),
             recoil_time_s,
         })

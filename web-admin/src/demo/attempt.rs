@@ -66,6 +66,7 @@ fn session(task: &Task, patient: Patient) -> Session {
         device: "operator:demonstration".to_owned(),
         device_max_force_n: f64::INFINITY,
         law: task.bundle.scene.law,
+        judging: mechanics::tissue::Judging::default(),
         tick_hz: TICK_HZ,
         seed: task.seed,
         trainee: task.trainee.clone(),

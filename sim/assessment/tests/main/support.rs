@@ -121,6 +121,7 @@ pub fn empty() -> Recording {
         device: "operator:expert".into(),
         device_max_force_n: f64::INFINITY,
         law: ForceLaw::Version2,
+        judging: mechanics::tissue::Judging::default(),
         tick_hz: 1000.0,
         seed: 1,
         trainee: String::new(),

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use mechanics::puncture::PunctureParams;
 use recording::verify::{self, Verification};
 use scene::Patient;
 
@@ -33,7 +34,8 @@ pub fn run(args: &Args) -> Outcome {
         let why = format_args!("patient_thickness_mm has {drawn} values; {layers} are allowed, one per layer");
         return Err(Failure::refused(&args.recording, why));
     }
-    let params = commands::puncture_params(&args.recording, &bundle, &patient)?;
+    let spec = bundle.recorded_spec(&patient, recording.session.judging);
+    let params = PunctureParams::new(spec).map_err(|error| Failure::refused(&args.recording, error))?;
     let verification = verify::verify(&recording, &params);
     match args.json {
         true => output::json(&verification)?,

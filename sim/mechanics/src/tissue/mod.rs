@@ -13,7 +13,7 @@ mod problem;
 pub(crate) mod quadrature;
 pub mod volumetric;
 
-pub use problem::{ElasticLayer, Load, LoadKind, Model, Problem, Slab, relative_distance};
+pub use problem::{ElasticLayer, Judging, Load, LoadKind, Model, Problem, Sampled, Slab, relative_distance};
 
 /// One load on one slab, ready to be answered again and again.
 pub trait FieldModel {

@@ -157,6 +157,63 @@ impl Load {
     }
 }
 
+/// How the error of a field's mesh is judged. A recording names the way it was made by, and re-simulates by it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Judging {
+    /// Axial displacement alone, by the same mesh with higher orders; an attempt by a push on the skin. Recordings that name no
+    /// way are of this one.
+    First,
+    /// Axial and radial displacement, by a mesh that shares nothing with what it judges; an attempt by every load, on the whole
+    /// body.
+    #[default]
+    Second,
+}
+
+impl Judging {
+    /// The number that recordings name it by.
+    #[must_use]
+    pub fn number(self) -> u32 {
+        match self {
+            Self::First => 1,
+            Self::Second => 2,
+        }
+    }
+
+    /// The way of a number; none that is not known.
+    #[must_use]
+    pub fn of_number(number: u32) -> Option<Self> {
+        [Self::First, Self::Second].into_iter().find(|judging| judging.number() == number)
+    }
+}
+
+/// Displacement at every sample of a problem, depth after depth.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sampled {
+    /// Out of the body, in m.
+    pub axial_m: Vec<f64>,
+    /// Away from the axis, in m.
+    pub radial_m: Vec<f64>,
+}
+
+impl Sampled {
+    /// Relative L2 distance to a better answer, the larger of that of the axial and of the radial displacement, each over all
+    /// samples and relative to its own size.
+    #[must_use]
+    pub fn distance(&self, better: &Self) -> f64 {
+        let axial = relative_distance(&self.axial_m, &better.axial_m);
+        axial.max(relative_distance(&self.radial_m, &better.radial_m))
+    }
+
+    /// The same as a way of judging sees it: the first looks at the axial displacement alone.
+    #[must_use]
+    pub fn distance_by(&self, judging: Judging, better: &Self) -> f64 {
+        match judging {
+            Judging::First => relative_distance(&self.axial_m, &better.axial_m),
+            Judging::Second => self.distance(better),
+        }
+    }
+}
+
 /// Relative L2 distance ‖a − b‖/‖b‖ of an answer to a better one. Where nothing moves there is nothing to be wrong about.
 #[must_use]
 pub fn relative_distance(answer: &[f64], better: &[f64]) -> f64 {
@@ -171,6 +228,15 @@ impl Problem {
     pub fn axial_m(&self, field: &dyn FieldModel) -> Vec<f64> {
         let row = |&depth_m: &f64| self.sample_r_m.iter().map(move |&r_m| field.displacement_m(r_m, depth_m)[0]);
         self.sample_depth_m.iter().flat_map(row).collect()
+    }
+
+    /// Axial and radial displacement of a field's last answer at every sample.
+    #[must_use]
+    pub fn sampled(&self, field: &dyn FieldModel) -> Sampled {
+        let places =
+            self.sample_depth_m.iter().flat_map(|&depth_m| self.sample_r_m.iter().map(move |&r_m| (r_m, depth_m)));
+        let (axial_m, radial_m) = places.map(|(r_m, depth_m)| field.displacement_m(r_m, depth_m).into()).unzip();
+        Sampled { axial_m, radial_m }
     }
 
     /// Checks that the question makes sense.

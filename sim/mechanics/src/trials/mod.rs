@@ -7,6 +7,7 @@
 mod axisymmetric;
 pub mod calibration;
 mod case;
+pub mod estimates;
 mod force_law;
 mod hands;
 mod mass_spring;

@@ -69,13 +69,15 @@ fn cases() -> [Case; 3] {
     ]
 }
 
-/// Fits every load of every case and hands over the solved model with its true axial error.
+/// Fits every load of every case and hands over the solved model with its true error: the larger of both components'.
 fn each_fit(tolerance: f64, mut check: impl FnMut(&Fitted, f64)) {
     for case in cases() {
         for solution in &case.solutions {
             let mut fitted = fit(&case.problem(solution.depth_m), tolerance).expect("a model");
             fitted.model.solve(case.force_n);
-            check(&fitted, case.error(&fitted.model, &solution.u_axial_m, 0));
+            let [axial, radial] = [(&solution.u_axial_m, 0), (&solution.u_radial_m, 1)]
+                .map(|(reference, component)| case.error(&fitted.model, reference, component));
+            check(&fitted, axial.max(radial));
         }
     }
 }
@@ -93,12 +95,12 @@ fn meets_with_an_honest_estimate(tolerance: f64, most_nonzeros: usize) {
 
 #[test]
 fn one_per_cent_is_met_on_every_reference_case() {
-    meets_with_an_honest_estimate(1e-2, 20_000);
+    meets_with_an_honest_estimate(1e-2, 50_000);
 }
 
 #[test]
 fn a_tenth_of_a_per_cent_is_met_on_every_reference_case() {
-    meets_with_an_honest_estimate(1e-3, 80_000);
+    meets_with_an_honest_estimate(1e-3, 180_000);
 }
 
 /// The references are good to 2e-5, that of the stiff skin to 2e-4.
@@ -136,7 +138,7 @@ fn the_ladder_ends_and_every_rung_is_better_than_the_one_before() {
 #[test]
 fn a_mesh_is_told_in_words() {
     let fitted = fit(&cases()[1].problem(0.0), 1e-2).expect("a model");
-    assert_eq!(fitted.mesh_in_words().to_string(), "3 × 4 elements of order up to 5");
+    assert_eq!(fitted.mesh_in_words().to_string(), "3 × 4 elements of order up to 6");
 }
 
 #[test]

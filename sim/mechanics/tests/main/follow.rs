@@ -10,7 +10,7 @@ use mechanics::tissue::follow::{
     recoil_time_s, step,
 };
 use mechanics::tissue::volumetric::Problem3;
-use mechanics::tissue::{ElasticLayer, FieldModel, LoadKind, Model, Slab};
+use mechanics::tissue::{ElasticLayer, FieldModel, Judging, LoadKind, Model, Slab};
 
 use mechanics::trials::scenes::{Leg, Run, in_hold_out_in, paper, training};
 
@@ -33,6 +33,7 @@ pub fn lower_back() -> TissueSpec {
         tilt_rad: 0.0,
         model: None,
         tolerance: 0.05,
+        judging: Judging::default(),
         coupled: false,
         recoil_time_s,
     }

@@ -3,6 +3,8 @@
 #[cfg(test)]
 mod allocation;
 #[cfg(test)]
+mod attempt_error;
+#[cfg(test)]
 mod axisymmetric;
 #[cfg(test)]
 mod axisymmetric_laws;
@@ -14,6 +16,8 @@ mod calibrate;
 mod cells;
 #[cfg(test)]
 mod energy;
+#[cfg(test)]
+mod estimates;
 #[cfg(test)]
 mod follow;
 #[cfg(test)]
@@ -48,6 +52,8 @@ mod structures;
 mod volumetric;
 #[cfg(test)]
 mod volumetric_laws;
+#[cfg(test)]
+mod volumetric_meshes;
 #[cfg(test)]
 mod volumetric_motion;
 #[cfg(test)]

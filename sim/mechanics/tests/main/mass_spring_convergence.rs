@@ -7,8 +7,8 @@
 //! It would fail on a lattice that locks, on a load that is spread wrongly, on a patch that is not what it is said to
 //! be, and on an estimate that flatters.
 
-use mechanics::tissue::mass_spring::{Fitted, MassSpring, Patch, Symmetry, fit, rung};
-use mechanics::tissue::{ElasticLayer, FieldModel, Problem, Slab, axisymmetric};
+use mechanics::tissue::mass_spring::{Fitted, MassSpring, Patch, Symmetry, fit, fit_by, rung};
+use mechanics::tissue::{ElasticLayer, FieldModel, Judging, Problem, Slab, axisymmetric};
 use serde_json::Value;
 
 use crate::mass_spring::contactor;
@@ -134,8 +134,21 @@ fn refined_on_the_lower_back_it_tends_to_its_floor_of_11_3_percent() {
     assert!(distance(&limit, &exact) < 0.02, "{}", distance(&limit, &exact));
 }
 
+/// As the axial displacement alone judges it.
 fn fitted(problem: &Problem, tolerance: f64) -> Fitted {
-    fit(problem, tolerance).expect("a lattice")
+    fit_by(Judging::First, problem, tolerance).expect("a lattice")
+}
+
+/// Beside the needle a Poisson ratio of 1/4 shows far more than along it.
+#[test]
+fn the_radial_displacement_has_a_floor_of_its_own_and_the_larger_one_is_told() {
+    let (problem, _) = lower_back();
+    let found = fit(&problem, 0.01).expect("a lattice");
+    let truth = problem.sampled(&axisymmetric::fit(&problem, 1e-3).expect("a model").model);
+    let error = problem.sampled(&found.model).distance(&truth);
+    let estimate = found.estimated_relative_error;
+    assert!(found.floor > 3.0 * fitted(&problem, 0.01).floor && !found.met, "{}", found.floor);
+    assert!(error < 1.01 * estimate && estimate < 3.0 * error, "{estimate} for {error}");
 }
 
 #[test]

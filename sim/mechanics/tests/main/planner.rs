@@ -6,7 +6,7 @@
 use mechanics::tissue::axisymmetric::{Axisymmetric, MeshSpec};
 use mechanics::tissue::planner::{PlanError, Reach, Wish, choose, patch, plan, reach};
 use mechanics::tissue::volumetric::{Inclusion, Material, Problem3, Shape, Skin};
-use mechanics::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Model, Problem, Slab};
+use mechanics::tissue::{ElasticLayer, FieldModel, Judging, Load, LoadKind, Model, Problem, Slab};
 use nalgebra::Point3;
 
 fn layer(thickness_m: f64, youngs_modulus_pa: f64) -> ElasticLayer {
@@ -61,7 +61,7 @@ fn a_question_goes_to_the_cheapest_model_that_can_answer_it() {
 
 #[test]
 fn a_named_model_is_used_and_its_error_is_told() {
-    let wish = Wish { model: Some(Model::MassSpring), tolerance: 0.01 };
+    let wish = Wish { model: Some(Model::MassSpring), tolerance: 0.01, judging: Judging::Second };
     let planned = plan(&Problem3::flat(&flat()), &wish).expect("a plan");
     assert_eq!(planned.field.model(), Model::MassSpring);
     assert!(!planned.met && planned.estimated_relative_error > 0.05, "{}", planned.estimated_relative_error);
@@ -73,7 +73,8 @@ fn a_named_model_is_used_and_its_error_is_told() {
 #[test]
 fn what_meets_the_tolerance_says_so() {
     for tolerance in [0.05, 0.01] {
-        let planned = plan(&Problem3::flat(&flat()), &Wish { model: None, tolerance }).expect("a plan");
+        let planned =
+            plan(&Problem3::flat(&flat()), &Wish { model: None, tolerance, judging: Judging::Second }).expect("a plan");
         assert!(planned.met && planned.estimated_relative_error <= tolerance, "{}", planned.reason);
         assert!(planned.reason.to_string().contains("cheapest"), "{}", planned.reason);
     }

@@ -113,6 +113,7 @@ fn metadata_has_the_keys_of_the_contract() {
         "device",
         "device_max_force_n",
         "law",
+        "field",
         "tick_hz",
         "seed",
         "trainee",

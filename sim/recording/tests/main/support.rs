@@ -21,6 +21,7 @@ pub fn session() -> Session {
         device: "operator:novice".to_owned(),
         device_max_force_n: f64::INFINITY,
         law: ForceLaw::Version2,
+        judging: mechanics::tissue::Judging::default(),
         tick_hz: 1000.0,
         seed: u64::MAX,
         trainee: "t-17".to_owned(),

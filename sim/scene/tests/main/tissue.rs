@@ -3,9 +3,13 @@
 //! Would fail if a modulus depended on the needle, a stated number were not used, a scene that wants no field got one, or a coupled
 //! scene were judged by stiffnesses that it does not use.
 
-use mechanics::tissue::Model;
+use std::path::Path;
+
 use mechanics::tissue::follow::Field;
-use scene::{Patient, Scene, check};
+use mechanics::tissue::planner::patch;
+use mechanics::tissue::volumetric::{self, Problem3, VolumetricError};
+use mechanics::tissue::{Model, Problem};
+use scene::{Document, Patient, Scene, check};
 
 use crate::support::{SCENE, folder, scene, write};
 
@@ -83,4 +87,44 @@ fn a_coupled_scene_is_judged_by_the_fields_stiffnesses() {
     for part in ["layer[0].tip_rupture_n", "unsound with the field's stiffnesses", "boundary 0 (skin)"] {
         assert!(error.contains(part), "{part:?} is not said by:\n{error}");
     }
+}
+
+/// Every shipped scene.
+fn shipped() -> Vec<Scene> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/scenes");
+    let scenes =
+        std::fs::read_dir(folder).unwrap().map(|file| match scene::load::read(&file.unwrap().path()).unwrap() {
+            Document::Scene(scene) => *scene,
+            other => panic!("no scene: {other:?}"),
+        });
+    scenes.collect()
+}
+
+#[test]
+fn the_volumetric_model_takes_every_load_of_every_shipped_scene() {
+    let mut taken = 0;
+    for scene in shipped() {
+        for (angle_deg, footprints) in [(0.0, 10.0), (0.0, 20.0), (0.0, 80.0), (25.0, 40.0)] {
+            let tissue = scene.tissue_spec(&Patient::nominal(&scene), angle_deg).unwrap();
+            let deepest_m = tissue.boundaries_m[tissue.layers() - 1];
+            let slab = patch(&tissue.slab.layers, deepest_m, footprints * tissue.load_radius_m);
+            for load in tissue.loads().into_iter().flatten().filter(|load| load.ends_m()[1] <= deepest_m) {
+                let depth_m = load.ends_m()[1];
+                let flat = Problem { slab: slab.clone(), load, sample_r_m: vec![0.0], sample_depth_m: vec![depth_m] };
+                let problem = Problem3 { tilt_rad: tissue.tilt_rad, ..Problem3::flat(&flat) };
+                match volumetric::rung(&problem, 0).unwrap() {
+                    Ok(mut model) => {
+                        mechanics::tissue::FieldModel::solve(&mut model, 1.0);
+                        let give_m = problem.along_needle_m(&model, 0.0, depth_m);
+                        assert!(give_m > 0.0 && give_m.is_finite(), "{} at {angle_deg}°: {give_m} m", scene.id);
+                        taken += 1;
+                    }
+                    // A needle that leans out of a patch has no mesh on it.
+                    Err(VolumetricError::Param(why)) => assert!(why.field == "tilt_rad" && angle_deg > 0.0, "{why}"),
+                    Err(why) => panic!("{} at {angle_deg}°: {why}", scene.id),
+                }
+            }
+        }
+    }
+    assert!(taken > 100, "{taken} loads");
 }

@@ -191,6 +191,7 @@ pub(super) mod tests {
             device: String::new(),
             device_max_force_n: 1.0,
             law: mechanics::axial::ForceLaw::Version2,
+            judging: mechanics::tissue::Judging::default(),
             tick_hz: 1000.0,
             seed: 0,
             trainee: String::new(),

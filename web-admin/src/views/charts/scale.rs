@@ -62,7 +62,7 @@ fn step(span: f64, most: usize) -> f64 {
 
 /// The power of ten at or below a positive number.
 fn exponent(value: f64) -> i32 {
-    let digits = value.log10().floor();
+    let digits = libm::log10(value).floor();
     // A double's exponent fits with room to spare; anything else is a broken domain.
     if digits.is_finite() { digits.clamp(-300.0, 300.0) as i32 } else { 0 }
 }

@@ -71,6 +71,7 @@ fn session(attempt: &Attempt, patient: &Patient) -> Session {
         device: "operator:test".to_owned(),
         device_max_force_n: f64::INFINITY,
         law: EXERCISE.scene.law,
+        judging: mechanics::tissue::Judging::default(),
         tick_hz: 1000.0,
         seed: attempt.seed,
         trainee: attempt.trainee.clone(),

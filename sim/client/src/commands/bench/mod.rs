@@ -5,6 +5,7 @@ mod chart;
 mod coupling;
 mod curve;
 mod encoder;
+mod estimates;
 mod field;
 mod force;
 mod hard_cases;
@@ -30,7 +31,8 @@ use crate::{new_file, output};
 ///
 /// force: error of the force law against tick rate and speed, time per tick, force against depth, what an encoder's steps make of it. field: error of the
 /// tissue's displacement against unknowns, set-up and time per solve, for every model, with the planner's choice marked and
-/// other solvers beside it. coupling: error of the force that the field carries against its rate. recording: size, time to
+/// other solvers beside it. estimates: the error that a field claims against the error that it has, on a thousand random tissues;
+/// exit 1 when a bound is exceeded. coupling: error of the force that the field carries against its rate. recording: size, time to
 /// write a tick, speed of simulating, time and memory to read and score. servo: a minute
 /// at 1 kHz on the clock, how late ticks begin and what they take. render: time of a frame, for every view and step of quality.
 /// hard-cases: every hard case with its bound and what
@@ -60,6 +62,8 @@ enum What {
     Force,
     /// The deforming tissue
     Field,
+    /// Claimed against true error on random tissues; exit 1 when a bound is exceeded
+    Estimates,
     /// The force law and the tissue at their two rates
     Coupling,
     /// Recordings
@@ -82,9 +86,10 @@ enum What {
 type Measure = fn(&Path, bool) -> Result<Vec<PathBuf>, Failure>;
 
 /// What there is to measure, in the order of `all`.
-const MEASURES: [(What, Measure); 10] = [
+const MEASURES: [(What, Measure); 11] = [
     (What::Force, force::measure),
     (What::Field, field::measure),
+    (What::Estimates, estimates::measure),
     (What::Coupling, coupling::measure),
     (What::Recording, recording::measure),
     (What::Servo, servo::measure),

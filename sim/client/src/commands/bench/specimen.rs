@@ -102,6 +102,7 @@ pub fn session(bundle: &ExerciseBundle, tick_hz: f64) -> Session {
         device: "operator:bench".to_owned(),
         device_max_force_n: f64::INFINITY,
         law: bundle.scene.law,
+        judging: mechanics::tissue::Judging::default(),
         tick_hz,
         seed: 0,
         trainee: String::new(),

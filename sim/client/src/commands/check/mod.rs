@@ -39,6 +39,11 @@ pub fn run(args: &Args) -> Outcome {
         true => output::json(&reports)?,
         false => output::with(|out| reports.iter().try_for_each(|report| report.write(out)))?,
     }
+    for report in &reports {
+        for warning in report.plans.iter().filter_map(|plan| plan.tissue.warning()) {
+            output::warning(format_args!("{}: {warning}", report.file));
+        }
+    }
     for line in reports.iter().flat_map(|report| &report.issues) {
         output::error(line);
     }

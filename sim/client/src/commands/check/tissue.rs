@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use mechanics::tissue::Model;
-use mechanics::tissue::follow::{Field, FieldPlan, FollowError};
+use mechanics::tissue::follow::{AttemptLoad, Field, FieldPlan, FollowError};
 use scene::{Patient, Scene};
 use serde::Serialize;
 
@@ -22,10 +22,15 @@ pub struct TissuePlan {
     unknowns: usize,
     /// Most bytes held at a time.
     bytes: usize,
-    /// Expected relative error of the displacement along the needle, where it meets a boundary: mesh and patch.
+    /// Expected relative error of the displacement along the needle, where it meets the boundaries, against the whole body: under
+    /// the load of an attempt for which it is worst.
     expected_relative_error: f64,
+    /// That load: `push on fat` or `drag along fat`. Empty where there is no tissue.
+    worst_load: String,
     /// The tolerance that the scene states.
     tolerance: f64,
+    /// The expected error meets it.
+    met: bool,
     /// Time to set an attempt up, in s.
     setup_s: f64,
     /// Time of one step of the field, every boundary, in s.
@@ -41,7 +46,8 @@ impl TissuePlan {
         let Some(tissue) = scene.tissue_spec(&Patient::nominal(scene), angle_deg) else { return Ok(Self::none(scene)) };
         let (field, setup_s) = timing::once(|| Field::new(&tissue));
         let field = field?;
-        let FieldPlan { model, reason, radius_m, unknowns, bytes, expected_relative_error } = field.plan().clone();
+        let FieldPlan { model, reason, radius_m, unknowns, bytes, expected_relative_error, worst } =
+            field.plan().clone();
         Ok(Self {
             model: model.name(),
             reason: reason.to_string(),
@@ -49,7 +55,9 @@ impl TissuePlan {
             unknowns,
             bytes,
             expected_relative_error,
+            worst_load: worst.map_or_else(String::new, |load| name(scene, load)),
             tolerance: tissue.tolerance,
+            met: expected_relative_error <= tissue.tolerance,
             setup_s,
             step_s: step_s(&field),
         })
@@ -63,6 +71,8 @@ impl TissuePlan {
             unknowns: 0,
             bytes: 0,
             expected_relative_error: 0.0,
+            worst_load: String::new(),
+            met: true,
             tolerance: scene.tissue.tolerance,
             setup_s: 0.0,
             step_s: 0.0,
@@ -79,12 +89,32 @@ impl TissuePlan {
         let (setup_ms, step_ns) = (self.setup_s * 1e3, self.step_s * 1e9);
         writeln!(
             out,
-            "  {} unknowns within {:.0} mm, {megabytes:.2} MB, expected error {error:.1} % of {} %; set-up {setup_ms:.0} ms, a step \
-             {step_ns:.0} ns",
+            "  {} unknowns within {:.0} mm, {megabytes:.2} MB, expected error {error:.1} % of {} %, worst under the {}; set-up \
+             {setup_ms:.0} ms, a step {step_ns:.0} ns",
             self.unknowns,
             self.radius_mm,
-            1e2 * self.tolerance
+            1e2 * self.tolerance,
+            self.worst_load
         )
+    }
+
+    /// What is not as the scene asks for it.
+    pub fn warning(&self) -> Option<String> {
+        let Self { tolerance, expected_relative_error, worst_load, .. } = self;
+        (!self.met).then(|| {
+            format!(
+                "[tissue] tolerance = {tolerance} is not met: the expected error under the {worst_load} is {expected_relative_error:.2e}"
+            )
+        })
+    }
+}
+
+/// A load in the scene's own words.
+fn name(scene: &Scene, load: AttemptLoad) -> String {
+    let layer = |at: usize| scene.layers.get(at).map_or("", |layer| layer.name.as_str());
+    match load {
+        AttemptLoad::Push(boundary) => format!("push on {}", layer(boundary)),
+        AttemptLoad::Drag(at) => format!("drag along {}", layer(at)),
     }
 }
 

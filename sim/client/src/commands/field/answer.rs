@@ -29,17 +29,20 @@ pub struct Answer {
     solve_s: f64,
     /// Median time of what a tick of the simulator pays for all samples, in s.
     answer_s: f64,
-    /// Estimated relative error of the worst load.
-    pub estimated_relative_error: f64,
-    /// The estimate meets the tolerance.
-    #[serde(skip)]
-    pub met: bool,
+    /// Estimated relative error of the worst load, of the axial or of the radial displacement, whichever is larger.
+    estimated_relative_error: f64,
+    /// The tolerance that was asked for.
+    tolerance: f64,
+    /// The estimate meets it.
+    met: bool,
+    /// What is not as it was asked for.
+    pub warning: Option<String>,
     /// One for each load depth.
     solutions: Vec<Solution>,
 }
 
 /// Displacements under the load at one depth: a row for each sample depth, a column for each sample radius.
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 struct Solution {
     /// Depth of the load, in m.
     depth_m: f64,
@@ -57,11 +60,18 @@ impl Answer {
     pub fn new(case: &FieldCase, wish: &Wish) -> Result<Self, PlanError> {
         let progress = Progress::new(case.problems.len() as u64, "solving");
         let mut answer: Option<Self> = None;
-        for (problem, &depth_m) in case.problems.iter().zip(&case.load_depths_m) {
+        for (at, (problem, &depth_m)) in case.problems.iter().zip(&case.load_depths_m).enumerate() {
+            progress.advance(1);
+            // A depth that is listed again is answered again, not planned again.
+            let known = case.problems.iter().take(at).position(|known| known.load == problem.load);
+            if let (Some(known), Some(answer)) = (known, &mut answer) {
+                answer.solutions.push(Solution { depth_m, ..answer.solutions[known].clone() });
+                continue;
+            }
             let (planned, setup_s) = timing::once(|| planner::plan(&Problem3::flat(problem), wish));
             let planned = planned?;
             let mut field = planned.field;
-            let solve_s = timing::median_s(Effort::SHORT, || field.solve(case.force_n));
+            let solve_s = timing::median_s(Effort::SLOW, || field.solve(case.force_n));
             let solution = Solution::new(field.as_ref(), problem, depth_m);
             let one = Self {
                 model: field.model().name(),
@@ -72,16 +82,25 @@ impl Answer {
                 solve_s,
                 answer_s: answer_s(field.as_mut(), problem, case.force_n),
                 estimated_relative_error: planned.estimated_relative_error,
+                tolerance: wish.tolerance,
                 met: planned.met,
+                warning: None,
                 solutions: vec![solution],
             };
             answer = Some(match answer {
                 Some(before) => before.and(one),
                 None => one,
             });
-            progress.advance(1);
         }
-        answer.ok_or(PlanError::NoLoad)
+        answer.map(Self::warned).ok_or(PlanError::NoLoad)
+    }
+
+    /// With what is not as it was asked for.
+    fn warned(self) -> Self {
+        let (tolerance, estimate) = (self.tolerance, self.estimated_relative_error);
+        let why = || format!("the tolerance {tolerance} is not met: the estimated error is {estimate:.2e}");
+        let warning = (!self.met).then(why);
+        Self { warning, ..self }
     }
 
     /// Two loads' answers as one. The worse estimate brings its reason along.
@@ -97,7 +116,9 @@ impl Answer {
             solve_s: self.solve_s.max(other.solve_s),
             answer_s: self.answer_s.max(other.answer_s),
             estimated_relative_error: self.estimated_relative_error.max(other.estimated_relative_error),
+            tolerance: self.tolerance,
             met: self.met && other.met,
+            warning: None,
             solutions: self.solutions,
         }
     }

@@ -33,7 +33,23 @@ impl MeshSpec {
     /// The graded mesh of a level: the order of an element at the load, which need not be whole, 2 to 10.
     #[must_use]
     pub fn graded(problem: &Problem, level: f64) -> Self {
-        let grading = Grading { radius_m: problem.load.radius_m, level };
+        Self::by(
+            &Grading { radius_m: problem.load.radius_m, level, size: SIZE, decay: DECAY, thinness: THINNESS },
+            problem,
+        )
+    }
+
+    /// A mesh that shares nothing with a graded one but the lines that every mesh of a problem has: smaller elements, so that
+    /// their ends are elsewhere, and one order in all of them, near and far, thick and thin. What a graded mesh misses for its
+    /// low orders or for where its elements end, it does not miss too.
+    #[must_use]
+    pub fn even(problem: &Problem, order: usize, size: f64) -> Self {
+        let level = order as f64;
+        let grading = Grading { radius_m: problem.load.radius_m, level, size, decay: 0.0, thinness: 0.0 };
+        Self::by(&grading, problem).graded_to_side()
+    }
+
+    fn by(grading: &Grading, problem: &Problem) -> Self {
         let mut mesh = Self { radial: Vec::new(), axial: Vec::new() };
         grading.fill([0.0, problem.slab.radius_m], [0.0, problem.slab.radius_m], &mut mesh.radial);
         let (lines, [from_m, to_m]) = (lines_m(problem), problem.load.ends_m());
@@ -88,18 +104,25 @@ pub(super) const LEVELS: std::ops::RangeInclusive<usize> = LEAST_ORDER..=MAX_ORD
 struct Grading {
     /// Radius of the load, in m.
     radius_m: f64,
+    /// Order of an element at the load.
     level: f64,
+    /// An element covers this share of a + d.
+    size: f64,
+    /// Orders lost for each element passed on the way from the load.
+    decay: f64,
+    /// What [`THINNESS`] is; 0 where a thin strip has the order of a thick one.
+    thinness: f64,
 }
 
 impl Grading {
     /// Elements between the load and a distance from it in m.
     fn count(&self, distance_m: f64) -> f64 {
-        libm::log1p(distance_m / self.radius_m) / SIZE
+        libm::log1p(distance_m / self.radius_m) / self.size
     }
 
     /// The distance in m that has so many elements below it.
     fn distance_m(&self, count: f64) -> f64 {
-        libm::expm1(count * SIZE) * self.radius_m
+        libm::expm1(count * self.size) * self.radius_m
     }
 
     /// Appends strips from `ends_m[0]` to `ends_m[1]`, at these distances from the load.
@@ -118,9 +141,13 @@ impl Grading {
 
     /// The order of a strip around a count of elements from the load, which covers this share of its due.
     fn order(&self, count: f64, share: f64) -> usize {
-        let full = self.level - DECAY * (count - 0.5).max(0.0);
-        let thin = libm::log(THINNESS);
-        let order = (full + 1.0) * thin / (thin + libm::log(share.min(1.0))) - 1.0;
+        let full = self.level - self.decay * (count - 0.5).max(0.0);
+        let order = if self.thinness > 0.0 {
+            let thin = libm::log(self.thinness);
+            (full + 1.0) * thin / (thin + libm::log(share.min(1.0))) - 1.0
+        } else {
+            full
+        };
         ((order + 0.5) as usize).clamp(LEAST_ORDER, MAX_ORDER)
     }
 }

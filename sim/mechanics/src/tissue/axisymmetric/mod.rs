@@ -11,7 +11,9 @@ mod assembly;
 mod basis;
 mod element;
 mod fit;
+mod fit_first;
 mod grading;
+mod judge;
 mod load;
 mod mesh;
 mod model;
@@ -19,13 +21,14 @@ mod oblique;
 mod oblique_fit;
 mod sideways;
 mod superposed;
+mod trim;
 
 pub use basis::MAX_ORDER;
-pub use fit::{Fitted, fit, rung};
+pub use fit::{Fitted, fit, fit_by, rung};
 pub use mesh::{MeshSpec, Strip};
 pub use model::Axisymmetric;
 pub use oblique::Oblique;
-pub use oblique_fit::{FittedOblique, fit_oblique};
+pub use oblique_fit::{Along, FittedOblique, along_needle, fit_oblique, fit_oblique_by};
 pub use superposed::Superposed;
 
 use super::multifrontal::NotPositiveDefinite;

@@ -1,13 +1,14 @@
 //! The field of an attempt: unit responses by the planner's choice of model, and the follower.
 
-use super::responses::Responses;
+use super::responses::{Responses, question};
 use super::spec::TissueSpec;
 use super::state::FollowParams;
 use crate::axial::{AxialSpec, ParamError};
 use crate::phrase::Phrase;
-use crate::tissue::planner::{self, PlanError, Planned, Reach, Wish, patch, reach};
+use crate::tissue::axisymmetric::{Along, along_needle};
+use crate::tissue::planner::{self, PlanError, Planned, Reach, Wish, patch, reach, reach_of_all};
 use crate::tissue::volumetric::Problem3;
-use crate::tissue::{Load, LoadKind, Model, Problem};
+use crate::tissue::{Judging, Load, LoadKind, Model, Problem, relative_distance};
 
 /// Rate of the field, in Hz (physics section 5).
 pub const FIELD_HZ: u32 = 120;
@@ -47,8 +48,20 @@ pub struct FieldPlan {
     pub unknowns: usize,
     /// Most bytes held at a time: the largest load's model, which is let go when it has answered, and the responses.
     pub bytes: usize,
-    /// Expected relative error of the displacement on the needle: of the mesh and of the patch, the worst load's.
+    /// Expected relative error of the displacement along the needle at the boundaries: of mesh and patch together, against the
+    /// whole body, under the load of an attempt for which it is worst.
     pub expected_relative_error: f64,
+    /// That load; none where the field is judged in the first way.
+    pub worst: Option<AttemptLoad>,
+}
+
+/// A load that an attempt puts on the tissue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AttemptLoad {
+    /// A contactor at the boundary of this layer, from 0 at the skin.
+    Push(usize),
+    /// The shaft's drag along this layer.
+    Drag(usize),
 }
 
 /// A tissue that follows the needle, ready for an attempt.
@@ -67,13 +80,45 @@ impl Field {
     /// When the tissue makes no sense or no model can be had.
     pub fn new(tissue: &TissueSpec) -> Result<Self, FollowError> {
         tissue.check()?;
+        match tissue.judging {
+            Judging::First => Self::by_the_skin(tissue),
+            Judging::Second => Self::by_the_attempt(tissue),
+        }
+    }
+
+    /// The patch is that of a push on the skin, and the error that of the meshes and of that patch: as recordings were made whose
+    /// field names no way of judging.
+    fn by_the_skin(tissue: &TissueSpec) -> Result<Self, FollowError> {
         let share = 0.5 * tissue.tolerance;
-        let body = &tissue.slab;
         let Reach { radius_m, relative_change } = reach(&tissue.at_the_skin(), share).map_err(PlanError::from)?;
-        let radius_m = radius_m.min(body.radius_m);
-        let deepest_m = tissue.boundaries_m.iter().copied().fold(0.0, f64::max);
-        let patched = TissueSpec { slab: patch(&body.layers, deepest_m, radius_m), ..tissue.clone() };
-        let wish = Wish { model: tissue.model, tolerance: share };
+        let mut field = Self::within(tissue, radius_m.min(tissue.slab.radius_m), share)?;
+        field.plan.expected_relative_error += relative_change;
+        Ok(field)
+    }
+
+    /// Every load of an attempt is asked on the whole body first. A patch is taken that is good enough for all of them, and what
+    /// its responses are off by is measured. Where that is too much, meshes are made finer, if finer ones are what it takes.
+    fn by_the_attempt(tissue: &TissueSpec) -> Result<Self, FollowError> {
+        let known = Known::of(tissue)?;
+        let mut share = 0.5 * tissue.tolerance;
+        let radius_m = reach_of_all(&known.questions, tissue.deepest_m(), share).map_err(PlanError::from)?;
+        let mut tries = FINER;
+        loop {
+            let mut field = Self::within(tissue, radius_m, share)?;
+            known.judge(&mut field);
+            tries -= 1;
+            let good = field.plan.expected_relative_error <= tissue.tolerance;
+            if good || tries == 0 || field.plan.model != Model::Axisymmetric {
+                return Ok(field);
+            }
+            share *= 0.3;
+        }
+    }
+
+    /// The responses on a patch of a radius, in m, by models that meet a tolerance on it.
+    fn within(tissue: &TissueSpec, radius_m: f64, tolerance: f64) -> Result<Self, FollowError> {
+        let patched = TissueSpec { slab: patch(&tissue.slab.layers, tissue.deepest_m(), radius_m), ..tissue.clone() };
+        let wish = Wish { model: tissue.model, tolerance, judging: Judging::First };
         let mut plan = FieldPlan {
             model: Model::None,
             reason: Phrase::Data(String::new()),
@@ -81,6 +126,7 @@ impl Field {
             unknowns: 0,
             bytes: 0,
             expected_relative_error: f64::NEG_INFINITY,
+            worst: None,
         };
         let on_axis = Responses::at_boundaries(&patched, &mut |question| {
             let planned = planner::plan(question, &wish)?;
@@ -88,7 +134,6 @@ impl Field {
             Ok::<_, FollowError>(planned.field)
         })?;
         plan.bytes += on_axis.bytes();
-        plan.expected_relative_error += relative_change;
         Ok(Self { follow: FollowParams::new(tissue)?, on_axis, plan })
     }
 
@@ -131,7 +176,60 @@ impl FieldPlan {
     }
 }
 
+/// Meshes are made finer at most so many times.
+const FINER: usize = 3;
+
+/// What an attempt's loads do to the whole body.
+struct Known {
+    /// Where each question's load is in [`TissueSpec::loads`].
+    loads: Vec<usize>,
+    /// Each load's question, and its answer at the boundaries, in m/N.
+    questions: Vec<(Problem3, Vec<f64>)>,
+    /// What the relative error of each answer is taken to be.
+    doubts: Vec<f64>,
+    /// Layers of the force law.
+    layers: usize,
+}
+
+impl Known {
+    fn of(tissue: &TissueSpec) -> Result<Self, FollowError> {
+        let mut known = Self { loads: vec![], questions: vec![], doubts: vec![], layers: tissue.layers() };
+        let points_m = tissue.points_m();
+        for (at, load) in tissue.loads().into_iter().enumerate() {
+            let Some(load) = load else { continue };
+            let mut question = question(tissue, load, &points_m);
+            question.flat.sample_depth_m = points_m.iter().map(|point| point[1]).collect();
+            let Along { answer_m, doubt } = along_needle(&question, tissue.tolerance).map_err(PlanError::from)?;
+            known.loads.push(at);
+            known.questions.push((question, answer_m));
+            known.doubts.push(doubt);
+        }
+        Ok(known)
+    }
+
+    /// Tells a field's plan what its responses are off by, and under which load it is most.
+    fn judge(&self, field: &mut Field) {
+        let plan = &mut field.plan;
+        plan.expected_relative_error = 0.0;
+        for ((&load, (_, answer_m)), doubt) in self.loads.iter().zip(&self.questions).zip(&self.doubts) {
+            let error = relative_distance(&field.on_axis.under(load), answer_m) + doubt;
+            if plan.worst.is_none() || error > plan.expected_relative_error {
+                plan.expected_relative_error = error;
+                plan.worst = Some(match load.checked_sub(self.layers) {
+                    None => AttemptLoad::Push(load),
+                    Some(layer) => AttemptLoad::Drag(layer),
+                });
+            }
+        }
+    }
+}
+
 impl TissueSpec {
+    /// Depth of the deepest boundary, in m.
+    fn deepest_m(&self) -> f64 {
+        self.boundaries_m.iter().copied().fold(0.0, f64::max)
+    }
+
     /// The question whose answer tells how far the needle's influence reaches: a push on the skin, seen where it pushes.
     fn at_the_skin(&self) -> Problem3 {
         let load = Load { kind: LoadKind::Contactor { depth_m: 0.0 }, radius_m: self.load_radius_m };

@@ -23,7 +23,7 @@ mod spec;
 mod state;
 
 pub use coupling::{HandOver, Insertion, RateError, hand_over, rate_errors};
-pub use field::{FIELD_HZ, Field, FieldPlan, FollowError};
+pub use field::{AttemptLoad, FIELD_HZ, Field, FieldPlan, FollowError};
 pub use profile::Profiles;
 pub use responses::{Fit, Responses};
 pub use spec::{TissueSpec, recoil_time_s};

@@ -31,7 +31,7 @@ impl Field {
         let boundaries_m = || patched.boundaries_m.iter().take(patched.layers());
         let points_m: Vec<_> =
             boundaries_m().flat_map(|&depth_m| radii_m.iter().map(move |&r_m| [r_m, depth_m])).collect();
-        let wish = Wish { model: tissue.model, tolerance: tissue.tolerance };
+        let wish = Wish { model: tissue.model, tolerance: tissue.tolerance, judging: tissue.judging };
         let responses = Responses::new(&patched, &points_m, &mut |question| Ok(planner::plan(question, &wish)?.field))?;
         Ok(table(&responses, radii_m, patched.layers()))
     }

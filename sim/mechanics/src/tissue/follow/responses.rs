@@ -54,6 +54,11 @@ impl Responses {
         row.iter().zip(loads_n).map(|(response, load_n)| response * load_n).sum()
     }
 
+    /// Displacement along the needle at every point under 1 N of a load, in m.
+    pub(super) fn under(&self, load: usize) -> Vec<f64> {
+        self.axial_m_per_n.chunks_exact(self.loads).map(|row| row.get(load).copied().unwrap_or(0.0)).collect()
+    }
+
     /// Stiffness of each boundary as the field has it, in N/m: F/|u| on the needle under a contactor at that boundary, for the
     /// responses [`Responses::at_boundaries`]. Infinite at the clamped base.
     #[must_use]
@@ -71,13 +76,13 @@ impl Responses {
 
 impl TissueSpec {
     /// Every boundary on the needle: no distance from it and a depth, in m.
-    fn points_m(&self) -> Vec<[f64; 2]> {
+    pub(super) fn points_m(&self) -> Vec<[f64; 2]> {
         self.boundaries_m.iter().take(self.layers()).map(|&depth_m| [0.0, depth_m]).collect()
     }
 }
 
 /// What is asked of a load: its answer at every distance and every depth that a point has.
-fn question(tissue: &TissueSpec, load: Load, points_m: &[[f64; 2]]) -> Problem3 {
+pub(super) fn question(tissue: &TissueSpec, load: Load, points_m: &[[f64; 2]]) -> Problem3 {
     let sorted = |part: usize| {
         let mut values: Vec<f64> = points_m.iter().map(|point| point[part]).collect();
         values.sort_by(f64::total_cmp);

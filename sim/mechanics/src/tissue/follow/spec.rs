@@ -1,7 +1,7 @@
 //! The tissue of a scene, as a field needs it.
 
 use crate::axial::{Domain, ParamError};
-use crate::tissue::{ElasticLayer, Load, LoadKind, Model, Slab};
+use crate::tissue::{ElasticLayer, Judging, Load, LoadKind, Model, Slab};
 
 /// A slab under a needle, and where the needle loads it. Unchecked.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,8 +14,10 @@ pub struct TissueSpec {
     pub tilt_rad: f64,
     /// The model that is asked for by name; the planner chooses without one.
     pub model: Option<Model>,
-    /// Tolerated relative error of the displacement.
+    /// Tolerated relative error of the displacement along the needle, at every boundary, under any load of an attempt.
     pub tolerance: f64,
+    /// How the error is judged. A recording names its own.
+    pub judging: Judging,
     /// The field's stiffness replaces the law's own at each boundary (physics section 4).
     pub coupled: bool,
     /// Depth of each boundary of the force law and of the base, in m, along the surface normal: one more than it has layers.

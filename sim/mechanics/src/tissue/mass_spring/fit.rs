@@ -14,7 +14,7 @@ use super::{LatticeError, MassSpring, Patch, Symmetry};
 use crate::axial::Domain;
 use crate::phrase;
 use crate::phrase::Phrase;
-use crate::tissue::{LoadKind, Problem, axisymmetric};
+use crate::tissue::{Judging, LoadKind, Problem, Sampled, axisymmetric};
 
 /// A model with what is known of its error.
 #[derive(Clone, Debug)]
@@ -25,7 +25,8 @@ pub struct Fitted {
     pub patch: Patch,
     /// The part of the error that comes of the Poisson ratio of 1/4: no lattice has less.
     pub floor: f64,
-    /// Bound of the relative L2 error of the axial displacement over the problem's sample points.
+    /// Bound of the relative L2 error over the problem's sample points, the larger of that of the axial and of the radial
+    /// displacement.
     pub estimated_relative_error: f64,
     /// Whether the estimate meets the tolerance.
     pub met: bool,
@@ -66,7 +67,7 @@ const SHARE_OF_FLOOR: f64 = 0.6;
 /// The model on one lattice of the ladder, from coarse to fine, for a speed–error sweep. Nothing past the last.
 #[must_use]
 pub fn rung(problem: &Problem, at: usize) -> Option<Result<MassSpring, LatticeError>> {
-    match Judge::new(problem).and_then(|judge| judge.ladder()) {
+    match Judge::new(problem, Judging::Second).and_then(|judge| judge.ladder()) {
         Ok((coarsest, finer)) => {
             iter::once(coarsest).chain(finer).nth(at).map(|patch| MassSpring::new(problem, &patch))
         }
@@ -81,8 +82,16 @@ pub fn rung(problem: &Problem, at: usize) -> Option<Result<MassSpring, LatticeEr
 /// The first number of the problem that is out of range, a tolerance that is not a positive number, or a layer so thin
 /// that even the coarsest lattice cannot be computed.
 pub fn fit(problem: &Problem, tolerance: f64) -> Result<Fitted, LatticeError> {
+    fit_by(Judging::Second, problem, tolerance)
+}
+
+/// The same by a way of judging.
+///
+/// # Errors
+/// As for [`fit`].
+pub fn fit_by(judging: Judging, problem: &Problem, tolerance: f64) -> Result<Fitted, LatticeError> {
     Domain::Positive.check("tolerance", tolerance, "")?;
-    let judge = Judge::new(problem)?;
+    let judge = Judge::new(problem, judging)?;
     let enough = if judge.floor < tolerance { tolerance } else { (1.0 + SHARE_OF_FLOOR) * judge.floor };
     let (coarsest, finer) = judge.ladder()?;
     let mut fitted = judge.fitted(coarsest, tolerance)?;
@@ -98,32 +107,35 @@ pub fn fit(problem: &Problem, tolerance: f64) -> Result<Fitted, LatticeError> {
 /// What lattices are judged by.
 struct Judge<'a> {
     problem: &'a Problem,
+    judging: Judging,
     /// The problem with Poisson ratios of 1/4.
     quarter: Problem,
-    /// Its axial displacement at the samples: what a lattice tends to.
-    limit_m: Vec<f64>,
-    /// Norm of the true one.
-    size_m: f64,
+    /// Its answer at the samples: what a lattice tends to.
+    limit: Sampled,
+    /// The true answer.
+    truth: Sampled,
     floor: f64,
 }
 
 impl<'a> Judge<'a> {
-    fn new(problem: &'a Problem) -> Result<Self, LatticeError> {
+    fn new(problem: &'a Problem, judging: Judging) -> Result<Self, LatticeError> {
         problem.check()?;
         let solid = Problem { slab: problem.slab.solid(), ..problem.clone() };
         let mut quarter = solid.clone();
         quarter.slab.layers.iter_mut().for_each(|layer| layer.poisson_ratio = 0.25);
-        let truth_m = problem.axial_m(&axisymmetric::fit(&solid, JUDGED_TO)?.model);
-        let limit_m = problem.axial_m(&axisymmetric::fit(&quarter, JUDGED_TO)?.model);
-        let size_m = norm(truth_m.iter().copied());
-        let judge = Self { problem, quarter, limit_m, size_m, floor: 0.0 };
-        Ok(Self { floor: judge.distance(&truth_m), ..judge })
+        let exact = |of: &Problem| Ok::<_, LatticeError>(axisymmetric::fit_by(judging, of, JUDGED_TO)?.model);
+        let (truth, limit) = (problem.sampled(&exact(&solid)?), problem.sampled(&exact(&quarter)?));
+        let judge = Self { problem, judging, quarter, limit, truth, floor: 0.0 };
+        Ok(Self { floor: judge.distance(&judge.truth), ..judge })
     }
 
-    /// Distance to what lattices tend to, relative to the truth. Where nothing moves there is nothing to be wrong about.
-    fn distance(&self, answer_m: &[f64]) -> f64 {
-        let wrong_m = norm(answer_m.iter().zip(&self.limit_m).map(|(a, b)| a - b));
-        if wrong_m == 0.0 { 0.0 } else { wrong_m / self.size_m }
+    /// Distance to what lattices tend to, relative to the truth: of the part of the displacement in which it is larger.
+    fn distance(&self, answer: &Sampled) -> f64 {
+        let axial = distance(&answer.axial_m, &self.limit.axial_m, &self.truth.axial_m);
+        match self.judging {
+            Judging::First => axial,
+            Judging::Second => axial.max(distance(&answer.radial_m, &self.limit.radial_m, &self.truth.radial_m)),
+        }
     }
 
     /// The coarsest patch, and finer ones that come to rest within seconds.
@@ -172,15 +184,21 @@ impl<'a> Judge<'a> {
         });
         cut.sample_r_m.retain(|&r_m| r_m < patch.radius_m);
         cut.sample_depth_m.retain(|&depth_m| depth_m < patch.depth_m);
-        Ok(self.distance(&self.problem.axial_m(&axisymmetric::fit(&cut, JUDGED_TO)?.model)))
+        Ok(self.distance(&self.problem.sampled(&axisymmetric::fit_by(self.judging, &cut, JUDGED_TO)?.model)))
     }
 
     fn fitted(&self, patch: Patch, tolerance: f64) -> Result<Fitted, LatticeError> {
         let model = MassSpring::new(self.problem, &patch)?;
         let floor = self.floor;
-        let estimated_relative_error = floor + self.distance(&self.problem.axial_m(&model));
+        let estimated_relative_error = floor + self.distance(&self.problem.sampled(&model));
         Ok(Fitted { model, patch, floor, estimated_relative_error, met: estimated_relative_error <= tolerance })
     }
+}
+
+/// ‖a − b‖/‖c‖. Where nothing moves there is nothing to be wrong about.
+fn distance(a: &[f64], b: &[f64], c: &[f64]) -> f64 {
+    let wrong = norm(a.iter().zip(b).map(|(a, b)| a - b));
+    if wrong == 0.0 { 0.0 } else { wrong / norm(c.iter().copied()) }
 }
 
 fn norm(values: impl Iterator<Item = f64>) -> f64 {

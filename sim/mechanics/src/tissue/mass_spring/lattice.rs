@@ -83,6 +83,14 @@ impl Lattice {
         self.masses.axes.iter().flatten().filter(|&&mass| mass > 0.0).count()
     }
 
+    /// Bytes that it holds.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let constants: usize = self.constants.iter().map(|constants| size_of_val(&constants[..])).sum();
+        let fields = self.masses.bytes() + self.inverse_masses.bytes() + self.diagonal.bytes();
+        constants + fields + size_of_val(&self.links[..]) + size_of_val(&self.runs[..])
+    }
+
     /// Volume of all cells, in m³; of the computed part only.
     #[must_use]
     pub fn volume_m3(&self) -> f64 {

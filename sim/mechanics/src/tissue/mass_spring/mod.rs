@@ -24,7 +24,7 @@ mod puncture;
 mod relax;
 mod response;
 
-pub use fit::{Fitted, fit, rung};
+pub use fit::{Fitted, fit, fit_by, rung};
 pub use grid::{MAX_UNKNOWNS, Patch, Symmetry};
 pub use lattice::{Damping, Lattice};
 pub use load::NodalLoad;

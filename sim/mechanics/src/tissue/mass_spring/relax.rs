@@ -26,6 +26,11 @@ impl Relaxation {
         Self { residual: zeros(), direction: zeros(), product: zeros() }
     }
 
+    /// Bytes that it holds.
+    pub(super) fn bytes(&self) -> usize {
+        self.residual.bytes() + self.direction.bytes() + self.product.bytes()
+    }
+
     /// Improves `x` until the residual is below `limit` of `scale`, the norm of a right-hand side. `apply` adds A p to
     /// its second argument. Where `inverse_diagonal` is 0 nothing moves, whatever the residual. Returns how many
     /// iterations it took.

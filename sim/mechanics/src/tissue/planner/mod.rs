@@ -10,12 +10,12 @@
 
 mod patch;
 
-pub use patch::{Reach, patch, reach};
+pub use patch::{Reach, patch, reach, reach_of_all};
 
 use super::axisymmetric::{self, AxisymmetricError};
 use super::mass_spring::{self, LatticeError};
 use super::volumetric::{self, Problem3, Skin, VolumetricError};
-use super::{FieldModel, Model, Problem};
+use super::{FieldModel, Judging, Model, Problem};
 use crate::phrase;
 use crate::phrase::Phrase;
 
@@ -24,8 +24,10 @@ use crate::phrase::Phrase;
 pub struct Wish {
     /// The model that is asked for by name; the planner chooses without one.
     pub model: Option<Model>,
-    /// Tolerated relative L2 error of the axial displacement over the samples.
+    /// Tolerated relative L2 error over the samples, of the axial and of the radial displacement.
     pub tolerance: f64,
+    /// How the error is judged.
+    pub judging: Judging,
 }
 
 /// A model made for a question.
@@ -132,14 +134,15 @@ fn what_breaks_the_axis(question: &Problem3) -> Option<Phrase> {
 pub fn plan(question: &Problem3, wish: &Wish) -> Result<Planned, PlanError> {
     let (model, why) = choose(question, wish.model)?;
     let flat = &question.flat;
+    let (judging, tolerance) = (wish.judging, wish.tolerance);
     let made = match model {
         Model::None => return Err(PlanError::NoModel),
         Model::Axisymmetric if question.tilt_rad != 0.0 => {
-            Made::from(axisymmetric::fit_oblique(question, wish.tolerance)?)
+            Made::from(axisymmetric::fit_oblique_by(judging, question, tolerance)?)
         }
-        Model::Axisymmetric => Made::from(axisymmetric::fit(flat, wish.tolerance)?),
-        Model::MassSpring => Made::from(mass_spring::fit(flat, wish.tolerance)?),
-        Model::Volumetric => Made::from(volumetric::fit(question, wish.tolerance)?),
+        Model::Axisymmetric => Made::from(axisymmetric::fit_by(judging, flat, tolerance)?),
+        Model::MassSpring => Made::from(mass_spring::fit_by(judging, flat, tolerance)?),
+        Model::Volumetric => Made::from(volumetric::fit_by(judging, question, tolerance)?),
     };
     let Made { field, mesh, estimated_relative_error, met } = made;
     let percent = Phrase::Number((1e2 * wish.tolerance).to_string());

@@ -49,21 +49,53 @@ pub fn reach(question: &Problem3, tolerance: f64) -> Result<Reach, AxisymmetricE
     Ok(Reach { radius_m, relative_change })
 }
 
+/// The narrowest patch down to a depth, in m, that is good enough for several loads: under each of them the displacement along
+/// the needle at the question's radii and depths differs from what it is on the whole of the question's body, in m/N, by no
+/// more than a tolerance. At most as wide as the body. Returns its radius, in m.
+///
+/// # Errors
+/// When the layers or a load are out of range.
+pub fn reach_of_all(
+    questions: &[(Problem3, Vec<f64>)],
+    deepest_m: f64,
+    tolerance: f64,
+) -> Result<f64, AxisymmetricError> {
+    let Some((first, _)) = questions.first() else { return Ok(0.0) };
+    let (body_m, mut radius_m) = (first.flat.slab.radius_m, NARROWEST * first.flat.load.radius_m);
+    for (question, on_body_m) in questions {
+        let depths_m = &question.flat.sample_depth_m;
+        while radius_m < body_m {
+            let slab = patch(&question.flat.slab.layers, deepest_m, radius_m);
+            if relative_distance(&on_patch_m(question, slab, depths_m)?, on_body_m) <= tolerance {
+                break;
+            }
+            radius_m *= 2.0;
+        }
+    }
+    Ok(radius_m.min(body_m))
+}
+
 /// Displacement along the needle at the load's depth, at the question's radii, in m, of tissue that is clamped at a radius in m.
 fn answer_m(question: &Problem3, radius_m: f64) -> Result<Vec<f64>, AxisymmetricError> {
     let [from_m, to_m] = question.flat.load.ends_m();
-    let depth_m = 0.5 * (from_m + to_m);
+    let slab = patch(&question.flat.slab.layers, to_m, radius_m);
+    on_patch_m(question, slab, &[0.5 * (from_m + to_m)])
+}
+
+/// Displacement along the needle at some depths, at the question's radii, in m, of a patch of its tissue.
+fn on_patch_m(question: &Problem3, slab: Slab, depths_m: &[f64]) -> Result<Vec<f64>, AxisymmetricError> {
     let mut near = question.clone();
-    near.flat.slab = patch(&question.flat.slab.layers, to_m, radius_m);
+    near.flat.slab = slab;
     // Where the answer is wanted may lie beyond a narrow patch, which then answers that nothing moves there.
-    (near.flat.sample_r_m, near.flat.sample_depth_m) = (Vec::new(), Vec::new());
+    let radii_m = std::mem::take(&mut near.flat.sample_r_m);
+    near.flat.sample_depth_m = Vec::new();
     let mesh = MeshSpec::graded(&near.flat, LEVEL);
     let model: Box<dyn FieldModel> = match near.tilt_rad {
         0.0 => Box::new(Axisymmetric::new(&near.flat, &mesh)?),
         _ => Box::new(Oblique::new(&near, &mesh, STATIONS)?),
     };
-    let radii_m = question.flat.sample_r_m.iter();
-    Ok(radii_m.map(|&r_m| near.along_needle_m(model.as_ref(), r_m, depth_m)).collect())
+    (near.flat.sample_r_m, near.flat.sample_depth_m) = (radii_m, depths_m.to_vec());
+    Ok(near.all_along_needle_m(model.as_ref()))
 }
 
 /// The tissue within a radius of loads that go down to a depth, both in m: no layer below that, the last one cut there.

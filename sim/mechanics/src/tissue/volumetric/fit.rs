@@ -11,7 +11,7 @@ use super::{Grading, MeshSpec3, Problem3, Symmetry, Volumetric, VolumetricError}
 use crate::axial::Domain;
 use crate::phrase;
 use crate::phrase::Phrase;
-use crate::tissue::{FieldModel, relative_distance};
+use crate::tissue::{FieldModel, Judging, Sampled};
 
 /// A model with what is known of its error.
 #[derive(Clone, Debug)]
@@ -20,7 +20,8 @@ pub struct Fitted {
     pub model: Volumetric,
     /// Its mesh.
     pub mesh: MeshSpec3,
-    /// Relative L2 error of the displacement along the needle, over the problem's sample points around it.
+    /// Relative L2 error over the problem's sample points around the needle, the larger of that of the displacement along it and
+    /// of that across it, in its plane and beside it.
     pub estimated_relative_error: f64,
     /// Whether the estimate meets the tolerance. Where not, this is the most accurate mesh that was tried.
     pub met: bool,
@@ -111,18 +112,30 @@ pub fn rung(problem: &Problem3, at: usize) -> Option<Result<Volumetric, Volumetr
 /// # Errors
 /// The first number of the problem that is out of range, or a tolerance that is not a positive number.
 pub fn fit(problem: &Problem3, tolerance: f64) -> Result<Fitted, VolumetricError> {
+    fit_by(Judging::Second, problem, tolerance)
+}
+
+/// The same by a way of judging.
+///
+/// # Errors
+/// As for [`fit`].
+pub fn fit_by(judging: Judging, problem: &Problem3, tolerance: f64) -> Result<Fitted, VolumetricError> {
     problem.check()?;
     Domain::Positive.check("tolerance", tolerance, "")?;
     if problem.symmetry() == Symmetry::Quarter {
-        return Ok(climb(problem, tolerance, 0)?.1);
+        return Ok(climb(problem, (judging, tolerance), 0)?.1);
     }
     // A tilt or an inclusion hardly changes how fine a mesh must be, and a quarter of flat layers is tried in no time.
-    let (start, _) = climb(&Problem3::flat(&problem.flat), tolerance, 0)?;
-    Ok(climb(problem, tolerance, start)?.1)
+    let (start, _) = climb(&Problem3::flat(&problem.flat), (judging, tolerance), 0)?;
+    Ok(climb(problem, (judging, tolerance), start)?.1)
 }
 
 /// Climbs the ladder from a rung to the first that is good enough, or to the last whose judge can be afforded.
-fn climb(problem: &Problem3, tolerance: f64, start: usize) -> Result<(usize, Fitted), VolumetricError> {
+fn climb(
+    problem: &Problem3,
+    (judging, tolerance): (Judging, f64),
+    start: usize,
+) -> Result<(usize, Fitted), VolumetricError> {
     let ladder = MeshSpec3::ladder(problem);
     let mut last = 0;
     while last + 1 < ladder.len() && judge(ladder[last + 1]).unknowns(problem)? <= MOST_UNKNOWNS {
@@ -130,7 +143,7 @@ fn climb(problem: &Problem3, tolerance: f64, start: usize) -> Result<(usize, Fit
     }
     let mut at = start.min(last);
     loop {
-        let fitted = judged(problem, ladder[at], tolerance)?;
+        let fitted = judged(problem, ladder[at], (judging, tolerance))?;
         let excess = fitted.estimated_relative_error / (AIM * tolerance);
         if excess <= 1.0 || at == last {
             return Ok((at, fitted));
@@ -146,15 +159,19 @@ fn judge(mesh: MeshSpec3) -> MeshSpec3 {
     MeshSpec3 { order: mesh.order + 1, ..mesh }
 }
 
-fn judged(problem: &Problem3, mesh: MeshSpec3, tolerance: f64) -> Result<Fitted, VolumetricError> {
+fn judged(
+    problem: &Problem3,
+    mesh: MeshSpec3,
+    (judging, tolerance): (Judging, f64),
+) -> Result<Fitted, VolumetricError> {
     let solved = |mesh: &MeshSpec3| {
         let mut model = Volumetric::new(problem, mesh)?;
         model.solve(1.0);
         Ok::<_, VolumetricError>(model)
     };
-    let better = answer_m(problem, &solved(&judge(mesh))?);
+    let better = answer(problem, &solved(&judge(mesh))?);
     let model = solved(&mesh)?;
-    let estimated_relative_error = relative_distance(&answer_m(problem, &model), &better) / seen(problem);
+    let estimated_relative_error = answer(problem, &model).distance_by(judging, &better) / seen(problem);
     Ok(Fitted { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance })
 }
 
@@ -169,22 +186,33 @@ fn seen(problem: &Problem3) -> f64 {
     if stiffest > CONTRAST * softest { SEEN_AT_CONTRAST } else { SEEN }
 }
 
-/// Displacement along the needle at the sample points, in m.
-fn answer_m(problem: &Problem3, model: &Volumetric) -> Vec<f64> {
-    let along = Vector3::new(libm::sin(problem.tilt_rad), 0.0, -libm::cos(problem.tilt_rad));
-    samples_m(problem).iter().map(|point| model.displacement_at(point).dot(&along)).collect()
+/// Displacement at the sample points: out of the body along the needle, and across it away from where they are, in m.
+fn answer(problem: &Problem3, model: &Volumetric) -> Sampled {
+    let (sine, cosine) = (libm::sin(problem.tilt_rad), libm::cos(problem.tilt_rad));
+    let out = Vector3::new(-sine, 0.0, cosine);
+    let mut answer = Sampled::default();
+    for (point, away) in samples_m(problem) {
+        let across = Vector3::new(away.x * cosine, away.y, away.x * sine);
+        let moved = model.displacement_at(&point);
+        answer.axial_m.push(moved.dot(&out));
+        answer.radial_m.push(moved.dot(&across));
+    }
+    answer
 }
 
-/// The points where an answer is wanted, in m: at the problem's radii around where the needle meets its load, on both
-/// sides in its plane and beside it.
-fn samples_m(problem: &Problem3) -> Vec<Point3<f64>> {
+/// The points where an answer is wanted, in m, and which way along the skin is away from the needle there: at the problem's
+/// radii around where the needle meets its load, on both sides in its plane and beside it.
+fn samples_m(problem: &Problem3) -> Vec<(Point3<f64>, Vector3<f64>)> {
     let [_, to_m] = problem.flat.load.ends_m();
     let centre_m = to_m * libm::tan(problem.tilt_rad);
     let mut points = Vec::new();
     for &depth_m in &problem.flat.sample_depth_m {
         for &r_m in &problem.flat.sample_r_m {
-            let around = [[centre_m + r_m, 0.0], [centre_m - r_m, 0.0], [centre_m, r_m]];
-            points.extend(around.map(|[x, y]| problem.skin.bend(&Point3::new(x, y, -depth_m))));
+            let around = [Vector3::x(), -Vector3::x(), Vector3::y()];
+            points.extend(around.map(|away| {
+                let flat = Point3::new(centre_m, 0.0, -depth_m) + r_m * away;
+                (problem.skin.bend(&flat), away)
+            }));
         }
     }
     points

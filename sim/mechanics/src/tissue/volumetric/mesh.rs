@@ -146,7 +146,8 @@ impl MeshSpec3 {
         self.check(problem)?;
         let radius_m = problem.flat.slab.radius_m.min(self.reach_m);
         let radii_m = self.radii_m(radius_m);
-        let centred_m = radii_m[1];
+        // What is nearer than this follows the needle as it leans: the first ring, where it is not the last, or the block.
+        let centred_m = if radii_m.len() > 2 { radii_m[1] } else { radii_m[0] };
         let tangent = libm::tan(problem.tilt_rad);
         let load = problem.flat.load.ends_m();
         let most = 0.9 * (radius_m - centred_m);
@@ -158,9 +159,10 @@ impl MeshSpec3 {
         let parameters: Vec<f64> = basis::lobatto(self.order).iter().map(|(x, _)| 0.5 * (1.0 + x)).collect();
         let plan = Plan::new(&outline, &parameters);
         let planes_m = self.planes_m(problem);
-        // The rings follow the needle as it leans, each less than the one inside it, and the side stays where it is.
+        // The rings follow the needle as it leans, each less than the one inside it, and the side stays where it is, though
+        // rounding puts some of its nodes beyond the radius.
         let place = |[x, y]: [f64; 2], depth_m: f64| {
-            let share = ((radius_m - x.hypot(y)) / (radius_m - centred_m)).min(1.0);
+            let share = ((radius_m - libm::hypot(x, y)) / (radius_m - centred_m)).clamp(0.0, 1.0);
             Point3::new(x + share * tangent * depth_m.clamp(load[0], load[1]), y, -depth_m)
         };
         let (flat_m, elements) = extrude(&plan, &planes_m, &parameters, place);

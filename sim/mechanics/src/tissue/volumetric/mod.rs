@@ -27,7 +27,7 @@ use nalgebra::{Point3, Vector3};
 
 pub use body::Body;
 pub use corotational::{Corotational, Energies, Motion, Refused};
-pub use fit::{Fitted, fit, rung};
+pub use fit::{Fitted, fit, fit_by, rung};
 pub use mesh::{Grading, HexMesh, MeshSpec3, ORDERS};
 pub use minimiser::{Effort, Outcome};
 pub use problem::{Inclusion, Material, Problem3, Shape, Skin, Symmetry};
@@ -86,7 +86,7 @@ impl Patch {
         let symmetry = spec.symmetry;
         let held = |node: usize| {
             let flat = &patch.flat_m[node];
-            let side = flat.x.hypot(flat.y) > patch.radius_m * (1.0 - 1e-9);
+            let side = libm::hypot(flat.x, flat.y) > patch.radius_m * (1.0 - 1e-9);
             let clamped = side || flat.z < -base_m * (1.0 - 1e-9);
             // Nothing crosses a plane of symmetry.
             let x = symmetry == Symmetry::Quarter && flat.x.abs() < 1e-12;

@@ -168,7 +168,7 @@ impl Skin {
     pub fn bend(&self, flat: &Point3<f64>) -> Point3<f64> {
         let (radius, along) = match *self {
             Self::Flat => return *flat,
-            Self::Sphere { radius_m } => (radius_m, flat.x.hypot(flat.y)),
+            Self::Sphere { radius_m } => (radius_m, libm::hypot(flat.x, flat.y)),
             Self::Cylinder { radius_m } => (radius_m, flat.x.abs()),
         };
         let angle = along / radius;
@@ -214,6 +214,15 @@ impl Problem3 {
     pub fn along_needle_m(&self, field: &dyn FieldModel, r_m: f64, depth_m: f64) -> f64 {
         let [axial_m, across_m] = field.displacement_m(r_m + depth_m * libm::tan(self.tilt_rad), depth_m);
         libm::sin(self.tilt_rad) * across_m - libm::cos(self.tilt_rad) * axial_m
+    }
+
+    /// The same at every sample depth and radius, depth after depth.
+    #[must_use]
+    pub fn all_along_needle_m(&self, field: &dyn FieldModel) -> Vec<f64> {
+        let radii_m = &self.flat.sample_r_m;
+        let places =
+            self.flat.sample_depth_m.iter().flat_map(|&depth_m| radii_m.iter().map(move |&r_m| (r_m, depth_m)));
+        places.map(|(r_m, depth_m)| self.along_needle_m(field, r_m, depth_m)).collect()
     }
 
     /// Checks that the question makes sense.

@@ -91,7 +91,7 @@ pub(super) fn confined_error(layers: Vec<ElasticLayer>, depths_m: &[f64]) -> Mea
     let places = depths_m.iter().flat_map(|&depth_m| radii_m.map(|r_m| (r_m, depth_m)));
     let error = |(r_m, depth_m): (f64, f64)| {
         let [axial_m, radial_m] = model.displacement_m(r_m, depth_m);
-        (axial_m + sinks_by(depth_m)).hypot(radial_m) / sinks_by(depth_m)
+        libm::hypot(axial_m + sinks_by(depth_m), radial_m) / sinks_by(depth_m)
     };
     Ok(largest(places.map(error)))
 }

@@ -41,7 +41,7 @@ pub(super) fn contrast_estimate() -> Measured {
     let factor = |ratio: f64| -> Measured {
         let problem = contrast(ratio);
         let fitted = fit(&problem, TOLERANCE)?;
-        let error = distance(&problem, &fitted.model, &overkill(&problem)?);
+        let error = problem.sampled(&fitted.model).distance(&problem.sampled(&overkill(&problem)?));
         Ok(largest([error / fitted.estimated_relative_error, fitted.estimated_relative_error / error]))
     };
     let factors: Result<Vec<f64>, _> = [1e-5, 1e-2, 1e2, 1e5].into_iter().map(factor).collect();
