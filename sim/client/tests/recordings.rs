@@ -225,7 +225,7 @@ fn a_recording_of_the_first_law_re_simulates_by_the_first_law() {
     assert_eq!(verification["largest_deviation_n"], 0.0, "{verification}");
     assert_eq!(verification["largest_tent_deviation_m"], 0.0, "{verification}");
     assert_eq!(verification["event_differences"], 0, "{verification}");
-    let old = Recording::read(fs::File::open(&file).expect("a recording")).expect("readable");
+    let old = Recording::read(File::open(&file).expect("a recording")).expect("readable");
     let cutting = old.samples.iter().filter(|sample| sample.cutting_n > 0.0).count();
     assert!(cutting > 200, "it must cut, or the laws would not differ: {cutting} ticks");
 }
