@@ -214,7 +214,7 @@ pub fn messages(ui: &mut Ui, shown: &Shown) {
 fn sign(kind: EventKind) -> (&'static str, Color32) {
     match kind {
         EventKind::Coaching => ("→", colours::WARN),
-        EventKind::StructureHit | EventKind::Fault => ("×", colours::BAD),
+        EventKind::StructureHit | EventKind::Fault | EventKind::Interrupted => ("×", colours::BAD),
         EventKind::TipRupture | EventKind::RimRupture => ("○", colours::FORCE),
         EventKind::Confirm => ("●", colours::GOOD),
         EventKind::Contact | EventKind::SkinExit => ("·", Color32::LIGHT_GRAY),

@@ -195,6 +195,8 @@ fn describe(hd: &Hd) -> DeviceInfo {
         continuous_force_n: number(name::NOMINAL_MAX_CONTINUOUS_FORCE).unwrap_or(known.continuous_force_n),
         max_stiffness_n_per_m: stiffness.min(known.max_stiffness_n_per_m),
         workspace_m: extent_m(&workspace_mm).unwrap_or([0.160, 0.120, 0.070]),
+        measures_orientation: true,
+        is_virtual: false,
     };
     // What an old device cannot say is not an error of opening it.
     let _forgotten = hd.error();
