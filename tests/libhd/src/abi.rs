@@ -202,9 +202,11 @@ extern "system" fn hdCheckCalibration() -> u32 {
 
 #[unsafe(no_mangle)]
 extern "system" fn hdUpdateCalibration(_style: u32) {
+    let running = is_running();
     let mut state = state();
     state.note(Call::UpdateCalibration);
-    if state.script.calibrates {
+    // As the reference has it: in the inkwell, once the servo loop runs.
+    if state.script.calibrates && running {
         state.script.calibration = 0x5000;
     }
 }

@@ -245,6 +245,9 @@ impl Window {
         let stage = picture::stage(file, &bundle, &params)?;
         self.canvas.set_stage(&stage).map_err(|error| Failure::refused(file, error))?;
         let opened = open::open(&station.device, &station.devices, &bundle.exercise, (seed, TICK_HZ))?;
+        if let (open::Choice::Auto, Some(again)) = (&station.device, opened.again()) {
+            station.device = again;
+        }
         let info = opened.driven.info();
         let name = match &opened.steered {
             Steered::Gamepad(feed) => feed.name(),

@@ -109,7 +109,7 @@ impl Inverse3 {
         };
         let (device_id, reading) = find(&first, options.device_id.as_deref())?;
         let has_grip = Frame::read(&first).is_some_and(|frame| frame.has_grip());
-        let info = DeviceInfo { measures_orientation: has_grip, ..describe(&device_id, options.max_force_n) };
+        let info = describe(&device_id, options.max_force_n, has_grip);
         let (readings_in, readings) = triple_buffer(&reading);
         let (forces_n, forces_out) = triple_buffer(&Vector3::zeros());
         let shared = Arc::new(Shared::default());
@@ -223,16 +223,17 @@ fn words(refusal: u32) -> Option<&'static str> {
 
 /// What the arm can do. The service does not say; its workspace is a cautious box of our choice inside the arm's reach, and
 /// it watches the temperature of its motors itself.
-fn describe(device_id: &str, max_force_n: f64) -> DeviceInfo {
+fn describe(device_id: &str, max_force_n: f64, has_grip: bool) -> DeviceInfo {
     let max_force_n = if max_force_n.is_nan() { 0.0 } else { max_force_n.clamp(0.0, GREATEST_FORCE_N) };
     DeviceInfo {
-        name: "Inverse3".to_owned(),
+        // A recording keeps the name, and so whether the trainee turned the needle.
+        name: if has_grip { "Inverse3" } else { "Inverse3 without VerseGrip" }.to_owned(),
         serial: Some(device_id.to_owned()),
         max_force_n,
         continuous_force_n: max_force_n,
         max_stiffness_n_per_m: 1000.0,
         workspace_m: [0.20, 0.16, 0.16],
-        measures_orientation: true,
+        measures_orientation: has_grip,
         is_virtual: false,
     }
 }

@@ -5,8 +5,8 @@
 //! open at once: over [`Params::ramp_s`], anchored at the needle, which the mapping has kept where it was.
 //!
 //! A gain that rises while the handle moves could give more than was taken: pushed in at a tenth of the force and let out at the
-//! whole of it, a spring would drive the hand. The observer of [`super::passivity`] keeps the account through the ramp; where it is
-//! overdrawn the gate closes and begins anew.
+//! whole of it, a spring would drive the hand. The observer of [`super::passivity`] keeps the account through the ramp, and after it
+//! until it is settled; where it is overdrawn the gate closes and begins anew.
 
 /// How the gate opens.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,15 +32,29 @@ pub struct State {
     open: f64,
     /// When it was looked at last, in s; `None` before that.
     last_s: Option<f64>,
+    /// It was wholly open with a settled account: the account is the damper's affair now.
+    trusted: bool,
 }
 
-/// How far the gate is open at a time in s: from 0 to 1. While it opens, `overdrawn` closes it again.
-pub fn step(params: &Params, state: &mut State, now_s: f64, overdrawn: bool) -> f64 {
+/// How the account of energy stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Account {
+    /// More was given than was ever taken.
+    Overdrawn,
+    /// What the tissue may still give back was not all paid for.
+    Open,
+    /// Whatever the tissue may give back was paid for.
+    Settled,
+}
+
+/// How far the gate is open at a time in s: from 0 to 1.
+pub fn step(params: &Params, state: &mut State, now_s: f64, account: Account) -> f64 {
     let passed_s = state.last_s.map_or(0.0, |last_s| (now_s - last_s).clamp(0.0, LONGEST_STEP_S));
     state.last_s = Some(now_s);
-    if state.open < 1.0 {
-        let opened = state.open + passed_s / params.ramp_s;
-        state.open = if overdrawn { 0.0 } else { opened.min(1.0) };
+    if !state.trusted {
+        let opened = (state.open + passed_s / params.ramp_s).min(1.0);
+        state.open = if account == Account::Overdrawn { 0.0 } else { opened };
+        state.trusted = state.open >= 1.0 && account == Account::Settled;
     }
     state.open
 }
@@ -54,32 +68,36 @@ mod tests {
 
     const PERIOD_S: f64 = 1e-3;
 
-    /// How far it is open after each of some ticks; overdrawn in those that `is_overdrawn` names.
-    fn opened(ticks: u32, is_overdrawn: impl Fn(u32) -> bool) -> Vec<f64> {
+    /// How far it is open after each of some ticks with an account that stands as told.
+    fn opened(ticks: u32, account: impl Fn(u32) -> Account) -> Vec<f64> {
         let (params, mut state) = (Params::default(), State::default());
-        (0..ticks).map(|tick| step(&params, &mut state, f64::from(tick) * PERIOD_S, is_overdrawn(tick))).collect()
+        (0..ticks).map(|tick| step(&params, &mut state, f64::from(tick) * PERIOD_S, account(tick))).collect()
     }
 
     #[test]
     fn it_opens_evenly_in_a_second_and_a_half() {
-        let open = opened(2000, |_| false);
+        let open = opened(2000, |_| Account::Open);
         assert_eq!(open[0], 0.0);
         assert!((open[750] - 0.5).abs() < 1e-9 && open[1400] < 1.0 && open[1501] == 1.0);
         assert!(open.windows(2).all(|pair| (0.0..7e-4).contains(&(pair[1] - pair[0]))));
     }
 
     #[test]
-    fn overdrawn_it_begins_anew_and_once_open_it_stays_open() {
-        let open = opened(4000, |tick| tick == 700 || tick > 3000);
-        assert_eq!(open[700], 0.0);
+    fn overdrawn_it_begins_anew_until_all_was_paid_for() {
+        let open = opened(8000, |tick| match tick {
+            700 | 3000 | 6000.. => Account::Overdrawn,
+            5000 => Account::Settled,
+            _ => Account::Open,
+        });
+        assert_eq!((open[700], open[2300], open[3000]), (0.0, 1.0, 0.0));
         assert!((open[1450] - 0.5).abs() < 1e-9);
-        assert!(open[2300..].iter().all(|&share| share == 1.0), "the damper does the rest");
+        assert!(open[4600..].iter().all(|&share| share == 1.0), "the damper does the rest");
     }
 
     #[test]
     fn a_stall_is_no_leap() {
         let (params, mut state) = (Params::default(), State::default());
-        step(&params, &mut state, 0.0, false);
-        assert!(step(&params, &mut state, 5.0, false) < 0.01);
+        step(&params, &mut state, 0.0, Account::Settled);
+        assert!(step(&params, &mut state, 5.0, Account::Settled) < 0.01);
     }
 }

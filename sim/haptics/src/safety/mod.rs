@@ -149,8 +149,8 @@ pub fn step(params: &Params, state: &mut State, input: &Input) -> Output {
     let law_n = if finite { input.wanted_n } else { Vector3::zeros() };
     let owed_n = clamp::norm(&law_n, params.max_force_n).0;
 
-    let overdrawn = state.passivity.is_overdrawn();
-    let gate = params.gate.map_or(1.0, |gate| gate::step(&gate, &mut state.gate, now_s, overdrawn));
+    let account = state.passivity.account(&params.passivity, &owed_n);
+    let gate = params.gate.map_or(1.0, |gate| gate::step(&gate, &mut state.gate, now_s, account));
     mark(gate < 1.0, flags::GATED);
     if gate <= 0.0 {
         state.passivity.forgive();

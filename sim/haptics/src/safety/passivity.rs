@@ -10,14 +10,16 @@
 //! *Port.* What was given in all must not exceed what was taken. It holds for any law, but what the tissue dissipated would count
 //! as credit; so the credit is capped by what a body that pushes with F can have stored, F²/2k, k the softest stiffness. F is what
 //! the law wants, not what is let through: what the hand has paid before its force was cut it may have back when the force comes
-//! back, and no more ([`State::is_overdrawn`]).
+//! back, and no more ([`State::account`]).
 
 use nalgebra::Vector3;
 
+use super::gate::Account;
+
 /// Damping that is reported, in N: a fifth of the friction of a haptic arm.
 pub const FELT_N: f64 = 0.05;
-/// What may be given too much while force comes back, in J: a tremor of a tenth of a millimetre under 1 N.
-const OVERDRAFT_J: f64 = 1e-4;
+/// What may be given too much each time that force comes back, in J: a tremor of a twentieth of a millimetre under 1 N.
+const OVERDRAFT_J: f64 = 5e-5;
 /// Most ticks that a force may take to act, beyond the period it is held for.
 const MAX_DELAY: usize = 7;
 
@@ -73,10 +75,15 @@ impl State {
         self.sent_n[0] = force_n;
     }
 
-    /// More was given than was ever taken, and is not paid back.
+    /// How the account at the port stands, with a force in N owed to the hand.
     #[must_use]
-    pub fn is_overdrawn(&self) -> bool {
-        self.port_j < -OVERDRAFT_J
+    pub fn account(&self, params: &Params, owed_n: &Vector3<f64>) -> Account {
+        let credit_j = params.stored_j(owed_n.norm());
+        match self.port_j {
+            port_j if port_j < -OVERDRAFT_J => Account::Overdrawn,
+            port_j if port_j >= credit_j || owed_n.norm() <= FELT_N => Account::Settled,
+            _ => Account::Open,
+        }
     }
 
     /// Begins the accounts anew where they are overdrawn: no force is given any more, so nothing is left to take back.

@@ -126,6 +126,7 @@ fn without_a_grip_it_measures_no_orientation() {
         let state = State { grip, ..State::default() };
         let (_service, device) = opened(Script { first: Some(first(&state)), state, ..Script::default() });
         assert_eq!(device.info().measures_orientation, measures, "{grip:?}");
+        assert_eq!(device.info().name.contains("without VerseGrip"), !measures);
     }
 }
 

@@ -276,7 +276,18 @@ fn a_slow_driver_is_slow_and_not_lost() {
 fn a_calibration_that_is_due_is_made_and_one_by_hand_is_asked_for() {
     let due = StandIn::new(Script { calibration: 0x5001, calibrates: true, ..FAST });
     assert!(open(due.path()).is_ok());
-    assert_eq!(due.heard().calls()[1..4], [Call::CheckCalibration, Call::UpdateCalibration, Call::CheckCalibration]);
+    let expected = [
+        Call::CheckCalibration,
+        Call::Schedule,
+        Call::Start,
+        Call::UpdateCalibration,
+        Call::CheckCalibration,
+        Call::Stop,
+        Call::Unschedule,
+        Call::CheckCalibration,
+        Call::EnableForce,
+    ];
+    assert_eq!(due.heard().calls()[1..10], expected, "in the inkwell a device is calibrated while frames are made");
     for script in [Script { calibration: 0x5002, ..FAST }, Script { calibration: 0x5001, ..FAST }] {
         let error = refused(&StandIn::new(script));
         assert_eq!(error, OpenError::NotCalibrated { status: script.calibration });

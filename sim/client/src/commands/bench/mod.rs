@@ -6,6 +6,7 @@ mod curve;
 mod field;
 mod force;
 mod hard_cases;
+mod hiccup;
 mod motion;
 mod pace;
 mod recording;
@@ -29,7 +30,7 @@ use crate::{new_file, output};
 /// tissue's displacement against unknowns, set-up and time per solve, for every model, with the planner's choice marked and
 /// other solvers beside it. coupling: error of the force that the field carries against its rate. recording: size, time to
 /// write a tick, speed of simulating, time and memory to read and score. servo: a minute
-/// at 1 kHz on the clock, how late ticks begin and what they take. render: time of a frame, for every view and step of quality.
+/// at 1 kHz on the clock, how late ticks begin and what they take. hiccup: what the hand is given when its device falters or is lost in the tissue. render: time of a frame, for every view and step of quality.
 /// hard-cases: every hard case with its bound and what
 /// was measured. soak: ten minutes of random needle motion on every shipped scene. Use a release build for figures to report.
 #[derive(clap::Args)]
@@ -61,6 +62,8 @@ enum What {
     Recording,
     /// The interactive servo, on the clock
     Servo,
+    /// A device that falters or is lost in the tissue
+    Hiccup,
     /// The picture
     Render,
     /// The hard cases; exit 1 when one exceeds its bound
@@ -73,12 +76,13 @@ enum What {
 type Measure = fn(&Path, bool) -> Result<Vec<PathBuf>, Failure>;
 
 /// What there is to measure, in the order of `all`.
-const MEASURES: [(What, Measure); 8] = [
+const MEASURES: [(What, Measure); 9] = [
     (What::Force, force::measure),
     (What::Field, field::measure),
     (What::Coupling, coupling::measure),
     (What::Recording, recording::measure),
     (What::Servo, servo::measure),
+    (What::Hiccup, hiccup::measure),
     (What::Render, render::measure),
     (What::HardCases, hard_cases::measure),
     (What::Soak, soak::measure),
