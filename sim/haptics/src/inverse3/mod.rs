@@ -22,8 +22,8 @@ use std::thread::{self, JoinHandle};
 use nalgebra::{UnitQuaternion, Vector3};
 use triple_buffer::{Input, Output, triple_buffer};
 
-pub use self::command::Dialect;
 use self::agreement::Agreement;
+pub use self::command::Dialect;
 use self::command::SetForce;
 pub use self::error::OpenError;
 use self::exchange::{Exchange, Shared};

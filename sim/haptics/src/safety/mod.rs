@@ -167,9 +167,9 @@ pub fn step(params: &Params, state: &mut State, input: &Input) -> Output {
     let (cool_n, hot) = thermal::step(&params.thermal, &mut state.thermal, &risen_n);
     mark(hot, flags::THERMAL);
 
-    let barks = params.watchdog.is_some_and(|watchdog| {
-        watchdog::step(&watchdog, &mut state.watchdog, input.late_periods, input.connected)
-    });
+    let barks = params
+        .watchdog
+        .is_some_and(|watchdog| watchdog::step(&watchdog, &mut state.watchdog, input.late_periods, input.connected));
     mark(barks, flags::WATCHDOG);
     if barks {
         state.gate = gate::State::default();

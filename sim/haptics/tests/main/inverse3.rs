@@ -107,7 +107,8 @@ fn a_service_of_unknown_version_understands_what_it_is_told_and_one_that_does_no
     }
     // Told to speak as to a newer service, it finds an older one.
     let service = Service::start(Script { understands: &["values"], ..Script::default() });
-    let mut device = Inverse3::open(&Options { dialect: Some(Dialect::Vector), ..options(&service) }).expect("it opens");
+    let mut device =
+        Inverse3::open(&Options { dialect: Some(Dialect::Vector), ..options(&service) }).expect("it opens");
     assert!(holds_until_it_disagrees(&mut device, push_n, 5000));
 }
 

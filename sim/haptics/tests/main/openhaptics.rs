@@ -204,10 +204,13 @@ fn a_device_that_is_lost_mid_way_says_so_and_is_let_go() {
 #[test]
 fn of_several_errors_of_a_frame_the_cause_counts_and_the_gravest() {
     // The younger error is asked for first. A lost device makes the frame that follows fail, and a warm motor is no end.
-    let ended = |codes| run(Script { at_frame: 7, then: Then::Errors(codes), ..FAST }, |frame, _, fault| {
-        assert!(fault.is_none() || fault == Some(DeviceFault::RefusesForce(0x0200)), "{fault:?}");
-        (frame < 12).then(Vector3::zeros)
-    }).0;
+    let ended = |codes| {
+        run(Script { at_frame: 7, then: Then::Errors(codes), ..FAST }, |frame, _, fault| {
+            assert!(fault.is_none() || fault == Some(DeviceFault::RefusesForce(0x0200)), "{fault:?}");
+            (frame < 12).then(Vector3::zeros)
+        })
+        .0
+    };
     assert_eq!(ended([0x0302, 0x0402]), Err(DeviceFault::Gone));
     assert_eq!(ended([0x0402, 0x0302]), Err(DeviceFault::Gone));
     assert_eq!(ended([0x0200, 0x0402]), Ok(()));

@@ -178,7 +178,8 @@ fn what_the_safety_chain_did_is_in_the_records() {
 /// ticks, and its greatest rise in a tick, in N.
 fn comes_back(given_n: &[f64], whole_n: f64) -> (usize, usize, f64) {
     let first = given_n.iter().position(|&force_n| force_n > 0.0).expect("it comes back");
-    let whole = given_n.iter().position(|&force_n| (force_n / whole_n - 1.0).abs() < 0.02).expect("it comes back wholly");
+    let whole =
+        given_n.iter().position(|&force_n| (force_n / whole_n - 1.0).abs() < 0.02).expect("it comes back wholly");
     let rise_n = given_n.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
     (first, whole, rise_n)
 }
@@ -225,7 +226,11 @@ fn a_hiccup_in_the_tissue_is_followed_by_force_from_where_the_needle_is_and_is_t
         let unfelt = record.flags & flags::UNFELT != 0;
         // A pop's rise is limited, so the edge of half is not exact.
         let share = given(record) / owed(record);
-        assert!(owed(record) < 0.051 || !(unfelt && share > 0.51) && (unfelt || share > 0.49), "{} s: {share}", record.t_s);
+        assert!(
+            owed(record) < 0.051 || !(unfelt && share > 0.51) && (unfelt || share > 0.49),
+            "{} s: {share}",
+            record.t_s
+        );
     }
     let unfelt = records.iter().filter(|record| record.flags & flags::UNFELT != 0).count();
     assert!((800..1100).contains(&unfelt), "half of the hold's ramp, the silence, half of the way back: {unfelt} ms");

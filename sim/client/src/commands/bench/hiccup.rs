@@ -40,13 +40,7 @@ struct Mishap {
 }
 
 const MISHAPS: [Mishap; 2] = [
-    Mishap {
-        name: "hiccup",
-        title: "the same reading for 200 ms",
-        fault: Fault::Freeze,
-        begins: 3000,
-        lasts: 200,
-    },
+    Mishap { name: "hiccup", title: "the same reading for 200 ms", fault: Fault::Freeze, begins: 3000, lasts: 200 },
     Mishap { name: "lost", title: "the device is gone", fault: Fault::Disconnect, begins: 4000, lasts: u64::MAX },
 ];
 
@@ -133,7 +127,13 @@ fn point(record: &Record, factor: f64) -> Point {
 fn ticks(points: &[Point]) -> Sheet {
     let mut sheet = Sheet::new(["t_s", "tip_depth_mm", "owed_n", "given_n", "flags"]);
     for Point { t_s, depth_mm, owed_n, given_n, flags } in points {
-        sheet.row([format!("{t_s:.3}"), format!("{depth_mm:.3}"), format!("{owed_n:.4}"), format!("{given_n:.4}"), flags.to_string()]);
+        sheet.row([
+            format!("{t_s:.3}"),
+            format!("{depth_mm:.3}"),
+            format!("{owed_n:.4}"),
+            format!("{given_n:.4}"),
+            flags.to_string(),
+        ]);
     }
     sheet
 }
