@@ -18,7 +18,7 @@ use super::gate::Account;
 
 /// Damping that is reported, in N: a fifth of the friction of a haptic arm.
 pub const FELT_N: f64 = 0.05;
-/// What may be given too much each time that force comes back, in J: a tremor of a twentieth of a millimetre under 1 N.
+/// What may be given too much while force comes back, in J: a tremor of a twentieth of a millimetre under 1 N.
 const OVERDRAFT_J: f64 = 5e-5;
 /// Most ticks that a force may take to act, beyond the period it is held for.
 const MAX_DELAY: usize = 7;
@@ -86,10 +86,11 @@ impl State {
         }
     }
 
-    /// Begins the accounts anew where they are overdrawn: no force is given any more, so nothing is left to take back.
+    /// Where no force is given any more, nothing is left to damp: what was overdrawn in a last tick is let go. What may be overdrawn is
+    /// not granted anew, or a hand that trembles would be fed by each ramp; it pays that back when it pushes.
     pub fn forgive(&mut self) {
         self.sampling_j = 0.0;
-        self.port_j = self.port_j.max(0.0);
+        self.port_j = self.port_j.max(-OVERDRAFT_J);
     }
 
     /// Concludes nothing from where the handle was.

@@ -69,7 +69,7 @@ fn is_a_puncture(records: &[Record], report: &Report) {
 
 #[test]
 fn a_touch_feels_each_tick_in_its_own_frame() {
-    let stand_in = StandIn::new(libhd::Script { step_mm: [0.0, -0.02, 0.0], ..libhd::Script::default() });
+    let stand_in = StandIn::new(libhd::Script { step_mm: [0.0, -0.01, 0.0], ..libhd::Script::default() });
     let device = OpenHaptics::open(&Options { library: stand_in.path().into(), device: None }).expect("it opens");
     let (records, report) = punctured(Driven::ByDevice(Box::new(device)));
     is_a_puncture(&records, &report);
