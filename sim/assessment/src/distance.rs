@@ -144,7 +144,7 @@ mod tests {
         fn no_point_of_the_segment_is_nearer_and_one_is_as_near(
             (from, to) in (point(), point()), shape in shape(), position_m in point(),
         ) {
-            let spec = StructureSpec { name: String::new(), kind: StructureKind::Organ, shape, position_m };
+            let spec = StructureSpec { name: String::new(), kind: StructureKind::Organ, shape, position_m, wall: None };
             let segment = Segment { from, to };
             let distance = to_structure_m(&spec, &segment);
             let steps = 500;

@@ -34,7 +34,7 @@ fn media_type(file: &str) -> &'static str {
 /// The exercise that a recording carries.
 ///
 /// # Errors
-/// When an attachment is missing or refused.
+/// When an attachment is missing or refused, or the scene is of another force law than the recording says.
 pub fn own_exercise(recording: &Recording) -> Result<ExerciseBundle, AssessError> {
     let attached = |name: &str| {
         let missing =
@@ -43,6 +43,12 @@ pub fn own_exercise(recording: &Recording) -> Result<ExerciseBundle, AssessError
     };
     let mesh = |a: &Attachment| a.name.strip_prefix(MESH_PREFIX).map(|name| (name.to_owned(), a.data.clone()));
     let meshes: Vec<(String, Vec<u8>)> = recording.attachments.iter().filter_map(mesh).collect();
-    ExerciseBundle::from_parts(attached(EXERCISE_ATTACHMENT)?, attached(SCENE_ATTACHMENT)?, &meshes)
-        .map_err(|error| AssessError::Document(error.to_string()))
+    let bundle = ExerciseBundle::from_parts(attached(EXERCISE_ATTACHMENT)?, attached(SCENE_ATTACHMENT)?, &meshes)
+        .map_err(|error| AssessError::Document(error.to_string()))?;
+    let (said, is) = (u32::from(recording.session.law), u32::from(bundle.scene.law));
+    if said != is {
+        let message = format!("metadata stylet.session: law = {said}, but {SCENE_ATTACHMENT} is of law {is}");
+        return Err(AssessError::Document(message));
+    }
+    Ok(bundle)
 }

@@ -100,6 +100,7 @@ impl Maker<'_> {
             git: option_env!("STYLET_GIT_REVISION").unwrap_or_default().to_owned(),
             device: self.device.to_owned(),
             device_max_force_n: self.device_max_force_n,
+            law: bundle.scene.law,
             tick_hz: self.tick_hz,
             seed: self.seed,
             trainee: String::new(),

@@ -19,11 +19,35 @@ fn the_force_law_is_late_by_at_most_one_tick() {
         assert!(late_mm <= one_tick_mm * (1.0 + 1e-9), "{row}");
         assert_eq!(cells[5], "0", "every rupture of the closed form comes: {row}");
     }
-    for picture in ["force-error.svg", "force-depth-lower-back-paper.svg", "force-depth-lower-back-training.svg"] {
+    let pictures = [
+        "force-error.svg",
+        "force-depth-lower-back-paper.svg",
+        "force-depth-lower-back-training.svg",
+        "force-encoder.svg",
+    ];
+    for picture in pictures {
         let svg = fs::read_to_string(out.join(picture)).expect("a picture");
         assert!(svg.contains("</svg>") && svg.contains(", N") | svg.contains(", mm"), "{picture} has units");
     }
     assert!(fs::read_to_string(out.join("force.md")).expect("a report").contains("ns per tick"));
+}
+
+#[test]
+fn an_encoders_steps_rattle_under_the_first_law_and_not_under_the_second() {
+    let folder = TempDir::new().expect("a folder");
+    stylet(&["bench", "force", "--quick", "--out", text(folder.path())]).ends(0);
+    let table = fs::read_to_string(folder.path().join("force-encoder.csv")).expect("a table");
+    let rows: Vec<Vec<f64>> =
+        table.lines().skip(1).map(|row| row.split(',').map(|cell| cell.parse().expect("a number")).collect()).collect();
+    let ideal_n = rows[0][3];
+    for row in &rows {
+        let (law, step_um, share, mean_n, jumps) = (row[0], row[1], row[2], row[3], row[4]);
+        if law > 1.0 {
+            assert!(share > 0.999 && jumps <= 0.0 && (mean_n / ideal_n - 1.0).abs() < 0.02, "{row:?}");
+        } else if step_um > 0.0 {
+            assert!(share < 0.5 && jumps > 10.0, "{row:?}");
+        }
+    }
 }
 
 #[test]

@@ -216,3 +216,16 @@ fn a_changed_attachment_is_refused() {
     fs::write(&changed, bytes).expect("a file");
     stylet(&["verify", text(&changed)]).refused(&["changed.mcap"]);
 }
+
+/// Recorded by the program of before there was a second version of the force law: its scene names none, and cuts.
+#[test]
+fn a_recording_of_the_first_law_re_simulates_by_the_first_law() {
+    let file = repository("tests/data/recordings/force-law-1.mcap");
+    let verification = stylet(&["verify", text(&file), "--json"]).ends(0).json();
+    assert_eq!(verification["largest_deviation_n"], 0.0, "{verification}");
+    assert_eq!(verification["largest_tent_deviation_m"], 0.0, "{verification}");
+    assert_eq!(verification["event_differences"], 0, "{verification}");
+    let old = Recording::read(fs::File::open(&file).expect("a recording")).expect("readable");
+    let cutting = old.samples.iter().filter(|sample| sample.cutting_n > 0.0).count();
+    assert!(cutting > 500, "it must cut, or the laws would not differ: {cutting} ticks");
+}

@@ -12,11 +12,18 @@
 //! use mechanics::puncture::PunctureParams;
 //! use nalgebra::{Point3, Vector3};
 //!
-//! # use mechanics::axial::{AxialSpec, Layer};
+//! # use mechanics::axial::{AxialSpec, ForceLaw, Layer};
 //! # use mechanics::puncture::PunctureSpec;
 //! # let skin = Layer { name: "skin".to_owned(), thickness_m: 0.02, stiffness_n_per_m: 331.0, damping_n_s_per_m2: 300.0,
 //! #     tip_rupture_n: 1.0, rim_rupture_n: 1.3, friction_n_per_m: 100.0, cutting_n: 0.3 };
-//! # let axial = AxialSpec { layers: vec![skin], tip_to_rim_m: 0.002, presliding_stiffness_n_per_m: 2000.0, rate: None };
+//! # let axial = AxialSpec {
+//! #     law: ForceLaw::Version2,
+//! #     layers: vec![skin],
+//! #     tip_to_rim_m: 0.002,
+//! #     presliding_stiffness_n_per_m: 2000.0,
+//! #     speed_window_s: 0.0075,
+//! #     rate: None,
+//! # };
 //! # let spec = PunctureSpec { axial, lateral_stiffness_n_per_m2: 1e4, needle_length_m: 0.15, needle_bending_n_m2: None,
 //! #     structures: Vec::new(), tissue: None };
 //! let params = Arc::new(PunctureParams::new(spec)?);

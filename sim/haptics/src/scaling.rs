@@ -121,6 +121,8 @@ fn friction_n(layers: &[Layer], boundary: usize) -> f64 {
 mod tests {
     //! The factor must bring the whole way to the target within the device, and the words must be those that people are promised.
 
+    use mechanics::axial::ForceLaw;
+
     use super::*;
 
     fn layer(thickness_m: f64, stiffness_n_per_m: f64, tip_rupture_n: f64) -> Layer {
@@ -139,9 +141,11 @@ mod tests {
     /// A flavum of 12.1 N at 970 N/m over a dura of 4000 N/m.
     fn epidural() -> AxialSpec {
         AxialSpec {
+            law: ForceLaw::Version2,
             layers: vec![layer(0.034, 543.0, 6.0), layer(0.022, 970.0, 12.1), layer(0.002, 4000.0, 3.0)],
             tip_to_rim_m: 0.0,
             presliding_stiffness_n_per_m: 2000.0,
+            speed_window_s: 0.0,
             rate: None,
         }
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Cumulative energies of one layer, in J. All but `elastic_j` never decrease.
+/// Cumulative energies of one layer, in J. All but `elastic_j` never decrease; `viscous_j` may by what [`Ledger::lagged_j`] counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LayerEnergy {
     /// Elastic energy stored now by this layer's boundary, in J.
@@ -26,8 +26,12 @@ pub struct Ledger {
     pub input_j: f64,
     /// Axial work given back to the hand, in J, as a positive number.
     pub returned_j: f64,
-    /// Energy stored now by the presliding spring, in J.
+    /// Energy stored now by the presliding springs of friction and cutting, in J.
     pub presliding_j: f64,
+    /// What viscosity gave back because speed lags by half of its window, in J, as a positive number: already taken off the
+    /// layers' `viscous_j`. 0 without a window.
+    #[serde(default)]
+    pub lagged_j: f64,
     /// One entry per layer, from the surface down.
     pub layers: Vec<LayerEnergy>,
 }

@@ -66,6 +66,18 @@ pub struct StructureSpec {
     pub shape: Shape,
     /// Where it is, in the patient frame, in m.
     pub position_m: Point3<f64>,
+    /// The wall that the tip feels before it is inside; none where nothing is felt.
+    pub wall: Option<Wall>,
+}
+
+/// The wall of a vessel or an organ: the tip tents it from outside until it gives way, and then it is open for the track. From
+/// inside, on the far side, nothing is felt.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Wall {
+    /// Stiffness against the tip's penetration, in N/m.
+    pub stiffness_n_per_m: f64,
+    /// Force at which it gives way, in N.
+    pub rupture_n: f64,
 }
 
 /// Corners in m, patient frame, and triangles, counter-clockwise seen from outside.
@@ -117,6 +129,7 @@ pub(crate) struct Meeting {
 #[derive(Debug)]
 pub(crate) struct Structure {
     kind: StructureKind,
+    wall: Option<Wall>,
     position: Vector,
     solid: Solid,
 }
@@ -145,7 +158,12 @@ impl Structure {
     pub fn new(index: usize, spec: &StructureSpec) -> Result<Self, ParamError> {
         let name = format!("structures[{index}] ({})", spec.name);
         check_vector(&format!("{name}.position_m"), &spec.position_m.coords)?;
-        Ok(Self { kind: spec.kind, position: to_parry(&spec.position_m.coords), solid: build(&name, &spec.shape)? })
+        if let Some(wall) = &spec.wall {
+            Domain::Positive.check(format!("{name}.wall.stiffness_n_per_m"), wall.stiffness_n_per_m, "N/m")?;
+            Domain::NotNegative.check(format!("{name}.wall.rupture_n"), wall.rupture_n, "N")?;
+        }
+        let solid = build(&name, &spec.shape)?;
+        Ok(Self { kind: spec.kind, wall: spec.wall, position: to_parry(&spec.position_m.coords), solid })
     }
 
     pub fn kind(&self) -> StructureKind {
@@ -173,17 +191,32 @@ impl Structure {
             .map_or(f64::INFINITY, |found| found.distance)
     }
 
-    /// Force of bone on the needle's tip, in N: stiffness × penetration along the outward normal; 0 for anything else.
-    pub fn bone_force_n(&self, tip_m: &Point3<f64>) -> Vector3<f64> {
-        if self.kind != StructureKind::Bone {
-            return Vector3::zeros();
-        }
+    /// Force on the needle's tip, in N: of bone, or of a wall that is still closed; 0 for anything else.
+    pub fn tip_force_n(&self, tip_m: &Point3<f64>, wall_open: bool) -> Vector3<f64> {
+        let stiffness_n_per_m = match (self.kind, self.wall) {
+            (StructureKind::Bone, _) => BONE_N_PER_M,
+            (_, Some(wall)) if !wall_open => wall.stiffness_n_per_m,
+            _ => return Vector3::zeros(),
+        };
+        self.outward_m(tip_m) * stiffness_n_per_m
+    }
+
+    /// Whether the tip presses on the wall with what opens it.
+    pub fn opens_wall(&self, tip_m: &Point3<f64>) -> bool {
+        self.wall.is_some_and(|wall| {
+            let force_n = self.outward_m(tip_m).norm() * wall.stiffness_n_per_m;
+            force_n > 0.0 && force_n >= wall.rupture_n
+        })
+    }
+
+    /// The shortest way out for a tip inside, in m; 0 for one outside.
+    fn outward_m(&self, tip_m: &Point3<f64>) -> Vector3<f64> {
         let tip = to_parry(&tip_m.coords) - self.position;
         let nearest = self.solid.shape().project_local_point(tip, false);
         let outward = nearest.point - tip;
         // At the very centre of a ball no direction is outward.
         if nearest.is_inside && outward.is_finite() {
-            Vector3::new(outward.x, outward.y, outward.z) * BONE_N_PER_M
+            Vector3::new(outward.x, outward.y, outward.z)
         } else {
             Vector3::zeros()
         }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::str::FromStr;
 
+use mechanics::axial::ForceLaw;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
@@ -32,6 +33,7 @@ pub(crate) fn to_text(session: &Session) -> Result<BTreeMap<String, String>, Wri
         ("git", session.git.clone()),
         ("device", session.device.clone()),
         ("device_max_force_n", session.device_max_force_n.to_string()),
+        ("law", u32::from(session.law).to_string()),
         ("tick_hz", session.tick_hz.to_string()),
         ("seed", session.seed.to_string()),
         ("trainee", session.trainee.clone()),
@@ -59,6 +61,7 @@ pub(crate) fn from_text(text: &BTreeMap<String, String>) -> Result<Session, Read
         git: owned("git")?,
         device: owned("device")?,
         device_max_force_n,
+        law: law(text)?,
         tick_hz,
         seed: parsed(text, "seed", "a whole number of 64 bits")?,
         trainee: owned("trainee")?,
@@ -67,6 +70,13 @@ pub(crate) fn from_text(text: &BTreeMap<String, String>) -> Result<Session, Read
         patient_thickness_mm: serde_json::from_str(thickness)
             .map_err(|_| bad("patient_thickness_mm", thickness, "a JSON list of numbers in mm"))?,
     })
+}
+
+/// The version of the force law. Files of before there was a second one do not say.
+fn law(text: &BTreeMap<String, String>) -> Result<ForceLaw, ReadError> {
+    let Some(value) = text.get("law") else { return Ok(ForceLaw::Version1) };
+    let law = value.parse().ok().and_then(|number: u32| ForceLaw::try_from(number).ok());
+    law.ok_or_else(|| bad("law", value, "1 or 2"))
 }
 
 fn field<'a>(text: &'a BTreeMap<String, String>, key: &str) -> Result<&'a str, ReadError> {

@@ -1,5 +1,6 @@
 //! Who, what and with which program: the metadata record `stylet.session`, and the attachments.
 
+use mechanics::axial::ForceLaw;
 use uuid::Uuid;
 
 /// Name of the attachment that holds the exercise.
@@ -28,6 +29,8 @@ pub struct Session {
     pub device: String,
     /// Device's maximum force, in N; infinite for an operator.
     pub device_max_force_n: f64,
+    /// Version of the force law, as its scene names it.
+    pub law: ForceLaw,
     /// Servo rate, in Hz.
     pub tick_hz: f64,
     /// Seed of the patient and the operator.

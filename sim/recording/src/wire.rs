@@ -192,6 +192,7 @@ impl From<&Energy> for EnergyLedger {
             input_j: ledger.input_j,
             returned_j: ledger.returned_j,
             presliding_j: ledger.presliding_j,
+            lagged_j: ledger.lagged_j,
             layers: ledger.layers.iter().map(Into::into).collect(),
         }
     }
@@ -205,6 +206,7 @@ impl From<EnergyLedger> for Energy {
                 input_j: energy.input_j,
                 returned_j: energy.returned_j,
                 presliding_j: energy.presliding_j,
+                lagged_j: energy.lagged_j,
                 layers: energy.layers.into_iter().map(Into::into).collect(),
             },
         }

@@ -1,6 +1,6 @@
 //! The JSON of `stylet force`: layers at their effective values, in SI.
 
-use mechanics::axial::{AxialParams, AxialSpec, Layer, ParamError, RateDependence};
+use mechanics::axial::{AxialParams, AxialSpec, ForceLaw, Layer, ParamError, RateDependence};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -33,6 +33,10 @@ struct RawCase {
     presliding_stiffness_n_per_m: f64,
     #[serde(default)]
     angle_rad: f64,
+    #[serde(default)]
+    law: ForceLaw,
+    #[serde(default)]
+    speed_window_s: f64,
     rate: Option<RawRate>,
     layers: Vec<RawLayer>,
 }
@@ -77,9 +81,11 @@ impl RawCase {
     fn spec(self) -> AxialSpec {
         let rate = self.rate.map(|r| RateDependence { p_infinity_n: r.p_infinity_n, v0_m_per_s: r.v0_m_per_s });
         AxialSpec {
+            law: self.law,
             layers: self.layers.into_iter().map(layer).collect(),
             tip_to_rim_m: self.tip_to_rim_m,
             presliding_stiffness_n_per_m: self.presliding_stiffness_n_per_m,
+            speed_window_s: self.speed_window_s,
             rate,
         }
     }

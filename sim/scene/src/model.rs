@@ -1,5 +1,6 @@
 //! A scene: layers, needle, structures, tissue options.
 
+use mechanics::axial::ForceLaw;
 use mechanics::structures::{StructureKind, StructureSpec};
 use nalgebra::Point3;
 use serde::Deserialize;
@@ -68,6 +69,8 @@ pub struct Needle {
     pub inner_diameter_mm: f64,
     /// Presliding stiffness, in N/m.
     pub presliding_stiffness_n_per_m: f64,
+    /// Window that speed is measured over, in ms; 0 is the last two samples.
+    pub speed_window_ms: f64,
     /// Lateral foundation, in N/m².
     pub lateral_stiffness_n_per_m2: f64,
 }
@@ -120,6 +123,8 @@ pub struct Scene {
     pub title: String,
     /// What it is and where it comes from.
     pub description: String,
+    /// Version of the force law.
+    pub law: ForceLaw,
     /// Layers from the surface down.
     pub layers: Vec<SceneLayer>,
     /// The needle.

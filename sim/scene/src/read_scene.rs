@@ -1,9 +1,9 @@
 //! Reads a scene: what relates its fields and meshes to each other, then the typed document.
 
-use mechanics::axial::RateDependence;
+use mechanics::axial::{ForceLaw, RateDependence};
 use mechanics::phrase;
 use mechanics::phrase::Phrase;
-use mechanics::structures::{Shape, StructureKind, StructureSpec};
+use mechanics::structures::{Shape, StructureKind, StructureSpec, Wall};
 use nalgebra::{Point3, Vector3};
 use serde::Deserialize;
 
@@ -26,6 +26,7 @@ struct RawScene {
     id: String,
     title: String,
     description: String,
+    law: ForceLaw,
     layer: Vec<SceneLayer>,
     needle: Needle,
     rate: Option<RawRate>,
@@ -52,6 +53,8 @@ struct RawStructure {
     #[serde(default)]
     half_extents_mm: [f64; 3],
     file: Option<String>,
+    wall_stiffness_n_per_m: Option<f64>,
+    wall_rupture_n: Option<f64>,
 }
 
 /// Reads a scene and the meshes it names.
@@ -64,6 +67,8 @@ pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<(Scene, Files
     doc.refuse_duplicates("layer", "name");
     doc.refuse_duplicates("structure", "name");
     check_needle(&mut doc);
+    check_speed_window(&mut doc);
+    check_walls(&mut doc);
     check_tissue(&mut doc);
     let anatomy = read_anatomy(&mut doc, find);
     let raw: RawScene = doc.finish()?;
@@ -73,6 +78,7 @@ pub(crate) fn read_scene(source: Source, find: Find<'_>) -> Result<(Scene, Files
         id: raw.id,
         title: raw.title,
         description: raw.description,
+        law: raw.law,
         layers: raw.layer,
         needle: raw.needle,
         rate,
@@ -126,6 +132,38 @@ fn check_needle(doc: &mut Walked) {
     }
 }
 
+/// Version 1 of the law knows no window of speed.
+fn check_speed_window(doc: &mut Walked) {
+    let window_ms = doc.value["needle"]["speed_window_ms"].as_f64().unwrap_or_default();
+    if doc.value["law"] == 1 && window_ms > 0.0 {
+        let allowed = phrase!("allowed: 0 ms under version 1 of the force law; law = 2 has a window");
+        doc.refuse("needle.speed_window_ms", Phrase::Data(measure(window_ms, "ms")), allowed);
+    }
+}
+
+/// A wall has a stiffness and a threshold; bone never gives way, and a target is a place, not a thing.
+fn check_walls(doc: &mut Walked) {
+    for (at, structure) in doc.tables("structure").into_iter().enumerate() {
+        let keys = ["wall_stiffness_n_per_m", "wall_rupture_n"];
+        let [stiffness, rupture] = keys.map(|key| structure[key].as_f64());
+        if let (Some(_), None) = (stiffness, rupture) {
+            let allowed = phrase!("needed with wall_stiffness_n_per_m: the force in N at which the wall gives way");
+            doc.refuse(&format!("structure[{at}].wall_rupture_n"), phrase!("missing"), allowed);
+        }
+        if let (None, Some(_)) = (stiffness, rupture) {
+            let allowed = phrase!("needed with wall_rupture_n: the wall's stiffness in N/m");
+            doc.refuse(&format!("structure[{at}].wall_stiffness_n_per_m"), phrase!("missing"), allowed);
+        }
+        if let (Some(stiffness), "bone" | "target") = (stiffness, structure["kind"].as_str().unwrap_or_default()) {
+            let allowed = phrase!(
+                "allowed: nothing, for bone never gives way and a target is a place; vessel, nerve and organ may"
+            );
+            let field = format!("structure[{at}].wall_stiffness_n_per_m");
+            doc.refuse(&field, Phrase::Data(measure(stiffness, "N/m")), allowed);
+        }
+    }
+}
+
 /// Only a field can set the boundaries' stiffness.
 fn check_tissue(doc: &mut Walked) {
     let tissue = &doc.value["tissue"];
@@ -143,7 +181,12 @@ fn structure(raw: RawStructure, mesh: Option<Shape>) -> SceneStructure {
         (None, _) => Shape::Sphere { radius_m: raw.radius_mm / 1e3 },
     };
     let position_m = Point3::from(metres(raw.position_mm));
-    SceneStructure { spec: StructureSpec { name: raw.name, kind: raw.kind, shape, position_m }, mesh_file: raw.file }
+    let wall = raw.wall_stiffness_n_per_m.zip(raw.wall_rupture_n);
+    let wall = wall.map(|(stiffness_n_per_m, rupture_n)| Wall { stiffness_n_per_m, rupture_n });
+    SceneStructure {
+        spec: StructureSpec { name: raw.name, kind: raw.kind, shape, position_m, wall },
+        mesh_file: raw.file,
+    }
 }
 
 fn metres(mm: [f64; 3]) -> Vector3<f64> {

@@ -125,9 +125,11 @@ impl Scene {
             v0_m_per_s: r.v0_m_per_s,
         });
         AxialSpec {
+            law: self.law,
             layers,
             tip_to_rim_m: self.needle.tip_to_rim_mm / 1e3,
             presliding_stiffness_n_per_m: self.needle.presliding_stiffness_n_per_m,
+            speed_window_s: self.needle.speed_window_ms / 1e3,
             rate,
         }
     }

@@ -63,6 +63,7 @@ fn session(task: &Task, patient: Patient) -> Session {
         git: String::new(),
         device: "operator:demonstration".to_owned(),
         device_max_force_n: f64::INFINITY,
+        law: task.bundle.scene.law,
         tick_hz: TICK_HZ,
         seed: task.seed,
         trainee: task.trainee.clone(),

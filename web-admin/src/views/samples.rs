@@ -171,6 +171,7 @@ fn scene() -> Scene {
             kind,
             shape: Shape::Sphere { radius_m: 0.004 },
             position_m: nalgebra::Point3::new(x_m, 0.0, z_m),
+            wall: None,
         },
         mesh_file: None,
     };
@@ -181,6 +182,7 @@ fn scene() -> Scene {
         layers: vec![layer("skin", 0.8), layer("fat", 8.4), layer("fascia", 0.6), layer("muscle", 39.0)],
         needle: needle(),
         rate: None,
+        law: mechanics::axial::ForceLaw::Version2,
         structures: vec![
             structure("lumbar vessel", StructureKind::Vessel, -0.008, -0.018),
             structure("transverse process", StructureKind::Bone, 0.022, -0.022),
@@ -225,6 +227,7 @@ fn needle() -> Needle {
         youngs_modulus_pa: 193e9,
         inner_diameter_mm: 0.0,
         presliding_stiffness_n_per_m: 2000.0,
+        speed_window_ms: 7.5,
         lateral_stiffness_n_per_m2: 10_000.0,
     }
 }

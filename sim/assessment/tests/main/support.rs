@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use assessment::{Assessment, assess};
+use mechanics::axial::ForceLaw;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use recording::{Energy, Event, EventKind, Recording, Sample, Session, sample::flags};
 use scene::{
@@ -20,6 +21,7 @@ pub fn bundle() -> ExerciseBundle {
         layers: layers.iter().map(|(name, thickness_mm)| layer(name, *thickness_mm)).collect(),
         needle: needle(),
         rate: None,
+        law: ForceLaw::Version2,
         structures: Vec::new(),
         skin: None,
         tissue: TissueOptions { model: "none".into(), tolerance: 0.01, coupling: "none".into() },
@@ -83,6 +85,7 @@ fn needle() -> Needle {
         youngs_modulus_pa: 193e9,
         inner_diameter_mm: 0.0,
         presliding_stiffness_n_per_m: 2000.0,
+        speed_window_ms: 7.5,
         lateral_stiffness_n_per_m2: 10_000.0,
     }
 }
@@ -96,8 +99,13 @@ pub fn limit(metric: &str, above: f64, why: &str) -> HardFail {
 }
 
 pub fn structure(name: &str, kind: StructureKind, shape: Shape, position_mm: [f64; 3]) -> SceneStructure {
-    let spec =
-        StructureSpec { name: name.into(), kind, shape, position_m: Point3::from(position_mm.map(|mm| mm * 1e-3)) };
+    let spec = StructureSpec {
+        name: name.into(),
+        kind,
+        shape,
+        position_m: Point3::from(position_mm.map(|mm| mm * 1e-3)),
+        wall: None,
+    };
     SceneStructure { spec, mesh_file: None }
 }
 
@@ -112,6 +120,7 @@ pub fn empty() -> Recording {
         git: String::new(),
         device: "operator:expert".into(),
         device_max_force_n: f64::INFINITY,
+        law: ForceLaw::Version2,
         tick_hz: 1000.0,
         seed: 1,
         trainee: String::new(),

@@ -1,14 +1,18 @@
 //! Books a tick into the energy ledger.
 //!
-//! The hand's work in a tick is the change of elastic energy before the ruptures, plus force times Δx of the other
-//! parts with the tick's own forces. Every joule of it is booked once, so the ledger closes to round-off by construction; what
-//! the tests establish is that each part is a dissipation (never negative) and agrees with ∫F dx.
+//! The hand's work in a tick is the change of elastic energy before the ruptures, what the presliding springs took exactly
+//! ([`super::springs`]), and viscous force times Δx. Every joule of it is booked once, so the ledger closes to round-off by
+//! construction; what the tests establish is that each part is a dissipation, agrees with ∫F dx and does not depend on the tick.
+//!
+//! Viscous force follows speed over a window, so that for a tick within one window after a reversal it may push with the motion. What
+//! it gives back there is taken off its layers' loss and counted apart, in [`Ledger::lagged_j`].
 //!
 //! Choices. Elastic and rupture energy belong to the layer whose boundary is tented or opened. Viscous and friction
-//! losses are shared by b_j l_j and c_j l_j. Cutting belongs to the layer that the tip is in.
+//! losses are shared by b_j l_j and c_j l_j. Cutting belongs to the layer that the tip is in, or was in the tick before.
 
 use super::params::{AxialParams, Layer};
 use super::path::{Open, Path};
+use super::springs::SpringWork;
 use super::state::{AxialOutput, AxialScratch, AxialState, Rupture};
 use crate::ledger::{LayerEnergy, Ledger};
 
@@ -21,20 +25,23 @@ pub(super) struct Tick {
     pub elastic_work_j: f64,
     pub before: AxialOutput,
     pub after: AxialOutput,
-    /// Stiffness of the presliding spring, in N/m.
-    pub presliding_n_per_m: f64,
+    /// What friction and cutting did.
+    pub friction: SpringWork,
+    pub cutting: SpringWork,
+    /// What the presliding springs hold now, in J.
+    pub presliding_j: f64,
 }
 
 pub(super) fn book(ledger: &mut Ledger, path: &Path<'_>, tick: &Tick, ruptures: &[Rupture]) {
-    let AxialOutput { viscous_n, friction_n, cutting_n, .. } = tick.after;
-    book_work(ledger, tick.elastic_work_j + (viscous_n + friction_n + cutting_n) * tick.dx_m);
+    let viscous_j = tick.after.viscous_n * tick.dx_m;
+    book_work(ledger, tick.elastic_work_j + viscous_j + tick.friction.work_j + tick.cutting.work_j);
     book_ruptures(ledger, ruptures);
     book_elastic(ledger, path, tick);
+    ledger.presliding_j = tick.presliding_j;
     book_friction(ledger, path, tick);
-    share(ledger, path, &Share { depth_m: tick.after.depth_m, total_j: viscous_n * tick.dx_m, part: VISCOUS });
-    if let Some(entry) = path.layer_at(tick.after.depth_m).and_then(|layer| ledger.layers.get_mut(layer)) {
-        entry.cutting_j += cutting_n * tick.dx_m;
-    }
+    book_cutting(ledger, path, tick);
+    ledger.lagged_j += (-viscous_j).max(0.0);
+    share(ledger, path, &Share { depth_m: tick.after.depth_m, total_j: viscous_j, part: VISCOUS });
 }
 
 fn book_work(ledger: &mut Ledger, work_j: f64) {
@@ -81,17 +88,18 @@ fn book_elastic(ledger: &mut Ledger, path: &Path<'_>, tick: &Tick) {
     }
 }
 
-/// Friction's loss is its work less what the presliding spring took up. It is never negative: sliding loses cap · slip,
-/// and a shrinking cap (withdrawal) makes the spring lose what it can no longer hold. When the last of the needle leaves, the
-/// cap is 0 and the loss is shared as the tick before. The floor only removes round-off.
+/// When the last of the needle leaves, nothing is inserted any more and the loss is shared as the tick before.
 fn book_friction(ledger: &mut Ledger, path: &Path<'_>, tick: &Tick) {
-    let stored_j = |friction_n: f64| friction_n * friction_n / (2.0 * tick.presliding_n_per_m);
-    let (old_j, new_j) = (stored_j(tick.before.friction_n), stored_j(tick.after.friction_n));
-    let total_j = (tick.after.friction_n * tick.dx_m - (new_j - old_j)).max(0.0);
-    ledger.presliding_j = new_j;
-    let here = Share { depth_m: tick.after.depth_m, total_j, part: FRICTION };
+    let here = Share { depth_m: tick.after.depth_m, total_j: tick.friction.lost_j, part: FRICTION };
     if !share(ledger, path, &here) {
         share(ledger, path, &Share { depth_m: tick.before.depth_m, ..here });
+    }
+}
+
+fn book_cutting(ledger: &mut Ledger, path: &Path<'_>, tick: &Tick) {
+    let layer = path.layer_at(tick.after.depth_m).or_else(|| path.layer_at(tick.before.depth_m));
+    if let Some(entry) = layer.and_then(|layer| ledger.layers.get_mut(layer)) {
+        entry.cutting_j += tick.cutting.lost_j;
     }
 }
 

@@ -27,6 +27,19 @@
 //! The paper gives no rupture threshold, its second table's damping lacks a velocity, and its pop force is a constant that nothing
 //! resets. Here a pop is an event: a threshold of each contactor, and the force that falls away with the boundary.
 //!
+//! # Versions
+//!
+//! A scene names the version of the law that it was made for ([`ForceLaw`]). They differ in cutting, in how speed is measured and in
+//! how exactly energy is booked; a scene that cuts nothing and has no window gets the same bits from both.
+//!
+//! ```text
+//! version 1   F_cutting = f_j in a tick with Δx > 0, s > deepest s so far and no tented boundary; else 0
+//! version 2   F_cutting = clip(k_pre (x − x_cut), 0, f_j); at the cap x_cut ← x − f_j/k_pre; x_cut = x when the skin opens
+//! ```
+//!
+//! Version 1 asks whether the tick moved. On an encoder in steps of 55 µm at 2 mm/s one tick in 27 does, so its force rattled and was
+//! too small. Version 2 asks how far the tip is from where it has cut.
+//!
 //! # Order within a tick
 //!
 //! Ruptures first (every tip rupture in boundary order, then every rim rupture in boundary order: the tip does not
@@ -38,11 +51,13 @@ mod book;
 mod loads;
 mod params;
 mod path;
+mod speed_window;
+mod springs;
 mod state;
 mod step;
 
 pub use loads::loads;
-pub use params::{AxialParams, AxialSpec, Layer, MAX_LAYERS, ParamError, RateDependence};
+pub use params::{AxialParams, AxialSpec, ForceLaw, Layer, MAX_LAYERS, ParamError, RateDependence, UnknownForceLaw};
 pub use state::{AxialInput, AxialOutput, AxialScratch, AxialState, Contactor, Rupture, Stage, Standing};
 pub use step::{ahead, step};
 

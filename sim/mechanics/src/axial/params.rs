@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 /// Most layers that a specification may hold: keeps a step bounded.
 pub const MAX_LAYERS: usize = 64;
 
+/// Longest window that speed is measured over, in s.
+const LONGEST_SPEED_WINDOW_S: f64 = 0.05;
+
 /// One tissue layer as the force law needs it, already scaled for the needle and the tissue.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Layer {
@@ -22,7 +25,7 @@ pub struct Layer {
     pub rim_rupture_n: f64,
     /// Coulomb friction cap per inserted length, in N/m.
     pub friction_n_per_m: f64,
-    /// Cutting force while the tip advances into new material, in N.
+    /// Cutting force, in N: what the tip meets while it advances into new material.
     pub cutting_n: f64,
 }
 
@@ -35,15 +38,59 @@ pub struct RateDependence {
     pub v0_m_per_s: f64,
 }
 
+/// Which law a scene was made for. A recording re-simulates by the law that its scene names, so an old one is never edited.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "u32", into = "u32")]
+pub enum ForceLaw {
+    /// Cutting acts in the ticks that advance into new material. On an encoder, where most ticks bring no new position, it rattles.
+    Version1,
+    /// Cutting is a one-sided presliding spring behind a front that advance drags, and speed is taken over a window.
+    #[default]
+    Version2,
+}
+
+/// A number that no force law has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("law {0} is not known: 1 and 2 are")]
+pub struct UnknownForceLaw(pub u32);
+
+impl TryFrom<u32> for ForceLaw {
+    type Error = UnknownForceLaw;
+
+    fn try_from(number: u32) -> Result<Self, UnknownForceLaw> {
+        match number {
+            1 => Ok(Self::Version1),
+            2 => Ok(Self::Version2),
+            other => Err(UnknownForceLaw(other)),
+        }
+    }
+}
+
+impl From<ForceLaw> for u32 {
+    fn from(law: ForceLaw) -> Self {
+        match law {
+            ForceLaw::Version1 => 1,
+            ForceLaw::Version2 => 2,
+        }
+    }
+}
+
 /// What [`AxialParams`] is made of, unchecked.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxialSpec {
+    /// Which version of the law.
+    #[serde(default)]
+    pub law: ForceLaw,
     /// Layers from the surface down.
     pub layers: Vec<Layer>,
     /// Distance from the stylet tip to the cannula rim, in m. 0 is a single contactor.
     pub tip_to_rim_m: f64,
-    /// Presliding stiffness of friction, in N/m.
+    /// Stiffness of friction and, in version 2, of cutting before they slide, in N/m.
     pub presliding_stiffness_n_per_m: f64,
+    /// How far back speed is measured, in s, 0 to 0.05: over the newest earlier sample at least so old; 0 takes the last two samples.
+    /// Version 1 knows only 0. Speed lags by half of it.
+    #[serde(default)]
+    pub speed_window_s: f64,
     /// Optional rate dependence of the thresholds.
     #[serde(default)]
     pub rate: Option<RateDependence>,
@@ -113,6 +160,7 @@ impl AxialParams {
         }
         Domain::NotNegative.check("tip_to_rim_m", spec.tip_to_rim_m, "m")?;
         Domain::Positive.check("presliding_stiffness_n_per_m", spec.presliding_stiffness_n_per_m, "N/m")?;
+        check_speed_window(&spec)?;
         if let Some(rate) = &spec.rate {
             Domain::NotNegative.check("rate.p_infinity_n", rate.p_infinity_n, "N")?;
             Domain::Positive.check("rate.v0_m_per_s", rate.v0_m_per_s, "m/s")?;
@@ -124,6 +172,19 @@ impl AxialParams {
     #[must_use]
     pub fn spec(&self) -> &AxialSpec {
         &self.spec
+    }
+}
+
+fn check_speed_window(spec: &AxialSpec) -> Result<(), ParamError> {
+    let (longest_s, allowed) = match spec.law {
+        ForceLaw::Version1 => (0.0, "must be 0 under version 1 of the law"),
+        ForceLaw::Version2 => (LONGEST_SPEED_WINDOW_S, "must be a number from 0 to 0.05"),
+    };
+    let value = spec.speed_window_s;
+    if (0.0..=longest_s).contains(&value) {
+        Ok(())
+    } else {
+        Err(ParamError { field: "speed_window_s".into(), value, unit: "s", allowed })
     }
 }
 

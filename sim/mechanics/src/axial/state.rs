@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::params::AxialParams;
 use super::path::Open;
+use super::speed_window::SpeedWindow;
 use crate::ledger::Ledger;
 
 /// Samples closer than this are the same instant, in s: recordings count nanoseconds, and a velocity over less is noise.
@@ -64,7 +65,7 @@ pub struct AxialInput {
 /// The force and its parts after one step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AxialOutput {
-    /// Backward difference of x, in m/s.
+    /// Speed of x over the scene's window, in m/s; without a window the backward difference.
     pub v_m_per_s: f64,
     /// Elastic force of the boundary the tip tents, in N.
     pub tip_n: f64,
@@ -97,12 +98,18 @@ pub struct AxialState {
     pub tip_open: usize,
     /// How many boundaries the rim has opened on this track. Stays 0 for a single contactor.
     pub rim_open: usize,
-    /// Deepest material depth that the tip has reached on this track, in m along the path.
+    /// Deepest material depth that the tip has reached on this track, in m along the path. Version 1 cuts below it.
     pub deepest_m: f64,
+    /// Cutting front x_cut of this track, in m along the path; none before the skin is open. Version 2 cuts in front of it.
+    #[serde(default)]
+    pub front_m: Option<f64>,
     /// Energy so far.
     pub ledger: Ledger,
     /// The last good sample; none before the first.
     pub(super) last: Option<LastSample>,
+    /// Earlier samples that speed is measured from.
+    #[serde(default)]
+    pub(super) window: SpeedWindow,
 }
 
 /// Where the law stands: what is open, and the forces.
@@ -132,7 +139,15 @@ impl AxialState {
     #[must_use]
     pub fn new(params: &AxialParams) -> Self {
         let layers = params.spec().layers.len();
-        Self { tip_open: 0, rim_open: 0, deepest_m: 0.0, ledger: Ledger::new(layers), last: None }
+        Self {
+            tip_open: 0,
+            rim_open: 0,
+            deepest_m: 0.0,
+            front_m: None,
+            ledger: Ledger::new(layers),
+            last: None,
+            window: SpeedWindow::new(params.spec().speed_window_s),
+        }
     }
 
     /// The output of the last good sample; zeros before the first.

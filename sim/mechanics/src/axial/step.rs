@@ -1,8 +1,10 @@
 //! One step of the law.
 
 use super::book::{Tick, book};
-use super::params::{AxialParams, RateDependence};
+use super::params::{AxialParams, AxialSpec, ForceLaw, RateDependence};
 use super::path::{Open, Path, lay_boundaries};
+use super::speed_window::TimedDisplacement;
+use super::springs::{Cut, SpringTick, SpringWork, cut};
 use super::state::{AxialInput, AxialOutput, AxialScratch, AxialState, Contactor, LastSample, Rupture, Standing};
 
 /// A displacement beyond this, in m, is a broken device, not a needle.
@@ -10,7 +12,7 @@ const MAX_DISPLACEMENT_M: f64 = 1e3;
 /// Largest path factor, 1/cos θ.
 const MAX_PATH_FACTOR: f64 = 1e3;
 
-/// Backward differences of an accepted sample.
+/// How an accepted sample moved: since the last one, and over the scene's window of speed.
 struct Motion {
     dx_m: f64,
     v_m_per_s: f64,
@@ -31,7 +33,7 @@ pub fn step(
     input: &AxialInput,
 ) -> AxialOutput {
     scratch.ruptures.clear();
-    let Some(motion) = accept(state, input) else {
+    let Some(motion) = accept(params, state, input) else {
         return AxialOutput { held: true, ..state.last_output() };
     };
     scratch.path_factor = input.path_factor;
@@ -49,7 +51,7 @@ pub fn step(
         open = resolve(&path, open, &thresholds, x_m, ruptures);
     }
     let at = Moment { open, x_m, motion };
-    let output = forces(params, &path, state, &at);
+    let Forces { output, front_m, friction, cutting } = forces(params, &path, state, &at);
 
     let tick = Tick {
         open,
@@ -58,14 +60,27 @@ pub fn step(
         elastic_work_j,
         before: state.last_output(),
         after: output,
-        presliding_n_per_m: spec.presliding_stiffness_n_per_m,
+        friction,
+        cutting,
+        presliding_j: stored_j(spec, &output),
     };
     book(&mut state.ledger, &path, &tick, ruptures);
     state.tip_open = open.tip;
     state.rim_open = open.rim;
     state.deepest_m = state.deepest_m.max(output.depth_m);
+    state.front_m = front_m;
+    state.window.push(TimedDisplacement { t_s, x_m }, spec.speed_window_s);
     state.last = Some(LastSample { t_s, x_m, output });
     output
+}
+
+/// What the presliding springs hold, in J. Version 1 has no spring that cuts.
+fn stored_j(spec: &AxialSpec, output: &AxialOutput) -> f64 {
+    let spring_j = |force_n| SpringTick::stored_j(spec.presliding_stiffness_n_per_m, force_n);
+    match spec.law {
+        ForceLaw::Version1 => spring_j(output.friction_n),
+        ForceLaw::Version2 => spring_j(output.friction_n) + spring_j(output.cutting_n),
+    }
 }
 
 /// What the law would say `dt_s` after the last good sample if the needle kept its velocity; changes nothing.
@@ -87,20 +102,21 @@ pub fn ahead(params: &AxialParams, state: &AxialState, scratch: &mut AxialScratc
     if motion.dx_m >= 0.0 {
         open = resolve(&path, open, &thresholds, x_m, ruptures);
     }
-    let output = forces(params, &path, state, &Moment { open, x_m, motion });
+    let output = forces(params, &path, state, &Moment { open, x_m, motion }).output;
     Standing { tip_open: open.tip, rim_open: open.rim, output }
 }
 
 /// The motion since the last good sample, or none when this one is not to be believed. Both differences are 0 on the first.
-fn accept(state: &AxialState, input: &AxialInput) -> Option<Motion> {
+fn accept(params: &AxialParams, state: &AxialState, input: &AxialInput) -> Option<Motion> {
     let believable = state.is_later(input.t_s)
         && input.x_m.abs() <= MAX_DISPLACEMENT_M
         && input.path_factor > 0.0
         && input.path_factor <= MAX_PATH_FACTOR;
     believable.then(|| {
         state.last.as_ref().map_or(Motion { dx_m: 0.0, v_m_per_s: 0.0 }, |last| {
-            let dx_m = input.x_m - last.x_m;
-            Motion { dx_m, v_m_per_s: dx_m / (input.t_s - last.t_s) }
+            let latest = TimedDisplacement { t_s: last.t_s, x_m: last.x_m };
+            let from = state.window.reference(input.t_s, params.spec().speed_window_s).unwrap_or(latest);
+            Motion { dx_m: input.x_m - last.x_m, v_m_per_s: (input.x_m - from.x_m) / (input.t_s - from.t_s) }
         })
     })
 }
@@ -154,26 +170,82 @@ fn next_rupture(
     })
 }
 
+/// The forces of a tick, and what its presliding springs did.
+struct Forces {
+    output: AxialOutput,
+    /// The cutting front, in m.
+    front_m: Option<f64>,
+    friction: SpringWork,
+    cutting: SpringWork,
+}
+
 /// The forces with the state after the ruptures.
-fn forces(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &Moment) -> AxialOutput {
+fn forces(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &Moment) -> Forces {
     let depth_m = path.depth_m(at.open, at.x_m);
     let (mut damping, mut cap_n) = (0.0, 0.0);
     for (layer, inserted_m) in path.inserted(depth_m) {
         damping += layer.damping_n_s_per_m2 * inserted_m;
         cap_n += layer.friction_n_per_m * inserted_m;
     }
-    let tip = path.tip(at.open, at.x_m);
-    let trial_n = state.last_output().friction_n + params.spec().presliding_stiffness_n_per_m * at.motion.dx_m;
-    let cuts = at.motion.dx_m > 0.0 && depth_m > state.deepest_m && tip.deflection_m <= 0.0;
-    let cut = if cuts { path.layer_at(depth_m).and_then(|layer| path.layers.get(layer)) } else { None };
-    AxialOutput {
+    let (friction_n, friction) = rub(params, state, at, cap_n);
+    let (Cut { force_n: cutting_n, front_m }, cutting) = cut_tissue(params, path, state, at);
+    let output = AxialOutput {
         v_m_per_s: at.motion.v_m_per_s,
-        tip_n: tip.force_n,
+        tip_n: path.tip(at.open, at.x_m).force_n,
         rim_n: path.rim(at.open, at.x_m).force_n,
         viscous_n: at.motion.v_m_per_s * damping,
-        friction_n: trial_n.max(-cap_n).min(cap_n),
-        cutting_n: cut.map_or(0.0, |layer| layer.cutting_n),
+        friction_n,
+        cutting_n,
         depth_m,
         held: false,
+    };
+    Forces { output, front_m, friction, cutting }
+}
+
+/// Friction: F ← clip(F + k Δx, ± cap).
+fn rub(params: &AxialParams, state: &AxialState, at: &Moment, cap_n: f64) -> (f64, SpringWork) {
+    let stiffness_n_per_m = params.spec().presliding_stiffness_n_per_m;
+    let (before_n, dx_m) = (state.last_output().friction_n, at.motion.dx_m);
+    let trial_n = before_n + stiffness_n_per_m * dx_m;
+    let after_n = trial_n.max(-cap_n).min(cap_n);
+    if params.spec().law == ForceLaw::Version1 {
+        let stored_j = |force_n| SpringTick::stored_j(stiffness_n_per_m, force_n);
+        let work_j = after_n * dx_m;
+        return (after_n, SpringWork { work_j, lost_j: (work_j - (stored_j(after_n) - stored_j(before_n))).max(0.0) });
     }
+    // A spring that its cap never stopped has only been stretched, whatever the cap was before.
+    let kept_n = if trial_n.abs() <= cap_n { before_n } else { before_n.max(-cap_n).min(cap_n) };
+    let slid_m = if trial_n.abs() <= cap_n { 0.0 } else { dx_m - (after_n - kept_n) / stiffness_n_per_m };
+    (after_n, SpringTick { stiffness_n_per_m, before_n, kept_n, after_n, slid_m }.integrate())
+}
+
+/// Cutting, by the law of the scene.
+fn cut_tissue(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &Moment) -> (Cut, SpringWork) {
+    let depth_m = path.depth_m(at.open, at.x_m);
+    let cap_n = path.layer_at(depth_m).and_then(|layer| path.layers.get(layer)).map_or(0.0, |layer| layer.cutting_n);
+    match params.spec().law {
+        ForceLaw::Version1 => {
+            let tents = path.tip(at.open, at.x_m).deflection_m > 0.0;
+            let cuts = at.motion.dx_m > 0.0 && depth_m > state.deepest_m && !tents;
+            let force_n = if cuts { cap_n } else { 0.0 };
+            let work_j = force_n * at.motion.dx_m;
+            (Cut { force_n, front_m: None }, SpringWork { work_j, lost_j: work_j })
+        }
+        ForceLaw::Version2 => drag_front(params, state, at, cap_n),
+    }
+}
+
+/// The cutting spring of version 2. Its front begins where the needle is in the tick that opens the skin.
+fn drag_front(params: &AxialParams, state: &AxialState, at: &Moment, cap_n: f64) -> (Cut, SpringWork) {
+    let stiffness_n_per_m = params.spec().presliding_stiffness_n_per_m;
+    let before_m = if state.tip_open == 0 && at.open.tip > 0 { Some(at.x_m) } else { state.front_m };
+    let now = cut(before_m, at.x_m, stiffness_n_per_m, cap_n);
+    let before_n = state.last_output().cutting_n;
+    let dragged = now.front_m != before_m;
+    let kept_n = if dragged { before_n.min(cap_n) } else { before_n };
+    let slid_m = match (now.front_m, before_m) {
+        (Some(now_m), Some(before_m)) if dragged => now_m - before_m - (before_n - kept_n) / stiffness_n_per_m,
+        _ => 0.0,
+    };
+    (now, SpringTick { stiffness_n_per_m, before_n, kept_n, after_n: now.force_n, slid_m }.integrate())
 }

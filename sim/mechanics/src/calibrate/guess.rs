@@ -4,7 +4,7 @@ use super::CalibrateError;
 use super::curve::Curve;
 use super::drops::{Drop, Front};
 use super::model::{Guess, Places};
-use crate::axial::{AxialSpec, Contactor, Layer};
+use crate::axial::{AxialSpec, Contactor, ForceLaw, Layer};
 use crate::closed_form;
 
 /// What is asked for where no scene to start from is given.
@@ -43,9 +43,11 @@ pub(super) fn fresh(front: &Front, curve: &Curve, asked: &Fresh) -> Result<[Gues
     let rim = if per_layer == 2 { rims.collect() } else { vec![None; layers] };
     let places = Places { tip: tips.iter().map(|&gap| Some(gap)).collect(), rim };
     let spec = |cut_part: f64| AxialSpec {
+        law: ForceLaw::Version2,
         layers: stack(front, curve, (&tips, cut_part)),
         tip_to_rim_m: asked.tip_to_rim_m,
         presliding_stiffness_n_per_m: 2000.0,
+        speed_window_s: 0.0,
         rate: None,
     };
     Ok([0.0, 0.5, 0.9].map(|part| Guess { spec: spec(part), places: places.clone() }))

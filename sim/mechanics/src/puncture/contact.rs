@@ -21,6 +21,9 @@ pub(super) struct Track {
     rim_open: usize,
     /// Deepest material depth below the skin, perpendicular to it, in m: a re-entry may come at another angle.
     deepest_m: f64,
+    /// Cutting front below the skin, likewise.
+    #[serde(default)]
+    front_m: Option<f64>,
 }
 
 /// The puncture in progress.
@@ -62,6 +65,10 @@ pub(super) fn enter(state: &mut PunctureState, pose: &LastPose) -> PunctureEvent
         state.axial.tip_open = known.tip_open;
         state.axial.rim_open = known.rim_open;
         state.axial.deepest_m = known.deepest_m * path_factor;
+        state.axial.front_m = known.front_m.map(|front_m| front_m * path_factor);
+    }
+    if !reused {
+        state.open_walls.fill(false);
     }
     let mut latch = Latch { entry_m, axis: pose.axis, path_factor, track, offset_m: Vector3::zeros() };
     latch.offset_m = latch.resolve(&pose.tip_m).1;
@@ -75,6 +82,7 @@ pub(super) fn leave(state: &mut PunctureState, latch: &Latch) {
         track.tip_open = state.axial.tip_open;
         track.rim_open = state.axial.rim_open;
         track.deepest_m = state.axial.deepest_m / latch.path_factor;
+        track.front_m = state.axial.front_m.map(|front_m| front_m / latch.path_factor);
     }
 }
 
@@ -99,7 +107,7 @@ fn choose_track(tracks: &mut Vec<Track>, entry_m: Point3<f64>) -> (usize, bool) 
     match nearest {
         Some((index, distance_m)) if distance_m <= TRACK_RADIUS_M || tracks.len() >= MAX_TRACKS => (index, true),
         _ => {
-            tracks.push(Track { entry_m, tip_open: 0, rim_open: 0, deepest_m: 0.0 });
+            tracks.push(Track { entry_m, tip_open: 0, rim_open: 0, deepest_m: 0.0, front_m: None });
             (tracks.len() - 1, false)
         }
     }

@@ -8,7 +8,8 @@
 //! Each puncture runs in a track. Entering within 2 mm of a known track's entry takes up its open boundaries and its deepest
 //! point; farther away begins a new one. A perpendicular straight path gives exactly the bits of [`crate::axial::step`].
 //!
-//! Bone is a penalty of 2500 N/m on the tip's penetration. A structure is hit when the tip or the inserted shaft gets
+//! Bone is a penalty of 2500 N/m on the tip's penetration; a vessel or an organ may have a wall that does the same until it gives
+//! way. A structure is hit when the tip or the inserted shaft gets
 //! inside it from outside, once until it has left again.
 
 mod contact;

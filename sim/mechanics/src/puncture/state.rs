@@ -35,6 +35,9 @@ pub struct PunctureState {
     pub(super) last: Option<LastPose>,
     /// For each structure, whether the needle was in it.
     pub(super) touching: Vec<bool>,
+    /// For each structure, whether its wall is open on the current track.
+    #[serde(default)]
+    pub(super) open_walls: Vec<bool>,
 }
 
 /// Reused between steps, never saved. Holds the events of the last step.
@@ -86,8 +89,8 @@ pub struct PunctureOutput {
     pub lateral_n: Vector3<f64>,
     /// What the tip is off the place where the hand would have it, in the patient frame, in m: 0 for a rigid needle.
     pub bend_m: Vector3<f64>,
-    /// Contact force of bone on the hand, in the patient frame, in N.
-    pub bone_n: Vector3<f64>,
+    /// Force of bone and of walls that are still closed on the hand, in the patient frame, in N.
+    pub structures_n: Vector3<f64>,
     /// Whole force on the hand, in the patient frame, in N.
     pub force_n: Vector3<f64>,
     /// Where the current boundary stands.
@@ -110,6 +113,7 @@ impl PunctureState {
             latch: None,
             last: None,
             touching: vec![false; params.structures.len()],
+            open_walls: vec![false; params.structures.len()],
         }
     }
 

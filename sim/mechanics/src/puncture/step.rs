@@ -36,6 +36,7 @@ pub fn step(
     let side = Side::new(state, bend);
     survey(params, state, scratch, &side);
     report_hits(state, scratch);
+    open_walls(params, state, &side);
     assemble(params, state, scratch, (axial, &side))
 }
 
@@ -129,6 +130,16 @@ fn report_hits(state: &mut PunctureState, scratch: &mut PunctureScratch) {
     }
 }
 
+/// Opens the walls that the tip presses on with what they hold.
+fn open_walls(params: &PunctureParams, state: &mut PunctureState, side: &Side) {
+    if let Some(pose) = &state.last {
+        let tip_m = pose.tip_m + side.bend_m;
+        for (structure, open) in params.structures.iter().zip(&mut state.open_walls) {
+            *open = *open || structure.opens_wall(&tip_m);
+        }
+    }
+}
+
 /// The output as a function of the state after the step, which is why a held sample repeats it.
 fn assemble(
     params: &PunctureParams,
@@ -137,9 +148,10 @@ fn assemble(
     (axial, side): (AxialOutput, &Side),
 ) -> PunctureOutput {
     let (stage, boundary) = stage(params, state);
-    let bone_n = state.last.as_ref().map_or_else(Vector3::zeros, |pose| {
+    let structures_n = state.last.as_ref().map_or_else(Vector3::zeros, |pose| {
         let tip_m = pose.tip_m + side.bend_m;
-        params.structures.iter().map(|structure| structure.bone_force_n(&tip_m)).sum()
+        let walls = params.structures.iter().zip(&state.open_walls);
+        walls.map(|(structure, &open)| structure.tip_force_n(&tip_m, open)).sum()
     });
     let axis = state.latch.as_ref().map_or_else(Vector3::zeros, |latch| latch.axis);
     PunctureOutput {
@@ -147,8 +159,8 @@ fn assemble(
         axial,
         lateral_n: side.force_n,
         bend_m: side.bend_m,
-        bone_n,
-        force_n: axis * -axial.total_n() + side.force_n + bone_n,
+        structures_n,
+        force_n: axis * -axial.total_n() + side.force_n + structures_n,
         stage,
         boundary,
         inside: state.latch.is_some(),

@@ -1,8 +1,8 @@
 //! The scenes of physics section 2, and the force law running on one trajectory.
 
 use crate::axial::{
-    AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, Contactor, Layer, ParamError, Rupture,
-    step,
+    AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, Contactor, ForceLaw, Layer, ParamError,
+    Rupture, step,
 };
 
 /// A layer from its numbers: thickness in mm, stiffness in N/m, damping in N·s/m², tip and rim threshold in N, friction in
@@ -25,7 +25,14 @@ pub fn layer(name: &str, numbers: [f64; 7]) -> Layer {
 /// Layers under a trocar with 2 mm from tip to rim.
 #[must_use]
 pub fn trocar_through(layers: Vec<Layer>) -> AxialSpec {
-    AxialSpec { layers, tip_to_rim_m: 0.002, presliding_stiffness_n_per_m: 2000.0, rate: None }
+    AxialSpec {
+        law: ForceLaw::Version2,
+        layers,
+        tip_to_rim_m: 0.002,
+        presliding_stiffness_n_per_m: 2000.0,
+        speed_window_s: 0.0,
+        rate: None,
+    }
 }
 
 /// Layers under a needle without a rim.

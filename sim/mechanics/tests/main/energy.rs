@@ -64,6 +64,50 @@ fn no_part_of_any_layers_dissipation_ever_decreases() {
     }
 }
 
+/// In to 45 mm and out again at 5 mm/s, at a tick rate in Hz.
+fn in_and_out(tick_hz: f64) -> Ledger {
+    let mut run = Run::new(training()).expect("a valid scene");
+    for (start_s, from_m, to_m) in [(0.0, -0.001, 0.045), (9.2, 0.045, -0.001)] {
+        run.travel(&Leg { start_s, duration_s: 9.2, dt_s: 1.0 / tick_hz, from_m, to_m }, |_, _, _| ());
+    }
+    run.state.ledger
+}
+
+#[test]
+fn friction_cutting_and_their_layers_do_not_depend_on_the_tick() {
+    let fine = in_and_out(16_000.0);
+    for tick_hz in [250.0, 1000.0] {
+        let coarse = in_and_out(tick_hz);
+        for (name, part) in [("friction", 2), ("cutting", 3)] {
+            let sum = |ledger: &Ledger| ledger.layers.iter().map(|layer| parts(layer)[part]).sum::<f64>();
+            let error = sum(&coarse) / sum(&fine) - 1.0;
+            assert!(error.abs() < 1e-3, "{name} at {tick_hz} Hz is off by {:.3} %", error * 100.0);
+        }
+    }
+}
+
+#[test]
+fn a_window_of_speed_may_give_back_and_the_ledger_says_how_much() {
+    let spec = AxialSpec { speed_window_s: 0.0075, ..training() };
+    let (mut viscous_j, mut lagged_j) = (0.0, 0.0);
+    let mut run = Run::new(spec).expect("a valid scene");
+    let mut see = |run: &Run, x_m: f64, _: &AxialOutput| {
+        let ledger = &run.state.ledger;
+        let now_j: f64 = ledger.layers.iter().map(|layer| layer.viscous_j).sum();
+        let back_j: f64 = viscous_j - now_j;
+        assert!(back_j <= ledger.lagged_j - lagged_j + 1e-15, "at {x_m} m: {back_j} J came back unsaid");
+        (viscous_j, lagged_j) = (now_j, ledger.lagged_j);
+    };
+    // In at 50 mm/s and at once back.
+    for (start_s, from_m, to_m) in [(0.0, -0.002, 0.038), (0.8, 0.038, -0.002)] {
+        run.travel(&Leg { start_s, duration_s: 0.8, dt_s: 1e-3, from_m, to_m }, &mut see);
+    }
+    let ledger = &run.state.ledger;
+    assert!(ledger.lagged_j > 0.0, "turning about within a window must be seen");
+    assert!(ledger.lagged_j < 1e-3 * ledger.input_j, "{} J of {} J", ledger.lagged_j, ledger.input_j);
+    assert!(ledger.closure_error_j().abs() < 1e-9 * ledger.input_j);
+}
+
 #[test]
 fn input_less_returned_is_the_integral_of_the_force_the_hand_felt() {
     for (name, spec, factor) in scenes() {
@@ -120,7 +164,6 @@ fn a_withdrawn_needle_has_dissipated_in_every_layer_it_passed() {
     for (layer, energy) in run.params.spec().layers.iter().zip(&ledger.layers) {
         let [rupture_j, viscous_j, friction_j, cutting_j] = parts(energy);
         assert!(rupture_j > 0.0 && viscous_j > 0.0 && friction_j > 0.0, "{}: {energy:?}", layer.name);
-        // The tip is through the skin only when it stands 2.2 mm below it, tenting the fat: the skin itself is never cut.
-        assert_eq!(cutting_j > 0.0, layer.name != "skin", "{}", layer.name);
+        assert!(cutting_j > 0.0, "{}", layer.name);
     }
 }

@@ -113,12 +113,13 @@ fn an_operator_that_meets_bone_pushes_gives_up_and_comes_back() {
         kind: StructureKind::Bone,
         shape: Shape::Box { half_extents_m: Vector3::new(0.02, 0.02, 0.004) },
         position_m: Point3::new(0.0, 0.0, -0.014),
+        wall: None,
     };
     for skill in [Skill::novice(), Skill::expert()] {
         let needle = Needle::new(training(), vec![bone.clone()]).expect("a valid scene");
         let ticks = perform(&mut Operator::skilled(&skill, &plan(), 1), needle);
         assert!(ticks.last().expect("ticks").motion.done, "it must not push for ever");
-        let hardest_n = ticks.iter().map(|tick| tick.output.bone_n.norm()).fold(0.0, f64::max);
+        let hardest_n = ticks.iter().map(|tick| tick.output.structures_n.norm()).fold(0.0, f64::max);
         assert!((5.0..30.0).contains(&hardest_n), "{hardest_n} N");
     }
 }

@@ -70,3 +70,13 @@ fn training_in_hold_out_in() {
     );
     assert_eq!((samples, events), (3452, 6));
 }
+
+/// Positions in steps of 55 µm, speed over a window of 7.5 ms: most ticks bring no new position.
+#[test]
+fn an_encoder_in_steps_of_55_um() {
+    let (samples, events) = replay(
+        include_str!("../../../../tests/data/force/encoder_55um.json"),
+        include_str!("../../../../tests/data/force/encoder_55um.csv"),
+    );
+    assert_eq!((samples, events), (3858, 6));
+}

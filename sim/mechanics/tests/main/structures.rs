@@ -4,7 +4,7 @@
 //! a structure were reported at every tick, or if a broken mesh were believed.
 
 use mechanics::puncture::{PunctureEvent, PunctureParams, PunctureSpec};
-use mechanics::structures::{Shape, StructureKind, StructureSpec};
+use mechanics::structures::{Shape, StructureKind, StructureSpec, Wall};
 use nalgebra::{Point3, Vector3};
 
 use mechanics::trials::needle::Needle;
@@ -13,7 +13,13 @@ use mechanics::trials::scenes::paper;
 const MM: f64 = 1e-3;
 
 fn structure(kind: StructureKind, shape: Shape, (x, y, z): (f64, f64, f64)) -> StructureSpec {
-    StructureSpec { name: format!("{kind:?}"), kind, shape, position_m: Point3::new(x * MM, y * MM, z * MM) }
+    StructureSpec {
+        name: format!("{kind:?}"),
+        kind,
+        shape,
+        position_m: Point3::new(x * MM, y * MM, z * MM),
+        wall: None,
+    }
 }
 
 fn ball(radius_mm: f64) -> Shape {
@@ -139,14 +145,15 @@ fn bone_pushes_the_tip_out_along_its_normal_with_2500_newtons_per_metre() {
             .expect("a valid scene");
         let outside = needle.down(0.0, 0.0, -9.0 * MM);
         let inside = needle.down(0.0, 0.0, -12.0 * MM);
-        assert!(outside.bone_n.norm() <= 0.0);
-        assert!((inside.bone_n - Vector3::new(0.0, 0.0, 5.0)).norm() < 1e-9, "{}", inside.bone_n);
-        let whole_n = Vector3::z() * inside.axial.total_n() + inside.lateral_n + inside.bone_n;
+        assert!(outside.structures_n.norm() <= 0.0);
+        assert!((inside.structures_n - Vector3::new(0.0, 0.0, 5.0)).norm() < 1e-9, "{}", inside.structures_n);
+        let whole_n = Vector3::z() * inside.axial.total_n() + inside.lateral_n + inside.structures_n;
         assert!((inside.force_n - whole_n).norm() < 1e-12);
     }
     let vessel = structure(StructureKind::Vessel, ball(10.0), (0.0, 0.0, -20.0));
     assert!(
-        Needle::new(paper(), vec![vessel]).expect("a valid scene").down(0.0, 0.0, -12.0 * MM).bone_n.norm() <= 0.0,
+        Needle::new(paper(), vec![vessel]).expect("a valid scene").down(0.0, 0.0, -12.0 * MM).structures_n.norm()
+            <= 0.0,
         "only bone is stiff"
     );
 }
@@ -189,4 +196,35 @@ fn broken_shapes_are_refused_with_their_place_and_what_is_allowed() {
         let error = PunctureParams::new(spec).expect_err("must be refused").to_string();
         assert!(error.contains(wanted), "{error}");
     }
+}
+
+/// A vessel of 2 mm radius across the way, its middle 12 mm deep, with a wall that gives way at 0.6 N after 1 mm.
+fn walled() -> StructureSpec {
+    let shape = Shape::Capsule { half_axis_m: Vector3::new(0.0, 0.02, 0.0), radius_m: 2.0 * MM };
+    let wall = Some(Wall { stiffness_n_per_m: 600.0, rupture_n: 0.6 });
+    StructureSpec { wall, ..structure(StructureKind::Vessel, shape, (0.0, 0.0, -12.0)) }
+}
+
+#[test]
+fn the_wall_of_a_vessel_is_felt_until_it_gives_way_and_then_stays_open() {
+    let mut needle = Needle::new(paper(), vec![walled()]).expect("a valid scene");
+    let mut wall_n = |depth_mm: f64| needle.down(0.0, 0.0, -depth_mm * MM).structures_n.z;
+    assert!(wall_n(-1.0).abs() <= 0.0);
+    assert!(wall_n(9.9).abs() <= 0.0, "nothing outside");
+    assert!((wall_n(10.5) - 0.3).abs() < 1e-9, "half a millimetre of 600 N/m");
+    assert!((wall_n(10.99) - 0.594).abs() < 1e-9, "just before it gives way");
+    assert!(wall_n(11.01).abs() <= 0.0, "it has given way");
+    assert!(wall_n(10.5).abs() <= 0.0 && wall_n(9.0).abs() <= 0.0 && wall_n(10.5).abs() <= 0.0, "and stays open");
+}
+
+#[test]
+fn a_new_track_meets_the_wall_again_and_an_old_one_does_not() {
+    let mut needle = Needle::new(paper(), vec![walled()]).expect("a valid scene");
+    let mut wall_n = |y_mm: f64, depth_mm: f64| needle.down(0.0, y_mm * MM, -depth_mm * MM).structures_n.norm();
+    let mut puncture = |y_mm: f64| {
+        let path = [-1.0, 9.0, 10.5, 11.5, -1.0];
+        path.map(|depth_mm| wall_n(y_mm, depth_mm)).into_iter().fold(0.0, f64::max)
+    };
+    let felt = [puncture(0.0), puncture(1.0), puncture(6.0)];
+    assert!(felt[0] > 0.2 && felt[1] <= 0.0 && felt[2] > 0.2, "first, the same track, 6 mm beside: {felt:?} N");
 }

@@ -31,6 +31,7 @@ fn bending(needle_bending_n_m2: Option<f64>) -> PunctureParams {
         kind: StructureKind::Vessel,
         shape: Shape::Sphere { radius_m: 0.003 },
         position_m: Point3::new(0.0, 0.0, -0.03),
+        wall: None,
     };
     PunctureParams::new(PunctureSpec {
         axial: training(),

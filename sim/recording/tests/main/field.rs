@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 
-use mechanics::axial::{AxialSpec, Layer};
+use mechanics::axial::{AxialSpec, ForceLaw, Layer};
 use mechanics::closed_form::ruptures;
 use mechanics::operator::{Motion, needle_pose};
 use mechanics::puncture::{PunctureError, PunctureParams, PunctureSpec};
@@ -33,6 +33,7 @@ fn axial() -> AxialSpec {
         cutting_n: 0.1,
     };
     AxialSpec {
+        law: ForceLaw::Version2,
         layers: vec![
             layer("skin", [0.8, 331.0, 1.0, 1.3, 100.0]),
             layer("fat", [8.4, 83.0, 0.5, 0.6, 15.0]),
@@ -40,6 +41,7 @@ fn axial() -> AxialSpec {
         ],
         tip_to_rim_m: 0.002,
         presliding_stiffness_n_per_m: 2000.0,
+        speed_window_s: 0.0,
         rate: None,
     }
 }

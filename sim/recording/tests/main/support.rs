@@ -1,5 +1,6 @@
 //! A session, samples that look like a puncture, and files made of them.
 
+use mechanics::axial::ForceLaw;
 use mechanics::ledger::{LayerEnergy, Ledger};
 use mechanics::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
@@ -19,6 +20,7 @@ pub fn session() -> Session {
         git: String::new(),
         device: "operator:novice".to_owned(),
         device_max_force_n: f64::INFINITY,
+        law: ForceLaw::Version2,
         tick_hz: 1000.0,
         seed: u64::MAX,
         trainee: "t-17".to_owned(),
@@ -42,6 +44,7 @@ pub fn drawing() -> SceneDrawing {
         kind,
         shape,
         position_m: Point3::new(0.01, 0.0, -0.03),
+        wall: None,
     };
     SceneDrawing {
         layers: vec![("skin".to_owned(), 0.0008), ("fascia".to_owned(), 0.0), ("muscle".to_owned(), 0.039)],
@@ -127,7 +130,13 @@ pub fn energy(t_s: f64) -> Energy {
         cutting_j: 0.5 * k,
         lateral_j: 0.6 * k,
     };
-    let ledger = Ledger { input_j: t_s, returned_j: 0.1, presliding_j: 0.01, layers: vec![layer(1.0), layer(3.0)] };
+    let ledger = Ledger {
+        input_j: t_s,
+        returned_j: 0.1,
+        presliding_j: 0.01,
+        lagged_j: 0.002,
+        layers: vec![layer(1.0), layer(3.0)],
+    };
     Energy { t_s, ledger }
 }
 

@@ -10,6 +10,12 @@ pub(crate) static SCENE: Table = Table {
         Field::text("id", &Text::ID, "Identifier; with the SHA-256 of the bytes it names a revision").required(),
         Field::text("title", &Text::LINE, "Title shown to people").required(),
         Field::text("description", &Text::PROSE, "What it is and where it comes from").or_text(""),
+        Field::new(
+            "law",
+            Kind::Integer { min: 1, max: 2 },
+            "Version of the force law; 1 if left out, as scenes were before there was another",
+        )
+        .or(1.0),
         Field::new("layer", Kind::Tables { table: &LAYER, min: 1, max: 32 }, "Layers from the surface down").required(),
         Field::new("needle", Kind::Table(&NEEDLE), "The needle").with(Presence::Empty),
         Field::new("rate", Kind::Table(&RATE), "Rate dependence of the thresholds: P(v) = P∞ + (P0 − P∞)/(1 + v/v0)"),
@@ -74,8 +80,20 @@ static NEEDLE: Table = Table {
             (0.0, 9.9),
             "Bore of a shaft that bends; 0.66 D if left out, 0 is solid",
         ),
-        Field::number("presliding_stiffness_n_per_m", "N/m", (1.0, 1e7), "Stiffness of friction before it slides")
-            .or(2000.0),
+        Field::number(
+            "presliding_stiffness_n_per_m",
+            "N/m",
+            (1.0, 1e7),
+            "Stiffness of friction and cutting before they slide",
+        )
+        .or(2000.0),
+        Field::number(
+            "speed_window_ms",
+            "ms",
+            (0.0, 50.0),
+            "How far back speed is measured; 0: over the last two samples",
+        )
+        .or(0.0),
         Field::number("lateral_stiffness_n_per_m2", "N/m²", (0.0, 1e7), "Sideways foundation per inserted length")
             .or(10_000.0),
     ],
@@ -100,6 +118,13 @@ static STRUCTURE: Table = Table {
         Field::number("radius_mm", "mm", (0.05, 500.0), "Radius of a sphere or capsule"),
         Field::place("half_axis_mm", 500.0, "Half of a capsule's axis, from its centre to one end"),
         Field::place("half_extents_mm", 500.0, "Half of each edge of a box, each above 0"),
+        Field::number(
+            "wall_stiffness_n_per_m",
+            "N/m",
+            (1.0, 1e5),
+            "Stiffness of its wall against the tip; none is felt if left out",
+        ),
+        Field::number("wall_rupture_n", "N", (0.01, 100.0), "Force at which its wall gives way"),
         Field::text("file", &Text::LINE, "STL or OBJ file of a mesh, relative to the scene"),
         UNIT,
         AXES,

@@ -56,8 +56,9 @@ fn the_space_is_without_resistance_and_ends_at_the_dura() {
     let mut force_n = |mm: f64| run.step(mm, mm * 1e-3).total_n();
     let walk: Vec<f64> = (0..580).map(|at| force_n(f64::from(at) * 0.1)).collect();
     let in_space = (last_mm * 10.0).ceil() as usize..=569;
-    assert!(walk[in_space].iter().all(|force_n| force_n.abs() < 0.1), "{walk:?}");
-    assert!(walk[572] > 0.3, "the dura is not felt at 57.2 mm: {} N", walk[572]);
+    // Nothing but the shaft's own friction, 7 % of what was lost.
+    assert!(walk[in_space].iter().all(|force_n| (0.55..0.75).contains(force_n)), "{walk:?}");
+    assert!(walk[572] > 1.0, "the dura is not felt at 57.2 mm: {} N", walk[572]);
 }
 
 #[test]
@@ -66,4 +67,18 @@ fn it_is_sound_with_a_single_contactor() {
     let spec = scene.axial_spec(&Patient::nominal(&scene));
     assert!(spec.tip_to_rim_m == 0.0 && scene.needle.tip_to_rim_mm == 0.0);
     assert!(soundness::check(&spec).is_empty());
+}
+
+#[test]
+fn the_shaft_is_felt_all_the_way_out() {
+    let scene = epidural();
+    let mut run = Run::new(scene.axial_spec(&Patient::nominal(&scene))).unwrap();
+    let mut force_n = |tick: u32, mm: f64| run.step(f64::from(tick) * 1e-2, mm * 1e-3).total_n();
+    (0..=500).for_each(|tick| {
+        force_n(tick, f64::from(tick) * 0.1);
+    });
+    let out: Vec<f64> = (501..=990).map(|tick| force_n(tick, f64::from(1000 - tick) * 0.1)).collect();
+    // It takes half a millimetre until friction has turned about; from there on it holds the needle back, less and less.
+    assert!(out[10..].iter().all(|force_n| *force_n < 0.0), "{out:?}");
+    assert!(out[10] < -0.5 && out[400] > -0.3, "{} N and {} N", out[10], out[400]);
 }

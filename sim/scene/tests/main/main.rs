@@ -5,6 +5,8 @@
 #[cfg(test)]
 mod anatomy;
 #[cfg(test)]
+mod encoder;
+#[cfg(test)]
 mod epidural;
 #[cfg(test)]
 mod field_case;

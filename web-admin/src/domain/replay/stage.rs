@@ -190,6 +190,7 @@ pub(super) mod tests {
             git: String::new(),
             device: String::new(),
             device_max_force_n: 1.0,
+            law: mechanics::axial::ForceLaw::Version2,
             tick_hz: 1000.0,
             seed: 0,
             trainee: String::new(),
@@ -208,6 +209,7 @@ pub(super) mod tests {
                 triangles: vec![[0, 1, 2]; triangles],
             },
             position_m: Point3::origin(),
+            wall: None,
         };
         assert_eq!(structure(&spec(12)).triangles.len(), 36);
         let boxed = structure(&spec(MOST_TRIANGLES + 1));

@@ -70,6 +70,7 @@ fn session(attempt: &Attempt, patient: &Patient) -> Session {
         git: String::new(),
         device: "operator:test".to_owned(),
         device_max_force_n: f64::INFINITY,
+        law: EXERCISE.scene.law,
         tick_hz: 1000.0,
         seed: attempt.seed,
         trainee: attempt.trainee.clone(),

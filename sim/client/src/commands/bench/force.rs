@@ -8,7 +8,7 @@ use mechanics::closed_form::{self, PredictedRupture};
 use super::chart::{Chart, Curve, SeriesLabelPosition};
 use super::pace::{self, Pace};
 use super::sheet::{self, Sheet};
-use super::{curve, measured_on, specimen};
+use super::{curve, encoder, measured_on, specimen};
 use crate::exit::Failure;
 use crate::progress::Progress;
 
@@ -45,15 +45,14 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     let cases = grid(&specs, quick)?;
     let pace = pace::measure(&specs[1], quick)?;
     let mut written = curve::draw(out, &[&paper.scene, &training.scene])?;
+    let encoder::Report { written: of_encoder, markdown: on_an_encoder } = encoder::measure(out, &specs[1])?;
+    written.extend(of_encoder);
     let table = out.join("force-error.csv");
     sheet(&cases).write_csv(&table)?;
     let plot = out.join("force-error.svg");
     chart(&cases).draw(&plot)?;
-    written.extend([
-        table,
-        plot,
-        sheet::write_text(out.join("force.md"), &markdown(&measured_on(quick), &cases, &pace))?,
-    ]);
+    let report = markdown(&measured_on(quick), &cases, &pace) + &on_an_encoder;
+    written.extend([table, plot, sheet::write_text(out.join("force.md"), &report)?]);
     Ok(written)
 }
 

@@ -3,6 +3,7 @@
 mod chart;
 mod coupling;
 mod curve;
+mod encoder;
 mod field;
 mod force;
 mod hard_cases;
@@ -26,7 +27,7 @@ use crate::{new_file, output};
 
 /// Measure speed and error, and write CSV, Markdown and plots
 ///
-/// force: error of the force law against tick rate and speed, time per tick, force against depth. field: error of the
+/// force: error of the force law against tick rate and speed, time per tick, force against depth, what an encoder's steps make of it. field: error of the
 /// tissue's displacement against unknowns, set-up and time per solve, for every model, with the planner's choice marked and
 /// other solvers beside it. coupling: error of the force that the field carries against its rate. recording: size, time to
 /// write a tick, speed of simulating, time and memory to read and score. servo: a minute

@@ -77,6 +77,7 @@ pub fn session(bundle: &ExerciseBundle, tick_hz: f64) -> Session {
         git: String::new(),
         device: "operator:bench".to_owned(),
         device_max_force_n: f64::INFINITY,
+        law: bundle.scene.law,
         tick_hz,
         seed: 0,
         trainee: String::new(),
