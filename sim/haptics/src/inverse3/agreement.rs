@@ -66,7 +66,7 @@ mod tests {
         assert!(after_a_second(|_| 2.0, |_| 1.0), "halved by a setting");
         assert!(after_a_second(|_| 1.0, |_| -1.0), "turned round");
         assert!(!after_a_second(|_| 1.0, |_| 0.9), "rounded");
-        let push = |t_s: f64| 3.0 * (20.0 * t_s).sin();
+        let push = |t_s: f64| 3.0 * (8.0 * t_s.rem_euclid(0.25) - 1.0);
         assert!(!after_a_second(push, |t_s| push((t_s - 0.01).max(0.0))), "ten milliseconds late");
         assert!(!after_a_second(|_| 0.0, |_| 0.0));
     }

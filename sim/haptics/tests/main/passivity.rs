@@ -198,7 +198,7 @@ fn a_ramp_gives_nothing_to_a_hand_that_pumps_it() {
     let sink = |t_s: f64| 0.002 * (t_s / 0.2).min(1.0) - 0.003 * ((t_s - 2.5) / 0.5).clamp(0.0, 1.0);
     let mut found = vec![after_a_stall(0.0005, sink)];
     for hz in [0.4, 1.0, 2.0, 5.0] {
-        found.push(after_a_stall(0.0005, |t_s| 0.001 * (1.0 - (std::f64::consts::TAU * hz * t_s).cos())));
+        found.push(after_a_stall(0.0005, |t_s| 0.002 * (1.0 - (2.0 * (hz * t_s).rem_euclid(1.0) - 1.0).abs())));
     }
     for Aftermath { given_j, stored_j, .. } in found {
         assert!(given_j < 1.02 * stored_j + 1e-4, "{given_j} J given of {stored_j} J that were stored");
