@@ -72,14 +72,14 @@ fn push(scene: &str, mm_per_s: f64, encoder: Encoder) -> Vec<Felt> {
     felt
 }
 
-/// How much the force changes from one tick to the next anywhere within some ticks before one, in N.
-fn changes_n(felt: &[Felt], before: usize, at: usize) -> f64 {
-    let stretch = felt[at.saturating_sub(before)..felt.len().min(at + 2)].iter().map(|tick| tick.given_n);
+/// How far the force goes within some ticks around one, in N: an encoder is ahead of the handle or behind it by a step.
+fn changes_n(felt: &[Felt], around: usize, at: usize) -> f64 {
+    let stretch = felt[at.saturating_sub(around)..felt.len().min(at + around + 2)].iter().map(|tick| tick.given_n);
     let (low, high) = stretch.fold((f64::INFINITY, 0.0_f64), |(low, high), n| (low.min(n), high.max(n)));
     high - low
 }
 
-fn judge(case: &str, felt: &[Felt], ideal: &[Felt], late: usize) {
+fn judge(case: &str, felt: &[Felt], ideal: &[Felt], around: usize) {
     let cuts: Vec<usize> = (0..ideal.len()).filter(|&at| ideal[at].cutting_n > 0.0).collect();
     let on = cuts.iter().filter(|&&at| felt[at].cutting_n > 0.0).count();
     assert!(on as f64 >= 0.95 * cuts.len() as f64, "{case}: cutting in {on} of {} ticks", cuts.len());
@@ -88,7 +88,7 @@ fn judge(case: &str, felt: &[Felt], ideal: &[Felt], late: usize) {
     assert!((ratio - 1.0).abs() <= 0.02, "{case}: mean cutting is {ratio} of the ideal");
     for at in 1..felt.len() {
         let jump_n = (felt[at].given_n - felt[at - 1].given_n).abs();
-        assert!(jump_n <= JUMP_N + changes_n(ideal, late, at), "{case}: a jump of {jump_n} N at tick {at}");
+        assert!(jump_n <= JUMP_N + changes_n(ideal, around, at), "{case}: a jump of {jump_n} N at tick {at}");
     }
 }
 
@@ -100,8 +100,8 @@ fn force_is_as_steady_through_an_encoder_as_without_one() {
             let ideal = push(scene, mm_per_s, Encoder { step_um: 0.0, repeats: 1 });
             for (step_um, repeats) in [(10.0, 1), (55.0, 1), (0.0, 3), (55.0, 3)] {
                 let felt = push(scene, mm_per_s, Encoder { step_um, repeats });
-                let late = (step_um * 1e-3 / mm_per_s * RATE_HZ) as usize + 2 * repeats;
-                judge(&format!("{scene}, {mm_per_s} mm/s, {step_um} µm, {repeats} times"), &felt, &ideal, late);
+                let around = (step_um * 1e-3 / mm_per_s * RATE_HZ) as usize + 2 * repeats;
+                judge(&format!("{scene}, {mm_per_s} mm/s, {step_um} µm, {repeats} times"), &felt, &ideal, around);
             }
         }
     }
