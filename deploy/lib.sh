@@ -42,3 +42,15 @@ need_rust() {
     [ "$(printf '%s\n%s\n' "$wanted" "$found" | sort -V | head -n 1)" = "$wanted" ] \
         || die "Rust $found is too old: $wanted or newer is needed (rustup update)"
 }
+
+# Takes what only a debugger needs out of programs and keeps it beside each as PROGRAM.debug, where gdb finds it by itself.
+# Done again it does nothing, until cargo has built the program anew.
+symbols_apart() {
+    local program
+    for program in "$@"; do
+        case $(readelf --sections --wide "$program") in *.symtab*) ;; *) continue ;; esac
+        objcopy --only-keep-debug "$program" "$program.debug"
+        objcopy --strip-all --add-gnu-debuglink="$program.debug" "$program" "$program.stripped"
+        mv "$program.stripped" "$program"
+    done
+}

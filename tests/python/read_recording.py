@@ -34,7 +34,7 @@ KEYS = set(
     "trainee started_at patient_thickness_mm".split()
 )
 # Messages per second of recorded time, and how many more or fewer are allowed at the ends.
-RATES = {"/needle/summary": 100, "/needle/pose": 60, "/tf": 61, "/scene": 1, "/tissue/tent": 120}
+RATES = {"/needle/summary": 100, "/needle/pose": 60, "/tf": 60, "/scene": 1, "/tissue/tent": 120}
 ENDS = 3
 
 

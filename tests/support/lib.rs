@@ -2,6 +2,9 @@
 
 #![expect(clippy::panic, reason = "a test that cannot go on says why and stops")]
 
+pub mod licences;
+pub mod notices;
+
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};

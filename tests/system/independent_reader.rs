@@ -1,12 +1,13 @@
 //! A recording is read by somebody else's reader. Fails when only our own code understands what our own code wrote: a
-//! schema that does not describe its message, a topic missing, times that run backwards.
+//! schema that does not describe its message, a topic missing, times that run backwards; and when the layouts for viewers
+//! name a topic, a field or a frame that is not there.
 
 use std::process::Command;
 
 use tests::{root, run_ok};
 
-#[test]
-fn the_mcap_packages_of_python_read_every_message() {
+/// Runs a script of `tests/python` on a recording of the first exercise, made for it.
+fn run_on_a_recording(script: &str) {
     let python = std::env::var("STYLET_TEST_PYTHON").unwrap_or_else(|_| "target/venv/bin/python".to_owned());
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path().join("attempt.mcap");
@@ -14,11 +15,21 @@ fn the_mcap_packages_of_python_read_every_message() {
     let exercise = tests::first_exercise();
     run_ok("stylet", &["simulate", &exercise, "--operator", "constant:10", "--seed", "1", "--out", &recording]);
     let output = Command::new(root().join(python))
-        .arg("tests/python/read_recording.py")
+        .arg(root().join("tests/python").join(script))
         .arg(&*recording)
         .current_dir(root())
         .output()
         .expect("python is missing: deploy/test makes its environment");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(!output.stdout.is_empty(), "the reader prints what it counted");
+    assert!(!output.stdout.is_empty(), "the script says what it found");
+}
+
+#[test]
+fn the_mcap_packages_of_python_read_every_message() {
+    run_on_a_recording("read_recording.py");
+}
+
+#[test]
+fn what_is_shipped_for_viewers_names_what_is_there() {
+    run_on_a_recording("check_viewers.py");
 }

@@ -3,6 +3,7 @@
 #![expect(clippy::expect_used, clippy::panic, reason = "a test that cannot go on says why and stops")]
 
 mod browser;
+mod deploy;
 mod documents;
 mod every_page;
 mod house;

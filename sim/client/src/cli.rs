@@ -6,7 +6,7 @@ use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
 use crate::commands::{
-    bench, calibrate, check, doctor, field, force, outbox, pair, play, recover, render, replay, schema, score,
+    bench, calibrate, check, doctor, export, field, force, outbox, pair, play, recover, render, replay, schema, score,
     simulate, upload, verify,
 };
 use crate::exit::{Failure, Outcome};
@@ -37,6 +37,7 @@ pub enum Command {
     Replay(replay::Args),
     Render(render::Args),
     Recover(recover::Args),
+    Export(export::Args),
     Check(check::Args),
     Schema(schema::Args),
     Force(force::Args),
@@ -60,6 +61,7 @@ impl Command {
             Self::Score(args) => score::run(args),
             Self::Verify(args) => verify::run(args),
             Self::Recover(args) => recover::run(args),
+            Self::Export(args) => export::run(args),
             Self::Check(args) => check::run(args),
             Self::Schema(args) => schema::run(args),
             Self::Force(args) => force::run(args),

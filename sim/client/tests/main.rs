@@ -7,6 +7,7 @@ mod calibrate;
 mod call;
 mod check;
 mod doctor;
+mod export;
 mod field;
 mod force;
 mod outbox;

@@ -25,7 +25,7 @@ fn simulate(out: &Path, operator: &str, more: &[&str]) -> Run {
 }
 
 /// A folder with a short recording in it: a fast straight insertion.
-fn recorded() -> (TempDir, PathBuf) {
+pub fn recorded() -> (TempDir, PathBuf) {
     let folder = TempDir::new().expect("a folder");
     let file = folder.path().join("attempt.mcap");
     simulate(&file, "constant:20", &["--seed", "3"]).ends(0);
@@ -227,5 +227,5 @@ fn a_recording_of_the_first_law_re_simulates_by_the_first_law() {
     assert_eq!(verification["event_differences"], 0, "{verification}");
     let old = Recording::read(fs::File::open(&file).expect("a recording")).expect("readable");
     let cutting = old.samples.iter().filter(|sample| sample.cutting_n > 0.0).count();
-    assert!(cutting > 500, "it must cut, or the laws would not differ: {cutting} ticks");
+    assert!(cutting > 200, "it must cut, or the laws would not differ: {cutting} ticks");
 }

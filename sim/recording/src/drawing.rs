@@ -20,6 +20,10 @@ const NEEDLE: &str = "needle";
 const SLAB_M: f64 = 0.12;
 /// Thickness at which a fascia without any is drawn, in m.
 const THINNEST_SLAB_M: f64 = 2e-4;
+/// Colours of the layers from the surface down, again from the first where there are more: no two neighbours look alike.
+const LAYER_COLOURS: [[f64; 3]; 4] = [[0.9, 0.65, 0.55], [0.95, 0.82, 0.3], [0.75, 0.85, 0.95], [0.75, 0.2, 0.2]];
+/// Opacity of a layer: the needle has to show through all of them.
+const LAYER_ALPHA: f64 = 0.3;
 /// A mesh of more triangles is drawn as its bounding box: the scene is repeated every second and the mesh itself is
 /// attached.
 const MOST_TRIANGLES: usize = 2_000;
@@ -84,28 +88,24 @@ pub(crate) fn pose(sample: &Sample, unix_ns: u64) -> PoseInFrame {
     }
 }
 
-fn transform(parent: &str, child: &str, pose: Option<Pose>, unix_ns: u64) -> FrameTransforms {
+fn transform(parent: &str, child: &str, pose: Option<Pose>, unix_ns: u64) -> FrameTransform {
     let Pose { position, orientation } = pose.unwrap_or_default();
-    FrameTransforms {
-        transforms: vec![FrameTransform {
-            timestamp: Some(timestamp(unix_ns)),
-            parent_frame_id: parent.to_owned(),
-            child_frame_id: child.to_owned(),
-            translation: position,
-            rotation: orientation,
-        }],
+    FrameTransform {
+        timestamp: Some(timestamp(unix_ns)),
+        parent_frame_id: parent.to_owned(),
+        child_frame_id: child.to_owned(),
+        translation: position,
+        rotation: orientation,
     }
 }
 
-/// Where the needle is in the patient.
-pub(crate) fn needle_transform(sample: &Sample, unix_ns: u64) -> FrameTransforms {
+/// Every frame there is: the patient at the world's origin, the needle in the patient.
+///
+/// A viewer that jumps back forgets the frames and reads the last message of a topic, so each message holds them all.
+pub(crate) fn transforms(sample: &Sample, unix_ns: u64) -> FrameTransforms {
     let pose = Pose { position: vector(sample.position_m), orientation: quaternion(sample.orientation) };
-    transform(PATIENT, NEEDLE, Some(pose), unix_ns)
-}
-
-/// The transform that never changes: the patient lies at the world's origin.
-pub(crate) fn static_transform(unix_ns: u64) -> FrameTransforms {
-    transform(WORLD, PATIENT, at([0.0; 3]), unix_ns)
+    let patient = transform(WORLD, PATIENT, at([0.0; 3]), unix_ns);
+    FrameTransforms { transforms: vec![patient, transform(PATIENT, NEEDLE, Some(pose), unix_ns)] }
 }
 
 /// A line for the viewer's log.
@@ -166,13 +166,13 @@ fn layers(drawing: &SceneDrawing) -> Vec<SceneEntity> {
     let mut top_m = 0.0;
     let mut entities = Vec::new();
     for (i, (name, thickness_m)) in drawing.layers.iter().enumerate() {
-        let shade = if i % 2 == 0 { 0.75 } else { 0.6 };
+        let [r, g, b] = LAYER_COLOURS[i % LAYER_COLOURS.len()];
         let drawn_m = thickness_m.max(THINNEST_SLAB_M);
         let mut entity = entity(PATIENT, format!("layer {i}: {name}"));
         entity.cubes.push(CubePrimitive {
             pose: at([0.0, 0.0, top_m - 0.5 * drawn_m]),
             size: vector([SLAB_M, SLAB_M, drawn_m]),
-            color: rgba(0.95, shade, 0.55 * shade, 0.25),
+            color: rgba(r, g, b, LAYER_ALPHA),
         });
         entities.push(entity);
         top_m -= thickness_m;

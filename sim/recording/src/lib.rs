@@ -12,6 +12,7 @@ pub mod sample;
 pub mod session;
 pub mod simulate;
 mod summary;
+pub mod tables;
 pub mod tent;
 pub mod tick;
 mod topics;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::io::{BufReader, Read};
 
-use mcap::records::{Record, op};
+use mcap::records::{Channel, Record, SchemaHeader, op};
 use prost::Message;
 
 use crate::event::Event;
@@ -111,6 +111,49 @@ impl Recording {
     }
 }
 
+/// Whether a file is one of ours.
+pub(crate) fn check_profile(profile: &str) -> Result<(), ReadError> {
+    match profile {
+        PROFILE => Ok(()),
+        _ => Err(ReadError::NotARecording(format!("its profile is {profile:?}, allowed is {PROFILE:?}"))),
+    }
+}
+
+/// What a file has declared so far.
+#[derive(Default)]
+pub(crate) struct Channels {
+    schemas: BTreeMap<u16, String>,
+    /// The topic of each channel, `None` for one that is not of this format.
+    topics: BTreeMap<u16, Option<Topic>>,
+}
+
+impl Channels {
+    pub(crate) fn declare_schema(&mut self, header: SchemaHeader) {
+        self.schemas.insert(header.id, header.name);
+    }
+
+    pub(crate) fn declare(&mut self, channel: &Channel) -> Result<(), ReadError> {
+        let topic = Topic::of_name(&channel.topic);
+        if let Some(topic) = topic {
+            let schema = self.schemas.get(&channel.schema_id).map_or("none", String::as_str);
+            let allowed = topic.schema().name;
+            if schema != allowed || channel.message_encoding != "protobuf" {
+                let what = format!("topic {}", channel.topic);
+                let why = format!("schema {schema} as {}, allowed is {allowed} as protobuf", channel.message_encoding);
+                return Err(ReadError::missing(what, why));
+            }
+        }
+        self.topics.insert(channel.id, topic);
+        Ok(())
+    }
+
+    /// The topic of a message's channel; `None` for one that is not of this format.
+    pub(crate) fn topic(&self, channel: u16) -> Result<Option<Topic>, String> {
+        let topic = self.topics.get(&channel).copied();
+        topic.ok_or_else(|| format!("a message of channel {channel}, which was not declared"))
+    }
+}
+
 /// What a file holds, before asking whether it is all there.
 #[derive(Default)]
 pub(crate) struct Contents {
@@ -123,9 +166,7 @@ pub(crate) struct Contents {
     pub(crate) complete: bool,
     /// Messages on every topic.
     pub(crate) messages: u64,
-    schemas: BTreeMap<u16, String>,
-    /// The topic of each channel, `None` for one that is not of this format.
-    channels: BTreeMap<u16, Option<Topic>>,
+    channels: Channels,
 }
 
 impl Contents {
@@ -150,19 +191,16 @@ impl Contents {
             return self.take_attachment(attachment(frame.data).map_err(|e| frame.damaged(e))?);
         }
         match record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
-            Record::Header(header) if header.profile != PROFILE => {
-                let why = format!("its profile is {:?}, allowed is {PROFILE:?}", header.profile);
-                Err(ReadError::NotARecording(why))
-            }
+            Record::Header(header) => check_profile(&header.profile),
             Record::Metadata(record) if record.name == metadata::RECORD => {
                 let session = metadata::from_text(&record.metadata)?;
                 once(self.session.replace(session).is_none(), &record.name)
             }
             Record::Schema { header, .. } => {
-                self.schemas.insert(header.id, header.name);
+                self.channels.declare_schema(header);
                 Ok(())
             }
-            Record::Channel(channel) => self.take_channel(&channel),
+            Record::Channel(channel) => self.channels.declare(&channel),
             Record::Message { header, data } => {
                 self.take_message(header.channel_id, &data).map_err(|why| frame.damaged(why))
             }
@@ -177,28 +215,12 @@ impl Contents {
         Ok(())
     }
 
-    fn take_channel(&mut self, channel: &mcap::records::Channel) -> Result<(), ReadError> {
-        let topic = Topic::of_name(&channel.topic);
-        if let Some(topic) = topic {
-            let schema = self.schemas.get(&channel.schema_id).map_or("none", String::as_str);
-            let allowed = topic.schema().name;
-            if schema != allowed || channel.message_encoding != "protobuf" {
-                let what = format!("topic {}", channel.topic);
-                let why = format!("schema {schema} as {}, allowed is {allowed} as protobuf", channel.message_encoding);
-                return Err(ReadError::missing(what, why));
-            }
-        }
-        self.channels.insert(channel.id, topic);
-        Ok(())
-    }
-
     fn take_message(&mut self, channel: u16, data: &[u8]) -> Result<(), String> {
         self.messages += 1;
         if self.samples.len().max(self.events.len() + self.energies.len() + self.tents.len()) >= MOST_MESSAGES {
             return Err(format!("more than {MOST_MESSAGES} messages"));
         }
-        let topic = self.channels.get(&channel);
-        match topic.ok_or_else(|| format!("a message of channel {channel}, which was not declared"))? {
+        match self.channels.topic(channel)? {
             Some(Topic::Sample) => self.take_sample(decode::<NeedleSample>(data)?.into()),
             Some(Topic::Events) => {
                 self.events.push(decode::<EventMessage>(data)?.try_into()?);

@@ -10,7 +10,7 @@ use mcap::{Compression, WriteOptions};
 use prost::Message;
 
 pub use crate::drawing::SceneDrawing;
-use crate::drawing::{log_line, needle_transform, pose, scene, static_transform};
+use crate::drawing::{log_line, pose, scene, transforms};
 use crate::event::Event;
 use crate::metadata;
 use crate::sample::{Energy, Sample};
@@ -76,7 +76,7 @@ pub struct Writer<W: Write> {
     flushes: Ticker,
     summaries: Ticker,
     poses: Ticker,
-    statics: Ticker,
+    drawings: Ticker,
 }
 
 /// How every recording is written, recovered ones too.
@@ -126,9 +126,9 @@ impl<W: Write> Writer<W> {
             flushes: Ticker::new(2, 1),
             summaries: Ticker::new(100, 1),
             poses: Ticker::new(60, 0),
-            statics: Ticker::new(1, 1),
+            drawings: Ticker::new(1, 1),
         };
-        writer.put_statics()?;
+        writer.put_drawing()?;
         writer.mcap.flush()?;
         Ok(writer)
     }
@@ -148,13 +148,13 @@ impl<W: Write> Writer<W> {
         self.elapsed_ns = now_ns;
         self.window.add(sample);
         self.put(Topic::Sample, now_ns, &NeedleSample::from(sample))?;
-        if self.statics.due(now_ns) {
-            self.put_statics()?;
+        if self.drawings.due(now_ns) {
+            self.put_drawing()?;
         }
         if self.poses.due(now_ns) {
             let unix_ns = self.start_ns.saturating_add(now_ns);
             self.put(Topic::Pose, now_ns, &pose(sample, unix_ns))?;
-            self.put(Topic::Tf, now_ns, &needle_transform(sample, unix_ns))?;
+            self.put(Topic::Tf, now_ns, &transforms(sample, unix_ns))?;
         }
         Ok(())
     }
@@ -205,10 +205,9 @@ impl<W: Write> Writer<W> {
         Ok(sink)
     }
 
-    /// The transforms and the drawing that viewers need before anything else, and again each second.
-    fn put_statics(&mut self) -> Result<(), WriteError> {
+    /// The drawing, which viewers want before anything else and again each second.
+    fn put_drawing(&mut self) -> Result<(), WriteError> {
         let unix_ns = self.start_ns.saturating_add(self.elapsed_ns);
-        self.put(Topic::Tf, self.elapsed_ns, &static_transform(unix_ns))?;
         self.put(Topic::Scene, self.elapsed_ns, &scene(&self.drawing, unix_ns))
     }
 

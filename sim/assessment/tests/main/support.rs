@@ -85,7 +85,7 @@ fn needle() -> Needle {
         youngs_modulus_pa: 193e9,
         inner_diameter_mm: 0.0,
         presliding_stiffness_n_per_m: 2000.0,
-        speed_window_ms: 7.5,
+        speed_window_ms: 12.0,
         lateral_stiffness_n_per_m2: 10_000.0,
     }
 }

@@ -4,6 +4,7 @@ pub mod bench;
 pub mod calibrate;
 pub mod check;
 pub mod doctor;
+pub mod export;
 pub mod field;
 pub mod force;
 pub mod outbox;
@@ -62,12 +63,17 @@ pub fn read_recording(path: &Path) -> Result<Recording, Failure> {
     let recording = Recording::read(source).map_err(|error| Failure::refused(path, error))?;
     drop(progress);
     if !recording.complete {
-        output::warning(format_args!(
-            "{}: the recording is cut; what it holds is used (stylet recover makes it whole)",
-            path.display()
-        ));
+        warn_of_cut(path);
     }
     Ok(recording)
+}
+
+/// Warns that a recording ends too soon.
+fn warn_of_cut(path: &Path) {
+    let name = path.display();
+    output::warning(format_args!(
+        "{name}: the recording is cut; what it holds is used (stylet recover makes it whole)"
+    ));
 }
 
 /// The exercise that a recording carries.

@@ -133,8 +133,9 @@ fn a_released_handle_gains_no_energy_from_any_boundary() {
         for info in &devices {
             for delay in [0, 1] {
                 let gain = worst(scene, info, delay, true);
-                // A force on its way cannot be called back: with a delay the debt is seen, and paid, a little later.
-                let allowed = if delay == 0 { 0.006 } else { 0.06 };
+                // A force on its way cannot be called back: with a delay the debt is seen, and paid, a little later. Friction and
+                // cutting each hold a spring of 2000 N/m, and viscosity lags by half of the window that speed is taken over.
+                let allowed = if delay == 0 { 0.02 } else { 0.13 };
                 assert!(
                     gain < allowed,
                     "{scene} on {} with {delay} ms more gains {gain} of what was stored",

@@ -56,6 +56,9 @@ impl Soaked {
     }
 }
 
+/// Round-off of a sum of energies, as a share of it.
+const ROUND_OFF: f64 = 1e-12;
+
 /// Moves a needle at random through a scene for so many ticks of 1 ms.
 #[must_use]
 pub fn soak(params: &PunctureParams, ticks: u32, seed: u64) -> Soaked {
@@ -113,8 +116,10 @@ impl Soaked {
         // The first micrometre of a motion has no input to hold a share of.
         let share = ledger.closure_error_j().abs() / ledger.input_j.max(1e-9);
         self.closure = libm::fmaximum(self.closure, share);
-        self.undone_j = libm::fmaximum(self.undone_j, *dissipated_j - ledger.dissipated_j());
-        *dissipated_j = ledger.dissipated_j();
+        // What viscosity gave back within a window of speed is counted apart, and is no dissipation undone.
+        let spent_j = ledger.dissipated_j() + ledger.lagged_j;
+        self.undone_j = libm::fmaximum(self.undone_j, *dissipated_j - spent_j - ROUND_OFF * spent_j);
+        *dissipated_j = spent_j;
     }
 }
 

@@ -8,6 +8,8 @@ mod attempt;
 mod damage;
 mod field;
 mod format;
+mod handbook;
 mod recover;
 mod round_trip;
 mod support;
+mod tables;

@@ -41,6 +41,11 @@ impl Encoder {
     fn read(self, x_m: f64) -> f64 {
         if self.step_m > 0.0 { (x_m / self.step_m).floor() * self.step_m } else { x_m }
     }
+
+    /// How many ticks lie between two positions that it may tell apart, at a speed in m/s: two steps, and a reading as old as can be.
+    fn reach_ticks(self, speed_m_per_s: f64) -> usize {
+        (2.0 * self.step_m / (speed_m_per_s * TICK_S)) as usize + 3 * self.repeats as usize
+    }
 }
 
 /// Total force and cutting force at each tick.
@@ -48,13 +53,15 @@ struct Felt {
     x_m: Vec<f64>,
     total_n: Vec<f64>,
     cutting_n: Vec<f64>,
+    /// A boundary gave way.
+    ruptured: Vec<bool>,
 }
 
 /// An insertion at a constant speed, in m/s, to a depth in m.
 fn insert(spec: &AxialSpec, speed_m_per_s: f64, to_m: f64, encoder: Encoder) -> Felt {
     let mut run = Run::new(spec.clone()).unwrap();
     let ticks = ((to_m - START_M) / (speed_m_per_s * TICK_S)) as u32;
-    let mut felt = Felt { x_m: Vec::new(), total_n: Vec::new(), cutting_n: Vec::new() };
+    let mut felt = Felt { x_m: Vec::new(), total_n: Vec::new(), cutting_n: Vec::new(), ruptured: Vec::new() };
     for tick in 0..ticks {
         let seen = f64::from(tick - tick % encoder.repeats);
         let x_m = encoder.read(START_M + speed_m_per_s * TICK_S * seen);
@@ -62,6 +69,7 @@ fn insert(spec: &AxialSpec, speed_m_per_s: f64, to_m: f64, encoder: Encoder) -> 
         felt.x_m.push(x_m);
         felt.total_n.push(output.total_n());
         felt.cutting_n.push(output.cutting_n);
+        felt.ruptured.push(!run.ruptures().is_empty());
     }
     felt
 }
@@ -72,11 +80,11 @@ fn range(ideal: &Felt, from: usize, to: usize) -> (f64, f64) {
     stretch.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &n| (low.min(n), high.max(n)))
 }
 
-/// Jumps of the force that the ideal force does not make within an encoder's step of there.
+/// Jumps of the force that no rupture explains, and that the ideal force does not make within an encoder's step of there.
 fn unexplained_jumps(felt: &Felt, ideal: &Felt, reach_ticks: usize) -> usize {
     let jump = |&at: &usize| {
         let (low, high) = range(ideal, at.saturating_sub(reach_ticks), at + 2);
-        (felt.total_n[at] - felt.total_n[at - 1]).abs() > JUMP_N + (high - low)
+        !felt.ruptured[at] && (felt.total_n[at] - felt.total_n[at - 1]).abs() > JUMP_N + (high - low)
     };
     (1..felt.total_n.len()).filter(jump).count()
 }
@@ -84,7 +92,12 @@ fn unexplained_jumps(felt: &Felt, ideal: &Felt, reach_ticks: usize) -> usize {
 #[test]
 fn cutting_is_as_steady_through_an_encoder_as_without_one() {
     for (name, spec) in scenes() {
-        let to_m = 0.045;
+        // As deep as an exercise on it goes, and a little more.
+        let to_m = match name.as_str() {
+            "epidural-71kg" => 0.056,
+            "lower-back-obese" => 0.05,
+            _ => 0.035,
+        };
         for speed_mm_per_s in [0.5, 2.0, 7.0, 30.0] {
             let speed_m_per_s = speed_mm_per_s * 1e-3;
             let ideal = insert(&spec, speed_m_per_s, to_m, Encoder { step_m: 0.0, repeats: 1 });
@@ -93,12 +106,7 @@ fn cutting_is_as_steady_through_an_encoder_as_without_one() {
                     let encoder = Encoder { step_m: step_um * 1e-6, repeats };
                     let felt = insert(&spec, speed_m_per_s, to_m, encoder);
                     let case = format!("{name}, {speed_mm_per_s} mm/s, {encoder:?}");
-                    judge(
-                        &case,
-                        &felt,
-                        &ideal,
-                        (encoder.step_m / (speed_m_per_s * TICK_S)) as usize + 2 * repeats as usize,
-                    );
+                    judge(&case, &felt, &ideal, encoder.reach_ticks(speed_m_per_s));
                 }
             }
         }

@@ -54,7 +54,7 @@ pub fn blank(data: &Path, spec: &AxialSpec) -> String {
     let _ = write!(
         text,
         "\n# Layers are written for the reference needle: 2 mm, diamond tip, lubrication 1.\n[needle]\nkind = \"{kind}\"\n\
-         diameter_mm = 2.0\ntip = \"diamond\"\ntip_to_rim_mm = {lag_mm}\npresliding_stiffness_n_per_m = {presliding}\nspeed_window_ms = 7.5\n"
+         diameter_mm = 2.0\ntip = \"diamond\"\ntip_to_rim_mm = {lag_mm}\npresliding_stiffness_n_per_m = {presliding}\nspeed_window_ms = 12\n"
     );
     text
 }

@@ -1,0 +1,182 @@
+//! `stylet export`: the numbers of a recording as tables for other programs.
+
+mod csv;
+mod parquet;
+
+use std::fs;
+use std::io::{self, BufReader};
+use std::path::{Path, PathBuf};
+
+use recording::read::ReadError;
+use recording::tables::{self, Cell, Column, Table, TableSink};
+use serde::Serialize;
+
+use self::csv::CsvTable;
+use self::parquet::ParquetTable;
+use crate::exit::{Failure, Outcome};
+use crate::new_file::{NewFile, create_folder};
+use crate::progress::Progress;
+use crate::{commands, output};
+
+/// Write the numbers of a recording as tables, for a spreadsheet, R or Python
+///
+/// A folder with a file for each topic: samples (every servo tick), summary (10 ms), energy, events, tents (the field, where the
+/// scene has one). Columns carry their units; docs/recordings.md says what they mean. Every number reads back to the very
+/// number of the recording: in double precision what drives the simulation, in single precision what it computed.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  \
+    stylet export attempt.mcap --to csv\n  \
+    stylet export attempt.mcap --to parquet --out tables")]
+pub struct Args {
+    /// The recording
+    #[arg(value_name = "REC.mcap")]
+    recording: PathBuf,
+    /// Format of the tables
+    #[arg(long, value_name = "FORMAT")]
+    to: Format,
+    /// Folder for the tables [default: the recording's name without .mcap, beside it]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace tables that exist
+    #[arg(long)]
+    force: bool,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What tables are written as.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum Format {
+    /// Text, with a header; what is left out is empty
+    Csv,
+    /// Apache Parquet, compressed with zstd
+    Parquet,
+}
+
+impl Format {
+    fn file(self, table: Table) -> String {
+        let ending = match self {
+            Self::Csv => "csv",
+            Self::Parquet => "parquet",
+        };
+        format!("{}.{ending}", table.name())
+    }
+}
+
+/// A table that was written.
+#[derive(Serialize)]
+struct Written {
+    file: String,
+    rows: u64,
+    columns: usize,
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    let folder = args.out.clone().unwrap_or_else(|| args.recording.with_extension(""));
+    let file = commands::open(&args.recording)?;
+    let progress = Progress::new(file.metadata().map_or(0, |metadata| metadata.len()), "exporting");
+    let source = BufReader::new(progress.watch(file));
+    let mut export = Export::new(&folder, args)?;
+    let complete = tables::read_tables(source, &mut export).map_err(|error| match error {
+        ReadError::Io(error) => Failure::work(format_args!("{}: {error}", folder.display())),
+        error => Failure::refused(&args.recording, error),
+    })?;
+    drop(progress);
+    let written = export.keep()?;
+    if !complete {
+        commands::warn_of_cut(&args.recording);
+    }
+    if args.json {
+        return output::json(&written);
+    }
+    output::with(|out| {
+        written
+            .iter()
+            .try_for_each(|table| writeln!(out, "{}: {} rows, {} columns", table.file, table.rows, table.columns))
+    })
+}
+
+/// A table on its way into a file.
+trait TableFile {
+    fn row(&mut self, cells: &[Cell]) -> io::Result<()>;
+    fn finish(self: Box<Self>) -> io::Result<()>;
+}
+
+/// A table, and the file that gets its name when all is there.
+struct OpenTable {
+    table: Table,
+    content: Box<dyn TableFile>,
+    file: NewFile,
+    written: Written,
+}
+
+/// The tables of a recording on their way into files.
+struct Export<'a> {
+    folder: &'a Path,
+    format: Format,
+    overwrite: bool,
+    /// The folder was not there before.
+    new_folder: bool,
+    open: Vec<OpenTable>,
+}
+
+impl<'a> Export<'a> {
+    fn new(folder: &'a Path, args: &Args) -> Result<Self, Failure> {
+        if folder.exists() && !folder.is_dir() {
+            return Err(Failure::refused(folder, "is a file; a folder is needed (--out)"));
+        }
+        let taken = Table::ALL.map(|table| folder.join(args.to.file(table))).into_iter().find(|file| file.exists());
+        if let Some(file) = taken.filter(|_| !args.force) {
+            return Err(Failure::refused(&file, "exists already; choose another folder or pass --force to replace it"));
+        }
+        let new_folder = !folder.exists();
+        create_folder(folder)?;
+        Ok(Self { folder, format: args.to, overwrite: args.force, new_folder, open: Vec::new() })
+    }
+
+    /// Ends every table and gives the files their names.
+    fn keep(mut self) -> Result<Vec<Written>, Failure> {
+        let mut written = Vec::new();
+        for open in std::mem::take(&mut self.open) {
+            let failed = |error| Failure::work(format_args!("{}: {error}", open.written.file));
+            open.content.finish().map_err(failed)?;
+            open.file.keep()?;
+            written.push(open.written);
+        }
+        Ok(written)
+    }
+}
+
+impl Drop for Export<'_> {
+    fn drop(&mut self) {
+        // Tables that were not kept disappear, and with them a folder that was made for them; one that is not empty stays.
+        self.open.clear();
+        if self.new_folder {
+            let _ = fs::remove_dir(self.folder);
+        }
+    }
+}
+
+impl TableSink for Export<'_> {
+    fn begin(&mut self, table: Table, columns: &[Column]) -> io::Result<()> {
+        let path = self.folder.join(self.format.file(table));
+        let mut file =
+            NewFile::create(&path, self.overwrite).map_err(|failure| io::Error::other(failure.to_string()))?;
+        let handle = file.file().try_clone()?;
+        let content: Box<dyn TableFile> = match self.format {
+            Format::Csv => Box::new(CsvTable::new(handle, columns)?),
+            Format::Parquet => Box::new(ParquetTable::new(handle, columns)?),
+        };
+        let written = Written { file: path.display().to_string(), rows: 0, columns: columns.len() };
+        self.open.push(OpenTable { table, content, file, written });
+        Ok(())
+    }
+
+    fn row(&mut self, table: Table, cells: &[Cell]) -> io::Result<()> {
+        let Some(open) = self.open.iter_mut().find(|open| open.table == table) else { return Ok(()) };
+        open.written.rows += 1;
+        open.content.row(cells)
+    }
+}
