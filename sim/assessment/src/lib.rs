@@ -34,6 +34,7 @@ mod rubric;
 pub mod score;
 mod signal;
 pub mod statistics;
+pub mod void;
 mod words;
 
 pub use catalogue::{Definition, Direction, Metric};
@@ -41,3 +42,4 @@ pub use coach::Coach;
 pub use documents::{attachments, own_exercise};
 pub use rubric::suffices;
 pub use score::{AssessError, Assessment, Damage, Deduction, RubricRef, assess, judge};
+pub use void::Void;

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::attempt::Attempt;
 use crate::catalogue::Metric;
+use crate::void::{self, Void};
 use crate::{metrics, rubric};
 
 /// Points lost on a rubric line, with the reason in words.
@@ -61,6 +62,9 @@ pub enum AssessError {
         /// Longest allowed, in s.
         longest_s: f64,
     },
+    /// It tells nothing of whoever made it, and counts nowhere.
+    #[error("void: {0}")]
+    Void(Void),
     /// The exercise or scene inside is missing or refused.
     #[error("{0}")]
     Document(String),
@@ -108,8 +112,11 @@ impl Assessment {
 /// same assessment.
 ///
 /// # Errors
-/// When there is nothing to judge, or nothing to judge by.
+/// When the attempt is void, there is nothing to judge, or nothing to judge by.
 pub fn assess(recording: &Recording, bundle: &ExerciseBundle) -> Result<Assessment, AssessError> {
+    if let Some(why) = void::reason(recording) {
+        return Err(AssessError::Void(why));
+    }
     let metrics = metrics::measure(&Attempt::new(recording, bundle)?);
     judge(metrics, &bundle.exercise, &recording.session.simulator_version)
 }

@@ -38,8 +38,8 @@ impl DeviceArgs {
         inverse3::Options {
             url: self.inverse3.clone(),
             device_id: self.inverse3_device.clone(),
-            dialect: None,
             max_force_n: self.inverse3_max_force,
+            ..inverse3::Options::default()
         }
     }
 }

@@ -217,3 +217,20 @@ fn estimates_are_measured_and_the_committed_report_is_of_this_program() {
     assert!(committed.starts_with(&measured), "{measured}");
     assert!(fs::read_to_string(folder.path().join("estimates.md")).expect("a report").contains("met by word alone"));
 }
+
+#[test]
+fn a_hiccup_is_followed_by_force_and_a_lost_device_by_none() {
+    let folder = TempDir::new().expect("a folder");
+    stylet(&["bench", "hiccup", "--quick", "--out", text(folder.path())]).ends(0);
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).expect("a result");
+    let rows = |name: &str| -> Vec<Vec<f64>> {
+        let cells = |line: &str| line.split(',').map(|cell| cell.parse().expect("a number")).collect();
+        read(name).lines().skip(1).map(cells).collect()
+    };
+    let hiccup = rows("hiccup-hiccup.csv");
+    let part = |tick: usize| hiccup[tick][3] / hiccup[tick][2];
+    assert!(part(2990) > 0.95 && hiccup[3150][3] == 0.0, "felt before, gone after 120 ms");
+    assert!((0.2..0.9).contains(&part(4000)) && part(5000) > 0.95, "it comes back: {} and {}", part(4000), part(5000));
+    assert_eq!(rows("hiccup-lost.csv").len(), 4000, "a lost device ends the attempt");
+    assert!(read("hiccup.md").contains("void") && read("hiccup-hiccup.svg").contains("given to the hand"));
+}

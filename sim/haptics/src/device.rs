@@ -23,6 +23,11 @@ pub struct DeviceInfo {
     pub max_stiffness_n_per_m: f64,
     /// Width, height and depth of its workspace, in m.
     pub workspace_m: [f64; 3],
+    /// It measures how the handle is turned. Without that the needle points as planned.
+    pub measures_orientation: bool,
+    /// No motor stands behind it: a hand that a program moves, for mouse, gamepad and operators. Nothing can hurt, so neither
+    /// gate nor watchdog keep force from it.
+    pub is_virtual: bool,
 }
 
 impl DeviceInfo {
@@ -86,6 +91,11 @@ pub trait Device: Send {
     /// # Errors
     /// When the device does not take it.
     fn write(&mut self, force_n: &Vector3<f64>) -> Result<(), DeviceFault>;
+
+    /// The device says that it shows another force than it was sent. One that does not say is believed.
+    fn disagrees(&self) -> bool {
+        false
+    }
 
     /// Sends zero force and lets go of the device. Also done when dropped.
     fn close(&mut self);

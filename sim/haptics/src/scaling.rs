@@ -158,6 +158,8 @@ mod tests {
             continuous_force_n: 0.88,
             max_stiffness_n_per_m,
             workspace_m: [0.16, 0.12, 0.07],
+            measures_orientation: true,
+            is_virtual: false,
         }
     }
 

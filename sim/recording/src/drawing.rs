@@ -111,7 +111,7 @@ pub(crate) fn transforms(sample: &Sample, unix_ns: u64) -> FrameTransforms {
 /// A line for the viewer's log.
 pub(crate) fn log_line(event: &Event, unix_ns: u64) -> Log {
     let level = match event.kind {
-        EventKind::Fault => log::Level::Error,
+        EventKind::Fault | EventKind::Interrupted => log::Level::Error,
         EventKind::StructureHit => log::Level::Warning,
         _ => log::Level::Info,
     };

@@ -21,6 +21,8 @@ pub enum EventKind {
     Coaching,
     /// Something was wrong and was contained.
     Fault,
+    /// The device or the program ended the attempt, not the one who made it.
+    Interrupted,
 }
 
 impl EventKind {
@@ -36,6 +38,7 @@ impl EventKind {
             Self::Confirm => "confirm",
             Self::Coaching => "coaching",
             Self::Fault => "fault",
+            Self::Interrupted => "interrupted",
         }
     }
 

@@ -67,6 +67,8 @@ pub mod flags {
     pub const CONFIRM: u32 = 4;
     /// The force sent to the device was scaled or clamped.
     pub const SCALED: u32 = 8;
+    /// The hand was given less than half of the force that it was owed on this device, although that can be felt.
+    pub const UNFELT: u32 = 1 << 16;
 }
 
 /// Cumulative energy ledger at a moment, topic `/needle/energy`, 10 Hz and at the end.

@@ -161,7 +161,7 @@ fn deviation(a: f64, b: f64) -> f64 {
 }
 
 fn comparable(event: &Event) -> bool {
-    !matches!(event.kind, EventKind::Coaching | EventKind::Fault)
+    !matches!(event.kind, EventKind::Coaching | EventKind::Fault | EventKind::Interrupted)
 }
 
 /// Events that only one of two lists in order of time holds.

@@ -113,6 +113,7 @@ impl From<EventKind> for Kind {
             EventKind::Confirm => Self::Confirm,
             EventKind::Coaching => Self::Coaching,
             EventKind::Fault => Self::Fault,
+            EventKind::Interrupted => Self::Interrupted,
         }
     }
 }
@@ -120,7 +121,7 @@ impl From<EventKind> for Kind {
 /// The kind of an event, or why there is none.
 fn event_kind(number: i32) -> Result<EventKind, String> {
     Ok(match Kind::try_from(number).unwrap_or(Kind::Unspecified) {
-        Kind::Unspecified => return Err(format!("event of kind {number}, allowed are 1 to 8")),
+        Kind::Unspecified => return Err(format!("event of kind {number}, allowed are 1 to 9")),
         Kind::Contact => EventKind::Contact,
         Kind::TipRupture => EventKind::TipRupture,
         Kind::RimRupture => EventKind::RimRupture,
@@ -129,6 +130,7 @@ fn event_kind(number: i32) -> Result<EventKind, String> {
         Kind::Confirm => EventKind::Confirm,
         Kind::Coaching => EventKind::Coaching,
         Kind::Fault => EventKind::Fault,
+        Kind::Interrupted => EventKind::Interrupted,
     })
 }
 

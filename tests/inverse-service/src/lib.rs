@@ -1,5 +1,5 @@
 //! A stand-in for the Haply Inverse Service: it answers each message with one state, as the service does, and says its version
-//! over HTTP on the same port. What it says is stated here a second time on purpose; it shares no code with the driver.
+//! over HTTP on the same port, as 3.5 is documented to, or on another, as 3.0 is. A force in a field that it does not know it ignores. What it says is stated here a second time on purpose; it shares no code with the driver.
 
 #![expect(clippy::expect_used, reason = "a stand-in that cannot do its part has nobody to tell but the test")]
 
@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use serde_json::Value;
+use serde_json::{Map, Value};
 use tungstenite::{Message, WebSocket, accept};
 
 pub use says::{Grip, State, first, state};
@@ -20,8 +20,12 @@ pub use says::{Grip, State, first, state};
 /// How the service behaves.
 #[derive(Clone, Debug)]
 pub struct Script {
-    /// What it answers to `GET /version`; nothing if absent.
+    /// What it answers to `GET /version` on the port of its WebSocket; nothing if absent.
     pub version: Option<&'static str>,
+    /// What it answers on a port of its own; nobody listens there if absent.
+    pub version_elsewhere: Option<&'static str>,
+    /// The fields in which it understands a force.
+    pub understands: &'static [&'static str],
     /// Its first frame; none if it says nothing.
     pub first: Option<String>,
     /// What the arm and its grip are like.
@@ -45,6 +49,8 @@ pub enum Then {
     Close,
     /// The connection breaks.
     Break,
+    /// The connection breaks, and the next one holds.
+    BreakOnce,
     /// It answers no more.
     Silence,
     /// It answers with this.
@@ -56,6 +62,8 @@ impl Default for Script {
         let state = State::default();
         Self {
             version: Some("3.5.0"),
+            version_elsewhere: None,
+            understands: &["vector"],
             first: Some(first(&state)),
             state,
             delay: Duration::ZERO,
@@ -70,10 +78,26 @@ impl Default for Script {
 pub struct Service {
     /// Where it listens, as the driver wants it.
     pub url: String,
+    /// The port on which it says its version besides; 0 for none.
+    pub version_port: u16,
     address: SocketAddr,
-    heard: Arc<Mutex<Vec<String>>>,
+    heard: Arc<Heard>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
+}
+
+/// What all connections share.
+#[derive(Default)]
+struct Heard {
+    texts: Mutex<Vec<String>>,
+    /// A connection has broken.
+    broken: AtomicBool,
+}
+
+impl Heard {
+    fn note(&self, text: &str) {
+        self.texts.lock().unwrap_or_else(PoisonError::into_inner).push(text.to_owned());
+    }
 }
 
 /// What is noted when the client closes the connection as the protocol wants it.
@@ -88,7 +112,8 @@ impl Service {
     pub fn start(script: Script) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
         let address = listener.local_addr().expect("an address");
-        let (heard, stop) = (Arc::default(), Arc::new(AtomicBool::new(false)));
+        let version_port = script.version_elsewhere.map_or(0, elsewhere);
+        let (heard, stop) = (Arc::<Heard>::default(), Arc::new(AtomicBool::new(false)));
         let (noted, stopped) = (Arc::clone(&heard), Arc::clone(&stop));
         let thread = thread::spawn(move || {
             for stream in listener.incoming().map_while(Result::ok) {
@@ -98,19 +123,19 @@ impl Service {
                 serve(stream, &script, &noted);
             }
         });
-        Self { url: format!("ws://{address}"), address, heard, stop, thread: Some(thread) }
+        Self { url: format!("ws://{address}"), version_port, address, heard, stop, thread: Some(thread) }
     }
 
     /// The texts it heard, in order, and [`CLOSED`].
     #[must_use]
     pub fn heard(&self) -> Vec<String> {
-        self.heard.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.heard.texts.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// The forces it was told, in N in its own axes, with the name of the field that held each.
+    /// The forces it was told, in N in its own axes, with the names of the fields that held each.
     #[must_use]
     pub fn forces_n(&self) -> Vec<(String, [f64; 3])> {
-        self.heard().iter().filter_map(|text| force(text)).collect()
+        self.heard().iter().filter_map(|text| told(text)).collect()
     }
 }
 
@@ -125,17 +150,36 @@ impl Drop for Service {
     }
 }
 
-fn force(text: &str) -> Option<(String, [f64; 3])> {
+/// The command that sets a force.
+fn command(text: &str) -> Option<Map<String, Value>> {
     let said: Value = serde_json::from_str(text).ok()?;
-    let command = said["inverse3"][0]["commands"]["set_cursor_force"].as_object()?;
-    let (field, force_n) = command.iter().next()?;
+    said["inverse3"][0]["commands"]["set_cursor_force"].as_object().cloned()
+}
+
+fn vector(force_n: &Value) -> Option<[f64; 3]> {
     let part = |name: &str| force_n[name].as_f64();
-    Some((field.clone(), [part("x")?, part("y")?, part("z")?]))
+    Some([part("x")?, part("y")?, part("z")?])
+}
+
+fn told(text: &str) -> Option<(String, [f64; 3])> {
+    let command = command(text)?;
+    let fields: Vec<&str> = command.keys().map(String::as_str).collect();
+    let force_n = command.values().find_map(vector)?;
+    assert!(command.values().all(|other| vector(other) == Some(force_n)), "one force, however it is spelled: {text}");
+    Some((fields.join("+"), force_n))
+}
+
+/// Says a version on a port of its own, for as long as the test runs.
+fn elsewhere(version: &'static str) -> u16 {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let port = listener.local_addr().expect("an address").port();
+    thread::spawn(move || listener.incoming().flatten().for_each(|stream| say_version(stream, Some(version))));
+    port
 }
 
 /// A connection: HTTP for the version, or a WebSocket to its end. Connections are served one after the other, but the
 /// version is asked while a WebSocket is open, so that one has a thread of its own.
-fn serve(stream: TcpStream, script: &Script, heard: &Arc<Mutex<Vec<String>>>) {
+fn serve(stream: TcpStream, script: &Script, heard: &Arc<Heard>) {
     let mut start = [0; 12];
     let asked = stream.peek(&mut start).unwrap_or(0);
     if start[..asked].starts_with(b"GET /version") {
@@ -161,23 +205,33 @@ fn say_version(mut stream: TcpStream, version: Option<&str>) {
     let _answered = stream.write_all(answer.as_bytes());
 }
 
-fn converse(mut socket: WebSocket<TcpStream>, script: &Script, heard: &Mutex<Vec<String>>) -> tungstenite::Result<()> {
+fn converse(mut socket: WebSocket<TcpStream>, script: &Script, heard: &Heard) -> tungstenite::Result<()> {
     if let Some(first) = &script.first {
         socket.send(Message::text(first.as_str()))?;
     }
-    let note = |text: &str| heard.lock().unwrap_or_else(PoisonError::into_inner).push(text.to_owned());
+    let mut arm = script.state.clone();
     for message in 0.. {
         match socket.read()? {
-            Message::Text(text) => note(&text),
-            Message::Close(_) => note(CLOSED),
+            Message::Text(text) => {
+                heard.note(&text);
+                let command = command(&text).unwrap_or_default();
+                let understood = script.understands.iter().find_map(|&field| command.get(field).and_then(vector));
+                arm.force_n = understood.unwrap_or(arm.force_n);
+            }
+            Message::Close(_) => heard.note(CLOSED),
             _ => {}
         }
         thread::sleep(script.delay);
         match &script.then {
-            _ if message < script.at_message => answer(&mut socket, script, message)?,
-            Then::Nothing => answer(&mut socket, script, message)?,
+            _ if message < script.at_message => answer(&mut socket, (script, &arm), message)?,
+            Then::Nothing => answer(&mut socket, (script, &arm), message)?,
+            Then::BreakOnce if heard.broken.load(Ordering::Relaxed) => answer(&mut socket, (script, &arm), message)?,
             Then::Close => socket.close(None)?,
             Then::Break => return Ok(()),
+            Then::BreakOnce => {
+                heard.broken.store(true, Ordering::Relaxed);
+                return Ok(());
+            }
             Then::Silence => {}
             Then::Say(text) => socket.send(Message::text(text.as_str()))?,
         }
@@ -185,9 +239,13 @@ fn converse(mut socket: WebSocket<TcpStream>, script: &Script, heard: &Mutex<Vec
     Ok(())
 }
 
-fn answer(socket: &mut WebSocket<TcpStream>, script: &Script, message: usize) -> tungstenite::Result<()> {
+fn answer(
+    socket: &mut WebSocket<TcpStream>,
+    (script, arm): (&Script, &State),
+    message: usize,
+) -> tungstenite::Result<()> {
     for answer in 0..script.answers {
-        socket.send(Message::text(state(&script.state, message * script.answers + answer + 1)))?;
+        socket.send(Message::text(state(arm, message * script.answers + answer + 1)))?;
     }
     Ok(())
 }

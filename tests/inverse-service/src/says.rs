@@ -19,6 +19,8 @@ pub struct State {
     pub orientation: [f64; 4],
     /// The grip's first and second button.
     pub buttons: [bool; 2],
+    /// The force that the arm is given, in N along the service's axes.
+    pub force_n: [f64; 3],
 }
 
 /// Which grip is connected.
@@ -42,6 +44,7 @@ impl Default for State {
             grip: Grip::Wireless,
             orientation: [0.0, 0.0, 0.0, 1.0],
             buttons: [false; 2],
+            force_n: [0.0; 3],
         }
     }
 }
@@ -62,6 +65,7 @@ pub fn state(state: &State, step: usize) -> String {
 }
 
 fn frame(state: &State, step: usize) -> Value {
+    let [force_x, force_y, force_z] = state.force_n;
     let [x_m, y_m, z_m] = state.step_m.map(|step_m| step_m * step as f64);
     let mut frame = json!({
         "session_id": 7,
@@ -70,6 +74,7 @@ fn frame(state: &State, step: usize) -> Value {
             "state": {
                 "cursor_position": { "x": x_m, "y": y_m - 0.150, "z": z_m + 0.160 },
                 "cursor_velocity": { "x": 0.1, "y": 0.0, "z": 0.0 },
+                "current_cursor_force": { "x": force_x, "y": force_y, "z": force_z },
                 "body_orientation": { "x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0 },
             },
             "status": {

@@ -73,7 +73,7 @@ extern "system" fn hdInitDevice(_name: *const c_char) -> u32 {
             DEVICE
         }
         code => {
-            state.errors.push_back(code);
+            state.errors.push(code);
             0xFFFF_FFFF
         }
     }
@@ -105,7 +105,7 @@ extern "system" fn hdEndFrame(_device: u32) {
 
 #[unsafe(no_mangle)]
 extern "system" fn hdGetError() -> HDErrorInfo {
-    let error_code = state().errors.pop_front().unwrap_or(0);
+    let error_code = state().errors.pop().unwrap_or(0);
     HDErrorInfo { error_code, internal_error_code: -1, device: DEVICE }
 }
 
@@ -202,9 +202,11 @@ extern "system" fn hdCheckCalibration() -> u32 {
 
 #[unsafe(no_mangle)]
 extern "system" fn hdUpdateCalibration(_style: u32) {
+    let running = is_running();
     let mut state = state();
     state.note(Call::UpdateCalibration);
-    if state.script.calibrates {
+    // As the reference has it: in the inkwell, once the servo loop runs.
+    if state.script.calibrates && running {
         state.script.calibration = 0x5000;
     }
 }
@@ -213,7 +215,7 @@ extern "system" fn hdUpdateCalibration(_style: u32) {
 extern "system" fn hdSetSchedulerRate(rate_hz: c_ulong) {
     // As drivers of some devices do, a rate that is not theirs is refused.
     if rate_hz != 500 {
-        state().errors.push_back(0x0101);
+        state().errors.push(0x0101);
     }
 }
 

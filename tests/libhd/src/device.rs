@@ -1,6 +1,5 @@
 //! The scripted device: a Touch whose handle moves as far a frame as the script says, a little turned, with its first button held.
 
-use std::collections::VecDeque;
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
 use crate::{Call, ENVIRONMENT, Heard, NOTED, Script, Then};
@@ -12,7 +11,8 @@ pub const MAX_FORCE_N: f64 = 3.3;
 pub struct State {
     pub script: Script,
     pub heard: Heard,
-    pub errors: VecDeque<u32>,
+    /// The most recent last: `hdGetError` takes them from this end.
+    pub errors: Vec<u32>,
     pub open: bool,
     pub in_frame: bool,
     pub force_on: bool,
@@ -23,7 +23,7 @@ static STATE: LazyLock<Mutex<State>> = LazyLock::new(|| {
     Mutex::new(State {
         script: Script::named(&word),
         heard: Heard { calls: [None; 32], forces_n: [[0.0; 3]; NOTED], frames: 0, faults: 0 },
-        errors: VecDeque::new(),
+        errors: Vec::new(),
         open: false,
         in_frame: false,
         force_on: false,
@@ -45,7 +45,7 @@ impl State {
     /// An error that is the caller's fault.
     pub fn fault(&mut self, code: u32) {
         self.heard.faults += 1;
-        self.errors.push_back(code);
+        self.errors.push(code);
     }
 
     pub fn begin_frame(&mut self) {
@@ -60,8 +60,11 @@ impl State {
             self.fault(0x0401);
         }
         self.in_frame = false;
-        if let (Then::Error(code), true) = (self.script.then, self.has_happened()) {
-            self.errors.push_back(code);
+        match self.script.then {
+            Then::Error(code) if self.has_happened() => self.errors.push(code),
+            Then::Errors(codes) if self.has_happened() => self.errors.extend(codes),
+            Then::ErrorOnce(code) if self.heard.frames as u64 == self.script.at_frame => self.errors.push(code),
+            _ => {}
         }
         self.heard.frames += 1;
     }

@@ -45,6 +45,10 @@ pub enum Then {
     Nothing,
     /// Every frame ends with this error.
     Error(u32),
+    /// Every frame ends with these errors, the second because of the first.
+    Errors([u32; 2]),
+    /// That frame ends with this error, and no other: a cable that was pulled and put back.
+    ErrorOnce(u32),
     /// No further frame is made.
     Silence,
     /// Its transform is not a number.
@@ -73,6 +77,7 @@ impl Script {
         let good = Self::default();
         match word {
             "no-device" => Self { init_error: 0x0301, ..good },
+            "lost-once" => Self { at_frame: 400, then: Then::ErrorOnce(0x0302), ..good },
             "no-licence" => Self { init_error: 0x0600, ..good },
             "not-calibrated" => Self { calibration: 0x5002, ..good },
             "refuses-force" => Self { takes_force: false, ..good },

@@ -270,7 +270,7 @@ fn mark(event: &Event, samples: &[Sample]) -> Option<Mark> {
         EventKind::StructureHit => MarkKind::StructureHit,
         EventKind::SkinExit => MarkKind::SkinExit,
         EventKind::Confirm => MarkKind::Confirm,
-        EventKind::Coaching | EventKind::Fault => return None,
+        EventKind::Coaching | EventKind::Fault | EventKind::Interrupted => return None,
     };
     let before = samples.partition_point(|s| s.t_s < event.t_s).saturating_sub(1);
     Some(Mark {

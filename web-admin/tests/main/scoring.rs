@@ -7,12 +7,12 @@ use serde_json::Value;
 use web_admin::clock::Clock;
 use web_admin::domain::{Moment, Role};
 use web_admin::storage::scores::{self, SessionKey};
-use web_admin::storage::{jobs, sessions};
+use web_admin::storage::{grades, jobs, sessions};
 use web_admin::worker::work_off;
 
 use super::support::App;
 use super::support::client::Client;
-use super::support::recordings::{Attempt, EXERCISE, record, tampered, without_samples};
+use super::support::recordings::{Attempt, EXERCISE, interrupted, record, tampered, without_samples};
 
 /// A service with a published course and a trainee.
 async fn school() -> (App, Client, SessionKey) {
@@ -115,6 +115,19 @@ async fn nothing_to_score_is_refused_with_the_reason() {
     assert_eq!(session["state"], "refused");
     assert!(session["refusal"].as_str().unwrap().contains("nothing to score"), "{session}");
     assert_eq!((&score["status"], score["detail"].as_str().unwrap().contains("nothing to score")), (&404.into(), true));
+}
+
+#[tokio::test]
+async fn an_attempt_that_a_lost_device_has_ended_is_kept_and_counts_nowhere() {
+    let (app, mut ada, key) = school().await;
+    let attempt = Attempt { session_id: key.id, ..Attempt::default() };
+    let (session, score) = scored(&app, &mut ada, (attempt.session_id, interrupted(&attempt))).await;
+    assert_eq!(session["state"], "refused");
+    assert_eq!(session["refusal"], "void: ended after 1.0 s: device lost: the device is gone");
+    assert_eq!(score["status"], 404);
+    assert_eq!(grades::of(app.state.db.reader(), key).await.unwrap(), None, "no page, export or rule counts it");
+    let kept = ada.get(&format!("/api/v1/sessions/{}/recording", key.id)).await;
+    assert_eq!(kept.status, 200, "it is kept");
 }
 
 #[tokio::test]

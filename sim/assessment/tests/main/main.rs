@@ -12,3 +12,4 @@ mod shaft;
 mod simulated;
 mod statistics;
 mod support;
+mod void;

@@ -3,15 +3,17 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use assessment::{Assessment, Direction, Metric};
+use assessment::{AssessError, Assessment, Direction, Metric, Void};
 use scene::ExerciseBundle;
+use serde_json::json;
 
 use crate::exit::{Failure, Outcome};
 use crate::{commands, output};
 
 /// Judge a recorded attempt: metrics, score and what cost points
 ///
-/// Everything is computed from the recording alone, by the exercise it carries or by another one.
+/// Everything is computed from the recording alone, by the exercise it carries or by another one. An attempt in which the device was lost,
+/// or the hand was not given the tissue's force for more than a tenth of the time in the body, is void: exit 1.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  stylet score attempt.mcap\n  stylet score attempt.mcap --json | jq .score")]
 pub struct Args {
@@ -33,11 +35,24 @@ pub fn run(args: &Args) -> Outcome {
         Some(path) => ExerciseBundle::read(path)?,
         None => commands::own_exercise(&args.recording, &recording)?,
     };
-    let judged = assessment::assess(&recording, &bundle).map_err(|error| Failure::refused(&args.recording, error))?;
+    let judged = match assessment::assess(&recording, &bundle) {
+        Ok(judged) => judged,
+        Err(AssessError::Void(why)) => return void(&why, args.json),
+        Err(error) => return Err(Failure::refused(&args.recording, error)),
+    };
     match args.json {
         true => output::json(&judged),
         false => output::with(|out| report(&bundle, &judged, out)),
     }
+}
+
+/// An attempt that tells nothing of whoever made it.
+fn void(why: &Void, as_json: bool) -> Outcome {
+    match as_json {
+        true => output::json(&json!({ "score": null, "passed": null, "void": why, "why": why.to_string() }))?,
+        false => output::with(|out| writeln!(out, "Void, counts nowhere: {why}"))?,
+    }
+    Err(Failure::Found)
 }
 
 fn report(bundle: &ExerciseBundle, judged: &Assessment, out: &mut dyn Write) -> io::Result<()> {

@@ -1,30 +1,38 @@
-//! What a trainee and an instructor should know of a servo's troubles: each is said when it begins.
+//! What a trainee and an instructor should know of a servo's troubles: each is said when it begins, and force that was away when it is
+//! back.
 
 use haptics::safety::flags;
 use haptics::servo::{Record, flags as servo_flags};
 
 /// The same trouble is not said again before so many seconds have passed without it.
 const QUIET_S: f64 = 10.0;
+/// Force is back when it was given for so long, in s.
+const BACK_S: f64 = 0.2;
 
-const TROUBLES: [(u32, &str); 6] = [
+const TROUBLES: [(u32, &str); 8] = [
     (flags::HELD, "the device's reading was bad or missing: the last good one was held"),
     (flags::NOT_FINITE, "the force law gave no number: nothing was sent"),
     (flags::THERMAL, "the force was reduced to keep the device's motors cool"),
     (flags::WATCHDOG, "the watchdog cut the force"),
+    (flags::UNFELT, "the hand is given less than half of the force"),
     (servo_flags::STALLED, "the computer stalled: a tick came more than a period late"),
     (servo_flags::REFUSED, "the device refused the force"),
+    (servo_flags::DISAGREES, "the device says that it shows another force than it is sent"),
 ];
+const BACK: &str = "the hand is given the force again";
 
 /// Watches the flags of ticks.
 #[derive(Clone, Copy, Debug)]
 pub struct Faults {
     /// When each trouble was last seen, in s.
     last_s: [f64; TROUBLES.len()],
+    /// When force was last missed, in s, as long as it was not said to be back.
+    missed_s: Option<f64>,
 }
 
 impl Default for Faults {
     fn default() -> Self {
-        Self { last_s: [f64::NEG_INFINITY; TROUBLES.len()] }
+        Self { last_s: [f64::NEG_INFINITY; TROUBLES.len()], missed_s: None }
     }
 }
 
@@ -40,6 +48,40 @@ impl Faults {
                 *last_s = record.t_s;
             }
         }
+        if record.flags & flags::UNFELT != 0 {
+            self.missed_s = Some(record.t_s);
+        }
+        if self.missed_s.is_some_and(|missed_s| record.t_s - missed_s > BACK_S) {
+            self.missed_s = None;
+            begun.push(BACK);
+        }
         begun
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! A hiccup that is not told, or told a thousand times, helps nobody.
+
+    use super::*;
+
+    #[test]
+    fn force_that_is_away_is_said_once_and_so_is_its_return() {
+        let mut faults = Faults::default();
+        let said: Vec<(u32, &str)> = (0..4000_u32)
+            .flat_map(|tick| {
+                let flags = if (1000..2000).contains(&tick) { flags::UNFELT } else { 0 };
+                let record = Record { t_s: f64::from(tick) * 1e-3, flags, ..Record::default() };
+                faults.watch(&record).into_iter().map(move |words| (tick, words))
+            })
+            .collect();
+        assert_eq!(said.len(), 2, "{said:?}");
+        assert_eq!(said[0], (1000, "the hand is given less than half of the force"));
+        assert!((2199..2202).contains(&said[1].0) && said[1].1 == BACK, "{said:?}");
+    }
+
+    #[test]
+    fn the_recordings_bit_is_the_safety_chains() {
+        assert_eq!(recording::sample::flags::UNFELT, flags::UNFELT);
     }
 }

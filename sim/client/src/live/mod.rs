@@ -2,6 +2,7 @@
 
 pub mod desk;
 mod faults;
+pub mod given;
 pub mod open;
 mod recorder;
 mod shown;
@@ -9,6 +10,7 @@ mod shown;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use haptics::device::DeviceInfo;
 use haptics::mapping::Mapping;
 use haptics::scaling::Scaling;
 use haptics::servo::{self, Driven, LatestReader, Report, Running, Setup};
@@ -37,6 +39,8 @@ pub struct Trial {
 pub struct Live {
     /// What it is made of.
     pub trial: Arc<Trial>,
+    /// What the device is and can do.
+    pub info: DeviceInfo,
     /// What the device makes of the scene's forces.
     pub scaling: Scaling,
     running: Running,
@@ -60,7 +64,8 @@ impl Live {
     pub fn start(trial: Trial, mapping: Mapping, driven: Driven) -> Result<Self, Failure> {
         let exercise = &trial.bundle.exercise;
         let reach = (exercise.target_depth_mm * 1e-3, trial.session.tick_hz);
-        let mut setup = Setup::new(Arc::clone(&trial.params), mapping, driven.info(), reach);
+        let info = driven.info().clone();
+        let mut setup = Setup::new(Arc::clone(&trial.params), mapping, &info, reach);
         if !exercise.feedback.force() {
             setup.scaling.factor = 0.0;
         }
@@ -69,7 +74,7 @@ impl Live {
         let draft = recorder::begin(&trial, &trial.path)?;
         let started = servo::start(setup, driven).map_err(|error| Failure::work(format_args!("servo: {error}")))?;
         let recorder = recorder::Recorder::start(Arc::clone(&trial), started.records, draft)?;
-        Ok(Self { trial, scaling, running: started.running, latest: started.latest, recorder })
+        Ok(Self { trial, info, scaling, running: started.running, latest: started.latest, recorder })
     }
 
     /// What there is to see of the attempt so far.
@@ -98,4 +103,65 @@ impl Live {
 /// What a thread that panicked left in it is still true: every change is one whole tick.
 fn lock(shown: &Mutex<Shown>) -> MutexGuard<'_, Shown> {
     shown.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    //! A lost device that is recorded like an end of the trainee's own is judged as the trainee's failure.
+
+    use std::path::Path;
+
+    use assessment::{AssessError, Void};
+    use haptics::devices::scripted::{Fault, Scripted};
+    use haptics::mapping::{Home, Pointing};
+    use nalgebra::{Point3, Vector3};
+    use recording::{EventKind, Recording};
+    use scene::Patient;
+
+    use super::*;
+    use crate::attempt::Maker;
+    use crate::commands;
+
+    const TICK_HZ: f64 = 1000.0;
+
+    /// An attempt with a device that misbehaves after 300 readings, as it is on disk, and its exercise.
+    fn recorded(fault: Fault, folder: &Path) -> (Recording, ExerciseBundle) {
+        let file =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/lower-back-basics/1-feel-the-layers.toml");
+        let bundle = ExerciseBundle::read(&file).expect("a shipped exercise");
+        let patient = Patient::draw(&bundle.scene, 1);
+        let params = Arc::new(commands::puncture_params(&file, &bundle, &patient).expect("a force law"));
+        let maker = Maker { device: "scripted", device_max_force_n: 3.3, seed: 1, tick_hz: TICK_HZ };
+        let session = maker.session(&bundle);
+        let path = folder.join("attempt.mcap");
+        let device = Scripted::new(0.02, TICK_HZ).with(fault, 300, u64::MAX);
+        let home = Home::above(Point3::origin(), -Vector3::z_axis(), 0.001);
+        let mapping = Mapping::at_home(home, Pointing::Planned);
+        let trial = Trial { bundle: bundle.clone(), params, session, path: path.clone() };
+        let live = Live::start(trial, mapping, Driven::ByTimer(Box::new(device))).expect("it begins");
+        while live.servo().ended().is_none() && live.shown().moment.sample.t_s < 0.5 {
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        assert!(live.stop().1.kept.is_ok());
+        (commands::read_recording(&path).expect("a recording"), bundle)
+    }
+
+    #[test]
+    fn an_attempt_that_a_lost_device_has_ended_says_so_and_is_void() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (recording, bundle) = recorded(Fault::Disconnect, folder.path());
+        let last = recording.events.last().expect("events");
+        assert_eq!((last.kind, last.text.as_str()), (EventKind::Interrupted, "device lost: the device is gone"));
+        let error = assessment::assess(&recording, &bundle).expect_err("it is not judged");
+        assert!(matches!(error, AssessError::Void(Void::Interrupted { .. })), "{error}");
+        assert!(recording.samples.len() >= 300, "and all of it is kept");
+    }
+
+    #[test]
+    fn an_attempt_that_its_trainee_has_ended_is_judged() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (recording, bundle) = recorded(Fault::None, folder.path());
+        assert!(recording.events.iter().all(|event| event.kind != EventKind::Interrupted));
+        assert!(assessment::assess(&recording, &bundle).is_ok());
+    }
 }

@@ -89,6 +89,19 @@ pub struct Opened {
     pub passed_over: Vec<String>,
 }
 
+impl Opened {
+    /// The choice that leads to this device again; none where any will do. A hand that has held an arm is not given the mouse instead
+    /// because a cable came loose.
+    #[must_use]
+    pub fn again(&self) -> Option<Choice> {
+        match &self.driven {
+            Driven::ByDevice(_) => Some(Choice::OpenHaptics),
+            Driven::ByTimer(device) if !device.info().is_virtual => Some(Choice::Inverse3),
+            Driven::ByTimer(_) => None,
+        }
+    }
+}
+
 /// Opens a device for an exercise. The seed is a virtual operator's.
 ///
 /// # Errors
@@ -133,8 +146,10 @@ fn said(device: &str, why: &dyn Display) -> String {
     format!("{device}: {why}")
 }
 
+/// A device in its own workspace. Where it measures no orientation the needle points as planned.
 fn with_arm(driven: Driven, exercise: &Exercise) -> Opened {
-    let mapping = Mapping::at_home(home(exercise), Pointing::Handle);
+    let pointing = if driven.info().measures_orientation { Pointing::Handle } else { Pointing::Planned };
+    let mapping = Mapping::at_home(home(exercise), pointing);
     Opened { driven, mapping, steered: Steered::Itself, passed_over: Vec::new() }
 }
 
@@ -143,13 +158,11 @@ fn mouse(exercise: &Exercise, rate_hz: f64) -> Opened {
     Opened { steered: Steered::Window(aim), ..with_arm(Driven::ByTimer(Box::new(hand)), exercise) }
 }
 
-/// A gamepad measures no orientation: the needle points as planned.
 fn gamepad(exercise: &Exercise, rate_hz: f64) -> Result<Opened, String> {
     let (hand, aim) = VirtualHand::new("gamepad", &VirtualHand::braced(), rate_hz);
     let feed = GamepadFeed::start(aim).map_err(|why| said("gamepad", &why))?;
-    let mapping = Mapping::at_home(home(exercise), Pointing::Planned);
-    let driven = Driven::ByTimer(Box::new(hand));
-    Ok(Opened { driven, mapping, steered: Steered::Gamepad(feed), passed_over: Vec::new() })
+    let driven = Driven::ByTimer(Box::new(hand.never_turned()));
+    Ok(Opened { steered: Steered::Gamepad(feed), ..with_arm(driven, exercise) })
 }
 
 fn home(exercise: &Exercise) -> Home {

@@ -15,7 +15,7 @@ use std::time::Duration;
 
 use assessment::Coach;
 use haptics::safety;
-use haptics::servo::{Record, Records, Report, flags as servo_flags};
+use haptics::servo::{Ended, Record, Records, Report, flags as servo_flags};
 use recording::recover::recover;
 use recording::run::{Run, Sent, Simulated};
 use recording::sample::flags;
@@ -51,13 +51,22 @@ pub struct Unsaved {
     pub why: String,
     trial: Arc<Trial>,
     records: Vec<Record>,
+    epilogue: Epilogue,
+}
+
+/// What there is to say when the servo has stopped.
+#[derive(Clone, Debug, Default)]
+struct Epilogue {
+    /// How the servo did, as a recording keeps it.
     servo: BTreeMap<String, String>,
+    /// Why it ended, where neither the person nor the exercise ended it.
+    interrupted: Option<String>,
 }
 
 /// The recorder's thread.
 pub struct Recorder {
     shown: Arc<Mutex<Shown>>,
-    report: Sender<BTreeMap<String, String>>,
+    report: Sender<Epilogue>,
     thread: JoinHandle<Result<Kept, Box<Unsaved>>>,
 }
 
@@ -106,7 +115,7 @@ impl Recorder {
     /// Ends the recording, once the servo has stopped.
     pub fn finish(self, report: Option<&Report>) -> Result<Kept, Box<Unsaved>> {
         // A recorder that is gone needs no report; its panic is passed on below.
-        let _ = self.report.send(report.map(in_words).unwrap_or_default());
+        let _ = self.report.send(report.map_or_else(Epilogue::of_a_defect, Epilogue::new));
         self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     }
 }
@@ -138,17 +147,17 @@ fn record(
     trial: Arc<Trial>,
     mut ticks: Ticks,
     draft: Draft,
-    (shown, report): (&Mutex<Shown>, &Receiver<BTreeMap<String, String>>),
+    (shown, report): (&Mutex<Shown>, &Receiver<Epilogue>),
 ) -> Result<Kept, Box<Unsaved>> {
-    let mut servo = BTreeMap::new();
+    let mut epilogue = Epilogue::default();
     // Nobody left to report means that the attempt was dropped: what there is of it is kept all the same.
     let told = || report.recv().unwrap_or_default();
     let kept = write(&trial, draft, (&mut || ticks.next(), Some(shown)), &mut || {
-        servo = told();
-        servo.clone()
+        epilogue = told();
+        epilogue.clone()
     });
     kept.and_then(|simulated| name(&trial.path, simulated))
-        .map_err(|why| Box::new(Unsaved { why, trial, records: ticks.taken, servo }))
+        .map_err(|why| Box::new(Unsaved { why, trial, records: ticks.taken, epilogue }))
 }
 
 /// Writes every tick that comes, and at the end how the servo did. The disk is asked for nothing more once it has refused.
@@ -156,11 +165,12 @@ fn write(
     trial: &Trial,
     mut draft: Draft,
     (next, shown): (&mut dyn FnMut() -> Option<Record>, Option<&Mutex<Shown>>),
-    servo: &mut dyn FnMut() -> BTreeMap<String, String>,
+    epilogue: &mut dyn FnMut() -> Epilogue,
 ) -> Result<Simulated, String> {
     let exercise = &trial.bundle.exercise;
     let (mut run, mut coach, mut faults) =
         (Run::new(&trial.params, &mut draft), Coach::new(exercise), Faults::default());
+    let mut last = None;
     while let Some(record) = next() {
         let tick = run.tick(&input(&record), Some(&sent(&record)));
         let coached = if exercise.feedback.overlay() { coach.watch(&tick.sample) } else { Vec::new() };
@@ -172,8 +182,12 @@ fn write(
             shown.tell(&tick, (&coached, &faulty));
             shown.refused = run.refused().map(ToString::to_string);
         }
+        last = Some(tick);
     }
-    let servo = servo();
+    let Epilogue { servo, interrupted } = epilogue();
+    if let (Some(why), Some(tick)) = (interrupted, last) {
+        run.note(EventKind::Interrupted, &tick, &why);
+    }
     let simulated = run.finish().map_err(|error| error.to_string())?;
     draft.metadata(SERVO_RECORD, servo).map_err(|error| error.to_string())?;
     let file = draft.finish().map_err(|error| error.to_string())?;
@@ -196,7 +210,7 @@ impl Unsaved {
         let _ = fs::remove_file(unfinished(path));
         let again = begin(&self.trial, path).map_err(|failure| failure.to_string()).and_then(|draft| {
             let mut records = self.records.iter().copied();
-            write(&self.trial, draft, (&mut || records.next(), None), &mut || self.servo.clone())
+            write(&self.trial, draft, (&mut || records.next(), None), &mut || self.epilogue.clone())
         });
         match again.and_then(|simulated| name(path, simulated)) {
             Ok(kept) => {
@@ -233,6 +247,18 @@ fn sent(record: &Record) -> Sent {
     let scaled = record.flags & (servo_flags::SCALED | safety::flags::ALL) != 0;
     let scaled = if scaled { flags::SCALED } else { 0 };
     Sent { device_n: record.device_n, flags: record.flags | scaled, lateness_us: record.lateness_us }
+}
+
+impl Epilogue {
+    fn new(report: &Report) -> Self {
+        let interrupted = (report.ended != Ended::Stopped).then(|| report.ended.to_string());
+        Self { servo: in_words(report), interrupted }
+    }
+
+    /// Of a servo whose thread was killed.
+    fn of_a_defect() -> Self {
+        Self { servo: BTreeMap::new(), interrupted: Some(Ended::Panicked.to_string()) }
+    }
 }
 
 /// How the servo did, as a recording keeps it.

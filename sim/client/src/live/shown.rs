@@ -155,7 +155,7 @@ fn in_words(event: &Event) -> Option<String> {
         EventKind::StructureHit => Some(format!("{text} was hit")),
         EventKind::SkinExit => Some("out of the skin".to_owned()),
         EventKind::Confirm => Some("position confirmed: withdraw".to_owned()),
-        EventKind::Fault => Some(text.clone()),
+        EventKind::Fault | EventKind::Interrupted => Some(text.clone()),
         EventKind::Coaching => None,
     }
 }

@@ -110,7 +110,11 @@ impl Moment {
             EventKind::StructureHit => {
                 self.hit = event.structure.map(|structure| Hit { structure: structure as usize, at_s: event.t_s });
             }
-            EventKind::SkinExit | EventKind::Confirm | EventKind::Coaching | EventKind::Fault => {}
+            EventKind::SkinExit
+            | EventKind::Confirm
+            | EventKind::Coaching
+            | EventKind::Fault
+            | EventKind::Interrupted => {}
         }
     }
 

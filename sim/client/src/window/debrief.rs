@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use assessment::{Assessment, Deduction};
+use assessment::{AssessError, Assessment, Deduction};
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use recording::Recording;
 
@@ -37,7 +37,7 @@ pub struct Debrief {
 struct Judged {
     kept: Kept,
     recording: Arc<Recording>,
-    judged: Result<Assessment, String>,
+    judged: Result<Assessment, AssessError>,
     curves: Curves,
     layers: Vec<(String, f64)>,
     pass_mark: f64,
@@ -195,7 +195,7 @@ fn buttons(ui: &mut Ui, judged: &Judged) -> Next {
 impl Judged {
     fn new(trial: &Trial, kept: Kept) -> Result<Self, Failure> {
         let recording = crate::commands::read_recording(&kept.path)?;
-        let judged = assessment::assess(&recording, &trial.bundle).map_err(|error| error.to_string());
+        let judged = assessment::assess(&recording, &trial.bundle);
         let names = trial.bundle.scene.layers.iter().map(|layer| layer.name.clone());
         let exercise = &trial.bundle.exercise;
         Ok(Self {
@@ -211,6 +211,10 @@ impl Judged {
     fn ui(&self, ui: &mut Ui) {
         match &self.judged {
             Ok(assessment) => verdict(ui, assessment, self.pass_mark),
+            Err(why @ AssessError::Void(_)) => {
+                ui.label(RichText::new(format!("▲ {why}")).size(20.0).color(colours::WARN));
+                ui.label("This says nothing of you: the recording is kept, and counts nowhere.");
+            }
             Err(why) => drop(ui.colored_label(colours::WARN, format!("▲ not scored: {why}"))),
         }
         ui.add_space(8.0);

@@ -245,6 +245,10 @@ impl Window {
         let stage = picture::stage(file, &bundle, &params)?;
         self.canvas.set_stage(&stage).map_err(|error| Failure::refused(file, error))?;
         let opened = open::open(&station.device, &station.devices, &bundle, (seed, TICK_HZ))?;
+        // An arm that was there is asked for again, and not replaced by the mouse because a cable came loose.
+        if let Some(again) = opened.again().filter(|_| station.device == open::Choice::Auto) {
+            station.device = again;
+        }
         let info = opened.driven.info();
         let name = match &opened.steered {
             Steered::Gamepad(feed) => feed.name(),

@@ -10,7 +10,7 @@ use render::camera::Camera;
 
 use super::colours;
 use super::sound::Sound;
-use crate::live::{Live, Phase, Said, Shown, Trial};
+use crate::live::{Live, Phase, Said, Shown, Trial, given};
 
 /// Width of the instruments, in points.
 const SIDE: f32 = 300.0;
@@ -83,6 +83,10 @@ fn readings(ui: &mut Ui, Instruments { shown, latest, live, .. }: &Instruments<'
     big(ui, "Depth", &format!("{depth_mm:.1} mm"), &format!("target {:.1}", exercise.target_depth_mm));
     let force_n = latest.map_or(sample.axial_n(), |latest| latest.output.axial.total_n());
     big(ui, "Force", &format!("{force_n:.2} N"), shown.place());
+    if let (Some(latest), false) = (latest, live.info.is_virtual) {
+        let beside = format!("of {:.2} N on this device", force_n.abs() * live.scaling.factor);
+        big(ui, "Hand", &format!("{:.2} N", given::given_n(&latest.record)), &beside);
+    }
     let most_n = 1.2 * live.scaling.peak_n.max(1.0);
     let share = (force_n.abs() / most_n).clamp(0.0, 1.0) as f32;
     let fill = if force_n.abs() > live.scaling.peak_n { colours::WARN } else { colours::FORCE };
@@ -137,6 +141,9 @@ fn device(ui: &mut Ui, Instruments { latest, live, quality, passed_over, .. }: &
     } else {
         ui.label("no force in this exercise");
     }
+    if !live.info.measures_orientation {
+        ui.label("it does not tell how it is turned: the needle points as planned");
+    }
     if let Some(latest) = latest {
         let troubles = troubles(latest.record.flags);
         let (sign, colour) = if troubles.is_empty() { ("● well", colours::GOOD) } else { ("▲", colours::WARN) };
@@ -159,13 +166,14 @@ fn device(ui: &mut Ui, Instruments { latest, live, quality, passed_over, .. }: &
 fn troubles(flags: u32) -> Vec<&'static str> {
     let all = [
         (safety::flags::HELD, "bad reading held"),
-        (safety::flags::GATED, "force is being let in"),
+        (safety::flags::GATED, "force comes in"),
         (safety::flags::CLAMPED, "force at the device's limit"),
         (safety::flags::THERMAL, "motors kept cool"),
         (safety::flags::WATCHDOG, "force cut by the watchdog"),
         (safety::flags::NOT_FINITE, "no number from the force law"),
         (servo_flags::CLUTCHED, "clutch held"),
         (servo_flags::REFUSED, "device refuses force"),
+        (servo_flags::DISAGREES, "device shows another force"),
     ];
     all.into_iter().filter(|(flag, _)| flags & flag != 0).map(|(_, words)| words).collect()
 }
@@ -214,7 +222,7 @@ pub fn messages(ui: &mut Ui, shown: &Shown) {
 fn sign(kind: EventKind) -> (&'static str, Color32) {
     match kind {
         EventKind::Coaching => ("→", colours::WARN),
-        EventKind::StructureHit | EventKind::Fault => ("×", colours::BAD),
+        EventKind::StructureHit | EventKind::Fault | EventKind::Interrupted => ("×", colours::BAD),
         EventKind::TipRupture | EventKind::RimRupture => ("○", colours::FORCE),
         EventKind::Confirm => ("●", colours::GOOD),
         EventKind::Contact | EventKind::SkinExit => ("·", Color32::LIGHT_GRAY),
@@ -222,13 +230,18 @@ fn sign(kind: EventKind) -> (&'static str, Color32) {
 }
 
 /// The exercise's title and what the trainee is given, on the picture.
-pub fn heading(ui: &Ui, rect: Rect, Instruments { live, .. }: &Instruments<'_>) {
+pub fn heading(ui: &Ui, rect: Rect, Instruments { live, latest, .. }: &Instruments<'_>) {
     let exercise = &live.trial.bundle.exercise;
     let painter = ui.painter_at(rect);
     let title = plate(&painter, rect.left_top() + egui::vec2(14.0, 10.0), Align2::LEFT_TOP, (&exercise.title, 18.0));
     let views =
         if exercise.feedback.inside() { "view: 1 whole, 2 tip, 3 section" } else { exercise.feedback.in_words() };
     plate(&painter, title.left_bottom() + egui::vec2(0.0, 6.0), Align2::LEFT_TOP, (views, 12.5));
+    let felt = exercise.feedback.force() && !live.info.is_virtual;
+    if let Some(why) = latest.filter(|_| felt).and_then(|latest| given::withheld(&latest.record, latest.let_through)) {
+        let place = rect.center_top() + egui::vec2(0.0, 64.0);
+        plate(&painter, place, Align2::CENTER_TOP, (&format!("▲ {why}"), 30.0));
+    }
 }
 
 /// Names of the layers in their bands in the section, beside the needle.

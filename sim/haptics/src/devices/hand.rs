@@ -111,6 +111,8 @@ pub(super) fn info(name: &str) -> DeviceInfo {
         continuous_force_n: MAX_FORCE_N,
         max_stiffness_n_per_m: MAX_STIFFNESS_N_PER_M,
         workspace_m: [0.4, 0.4, 0.4],
+        measures_orientation: true,
+        is_virtual: true,
     }
 }
 
@@ -130,6 +132,13 @@ impl VirtualHand {
             readings: 0,
         };
         (hand, AimWriter { cell: writer })
+    }
+
+    /// The same for whatever moves the hand without turning it.
+    #[must_use]
+    pub fn never_turned(mut self) -> Self {
+        self.info.measures_orientation = false;
+        self
     }
 
     /// The hand that holds a mouse: braced and critically damped, so that it follows without swinging.

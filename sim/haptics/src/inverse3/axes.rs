@@ -21,6 +21,11 @@ pub fn force_n(ours_n: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(ours_n.x, -ours_n.z, ours_n.y)
 }
 
+/// A force in the service's axes, in N, in ours.
+pub fn our_force_n(service_n: Vector3<f64>) -> Vector3<f64> {
+    vector(service_n)
+}
+
 /// device_from_handle, from the orientation of the grip in the service's axes. A grip that is not turned is taken to point
 /// forward, along its own y; our handle points along its z. Both differ by the same quarter turn about x.
 pub fn orientation(service_from_grip: UnitQuaternion<f64>) -> UnitQuaternion<f64> {

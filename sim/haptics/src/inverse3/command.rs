@@ -13,6 +13,18 @@ pub enum Dialect {
     Vector,
     /// The field is `values`: before 3.5.
     Values,
+    /// Both fields, for a service that does not say its version: it takes the one that it knows and ignores the other.
+    Both,
+}
+
+impl Dialect {
+    fn fields(self) -> &'static [&'static str] {
+        match self {
+            Self::Vector => &["vector"],
+            Self::Values => &["values"],
+            Self::Both => &["vector", "values"],
+        }
+    }
 }
 
 /// Asks for a frame with everything in it.
@@ -23,19 +35,15 @@ pub const KEEP_ALIVE: &str = "{}";
 /// The command that sets a force, for one device in one dialect.
 pub struct SetForce {
     prefix: String,
+    fields: &'static [&'static str],
     text: String,
 }
 
 impl SetForce {
     pub fn new(device_id: &str, dialect: Dialect) -> Self {
         let device_id = serde_json::Value::from(device_id);
-        let field = match dialect {
-            Dialect::Vector => "vector",
-            Dialect::Values => "values",
-        };
-        let prefix =
-            format!(r#"{{"inverse3":[{{"device_id":{device_id},"commands":{{"set_cursor_force":{{"{field}":{{"x":"#);
-        Self { prefix, text: String::new() }
+        let prefix = format!(r#"{{"inverse3":[{{"device_id":{device_id},"commands":{{"set_cursor_force":{{"#);
+        Self { prefix, fields: dialect.fields(), text: String::new() }
     }
 
     /// The command as text. The force, in N, device frame, is finite.
@@ -43,8 +51,14 @@ impl SetForce {
         let force_n = axes::force_n(force_n);
         self.text.clear();
         self.text.push_str(&self.prefix);
-        // Debug prints the shortest digits that read back to the same number. A string takes whatever is written.
-        let _infallible = write!(self.text, r#"{:?},"y":{:?},"z":{:?}}}}}}}}}]}}"#, force_n.x, force_n.y, force_n.z);
+        let mut comma = "";
+        for field in self.fields {
+            // Debug prints the shortest digits that read back to the same number. A string takes whatever is written.
+            let (x, y, z) = (force_n.x, force_n.y, force_n.z);
+            let _infallible = write!(self.text, r#"{comma}"{field}":{{"x":{x:?},"y":{y:?},"z":{z:?}}}"#);
+            comma = ",";
+        }
+        self.text.push_str("}}}]}");
         &self.text
     }
 }

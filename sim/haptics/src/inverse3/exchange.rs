@@ -12,6 +12,7 @@ use nalgebra::Vector3;
 use triple_buffer::{Input, Output};
 use tungstenite::{Error, Utf8Bytes};
 
+use super::agreement::Agreement;
 use super::code;
 use super::command::{KEEP_ALIVE, SetForce};
 use super::session::Session;
@@ -46,6 +47,8 @@ pub struct Shared {
     fault: AtomicU32,
     /// Why it takes no force, a bit each; 0 when it does.
     pub refusal: AtomicU32,
+    /// The service shows another force than it is told.
+    pub disagrees: AtomicBool,
     /// States heard.
     pub states: AtomicU64,
     /// Texts that were not understood.
@@ -88,6 +91,7 @@ pub struct Exchange {
     pub readings: Input<Reading>,
     pub forces_n: Output<Vector3<f64>>,
     pub reading: Reading,
+    pub agreement: Agreement,
     pub shared: Arc<Shared>,
 }
 
@@ -137,6 +141,7 @@ impl Exchange {
             // Nothing new to a service that has not answered yet: it is asked for a state, and no more.
             let says_nothing = !times.answered && wanted_n == times.shown_n;
             self.session.send(if says_nothing { KEEP_ALIVE } else { self.command.text(&wanted_n) })?;
+            self.agreement.told(wanted_n);
             *times = Times { sent: Some(clock::instant()), answered: false, shown_n: wanted_n, ..*times };
         }
         self.listen(times)?;
@@ -177,6 +182,10 @@ impl Exchange {
         times.understood = true;
         if let Some(refusal) = frame.arm(&self.device_id).and_then(|arm| arm.refusal()) {
             self.shared.refusal.store(refusal, Ordering::Relaxed);
+        }
+        if let Some(reported_n) = frame.reported_n(&self.device_id) {
+            let disagrees = self.agreement.disagrees(&reported_n, clock::now_s());
+            self.shared.disagrees.store(disagrees, Ordering::Relaxed);
         }
         if let Some(reading) = frame.reading(&self.device_id, clock::now_s(), &self.reading) {
             self.reading = reading;

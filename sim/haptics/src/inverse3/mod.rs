@@ -1,10 +1,12 @@
 //! The Haply Inverse3 with a VerseGrip, through the Haply Inverse Service: JSON over a WebSocket.
 //!
 //! A thread of the driver speaks with the service (`exchange.rs`); the servo's side reads and writes latest-value cells and
-//! never waits. Both spellings of a force are spoken; the service's version, which it says on the same port, decides.
+//! never waits. Both spellings of a force are spoken; the service's version decides, and both are sent where it is not known. The force
+//! that the service says it shows is compared with the one it was told. Without a VerseGrip the needle points as planned.
 //!
 //! Tried against a stand-in service that speaks the same protocol; not on hardware.
 
+mod agreement;
 mod axes;
 mod command;
 mod error;
@@ -20,6 +22,7 @@ use std::thread::{self, JoinHandle};
 use nalgebra::{UnitQuaternion, Vector3};
 use triple_buffer::{Input, Output, triple_buffer};
 
+use self::agreement::Agreement;
 pub use self::command::Dialect;
 use self::command::SetForce;
 pub use self::error::OpenError;
@@ -52,7 +55,9 @@ pub struct Options {
     pub url: String,
     /// Identifier of the device, for example `04C3`; the first one if absent.
     pub device_id: Option<String>,
-    /// How a force is spelled; if absent, as the service's version wants it, and `vector` if it does not say its version.
+    /// Port on which the service says its version, where it does not on the one of `url`.
+    pub version_port: u16,
+    /// How a force is spelled; if absent, as the service's version wants it, and both ways if it does not say its version.
     pub dialect: Option<Dialect>,
     /// Largest force, in N; at most 10.
     pub max_force_n: f64,
@@ -61,7 +66,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         let url = "ws://localhost:10001".to_owned();
-        Self { url, device_id: None, dialect: None, max_force_n: GREATEST_FORCE_N }
+        Self { url, device_id: None, version_port: 10000, dialect: None, max_force_n: GREATEST_FORCE_N }
     }
 }
 
@@ -94,16 +99,17 @@ impl Inverse3 {
     pub fn open(options: &Options) -> Result<Self, OpenError> {
         let mut session = Session::connect(&options.url)?;
         let first = session.inventory(&options.url)?;
-        let version = Version::ask(session.address);
+        let version = Version::ask(session.address, options.version_port);
         let dialect = match (options.dialect, &version) {
             (Some(dialect), _) => dialect,
-            (None, None) => Dialect::Vector,
+            (None, None) => Dialect::Both,
             (None, Some(version)) => {
                 version.dialect().ok_or_else(|| OpenError::WrongVersion { found: version.text.clone() })?
             }
         };
         let (device_id, reading) = find(&first, options.device_id.as_deref())?;
-        let info = describe(&device_id, options.max_force_n);
+        let has_grip = Frame::read(&first).is_some_and(|frame| frame.has_grip());
+        let info = describe(&device_id, options.max_force_n, has_grip);
         let (readings_in, readings) = triple_buffer(&reading);
         let (forces_n, forces_out) = triple_buffer(&Vector3::zeros());
         let shared = Arc::new(Shared::default());
@@ -114,6 +120,7 @@ impl Inverse3 {
             readings: readings_in,
             forces_n: forces_out,
             reading,
+            agreement: Agreement::default(),
             shared: Arc::clone(&shared),
         };
         let thread = thread::Builder::new().name("inverse3".to_owned()).spawn(|| exchange.run());
@@ -160,6 +167,10 @@ impl Device for Inverse3 {
             (None, 0) => Ok(()),
             (None, why) => Err(DeviceFault::RefusesForce(why)),
         }
+    }
+
+    fn disagrees(&self) -> bool {
+        self.shared.disagrees.load(Ordering::Relaxed)
     }
 
     fn close(&mut self) {
@@ -212,14 +223,17 @@ fn words(refusal: u32) -> Option<&'static str> {
 
 /// What the arm can do. The service does not say; its workspace is a cautious box of our choice inside the arm's reach, and
 /// it watches the temperature of its motors itself.
-fn describe(device_id: &str, max_force_n: f64) -> DeviceInfo {
+fn describe(device_id: &str, max_force_n: f64, has_grip: bool) -> DeviceInfo {
     let max_force_n = if max_force_n.is_nan() { 0.0 } else { max_force_n.clamp(0.0, GREATEST_FORCE_N) };
     DeviceInfo {
-        name: "Inverse3".to_owned(),
+        // A recording keeps the name, and so whether the trainee turned the needle.
+        name: if has_grip { "Inverse3" } else { "Inverse3 without VerseGrip" }.to_owned(),
         serial: Some(device_id.to_owned()),
         max_force_n,
         continuous_force_n: max_force_n,
         max_stiffness_n_per_m: 1000.0,
         workspace_m: [0.20, 0.16, 0.16],
+        measures_orientation: has_grip,
+        is_virtual: false,
     }
 }

@@ -23,6 +23,9 @@ pub struct Frame<'a> {
     verse_grip: Few<Grip>,
     #[serde(default)]
     wireless_verse_grip: Few<Grip>,
+    /// Grips with buttons of their own, which the service lists apart from 3.5 on.
+    #[serde(default)]
+    custom_verse_grip: Few<Grip>,
 }
 
 /// An Inverse3.
@@ -39,6 +42,8 @@ pub struct Arm<'a> {
 #[derive(Deserialize)]
 struct ArmState {
     cursor_position: Option<Xyz>,
+    /// The force that the service gives the arm, in N, its axes.
+    current_cursor_force: Option<Xyz>,
 }
 
 /// What may keep an arm from being used. What the service does not say is taken to be well.
@@ -109,14 +114,28 @@ impl<'a> Frame<'a> {
     /// if the frame says nothing of the arm's position.
     pub fn reading(&self, id: &str, t_s: f64, before: &Reading) -> Option<Reading> {
         let position = self.arm(id)?.state.as_ref()?.cursor_position?;
-        let grips = || self.wireless_verse_grip.0.iter().chain(&self.verse_grip.0).flatten();
-        let states = || grips().filter_map(|grip| grip.state.as_ref());
         Some(Reading {
             t_s,
             position_m: axes::position_m(Vector3::new(position.x, position.y, position.z)),
-            orientation: states().find_map(GripState::orientation).unwrap_or(before.orientation),
-            buttons: states().find_map(GripState::pressed).unwrap_or(before.buttons),
+            orientation: self.grips().find_map(GripState::orientation).unwrap_or(before.orientation),
+            buttons: self.grips().find_map(GripState::pressed).unwrap_or(before.buttons),
         })
+    }
+
+    /// The force that the service says it gives the arm `id`, in N, device frame; none where it does not say.
+    pub fn reported_n(&self, id: &str) -> Option<Vector3<f64>> {
+        let Xyz { x, y, z } = self.arm(id)?.state.as_ref()?.current_cursor_force?;
+        Some(axes::our_force_n(Vector3::new(x, y, z)))
+    }
+
+    /// A grip tells how it is turned.
+    pub fn has_grip(&self) -> bool {
+        self.grips().any(|grip| grip.orientation().is_some())
+    }
+
+    fn grips(&self) -> impl Iterator<Item = &GripState> {
+        let grips = self.wireless_verse_grip.0.iter().chain(&self.verse_grip.0).chain(&self.custom_verse_grip.0);
+        grips.flatten().filter_map(|grip| grip.state.as_ref())
     }
 }
 

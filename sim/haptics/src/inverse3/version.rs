@@ -1,4 +1,5 @@
-//! The service's version, which decides how a force is spelled. It answers plain HTTP on the same port.
+//! The service's version, which decides how a force is spelled. It answers plain HTTP: on the port of its WebSocket by the
+//! documentation of 3.5, on 10000 by that of 3.0.
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -27,19 +28,24 @@ pub struct Version {
 struct Said {
     git_tag: String,
     git_describe: String,
+    project_version: String,
     data: Option<Box<Said>>,
 }
 
 impl Said {
     fn words(self) -> Option<String> {
-        let own = [self.git_tag, self.git_describe].into_iter().find(|words| !words.is_empty());
+        let own = [self.git_tag, self.git_describe, self.project_version].into_iter().find(|words| !words.is_empty());
         own.or_else(|| self.data.and_then(|data| data.words()))
     }
 }
 
 impl Version {
-    /// Asks the service that listens there; none if it does not say.
-    pub fn ask(address: SocketAddr) -> Option<Self> {
+    /// Asks the service whose WebSocket is there, on the same port and then on another; none if it says nothing on either.
+    pub fn ask(address: SocketAddr, other_port: u16) -> Option<Self> {
+        Self::asked(address).or_else(|| Self::asked(SocketAddr::new(address.ip(), other_port)))
+    }
+
+    fn asked(address: SocketAddr) -> Option<Self> {
         let mut stream = TcpStream::connect_timeout(&address, PATIENCE).ok()?;
         stream.set_read_timeout(Some(PATIENCE)).ok()?;
         stream.write_all(b"GET /version HTTP/1.0\r\nHost: localhost\r\nConnection: close\r\n\r\n").ok()?;

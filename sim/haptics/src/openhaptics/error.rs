@@ -105,3 +105,13 @@ pub(super) fn fault(info: ErrorInfo) -> DeviceFault {
         code => DeviceFault::Reported(code),
     }
 }
+
+/// The graver of two errors of a frame, the first of which is the younger; the older of two alike, from which the other follows.
+pub(super) fn graver(younger: DeviceFault, older: DeviceFault) -> DeviceFault {
+    let rank = |fault: DeviceFault| match fault {
+        DeviceFault::Gone => 2,
+        DeviceFault::RefusesForce(_) => 1,
+        DeviceFault::Reported(_) => 0,
+    };
+    if rank(younger) > rank(older) { younger } else { older }
+}

@@ -7,6 +7,7 @@
 
 use std::error::Error;
 use std::ffi::{CStr, OsStr, c_char, c_ulong, c_void};
+use std::mem::ManuallyDrop;
 
 use libloading::Library;
 
@@ -109,8 +110,8 @@ pub enum LoadError {
 /// The library, loaded.
 pub struct Hd {
     functions: Functions,
-    // Dropped after the functions, which point into it.
-    _library: Library,
+    // Never unloaded: a driver's threads outlive its devices, and the next attempt opens one again.
+    _library: ManuallyDrop<Library>,
 }
 
 impl Hd {
@@ -123,7 +124,7 @@ impl Hd {
             LoadError::NotFound(words)
         })?;
         let functions = Functions::find(&library).map_err(LoadError::Lacks)?;
-        Ok(Self { functions, _library: library })
+        Ok(Self { functions, _library: ManuallyDrop::new(library) })
     }
 
     /// Opens a device by its configured name, or the default one. What went wrong is in [`Hd::error`].
@@ -154,14 +155,16 @@ impl Hd {
         unsafe { (self.functions.end_frame)(device) }
     }
 
-    /// The oldest error that has not been asked for. Forgets the younger ones, which follow from it.
-    pub fn error(&self) -> Option<ErrorInfo> {
+    /// Every error that has not been asked for: the library gives the most recent first. Bounded, for one that never runs out.
+    pub fn errors(&self) -> impl Iterator<Item = ErrorInfo> + '_ {
         // SAFETY: no arguments; the answer is plain data.
         let next = || Some(unsafe { (self.functions.get_error)() }).filter(|info| info.code != 0);
-        let oldest = next();
-        // Bounded, for a library that never runs out of errors.
-        let _younger = std::iter::from_fn(next).take(ERRORS_KEPT).count();
-        oldest
+        std::iter::from_fn(next).take(ERRORS_KEPT)
+    }
+
+    /// The oldest error that has not been asked for. The younger ones follow from it, and are forgotten.
+    pub fn error(&self) -> Option<ErrorInfo> {
+        self.errors().last()
     }
 
     /// The library's words for an error.
@@ -242,7 +245,7 @@ impl Hd {
             guard
         };
         // Old drivers refuse to be told a rate and keep to 1 kHz, their default: not an error.
-        let refused = self.error().filter(|info| !RATE_REFUSALS.contains(&info.code));
+        let refused = self.errors().filter(|info| !RATE_REFUSALS.contains(&info.code)).last();
         // SAFETY: no arguments.
         unsafe { (self.functions.start_scheduler)() };
         if let Some(error) = refused.or_else(|| self.error()) {
@@ -254,8 +257,8 @@ impl Hd {
     }
 }
 
-/// More errors than a frame can make.
-const ERRORS_KEPT: usize = 16;
+/// More errors than can gather between two looks.
+const ERRORS_KEPT: usize = 64;
 /// Invalid value, invalid operation, timer: what drivers answer to a rate that they cannot set.
 const RATE_REFUSALS: [u32; 3] = [0x0101, 0x0102, 0x0304];
 

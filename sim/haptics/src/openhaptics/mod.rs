@@ -26,6 +26,9 @@ use crate::device::{Clocked, DeviceFault, DeviceInfo, Reading, Tick};
 const LOOK: Duration = Duration::from_millis(5);
 /// Looks without a frame after which the device is lost: a second.
 const LOST_AFTER_LOOKS: u32 = 200;
+/// How often a device in its inkwell is asked to calibrate, and how long it gets for it.
+const CALIBRATIONS: u32 = 5;
+const CALIBRATION: Duration = Duration::from_millis(50);
 /// Looks that the last frame gets to show zero force before the scheduler is stopped: a tenth of a second.
 const LAST_FRAME_LOOKS: u32 = 20;
 
@@ -85,13 +88,32 @@ impl OpenHaptics {
         if status == calibration::NEEDS_UPDATE {
             let offered = self.hd.integer(name::CALIBRATION_STYLE);
             let by_itself = [calibration::AUTO, calibration::INKWELL].into_iter().find(|style| offered & style != 0);
-            by_itself.into_iter().for_each(|style| self.hd.update_calibration(style));
+            by_itself.into_iter().for_each(|style| self.update_calibration(style));
             status = self.hd.check_calibration();
         }
         match (status, self.hd.error()) {
             (calibration::OK, None) => Ok(()),
             (status, _) => Err(OpenError::NotCalibrated { status }),
         }
+    }
+
+    /// Calibrates while frames are made, without force: the reference wants the scheduler to run when a device is calibrated in its
+    /// inkwell or by itself.
+    fn update_calibration(&self, style: u32) {
+        let mut frame = || {
+            self.hd.begin_frame(self.device);
+            self.hd.end_frame(self.device);
+            true
+        };
+        let scheduled = self.hd.while_scheduled(&mut frame, || {
+            (0..CALIBRATIONS).find(|_| {
+                self.hd.update_calibration(style);
+                std::thread::sleep(CALIBRATION);
+                self.hd.check_calibration() == calibration::OK
+            });
+        });
+        // What went wrong is seen in the status that the device then has.
+        let _unscheduled = scheduled;
     }
 
     fn switch_on(&self) -> Result<(), OpenError> {
@@ -195,6 +217,8 @@ fn describe(hd: &Hd) -> DeviceInfo {
         continuous_force_n: number(name::NOMINAL_MAX_CONTINUOUS_FORCE).unwrap_or(known.continuous_force_n),
         max_stiffness_n_per_m: stiffness.min(known.max_stiffness_n_per_m),
         workspace_m: extent_m(&workspace_mm).unwrap_or([0.160, 0.120, 0.070]),
+        measures_orientation: true,
+        is_virtual: false,
     };
     // What an old device cannot say is not an error of opening it.
     let _forgotten = hd.error();

@@ -25,7 +25,7 @@ pub use hold::Believed;
 pub mod flags {
     /// The reading was bad or missing: the last good one is held, or the force is ramping to zero.
     pub const HELD: u32 = 1 << 4;
-    /// The gate is closed, or still opening.
+    /// Force comes back: the gate is not wholly open.
     pub const GATED: u32 = 1 << 5;
     /// Damping was added, by more than [`super::passivity::FELT_N`].
     pub const DAMPED: u32 = 1 << 6;
@@ -39,7 +39,10 @@ pub mod flags {
     pub const WATCHDOG: u32 = 1 << 10;
     /// The law asked for a force that is not a number.
     pub const NOT_FINITE: u32 = 1 << 11;
-    /// All of them.
+    /// The hand was given less than half of the force that the law wants of this device, although that can be felt. Kept apart from
+    /// the bits of [`crate::servo::flags`] between.
+    pub const UNFELT: u32 = 1 << 16;
+    /// What the links changed.
     pub const ALL: u32 = HELD | GATED | DAMPED | CLAMPED | RISE_LIMITED | THERMAL | WATCHDOG | NOT_FINITE;
 }
 
@@ -48,8 +51,8 @@ pub mod flags {
 pub struct Params {
     /// What readings are believed, and for how long the last one is.
     pub hold: hold::Params,
-    /// When force is let in.
-    pub gate: gate::Params,
+    /// How force is let in; at once where it can hurt nobody.
+    pub gate: Option<gate::Params>,
     /// Energy observer and damping.
     pub passivity: passivity::Params,
     /// Largest force, in N.
@@ -58,8 +61,8 @@ pub struct Params {
     pub max_rise_n: f64,
     /// Budget of heat.
     pub thermal: thermal::Params,
-    /// Deadlines.
-    pub watchdog: watchdog::Params,
+    /// Deadlines; none where a late force can hurt nobody.
+    pub watchdog: Option<watchdog::Params>,
 }
 
 impl Params {
@@ -72,12 +75,12 @@ impl Params {
         let max_force_n = info.max_force_n.max(0.0);
         Self {
             hold: hold::Params::new(period_s),
-            gate: gate::Params::new(max_force_n),
+            gate: (!info.is_virtual).then(gate::Params::default),
             passivity: passivity::Params::new(period_s, softest_n_per_m, max_force_n),
             max_force_n,
             max_rise_n: max_force_n * period_s / FULL_RISE_S,
             thermal: thermal::Params { period_s, max_force_n, continuous_force_n: info.continuous_force_n },
-            watchdog: watchdog::Params::default(),
+            watchdog: (!info.is_virtual).then(watchdog::Params::default),
         }
     }
 }
@@ -116,6 +119,8 @@ pub struct Output {
     pub force_n: Vector3<f64>,
     /// What was changed, and by whom; see [`flags`].
     pub changed: u32,
+    /// The part of the force that hold, gate and watchdog let through, from 0 to 1.
+    pub let_through: f64,
 }
 
 /// The first link: what to believe of a reading. `None` until the first good one.
@@ -142,13 +147,18 @@ pub fn step(params: &Params, state: &mut State, input: &Input) -> Output {
     let finite = input.wanted_n.iter().all(|part| part.is_finite());
     mark(!finite, flags::NOT_FINITE);
     let law_n = if finite { input.wanted_n } else { Vector3::zeros() };
+    let owed_n = clamp::norm(&law_n, params.max_force_n).0;
 
-    let gate = gate::step(&params.gate, &mut state.gate, now_s, law_n.norm());
+    let account = state.passivity.account(&params.passivity, &owed_n);
+    let gate = params.gate.map_or(1.0, |gate| gate::step(&gate, &mut state.gate, now_s, account));
     mark(gate < 1.0, flags::GATED);
+    if gate <= 0.0 {
+        state.passivity.forgive();
+    }
     let wanted_n = law_n * (gate * believed.gain);
 
-    let (passive_n, damped) =
-        passivity::step(&params.passivity, &mut state.passivity, &believed.reading.position_m, &wanted_n);
+    let motion = passivity::Motion { position_m: believed.reading.position_m, wanted_n, owed_n };
+    let (passive_n, damped) = passivity::step(&params.passivity, &mut state.passivity, &motion);
     mark(damped, flags::DAMPED);
     let (clamped_n, clamped) = clamp::norm(&passive_n, params.max_force_n);
     mark(clamped, flags::CLAMPED);
@@ -157,13 +167,21 @@ pub fn step(params: &Params, state: &mut State, input: &Input) -> Output {
     let (cool_n, hot) = thermal::step(&params.thermal, &mut state.thermal, &risen_n);
     mark(hot, flags::THERMAL);
 
-    let barks = watchdog::step(&params.watchdog, &mut state.watchdog, input.late_periods, input.connected);
+    let barks = params
+        .watchdog
+        .is_some_and(|watchdog| watchdog::step(&watchdog, &mut state.watchdog, input.late_periods, input.connected));
     mark(barks, flags::WATCHDOG);
     if barks {
         state.gate = gate::State::default();
     }
     let force_n = if barks { Vector3::zeros() } else { cool_n };
+    mark(params.gate.is_some() && is_unfelt(&owed_n, &force_n), flags::UNFELT);
     state.passivity.sent(force_n);
     state.sent_n = force_n;
-    Output { force_n, changed }
+    Output { force_n, changed, let_through: if barks { 0.0 } else { gate * believed.gain } }
+}
+
+/// Whether a force that can be felt is not: less than half of it is given, both in N.
+fn is_unfelt(owed_n: &Vector3<f64>, given_n: &Vector3<f64>) -> bool {
+    owed_n.norm() > passivity::FELT_N && given_n.norm() < 0.5 * owed_n.norm()
 }

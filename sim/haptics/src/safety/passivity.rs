@@ -8,12 +8,18 @@
 //! −K T/2 of [`super::wall`]. Nothing is saved up here, so it is taken back at once, however much the tissue dissipated before.
 //!
 //! *Port.* What was given in all must not exceed what was taken. It holds for any law, but what the tissue dissipated would count
-//! as credit; so the credit is capped by what a body that pushes with F can have stored, F²/2k, k the softest stiffness.
+//! as credit; so the credit is capped by what a body that pushes with F can have stored, F²/2k, k the softest stiffness. F is what
+//! the law wants, not what is let through: what the hand has paid before its force was cut it may have back when the force comes
+//! back, and no more ([`State::account`]).
 
 use nalgebra::Vector3;
 
+use super::gate::Account;
+
 /// Damping that is reported, in N: a fifth of the friction of a haptic arm.
 pub const FELT_N: f64 = 0.05;
+/// What may be given too much while force comes back, in J: a tremor of a twentieth of a millimetre under 1 N.
+const OVERDRAFT_J: f64 = 5e-5;
 /// Most ticks that a force may take to act, beyond the period it is held for.
 const MAX_DELAY: usize = 7;
 
@@ -69,19 +75,37 @@ impl State {
         self.sent_n[0] = force_n;
     }
 
+    /// How the account at the port stands, with a force in N owed to the hand.
+    #[must_use]
+    pub fn account(&self, params: &Params, owed_n: &Vector3<f64>) -> Account {
+        let credit_j = params.stored_j(owed_n.norm());
+        match self.port_j {
+            port_j if port_j < -OVERDRAFT_J => Account::Overdrawn,
+            port_j if port_j >= credit_j || owed_n.norm() <= FELT_N => Account::Settled,
+            _ => Account::Open,
+        }
+    }
+
+    /// Where no force is given any more, nothing is left to damp: what was overdrawn in a last tick is let go. What may be overdrawn is
+    /// not granted anew, or a hand that trembles would be fed by each ramp; it pays that back when it pushes.
+    pub fn forgive(&mut self) {
+        self.sampling_j = 0.0;
+        self.port_j = self.port_j.max(-OVERDRAFT_J);
+    }
+
     /// Concludes nothing from where the handle was.
     pub fn forget_position(&mut self) {
         self.last_position_m = None;
     }
 
     /// Books a tick's motion, with the law's force at its end.
-    fn observe(&mut self, params: &Params, way_m: &Vector3<f64>, wanted_n: &Vector3<f64>) {
+    fn observe(&mut self, params: &Params, way_m: &Vector3<f64>, wanted_n: &Vector3<f64>, owed_n: &Vector3<f64>) {
         let acted_n = self.sent_n[params.delay_ticks.min(MAX_DELAY)];
         let taken_j = -acted_n.dot(way_m);
         let due_j = -0.5 * (self.last_wanted_n + wanted_n).dot(way_m);
         let floor_j = -params.stored_j(params.max_force_n);
         self.sampling_j = (self.sampling_j + taken_j - due_j).clamp(floor_j, 0.0);
-        self.port_j = (self.port_j + taken_j).clamp(floor_j, params.stored_j(wanted_n.norm()));
+        self.port_j = (self.port_j + taken_j).clamp(floor_j, params.stored_j(owed_n.norm()));
     }
 
     /// Damping that would pay the debt over a tick of the same motion, in N·s/m: α = E T/Δx², less what is already on its way.
@@ -95,17 +119,24 @@ impl State {
     }
 }
 
+/// A tick, as the observer sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Where the handle is, in m.
+    pub position_m: Vector3<f64>,
+    /// The force that is to be given, in N.
+    pub wanted_n: Vector3<f64>,
+    /// The force that the law wants of the device, gate or no gate, in N.
+    pub owed_n: Vector3<f64>,
+}
+
 /// The force with the damping that the observer asks for, in N, and whether that can be felt.
-pub fn step(
-    params: &Params,
-    state: &mut State,
-    position_m: &Vector3<f64>,
-    wanted_n: &Vector3<f64>,
-) -> (Vector3<f64>, bool) {
+pub fn step(params: &Params, state: &mut State, motion: &Motion) -> (Vector3<f64>, bool) {
+    let Motion { position_m, wanted_n, owed_n } = motion;
     // The clamp behind this link is as conservative as the law: it belongs to what is due.
     let due_n = super::clamp::norm(wanted_n, params.max_force_n).0;
     let way_m = state.last_position_m.map_or_else(Vector3::zeros, |last_m| position_m - last_m);
-    state.observe(params, &way_m, &due_n);
+    state.observe(params, &way_m, &due_n, owed_n);
     state.last_position_m = Some(*position_m);
     state.last_wanted_n = due_n;
     let damping_n_s_per_m = state.damping_n_s_per_m(params, &way_m);
@@ -133,8 +164,9 @@ mod tests {
         let forces = |tick| {
             let x_m = speed_m_per_s * f64::from(tick) * PERIOD_S;
             let wanted_n = law_n(x_m);
-            let (force_n, _) =
-                step(&params, &mut state, &Vector3::new(x_m, 0.0, 0.0), &Vector3::new(wanted_n, 0.0, 0.0));
+            let along = |x: f64| Vector3::new(x, 0.0, 0.0);
+            let motion = Motion { position_m: along(x_m), wanted_n: along(wanted_n), owed_n: along(wanted_n) };
+            let (force_n, _) = step(&params, &mut state, &motion);
             state.sent(force_n);
             (wanted_n, force_n.x)
         };

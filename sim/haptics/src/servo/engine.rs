@@ -46,6 +46,8 @@ pub struct Engine {
     inside: bool,
     /// What became of the last force.
     wrote: Result<(), DeviceFault>,
+    /// It says that it shows another.
+    disagrees: bool,
     /// Since when the device has answered with errors alone, in s.
     failing_since_s: Option<f64>,
     /// Why it is over.
@@ -88,6 +90,7 @@ impl Engine {
             grid: Grid::new(rate_hz)?,
             inside: false,
             wrote: Ok(()),
+            disagrees: false,
             failing_since_s: None,
             ended: None,
             records: sender,
@@ -142,6 +145,11 @@ impl Engine {
         if result == Err(DeviceFault::Gone) {
             self.ended = Some(Ended::DeviceLost(DeviceFault::Gone));
         }
+    }
+
+    /// Notes whether the device says that it shows another force than it was sent.
+    pub fn doubted(&mut self, disagrees: bool) {
+        self.disagrees = disagrees;
     }
 
     /// Notes what the whole tick took, in s, reading and writing the device included.
@@ -238,6 +246,7 @@ impl Engine {
             // Filled in place: an empty vector is no allocation.
             loads_n: Vec::new(),
             buttons: told.believed.reading.buttons,
+            let_through: told.sent.let_through,
             ruptures,
             ticks,
             stalls,
@@ -256,6 +265,7 @@ impl Engine {
             | flag(self.mapping.clutched(), flags::CLUTCHED)
             | flag(self.wrote.is_err(), flags::REFUSED)
             | flag(self.scaling.factor < 1.0, flags::SCALED)
+            | flag(self.disagrees, flags::DISAGREES)
     }
 }
 

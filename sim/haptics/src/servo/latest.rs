@@ -20,6 +20,8 @@ pub struct Snapshot {
     pub loads_n: Vec<f64>,
     /// Buttons held down; see [`crate::device::buttons`].
     pub buttons: u32,
+    /// The part of the force that hold, gate and watchdog let through, from 0 to 1.
+    pub let_through: f64,
     /// Boundaries that gave way since the start: it rises by one at each pop.
     pub ruptures: u64,
     /// Ticks made.

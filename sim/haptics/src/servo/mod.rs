@@ -42,6 +42,8 @@ pub mod flags {
     pub const REFUSED: u32 = 1 << 14;
     /// The scene is scaled to the device.
     pub const SCALED: u32 = 1 << 15;
+    /// The device says that it shows another force than it was sent. The bit below is the safety chain's.
+    pub const DISAGREES: u32 = 1 << 17;
 }
 
 /// What an attempt is made of.

@@ -53,6 +53,7 @@ fn by_timer(engine: &mut Engine, device: &mut dyn Device, stop: &AtomicBool) -> 
         };
         let wrote = released.device.write(&force_n);
         engine.wrote(wrote);
+        engine.doubted(released.device.disagrees());
         engine.took(clock::now_s() - moment.now_s);
     }
 }

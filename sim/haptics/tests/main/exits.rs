@@ -16,7 +16,7 @@ use nalgebra::{Point3, Vector3};
 use crate::inverse3::until;
 use crate::support::{RATE_HZ, Rig, reading, shipped};
 
-/// A gate that lets everything in at once, so that the short lives below see force.
+/// A virtual hand has no gate, so that the short lives below see force.
 fn setup(info: &DeviceInfo, approach_m: f64) -> Setup {
     let params = Arc::new(PunctureParams::new(shipped("lower-back-training")).expect("a valid scene"));
     let home = Home::above(Point3::origin(), -Vector3::z_axis(), approach_m);
@@ -30,8 +30,7 @@ pub fn rig(info: &DeviceInfo, approach_m: f64) -> Rig {
 
 fn start(device: Scripted) -> (Started, Arc<Watched>) {
     let watched = device.watched();
-    let mut setup = setup(servo_info(&device), 0.001);
-    setup.safety.gate.ramp_s = 1e-3;
+    let setup = setup(servo_info(&device), 0.001);
     let started = servo::start(setup, Driven::ByTimer(Box::new(device))).expect("a thread");
     (started, watched)
 }
@@ -133,8 +132,7 @@ fn a_device_with_its_own_clock_runs_the_tick_and_its_end_is_known() {
         let pushing = Arc::new(AtomicBool::new(false));
         let info = servo_info(&Scripted::new(0.0, RATE_HZ)).clone();
         let device = Metronome { info, ticks: 0, lost_after, pushing: Arc::clone(&pushing) };
-        let mut setup = setup(&device.info, 0.001);
-        setup.safety.gate.ramp_s = 0.0;
+        let setup = setup(&device.info, 0.001);
         let mut started = servo::start(setup, Driven::ByDevice(Box::new(device))).expect("a thread");
         until(|| started.latest.read().is_some_and(|latest| latest.ticks >= 500));
         let report = started.running.stop().expect("a report");

@@ -76,14 +76,58 @@ fn the_services_version_decides_how_a_force_is_spelled() {
         (Some("4.0.0"), "vector"),
         (Some("3.4.9"), "values"),
         (Some("3.0.1"), "values"),
-        (Some("no number"), "vector"),
-        (None, "vector"),
+        (Some("no number"), "values+vector"),
+        (None, "values+vector"),
     ];
     for (version, expected) in versions {
         let (service, mut device) = opened(Script { version, ..Script::default() });
         let (field, _) = told(&service, &mut device, Vector3::new(1.0, 0.0, 0.0));
         assert_eq!(field, expected, "version {version:?}");
         assert_eq!(device.service_version(), version.filter(|words| *words != "no number"));
+    }
+}
+
+#[test]
+fn a_version_on_the_other_documented_port_is_found() {
+    let script = Script { version: None, version_elsewhere: Some("3.1.0"), ..Script::default() };
+    let service = Service::start(script);
+    let asked = Options { version_port: service.version_port, ..options(&service) };
+    let mut device = Inverse3::open(&asked).expect("it opens");
+    assert_eq!(device.service_version(), Some("3.1.0"));
+    assert_eq!(told(&service, &mut device, Vector3::x()).0, "values");
+}
+
+#[test]
+fn a_service_of_unknown_version_understands_what_it_is_told_and_one_that_does_not_is_noticed() {
+    let push_n = Vector3::new(1.0, 0.5, 0.0);
+    for understands in [["vector"].as_slice(), &["values"]] {
+        let (service, mut device) = opened(Script { version: None, understands, ..Script::default() });
+        told(&service, &mut device, push_n);
+        assert!(!holds_until_it_disagrees(&mut device, push_n, 400), "{understands:?}");
+    }
+    // Told to speak as to a newer service, it finds an older one.
+    let service = Service::start(Script { understands: &["values"], ..Script::default() });
+    let mut device =
+        Inverse3::open(&Options { dialect: Some(Dialect::Vector), ..options(&service) }).expect("it opens");
+    assert!(holds_until_it_disagrees(&mut device, push_n, 5000));
+}
+
+/// Holds a force for at most so many milliseconds, and says whether the service was found to show another.
+fn holds_until_it_disagrees(device: &mut Inverse3, force_n: Vector3<f64>, ms: u32) -> bool {
+    (0..ms).any(|_| {
+        device.write(&force_n).expect("it takes the force");
+        sleep(Duration::from_millis(1));
+        device.disagrees()
+    })
+}
+
+#[test]
+fn without_a_grip_it_measures_no_orientation() {
+    for (grip, measures) in [(Grip::None, false), (Grip::Wired, true), (Grip::Wireless, true)] {
+        let state = State { grip, ..State::default() };
+        let (_service, device) = opened(Script { first: Some(first(&state)), state, ..Script::default() });
+        assert_eq!(device.info().measures_orientation, measures, "{grip:?}");
+        assert_eq!(device.info().name.contains("without VerseGrip"), !measures);
     }
 }
 

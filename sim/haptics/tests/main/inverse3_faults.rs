@@ -61,6 +61,16 @@ fn a_service_that_falls_silent_is_told_zero_and_then_given_up() {
 }
 
 #[test]
+fn a_service_that_was_lost_is_opened_again() {
+    let (service, mut device) = opened(Script { at_message: 20, then: Then::BreakOnce, ..Script::default() });
+    assert_eq!(lost(&mut device), DeviceFault::Gone);
+    drop(device);
+    let mut again = Inverse3::open(&options(&service)).expect("it opens again");
+    reading(&mut again, |reading| reading.position_m.x > 30e-4);
+    assert!(again.write(&PUSH_N).is_ok());
+}
+
+#[test]
 fn a_slow_service_is_asked_no_faster_than_it_answers() {
     let (service, mut device) = opened(Script { delay: Duration::from_millis(40), ..Script::default() });
     let before = device.read().expect("a reading");

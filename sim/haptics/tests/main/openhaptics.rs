@@ -202,6 +202,41 @@ fn a_device_that_is_lost_mid_way_says_so_and_is_let_go() {
 }
 
 #[test]
+fn of_several_errors_of_a_frame_the_cause_counts_and_the_gravest() {
+    // The younger error is asked for first. A lost device makes the frame that follows fail, and a warm motor is no end.
+    let ended = |codes| {
+        run(Script { at_frame: 7, then: Then::Errors(codes), ..FAST }, |frame, _, fault| {
+            assert!(fault.is_none() || fault == Some(DeviceFault::RefusesForce(0x0200)), "{fault:?}");
+            (frame < 12).then(Vector3::zeros)
+        })
+        .0
+    };
+    assert_eq!(ended([0x0302, 0x0402]), Err(DeviceFault::Gone));
+    assert_eq!(ended([0x0402, 0x0302]), Err(DeviceFault::Gone));
+    assert_eq!(ended([0x0200, 0x0402]), Ok(()));
+    assert_eq!(ended([0x0402, 0x0200]), Ok(()));
+    assert_eq!(ended([0x0200, 0x0201]), Ok(()));
+}
+
+#[test]
+fn a_device_that_was_lost_is_opened_again() {
+    let stand_in = StandIn::new(Script { at_frame: 7, then: Then::ErrorOnce(0x0302), ..FAST });
+    let mut frames = 0;
+    let mut tick = |_: &Reading, _: Option<DeviceFault>| {
+        frames += 1;
+        (frames < 20).then(|| Vector3::new(0.0, 1.0, 0.0))
+    };
+    let mut device = open(stand_in.path()).expect("it opens");
+    assert_eq!(device.run(&mut tick, &AtomicBool::new(false)), Err(DeviceFault::Gone));
+    drop(device);
+    let mut device = open(stand_in.path()).expect("it opens again");
+    assert_eq!(device.run(&mut tick, &AtomicBool::new(false)), Ok(()));
+    drop(device);
+    let heard = stand_in.heard();
+    assert_eq!((heard.faults, heard.forces_n()[10]), (0, [0.0, 1.0, 0.0]));
+}
+
+#[test]
 fn a_scheduler_that_falls_silent_is_a_lost_device() {
     let script = Script { at_frame: 7, then: Then::Silence, ..FAST };
     let (ended, heard) = run(script, |_, _, _| Some(Vector3::zeros()));
@@ -244,7 +279,18 @@ fn a_slow_driver_is_slow_and_not_lost() {
 fn a_calibration_that_is_due_is_made_and_one_by_hand_is_asked_for() {
     let due = StandIn::new(Script { calibration: 0x5001, calibrates: true, ..FAST });
     assert!(open(due.path()).is_ok());
-    assert_eq!(due.heard().calls()[1..4], [Call::CheckCalibration, Call::UpdateCalibration, Call::CheckCalibration]);
+    let expected = [
+        Call::CheckCalibration,
+        Call::Schedule,
+        Call::Start,
+        Call::UpdateCalibration,
+        Call::CheckCalibration,
+        Call::Stop,
+        Call::Unschedule,
+        Call::CheckCalibration,
+        Call::EnableForce,
+    ];
+    assert_eq!(due.heard().calls()[1..10], expected, "in the inkwell a device is calibrated while frames are made");
     for script in [Script { calibration: 0x5002, ..FAST }, Script { calibration: 0x5001, ..FAST }] {
         let error = refused(&StandIn::new(script));
         assert_eq!(error, OpenError::NotCalibrated { status: script.calibration });

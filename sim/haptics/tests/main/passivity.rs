@@ -57,9 +57,14 @@ impl Bench {
 
     /// A tick with the tip at a depth in m.
     fn tick(&mut self, x_m: f64) {
+        self.late_tick(x_m, 0.0);
+    }
+
+    /// A tick that comes late, in s.
+    fn late_tick(&mut self, x_m: f64, late_s: f64) {
         let t_s = f64::from(self.tick) * PERIOD_S;
         let reading = reading(t_s, Vector3::new(0.0, 0.0, -x_m));
-        let force_n = self.rig.tick(Ok(reading)).expect("it goes on");
+        let force_n = self.rig.late_tick(Ok(reading), late_s).expect("it goes on");
         self.sent_n.push(-force_n.z);
         let record = self.rig.taken().pop().expect("recorded");
         let pose = NeedlePose { position_m: record.position_m, orientation: record.orientation };
@@ -77,7 +82,7 @@ impl Bench {
     /// Goes to a depth in m, at 50 mm/s, and rests there.
     fn go(&mut self, x_m: f64) {
         let start_m = -0.002;
-        (0..1200).for_each(|_| self.tick(start_m));
+        (0..1600).for_each(|_| self.tick(start_m));
         let ticks = ((x_m - start_m) / 50e-6).ceil();
         (1..=ticks as u32).for_each(|n| self.tick(start_m + (x_m - start_m) * f64::from(n) / ticks));
         (0..50).for_each(|_| self.tick(x_m));
@@ -146,5 +151,57 @@ fn without_the_damping_it_would() {
     for (delay, at_least) in [(0, 0.05), (1, 0.2)] {
         let gain = worst("lower-back-training", &device("Inverse3", 10.0, 10.0, 1000.0), delay, false);
         assert!(gain > at_least, "{gain} with {delay} ms more");
+    }
+}
+
+/// What came after the host had stalled.
+struct Aftermath {
+    /// What the tissue stored at the stall, in J.
+    stored_j: f64,
+    /// The most that the motors have given since then, less what they have taken, in J.
+    given_j: f64,
+    /// The force before the stall and at the end, in N.
+    forces_n: [f64; 2],
+}
+
+/// Cuts the force by a stall of the host, with the tip at a depth in m that tents the skin of the training scene, and moves the handle
+/// as told after it: further in, in m, by the time in s since the stall.
+fn after_a_stall(tent_m: f64, way_m: impl Fn(f64) -> f64) -> Aftermath {
+    let mut bench = Bench::new("lower-back-training", &touch(), 0.03, true);
+    bench.go(tent_m);
+    let last_n = |bench: &Bench| *bench.sent_n.last().expect("sent");
+    let (stored_j, before_n) = (bench.stored_j(), last_n(&bench));
+    let (mut before_m, mut balance_j, mut given_j) = (tent_m, 0.0, 0.0_f64);
+    for tick in 0..6000_u32 {
+        let now_m = tent_m + way_m(f64::from(tick) * PERIOD_S);
+        // The force sent in one tick acts until the next.
+        balance_j += last_n(&bench) * (now_m - before_m);
+        given_j = given_j.max(balance_j);
+        before_m = now_m;
+        bench.late_tick(now_m, if tick == 0 { 0.05 } else { 0.0 });
+    }
+    Aftermath { stored_j, given_j, forces_n: [before_n, last_n(&bench)] }
+}
+
+#[test]
+fn force_that_comes_back_is_whole_where_the_hand_rests_and_gives_what_was_stored() {
+    let rests = after_a_stall(0.002, |_| 0.0);
+    let [before_n, after_n] = rests.forces_n;
+    assert!(before_n < -0.3 && (after_n - before_n).abs() < 1e-3, "{before_n} N, then {after_n} N");
+    assert!(rests.given_j < 1e-9);
+    let Aftermath { given_j, stored_j, .. } = after_a_stall(0.002, |t_s| -0.001 * (t_s - 2.0).clamp(0.0, 2.0));
+    assert!((0.8..1.02).contains(&(given_j / stored_j)), "{given_j} J of {stored_j} J");
+}
+
+#[test]
+fn a_ramp_gives_nothing_to_a_hand_that_pumps_it() {
+    // Little is stored at the stall. Free of force the hand pushes deep, and lets the force that comes back push it out.
+    let sink = |t_s: f64| 0.002 * (t_s / 0.2).min(1.0) - 0.003 * ((t_s - 2.5) / 0.5).clamp(0.0, 1.0);
+    let mut found = vec![after_a_stall(0.0005, sink)];
+    for hz in [0.4, 1.0, 2.0, 5.0] {
+        found.push(after_a_stall(0.0005, |t_s| 0.002 * (1.0 - (2.0 * (hz * t_s).rem_euclid(1.0) - 1.0).abs())));
+    }
+    for Aftermath { given_j, stored_j, .. } in found {
+        assert!(given_j < 1.02 * stored_j + 1e-4, "{given_j} J given of {stored_j} J that were stored");
     }
 }

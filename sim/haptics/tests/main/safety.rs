@@ -71,8 +71,7 @@ proptest! {
     ) {
         let mut params = Params::new(&touch(), RATE_HZ, 83.0);
         if open {
-            params.gate.engage_n = f64::INFINITY;
-            params.gate.ramp_s = 1e-3;
+            params.gate = None;
         }
         let mut state = State::default();
         for (number, tick) in ticks.iter().enumerate() {
@@ -97,13 +96,13 @@ fn a_force_reaches_the_motors_at_all() {
     let mut state = State::default();
     let wanted = |number: usize| Tick {
         reading: None,
-        wanted_n: Vector3::new(0.0, if number < 1200 { 0.0 } else { 5.0 }, 0.0),
+        wanted_n: Vector3::new(0.0, if number < 1600 { 0.0 } else { 5.0 }, 0.0),
         late_periods: 0.0,
         connected: true,
     };
-    let sent: Vec<Vector3<f64>> = (0..2000).filter_map(|n| step(&params, &mut state, n, &wanted(n))).collect();
-    assert!((sent[1999] - Vector3::new(0.0, 3.3, 0.0)).norm() < 1e-9, "clamped and whole: {}", sent[1999]);
-    assert!((sent[1210].y - 11.0 * 0.165).abs() < 1e-9, "risen by 0.165 N a tick: {}", sent[1210].y);
+    let sent: Vec<Vector3<f64>> = (0..2400).filter_map(|n| step(&params, &mut state, n, &wanted(n))).collect();
+    assert!((sent[2399] - Vector3::new(0.0, 3.3, 0.0)).norm() < 1e-9, "clamped and whole: {}", sent[2399]);
+    assert!((sent[1610].y - 11.0 * 0.165).abs() < 1e-9, "risen by 0.165 N a tick: {}", sent[1610].y);
 }
 
 /// Drives a device that moves into the skin and misbehaves from its 1500th reading on; forces sent, and how it ended.
@@ -175,19 +174,78 @@ fn what_the_safety_chain_did_is_in_the_records() {
     assert!(records.iter().all(|record| record.position_m.iter().all(|part| part.is_finite())));
 }
 
+/// How the force came back after it was away, from the tick it was cut in: when it was first given again and when it was whole, in
+/// ticks, and its greatest rise in a tick, in N.
+fn comes_back(given_n: &[f64], whole_n: f64) -> (usize, usize, f64) {
+    let first = given_n.iter().position(|&force_n| force_n > 0.0).expect("it comes back");
+    let whole =
+        given_n.iter().position(|&force_n| (force_n / whole_n - 1.0).abs() < 0.02).expect("it comes back wholly");
+    let rise_n = given_n.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    (first, whole, rise_n)
+}
+
 #[test]
-fn a_stall_of_the_host_cuts_the_force_and_gives_it_back_through_the_gate() {
+fn a_stall_of_the_host_cuts_the_force_and_gives_it_back_where_the_needle_is() {
     let mut rig = Rig::new(shipped("lower-back-training"), &touch(), 0.03);
-    // 0.8 mm into the skin, 0.13 N on this device: low enough to be let in.
-    let force_at = |rig: &mut Rig, number: u32, late_s: f64, z_m: f64| {
-        let t_s = f64::from(number) * PERIOD_S;
-        rig.late_tick(Ok(reading(t_s, Vector3::new(0.0, 0.0, z_m))), late_s).expect("it goes on").norm()
+    // 2 mm into the skin: far more than is let in at once.
+    let force_at = |rig: &mut Rig, number: u32, late_s: f64| {
+        let z_m = 0.002 - 2e-6 * f64::from(number.min(2000));
+        rig.late_tick(Ok(reading(f64::from(number) * PERIOD_S, Vector3::new(0.0, 0.0, z_m))), late_s)
+            .expect("it goes on")
+            .norm()
     };
-    let approach = |number: u32| 0.001 - 2e-6 * f64::from(number.min(900));
-    let before = (0..2000).map(|n| force_at(&mut rig, n, 0.0, approach(n))).last().unwrap_or_default();
-    assert!(before > 0.1, "{before}");
-    assert!(force_at(&mut rig, 2000, 0.05, approach(2000)) == 0.0, "a stall of 50 ms cuts at once");
-    let after: Vec<f64> = (2001..4000).map(|n| force_at(&mut rig, n, 0.0, approach(n))).collect();
-    assert!(after[..190].iter().all(|&force_n| force_n == 0.0));
-    assert!((after[1990] - before).abs() < 0.01 && after.windows(2).all(|pair| pair[1] - pair[0] < 0.01), "it ramps");
+    let before_n = (0..2500).map(|n| force_at(&mut rig, n, 0.0)).last().unwrap_or_default();
+    assert!(before_n > 0.3, "{before_n}");
+    assert!(force_at(&mut rig, 2500, 0.05) == 0.0, "a stall of 50 ms cuts at once");
+    let after: Vec<f64> = (2501..5000).map(|n| force_at(&mut rig, n, 0.0)).collect();
+    let (first, whole, rise_n) = comes_back(&after, before_n);
+    assert!((195..=205).contains(&first), "the watchdog is quiet after 200 ms: {first}");
+    assert!((1400..=1710).contains(&whole) && rise_n < 0.001, "{whole} ms, {rise_n} N in a tick");
+}
+
+#[test]
+fn a_hiccup_in_the_tissue_is_followed_by_force_from_where_the_needle_is_and_is_told_tick_by_tick() {
+    // At 10 mm/s, 2.5 mm into the skin when 200 readings are the same; then the handle is 2 mm further on.
+    let mut device = Scripted::new(0.01, RATE_HZ).as_device(touch()).with(Fault::Freeze, 1500, 200);
+    let mut rig = crate::exits::rig(device.info(), 0.0125);
+    for _ in 0..4000 {
+        let force_n = rig.tick(device.read()).expect("it goes on");
+        rig.engine.wrote(device.write(&force_n));
+    }
+    let records = rig.taken();
+    let given = |record: &haptics::servo::Record| f64::from(record.device_n[2]);
+    let factor = given(&records[1499]) / (f64::from(records[1499].force_n[2]) * 0.999);
+    let owed = |record: &haptics::servo::Record| f64::from(record.force_n[2]) * factor;
+    let step_m = (records[1749].position_m[2] - records[1500].position_m[2]).abs();
+    assert!(step_m < 1.1e-5, "the needle stays where it was until the handle is believed again: {step_m} m");
+    assert!(records[1621..1750].iter().all(|record| given(record) == 0.0));
+    let back = &records[1755..];
+    assert!(given(&back[100]) > 0.0, "it begins at once");
+    assert!(back[1510..].iter().all(|record| given(record) > 0.9 * owed(record)), "and is whole after 1.5 s");
+    for record in &records {
+        let unfelt = record.flags & flags::UNFELT != 0;
+        // A pop's rise is limited, so the edge of half is not exact.
+        let share = given(record) / owed(record);
+        assert!(
+            owed(record) < 0.051 || !(unfelt && share > 0.51) && (unfelt || share > 0.49),
+            "{} s: {share}",
+            record.t_s
+        );
+    }
+    let unfelt = records.iter().filter(|record| record.flags & flags::UNFELT != 0).count();
+    assert!((800..1100).contains(&unfelt), "half of the hold's ramp, the silence, half of the way back: {unfelt} ms");
+}
+
+#[test]
+fn a_virtual_hand_has_neither_gate_nor_watchdog() {
+    let mut device = Scripted::new(0.01, RATE_HZ);
+    let mut rig = crate::exits::rig(device.info(), 0.0005);
+    for tick in 0..1000_u32 {
+        let late_s = if tick.is_multiple_of(3) { 0.05 } else { 0.0 };
+        rig.late_tick(device.read(), late_s).expect("it goes on");
+    }
+    let records = rig.taken();
+    let protected = flags::GATED | flags::WATCHDOG | flags::UNFELT;
+    assert!(records.iter().all(|record| record.flags & protected == 0));
+    assert!(records[100].device_n[2] > 0.1, "there is force from the first contact: {:?}", records[100].device_n);
 }

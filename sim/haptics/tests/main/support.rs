@@ -31,6 +31,8 @@ pub fn device(name: &str, max_force_n: f64, continuous_force_n: f64, max_stiffne
         continuous_force_n,
         max_stiffness_n_per_m,
         workspace_m: [0.16, 0.12, 0.07],
+        measures_orientation: true,
+        is_virtual: false,
     }
 }
 

@@ -85,7 +85,7 @@ prop_compose! {
     }
 }
 
-const KINDS: [EventKind; 8] = [
+const KINDS: [EventKind; 9] = [
     EventKind::Contact,
     EventKind::TipRupture,
     EventKind::RimRupture,
@@ -94,6 +94,7 @@ const KINDS: [EventKind; 8] = [
     EventKind::Confirm,
     EventKind::Coaching,
     EventKind::Fault,
+    EventKind::Interrupted,
 ];
 
 prop_compose! {

@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use recording::session::{EXERCISE_ATTACHMENT, SCENE_ATTACHMENT};
 use recording::simulate::{Clock, MotionSource, simulate};
 use recording::write::SceneDrawing;
-use recording::{Attachment, Sample, Session, Writer};
+use recording::{Attachment, Event, EventKind, Sample, Session, Writer};
 use scene::{ExerciseBundle, Patient};
 use uuid::Uuid;
 
@@ -116,6 +116,26 @@ pub fn tampered(attempt: &Attempt) -> Vec<u8> {
         writer.sample(&sample).unwrap();
     };
     write(attempt, forged, true)
+}
+
+/// An attempt that a lost device has ended.
+pub fn interrupted(attempt: &Attempt) -> Vec<u8> {
+    let lost = |writer: &mut Writer<_>| {
+        let event = Event {
+            t_s: 1.0,
+            kind: EventKind::Interrupted,
+            boundary: None,
+            x_m: 0.01,
+            position_m: [0.0; 3],
+            force_n: 0.0,
+            dissipated_j: 0.0,
+            track: None,
+            structure: None,
+            text: "device lost: the device is gone".to_owned(),
+        };
+        writer.event(&event).unwrap();
+    };
+    write(attempt, lost, true)
 }
 
 /// A recording in which nothing moved.

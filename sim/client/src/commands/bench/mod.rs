@@ -9,6 +9,7 @@ mod estimates;
 mod field;
 mod force;
 mod hard_cases;
+mod hiccup;
 mod motion;
 mod operators;
 mod pace;
@@ -34,7 +35,7 @@ use crate::{new_file, output};
 /// other solvers beside it. estimates: the error that a field claims against the error that it has, on a thousand random tissues;
 /// exit 1 when a bound is exceeded. coupling: error of the force that the field carries against its rate. recording: size, time to
 /// write a tick, speed of simulating, time and memory to read and score. servo: a minute
-/// at 1 kHz on the clock, how late ticks begin and what they take. render: time of a frame, for every view and step of quality.
+/// at 1 kHz on the clock, how late ticks begin and what they take. hiccup: what the hand is given when its device falters or is lost in the tissue. render: time of a frame, for every view and step of quality.
 /// hard-cases: every hard case with its bound and what
 /// was measured. soak: ten minutes of random needle motion on every shipped scene. operators: forces and overshoots of the virtual
 /// hands at every shipped exercise. calibrate: how often the 95 % intervals of fitted curves hold what the curves were made from,
@@ -70,6 +71,8 @@ enum What {
     Recording,
     /// The interactive servo, on the clock
     Servo,
+    /// A device that falters or is lost in the tissue
+    Hiccup,
     /// The picture
     Render,
     /// The hard cases; exit 1 when one exceeds its bound
@@ -86,13 +89,14 @@ enum What {
 type Measure = fn(&Path, bool) -> Result<Vec<PathBuf>, Failure>;
 
 /// What there is to measure, in the order of `all`.
-const MEASURES: [(What, Measure); 11] = [
+const MEASURES: [(What, Measure); 12] = [
     (What::Force, force::measure),
     (What::Field, field::measure),
     (What::Estimates, estimates::measure),
     (What::Coupling, coupling::measure),
     (What::Recording, recording::measure),
     (What::Servo, servo::measure),
+    (What::Hiccup, hiccup::measure),
     (What::Render, render::measure),
     (What::HardCases, hard_cases::measure),
     (What::Soak, soak::measure),

@@ -10,7 +10,7 @@ use haptics::inverse3::{self, Inverse3};
 use haptics::openhaptics::{self, OpenHaptics};
 use nalgebra::Vector3;
 
-use super::Finding;
+use super::{Finding, Level};
 use crate::clock;
 
 /// How long a device is held.
@@ -55,8 +55,14 @@ pub fn inverse3(options: &inverse3::Options) -> Finding {
     }
     let per_s = device.health().states as f64 / start.elapsed().as_secs_f64();
     let mut finding = held(subject, device.info(), per_s, complaint);
-    let version = device.service_version().map_or_else(|| "of unknown version".to_owned(), str::to_owned);
+    let told_both = "of unknown version, told forces in both spellings";
+    let version = device.service_version().unwrap_or(told_both);
     finding.found.push_str(&format!(", service {version}"));
+    if !device.info().measures_orientation && finding.level == Level::Ok {
+        finding.level = Level::Warning;
+        "connect a VerseGrip and start its pairing in the Haply Hub; without one the needle points as planned"
+            .clone_into(&mut finding.advice);
+    }
     finding
 }
 

@@ -1,0 +1,57 @@
+//! What the hand is given of the tissue's force, in words for the screen: it must not say that a force is there which is not.
+
+use haptics::safety::{flags, passivity};
+use haptics::servo::{Record, flags as servo_flags};
+use nalgebra::Vector3;
+
+/// The force that the hand is given, in N.
+pub fn given_n(record: &Record) -> f64 {
+    norm_n(record.device_n)
+}
+
+/// What keeps the tissue's force from the hand in a tick of which a part of the force is let through, for large letters; none where the
+/// hand is given what it should feel.
+pub fn withheld(record: &Record, let_through: f64) -> Option<String> {
+    let has = |flag: u32| record.flags & flag != 0;
+    let why = if has(servo_flags::REFUSED) {
+        "The device refuses force: nothing is felt"
+    } else if has(flags::WATCHDOG) {
+        "Force is cut: computer or device stalled"
+    } else if has(flags::HELD) && let_through < 1.0 {
+        "No readings from the device: force goes"
+    } else if has(flags::GATED) && norm_n(record.force_n) > passivity::FELT_N {
+        return Some(format!("Force returns: {:.0} %. Hold still", let_through * 100.0));
+    } else if has(servo_flags::DISAGREES) {
+        "The device says that it shows another force than it is sent"
+    } else {
+        return None;
+    };
+    Some(why.to_owned())
+}
+
+fn norm_n(force_n: [f32; 3]) -> f64 {
+    Vector3::from(force_n).cast::<f64>().norm()
+}
+
+#[cfg(test)]
+mod tests {
+    //! Words that promise a force while the arm is silent make the next pop a trap.
+
+    use super::*;
+
+    /// What is said of a tick with some flags, a part of the force let through, and the law's force in N.
+    fn said(flags: u32, let_through: f64, force_n: f32) -> Option<String> {
+        let record = Record { flags, force_n: [0.0, 0.0, force_n], ..Record::default() };
+        withheld(&record, let_through)
+    }
+
+    #[test]
+    fn every_way_in_which_force_is_kept_away_is_said() {
+        assert_eq!(said(0, 1.0, 2.0), None);
+        assert_eq!(said(flags::GATED, 0.4, 0.0), None, "nothing is kept away in the air");
+        assert_eq!(said(flags::GATED, 0.43, 2.0).as_deref(), Some("Force returns: 43 %. Hold still"));
+        for flag in [flags::HELD, flags::WATCHDOG, servo_flags::REFUSED, servo_flags::DISAGREES] {
+            assert!(said(flag, 0.0, 2.0).is_some());
+        }
+    }
+}
