@@ -107,7 +107,7 @@ fn people_see_layers_spread_ruptures_and_the_model() {
     let scene = repository("curricula/scenes/lower-back-training.toml");
     let run = stylet(&["check", text(&scene)]).ends(0);
     for part in
-        ["0.8 ± 0.1", "tip through skin", "3.021", "1.726", "model axisymmetric: ", "unknowns within", "expected error"]
+        ["0.8 ± 0.1", "tip into skin", "3.021", "1.726", "model axisymmetric: ", "unknowns within", "expected error"]
     {
         assert!(run.stdout.contains(part), "'{part}' is missing in: {}", run.stdout);
     }
