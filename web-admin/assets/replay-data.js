@@ -96,6 +96,7 @@ export class Attempt {
   layerAt(depth) {
     if (!(depth > 0)) return null;
     const layers = this.stage.layers;
-    return layers.find((layer) => depth <= layer.along_bottom_mm) || layers[layers.length - 1] || null;
+    // A tip that tents the next boundary is at this one's end, but for what a frame's short numbers lose.
+    return layers.find((layer) => depth <= layer.along_bottom_mm + 0.02) || layers[layers.length - 1] || null;
   }
 }

@@ -3,11 +3,15 @@
 import { Mesh, PLAIN, Painter, add, cross, dot, lookAt, project, scale, unit } from './replay-gl.js';
 import { FONT, fit, readTheme, rgb, textureColour } from './replay-theme.js';
 
-// Half the width of the block of tissue, and how far a tent reaches sideways, in mm.
+// Half the width of the block of tissue, and how far a tent reaches sideways, in mm. Where the boundaries stand beside the needle is told by
+// the service, which settles them as the simulator's own picture does.
 const HALF_WIDTH = 34;
 const TENT_REACH = 7;
 const STEPS = 48;
 // Ways to look: how far around and above, in radians, and how far away beside the block's size.
+// The cut follows the needle when its tip is this close to the skin, and no farther than this from the plan, in mm.
+const NEAR = 12;
+const FOLLOWS = 30;
 const VIEWS = {
   whole: { turn: 0.32, rise: 0.24, distance: 1.75 },
   side: { turn: 0, rise: 0.04, distance: 1.65 },
@@ -21,7 +25,7 @@ export class Scene {
     this.attempt = attempt;
     this.painter = new Painter(canvas);
     this.moving = { solid: new Mesh(), lines: new Mesh() };
-    this.still = { solid: new Mesh(), lines: new Mesh(), glass: new Mesh() };
+    this.still = { solid: new Mesh(), glass: new Mesh() };
     this.measure();
     this.look('whole');
     this.readTheme();
@@ -35,6 +39,7 @@ export class Scene {
     this.entry = entry;
     this.along = Math.hypot(...lean) > 0.5 ? unit(lean) : [1, 0, 0];
     this.away = cross([0, 0, 1], this.along);
+    this.cut = { off: 0, slope: 0 };
     const deepest = layers.length ? layers[layers.length - 1].bottom_mm : 40;
     this.bottom = Math.min(deepest, Math.max(depth * 1.5, 25));
     this.centres = this.attempt.stage.structures.map(({ vertices_mm: corners }) => {
@@ -49,7 +54,6 @@ export class Scene {
     this.colours = this.attempt.stage.layers.map((layer) => rgb(textureColour(theme, layer.texture)));
     Object.values(this.still).forEach((mesh) => mesh.clear());
     this.drawStructures();
-    this.drawPlan();
   }
 
   look(view) {
@@ -74,9 +78,10 @@ export class Scene {
     });
   }
 
-  // A place by its way along the cut, behind it, and down, in mm.
+  // A place by its way along the cut, behind it, and down, in mm. The cut leans with the needle, which so lies in it.
   place(across, behind, down) {
-    return add(add(this.entry, scale(this.along, across)), add(scale(this.away, behind), [0, 0, -down]));
+    const away = behind + this.cut.off + this.cut.slope * down;
+    return add(add(this.entry, scale(this.along, across)), add(scale(this.away, away), [0, 0, -down]));
   }
 
   // What the picture shows of a frame: where the needle is, and how far each boundary is pressed in.
@@ -87,16 +92,31 @@ export class Scene {
     this.axis = [at('axis_x'), at('axis_y'), at('axis_z')];
     const count = this.attempt.frames.boundaries;
     this.tents = this.attempt.stage.layers.map((_, i) => (i < count ? row[index[`tent_${i}_mm`]] : 0));
+    this.cut = this.cutAlong();
     this.crossing = this.crossings();
+  }
+
+  // Where the needle's line is at a depth below the skin: across, and away from the planned entry, in mm.
+  line(down) {
+    const share = (this.entry[2] - down - this.tip[2]) / this.axis[2];
+    const from = add(add(this.tip, scale(this.axis, share)), scale(this.entry, -1));
+    return [dot(from, this.along), dot(from, this.away)];
+  }
+
+  // How far the cut is off the planned entry, and how it leans: through the needle where that is in the tissue.
+  cutAlong() {
+    if (Math.abs(this.axis[2]) < 0.1) return { off: 0, slope: 0 };
+    const near = Math.min(Math.max(1 - (this.tip[2] - this.entry[2]) / NEAR, 0), 1);
+    const off = Math.min(Math.max(this.line(0)[1], -FOLLOWS), FOLLOWS);
+    return { off: near * off, slope: (near * dot(this.axis, this.away)) / -this.axis[2] };
   }
 
   // Where the needle's line meets each boundary: across, and behind the cut, in mm.
   crossings() {
     return this.attempt.stage.layers.map((layer) => {
       if (Math.abs(this.axis[2]) < 0.1) return null;
-      const share = (this.entry[2] - layer.top_mm - this.tip[2]) / this.axis[2];
-      const from = add(add(this.tip, scale(this.axis, share)), scale(this.entry, -1));
-      return [dot(from, this.along), dot(from, this.away)];
+      const [across, away] = this.line(layer.top_mm);
+      return [across, away - this.cut.off - this.cut.slope * layer.top_mm];
     });
   }
 
@@ -116,11 +136,12 @@ export class Scene {
     Object.values(this.moving).forEach((mesh) => mesh.clear());
     this.drawLayers();
     this.drawSkin();
+    this.drawPlan();
     this.drawNeedle();
     const camera = this.camera();
     this.painter.begin(camera, rgb(this.theme.sunken));
     [this.moving.solid, this.still.solid].forEach((mesh) => this.painter.draw(mesh));
-    [this.moving.lines, this.still.lines].forEach((mesh) => this.painter.draw(mesh, 'LINES'));
+    this.painter.draw(this.moving.lines, 'LINES');
     this.painter.draw(this.still.glass, 'TRIANGLES', false);
     this.drawLabels(camera);
   }
@@ -137,14 +158,12 @@ export class Scene {
   drawLayers() {
     const layers = this.attempt.stage.layers;
     const ink = rgb(this.theme['strong-line']);
-    const step = (2 * HALF_WIDTH) / STEPS;
     const nearer = scale(this.away, -0.06);
     layers.forEach((layer, i) => {
       if (layer.top_mm >= this.bottom) return;
       const bottom = Math.min(layer.bottom_mm, this.bottom);
       let [a, d] = [this.point(i, -HALF_WIDTH, 0, layer.top_mm), this.point(i + 1, -HALF_WIDTH, 0, bottom)];
-      for (let k = 1; k <= STEPS; k += 1) {
-        const right = -HALF_WIDTH + k * step;
+      for (const right of this.columns(i)) {
         const [b, c] = [this.point(i, right, 0, layer.top_mm), this.point(i + 1, right, 0, bottom)];
         this.moving.solid.quad(a, b, c, d, PLAIN, this.colours[i]);
         this.moving.lines.line(add(a, nearer), add(b, nearer), ink);
@@ -156,14 +175,22 @@ export class Scene {
     });
   }
 
+  // How far along the cut a layer has corners, from its left end on: at even steps, and where the needle meets its boundaries, so that a tent
+  // ends at the tip and not beside it.
+  columns(index) {
+    const even = Array.from({ length: STEPS }, (_, k) => -HALF_WIDTH + ((k + 1) * 2 * HALF_WIDTH) / STEPS);
+    const needle = [index, index + 1].map((i) => this.crossing[i]?.[0] ?? 0).filter((across) => Math.abs(across) < HALF_WIDTH);
+    return [...even, ...needle].sort((a, b) => a - b);
+  }
+
   // The skin behind the cut, pressed in around the needle.
   drawSkin() {
     if (this.colours.length === 0) return;
     const step = (2 * HALF_WIDTH) / STEPS;
-    const row = (i) => Array.from({ length: STEPS / 4 + 1 }, (_, k) => this.point(0, -HALF_WIDTH + i * step, k * step * 2, 0));
-    let left = row(0);
-    for (let i = 1; i <= STEPS; i += 1) {
-      const right = row(i);
+    const row = (across) => Array.from({ length: STEPS / 4 + 1 }, (_, k) => this.point(0, across, k * step * 2, 0));
+    let left = row(-HALF_WIDTH);
+    for (const across of this.columns(0)) {
+      const right = row(across);
       for (let k = 0; k < STEPS / 4; k += 1) {
         const [a, b, c, d] = [left[k], right[k], right[k + 1], left[k + 1]];
         const normal = unit(cross(add(b, scale(a, -1)), add(d, scale(a, -1))));
@@ -186,18 +213,15 @@ export class Scene {
     });
   }
 
-  // The way that was planned: a dashed line with a cross at its end.
+  // The way that was planned, on the cut: a dashed line with a cross at its end.
   drawPlan() {
     const good = rgb(this.theme.good);
-    const target = this.attempt.stage.target_mm;
-    const way = add(target, scale(this.entry, -1));
-    const near = scale(this.away, -0.3);
-    for (let k = 0; k < 12; k += 1) {
-      const [from, to] = [k / 12, (k + 0.55) / 12].map((share) => add(add(this.entry, scale(way, share)), near));
-      this.still.lines.line(from, to, good);
-    }
-    [this.along, [0, 0, 1]].forEach((direction) => this.still.lines.line(
-      add(add(target, near), scale(direction, 2.2)), add(add(target, near), scale(direction, -2.2)), good,
+    const way = add(this.attempt.stage.target_mm, scale(this.entry, -1));
+    const onCut = (share) => this.place(share * dot(way, this.along), -0.3, -share * way[2]);
+    for (let k = 0; k < 12; k += 1) this.moving.lines.line(onCut(k / 12), onCut((k + 0.55) / 12), good);
+    const target = onCut(1);
+    [this.along, [0, 0, 1]].forEach((direction) => this.moving.lines.line(
+      add(target, scale(direction, 2.2)), add(target, scale(direction, -2.2)), good,
     ));
   }
 

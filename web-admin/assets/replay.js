@@ -13,7 +13,7 @@ const part = (name) => root.querySelector(`[data-part=${name}]`);
 
 // The figures at the playhead, ten times a second at most: nobody reads faster.
 function figures(attempt, clock) {
-  const fields = Object.fromEntries(['time', 'depth', 'force', 'lateral', 'layer'].map((name) => [name, part(name)]));
+  const fields = Object.fromEntries(['time', 'advance', 'depth', 'force', 'lateral', 'layer'].map((name) => [name, part(name)]));
   const live = part('live');
   const unit = (value, digits, word) => `${fixed(value, digits)} ${word}`;
   let last = -1000;
@@ -24,10 +24,13 @@ function figures(attempt, clock) {
     const value = (name) => row[attempt.frames.index[name]];
     const layer = attempt.layerAt(value('depth_mm'));
     fields.time.textContent = unit(clock.t, 2, 's');
-    fields.depth.textContent = unit(value('advance_mm'), 1, 'mm');
+    fields.advance.textContent = unit(value('advance_mm'), 1, 'mm');
+    fields.depth.textContent = unit(value('depth_mm'), 1, 'mm');
     fields.force.textContent = unit(value('force_n'), 2, 'N');
     fields.lateral.textContent = unit(value('lateral_n'), 2, 'N');
-    fields.layer.textContent = layer ? layer.name : root.dataset.above;
+    // What only gives way is advanced against and not entered.
+    const outside = value('advance_mm') > 0 ? root.dataset.on : root.dataset.above;
+    fields.layer.textContent = layer ? layer.name : outside;
     // Read out when it stands: a voice that speaks during play would be behind all the time.
     if (!clock.playing) live.textContent = `${fields.time.textContent}, ${fields.depth.textContent}, ${fields.force.textContent}, ${fields.layer.textContent}`;
   };

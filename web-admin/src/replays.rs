@@ -27,7 +27,7 @@ const PYRAMID: &str = "pyramid.f64";
 /// Where a session's replay lies. Another version of these files lies elsewhere.
 #[must_use]
 pub fn folder(state: &AppState, session: &Session) -> PathBuf {
-    state.config.replays_dir().join(format!("{}-1", session.recording_sha256))
+    state.config.replays_dir().join(format!("{}-2", session.recording_sha256))
 }
 
 /// Makes the replay of a recording. A failure is no reason not to score it: it is noted, and tried again when somebody

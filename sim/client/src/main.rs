@@ -18,6 +18,7 @@ mod output;
 mod picture;
 mod progress;
 mod service;
+mod shelf;
 mod station;
 mod timing;
 mod trajectory;

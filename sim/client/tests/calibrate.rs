@@ -127,7 +127,7 @@ fn a_person_reads_the_residual_the_peaks_and_what_the_curve_does_not_tell() {
         "residual",
         "N rms",
         "% of the peak",
-        "tip through layer 2",
+        "tip into layer 2",
         "the curve cannot determine:",
         "thickness of layer 3: the curve does not feel the far side",
         "damping of every layer",

@@ -126,7 +126,7 @@ fn people_see_layers_spread_ruptures_and_the_model() {
     let run = stylet(&["check", text(&scene)]).ends(0);
     for part in [
         "0.8 ± 0.1",
-        "tip through skin",
+        "tip into skin",
         "3.021",
         "1.726",
         "model axisymmetric: ",

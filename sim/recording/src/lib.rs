@@ -1,6 +1,7 @@
 //! The MCAP recording of an attempt: write, read, recover, verify, and the loop that simulates one.
 
 pub mod annotate;
+pub mod dents;
 mod drawing;
 pub mod event;
 mod frames;
@@ -14,15 +15,19 @@ pub mod simulate;
 mod summary;
 pub mod tables;
 pub mod tent;
+mod thin;
 pub mod tick;
 mod topics;
 pub mod verify;
 mod wire;
 pub mod write;
 
+pub use dents::Dents;
 pub use event::{Event, EventKind};
+pub use mechanics::axial::Contactor;
 pub use read::{ReadError, Recording};
 pub use sample::{Energy, Sample};
 pub use session::{Attachment, Session};
-pub use tent::Tent;
+pub use tent::{Follows, Tent};
+pub use thin::thin;
 pub use write::Writer;

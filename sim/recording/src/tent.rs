@@ -1,7 +1,7 @@
 //! The field of the tissue as it follows the needle, topic `/tissue/tent`.
 
-use mechanics::puncture::{PunctureParams, PunctureScratch, PunctureState, loads};
-use mechanics::tissue::follow::{self, FIELD_HZ, Field, FollowState};
+use mechanics::puncture::{PunctureParams, PunctureScratch, PunctureState, intrusion, loads};
+use mechanics::tissue::follow::{self, FIELD_HZ, Field, FollowState, press, settle};
 
 use crate::summary::{Ticker, nanoseconds};
 
@@ -17,15 +17,30 @@ pub struct Tent {
     pub contactor_n: Vec<f32>,
     /// Drag of the shaft along each layer, in N; negative on withdrawal.
     pub drag_n: Vec<f32>,
+    /// What the field follows.
+    pub follows: Follows,
 }
 
-/// The field behind a force law: takes its latest loads, [`FIELD_HZ`] times a second.
+/// What the field of a recording follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Follows {
+    /// The force law's forces, in recordings of before: a boundary stands where the field's own stiffness puts it under them.
+    #[default]
+    Forces,
+    /// The needle: what tip and rim press on stands where they are.
+    Needle,
+}
+
+/// The field behind a force law: takes its latest state, [`FIELD_HZ`] times a second.
 #[derive(Debug)]
 pub(crate) struct Follower<'a> {
     field: &'a Field,
+    follows: Follows,
     state: FollowState,
     /// Loads of the law at the last step, in N.
     latest_n: Vec<f64>,
+    /// Displacement of each boundary at the last step, in m.
+    dents_m: Vec<f64>,
     steps: Ticker,
     /// Time of the last step, in s.
     last_s: f64,
@@ -33,11 +48,12 @@ pub(crate) struct Follower<'a> {
 
 impl<'a> Follower<'a> {
     /// Tissue that nothing has touched; none where the scene has no field.
-    pub(crate) fn new(params: &'a PunctureParams) -> Option<Self> {
+    pub(crate) fn new(params: &'a PunctureParams, follows: Follows) -> Option<Self> {
         let field = params.field()?;
         let state = FollowState::new(field.follow());
         let latest_n = vec![0.0; state.loads_n.len()];
-        Some(Self { field, state, latest_n, steps: Ticker::new(FIELD_HZ, 0), last_s: 0.0 })
+        let dents_m = vec![0.0; state.loads_n.len() / 2];
+        Some(Self { field, follows, state, latest_n, dents_m, steps: Ticker::new(FIELD_HZ, 0), last_s: 0.0 })
     }
 
     /// Follows a tick of the force law at a time in s; the tent, where a step of the field is due.
@@ -47,16 +63,35 @@ impl<'a> Follower<'a> {
         }
         let (params, state, scratch) = law;
         loads(params, state, scratch, &mut self.latest_n);
+        let needle = intrusion(params, state).filter(|_| self.follows == Follows::Needle);
+        let rest_m = scratch.boundaries_m();
+        if self.follows == Follows::Needle {
+            // What presses is found below, from how far it has pressed.
+            self.latest_n[..self.dents_m.len()].fill(0.0);
+        }
         follow::step(self.field.follow(), &mut self.state, t_s - self.last_s, &self.latest_n);
         self.last_s = t_s;
+        if let Some(needle) = &needle {
+            press(self.field.on_axis(), &needle.pressed(rest_m), &mut self.state.loads_n);
+        }
+        for (boundary, dent_m) in self.dents_m.iter_mut().enumerate() {
+            *dent_m = self.field.on_axis().axial_m(boundary, &self.state.loads_n);
+        }
+        if self.follows == Follows::Needle {
+            settle(needle.as_ref(), rest_m, &mut self.dents_m);
+        }
         Some(self.tent(t_s))
     }
 
     fn tent(&self, t_s: f64) -> Tent {
-        let loads_n = &self.state.loads_n;
-        let (contactors, drags) = loads_n.split_at(loads_n.len() / 2);
+        let (contactors, drags) = self.state.loads_n.split_at(self.dents_m.len());
         let single = |values: &[f64]| values.iter().map(|&value| value as f32).collect();
-        let tent_m = (0..contactors.len()).map(|boundary| self.field.on_axis().axial_m(boundary, loads_n) as f32);
-        Tent { t_s, tent_m: tent_m.collect(), contactor_n: single(contactors), drag_n: single(drags) }
+        Tent {
+            t_s,
+            tent_m: single(&self.dents_m),
+            contactor_n: single(contactors),
+            drag_n: single(drags),
+            follows: self.follows,
+        }
     }
 }

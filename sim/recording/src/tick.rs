@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use crate::event::{Event, EventKind};
 use crate::sample::{Energy, Sample, flags};
-use crate::tent::{Follower, Tent};
+use crate::tent::{Follower, Follows, Tent};
 
 /// What drives a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,11 +89,17 @@ impl<'a> Attempt<'a> {
     /// Nothing has been touched yet.
     #[must_use]
     pub fn new(params: &'a PunctureParams) -> Self {
+        Self::following(params, Follows::Needle)
+    }
+
+    /// As [`Attempt::new`], with a field that follows what that of a recording does.
+    #[must_use]
+    pub fn following(params: &'a PunctureParams, follows: Follows) -> Self {
         Self {
             params,
             state: PunctureState::new(params),
             scratch: PunctureScratch::new(params),
-            follower: Follower::new(params),
+            follower: Follower::new(params, follows),
             last: None,
             axial_n: 0.0,
         }

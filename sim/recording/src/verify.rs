@@ -7,7 +7,7 @@ use mechanics::puncture::PunctureParams;
 use crate::event::{Event, EventKind};
 use crate::read::Recording;
 use crate::sample::Sample;
-use crate::tent::Tent;
+use crate::tent::{Follows, Tent};
 use crate::tick::{Attempt, Input};
 
 /// The largest deviation found.
@@ -50,7 +50,8 @@ impl Verification {
 #[must_use]
 pub fn verify(recording: &Recording, params: &PunctureParams) -> Verification {
     let device_takes_all = recording.session.device_max_force_n.is_infinite();
-    let mut attempt = Attempt::new(params);
+    let follows = recording.tents.first().map_or(Follows::Needle, |tent| tent.follows);
+    let mut attempt = Attempt::following(params, follows);
     let mut events = Vec::new();
     let mut verification = Verification {
         ticks: recording.samples.len() as u64,
@@ -105,7 +106,8 @@ impl Verification {
     /// Compares the steps of the field one by one. One at another time, or of another scene, is a difference and ends it: what
     /// follows has nothing to be compared with.
     fn compare_field(&mut self, recorded: &[Tent], again: &[Tent]) {
-        let alike = |a: &Tent, b: &Tent| a.t_s.total_cmp(&b.t_s).is_eq() && shape(a) == shape(b);
+        let alike =
+            |a: &Tent, b: &Tent| a.t_s.total_cmp(&b.t_s).is_eq() && shape(a) == shape(b) && a.follows == b.follows;
         let same = recorded.iter().zip(again).take_while(|(a, b)| alike(a, b)).count();
         self.tent_differences = (recorded.len().max(again.len()) - same) as u64;
         for (a, b) in recorded.iter().zip(again).take(same) {

@@ -6,7 +6,7 @@ use mechanics::ledger::{LayerEnergy, Ledger};
 
 use crate::event::{Event, EventKind};
 use crate::sample::{Energy, Sample};
-use crate::tent::Tent;
+use crate::tent::{Follows, Tent};
 
 mod generated {
     include!(concat!(env!("OUT_DIR"), "/stylet.rs"));
@@ -90,15 +90,16 @@ impl From<NeedleSample> for Sample {
 
 impl From<&Tent> for TissueTent {
     fn from(tent: &Tent) -> Self {
-        let Tent { t_s, tent_m, contactor_n, drag_n } = tent.clone();
-        Self { t_s, tent_m, contactor_n, drag_n }
+        let Tent { t_s, tent_m, contactor_n, drag_n, follows } = tent.clone();
+        Self { t_s, tent_m, contactor_n, drag_n, follows_needle: follows == Follows::Needle }
     }
 }
 
 impl From<TissueTent> for Tent {
     fn from(tent: TissueTent) -> Self {
-        let TissueTent { t_s, tent_m, contactor_n, drag_n } = tent;
-        Self { t_s, tent_m, contactor_n, drag_n }
+        let TissueTent { t_s, tent_m, contactor_n, drag_n, follows_needle } = tent;
+        let follows = if follows_needle { Follows::Needle } else { Follows::Forces };
+        Self { t_s, tent_m, contactor_n, drag_n, follows }
     }
 }
 

@@ -1,14 +1,12 @@
-//! The field's table as the graphics card reads it, and the loads that bring a tent to where the needle is.
+//! The field's table as the graphics card reads it, its loads, and where the boundaries stand on the needle's line.
 
-use crate::frame::{FieldTable, Puncture, Stage};
-use crate::placement::Placement;
+use crate::frame::FieldTable;
+use crate::scene_block::MOST_LAYERS;
 
 /// Samples along the radius, close to each other near the axis: sample i lies at reach (i/(n-1))².
 pub const SAMPLES: usize = 256;
 /// Loads that a picture takes.
 pub const MOST_LOADS: usize = 48;
-/// Sweeps over the contacts; two contacts converge in a few.
-const SWEEPS: usize = 6;
 
 /// Responses of every boundary to 1 N of every load.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,36 +61,24 @@ fn at(radii: &[f32], row: &[f32], radius_m: f32) -> f32 {
     row[above - 1] + share * (row[above] - row[above - 1])
 }
 
-/// The frame's loads, with those of the contacts brought to what puts the tent's top under the needle. The force law and the
-/// field are two models of the same tissue; without this a tip would stand off the tent that it makes.
-pub fn loads_in_contact(responses: &Responses, contacts: &[(usize, f32)], loads_n: &[f32]) -> [f32; MOST_LOADS] {
+/// The frame's loads, in N: as many as a picture takes, and 0 for what is no number.
+#[must_use]
+pub fn loads(responses: &Responses, loads_n: &[f32]) -> [f32; MOST_LOADS] {
     let mut loads = [0.0; MOST_LOADS];
-    let count = responses.loads.min(MOST_LOADS);
-    for (load, newton) in loads.iter_mut().zip(loads_n).take(count) {
+    for (load, newton) in loads.iter_mut().zip(loads_n).take(responses.loads) {
         *load = if newton.is_finite() { *newton } else { 0.0 };
-    }
-    for _ in 0..SWEEPS {
-        for &(boundary, depth_m) in contacts.iter().filter(|(boundary, _)| *boundary < count) {
-            let per_n = responses.on_axis(boundary, boundary);
-            if per_n > 0.0 {
-                loads[boundary] += (depth_m - responses.under(boundary, &loads[..count])) / per_n;
-            }
-        }
     }
     loads
 }
 
-/// Boundaries that the needle presses on, and how far it has pushed them along its axis, in m: the tip on the first that is
-/// closed, the rim on those behind it that still carry it.
-pub fn contacts(stage: &Stage, place: &Placement, open: Option<&Puncture>, loads_n: &[f32]) -> Vec<(usize, f32)> {
-    let Some(open) = open else { return Vec::new() };
-    let opened = open.opened as usize;
-    let slant = -place.axis.z;
-    let pressed = |(boundary, layer): (usize, &crate::frame::Layer)| {
-        let carried = loads_n.get(boundary).is_some_and(|newton| *newton > 0.0);
-        let rim_m = if boundary < opened { stage.needle.tip_to_rim_m } else { 0.0 };
-        let depth_m = place.tip_depth_m() - rim_m - layer.top_m / slant;
-        (carried && boundary <= opened && depth_m > 0.0).then_some((boundary, depth_m))
-    };
-    stage.layers.iter().enumerate().filter_map(pressed).collect()
+/// Where every boundary stands on the needle's line, in m: as the frame says, and as the field has it under these loads (N) where the frame
+/// says nothing.
+#[must_use]
+pub fn dents(responses: &Responses, loads_n: &[f32], dents_m: &[f32]) -> [f32; MOST_LAYERS] {
+    let mut dents = [0.0; MOST_LAYERS];
+    for (boundary, dent) in dents.iter_mut().enumerate().take(responses.boundaries) {
+        let told = dents_m.get(boundary).copied().filter(|dent_m| dent_m.is_finite());
+        *dent = told.unwrap_or_else(|| responses.under(boundary, loads_n));
+    }
+    dents
 }

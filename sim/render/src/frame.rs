@@ -17,8 +17,8 @@ pub struct Stage {
     pub entry_m: [f32; 3],
     /// Planned direction into the body, unit length.
     pub axis: [f32; 3],
-    /// Where the tip should come to rest, in m.
-    pub target_m: [f32; 3],
+    /// Where the tip should come to rest, in m; none where that is not to be seen.
+    pub target_m: Option<[f32; 3]>,
     /// The skin's own shape, where the scene brings one; flat without.
     pub skin: Option<Mesh>,
 }
@@ -149,7 +149,10 @@ pub struct Frame {
     pub bend_m: [f32; 3],
     /// Loads that the field carries, in N, in the table's order.
     pub loads_n: Vec<f32>,
-    /// Where the needle went in, the last one open: tents are around it.
+    /// How far every boundary stands from its rest where the needle's line meets it, in m along the needle, positive into the body. A
+    /// boundary without one stands as the loads have it.
+    pub dents_m: Vec<f32>,
+    /// Where the needle went in, the last one open.
     pub entry_m: Option<[f32; 3]>,
     /// Every puncture so far, the open ones too.
     pub punctures: Vec<Puncture>,

@@ -18,7 +18,7 @@ const FLATTEST: f32 = 0.4;
 /// The composition of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
-    /// Middle of the cut on the skin, in m: the entry, or the planned one while the needle is away.
+    /// Middle of the cut on the skin, in m: where the needle's line meets it, or the planned entry while the needle is away.
     pub focus: Vec3,
     /// Level, along the cut to the right.
     pub across: Vec3,
@@ -49,9 +49,10 @@ impl Placement {
         let tip = finite(Vec3::from(frame.tip_m)) + finite(Vec3::from(frame.bend_m));
         let near = if frame.entry_m.is_some() { 1.0 } else { smooth(1.0 - tip.z / NEAR_M) };
         let planned_entry = Vec3::from(stage.entry_m);
-        let wanted = frame.entry_m.map_or(tip, Vec3::from);
-        let off = ((wanted - planned_entry) * near * Vec3::new(1.0, 1.0, 0.0)).clamp_length_max(FOLLOWS_M);
         let axis = planned.lerp(down_or(needle * Vec3::Z), near).normalize();
+        // Where the needle's line meets the skin, which a hand may have pulled aside since it went in.
+        let wanted = if frame.entry_m.is_some() { tip - axis * (tip.z / axis.z) } else { tip };
+        let off = ((wanted - planned_entry) * near * Vec3::new(1.0, 1.0, 0.0)).clamp_length_max(FOLLOWS_M);
         let down = (axis - across * axis.dot(across)) / -axis.z;
         let cut = -across.cross(down).normalize();
         let focus = planned_entry * Vec3::new(1.0, 1.0, 0.0) + off;

@@ -20,7 +20,7 @@ use crate::meshes::{self, Shape};
 use crate::passes;
 use crate::placement::Placement;
 use crate::quality::Quality;
-use crate::scene_block::{MOST_LAYERS, Moment, SceneBlock, latest, open_puncture};
+use crate::scene_block::{MOST_LAYERS, Moment, SceneBlock, latest};
 use crate::{drape, skin, wounds};
 
 /// Columns and rows of the grid over the picture that the drape and the room are drawn by.
@@ -221,10 +221,8 @@ impl Renderer {
         let Set { stage, responses, .. } = &self.set;
         let place = Placement::of(stage, frame);
         let camera = Camera::of(stage, frame, &place, self.aspect());
-        let contacts = field::contacts(stage, &place, open_puncture(frame), &frame.loads_n);
-        let loads = field::loads_in_contact(responses, &contacts, &frame.loads_n);
         let moment = Moment { stage, frame, place: &place, camera: &camera, responses, quality: self.quality };
-        self.queue.write_buffer(&self.block, 0, bytemuck::bytes_of(&SceneBlock::of(&moment, loads)));
+        self.queue.write_buffer(&self.block, 0, bytemuck::bytes_of(&SceneBlock::of(&moment)));
     }
 
     fn aspect(&self) -> f32 {

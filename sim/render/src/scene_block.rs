@@ -5,7 +5,7 @@ use glam::camera::rh;
 use glam::{Mat4, Quat, Vec3, Vec4};
 
 use crate::camera::Camera;
-use crate::field::{MOST_LOADS, Responses, SAMPLES};
+use crate::field::{self, MOST_LOADS, Responses, SAMPLES};
 use crate::frame::{Frame, Puncture, Stage, View};
 use crate::placement::{BEHIND_M, HALF_WIDTH_M, Placement, smooth, unit};
 use crate::quality::Quality;
@@ -60,6 +60,7 @@ pub struct SceneBlock {
     layers: [Vec4; MOST_LAYERS],
     punctures: [Hole; MOST_PUNCTURES],
     loads: [f32; MOST_LOADS],
+    dents: [f32; MOST_LAYERS],
 }
 
 /// What a block is made from.
@@ -79,10 +80,11 @@ pub struct Moment<'a> {
 }
 
 impl SceneBlock {
-    /// Of a moment, with the field's loads as they are drawn.
+    /// Of a moment.
     #[must_use]
-    pub fn of(moment: &Moment<'_>, loads: [f32; MOST_LOADS]) -> Self {
+    pub fn of(moment: &Moment<'_>) -> Self {
         let Moment { stage, frame, place, camera, responses, quality } = *moment;
+        let loads = field::loads(responses, &frame.loads_n);
         let shadow_texels = quality.shadow_texels();
         let lamp = lamp(place);
         let ghost = frame
@@ -129,6 +131,7 @@ impl SceneBlock {
             count: [stage.layers.len() as u32, punctures.len() as u32, SAMPLES as u32, responses.loads as u32],
             layers: layers(stage, frame),
             punctures: holes(stage, punctures),
+            dents: field::dents(responses, &loads, &frame.dents_m),
             loads,
         }
     }

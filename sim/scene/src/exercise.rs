@@ -5,6 +5,8 @@ use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use crate::feedback::Feedback;
+
 /// One line of a rubric: 100 % at `full`, 0 % at `zero`, linear between, clamped.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RubricLine {
@@ -40,52 +42,6 @@ pub struct CoachingRule {
     pub rearm_below: f64,
     /// The message.
     pub message: String,
-}
-
-/// What the trainee is given during an attempt, so that a school can repeat the comparison of force, picture and overlay.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Feedback {
-    /// Force in the hand, and the body from outside.
-    Force,
-    /// The inside of the body in the picture; no force.
-    Picture,
-    /// Depth, force and layer as numbers and plots, and the body from outside; no force.
-    Overlay,
-    /// Everything.
-    #[default]
-    Both,
-}
-
-impl Feedback {
-    /// The device may push.
-    #[must_use]
-    pub fn force(self) -> bool {
-        matches!(self, Self::Force | Self::Both)
-    }
-
-    /// The picture shows the inside of the body.
-    #[must_use]
-    pub fn inside(self) -> bool {
-        matches!(self, Self::Picture | Self::Both)
-    }
-
-    /// Depth, force and layer are shown, and coaching is given.
-    #[must_use]
-    pub fn overlay(self) -> bool {
-        matches!(self, Self::Overlay | Self::Both)
-    }
-
-    /// In words, for the person before the attempt.
-    #[must_use]
-    pub fn in_words(self) -> &'static str {
-        match self {
-            Self::Force => "force in your hand; the picture shows the body from outside",
-            Self::Picture => "the picture shows the inside of the body; your hand feels nothing",
-            Self::Overlay => "depth, force and layer are shown; your hand feels nothing",
-            Self::Both => "force in your hand, the inside of the body, depth, force and layer",
-        }
-    }
 }
 
 /// A checked exercise.

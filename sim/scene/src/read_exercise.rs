@@ -7,7 +7,8 @@ use serde_json::Value;
 
 use crate::describe::{EXERCISE, measure};
 use crate::error::DocumentError;
-use crate::exercise::{CoachingRule, Exercise, Feedback, HardFail, RubricLine};
+use crate::exercise::{CoachingRule, Exercise, HardFail, RubricLine};
+use crate::feedback::Feedback;
 use crate::metrics;
 use crate::model::Scene;
 use crate::source::Source;

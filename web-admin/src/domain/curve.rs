@@ -3,7 +3,7 @@
 //! Reading a whole recording for each page view would cost far more than the page itself. A few hundred points keep
 //! the shape: of each stretch of ticks the one of least and the one of greatest force survive, so no peak is lost.
 
-use recording::{Event, EventKind, Recording, Sample};
+use recording::{Event, EventKind, Recording, Sample, thin};
 use scene::ExerciseBundle;
 use serde::{Deserialize, Serialize};
 
@@ -159,7 +159,7 @@ impl Curve {
         let stages = stages(&bands, &track, bundle.scene.needle.tip_to_rim_mm);
         Self {
             bands,
-            points: decimate(&recording.samples, MAX_POINTS),
+            points: thin(&recording.samples, MAX_POINTS).into_iter().map(point).collect(),
             marks: marks(recording),
             stages,
             target_depth_mm: bundle.exercise.target_depth_mm,
@@ -223,34 +223,8 @@ fn bands(recording: &Recording, bundle: &ExerciseBundle, cos_angle: f64) -> Vec<
     bands
 }
 
-/// Of each of `most / 2` stretches the samples of least and greatest force, in order of time.
-fn decimate(samples: &[Sample], most: usize) -> Vec<Point> {
-    let finite: Vec<Point> = samples.iter().map(point).filter(is_finite).collect();
-    if finite.len() <= most {
-        return finite;
-    }
-    let stretches = most / 2;
-    let mut points = Vec::with_capacity(most);
-    for k in 0..stretches {
-        let stretch = &finite[k * finite.len() / stretches..(k + 1) * finite.len() / stretches];
-        let by_force = |a: &&Point, b: &&Point| a.force_n.total_cmp(&b.force_n);
-        if let (Some(least), Some(greatest)) = (stretch.iter().min_by(by_force), stretch.iter().max_by(by_force)) {
-            let (first, second) = if least.t_s <= greatest.t_s { (least, greatest) } else { (greatest, least) };
-            points.push(*first);
-            if second.t_s > first.t_s {
-                points.push(*second);
-            }
-        }
-    }
-    points
-}
-
 fn point(sample: &Sample) -> Point {
     Point { t_s: round(sample.t_s), depth_mm: round(sample.x_m * 1e3), force_n: round(sample.axial_n()) }
-}
-
-fn is_finite(point: &Point) -> bool {
-    point.t_s.is_finite() && point.depth_mm.is_finite() && point.force_n.is_finite()
 }
 
 /// Four decimals: a tenth of a micrometre and of a millinewton, far below a pixel, and a third of the bytes.
@@ -339,26 +313,6 @@ mod tests {
             structure: None,
             text: String::new(),
         }
-    }
-
-    #[test]
-    fn thinning_keeps_every_extreme_and_the_order_of_time() {
-        let mut samples: Vec<Sample> = (0..60_000).map(|i| sample(f64::from(i) * 1e-3, 1.0, 0.5)).collect();
-        samples[31_234].tip_n = 7.5;
-        samples[45_678].tip_n = -2.5;
-        let points = decimate(&samples, MAX_POINTS);
-        assert!(points.len() <= MAX_POINTS);
-        assert!(points.iter().any(|p| p.force_n == 7.5), "the peak is kept");
-        assert!(points.iter().any(|p| p.force_n == -2.5), "the trough is kept");
-        assert!(points.windows(2).all(|w| w[0].t_s < w[1].t_s));
-    }
-
-    #[test]
-    fn thinning_leaves_few_samples_alone_and_drops_what_is_not_a_number() {
-        let samples = [sample(0.0, 0.0, 0.1), sample(1.0, 1.0, f32::NAN), sample(2.0, 2.0, 0.3)];
-        let times: Vec<f64> = decimate(&samples, MAX_POINTS).iter().map(|p| p.t_s).collect();
-        assert_eq!(times, [0.0, 2.0]);
-        assert!(decimate(&[], MAX_POINTS).is_empty());
     }
 
     #[test]

@@ -5,6 +5,7 @@
 
 use assessment::Deduction;
 use assessment::catalogue::{self, Definition, Split};
+use mechanics::axial::Contactor;
 
 use super::{anatomy, format};
 use crate::words::{self, Language};
@@ -35,11 +36,10 @@ fn words_of(id: &str) -> String {
     let metric = words::known(definition.label);
     let Some((_, part)) = id.split_once('.') else { return metric };
     match (definition.split, part.rsplit_once('.')) {
-        (Some(Split::Boundary), Some((layer, "tip"))) => {
-            tr!("{metric}, tip through {layer}", metric = metric, layer = anatomy::said(layer))
-        }
-        (Some(Split::Boundary), Some((layer, _))) => {
-            tr!("{metric}, rim through {layer}", metric = metric, layer = anatomy::said(layer))
+        (Some(Split::Boundary), Some((layer, contactor))) => {
+            let contactor = if contactor == "rim" { Contactor::Rim } else { Contactor::Tip };
+            let pop = words::phrase(&contactor.into_layer(&anatomy::said(layer)));
+            tr!("{metric}, {pop}", metric = metric, pop = pop)
         }
         (Some(Split::Layer), _) => tr!("{metric} in {layer}", metric = metric, layer = anatomy::said(part)),
         (Some(Split::Structure), _) => tr!("{metric} to {structure}", metric = metric, structure = anatomy::said(part)),
@@ -50,15 +50,15 @@ fn words_of(id: &str) -> String {
 /// Why points were lost, with what earns full marks and advice.
 #[must_use]
 pub fn reason(deduction: &Deduction) -> String {
-    let why = without_cost(&deduction.why);
-    format::sentence(&in_own_language(&deduction.metric, why).unwrap_or_else(|| why.to_owned()))
+    let why = renamed(&deduction.metric, without_cost(&deduction.why));
+    format::sentence(&in_own_language(&deduction.metric, &why).unwrap_or(why))
 }
 
 /// Why points were lost, for a list of attempts.
 #[must_use]
 pub fn short_reason(deduction: &Deduction) -> String {
-    let why = without_cost(&deduction.why);
-    let what = why.split_once(", full marks for ").map_or(why, |(what, _)| what);
+    let why = renamed(&deduction.metric, without_cost(&deduction.why));
+    let what = why.split_once(", full marks for ").map_or(why.as_str(), |(what, _)| what);
     format::sentence(&in_own_language(&deduction.metric, what).unwrap_or_else(|| what.to_owned()))
 }
 
@@ -84,6 +84,17 @@ fn without_cost(why: &str) -> &str {
     match why.rsplit_once(": ") {
         Some((reason, cost)) if cost.starts_with('−') || cost == "no points lost" => reason,
         _ => why,
+    }
+}
+
+/// A reason that was kept when pops were still called by `through` and the layer entered, with today's name of the pop.
+fn renamed(metric: &str, why: &str) -> String {
+    let pop = metric.split_once('.').and_then(|(_, part)| part.rsplit_once('.'));
+    match (catalogue::definition(metric).and_then(|definition| definition.split), pop) {
+        (Some(Split::Boundary), Some((layer, contactor))) => {
+            why.replacen(&format!(", {contactor} through {layer}"), &format!(", {contactor} into {layer}"), 1)
+        }
+        _ => why.to_owned(),
     }
 }
 
@@ -154,6 +165,13 @@ mod tests {
         assert!(german("depth_error_mm", "2.4 mm too deep: −6 points").starts_with("2,4 mm zu tief"));
         let split = german("peak_force_layer_n.deep fat", "peak force in deep fat 2.1 N: no points lost");
         assert!(split.ends_with("deep fat 2,1 N") && !split.contains("force"), "{split}");
+        for kept in ["into", "through"] {
+            let said = german(
+                "over_insertion_mm.fat.rim",
+                &format!("advance after the pop, rim {kept} fat 2.1 mm: −6 points"),
+            );
+            assert!(said.ends_with("Rand in Fett 2,1 mm"), "{said}");
+        }
     }
 
     #[test]

@@ -2,12 +2,14 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use mechanics::axial::Contactor;
 use time::OffsetDateTime;
 
 use super::charts;
 use super::judgement::Judgement;
 use super::{Shell, Status, anatomy, format};
 use crate::domain::curve::{Curve, MarkKind, Stage};
+use crate::words;
 
 /// The page of an attempt.
 #[derive(Debug, Template, WebTemplate)]
@@ -166,8 +168,8 @@ fn stage_rows(curve: &Curve) -> Vec<StageRow> {
 
 fn what_happened(kind: MarkKind, name: &str) -> String {
     match kind {
-        MarkKind::TipRupture => tr!("tip through {name}", name = name),
-        MarkKind::RimRupture => tr!("rim through {name}", name = name),
+        MarkKind::TipRupture => words::phrase(&Contactor::Tip.into_layer(name)),
+        MarkKind::RimRupture => words::phrase(&Contactor::Rim.into_layer(name)),
         MarkKind::StructureHit => tr!("hit {name}", name = name),
         MarkKind::Confirm => tr!("position confirmed").to_owned(),
         MarkKind::Contact => tr!("skin touched").to_owned(),
@@ -186,7 +188,7 @@ mod tests {
     fn a_scored_attempt_shows_its_arithmetic() {
         let html = samples::keep("session", &samples::session_page());
         for wanted in
-            ["out of 100", "Passed", "1.9 mm too deep", "−4.8", "Rim through fat", "full marks", "mJ", "identical"]
+            ["out of 100", "Passed", "1.9 mm too deep", "−4.8", "Rim into fat", "full marks", "mJ", "identical"]
         {
             assert!(html.contains(wanted), "{wanted} is missing");
         }

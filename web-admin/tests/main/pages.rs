@@ -61,8 +61,7 @@ async fn a_trainee_finds_what_is_next_and_the_attempt_with_its_reasons() {
         assert!(home.contains(wanted), "{wanted} is missing in {home}");
     }
     let session = school.page("ada@example.org", &format!("/sessions/{}", school.attempt)).await;
-    for wanted in
-        ["out of 100", "full marks", "Tip through skin", "Rim through skin", "identical", "<svg", "Energy by layer"]
+    for wanted in ["out of 100", "full marks", "Tip into skin", "Rim into skin", "identical", "<svg", "Energy by layer"]
     {
         assert!(session.contains(wanted), "{wanted} is missing in {session}");
     }

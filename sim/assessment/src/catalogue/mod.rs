@@ -2,6 +2,7 @@
 
 mod table;
 
+use recording::Contactor;
 use serde::{Deserialize, Serialize};
 
 pub use table::DEFINITIONS;
@@ -85,7 +86,10 @@ impl Definition {
     pub fn label_of(&self, suffix: &str) -> String {
         let label = self.label;
         match (self.split, suffix.rsplit_once('.')) {
-            (Some(Split::Boundary), Some((layer, contactor))) => format!("{label}, {contactor} through {layer}"),
+            (Some(Split::Boundary), Some((layer, contactor))) => {
+                let contactor = if contactor == "rim" { Contactor::Rim } else { Contactor::Tip };
+                format!("{label}, {}", contactor.into_layer(layer))
+            }
             (Some(Split::Layer), _) => format!("{label} in {suffix}"),
             (Some(Split::Structure), _) => format!("{label} to {suffix}"),
             _ => format!("{label}: {suffix}"),
@@ -132,7 +136,7 @@ mod tests {
     fn split_labels_read_as_words() {
         let label = |id: &str| definition(id).map(|d| d.label_of(id.split_once('.').map_or("", |(_, s)| s)));
         assert_eq!(label("peak_force_layer_n.fat").as_deref(), Some("peak force in fat"));
-        assert_eq!(label("over_insertion_mm.fat.rim").as_deref(), Some("advance after the pop, rim through fat"));
+        assert_eq!(label("over_insertion_mm.fat.rim").as_deref(), Some("advance after the pop, rim into fat"));
         assert_eq!(label("structure_clearance_mm.left kidney").as_deref(), Some("clearance to left kidney"));
         assert_eq!(label("structure_hits.vessel").as_deref(), Some("structures hit: vessel"));
     }

@@ -70,20 +70,30 @@ fn every_boundary_of_every_shipped_exercise_tents_up_to_each_of_its_pops() {
                 continue;
             }
             tented += 1;
-            let load_n = |tent: &Tent| tent.contactor_n[boundary];
+            let (load_n, tent_m) = (|tent: &Tent| tent.contactor_n[boundary], |tent: &Tent| tent.tent_m[boundary]);
             let (peak_n, _) = range(&recording.tents, (0.0, tip.t_s), load_n);
+            let just_before = |event: &Event| (event.t_s - 1.0 / 120.0 - 1e-3, event.t_s - 1e-6);
+            let (_, peak_m) = range(&recording.tents, just_before(tip), tent_m);
+            let rest_m: f64 = scene::along_path(params.spec().axial.clone(), bundle.exercise.angle_deg).layers
+                [..boundary]
+                .iter()
+                .map(|layer| layer.thickness_m)
+                .sum();
             // The last step of the field is up to 1/120 s and a tick before the pop.
-            let late_n = 0.005 * (1.0 / 120.0 + 1e-3) * params.spec().axial.layers[boundary].stiffness_n_per_m;
-            assert!(f64::from(peak_n) > tip.force_n - late_n, "{what}: {peak_n} N of {} N", tip.force_n);
+            let late_m = 0.005 * (1.0 / 120.0 + 1e-3);
+            let as_far =
+                |found_m: f32, pressed_m: f64| (pressed_m - late_m..pressed_m + 1e-6).contains(&f64::from(found_m));
+            assert!(as_far(peak_m, tip.x_m - rest_m), "{what}: {peak_m} m under a tip at {} m", tip.x_m - rest_m);
             if trocar {
                 let rim = ruptures(&recording, EventKind::RimRupture, boundary);
                 let (again_n, between_n) = range(&recording.tents, (tip.t_s, rim.t_s), load_n);
                 assert!(between_n < 0.8 * peak_n, "{what}: {between_n} N after {peak_n} N");
-                assert!(f64::from(again_n) > rim.force_n - late_n, "{what}: {again_n} N of {} N", rim.force_n);
+                let rim_m = rim.x_m - bundle.scene.needle.tip_to_rim_mm * 1e-3 - rest_m;
+                let (_, last_m) = range(&recording.tents, just_before(rim), tent_m);
+                assert!(as_far(last_m, rim_m), "{what}: {last_m} m under a rim at {rim_m} m");
                 let (_, after_n) = range(&recording.tents, (rim.t_s, rim.t_s + 0.3), load_n);
-                assert!(after_n < 0.01 * again_n, "{what}: {after_n} N left of {again_n} N");
+                assert!(after_n <= 0.01 * again_n, "{what}: {after_n} N left of {again_n} N");
             }
-            let tent_m = |tent: &Tent| tent.tent_m[boundary];
             let (before_m, _) = range(&recording.tents, (tip.t_s - 0.02, tip.t_s), tent_m);
             let (_, after_m) = range(&recording.tents, (tip.t_s, tip.t_s + 0.03), tent_m);
             assert!(after_m < 0.95 * before_m && before_m > 0.0, "{what}: {before_m} m, then {after_m} m");

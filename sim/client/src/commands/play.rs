@@ -1,17 +1,16 @@
 //! `stylet play`: the interactive simulator in a window.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-
-use scene::{Document, ExerciseBundle};
+use std::path::PathBuf;
 
 use crate::commands::simulate::pseudonym;
 use crate::devices::DeviceArgs;
-use crate::exit::{Failure, Outcome};
+use crate::exit::Outcome;
+use crate::live::history::History;
 use crate::live::{self, open};
 use crate::new_file::create_folder;
 use crate::outbox::Outbox;
 use crate::output;
+use crate::shelf::Shelf;
 use crate::station::Pairing;
 use crate::window::{self, Station};
 
@@ -48,7 +47,10 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    let exercises = exercises(&args.exercises)?;
+    let shelf = Shelf::read(&args.exercises)?;
+    for broken in &shelf.broken {
+        output::warning(format_args!("passed over: {}", broken.why));
+    }
     create_folder(&args.recordings)?;
     for recovered in live::recover_left_behind(&args.recordings)? {
         output::warning(format_args!("{}: was cut off, and is whole again", recovered.display()));
@@ -58,7 +60,8 @@ pub fn run(args: &Args) -> Outcome {
         Outbox::open(None)?.take_up_drafts()?;
     }
     window::play(Station {
-        exercises,
+        shelf,
+        history: History::of_folder(args.recordings.clone(), args.trainee.clone()),
         pairing,
         device: args.device.clone(),
         devices: args.devices.clone(),
@@ -67,52 +70,4 @@ pub fn run(args: &Args) -> Outcome {
         seed: args.seed,
         guided: !args.free,
     })
-}
-
-/// Every exercise of the files and folders that the call names, each once, in order.
-fn exercises(paths: &[PathBuf]) -> Result<Vec<ExerciseBundle>, Failure> {
-    let mut found: Vec<ExerciseBundle> = Vec::new();
-    for path in paths {
-        for bundle in in_path(path)? {
-            if found.iter().all(|known| known.exercise.sha256 != bundle.exercise.sha256) {
-                found.push(bundle);
-            }
-        }
-    }
-    match found.is_empty() {
-        true => Err(Failure::input("no exercise found in what was named")),
-        false => Ok(found),
-    }
-}
-
-fn in_path(path: &Path) -> Result<Vec<ExerciseBundle>, Failure> {
-    if path.is_dir() {
-        return in_folder(path);
-    }
-    match scene::load::read(path)? {
-        Document::Exercise(bundle) => Ok(vec![*bundle]),
-        Document::Curriculum(_, bundles) => Ok(bundles),
-        Document::Scene(_) => Err(Failure::refused(path, "is a scene; an exercise or a curriculum is needed")),
-        Document::Instrument(_) => {
-            Err(Failure::refused(path, "is an instrument; an exercise or a curriculum is needed"))
-        }
-    }
-}
-
-/// The exercises in a folder and below, by name. What is no exercise is passed over: courses and scenes lie beside them.
-fn in_folder(folder: &Path) -> Result<Vec<ExerciseBundle>, Failure> {
-    let listed = fs::read_dir(folder).map_err(|error| Failure::refused(folder, error))?;
-    let mut paths: Vec<PathBuf> = listed.flatten().map(|entry| entry.path()).collect();
-    paths.sort();
-    let mut found = Vec::new();
-    for path in paths {
-        if path.is_dir() {
-            found.extend(in_folder(&path)?);
-        } else if path.extension().is_some_and(|extension| extension == "toml")
-            && let Document::Exercise(bundle) = scene::load::read(&path)?
-        {
-            found.push(*bundle);
-        }
-    }
-    Ok(found)
 }

@@ -138,7 +138,7 @@ fn of_exercise(args: &Args) -> Result<Film, Failure> {
     let bundle = ExerciseBundle::read(path)?;
     let params = commands::puncture_params(path, &bundle, &Patient::nominal(&bundle.scene))?;
     let stage = picture::stage(path, &bundle, &params)?;
-    let source = Source::Exercise(Box::new(Moment::before(&bundle.exercise)));
+    let source = Source::Exercise(Box::new(Moment::before(&bundle, &[])));
     let look = Look { view: args.view, ..Look::at(&bundle.scene, !args.free) };
     Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })
 }
@@ -150,7 +150,7 @@ fn of_recording(args: &Args) -> Result<Film, Failure> {
     let stage = picture::stage_of_recording(path, &bundle, &recording)?;
     let duration_s = recording.samples.last().map_or(0.0, |sample| sample.t_s);
     let look = Look { view: args.view, ..Look::at(&bundle.scene, !args.free) };
-    let source = Source::Recording(Box::new(Telling::new(Arc::new(recording), &bundle.exercise)), duration_s);
+    let source = Source::Recording(Box::new(Telling::new(Arc::new(recording), &bundle)), duration_s);
     Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })
 }
 

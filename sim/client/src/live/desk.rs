@@ -41,6 +41,9 @@ pub struct Listed {
     pub exercise_id: String,
     /// The trainee may train it now.
     pub due: bool,
+    /// The trainee has mastered it. A service of before does not say.
+    #[serde(default)]
+    pub mastered: bool,
     /// Until when an instructor wants it done, on the school's clock.
     #[serde(default)]
     due_at: Option<String>,

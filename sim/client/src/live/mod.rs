@@ -3,6 +3,7 @@
 pub mod desk;
 mod faults;
 pub mod given;
+pub mod history;
 pub mod open;
 mod recorder;
 mod shown;
@@ -16,7 +17,7 @@ use haptics::scaling::Scaling;
 use haptics::servo::{self, Driven, LatestReader, Report, Running, Setup};
 use mechanics::puncture::PunctureParams;
 use recording::Session;
-use scene::ExerciseBundle;
+use scene::{Channel, ExerciseBundle};
 
 use crate::exit::Failure;
 
@@ -66,7 +67,7 @@ impl Live {
         let reach = (exercise.target_depth_mm * 1e-3, trial.session.tick_hz);
         let info = driven.info().clone();
         let mut setup = Setup::new(Arc::clone(&trial.params), mapping, &info, reach);
-        if !exercise.feedback.force() {
+        if !exercise.feedback.gives(Channel::Force) {
             setup.scaling.factor = 0.0;
         }
         let scaling = setup.scaling;

@@ -21,6 +21,7 @@ use recording::run::{Run, Sent, Simulated};
 use recording::sample::flags;
 use recording::tick::Input;
 use recording::{EventKind, Writer};
+use scene::Channel;
 
 use super::faults::Faults;
 use super::shown::Shown;
@@ -97,7 +98,7 @@ impl Recorder {
     /// # Errors
     /// When the system gives no thread.
     pub fn start(trial: Arc<Trial>, records: Records, draft: Draft) -> Result<Self, Failure> {
-        let shown = Arc::new(Mutex::new(Shown::new(&trial.bundle)));
+        let shown = Arc::new(Mutex::new(Shown::new(&trial)));
         let (report, awaited) = mpsc::channel();
         let theirs = Arc::clone(&shown);
         let thread = thread::Builder::new()
@@ -173,7 +174,7 @@ fn write(
     let mut last = None;
     while let Some(record) = next() {
         let tick = run.tick(&input(&record), Some(&sent(&record)));
-        let coached = if exercise.feedback.overlay() { coach.watch(&tick.sample) } else { Vec::new() };
+        let coached = if exercise.feedback.gives(Channel::Coaching) { coach.watch(&tick.sample) } else { Vec::new() };
         coached.iter().for_each(|text| run.note(EventKind::Coaching, &tick, text));
         let faulty = faults.watch(&record);
         faulty.iter().for_each(|text| run.note(EventKind::Fault, &tick, text));

@@ -2,10 +2,11 @@
 
 use std::collections::VecDeque;
 
+use mechanics::axial::Contactor;
 use recording::tick::Tick;
 use recording::{Event, EventKind, Sample};
-use scene::ExerciseBundle;
 
+use super::Trial;
 use crate::picture::Moment;
 
 /// The force plot goes back so far, in s, with so many points a second.
@@ -74,9 +75,10 @@ pub struct Shown {
 
 impl Shown {
     /// Nothing has happened yet.
-    pub fn new(bundle: &ExerciseBundle) -> Self {
+    pub fn new(trial: &Trial) -> Self {
+        let (bundle, thickness_mm) = (&trial.bundle, &trial.session.patient_thickness_mm);
         Self {
-            moment: Moment::before(&bundle.exercise),
+            moment: Moment::before(bundle, thickness_mm),
             phase: Phase::Approach,
             trace: VecDeque::new(),
             said: Vec::new(),
@@ -150,8 +152,8 @@ fn in_words(event: &Event) -> Option<String> {
     let text = &event.text;
     match event.kind {
         EventKind::Contact => Some("skin touched".to_owned()),
-        EventKind::TipRupture => Some(format!("pop: the tip is through {text}")),
-        EventKind::RimRupture => Some(format!("pop: the rim is through {text}")),
+        EventKind::TipRupture => Some(format!("pop: {}", Contactor::Tip.into_layer(text))),
+        EventKind::RimRupture => Some(format!("pop: {}", Contactor::Rim.into_layer(text))),
         EventKind::StructureHit => Some(format!("{text} was hit")),
         EventKind::SkinExit => Some("out of the skin".to_owned()),
         EventKind::Confirm => Some("position confirmed: withdraw".to_owned()),

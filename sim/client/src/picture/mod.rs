@@ -6,4 +6,4 @@ mod stage;
 
 pub use align::Alignment;
 pub use moment::{Look, Moment, Telling};
-pub use stage::{stage, stage_of_recording};
+pub use stage::{given, stage, stage_of_recording};

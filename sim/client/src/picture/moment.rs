@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use mechanics::operator::needle_pose;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use recording::Recording;
 use recording::event::{Event, EventKind};
 use recording::sample::{Sample, flags};
 use recording::tent::Tent;
+use recording::{Dents, Recording};
 use render::frame::{Frame, Ghost, Orbit, Puncture, View};
-use scene::{Exercise, Scene};
+use scene::{ExerciseBundle, Scene, SceneLayer};
 
 /// A structure that was hit is lit for so long, in s.
 const LIT_S: f64 = 1.5;
@@ -28,6 +28,7 @@ pub struct Moment {
     pub sample: Sample,
     /// Loads that the field carries, in N: contactors, then drags.
     pub loads_n: Vec<f32>,
+    dents: Dents,
     tracks: Vec<Track>,
     /// The track that the needle is in.
     open: Option<usize>,
@@ -76,17 +77,22 @@ impl Look {
 }
 
 impl Moment {
-    /// Nothing has happened: the needle waits above its planned entry.
+    /// Nothing has happened: the needle waits above its planned entry, over layers of a patient's thickness, or of the scene's where none was drawn.
     #[must_use]
-    pub fn before(exercise: &Exercise) -> Self {
-        let plan = exercise.plan();
+    pub fn before(bundle: &ExerciseBundle, thickness_mm: &[f64]) -> Self {
+        let plan = bundle.exercise.plan();
         let pose = needle_pose(&(plan.entry_m - plan.axis * plan.approach_m), &plan.axis);
         let sample = Sample {
             position_m: pose.translation.vector.into(),
             orientation: pose.rotation.coords.into(),
             ..Sample::default()
         };
-        Self { sample, ..Self::default() }
+        let ExerciseBundle { scene, .. } = bundle;
+        let thickness_m =
+            |(at, layer): (usize, &SceneLayer)| thickness_mm.get(at).unwrap_or(&layer.thickness_mm) * 1e-3;
+        let thicknesses_m = scene.layers.iter().enumerate().map(thickness_m);
+        let dents = Dents::new(thicknesses_m, scene.needle.tip_to_rim_mm * 1e-3);
+        Self { sample, dents, ..Self::default() }
     }
 
     /// Tells of a tick.
@@ -104,6 +110,7 @@ impl Moment {
 
     /// Tells of an event. The events of a tick are told after its sample.
     pub fn event(&mut self, event: &Event) {
+        self.dents.event(event);
         match event.kind {
             EventKind::Contact => self.contact(event),
             EventKind::TipRupture | EventKind::RimRupture => self.rupture(event),
@@ -120,6 +127,7 @@ impl Moment {
 
     /// Tells how the field stands.
     pub fn tent(&mut self, tent: &Tent) {
+        self.dents.tent(tent);
         self.loads_n.clear();
         self.loads_n.extend(tent.contactor_n.iter().chain(&tent.drag_n));
     }
@@ -170,11 +178,12 @@ impl Moment {
             orientation: orientation.map(|c| c as f32),
             bend_m,
             loads_n: self.loads_n.clone(),
+            dents_m: self.dents.at(&self.sample),
             entry_m: inside.map(|track| track.entry_m.map(|c| c as f32)),
             punctures: self.tracks.iter().map(|track| track.puncture(t_s)).collect(),
             fade: if look.anatomy && !look.closed { (FADED * deep) as f32 } else { 0.0 },
             guide: look.guide,
-            touched: self.hit.filter(|hit| t_s - hit.at_s < LIT_S).map(|hit| hit.structure),
+            touched: self.hit.filter(|hit| !look.closed && t_s - hit.at_s < LIT_S).map(|hit| hit.structure),
             closed: look.closed,
             ghost: None,
             view: look.view,
@@ -227,8 +236,8 @@ struct Told {
 impl Telling {
     /// Nothing is told yet.
     #[must_use]
-    pub fn new(recording: Arc<Recording>, exercise: &Exercise) -> Self {
-        let start = Moment::before(exercise);
+    pub fn new(recording: Arc<Recording>, bundle: &ExerciseBundle) -> Self {
+        let start = Moment::before(bundle, &recording.session.patient_thickness_mm);
         Self { recording, moment: start.clone(), start, told: Told::default() }
     }
 
@@ -264,6 +273,11 @@ impl Telling {
 #[cfg(test)]
 mod tests {
     //! A picture that forgets a hole, lights a structure for ever or bleeds before the skin is open shows what did not happen.
+
+    use mechanics::operator::Plan;
+    use mechanics::puncture::PunctureParams;
+    use recording::Follows;
+    use scene::Patient;
 
     use super::*;
 
@@ -331,6 +345,70 @@ mod tests {
         assert_eq!(moment.frame(&Look::default(), 0.02).touched, Some(3));
         moment.sample(&sample(3.0 + LIT_S, 0.5));
         assert_eq!(moment.frame(&Look::default(), 0.02).touched, None);
+    }
+
+    /// In past every boundary, and out, at 5 mm/s, leaning as planned.
+    fn attempt(bundle: &ExerciseBundle, params: &PunctureParams, patient: &Patient) -> Recording {
+        let path = scene::along_path(params.spec().axial.clone(), bundle.exercise.angle_deg);
+        let last_m = mechanics::closed_form::ruptures(&path).last().map_or(0.03, |rupture| rupture.x_m);
+        let plan = Plan { target_x_m: last_m + 0.004, approach_m: 0.001, hold_s: 0.2, ..bundle.exercise.plan() };
+        let maker =
+            crate::attempt::Maker { device: "test", device_max_force_n: f64::INFINITY, seed: 0, tick_hz: 1000.0 };
+        let session =
+            recording::Session { patient_thickness_mm: patient.thickness_mm.clone(), ..maker.session(bundle) };
+        let attachments = assessment::attachments(bundle);
+        let mut writer =
+            recording::Writer::create(Vec::new(), &session, &attachments, &Default::default()).expect("memory");
+        let clock = recording::simulate::Clock { tick_hz: 1000.0, time_limit_s: 60.0 };
+        let mut hand = mechanics::operator::Operator::constant(0.005, &plan);
+        recording::simulate::simulate(params, &mut hand, &mut writer, &clock).expect("memory");
+        Recording::read(writer.finish().expect("memory").as_slice()).expect("just written")
+    }
+
+    /// The same attempt as a simulator of before recorded it.
+    fn as_before(recording: &Recording, params: &PunctureParams) -> Recording {
+        let mut tissue = recording::tick::Attempt::following(params, Follows::Forces);
+        let tents = recording.samples.iter().filter_map(|sample| tissue.step(&sample.into()).tent).collect();
+        Recording { tents, ..recording.clone() }
+    }
+
+    /// The largest disagreement of any frame, in m, and of what the field alone would have shown.
+    fn disagreement_m(recording: Recording, bundle: &ExerciseBundle) -> [f64; 2] {
+        let duration_s = recording.samples.last().map_or(0.0, |sample| sample.t_s);
+        let mut telling = Telling::new(Arc::new(recording), bundle);
+        let mut most_m = [0.0_f64; 2];
+        for frame in 0..=(duration_s * 60.0) as u32 {
+            let moment = telling.at(f64::from(frame) / 60.0);
+            let shown = moment.frame(&Look::default(), 0.02).dents_m;
+            assert_eq!(shown.len(), bundle.scene.layers.len());
+            let field = moment.dents.field_m();
+            for (most_m, dents_m) in most_m.iter_mut().zip([shown.as_slice(), field]) {
+                *most_m = most_m.max(moment.dents.disagreement_m(&moment.sample, dents_m));
+            }
+        }
+        most_m
+    }
+
+    #[test]
+    fn tip_and_tissue_agree_in_every_frame_of_every_shipped_exercise_and_of_old_recordings() {
+        let curricula = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula");
+        let shelf = crate::shelf::Shelf::read(&[curricula]).expect("the shipped exercises");
+        assert!(shelf.exercises.len() >= 9 && shelf.broken.is_empty());
+        let mut field_m = 0.0_f64;
+        for bundle in shelf.exercises.iter().map(|offer| &offer.bundle) {
+            let patient = Patient::draw(&bundle.scene, 3);
+            let params = PunctureParams::new(bundle.puncture_spec(&patient)).expect("a shipped scene");
+            let now = attempt(bundle, &params, &patient);
+            let before = as_before(&now, &params);
+            for (recording, when) in [(now, "now"), (before, "before")] {
+                let verified = recording::verify::verify(&recording, &params);
+                assert!(verified.exact(), "{} as recorded {when}: {verified:?}", bundle.exercise.id);
+                let [shown_m, alone_m] = disagreement_m(recording, bundle);
+                assert!(shown_m < 1e-4, "{} as recorded {when}: {shown_m} m", bundle.exercise.id);
+                field_m = field_m.max(alone_m);
+            }
+        }
+        assert!(field_m > 2e-3, "what is mended was not there: {field_m} m");
     }
 
     #[test]

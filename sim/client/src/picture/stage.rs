@@ -8,7 +8,7 @@ use mechanics::tissue::follow::Profiles;
 use nalgebra::{Point3, Vector3};
 use recording::Recording;
 use render::frame::{self, FieldTable, Layer, Material, Mesh, Needle, Stage, Structure, Tip};
-use scene::{Exercise, ExerciseBundle, Patient, Scene};
+use scene::{Channel, Exercise, ExerciseBundle, Feedback, Patient, Scene};
 
 use crate::commands;
 use crate::exit::Failure;
@@ -42,12 +42,17 @@ pub fn stage_of_recording(path: &Path, bundle: &ExerciseBundle, recording: &Reco
     stage(path, bundle, &commands::puncture_params(path, bundle, &patient)?)
 }
 
+/// What a trainee is to see of a stage during an attempt.
+pub fn given(stage: &Stage, feedback: Feedback) -> Stage {
+    Stage { target_m: stage.target_m.filter(|_| feedback.gives(Channel::Target)), ..stage.clone() }
+}
+
 /// A stage with the exercise's plan and nothing else.
 fn planned(exercise: &Exercise) -> Stage {
     Stage {
         entry_m: point(&exercise.entry_m()),
         axis: vector(&exercise.axis()),
-        target_m: point(&exercise.target_m()),
+        target_m: Some(point(&exercise.target_m())),
         ..Stage::default()
     }
 }

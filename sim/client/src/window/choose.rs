@@ -1,13 +1,15 @@
 //! Before an attempt: the exercises there are, and the briefing of the one that is chosen.
 
 use eframe::egui::{self, Color32, Key, RichText, ScrollArea, Ui};
-use scene::{Exercise, ExerciseBundle};
+use scene::Exercise;
 use time::OffsetDateTime;
 use time::macros::format_description;
 
-use super::colours;
+use super::{colours, help};
 use crate::clock;
 use crate::live::desk::Listed;
+use crate::live::history::{History, Tally};
+use crate::shelf::{Broken, Offer, Shelf};
 
 /// What the person decides on the briefing.
 pub enum Decision {
@@ -24,43 +26,123 @@ fn page(ui: &Ui) -> egui::Frame {
     egui::Frame::central_panel(ui.style()).inner_margin(egui::Margin::symmetric(48, 32))
 }
 
-/// The list of exercises, with what is due for whoever sits here. Answers the one that is chosen.
-pub fn choose(ui: &mut Ui, exercises: &[ExerciseBundle], due: &[Listed]) -> Option<usize> {
+/// What the list is made of.
+pub struct Choice<'a> {
+    /// What there is to practise.
+    pub shelf: &'a Shelf,
+    /// What was practised here before.
+    pub history: &'a History,
+    /// The school's list, where somebody has signed in.
+    pub school: Option<&'a [Listed]>,
+}
+
+impl Choice<'_> {
+    /// What the school lists of an exercise.
+    fn listed(&self, exercise: &Exercise) -> Option<&Listed> {
+        self.school?.iter().find(|listed| listed.exercise_id == exercise.id)
+    }
+
+    /// Whether an exercise is done as far as anybody here knows: mastered for the school, passed on this machine without one.
+    fn is_done(&self, exercise_id: &str) -> bool {
+        match self.school {
+            Some(listed) => listed.iter().any(|listed| listed.exercise_id == exercise_id && listed.mastered),
+            None => self.history.tally(exercise_id).passed > 0,
+        }
+    }
+
+    /// Course and place, progress, and what is to be mastered first.
+    fn facts(&self, offer: &Offer) -> String {
+        let exercise = &offer.bundle.exercise;
+        let course = offer.course.as_ref();
+        let place = course.map(|course| format!("{}, {} of {}", course.title, course.place[0], course.place[1]));
+        let progress = match self.listed(exercise) {
+            Some(listed) if listed.mastered => "mastered".to_owned(),
+            Some(listed) if listed.due => "not mastered yet".to_owned(),
+            Some(_) => "not open yet".to_owned(),
+            None if self.school.is_some() => "not among your school's exercises".to_owned(),
+            None => told(self.history.tally(&exercise.id)),
+        };
+        let missing = course.into_iter().flat_map(|course| &course.prerequisites).filter(|id| !self.is_done(id));
+        let missing: Vec<&str> = missing.map(|id| self.title(id)).collect();
+        let first = (!missing.is_empty()).then(|| format!("first: {}", missing.join(", ")));
+        place.into_iter().chain([progress]).chain(first).collect::<Vec<_>>().join(" · ")
+    }
+
+    fn title<'a>(&'a self, exercise_id: &'a str) -> &'a str {
+        let known = self.shelf.exercises.iter().find(|offer| offer.bundle.exercise.id == exercise_id);
+        known.map_or(exercise_id, |offer| &offer.bundle.exercise.title)
+    }
+}
+
+/// What became of the attempts on this machine, in words.
+fn told(Tally { attempts, passed, best }: Tally) -> String {
+    match attempts {
+        0 => "not tried here yet".to_owned(),
+        1 => format!("1 attempt here, {}, {best:.0} points", if passed > 0 { "passed" } else { "not passed" }),
+        _ => format!("{attempts} attempts here, {passed} passed, best {best:.0} points"),
+    }
+}
+
+/// The list of exercises. Answers the one that is chosen.
+pub fn choose(ui: &mut Ui, choice: &Choice<'_>) -> Option<usize> {
     let chosen = egui::CentralPanel::default().frame(page(ui)).show(ui, |ui| {
         ui.heading("Exercises");
         ui.add_space(8.0);
+        let exercises = &choice.shelf.exercises;
         let mut order: Vec<usize> = (0..exercises.len()).collect();
         // Assigned ones first, in the order in which they are due; the others as they were given.
+        let due = || choice.school.unwrap_or_default().iter().filter(|listed| listed.due);
         let place = |at: &usize| {
-            let id = exercises.get(*at).map(|bundle| bundle.exercise.id.as_str());
-            due.iter().position(|due| Some(due.exercise_id.as_str()) == id).unwrap_or(usize::MAX)
+            let id = exercises.get(*at).map(|offer| offer.bundle.exercise.id.as_str());
+            due().position(|due| Some(due.exercise_id.as_str()) == id).unwrap_or(usize::MAX)
         };
         order.sort_by_key(place);
-        let scrolled = ScrollArea::vertical().show(ui, |ui| {
-            let rows = order.iter().filter_map(|&at| exercises.get(at).map(|bundle| (at, &bundle.exercise)));
-            let listed = |exercise: &Exercise| due.iter().find(|due| due.exercise_id == exercise.id);
-            rows.filter_map(|(at, exercise)| row(ui, exercise, listed(exercise)).then_some(at)).last()
+        let scrolled = ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            let rows = order.iter().filter_map(|&at| exercises.get(at).map(|offer| (at, offer)));
+            let chosen = rows.filter_map(|(at, offer)| row(ui, choice, offer).then_some(at)).last();
+            broken(ui, &choice.shelf.broken);
+            chosen
         });
         scrolled.inner
     });
     chosen.inner
 }
 
-fn row(ui: &mut Ui, exercise: &Exercise, due: Option<&Listed>) -> bool {
+fn row(ui: &mut Ui, choice: &Choice<'_>, offer: &Offer) -> bool {
+    let exercise = &offer.bundle.exercise;
     let clicked = ui.horizontal(|ui| {
         let clicked =
             ui.add(egui::Button::new(RichText::new(&exercise.title).size(17.0)).min_size([320.0, 34.0].into()));
-        let stars =
-            "●".repeat(exercise.difficulty.into()) + &"○".repeat(5_usize.saturating_sub(exercise.difficulty.into()));
-        ui.label(stars).on_hover_text("Difficulty");
-        ui.label(format!("target {:.0} mm, {:.0}°", exercise.target_depth_mm, exercise.angle_deg));
-        if let Some(due) = due {
-            let (colour, words) = when(due, clock::now());
-            ui.colored_label(colour, words);
-        }
+        ui.vertical(|ui| {
+            ui.horizontal(|ui| {
+                let harder = usize::from(exercise.difficulty);
+                ui.label("●".repeat(harder) + &"○".repeat(5_usize.saturating_sub(harder))).on_hover_text("Difficulty");
+                ui.label(format!("target {:.0} mm, {:.0}°", exercise.target_depth_mm, exercise.angle_deg));
+                if let Some(due) = choice.listed(exercise).filter(|listed| listed.due) {
+                    let (colour, words) = when(due, clock::now());
+                    ui.colored_label(colour, words);
+                }
+            });
+            ui.label(RichText::new(choice.facts(offer)).weak().small());
+        });
         clicked.clicked()
     });
     clicked.inner
+}
+
+/// What could not be read, and why.
+fn broken(ui: &mut Ui, broken: &[Broken]) {
+    if broken.is_empty() {
+        return;
+    }
+    ui.add_space(16.0);
+    ui.label(RichText::new("Cannot be used").strong());
+    for Broken { path, why } in broken {
+        let name =
+            path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
+        ui.colored_label(colours::BAD, format!("× {name}"));
+        ui.label(RichText::new(why).weak().small());
+    }
 }
 
 /// Until when an exercise is to be done, in words. Where nobody has set a day it is simply next.
@@ -77,6 +159,8 @@ pub struct Briefing<'a> {
     pub exercise: &'a Exercise,
     /// What will happen with the device, in words.
     pub device: &'a str,
+    /// Mouse and keyboard move the needle, unless a device is found.
+    pub by_hand: bool,
     /// Draw the planned line.
     pub guided: &'a mut bool,
     /// The attempt may begin: who makes it is known.
@@ -87,7 +171,7 @@ pub struct Briefing<'a> {
 
 /// The briefing.
 pub fn brief(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
-    let Briefing { exercise, device, guided, ready, error } = briefing;
+    let Briefing { exercise, device, by_hand, guided, ready, error } = briefing;
     let decision = egui::Panel::bottom("begin").show(ui, |ui| {
         ui.add_space(8.0);
         let decision = ui.horizontal(|ui| {
@@ -113,6 +197,8 @@ pub fn brief(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
             ui.label(RichText::new(&exercise.briefing).size(16.5).line_height(Some(24.0)));
             ui.add_space(12.0);
             facts(ui, exercise, device);
+            ui.add_space(12.0);
+            help::how_to_move(ui, by_hand);
             if let Some(error) = error {
                 ui.add_space(8.0);
                 ui.colored_label(colours::BAD, format!("× {error}"));
@@ -148,6 +234,30 @@ mod tests {
     use super::*;
     use serde_json::json;
     use time::macros::datetime;
+
+    fn offer(at: usize) -> (Shelf, usize) {
+        let course = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/lower-back-basics");
+        (Shelf::read(&[course]).unwrap(), at)
+    }
+
+    #[test]
+    fn the_list_tells_course_progress_and_what_comes_first() {
+        let (shelf, second) = offer(1);
+        let (history, offers) = (History::default(), &shelf.exercises);
+        let first = &offers[0].bundle.exercise;
+        let here = Choice { shelf: &shelf, history: &history, school: None };
+        let told = here.facts(&offers[second]);
+        let parts = [", 2 of 7 · not tried here yet · first: ", first.title.as_str()];
+        assert!(parts.iter().all(|part| told.contains(part)), "{told}");
+        let listed: Vec<Listed> = serde_json::from_value(json!([
+            { "exercise_id": first.id, "due": false, "mastered": true },
+            { "exercise_id": offers[second].bundle.exercise.id, "due": true },
+        ]))
+        .unwrap();
+        let school = Choice { shelf: &shelf, history: &history, school: Some(&listed) };
+        assert!(school.facts(&offers[0]).ends_with("mastered"), "{}", school.facts(&offers[0]));
+        assert!(school.facts(&offers[second]).ends_with("not mastered yet"), "{}", school.facts(&offers[second]));
+    }
 
     #[test]
     fn a_day_is_told_on_the_schools_clock_and_a_past_one_as_past() {

@@ -111,6 +111,11 @@ impl Debrief {
         }
     }
 
+    /// How the attempt was judged, if it was.
+    pub fn assessment(&self) -> Option<&Assessment> {
+        self.kept.as_ref().ok()?.judged.as_ref().ok()
+    }
+
     /// The attempt is on disk. Where it is not, the person is told what leaving it would cost.
     pub fn may_close(&mut self) -> bool {
         if let Err(rescue) = &mut self.kept {

@@ -5,6 +5,7 @@ mod choose;
 mod colours;
 mod debrief;
 mod desk;
+mod help;
 mod overlay;
 mod plots;
 mod replay;
@@ -20,6 +21,7 @@ use std::sync::Arc;
 use eframe::egui::{self, Ui};
 use eframe::{App, CreationContext, NativeOptions};
 use recording::{Recording, Session};
+use render::frame::Stage;
 use scene::{ExerciseBundle, Patient};
 
 use self::canvas::Canvas;
@@ -31,9 +33,10 @@ use self::trial::Trial;
 use crate::attempt::Maker;
 use crate::devices::DeviceArgs;
 use crate::exit::{Failure, Outcome};
-use crate::live::desk::Listed;
+use crate::live::history::History;
 use crate::live::open::{self, Steered};
 use crate::live::{self, Live};
+use crate::shelf::{Offer, Shelf};
 use crate::station::Pairing;
 use crate::{commands, picture};
 
@@ -43,7 +46,9 @@ const TICK_HZ: f64 = 1000.0;
 /// What a station is set up with.
 pub struct Station {
     /// Exercises to choose from.
-    pub exercises: Vec<ExerciseBundle>,
+    pub shelf: Shelf,
+    /// What was practised here before.
+    pub history: History,
     /// The school that this station has joined.
     pub pairing: Option<Pairing>,
     /// Which device.
@@ -89,6 +94,8 @@ struct Window {
     desk: Desk,
     screen: Screen,
     canvas: Canvas,
+    /// What is constant in the pictures of the last attempt, with nothing withheld.
+    stage: Stage,
     /// What could not be shown.
     error: Option<String>,
 }
@@ -98,12 +105,19 @@ struct Window {
 /// # Errors
 /// When there is no display or no graphics adapter.
 pub fn play(station: Station) -> Outcome {
-    let screen = match station.exercises.as_slice() {
-        [_] => Screen::Briefing { at: 0, error: None },
+    let screen = match (station.shelf.exercises.as_slice(), station.shelf.broken.as_slice()) {
+        ([_], []) => Screen::Briefing { at: 0, error: None },
         _ => Screen::Choose,
     };
     open_window("Stylet", move |canvas| {
-        Ok(Window { station: Some(station), desk: Desk::default(), screen, canvas, error: None })
+        Ok(Window {
+            station: Some(station),
+            desk: Desk::default(),
+            screen,
+            canvas,
+            stage: Stage::default(),
+            error: None,
+        })
     })
 }
 
@@ -123,6 +137,7 @@ pub fn watch(path: &Path, recording: Recording, other: Option<Recording>) -> Out
             desk: Desk::default(),
             screen: Screen::Replay { replay, back: None },
             canvas,
+            stage,
             error: None,
         })
     })
@@ -131,7 +146,7 @@ pub fn watch(path: &Path, recording: Recording, other: Option<Recording>) -> Out
 fn replay(bundle: &ExerciseBundle, recording: &Arc<Recording>, other: Option<&Arc<Recording>>) -> Box<Replay> {
     let replay = Replay::new(bundle, recording);
     Box::new(match other {
-        Some(other) => replay.beside(&bundle.exercise, other),
+        Some(other) => replay.beside(bundle, other),
         None => replay,
     })
 }
@@ -158,9 +173,18 @@ impl App for Window {
         let screen = std::mem::replace(&mut self.screen, Screen::Choose);
         self.screen = self.show(ui, screen);
         self.keep_open(ui);
+        full_screen(ui);
         if let Some(error) = &self.error {
             egui::Window::new("Something went wrong").show(ui.ctx(), |ui| ui.label(error));
         }
+    }
+}
+
+/// F11 takes the whole screen, and gives it back.
+fn full_screen(ui: &Ui) {
+    if ui.input(|input| input.key_pressed(egui::Key::F11)) {
+        let full = ui.input(|input| input.viewport().fullscreen).unwrap_or(false);
+        ui.ctx().send_viewport_cmd(egui::ViewportCommand::Fullscreen(!full));
     }
 }
 
@@ -201,9 +225,9 @@ impl Window {
         if let Some(pairing) = &station.pairing {
             self.desk.ui(ui, pairing);
         }
-        let listed = self.desk.signed_in().into_iter().flat_map(|who| who.exercises);
-        let due: Vec<Listed> = listed.filter(|listed| listed.due).collect();
-        match choose::choose(ui, &station.exercises, &due) {
+        let listed = self.desk.signed_in().map(|who| who.exercises);
+        let choice = choose::Choice { shelf: &station.shelf, history: &station.history, school: listed.as_deref() };
+        match choose::choose(ui, &choice) {
             Some(at) => Screen::Briefing { at, error: None },
             None => Screen::Choose,
         }
@@ -211,7 +235,7 @@ impl Window {
 
     fn brief(&mut self, ui: &mut Ui, at: usize, error: Option<String>) -> Screen {
         let Some(station) = &mut self.station else { return Screen::Choose };
-        let Some(bundle) = station.exercises.get(at) else { return Screen::Choose };
+        let Some(Offer { bundle, .. }) = station.shelf.exercises.get(at) else { return Screen::Choose };
         if let Some(pairing) = &station.pairing {
             self.desk.ui(ui, pairing);
         }
@@ -219,6 +243,7 @@ impl Window {
         let briefing = Briefing {
             exercise: &bundle.exercise,
             device: &device,
+            by_hand: matches!(station.device, open::Choice::Auto | open::Choice::Mouse),
             guided: &mut station.guided,
             ready: !self.desk.is_asking(),
             error: error.as_deref(),
@@ -235,7 +260,8 @@ impl Window {
 
     /// Begins an attempt at an exercise: patient, force law, picture, device, servo and recorder.
     fn begin(&mut self, at: usize) -> Result<Box<Trial>, Failure> {
-        let chosen = self.station.as_mut().and_then(|station| Some((station.exercises.get(at)?.clone(), station)));
+        let chosen =
+            self.station.as_mut().and_then(|station| Some((station.shelf.exercises.get(at)?.bundle.clone(), station)));
         let (bundle, station) = chosen.ok_or_else(|| Failure::input("no exercise is chosen"))?;
         let file = Path::new(&bundle.exercise.id);
         let seed = station.seed;
@@ -243,7 +269,9 @@ impl Window {
         let patient = Patient::draw(&bundle.scene, seed);
         let params = Arc::new(commands::puncture_params(file, &bundle, &patient)?);
         let stage = picture::stage(file, &bundle, &params)?;
-        self.canvas.set_stage(&stage).map_err(|error| Failure::refused(file, error))?;
+        let given = picture::given(&stage, bundle.exercise.feedback);
+        self.canvas.set_stage(&given).map_err(|error| Failure::refused(file, error))?;
+        self.stage = stage;
         let opened = open::open(&station.device, &station.devices, &bundle, (seed, TICK_HZ))?;
         // An arm that was there is asked for again, and not replaced by the mouse because a cable came loose.
         if let Some(again) = opened.again().filter(|_| station.device == open::Choice::Auto) {
@@ -267,7 +295,12 @@ impl Window {
         let pairing = self.station.as_ref().and_then(|station| station.pairing.clone());
         let asked = self.desk.signed_in().and_then(|who| who.asked_after(&trial.bundle.exercise.id));
         match Debrief::new(&trial, finished, (pairing, asked)) {
-            Ok(debrief) => Screen::Debrief { at, debrief: Box::new(debrief), trial },
+            Ok(debrief) => {
+                if let (Some(station), Some(assessment)) = (&self.station, debrief.assessment()) {
+                    station.history.add(&trial.bundle.exercise.id, assessment);
+                }
+                Screen::Debrief { at, debrief: Box::new(debrief), trial }
+            }
             Err(failure) => Screen::Briefing { at, error: Some(failure.to_string()) },
         }
     }
@@ -279,6 +312,10 @@ impl Window {
             Ok(debrief::Next::Choose) => Screen::Choose,
             Ok(debrief::Next::Replay(recording)) => {
                 let replay = replay(&trial.bundle, &recording, None);
+                // What was withheld during the attempt is what one watches it again for.
+                if let Err(error) = self.canvas.set_stage(&self.stage) {
+                    self.error = Some(error.to_string());
+                }
                 Screen::Replay { replay, back: Some(Box::new(Screen::Debrief { at, debrief, trial })) }
             }
             Err(failure) => {

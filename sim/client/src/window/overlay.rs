@@ -1,15 +1,16 @@
 //! What is shown beside and on the picture of an attempt. Whatever has a colour has a second cue: a word, a sign or a place.
 
-use eframe::egui::{self, Align2, Color32, FontId, Painter, Pos2, ProgressBar, Rect, RichText, Ui};
+use eframe::egui::{self, Align2, Color32, FontId, Painter, Pos2, ProgressBar, Rect, RichText, ScrollArea, Ui};
 use egui_plot::{Line, Plot, PlotPoints, VLine};
 use haptics::safety;
 use haptics::servo::{Priority, Snapshot, flags as servo_flags};
 use recording::EventKind;
 use render::Quality;
 use render::camera::Camera;
+use scene::{Channel, Feedback};
 
-use super::colours;
 use super::sound::Sound;
+use super::{colours, help};
 use crate::live::{Live, Phase, Said, Shown, Trial, given};
 
 /// Width of the instruments, in points.
@@ -31,6 +32,15 @@ pub struct Instruments<'a> {
     pub quality: Quality,
     /// Why other devices were passed over.
     pub passed_over: &'a [String],
+    /// Mouse and keyboard move the needle.
+    pub by_hand: bool,
+}
+
+impl Instruments<'_> {
+    /// What the trainee is given.
+    fn feedback(&self) -> Feedback {
+        self.live.trial.bundle.exercise.feedback
+    }
 }
 
 /// The instruments at the side. True when the person ends the attempt.
@@ -38,26 +48,33 @@ pub fn side(ui: &mut Ui, instruments: &Instruments<'_>, sound: &mut Sound) -> bo
     let panel = egui::Panel::right("instruments").exact_size(SIDE).resizable(false);
     panel
         .show(ui, |ui| {
-            ui.add_space(8.0);
-            time(ui, instruments.shown);
-            if instruments.live.trial.bundle.exercise.feedback.overlay() {
-                ui.separator();
-                readings(ui, instruments);
-                trace(ui, instruments.shown);
-            }
-            ui.separator();
-            device(ui, instruments);
-            ui.separator();
-            ui.checkbox(&mut sound.on, "Sound of pops (M)");
-            if ui.input(|input| input.key_pressed(egui::Key::M)) {
-                sound.on = !sound.on;
-            }
-            let end = ui.button("End the attempt (Esc)").clicked();
-            ui.add_space(6.0);
-            keys(ui);
-            end || ui.input(|input| input.key_pressed(egui::Key::Escape))
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| instruments_ui(ui, instruments, sound)).inner
         })
         .inner
+}
+
+fn instruments_ui(ui: &mut Ui, instruments: &Instruments<'_>, sound: &mut Sound) -> bool {
+    let feedback = instruments.feedback();
+    ui.add_space(8.0);
+    time(ui, instruments.shown);
+    if feedback.gives(Channel::Readings) {
+        ui.separator();
+        readings(ui, instruments);
+        trace(ui, instruments.shown);
+    }
+    ui.separator();
+    device(ui, instruments);
+    ui.separator();
+    if feedback.gives(Channel::Sound) {
+        ui.checkbox(&mut sound.on, "Sound of pops (M)");
+        if ui.input(|input| input.key_pressed(egui::Key::M)) {
+            sound.on = !sound.on;
+        }
+    }
+    let end = ui.button("End the attempt (Esc)").clicked();
+    ui.add_space(6.0);
+    egui::CollapsingHeader::new("Keys").default_open(false).show(ui, |ui| help::keys(ui, instruments.by_hand));
+    end || ui.input(|input| input.key_pressed(egui::Key::Escape))
 }
 
 fn time(ui: &mut Ui, shown: &Shown) {
@@ -79,10 +96,11 @@ fn time(ui: &mut Ui, shown: &Shown) {
 fn readings(ui: &mut Ui, Instruments { shown, latest, live, .. }: &Instruments<'_>) {
     let sample = &shown.moment.sample;
     let exercise = &live.trial.bundle.exercise;
-    let depth_mm = sample.x_m * 1e3;
-    big(ui, "Depth", &format!("{depth_mm:.1} mm"), &format!("target {:.1}", exercise.target_depth_mm));
+    big(ui, "Advance", &format!("{:.1} mm", sample.x_m * 1e3), &format!("target {:.1}", exercise.target_depth_mm));
+    // Tissue that only gives way is advanced against, and not entered.
+    big(ui, "Depth", &format!("{:.1} mm", f64::from(sample.depth_m) * 1e3), shown.place());
     let force_n = latest.map_or(sample.axial_n(), |latest| latest.output.axial.total_n());
-    big(ui, "Force", &format!("{force_n:.2} N"), shown.place());
+    big(ui, "Force", &format!("{force_n:.2} N"), "along the needle");
     if let (Some(latest), false) = (latest, live.info.is_virtual) {
         let beside = format!("of {:.2} N on this device", force_n.abs() * live.scaling.factor);
         big(ui, "Hand", &format!("{:.2} N", given::given_n(&latest.record)), &beside);
@@ -98,7 +116,7 @@ fn readings(ui: &mut Ui, Instruments { shown, latest, live, .. }: &Instruments<'
 
 fn big(ui: &mut Ui, name: &str, value: &str, beside: &str) {
     ui.horizontal(|ui| {
-        ui.add_sized([52.0, 26.0], egui::Label::new(name));
+        ui.add_sized([64.0, 26.0], egui::Label::new(name));
         ui.label(RichText::new(value).size(22.0).strong());
         ui.label(RichText::new(beside).weak());
     });
@@ -136,7 +154,7 @@ fn device(ui: &mut Ui, Instruments { latest, live, quality, passed_over, .. }: &
         name.on_hover_text(passed_over.join("\n"));
     }
     let feedback = live.trial.bundle.exercise.feedback;
-    if feedback.force() {
+    if feedback.gives(Channel::Force) {
         ui.label(live.scaling.to_string());
     } else {
         ui.label("no force in this exercise");
@@ -178,29 +196,17 @@ fn troubles(flags: u32) -> Vec<&'static str> {
     all.into_iter().filter(|(flag, _)| flags & flag != 0).map(|(_, words)| words).collect()
 }
 
-fn keys(ui: &mut Ui) {
-    egui::CollapsingHeader::new("Keys").default_open(false).show(ui, |ui| {
-        let keys = [
-            ("drag, wheel, ↑ ↓", "needle out and in"),
-            ("shift + drag, W A S D", "needle aside"),
-            ("I J K L", "lean the needle"),
-            ("space", "confirm the position"),
-            ("1 2 3, right drag, 0", "view, turn it, back"),
-            ("G", "planned line"),
-            ("ctrl +, ctrl −", "larger and smaller text"),
-        ];
-        egui::Grid::new("keys").show(ui, |ui| {
-            for (key, what) in keys {
-                ui.label(RichText::new(key).strong().small());
-                ui.label(RichText::new(what).small());
-                ui.end_row();
-            }
-        });
-    });
+/// Whether something that happened is told as it happens.
+fn is_told(kind: EventKind, feedback: Feedback) -> bool {
+    match kind {
+        EventKind::TipRupture | EventKind::RimRupture | EventKind::StructureHit => feedback.gives(Channel::Captions),
+        EventKind::Coaching => feedback.gives(Channel::Coaching),
+        EventKind::Contact | EventKind::SkinExit | EventKind::Confirm | EventKind::Fault => true,
+    }
 }
 
 /// What was said lately, at the bottom.
-pub fn messages(ui: &mut Ui, shown: &Shown) {
+pub fn messages(ui: &mut Ui, shown: &Shown, feedback: Feedback) {
     let now_s = shown.moment.sample.t_s;
     let panel = egui::Panel::bottom("messages").exact_size(92.0).resizable(false);
     panel.show(ui, |ui| {
@@ -210,7 +216,8 @@ pub fn messages(ui: &mut Ui, shown: &Shown) {
                 format!("× the disk refuses ({why}): the attempt goes on and is kept in memory"),
             );
         }
-        let fresh = shown.said.iter().rev().take_while(|said| now_s - said.t_s < STAYS_S).take(MOST_SAID);
+        let fresh = shown.said.iter().rev().take_while(|said| now_s - said.t_s < STAYS_S);
+        let fresh = fresh.filter(|said| is_told(said.kind, feedback)).take(MOST_SAID);
         for said in fresh {
             let (sign, colour) = sign(said.kind);
             ui.label(RichText::new(format!("{sign}  {}", said.text)).color(colour).size(15.0));
@@ -230,14 +237,20 @@ fn sign(kind: EventKind) -> (&'static str, Color32) {
 }
 
 /// The exercise's title and what the trainee is given, on the picture.
-pub fn heading(ui: &Ui, rect: Rect, Instruments { live, latest, .. }: &Instruments<'_>) {
+pub fn heading(ui: &Ui, rect: Rect, Instruments { live, latest, by_hand, .. }: &Instruments<'_>) {
     let exercise = &live.trial.bundle.exercise;
     let painter = ui.painter_at(rect);
     let title = plate(&painter, rect.left_top() + egui::vec2(14.0, 10.0), Align2::LEFT_TOP, (&exercise.title, 18.0));
-    let views =
-        if exercise.feedback.inside() { "view: 1 whole, 2 tip, 3 section" } else { exercise.feedback.in_words() };
-    plate(&painter, title.left_bottom() + egui::vec2(0.0, 6.0), Align2::LEFT_TOP, (views, 12.5));
-    let felt = exercise.feedback.force() && !live.info.is_virtual;
+    let views = if exercise.feedback.gives(Channel::Inside) {
+        "view: 1 whole, 2 tip, 3 section"
+    } else {
+        exercise.feedback.in_words()
+    };
+    let views = plate(&painter, title.left_bottom() + egui::vec2(0.0, 6.0), Align2::LEFT_TOP, (views, 12.5));
+    if *by_hand {
+        plate(&painter, views.left_bottom() + egui::vec2(0.0, 6.0), Align2::LEFT_TOP, (help::IN_A_LINE, 12.5));
+    }
+    let felt = exercise.feedback.gives(Channel::Force) && !live.info.is_virtual;
     if let Some(why) = latest.filter(|_| felt).and_then(|latest| given::withheld(&latest.record, latest.let_through)) {
         let place = rect.center_top() + egui::vec2(0.0, 64.0);
         plate(&painter, place, Align2::CENTER_TOP, (&format!("▲ {why}"), 30.0));
@@ -268,4 +281,30 @@ fn plate(painter: &Painter, at: Pos2, align: Align2, (text, size): (&str, f32)) 
     painter.rect_filled(rect.expand2([6.0, 3.0].into()), 4.0, Color32::from_black_alpha(150));
     painter.galley(rect.min, text, Color32::WHITE);
     rect
+}
+
+#[cfg(test)]
+mod tests {
+    //! A pop that is named where force alone is given tells what the hand should find out.
+
+    use EventKind::{Coaching, Confirm, Contact, Fault, RimRupture, SkinExit, StructureHit, TipRupture};
+    use render::frame::Stage;
+
+    use super::*;
+    use crate::picture;
+
+    #[test]
+    fn what_is_withheld_is_neither_said_nor_ringed() {
+        let stage = Stage { target_m: Some([0.0; 3]), ..Stage::default() };
+        for feedback in Feedback::ALL {
+            let ringed = picture::given(&stage, feedback).target_m.is_some();
+            assert_eq!(ringed, feedback.gives(Channel::Target), "{feedback:?}");
+            for kind in [TipRupture, RimRupture, StructureHit] {
+                assert_eq!(is_told(kind, feedback), feedback.gives(Channel::Captions), "{kind:?} by {feedback:?}");
+            }
+            assert_eq!(is_told(Coaching, feedback), feedback.gives(Channel::Coaching), "{feedback:?}");
+            assert!([Contact, SkinExit, Confirm, Fault].iter().all(|kind| is_told(*kind, feedback)));
+        }
+        assert!(!is_told(TipRupture, Feedback::Force) && picture::given(&stage, Feedback::Force).target_m.is_none());
+    }
 }

@@ -2,11 +2,11 @@
 
 use eframe::egui::{Color32, Ui};
 use egui_plot::{Legend, Line, Plot, PlotPoints, Points, Span, VLine};
-use recording::{EventKind, Recording};
+use recording::{EventKind, Recording, thin};
 
 use super::colours;
 
-/// A line has at most about so many points; each stands for the least and the largest of what it covers.
+/// A line has at most so many points, the least and the largest force of each stretch.
 const MOST_POINTS: usize = 1200;
 
 /// The curves of an attempt, thinned once.
@@ -26,13 +26,12 @@ pub struct Curves {
 impl Curves {
     /// The curves of a recording.
     pub fn new(name: &str, recording: &Recording) -> Self {
-        let window = (recording.samples.len() / MOST_POINTS).max(1);
-        let thinned = || recording.samples.chunks(2 * window).flat_map(extremes);
-        let inside = recording.samples.iter().step_by(window).filter(|sample| sample.x_m > 0.0);
+        let thinned = thin(&recording.samples, MOST_POINTS);
+        let inside = thinned.iter().filter(|sample| sample.x_m > 0.0);
         let pops = recording.events.iter().filter(|event| event.kind.contactor().is_some());
         Self {
             name: name.to_owned(),
-            time: thinned().map(|[t_s, _, force_n]| [t_s, force_n]).collect(),
+            time: thinned.iter().map(|sample| [sample.t_s, sample.axial_n()]).collect(),
             depth: inside.map(|sample| [sample.x_m * 1e3, sample.axial_n()]).collect(),
             pops: pops.map(|event| [event.t_s, before_n(recording, event.t_s)]).collect(),
             duration_s: recording.samples.last().map_or(0.0, |sample| sample.t_s),
@@ -44,16 +43,6 @@ impl Curves {
 fn before_n(recording: &Recording, t_s: f64) -> f64 {
     let after = recording.samples.partition_point(|sample| sample.t_s < t_s);
     after.checked_sub(1).and_then(|before| recording.samples.get(before)).map_or(0.0, recording::Sample::axial_n)
-}
-
-/// The samples of least and largest force among some, in order: time in s, displacement in mm, force in N.
-fn extremes(samples: &[recording::Sample]) -> impl Iterator<Item = [f64; 3]> + use<> {
-    let by_force = |a: &&recording::Sample, b: &&recording::Sample| a.axial_n().total_cmp(&b.axial_n());
-    let mut found: Vec<_> =
-        samples.iter().min_by(by_force).into_iter().chain(samples.iter().max_by(by_force)).collect();
-    found.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
-    let points: Vec<_> = found.into_iter().map(|sample| [sample.t_s, sample.x_m * 1e3, sample.axial_n()]).collect();
-    points.into_iter()
 }
 
 const COLOURS: [Color32; 2] = [colours::FORCE, colours::WARN];
@@ -108,5 +97,9 @@ pub fn layers(recording: &Recording, names: impl Iterator<Item = String>, angle_
 /// Moments that one jumps to: time in s, and what happened.
 pub fn moments(recording: &Recording) -> Vec<(f64, String)> {
     let told = recording.events.iter().filter(|event| event.kind != EventKind::Fault);
-    told.map(|event| (event.t_s, [event.kind.name(), event.text.as_str()].join(" ").trim().replace('_', " "))).collect()
+    let words = |event: &recording::Event| match event.kind.contactor() {
+        Some(contactor) => contactor.into_layer(&event.text).to_string(),
+        None => [event.kind.name(), event.text.as_str()].join(" ").trim().replace('_', " "),
+    };
+    told.map(|event| (event.t_s, words(event))).collect()
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use eframe::egui::{self, Key, RichText, Slider, Ui};
 use recording::Recording;
-use scene::{Exercise, ExerciseBundle};
+use scene::ExerciseBundle;
 
 use super::canvas::Canvas;
 use super::plots::{self, Curves};
@@ -26,11 +26,11 @@ pub struct Shown {
 impl Shown {
     /// A recording under a name.
     #[must_use]
-    pub fn new(name: &str, recording: Arc<Recording>, exercise: &Exercise) -> Self {
+    pub fn new(name: &str, recording: Arc<Recording>, bundle: &ExerciseBundle) -> Self {
         Self {
             curves: Curves::new(name, &recording),
             moments: plots::moments(&recording),
-            telling: Telling::new(recording, exercise),
+            telling: Telling::new(recording, bundle),
         }
     }
 }
@@ -50,11 +50,12 @@ pub struct Replay {
 impl Replay {
     /// Shows a recording of an exercise, and another beside it.
     #[must_use]
-    pub fn new(ExerciseBundle { exercise, scene, .. }: &ExerciseBundle, recording: &Arc<Recording>) -> Self {
+    pub fn new(bundle: &ExerciseBundle, recording: &Arc<Recording>) -> Self {
+        let ExerciseBundle { exercise, scene, .. } = bundle;
         let names = scene.layers.iter().map(|layer| layer.name.clone());
         Self {
             layers: plots::layers(recording, names, exercise.angle_deg),
-            shown: Shown::new("this attempt", Arc::clone(recording), exercise),
+            shown: Shown::new("this attempt", Arc::clone(recording), bundle),
             ghost: None,
             target_depth_m: exercise.target_depth_mm * 1e-3,
             look: Look::at(scene, true),
@@ -66,9 +67,9 @@ impl Replay {
 
     /// Adds a second recording, aligned by what both went through.
     #[must_use]
-    pub fn beside(mut self, exercise: &Exercise, other: &Arc<Recording>) -> Self {
+    pub fn beside(mut self, bundle: &ExerciseBundle, other: &Arc<Recording>) -> Self {
         let alignment = Alignment::new(&self.shown.telling.recording().events, &other.events);
-        self.ghost = Some((Shown::new("the other", Arc::clone(other), exercise), alignment));
+        self.ghost = Some((Shown::new("the other", Arc::clone(other), bundle), alignment));
         self
     }
 

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use eframe::egui::{self, Key, PointerButton, Response, Ui};
+use eframe::egui::{self, Event, InputState, Key, MouseWheelSource, MouseWheelUnit, PointerButton, Response, Ui};
 use render::frame::View;
+use scene::Channel;
 
 use super::canvas::Canvas;
 use super::overlay::{self, Instruments};
@@ -17,8 +18,15 @@ use crate::picture::Look;
 const KEY_M_PER_S: f64 = 0.006;
 /// Lean under the keys, in rad/s.
 const KEY_RAD_PER_S: f64 = 0.25;
-/// Way of the needle under a drag or the wheel, in m per point.
+/// Way of the needle under a drag, in m per point.
 const DRAG_M: f64 = 0.000_08;
+/// Way of the needle for a notch of the wheel, in m; a touchpad's points that make one, and the most that count in a frame.
+const NOTCH_M: f64 = 0.000_75;
+const NOTCH_POINTS: f64 = 40.0;
+const MOST_NOTCHES: f64 = 4.0;
+/// A key that is let go within the frame was held so long, in s; a frame that takes longer than the other counts as that long.
+const TAP_S: f64 = 0.08;
+const LONGEST_S: f32 = 0.25;
 /// Turn of the picture under a drag, in rad per point.
 const ORBIT_RAD: f32 = 0.006;
 
@@ -47,7 +55,7 @@ impl Trial {
     pub fn new(live: Live, (steered, passed_over): (Steered, Vec<String>), guided: bool) -> Self {
         let steering = Steering::new(&live.trial.bundle.exercise);
         let bundle = &live.trial.bundle;
-        let look = Look { closed: !bundle.exercise.feedback.inside(), ..Look::at(&bundle.scene, guided) };
+        let look = Look { closed: !bundle.exercise.feedback.gives(Channel::Inside), ..Look::at(&bundle.scene, guided) };
         Self { live, steering, steered, passed_over, look, sound: Sound::open(), pops_heard: 0 }
     }
 
@@ -57,9 +65,11 @@ impl Trial {
         let latest = self.live.latest().cloned();
         let shown = self.live.shown().clone();
         let exercise = &self.live.trial.bundle.exercise;
-        let overlay = exercise.feedback.overlay();
+        let feedback = exercise.feedback;
         if shown.pops > self.pops_heard {
-            self.sound.pop();
+            if feedback.gives(Channel::Sound) {
+                self.sound.pop();
+            }
             self.pops_heard = shown.pops;
         }
         let instruments = Instruments {
@@ -68,14 +78,15 @@ impl Trial {
             live: &self.live,
             quality: canvas.quality(),
             passed_over: &self.passed_over,
+            by_hand: matches!(self.steered, Steered::Window(_)),
         };
         let over = overlay::side(ui, &instruments, &mut self.sound);
-        overlay::messages(ui, &shown);
+        overlay::messages(ui, &shown, feedback);
         let frame = shown.moment.frame(&self.look, exercise.target_depth_mm * 1e-3);
         let picture = egui::CentralPanel::no_frame().show(ui, |ui| {
             let picture = canvas.show(ui, &frame);
             overlay::heading(ui, picture.rect, &instruments);
-            if overlay && self.look.view == View::Section {
+            if feedback.gives(Channel::Readings) && self.look.view == View::Section {
                 overlay::bands(ui, picture.rect, &canvas.camera(&frame), &self.live.trial);
             }
             picture
@@ -129,26 +140,94 @@ pub fn look(ui: &Ui, picture: &Response, look: &mut Look) {
 /// What the person asks of a virtual hand in this frame.
 fn wish(ui: &Ui, picture: &Response) -> Wish {
     let drag = if picture.dragged_by(PointerButton::Primary) { picture.drag_delta() } else { Default::default() };
-    ui.input(|input| {
-        let dt_s = f64::from(input.stable_dt.min(0.1));
-        let held = |key| f64::from(u8::from(input.key_down(key)));
-        let slow = if input.modifiers.shift { 0.25 } else { 1.0 };
-        let keys_m = slow * KEY_M_PER_S * dt_s;
-        let wheel = if picture.hovered() && !input.modifiers.command { input.smooth_scroll_delta().y } else { 0.0 };
-        let aside = input.modifiers.shift && drag != egui::Vec2::ZERO;
-        let along = if aside { 0.0 } else { f64::from(drag.y - wheel) * DRAG_M };
-        let across = if aside { [f64::from(drag.x) * DRAG_M, -f64::from(drag.y) * DRAG_M] } else { [0.0; 2] };
-        Wish {
-            advance_m: along + (held(Key::ArrowDown) - held(Key::ArrowUp)) * keys_m,
-            aside_m: [
-                across[0] + (held(Key::D) - held(Key::A)) * keys_m,
-                across[1] + (held(Key::W) - held(Key::S)) * keys_m,
-            ],
-            lean_rad: [
-                (held(Key::L) - held(Key::J)) * slow * KEY_RAD_PER_S * dt_s,
-                (held(Key::I) - held(Key::K)) * slow * KEY_RAD_PER_S * dt_s,
-            ],
-            confirm: input.key_down(Key::Space),
+    ui.input(|input| wished(input, drag, picture.hovered()))
+}
+
+/// What the input of a frame asks for, with the drag in points. Taps come as events: one that is over before the frame is drawn counts too.
+fn wished(input: &InputState, drag: egui::Vec2, hovered: bool) -> Wish {
+    let dt_s = f64::from(input.stable_dt.min(LONGEST_S));
+    let held_s = |key| match (input.key_down(key), input.key_pressed(key)) {
+        (true, _) => dt_s,
+        (false, true) => dt_s.min(TAP_S),
+        (false, false) => 0.0,
+    };
+    let slow = if input.modifiers.shift { 0.25 } else { 1.0 };
+    let (keys_m, keys_rad) = (slow * KEY_M_PER_S, slow * KEY_RAD_PER_S);
+    let wheel_m = if hovered { wheel_m(&input.events) } else { 0.0 };
+    let aside = input.modifiers.shift && drag != egui::Vec2::ZERO;
+    let along = if aside { 0.0 } else { f64::from(drag.y) * DRAG_M };
+    let across = if aside { [f64::from(drag.x) * DRAG_M, -f64::from(drag.y) * DRAG_M] } else { [0.0; 2] };
+    Wish {
+        advance_m: along + wheel_m + (held_s(Key::ArrowDown) - held_s(Key::ArrowUp)) * keys_m,
+        aside_m: [
+            across[0] + (held_s(Key::D) - held_s(Key::A)) * keys_m,
+            across[1] + (held_s(Key::W) - held_s(Key::S)) * keys_m,
+        ],
+        lean_rad: [(held_s(Key::L) - held_s(Key::J)) * keys_rad, (held_s(Key::I) - held_s(Key::K)) * keys_rad],
+        confirm: input.key_down(Key::Space) || input.key_pressed(Key::Space),
+    }
+}
+
+/// How far the wheel sends the needle in, in m: down is in. With the command key it zooms, and what a touchpad rolls on after the fingers have
+/// left it moves nothing.
+fn wheel_m(events: &[Event]) -> f64 {
+    let notches = events.iter().map(|event| match event {
+        Event::MouseWheel { unit, delta, source, modifiers, .. }
+            if !modifiers.command && *source != MouseWheelSource::Momentum =>
+        {
+            match unit {
+                MouseWheelUnit::Line => f64::from(delta.y),
+                MouseWheelUnit::Point => f64::from(delta.y) / NOTCH_POINTS,
+                MouseWheelUnit::Page => f64::from(delta.y) * MOST_NOTCHES,
+            }
         }
-    })
+        _ => 0.0,
+    });
+    -notches.sum::<f64>().clamp(-MOST_NOTCHES, MOST_NOTCHES) * NOTCH_M
+}
+
+#[cfg(test)]
+mod tests {
+    //! A tap that is lost confirms nothing; a wheel that throws the needle through the body is no way to hold it.
+
+    use eframe::egui::{Modifiers, RawInput, TouchPhase};
+
+    use super::*;
+
+    /// What these events ask for in a frame of 0.2 s.
+    fn asked(events: Vec<Event>) -> Wish {
+        let context = egui::Context::default();
+        let mut wish = Wish::default();
+        let input = RawInput { time: Some(10.0), predicted_dt: 0.2, events, ..RawInput::default() };
+        let mut output = context.run_ui(input, |ui| wish = ui.input(|input| wished(input, egui::Vec2::ZERO, true)));
+        // Nothing is drawn here.
+        output.textures_delta.clear();
+        wish
+    }
+
+    fn key(key: Key, pressed: bool) -> Event {
+        Event::Key { key, physical_key: None, pressed, repeat: false, modifiers: Modifiers::NONE }
+    }
+
+    fn notches(count: f32) -> Event {
+        let (unit, source, modifiers) = (MouseWheelUnit::Line, MouseWheelSource::Wheel, Modifiers::NONE);
+        Event::MouseWheel { unit, delta: egui::vec2(0.0, count), phase: TouchPhase::Move, source, modifiers }
+    }
+
+    #[test]
+    fn a_tap_within_a_frame_counts() {
+        assert!(asked(vec![key(Key::Space, true), key(Key::Space, false)]).confirm);
+        assert!(!asked(vec![]).confirm);
+        let tapped = asked(vec![key(Key::ArrowDown, true), key(Key::ArrowDown, false)]).advance_m;
+        assert!(tapped > 1e-4 && tapped < 1e-3, "{tapped} m for a tap");
+    }
+
+    #[test]
+    fn a_notch_is_less_than_a_millimetre_and_many_are_bounded() {
+        let notch_m = asked(vec![notches(-1.0)]).advance_m;
+        assert!((notch_m - NOTCH_M).abs() < 1e-9 && (0.0005..=0.001).contains(&notch_m), "{notch_m} m in");
+        assert!((asked(vec![notches(1.0)]).advance_m + notch_m).abs() < 1e-12, "and out again");
+        let many_m = asked((0..12).map(|_| notches(-1.0)).collect()).advance_m;
+        assert!((many_m - MOST_NOTCHES * notch_m).abs() < 1e-9, "{many_m} m in a frame");
+    }
 }

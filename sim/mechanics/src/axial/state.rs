@@ -6,6 +6,8 @@ use super::params::AxialParams;
 use super::path::Open;
 use super::speed_window::SpeedWindow;
 use crate::ledger::Ledger;
+use crate::phrase;
+use crate::phrase::Phrase;
 
 /// Samples closer than this are the same instant, in s: recordings count nanoseconds, and a velocity over less is noise.
 const MIN_TICK_S: f64 = 1e-9;
@@ -18,6 +20,18 @@ pub enum Contactor {
     Tip,
     /// The cannula rim.
     Rim,
+}
+
+impl Contactor {
+    /// What a pop is called everywhere: by the layer that the contactor has got into. The boundary that gave way is that layer's upper one, so
+    /// whoever is told of it must hear the name of what lies under it, not of what was left.
+    #[must_use]
+    pub fn into_layer(self, layer: &str) -> Phrase {
+        match self {
+            Self::Tip => phrase!("tip into {layer}", layer = layer),
+            Self::Rim => phrase!("rim into {layer}", layer = layer),
+        }
+    }
 }
 
 /// Where a boundary stands, as in the paper.
@@ -183,6 +197,12 @@ impl AxialScratch {
             boundaries_m: Vec::with_capacity(layers + 1),
             path_factor: 1.0,
         }
+    }
+
+    /// Where each boundary rests along the path of the last step, and the far side, in m. Empty before the first step.
+    #[must_use]
+    pub fn boundaries_m(&self) -> &[f64] {
+        &self.boundaries_m
     }
 }
 

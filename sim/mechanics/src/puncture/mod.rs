@@ -19,4 +19,4 @@ mod step;
 
 pub use params::{PunctureError, PunctureParams, PunctureSpec};
 pub use state::{PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, PunctureState};
-pub use step::{loads, step};
+pub use step::{intrusion, loads, step};

@@ -140,4 +140,10 @@ impl PunctureScratch {
         let events = 2 + axial.ruptures.capacity() + structures;
         Self { events: Vec::with_capacity(events), axial, meetings: Vec::with_capacity(structures) }
     }
+
+    /// Where each boundary rests along the needle's path, and the far side, in m. Empty before the first step.
+    #[must_use]
+    pub fn boundaries_m(&self) -> &[f64] {
+        self.axial.boundaries_m()
+    }
 }

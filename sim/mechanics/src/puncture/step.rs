@@ -8,6 +8,7 @@ use super::state::{LastPose, PunctureEvent, PunctureInput, PunctureOutput, Punct
 use crate::axial::{self, AxialInput, AxialOutput, Stage};
 use crate::beam::Bend;
 use crate::structures::{Shaft, StructureKind};
+use crate::tissue::follow::Intrusion;
 
 /// One step. Never fails: a bad input is held, flagged and reported as an event.
 pub fn step(
@@ -43,6 +44,17 @@ pub fn step(
 /// Writes what the needle does to the tissue after the last step into `loads_n`, in N, as [`axial::loads`] does. Never allocates.
 pub fn loads(params: &PunctureParams, state: &PunctureState, scratch: &PunctureScratch, loads_n: &mut [f64]) {
     axial::loads(&params.axial, &state.axial.standing(), &scratch.axial, loads_n);
+}
+
+/// How far the needle has come into the track that it is in; none in the air.
+#[must_use]
+pub fn intrusion(params: &PunctureParams, state: &PunctureState) -> Option<Intrusion> {
+    state.latch.as_ref().map(|_| Intrusion {
+        tip_m: displacement_m(state),
+        tip_to_rim_m: params.axial.spec().tip_to_rim_m,
+        tip_open: state.axial.tip_open,
+        rim_open: state.axial.rim_open,
+    })
 }
 
 /// The needle sideways: a function of the state after the step, which is why a held sample repeats it.

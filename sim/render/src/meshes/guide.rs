@@ -1,4 +1,4 @@
-//! The guide: the planned line in dashes, a cross at the entry, and rings around the target. Told apart by shape, not colour alone.
+//! The guide: the planned line in dashes, a cross at the entry, and rings around the target where it is to be seen. Told apart by shape, not colour alone.
 
 use std::f32::consts::TAU;
 
@@ -23,17 +23,20 @@ const RING_TUBE_M: f32 = 2.0e-4;
 /// Makes the guide of a stage.
 #[must_use]
 pub fn guide(stage: &Stage) -> Shape {
-    let (entry, target) = (Vec3::from(stage.entry_m), Vec3::from(stage.target_m));
+    let (entry, target) = (Vec3::from(stage.entry_m), stage.target_m.map(Vec3::from));
     let axis = Vec3::from(stage.axis).normalize_or(Vec3::NEG_Z);
     let mut shape = Shape::default();
-    let length_m = ABOVE_M + (target - entry).dot(axis).clamp(0.0, 0.5) - RING_RADIUS_M;
+    let inside_m = target.map_or(0.0, |target| (target - entry).dot(axis).clamp(0.0, 0.5) - RING_RADIUS_M);
+    let length_m = ABOVE_M + inside_m;
     let dashes = (length_m / (DASH_M[0] + DASH_M[1])) as u32;
     for dash in 0..dashes {
         let from = entry + axis * (dash as f32 * (DASH_M[0] + DASH_M[1]) - ABOVE_M);
         shape.add(&rod(from, axis * DASH_M[0], LINE_RADIUS_M, LINE));
     }
     cross(&mut shape, entry);
-    for normal in [axis, axis.any_orthonormal_vector()] {
+    for (target, normal) in
+        target.into_iter().flat_map(|target| [(target, axis), (target, axis.any_orthonormal_vector())])
+    {
         shape.add(&ring(target, normal, RING_RADIUS_M, TARGET));
     }
     shape

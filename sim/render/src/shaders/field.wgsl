@@ -17,16 +17,49 @@ fn sum(boundary: u32, sample: i32) -> f32 {
     return total;
 }
 
-// Boundaries must not pass through each other: a layer keeps an eighth of its thickness however hard it is pressed.
+// What a boundary gives way beside the axis, as a share of what it does on it, under a push on itself; without a field a plain hill.
+fn shape(boundary: u32, sample: i32) -> f32 {
+    if boundary < scene.count.w {
+        let row = i32(boundary * scene.count.w + boundary);
+        let on_axis = textureLoad(responses, vec2i(0, row), 0).x;
+        if on_axis > 0.0 {
+            return textureLoad(responses, vec2i(sample, row), 0).x / on_axis;
+        }
+    }
+    let share = f32(sample) / f32(scene.count.z - 1u);
+    let radius = scene.look.z * share * share / 0.007;
+    return 1.0 / (1.0 + radius * radius);
+}
+
+fn dent(boundary: u32) -> f32 {
+    return scene.dents[boundary / 4u][boundary % 4u];
+}
+
+// The field, brought to where the boundary stands on the axis: made smaller as a whole, or pushed on by a load of the boundary's own. Either
+// way changes nothing where the field stands there already.
+fn brought(boundary: u32, sample: i32) -> f32 {
+    let own = sum(boundary, sample);
+    let on_axis = sum(boundary, 0);
+    let wanted = dent(boundary);
+    if on_axis * wanted <= 0.0 {
+        return wanted * shape(boundary, sample);
+    }
+    if abs(wanted) <= abs(on_axis) {
+        return own * (wanted / on_axis);
+    }
+    return own + (wanted - on_axis) * shape(boundary, sample);
+}
+
+// Boundaries must not pass through each other: a layer keeps an eighth of its thickness, or what it keeps on the axis where that is less.
 @fragment
 fn superpose(@builtin(position) at: vec4f) -> @location(0) u32 {
     let sample = i32(at.x);
     let boundary = u32(at.y);
-    var given = 0.0;
-    for (var k = 0u; k <= boundary; k++) {
-        let own = sum(k, sample);
-        let thickness = scene.layers[k].x - scene.layers[max(k, 1u) - 1u].x;
-        given = select(own, max(own, given - 0.875 * thickness), k > 0u);
+    var given = brought(0u, sample);
+    for (var k = 1u; k <= boundary; k++) {
+        let thickness = scene.layers[k].x - scene.layers[k - 1u].x;
+        let pressed = max(0.875 * thickness, dent(k - 1u) - dent(k));
+        given = max(brought(k, sample), given - pressed);
     }
     return bitcast<u32>(given);
 }

@@ -52,6 +52,8 @@ struct Scene {
     punctures: array<Puncture, 16>,
     // Forces, four to a row.
     loads: array<vec4f, 12>,
+    // Where every boundary stands on the needle's line, four to a row.
+    dents: array<vec4f, 4>,
 }
 
 @group(0) @binding(0) var<uniform> scene: Scene;

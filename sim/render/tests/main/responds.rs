@@ -100,6 +100,27 @@ fn a_tent_is_as_deep_as_the_field_says() {
 }
 
 #[test]
+fn a_tent_ends_at_the_needle_whatever_the_field_would_have_made_of_its_loads() {
+    let section = |mut frame: Frame, loads: f32| {
+        frame.loads_n.iter_mut().for_each(|newton| *newton *= loads);
+        picture(&stage(), &Frame { view: View::Section, ..frame }, SIZE)
+    };
+    for (boundary, depth_m) in [(0, 0.0029), (1, 0.005), (3, 0.0125)] {
+        let mut frame = tenting(boundary, depth_m, 0.0);
+        let pressed_m = frame.dents_m[boundary];
+        frame.dents_m = (0..4).map(|at| if at == boundary { pressed_m } else { 0.1 * pressed_m }).collect();
+        let [own, more] = [1.0, 2.2].map(|loads| section(frame.clone(), loads));
+        let differing = changed(&own, &more, SEEN).len();
+        assert!(differing < 60, "boundary {boundary}: {differing} pixels go with a field that is too soft");
+        let none = section(Frame { dents_m: Vec::new(), ..frame }, 2.2);
+        assert!(
+            changed(&own, &none, SEEN).len() > 4 * differing.max(20),
+            "boundary {boundary}: the dents are not seen"
+        );
+    }
+}
+
+#[test]
 fn blood_spreads_and_reddens() {
     let at = |blood: f32| {
         let frame = inside(at_depth(0.02), 4, blood);

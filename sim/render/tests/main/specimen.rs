@@ -35,7 +35,7 @@ pub fn stage() -> Stage {
         ],
         entry_m: [0.0; 3],
         axis: [0.0, 0.0, -1.0],
-        target_m: [0.0, 0.0, -0.028],
+        target_m: Some([0.0, 0.0, -0.028]),
         skin: None,
     }
 }
@@ -76,6 +76,10 @@ pub fn tenting(boundary: usize, depth_m: f32, blood: f32) -> Frame {
     let mut frame = at_depth(depth_m);
     let top_m: f32 = LAYERS[..boundary].iter().map(|layer| layer.2).sum();
     frame.loads_n[boundary] = LAYERS[boundary].3 * (depth_m - top_m);
+    let mut tops_m = LAYERS.iter().scan(0.0, |top_m, layer| Some(std::mem::replace(top_m, *top_m + layer.2)));
+    // All others go with the field.
+    frame.dents_m = (0..boundary).map(|_| f32::NAN).collect();
+    frame.dents_m.extend(tops_m.nth(boundary).map(|top_m| depth_m - top_m));
     inside(frame, boundary as u32, blood)
 }
 

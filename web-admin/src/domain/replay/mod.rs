@@ -27,7 +27,7 @@ impl Replay {
     /// Takes a recording apart; `bundle` is the exercise that it carries.
     #[must_use]
     pub fn of(recording: &Recording, bundle: &ExerciseBundle) -> Self {
-        let frames = Frames::of(recording);
+        let frames = Frames::of(recording, bundle);
         let curve = Curve::of(recording, bundle);
         Self {
             stage: Stage::of(recording, bundle, (curve, frames.columns())),

@@ -6,6 +6,7 @@ use scene::ExerciseBundle;
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use super::frames::thicknesses_mm;
 use crate::domain::Curve;
 use crate::domain::curve::{Band, Mark, MarkKind};
 
@@ -126,11 +127,10 @@ fn to_mm(metres: f64) -> f64 {
 }
 
 fn layers(recording: &Recording, bundle: &ExerciseBundle, bands: &[Band]) -> Vec<Layer> {
-    let drawn = &recording.session.patient_thickness_mm;
     let mut top_mm = 0.0;
     let mut layers = Vec::with_capacity(bands.len());
-    for (index, (layer, band)) in bundle.scene.layers.iter().zip(bands).enumerate() {
-        let bottom_mm = top_mm + drawn.get(index).copied().unwrap_or(layer.thickness_mm);
+    for (thickness_mm, band) in thicknesses_mm(recording, bundle).into_iter().zip(bands) {
+        let bottom_mm = top_mm + thickness_mm;
         layers.push(Layer {
             name: band.name.clone(),
             texture: band.texture.clone(),

@@ -1,5 +1,7 @@
 //! What to train, and the documents to train it with.
 
+use std::collections::BTreeSet;
+
 use assessment::learning::Standing;
 use axum::Json;
 use axum::extract::{Path, State};
@@ -125,15 +127,32 @@ pub(super) async fn assignments(State(state): State<AppState>, caller: Caller) -
 
 /// What a person may train now, course by course.
 async fn due(state: &AppState, school: Uuid, person: Uuid) -> Result<Vec<Assignment>, Error> {
-    let reader = state.db.reader();
-    let attempts = practice::of_trainee(reader, school, person).await?;
     let mut assignments = Vec::new();
-    for curriculum in curricula::taught(reader, school).await? {
-        let course = curricula::course(reader, school, &curriculum).await?;
-        let progress = Progress::of(&course, &attempts, state.clock.now().to_utc());
+    for (curriculum, course, progress) in courses(state, school, person).await? {
         assignments.extend(open(&curriculum, &course, &progress));
     }
     Ok(assign(assignments, &teaching::standings(state, school, person).await?))
+}
+
+/// Exercises that a person has mastered, by id.
+async fn mastered(state: &AppState, school: Uuid, person: Uuid) -> Result<BTreeSet<String>, Error> {
+    let courses = courses(state, school, person).await?;
+    let steps = courses.iter().flat_map(|(_, course, progress)| course.steps.iter().zip(&progress.steps));
+    let mastered = steps.filter(|(_, done)| matches!(done.state, StepState::Mastered { .. }));
+    Ok(mastered.map(|(step, _)| step.exercise.clone()).collect())
+}
+
+/// Every course that is taught, and how far a person has come in it.
+async fn courses(state: &AppState, school: Uuid, person: Uuid) -> Result<Vec<(Curriculum, Course, Progress)>, Error> {
+    let reader = state.db.reader();
+    let attempts = practice::of_trainee(reader, school, person).await?;
+    let mut courses = Vec::new();
+    for curriculum in curricula::taught(reader, school).await? {
+        let course = curricula::course(reader, school, &curriculum).await?;
+        let progress = Progress::of(&course, &attempts, state.clock.now().to_utc());
+        courses.push((curriculum, course, progress));
+    }
+    Ok(courses)
 }
 
 fn open(curriculum: &Curriculum, course: &Course, progress: &Progress) -> Vec<Assignment> {
@@ -186,6 +205,8 @@ pub(super) struct ListedExercise {
     scene_sha256: String,
     /// The trainee may train it now: it is not mastered, and its prerequisites are.
     due: bool,
+    /// The trainee has mastered it in a course that is taught.
+    mastered: bool,
     /// The one to do first in its course.
     next: bool,
     /// An instructor asked for it.
@@ -205,13 +226,14 @@ pub(super) async fn exercises(State(state): State<AppState>, caller: Caller) -> 
 
 /// The exercises of a school in the order in which a person is to do them.
 pub(super) async fn listed(state: &AppState, school: Uuid, person: Option<Uuid>) -> Result<Vec<ListedExercise>, Error> {
-    let due = match person {
-        Some(person) => due(state, school, person).await?,
-        None => Vec::new(),
+    let (due, mastered) = match person {
+        Some(person) => (due(state, school, person).await?, mastered(state, school, person).await?),
+        None => (Vec::new(), BTreeSet::new()),
     };
     let found = |id: &str| due.iter().find(|assignment| assignment.exercise_id == id);
     let view = |revision: Revision| ListedExercise {
         due: found(&revision.exercise_id).is_some(),
+        mastered: mastered.contains(&revision.exercise_id),
         next: found(&revision.exercise_id).is_some_and(|assignment| assignment.next),
         assigned: found(&revision.exercise_id).is_some_and(|assignment| assignment.assigned.is_some()),
         due_at: found(&revision.exercise_id).and_then(|assignment| assignment.assigned.clone()?.due_at),

@@ -124,7 +124,7 @@ impl Picture {
         headless.set_stage(&stage).map_err(Failure::work)?;
         let look = Look::at(&bundle.scene, true);
         let target_depth_m = bundle.exercise.target_depth_mm * 1e-3;
-        let frame = Moment::before(&bundle.exercise).frame(&look, target_depth_m);
+        let frame = Moment::before(bundle, &[]).frame(&look, target_depth_m);
         let mut picture = Self { headless, look, target_depth_m, frame, behind_ms: Vec::new(), takes_ms: Vec::new() };
         // The first, which may compile, is not counted.
         picture.draw()?;

@@ -2,13 +2,13 @@
 
 use std::io::{self, Write};
 
+use mechanics::axial::Contactor;
 use mechanics::calibrate::{Curve, Estimate, Fit, Misfit, Quantity, Standing};
 use mechanics::soundness::Unsound;
 use scene::Scene;
 use serde::Serialize;
 
 use super::{Args, Written};
-use crate::commands::contactor_name;
 use crate::output;
 
 /// The result of a fit.
@@ -42,7 +42,7 @@ pub struct Report {
 #[derive(Serialize)]
 struct PeakRow {
     layer: String,
-    contactor: &'static str,
+    contactor: Contactor,
     boundary: usize,
     depth_mm: f64,
     force_n: f64,
@@ -90,7 +90,7 @@ struct AskedRow {
 #[derive(Serialize)]
 struct RiseRow {
     layer: String,
-    contactor: &'static str,
+    contactor: Contactor,
     threshold_n: f64,
     force_rise_n: f64,
     energy_rise_mj: f64,
@@ -186,7 +186,7 @@ impl Report {
     fn write_peaks(&self, out: &mut dyn Write) -> io::Result<()> {
         writeln!(out, "\n  {:36} {:>9} {:>9} {:>9} {:>8}", "peak", "depth mm", "error mm", "force N", "error %")?;
         for peak in &self.peaks {
-            let title = format!("{} through {}", peak.contactor, peak.layer);
+            let title = peak.contactor.into_layer(&peak.layer).to_string();
             let depth = peak.depth_error_mm.map_or_else(|| "–".to_owned(), |mm| format!("{mm:+.3}"));
             let force =
                 peak.force_error_relative.map_or_else(|| "–".to_owned(), |part| format!("{:+.2}", part * 100.0));
@@ -230,7 +230,7 @@ impl RiseRow {
     fn new(unsound: &Unsound) -> Self {
         Self {
             layer: unsound.layer.clone(),
-            contactor: contactor_name(unsound.contactor),
+            contactor: unsound.contactor,
             threshold_n: unsound.threshold_n,
             force_rise_n: unsound.force_rise_n,
             energy_rise_mj: unsound.energy_rise_mj,
@@ -239,8 +239,11 @@ impl RiseRow {
 
     fn words(&self) -> String {
         format!(
-            "{} through {} at {:.3} N, force +{:.3} N, energy +{:.3} mJ",
-            self.contactor, self.layer, self.threshold_n, self.force_rise_n, self.energy_rise_mj
+            "{} at {:.3} N, force +{:.3} N, energy +{:.3} mJ",
+            self.contactor.into_layer(&self.layer),
+            self.threshold_n,
+            self.force_rise_n,
+            self.energy_rise_mj
         )
     }
 }
@@ -248,7 +251,7 @@ impl RiseRow {
 fn peaks(fit: &Fit, scene: &Scene) -> Vec<PeakRow> {
     let row = |peak: &mechanics::calibrate::Peak| PeakRow {
         layer: scene.layers.get(peak.boundary).map_or_else(String::new, |layer| layer.name.clone()),
-        contactor: contactor_name(peak.contactor),
+        contactor: peak.contactor,
         boundary: peak.boundary,
         depth_mm: peak.depth_m * 1e3,
         force_n: peak.force_n,

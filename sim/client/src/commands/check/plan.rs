@@ -1,13 +1,12 @@
 //! What simulating a scene comes to: layers as the needle meets them, ruptures in closed form, the model.
 
-use mechanics::axial::AxialSpec;
+use mechanics::axial::{AxialSpec, Contactor};
 use mechanics::closed_form;
 use mechanics::tissue::follow::FollowError;
 use scene::{ExerciseBundle, Patient, Scene, SceneLayer, along_path};
 use serde::Serialize;
 
 use super::tissue::TissuePlan;
-use crate::commands::contactor_name;
 
 /// The plan of one scene, or of one exercise in its scene.
 #[derive(Serialize)]
@@ -48,7 +47,7 @@ pub struct LayerPlan {
 #[derive(Serialize)]
 pub struct RupturePlan {
     /// `tip` or `rim`.
-    pub contactor: &'static str,
+    pub contactor: Contactor,
     /// Boundary, from 0.
     pub boundary: usize,
     /// Its layer.
@@ -109,7 +108,7 @@ fn ruptures(spec: &AxialSpec) -> Vec<RupturePlan> {
     closed_form::ruptures(spec)
         .into_iter()
         .map(|rupture| RupturePlan {
-            contactor: contactor_name(rupture.contactor),
+            contactor: rupture.contactor,
             boundary: rupture.boundary,
             layer: named(rupture.boundary),
             x_mm: rupture.x_m * 1e3,

@@ -65,7 +65,7 @@ fn write_plan(plan: &Plan, out: &mut dyn Write) -> io::Result<()> {
     }
     writeln!(out, "  {:36} {:>16} {:>10} {:>12}", "rupture (nominal patient)", "tip at mm", "before N", "after N")?;
     for rupture in &plan.ruptures {
-        let name = format!("{} through {}", rupture.contactor, rupture.layer);
+        let name = rupture.contactor.into_layer(&rupture.layer).to_string();
         let (x, before, after) = (rupture.x_mm, rupture.force_before_n, rupture.force_after_n);
         writeln!(out, "  {name:36} {x:>16.3} {before:>10.3} {after:>12.3}")?;
     }

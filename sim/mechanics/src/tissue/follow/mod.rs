@@ -9,6 +9,9 @@
 //! tissue comes back: after a rupture it decays with the time constant of the boundary's layer. Drag sticks to the shaft and
 //! is followed both ways, so that a withdrawal pulls the tissue out.
 //!
+//! A boundary that tip or rim presses on stands where they are: the load on it is the one that brings the field there ([`press`]),
+//! and what the needle has passed, or has not met yet, is kept on its side of it ([`settle`]).
+//!
 //! # An oblique needle
 //!
 //! The loads push along the needle and the responses are along it, at the angle of the exercise to the normal; a boundary is
@@ -20,6 +23,7 @@ mod field;
 mod profile;
 mod responses;
 mod spec;
+mod stance;
 mod state;
 
 pub use coupling::{HandOver, Insertion, RateError, hand_over, rate_errors};
@@ -27,4 +31,5 @@ pub use field::{AttemptLoad, FIELD_HZ, Field, FieldPlan, FollowError};
 pub use profile::Profiles;
 pub use responses::{Fit, Responses};
 pub use spec::{TissueSpec, recoil_time_s};
+pub use stance::{Intrusion, Pressed, press, settle};
 pub use state::{FollowParams, FollowState, step};

@@ -59,6 +59,12 @@ impl Responses {
         self.axial_m_per_n.chunks_exact(self.loads).map(|row| row.get(load).copied().unwrap_or(0.0)).collect()
     }
 
+    /// What a point gives way on 1 N of a load, in m/N; 0 where there is no such point or load. Never allocates.
+    #[must_use]
+    pub fn of_m_per_n(&self, point: usize, load: usize) -> f64 {
+        if load < self.loads { self.axial_m_per_n.get(point * self.loads + load).copied().unwrap_or(0.0) } else { 0.0 }
+    }
+
     /// Stiffness of each boundary as the field has it, in N/m: F/|u| on the needle under a contactor at that boundary, for the
     /// responses [`Responses::at_boundaries`]. Infinite at the clamped base.
     #[must_use]
