@@ -32,8 +32,8 @@ mod walk;
 
 pub use check::{along_path, check};
 pub use curriculum::{Curriculum, MasteryRule};
-pub use error::{DocumentError, Issue};
-pub use exercise::{CoachingRule, Exercise, Feedback, HardFail, RubricLine};
+pub use error::{DocumentError, Issue, Remark};
+pub use exercise::{CoachingRule, Exercise, Feedback, HardFail, Required, RubricLine};
 pub use instrument::Instrument;
 pub use load::{Document, DocumentKind, ExerciseBundle};
 pub use mechanics::phrase;
