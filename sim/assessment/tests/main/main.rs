@@ -12,3 +12,5 @@ mod shaft;
 mod simulated;
 mod statistics;
 mod support;
+mod versions;
+mod worth;

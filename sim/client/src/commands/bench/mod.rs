@@ -6,6 +6,7 @@ mod curve;
 mod field;
 mod force;
 mod hard_cases;
+mod metrics;
 mod motion;
 mod pace;
 mod recording;
@@ -31,7 +32,8 @@ use crate::{new_file, output};
 /// write a tick, speed of simulating, time and memory to read and score. servo: a minute
 /// at 1 kHz on the clock, how late ticks begin and what they take. render: time of a frame, for every view and step of quality.
 /// hard-cases: every hard case with its bound and what
-/// was measured. soak: ten minutes of random needle motion on every shipped scene. Use a release build for figures to report.
+/// was measured. soak: ten minutes of random needle motion on every shipped scene. metrics: whether the metrics of scores tell virtual
+/// experts from novices and agree with themselves, and what tremor and rate do to them. Use a release build for figures to report.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet bench --out bench")]
 pub struct Args {
@@ -67,13 +69,15 @@ enum What {
     HardCases,
     /// Random needle motion; exit 1 when a bound is exceeded
     Soak,
+    /// The metrics of scores, by virtual novices and experts
+    Metrics,
 }
 
 /// Measures into a folder, shortened or not, and returns the files written.
 type Measure = fn(&Path, bool) -> Result<Vec<PathBuf>, Failure>;
 
 /// What there is to measure, in the order of `all`.
-const MEASURES: [(What, Measure); 8] = [
+const MEASURES: [(What, Measure); 9] = [
     (What::Force, force::measure),
     (What::Field, field::measure),
     (What::Coupling, coupling::measure),
@@ -82,6 +86,7 @@ const MEASURES: [(What, Measure); 8] = [
     (What::Render, render::measure),
     (What::HardCases, hard_cases::measure),
     (What::Soak, soak::measure),
+    (What::Metrics, metrics::measure),
 ];
 
 /// Runs the command.
