@@ -183,7 +183,7 @@ fn a_rubric_that_pays_for_nothing_or_does_not_care_is_found() {
     exercise_with(&[("confirmed = true", "confirmed = false")]).ends(1).says(&["never confirmed"]);
     exercise_with(&[("withdrawn = true", "withdrawn = false")]).ends(1).says(&["never withdrawn"]);
     let before = exercise_with(&[(&format!("[required]\n{REQUIRED}"), "")]).ends(1);
-    before.says(&["a prick of", "points and passes", "at most 25 points"]);
+    before.says(&["a prick of", "earns 60 points", "at most 25 points", "never confirmed"]);
 }
 
 #[test]
