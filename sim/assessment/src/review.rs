@@ -57,8 +57,7 @@ fn backwards(path: &str, limit: &HardFail, bundle: &ExerciseBundle) -> Option<Re
 fn direction(metric: &str, version: u32, bundle: &ExerciseBundle) -> Option<Direction> {
     let direction = definition(metric, version)?.direction;
     let structure = metric.strip_prefix("structure_clearance_mm.");
-    let is_target = |name: &str| {
-        bundle.scene.structures.iter().any(|s| s.spec.name == name && s.kind() == StructureKind::Target)
-    };
+    let is_target =
+        |name: &str| bundle.scene.structures.iter().any(|s| s.spec.name == name && s.kind() == StructureKind::Target);
     Some(if structure.is_some_and(is_target) { Direction::Lower } else { direction })
 }

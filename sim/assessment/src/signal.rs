@@ -99,7 +99,10 @@ mod tests {
                 let input = sine(frequency_hz, 4000);
                 let output = low_pass(&input, cutoff_hz);
                 for i in 1500..2500 {
-                    assert!((output[i] - gain * input[i]).abs() < 1e-9, "{frequency_hz} Hz at {i} behind {cutoff_hz} Hz");
+                    assert!(
+                        (output[i] - gain * input[i]).abs() < 1e-9,
+                        "{frequency_hz} Hz at {i} behind {cutoff_hz} Hz"
+                    );
                 }
             }
         }

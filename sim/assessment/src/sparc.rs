@@ -89,7 +89,9 @@ mod tests {
         match name {
             "one movement" => points(101).map(|i| minimum_jerk(i / 100.0)).collect(),
             "two with a pause" => {
-                let at = |i: f64| if i < 100.0 { minimum_jerk(i / 100.0) } else { minimum_jerk((i - 150.0).max(0.0) / 100.0) };
+                let at = |i: f64| {
+                    if i < 100.0 { minimum_jerk(i / 100.0) } else { minimum_jerk((i - 150.0).max(0.0) / 100.0) }
+                };
                 points(251).map(at).collect()
             }
             "trembling" => {

@@ -97,7 +97,11 @@ fn check_metric(doc: &mut Walked, table: &Value, path: &str, scene: Option<&Scen
     }
     let newest = metrics::newest_version(metric);
     if table["version"].as_u64().is_some_and(|version| version > u64::from(newest)) {
-        let allowed = phrase!("{metric} has no such version; allowed: 1 to {newest}", metric = metric, newest = u64::from(newest));
+        let allowed = phrase!(
+            "{metric} has no such version; allowed: 1 to {newest}",
+            metric = metric,
+            newest = u64::from(newest)
+        );
         doc.refuse(&format!("{path}.version"), Phrase::data(&table["version"]), allowed);
     }
 }

@@ -153,9 +153,9 @@ fn rubric_line(line: &scene::RubricLine, weights: f64) -> RubricLineView {
 fn required(required: &scene::Required) -> Vec<String> {
     let reached =
         required.reached.as_ref().map(|layer| tr!("the tip has opened {layer}", layer = anatomy::said(layer)));
-    let within = required.within_mm.map(|mm| {
-        tr!("the position is within {distance} of the target depth", distance = format::stated(mm, "mm"))
-    });
+    let within = required
+        .within_mm
+        .map(|mm| tr!("the position is within {distance} of the target depth", distance = format::stated(mm, "mm")));
     let confirmed = required.confirmed.then(|| tr!("the position was confirmed in the body").to_owned());
     let withdrawn = required.withdrawn.then(|| tr!("the needle was withdrawn").to_owned());
     [reached, within, confirmed, withdrawn].into_iter().flatten().collect()

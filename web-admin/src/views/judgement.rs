@@ -100,7 +100,10 @@ pub struct MetricRow {
 
 /// Headings, and the beginnings of the ids below them.
 const GROUPS: [(&str, &[&str]); 5] = [
-    (sentence!("Accuracy"), &["depth_error", "overshoot", "tip_error", "entry_error", "angle_error", "reached", "confirmed", "withdrawn"]),
+    (
+        sentence!("Accuracy"),
+        &["depth_error", "overshoot", "tip_error", "entry_error", "angle_error", "reached", "confirmed", "withdrawn"],
+    ),
     (sentence!("Force"), &["peak_force", "rupture_force", "force_", "lateral_peak"]),
     (sentence!("After each pop"), &["over_insertion", "stop_time"]),
     (

@@ -132,7 +132,8 @@ fn curve_stages() -> Vec<StageSpan> {
 
 /// "Stop in the fat" on a lower back with a vessel.
 pub(super) fn bundle() -> ExerciseBundle {
-    let line = |metric: &str, full, zero, weight| RubricLine { metric: metric.to_owned(), version: 1, full, zero, weight };
+    let line =
+        |metric: &str, full, zero, weight| RubricLine { metric: metric.to_owned(), version: 1, full, zero, weight };
     let exercise = Exercise {
         id: "stop-in-the-fat".to_owned(),
         title: "Stop in the fat".to_owned(),
@@ -282,8 +283,12 @@ fn metric(id: &str, value: Option<f64>) -> Metric {
 }
 
 pub(super) fn judgement() -> Judgement {
-    let deduction =
-        |metric: &str, points: f64, why: &str| Deduction { metric: metric.to_owned(), version: 1, points, why: why.to_owned() };
+    let deduction = |metric: &str, points: f64, why: &str| Deduction {
+        metric: metric.to_owned(),
+        version: 1,
+        points,
+        why: why.to_owned(),
+    };
     let deductions = [
         deduction("depth_error_mm", 7.95, "1.9 mm too deep: −8 points"),
         deduction(

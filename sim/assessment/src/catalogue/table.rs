@@ -58,7 +58,8 @@ impl Definition {
     }
 }
 
-const BEHIND_4_HZ: &str = "physiological tremor lies at 8 to 12 Hz (Elble and Koller 1990, Tremor); behind 4 Hz at most 6 % of it are left";
+const BEHIND_4_HZ: &str =
+    "physiological tremor lies at 8 to 12 Hz (Elble and Koller 1990, Tremor); behind 4 Hz at most 6 % of it are left";
 const PATH_OF_TREMOR: &str = "most of it is the way of the tremor; version 2 looks at it behind 4 Hz";
 const PERKTUTOR: &str = "PerkTutor, PythonMetrics: threshold and debounce (Ungi and others 2012, Perk Tutor: an open-source training platform for ultrasound-guided needle insertions)";
 

@@ -2,8 +2,8 @@
 //! Fails when a formula, a divisor or a definition of a quantile changes, or when a figure appears that has no meaning.
 
 use assessment::statistics::{
-    NotComputable, area_under_curve, content_validity, cronbach_alpha, intraclass_correlation, mean, quantile, scale_content_validity,
-    spearman, summary, wilson,
+    NotComputable, area_under_curve, content_validity, cronbach_alpha, intraclass_correlation, mean, quantile,
+    scale_content_validity, spearman, summary, wilson,
 };
 use proptest::prelude::*;
 

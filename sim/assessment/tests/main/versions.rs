@@ -29,10 +29,7 @@ fn a_rubric_of_before_keeps_its_hash() {
         include_str!("../../../../curricula/scenes/lower-back-vessel.toml"),
     );
     // As it stood in scores before there were versions.
-    assert_eq!(
-        avoid.exercise.rubric_sha256(),
-        "bbaa4af978f72b052241634ea8dd83d8c6e0ed8d981d90ca1152200a2cac6154"
-    );
+    assert_eq!(avoid.exercise.rubric_sha256(), "bbaa4af978f72b052241634ea8dd83d8c6e0ed8d981d90ca1152200a2cac6154");
 }
 
 #[test]
@@ -112,7 +109,13 @@ fn a_needle_that_goes_on_for_good_never_stands() {
 fn an_action_is_fast_for_longer_than_a_fifth_of_a_second_and_so_is_a_pause() {
     // Strokes of 80 mm/s across the skin from 1 s on: so long in s, and so long a pause after each.
     let count = |strokes: &[(f64, f64)]| {
-        let ends: Vec<f64> = strokes.iter().scan(1.0, |at, (on, off)| { *at += on + off; Some(*at) }).collect();
+        let ends: Vec<f64> = strokes
+            .iter()
+            .scan(1.0, |at, (on, off)| {
+                *at += on + off;
+                Some(*at)
+            })
+            .collect();
         let way = |t_s: f64| -> f64 {
             let gone = strokes.iter().zip(&ends).map(|((on, off), end)| (t_s - (end - on - off)).clamp(0.0, *on));
             gone.sum::<f64>() * 80.0

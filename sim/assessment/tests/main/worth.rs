@@ -178,7 +178,14 @@ fn an_author_is_told_of_lines_that_reward_the_worse_value() {
     let fields: Vec<String> = review(&bundle).into_iter().map(|remark| remark.field).collect();
     assert_eq!(
         fields,
-        ["rubric[0].full", "rubric[1].full", "rubric[2].full", "rubric[3].full", "rubric[4].full", "hard_fail[1].above"]
+        [
+            "rubric[0].full",
+            "rubric[1].full",
+            "rubric[2].full",
+            "rubric[3].full",
+            "rubric[4].full",
+            "hard_fail[1].above"
+        ]
     );
 }
 

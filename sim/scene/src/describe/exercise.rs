@@ -59,7 +59,12 @@ static REQUIRED: Table = Table {
     doc: "Until all of this has happened an attempt earns nothing, and fails",
     fields: &[
         Field::text("reached", &Text::NAME, "Layer whose upper boundary the tip must have opened"),
-        Field::number("within_mm", "mm", (0.1, 500.0), "Largest distance of the depth at confirm from the target depth"),
+        Field::number(
+            "within_mm",
+            "mm",
+            (0.1, 500.0),
+            "Largest distance of the depth at confirm from the target depth",
+        ),
         Field::new("confirmed", Kind::Flag, "The position must have been confirmed with the tip in the body")
             .with(Presence::Flag(false)),
         Field::new("withdrawn", Kind::Flag, "The needle must have left the body by the end")

@@ -77,7 +77,8 @@ impl<'a> Rehearsal<'a> {
     /// Attempts that are worth next to nothing: in words, how deep in m, how fast in m/s.
     fn worthless(&self) -> Vec<(Phrase, f64, f64)> {
         let target_m = self.bundle.exercise.target_depth_mm * 1e-3;
-        let prick = |x_m: f64| (phrase!("a prick of {depth} mm", depth = Phrase::number(x_m * 1e3, 1)), x_m, PRICK_M_PER_S);
+        let prick =
+            |x_m: f64| (phrase!("a prick of {depth} mm", depth = Phrase::number(x_m * 1e3, 1)), x_m, PRICK_M_PER_S);
         let length_m = self.bundle.scene.needle.length_mm * 1e-3;
         vec![
             (phrase!("a needle that never touches the skin"), -0.002, PRICK_M_PER_S),
