@@ -61,6 +61,8 @@ impl Definition {
 const BEHIND_4_HZ: &str =
     "physiological tremor lies at 8 to 12 Hz (Elble and Koller 1990, Tremor); behind 4 Hz at most 6 % of it are left";
 const PATH_OF_TREMOR: &str = "most of it is the way of the tremor; version 2 looks at it behind 4 Hz";
+const SLOW_IS_GOOD: &str =
+    "whoever is quick is better by it: virtual novices, who hurry, beat experts, who take their time";
 const PERKTUTOR: &str = "PerkTutor, PythonMetrics: threshold and debounce (Ungi and others 2012, Perk Tutor: an open-source training platform for ultrasound-guided needle insertions)";
 
 const STOP_TIME: Definition = row("stop_time_s", "s", Lower).also_by(Split::Boundary).applies(RUPTURED).says(
@@ -161,7 +163,8 @@ pub const DEFINITIONS: &[Definition] = &[
         "force impulse",
         "Integral over time of the axial force on the hand.",
         "push no longer and no harder than you must",
-    ),
+    )
+    .unoffered(SLOW_IS_GOOD),
     row("force_rate_peak_n_per_s", "N/s", Lower).says(
         "peak force rate",
         "Largest rate of rise of the low-passed axial force, the falls at ruptures and 0.05 s on either side taken out.",
@@ -221,12 +224,14 @@ pub const DEFINITIONS: &[Definition] = &[
         "total time",
         "Time from the first sample to the last.",
         "work without pauses",
-    ),
+    )
+    .unoffered(SLOW_IS_GOOD),
     row("time_in_tissue_s", "s", Lower).applies(INSIDE).says(
         "time in tissue",
         "Time with the tip deeper than 0.",
         "work without pauses once inside",
-    ),
+    )
+    .unoffered(SLOW_IS_GOOD),
     PATH_LENGTH.unoffered(PATH_OF_TREMOR),
     PATH_LENGTH.anew(
         "Length of the path of the tip behind 4 Hz.",

@@ -123,16 +123,15 @@ impl Figures {
         self.separation.is_some_and(|area| area.high < 0.5)
     }
 
-    /// A person's attempts resemble each other no more than those of different people, or so little that a score of them says
-    /// nothing of the person.
+    /// A person's attempts resemble each other hardly more than those of different people, and that is no chance.
     pub fn disagrees(&self) -> bool {
         self.agreement.is_some_and(|icc| icc.high < LEAST_AGREEMENT)
     }
 }
 
-/// An ICC below this is called poor (Koo and Li 2016, "A guideline of selecting and reporting intraclass correlation coefficients for
-/// reliability research"; of single attempts a skill that varies from day to day has none much higher).
-pub const LEAST_AGREEMENT: f64 = 0.5;
+/// With an ICC below this even the mean of five attempts agrees with the mean of five others by no more than 0.36 (Spearman and
+/// Brown): a score of it says next to nothing of the person.
+pub const LEAST_AGREEMENT: f64 = 0.1;
 
 fn pooled(area: Estimate) -> Pooled {
     Pooled { value: area.value, low: area.low, high: area.high }

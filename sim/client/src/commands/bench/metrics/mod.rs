@@ -30,7 +30,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
          *Separation* is how often an expert's value is better than a novice's (area under the receiver's curve): 0.5 is chance, less \
          is the wrong way. *Agreement* is ICC(2,1) of a person's attempts. Both are means over exercises with 95 % intervals. *Tremor* \
          is what it changes of a value, the median over people; *rate* what a recording at 250 Hz in place of 1 kHz changes, the \
-         largest. A metric is not offered for rubrics where its whole interval of separation lies below 0.5, or that of agreement \
+         largest; of a value next to 0 a little is a large share. A metric is not offered for rubrics where its whole interval of separation lies below 0.5, or that of agreement \
          below {LEAST_AGREEMENT}, and where a later version mends what the tremor does to it.\n\n{}",
         machine::program(),
         size.group,
