@@ -6,6 +6,7 @@ use scene::ExerciseBundle;
 
 use crate::motion::{Motion, Timeline, axis};
 use crate::score::AssessError;
+use crate::signal::{CUTOFF_HZ, INTENT_HZ};
 
 /// Why a metric has no value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -130,6 +131,7 @@ pub(crate) struct Attempt<'a> {
     /// Contacts with the skin in order of time.
     pub(crate) insertions: Vec<Insertion>,
     motion: Option<Motion>,
+    intent: Option<Motion>,
     inside: bool,
 }
 
@@ -142,7 +144,8 @@ impl<'a> Attempt<'a> {
             thickness_m: thickness_m(recording, bundle),
             ruptures: ruptures(recording, bundle.scene.layers.len()),
             insertions: insertions(&recording.events, &timeline),
-            motion: Motion::new(&timeline),
+            motion: Motion::behind(CUTOFF_HZ, &timeline),
+            intent: Motion::behind(INTENT_HZ, &timeline),
             inside: timeline.samples().iter().any(|s| s.depth_m > 0.0),
             timeline,
         })
@@ -162,6 +165,11 @@ impl<'a> Attempt<'a> {
     /// The motion, where it is long enough for a derivative.
     pub(crate) fn motion(&self) -> Result<&Motion, Absent> {
         self.motion.as_ref().ok_or(Absent::TooShort)
+    }
+
+    /// The motion that was meant: without the tremor.
+    pub(crate) fn intent(&self) -> Result<&Motion, Absent> {
+        self.intent.as_ref().ok_or(Absent::TooShort)
     }
 
     /// The first confirm event; where there is none, the last moment at the largest depth.

@@ -4,7 +4,7 @@ use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use recording::Sample;
 
 use crate::score::AssessError;
-use crate::signal::{RATE_HZ, derivative, low_pass};
+use crate::signal::{CUTOFF_HZ, RATE_HZ, derivative, low_pass};
 
 /// Longest recording that is scored, in s: it bounds the memory that a hostile time stamp can ask for.
 const LONGEST_S: f64 = 3600.0;
@@ -87,9 +87,14 @@ impl<'a> Timeline<'a> {
             .collect()
     }
 
-    /// As [`Self::even`], low-passed.
+    /// As [`Self::even`], low-passed as every column is of which a derivative is taken.
     pub(crate) fn smooth(&self, quantity: impl Fn(usize) -> f64) -> Vec<f64> {
-        low_pass(&self.even(quantity))
+        self.behind(CUTOFF_HZ, quantity)
+    }
+
+    /// As [`Self::even`], behind a low-pass at a cut-off in Hz.
+    fn behind(&self, cutoff_hz: f64, quantity: impl Fn(usize) -> f64) -> Vec<f64> {
+        low_pass(&self.even(quantity), cutoff_hz)
     }
 }
 
@@ -111,7 +116,7 @@ fn axis_of([x, y, z, w]: [f64; 4]) -> Vector3<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)) * Vector3::z()
 }
 
-/// Low-passed motion at [`RATE_HZ`].
+/// Low-passed motion at [`RATE_HZ`]: as it was at 20 Hz, or what was meant, behind 4 Hz.
 pub(crate) struct Motion {
     position_m: [Vec<f64>; 3],
     orientation: [Vec<f64>; 4],
@@ -122,8 +127,8 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// `None` where the recording is too short for a derivative.
-    pub(crate) fn new(timeline: &Timeline) -> Option<Self> {
+    /// The motion behind a low-pass at a cut-off in Hz; `None` where the recording is too short for a derivative.
+    pub(crate) fn behind(cutoff_hz: f64, timeline: &Timeline) -> Option<Self> {
         let samples = timeline.samples();
         let depth_m = timeline.even(|i| f64::from(u8::from(samples[i].depth_m > 0.0)));
         if depth_m.len() < FEWEST_POINTS {
@@ -131,9 +136,11 @@ impl Motion {
         }
         let signs = hemisphere_signs(samples);
         Some(Self {
-            position_m: std::array::from_fn(|axis| timeline.smooth(|i| samples[i].position_m[axis])),
-            orientation: std::array::from_fn(|part| timeline.smooth(|i| samples[i].orientation[part] * signs[i])),
-            axial_m: timeline.smooth(|i| samples[i].x_m),
+            position_m: std::array::from_fn(|axis| timeline.behind(cutoff_hz, |i| samples[i].position_m[axis])),
+            orientation: std::array::from_fn(|part| {
+                timeline.behind(cutoff_hz, |i| samples[i].orientation[part] * signs[i])
+            }),
+            axial_m: timeline.behind(cutoff_hz, |i| samples[i].x_m),
             inside: depth_m.into_iter().map(|share| share > 0.5).collect(),
         })
     }

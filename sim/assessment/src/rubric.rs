@@ -3,7 +3,8 @@
 use scene::{Exercise, RubricLine};
 
 use crate::attempt::Absent;
-use crate::catalogue::{Direction, Metric, definition};
+use crate::catalogue::{Direction, Metric, definition, first};
+use crate::required::{self, Unmet};
 use crate::score::{AssessError, Deduction};
 use crate::words;
 
@@ -14,6 +15,8 @@ pub(crate) enum Finding<'a> {
     Value(&'a Metric, f64),
     /// It does not apply, for a reason.
     Absent(Absent),
+    /// Nothing is earned whatever it is: something that is required did not happen.
+    Unearned(Unmet),
     /// This scene has no such metric.
     Unknown,
 }
@@ -22,14 +25,15 @@ pub(crate) enum Finding<'a> {
 /// defined today. Where it was not, the recording has to be measured again.
 #[must_use]
 pub fn suffices(exercise: &Exercise, metrics: &[Metric]) -> bool {
-    let known = |id: &String| metrics.iter().any(|metric| metric.id == *id && is_current(metric));
-    let asked = exercise.rubric.iter().map(|line| &line.metric);
-    asked.chain(exercise.hard_fails.iter().map(|limit| &limit.metric)).all(known)
+    let known = |id: &str, version| find(metrics, id, version).is_some();
+    let lines = exercise.rubric.iter().all(|line| known(&line.metric, line.version));
+    let limits = exercise.hard_fails.iter().all(|limit| known(&limit.metric, limit.version));
+    lines && limits && required::asked(exercise).all(|id| known(&id, first()))
 }
 
-/// The metric was measured as it is defined today, and its reason for having no value is one of today's.
+/// The version of the metric is one of the catalogue's, and its reason for having no value is one of today's.
 fn is_current(metric: &Metric) -> bool {
-    let defined = definition(&metric.id).is_some_and(|definition| definition.version == metric.version);
+    let defined = definition(&metric.id, metric.version).is_some();
     defined && (metric.value.is_some() || Absent::told(&metric.absent).is_some())
 }
 
@@ -42,14 +46,16 @@ pub(crate) fn deductions(exercise: &Exercise, metrics: &[Metric]) -> Result<Vec<
             exercise.id
         )));
     }
-    let touched = !metrics.iter().any(|metric| metric.absent == Absent::Untouched.why());
+    let unmet = required::unmet(exercise, metrics);
     let mut deductions: Vec<Deduction> = exercise
         .rubric
         .iter()
         .map(|line| {
-            let finding = finding(line, metrics, touched);
-            let points = 100.0 * weight(line) / total * (1.0 - earned(line, &finding));
-            Deduction { metric: line.metric.clone(), points, why: words::reason(line, &finding, points) }
+            let finding = finding(line, metrics, unmet.first());
+            let share = earned(line, &finding, exercise.required.is_none());
+            let points = 100.0 * weight(line) / total * (1.0 - share);
+            let why = words::reason(line, &finding, points);
+            Deduction { metric: line.metric.clone(), version: line.version, points, why }
         })
         .collect();
     deductions.sort_by(|a, b| b.points.total_cmp(&a.points));
@@ -60,28 +66,35 @@ fn weight(line: &RubricLine) -> f64 {
     if line.weight > 0.0 { line.weight } else { 0.0 }
 }
 
-/// The metric of an id, as it is defined today.
-fn find<'a>(metrics: &'a [Metric], id: &str) -> Option<&'a Metric> {
-    metrics.iter().find(|metric| metric.id == id && is_current(metric))
+/// A version of a metric, as the catalogue defines it.
+pub(crate) fn find<'a>(metrics: &'a [Metric], id: &str, version: u32) -> Option<&'a Metric> {
+    metrics.iter().find(|metric| metric.id == id && metric.version == version && is_current(metric))
 }
 
-/// An attempt that never reached the skin earns nothing, not even for being quick.
-fn finding<'a>(line: &RubricLine, metrics: &'a [Metric], touched: bool) -> Finding<'a> {
-    let Some(found) = find(metrics, &line.metric) else { return Finding::Unknown };
+/// The attempt never reached the skin.
+pub(crate) fn untouched(metrics: &[Metric]) -> bool {
+    metrics.iter().any(|metric| metric.absent == Absent::Untouched.why())
+}
+
+/// An attempt that never reached the skin earns nothing, not even for being quick; nor does one that lacks what is required.
+fn finding<'a>(line: &RubricLine, metrics: &'a [Metric], unmet: Option<&Unmet>) -> Finding<'a> {
+    let Some(found) = find(metrics, &line.metric, line.version) else { return Finding::Unknown };
     match (found.value, Absent::told(&found.absent)) {
-        _ if !touched => Finding::Absent(Absent::Untouched),
+        _ if untouched(metrics) => Finding::Absent(Absent::Untouched),
+        _ if let Some(unmet) = unmet => Finding::Unearned(*unmet),
         (Some(value), _) => Finding::Value(found, value),
         (None, Some(absent)) => Finding::Absent(absent),
         (None, None) => Finding::Unknown,
     }
 }
 
-/// Share of the line's points that the attempt earned, 0–1.
-fn earned(line: &RubricLine, finding: &Finding) -> f64 {
+/// Share of the line's points that the attempt earned, 0–1. What was not met earns everything in documents of before there was a
+/// table of what is required, and nothing since.
+fn earned(line: &RubricLine, finding: &Finding, unmet_earns: bool) -> f64 {
     match finding {
         Finding::Value(metric, value) => linear(line, judged(metric.direction, *value)),
-        Finding::Absent(absent) if absent.is_harmless() => 1.0,
-        Finding::Absent(_) | Finding::Unknown => 0.0,
+        Finding::Absent(absent) if absent.is_harmless() && unmet_earns => 1.0,
+        Finding::Absent(_) | Finding::Unearned(_) | Finding::Unknown => 0.0,
     }
 }
 
@@ -100,14 +113,15 @@ fn linear(line: &RubricLine, value: f64) -> f64 {
     if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// The reason of each limit that was broken.
+/// Whatever is required and did not happen, and the reason of each limit that was broken.
 pub(crate) fn hard_fails(exercise: &Exercise, metrics: &[Metric]) -> Vec<String> {
+    let unmet = required::unmet(exercise, metrics).into_iter().map(|unmet| unmet.fails().to_owned());
     let broken = exercise.hard_fails.iter().filter_map(|limit| {
-        let found = find(metrics, &limit.metric)?;
+        let found = find(metrics, &limit.metric, limit.version)?;
         let value = found.value.filter(|value| *value > limit.above)?;
         Some(words::hard_fail(limit, found, value))
     });
-    broken.collect()
+    unmet.chain(broken).collect()
 }
 
 #[cfg(test)]
@@ -118,7 +132,7 @@ mod tests {
     use super::*;
 
     fn line(full: f64, zero: f64) -> RubricLine {
-        RubricLine { metric: "peak_force_n".to_owned(), full, zero, weight: 1.0 }
+        RubricLine { metric: "peak_force_n".to_owned(), version: 1, full, zero, weight: 1.0 }
     }
 
     #[test]

@@ -5,7 +5,7 @@ use scene::{Exercise, ExerciseBundle};
 use serde::{Deserialize, Serialize};
 
 use crate::attempt::Attempt;
-use crate::catalogue::Metric;
+use crate::catalogue::{Metric, first};
 use crate::void::{self, Void};
 use crate::{metrics, rubric};
 
@@ -14,6 +14,9 @@ use crate::{metrics, rubric};
 pub struct Deduction {
     /// Metric id.
     pub metric: String,
+    /// Version of the metric's definition.
+    #[serde(default = "first")]
+    pub version: u32,
     /// Points lost, of 100; 0 is listed too, so that every line of the rubric is shown.
     pub points: f64,
     /// Reason in words a trainee can act on.
@@ -36,11 +39,11 @@ pub struct Assessment {
     pub score: f64,
     /// At or above the pass mark and no hard fail.
     pub passed: bool,
-    /// Every metric of the catalogue.
+    /// Every version of every metric of the catalogue.
     pub metrics: Vec<Metric>,
     /// Points lost per rubric line.
     pub deductions: Vec<Deduction>,
-    /// Reasons of hard fails.
+    /// Why it failed whatever the score: what is required and did not happen, and the reasons of hard fails.
     pub hard_fails: Vec<String>,
     /// The rubric.
     pub rubric: RubricRef,
@@ -88,10 +91,17 @@ pub struct Damage {
 }
 
 impl Assessment {
-    /// The value of a metric, in its unit; `None` where it does not apply or is none of this attempt's metrics.
+    /// The value of a metric by its first definition, in its unit; `None` where it does not apply or is none of this attempt's
+    /// metrics.
     #[must_use]
     pub fn value(&self, metric_id: &str) -> Option<f64> {
-        self.metrics.iter().find(|m| m.id == metric_id).and_then(|m| m.value)
+        self.value_of(metric_id, first())
+    }
+
+    /// The value of a metric by a version of its definition, as [`Self::value`].
+    #[must_use]
+    pub fn value_of(&self, metric_id: &str, version: u32) -> Option<f64> {
+        self.metrics.iter().find(|m| m.id == metric_id && m.version == version).and_then(|m| m.value)
     }
 
     /// Damage to tissue, by part and never as one index.

@@ -2,7 +2,7 @@
 
 use scene::{HardFail, RubricLine};
 
-use crate::catalogue::{Direction, Metric, definition};
+use crate::catalogue::{Direction, Metric, definition, newest};
 use crate::rubric::Finding;
 
 /// Why a rubric line cost what it cost, for example `1.9 mm too deep: −12 points`.
@@ -11,6 +11,7 @@ pub(crate) fn reason(line: &RubricLine, finding: &Finding, points: f64) -> Strin
         Finding::Value(metric, value) if points > 0.0 => lost(line, metric, *value),
         Finding::Value(metric, value) => kept(metric, *value),
         Finding::Absent(absent) => format!("{}: {}", label(line), absent.why()),
+        Finding::Unearned(unmet) => format!("{}: {}", label(line), unmet.why()),
         Finding::Unknown => format!("{}: this scene has no such metric", line.metric),
     };
     format!("{what}: {}", cost(points))
@@ -24,7 +25,7 @@ pub(crate) fn hard_fail(limit: &HardFail, metric: &Metric, value: f64) -> String
 
 fn label(line: &RubricLine) -> String {
     let (base, suffix) = line.metric.split_once('.').unwrap_or((&line.metric, ""));
-    match definition(&line.metric) {
+    match newest(&line.metric) {
         Some(definition) if suffix.is_empty() => definition.label.to_owned(),
         Some(definition) => definition.label_of(suffix),
         None => base.to_owned(),
@@ -37,7 +38,7 @@ fn lost(line: &RubricLine, metric: &Metric, value: f64) -> String {
     }
     let bound = if line.full > line.zero { "more" } else { "less" };
     let (found, full) = (figure(value, &metric.unit), figure(line.full, &metric.unit));
-    let advice = definition(&metric.id).map_or("", |definition| definition.advice);
+    let advice = definition(&metric.id, metric.version).map_or("", |definition| definition.advice);
     format!("{} {found}, full marks for {full} or {bound} – {advice}", metric.label)
 }
 

@@ -17,6 +17,7 @@ mod outbox;
 mod output;
 mod picture;
 mod progress;
+mod rehearsal;
 mod service;
 mod shelf;
 mod station;

@@ -234,3 +234,33 @@ fn a_hiccup_is_followed_by_force_and_a_lost_device_by_none() {
     assert_eq!(rows("hiccup-lost.csv").len(), 4000, "a lost device ends the attempt");
     assert!(read("hiccup.md").contains("void") && read("hiccup-hiccup.svg").contains("given to the hand"));
 }
+
+#[test]
+fn the_metrics_are_measured_and_the_catalogue_offers_what_the_report_bears_out() {
+    let folder = TempDir::new().expect("a folder");
+    stylet(&["bench", "metrics", "--quick", "--out", text(folder.path())]).ends(0);
+    let read = |path: &std::path::Path| -> Vec<csv::StringRecord> {
+        let mut table = csv::Reader::from_path(path).expect("a table");
+        table.records().map(|row| row.expect("a row")).collect()
+    };
+    let known: Vec<_> = assessment::catalogue::DEFINITIONS.iter().map(|d| (d.id.to_owned(), d.version)).collect();
+    for rows in [read(&folder.path().join("metrics.csv")), read(&crate::repository("sim/client/bench/metrics.csv"))] {
+        let measured: Vec<(String, u32)> =
+            rows.iter().skip(1).map(|row| (row[0].to_owned(), row[1].parse().expect("a version"))).collect();
+        assert_eq!(measured, known, "every version of every metric, after the score");
+    }
+    for row in read(&crate::repository("sim/client/bench/metrics.csv")).iter().skip(1) {
+        let definition = assessment::catalogue::definition(&row[0], row[1].parse().expect("a version"));
+        let definition = definition
+            .or_else(|| assessment::catalogue::DEFINITIONS.iter().find(|d| d.id == &row[0]).filter(|d| !d.plain));
+        let unoffered = definition.expect("of the catalogue").unoffered;
+        assert!(
+            row[10].is_empty() || !unoffered.is_empty(),
+            "{}, version {}: {}, and offered",
+            &row[0],
+            &row[1],
+            &row[10]
+        );
+        assert_eq!(&row[11], if unoffered.is_empty() { "yes" } else { "no" }, "the report is of another catalogue");
+    }
+}

@@ -36,7 +36,8 @@ fn found(from: &str, to: &str, parts: &[&str]) {
 fn shipped() -> Vec<PathBuf> {
     let scenes = fs::read_dir(repository("curricula/scenes")).expect("a folder");
     let scenes = scenes.map(|entry| entry.expect("an entry").path());
-    scenes.chain([repository("curricula/lower-back-basics/course.toml")]).collect()
+    let courses = ["curricula/lumbar-epidural/course.toml", "curricula/lower-back-basics/course.toml"];
+    scenes.chain(courses.map(repository)).collect()
 }
 
 #[test]
@@ -176,6 +177,48 @@ fn a_prerequisite_cycle_is_found() {
     fs::write(&file, course.replacen(first, &format!("{first}prerequisites = [\"stop-in-the-fat\"]\n"), 1))
         .expect("a file");
     stylet(&["check", text(&file)]).ends(1).says(&["course.toml:", "prerequisite"]);
+}
+
+/// Checks the shipped exercise "stop in the fat" after changes to its text.
+fn exercise_with(changes: &[(&str, &str)]) -> Run {
+    let folder = TempDir::new().expect("a folder");
+    let [course, scenes] = ["course", "scenes"].map(|name| folder.path().join(name));
+    fs::create_dir_all(&course).expect("a folder");
+    fs::create_dir_all(&scenes).expect("a folder");
+    let scene = "lower-back-training.toml";
+    fs::copy(repository("curricula/scenes").join(scene), scenes.join(scene)).expect("a copy");
+    let shipped = repository("curricula/lower-back-basics/2-stop-in-the-fat.toml");
+    let mut exercise = fs::read_to_string(shipped).expect("an exercise");
+    for (from, to) in changes {
+        assert!(exercise.contains(from), "'{from}' is not in the exercise");
+        exercise = exercise.replacen(from, to, 1);
+    }
+    let file = course.join("exercise.toml");
+    fs::write(&file, exercise).expect("a file");
+    stylet(&["check", text(&file)])
+}
+
+const REQUIRED: &str = "reached = \"fat\"\nwithin_mm = 4\nconfirmed = true\nwithdrawn = true\n";
+
+#[test]
+fn a_rubric_that_pays_for_nothing_or_does_not_care_is_found() {
+    exercise_with(&[]).ends(0);
+    let careless = exercise_with(&[(REQUIRED, "")]).ends(1);
+    careless.says(&["exercise.toml:", "required: ", "a prick of", "never confirmed", "never withdrawn", "[required]"]);
+    exercise_with(&[("confirmed = true", "confirmed = false")]).ends(1).says(&["never confirmed"]);
+    exercise_with(&[("withdrawn = true", "withdrawn = false")]).ends(1).says(&["never withdrawn"]);
+    let before = exercise_with(&[(&format!("[required]\n{REQUIRED}"), "")]).ends(1);
+    before.says(&["a prick of", "earns 60 points", "at most 25 points", "never confirmed"]);
+}
+
+#[test]
+fn a_line_that_rewards_the_worse_value_and_a_metric_that_is_not_offered_are_found_with_their_place() {
+    let reversed = exercise_with(&[("full = 0.5\nzero = 5", "full = 5\nzero = 0.5")]).ends(1);
+    reversed.says(&["rubric[1].full", "full 5, zero 0.5", "of overshoot_mm less is better"]);
+    let unoffered = exercise_with(&[("\"over_insertion_mm.skin.rim\"", "\"stop_time_s.skin.rim\"")]).ends(1);
+    unoffered.says(&["rubric[2].metric", "stop_time_s.skin.rim, version 1", "not offered", "version 2"]);
+    let line = unoffered.stderr.split("exercise.toml:").nth(1).and_then(|at| at.split(':').next());
+    assert!(line.and_then(|line| line.parse::<usize>().ok()).is_some_and(|line| line > 20), "{}", unoffered.stderr);
 }
 
 #[test]

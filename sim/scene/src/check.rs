@@ -8,8 +8,8 @@ use mechanics::phrase::Phrase;
 use mechanics::soundness::{self, Unsound};
 use mechanics::tissue::follow::FollowError;
 
-use crate::describe::SCENE;
-use crate::error::{DocumentError, Issue};
+use crate::describe::{EXERCISE, SCENE};
+use crate::error::{DocumentError, Issue, Remark};
 use crate::load::{Document, ExerciseBundle, beside, read, read_file};
 use crate::model::Scene;
 use crate::patient::Patient;
@@ -109,6 +109,19 @@ fn scenes<'d>(path: &Path, document: &'d Document) -> Vec<(PathBuf, &'d Scene, f
 }
 
 impl ExerciseBundle {
+    /// Remarks with their places in the exercise's document, which is called `file`.
+    ///
+    /// # Errors
+    /// When the document, read once already, is refused.
+    pub fn place(&self, file: &str, remarks: &[Remark]) -> Result<Vec<Issue>, DocumentError> {
+        if remarks.is_empty() {
+            return Ok(Vec::new());
+        }
+        let doc = Walked::new(Source::new(file, &self.exercise_bytes)?, &EXERCISE)?;
+        let issue = |Remark { field, found, allowed }: &Remark| doc.issue(field, found.clone(), allowed.clone());
+        Ok(remarks.iter().map(issue).collect())
+    }
+
     /// Every unsound rupture in its scene, placed in the scene's document.
     ///
     /// # Errors

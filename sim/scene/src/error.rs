@@ -19,6 +19,17 @@ pub struct Issue {
     pub allowed: Phrase,
 }
 
+/// What somebody other than the reader has to say of a field of a document that can be read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remark {
+    /// Dotted path of the field, for example `rubric[0].full`.
+    pub field: String,
+    /// What was found.
+    pub found: Phrase,
+    /// What would be right, in words.
+    pub allowed: Phrase,
+}
+
 /// A refused document: at least one issue.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}", .issues.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]

@@ -12,6 +12,9 @@ use crate::feedback::Feedback;
 pub struct RubricLine {
     /// Metric id, for example `depth_error_mm`.
     pub metric: String,
+    /// Version of the metric's definition; 1 where the document names none.
+    #[serde(default = "first", skip_serializing_if = "is_first")]
+    pub version: u32,
     /// Value that earns everything, in the metric's unit. For a range metric, the distance from 0.
     pub full: f64,
     /// Value that earns nothing.
@@ -25,10 +28,39 @@ pub struct RubricLine {
 pub struct HardFail {
     /// Metric id, for example `structure_hits.vessel` or `peak_force_n`.
     pub metric: String,
+    /// Version of the metric's definition; 1 where the document names none.
+    #[serde(default = "first", skip_serializing_if = "is_first")]
+    pub version: u32,
     /// The attempt fails when the value is above this.
     pub above: f64,
     /// Said to the trainee.
     pub why: String,
+}
+
+/// The version that a document means which names none: such documents were written when there was no other, and their bytes must
+/// mean the same for ever.
+const fn first() -> u32 {
+    1
+}
+
+/// As serde asks: by reference.
+const fn is_first(version: &u32) -> bool {
+    *version == first()
+}
+
+/// What must have happened in an attempt before it earns anything.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Required {
+    /// Layer whose upper boundary the tip must have opened.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reached: Option<String>,
+    /// Largest distance of the depth at confirm from the target depth, in mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within_mm: Option<f64>,
+    /// The position must have been confirmed with the tip in the body.
+    pub confirmed: bool,
+    /// The needle must have left the body by the end.
+    pub withdrawn: bool,
 }
 
 /// A declarative coaching rule.
@@ -67,6 +99,9 @@ pub struct Exercise {
     pub time_limit_s: f64,
     /// What the trainee is given.
     pub feedback: Feedback,
+    /// What must have happened before anything is earned; also: whether a boundary that was never opened earns nothing. Absent in a
+    /// document without the table, which is judged as it was before there was one.
+    pub required: Option<Required>,
     /// Rubric; at least one line.
     pub rubric: Vec<RubricLine>,
     /// Hard fails.
@@ -117,13 +152,27 @@ impl Exercise {
         }
     }
 
-    /// Lower-case hexadecimal SHA-256 of the rubric in canonical form: lines, hard fails and pass mark, and nothing else.
+    /// Takes over what decides a score from another exercise; what was asked of the trainee stays.
+    pub fn judge_by(&mut self, other: &Self) {
+        self.required.clone_from(&other.required);
+        self.rubric.clone_from(&other.rubric);
+        self.hard_fails.clone_from(&other.hard_fails);
+        self.pass_mark = other.pass_mark;
+    }
+
+    /// Lower-case hexadecimal SHA-256 of the rubric in canonical form: lines, hard fails, pass mark and what is required, and
+    /// nothing else.
     ///
     /// Canonical form: compact JSON with its keys in the order of [`Judgement`]'s fields, every number in the shortest
-    /// form that reads back to the same f64. A comment, a briefing or another order of keys changes nothing.
+    /// form that reads back to the same f64; a version of 1 and an absent `[required]` are left out. A comment, a briefing or another order of keys changes nothing.
     #[must_use]
     pub fn rubric_sha256(&self) -> String {
-        let judgement = Judgement { rubric: &self.rubric, hard_fail: &self.hard_fails, pass_mark: self.pass_mark };
+        let judgement = Judgement {
+            rubric: &self.rubric,
+            hard_fail: &self.hard_fails,
+            pass_mark: self.pass_mark,
+            required: self.required.as_ref(),
+        };
         // A judgement holds only text and numbers under text keys: its serialisation has no way to fail.
         hex::encode(Sha256::digest(serde_json::to_vec(&judgement).unwrap_or_default()))
     }
@@ -135,4 +184,6 @@ struct Judgement<'e> {
     rubric: &'e [RubricLine],
     hard_fail: &'e [HardFail],
     pass_mark: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    required: Option<&'e Required>,
 }

@@ -33,8 +33,8 @@ mod walk;
 
 pub use check::{along_path, check};
 pub use curriculum::{Curriculum, MasteryRule};
-pub use error::{DocumentError, Issue};
-pub use exercise::{CoachingRule, Exercise, HardFail, RubricLine};
+pub use error::{DocumentError, Issue, Remark};
+pub use exercise::{CoachingRule, Exercise, HardFail, Required, RubricLine};
 pub use feedback::{Channel, Feedback};
 pub use instrument::Instrument;
 pub use load::{Document, DocumentKind, ExerciseBundle};

@@ -220,7 +220,8 @@ fn read_named<T>(
 }
 
 /// The path of a file that a document names relative to itself.
-pub(crate) fn beside(document: &Path, file: &str) -> PathBuf {
+#[must_use]
+pub fn beside(document: &Path, file: &str) -> PathBuf {
     document.parent().unwrap_or(Path::new("")).join(file)
 }
 

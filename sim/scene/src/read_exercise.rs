@@ -5,9 +5,9 @@ use mechanics::phrase::Phrase;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::describe::{EXERCISE, measure};
+use crate::describe::{EXERCISE, measure, one_of};
 use crate::error::DocumentError;
-use crate::exercise::{CoachingRule, Exercise, HardFail, RubricLine};
+use crate::exercise::{CoachingRule, Exercise, HardFail, Required, RubricLine};
 use crate::feedback::Feedback;
 use crate::metrics;
 use crate::model::Scene;
@@ -27,6 +27,8 @@ struct RawExercise {
     feedback: Feedback,
     entry: RawEntry,
     target: RawTarget,
+    #[serde(default)]
+    required: Option<Required>,
     rubric: Vec<RubricLine>,
     hard_fail: Vec<HardFail>,
     coaching: Vec<CoachingRule>,
@@ -78,6 +80,7 @@ fn check(doc: &mut Walked, scene: Option<&Scene>) {
         check_metric(doc, fail, &format!("hard_fail[{at}]"), scene);
     }
     check_coaching(doc);
+    check_reached(doc, scene);
     if let (Some(scene), Some(depth_mm)) = (scene, doc.value["target"]["depth_mm"].as_f64()) {
         let length_mm = scene.needle.length_mm;
         if depth_mm > length_mm {
@@ -91,6 +94,26 @@ fn check_metric(doc: &mut Walked, table: &Value, path: &str, scene: Option<&Scen
     let (Some(metric), Some(scene)) = (table["metric"].as_str(), scene) else { return };
     if let Some(allowed) = metrics::refusal(metric, scene) {
         doc.refuse(&format!("{path}.metric"), Phrase::quoted(metric), allowed);
+        return;
+    }
+    let newest = metrics::newest_version(metric);
+    if table["version"].as_u64().is_some_and(|version| version > u64::from(newest)) {
+        let allowed = phrase!(
+            "{metric} has no such version; allowed: 1 to {newest}",
+            metric = metric,
+            newest = u64::from(newest)
+        );
+        doc.refuse(&format!("{path}.version"), Phrase::data(&table["version"]), allowed);
+    }
+}
+
+/// The layer to be reached is one of the scene's.
+fn check_reached(doc: &mut Walked, scene: Option<&Scene>) {
+    let Some(scene) = scene else { return };
+    let Some(layer) = doc.value["required"]["reached"].as_str().map(str::to_owned) else { return };
+    let layers: Vec<&str> = scene.layers.iter().map(|l| l.name.as_str()).collect();
+    if !layers.contains(&layer.as_str()) {
+        doc.refuse("required.reached", Phrase::quoted(&layer), one_of(&layers));
     }
 }
 
@@ -119,6 +142,7 @@ fn exercise(raw: RawExercise, sha256: String) -> Exercise {
         target_depth_mm: raw.target.depth_mm,
         time_limit_s: raw.time_limit_s,
         feedback: raw.feedback,
+        required: raw.required,
         rubric: raw.rubric,
         hard_fails: raw.hard_fail,
         pass_mark: raw.pass_mark,

@@ -1,7 +1,7 @@
 //! Grading again by another rubric: an act of its own, shown before it is done. One attempt by the rubric of today here, every
 //! attempt at an exercise by that of any revision in [`exercise`].
 //!
-//! What was asked of the trainee stays as it was: only lines, limits and pass mark are those of the rubric.
+//! What was asked of the trainee stays as it was: only lines, limits, pass mark and what is required are those of the rubric.
 
 pub mod exercise;
 
@@ -80,9 +80,7 @@ impl Rubric {
         let Self(rubric) = self.clone();
         let judged = recordings::with(state, path, move |recording| {
             let mut tried = own_exercise(&recording)?;
-            tried.exercise.rubric = rubric.rubric;
-            tried.exercise.hard_fails = rubric.hard_fails;
-            tried.exercise.pass_mark = rubric.pass_mark;
+            tried.exercise.judge_by(&rubric);
             assess(&recording, &tried)
         });
         Ok(judged.await?.map_err(|error| anyhow::Error::from(error).context("a stored recording"))?)

@@ -66,6 +66,8 @@ pub struct ExerciseView {
     pub rubric: Vec<RubricLineView>,
     /// Limits that fail the attempt: metric and limit, and what is said.
     pub hard_fails: Vec<(String, String)>,
+    /// What must have happened before anything is earned.
+    pub required: Vec<String>,
     /// Score needed to pass, 0–100.
     pub pass_mark: f64,
 }
@@ -102,6 +104,7 @@ impl ExerciseView {
             facts: facts(bundle),
             rubric: exercise.rubric.iter().map(|l| rubric_line(l, weights)).collect(),
             hard_fails: exercise.hard_fails.iter().map(hard_fail).collect(),
+            required: exercise.required.as_ref().map(required).unwrap_or_default(),
             pass_mark: exercise.pass_mark,
         }
     }
@@ -136,7 +139,7 @@ fn facts(bundle: &ExerciseBundle) -> Vec<(&'static str, String)> {
 }
 
 fn rubric_line(line: &scene::RubricLine, weights: f64) -> RubricLineView {
-    let (label, definition, unit) = metric_words(&line.metric);
+    let (label, definition, unit) = metric_words(&line.metric, line.version);
     RubricLineView {
         label,
         definition,
@@ -146,15 +149,27 @@ fn rubric_line(line: &scene::RubricLine, weights: f64) -> RubricLineView {
     }
 }
 
+/// What must have happened before anything is earned, in words.
+fn required(required: &scene::Required) -> Vec<String> {
+    let reached =
+        required.reached.as_ref().map(|layer| tr!("the tip has opened {layer}", layer = anatomy::said(layer)));
+    let within = required
+        .within_mm
+        .map(|mm| tr!("the position is within {distance} of the target depth", distance = format::stated(mm, "mm")));
+    let confirmed = required.confirmed.then(|| tr!("the position was confirmed in the body").to_owned());
+    let withdrawn = required.withdrawn.then(|| tr!("the needle was withdrawn").to_owned());
+    [reached, within, confirmed, withdrawn].into_iter().flatten().collect()
+}
+
 fn hard_fail(limit: &scene::HardFail) -> (String, String) {
-    let (label, _, unit) = metric_words(&limit.metric);
+    let (label, _, unit) = metric_words(&limit.metric, limit.version);
     (tr!("{label} above {limit}", label = label, limit = format::stated(limit.above, unit)), limit.why.clone())
 }
 
-/// Label, definition and unit of a metric id, plain or split.
-fn metric_words(id: &str) -> (String, String, &'static str) {
-    let unit = assessment::catalogue::definition(id).map_or("", |definition| definition.unit);
-    (metric::label(id), metric::definition(id), unit)
+/// Label, definition and unit of a version of a metric, plain or split.
+fn metric_words(id: &str, version: u32) -> (String, String, &'static str) {
+    let unit = assessment::catalogue::definition(id, version).map_or("", |definition| definition.unit);
+    (metric::label(id), metric::definition(id, version), unit)
 }
 
 /// The plane through the planned needle, seen from the side.

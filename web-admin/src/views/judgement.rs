@@ -100,7 +100,10 @@ pub struct MetricRow {
 
 /// Headings, and the beginnings of the ids below them.
 const GROUPS: [(&str, &[&str]); 5] = [
-    (sentence!("Accuracy"), &["depth_error", "overshoot", "tip_error", "entry_error", "angle_error"]),
+    (
+        sentence!("Accuracy"),
+        &["depth_error", "overshoot", "tip_error", "entry_error", "angle_error", "reached", "confirmed", "withdrawn"],
+    ),
     (sentence!("Force"), &["peak_force", "rupture_force", "force_", "lateral_peak"]),
     (sentence!("After each pop"), &["over_insertion", "stop_time"]),
     (
@@ -145,14 +148,14 @@ impl Judgement {
 }
 
 fn rubric_row(graded: &Graded<'_>, deduction: &Deduction) -> RubricRow {
-    let measured = graded.metrics.iter().find(|m| m.id == deduction.metric);
+    let measured = graded.metrics.iter().find(|m| m.id == deduction.metric && m.version == deduction.version);
     let unit = measured.map_or("", |m| m.unit.as_str());
     let line = graded.exercise.and_then(|e| e.rubric.iter().find(|l| l.metric == deduction.metric));
     let weights: f64 = graded.exercise.map_or(0.0, |e| e.rubric.iter().map(|l| l.weight).sum());
     let available = line.filter(|_| weights > 0.0).map(|l| l.weight / weights * 100.0);
     RubricRow {
         label: measured.map_or_else(|| metric::label(&deduction.metric), |m| metric::label_of(&m.id, &m.label)),
-        definition: metric::definition(&deduction.metric),
+        definition: metric::definition(&deduction.metric, deduction.version),
         value: measured.map_or_else(|| tr!("not measured").to_owned(), value),
         full: line.map_or_else(String::new, |l| format::stated(l.full, unit)),
         zero: line.map_or_else(String::new, |l| format::stated(l.zero, unit)),
@@ -170,10 +173,13 @@ fn value(metric: &Metric) -> String {
     }
 }
 
-/// The metrics that the rubric does not judge, each below the first heading that claims it.
+/// The metrics that the rubric does not judge, by the newest definition that they were measured by, each below the first heading that
+/// claims it.
 fn groups(graded: &Graded<'_>) -> Vec<Group> {
     let mut groups = GROUPS.map(|(title, _)| Group { title: words::say(title), rows: Vec::new(), absent: Vec::new() });
-    for metric in graded.metrics.iter().filter(|m| graded.deductions.iter().all(|d| d.metric != m.id)) {
+    let is_newest = |m: &Metric| graded.metrics.iter().all(|other| other.id != m.id || other.version <= m.version);
+    let unjudged = |m: &&Metric| is_newest(m) && graded.deductions.iter().all(|d| d.metric != m.id);
+    for metric in graded.metrics.iter().filter(unjudged) {
         let claims = |(_, starts): &(&str, &[&str])| starts.iter().any(|start| metric.id.starts_with(start));
         if let Some(index) = GROUPS.iter().position(claims) {
             let row = metric_row(metric);
@@ -190,7 +196,7 @@ fn groups(graded: &Graded<'_>) -> Vec<Group> {
 fn metric_row(measured: &Metric) -> MetricRow {
     MetricRow {
         label: metric::label_of(&measured.id, &measured.label),
-        definition: metric::definition(&measured.id),
+        definition: metric::definition(&measured.id, measured.version),
         value: value(measured),
         better: match measured.direction {
             assessment::Direction::Lower => tr!("lower"),

@@ -19,20 +19,25 @@ pub fn label(id: &str) -> String {
 /// Name of a metric that was measured, with a capital; its own where the catalogue has it no more.
 #[must_use]
 pub fn label_of(id: &str, label: &str) -> String {
-    if catalogue::definition(id).is_none() && !label.is_empty() {
+    if catalogue::newest(id).is_none() && !label.is_empty() {
         return format::sentence(label);
     }
     self::label(id)
 }
 
-/// How a metric is defined; empty for one that the catalogue has not.
+/// How a version of a metric is defined; empty for one that the catalogue has not. A later version than the first says so.
 #[must_use]
-pub fn definition(id: &str) -> String {
-    catalogue::definition(id).map_or_else(String::new, |d| words::known(d.definition))
+pub fn definition(id: &str, version: u32) -> String {
+    let definition = catalogue::definition(id, version).map_or_else(String::new, |d| words::known(d.definition));
+    match version {
+        0 | 1 => definition,
+        _ if definition.is_empty() => definition,
+        _ => tr!("{definition} (Version {version})", definition = definition, version = version),
+    }
 }
 
 fn words_of(id: &str) -> String {
-    let Some(definition) = catalogue::definition(id) else { return id.to_owned() };
+    let Some(definition) = catalogue::newest(id) else { return id.to_owned() };
     let metric = words::known(definition.label);
     let Some((_, part)) = id.split_once('.') else { return metric };
     match (definition.split, part.rsplit_once('.')) {
@@ -65,7 +70,7 @@ pub fn short_reason(deduction: &Deduction) -> String {
 /// Why an attempt failed whatever its points: the author's words, and the figures in the reader's language.
 #[must_use]
 pub fn hard_fail(why: &str) -> String {
-    let Some((words, figures)) = why.rsplit_once(" (") else { return why.to_owned() };
+    let Some((words, figures)) = why.rsplit_once(" (") else { return words::known(why) };
     let taken = figures.strip_suffix(')').and_then(|figures| figures.rsplit_once(", limit "));
     let Some((found, limit)) = taken else { return why.to_owned() };
     let split = |c: char| c.is_ascii_digit() || c == '−';
@@ -109,7 +114,7 @@ fn in_own_language(metric: &str, why: &str) -> Option<String> {
     if let Some(found) = why.strip_suffix(" too shallow") {
         return Some(tr!("{found} too shallow", found = format::decimal(found)));
     }
-    let definition = catalogue::definition(metric)?;
+    let definition = catalogue::newest(metric)?;
     let english =
         metric.split_once('.').map_or_else(|| definition.label.to_owned(), |(_, part)| definition.label_of(part));
     let rest = why.strip_prefix(&english)?;
@@ -146,14 +151,14 @@ mod tests {
     use super::*;
 
     fn german(metric: &str, why: &str) -> String {
-        let deduction = Deduction { metric: metric.to_owned(), points: 6.0, why: why.to_owned() };
+        let deduction = Deduction { metric: metric.to_owned(), version: 1, points: 6.0, why: why.to_owned() };
         words::within(Language::named("de").expect("German"), || reason(&deduction))
     }
 
     #[test]
     fn english_reasons_stay_as_they_were_kept() {
         let why = "overshoot 1.9 mm, full marks for 0.5 mm or less – brace the hand: −6 points".to_owned();
-        let deduction = Deduction { metric: "overshoot_mm".to_owned(), points: 6.0, why };
+        let deduction = Deduction { metric: "overshoot_mm".to_owned(), version: 1, points: 6.0, why };
         assert_eq!(reason(&deduction), "Overshoot 1.9 mm, full marks for 0.5 mm or less – brace the hand");
         assert_eq!(short_reason(&deduction), "Overshoot 1.9 mm");
     }
@@ -175,6 +180,13 @@ mod tests {
     }
 
     #[test]
+    fn a_later_version_of_a_definition_says_so() {
+        let [first, second] = [1, 2].map(|version| definition("stop_time_s.skin.rim", version));
+        assert!(!first.is_empty() && !first.contains('(') && second.ends_with("(Version 2)"), "{first} {second}");
+        assert_eq!(definition("stop_time_s", 9) + &definition("charm", 2), "");
+    }
+
+    #[test]
     fn what_cannot_be_taken_apart_is_shown_as_it_was_kept() {
         assert_eq!(german("overshoot_mm", "went too far: −6 points"), "Went too far");
         assert_eq!(german("charm", "charm 3: −6 points"), "Charm 3");
@@ -186,6 +198,10 @@ mod tests {
         assert_eq!(hard_fail(why), why);
         let german = words::within(Language::named("de").expect("German"), || hard_fail(why));
         assert_eq!(german, "The force went above 10 N (Spitzenkraft 12,3 N, Grenze 10 N)");
+        let unmet = "Nothing is earned: the position was not confirmed.";
+        assert_eq!(hard_fail(unmet), unmet);
+        let german = words::within(Language::named("de").expect("German"), || hard_fail(unmet));
+        assert_ne!(german, unmet);
         assert_eq!(hard_fail("worded by hand"), "worded by hand");
         assert_eq!(hard_fail("worded (by hand)"), "worded (by hand)");
     }

@@ -132,7 +132,8 @@ fn curve_stages() -> Vec<StageSpan> {
 
 /// "Stop in the fat" on a lower back with a vessel.
 pub(super) fn bundle() -> ExerciseBundle {
-    let line = |metric: &str, full, zero, weight| RubricLine { metric: metric.to_owned(), full, zero, weight };
+    let line =
+        |metric: &str, full, zero, weight| RubricLine { metric: metric.to_owned(), version: 1, full, zero, weight };
     let exercise = Exercise {
         id: "stop-in-the-fat".to_owned(),
         title: "Stop in the fat".to_owned(),
@@ -145,6 +146,12 @@ pub(super) fn bundle() -> ExerciseBundle {
         target_depth_mm: 20.0,
         time_limit_s: 180.0,
         feedback: scene::Feedback::Both,
+        required: Some(scene::Required {
+            reached: Some("fat".to_owned()),
+            within_mm: Some(8.0),
+            confirmed: true,
+            withdrawn: true,
+        }),
         rubric: vec![
             line("depth_error_mm", 0.5, 8.0, 5.0),
             line("overshoot_mm", 0.5, 6.0, 3.0),
@@ -153,6 +160,7 @@ pub(super) fn bundle() -> ExerciseBundle {
         ],
         hard_fails: vec![HardFail {
             metric: "structure_hits.vessel".to_owned(),
+            version: 1,
             above: 0.0,
             why: "The needle hit the vessel.".to_owned(),
         }],
@@ -265,7 +273,7 @@ pub(super) fn metrics() -> Vec<Metric> {
 }
 
 fn metric(id: &str, value: Option<f64>) -> Metric {
-    let definition = assessment::catalogue::definition(id);
+    let definition = assessment::catalogue::newest(id);
     let label = definition.map_or_else(String::new, |d| {
         id.split_once('.').map_or_else(|| d.label.to_owned(), |(_, part)| d.label_of(part))
     });
@@ -278,8 +286,12 @@ fn metric(id: &str, value: Option<f64>) -> Metric {
 }
 
 pub(super) fn judgement() -> Judgement {
-    let deduction =
-        |metric: &str, points: f64, why: &str| Deduction { metric: metric.to_owned(), points, why: why.to_owned() };
+    let deduction = |metric: &str, points: f64, why: &str| Deduction {
+        metric: metric.to_owned(),
+        version: 1,
+        points,
+        why: why.to_owned(),
+    };
     let deductions = [
         deduction("depth_error_mm", 7.95, "1.9 mm too deep: −8 points"),
         deduction(

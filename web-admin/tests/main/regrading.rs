@@ -98,6 +98,8 @@ impl School {
     /// As if they had been measured before their definitions were changed.
     async fn forget_metrics(&self, attempt: Uuid) {
         let older = async |tx: &mut SqliteConnection| {
+            let later = sqlx::query("DELETE FROM metrics WHERE version > 1 AND session_id = $1").bind(attempt);
+            later.execute(&mut *tx).await.unwrap();
             let older = sqlx::query("UPDATE metrics SET version = 0 WHERE session_id = $1").bind(attempt);
             assert!(older.execute(tx).await.unwrap().rows_affected() > 0);
         };

@@ -17,7 +17,7 @@ use polib::po_file;
 mod choice;
 
 /// Words that are data as well, and are said by `words::known`: of libraries that speak English alone.
-const KNOWN: [&str; 24] = [
+const KNOWN: [&str; 32] = [
     "the needle never reached the skin",
     "the needle never went through the skin",
     "the needle did not reach this layer",
@@ -26,6 +26,14 @@ const KNOWN: [&str; 24] = [
     "the recording holds no energy ledger",
     "the recording is too short to tell a speed",
     "the recorded numbers yield no value",
+    "the needle did not reach the layer that is asked for",
+    "the position is too far from the target",
+    "the position was not confirmed",
+    "the needle was not withdrawn",
+    "Nothing is earned: the needle did not reach the layer that is asked for.",
+    "Nothing is earned: the position is too far from the target.",
+    "Nothing is earned: the position was not confirmed.",
+    "Nothing is earned: the needle was not withdrawn.",
     "target",
     "vessel",
     "nerve",

@@ -1,4 +1,8 @@
-//! The metric catalogue, version 1: what each metric means, where it applies, which way is better.
+//! The metric catalogue: what each version of each metric means, where it applies, which way is better, and whether a rubric
+//! should ask for it.
+//!
+//! A changed definition is a new version beside the old one. Both are computed for every attempt, and a rubric line says which it
+//! means; one that says nothing means the first, since it was written when there was no other.
 
 mod table;
 
@@ -74,6 +78,10 @@ pub struct Definition {
     pub domain: &'static str,
     /// What to do about it, for a trainee who lost points.
     pub advice: &'static str,
+    /// Where the definition, or what is not ours in it, comes from; empty where it is this simulator's own.
+    pub source: &'static str,
+    /// Why no rubric should ask for it; empty where one may. Rubrics that do are judged all the same.
+    pub unoffered: &'static str,
     /// The id without a suffix is a metric.
     pub plain: bool,
     /// The id with a suffix is a metric.
@@ -97,12 +105,27 @@ impl Definition {
     }
 }
 
-/// The definition behind a metric id, plain or split.
+/// A version of the definition behind a metric id, plain or split.
 #[must_use]
-pub fn definition(metric_id: &str) -> Option<&'static Definition> {
+pub fn definition(metric_id: &str, version: u32) -> Option<&'static Definition> {
+    versions(metric_id).find(|definition| definition.version == version)
+}
+
+/// The newest definition behind a metric id, plain or split. All its versions have one label, unit and direction.
+#[must_use]
+pub fn newest(metric_id: &str) -> Option<&'static Definition> {
+    versions(metric_id).max_by_key(|definition| definition.version)
+}
+
+fn versions(metric_id: &str) -> impl Iterator<Item = &'static Definition> {
     let base = metric_id.split_once('.').map_or(metric_id, |(base, _)| base);
     let is_split = base.len() < metric_id.len();
-    DEFINITIONS.iter().find(|d| d.id == base && if is_split { d.split.is_some() } else { d.plain })
+    DEFINITIONS.iter().filter(move |d| d.id == base && if is_split { d.split.is_some() } else { d.plain })
+}
+
+/// The version that whoever names none means.
+pub(crate) const fn first() -> u32 {
+    1
 }
 
 #[cfg(test)]
@@ -116,7 +139,11 @@ mod tests {
     fn every_row_is_complete_and_unique() {
         for (i, d) in DEFINITIONS.iter().enumerate() {
             assert!(d.plain || d.split.is_some(), "{} can be no metric", d.id);
-            assert!(DEFINITIONS[..i].iter().all(|other| other.id != d.id), "{} is listed twice", d.id);
+            let same = |other: &&Definition| other.id == d.id;
+            let before = DEFINITIONS[..i].iter().filter(same).count();
+            assert_eq!(u32::try_from(before + 1), Ok(d.version), "{} lacks a version or has one twice", d.id);
+            let shown = |d: &Definition| (d.label, d.unit, d.direction, d.plain, d.split);
+            assert!(DEFINITIONS.iter().filter(same).all(|other| shown(other) == shown(d)), "{} has two faces", d.id);
             for words in [d.unit, d.label, d.definition, d.domain, d.advice] {
                 assert!(!words.is_empty(), "{} lacks words", d.id);
             }
@@ -125,16 +152,23 @@ mod tests {
 
     #[test]
     fn plain_and_split_ids_are_told_apart() {
-        assert_eq!(definition("peak_force_n").map(|d| d.unit), Some("N"));
-        assert_eq!(definition("peak_force_layer_n.deep fat").map(|d| d.id), Some("peak_force_layer_n"));
-        assert_eq!(definition("peak_force_layer_n"), None, "only by layer");
-        assert_eq!(definition("peak_force_n.skin"), None, "not by layer");
-        assert_eq!(definition("charm"), None);
+        assert_eq!(newest("peak_force_n").map(|d| d.unit), Some("N"));
+        assert_eq!(newest("peak_force_layer_n.deep fat").map(|d| d.id), Some("peak_force_layer_n"));
+        assert_eq!(newest("peak_force_layer_n"), None, "only by layer");
+        assert_eq!(newest("peak_force_n.skin"), None, "not by layer");
+        assert_eq!(newest("charm"), None);
+    }
+
+    #[test]
+    fn every_version_is_found_and_no_other() {
+        let versions = [1, 2, 3].map(|version| definition("stop_time_s.skin.rim", version).map(|d| d.version));
+        assert_eq!(versions, [Some(1), Some(2), None]);
+        assert_eq!(newest("stop_time_s").map(|d| d.version), Some(2));
     }
 
     #[test]
     fn split_labels_read_as_words() {
-        let label = |id: &str| definition(id).map(|d| d.label_of(id.split_once('.').map_or("", |(_, s)| s)));
+        let label = |id: &str| newest(id).map(|d| d.label_of(id.split_once('.').map_or("", |(_, s)| s)));
         assert_eq!(label("peak_force_layer_n.fat").as_deref(), Some("peak force in fat"));
         assert_eq!(label("over_insertion_mm.fat.rim").as_deref(), Some("advance after the pop, rim into fat"));
         assert_eq!(label("structure_clearance_mm.left kidney").as_deref(), Some("clearance to left kidney"));

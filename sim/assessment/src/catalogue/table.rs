@@ -20,6 +20,8 @@ const fn row(id: &'static str, unit: &'static str, direction: Direction) -> Defi
         definition: "",
         domain: TOUCHED,
         advice: "",
+        source: "",
+        unoffered: "",
         plain: true,
         split: None,
     }
@@ -28,6 +30,19 @@ const fn row(id: &'static str, unit: &'static str, direction: Direction) -> Defi
 impl Definition {
     const fn says(self, label: &'static str, definition: &'static str, advice: &'static str) -> Self {
         Self { label, definition, advice, ..self }
+    }
+
+    /// The next version of the row above: another definition of the same thing.
+    const fn anew(self, definition: &'static str, source: &'static str) -> Self {
+        Self { version: 2, definition, source, ..self }
+    }
+
+    const fn after(self, source: &'static str) -> Self {
+        Self { source, ..self }
+    }
+
+    const fn unoffered(self, why: &'static str) -> Self {
+        Self { unoffered: why, ..self }
     }
 
     const fn applies(self, domain: &'static str) -> Self {
@@ -43,7 +58,56 @@ impl Definition {
     }
 }
 
-/// Every metric of version 1.
+const BEHIND_4_HZ: &str =
+    "physiological tremor lies at 8 to 12 Hz (Elble and Koller 1990, Tremor); behind 4 Hz at most 6 % of it are left";
+const PATH_OF_TREMOR: &str = "most of it is the way of the tremor; version 2 looks at it behind 4 Hz";
+const SLOW_IS_GOOD: &str =
+    "whoever is quick is better by it: virtual novices, who hurry, beat experts, who take their time";
+const PERKTUTOR: &str = "PerkTutor, PythonMetrics: threshold and debounce (Ungi and others 2012, Perk Tutor: an open-source training platform for ultrasound-guided needle insertions)";
+
+const STOP_TIME: Definition = row("stop_time_s", "s", Lower).also_by(Split::Boundary).applies(RUPTURED).says(
+    "time to stop after the pop",
+    "Time from a rupture to the first moment at which the axial speed is below 0.5 mm/s.",
+    "stop as soon as you feel the pop",
+);
+
+const PATH_LENGTH: Definition = row("path_length_mm", "mm", Lower).applies(MOVING).says(
+    "path length",
+    "Length of the low-passed path of the tip.",
+    "move directly to the entry and the target",
+);
+
+const PATH_IN_TISSUE: Definition = row("path_in_tissue_mm", "mm", Lower).applies(INSIDE).says(
+    "path length in tissue",
+    "Length of the low-passed path of the tip while deeper than 0.",
+    "move directly to the target",
+);
+
+const AXIS_TRAVEL: Definition = row("axis_travel_mm", "mm", Lower).applies(MOVING).says(
+    "travel along the axis",
+    "Sum of the magnitudes of the low-passed displacements of the tip along the needle's axis.",
+    "avoid pumping in and out",
+);
+
+const IDLE: Definition = row("idle_fraction", "1", Lower).applies(INSIDE).says(
+    "share of idle time",
+    "Share of the time in tissue with the tip slower than 0.2 mm/s.",
+    "know the next step before you start",
+);
+
+const TRANSLATIONAL: Definition = row("translational_actions", "count", Lower).applies(MOVING).says(
+    "translational actions",
+    "Number of runs longer than 0.2 s with the tip faster than 5 mm/s.",
+    "move slowly and directly",
+);
+
+const ROTATIONAL: Definition = row("rotational_actions", "count", Lower).applies(MOVING).says(
+    "rotational actions",
+    "Number of runs longer than 0.2 s with the needle turning faster than 50°/s.",
+    "turn the needle slowly and seldom",
+);
+
+/// Every version of every metric.
 pub const DEFINITIONS: &[Definition] = &[
     row("depth_error_mm", "mm", Range).says(
         "depth error",
@@ -90,16 +154,17 @@ pub const DEFINITIONS: &[Definition] = &[
         "Furthest advance beyond the rupture in the second that follows it.",
         "brace the hand and expect the pop",
     ),
-    row("stop_time_s", "s", Lower).also_by(Split::Boundary).applies(RUPTURED).says(
-        "time to stop after the pop",
-        "Time from a rupture to the first moment at which the axial speed is below 0.5 mm/s.",
-        "stop as soon as you feel the pop",
+    STOP_TIME.unoffered("in a trembling hand the first moment of slowness comes sooner than anybody reacts; version 2 asks for one that lasts"),
+    STOP_TIME.anew(
+        "Time from a rupture to the first moment from which the advance, behind 4 Hz, stays within 0.1 mm for 0.2 s.",
+        "the band is as fast as the limit of version 1, 0.5 mm/s; its 0.2 s are PerkTutor's for an action",
     ),
     row("force_impulse_ns", "N·s", Lower).says(
         "force impulse",
         "Integral over time of the axial force on the hand.",
         "push no longer and no harder than you must",
-    ),
+    )
+    .unoffered(SLOW_IS_GOOD),
     row("force_rate_peak_n_per_s", "N/s", Lower).says(
         "peak force rate",
         "Largest rate of rise of the low-passed axial force, the falls at ruptures and 0.05 s on either side taken out.",
@@ -159,26 +224,28 @@ pub const DEFINITIONS: &[Definition] = &[
         "total time",
         "Time from the first sample to the last.",
         "work without pauses",
-    ),
+    )
+    .unoffered(SLOW_IS_GOOD),
     row("time_in_tissue_s", "s", Lower).applies(INSIDE).says(
         "time in tissue",
         "Time with the tip deeper than 0.",
         "work without pauses once inside",
+    )
+    .unoffered(SLOW_IS_GOOD),
+    PATH_LENGTH.unoffered(PATH_OF_TREMOR),
+    PATH_LENGTH.anew(
+        "Length of the path of the tip behind 4 Hz.",
+        BEHIND_4_HZ,
     ),
-    row("path_length_mm", "mm", Lower).applies(MOVING).says(
-        "path length",
-        "Length of the low-passed path of the tip.",
-        "move directly to the entry and the target",
+    PATH_IN_TISSUE.unoffered(PATH_OF_TREMOR),
+    PATH_IN_TISSUE.anew(
+        "Length of the path of the tip behind 4 Hz while deeper than 0.",
+        BEHIND_4_HZ,
     ),
-    row("path_in_tissue_mm", "mm", Lower).applies(INSIDE).says(
-        "path length in tissue",
-        "Length of the low-passed path of the tip while deeper than 0.",
-        "move directly to the target",
-    ),
-    row("axis_travel_mm", "mm", Lower).applies(MOVING).says(
-        "travel along the axis",
-        "Sum of the magnitudes of the low-passed displacements of the tip along the needle's axis.",
-        "avoid pumping in and out",
+    AXIS_TRAVEL.unoffered(PATH_OF_TREMOR),
+    AXIS_TRAVEL.anew(
+        "Sum of the magnitudes of the displacements of the tip along the needle's axis, behind 4 Hz.",
+        BEHIND_4_HZ,
     ),
     row("path_deviation_sd_mm", "mm", Lower).applies(INSIDE).says(
         "spread about the planned line",
@@ -189,20 +256,42 @@ pub const DEFINITIONS: &[Definition] = &[
         "smoothness",
         "Log dimensionless jerk of the tip while deeper than 0: −ln(T³/v² ∫‖jerk‖² dt), T the time in tissue and v the peak speed there.",
         "move steadily",
+    ).after("Balasubramanian and others 2015, On the analysis of movement smoothness")
+    .unoffered("a jerk is mostly the tremor's, and grows with the time taken; ask for smoothness_sparc"),
+    row("smoothness_sparc", "1", Higher).applies("once the tip has moved for 0.1 s inside tissue").says(
+        "smoothness of the speed",
+        "Spectral arc length of the speed of the tip behind 4 Hz, at 50 Hz, from its first to its last moment deeper than 0: zeros to 16 times the length or more, up to 10 Hz, from an amplitude of 0.05 of the largest on.",
+        "move steadily",
+    )
+    .after("Balasubramanian and others 2015, On the analysis of movement smoothness: SPARC with the authors' own settings"),
+    IDLE.unoffered("a trembling hand is never slower than 0.2 mm/s; version 2 looks at it behind 4 Hz"),
+    IDLE.anew(
+        "Share of the time in tissue with the tip slower than 0.5 mm/s behind 4 Hz.",
+        "D'Angelo and others 2015, Idle time: an underdeveloped performance metric for assessing surgical skill; the limit is ours",
     ),
-    row("idle_fraction", "1", Lower).applies(INSIDE).says(
-        "share of idle time",
-        "Share of the time in tissue with the tip slower than 0.2 mm/s.",
-        "know the next step before you start",
+    TRANSLATIONAL.unoffered("5 mm/s is the speed of a tremor; version 2 has PerkTutor's threshold and debounce"),
+    TRANSLATIONAL.anew(
+        "Number of times the tip, behind 4 Hz, came to be faster than 50 mm/s: a change that lasts no longer than 0.2 s is none.",
+        PERKTUTOR,
     ),
-    row("translational_actions", "count", Lower).applies(MOVING).says(
-        "translational actions",
-        "Number of runs longer than 0.2 s with the tip faster than 5 mm/s.",
-        "move slowly and directly",
+    ROTATIONAL.unoffered("a run that a tremor interrupts counts twice; version 2 has PerkTutor's debounce"),
+    ROTATIONAL.anew(
+        "Number of times the needle, behind 4 Hz, came to turn faster than 50°/s: a change that lasts no longer than 0.2 s is none.",
+        PERKTUTOR,
     ),
-    row("rotational_actions", "count", Lower).applies(MOVING).says(
-        "rotational actions",
-        "Number of runs longer than 0.2 s with the needle turning faster than 50°/s.",
-        "turn the needle slowly and seldom",
+    row("reached", "1", Higher).only_by(Split::Layer).says(
+        "reached",
+        "1 where the tip has opened the layer's upper boundary, 0 where not.",
+        "go on until you feel the layer open",
+    ),
+    row("confirmed", "1", Higher).says(
+        "position confirmed",
+        "1 where the position was confirmed with the tip in the body, 0 where not.",
+        "confirm where you take the target to be, before you withdraw",
+    ),
+    row("withdrawn", "1", Higher).applies(INSIDE).says(
+        "needle withdrawn",
+        "1 where the needle was out of the body at the end, 0 where not.",
+        "withdraw the needle before you end",
     ),
 ];

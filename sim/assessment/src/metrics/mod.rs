@@ -4,12 +4,36 @@ mod depth;
 mod energy;
 mod force;
 mod path;
+mod procedure;
 mod rupture;
 mod structures;
 mod time;
 
 use crate::attempt::{Absent, Attempt, Outcome};
 use crate::catalogue::{DEFINITIONS, Direction, Metric};
+
+/// Which version of which metric.
+#[derive(Clone, Copy)]
+struct Id<'a> {
+    base: &'a str,
+    /// What it is split by; empty for a plain one.
+    suffix: &'a str,
+    version: u32,
+}
+
+impl<'a> Id<'a> {
+    const fn first(base: &'a str) -> Self {
+        Self { base, suffix: "", version: 1 }
+    }
+
+    const fn second(base: &'a str) -> Self {
+        Self { base, suffix: "", version: 2 }
+    }
+
+    const fn by(self, suffix: &'a str) -> Self {
+        Self { suffix, ..self }
+    }
+}
 
 /// Collects what the themes measure.
 #[derive(Default)]
@@ -18,14 +42,19 @@ struct Sheet {
 }
 
 impl Sheet {
-    /// Puts down a plain metric.
+    /// Puts down the first version of a plain metric.
     fn put(&mut self, id: &str, outcome: Outcome) {
-        self.enter(id, "", outcome);
+        self.enter(Id::first(id), outcome);
     }
 
-    /// Puts down a metric that is split by a suffix.
+    /// Puts down the second version of a plain metric.
+    fn put_anew(&mut self, id: &str, outcome: Outcome) {
+        self.enter(Id::second(id), outcome);
+    }
+
+    /// Puts down the first version of a metric that is split by a suffix.
     fn put_for(&mut self, id: &str, suffix: &str, outcome: Outcome) {
-        self.enter(id, suffix, outcome);
+        self.enter(Id::first(id).by(suffix), outcome);
     }
 
     /// Turns the metric just put down the other way.
@@ -35,14 +64,14 @@ impl Sheet {
         }
     }
 
-    fn enter(&mut self, id: &str, suffix: &str, outcome: Outcome) {
-        let row = DEFINITIONS.iter().enumerate().find(|(_, d)| d.id == id);
+    fn enter(&mut self, Id { base, suffix, version }: Id<'_>, outcome: Outcome) {
+        let row = DEFINITIONS.iter().enumerate().find(|(_, d)| d.id == base && d.version == version);
         let outcome = outcome.and_then(|value| if value.is_finite() { Ok(value) } else { Err(Absent::NotFinite) });
         self.rows.extend(row.map(|(order, definition)| {
             let (id, label) = if suffix.is_empty() {
-                (id.to_owned(), definition.label.to_owned())
+                (base.to_owned(), definition.label.to_owned())
             } else {
-                (format!("{id}.{suffix}"), definition.label_of(suffix))
+                (format!("{base}.{suffix}"), definition.label_of(suffix))
             };
             let metric = Metric {
                 id,
@@ -59,7 +88,7 @@ impl Sheet {
     }
 }
 
-/// Every metric of the catalogue, in its order; the plain form first, then the scene's layers or structures.
+/// Every version of every metric of the catalogue, in its order; the plain form first, then the scene's layers or structures.
 pub(crate) fn measure(attempt: &Attempt) -> Vec<Metric> {
     let mut sheet = Sheet::default();
     depth::measure(attempt, &mut sheet);
@@ -69,6 +98,7 @@ pub(crate) fn measure(attempt: &Attempt) -> Vec<Metric> {
     structures::measure(attempt, &mut sheet);
     path::measure(attempt, &mut sheet);
     time::measure(attempt, &mut sheet);
+    procedure::measure(attempt, &mut sheet);
     sheet.rows.sort_by_key(|(order, _)| *order);
     sheet.rows.into_iter().map(|(_, metric)| metric).collect()
 }

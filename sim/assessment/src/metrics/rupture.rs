@@ -1,6 +1,6 @@
 //! What each rupture cost: the force before it, the advance after it, the time to stop.
 
-use super::Sheet;
+use super::{Id, Sheet};
 use crate::attempt::{Absent, Attempt, Outcome, Rupture};
 use crate::signal::{RATE_HZ, derivative};
 
@@ -10,23 +10,30 @@ const WATCHED_S: f64 = 1.0;
 /// Axial speed at which the needle counts as stopped, in m/s.
 const STOPPED_M_PER_S: f64 = 0.5e-3;
 
+/// A needle stands while its advance stays within this, in m, for so long, in s.
+const BAND_M: f64 = 0.1e-3;
+const STANDS_S: f64 = 0.2;
+
 pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
-    put(attempt, sheet, "rupture_force_n", &|rupture| Ok(rupture.force_n));
-    put(attempt, sheet, "over_insertion_mm", &|rupture| Ok(over_insertion_mm(attempt, rupture)));
+    put(attempt, sheet, Id::first("rupture_force_n"), &|rupture| Ok(rupture.force_n));
+    put(attempt, sheet, Id::first("over_insertion_mm"), &|rupture| Ok(over_insertion_mm(attempt, rupture)));
     let speeds = attempt.motion().map(|motion| derivative(&motion.axial_m));
     let stop = |rupture: &Rupture| stop_time_s(attempt, speeds.as_ref().map_err(|absent| *absent)?, rupture);
-    put(attempt, sheet, "stop_time_s", &stop);
+    put(attempt, sheet, Id::first("stop_time_s"), &stop);
+    let stands = stands(attempt);
+    let stop = |rupture: &Rupture| stands_after_s(attempt, stands.as_ref().map_err(|absent| *absent)?, rupture);
+    put(attempt, sheet, Id::second("stop_time_s"), &stop);
 }
 
 /// Puts down the largest over all ruptures, and over those of each boundary and contactor.
-fn put(attempt: &Attempt, sheet: &mut Sheet, id: &str, of: &dyn Fn(&Rupture) -> Outcome) {
-    sheet.put(id, largest(attempt, of, |_| true));
+fn put(attempt: &Attempt, sheet: &mut Sheet, id: Id<'_>, of: &dyn Fn(&Rupture) -> Outcome) {
+    sheet.enter(id, largest(attempt, of, |_| true));
     let rim = attempt.bundle.scene.needle.tip_to_rim_mm > 0.0;
     for (i, layer) in attempt.bundle.scene.layers.iter().enumerate() {
         for by_rim in [false, true].into_iter().take(1 + usize::from(rim)) {
             let suffix = format!("{}.{}", layer.name, if by_rim { "rim" } else { "tip" });
             let outcome = largest(attempt, of, |r| r.boundary == i && r.by_rim == by_rim);
-            sheet.put_for(id, &suffix, outcome);
+            sheet.enter(id.by(&suffix), outcome);
         }
     }
 }
@@ -63,4 +70,22 @@ fn stop_time_s(attempt: &Attempt, speed_m_per_s: &[f64], rupture: &Rupture) -> O
         (after < STOPPED_M_PER_S).then_some((k as f64 + share) / RATE_HZ)
     });
     stop.map(|stop_s| stop_s - since_s).ok_or(Absent::NeverStopped)
+}
+
+/// Whether the needle stands from each grid point on: the largest and the least advance of the time that follows lie within the
+/// band. A point with less than that time after it tells nothing, and counts as moving.
+fn stands(attempt: &Attempt) -> Result<Vec<bool>, Absent> {
+    let advance_m = &attempt.intent()?.axial_m;
+    let within = |window: &[f64]| {
+        let ends = window.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), m| (a.min(*m), b.max(*m)));
+        ends.1 - ends.0 <= BAND_M
+    };
+    Ok(advance_m.windows((STANDS_S * RATE_HZ) as usize + 1).map(within).collect())
+}
+
+fn stands_after_s(attempt: &Attempt, stands: &[bool], rupture: &Rupture) -> Outcome {
+    let since_s = rupture.t_s - attempt.timeline.start_s();
+    let from = (since_s * RATE_HZ).ceil().max(0.0) as usize;
+    let stop = stands.iter().enumerate().skip(from).find(|(_, stands)| **stands);
+    stop.map(|(k, _)| (k as f64 / RATE_HZ - since_s).max(0.0)).ok_or(Absent::NeverStopped)
 }

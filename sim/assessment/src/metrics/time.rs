@@ -2,12 +2,17 @@
 
 use super::Sheet;
 use crate::attempt::{Absent, Attempt, Outcome};
+use crate::motion::Motion;
 use crate::signal::RATE_HZ;
 
 /// Slower than this is idle, in m/s.
 const IDLE_M_PER_S: f64 = 0.2e-3;
+/// Slower than this is idle behind 4 Hz, in m/s.
+const IDLE_INTENT_M_PER_S: f64 = 0.5e-3;
 /// Faster than this is a translational action, in m/s.
 const MOVING_M_PER_S: f64 = 5e-3;
+/// Faster than this is a translational action to PerkTutor, in m/s.
+const PERKTUTOR_M_PER_S: f64 = 50e-3;
 /// Faster than this is a rotational action, in rad/s.
 const TURNING_RAD_PER_S: f64 = 50.0 * std::f64::consts::PI / 180.0;
 /// An action lasts longer than this, in s.
@@ -16,11 +21,16 @@ const ACTION_S: f64 = 0.2;
 pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
     sheet.put("time_total_s", time_total_s(attempt));
     sheet.put("time_in_tissue_s", time_in_tissue_s(attempt));
-    sheet.put("idle_fraction", idle_fraction(attempt));
-    let moves = attempt.motion().map(|motion| actions(&motion.speed_m_per_s(), MOVING_M_PER_S));
-    sheet.put("translational_actions", moves);
-    let turns = attempt.motion().map(|motion| actions(&motion.turning_rad_per_s(), TURNING_RAD_PER_S));
-    sheet.put("rotational_actions", turns);
+    let (motion, intent) = (attempt.motion(), attempt.intent());
+    let idle = |of: Result<&Motion, Absent>, below| attempt.inside().and(of.map(|motion| idle_fraction(motion, below)));
+    sheet.put("idle_fraction", idle(motion, IDLE_M_PER_S));
+    sheet.put_anew("idle_fraction", idle(intent, IDLE_INTENT_M_PER_S));
+    sheet.put("translational_actions", motion.map(|motion| runs(&motion.speed_m_per_s(), MOVING_M_PER_S)));
+    let moves = intent.map(|intent| debounced(&intent.speed_m_per_s(), PERKTUTOR_M_PER_S));
+    sheet.put_anew("translational_actions", moves);
+    sheet.put("rotational_actions", motion.map(|motion| runs(&motion.turning_rad_per_s(), TURNING_RAD_PER_S)));
+    let turns = intent.map(|intent| debounced(&intent.turning_rad_per_s(), TURNING_RAD_PER_S));
+    sheet.put_anew("rotational_actions", turns);
 }
 
 fn time_total_s(attempt: &Attempt) -> Outcome {
@@ -35,17 +45,29 @@ fn time_in_tissue_s(attempt: &Attempt) -> Outcome {
     Ok(steps.map(|s| (s[1].t_s - s[0].t_s) * (share(s[0].depth_m) + share(s[1].depth_m))).sum())
 }
 
-fn idle_fraction(attempt: &Attempt) -> Outcome {
-    attempt.inside()?;
-    let motion = attempt.motion()?;
+fn idle_fraction(motion: &Motion, below_m_per_s: f64) -> f64 {
     let speeds = motion.speed_m_per_s();
     let in_tissue = || speeds.iter().zip(&motion.inside).filter(|(_, inside)| **inside);
-    Ok(in_tissue().filter(|(speed, _)| **speed < IDLE_M_PER_S).count() as f64 / in_tissue().count() as f64)
+    in_tissue().filter(|(speed, _)| **speed < below_m_per_s).count() as f64 / in_tissue().count() as f64
 }
 
 /// Runs of grid points above a limit; n points span n − 1 steps.
-fn actions(column: &[f64], above: f64) -> f64 {
+fn runs(column: &[f64], above: f64) -> f64 {
     let runs = column.chunk_by(|a, b| (*a > above) == (*b > above));
     let long = |run: &&[f64]| run[0] > above && (run.len() - 1) as f64 / RATE_HZ > ACTION_S;
     runs.filter(long).count() as f64
+}
+
+/// How often a column came to be above a limit, as PerkTutor counts: a state is given up for the other once that has lasted longer
+/// than [`ACTION_S`], so that neither a twitch nor a short pause counts.
+fn debounced(column: &[f64], above: f64) -> f64 {
+    let (mut active, mut lasts, mut count) = (false, 0_usize, 0_u32);
+    for value in column {
+        lasts = if (*value > above) == active { 0 } else { lasts + 1 };
+        if lasts as f64 / RATE_HZ > ACTION_S {
+            (active, lasts) = (!active, 0);
+            count += u32::from(active);
+        }
+    }
+    f64::from(count)
 }

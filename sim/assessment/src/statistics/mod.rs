@@ -19,7 +19,7 @@ pub use icc::{IntraclassCorrelation, intraclass_correlation};
 pub use mean::mean;
 pub use proportion::wilson;
 pub use quantile::{Summary, quantile, summary};
-pub use rank::spearman;
+pub use rank::{area_under_curve, spearman};
 pub use reliability::{Reliability, cronbach_alpha};
 
 /// The standard normal quantile of 97.5 %.

@@ -1,4 +1,4 @@
-//! Correlation of ranks.
+//! Correlation of ranks, and how well a value tells two groups apart.
 
 use super::{Estimate, NotComputable, Z_95, average, checked, count, variance};
 
@@ -42,4 +42,24 @@ fn pearson(left: &[f64], right: &[f64]) -> Result<f64, NotComputable> {
     let (l, r) = (average(left), average(right));
     let covariance = left.iter().zip(right).map(|(a, b)| (a - l) * (b - r)).sum::<f64>() / (count(left.len()) - 1.0);
     Ok((covariance / libm::sqrt(product)).clamp(-1.0, 1.0))
+}
+
+/// How often a value of the first sample is above one of the second, ties by half: the area under the receiver's curve, 0–1. Its
+/// interval is that of Hanley and McNeil (1982), "The meaning and use of the area under a receiver operating characteristic (ROC)
+/// curve", Radiology 143, 29–36.
+///
+/// # Errors
+/// With fewer than two values on either side, or with a value that is not finite.
+pub fn area_under_curve(above: &[f64], below: &[f64]) -> Result<Estimate, NotComputable> {
+    checked(above, 2)?;
+    checked(below, 2)?;
+    let (n, m) = (count(above.len()), count(below.len()));
+    let together: Vec<f64> = above.iter().chain(below).copied().collect();
+    let rank_sum: f64 = ranks(&together)[..above.len()].iter().sum();
+    let area = (rank_sum - n * (n + 1.0) / 2.0) / (n * m);
+    let (q1, q2) = (area / (2.0 - area), 2.0 * area * area / (1.0 + area));
+    let square = area * area;
+    let variance = (area * (1.0 - area) + (n - 1.0) * (q1 - square) + (m - 1.0) * (q2 - square)) / (n * m);
+    let half = Z_95 * libm::sqrt(variance.max(0.0));
+    Ok(Estimate { value: area, low: (area - half).max(0.0), high: (area + half).min(1.0), n: together.len() })
 }

@@ -181,7 +181,14 @@ fn a_needle_in_the_air_has_only_times_and_lengths() {
 fn one_sample_has_no_speed_and_no_time() {
     let assessment = judge(&record(1000.0, 0.0, |_| down(0.0, 0.0, 20.0)), &bundle());
     expect(&assessment, "depth_error_mm", 0.0, 1e-9);
-    for id in ["time_total_s", "path_length_mm", "smoothness_ldlj", "idle_fraction", "force_rate_peak_n_per_s"] {
+    for id in [
+        "time_total_s",
+        "path_length_mm",
+        "smoothness_ldlj",
+        "smoothness_sparc",
+        "idle_fraction",
+        "force_rate_peak_n_per_s",
+    ] {
         expect_absent(&assessment, id);
     }
 }
@@ -196,6 +203,11 @@ fn every_row_of_the_catalogue_is_measured() {
         let plain = metrics.iter().any(|m| m.id == row.id);
         let split = metrics.iter().any(|m| m.id.strip_prefix(row.id).is_some_and(|rest| rest.starts_with('.')));
         assert_eq!((plain, split), (row.plain, row.split.is_some()), "{}", row.id);
+        assert!(
+            metrics.iter().any(|m| m.id.split('.').next() == Some(row.id) && m.version == row.version),
+            "{}",
+            row.id
+        );
     }
     assert!(metrics.iter().all(|m| !m.label.is_empty()));
 }

@@ -13,3 +13,5 @@ mod simulated;
 mod statistics;
 mod support;
 mod void;
+mod versions;
+mod worth;

@@ -125,7 +125,7 @@ fn the_json_has_the_contract_s_shape() {
     let keys = |v: &serde_json::Value| v.as_object().map(|o| o.keys().cloned().collect::<Vec<_>>()).unwrap_or_default();
     assert_eq!(keys(&json), ["deductions", "hard_fails", "metrics", "passed", "rubric", "score", "simulator_version"]);
     assert_eq!(keys(&json["rubric"]), ["id", "sha256"]);
-    assert_eq!(keys(&json["deductions"][0]), ["metric", "points", "why"]);
+    assert_eq!(keys(&json["deductions"][0]), ["metric", "points", "version", "why"]);
     let metrics = json["metrics"].as_array().expect("a list");
     let depth = metrics.iter().find(|m| m["id"] == "depth_error_mm").expect("listed");
     assert_eq!((&depth["unit"], &depth["direction"], &depth["version"]), (&"mm".into(), &"range".into(), &1.into()));

@@ -2,8 +2,8 @@
 //! Fails when a formula, a divisor or a definition of a quantile changes, or when a figure appears that has no meaning.
 
 use assessment::statistics::{
-    NotComputable, content_validity, cronbach_alpha, intraclass_correlation, mean, quantile, scale_content_validity,
-    spearman, summary, wilson,
+    NotComputable, area_under_curve, content_validity, cronbach_alpha, intraclass_correlation, mean, quantile,
+    scale_content_validity, spearman, summary, wilson,
 };
 use proptest::prelude::*;
 
@@ -213,4 +213,16 @@ proptest! {
         prop_assert!(order.is_sorted());
         prop_assert_eq!(five.n, values.len());
     }
+}
+
+#[test]
+fn an_area_under_the_curve_is_that_of_scipys_rank_sum() {
+    // scipy.stats.mannwhitneyu(a, b).statistic / 20, and Hanley and McNeil's interval written out in Python.
+    let area = area_under_curve(&[3.0, 5.0, 5.0, 7.0, 9.5], &[1.0, 5.0, 2.0, 6.0]).expect("two groups");
+    assert!((area.value - 0.75).abs() < 1e-12 && (area.value - area.low - 0.333_358_539_540_186).abs() < 1e-9);
+    assert!((area.high - 1.0).abs() < 1e-12, "no share is above 1");
+    let [apart, alike] = [(&[2.0, 3.0], &[0.0, 1.0]), (&[1.0, 1.0], &[1.0, 1.0])]
+        .map(|(above, below)| area_under_curve(above, below).expect("two groups").value);
+    assert!((apart - 1.0).abs() < 1e-12 && (alike - 0.5).abs() < 1e-12);
+    assert_eq!(area_under_curve(&[1.0], &[1.0, 2.0]), Err(NotComputable::TooFew { found: 1, needed: 2 }));
 }

@@ -42,6 +42,7 @@ fn exercise() -> Exercise {
         target_depth_mm: 20.0,
         time_limit_s: 60.0,
         feedback: scene::Feedback::Both,
+        required: None,
         rubric: vec![line("depth_error_mm", 0.5, 4.5, 1.0)],
         hard_fails: vec![],
         pass_mark: 70.0,
@@ -91,11 +92,11 @@ fn needle() -> Needle {
 }
 
 pub fn line(metric: &str, full: f64, zero: f64, weight: f64) -> RubricLine {
-    RubricLine { metric: metric.into(), full, zero, weight }
+    RubricLine { metric: metric.into(), version: 1, full, zero, weight }
 }
 
 pub fn limit(metric: &str, above: f64, why: &str) -> HardFail {
-    HardFail { metric: metric.into(), above, why: why.into() }
+    HardFail { metric: metric.into(), version: 1, above, why: why.into() }
 }
 
 pub fn structure(name: &str, kind: StructureKind, shape: Shape, position_mm: [f64; 3]) -> SceneStructure {
@@ -236,6 +237,13 @@ pub fn judge(recording: &Recording, bundle: &ExerciseBundle) -> Assessment {
 #[track_caller]
 pub fn expect(assessment: &Assessment, id: &str, expected: f64, tolerance: f64) {
     let value = assessment.value(id).unwrap_or_else(|| panic!("{id} does not apply"));
+    assert!((value - expected).abs() <= tolerance, "{id} is {value}, not {expected}");
+}
+
+/// By the second definition.
+#[track_caller]
+pub fn expect_anew(assessment: &Assessment, id: &str, expected: f64, tolerance: f64) {
+    let value = assessment.value_of(id, 2).unwrap_or_else(|| panic!("{id} does not apply"));
     assert!((value - expected).abs() <= tolerance, "{id} is {value}, not {expected}");
 }
 

@@ -65,7 +65,8 @@ fn report(bundle: &ExerciseBundle, judged: &Assessment, out: &mut dyn Write) -> 
     writeln!(out, "\n{:>8}  Rubric", "Points")?;
     for deduction in &judged.deductions {
         // Adding zero turns the −0 of a line that cost nothing into 0.
-        writeln!(out, "{:>8.1}  {}: {}", 0.0 - deduction.points + 0.0, deduction.metric, deduction.why)?;
+        let metric = named(&deduction.metric, deduction.version);
+        writeln!(out, "{:>8.1}  {metric}: {}", 0.0 - deduction.points + 0.0, deduction.why)?;
     }
     writeln!(out, "\n{:>12} {:8}  Metric", "Value", "Unit")?;
     for metric in &judged.metrics {
@@ -89,8 +90,14 @@ fn described(metric: &Metric) -> String {
         Direction::Higher => "higher is better",
         Direction::Range => "nearer 0 is better",
     };
+    let named = named(&metric.id, metric.version);
     match metric.label.as_str() {
-        "" => format!("{} ({better})", metric.id),
-        label => format!("{} – {label} ({better})", metric.id),
+        "" => format!("{named} ({better})"),
+        label => format!("{named} – {label} ({better})"),
     }
+}
+
+/// Id, and the version where it is not the first.
+fn named(id: &str, version: u32) -> String {
+    if version > 1 { format!("{id}, version {version}") } else { id.to_owned() }
 }

@@ -22,6 +22,12 @@ pub(crate) static EXERCISE: Table = Table {
         .or_text("both"),
         Field::new("entry", Kind::Table(&ENTRY), "Planned entry").with(Presence::Empty),
         Field::new("target", Kind::Table(&TARGET), "Where to stop").required(),
+        Field::new(
+            "required",
+            Kind::Table(&REQUIRED),
+            "What must have happened before anything is earned. With this table a line about a layer that was not \
+             reached, or a boundary that was not opened, earns nothing; without it, everything",
+        ),
         Field::new("rubric", Kind::Tables { table: &RUBRIC, min: 1, max: 40 }, "How the score is made").required(),
         Field::new("hard_fail", Kind::Tables { table: &HARD_FAIL, min: 0, max: 40 }, "What fails whatever the score")
             .with(Presence::Empty),
@@ -49,10 +55,36 @@ static TARGET: Table = Table {
     fields: &[Field::number("depth_mm", "mm", (0.1, 500.0), "Depth along the needle's axis from the skin").required()],
 };
 
+static REQUIRED: Table = Table {
+    doc: "Until all of this has happened an attempt earns nothing, and fails",
+    fields: &[
+        Field::text("reached", &Text::NAME, "Layer whose upper boundary the tip must have opened"),
+        Field::number(
+            "within_mm",
+            "mm",
+            (0.1, 500.0),
+            "Largest distance of the depth at confirm from the target depth",
+        ),
+        Field::new("confirmed", Kind::Flag, "The position must have been confirmed with the tip in the body")
+            .with(Presence::Flag(false)),
+        Field::new("withdrawn", Kind::Flag, "The needle must have left the body by the end")
+            .with(Presence::Flag(false)),
+    ],
+};
+
+/// The version of a metric that a line means. Documents of before there were others name none.
+const VERSION: Field = Field::new(
+    "version",
+    Kind::Integer { min: 1, max: 9 },
+    "Version of the metric's definition; a metric that has a second one keeps the first for documents that name none",
+)
+.or(1.0);
+
 static RUBRIC: Table = Table {
     doc: "100 % at full, 0 % at zero, linear between, clamped; the score is the weighted mean",
     fields: &[
         Field::text("metric", &Text::LINE, "Metric id; its unit is that of full and zero").required(),
+        VERSION,
         Field::number("full", "", (-1e9, 1e9), "Value that earns everything; for a range metric, the distance from 0")
             .required(),
         Field::number("zero", "", (-1e9, 1e9), "Value that earns nothing; another than full").required(),
@@ -64,6 +96,7 @@ static HARD_FAIL: Table = Table {
     doc: "A limit that fails the attempt whatever the score",
     fields: &[
         Field::text("metric", &Text::LINE, "Metric id; its unit is that of above").required(),
+        VERSION,
         Field::number("above", "", (-1e9, 1e9), "The attempt fails when the value is above this").required(),
         Field::text("why", &Text::LINE, "Said to the trainee").required(),
     ],

@@ -165,6 +165,22 @@ fn an_exercise_that_cannot_be_scored_is_refused() {
         &error(EXERCISE, "depth_mm = 20", "depth_mm = 160"),
         &["target.depth_mm: 160 mm", "150 mm, the needle's length"],
     );
+    says(
+        &error(EXERCISE, "[target]", "[required]\nreached = \"brain\"\n[target]"),
+        &["required.reached: \"brain\"", "skin"],
+    );
+    says(
+        &error(EXERCISE, "[target]", "[required]\nwithin_mm = 0\n[target]"),
+        &["required.within_mm: 0 mm", "from 0.1"],
+    );
+    says(
+        &error(EXERCISE, "[target]", "[required]\nconfirmed = 1\n[target]"),
+        &["required.confirmed: 1", "true or false"],
+    );
+    says(
+        &error(EXERCISE, "zero = 4", "zero = 4\nversion = 2"),
+        &["rubric[0].version: 2", "no such version; allowed: 1 to 1"],
+    );
     let twice = "[[rubric]]\nmetric = \"depth_error_mm\"\nfull = 1\nzero = 2\n\n[[rubric]]\n";
     says(&error(EXERCISE, "[[rubric]]\n", twice), &["rubric[1].metric", "must be unique"]);
 }

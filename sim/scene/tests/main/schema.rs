@@ -52,6 +52,9 @@ fn what_the_reader_refuses_on_a_field_the_schema_refuses_too() {
         (DocumentKind::Instrument, INSTRUMENT, "licence = ", "license = "),
         (DocumentKind::Instrument, INSTRUMENT, "combine = \"sum\"", "combine = \"median\""),
         (DocumentKind::Exercise, EXERCISE, "title", "difficulty = 1.5\ntitle"),
+        (DocumentKind::Exercise, EXERCISE, "zero = 4", "zero = 4\nversion = 0"),
+        (DocumentKind::Exercise, EXERCISE, "[target]", "[required]\nwithdrawn = \"yes\"\n[target]"),
+        (DocumentKind::Exercise, EXERCISE, "[target]", "[required]\nwithin_mm = -1\n[target]"),
         (DocumentKind::Exercise, EXERCISE, "[target]", "[entry]\npoint_mm = [1]\n[target]"),
     ];
     for (kind, text, from, to) in mutations {

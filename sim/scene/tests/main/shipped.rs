@@ -149,11 +149,14 @@ fn a_rubrics_hash_follows_what_decides_the_score_and_nothing_else() {
     reworded.coaching.clear();
     reworded.time_limit_s += 1.0;
     assert_eq!(reworded.rubric_sha256(), hash);
-    let changes: [fn(&mut scene::Exercise); 4] = [
+    let changes: [fn(&mut scene::Exercise); 7] = [
         |e| e.pass_mark += 1.0,
         |e| e.rubric[0].weight += 1.0,
         |e| e.rubric.reverse(),
         |e| e.hard_fails[0].above += 1.0,
+        |e| e.rubric[0].version = 2,
+        |e| e.hard_fails[0].version = 2,
+        |e| e.required = None,
     ];
     for change in changes {
         let mut changed = exercise.clone();

@@ -61,7 +61,7 @@ impl Habits {
 }
 
 fn line(metric: &str, lost: &[(usize, f64)]) -> Line {
-    let definition = catalogue::definition(metric);
+    let definition = catalogue::newest(metric);
     let suffix = metric.split_once('.').map(|(_, suffix)| suffix);
     let label = definition.map(|d| suffix.map_or_else(|| d.label.to_owned(), |suffix| d.label_of(suffix)));
     let judged = u32::try_from(lost.len()).unwrap_or(u32::MAX);
@@ -85,6 +85,7 @@ mod tests {
     fn attempt(lost: &[(&str, f64)]) -> Vec<Deduction> {
         let deduction = |(metric, points): &(&str, f64)| Deduction {
             metric: (*metric).to_owned(),
+            version: 1,
             points: *points,
             why: String::new(),
         };

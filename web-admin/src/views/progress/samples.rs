@@ -35,7 +35,7 @@ fn practised(attempts: usize) -> Vec<Attempt> {
 fn habits() -> HabitsView {
     let lost = |overshoot, force| {
         [("overshoot_mm", overshoot), ("peak_force_n", force)]
-            .map(|(metric, points)| Deduction { metric: metric.to_owned(), points, why: String::new() })
+            .map(|(metric, points)| Deduction { metric: metric.to_owned(), version: 1, points, why: String::new() })
             .to_vec()
     };
     let attempts = [lost(12.0, 0.0), lost(18.0, 0.0), lost(9.0, 0.5)];

@@ -10,6 +10,7 @@ mod field;
 mod force;
 mod hard_cases;
 mod hiccup;
+mod metrics;
 mod motion;
 mod operators;
 mod pace;
@@ -39,7 +40,8 @@ use crate::{new_file, output};
 /// hard-cases: every hard case with its bound and what
 /// was measured. soak: ten minutes of random needle motion on every shipped scene. operators: forces and overshoots of the virtual
 /// hands at every shipped exercise. calibrate: how often the 95 % intervals of fitted curves hold what the curves were made from,
-/// and whether wrong minima are said. Use a release build for figures to report.
+/// and whether wrong minima are said. metrics: whether the metrics of scores tell virtual experts from novices and agree with
+/// themselves, and what tremor and rate do to them. Use a release build for figures to report.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet bench --out bench")]
 pub struct Args {
@@ -83,13 +85,15 @@ enum What {
     Operators,
     /// Fits of curves whose truth is known; exit 1 when intervals hold it too seldom or a wrong minimum is not said
     Calibrate,
+    /// The metrics of scores, by virtual novices and experts
+    Metrics,
 }
 
 /// Measures into a folder, shortened or not, and returns the files written.
 type Measure = fn(&Path, bool) -> Result<Vec<PathBuf>, Failure>;
 
 /// What there is to measure, in the order of `all`.
-const MEASURES: [(What, Measure); 12] = [
+const MEASURES: [(What, Measure); 13] = [
     (What::Force, force::measure),
     (What::Field, field::measure),
     (What::Estimates, estimates::measure),
@@ -102,6 +106,7 @@ const MEASURES: [(What, Measure); 12] = [
     (What::Soak, soak::measure),
     (What::Operators, operators::measure),
     (What::Calibrate, calibrate::measure),
+    (What::Metrics, metrics::measure),
 ];
 
 /// Runs the command.

@@ -3,10 +3,11 @@
 mod plan;
 mod report;
 mod tissue;
+mod worth;
 
 use std::path::{Path, PathBuf};
 
-use scene::Document;
+use scene::{Document, ExerciseBundle};
 
 use crate::exit::{Failure, Outcome};
 use crate::output;
@@ -17,7 +18,10 @@ use report::FileReport;
 ///
 /// Lists every issue of every file with its line and column. Refuses unsound scenes, whose ruptures would raise the
 /// force or the elastic energy, and names the largest sound threshold. Prints the layers, the spread between patients and
-/// the closed-form ruptures of each exercise, and the plan of its tissue: model, unknowns, bytes, expected error, cost. Exit 0 when all is well, 1 when anything was found.
+/// the closed-form ruptures of each exercise, and the plan of its tissue: model, unknowns, bytes, expected error, cost. Of an exercise
+/// it judges an untouched needle, pricks, a lunge, and an attempt that is not confirmed or not withdrawn: a rubric that pays for
+/// these is found, as are lines that reward the worse value and metrics that no rubric should ask for. Exit 0 when all is well, 1 when
+/// anything was found.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet check curricula/scenes/*.toml curricula/lower-back-basics/course.toml")]
 pub struct Args {
@@ -67,7 +71,23 @@ fn check(file: &Path) -> FileReport {
         Document::Instrument(instrument) => ("instrument", &instrument.id, Ok(Vec::new())),
     };
     match plans {
-        Ok(plans) => FileReport::sound(name, kind, id, plans),
+        Ok(plans) => FileReport::read(name, (kind, id), plans, rubrics(file, &document)),
         Err(why) => FileReport::refused(name, vec![format!("{}: {why}", file.display())]),
+    }
+}
+
+/// What is wrong with the rubrics of a document.
+fn rubrics(file: &Path, document: &Document) -> Vec<String> {
+    let of = |file: &Path, bundle: &ExerciseBundle| match worth::issues(file, bundle) {
+        Ok(issues) => issues.iter().map(ToString::to_string).collect(),
+        Err(failure) => vec![failure.to_string()],
+    };
+    match document {
+        Document::Exercise(bundle) => of(file, bundle),
+        Document::Curriculum(curriculum, bundles) => {
+            let exercises = curriculum.entries.iter().zip(bundles);
+            exercises.flat_map(|(entry, bundle)| of(&scene::load::beside(file, &entry.file), bundle)).collect()
+        }
+        Document::Scene(_) | Document::Instrument(_) => Vec::new(),
     }
 }

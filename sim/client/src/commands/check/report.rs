@@ -17,7 +17,7 @@ pub struct FileReport {
     pub kind: Option<&'static str>,
     /// The document's id; absent when refused.
     pub id: Option<String>,
-    /// Everything wrong with the document, with line and column.
+    /// Everything wrong with the document, with line and column: why it is refused, or what an author should change.
     pub issues: Vec<String>,
     /// What simulating it comes to: one plan per exercise, or one for a scene.
     pub plans: Vec<Plan>,
@@ -29,9 +29,9 @@ impl FileReport {
         Self { file, ok: false, kind: None, id: None, issues, plans: Vec::new() }
     }
 
-    /// A document with nothing wrong.
-    pub fn sound(file: String, kind: &'static str, id: &str, plans: Vec<Plan>) -> Self {
-        Self { file, ok: true, kind: Some(kind), id: Some(id.to_owned()), issues: Vec::new(), plans }
+    /// A document of a kind and an id that can be read, with what its author should change.
+    pub fn read(file: String, (kind, id): (&'static str, &str), plans: Vec<Plan>, issues: Vec<String>) -> Self {
+        Self { file, ok: issues.is_empty(), kind: Some(kind), id: Some(id.to_owned()), issues, plans }
     }
 
     /// For people.
@@ -39,7 +39,10 @@ impl FileReport {
         let (Some(kind), Some(id)) = (self.kind, &self.id) else {
             return writeln!(out, "{}: refused, {} to correct", self.file, self.issues.len());
         };
-        writeln!(out, "{}: {kind} {id}: sound", self.file)?;
+        match self.issues.len() {
+            0 => writeln!(out, "{}: {kind} {id}: sound", self.file)?,
+            found => writeln!(out, "{}: {kind} {id}: sound, {found} to change", self.file)?,
+        }
         self.plans.iter().try_for_each(|plan| write_plan(plan, out))
     }
 }

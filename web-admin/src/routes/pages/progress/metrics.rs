@@ -57,10 +57,15 @@ pub(super) async fn show(
         shell: Shell::new(&person, csrf.token(), Place::Cohorts),
         cohort: (cohort.name.clone(), cohorts::href(&cohort)),
         scores: summary(&scores).ok(),
-        metrics: metrics.iter().filter_map(distribution).collect(),
+        metrics: metrics.iter().filter(|metric| is_newest(metric, &metrics)).filter_map(distribution).collect(),
         scored: latest.iter().map(|(trainee, attempt)| scored_row(trainee, attempt, &title)).collect(),
         exercise: (title, exercise_href(&exercise)),
     })
+}
+
+/// Of a metric that was measured by several definitions the page shows the newest; the file has all.
+fn is_newest(metric: &MetricOfMany, all: &[MetricOfMany]) -> bool {
+    all.iter().all(|other| other.id != metric.id || other.version <= metric.version)
 }
 
 /// A metric that applies to somebody.

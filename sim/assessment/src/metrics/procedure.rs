@@ -1,0 +1,31 @@
+//! What was done of what a puncture is made of: reached, confirmed, withdrawn.
+
+use recording::EventKind;
+
+use super::Sheet;
+use crate::attempt::{Attempt, Outcome, is_inserted};
+
+pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
+    for (i, layer) in attempt.bundle.scene.layers.iter().enumerate() {
+        let opened = attempt.ruptures.iter().any(|r| r.boundary == i && !r.by_rim);
+        sheet.put_for("reached", &layer.name, attempt.touched().map(|_| one_if(opened)));
+    }
+    sheet.put("confirmed", attempt.touched().map(|_| one_if(is_confirmed(attempt))));
+    sheet.put("withdrawn", withdrawn(attempt));
+}
+
+fn one_if(happened: bool) -> f64 {
+    f64::from(u8::from(happened))
+}
+
+/// A confirm in the air confirms no position.
+fn is_confirmed(attempt: &Attempt) -> bool {
+    let samples = attempt.timeline.samples();
+    let inside = |t_s: f64| attempt.timeline.index_at(t_s).is_some_and(|i| is_inserted(samples[i]));
+    attempt.recording.events.iter().any(|e| e.kind == EventKind::Confirm && inside(e.t_s))
+}
+
+fn withdrawn(attempt: &Attempt) -> Outcome {
+    attempt.inside()?;
+    Ok(one_if(attempt.timeline.samples().last().is_some_and(|last| !is_inserted(last))))
+}

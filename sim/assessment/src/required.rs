@@ -1,0 +1,75 @@
+//! What an exercise requires before an attempt earns anything.
+
+use scene::{Exercise, Required};
+
+use crate::catalogue::{Metric, first};
+use crate::rubric::{find, untouched};
+
+/// Something that is required and did not happen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Unmet {
+    /// The layer's upper boundary was not opened by the tip.
+    Reached,
+    /// The position is too far from the target, or there is none.
+    Within,
+    /// The position was not confirmed in the body.
+    Confirmed,
+    /// The needle was in the body at the end, or never.
+    Withdrawn,
+}
+
+impl Unmet {
+    /// In words, as the reason why a line earned nothing.
+    pub(crate) fn why(self) -> &'static str {
+        match self {
+            Self::Reached => "the needle did not reach the layer that is asked for",
+            Self::Within => "the position is too far from the target",
+            Self::Confirmed => "the position was not confirmed",
+            Self::Withdrawn => "the needle was not withdrawn",
+        }
+    }
+
+    /// In words, as the reason why the attempt failed.
+    pub(crate) fn fails(self) -> &'static str {
+        match self {
+            Self::Reached => "Nothing is earned: the needle did not reach the layer that is asked for.",
+            Self::Within => "Nothing is earned: the position is too far from the target.",
+            Self::Confirmed => "Nothing is earned: the position was not confirmed.",
+            Self::Withdrawn => "Nothing is earned: the needle was not withdrawn.",
+        }
+    }
+}
+
+/// A thing that is required: the metric that tells of it, and how large that must or may be.
+struct Demand {
+    unmet: Unmet,
+    metric: String,
+    /// Met by a magnitude from here on.
+    least: f64,
+    /// Met by a magnitude up to here.
+    most: f64,
+}
+
+fn demands(required: &Required) -> impl Iterator<Item = Demand> {
+    let demand = |unmet, metric: &str| Demand { unmet, metric: metric.to_owned(), least: 1.0, most: f64::INFINITY };
+    let reached = required.reached.as_ref().map(|layer| demand(Unmet::Reached, &format!("reached.{layer}")));
+    let within = required.within_mm.map(|most| Demand { least: 0.0, most, ..demand(Unmet::Within, "depth_error_mm") });
+    let confirmed = required.confirmed.then(|| demand(Unmet::Confirmed, "confirmed"));
+    let withdrawn = required.withdrawn.then(|| demand(Unmet::Withdrawn, "withdrawn"));
+    [reached, within, confirmed, withdrawn].into_iter().flatten()
+}
+
+/// The metrics, each in its first version, that tell whether it happened.
+pub(crate) fn asked(exercise: &Exercise) -> impl Iterator<Item = String> {
+    exercise.required.iter().flat_map(demands).map(|demand| demand.metric)
+}
+
+/// What is required and did not happen. Nothing of a needle that never touched the skin: that is reason enough by itself.
+pub(crate) fn unmet(exercise: &Exercise, metrics: &[Metric]) -> Vec<Unmet> {
+    let is_met = |Demand { metric, least, most, .. }: &Demand| {
+        let size = find(metrics, metric, first()).and_then(|found| found.value).map(f64::abs);
+        size.is_some_and(|size| (*least..=*most).contains(&size))
+    };
+    let required = exercise.required.iter().filter(|_| !untouched(metrics));
+    required.flat_map(demands).filter(|demand| !is_met(demand)).map(|demand| demand.unmet).collect()
+}

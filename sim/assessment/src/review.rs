@@ -1,0 +1,63 @@
+//! What is wrong with a rubric, by what the catalogue knows of its metrics.
+
+use scene::phrase;
+use scene::phrase::Phrase;
+use scene::{ExerciseBundle, HardFail, Remark, RubricLine, StructureKind};
+
+use crate::catalogue::{Direction, definition};
+
+/// What an author should change: lines that reward the worse value, limits that fail the better one, and metrics that no rubric
+/// should ask for. The exercise can be read and judged all the same.
+#[must_use]
+pub fn review(bundle: &ExerciseBundle) -> Vec<Remark> {
+    let lines = bundle.exercise.rubric.iter().enumerate();
+    let of_lines = lines.flat_map(|(i, line)| {
+        let path = format!("rubric[{i}]");
+        [unoffered(&path, &line.metric, line.version), reversed(&path, line, bundle)]
+    });
+    let limits = bundle.exercise.hard_fails.iter().enumerate();
+    let of_limits = limits.flat_map(|(i, limit)| {
+        let path = format!("hard_fail[{i}]");
+        [unoffered(&path, &limit.metric, limit.version), backwards(&path, limit, bundle)]
+    });
+    of_lines.chain(of_limits).flatten().collect()
+}
+
+fn unoffered(path: &str, metric: &str, version: u32) -> Option<Remark> {
+    let definition = definition(metric, version).filter(|definition| !definition.unoffered.is_empty())?;
+    let found = phrase!("{metric}, version {version}", metric = metric, version = u64::from(version));
+    let allowed = phrase!("not offered for rubrics: {why}", why = definition.unoffered);
+    Some(Remark { field: format!("{path}.metric"), found, allowed })
+}
+
+fn reversed(path: &str, line: &RubricLine, bundle: &ExerciseBundle) -> Option<Remark> {
+    let direction = direction(&line.metric, line.version, bundle)?;
+    let wrong = match direction {
+        Direction::Higher => line.full < line.zero,
+        Direction::Lower | Direction::Range => line.full > line.zero,
+    };
+    let found = phrase!("full {full}, zero {zero}", full = line.full, zero = line.zero);
+    let metric = line.metric.as_str();
+    let allowed = match direction {
+        Direction::Lower => phrase!("of {metric} less is better: full must be below zero", metric = metric),
+        Direction::Higher => phrase!("of {metric} more is better: full must be above zero", metric = metric),
+        Direction::Range => phrase!("of {metric} nearer to 0 is better: full must be below zero", metric = metric),
+    };
+    wrong.then(|| Remark { field: format!("{path}.full"), found, allowed })
+}
+
+fn backwards(path: &str, limit: &HardFail, bundle: &ExerciseBundle) -> Option<Remark> {
+    let is_higher = direction(&limit.metric, limit.version, bundle)? == Direction::Higher;
+    let allowed = phrase!("of {metric} more is better: a limit fails what is above it", metric = limit.metric.as_str());
+    let found = Phrase::data(limit.above);
+    is_higher.then(|| Remark { field: format!("{path}.above"), found, allowed })
+}
+
+/// Which way is better. The clearance to a target is turned.
+fn direction(metric: &str, version: u32, bundle: &ExerciseBundle) -> Option<Direction> {
+    let direction = definition(metric, version)?.direction;
+    let structure = metric.strip_prefix("structure_clearance_mm.");
+    let is_target =
+        |name: &str| bundle.scene.structures.iter().any(|s| s.spec.name == name && s.kind() == StructureKind::Target);
+    Some(if structure.is_some_and(is_target) { Direction::Lower } else { direction })
+}

@@ -1,0 +1,199 @@
+//! What must have happened before anything is earned, and what nothing is worth.
+//! Fails when an exercise pays for a prick, when a requirement is not asked, or when an author is not told of a mistake.
+
+use std::path::{Path, PathBuf};
+
+use assessment::{Assessment, assess, review};
+use mechanics::operator::{Operator, Plan};
+use mechanics::puncture::PunctureParams;
+use nalgebra::Vector3;
+use recording::tick::{Attempt, Input};
+use recording::{EventKind, Recording};
+use scene::{ExerciseBundle, Patient, Required, Shape, StructureKind};
+
+use crate::support::{bundle, down, empty, judge, limit, line, mark, record, structure};
+
+const TICK_HZ: f64 = 1000.0;
+
+fn shipped() -> Vec<(PathBuf, ExerciseBundle)> {
+    let curricula = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula");
+    let courses = ["lower-back-basics", "lumbar-epidural"].map(|course| curricula.join(course));
+    let files = courses.iter().flat_map(|course| std::fs::read_dir(course).expect("shipped"));
+    let paths = files.map(|file| file.expect("shipped").path()).filter(|path| !path.ends_with("course.toml"));
+    paths.map(|path| (path.clone(), ExerciseBundle::read(&path).expect("sound"))).collect()
+}
+
+/// A stiff hand: in at 5 mm/s, a hold, a confirm, and out.
+fn prick(bundle: &ExerciseBundle, params: &PunctureParams, depth_mm: f64) -> Recording {
+    let plan = Plan { target_x_m: depth_mm * 1e-3, hold_s: 0.5, ..bundle.exercise.plan() };
+    let mut hand = Operator::constant(0.005, &plan);
+    let mut tissue = Attempt::new(params);
+    let mut recording = empty();
+    recording.session.patient_thickness_mm = Patient::nominal(&bundle.scene).thickness_mm;
+    for i in 0_u32.. {
+        let motion = hand.step(if i == 0 { 0.0 } else { 1.0 / TICK_HZ }, &Vector3::zeros());
+        let tick = tissue.step(&Input::new(f64::from(i) / TICK_HZ, &motion));
+        recording.samples.push(tick.sample);
+        recording.events.extend(tick.events);
+        if motion.done {
+            break;
+        }
+    }
+    recording.energies.push(tissue.energy(recording.samples.last().map_or(0.0, |s| s.t_s)));
+    recording
+}
+
+#[test]
+fn no_shipped_exercise_gives_a_prick_more_than_25_points() {
+    let shipped = shipped();
+    assert_eq!(shipped.len(), 8);
+    for (path, bundle) in shipped {
+        let mut spec = bundle.puncture_spec(&Patient::nominal(&bundle.scene));
+        spec.tissue = None;
+        let params = PunctureParams::new(spec).expect("sound");
+        let target_mm = bundle.exercise.target_depth_mm;
+        let skin = &bundle.scene.layers[0];
+        let opens_mm = skin.tip_rupture_n / skin.stiffness_n_per_m * 1.5e3 + 0.5;
+        for depth_mm in [1.0, 3.2, 6.0, opens_mm, 0.25 * target_mm, 0.5 * target_mm] {
+            let judged = assess(&prick(&bundle, &params, depth_mm), &bundle).expect("scored");
+            let score = judged.score;
+            assert!(score <= 25.0 && !judged.passed, "{}: {score} for a prick of {depth_mm} mm", path.display());
+        }
+        let whole = assess(&prick(&bundle, &params, target_mm), &bundle).expect("scored");
+        assert!(whole.passed && whole.score > 80.0, "{}: {} for the target itself", path.display(), whole.score);
+    }
+}
+
+fn requiring(required: Required) -> ExerciseBundle {
+    let mut bundle = bundle();
+    bundle.exercise.required = Some(required);
+    bundle
+}
+
+/// To 20 mm and out again in 22 s, through the muscle at 14 mm, confirmed at the bottom.
+fn whole() -> Recording {
+    let mut recording = record(1000.0, 22.0, |t_s| down(0.0, 0.0, 20.0 - 2.0 * (t_s - 10.5).abs()));
+    mark(&mut recording, 7.5, EventKind::TipRupture, Some(2));
+    mark(&mut recording, 10.5, EventKind::Confirm, None);
+    recording
+}
+
+fn all() -> Required {
+    Required { reached: Some("muscle".into()), within_mm: Some(3.0), confirmed: true, withdrawn: true }
+}
+
+#[track_caller]
+fn earns_nothing(judged: &Assessment, why: &str) {
+    assert!(judged.score.abs() < 1e-9 && !judged.passed, "{}", judged.score);
+    assert!(judged.hard_fails.iter().any(|fail| fail.starts_with("Nothing is earned: ") && fail.contains(why)));
+    assert!(judged.deductions.iter().all(|d| d.why.contains(": the ")), "{:?}", judged.deductions);
+}
+
+#[test]
+fn what_is_required_and_did_not_happen_leaves_nothing() {
+    let bundle = requiring(all());
+    let best = judge(&whole(), &bundle);
+    assert!((best.score - 100.0).abs() < 1e-6 && best.passed && best.hard_fails.is_empty(), "{best:?}");
+
+    let mut unconfirmed = whole();
+    unconfirmed.events.retain(|event| event.kind != EventKind::Confirm);
+    earns_nothing(&judge(&unconfirmed, &bundle), "the position was not confirmed");
+    let mut in_the_air = unconfirmed;
+    mark(&mut in_the_air, 0.1, EventKind::Confirm, None);
+    earns_nothing(&judge(&in_the_air, &bundle), "the position was not confirmed");
+
+    let mut left_inside = whole();
+    left_inside.samples.retain(|sample| sample.t_s < 16.5);
+    earns_nothing(&judge(&left_inside, &bundle), "the needle was not withdrawn");
+
+    let mut unopened = whole();
+    unopened.events.retain(|event| event.boundary != Some(2));
+    earns_nothing(&judge(&unopened, &bundle), "did not reach the layer");
+
+    let mut early = whole();
+    early.events.retain(|event| event.kind != EventKind::Confirm);
+    mark(&mut early, 8.9, EventKind::Confirm, None);
+    earns_nothing(&judge(&early, &bundle), "too far from the target");
+}
+
+#[test]
+fn each_requirement_is_asked_alone_and_only_where_it_is_stated() {
+    let mut careless = whole();
+    careless.events.retain(|event| event.kind == EventKind::Contact);
+    careless.samples.retain(|sample| sample.t_s < 16.5);
+    let judged = judge(&careless, &requiring(Required::default()));
+    assert!(judged.hard_fails.is_empty() && judged.score > 99.0, "{judged:?}");
+    for alone in [
+        Required { reached: Some("muscle".into()), ..Required::default() },
+        Required { confirmed: true, ..Required::default() },
+        Required { withdrawn: true, ..Required::default() },
+    ] {
+        assert_eq!(judge(&careless, &requiring(alone)).hard_fails.len(), 1);
+    }
+    assert_eq!(judge(&careless, &requiring(all())).hard_fails.len(), 3);
+}
+
+#[test]
+fn what_is_required_can_be_judged_from_stored_metrics() {
+    let bundle = requiring(all());
+    let judged = judge(&whole(), &bundle);
+    assert!(assessment::suffices(&bundle.exercise, &judged.metrics));
+    let again = assessment::judge(judged.metrics.clone(), &bundle.exercise, &judged.simulator_version);
+    assert_eq!(again.expect("judged"), judged);
+    for id in ["confirmed", "withdrawn", "reached.muscle", "depth_error_mm"] {
+        let lacking: Vec<_> = judged.metrics.iter().filter(|metric| metric.id != id).cloned().collect();
+        assert!(!assessment::suffices(&bundle.exercise, &lacking), "{id} was never measured");
+    }
+}
+
+#[test]
+fn an_untouched_needle_is_told_that_and_nothing_else() {
+    let judged = judge(&record(1000.0, 2.0, |_| down(0.0, 0.0, -3.0)), &requiring(all()));
+    assert!(judged.score.abs() < 1e-9 && judged.hard_fails.is_empty(), "{judged:?}");
+    assert!(judged.deductions[0].why.contains("never reached the skin"));
+}
+
+#[test]
+fn an_author_is_told_of_lines_that_reward_the_worse_value() {
+    let mut bundle = bundle();
+    let sphere = Shape::Sphere { radius_m: 1e-3 };
+    bundle.scene.structures = vec![
+        structure("artery", StructureKind::Vessel, sphere.clone(), [0.0, 0.0, -5.0]),
+        structure("goal", StructureKind::Target, sphere, [0.0, 0.0, -20.0]),
+    ];
+    let right = [
+        line("peak_force_n", 2.0, 6.0, 1.0),
+        line("depth_error_mm", 0.5, 4.0, 1.0),
+        line("structure_clearance_mm.artery", 2.0, 0.0, 1.0),
+        line("structure_clearance_mm.goal", 0.0, 2.0, 1.0),
+        line("confirmed", 1.0, 0.0, 1.0),
+    ];
+    bundle.exercise.rubric = right.to_vec();
+    bundle.exercise.hard_fails = vec![limit("peak_force_n", 10.0, "Too hard.")];
+    assert_eq!(review(&bundle), []);
+    for (i, line) in bundle.exercise.rubric.iter_mut().enumerate() {
+        (line.full, line.zero) = (right[i].zero, right[i].full);
+    }
+    bundle.exercise.hard_fails.push(limit("structure_clearance_mm.artery", 5.0, "Too near."));
+    let fields: Vec<String> = review(&bundle).into_iter().map(|remark| remark.field).collect();
+    assert_eq!(
+        fields,
+        [
+            "rubric[0].full",
+            "rubric[1].full",
+            "rubric[2].full",
+            "rubric[3].full",
+            "rubric[4].full",
+            "hard_fail[1].above"
+        ]
+    );
+}
+
+#[test]
+fn an_author_is_told_of_metrics_that_no_rubric_should_ask_for() {
+    let mut bundle = bundle();
+    bundle.exercise.rubric = vec![line("stop_time_s", 0.3, 2.0, 1.0)];
+    let [remark] = &review(&bundle)[..] else { panic!("one line, one remark") };
+    assert_eq!(remark.field, "rubric[0].metric");
+    assert!(remark.allowed.to_string().contains("version 2"), "{}", remark.allowed);
+}

@@ -1,0 +1,151 @@
+//! What the crowds tell of a metric.
+
+use assessment::catalogue::Definition;
+use assessment::statistics::{Estimate, area_under_curve, intraclass_correlation};
+use assessment::{Assessment, Direction};
+
+use super::crowd::Crowd;
+
+/// A figure that is the mean over exercises, with the ends of its interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pooled {
+    pub value: f64,
+    pub low: f64,
+    pub high: f64,
+}
+
+/// What is known of a metric; none where no exercise tells.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Figures {
+    /// How often an expert's value is better than a novice's, 0–1.
+    pub separation: Option<Pooled>,
+    /// ICC(2,1) of the people's attempts.
+    pub agreement: Option<Pooled>,
+    /// Median over the people of what the tremor changes, of the larger value.
+    pub tremor: Option<f64>,
+    /// The largest over the people of what a quarter of the rate changes, of the larger value.
+    pub rate: Option<f64>,
+}
+
+/// A column of the table: how to read one number from an attempt, the larger the better.
+pub struct Reading<'a> {
+    id: String,
+    version: u32,
+    direction: Direction,
+    crowd: &'a Crowd,
+}
+
+impl<'a> Reading<'a> {
+    /// Every column of a definition: its plain form in each exercise, or its parts where it has none.
+    pub fn of(definition: &Definition, crowds: &'a [Crowd]) -> Vec<Self> {
+        let of_crowd = |crowd: &'a Crowd| {
+            let metrics = crowd.novices.first().map_or(&[][..], |attempt| &attempt.metrics);
+            let is_part = |id: &str| id.strip_prefix(definition.id).is_some_and(|rest| rest.starts_with('.'));
+            let chosen = metrics.iter().filter(move |metric| {
+                let named = if definition.plain { metric.id == definition.id } else { is_part(&metric.id) };
+                named && metric.version == definition.version
+            });
+            let column = |metric: &assessment::Metric| Reading {
+                id: metric.id.clone(),
+                version: metric.version,
+                direction: metric.direction,
+                crowd,
+            };
+            chosen.map(column).collect::<Vec<_>>()
+        };
+        crowds.iter().flat_map(of_crowd).collect()
+    }
+
+    /// The scores of every exercise.
+    pub fn of_scores(crowds: &'a [Crowd]) -> Vec<Self> {
+        let column = |crowd| Self { id: SCORE.to_owned(), version: 1, direction: Direction::Higher, crowd };
+        crowds.iter().map(column).collect()
+    }
+
+    fn value(&self, attempt: &Assessment) -> Option<f64> {
+        if self.id == SCORE { Some(attempt.score) } else { attempt.value_of(&self.id, self.version) }
+    }
+
+    /// The larger the better.
+    fn goodness(&self, attempt: &Assessment) -> Option<f64> {
+        self.value(attempt).map(|value| match self.direction {
+            Direction::Higher => value,
+            Direction::Lower => -value,
+            Direction::Range => -value.abs(),
+        })
+    }
+
+    fn separation(&self) -> Option<Estimate> {
+        let group = |attempts: &[Assessment]| attempts.iter().filter_map(|a| self.goodness(a)).collect::<Vec<f64>>();
+        area_under_curve(&group(&self.crowd.experts), &group(&self.crowd.novices)).ok()
+    }
+
+    fn agreement(&self) -> Option<Pooled> {
+        let row = |attempts: &Vec<Assessment>| attempts.iter().map(|a| self.goodness(a)).collect::<Vec<_>>();
+        let rows: Vec<_> = self.crowd.again.iter().map(row).collect();
+        let found = intraclass_correlation(&rows).ok()?;
+        let (low, high) = found.single_random_95?;
+        Some(Pooled { value: found.single_random, low, high })
+    }
+
+    /// How much each person's first attempt differs from another version of it, of the larger value.
+    fn differences(&self, others: &[Assessment]) -> Vec<f64> {
+        let firsts = self.crowd.again.iter().filter_map(|attempts| attempts.first());
+        let pair = |(first, other): (&Assessment, &Assessment)| {
+            let (a, b) = (self.value(first)?, self.value(other)?);
+            let larger = a.abs().max(b.abs());
+            Some(if larger > 0.0 { (a - b).abs() / larger } else { 0.0 })
+        };
+        firsts.zip(others).filter_map(pair).collect()
+    }
+}
+
+/// What stands in place of a metric's id for the score.
+pub const SCORE: &str = "score";
+
+impl Figures {
+    /// Pools what the columns of a metric tell.
+    pub fn of(columns: &[Reading]) -> Self {
+        let areas: Vec<Pooled> = columns.iter().filter_map(Reading::separation).map(pooled).collect();
+        let agreements: Vec<Pooled> = columns.iter().filter_map(Reading::agreement).collect();
+        let tremor: Vec<f64> = columns.iter().flat_map(|c| c.differences(&c.crowd.steady)).collect();
+        let rate: Vec<f64> = columns.iter().flat_map(|c| c.differences(&c.crowd.slow)).collect();
+        Self {
+            separation: mean(&areas),
+            agreement: mean(&agreements),
+            tremor: assessment::statistics::quantile(&tremor, 0.5).ok(),
+            rate: rate.into_iter().reduce(f64::max),
+        }
+    }
+
+    /// Novices are better by it, and that is no chance.
+    pub fn wrong_way(&self) -> bool {
+        self.separation.is_some_and(|area| area.high < 0.5)
+    }
+
+    /// A person's attempts resemble each other hardly more than those of different people, and that is no chance.
+    pub fn disagrees(&self) -> bool {
+        self.agreement.is_some_and(|icc| icc.high < LEAST_AGREEMENT)
+    }
+}
+
+/// With an ICC below this even the mean of five attempts agrees with the mean of five others by no more than 0.36 (Spearman and
+/// Brown): a score of it says next to nothing of the person.
+pub const LEAST_AGREEMENT: f64 = 0.1;
+
+fn pooled(area: Estimate) -> Pooled {
+    Pooled { value: area.value, low: area.low, high: area.high }
+}
+
+/// The mean of independent figures; each end is as far from it as independent errors add up to.
+fn mean(figures: &[Pooled]) -> Option<Pooled> {
+    let count = figures.len() as f64;
+    let average = |of: &dyn Fn(&Pooled) -> f64| figures.iter().map(of).sum::<f64>() / count;
+    let together = |of: &dyn Fn(&Pooled) -> f64| average(&|p| of(p) * of(p)).sqrt() / count.sqrt();
+    let value = average(&|p| p.value);
+    (!figures.is_empty()).then(|| Pooled {
+        value,
+        low: value - together(&|p| p.value - p.low),
+        high: value + together(&|p| p.high - p.value),
+    })
+}
