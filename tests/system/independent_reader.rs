@@ -1,24 +1,14 @@
 //! A recording is read by somebody else's reader. Fails when only our own code understands what our own code wrote: a
 //! schema that does not describe its message, a topic missing, times that run backwards.
 
-use std::process::Command;
-
-use tests::{root, run_ok};
+use tests::{python_ok, run_ok};
 
 #[test]
 fn the_mcap_packages_of_python_read_every_message() {
-    let python = std::env::var("STYLET_TEST_PYTHON").unwrap_or_else(|_| "target/venv/bin/python".to_owned());
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path().join("attempt.mcap");
     let recording = recording.to_string_lossy();
     let exercise = tests::first_exercise();
     run_ok("stylet", &["simulate", &exercise, "--operator", "constant:10", "--seed", "1", "--out", &recording]);
-    let output = Command::new(root().join(python))
-        .arg("tests/python/read_recording.py")
-        .arg(&*recording)
-        .current_dir(root())
-        .output()
-        .expect("python is missing: deploy/test makes its environment");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(!output.stdout.is_empty(), "the reader prints what it counted");
+    assert!(!python_ok(&["read_recording.py", &recording]).is_empty(), "the reader prints what it counted");
 }

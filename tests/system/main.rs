@@ -5,10 +5,13 @@
 mod browser;
 mod documents;
 mod every_page;
+mod foreign_pages;
 mod house;
 mod independent_reader;
 mod journeys;
 mod licences;
+mod other_programs;
+mod readme;
 mod station;
 mod statistics;
 mod surveys;

@@ -35,7 +35,10 @@ fn is_time(text: &str) -> bool {
     let (whole, fraction) = time.split_once('.').unwrap_or((time, "0"));
     let like = |text: &str, pattern: &str| {
         text.len() == pattern.len()
-            && text.bytes().zip(pattern.bytes()).all(|(byte, p)| if p == b'0' { byte.is_ascii_digit() } else { byte == p })
+            && text
+                .bytes()
+                .zip(pattern.bytes())
+                .all(|(byte, p)| if p == b'0' { byte.is_ascii_digit() } else { byte == p })
     };
     let fraction_is_short = (1..=3).contains(&fraction.len()) && fraction.bytes().all(|byte| byte.is_ascii_digit());
     let offset_is_known = offset == "Z" || ["+00:00", "-00:00"].iter().any(|pattern| like(offset, pattern));
@@ -55,7 +58,9 @@ mod tests {
         for fine in ["2026-03-02T09:05:01Z", "2026-03-02T09:05:01.987Z", "2026-11-30T18:00:00+01:00"] {
             assert!(is_time(fine), "{fine}");
         }
-        for wrong in ["2026-03-02T09:05:01.987654Z", "2026-03-02 09:05Z", "2026-03-02T09:05:01", "2026-03-02T09:05:01.Z"] {
+        for wrong in
+            ["2026-03-02T09:05:01.987654Z", "2026-03-02 09:05Z", "2026-03-02T09:05:01", "2026-03-02T09:05:01.Z"]
+        {
             assert!(!is_time(wrong), "{wrong}");
         }
     }

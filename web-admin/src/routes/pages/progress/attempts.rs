@@ -14,7 +14,7 @@ use crate::storage::reports::{self, AttemptRecord};
 use crate::views::format;
 
 /// Attempts that are read at once: a long file keeps neither memory nor the database busy for long.
-const AT_ONCE: u32 = 1000;
+const AT_ONCE: u32 = 200;
 
 /// Columns of the file.
 const NAMES: [&str; 20] = [
