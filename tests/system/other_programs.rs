@@ -12,6 +12,10 @@ use crate::whole_path::{PASSWORD, found_school, id, json, only_session, scored, 
 const COURSE: &str = "id = \"one-step\"\ntitle = \"One step\"\n[mastery]\nrule = \"passes\"\npasses = 1\nof = 1\n\
                       [[exercise]]\nfile = \"only.toml\"\n";
 
+/// How the client is to be made; pieces of an upload are bytes under a name of tus's own.
+const GENERATOR: &str = "package_name_override: stylet_client\npost_hooks: []\n\
+                         content_type_overrides:\n  application/offset+octet-stream: application/octet-stream\n";
+
 /// The API's description, in a file.
 fn description(folder: &Path) -> String {
     let file = folder.join("openapi.json").to_string_lossy().into_owned();
@@ -36,7 +40,7 @@ fn the_description_keeps_to_the_rules_of_openapi() {
 fn a_client_made_from_the_description_uploads_and_reads_the_score() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
-    std::fs::write(at("config.yml"), "package_name_override: stylet_client\npost_hooks: []\n").expect("a file");
+    std::fs::write(at("config.yml"), GENERATOR).expect("a file");
     let (file, config, client) = (description(folder.path()), at("config.yml"), at("stylet_client"));
     let generate = ["-m", "openapi_python_client", "generate", "--path", &file, "--config", &config];
     python_ok(&[&generate[..], &["--meta", "none", "--output-path", &client, "--fail-on-warning"]].concat());

@@ -5,7 +5,7 @@ use utoipa::openapi::path::{Operation, PathItem};
 use utoipa::openapi::response::{Response, ResponseBuilder};
 use utoipa::openapi::schema::{KnownFormat, ObjectBuilder, SchemaFormat, Type};
 use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
-use utoipa::openapi::{OpenApi as Description, Ref, RefOr};
+use utoipa::openapi::{OpenApi as Description, Ref, RefOr, Required};
 use utoipa::{Modify, OpenApi};
 
 use super::{comments, documents, ratings, replay, score, sessions, stations, surveys, tus, upload};
@@ -92,6 +92,7 @@ fn complete(operation: &mut Operation, answers_head: bool) {
         }
     }
     if let Some(RefOr::T(body)) = &mut operation.request_body {
+        body.required = Some(Required::True);
         body.content.iter_mut().for_each(|(media_type, content)| show_bytes(media_type, content));
     }
 }
