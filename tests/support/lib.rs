@@ -75,7 +75,6 @@ pub fn python(arguments: &[&str]) -> Output {
 ///
 /// # Panics
 /// When it fails; the message holds all it said.
-#[must_use]
 pub fn python_ok(arguments: &[&str]) -> String {
     let output = python(arguments);
     let [said, complained] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes));
