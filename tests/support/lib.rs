@@ -63,6 +63,28 @@ pub fn run_ok(name: &str, arguments: &[&str]) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
+/// Runs a script of `tests/python`, or any with its whole path, with the packages of `tests/python/requirements.txt`.
+///
+/// # Panics
+/// When it cannot be started.
+#[must_use]
+pub fn python(arguments: &[&str]) -> Output {
+    let python = std::env::var("STYLET_TEST_PYTHON").unwrap_or_else(|_| "target/venv/bin/python".to_owned());
+    let output = Command::new(root().join(python)).args(arguments).current_dir(root().join("tests/python")).output();
+    output.unwrap_or_else(|error| panic!("python is missing: deploy/test makes its environment: {error}"))
+}
+
+/// Runs a script that must succeed, and returns what it printed.
+///
+/// # Panics
+/// When it fails; the message holds all it said.
+pub fn python_ok(arguments: &[&str]) -> String {
+    let output = python(arguments);
+    let [said, complained] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes));
+    assert!(output.status.success(), "{arguments:?}: {said}{complained}");
+    said.into_owned()
+}
+
 /// A running `web-admin serve`, ended when dropped.
 pub struct Service {
     child: Child,
@@ -92,8 +114,19 @@ impl Service {
     /// When it does not start; its own words go to the test's standard error.
     #[must_use]
     pub fn start_at(data_dir: &Path, address: &str) -> Self {
+        Self::start_with(data_dir, &["--listen", address])
+    }
+
+    /// Serves a data folder as it is told and waits until it answers.
+    ///
+    /// # Panics
+    /// When it does not start; its own words go to the test's standard error.
+    #[must_use]
+    pub fn start_with(data_dir: &Path, arguments: &[&str]) -> Self {
         let mut child = Command::new(program("web-admin"))
-            .args(["serve", "--listen", address, "--data-dir"])
+            .arg("serve")
+            .args(arguments)
+            .arg("--data-dir")
             .arg(data_dir)
             .stdout(Stdio::piped())
             .spawn()

@@ -86,10 +86,11 @@ pub(super) async fn inspect(browser: &Client, what: &str) {
     }
 }
 
-/// What of the open page breaks the rules of WCAG 2.1, level AA.
+/// What of the open page breaks the rules of WCAG 2.1, level AA, or skips a level of headings.
 const RULES: &str = "
     const done = arguments[0];
-    axe.run(document, { runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa'] })
+    const runOnly = { type: 'tag', values: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa'] };
+    axe.run(document, { runOnly, rules: { 'heading-order': { enabled: true } } })
         .then(r => done(r.violations.map(v => v.id + ': ' + v.help + ' at ' + v.nodes.map(n => n.target).join(', '))))
         .catch(e => done(['axe failed: ' + e]))";
 
@@ -116,11 +117,15 @@ async fn text(browser: &Client) -> String {
 }
 
 pub(super) async fn sign_in(browser: &Client, url: &str, email: &str) {
+    sign_in_with(browser, url, (email, PASSWORD)).await;
+}
+
+pub(super) async fn sign_in_with(browser: &Client, url: &str, (email, password): (&str, &str)) {
     browser.delete_all_cookies().await.expect("cookies can be dropped");
     browser.goto(&format!("{url}/login")).await.expect("the sign-in page");
     let form = browser.form(Locator::Css("main form")).await.expect("a form");
     form.set_by_name("email", email).await.expect("an e-mail field");
-    form.set_by_name("password", PASSWORD).await.expect("a password field");
+    form.set_by_name("password", password).await.expect("a password field");
     form.submit().await.expect("the form is sent");
     let landed = lands(browser, |path| path == "/").await;
     assert_eq!(landed, "/", "{email} was not let in: {}", text(browser).await);

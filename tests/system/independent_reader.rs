@@ -2,26 +2,16 @@
 //! schema that does not describe its message, a topic missing, times that run backwards; and when the layouts for viewers
 //! name a topic, a field or a frame that is not there.
 
-use std::process::Command;
-
-use tests::{root, run_ok};
+use tests::{python_ok, run_ok};
 
 /// Runs a script of `tests/python` on a recording of the first exercise, made for it.
 fn run_on_a_recording(script: &str) {
-    let python = std::env::var("STYLET_TEST_PYTHON").unwrap_or_else(|_| "target/venv/bin/python".to_owned());
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path().join("attempt.mcap");
     let recording = recording.to_string_lossy();
     let exercise = tests::first_exercise();
     run_ok("stylet", &["simulate", &exercise, "--operator", "constant:10", "--seed", "1", "--out", &recording]);
-    let output = Command::new(root().join(python))
-        .arg(root().join("tests/python").join(script))
-        .arg(&*recording)
-        .current_dir(root())
-        .output()
-        .expect("python is missing: deploy/test makes its environment");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(!output.stdout.is_empty(), "the script says what it found");
+    assert!(!python_ok(&[script, &recording]).is_empty(), "the script says what it found");
 }
 
 #[test]

@@ -31,7 +31,7 @@ fn found_school(data: &str) -> String {
         run_ok("web-admin", &[&add[..], &["--email", email, "--name", "Ada", "--password", PASSWORD]].concat());
     }
     let token = run_ok("web-admin", &["user", "token", "--data-dir", data, "--email", "ada@example.org"]);
-    token.split_whitespace().last().expect("a token").to_owned()
+    token.trim_end().to_owned()
 }
 
 /// Runs `stylet` at a station whose user's home is `home`; what it printed, and whether it ended well.

@@ -10,10 +10,10 @@ use tests::{Service, first_exercise, run, run_ok};
 
 use crate::visitor::Visitor;
 
-const PASSWORD: &str = "a long enough password";
+pub(super) const PASSWORD: &str = "a long enough password";
 
 /// A school with one trainee and the shipped curricula; returns the trainee's upload token.
-fn found_school(data: &Path) -> String {
+pub(super) fn found_school(data: &Path) -> String {
     let data = data.to_string_lossy();
     run_ok("web-admin", &["migrate", "--data-dir", &data]);
     let add = ["user", "add", "--data-dir", &data, "--school", "Test School", "--role", "trainee"];
@@ -21,21 +21,21 @@ fn found_school(data: &Path) -> String {
     run_ok("web-admin", &[&add[..], &who[..]].concat());
     run_ok("web-admin", &["curricula", "import", "curricula", "--data-dir", &data, "--school", "Test School"]);
     let token = run_ok("web-admin", &["user", "token", "--data-dir", &data, "--email", "ada@example.org"]);
-    token.split_whitespace().last().expect("a token").to_owned()
+    token.trim_end().to_owned()
 }
 
-fn simulate(folder: &Path, name: &str, operator: &str) -> String {
+pub(super) fn simulate(folder: &Path, name: &str, operator: &str) -> String {
     let path = folder.join(name).to_string_lossy().into_owned();
     run_ok("stylet", &["simulate", &first_exercise(), "--operator", operator, "--seed", "7", "--out", &path]);
     path
 }
 
-fn json(text: &str) -> Value {
+pub(super) fn json(text: &str) -> Value {
     serde_json::from_str(text).unwrap_or_else(|error| panic!("{error} in {text}"))
 }
 
 /// The score of a session, once the worker has made it.
-fn scored(url: &str, token: &str, session: &str) -> Value {
+pub(super) fn scored(url: &str, token: &str, session: &str) -> Value {
     for _ in 0..200 {
         let answer = ureq::get(format!("{url}/api/v1/sessions/{session}/score"))
             .header("Authorization", format!("Bearer {token}"))
@@ -69,7 +69,7 @@ fn an_exercise_becomes_a_scored_attempt_on_a_page() {
     run_ok("stylet", &upload);
     run_ok("stylet", &upload);
 
-    let session = session_id(&service.url, &token);
+    let session = id(&only_session(&service.url, &token), "session_id");
     let theirs = scored(&service.url, &token, &session);
     for key in ["score", "passed", "deductions", "hard_fails", "rubric", "simulator_version"] {
         assert_eq!(theirs[key], ours[key], "client and service differ on {key}");
@@ -80,14 +80,19 @@ fn an_exercise_becomes_a_scored_attempt_on_a_page() {
     run_ok("web-admin", &["verify", "--data-dir", &data]);
 }
 
-/// The only session the caller can see, by the trainee's own page.
-fn session_id(url: &str, token: &str) -> String {
+/// The only session the caller can see.
+pub(super) fn only_session(url: &str, token: &str) -> Value {
     let answer = ureq::get(format!("{url}/api/v1/sessions")).header("Authorization", format!("Bearer {token}")).call();
     let body = answer.expect("a list of sessions").body_mut().read_to_string().expect("a body");
     let list = json(&body);
     let sessions = list["sessions"].as_array().expect("sessions");
     assert_eq!(sessions.len(), 1, "delivered twice, listed once: {list}");
-    sessions[0]["session_id"].as_str().expect("an id").to_owned()
+    sessions[0].clone()
+}
+
+/// A text in an answer.
+pub(super) fn id(of: &Value, key: &str) -> String {
+    of[key].as_str().unwrap_or_else(|| panic!("no {key} in {of}")).to_owned()
 }
 
 #[test]

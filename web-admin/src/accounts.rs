@@ -149,7 +149,7 @@ pub async fn make_link(
     let expires_at = state.clock.now().plus_s(lifetime_s(purpose));
     let link = NewLink { school_id, person_id, purpose, expires_at };
     account_links::add(tx, link, &secret::token_sha256(&token)).await?;
-    Ok(format!("{}/join/{token}", state.config.public_url))
+    Ok(format!("{}/join/{token}", state.config.address()))
 }
 
 /// Queues the mail with a link; the link is made when it is sent.

@@ -1,8 +1,8 @@
 //! Certificates that a course was mastered: signed, and verifiable without this service.
 //!
 //! A certificate is what is certified, the public key, and an Ed25519 signature over the first part as it is written: in
-//! JSON, inside a page that a person can read, or alone. The private key is made with the first certificate and stays in the
-//! data folder.
+//! JSON, inside a page that a person can read, or alone. `docs/certificates.md` is its description for whoever reads one
+//! without this program. The private key is made when it is first needed and stays in the data folder.
 
 use std::fs::OpenOptions;
 use std::io::Write;

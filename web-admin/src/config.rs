@@ -4,6 +4,8 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use axum::http::Uri;
+
 /// What it costs to hash a password.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PasswordCost {
@@ -63,8 +65,10 @@ pub struct Config {
     pub mail: MailTo,
     /// Whom mail is from.
     pub mail_from: String,
-    /// Where people find this service, without a slash at its end: links in mails begin with it.
-    pub public_url: String,
+    /// Where people find this service, without a slash at its end, where it was told.
+    pub public_url: Option<String>,
+    /// Origins whose pages may upload with a token, as a browser names them.
+    pub allowed_origins: Vec<String>,
 }
 
 /// An option whose value cannot be used.
@@ -95,8 +99,15 @@ impl Config {
             password_cost: PasswordCost::RECOMMENDED,
             mail: MailTo::Folder(data_dir.join("mail")),
             mail_from: "Stylet <stylet@localhost>".to_owned(),
-            public_url: "http://127.0.0.1:8080".to_owned(),
+            public_url: None,
+            allowed_origins: Vec::new(),
         }
+    }
+
+    /// What links begin with that leave the service: where people find it, or else where it listens.
+    #[must_use]
+    pub fn address(&self) -> String {
+        self.public_url.clone().unwrap_or_else(|| format!("http://{}", self.listen))
     }
 
     /// Folder for uploads that are not acknowledged yet.
@@ -149,6 +160,31 @@ pub fn mail_to(given: &str) -> Result<MailTo, ConfigError> {
     }
 }
 
+/// An origin as given, in the words of a browser: `https://lab.example.org`, with a port where it is not the scheme's own.
+///
+/// # Errors
+/// When it is none, or stands for more than one.
+pub fn origin(given: &str) -> Result<String, ConfigError> {
+    let refused = || ConfigError {
+        option: "--allow-origin",
+        value: given.to_owned(),
+        allowed: "allowed is a scheme and a host, as https://lab.example.org or http://localhost:3000, without a path",
+    };
+    let text = given.to_ascii_lowercase();
+    let uri: Uri = text.parse().map_err(|_| refused())?;
+    let (scheme, host) = uri.scheme_str().zip(uri.host()).ok_or_else(refused)?;
+    let own_port = match scheme {
+        "http" => 80,
+        "https" => 443,
+        _ => return Err(refused()),
+    };
+    let port = uri.port_u16().map(|port| format!(":{port}")).unwrap_or_default();
+    if text != format!("{scheme}://{host}{port}") || host.contains('*') {
+        return Err(refused());
+    }
+    Ok(if uri.port_u16() == Some(own_port) { format!("{scheme}://{host}") } else { text })
+}
+
 /// A recordings folder as given: a `file://` URL or a path.
 ///
 /// # Errors
@@ -184,6 +220,29 @@ mod tests {
         assert_eq!(mail_to("out").unwrap(), MailTo::Folder(PathBuf::from("out")));
         let refused = mail_to("https://user:secret@mail.example").unwrap_err().to_string();
         assert!(refused.contains("--mail") && !refused.contains("secret"), "{refused}");
+    }
+
+    #[test]
+    fn an_origin_is_one_place_and_written_as_browsers_do() {
+        let written = |given: &str| origin(given).unwrap();
+        assert_eq!(written("https://Lab.Example.org:443"), "https://lab.example.org");
+        assert_eq!(
+            [written("http://localhost:3000"), written("http://[::1]:80")],
+            ["http://localhost:3000", "http://[::1]"]
+        );
+        for nonsense in [
+            "*",
+            "null",
+            "",
+            "lab.example.org",
+            "https://lab.example.org/",
+            "https://a@b.c",
+            "ftp://b.c",
+            "https://*.b.c",
+        ] {
+            let refused = origin(nonsense).unwrap_err().to_string();
+            assert!(refused.contains("--allow-origin") && refused.contains(nonsense), "{refused}");
+        }
     }
 
     #[test]

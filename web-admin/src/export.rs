@@ -1,7 +1,11 @@
 //! Tables as CSV (RFC 4180, UTF-8), safe to open in a spreadsheet.
 
+use anyhow::ensure;
+use axum::body::Body;
+use axum::http::HeaderName;
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
+use futures::{StreamExt, TryStream, TryStreamExt};
 
 /// One cell of a table.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,10 +71,21 @@ pub fn neutral(text: &str) -> String {
 /// # Errors
 /// When a row has not as many cells as there are names.
 pub fn csv(names: &[&str], rows: &[Vec<Cell>]) -> anyhow::Result<String> {
+    let heading = lines([names.iter().map(|name| (*name).to_owned())])?;
+    Ok(heading + &body(names, rows)?)
+}
+
+/// The rows of a table as lines.
+fn body(names: &[&str], rows: &[Vec<Cell>]) -> anyhow::Result<String> {
+    let crooked = rows.iter().find(|row| row.len() != names.len());
+    ensure!(crooked.is_none(), "a row of {} cells under {} names", crooked.map_or(0, Vec::len), names.len());
+    lines(rows.iter().map(|row| row.iter().map(Cell::print)))
+}
+
+fn lines(rows: impl IntoIterator<Item = impl Iterator<Item = String>>) -> anyhow::Result<String> {
     let mut writer = csv::WriterBuilder::new().terminator(csv::Terminator::CRLF).from_writer(Vec::new());
-    writer.write_record(names)?;
     for row in rows {
-        writer.write_record(row.iter().map(Cell::print))?;
+        writer.write_record(row)?;
     }
     Ok(String::from_utf8(writer.into_inner()?)?)
 }
@@ -80,11 +95,30 @@ pub fn csv(names: &[&str], rows: &[Vec<Cell>]) -> anyhow::Result<String> {
 /// # Errors
 /// When a row has not as many cells as there are names.
 pub fn download(file: &str, names: &[&str], rows: &[Vec<Cell>]) -> anyhow::Result<Response> {
-    let body = csv(names, rows)?;
+    Ok((headers(file), csv(names, rows)?).into_response())
+}
+
+/// A table of any length as a file to be saved under a name: its rows are written as they come, some at a time.
+///
+/// # Errors
+/// Never, but for those of writing a line of names. What fails later breaks the answer off, so that no client takes it for whole.
+pub fn stream(
+    file: &str,
+    names: &'static [&'static str],
+    rows: impl TryStream<Ok = Vec<Vec<Cell>>, Error = anyhow::Error> + Send + 'static,
+) -> anyhow::Result<Response> {
+    let heading = csv(names, &[])?;
+    let bodies = rows.and_then(async |rows| body(names, &rows)).inspect_err(|cause| {
+        tracing::error!(cause = format!("{cause:#}"), "an export broke off");
+    });
+    let body = Body::from_stream(futures::stream::once(async { Ok(heading) }).chain(bodies.into_stream()));
+    Ok((headers(file), body).into_response())
+}
+
+fn headers(file: &str) -> [(HeaderName, String); 2] {
     let safe: String = file.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '-' }).collect();
     let disposition = format!("attachment; filename=\"{safe}.csv\"");
-    Ok(([(CONTENT_TYPE, "text/csv; charset=utf-8".to_owned()), (CONTENT_DISPOSITION, disposition)], body)
-        .into_response())
+    [(CONTENT_TYPE, "text/csv; charset=utf-8".to_owned()), (CONTENT_DISPOSITION, disposition)]
 }
 
 #[cfg(test)]

@@ -98,7 +98,7 @@ impl Maker<'_> {
             exercise_sha256: bundle.exercise.sha256.clone(),
             scene_sha256: bundle.scene.sha256.clone(),
             simulator_version: env!("CARGO_PKG_VERSION").to_owned(),
-            git: option_env!("STYLET_GIT_REVISION").unwrap_or_default().to_owned(),
+            git: env!("STYLET_GIT_REVISION").to_owned(),
             device: self.device.to_owned(),
             device_max_force_n: self.device_max_force_n,
             law: bundle.scene.law,

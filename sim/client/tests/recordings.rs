@@ -45,6 +45,23 @@ fn the_same_seed_gives_the_same_bytes_and_another_one_does_not() {
     assert!(first != record("c.mcap", "6"), "another seed, another patient and another hand");
 }
 
+/// The commit that is checked out; none where the tree is no repository.
+fn checked_out() -> Option<String> {
+    let output = std::process::Command::new("git").args(["-C", text(&repository("")), "rev-parse", "HEAD"]).output();
+    let output = output.ok().filter(|output| output.status.success())?;
+    Some(String::from_utf8(output.stdout).expect("a hash").trim().to_owned())
+}
+
+#[test]
+fn a_recording_names_the_commit_it_was_made_by() {
+    let (_folder, file) = recorded();
+    let git = Recording::read(File::open(&file).expect("a recording")).expect("it reads").session.git;
+    let built_from = git.trim_end_matches("-dirty");
+    // Whoever builds without git may say the commit, and need not.
+    let expected = checked_out().or_else(|| std::env::var("STYLET_GIT_REVISION").ok()).unwrap_or_default();
+    assert_eq!(built_from, expected, "{git}");
+}
+
 #[test]
 fn what_was_simulated_verifies_to_the_bit() {
     for operator in ["novice", "constant:20"] {

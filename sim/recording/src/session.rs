@@ -24,7 +24,8 @@ pub struct Session {
     pub scene_sha256: String,
     /// Version of the simulator.
     pub simulator_version: String,
-    /// Revision the simulator was built from, or empty.
+    /// Commit the simulator was built from, with `-dirty` where its sources differed from it; empty where it was built without
+    /// git, and in what the service simulates for its demonstration.
     pub git: String,
     /// Device name, for example `operator:novice`.
     pub device: String,

@@ -14,7 +14,7 @@ use tracing_subscriber::EnvFilter;
 use super::{Failure, Storage, say};
 use crate::AppState;
 use crate::clock::Clock;
-use crate::config::mail_to;
+use crate::config::{mail_to, origin};
 use crate::regrading::exercise::PREVIEW_LIFETIME_S;
 use crate::roster_import::DRAFT_LIFETIME_S;
 use crate::storage::web_sessions::WebSessions;
@@ -37,9 +37,14 @@ pub struct ServeArgs {
     /// A proxy in front speaks TLS and sets X-Forwarded-For: cookies become Secure
     #[arg(long, env = "STYLET_BEHIND_TLS")]
     behind_tls: bool,
-    /// Where people find this service: links in mails begin with it [default: http:// and the address listened on]
+    /// Where people find this service: links in mails and to viewers begin with it [default: http:// and the address listened
+    /// on; to viewers, the address that the visitor came by]
     #[arg(long, value_name = "URL", env = "STYLET_PUBLIC_URL")]
     public_url: Option<String>,
+    /// Origin whose pages may upload with a token from a browser, as https://lab.example.org; may be given several times, or
+    /// several with commas [default: none]
+    #[arg(long, value_name = "ORIGIN", value_delimiter = ',', env = "STYLET_ALLOW_ORIGIN")]
+    allow_origin: Vec<String>,
     /// Mail: a smtp: or smtps: URL with user and password, or a folder for .eml files [default: mail in the data folder]
     #[arg(long, value_name = "URL", env = "STYLET_MAIL", hide_env_values = true)]
     mail: Option<String>,
@@ -57,8 +62,8 @@ pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
     config.listen = args.listen;
     config.behind_tls = args.behind_tls;
     config.max_upload_bytes = args.max_upload_mb * 1_000_000;
-    let listening = || format!("http://{}", args.listen);
-    config.public_url = args.public_url.clone().unwrap_or_else(listening).trim_end_matches('/').to_owned();
+    config.public_url = args.public_url.as_ref().map(|url| url.trim_end_matches('/').to_owned());
+    config.allowed_origins = args.allow_origin.iter().map(|given| origin(given)).collect::<Result<_, _>>()?;
     config.mail_from.clone_from(&args.mail_from);
     if let Some(given) = &args.mail {
         config.mail = mail_to(given)?;

@@ -26,7 +26,7 @@ pub enum UserCommand {
     ResetPassword(ResetArgs),
     /// Keeps a person from signing in and revokes their tokens; their attempts stay
     Disable(WhoArgs),
-    /// Makes a token for the API and prints it, this once
+    /// Makes a token for the API and prints it alone, this once
     Token(TokenArgs),
 }
 
@@ -196,7 +196,8 @@ async fn token(args: &TokenArgs) -> Result<(), Failure> {
         }
     };
     tx.commit().await?;
-    say(format_args!("token: {token}"));
+    // Nothing else: `> token` makes a file that `stylet upload --token-file` reads.
+    say(token);
     Ok(())
 }
 

@@ -1,6 +1,7 @@
 //! What the service knows, free of storage and pages.
 
 pub mod assignment;
+pub mod attempt_place;
 pub mod comment;
 pub mod corridor;
 pub mod curve;
@@ -16,6 +17,7 @@ pub mod segments;
 pub mod series;
 pub mod survey;
 
+pub use attempt_place::AttemptPlace;
 pub use curve::Curve;
 pub use moment::{Moment, new_id};
 pub use person::{CurrentPerson, Role};

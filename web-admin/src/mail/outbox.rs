@@ -92,7 +92,7 @@ async fn compose(state: &AppState, mail: &Mail) -> Result<Option<Letter>, Error>
 
 /// A reminder of what is still to be done: an assignment, or a task to mark pops.
 async fn reminder(state: &AppState, mail: &Mail) -> Result<Option<(String, String)>, Error> {
-    let (is_meant, address) = (|id| Some(id) == mail.assignment_id, &state.config.public_url);
+    let (is_meant, address) = (|id| Some(id) == mail.assignment_id, &state.config.address());
     let standings = assignments::standings(state, mail.school_id, mail.person_id).await?;
     if let Some(Standing { assigned, stage, .. }) = standings.iter().find(|s| is_meant(s.assigned.id) && s.is_open()) {
         let remind = |due_at| {

@@ -35,7 +35,7 @@ async fn deliver(state: &AppState, letter: &Letter) -> Result<(), Error> {
         return note(state, letter, Err(("the survey was not open".to_owned(), None))).await;
     }
     let token = claim(state, letter, &survey).await?;
-    let link = format!("{}/survey/{token}", state.config.public_url);
+    let link = format!("{}/survey/{token}", state.config.address());
     let minutes = instrument_of(state, &survey).await?.duration_min;
     let (subject, body) = views::letters::survey(letter, &survey, (&link, minutes, link_expiry(&survey, now)));
     let (name, email) = (letter.name.clone(), letter.email.clone());

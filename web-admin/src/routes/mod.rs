@@ -26,6 +26,7 @@ pub mod language;
 mod listed;
 pub mod pages;
 pub mod survey;
+pub mod well_known;
 
 pub use listed::Routes;
 
@@ -61,6 +62,7 @@ pub fn routes(state: &AppState) -> Routes {
         .nest("/api/v1", api::router(state))
         .around(|all| all.layer(cookies(state)))
         .merge(health::router())
+        .merge(well_known::router())
         .around(|all| {
             all.layer(from_fn_with_state(state.clone(), health::count_requests))
                 // The last tenth of size would cost several times the time.

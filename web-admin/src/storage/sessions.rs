@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use super::Result;
 use super::scores::SessionKey;
-use crate::domain::{CurrentPerson, Moment, Role};
+use crate::domain::{AttemptPlace, CurrentPerson, Moment, Role};
 
 /// What became of an uploaded recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, sqlx::Type, utoipa::ToSchema)]
@@ -19,6 +19,18 @@ pub enum SessionState {
     Scored,
     /// Read, but not to be scored; the reason stands beside it.
     Refused,
+}
+
+impl SessionState {
+    /// As the API and the database say it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Pending => "pending",
+            Self::Scored => "scored",
+            Self::Refused => "refused",
+        }
+    }
 }
 
 /// An attempt.
@@ -176,14 +188,20 @@ pub async fn visible(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, 
     .await
 }
 
-/// The newest attempts that a person may see, at most 100.
+/// The attempts that a person may see, newest first, after one of them; at most `limit`.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn newest_visible(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<Session>> {
+pub async fn visible_after(
+    executor: impl SqliteExecutor<'_>,
+    viewer: &CurrentPerson,
+    after: AttemptPlace,
+    limit: u32,
+) -> Result<Vec<Session>> {
     let statement = match viewer.role {
         Role::Administrator => {
-            "SELECT * FROM sessions WHERE school_id = $1 AND $2 = $2 ORDER BY started_at DESC, id DESC LIMIT 100"
+            "SELECT * FROM sessions WHERE school_id = $1 AND $2 = $2 AND (started_at, id) < ($3, $4)
+             ORDER BY started_at DESC, id DESC LIMIT $5"
         }
         // From whoever is seen to the newest of each, and from these to the newest of all.
         Role::Instructor | Role::Trainee => {
@@ -192,12 +210,19 @@ pub async fn newest_visible(executor: impl SqliteExecutor<'_>, viewer: &CurrentP
                  WHERE teacher.person_id = $2 AND teacher.role = 'instructor' UNION SELECT $2) seen
                CROSS JOIN sessions n ON n.school_id = $1 AND n.id IN (
                  SELECT l.id FROM sessions l WHERE l.school_id = $1 AND l.trainee_id = seen.person_id
-                 ORDER BY l.started_at DESC, l.id DESC LIMIT 100)
-               ORDER BY n.started_at DESC, n.id DESC LIMIT 100) chosen
+                   AND (l.started_at, l.id) < ($3, $4) ORDER BY l.started_at DESC, l.id DESC LIMIT $5)
+               ORDER BY n.started_at DESC, n.id DESC LIMIT $5) chosen
              CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id ORDER BY s.started_at DESC, s.id DESC"
         }
     };
-    sqlx::query_as(statement).bind(viewer.school_id).bind(viewer.id).fetch_all(executor).await
+    sqlx::query_as(statement)
+        .bind(viewer.school_id)
+        .bind(viewer.id)
+        .bind(after.started_at)
+        .bind(after.id)
+        .bind(limit)
+        .fetch_all(executor)
+        .await
 }
 
 /// Ends the wait for a score.

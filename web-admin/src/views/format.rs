@@ -96,10 +96,12 @@ pub fn short_date(day: impl Borrow<Date>) -> String {
     words::dates::day((u8::from(day.month()), day.day()))
 }
 
-/// For the `datetime` attribute of `<time>`.
+/// For the `datetime` attribute of `<time>`, which has milliseconds at most.
 #[must_use]
 pub fn machine_time(at: impl Borrow<OffsetDateTime>) -> String {
-    at.borrow().format(&time::format_description::well_known::Rfc3339).unwrap_or_default()
+    let at = *at.borrow();
+    let whole_ms = at.replace_millisecond(at.millisecond()).unwrap_or(at);
+    whole_ms.format(&time::format_description::well_known::Rfc3339).unwrap_or_default()
 }
 
 /// How long ago, in whole days where it is more than one.
@@ -211,6 +213,12 @@ mod tests {
         assert_eq!(ago(datetime!(2026-03-01 06:00 UTC), now), "1 day ago");
         assert_eq!([span(42.04), span(125.0), span(300.0)], ["42.0\u{a0}s", "2 min 5\u{a0}s", "5\u{a0}min"]);
         assert_eq!(span(f64::NAN), "unknown");
+    }
+
+    #[test]
+    fn a_machine_reads_milliseconds_at_most() {
+        let times = [datetime!(2026-03-02 09:05:01.987654 UTC), datetime!(2026-03-02 09:05 UTC)].map(machine_time);
+        assert_eq!(times, ["2026-03-02T09:05:01.987Z", "2026-03-02T09:05:00Z"]);
     }
 
     #[test]

@@ -23,6 +23,8 @@ pub mod judgement;
 pub mod letters;
 pub mod links;
 pub mod login;
+#[cfg(test)]
+mod markup;
 pub mod metric;
 pub mod people;
 pub mod progress;

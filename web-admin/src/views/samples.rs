@@ -26,6 +26,7 @@ pub(super) const NOW: OffsetDateTime = datetime!(2026-05-20 09:30 UTC);
 pub(super) fn keep(name: &str, page: &(impl askama::Template + std::fmt::Debug)) -> String {
     super::forgotten::check(name, page);
     let html = page.render().expect("the page renders");
+    super::markup::check(name, &html);
     let scripts = html.replace("<script src=\"/assets/", "").replace("<script type=\"module\" src=\"/assets/", "");
     let inline = html.contains("style=") || html.contains("<style") || scripts.contains("<script");
     assert!(!inline, "the policy forbids it");

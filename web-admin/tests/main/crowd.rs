@@ -100,3 +100,37 @@ async fn the_pages_of_a_crowd_are_shown() {
     let metrics = metrics.get("/metrics").await.text();
     assert!(metrics.contains(&format!("stylet_sessions{{state=\"scored\"}} {}\n", TRAINEES * EACH + 1)), "{metrics}");
 }
+
+#[tokio::test]
+async fn every_attempt_is_in_the_export_and_on_one_page_of_the_list() {
+    let app = crowded().await;
+    let all = (TRAINEES * EACH + 1) as usize;
+    let mut admin = app.signed_in("admin@north.example").await;
+    let file = admin.get("/progress/attempts.csv").await;
+    assert_eq!(file.status, 200);
+    let mut reader = csv::Reader::from_reader(file.body.as_slice());
+    let exported: Vec<String> = reader.records().map(|row| row.unwrap()[0].to_owned()).collect();
+    let mut listed = Vec::new();
+    let mut address = "/api/v1/sessions".to_owned();
+    loop {
+        let page = admin.get(&address).await.json();
+        let sessions = page["sessions"].as_array().unwrap().iter();
+        listed.extend(sessions.map(|session| session["session_id"].as_str().unwrap().to_owned()));
+        let Some(next) = page["next"].as_str() else { break };
+        address = format!("/api/v1/sessions?after={next}");
+    }
+    assert_eq!(exported.len(), all);
+    assert_eq!(listed, exported, "newest first, each once");
+    let mut instructor = app.signed_in(&generated::instructor_email(0)).await;
+    assert_eq!(instructor.get("/progress/attempts.csv").await.status, 403);
+    let first = instructor.get("/api/v1/sessions?limit=70").await.json();
+    let second = instructor.get(&format!("/api/v1/sessions?after={}", first["next"].as_str().unwrap())).await.json();
+    let ids = |page: &serde_json::Value| {
+        let sessions = page["sessions"].as_array().unwrap().iter();
+        sessions.map(|session| session["session_id"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    let taught = [ids(&first), ids(&second)].concat();
+    assert_eq!(taught.len(), 4 * 10 * EACH as usize, "four cohorts of ten");
+    let visible: Vec<&String> = listed.iter().filter(|id| taught.contains(id)).collect();
+    assert!(taught.iter().eq(visible), "in the order of the whole list");
+}

@@ -22,6 +22,7 @@ mod every_route;
 mod experts;
 mod nonsense;
 mod operation;
+mod other_programs;
 mod pages;
 mod people;
 mod plans;

@@ -33,13 +33,12 @@ const BIG: [&str; 17] = [
 const LISTED: [&str; 2] = ["assignments", "segment_tasks"];
 
 /// What may read everything: beginnings of statements, each with the reason.
-const WHOLE: [(&str, &str); 13] = [
+const WHOLE: [(&str, &str); 12] = [
     ("WITH RECURSIVE", "the generator of invented practice"),
     ("INSERT INTO tallies", "sums a school up anew, after the generator"),
     ("DELETE FROM tallies", "the same"),
     ("INSERT INTO scores (id, school_id, session_id, score", "the generator of invented practice"),
     ("SELECT (SELECT count(*) FROM people WHERE role", "/metrics: short rows, rarely asked"),
-    ("SELECT * FROM sessions WHERE school_id = $1 AND $2 = $2 ORDER BY", "the newest hundred, in the index's order"),
     ("SELECT id, recording_path, recording_sha256", "verify and backup read every recording"),
     ("SELECT seq, at, school_id, actor", "verify and serve walk the whole audit log"),
     ("SELECT id, name FROM cohorts", "the cohorts to choose from, all of them"),

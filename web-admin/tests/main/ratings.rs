@@ -148,7 +148,11 @@ async fn whoever_asked_sees_agreement_and_the_trainee_the_mean() {
     }
     let csv = teacher.get(&format!("{round}/ratings.csv")).await.text();
     assert_eq!(csv.lines().count(), 7, "{csv}");
-    assert!(csv.lines().next().unwrap().ends_with("feel,flow,overall,global") && csv.contains(",35"), "{csv}");
+    assert!(
+        csv.lines().next().unwrap().ends_with("feel,flow,overall,global,trainee_id,pseudonym,rater_id")
+            && csv.contains(",35"),
+        "{csv}"
+    );
     let mut ada = school.app.signed_in("ada@example.org").await;
     let grade = ada.get(&format!("/sessions/{}/grade", school.attempts[2])).await.text();
     assert!(grade.contains("31.5") && grade.contains("Global rating") && !grade.contains(&round), "{grade}");

@@ -88,7 +88,7 @@ async fn invitation(state: &AppState, administrator: &CurrentPerson) -> anyhow::
     let whose = (administrator.school_id, administrator.id);
     let address = accounts::make_link(&mut tx, state, whose, Purpose::Reset).await?;
     tx.commit().await?;
-    Ok(address.strip_prefix(state.config.public_url.as_str()).unwrap_or(&address).to_owned())
+    Ok(address.strip_prefix(state.config.address().as_str()).unwrap_or(&address).to_owned())
 }
 
 /// The form of the survey with many answers.

@@ -131,3 +131,15 @@ fn nobody_leaves_by_omission_unless_that_is_asked_and_then_only_the_cohorts_of_t
     let [only] = leaving(true).try_into().unwrap();
     assert_eq!((only.person, only.cohort.as_str()), (Uuid::from_u128(1), "A"));
 }
+
+#[test]
+fn a_line_has_the_number_that_an_editor_shows_whatever_ends_it() {
+    for end in ["\n", "\r\n", "\r"] {
+        let file = ["email,name", "a@b.c,Ana", "", "b@b.c,Bo", "no address,Cy", ""].join(end);
+        for (head, more) in [(String::new(), 0), (format!("sep=,{end}"), 1)] {
+            let rows = read(format!("{head}{file}").as_bytes()).unwrap().rows;
+            let lines: Vec<u64> = rows.iter().map(|row| row.line - more).collect();
+            assert_eq!(lines, [2, 4, 5], "{end:?}");
+        }
+    }
+}

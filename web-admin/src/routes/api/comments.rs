@@ -23,7 +23,7 @@ pub(super) struct Comments {
 }
 
 /// What was said about an attempt.
-#[utoipa::path(get, path = "/sessions/{id}/comments", params(("id" = Uuid, Path)),
+#[utoipa::path(get, path = "/sessions/{id}/comments", operation_id = "list_comments", params(("id" = Uuid, Path)),
     responses((status = 200, body = Comments), (status = 404, body = Problem)))]
 pub(super) async fn list(
     State(state): State<AppState>,
@@ -54,7 +54,7 @@ pub(super) struct Added {
 }
 
 /// Adds a comment.
-#[utoipa::path(post, path = "/sessions/{id}/comments", params(("id" = Uuid, Path)), request_body = NewComment,
+#[utoipa::path(post, path = "/sessions/{id}/comments", operation_id = "add_comment", params(("id" = Uuid, Path)), request_body = NewComment,
     responses((status = 201, body = Added), (status = 404, body = Problem), (status = 422, body = Problem)))]
 pub(super) async fn add(
     State(state): State<AppState>,

@@ -118,7 +118,7 @@ fn mastered_before(standing: &assignment::Standing, open: &[Assignment]) -> Opti
 }
 
 /// What the caller may train now: not yet mastered, prerequisites honoured.
-#[utoipa::path(get, path = "/me/assignments",
+#[utoipa::path(get, path = "/me/assignments", operation_id = "list_assignments",
     responses((status = 200, body = Assignments), (status = 401, body = Problem)))]
 pub(super) async fn assignments(State(state): State<AppState>, caller: Caller) -> Result<Json<Assignments>, ApiError> {
     let person = caller.person()?;
@@ -217,7 +217,7 @@ pub(super) struct ListedExercise {
 
 /// The school's exercises in the revisions that trainees are given: what the caller is to do first comes first. To a
 /// station, which is nobody in particular, nothing is due.
-#[utoipa::path(get, path = "/exercises",
+#[utoipa::path(get, path = "/exercises", operation_id = "list_exercises",
     responses((status = 200, body = ExerciseList), (status = 401, body = Problem)))]
 pub(super) async fn exercises(State(state): State<AppState>, caller: Caller) -> Result<Json<ExerciseList>, ApiError> {
     let person = caller.person().ok().map(|person| person.id);
@@ -275,7 +275,7 @@ pub(super) struct ExerciseView {
 }
 
 /// An exercise in the revision that trainees are given.
-#[utoipa::path(get, path = "/exercises/{id}", params(("id" = String, Path)),
+#[utoipa::path(get, path = "/exercises/{id}", operation_id = "show_exercise", params(("id" = String, Path)),
     responses((status = 200, body = ExerciseView), (status = 404, body = Problem)))]
 pub(super) async fn exercise(
     State(state): State<AppState>,

@@ -6,9 +6,8 @@ use axum::http::request::Parts;
 use axum::middleware::from_fn_with_state;
 use axum::routing::{get, post, put};
 use serde::de::DeserializeOwned;
+use utoipa::OpenApi;
 use utoipa::openapi::OpenApi as Description;
-use utoipa::openapi::security::{Http, HttpAuthScheme, SecurityScheme};
-use utoipa::{Modify, OpenApi};
 use uuid::Uuid;
 
 use crate::AppState;
@@ -17,9 +16,12 @@ use crate::routes::Routes;
 
 mod caller;
 mod comments;
+mod cors;
+mod description;
 mod documents;
 mod ratings;
 mod replay;
+mod score;
 mod sessions;
 mod stations;
 mod surveys;
@@ -32,7 +34,7 @@ pub fn router(state: &AppState) -> Routes {
     Routes::new()
         .route("/sessions", post(upload::create).get(sessions::list))
         .route("/sessions/{id}", get(sessions::show))
-        .route("/sessions/{id}/score", get(sessions::score))
+        .route("/sessions/{id}/score", get(score::show))
         .route("/sessions/{id}/recording", get(sessions::recording))
         .route("/sessions/{id}/series", get(replay::series))
         .route("/sessions/{id}/comments", get(comments::list).post(comments::add))
@@ -62,53 +64,7 @@ pub fn router(state: &AppState) -> Routes {
 /// The OpenAPI description.
 #[must_use]
 pub fn description() -> Description {
-    ApiDescription::openapi()
-}
-
-#[derive(OpenApi)]
-#[openapi(
-    info(title = "Stylet", description = "Recordings in, scores out."),
-    servers((url = "/api/v1")),
-    security(("token" = [])),
-    modifiers(&BearerToken),
-    paths(
-        upload::create,
-        sessions::list,
-        sessions::show,
-        sessions::score,
-        sessions::recording,
-        comments::list,
-        comments::add,
-        replay::series,
-        replay::stage,
-        replay::frames,
-        ratings::series,
-        ratings::stage,
-        ratings::frames,
-        surveys::after,
-        surveys::answer,
-        tus::describe,
-        tus::create,
-        tus::show,
-        tus::append,
-        tus::terminate,
-        stations::pair,
-        stations::show,
-        stations::sign_in,
-        documents::assignments,
-        documents::exercises,
-        documents::exercise
-    )
-)]
-struct ApiDescription;
-
-struct BearerToken;
-
-impl Modify for BearerToken {
-    fn modify(&self, openapi: &mut Description) {
-        let components = openapi.components.get_or_insert_default();
-        components.add_security_scheme("token", SecurityScheme::Http(Http::new(HttpAuthScheme::Bearer)));
-    }
+    description::ApiDescription::openapi()
 }
 
 /// The id in a path. What cannot be an id names nothing: 404, as an id of nothing.

@@ -20,7 +20,7 @@ async fn find(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Er
 }
 
 /// An attempt to be rated over time, as `/sessions/{id}/series`.
-#[utoipa::path(get, path = "/ratings/{id}/series", operation_id = "rated_series",
+#[utoipa::path(get, path = "/ratings/{id}/series", operation_id = "show_rated_series",
     params(("id" = Uuid, Path, description = "a rating of the caller"), ("points" = Option<usize>, Query),
            ("from_s" = Option<f64>, Query), ("to_s" = Option<f64>, Query)),
     responses((status = 200, body = Series), (status = 400, body = Problem), (status = 404, body = Problem)))]
@@ -34,7 +34,7 @@ pub(super) async fn series(
 }
 
 /// What does not move in the replay of an attempt to be rated, as `/sessions/{id}/replay`.
-#[utoipa::path(get, path = "/ratings/{id}/replay", operation_id = "rated_stage",
+#[utoipa::path(get, path = "/ratings/{id}/replay", operation_id = "show_rated_replay_stage",
     params(("id" = Uuid, Path, description = "a rating of the caller")),
     responses((status = 200, body = Stage), (status = 404, body = Problem)))]
 pub(super) async fn stage(
@@ -47,9 +47,10 @@ pub(super) async fn stage(
 }
 
 /// What moves in the replay of an attempt to be rated, as `/sessions/{id}/replay/frames`.
-#[utoipa::path(get, path = "/ratings/{id}/replay/frames", operation_id = "rated_frames",
+#[utoipa::path(get, path = "/ratings/{id}/replay/frames", operation_id = "download_rated_replay_frames",
     params(("id" = Uuid, Path, description = "a rating of the caller")),
-    responses((status = 200, content_type = "application/octet-stream"), (status = 206), (status = 416),
+    responses((status = 200, content_type = "application/octet-stream"),
+              (status = 206, content_type = "application/octet-stream"), (status = 416),
               (status = 404, body = Problem)))]
 pub(super) async fn frames(
     State(state): State<AppState>,

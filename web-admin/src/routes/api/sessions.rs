@@ -2,11 +2,10 @@
 
 use std::path::PathBuf;
 
-use assessment::{Assessment, RubricRef};
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, Request, State};
-use axum::http::{HeaderValue, StatusCode, header};
+use axum::http::{HeaderValue, header};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use tower::ServiceExt;
@@ -17,11 +16,9 @@ use uuid::Uuid;
 use super::Id;
 use super::caller::Caller;
 use crate::AppState;
-use crate::domain::Moment;
+use crate::domain::{AttemptPlace, Moment};
 use crate::error::{ApiError, Error, Problem};
 use crate::recordings;
-use crate::storage::grades;
-use crate::storage::scores::{self, SessionKey};
 use crate::storage::sessions::{self, Session, SessionState};
 
 /// An attempt.
@@ -95,17 +92,68 @@ impl From<Session> for SessionView {
     }
 }
 
-/// The newest attempts, at most 100.
+/// Attempts, newest first.
 #[derive(Debug, Serialize, ToSchema)]
 pub(super) struct SessionList {
     sessions: Vec<SessionView>,
+    /// Where the list goes on: to be given as `after`. Absent at its end.
+    next: Option<String>,
 }
 
-/// The newest attempts that the caller may see, at most 100.
-#[utoipa::path(get, path = "/sessions", responses((status = 200, body = SessionList), (status = 401, body = Problem)))]
-pub(super) async fn list(State(state): State<AppState>, caller: Caller) -> Result<Json<SessionList>, ApiError> {
-    let found = sessions::newest_visible(state.db.reader(), caller.person()?).await?;
-    Ok(Json(SessionList { sessions: found.into_iter().map(SessionView::from).collect() }))
+/// Most attempts in one answer, and as many as there are where nobody says how many.
+const LONGEST_PAGE: u32 = 100;
+
+/// Which stretch of a list is asked for, as it was typed: each refusal names its field.
+#[derive(Debug, Deserialize)]
+pub(super) struct PageQuery {
+    after: Option<String>,
+    limit: Option<String>,
+}
+
+impl PageQuery {
+    fn after(&self) -> Result<AttemptPlace, Error> {
+        let Some(after) = &self.after else { return Ok(AttemptPlace::START) };
+        after.parse().map_err(|refused| Error::BadRequest(format!("after: \"{after}\"; {refused}")))
+    }
+
+    fn limit(&self) -> Result<u32, Error> {
+        let Some(limit) = &self.limit else { return Ok(LONGEST_PAGE) };
+        let parsed = limit.parse().ok().filter(|limit| (1..=LONGEST_PAGE).contains(limit));
+        parsed.ok_or_else(|| {
+            Error::BadRequest(format!("limit: \"{limit}\"; allowed is a whole number from 1 to {LONGEST_PAGE}"))
+        })
+    }
+}
+
+/// The attempts that the caller may see, newest first, as many as `limit` says. Where there are more, `next` says where the list goes
+/// on, and so does a `Link` header.
+#[utoipa::path(get, path = "/sessions", operation_id = "list_sessions",
+    params(("after" = Option<String>, Query, description = "what `next` of the list before said; the newest by default"),
+           ("limit" = Option<u32>, Query, minimum = 1, maximum = 100, description = "1 to 100; 100 by default")),
+    responses((status = 200, body = SessionList,
+               headers(("Link" = String, description = "the address of what comes next, rel=\"next\" (RFC 8288)"))),
+              (status = 400, body = Problem)))]
+pub(super) async fn list(
+    State(state): State<AppState>,
+    caller: Caller,
+    query: Result<Query<PageQuery>, QueryRejection>,
+) -> Result<Response, ApiError> {
+    let person = caller.person()?;
+    let Query(asked) = query.map_err(|refused| Error::BadRequest(refused.body_text()))?;
+    let (after, limit) = (asked.after()?, asked.limit()?);
+    // One more tells whether there are more.
+    let mut found = sessions::visible_after(state.db.reader(), person, after, limit + 1).await?;
+    let more = found.len() > limit as usize;
+    found.truncate(limit as usize);
+    let last = found.last().filter(|_| more).map(|last| AttemptPlace { started_at: last.started_at, id: last.id });
+    let next = last.map(|last| last.to_string());
+    let link = next.as_ref().map(|next| format!("</api/v1/sessions?after={next}&limit={limit}>; rel=\"next\""));
+    let sessions = found.into_iter().map(SessionView::from).collect();
+    let mut response = Json(SessionList { sessions, next }).into_response();
+    if let Some(link) = link {
+        response.headers_mut().insert(header::LINK, HeaderValue::from_str(&link).map_err(anyhow::Error::from)?);
+    }
+    Ok(response)
 }
 
 /// The attempt of an id, if there is one that the caller may see.
@@ -114,7 +162,7 @@ pub(super) async fn find(state: &AppState, caller: &Caller, id: Uuid) -> Result<
 }
 
 /// An attempt.
-#[utoipa::path(get, path = "/sessions/{id}", params(("id" = Uuid, Path)),
+#[utoipa::path(get, path = "/sessions/{id}", operation_id = "show_session", params(("id" = Uuid, Path)),
     responses((status = 200, body = SessionView), (status = 404, body = Problem)))]
 pub(super) async fn show(
     State(state): State<AppState>,
@@ -122,65 +170,6 @@ pub(super) async fn show(
     Id(id): Id,
 ) -> Result<Json<SessionView>, ApiError> {
     Ok(Json(find(&state, &caller, id).await?.into()))
-}
-
-/// Where the score stands while there is none.
-#[derive(Debug, Serialize, ToSchema)]
-struct Waiting {
-    state: SessionState,
-}
-
-/// A computed score, and what somebody has put in its place.
-#[derive(Serialize)]
-struct Graded {
-    #[serde(flatten)]
-    computed: Assessment,
-    #[serde(rename = "override", skip_serializing_if = "Option::is_none")]
-    overridden: Option<OverrideView>,
-}
-
-/// What counts in place of the computed score.
-#[derive(Serialize)]
-struct OverrideView {
-    /// 0–100.
-    score: f64,
-    passed: bool,
-    reason: String,
-    made_at: Moment,
-}
-
-impl OverrideView {
-    fn of(made: grades::Override) -> Option<Self> {
-        let (score, passed) = made.score.zip(made.passed)?;
-        Some(Self { score, passed, reason: made.reason, made_at: made.made_at })
-    }
-}
-
-/// The newest computed score, in the form of `stylet score --json`; where somebody has put another in its place,
-/// `override` holds it: `score`, `passed`, `reason` and `made_at`. 202 while the recording waits to be scored.
-#[utoipa::path(get, path = "/sessions/{id}/score", params(("id" = Uuid, Path)),
-    responses((status = 200, body = Object), (status = 202, body = Waiting), (status = 404, body = Problem)))]
-pub(super) async fn score(State(state): State<AppState>, caller: Caller, Id(id): Id) -> Result<Response, ApiError> {
-    let session = find(&state, &caller, id).await?;
-    let key = SessionKey { school_id: session.school_id, id };
-    let Some(score) = scores::newest(state.db.reader(), key).await? else {
-        return match session.state {
-            SessionState::Refused => Err(Error::Unscored(session.refusal.unwrap_or_default()).into()),
-            waiting => Ok((StatusCode::ACCEPTED, Json(Waiting { state: waiting })).into_response()),
-        };
-    };
-    let metrics = scores::metrics(state.db.reader(), key).await?;
-    let computed = Assessment {
-        score: score.score,
-        passed: score.passed,
-        metrics,
-        deductions: score.deductions.0,
-        hard_fails: score.hard_fails.0,
-        rubric: RubricRef { id: score.rubric_id, sha256: score.rubric_sha256 },
-        simulator_version: score.simulator_version,
-    };
-    let overridden = grades::overrides(state.db.reader(), key).await?.pop().and_then(OverrideView::of);
-    Ok(Json(Graded { computed, overridden }).into_response())
 }
 
 fn recording_path(state: &AppState, session: &Session) -> PathBuf {
@@ -196,9 +185,10 @@ pub(super) struct RecordingQuery {
 
 /// The recording, whole or a range of its bytes. With `with=comments` a copy of it, in which each comment and answer is an
 /// event of kind coaching at its moment; the stored bytes never change.
-#[utoipa::path(get, path = "/sessions/{id}/recording",
+#[utoipa::path(get, path = "/sessions/{id}/recording", operation_id = "download_recording",
     params(("id" = Uuid, Path), ("with" = Option<String>, Query, description = "comments")),
-    responses((status = 200, content_type = "application/octet-stream"), (status = 206), (status = 416),
+    responses((status = 200, content_type = "application/octet-stream"),
+              (status = 206, content_type = "application/octet-stream"), (status = 400, body = Problem), (status = 416),
               (status = 404, body = Problem)))]
 pub(super) async fn recording(
     State(state): State<AppState>,

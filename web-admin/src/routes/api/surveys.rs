@@ -98,7 +98,7 @@ pub(super) async fn at_a_station(
 }
 
 /// What the trainee of an attempt is asked after it, and has not answered. A station may ask, too, for its debriefing.
-#[utoipa::path(get, path = "/sessions/{id}/survey", params(("id" = Uuid, Path)),
+#[utoipa::path(get, path = "/sessions/{id}/survey", operation_id = "list_surveys_after", params(("id" = Uuid, Path)),
     responses((status = 200, body = SurveysAfter), (status = 404, body = Problem)))]
 pub(super) async fn after(
     State(state): State<AppState>,
@@ -152,7 +152,7 @@ pub(super) struct TakenAnswers {
 
 /// Takes answers in: from the trainee, or from a station for them, also when the survey has closed since the attempt. Sent
 /// again with the same secret they are taken once.
-#[utoipa::path(put, path = "/sessions/{id}/survey/{survey}", params(("id" = Uuid, Path), ("survey" = Uuid, Path)),
+#[utoipa::path(put, path = "/sessions/{id}/survey/{survey}", operation_id = "answer_survey", params(("id" = Uuid, Path), ("survey" = Uuid, Path)),
     request_body = GivenAnswers,
     responses((status = 200, body = TakenAnswers), (status = 400, body = Problem),
               (status = 404, body = Problem, description = "No such attempt (yet), or no such survey"),

@@ -12,8 +12,8 @@ use data_encoding::BASE64;
 use time::format_description::BorrowedFormatItem;
 use time::macros::format_description;
 
-use super::Id;
 use super::caller::{Caller, require_caller};
+use super::{Id, cors};
 use crate::AppState;
 use crate::domain::Moment;
 use crate::error::{ApiError, Error, Problem};
@@ -51,7 +51,7 @@ pub(super) fn router(state: &AppState) -> Routes {
         // What is spoken here is no secret, and asked before anybody has a reason to sign in.
         .route("/uploads", options(describe))
         .route("/uploads/{id}", options(describe))
-        .around(|routes| routes.layer(from_fn(say_version)))
+        .around(|routes| routes.layer(from_fn(say_version)).layer(from_fn_with_state(state.clone(), cors::share)))
 }
 
 /// Every answer says which version it is in.
@@ -72,7 +72,7 @@ async fn require_version(request: Request, next: Next) -> Result<Response, ApiEr
 }
 
 /// What of tus is spoken here.
-#[utoipa::path(options, path = "/uploads", security(()),
+#[utoipa::path(options, path = "/uploads", operation_id = "describe_uploads", security(()),
     responses((status = 204, description = "Tus-Version, Tus-Extension, Tus-Max-Size, Tus-Checksum-Algorithm")))]
 pub(super) async fn describe(State(state): State<AppState>) -> impl IntoResponse {
     let headers = [
@@ -85,7 +85,7 @@ pub(super) async fn describe(State(state): State<AppState>) -> impl IntoResponse
 }
 
 /// Begins an upload, with its first piece where one is sent along.
-#[utoipa::path(post, path = "/uploads",
+#[utoipa::path(post, path = "/uploads", operation_id = "begin_upload",
     params(("Tus-Resumable" = String, Header), ("Upload-Length" = u64, Header, description = "In bytes"),
            ("Upload-Metadata" = Option<String>, Header), ("Upload-Checksum" = Option<String>, Header)),
     responses((status = 201, description = "Location, Upload-Expires"), (status = 400, body = Problem),
@@ -121,7 +121,7 @@ pub(super) async fn create(
 }
 
 /// How far an upload has come, and the session it has become.
-#[utoipa::path(head, path = "/uploads/{id}", params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header)),
+#[utoipa::path(head, path = "/uploads/{id}", operation_id = "show_upload", params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header)),
     responses((status = 200, description = "Upload-Offset, Upload-Length, Upload-Metadata, Upload-Expires; \
                                             Stylet-Session once it is an attempt"),
               (status = 404), (status = 410), (status = 412)))]
@@ -136,7 +136,7 @@ pub(super) async fn show(State(state): State<AppState>, caller: Caller, Id(id): 
 }
 
 /// Adds a piece. With the last one the upload becomes an attempt, once, and `Stylet-Session` says which.
-#[utoipa::path(patch, path = "/uploads/{id}", request_body(content_type = "application/offset+octet-stream"),
+#[utoipa::path(patch, path = "/uploads/{id}", operation_id = "append_upload", request_body(content_type = "application/offset+octet-stream"),
     params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header),
            ("Upload-Offset" = u64, Header, description = "Where the piece begins, in bytes"),
            ("Upload-Checksum" = Option<String>, Header, description = "sha256 or sha1, a space, the hash in base64")),
@@ -160,7 +160,7 @@ pub(super) async fn append(
 }
 
 /// Ends an upload. The attempt that it has become stays.
-#[utoipa::path(delete, path = "/uploads/{id}", params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header)),
+#[utoipa::path(delete, path = "/uploads/{id}", operation_id = "end_upload", params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header)),
     responses((status = 204), (status = 404, body = Problem), (status = 410, body = Problem),
               (status = 412, body = Problem), (status = 423, body = Problem)))]
 pub(super) async fn terminate(
@@ -202,7 +202,7 @@ fn piece(headers: &HeaderMap, offset: u64, body: Body) -> Result<Piece, Error> {
     Ok(Piece { offset, checksum, announced, body })
 }
 
-/// `Upload-Metadata`: keys without spaces and commas, each once, each with a value in base64 or none.
+/// `Upload-Metadata`: nothing, or keys without spaces and commas, each once, each with a value in base64 or none.
 fn metadata(headers: &HeaderMap) -> Result<String, Error> {
     let Some(header) = headers.get(METADATA) else { return Ok(String::new()) };
     let refused = || {
@@ -210,6 +210,10 @@ fn metadata(headers: &HeaderMap) -> Result<String, Error> {
         Error::BadRequest(format!("Upload-Metadata: {allowed}"))
     };
     let header = header.to_str().map_err(|_| refused())?;
+    // Clients send it empty where they have nothing to say.
+    if header.trim().is_empty() {
+        return Ok(String::new());
+    }
     let mut keys = Vec::new();
     for pair in header.split(',') {
         let (key, value) = pair.trim().split_once(' ').unwrap_or((pair.trim(), ""));

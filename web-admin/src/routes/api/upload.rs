@@ -14,7 +14,7 @@ use crate::intake::{self, Bearer, Kept};
 use crate::recordings;
 
 /// Takes in a recording. The same one again is acknowledged again; another one under its id is refused.
-#[utoipa::path(post, path = "/sessions", request_body(content_type = "application/octet-stream"),
+#[utoipa::path(post, path = "/sessions", operation_id = "upload_recording", request_body(content_type = "application/octet-stream"),
     responses((status = 201, body = SessionView), (status = 200, body = SessionView), (status = 401, body = Problem),
               (status = 409, body = Problem), (status = 413, body = Problem), (status = 415, body = Problem),
               (status = 422, body = Problem)))]

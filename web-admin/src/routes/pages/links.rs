@@ -57,8 +57,11 @@ pub(super) async fn make(
     })
 }
 
-/// How this service is called from outside.
+/// How this service is called from outside: as it was told, or else as the visitor calls it.
 fn own_address(state: &AppState, headers: &HeaderMap) -> String {
+    if let Some(told) = &state.config.public_url {
+        return told.clone();
+    }
     let scheme = if state.config.behind_tls { "https" } else { "http" };
     let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("localhost");
     format!("{scheme}://{host}")

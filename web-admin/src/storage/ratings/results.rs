@@ -19,6 +19,10 @@ pub struct Cell {
     pub started_at: Moment,
     /// Who tried, where the viewer may see the attempt.
     pub trainee: Option<String>,
+    /// Their id, under the same condition.
+    pub trainee_id: Option<Uuid>,
+    /// Their pseudonym, under the same condition.
+    pub pseudonym: Option<String>,
     /// Title of the exercise, or its id.
     pub exercise: String,
     /// The rater.
@@ -37,16 +41,15 @@ pub struct Cell {
 /// When the database fails.
 pub async fn cells(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, round: &Round) -> Result<Vec<Cell>> {
     sqlx::query_as(
-        "SELECT r.session_id, s.started_at, CASE WHEN $3 OR EXISTS (
-             SELECT 1 FROM cohort_members teacher
-             JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
-             WHERE teacher.person_id = $4 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id)
-           THEN t.display_name END AS trainee,
+        "SELECT r.session_id, s.started_at, t.display_name AS trainee, t.id AS trainee_id, t.pseudonym,
            coalesce(x.title, s.exercise_id) AS exercise, r.rater_id, p.display_name AS rater, r.answers, r.finished_at
          FROM rating_rounds o
          CROSS JOIN ratings r ON r.round_id = o.id
          JOIN sessions s ON s.school_id = o.school_id AND s.id = r.session_id
-         JOIN people t ON t.school_id = s.school_id AND t.id = s.trainee_id
+         LEFT JOIN people t ON t.school_id = s.school_id AND t.id = s.trainee_id AND ($3 OR EXISTS (
+           SELECT 1 FROM cohort_members teacher
+           JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
+           WHERE teacher.person_id = $4 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id))
          JOIN people p ON p.school_id = o.school_id AND p.id = r.rater_id
          LEFT JOIN exercise_revisions x ON x.id = s.revision_id
          WHERE o.school_id = $1 AND o.id = $2

@@ -5,7 +5,7 @@ use sqlx::types::Json;
 use sqlx::{FromRow, SqliteExecutor};
 use uuid::Uuid;
 
-use crate::domain::{CurrentPerson, Moment, Role};
+use crate::domain::{AttemptPlace, CurrentPerson, Moment, Role};
 use crate::storage::Result;
 use crate::storage::sessions::SessionState;
 
@@ -38,14 +38,15 @@ pub struct ListedAttempt {
     pub hard_fails: Option<Json<Vec<String>>>,
 }
 
-/// A list of attempts: the same columns whatever limits it.
+/// A list of attempts: the same columns whatever limits it, and what a file has more.
 macro_rules! listed {
-    ($from:literal, $rest:literal) => {
+    ($more:literal, $from:literal, $rest:literal) => {
         concat!(
             "SELECT s.id, s.started_at, p.display_name AS trainee, coalesce(r.title, s.exercise_id) AS exercise,
                s.state, s.refusal, coalesce(s.verify_flagged, 0) AS flagged, g.score, g.passed, c.deductions,
-               c.hard_fails, CASE WHEN g.override_id IS NOT NULL THEN c.score END AS computed
-             FROM ",
+               c.hard_fails, CASE WHEN g.override_id IS NOT NULL THEN c.score END AS computed",
+            $more,
+            " FROM ",
             $from,
             " JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
              LEFT JOIN exercise_revisions r ON r.id = s.revision_id
@@ -55,6 +56,32 @@ macro_rules! listed {
             " ORDER BY s.started_at DESC, s.id DESC LIMIT $3 OFFSET $4"
         )
     };
+}
+
+/// An attempt as a file has it: what lists show, and by what it is known elsewhere.
+#[derive(Clone, Debug, PartialEq, FromRow)]
+pub struct AttemptRecord {
+    /// As it is listed.
+    #[sqlx(flatten)]
+    pub listed: ListedAttempt,
+    /// Who tried.
+    pub trainee_id: Uuid,
+    /// Their pseudonym, which recordings carry.
+    pub pseudonym: String,
+    /// Exercise id.
+    pub exercise_id: String,
+    /// SHA-256 of the exercise document.
+    pub exercise_sha256: String,
+    /// When the upload was acknowledged.
+    pub received_at: Moment,
+    /// Length, in s.
+    pub duration_s: f64,
+    /// The recording has its end; a cut one has not.
+    pub complete: bool,
+    /// Device.
+    pub device: String,
+    /// Version of the simulator.
+    pub simulator_version: String,
 }
 
 /// A stretch of a list.
@@ -76,7 +103,7 @@ pub async fn attempts_of(
     trainee: Uuid,
     stretch: Stretch,
 ) -> Result<Vec<ListedAttempt>> {
-    sqlx::query_as(listed!("sessions s", "WHERE s.school_id = $1 AND s.trainee_id = $2"))
+    sqlx::query_as(listed!("", "sessions s", "WHERE s.school_id = $1 AND s.trainee_id = $2"))
         .bind(school)
         .bind(trainee)
         .bind(stretch.limit)
@@ -95,7 +122,7 @@ pub async fn attempts_at(
     (trainee, exercise): (Uuid, &str),
     stretch: Stretch,
 ) -> Result<Vec<ListedAttempt>> {
-    sqlx::query_as(listed!("sessions s", "WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.exercise_id = $5"))
+    sqlx::query_as(listed!("", "sessions s", "WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.exercise_id = $5"))
         .bind(school)
         .bind(trainee)
         .bind(stretch.limit)
@@ -126,6 +153,7 @@ pub async fn latest_taught(executor: impl SqliteExecutor<'_>, viewer: &CurrentPe
     // school has. A cross join keeps this order. Where there are ten whose last attempt is later than something, no
     // earlier one is among the latest ten.
     sqlx::query_as(listed!(
+        "",
         "(SELECT n.id FROM (SELECT DISTINCT learner.person_id FROM cohort_members teacher
              JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
              WHERE teacher.person_id = $2 AND teacher.role = 'instructor') taught
@@ -162,6 +190,7 @@ pub async fn latest_at(
 ) -> Result<Vec<ListedAttempt>> {
     let statement = match viewer.role {
         Role::Administrator => listed!(
+            "",
             "(SELECT n.id FROM sessions n WHERE n.school_id = $1 AND n.exercise_id = $5 AND $2 = $2
                ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
              CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id",
@@ -169,6 +198,7 @@ pub async fn latest_at(
         ),
         // As in [`latest_taught`], with their own.
         Role::Instructor | Role::Trainee => listed!(
+            "",
             "(SELECT n.id FROM (SELECT learner.person_id FROM cohort_members teacher
                  JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
                  WHERE teacher.person_id = $2 AND teacher.role = 'instructor' UNION SELECT $2) seen
@@ -189,4 +219,31 @@ pub async fn latest_at(
         .bind(exercise)
         .fetch_all(executor)
         .await
+}
+
+/// Attempts of a school, newest first, after one of them; at most `limit`.
+///
+/// # Errors
+/// When the database fails.
+pub async fn records_after(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    after: AttemptPlace,
+    limit: u32,
+) -> Result<Vec<AttemptRecord>> {
+    sqlx::query_as(listed!(
+        ", s.trainee_id, p.pseudonym, s.exercise_id, s.exercise_sha256, s.received_at, s.duration_s, s.complete, s.device,
+           s.simulator_version",
+        "(SELECT n.id FROM sessions n WHERE n.school_id = $1 AND (n.started_at, n.id) < ($2, $5)
+           ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
+         CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id",
+        "WHERE s.school_id = $1"
+    ))
+    .bind(school)
+    .bind(after.started_at)
+    .bind(limit)
+    .bind(0)
+    .bind(after.id)
+    .fetch_all(executor)
+    .await
 }

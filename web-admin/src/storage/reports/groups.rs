@@ -1,5 +1,7 @@
 //! Cohorts and trainees that a person may see.
 
+use std::collections::BTreeMap;
+
 use sqlx::{FromRow, SqliteExecutor};
 use uuid::Uuid;
 
@@ -112,6 +114,27 @@ pub async fn members(executor: impl SqliteExecutor<'_>, school: Uuid, cohort: Uu
     .bind(role)
     .fetch_all(executor)
     .await
+}
+
+/// The pseudonyms of a cohort's trainees: what tells namesakes apart in a file, and finds their recordings.
+///
+/// # Errors
+/// When the database fails.
+pub async fn pseudonyms(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    cohort: Uuid,
+) -> Result<BTreeMap<Uuid, String>> {
+    let found: Vec<(Uuid, String)> = sqlx::query_as(
+        "SELECT p.id, p.pseudonym FROM cohort_members m
+         JOIN people p ON p.school_id = m.school_id AND p.id = m.person_id
+         WHERE m.school_id = $1 AND m.cohort_id = $2 AND m.role = 'trainee'",
+    )
+    .bind(school)
+    .bind(cohort)
+    .fetch_all(executor)
+    .await?;
+    Ok(found.into_iter().collect())
 }
 
 /// A trainee whom a person may see: themselves, a trainee of a cohort they teach, or any for an administrator.

@@ -4,6 +4,9 @@ mod attempts;
 mod groups;
 mod school;
 
-pub use attempts::{ListedAttempt, Stretch, attempts_at, attempts_of, count_attempts, latest_at, latest_taught};
-pub use groups::{CohortInShort, Named, cohort, cohorts, cohorts_in_short, members, trainee};
+pub use attempts::{
+    AttemptRecord, ListedAttempt, Stretch, attempts_at, attempts_of, count_attempts, latest_at, latest_taught,
+    records_after,
+};
+pub use groups::{CohortInShort, Named, cohort, cohorts, cohorts_in_short, members, pseudonyms, trainee};
 pub use school::{Counts, ExerciseInShort, FailingJob, counts, exercises, failing_jobs};

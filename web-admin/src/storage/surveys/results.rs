@@ -27,6 +27,8 @@ pub struct Submitted {
     pub device: Option<String>,
     /// Its simulator's version.
     pub simulator_version: Option<String>,
+    /// Their pseudonym, which tells namesakes apart; none of an anonymous survey, and of somebody without an account.
+    pub pseudonym: Option<String>,
     /// In which language.
     pub language: String,
     /// When; of an anonymous one the day.
@@ -43,7 +45,7 @@ pub async fn submitted(executor: impl SqliteExecutor<'_>, survey: &Survey) -> Re
     let mut submitted: Vec<Submitted> = sqlx::query_as(
         "SELECT r.id, r.role, CASE $3 WHEN 'named' THEN coalesce(p.display_name, r.label)
              WHEN 'pseudonymous' THEN p.pseudonym END AS who,
-           r.session_id, r.exercise_id, r.device, r.simulator_version, r.language, r.submitted_at, r.answers
+           CASE WHEN $3 <> 'anonymous' THEN p.pseudonym END AS pseudonym, r.session_id, r.exercise_id, r.device, r.simulator_version, r.language, r.submitted_at, r.answers
          FROM survey_responses r LEFT JOIN people p ON p.school_id = r.school_id AND p.id = r.person_id
          WHERE r.school_id = $1 AND r.survey_id = $2 AND r.state = 'submitted'",
     )

@@ -89,6 +89,7 @@ mod tests {
         let html = samples::keep("school-progress", &full);
         assert!(html.contains("90 % (70–97 %)") && html.contains("/cohorts/1/progress"), "{html}");
         assert!(html.contains("/progress?year=2025") && html.contains("/progress.csv?year=2026"), "{html}");
+        assert!(html.contains("href=\"/progress/attempts.csv\""), "{html}");
         let nobody = SchoolProgressPage { cohorts: vec![], later: false, next: None, ..full.clone() };
         assert!(samples::keep("school-progress-nobody", &nobody).contains("is in a cohort"));
         let empty = SchoolProgressPage { years: vec![], cohorts: vec![], months: vec![], ..full };

@@ -11,6 +11,7 @@ use time::{Date, Duration};
 use uuid::Uuid;
 
 use super::metrics::scored_row;
+use super::trainee_cells;
 use crate::AppState;
 use crate::domain::progress::{Attempt, Progress};
 use crate::domain::{CurrentPerson, Role};
@@ -181,10 +182,13 @@ pub(super) async fn export(
     Id(id): Id,
 ) -> Result<Response, PageError> {
     let found = find(&state, &person, id).await?;
+    let pseudonyms = reports::pseudonyms(state.db.reader(), person.school_id, id).await?;
     let mut rows = Vec::new();
     for (taught, judged) in found.begun(&state) {
         for (trainee, progress) in &judged {
-            rows.extend((0..progress.steps.len()).map(|index| cells(taught, (trainee, progress), index)));
+            let identity = trainee_cells(trainee.id, &pseudonyms);
+            let steps = 0..progress.steps.len();
+            rows.extend(steps.map(|index| [cells(taught, (trainee, progress), index), identity.clone()].concat()));
         }
     }
     let names = [
@@ -197,6 +201,8 @@ pub(super) async fn export(
         "best_score",
         "mean_of_last_3",
         "last_attempt_at",
+        "trainee_id",
+        "pseudonym",
     ];
     Ok(export::download(&format!("progress-{}", found.cohort.name), &names, &rows)?)
 }

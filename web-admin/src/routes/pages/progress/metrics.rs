@@ -5,6 +5,7 @@ use axum::extract::{Path, State};
 use axum::response::Response;
 use uuid::Uuid;
 
+use super::trainee_cells;
 use crate::AppState;
 use crate::domain::progress::Attempt;
 use crate::domain::{CurrentPerson, Role};
@@ -91,17 +92,30 @@ pub(super) async fn export(
     person: CurrentPerson,
     Path((id, exercise)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
-    let Found { latest, metrics, .. } = find(&state, &person, (&id, &exercise)).await?;
+    let Found { cohort, latest, metrics, .. } = find(&state, &person, (&id, &exercise)).await?;
+    let pseudonyms = reports::pseudonyms(state.db.reader(), person.school_id, cohort.id).await?;
     let mut rows = Vec::new();
     for (place, of) in latest.iter().enumerate() {
         let own = |metric: &MetricOfMany| {
             let found = metric.found.iter().find(|found| found.0 == place)?;
-            Some(cells(of, metric, found))
+            Some([cells(of, metric, found), trainee_cells(of.0.id, &pseudonyms)].concat())
         };
         rows.extend(metrics.iter().filter_map(own));
     }
-    let names =
-        ["trainee", "session", "started_at", "score", "passed", "metric", "version", "value", "unit", "not_applicable"];
+    let names = [
+        "trainee",
+        "session",
+        "started_at",
+        "score",
+        "passed",
+        "metric",
+        "version",
+        "value",
+        "unit",
+        "not_applicable",
+        "trainee_id",
+        "pseudonym",
+    ];
     Ok(export::download(&format!("metrics-{exercise}"), &names, &rows)?)
 }
 

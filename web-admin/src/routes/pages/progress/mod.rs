@@ -1,13 +1,18 @@
 //! Progress pages and their exports: each table is one query's answer, on the page and in the file.
 
+mod attempts;
 mod certificate;
 mod cohort;
 mod metrics;
 mod school;
 mod trainee;
 
-use axum::routing::{get, post};
+use std::collections::BTreeMap;
 
+use axum::routing::{get, post};
+use uuid::Uuid;
+
+use crate::export::Cell;
 use crate::routes::Routes;
 
 /// Their addresses.
@@ -22,4 +27,11 @@ pub(super) fn router() -> Routes {
         .route("/cohorts/{id}/exercises/{exercise}/metrics.csv", get(metrics::export))
         .route("/progress", get(school::show))
         .route("/progress.csv", get(school::export))
+        .route("/progress/attempts.csv", get(attempts::export))
+}
+
+/// The columns `trainee_id` and `pseudonym`: two people may have one name.
+pub(super) fn trainee_cells(id: Uuid, pseudonyms: &BTreeMap<Uuid, String>) -> Vec<Cell> {
+    let pseudonym = pseudonyms.get(&id).map_or(Cell::Empty, |known| Cell::from(known.as_str()));
+    vec![Cell::from(id.to_string()), pseudonym]
 }

@@ -184,6 +184,7 @@ async fn csv(State(state): State<AppState>, person: CurrentPerson, Id(id): Id) -
         .into_iter()
         .chain(items)
         .chain(scores)
+        .chain(["trainee_id", "pseudonym", "rater_id"])
         .collect();
     let rows: Vec<Vec<Column>> = cells.iter().map(|cell| line(&instrument, cell)).collect();
     Ok(export::download(&round.title, &names, &rows).map_err(Error::from)?)
@@ -208,6 +209,10 @@ fn line(instrument: &Instrument, cell: &Cell) -> Vec<Column> {
     line.extend((0..instrument.items.len()).map(|at| answer(at).unwrap_or(Column::Empty)));
     let scored = |key| score(instrument, key, &cell.answers).ok().filter(|_| finished);
     line.extend(instrument.scores.iter().map(|key| Column::from(scored(key))));
+    // Two people may have one name.
+    line.push(cell.trainee_id.map_or(Column::Empty, |id| Column::from(id.to_string())));
+    line.push(cell.pseudonym.as_deref().map_or(Column::Empty, Column::from));
+    line.push(Column::from(cell.rater_id.to_string()));
     line
 }
 

@@ -7,6 +7,7 @@ use uuid::Uuid;
 
 use super::Id;
 use super::assignments::ExtensionForm;
+use super::progress::trainee_cells;
 use crate::AppState;
 use crate::deadlines;
 use crate::domain::due::local;
@@ -134,12 +135,17 @@ async fn results(state: &AppState, person: &CurrentPerson, task: &Task) -> Resul
 async fn csv(State(state): State<AppState>, person: CurrentPerson, Id(id): Id) -> Result<Response, PageError> {
     teachers_only(&person)?;
     let task = segments::task(&state, &person, id).await?;
-    let rows: Vec<Vec<Cell>> = results(&state, &person, &task).await?.into_iter().map(line).collect();
+    let pseudonyms = reports::pseudonyms(state.db.reader(), person.school_id, task.cohort_id).await?;
+    let row = |row: ResultRow| {
+        let identity = trainee_cells(row.id, &pseudonyms);
+        [line(row), identity].concat()
+    };
+    let rows: Vec<Vec<Cell>> = results(&state, &person, &task).await?.into_iter().map(row).collect();
     Ok(export::download(&task.title, &COLUMNS, &rows).map_err(Error::from)?)
 }
 
 /// Columns of the table of results.
-const COLUMNS: [&str; 10] = [
+const COLUMNS: [&str; 12] = [
     "trainee",
     "traces",
     "sent",
@@ -150,6 +156,8 @@ const COLUMNS: [&str; 10] = [
     "false_marks",
     "mean_error_ms",
     "largest_error_ms",
+    "trainee_id",
+    "pseudonym",
 ];
 
 fn line(row: ResultRow) -> Vec<Cell> {

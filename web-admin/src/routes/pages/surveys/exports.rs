@@ -20,8 +20,8 @@ use crate::storage::surveys::{self as stored, Submitted, Survey};
 use crate::surveys::instrument_of;
 
 /// What is known of a response beside its answers.
-const FACTS: [&str; 8] =
-    ["response", "role", "who", "language", "submitted", "exercise", "device", "simulator_version"];
+const FACTS: [&str; 9] =
+    ["response", "role", "who", "language", "submitted", "exercise", "device", "simulator_version", "pseudonym"];
 
 /// What an export is made of.
 struct Study<'a> {
@@ -78,6 +78,7 @@ fn facts(given: &Submitted) -> Vec<Cell> {
         known(&given.exercise_id),
         known(&given.device),
         known(&given.simulator_version),
+        known(&given.pseudonym),
     ]
 }
 

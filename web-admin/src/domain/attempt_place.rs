@@ -1,0 +1,58 @@
+//! Where a list of attempts goes on.
+
+use std::fmt;
+use std::str::FromStr;
+
+use uuid::Uuid;
+
+use super::Moment;
+
+/// An attempt's place in a list of attempts, newest first: what comes after it stays the same however many are added before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AttemptPlace {
+    /// When it began.
+    pub started_at: Moment,
+    /// Session.
+    pub id: Uuid,
+}
+
+impl AttemptPlace {
+    /// Before every attempt.
+    pub const START: Self = Self { started_at: Moment::from_micros(i64::MAX), id: Uuid::max() };
+}
+
+impl fmt::Display for AttemptPlace {
+    /// For programs to hand back as it is.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{}", self.started_at.micros(), self.id)
+    }
+}
+
+/// A text that names no place in a list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("allowed is what `next` of the list before said")]
+pub struct NoPlace;
+
+impl FromStr for AttemptPlace {
+    type Err = NoPlace;
+
+    fn from_str(text: &str) -> Result<Self, NoPlace> {
+        let (started_at, id) = text.split_once('.').ok_or(NoPlace)?;
+        let started_at = started_at.parse().map(Moment::from_micros).map_err(|_| NoPlace)?;
+        Ok(Self { started_at, id: id.parse().map_err(|_| NoPlace)? })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_comes_back_as_it_was_said_and_nothing_else_is_one() {
+        let place = AttemptPlace { started_at: Moment::from_micros(-5), id: Uuid::from_u128(7) };
+        assert_eq!(place.to_string().parse(), Ok(place));
+        for nonsense in ["", ".", "5", "x.y", "5.7", "9999999999999999999.00000000-0000-0000-0000-000000000007"] {
+            assert_eq!(nonsense.parse::<AttemptPlace>(), Err(NoPlace), "{nonsense}");
+        }
+    }
+}

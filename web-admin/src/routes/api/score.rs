@@ -1,0 +1,147 @@
+//! What an attempt scored.
+
+use assessment::{Assessment, RubricRef};
+use axum::Json;
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::Id;
+use super::caller::Caller;
+use super::sessions::find;
+use crate::AppState;
+use crate::domain::Moment;
+use crate::error::{ApiError, Error, Problem};
+use crate::storage::grades;
+use crate::storage::scores;
+use crate::storage::sessions::SessionState;
+
+/// Where the score stands while there is none.
+#[derive(Debug, Serialize, ToSchema)]
+struct Waiting {
+    state: SessionState,
+}
+
+/// A computed score, and what somebody has put in its place.
+#[derive(Serialize, ToSchema)]
+struct Graded {
+    #[serde(flatten)]
+    #[schema(value_type = ScoreDocument)]
+    computed: Assessment,
+    /// What counts in place of the computed score, where somebody has put another there.
+    #[serde(rename = "override", skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    overridden: Option<OverrideView>,
+}
+
+/// A score in the form of `stylet score --json`.
+#[derive(ToSchema)]
+#[expect(dead_code, reason = "describes `Assessment`, whose crate knows of no API; a test holds answers against it")]
+struct ScoreDocument {
+    /// 0–100.
+    score: f64,
+    /// At or above the pass mark, and no hard fail.
+    passed: bool,
+    /// Every metric of the catalogue.
+    metrics: Vec<MetricDocument>,
+    /// Points lost, a line for each of the rubric's.
+    deductions: Vec<DeductionDocument>,
+    /// Reasons of hard fails.
+    hard_fails: Vec<String>,
+    rubric: RubricDocument,
+    /// Version of the simulator that recorded the attempt.
+    simulator_version: String,
+}
+
+/// A metric's value in an attempt.
+#[derive(ToSchema)]
+#[expect(dead_code, reason = "as `ScoreDocument`")]
+struct MetricDocument {
+    /// For example `depth_error_mm` or `peak_force_layer_n.skin`.
+    id: String,
+    /// Version of its definition.
+    version: u32,
+    /// In `unit`; absent outside the metric's domain.
+    #[schema(required)]
+    value: Option<f64>,
+    /// `count` for a count, `1` for a pure number.
+    unit: String,
+    /// Which is better: `lower`, `higher`, or near 0 in a `range`.
+    direction: String,
+    /// The metric applies to this attempt.
+    applies: bool,
+    /// Its name in words.
+    label: String,
+    /// Why it does not apply, where it does not.
+    #[schema(nullable = false)]
+    absent: Option<String>,
+}
+
+/// Points lost on a line of the rubric.
+#[derive(ToSchema)]
+#[expect(dead_code, reason = "as `ScoreDocument`")]
+struct DeductionDocument {
+    /// The metric's id.
+    metric: String,
+    /// Points lost, of 100.
+    points: f64,
+    /// Why, in words.
+    why: String,
+}
+
+/// Which rubric judged.
+#[derive(ToSchema)]
+#[expect(dead_code, reason = "as `ScoreDocument`")]
+struct RubricDocument {
+    /// The exercise's id.
+    id: String,
+    sha256: String,
+}
+
+/// What counts in place of the computed score.
+#[derive(Serialize, ToSchema)]
+struct OverrideView {
+    /// 0–100.
+    score: f64,
+    passed: bool,
+    reason: String,
+    #[schema(value_type = String, format = DateTime)]
+    made_at: Moment,
+}
+
+impl OverrideView {
+    fn of(made: grades::Override) -> Option<Self> {
+        let (score, passed) = made.score.zip(made.passed)?;
+        Some(Self { score, passed, reason: made.reason, made_at: made.made_at })
+    }
+}
+
+/// The newest computed score, in the form of `stylet score --json`; where somebody has put another in its place,
+/// `override` holds it. 202 while the recording waits to be scored.
+#[utoipa::path(get, path = "/sessions/{id}/score", operation_id = "show_score", params(("id" = Uuid, Path)),
+    responses((status = 200, body = Graded), (status = 202, body = Waiting),
+              (status = 404, body = Problem, description = "No such attempt, or one that cannot be scored")))]
+pub(super) async fn show(State(state): State<AppState>, caller: Caller, Id(id): Id) -> Result<Response, ApiError> {
+    let session = find(&state, &caller, id).await?;
+    let key = session.key();
+    let Some(score) = scores::newest(state.db.reader(), key).await? else {
+        return match session.state {
+            SessionState::Refused => Err(Error::Unscored(session.refusal.unwrap_or_default()).into()),
+            waiting => Ok((StatusCode::ACCEPTED, Json(Waiting { state: waiting })).into_response()),
+        };
+    };
+    let metrics = scores::metrics(state.db.reader(), key).await?;
+    let computed = Assessment {
+        score: score.score,
+        passed: score.passed,
+        metrics,
+        deductions: score.deductions.0,
+        hard_fails: score.hard_fails.0,
+        rubric: RubricRef { id: score.rubric_id, sha256: score.rubric_sha256 },
+        simulator_version: score.simulator_version,
+    };
+    let overridden = grades::overrides(state.db.reader(), key).await?.pop().and_then(OverrideView::of);
+    Ok(Json(Graded { computed, overridden }).into_response())
+}

@@ -1,0 +1,90 @@
+//! Every attempt of a school as a file, for its administrators.
+
+use axum::extract::State;
+use axum::response::Response;
+use futures::stream;
+use uuid::Uuid;
+
+use crate::AppState;
+use crate::domain::{AttemptPlace, CurrentPerson};
+use crate::error::PageError;
+use crate::export::{self, Cell};
+use crate::routes::pages::admin::administrators_only;
+use crate::storage::reports::{self, AttemptRecord};
+use crate::views::format;
+
+/// Attempts that are read at once: a long file keeps neither memory nor the database busy for long.
+const AT_ONCE: u32 = 200;
+
+/// Columns of the file.
+const NAMES: [&str; 20] = [
+    "session",
+    "started_at",
+    "received_at",
+    "trainee",
+    "trainee_id",
+    "pseudonym",
+    "exercise",
+    "exercise_id",
+    "exercise_sha256",
+    "state",
+    "refusal",
+    "flagged",
+    "score",
+    "passed",
+    "computed_score",
+    "hard_fails",
+    "duration_s",
+    "complete",
+    "device",
+    "simulator_version",
+];
+
+pub(super) async fn export(State(state): State<AppState>, person: CurrentPerson) -> Result<Response, PageError> {
+    administrators_only(&person)?;
+    let school = person.school_id;
+    let rows = stream::try_unfold(Some(AttemptPlace::START), move |after| {
+        let state = state.clone();
+        async move { some(&state, school, after).await }
+    });
+    Ok(export::stream("attempts", &NAMES, rows)?)
+}
+
+/// The next rows, and the place after them; none where the attempts have ended.
+async fn some(
+    state: &AppState,
+    school: Uuid,
+    after: Option<AttemptPlace>,
+) -> anyhow::Result<Option<(Vec<Vec<Cell>>, Option<AttemptPlace>)>> {
+    let Some(after) = after else { return Ok(None) };
+    let found = reports::records_after(state.db.reader(), school, after, AT_ONCE).await?;
+    let last = found.last().filter(|_| found.len() == AT_ONCE as usize);
+    let next = last.map(|last| AttemptPlace { started_at: last.listed.started_at, id: last.listed.id });
+    Ok(Some((found.into_iter().map(cells).collect(), next)))
+}
+
+fn cells(record: AttemptRecord) -> Vec<Cell> {
+    let listed = &record.listed;
+    vec![
+        Cell::from(listed.id.to_string()),
+        Cell::from(format::machine_time(listed.started_at.to_utc())),
+        Cell::from(format::machine_time(record.received_at.to_utc())),
+        Cell::from(listed.trainee.as_str()),
+        Cell::from(record.trainee_id.to_string()),
+        Cell::from(record.pseudonym),
+        Cell::from(listed.exercise.as_str()),
+        Cell::from(record.exercise_id),
+        Cell::from(record.exercise_sha256),
+        Cell::from(listed.state.word()),
+        listed.refusal.as_deref().map_or(Cell::Empty, Cell::from),
+        Cell::from(listed.flagged),
+        Cell::from(listed.score),
+        listed.passed.map_or(Cell::Empty, Cell::from),
+        Cell::from(listed.computed.or(listed.score)),
+        listed.hard_fails.as_ref().map_or(Cell::Empty, |fails| Cell::from(fails.join("; "))),
+        Cell::Number(record.duration_s),
+        Cell::from(record.complete),
+        Cell::from(record.device),
+        Cell::from(record.simulator_version),
+    ]
+}
