@@ -244,12 +244,12 @@ fn the_metrics_are_measured_and_the_catalogue_offers_what_the_report_bears_out()
         table.records().map(|row| row.expect("a row")).collect()
     };
     let known: Vec<_> = assessment::catalogue::DEFINITIONS.iter().map(|d| (d.id.to_owned(), d.version)).collect();
-    for rows in [read(&folder.path().join("metrics.csv")), read(&crate::repository("sim/client/bench/metrics.csv"))] {
+    for rows in [read(&folder.path().join("metrics.csv")), read(&repository("sim/client/bench/metrics.csv"))] {
         let measured: Vec<(String, u32)> =
             rows.iter().skip(1).map(|row| (row[0].to_owned(), row[1].parse().expect("a version"))).collect();
         assert_eq!(measured, known, "every version of every metric, after the score");
     }
-    for row in read(&crate::repository("sim/client/bench/metrics.csv")).iter().skip(1) {
+    for row in read(&repository("sim/client/bench/metrics.csv")).iter().skip(1) {
         let definition = assessment::catalogue::definition(&row[0], row[1].parse().expect("a version"));
         let definition = definition
             .or_else(|| assessment::catalogue::DEFINITIONS.iter().find(|d| d.id == &row[0]).filter(|d| !d.plain));

@@ -54,7 +54,11 @@ impl Dents {
             }
             EventKind::TipRupture | EventKind::RimRupture => self.rupture(event),
             EventKind::SkinExit => self.track = None,
-            EventKind::StructureHit | EventKind::Confirm | EventKind::Coaching | EventKind::Fault => {}
+            EventKind::StructureHit
+            | EventKind::Confirm
+            | EventKind::Coaching
+            | EventKind::Fault
+            | EventKind::Interrupted => {}
         }
     }
 

@@ -95,7 +95,7 @@ fn without_cost(why: &str) -> &str {
 /// A reason that was kept when pops were still called by `through` and the layer entered, with today's name of the pop.
 fn renamed(metric: &str, why: &str) -> String {
     let pop = metric.split_once('.').and_then(|(_, part)| part.rsplit_once('.'));
-    match (catalogue::definition(metric).and_then(|definition| definition.split), pop) {
+    match (catalogue::newest(metric).and_then(|definition| definition.split), pop) {
         (Some(Split::Boundary), Some((layer, contactor))) => {
             why.replacen(&format!(", {contactor} through {layer}"), &format!(", {contactor} into {layer}"), 1)
         }

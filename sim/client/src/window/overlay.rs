@@ -201,7 +201,11 @@ fn is_told(kind: EventKind, feedback: Feedback) -> bool {
     match kind {
         EventKind::TipRupture | EventKind::RimRupture | EventKind::StructureHit => feedback.gives(Channel::Captions),
         EventKind::Coaching => feedback.gives(Channel::Coaching),
-        EventKind::Contact | EventKind::SkinExit | EventKind::Confirm | EventKind::Fault => true,
+        EventKind::Contact
+        | EventKind::SkinExit
+        | EventKind::Confirm
+        | EventKind::Fault
+        | EventKind::Interrupted => true,
     }
 }
 
