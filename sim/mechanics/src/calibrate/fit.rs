@@ -292,9 +292,8 @@ impl Search<'_, '_> {
             let interval = if with_intervals { profile.interval(which)? } else { None };
             let rivals =
                 self.rivals.iter().filter(|rival| rival.guess.spec.layers.len() == best.guess.spec.layers.len());
-            let mut widened = rivals.map(|rival| (&rival.guess, rival.lowest.cost));
-            Ok(interval
-                .and_then(|interval| widened.try_fold(interval, |wide, rival| profile.widen(which, wide, rival))))
+            let rivals = rivals.map(|rival| (&rival.guess, rival.lowest.cost));
+            Ok(interval.and_then(|interval| profile.widen(which, interval, rivals)))
         })
     }
 

@@ -137,19 +137,25 @@ impl<'m> Profile<'m> {
         Interval { low: interval.low.min(at_end(lower[which])), high: interval.high.max(at_end(upper[which])) }
     }
 
-    /// Widens an interval by another minimum, if the curve does not refuse it.
-    pub fn widen(&self, which: usize, interval: Interval, (rival, cost): (&Guess, f64)) -> Option<Interval> {
-        let left = 1.0 - (cost - self.cost) / self.variance / self.quantile.powi(2);
-        if left <= 0.0 {
-            return Some(interval);
-        }
-        let (here, there) = (self.number(&self.at, which), number(self.model, rival, which));
-        let part = left.min(1.0).sqrt();
+    /// A fit's interval with those of other minima that the curve does not refuse, each as wide as what is left for it to rise; none
+    /// where all of them together are wider than the number.
+    pub fn widen<'g>(
+        &self,
+        which: usize,
+        interval: Interval,
+        rivals: impl Iterator<Item = (&'g Guess, f64)>,
+    ) -> Option<Interval> {
+        let here = self.number(&self.at, which);
         let (lower, upper) = QUANTITIES[which % QUANTITIES.len()].bounds();
-        let wide = Interval {
-            low: interval.low.min(there - part * (here - interval.low)).max(lower),
-            high: interval.high.max(there + part * (interval.high - here)).min(upper),
-        };
+        let mut wide = interval;
+        for (rival, cost) in rivals {
+            let left = 1.0 - (cost - self.cost) / self.variance / self.quantile.powi(2);
+            if left > 0.0 {
+                let (there, part) = (number(self.model, rival, which), left.min(1.0).sqrt());
+                wide.low = wide.low.min(there - part * (here - interval.low)).max(lower);
+                wide.high = wide.high.max(there + part * (interval.high - here)).min(upper);
+            }
+        }
         (wide.high - wide.low <= 2.0 * size(which, here)).then_some(wide)
     }
 
@@ -230,8 +236,9 @@ impl<'m> Profile<'m> {
         let ((lower, upper), step) = (self.model.bounds(self.guess), steps(self.guess));
         let problem = Problem { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
         let held = |start: &[f64]| {
-            let Lowest { at, .. } = problem.descend(start, HELD_DESCENT);
-            ((square(&self.model.residuals(self.guess, &at, true)) - self.cost) / self.variance, at)
+            // With what holds the number: where the rest cannot follow it is not held, and that must cost.
+            let Lowest { at, cost, .. } = problem.descend(start, HELD_DESCENT);
+            ((cost - self.cost) / self.variance, at)
         };
         let (mut rise, mut at) = held(&start);
         if rise > self.quantile.powi(2) {

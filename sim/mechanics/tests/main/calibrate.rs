@@ -206,7 +206,8 @@ fn a_gap_in_the_data_widens_the_interval_of_the_threshold_in_it() {
         interval.high - interval.low
     };
     let (narrow_n, wide_n) = (width(&clean), width(&gapped));
-    assert!(wide_n > 4.0 * narrow_n && wide_n < 400.0 * 1.2e-3, "{narrow_n} {wide_n}");
+    // Of the gap's 1.05 mm at 400 N/m, at most twice: a minimum at one end of it and one at the other each bring it along.
+    assert!(wide_n > 4.0 * narrow_n && wide_n > 0.4 && wide_n < 0.88, "{narrow_n} {wide_n}");
 }
 
 /// Calibration has no law of its own: its walk from event to event is what the force law tends to.
