@@ -20,7 +20,7 @@ const SKIPPED: [(&str, &str); 7] = [
 ];
 
 /// The command that leaves the recordings of which the next ones speak.
-const PLAY: &str = "target/release/stylet play";
+const PLAY: &str = "stylet play";
 /// What it leaves.
 const PLAYED: [&str; 2] = ["attempt.mcap", "expert.mcap"];
 /// The command that runs until it is stopped, while the next ones speak to it.

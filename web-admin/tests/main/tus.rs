@@ -203,7 +203,7 @@ async fn wrong_words_are_refused_with_what_is_allowed() {
     ada.send(create("upload-defer-length", "1")).await.is_problem(400, "upload-length");
     ada.send(create("upload-length", "0")).await.is_problem(422, "a recording was expected");
     ada.send(create("upload-length", "1001")).await.is_problem(413, "1000 bytes");
-    for metadata in ["", "name !", "name YQ==,name YQ==", ","] {
+    for metadata in ["name !", "name YQ==,name YQ==", ","] {
         let request = tus("POST", UPLOADS).header("upload-length", 9).header("upload-metadata", metadata);
         ada.send(request.body(Body::empty()).unwrap()).await.is_problem(400, "base64");
     }
