@@ -64,7 +64,6 @@ impl Reader {
     /// Does what stands in a block.
     fn follow(&mut self, block: &[String]) -> Vec<&'static str> {
         let mut skipped = Vec::new();
-        let plays = block.iter().any(|command| command.starts_with(PLAY));
         for command in block {
             if let Some((beginning, _)) = SKIPPED.iter().find(|(beginning, _)| command.starts_with(beginning)) {
                 skipped.push(*beginning);
@@ -76,12 +75,9 @@ impl Reader {
             } else if command.starts_with(SERVE) {
                 self.service = Some(Service::start(&self.folder.path().join("school")));
             } else {
+                self.put_away(command);
                 self.run(command);
             }
-        }
-        // Whoever has not played has no recordings of it.
-        for name in PLAYED.iter().filter(|_| plays) {
-            std::fs::remove_file(self.folder.path().join(name)).expect("it was left");
         }
         skipped
     }
@@ -91,6 +87,13 @@ impl Reader {
         let (exercise, out) = (tests::first_exercise(), self.folder.path().join(name));
         let operator = ["--operator", "constant:10", "--seed", "1", "--out"];
         tests::run_ok("stylet", &[&["simulate", &exercise], &operator[..], &[&out.to_string_lossy()]].concat());
+    }
+
+    /// Whoever makes a recording has none of that name: only what was left in place of playing is put away for it.
+    fn put_away(&self, command: &str) {
+        for name in PLAYED.iter().filter(|name| command.contains(&format!("--out {name}"))) {
+            std::fs::remove_file(self.folder.path().join(name)).expect("it was left");
+        }
     }
 
     fn run(&self, command: &str) {

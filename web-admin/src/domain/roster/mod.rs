@@ -154,7 +154,7 @@ pub fn read(bytes: &[u8]) -> Result<Roster, Unreadable> {
         if rows.len() == MAX_ROWS {
             return Err(Unreadable::TooLong);
         }
-        let line = record.position().map_or(0, csv::Position::line) + text.skipped;
+        let line = record.position().map_or(0, |at| line_of(at, &text.body)) + text.skipped;
         rows.push(Row { line, entry: entry(&record, &columns) });
     }
     if rows.is_empty() {
@@ -162,6 +162,14 @@ pub fn read(bytes: &[u8]) -> Result<Roster, Unreadable> {
     }
     refuse_repeats(&mut rows);
     Ok(Roster { rows, ignored })
+}
+
+/// The line that a record stands in, from 1. The reader is still before what ends the last line, and before empty ones, when it tells
+/// where the next record begins.
+fn line_of(at: &csv::Position, body: &str) -> u64 {
+    let rest = usize::try_from(at.byte()).ok().and_then(|byte| body.as_bytes().get(byte..)).unwrap_or_default();
+    let before = rest.iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));
+    at.line() + before.map(|byte| u64::from(*byte == b'\n')).sum::<u64>()
 }
 
 fn not_csv(error: &csv::Error, skipped: u64) -> Unreadable {
