@@ -12,6 +12,6 @@ mod shaft;
 mod simulated;
 mod statistics;
 mod support;
-mod void;
 mod versions;
+mod void;
 mod worth;

@@ -201,11 +201,9 @@ fn is_told(kind: EventKind, feedback: Feedback) -> bool {
     match kind {
         EventKind::TipRupture | EventKind::RimRupture | EventKind::StructureHit => feedback.gives(Channel::Captions),
         EventKind::Coaching => feedback.gives(Channel::Coaching),
-        EventKind::Contact
-        | EventKind::SkinExit
-        | EventKind::Confirm
-        | EventKind::Fault
-        | EventKind::Interrupted => true,
+        EventKind::Contact | EventKind::SkinExit | EventKind::Confirm | EventKind::Fault | EventKind::Interrupted => {
+            true
+        }
     }
 }
 

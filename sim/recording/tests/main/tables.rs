@@ -51,7 +51,13 @@ impl Kept {
 }
 
 fn tent(t_s: f64, boundaries: usize) -> Tent {
-    Tent { t_s, tent_m: vec![0.001; boundaries], contactor_n: vec![0.5; boundaries], drag_n: vec![0.25; boundaries], follows: true }
+    Tent {
+        t_s,
+        tent_m: vec![0.001; boundaries],
+        contactor_n: vec![0.5; boundaries],
+        drag_n: vec![0.25; boundaries],
+        follows: recording::Follows::Needle,
+    }
 }
 
 #[test]
