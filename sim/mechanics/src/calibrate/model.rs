@@ -43,7 +43,7 @@ pub(super) const QUANTITIES: [Quantity; 6] = [
 /// How many of them are variables themselves.
 pub(super) const OWN: usize = 4;
 /// How close to a sample, in gaps, a rupture may come: which side of the sample it is on is its place's to say.
-const EDGE: f64 = 1e-4;
+const EDGE: f64 = 0.05;
 
 impl Quantity {
     /// Lowest and highest value, and the step of the finite differences. The steps are small beside anything measured

@@ -4,8 +4,9 @@
 //! what it leaves besides is found by its size, by its neighbours' likeness, and by its sums over stretches of every length.
 
 use super::model::{Guess, Model};
-use super::uncertainty::FINEST_PART;
 
+/// A residual below this part of the peak is seen by no force sensor, and is no misfit (choice).
+const SEEN_PART: f64 = 5e-4;
 /// How much larger than the noise a residual may be, over √n: four deviations of the noise's own estimate.
 const LARGER: f64 = 5.0;
 /// Largest correlation of neighbours, over 1/√n.
@@ -36,7 +37,7 @@ pub struct Misfit {
 pub(super) fn misfit(model: &Model<'_>, guess: &Guess, lone_m: Vec<f64>) -> Option<Misfit> {
     let residuals = model.misfit(guess, &model.variables(guess));
     let samples = residuals.len() as f64;
-    let finest_n = FINEST_PART * model.curve.peak_n();
+    let finest_n = SEEN_PART * model.curve.peak_n();
     let rms_n = (residuals.iter().map(|r| r * r).sum::<f64>() / samples).sqrt();
     let noise_n = model.curve.noise_n();
     let (worst, most) = worst_stretch(&residuals, rms_n.max(finest_n));

@@ -86,7 +86,9 @@ fn range(ideal: &Felt, from: usize, to: usize) -> (f64, f64) {
 fn unexplained_jumps(felt: &Felt, ideal: &Felt, reach_ticks: usize, jump_n: f64) -> usize {
     let jump = |&at: &usize| {
         let (low, high) = range(ideal, at.saturating_sub(reach_ticks), at + 2);
-        !felt.ruptured[at] && (felt.total_n[at] - felt.total_n[at - 1]).abs() > jump_n + (high - low)
+        !felt.ruptured[at]
+            && !felt.ruptured[at - 1]
+            && (felt.total_n[at] - felt.total_n[at - 1]).abs() > jump_n + (high - low)
     };
     (1..felt.total_n.len()).filter(jump).count()
 }

@@ -85,6 +85,8 @@ struct MetricDocument {
 struct DeductionDocument {
     /// The metric's id.
     metric: String,
+    /// Version of the metric's definition that the rubric asks for.
+    version: u32,
     /// Points lost, of 100.
     points: f64,
     /// Why, in words.
