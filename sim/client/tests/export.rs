@@ -1,7 +1,7 @@
 //! Tables of a recording hold its numbers. Would fail if a number changed on its way into CSV or Parquet, if a field were left
 //! out, if tables were overwritten unasked, or if something half-written stayed behind.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::Path;
 
@@ -17,7 +17,7 @@ const TABLES: [&str; 5] = ["samples", "summary", "energy", "events", "tents"];
 
 /// A table: the names of its columns, and the texts of its rows.
 struct Csv {
-    places: HashMap<String, usize>,
+    places: BTreeMap<String, usize>,
     rows: Vec<csv::StringRecord>,
 }
 

@@ -151,7 +151,7 @@ mod tests {
 
     fn sample(depth_mm: f64, lean_rad: f64) -> Sample {
         let half = 0.5 * (std::f64::consts::PI - lean_rad);
-        let orientation = [half.sin(), 0.0, 0.0, half.cos()];
+        let orientation = [libm::sin(half), 0.0, 0.0, libm::cos(half)];
         Sample { position_m: [0.0, 0.0, -depth_mm * 1e-3], orientation, flags: flags::INSIDE, ..Sample::default() }
     }
 
@@ -184,7 +184,7 @@ mod tests {
             "the picture of the field alone"
         );
         let leaning = dents.at(&sample(5.0, 0.5))[0];
-        assert!(close(leaning, 5e-3 / 0.5_f64.cos()), "along a leaning needle: {leaning}");
+        assert!(close(leaning, 5e-3 / libm::cos(0.5)), "along a leaning needle: {leaning}");
         dents.event(&event(EventKind::TipRupture, 0));
         let stand = dents.at(&sample(5.0, 0.0));
         assert!(close(stand[0], 3e-3) && close(stand[1], 4.2e-3), "skin at the rim, fat at the tip: {stand:?}");

@@ -214,10 +214,10 @@ impl<'m> Profile<'m> {
     /// Between a point that is not refused and one that is; farther out while there is none.
     fn next_way(&self, near: (f64, f64), far: Option<(f64, f64)>) -> f64 {
         match far {
-            None => near.0 * (1.05 * self.quantile / near.1.max(1e-9)).max(1.3).min(4.0),
+            None => near.0 * (1.05 * self.quantile / near.1.max(1e-9)).clamp(1.3, 4.0),
             Some(far) => {
                 let part = (self.quantile - near.1) / (far.1 - near.1).max(1e-9);
-                near.0 + (far.0 - near.0) * part.max(0.1).min(0.9)
+                near.0 + (far.0 - near.0) * part.clamp(0.1, 0.9)
             }
         }
     }

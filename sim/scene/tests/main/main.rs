@@ -31,4 +31,5 @@ mod shipped;
 mod soundness;
 #[cfg(test)]
 mod support;
+#[cfg(test)]
 mod tissue;

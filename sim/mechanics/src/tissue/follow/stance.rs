@@ -128,6 +128,7 @@ pub fn press(on_axis: &Responses, pressed: &[Option<Pressed>; 2], loads_n: &mut 
 }
 
 #[cfg(test)]
+#[expect(clippy::float_cmp, reason = "what stands where the needle is stands exactly there")]
 mod tests {
     //! A boundary beside the tip that presses it, one that has passed another, or one that jumps as it is met, shows what did not happen.
 
