@@ -139,7 +139,7 @@ fn a_person_reads_the_residual_the_peaks_and_what_the_curve_does_not_tell() {
 
 #[test]
 fn the_residual_is_that_of_the_scene_as_written() {
-    let noisy: Vec<_> = law(32.0, 2.0).into_iter().zip(0_u32..).map(|((x, f), n)| (x, f + 3.0 * ripple(n))).collect();
+    let noisy: Vec<_> = law(32.0, 2.0).into_iter().zip(0_u32..).map(|((x, f), n)| (x, f + ripple(n))).collect();
     let place = Place::new(&csv(&noisy));
     let report = place.calibrate(&["--json"]).ends(0).json();
     // The ripple alone, 0.02 N · sin, has an rms of 0.0141 N.
