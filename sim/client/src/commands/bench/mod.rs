@@ -31,17 +31,17 @@ use crate::{new_file, output};
 
 /// Measure speed and error, and write CSV, Markdown and plots
 ///
-/// force: error of the force law against tick rate and speed, time per tick, force against depth, what an encoder's steps make of it. field: error of the
-/// tissue's displacement against unknowns, set-up and time per solve, for every model, with the planner's choice marked and
-/// other solvers beside it. estimates: the error that a field claims against the error that it has, on a thousand random tissues;
-/// exit 1 when a bound is exceeded. coupling: error of the force that the field carries against its rate. recording: size, time to
-/// write a tick, speed of simulating, time and memory to read and score. servo: a minute
-/// at 1 kHz on the clock, how late ticks begin and what they take. hiccup: what the hand is given when its device falters or is lost in the tissue. render: time of a frame, for every view and step of quality.
-/// hard-cases: every hard case with its bound and what
-/// was measured. soak: ten minutes of random needle motion on every shipped scene. operators: forces and overshoots of the virtual
-/// hands at every shipped exercise. calibrate: how often the 95 % intervals of fitted curves hold what the curves were made from,
-/// and whether wrong minima are said. metrics: whether the metrics of scores tell virtual experts from novices and agree with
-/// themselves, and what tremor and rate do to them. Use a release build for figures to report.
+/// force: error of the force law against tick rate and speed, time per tick, force against depth, what an encoder's steps make of
+/// it. field: error of the tissue's displacement against unknowns, set-up and time per solve, for every model, with the planner's
+/// choice marked and other solvers beside it. estimates: the error that a field claims against the error that it has, on a thousand
+/// random tissues; exit 1 when a bound is exceeded. coupling: error of the force that the field carries against its rate. recording:
+/// size, time to write a tick, speed of simulating, time and memory to read and score. servo: a minute at 1 kHz on the clock, how
+/// late ticks begin and what they take. hiccup: what the hand is given when its device falters or is lost in the tissue. render:
+/// time of a frame, for every view and step of quality. hard-cases: every hard case with its bound and what was measured. soak: ten
+/// minutes of random needle motion on every shipped scene. operators: forces and overshoots of the virtual hands at every shipped
+/// exercise. calibrate: how often the 95 % intervals of fitted curves hold what the curves were made from, and whether wrong minima
+/// are said. metrics: whether the metrics of scores tell virtual experts from novices and agree with themselves, and what tremor
+/// and rate do to them. Use a release build for figures to report.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet bench --out bench")]
 pub struct Args {
