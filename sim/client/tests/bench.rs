@@ -132,6 +132,9 @@ fn the_planners_choices_keep_their_tolerance_on_the_reference_cases() {
     for row in rows.records() {
         let row = row.expect("a row");
         models.insert(row[2].to_owned());
+        // Springs have a floor of 3 to 36 % on these cases. Where the case's force was not applied to them, they stood at 2 400 %.
+        let error: f64 = row[6].parse().expect("a number");
+        assert!(&row[2] != "mass-spring" || error < 0.5, "{row:?}");
         if let Ok(tolerance) = row[3].parse::<f64>() {
             let number = |column: usize| row[column].parse::<f64>().expect("a number");
             let (error, estimate) = (number(6), number(7));
