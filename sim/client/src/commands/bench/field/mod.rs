@@ -189,7 +189,7 @@ fn chart(rows: &[Row], case: &str, (x, figure): (&str, Figure)) -> Chart {
         x: x.to_owned(),
         y: "relative error of the axial displacement, %".to_owned(),
         curves: curves.collect(),
-        legend: SeriesLabelPosition::LowerLeft,
+        legend: SeriesLabelPosition::LowerRight,
         rings: vec![Curve { name: "the planner's choice".to_owned(), points: of(&|row| row.tolerance.is_some()) }],
     }
 }
