@@ -25,7 +25,7 @@ mod words;
 pub use curve::{Curve, MIN_SAMPLES};
 pub use fit::{Asked, Fit, Start, fit};
 pub use guess::Fresh;
-pub use model::{Quantity, residual_rms_n};
+pub use model::{QUANTITIES, Quantity, residual_rms_n};
 pub use peaks::Peak;
 pub use uncertainty::{Estimate, Interval, Standing};
 pub use verdict::Misfit;

@@ -32,7 +32,7 @@ pub enum Quantity {
 }
 
 /// A layer's quantities in the order of its variables. The thresholds' variables are where the boundary gives way, in m.
-pub(super) const QUANTITIES: [Quantity; 6] = [
+pub const QUANTITIES: [Quantity; 6] = [
     Quantity::Thickness,
     Quantity::Stiffness,
     Quantity::Friction,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use mechanics::axial::AxialSpec;
-use mechanics::calibrate::{Quantity, Standing};
+use mechanics::calibrate::{QUANTITIES, Quantity, Standing};
 use mechanics::trials::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
 use scene::Patient;
 
@@ -18,15 +18,6 @@ const CURVES: u64 = 240;
 const QUICK_PART: u64 = 40;
 /// The least share of intervals that must hold the truth.
 const COVERAGE: f64 = 0.9;
-/// Every parameter that is fitted.
-const QUANTITIES: [Quantity; 6] = [
-    Quantity::Thickness,
-    Quantity::Stiffness,
-    Quantity::Friction,
-    Quantity::Cutting,
-    Quantity::TipThreshold,
-    Quantity::RimThreshold,
-];
 
 /// Curves of one kind.
 struct Group {
