@@ -92,6 +92,8 @@ struct Heard {
     texts: Mutex<Vec<String>>,
     /// A connection has broken.
     broken: AtomicBool,
+    /// Where somebody holds the handle.
+    held_m: Mutex<Option<[f64; 3]>>,
 }
 
 impl Heard {
@@ -124,6 +126,11 @@ impl Service {
             }
         });
         Self { url: format!("ws://{address}"), version_port, address, heard, stop, thread: Some(thread) }
+    }
+
+    /// Holds the handle at a place from now on, in m along the service's axes from where it started.
+    pub fn hold(&self, held_m: [f64; 3]) {
+        *self.heard.held_m.lock().unwrap_or_else(PoisonError::into_inner) = Some(held_m);
     }
 
     /// The texts it heard, in order, and [`CLOSED`].
@@ -222,6 +229,7 @@ fn converse(mut socket: WebSocket<TcpStream>, script: &Script, heard: &Heard) ->
             _ => {}
         }
         thread::sleep(script.delay);
+        arm.held_m = *heard.held_m.lock().unwrap_or_else(PoisonError::into_inner);
         match &script.then {
             _ if message < script.at_message => answer(&mut socket, (script, &arm), message)?,
             Then::Nothing => answer(&mut socket, (script, &arm), message)?,

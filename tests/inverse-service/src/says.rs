@@ -13,6 +13,10 @@ pub struct State {
     pub power_supply: bool,
     /// Way of the handle from one frame to the next, in m along the service's axes.
     pub step_m: [f64; 3],
+    /// Where the handle is held instead, in m from where it starts.
+    pub held_m: Option<[f64; 3]>,
+    /// Step of its encoders, in m; 0 for one that has none.
+    pub encoder_m: f64,
     /// The grip.
     pub grip: Grip,
     /// Orientation of the grip: x, y, z, w.
@@ -41,6 +45,8 @@ impl Default for State {
             calibrated: true,
             power_supply: true,
             step_m: [1e-4, 0.0, 0.0],
+            held_m: None,
+            encoder_m: 0.0,
             grip: Grip::Wireless,
             orientation: [0.0, 0.0, 0.0, 1.0],
             buttons: [false; 2],
@@ -66,7 +72,9 @@ pub fn state(state: &State, step: usize) -> String {
 
 fn frame(state: &State, step: usize) -> Value {
     let [force_x, force_y, force_z] = state.force_n;
-    let [x_m, y_m, z_m] = state.step_m.map(|step_m| step_m * step as f64);
+    let way_m = state.held_m.unwrap_or_else(|| state.step_m.map(|step_m| step_m * step as f64));
+    let [x_m, y_m, z_m] =
+        way_m.map(|m| if state.encoder_m > 0.0 { (m / state.encoder_m).floor() * state.encoder_m } else { m });
     let mut frame = json!({
         "session_id": 7,
         "inverse3": [{

@@ -86,7 +86,10 @@ impl State {
         if self.script.then == Then::NotANumber && self.has_happened() {
             return [f64::NAN; 16];
         }
-        let [x_mm, y_mm, z_mm] = self.script.step_mm.map(|step_mm| step_mm * self.heard.frames as f64);
+        let Script { step_mm, encoder_mm, repeats, .. } = self.script;
+        let seen = (self.heard.frames - self.heard.frames % repeats) as f64;
+        let read = |mm: f64| if encoder_mm > 0.0 { (mm / encoder_mm).floor() * encoder_mm } else { mm };
+        let [x_mm, y_mm, z_mm] = step_mm.map(|step_mm| read(step_mm * seen));
         // A quarter turn about z: the stylus's x axis points up.
         [0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, x_mm, 20.0 + y_mm, -30.0 + z_mm, 1.0]
     }

@@ -30,6 +30,10 @@ pub struct Script {
     pub period_us: u64,
     /// Way of the handle from one frame to the next, in mm along the device's axes.
     pub step_mm: [f64; 3],
+    /// Step of its encoders, in mm; 0 for one that has none.
+    pub encoder_mm: f64,
+    /// Frames with the same reading, from 1.
+    pub repeats: usize,
     /// Frames run inside `hdStartScheduler`, in the caller's thread, instead of a thread of their own.
     pub inline: bool,
     /// The frame at which something happens, counted from 0.
@@ -64,6 +68,8 @@ impl Default for Script {
             takes_force: true,
             period_us: 1000,
             step_mm: [1.0, 0.0, 0.0],
+            encoder_mm: 0.0,
+            repeats: 1,
             inline: false,
             at_frame: u64::MAX,
             then: Then::Nothing,

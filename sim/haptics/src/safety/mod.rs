@@ -8,6 +8,7 @@
 //! the last good reading.
 
 pub mod clamp;
+pub mod follower;
 pub mod gate;
 pub mod hold;
 pub mod passivity;

@@ -2,6 +2,7 @@
 //!
 //! After Hannaford and Ryu (2002). The force sent in one tick acts until the next, so the handle's work on the device over a tick
 //! is exactly −F·Δx with the force that acted. Two accounts are kept of it.
+//! The handle's motion is that of [`super::follower`], since an encoder's step is none.
 //!
 //! *Sampling.* A law drawn with a straight line between its samples would have taken −½(F₀ + F₁)·Δx. What was taken less than that
 //! is energy that sampling, delay and the links behind this one made up: for a wall of stiffness K it is ½ K Δx² a tick, the
@@ -14,6 +15,7 @@
 
 use nalgebra::Vector3;
 
+use super::follower::{Followed, Follower};
 use super::gate::Account;
 
 /// Damping that is reported, in N: a fifth of the friction of a haptic arm.
@@ -56,7 +58,7 @@ impl Params {
 /// What the observer remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
-    last_position_m: Option<Vector3<f64>>,
+    follower: Follower,
     /// Forces sent, the latest first, in N.
     sent_n: [Vector3<f64>; MAX_DELAY + 1],
     /// Damping that went with them, in N·s/m.
@@ -95,7 +97,7 @@ impl State {
 
     /// Concludes nothing from where the handle was.
     pub fn forget_position(&mut self) {
-        self.last_position_m = None;
+        self.follower = Follower::default();
     }
 
     /// Books a tick's motion, with the law's force at its end.
@@ -109,13 +111,16 @@ impl State {
     }
 
     /// Damping that would pay the debt over a tick of the same motion, in N·s/m: α = E T/Δx², less what is already on its way.
-    /// Asked for again, it would be paid twice, and the damping would swing.
-    fn damping_n_s_per_m(&self, params: &Params, way_m: &Vector3<f64>) -> f64 {
+    /// Asked for again, it would be paid twice, and the damping would swing. Δx² is a mean over some ticks, so that damping follows the
+    /// motion and not the unevenness that steps leave in it; for the same reason a debt that is seen once in so many ticks is paid
+    /// over as many, and as many again.
+    fn damping_n_s_per_m(&self, params: &Params, Followed { square_m2, ticks, .. }: Followed) -> f64 {
         let deficit_j = -self.sampling_j.min(self.port_j).min(0.0);
-        let asked = deficit_j * params.period_s / way_m.norm_squared();
+        let asked = deficit_j * params.period_s / square_m2;
         let on_its_way: f64 = self.damping_n_s_per_m.iter().take(params.delay_ticks.min(MAX_DELAY)).sum();
+        let spread = f64::from(ticks.saturating_mul(2) - 1);
         // At rest there is nothing to damp, and no number.
-        if asked.is_finite() { (asked - on_its_way).clamp(0.0, params.max_damping_n_s_per_m) } else { 0.0 }
+        if asked.is_finite() { ((asked - on_its_way) / spread).clamp(0.0, params.max_damping_n_s_per_m) } else { 0.0 }
     }
 }
 
@@ -135,14 +140,13 @@ pub fn step(params: &Params, state: &mut State, motion: &Motion) -> (Vector3<f64
     let Motion { position_m, wanted_n, owed_n } = motion;
     // The clamp behind this link is as conservative as the law: it belongs to what is due.
     let due_n = super::clamp::norm(wanted_n, params.max_force_n).0;
-    let way_m = state.last_position_m.map_or_else(Vector3::zeros, |last_m| position_m - last_m);
-    state.observe(params, &way_m, &due_n, owed_n);
-    state.last_position_m = Some(*position_m);
+    let followed = state.follower.follow(*position_m);
+    state.observe(params, &followed.way_m, &due_n, owed_n);
     state.last_wanted_n = due_n;
-    let damping_n_s_per_m = state.damping_n_s_per_m(params, &way_m);
+    let damping_n_s_per_m = state.damping_n_s_per_m(params, followed);
     state.damping_n_s_per_m.rotate_right(1);
     state.damping_n_s_per_m[0] = damping_n_s_per_m;
-    let damping_n = way_m * (damping_n_s_per_m / params.period_s);
+    let damping_n = followed.way_m * (damping_n_s_per_m / params.period_s);
     (wanted_n - damping_n, damping_n.norm() > FELT_N)
 }
 

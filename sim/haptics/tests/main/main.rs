@@ -1,6 +1,8 @@
 //! What the devices and the servo promise, shown from outside.
 
 #[cfg(test)]
+mod encoder;
+#[cfg(test)]
 mod exits;
 #[cfg(test)]
 mod inverse3;

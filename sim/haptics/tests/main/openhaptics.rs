@@ -22,6 +22,8 @@ const FAST: Script = Script {
     takes_force: true,
     period_us: 0,
     step_mm: [1.0, 0.0, 0.0],
+    encoder_mm: 0.0,
+    repeats: 1,
     inline: false,
     at_frame: u64::MAX,
     then: Then::Nothing,
