@@ -55,6 +55,8 @@ pub struct Config {
     pub behind_tls: bool,
     /// Largest upload, in bytes.
     pub max_upload_bytes: u64,
+    /// Free room on the disk, in bytes, below which no upload is taken.
+    pub reserve_bytes: u64,
     /// Longest silence within an upload before it is given up.
     pub upload_silence: Duration,
     /// How long an upload in pieces is kept after its last piece, in s.
@@ -94,6 +96,7 @@ impl Config {
             recordings_dir: data_dir.join("recordings"),
             behind_tls: false,
             max_upload_bytes: 512 * 1024 * 1024,
+            reserve_bytes: 1_000_000_000,
             upload_silence: Duration::from_secs(30),
             upload_lifetime_s: 48 * 3600,
             password_cost: PasswordCost::RECOMMENDED,

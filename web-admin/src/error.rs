@@ -1,5 +1,7 @@
 //! What can go wrong in a request, and how it is said: as a page, or as `application/problem+json`.
 
+use std::io::ErrorKind;
+
 use axum::Json;
 use axum::http::header::{CONTENT_TYPE, RETRY_AFTER};
 use axum::http::{HeaderValue, StatusCode};
@@ -62,12 +64,26 @@ pub enum Error {
         /// When to try again, in s.
         retry_after_s: u64,
     },
+    /// The disk is full. The cause goes to the log.
+    #[error("{NO_ROOM}")]
+    NoRoom(#[source] anyhow::Error),
     /// Our fault. The cause goes to the log, never to the user.
     #[error("something went wrong here; it has been noted")]
     Internal(#[source] anyhow::Error),
 }
 
+/// Result code of SQLite for a full disk.
+const SQLITE_FULL: &str = "13";
+/// What is said of one.
+const NO_ROOM: &str =
+    "this service has no room left on its disk, so nothing was changed; tell whoever runs it, and try again later";
+
 impl Error {
+    /// What storage said, by whether there is room.
+    fn of_storage(full: bool, cause: anyhow::Error) -> Self {
+        if full { Self::NoRoom(cause) } else { Self::Internal(cause) }
+    }
+
     /// The HTTP status.
     #[must_use]
     pub fn status(&self) -> StatusCode {
@@ -87,6 +103,7 @@ impl Error {
             Self::Unprocessable(_) => StatusCode::UNPROCESSABLE_ENTITY,
             Self::Timeout => StatusCode::REQUEST_TIMEOUT,
             Self::TooMany { .. } => StatusCode::TOO_MANY_REQUESTS,
+            Self::NoRoom(_) => StatusCode::INSUFFICIENT_STORAGE,
             Self::Internal(_) => StatusCode::INTERNAL_SERVER_ERROR,
         }
     }
@@ -102,6 +119,9 @@ impl Error {
             Self::Unscored(why) => tr!("this attempt was not scored: {why}", why = why),
             Self::Timeout => tr!("the body stopped arriving").to_owned(),
             Self::TooMany { retry_after_s } => tr!("too many attempts; try again in {wait} s", wait = retry_after_s),
+            Self::NoRoom(_) => {
+                tr!("this service has no room left on its disk, so nothing was changed; tell whoever runs it, and try again later").to_owned()
+            }
             Self::Internal(_) => tr!("something went wrong here; it has been noted").to_owned(),
             other => other.to_string(),
         }
@@ -112,7 +132,7 @@ impl Error {
         if let Self::TooMany { retry_after_s } = self {
             response.headers_mut().insert(RETRY_AFTER, HeaderValue::from(*retry_after_s));
         }
-        if let Self::Internal(cause) = self {
+        if let Self::Internal(cause) | Self::NoRoom(cause) = self {
             tracing::error!(cause = format!("{cause:#}"), "request failed");
         }
         response
@@ -121,7 +141,8 @@ impl Error {
 
 impl From<sqlx::Error> for Error {
     fn from(error: sqlx::Error) -> Self {
-        Self::Internal(anyhow::Error::new(error).context("database"))
+        let full = matches!(&error, sqlx::Error::Database(told) if told.code().as_deref() == Some(SQLITE_FULL));
+        Self::of_storage(full, anyhow::Error::new(error).context("database"))
     }
 }
 
@@ -133,7 +154,8 @@ impl From<anyhow::Error> for Error {
 
 impl From<std::io::Error> for Error {
     fn from(error: std::io::Error) -> Self {
-        Self::Internal(anyhow::Error::new(error).context("file system"))
+        let full = matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded);
+        Self::of_storage(full, anyhow::Error::new(error).context("file system"))
     }
 }
 

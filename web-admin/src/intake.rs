@@ -114,8 +114,8 @@ async fn by_pseudonym(state: &AppState, school: Uuid, pseudonym: &str) -> Result
     })
 }
 
-/// Moves the file to its place and stores what tells of it. The write lock is held across the move, so that of two
-/// uploads under one id the second finds the first.
+/// Puts the file into its place and stores what tells of it; only then does it go from where it arrived. The write lock is
+/// held across both, so that of two uploads under one id the second finds the first.
 async fn keep(state: &AppState, bearer: &Bearer, received: Received, session: Session) -> Result<Kept, Error> {
     let mut tx = state.db.write().await?;
     let upload = received.upload;
@@ -126,7 +126,7 @@ async fn keep(state: &AppState, bearer: &Bearer, received: Received, session: Se
         return Ok(kept);
     }
     let place = state.config.recordings_dir.join(&session.recording_path);
-    tokio::task::spawn_blocking(move || received.keep(&place)).await??;
+    let received = tokio::task::spawn_blocking(move || received.place(&place).map(|()| received)).await??;
     sessions::insert(&mut tx, &session).await?;
     jobs::enqueue(&mut tx, SessionKey { school_id: session.school_id, id: session.id }, session.received_at).await?;
     Entry::new(session.school_id, bearer.actor.clone(), "session.uploaded", session.id)
@@ -135,6 +135,7 @@ async fn keep(state: &AppState, bearer: &Bearer, received: Received, session: Se
         .await?;
     note_upload(&mut tx, upload, &session).await?;
     tx.commit().await?;
+    drop(received);
     state.jobs.notify_one();
     tracing::info!(session = %session.id, size_bytes = session.recording_size, "recording kept");
     Ok(Kept::Now(session))

@@ -1,10 +1,10 @@
 //! Recordings on disk: taken in piece by piece, kept only when they are whole on the disk, read a few at a time.
 
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-use axum::body::Body;
+use axum::body::{Body, HttpBody};
 use futures::StreamExt;
 use recording::annotate::{Remark, annotate};
 use recording::{ReadError, Recording};
@@ -74,19 +74,42 @@ impl Received {
         &self.part.path
     }
 
-    /// Moves the file to its place and makes the move last. Blocks.
+    /// Puts the file into its place too, and makes that last. Under its old name it stays until this is dropped: whoever dies
+    /// before a row names the place has lost nothing. What a predecessor has left there that no row names is replaced. Blocks.
     ///
     /// # Errors
     /// When the disk refuses; the place may then hold the file or not, and nothing names it yet.
-    pub fn keep(mut self, place: &Path) -> std::io::Result<()> {
+    pub fn place(&self, place: &Path) -> std::io::Result<()> {
         let folder = place.parent().unwrap_or(Path::new("."));
         std::fs::create_dir_all(folder)?;
-        std::fs::rename(&self.part.path, place)?;
-        self.part.kept = true;
+        match std::fs::remove_file(place) {
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+        if std::fs::hard_link(&self.part.path, place).is_err() {
+            // A file system without links.
+            std::fs::copy(&self.part.path, place)?;
+            File::open(place)?.sync_all()?;
+        }
         File::open(folder)?.sync_all()?;
         // The folder itself may be new.
         folder.parent().map_or(Ok(()), |above| File::open(above)?.sync_all())
     }
+}
+
+/// Refuses what would take the disk of the recordings below its reserve.
+///
+/// # Errors
+/// When it would, or the disk cannot be asked.
+pub fn ensure_room(state: &AppState, wanted_bytes: u64) -> Result<(), Error> {
+    let disk = rustix::fs::statvfs(&state.config.recordings_dir).map_err(std::io::Error::from)?;
+    let free_bytes = disk.f_bavail.saturating_mul(disk.f_frsize);
+    let needed_bytes = state.config.reserve_bytes.saturating_add(wanted_bytes);
+    if free_bytes < needed_bytes {
+        let cause = anyhow::anyhow!("{free_bytes} bytes are free, {needed_bytes} are needed with the reserve");
+        return Err(Error::NoRoom(cause));
+    }
+    Ok(())
 }
 
 /// Takes in a body, hashing it on the way, until it is on the disk.
@@ -94,6 +117,7 @@ impl Received {
 /// # Errors
 /// When it is too large, stops arriving, or the disk refuses. Nothing is left behind.
 pub async fn receive(state: &AppState, body: Body) -> Result<Received, Error> {
+    ensure_room(state, body.size_hint().lower())?;
     let config = &state.config;
     let path = config.uploads_dir().join(format!("{}.part", Uuid::new_v4()));
     let mut file = tokio::fs::File::create_new(&path).await?;

@@ -1,5 +1,7 @@
 //! From a configuration to a running service.
 
+use std::fs::DirBuilder;
+use std::os::unix::fs::DirBuilderExt;
 use std::sync::Arc;
 
 use anyhow::Context;
@@ -10,7 +12,7 @@ use crate::config::Config;
 use crate::mail::Mailer;
 use crate::plans::Plans;
 use crate::routes::auth::{LoginLimits, PairingLimits};
-use crate::routes::health::Counters;
+use crate::routes::health::{Counters, Pulse};
 use crate::storage::Database;
 use crate::uploads::Turns;
 use crate::words;
@@ -38,6 +40,8 @@ pub struct AppState {
     pub turns: Turns,
     /// What `/metrics` counts.
     pub counters: Arc<Counters>,
+    /// What `/readyz` asks.
+    pub pulse: Arc<Pulse>,
     /// Plans of tissues that drafts name.
     pub plans: Arc<Plans>,
     /// How many recordings may be held in memory at once: one of ten minutes takes 150 MB.
@@ -52,7 +56,11 @@ impl AppState {
     pub async fn open(config: Config, clock: Clock) -> anyhow::Result<Self> {
         words::check()?;
         for folder in [&config.data_dir, &config.recordings_dir, &config.uploads_dir(), &config.replays_dir()] {
-            std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
+            DirBuilder::new()
+                .recursive(true)
+                .mode(0o700)
+                .create(folder)
+                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
         }
         let db = Database::open(&config.database_url).await.context("cannot open the database")?;
         db.migrate().await.context("cannot bring the database up to date")?;
@@ -68,6 +76,7 @@ impl AppState {
             pairings: Arc::default(),
             turns: Turns::default(),
             counters: Arc::default(),
+            pulse: Arc::default(),
             plans: Arc::default(),
             parsing: Arc::new(Semaphore::new(2)),
         })

@@ -1,9 +1,13 @@
 //! Is everything still what was written: the database, every recording, the audit log.
 
+use std::collections::BTreeSet;
+use std::io::ErrorKind;
 use std::path::Path;
 
 use anyhow::Context;
+use uuid::Uuid;
 
+use crate::backup;
 use crate::config::Config;
 use crate::recordings::hash_file;
 use crate::storage::Database;
@@ -31,6 +35,7 @@ pub async fn everything(db: &Database, recordings_dir: &Path) -> anyhow::Result<
     let mut findings = db.integrity().await?;
     let recordings = sessions::recordings(db.reader()).await?;
     findings.extend(check_files(recordings_dir, &recordings));
+    findings.extend(unnamed(recordings_dir, &recordings)?);
     let chain = audit::check(db.reader()).await?;
     findings.extend(chain.findings);
     Ok(Report { recordings: recordings.len(), audit_rows: chain.rows, audit_head: chain.head, findings })
@@ -50,6 +55,62 @@ pub async fn refuse_damage(config: &Config) -> anyhow::Result<()> {
         [] => Ok(()),
         [first, rest @ ..] => anyhow::bail!("{ADVICE}: {first} ({} more findings)", rest.len()),
     }
+}
+
+/// Refuses to make a new database beside recordings: the one that names them is lost, or a restore was stopped in its midst.
+///
+/// # Errors
+/// When there are recordings and no database, with what to do.
+pub fn refuse_lost_database(config: &Config) -> anyhow::Result<()> {
+    let (database, staging) = (Database::file_of(&config.database_url)?, backup::staging(config));
+    anyhow::ensure!(
+        !staging.exists(),
+        "{}: a restore was stopped in its midst; run it again, or remove this folder",
+        staging.display()
+    );
+    let there = std::fs::metadata(&database).is_ok_and(|file| file.len() > 0);
+    if there || recordings_in(&config.recordings_dir)?.is_empty() {
+        return Ok(());
+    }
+    anyhow::bail!(
+        "{}: there is no database, but {} holds recordings; restore a backup, or name an empty folder for recordings",
+        database.display(),
+        config.recordings_dir.display()
+    )
+}
+
+/// Recordings that no row names, each in words. A crash between the two leaves one, and so does a database that has lost rows.
+///
+/// # Errors
+/// When the folder cannot be read.
+pub fn unnamed(folder: &Path, named: &[RecordingFile]) -> std::io::Result<Vec<String>> {
+    let named: BTreeSet<&str> = named.iter().map(|recording| &*recording.recording_path).collect();
+    let found = recordings_in(folder)?;
+    let lost = found.iter().filter(|path| !named.contains(path.as_str()));
+    Ok(lost.map(|path| format!("{path}: no attempt names this recording; upload it to take it in")).collect())
+}
+
+/// Every recording in the folders of the schools, as rows name them.
+fn recordings_in(folder: &Path) -> std::io::Result<Vec<String>> {
+    let mut found = Vec::new();
+    for school in entries(folder)?.iter().filter(|name| Uuid::parse_str(name).is_ok()) {
+        let recordings = entries(&folder.join(school))?;
+        found.extend(recordings.iter().filter(|name| name.ends_with(".mcap")).map(|name| format!("{school}/{name}")));
+    }
+    Ok(found)
+}
+
+/// Names in a folder, in order; none of one that is not there.
+fn entries(folder: &Path) -> std::io::Result<Vec<String>> {
+    let entries = match std::fs::read_dir(folder) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+        entries => entries?,
+    };
+    let mut names = entries
+        .map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned()))
+        .collect::<std::io::Result<Vec<_>>>()?;
+    names.sort();
+    Ok(names)
 }
 
 async fn damage(db: &Database) -> anyhow::Result<Vec<String>> {

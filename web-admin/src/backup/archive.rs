@@ -12,6 +12,9 @@ use tar::{Archive, Builder, EntryType, Header, HeaderMode};
 use super::{DATABASE, MANIFEST, Manifest, RECORDINGS};
 use crate::storage::sessions::RecordingFile;
 
+/// More than any manifest has.
+const MOST_MANIFEST_BYTES: u64 = 1 << 16;
+
 /// Writes an archive and makes it last.
 pub(super) fn write(
     to: File,
@@ -38,6 +41,18 @@ pub(super) fn write(
     let mut file = archive.into_inner()?;
     file.flush()?;
     Ok(file.get_ref().sync_all()?)
+}
+
+/// The manifest of an archive: its first file.
+pub(super) fn manifest(path: &Path) -> anyhow::Result<Manifest> {
+    let file = File::open(path)?;
+    let mut archive = Archive::new(BufReader::new(file));
+    let first = archive.entries()?.next().context("no backup: it is empty")?;
+    let mut entry = first.context("not a tar file, or one that was cut short")?;
+    ensure!(entry.path()?.as_os_str() == MANIFEST, "no backup: {MANIFEST} is missing");
+    let mut text = Vec::new();
+    (&mut entry).take(MOST_MANIFEST_BYTES).read_to_end(&mut text)?;
+    serde_json::from_slice(&text).with_context(|| MANIFEST.to_owned())
 }
 
 /// Reads an archive back, and refuses it where a file is missing or is not what the database says.

@@ -1,6 +1,7 @@
 //! Making a backup.
 
 use std::fs::{File, OpenOptions};
+use std::io::ErrorKind;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
@@ -19,8 +20,17 @@ use crate::verification::Report;
 /// # Errors
 /// When the database or a recording is damaged, or a disk refuses. No file of that name is left then.
 pub async fn make(config: &Config, to: &Path, now: Moment) -> anyhow::Result<Report> {
-    let copy = Scratch(beside(to, "database"));
-    let part = Scratch(beside(to, "part"));
+    let (copy, part) = (Scratch(beside(to, "database")), Scratch(beside(to, "part")));
+    // A backup holds every password hash: it is its owner's alone from the first byte.
+    let file = OpenOptions::new().write(true).create(true).truncate(false).mode(0o600).open(&part.0);
+    let file = file.with_context(|| part.0.display().to_string())?;
+    if file.try_lock().is_err() {
+        std::mem::forget((copy, part));
+        anyhow::bail!("{}: another backup is just being made there", to.display());
+    }
+    // What one that was stopped has left.
+    file.set_len(0)?;
+    remove_if_there(&copy.0)?;
     let source = Database::open_existing(&config.database_url).await.context("cannot open the database")?;
     source.copy_to(&copy.0).await.context("cannot copy the database")?;
     source.close().await;
@@ -28,14 +38,18 @@ pub async fn make(config: &Config, to: &Path, now: Moment) -> anyhow::Result<Rep
     let (database_sha256, _) = hash_file(&copy.0)?;
     let program_version = env!("CARGO_PKG_VERSION").to_owned();
     let manifest = Manifest { format: FORMAT, made_at: now.to_string(), program_version, database_sha256 };
-    // A backup holds every password hash: it is its owner's alone from the first byte.
-    let file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&part.0);
-    let file = file.with_context(|| part.0.display().to_string())?;
     archive::write(file, &manifest, (&copy.0, &config.recordings_dir), &recordings)?;
     archive::check(&part.0, &manifest, &recordings).context("the backup was read back and is not whole")?;
     std::fs::rename(&part.0, to)?;
     File::open(to.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")))?.sync_all()?;
     Ok(report)
+}
+
+fn remove_if_there(file: &Path) -> std::io::Result<()> {
+    match std::fs::remove_file(file) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
 }
 
 fn beside(to: &Path, suffix: &str) -> PathBuf {

@@ -10,7 +10,7 @@ mod restore;
 use serde::{Deserialize, Serialize};
 
 pub use make::make;
-pub use restore::restore;
+pub use restore::{restore, staging};
 
 /// Name of the manifest, the first file of an archive.
 const MANIFEST: &str = "manifest.json";

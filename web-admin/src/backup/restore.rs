@@ -8,37 +8,78 @@ use crate::recordings::hash_file;
 use crate::storage::Database;
 use crate::verification::{self, Report};
 
-/// Restores a backup into an empty place: unpacked beside it, checked whole, and moved there last.
+/// Written into the unpacked backup when it was found whole: from then on only its parts are to be moved.
+const WHOLE: &str = "whole.json";
+
+/// Restores a backup into an empty place: unpacked beside it, checked whole, and moved there last. What a restore that was
+/// stopped has left is gone on with, or done over. Whoever calls holds the place's lock.
 ///
 /// # Errors
 /// When the file is no backup or a damaged one, or something is in the place already; nothing is changed then.
 pub async fn restore(config: &Config, from: &Path) -> Result<Report, Refused> {
     let database = Database::file_of(&config.database_url)?;
-    refuse_occupied(&database, &config.recordings_dir)?;
-    // Beside the recordings, so that moving them there is a rename within one file system.
-    let staging = Scratch(config.recordings_dir.with_extension("restoring"));
-    if staging.0.exists() {
-        let words = "is left from a restore that was stopped; remove it";
-        return Err(Refused::Input(format!("{}: {words}", staging.0.display())));
-    }
-    std::fs::create_dir_all(staging.0.join(RECORDINGS))?;
+    let staging = staging(config);
     let refused = |error: anyhow::Error| Refused::Input(format!("{}: {error:#}", from.display()));
-    archive::unpack(from, &staging.0).map_err(refused)?;
-    check_manifest(&staging.0).map_err(refused)?;
-    let report = verified(&staging.0).await?;
+    let manifest = archive::manifest(from).map_err(refused)?;
+    refuse_database(&database)?;
+    if unpacked(&staging).as_ref() != Some(&manifest) {
+        refuse_recordings(&config.recordings_dir)?;
+        let scratch = Scratch(staging.clone());
+        unpack(from, &scratch.0, &manifest).await?;
+        // From here on it is gone on with, also by another process.
+        std::mem::forget(scratch);
+    }
+    put(&staging, &database, &config.recordings_dir)?;
+    drop(Scratch(staging));
+    verified(&database, &config.recordings_dir).await
+}
+
+/// Where a backup is unpacked before its parts are moved to their places: beside the recordings, so that moving them is a
+/// rename within one file system.
+pub fn staging(config: &Config) -> PathBuf {
+    config.recordings_dir.with_extension("restoring")
+}
+
+/// Of which backup everything has been unpacked and checked, if so.
+fn unpacked(staging: &Path) -> Option<Manifest> {
+    serde_json::from_slice(&std::fs::read(staging.join(WHOLE)).ok()?).ok()
+}
+
+/// Unpacks a backup into a folder of its own, checks it whole, and says so there.
+async fn unpack(from: &Path, staging: &Path, manifest: &Manifest) -> Result<(), Refused> {
+    if staging.exists() {
+        std::fs::remove_dir_all(staging)?;
+    }
+    std::fs::create_dir_all(staging.join(RECORDINGS))?;
+    let refused = |error: anyhow::Error| Refused::Input(format!("{}: {error:#}", from.display()));
+    archive::unpack(from, staging).map_err(refused)?;
+    check_manifest(staging, manifest).map_err(refused)?;
+    let report = verified(&staging.join(DATABASE), &staging.join(RECORDINGS)).await?;
     if let Some(first) = report.findings.first() {
         let more = report.findings.len() - 1;
         return Err(Refused::Input(format!("{}: damaged: {first} ({more} more findings)", from.display())));
     }
-    put(&staging.0, &database, &config.recordings_dir)?;
-    Ok(report)
+    let whole = staging.join(WHOLE);
+    std::fs::write(&whole, serde_json::to_vec(manifest)?)?;
+    std::fs::File::open(&whole)?.sync_all()?;
+    Ok(std::fs::File::open(staging)?.sync_all()?)
 }
 
-fn refuse_occupied(database: &Path, recordings: &Path) -> Result<(), Refused> {
-    if database.exists() {
-        let words = "exists; a backup is restored into an empty place, never over data";
-        return Err(Refused::Input(format!("{}: {words}", database.display())));
+fn refuse_database(database: &Path) -> Result<(), Refused> {
+    // A log without its database belongs to another one, and would be read into this.
+    for suffix in ["", "-wal", "-shm", "-journal"] {
+        let mut file = database.as_os_str().to_owned();
+        file.push(suffix);
+        let file = PathBuf::from(file);
+        if file.exists() {
+            let words = "exists; a backup is restored into an empty place, never over data";
+            return Err(Refused::Input(format!("{}: {words}", file.display())));
+        }
     }
+    Ok(())
+}
+
+fn refuse_recordings(recordings: &Path) -> Result<(), Refused> {
     let holds_something = std::fs::read_dir(recordings).is_ok_and(|mut entries| entries.next().is_some());
     if holds_something {
         return Err(Refused::Input(format!("{}: is not empty; restore into an empty folder", recordings.display())));
@@ -46,34 +87,34 @@ fn refuse_occupied(database: &Path, recordings: &Path) -> Result<(), Refused> {
     Ok(())
 }
 
-fn check_manifest(folder: &Path) -> anyhow::Result<()> {
-    let text = std::fs::read(folder.join(MANIFEST)).map_err(|_| anyhow::anyhow!("no backup: {MANIFEST} is missing"))?;
-    let manifest: Manifest = serde_json::from_slice(&text)?;
+fn check_manifest(folder: &Path, manifest: &Manifest) -> anyhow::Result<()> {
     anyhow::ensure!(manifest.format == FORMAT, "{MANIFEST}: format {}; allowed is {FORMAT}", manifest.format);
     let (sha256, _) = hash_file(&folder.join(DATABASE))?;
     anyhow::ensure!(sha256 == manifest.database_sha256, "{DATABASE}: its bytes are not those that were stored");
     Ok(())
 }
 
-async fn verified(folder: &Path) -> Result<Report, Refused> {
-    let db = Database::open_existing(&format!("sqlite://{}", folder.join(DATABASE).display())).await?;
-    let report = verification::everything(&db, &folder.join(RECORDINGS)).await;
+async fn verified(database: &Path, recordings: &Path) -> Result<Report, Refused> {
+    let db = Database::open_existing(&format!("sqlite://{}", database.display())).await?;
+    let report = verification::everything(&db, recordings).await;
     db.close().await;
     Ok(report?)
 }
 
-/// The database goes last: a restore that is stopped before leaves no service that could start.
+/// The database goes last: a restore that is stopped before leaves no service that could start, and is gone on with.
 fn put(staging: &Path, database: &Path, recordings: &Path) -> Result<(), Refused> {
     let parents = [database.parent(), recordings.parent()].into_iter().flatten();
     for folder in parents.filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder)?;
     }
-    if recordings.exists() {
-        std::fs::remove_dir(recordings)?;
+    if staging.join(RECORDINGS).exists() {
+        if recordings.exists() {
+            std::fs::remove_dir(recordings)?;
+        }
+        std::fs::rename(staging.join(RECORDINGS), recordings)?;
     }
-    std::fs::rename(staging.join(RECORDINGS), recordings)?;
     let unpacked: PathBuf = staging.join(DATABASE);
-    if std::fs::rename(&unpacked, database).is_err() {
+    if unpacked.exists() && std::fs::rename(&unpacked, database).is_err() {
         // Another file system: the copy is complete before it takes the name.
         let part = database.with_extension("part");
         std::fs::copy(&unpacked, &part)?;

@@ -6,6 +6,8 @@ use clap::Args;
 
 use super::{Failure, Storage, say};
 use crate::backup::{self, Refused};
+use crate::clock::Clock;
+use crate::locks::DataLock;
 
 /// What to restore where.
 #[derive(Debug, Args)]
@@ -18,7 +20,9 @@ pub struct RestoreArgs {
 }
 
 pub(super) async fn run(args: &RestoreArgs) -> Result<(), Failure> {
-    let restored = backup::restore(&args.storage.config()?, &args.from).await.map_err(|refused| match refused {
+    let config = args.storage.config()?;
+    let _lock = DataLock::take(&config, "web-admin restore", Clock::system().now())?;
+    let restored = backup::restore(&config, &args.from).await.map_err(|refused| match refused {
         Refused::Input(words) => Failure::Usage(words),
         Refused::Work(error) => Failure::Work(error),
     })?;

@@ -15,6 +15,7 @@ use super::{Failure, Storage, say};
 use crate::AppState;
 use crate::clock::Clock;
 use crate::config::{mail_to, origin};
+use crate::locks::DataLock;
 use crate::regrading::exercise::PREVIEW_LIFETIME_S;
 use crate::roster_import::DRAFT_LIFETIME_S;
 use crate::storage::web_sessions::WebSessions;
@@ -54,6 +55,9 @@ pub struct ServeArgs {
     /// Largest upload, in MB
     #[arg(long, value_name = "MB", default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     max_upload_mb: u64,
+    /// Free room on the disk of the recordings, in MB, below which no upload is taken
+    #[arg(long, value_name = "MB", default_value_t = 1000)]
+    reserve_mb: u64,
 }
 
 pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
@@ -62,14 +66,17 @@ pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
     config.listen = args.listen;
     config.behind_tls = args.behind_tls;
     config.max_upload_bytes = args.max_upload_mb * 1_000_000;
+    config.reserve_bytes = args.reserve_mb.saturating_mul(1_000_000);
     config.public_url = args.public_url.as_ref().map(|url| url.trim_end_matches('/').to_owned());
     config.allowed_origins = args.allow_origin.iter().map(|given| origin(given)).collect::<Result<_, _>>()?;
     config.mail_from.clone_from(&args.mail_from);
     if let Some(given) = &args.mail {
         config.mail = mail_to(given)?;
     }
+    let _lock = DataLock::take(&config, "web-admin serve", Clock::system().now())?;
     // Before the schema is brought up to date: nothing is written to a file that is damaged.
     verification::refuse_damage(&config).await?;
+    verification::refuse_lost_database(&config)?;
     let state = AppState::open(config, Clock::system()).await?;
     let cleared = recordings::clear_uploads(&state.config.uploads_dir()).context("cannot clear unfinished uploads")?;
     tracing::info!(cleared, "unfinished uploads cleared");

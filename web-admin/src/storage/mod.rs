@@ -11,6 +11,8 @@ use serde::{Deserialize, Deserializer};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePool, SqlitePoolOptions, SqliteSynchronous};
 use sqlx::{Sqlite, Transaction};
 
+use crate::domain::Moment;
+
 pub mod account_links;
 pub mod assignments;
 pub mod audit;
@@ -70,6 +72,9 @@ impl<'de> Deserialize<'de> for ExactNumber {
         text.map(str::parse).transpose().map(Self).map_err(serde::de::Error::custom)
     }
 }
+
+/// Takes the write lock at once.
+const BEGIN: &str = "BEGIN IMMEDIATE";
 
 /// A transaction that holds the write lock from its first moment.
 pub type Write = Transaction<'static, Sqlite>;
@@ -148,18 +153,28 @@ impl Database {
     /// Starts a transaction that may write. `IMMEDIATE`: a deferred one that turns to writing later is refused at once
     /// and ignores the busy timeout.
     ///
+    /// A connection that cannot begin is thrown away and the next one tried once: after a full disk or an I/O error SQLite
+    /// has rolled back by itself, and the connection still counts a transaction that is no more.
+    ///
     /// # Errors
     /// When the lock is not to be had within the busy timeout.
     pub async fn write(&self) -> Result<Write> {
-        self.writer.begin_with("BEGIN IMMEDIATE").await
+        if let Ok(begun) = self.writer.begin_with(BEGIN).await {
+            return Ok(begun);
+        }
+        self.writer.acquire().await?.close().await?;
+        self.writer.begin_with(BEGIN).await
     }
 
-    /// Answers when the database does.
+    /// Reads and writes a row, as everything that is acknowledged must.
     ///
     /// # Errors
-    /// When it does not.
-    pub async fn ping(&self) -> Result<()> {
-        sqlx::query("SELECT 1").execute(&self.reader).await.map(drop)
+    /// When the database does not answer, or takes nothing.
+    pub async fn beat(&self, now: Moment) -> Result<()> {
+        sqlx::query("SELECT 1").execute(&self.reader).await?;
+        let mut tx = self.write().await?;
+        sqlx::query("UPDATE heartbeat SET beaten_at = $1").bind(now).execute(&mut *tx).await?;
+        tx.commit().await
     }
 
     /// What SQLite itself finds wrong with the file: damaged pages and rows that point nowhere. Empty when all is well.

@@ -86,6 +86,8 @@ async fn write(state: &AppState, upload: Upload, piece: Piece) -> Result<Upload,
         (Some(_), Err(broken)) => Err(broken),
         (Some(checksum), Ok(())) if !checksum.fits() => Err(Error::ChecksumMismatch),
         (_, Err(too_large @ Error::TooLarge { .. })) => Err(too_large),
+        // What the disk has refused, and what was written after it, is not there: back to what was received.
+        (_, Err(disk @ (Error::Internal(_) | Error::NoRoom(_)))) => Err(disk),
         (_, broken) => {
             writing.settle().await?;
             broken.map(|()| writing.upload)
@@ -125,6 +127,12 @@ impl Writing<'_> {
     async fn settle(&mut self) -> Result<(), Error> {
         self.file.flush().await?;
         self.file.sync_all().await?;
+        // A write that failed behind our back is told once, and not by who asks next.
+        let there = self.file.metadata().await?.len();
+        if there != self.end.unsigned_abs() {
+            let cause = anyhow::anyhow!("{there} bytes of {} are in the file of upload {}", self.end, self.upload.id);
+            return Err(Error::Internal(cause));
+        }
         self.upload.received = self.end;
         self.upload.expires_at = self.state.clock.now().plus_s(self.state.config.upload_lifetime_s);
         let mut tx = self.state.db.write().await?;

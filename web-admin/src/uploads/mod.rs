@@ -13,7 +13,7 @@ use crate::AppState;
 use crate::domain::new_id;
 use crate::error::Error;
 use crate::intake::{self, Bearer};
-use crate::recordings::Received;
+use crate::recordings::{self, Received};
 use crate::storage::audit::Actor;
 use crate::storage::stations;
 use crate::storage::uploads::{self, Owner, Upload};
@@ -30,6 +30,7 @@ const EXTENSION: &str = "tus";
 /// # Errors
 /// When the disk or the database refuses.
 pub async fn begin(state: &AppState, owner: Owner, length: u64, metadata: String) -> Result<Upload, Error> {
+    recordings::ensure_room(state, length)?;
     let now = state.clock.now();
     let upload = Upload {
         id: new_id(now),
@@ -45,6 +46,7 @@ pub async fn begin(state: &AppState, owner: Owner, length: u64, metadata: String
     // Between the file and its row, tidying must not take the one for left over.
     let _turn = state.turns.take(upload.id);
     tokio::fs::File::create_new(place(state, upload.id)).await?;
+    tokio::fs::File::open(state.config.uploads_dir()).await?.sync_all().await?;
     let mut tx = state.db.write().await?;
     uploads::insert(&mut tx, &upload).await?;
     tx.commit().await?;
@@ -95,7 +97,7 @@ async fn complete(state: &AppState, mut upload: Upload) -> Result<Upload, Error>
             delete(left).await?;
             Ok(upload)
         }
-        Err(fault @ Error::Internal(_)) => Err(fault),
+        Err(fault @ (Error::Internal(_) | Error::NoRoom(_))) => Err(fault),
         Err(refused) => {
             remove(state, &upload).await?;
             Err(refused)

@@ -20,6 +20,7 @@ mod documents;
 mod drafts;
 mod every_route;
 mod experts;
+mod faults;
 mod nonsense;
 mod operation;
 mod other_programs;

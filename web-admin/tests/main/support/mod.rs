@@ -1,7 +1,9 @@
 //! What the tests share: a service in a folder of its own, clients, and recordings of real, short attempts.
 
 pub mod client;
+pub mod failing_disk;
 pub mod recordings;
+pub mod service;
 
 use std::path::{Path, PathBuf};
 
