@@ -224,7 +224,7 @@ pub async fn change_own_password(
     let known = people::credentials(state.db.reader(), &known.email).await?.and_then(|known| known.password_hash);
     let Some(known) = known else { return Ok(false) };
     let old = old.to_owned();
-    if !tokio::task::spawn_blocking(move || secret::password_fits(&old, &known)).await? {
+    if !state.hash(move || secret::password_fits(&old, &known)).await? {
         return Ok(false);
     }
     let hash = hash(state, new).await?;
@@ -236,7 +236,7 @@ pub async fn change_own_password(
 
 async fn hash(state: &AppState, password: &str) -> Result<String, Error> {
     let (password, cost) = (password.to_owned(), state.config.password_cost);
-    Ok(tokio::task::spawn_blocking(move || secret::hash_password(&password, cost)).await??)
+    Ok(state.hash(move || secret::hash_password(&password, cost)).await??)
 }
 
 async fn set_password(

@@ -57,7 +57,7 @@ pub struct Config {
     pub max_upload_bytes: u64,
     /// Free room on the disk, in bytes, below which no upload is taken.
     pub reserve_bytes: u64,
-    /// Longest silence within an upload before it is given up.
+    /// Longest silence within a body before it is given up.
     pub upload_silence: Duration,
     /// How long an upload in pieces is kept after its last piece, in s.
     pub upload_lifetime_s: i64,

@@ -31,6 +31,7 @@ pub mod roster_import;
 pub mod routes;
 pub mod secret;
 pub mod segments;
+pub mod serving;
 pub mod startup;
 pub mod stations;
 pub mod storage;

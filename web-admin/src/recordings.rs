@@ -157,20 +157,37 @@ pub async fn with<T: Send + 'static>(
     Ok(work.await?)
 }
 
-/// A copy of a recording in which what was said about the attempt are events at their moments. It names roles, no people.
+/// A file that goes when it is dropped. Who has opened it reads on.
+#[derive(Debug)]
+pub struct Copied(PartFile);
+
+impl Copied {
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.0.path
+    }
+}
+
+/// A copy of a recording in which what was said about the attempt are events at their moments. It names roles, no people. A file,
+/// so that whoever reads it slowly holds no memory.
 ///
 /// # Errors
-/// When the recording cannot be read.
-pub async fn with_comments(state: &AppState, session: &Session) -> Result<Vec<u8>, Error> {
+/// When the recording cannot be read, or the disk refuses.
+pub async fn with_comments(state: &AppState, session: &Session) -> Result<Copied, Error> {
     let said = comments::of_session(state.db.reader(), session.key()).await?;
     let remarks = remarks(&said);
+    ensure_room(state, session.recording_size.unsigned_abs())?;
+    let part = PartFile { path: state.config.uploads_dir().join(format!("{}.part", Uuid::new_v4())), kept: false };
     let path = state.config.recordings_dir.join(&session.recording_path);
     let room = state.parsing.clone().acquire_owned().await.map_err(anyhow::Error::from)?;
     let work = tokio::task::spawn_blocking(move || {
         let _room = room;
-        annotate(&std::fs::read(path)?, Vec::new(), &remarks)
+        let copy = annotate(&std::fs::read(path)?, Vec::new(), &remarks).map_err(anyhow::Error::from)?;
+        std::fs::write(&part.path, copy)?;
+        Ok::<_, Error>(Copied(part))
     });
-    Ok(work.await?.map_err(|error| anyhow::Error::from(error).context("a stored recording"))?)
+    work.await?
 }
 
 /// Comments as remarks; an answer stands where its comment does.

@@ -9,6 +9,7 @@ use tokio::sync::{Notify, Semaphore};
 
 use crate::clock::Clock;
 use crate::config::Config;
+use crate::error::Error;
 use crate::mail::Mailer;
 use crate::plans::Plans;
 use crate::routes::auth::{LoginLimits, PairingLimits};
@@ -46,6 +47,8 @@ pub struct AppState {
     pub plans: Arc<Plans>,
     /// How many recordings may be held in memory at once: one of ten minutes takes 150 MB.
     pub parsing: Arc<Semaphore>,
+    /// How many passwords may be hashed at once: each takes 19 MiB and a core.
+    pub hashing: Arc<Semaphore>,
 }
 
 impl AppState {
@@ -79,6 +82,20 @@ impl AppState {
             pulse: Arc::default(),
             plans: Arc::default(),
             parsing: Arc::new(Semaphore::new(2)),
+            hashing: Arc::new(Semaphore::new(2)),
         })
+    }
+
+    /// Hashes where blocking is allowed, when those before are done.
+    ///
+    /// # Errors
+    /// When the work could not be run.
+    pub async fn hash<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Error> {
+        let turn = Arc::clone(&self.hashing).acquire_owned().await.map_err(anyhow::Error::from)?;
+        let work = tokio::task::spawn_blocking(move || {
+            let _turn = turn;
+            work()
+        });
+        Ok(work.await?)
     }
 }

@@ -179,7 +179,7 @@ async fn take_try(state: &AppState, station: &Station) -> Result<(), Error> {
 
 async fn hash(state: &AppState, school: Uuid, code: String) -> Result<[u8; 32], Error> {
     let cost = state.config.password_cost;
-    Ok(tokio::task::spawn_blocking(move || secret::code_hash(&code, school.as_bytes(), cost)).await??)
+    Ok(state.hash(move || secret::code_hash(&code, school.as_bytes(), cost)).await??)
 }
 
 /// A code in two halves, which are easier to read and to type.

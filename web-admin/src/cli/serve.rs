@@ -18,12 +18,11 @@ use crate::config::{mail_to, origin};
 use crate::locks::DataLock;
 use crate::regrading::exercise::PREVIEW_LIFETIME_S;
 use crate::roster_import::DRAFT_LIFETIME_S;
+use crate::serving::{self, ConnectionLimits};
 use crate::storage::web_sessions::WebSessions;
 use crate::storage::{account_links, people, regradings, rosters};
 use crate::{deadlines, mail, recordings, routes, uploads, verification, worker};
 
-/// How long a request may go on after the service was told to stop.
-const LAST_ORDERS: Duration = Duration::from_secs(10);
 /// How often what has expired is thrown away.
 const TIDY_EVERY: Duration = Duration::from_secs(600);
 
@@ -117,25 +116,12 @@ async fn serve(state: &AppState) -> anyhow::Result<()> {
         tokio::spawn(deadlines::run(state.clone())),
         tokio::spawn(tidy(state.clone())),
     ];
-    let (stop, stopped) = tokio::sync::oneshot::channel();
-    let app = routes::router(state.clone()).into_make_service_with_connect_info::<SocketAddr>();
-    let serving = axum::serve(listener, app).with_graceful_shutdown(async {
-        // The sender is never dropped unused, so the wait ends by being told.
-        let _ = stopped.await;
-    });
-    let last_orders = async {
-        signals.wait().await;
-        // Nobody listens any more where serving has ended by itself.
-        let _ = stop.send(());
-        tokio::time::sleep(LAST_ORDERS).await;
-    };
-    let ended = tokio::select! {
-        served = serving.into_future() => served.map_err(anyhow::Error::from),
-        () = last_orders => Ok(()),
-    };
+    let limits = ConnectionLimits::of_process(state.config.behind_tls);
+    tracing::info!(connections = limits.whole, by_address = limits.by_address, "serving");
+    serving::serve(listener, routes::router(state.clone()), limits, signals.wait()).await;
     background.iter().for_each(tokio::task::JoinHandle::abort);
     tracing::info!("stopped");
-    ended
+    Ok(())
 }
 
 /// What asks the service to stop.

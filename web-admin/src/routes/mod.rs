@@ -4,19 +4,20 @@ use std::time::Duration;
 
 use axum::Router;
 use axum::extract::Request;
-use axum::http::{HeaderName, HeaderValue, StatusCode, header};
-use axum::middleware::{from_fn, from_fn_with_state};
+use axum::http::{HeaderName, HeaderValue, Method, StatusCode, header};
+use axum::middleware::{Next, from_fn, from_fn_with_state};
+use axum::response::Response;
 use tower_http::CompressionLevel;
 use tower_http::catch_panic::CatchPanicLayer;
 use tower_http::compression::CompressionLayer;
 use tower_http::compression::predicate::{DefaultPredicate, NotForContentType, Predicate};
 use tower_http::set_header::SetResponseHeaderLayer;
-use tower_http::timeout::TimeoutLayer;
+use tower_http::timeout::{RequestBodyTimeoutLayer, TimeoutLayer};
 use tower_sessions::cookie::SameSite;
 use tower_sessions::{Expiry, SessionManagerLayer};
 
 use crate::AppState;
-use crate::error::{Error, PageError};
+use crate::error::{ApiError, Error, PageError};
 use crate::storage::web_sessions::WebSessions;
 
 pub mod api;
@@ -34,8 +35,11 @@ pub use listed::Routes;
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self' data:; \
      connect-src 'self'; font-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'";
 
-/// Longest that a page or a form may take, a form that trickles in among them. Uploads have their own limit.
+/// Longest that a page or a form may take, a form that trickles in among them.
 const PAGE_TIMEOUT: Duration = Duration::from_secs(30);
+/// Longest that a call of the API may take, and one that brings a recording over a slow line.
+const CALL_TIMEOUT: Duration = Duration::from_secs(60);
+const UPLOAD_TIMEOUT: Duration = Duration::from_secs(3600);
 
 /// The whole service.
 pub fn router(state: AppState) -> Router {
@@ -59,7 +63,7 @@ pub fn routes(state: &AppState) -> Routes {
         .merge(pages::linked())
         .around(|all| all.layer(from_fn(language::settle)))
         .around(|all| all.layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, PAGE_TIMEOUT)))
-        .nest("/api/v1", api::router(state))
+        .nest("/api/v1", api::router(state).around(|api| api.layer(from_fn(limit_call))))
         .around(|all| all.layer(cookies(state)))
         .merge(health::router())
         .merge(well_known::router())
@@ -67,8 +71,18 @@ pub fn routes(state: &AppState) -> Routes {
             all.layer(from_fn_with_state(state.clone(), health::count_requests))
                 // The last tenth of size would cost several times the time.
                 .layer(CompressionLayer::new().quality(CompressionLevel::Fastest).compress_when(packable))
+                // Who has words of their own for a silence says them first.
+                .layer(RequestBodyTimeoutLayer::new(2 * state.config.upload_silence))
                 .layer(CatchPanicLayer::new())
         })
+}
+
+/// Ends a call that takes too long: a body that trickles in, or work that does not end.
+async fn limit_call(request: Request, next: Next) -> Result<Response, ApiError> {
+    let brings = matches!(*request.method(), Method::POST | Method::PATCH)
+        && (request.uri().path() == "/sessions" || request.uri().path().starts_with("/uploads"));
+    let limit = if brings { UPLOAD_TIMEOUT } else { CALL_TIMEOUT };
+    tokio::time::timeout(limit, next.run(request)).await.map_err(|_| ApiError(Error::Timeout))
 }
 
 async fn nothing_here(_: Request) -> PageError {

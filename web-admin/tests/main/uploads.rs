@@ -3,6 +3,7 @@
 
 use axum::body::Body;
 use axum::http::{Request, header};
+use futures::StreamExt;
 use uuid::Uuid;
 use web_admin::domain::Role;
 use web_admin::storage::jobs;
@@ -127,6 +128,17 @@ async fn a_body_that_breaks_off_or_falls_silent_leaves_nothing() {
     let silent = futures::stream::pending::<Result<Vec<u8>, std::io::Error>>();
     ada.send(request(Body::from_stream(silent))).await.is_problem(408, "stopped arriving");
     assert!(app.files().is_empty(), "{:?}", app.files());
+}
+
+#[tokio::test]
+async fn half_a_body_is_waited_for_nowhere() {
+    let silence = std::time::Duration::from_millis(20);
+    let app = App::with(web_admin::clock::Clock::system(), |config| config.upload_silence = silence).await;
+    let half = futures::stream::iter([Ok::<_, std::io::Error>("{\"code\":")]).chain(futures::stream::pending());
+    let body = Body::from_stream(half);
+    let request = Request::post("/api/v1/stations/pair").header(header::CONTENT_TYPE, "application/json").body(body);
+    let answer = app.stranger().send(request.unwrap()).await;
+    assert!(answer.status.is_client_error(), "{}", answer.status);
 }
 
 #[tokio::test]

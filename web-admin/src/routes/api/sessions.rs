@@ -1,6 +1,6 @@
 //! Attempts and what was made of them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
@@ -176,6 +176,12 @@ fn recording_path(state: &AppState, session: &Session) -> PathBuf {
     state.config.recordings_dir.join(&session.recording_path)
 }
 
+/// A file, whole or a range of its bytes; opened when this returns.
+async fn file(path: &Path, request: Request) -> Response {
+    let Ok(found) = ServeFile::new(path).oneshot(request).await;
+    found.into_response()
+}
+
 /// What may be asked of a recording.
 #[derive(Deserialize)]
 pub(super) struct RecordingQuery {
@@ -200,11 +206,8 @@ pub(super) async fn recording(
     let session = find(&state, &caller, id).await?;
     let Query(asked) = query.map_err(|refused| Error::BadRequest(refused.body_text()))?;
     let mut response = match asked.with.as_deref() {
-        None => {
-            let Ok(found) = ServeFile::new(recording_path(&state, &session)).oneshot(request).await;
-            found.into_response()
-        }
-        Some("comments") => recordings::with_comments(&state, &session).await?.into_response(),
+        None => file(&recording_path(&state, &session), request).await,
+        Some("comments") => file(recordings::with_comments(&state, &session).await?.path(), request).await,
         Some(other) => {
             return Err(Error::BadRequest(format!("with: \"{other}\"; allowed is comments")).into());
         }

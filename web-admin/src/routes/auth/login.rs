@@ -89,7 +89,7 @@ async fn check(state: &AppState, form: &LoginForm) -> Result<Option<Credentials>
     let known = people::credentials(state.db.reader(), &form.email).await?;
     let (password, cost) = (form.password.clone(), state.config.password_cost);
     let hash = known.as_ref().and_then(|known| known.password_hash.clone());
-    let fits = tokio::task::spawn_blocking(move || match hash {
+    let fits = state.hash(move || match hash {
         Some(hash) => Ok(secret::password_fits(&password, &hash)),
         None => secret::hash_password(&password, cost).map(|_| false),
     });

@@ -1,0 +1,237 @@
+//! Connections: how many there may be, from whom, and how long each may keep us waiting.
+//!
+//! Whoever opens a hundred and sends half a head on each must not shut the others out. A connection that says nothing is closed, one
+//! that reads nothing is broken by the system, and no address has more of them than a school behind one router needs.
+
+use std::collections::BTreeMap;
+use std::net::{IpAddr, SocketAddr};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use axum::Router;
+use axum::body::Body;
+use axum::http::Request;
+use hyper_util::rt::{TokioExecutor, TokioIo, TokioTimer};
+use hyper_util::server::conn::auto::Builder;
+use hyper_util::server::graceful::GracefulShutdown;
+use hyper_util::service::TowerToHyperService;
+use rustix::net::sockopt;
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tower::{Service, ServiceExt};
+
+/// What connections may cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ConnectionLimits {
+    /// Most at once.
+    pub whole: usize,
+    /// Most at once from one address.
+    pub by_address: usize,
+    /// Longest until the head of a request is there, the wait for a further request included.
+    pub head: Duration,
+    /// Longest that sent bytes may wait to be taken.
+    pub unread: Duration,
+    /// How long a request may go on after the service was told to stop.
+    pub last_orders: Duration,
+}
+
+/// Most connections at once, where the system allows as many files.
+const MOST: usize = 1024;
+/// Files that are no connections: database, log, recordings being read and written.
+const OTHER_FILES: u64 = 64;
+/// A class of forty, each browser with six connections, behind one router.
+const BY_ADDRESS: usize = 256;
+
+impl ConnectionLimits {
+    /// What this process can serve: two files for each connection, after the limit was raised as far as it may be. Behind a
+    /// proxy everybody comes from one address, and the proxy counts.
+    #[must_use]
+    pub fn of_process(behind_proxy: bool) -> Self {
+        let Rlimit { maximum, current } = getrlimit(Resource::Nofile);
+        // Refused, it stays as it was.
+        let raised = setrlimit(Resource::Nofile, Rlimit { current: maximum, maximum }).is_ok();
+        let files = if raised { maximum } else { current }.unwrap_or(u64::MAX);
+        let room = usize::try_from(files.saturating_sub(OTHER_FILES) / 2).unwrap_or(usize::MAX);
+        let whole = room.clamp(8, MOST);
+        Self {
+            whole,
+            by_address: if behind_proxy { whole } else { BY_ADDRESS.min(whole / 4) },
+            head: Duration::from_secs(15),
+            unread: Duration::from_secs(30),
+            last_orders: Duration::from_secs(10),
+        }
+    }
+}
+
+/// Connections by address.
+#[derive(Clone, Debug, Default)]
+struct Guests(Arc<Mutex<BTreeMap<IpAddr, usize>>>);
+
+/// A connection that counts until it is dropped.
+struct Guest {
+    guests: Guests,
+    address: IpAddr,
+    _place: OwnedSemaphorePermit,
+}
+
+impl Guests {
+    /// Counts a connection; none where its address has as many as it may.
+    fn admit(&self, address: IpAddr, most: usize, place: OwnedSemaphorePermit) -> Option<Guest> {
+        let mut counts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let count = counts.entry(address).or_default();
+        if *count >= most {
+            return None;
+        }
+        *count += 1;
+        Some(Guest { guests: self.clone(), address, _place: place })
+    }
+}
+
+impl Drop for Guest {
+    fn drop(&mut self) {
+        let mut counts = self.guests.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(count) = counts.get_mut(&self.address) {
+            *count -= 1;
+            if *count == 0 {
+                counts.remove(&self.address);
+            }
+        }
+    }
+}
+
+/// Serves until `stop` is done, and then for as long as what has begun may go on.
+pub async fn serve(listener: TcpListener, app: Router, limits: ConnectionLimits, stop: impl Future<Output = ()>) {
+    let (places, guests) = (Arc::new(Semaphore::new(limits.whole)), Guests::default());
+    let graceful = GracefulShutdown::new();
+    let mut builder = Builder::new(TokioExecutor::new()).http1_only();
+    builder.http1().timer(TokioTimer::new()).header_read_timeout(limits.head);
+    let mut services = app.into_make_service_with_connect_info::<SocketAddr>();
+    let mut stop = std::pin::pin!(stop);
+    loop {
+        let arrived = tokio::select! {
+            arrived = arrive(&listener, &places) => arrived,
+            () = &mut stop => break,
+        };
+        let Some((stream, address, place)) = arrived else { continue };
+        let Some(guest) = guests.admit(address.ip(), limits.by_address, place) else { continue };
+        // Both only help: a connection without them is served all the same.
+        let _ = (stream.set_nodelay(true), sockopt::set_tcp_user_timeout(&stream, millis(limits.unread)));
+        let Ok(service) = Service::<SocketAddr>::call(&mut services, address).await;
+        let service = service.map_request(|request: Request<_>| request.map(Body::new));
+        let connection = builder.serve_connection(TokioIo::new(stream), TowerToHyperService::new(service));
+        let connection = graceful.watch(connection.into_owned());
+        tokio::spawn(async move {
+            let _guest = guest;
+            // A connection that breaks has nobody left to be told.
+            let _ended = connection.await;
+        });
+    }
+    drop(listener);
+    // Who is not done by then is cut off.
+    let _done = tokio::time::timeout(limits.last_orders, graceful.shutdown()).await;
+}
+
+/// The next connection, once there is a place for it.
+async fn arrive(
+    listener: &TcpListener,
+    places: &Arc<Semaphore>,
+) -> Option<(TcpStream, SocketAddr, OwnedSemaphorePermit)> {
+    let place = Arc::clone(places).acquire_owned().await.ok()?;
+    match listener.accept().await {
+        Ok((stream, address)) => Some((stream, address, place)),
+        Err(error) => {
+            tracing::warn!(cause = %error, "a connection could not be taken");
+            tokio::time::sleep(Duration::from_millis(100)).await;
+            None
+        }
+    }
+}
+
+fn millis(time: Duration) -> u32 {
+    u32::try_from(time.as_millis()).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    //! Half a head on every connection is the cheapest way to keep everybody else out.
+
+    use std::time::Instant;
+
+    use axum::routing::get;
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    use tokio::net::TcpSocket;
+
+    use super::*;
+
+    const LIMITS: ConnectionLimits = ConnectionLimits {
+        whole: 40,
+        by_address: 10,
+        head: Duration::from_millis(700),
+        unread: Duration::from_secs(1),
+        last_orders: Duration::from_secs(1),
+    };
+
+    async fn service() -> SocketAddr {
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let address = listener.local_addr().unwrap();
+        let app = Router::new().route("/", get(async || "here"));
+        tokio::spawn(serve(listener, app, LIMITS, std::future::pending()));
+        address
+    }
+
+    /// A connection from one of this machine's addresses.
+    async fn from(last: u8, to: SocketAddr) -> TcpStream {
+        let socket = TcpSocket::new_v4().unwrap();
+        socket.bind(SocketAddr::from(([127, 0, 0, last], 0))).unwrap();
+        socket.connect(to).await.unwrap()
+    }
+
+    /// What is answered until the connection is closed; nothing where it is refused.
+    async fn ask(mut stream: TcpStream, request: &str) -> String {
+        let mut answer = String::new();
+        // Refused connections are closed, or reset where the request was on its way.
+        let _ = stream.write_all(request.as_bytes()).await;
+        let _ = stream.read_to_string(&mut answer).await;
+        answer
+    }
+
+    const WHOLE: &str = "GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n";
+
+    #[tokio::test]
+    async fn one_address_takes_no_place_from_the_others() {
+        let to = service().await;
+        let mut held = Vec::new();
+        for _ in 0..30 {
+            let mut stream = from(1, to).await;
+            let _ = stream.write_all(b"GET / HTTP/1.1\r\nHost:").await;
+            held.push(stream);
+        }
+        let begun = Instant::now();
+        assert!(ask(from(2, to).await, WHOLE).await.ends_with("here"));
+        assert!(begun.elapsed() < LIMITS.head, "it did not wait for them to be closed");
+        assert_eq!(ask(from(1, to).await, WHOLE).await, "", "that address has all it may have");
+    }
+
+    #[tokio::test]
+    async fn who_says_nothing_more_is_closed_and_gives_its_place_back() {
+        let to = service().await;
+        let mut held = Vec::new();
+        for last in 1..=4 {
+            for half in ["GET / HTTP/1.1\r\nHost:", "", WHOLE, "GET / HTTP/1.1\r\nHost: x\r\n\r\n"] {
+                let mut stream = from(last, to).await;
+                stream.write_all(half.as_bytes()).await.unwrap();
+                held.push(stream);
+            }
+        }
+        for mut stream in held {
+            let mut answer = Vec::new();
+            let read = stream.read_to_end(&mut answer);
+            let ended = tokio::time::timeout(Duration::from_secs(20), read).await;
+            assert!(ended.is_ok(), "a connection was kept that said {:?}", String::from_utf8_lossy(&answer));
+        }
+        for _ in 0..LIMITS.by_address {
+            assert!(ask(from(1, to).await, WHOLE).await.ends_with("here"));
+        }
+    }
+}
