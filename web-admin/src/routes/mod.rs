@@ -35,6 +35,10 @@ pub use listed::Routes;
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self' data:; \
      connect-src 'self'; font-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'";
 
+/// What no page of ours asks a browser for.
+const PERMISSIONS_POLICY: &str = "accelerometer=(), camera=(), display-capture=(), geolocation=(), gyroscope=(), magnetometer=(), \
+     microphone=(), midi=(), payment=(), serial=(), usb=()";
+
 /// Longest that a page or a form may take, a form that trickles in among them.
 const PAGE_TIMEOUT: Duration = Duration::from_secs(30);
 /// Longest that a call of the API may take, and one that brings a recording over a slow line.
@@ -91,11 +95,13 @@ async fn nothing_here(_: Request) -> PageError {
 
 fn cookies(state: &AppState) -> SessionManagerLayer<WebSessions> {
     SessionManagerLayer::new(WebSessions::new(state.db.clone(), state.clock.clone()))
-        .with_name("stylet_session")
+        // Of this very host, behind TLS: no neighbouring name can plant it.
+        .with_name(if state.config.behind_tls { "__Host-stylet_session" } else { "stylet_session" })
         .with_http_only(true)
         .with_same_site(SameSite::Lax)
         .with_secure(state.config.behind_tls)
-        .with_expiry(Expiry::OnInactivity(auth::STRANGER_SESSION))
+        // When it ends is the service's to say: [`auth::session_end`].
+        .with_expiry(Expiry::OnSessionEnd)
 }
 
 fn headers(app: Router<AppState>, state: &AppState) -> Router<AppState> {
@@ -106,6 +112,9 @@ fn headers(app: Router<AppState>, state: &AppState) -> Router<AppState> {
         .layer(always(header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY))
         .layer(always(header::X_CONTENT_TYPE_OPTIONS, "nosniff"))
         .layer(always(header::REFERRER_POLICY, "same-origin"))
+        .layer(always(HeaderName::from_static("permissions-policy"), PERMISSIONS_POLICY))
+        .layer(always(HeaderName::from_static("cross-origin-opener-policy"), "same-origin"))
+        .layer(always(HeaderName::from_static("cross-origin-resource-policy"), "same-origin"))
         // A page tells of a person: neither a proxy nor a shared computer's cache may keep it.
         .layer(always(header::CACHE_CONTROL, "no-store"));
     if state.config.behind_tls {

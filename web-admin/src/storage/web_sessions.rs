@@ -10,6 +10,7 @@ use tower_sessions::{ExpiredDeletion, SessionStore};
 use super::{Database, Result};
 use crate::clock::Clock;
 use crate::domain::Moment;
+use crate::routes::auth::session_end;
 
 /// Keeps sessions in the table `web_sessions`.
 #[derive(Clone, Debug)]
@@ -35,7 +36,7 @@ impl WebSessions {
         )
         .bind(key(record.id))
         .bind(Json(&record.data))
-        .bind(Moment::from(record.expiry_date))
+        .bind(session_end(&record.data, self.clock.now()))
         .bind(new)
         .execute(&mut *tx)
         .await?;

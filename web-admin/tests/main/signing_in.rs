@@ -3,7 +3,8 @@
 
 use axum::body::Body;
 use axum::http::{Request, header};
-use web_admin::domain::Role;
+use web_admin::clock::Clock;
+use web_admin::domain::{Moment, Role};
 use web_admin::secret;
 use web_admin::storage::people;
 
@@ -38,10 +39,31 @@ async fn the_right_password_signs_in_under_a_new_session_id() {
 
 #[tokio::test]
 async fn behind_tls_the_cookie_is_secure_and_browsers_are_told_so() {
-    let app = App::with(web_admin::clock::Clock::system(), |config| config.behind_tls = true).await;
+    let app = App::with(Clock::system(), |config| config.behind_tls = true).await;
     let page = app.stranger().get("/login").await;
-    assert!(page.header("set-cookie").contains("Secure"), "{}", page.header("set-cookie"));
+    let set = page.header("set-cookie");
+    let of_host = set.starts_with("__Host-") && set.contains("Path=/") && !set.contains("Domain");
+    assert!(of_host && set.contains("Secure"), "{set}");
     assert!(page.header("strict-transport-security").contains("max-age"));
+}
+
+#[tokio::test]
+async fn twelve_hours_are_twelve_hours_whatever_is_done_meanwhile() {
+    let app = App::with(Clock::fixed(Moment::from_micros(1_700_000_000_000_000)), |_| {}).await;
+    let school = app.school("North").await;
+    app.member(school, Role::Trainee, "ada@example.org").await;
+    let mut ada = app.signed_in("ada@example.org").await;
+    let hour = 3600;
+    for _ in 0..11 {
+        app.state.clock.advance(hour);
+        // A form is written into the session.
+        let page = ada.get("/account").await;
+        assert!(!csrf_in(&page.text()).is_empty());
+    }
+    app.state.clock.advance(hour - 1);
+    assert_eq!(ada.get("/").await.status, 200);
+    app.state.clock.advance(1);
+    assert_eq!(ada.get("/").await.header("location"), "/login");
 }
 
 #[tokio::test]

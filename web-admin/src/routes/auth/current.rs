@@ -1,16 +1,19 @@
 //! Who is signed in, settled before anything else of a request is read.
 
+use std::collections::HashMap;
+
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::Method;
 use axum::http::request::Parts;
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use tower_sessions::Session;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::domain::CurrentPerson;
+use crate::domain::{CurrentPerson, Moment};
 use crate::error::{Error, PageError};
 use crate::routes::language;
 use crate::storage::people;
@@ -24,20 +27,43 @@ pub(crate) struct SignedIn {
     pub person_id: Uuid,
     /// With which password; a newer one ends the session.
     pub credential_version: i64,
+    /// When it ends, whatever is done meanwhile. Sessions of before have none.
+    #[serde(default)]
+    pub until: Option<Moment>,
 }
+
+/// How long somebody stays signed in, in s.
+const SIGNED_IN_S: i64 = 12 * 3600;
 
 impl SignedIn {
     /// Makes a session a signed-in one, under a new id: whoever planted the old one gains nothing.
-    pub(crate) async fn start(self, session: &Session) -> Result<(), Error> {
+    pub(crate) async fn start(
+        session: &Session,
+        (person_id, credential_version): (Uuid, i64),
+        now: Moment,
+    ) -> Result<(), Error> {
         session.clear().await;
         session.cycle_id().await?;
-        Ok(session.insert(KEY, self).await?)
+        let until = Some(now.plus_s(SIGNED_IN_S));
+        Ok(session.insert(KEY, Self { person_id, credential_version, until }).await?)
     }
+}
+
+/// When a session ends that holds this: somebody's when it was said that it would, a stranger's half an hour after it was
+/// last written.
+#[must_use]
+pub fn session_end(data: &HashMap<String, Value>, now: Moment) -> Moment {
+    const STRANGER_S: i64 = 30 * 60;
+    let signed_in = data.get(KEY).and_then(|held| SignedIn::deserialize(held).ok());
+    signed_in.and_then(|held| held.until).unwrap_or(now.plus_s(STRANGER_S))
 }
 
 /// The person of a browser's session, if somebody is signed in and may still be.
 pub(crate) async fn person_of(state: &AppState, session: &Session) -> Result<Option<CurrentPerson>, Error> {
     let Some(signed_in) = session.get::<SignedIn>(KEY).await? else { return Ok(None) };
+    if signed_in.until.is_none_or(|until| until <= state.clock.now()) {
+        return Ok(None);
+    }
     let person = people::by_id(state.db.reader(), signed_in.person_id).await?;
     Ok(person.filter(|p| p.credential_version == signed_in.credential_version).and_then(people::Person::into_current))
 }

@@ -5,12 +5,11 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::get;
 use serde::Deserialize;
-use tower_sessions::{Expiry, Session};
+use tower_sessions::Session;
 
 use super::address::ClientAddress;
 use super::csrf::{Csrf, CsrfForm};
 use super::current::SignedIn;
-use super::login::SIGNED_IN_SESSION;
 use crate::AppState;
 use crate::accounts;
 use crate::error::{Error, PageError};
@@ -79,8 +78,7 @@ async fn set(
         return Ok(dead_link());
     }
     let person = people::by_id(state.db.reader(), person).await?.ok_or(Error::NotFound)?;
-    SignedIn { person_id: person.id, credential_version: person.credential_version }.start(&session).await?;
-    session.set_expiry(Some(Expiry::OnInactivity(SIGNED_IN_SESSION)));
+    SignedIn::start(&session, (person.id, person.credential_version), state.clock.now()).await?;
     Ok(Redirect::to("/").into_response())
 }
 

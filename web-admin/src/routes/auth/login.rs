@@ -4,8 +4,7 @@ use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
-use time::Duration;
-use tower_sessions::{Expiry, Session};
+use tower_sessions::Session;
 use uuid::Uuid;
 
 use super::address::ClientAddress;
@@ -20,11 +19,6 @@ use crate::secret;
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::people::{self, Credentials};
 use crate::views::login::LoginPage;
-
-/// How long a stranger may look at the sign-in page before its form is stale.
-pub const STRANGER_SESSION: Duration = Duration::minutes(30);
-/// How long somebody stays signed in without doing anything.
-pub(super) const SIGNED_IN_SESSION: Duration = Duration::hours(12);
 
 /// `/login` and the ways to a password, for anybody.
 #[must_use]
@@ -77,9 +71,7 @@ async fn sign_in(
     let Some(known) = check(&state, &form).await? else {
         return again(&session, &form, Error::Unauthorized).await;
     };
-    let signed_in = SignedIn { person_id: known.id, credential_version: known.credential_version };
-    signed_in.start(&session).await?;
-    session.set_expiry(Some(Expiry::OnInactivity(SIGNED_IN_SESSION)));
+    SignedIn::start(&session, (known.id, known.credential_version), state.clock.now()).await?;
     note(&state, known.id, "person.signed_in").await?;
     Ok(Redirect::to(own_path(&form.next)).into_response())
 }

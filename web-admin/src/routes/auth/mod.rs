@@ -10,9 +10,9 @@ mod upload;
 
 pub(crate) use address::ClientAddress;
 pub use csrf::{Csrf, CsrfForm, NoFields};
-pub use current::require_person;
 pub(crate) use current::{SignedIn, person_of};
+pub use current::{require_person, session_end};
 pub use limits::{LoginLimits, PairingLimits};
 pub(crate) use login::own_path;
-pub use login::{STRANGER_SESSION, router, signed_in};
+pub use login::{router, signed_in};
 pub use upload::CsrfUpload;

@@ -61,7 +61,7 @@ pub(super) async fn set_password(
         Err(refused) => refused,
         Ok(()) if accounts::change_own_password(&state, &person, passwords).await? => {
             let known = people::by_id(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
-            SignedIn { person_id: known.id, credential_version: known.credential_version }.start(&session).await?;
+            SignedIn::start(&session, (known.id, known.credential_version), state.clock.now()).await?;
             return Ok(Redirect::to("/account").into_response());
         }
         Ok(()) => PasswordRefused::WrongOld,
