@@ -276,3 +276,15 @@ fn with_parameter((world, path, method): (&World, &str, &str), parameter: &Value
     };
     request.body(Body::empty()).unwrap()
 }
+
+#[tokio::test]
+async fn a_form_of_very_many_fields_is_refused_before_it_is_read() {
+    let app = App::new().await;
+    let mut stranger = app.stranger();
+    let csrf = stranger.csrf().await;
+    let body = format!("csrf={csrf}{}", "&email=a".repeat(150_000));
+    let request = Request::post("/login").header(header::CONTENT_TYPE, "application/x-www-form-urlencoded");
+    let answer = stranger.send(request.body(Body::from(body)).unwrap()).await;
+    assert_eq!(answer.status, 400, "{}", answer.text());
+    assert!(answer.text().contains("5000 fields"), "{}", answer.text());
+}

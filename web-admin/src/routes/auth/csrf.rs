@@ -58,6 +58,14 @@ pub struct CsrfForm<T>(pub T);
 /// U+0000 in a form, where a text ends for SQLite: no browser lets anybody type it.
 const NUL: &[u8] = b"%00";
 
+/// Most fields of a form: some pages have one for each person of a large cohort. Fields are compared with each other.
+pub(super) const MOST_FIELDS: usize = 5000;
+
+/// What a form of more fields is answered.
+pub(super) fn too_many_fields() -> Error {
+    Error::BadRequest(tr!("The form has more than {most} fields, the most allowed.", most = MOST_FIELDS))
+}
+
 /// Whether a token is the session's.
 pub(super) async fn is_genuine(session: Option<&Session>, sent: &str) -> Result<bool, Error> {
     let Some(session) = session else { return Ok(false) };
@@ -88,6 +96,10 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for CsrfForm<T> {
         let session = session(&mut parts, state).await.map_err(IntoResponse::into_response)?;
         let again = |body| Request::from_parts(parts.clone(), body);
         let RawForm(bytes) = RawForm::from_request(again(body), state).await.map_err(IntoResponse::into_response)?;
+        // Before anything is looked for in it.
+        if bytes.iter().filter(|&&byte| byte == b'&').count() >= MOST_FIELDS {
+            return Err(PageError(too_many_fields()).into_response());
+        }
         let sent = Form::<TokenField>::from_request(again(Body::from(bytes.clone())), state).await;
         let sent = sent.map(|Form(field)| field.csrf).unwrap_or_default();
         if !is_genuine(Some(&session), &sent).await.map_err(|e| PageError(e).into_response())? {

@@ -41,8 +41,12 @@ impl<S: Send + Sync> FromRequest<S> for CsrfUpload {
 
 async fn read(mut parts: Multipart, session: Option<Session>) -> Result<CsrfUpload, Error> {
     let mut upload = CsrfUpload::default();
-    let mut genuine = false;
+    let (mut genuine, mut read) = (false, 0);
     while let Some(part) = parts.next_field().await.map_err(refused)? {
+        read += 1;
+        if read > csrf::MOST_FIELDS {
+            return Err(csrf::too_many_fields());
+        }
         let name = part.name().unwrap_or_default().to_owned();
         match part.file_name().map(str::to_owned) {
             Some(_) if !genuine => break,
