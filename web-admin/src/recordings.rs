@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use axum::body::{Body, HttpBody};
 use futures::StreamExt;
 use recording::annotate::{Remark, annotate};
-use recording::{ReadError, Recording};
+use recording::{Budget, ReadError, Recording};
 use sha2::{Digest, Sha256};
 use tokio::io::AsyncWriteExt;
 use uuid::Uuid;
@@ -17,6 +17,9 @@ use crate::domain::comment::CommentKind;
 use crate::error::Error;
 use crate::storage::comments;
 use crate::storage::sessions::Session;
+
+/// What a recording may cost when it is read: half an hour at 1 kHz. As many are read at once as `AppState::parsing` lets through.
+const BUDGET: Budget = Budget { kept_bytes: 384 << 20, unpacked_bytes: 1 << 30, messages: 3_000_000 };
 
 /// A file that is deleted unless it is kept.
 #[derive(Debug)]
@@ -152,7 +155,7 @@ pub async fn with<T: Send + 'static>(
     let room = state.parsing.clone().acquire_owned().await.map_err(anyhow::Error::from)?;
     let work = tokio::task::spawn_blocking(move || {
         let _room = room;
-        Recording::read(BufReader::new(File::open(path)?)).map(make)
+        Recording::read_within(BufReader::new(File::open(path)?), BUDGET).map(make)
     });
     Ok(work.await?)
 }

@@ -1,6 +1,7 @@
 //! The MCAP recording of an attempt: write, read, recover, verify, and the loop that simulates one.
 
 pub mod annotate;
+pub mod budget;
 pub mod dents;
 mod drawing;
 pub mod event;
@@ -22,6 +23,7 @@ pub mod verify;
 mod wire;
 pub mod write;
 
+pub use budget::Budget;
 pub use dents::Dents;
 pub use event::{Event, EventKind};
 pub use mechanics::axial::Contactor;

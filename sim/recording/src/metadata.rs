@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 
 use mechanics::axial::ForceLaw;
@@ -16,12 +17,25 @@ use crate::write::WriteError;
 /// Name of the metadata record.
 pub(crate) const RECORD: &str = "stylet.session";
 
+/// What the times of messages can say.
+const YEARS: RangeInclusive<i32> = 1970..=2105;
+/// Longest name, in bytes.
+const LONGEST_NAME: usize = 256;
+/// What a name may be.
+const NAME: &str = "a text of at most 256 bytes in one line";
+/// Most layers of a patient.
+const MOST_LAYERS: usize = 256;
+
 /// The session as text.
 pub(crate) fn to_text(session: &Session) -> Result<BTreeMap<String, String>, WriteError> {
     let started_at = session.started_at.to_offset(time::UtcOffset::UTC).format(&Rfc3339);
     let started_at = started_at.map_err(|e| WriteError::invalid("started_at", session.started_at, e))?;
     if !(session.tick_hz > 0.0 && session.tick_hz.is_finite()) {
         return Err(WriteError::invalid("tick_hz", session.tick_hz, "a finite rate above 0 Hz is allowed"));
+    }
+    let names = [&session.exercise_id, &session.simulator_version, &session.git, &session.device, &session.trainee];
+    if let Some(unfit) = names.into_iter().find(|name| !is_name(name)) {
+        return Err(WriteError::invalid("a name", format!("{unfit:?}"), NAME));
     }
     let thickness = serde_json::to_string(&session.patient_thickness_mm)
         .map_err(|e| WriteError::invalid("patient_thickness_mm", "", e))?;
@@ -47,7 +61,7 @@ pub(crate) fn to_text(session: &Session) -> Result<BTreeMap<String, String>, Wri
 
 /// The session that a metadata record states.
 pub(crate) fn from_text(text: &BTreeMap<String, String>) -> Result<Session, ReadError> {
-    let owned = |key: &str| field(text, key).map(str::to_owned);
+    let owned = |key: &str| name(text, key);
     let device_max_force_n: f64 = parsed(text, "device_max_force_n", "a number of N or inf")?;
     let tick_hz: f64 = parsed(text, "tick_hz", "a number of Hz")?;
     check("device_max_force_n", device_max_force_n, device_max_force_n >= 0.0, "0 N or more")?;
@@ -69,10 +83,24 @@ pub(crate) fn from_text(text: &BTreeMap<String, String>) -> Result<Session, Read
         seed: parsed(text, "seed", "a whole number of 64 bits")?,
         trainee: owned("trainee")?,
         started_at: OffsetDateTime::parse(started_at, &Rfc3339)
-            .map_err(|_| bad("started_at", started_at, "a time as in RFC 3339"))?,
+            .ok()
+            .filter(|time| YEARS.contains(&time.to_offset(time::UtcOffset::UTC).year()))
+            .ok_or_else(|| bad("started_at", started_at, "a time as in RFC 3339, from 1970 to 2105"))?,
         patient_thickness_mm: serde_json::from_str(thickness)
-            .map_err(|_| bad("patient_thickness_mm", thickness, "a JSON list of numbers in mm"))?,
+            .ok()
+            .filter(|layers: &Vec<f64>| layers.len() <= MOST_LAYERS)
+            .ok_or_else(|| bad("patient_thickness_mm", thickness, "a JSON list of at most 256 numbers in mm"))?,
     })
+}
+
+/// A name, a version or a hash: what fits into a line.
+fn name(text: &BTreeMap<String, String>, key: &str) -> Result<String, ReadError> {
+    let value = field(text, key)?;
+    if is_name(value) { Ok(value.to_owned()) } else { Err(bad(key, value, NAME)) }
+}
+
+fn is_name(text: &str) -> bool {
+    text.len() <= LONGEST_NAME && !text.chars().any(char::is_control)
 }
 
 /// The version of the force law. Files of before there was a second one do not say.
@@ -104,6 +132,8 @@ fn check(key: &str, value: f64, good: bool, allowed: &str) -> Result<(), ReadErr
 }
 
 fn bad(key: &str, value: impl Display, allowed: &str) -> ReadError {
+    // As much of it as tells which it is.
+    let value: String = value.to_string().chars().take(80).collect();
     ReadError::missing(format!("metadata {RECORD}: {key} = {value}"), format!("allowed is {allowed}"))
 }
 

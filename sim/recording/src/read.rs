@@ -6,9 +6,11 @@ use std::io::{BufReader, Read};
 
 use mcap::records::{Channel, Record, SchemaHeader, op};
 use prost::Message;
+use sha2::{Digest, Sha256};
 
+use crate::budget::{Budget, Purse};
 use crate::event::Event;
-use crate::frames::{ChunkReader, Frame, attachment, record, walk};
+use crate::frames::{ChunkReader, Frame, PREFIX_BYTES, attachment, record, walk};
 use crate::metadata;
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, EXERCISE_ATTACHMENT, SCENE_ATTACHMENT, Session};
@@ -16,9 +18,6 @@ use crate::tent::Tent;
 use crate::topics::Topic;
 use crate::wire::{EnergyLedger, EventMessage, NeedleSample, TissueTent};
 use crate::write::PROFILE;
-
-/// Most samples, and most events, ledgers and tents, that are read: over an hour at 1 kHz. A small file can unpack to far more.
-const MOST_MESSAGES: usize = 4_000_000;
 
 /// Why a file is not a usable recording.
 #[derive(Debug, thiserror::Error)]
@@ -84,17 +83,25 @@ impl Recording {
     /// # Errors
     /// When it is no recording, lacks metadata or documents, or is damaged before its end.
     pub fn read(source: impl Read) -> Result<Self, ReadError> {
-        let contents = Contents::read(source)?;
-        for name in [EXERCISE_ATTACHMENT, SCENE_ATTACHMENT] {
-            if !contents.attachments.iter().any(|a| a.name == name) {
-                return Err(ReadError::missing(format!("attachment {name}"), contents.absence()));
-            }
-        }
+        Self::read_within(source, Budget::default())
+    }
+
+    /// The same within a budget: whoever reads strangers' files says what one may cost.
+    ///
+    /// # Errors
+    /// As [`Self::read`], and when it costs more.
+    pub fn read_within(source: impl Read, budget: Budget) -> Result<Self, ReadError> {
+        let mut contents = Contents::read_within(source, budget)?;
         let why = contents.absence();
+        let session = contents.session.take();
+        let session = session.ok_or_else(|| ReadError::missing(format!("metadata {}", metadata::RECORD), why))?;
+        for (name, sha256) in
+            [(EXERCISE_ATTACHMENT, &session.exercise_sha256), (SCENE_ATTACHMENT, &session.scene_sha256)]
+        {
+            contents.check_document(name, sha256)?;
+        }
         Ok(Self {
-            session: contents
-                .session
-                .ok_or_else(|| ReadError::missing(format!("metadata {}", metadata::RECORD), why))?,
+            session,
             attachments: contents.attachments,
             samples: contents.samples,
             events: contents.events,
@@ -167,11 +174,16 @@ pub(crate) struct Contents {
     /// Messages on every topic.
     pub(crate) messages: u64,
     channels: Channels,
+    purse: Purse,
 }
 
 impl Contents {
     pub(crate) fn read(source: impl Read) -> Result<Self, ReadError> {
-        let mut contents = Self::default();
+        Self::read_within(source, Budget::default())
+    }
+
+    fn read_within(source: impl Read, budget: Budget) -> Result<Self, ReadError> {
+        let mut contents = Self { purse: Purse::new(budget), ..Self::default() };
         let mut chunks = ChunkReader::new();
         let complete = walk(BufReader::new(source), |frame| match frame.opcode {
             op::CHUNK => chunks.walk(&frame, |inner| contents.take(&inner)),
@@ -186,9 +198,24 @@ impl Contents {
         if self.complete { "not in the file" } else { "the file ends before it" }
     }
 
+    /// Whether a document is there, and is the one that the metadata name.
+    fn check_document(&self, name: &str, sha256: &str) -> Result<(), ReadError> {
+        let what = format!("attachment {name}");
+        let Some(found) = self.attachments.iter().find(|a| a.name == name) else {
+            return Err(ReadError::missing(what, self.absence()));
+        };
+        let is: String = Sha256::digest(&found.data).iter().map(|byte| format!("{byte:02x}")).collect();
+        match is == sha256 {
+            true => Ok(()),
+            false => Err(ReadError::missing(what, format!("its SHA-256 is {is}, the metadata name {sha256:?}"))),
+        }
+    }
+
     fn take(&mut self, frame: &Frame<'_>) -> Result<(), ReadError> {
+        self.purse.unpack(PREFIX_BYTES + frame.data.len()).map_err(|why| frame.damaged(why))?;
         if frame.opcode == op::ATTACHMENT {
-            return self.take_attachment(attachment(frame.data).map_err(|e| frame.damaged(e))?);
+            let found = attachment(frame.data).map_err(|e| frame.damaged(e))?;
+            return self.take_attachment(frame, found);
         }
         match record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
             Record::Header(header) => check_profile(&header.profile),
@@ -197,6 +224,7 @@ impl Contents {
                 once(self.session.replace(session).is_none(), &record.name)
             }
             Record::Schema { header, .. } => {
+                self.purse.keep(header.name.len()).map_err(|why| frame.damaged(why))?;
                 self.channels.declare_schema(header);
                 Ok(())
             }
@@ -208,39 +236,44 @@ impl Contents {
         }
     }
 
-    fn take_attachment(&mut self, found: mcap::Attachment<'_>) -> Result<(), ReadError> {
+    fn take_attachment(&mut self, frame: &Frame<'_>, found: mcap::Attachment<'_>) -> Result<(), ReadError> {
         once(self.attachments.iter().all(|a| a.name != found.name), &found.name)?;
         let mcap::Attachment { name, media_type, data, .. } = found;
-        self.attachments.push(Attachment { name, media_type, data: data.into_owned() });
+        let found = Attachment { name, media_type, data: data.into_owned() };
+        self.purse.attachment(&found).map_err(|why| frame.damaged(why))?;
+        self.attachments.push(found);
         Ok(())
     }
 
     fn take_message(&mut self, channel: u16, data: &[u8]) -> Result<(), String> {
         self.messages += 1;
-        if self.samples.len().max(self.events.len() + self.energies.len() + self.tents.len()) >= MOST_MESSAGES {
-            return Err(format!("more than {MOST_MESSAGES} messages"));
-        }
+        self.purse.message()?;
         match self.channels.topic(channel)? {
-            Some(Topic::Sample) => self.take_sample(decode::<NeedleSample>(data)?.into()),
+            Some(Topic::Sample) => self.take_sample(decode::<NeedleSample>(data)?.into())?,
             Some(Topic::Events) => {
-                self.events.push(decode::<EventMessage>(data)?.try_into()?);
-                Ok(())
+                let event = decode::<EventMessage>(data)?.try_into()?;
+                self.purse.event(&event)?;
+                self.events.push(event);
             }
             Some(Topic::Energy) => {
-                self.energies.push(decode::<EnergyLedger>(data)?.into());
-                Ok(())
+                let energy = decode::<EnergyLedger>(data)?.into();
+                self.purse.energy(&energy)?;
+                self.energies.push(energy);
             }
             Some(Topic::Tent) => {
-                self.tents.push(decode::<TissueTent>(data)?.into());
-                Ok(())
+                let tent = decode::<TissueTent>(data)?.into();
+                self.purse.tent(&tent)?;
+                self.tents.push(tent);
             }
-            _ => Ok(()),
+            _ => {}
         }
+        Ok(())
     }
 
     fn take_sample(&mut self, sample: Sample) -> Result<(), String> {
+        self.purse.sample(&sample)?;
         let last_s = self.samples.last().map_or(f64::NEG_INFINITY, |last| last.t_s);
-        if sample.t_s.is_finite() && sample.t_s > last_s {
+        if sample.t_s > last_s {
             self.samples.push(sample);
             Ok(())
         } else {

@@ -149,8 +149,10 @@ fn documents_and_catalogue_know_the_same_metrics() {
 /// Writes an attempt with its documents, and reads it back.
 fn through_a_file(attempt: &Recording, bundle: &ExerciseBundle) -> Recording {
     let attachments = attachments(bundle);
-    let mut writer = Writer::create(Vec::new(), &attempt.session, &attachments, &Default::default())
-        .expect("memory does not refuse");
+    let (exercise_sha256, scene_sha256) = (bundle.exercise.sha256.clone(), bundle.scene.sha256.clone());
+    let session = recording::Session { exercise_sha256, scene_sha256, ..attempt.session.clone() };
+    let mut writer =
+        Writer::create(Vec::new(), &session, &attachments, &Default::default()).expect("memory does not refuse");
     for sample in &attempt.samples {
         writer.sample(sample).expect("memory does not refuse");
     }

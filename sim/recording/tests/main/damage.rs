@@ -261,11 +261,28 @@ fn metadata_that_is_not_what_it_should_be_is_named() {
 
 #[test]
 fn time_that_does_not_increase_is_damage() {
-    for second in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+    for (second, why) in [
+        (0.0, "after one at 0 s"),
+        (-1.0, "allowed are 0 to"),
+        (f64::NAN, "allowed are 0 to"),
+        (f64::INFINITY, "allowed are 0 to"),
+    ] {
         let mut writer = writer();
         writer.sample(&sample(0)).unwrap();
         writer.sample(&recording::Sample { t_s: second, ..sample(1) }).unwrap();
         let error = refused(&writer.finish().unwrap()).to_string();
-        assert!(error.contains("after one at 0 s"), "{error}");
+        assert!(error.contains(why), "{error}");
+    }
+}
+
+#[test]
+fn a_document_that_is_not_the_one_named_is_refused() {
+    for document in [0, 1] {
+        let mut attachments = attachments();
+        attachments[document].data.push(b' ');
+        let writer =
+            Writer::create(Vec::new(), &session(), &attachments, &recording::write::SceneDrawing::default()).unwrap();
+        let error = refused(&writer.finish().unwrap()).to_string();
+        assert!(error.contains(&attachments[document].name) && error.contains("SHA-256"), "{error}");
     }
 }

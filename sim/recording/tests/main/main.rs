@@ -5,6 +5,7 @@
 #![expect(clippy::float_cmp, reason = "what is written and re-simulated must return to the bit")]
 
 mod attempt;
+mod budget;
 mod damage;
 mod field;
 mod format;

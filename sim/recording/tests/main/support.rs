@@ -8,14 +8,23 @@ use recording::sample::flags;
 use recording::session::{EXERCISE_ATTACHMENT, SCENE_ATTACHMENT};
 use recording::write::SceneDrawing;
 use recording::{Attachment, Energy, Event, EventKind, Recording, Sample, Session, Writer};
+use sha2::{Digest, Sha256};
 use time::macros::datetime;
+
+/// The documents.
+const EXERCISE: &[u8] = b"id = \"feel-the-layers\"\n";
+const SCENE: [u8; 4] = [0, 159, 146, 150];
+
+fn sha256(document: &[u8]) -> String {
+    Sha256::digest(document).iter().map(|byte| format!("{byte:02x}")).collect()
+}
 
 pub fn session() -> Session {
     Session {
         session_id: "018f4c1e-7a2b-7c3d-8e4f-0123456789ab".parse().unwrap(),
         exercise_id: "feel-the-layers".to_owned(),
-        exercise_sha256: "ab".repeat(32),
-        scene_sha256: "cd".repeat(32),
+        exercise_sha256: sha256(EXERCISE),
+        scene_sha256: sha256(&SCENE),
         simulator_version: "0.1.0".to_owned(),
         git: String::new(),
         device: "operator:novice".to_owned(),
@@ -36,7 +45,7 @@ pub fn attachments() -> Vec<Attachment> {
         media_type: "application/toml".to_owned(),
         data: data.to_vec(),
     };
-    vec![file(EXERCISE_ATTACHMENT, b"id = \"feel-the-layers\"\n"), file(SCENE_ATTACHMENT, &[0, 159, 146, 150])]
+    vec![file(EXERCISE_ATTACHMENT, EXERCISE), file(SCENE_ATTACHMENT, &SCENE)]
 }
 
 pub fn drawing() -> SceneDrawing {
