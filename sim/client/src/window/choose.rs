@@ -271,7 +271,7 @@ fn facts(ui: &mut Ui, exercise: &Exercise, device: &str) {
         ("You are given", exercise.feedback.in_words().to_owned()),
         ("Device", device.to_owned()),
     ];
-    egui::Grid::new("facts").spacing([16.0, 6.0]).show(ui, |ui| {
+    egui::Grid::new("facts").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
         for (name, fact) in facts {
             ui.label(RichText::new(name).strong());
             ui.add(egui::Label::new(fact).wrap());

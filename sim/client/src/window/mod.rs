@@ -163,12 +163,13 @@ fn open_window(
 ) -> Outcome {
     let viewport =
         egui::ViewportBuilder::default().with_inner_size([1280.0, 720.0]).with_min_inner_size([900.0, 600.0]);
-    let viewport = viewport.with_title(title).with_maximized(true);
+    let viewport = viewport.with_title(title);
     let options = NativeOptions { viewport, ..NativeOptions::default() };
     let create = |context: &CreationContext<'_>| {
         let state =
             context.wgpu_render_state.as_ref().ok_or("no graphics adapter; stylet doctor says what is missing")?;
         colours::apply(&context.egui_ctx);
+        context.egui_ctx.send_viewport_cmd(egui::ViewportCommand::Maximized(true));
         Ok(Box::new(make(Canvas::new(state))?) as Box<dyn App>)
     };
     eframe::run_native(title, options, Box::new(create))
