@@ -13,6 +13,7 @@ mod journeys;
 mod licences;
 mod other_programs;
 mod readme;
+mod replay_drawing;
 mod station;
 mod statistics;
 mod surveys;

@@ -10,6 +10,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
+use recording::{EventKind, Recording};
 use serde_json::Value;
 use tests::{first_exercise, program, root, run_ok};
 use x11rb::connection::Connection;
@@ -219,4 +220,44 @@ fn an_attempt_that_a_full_disk_refuses_is_kept_until_it_is_saved() {
     display.close();
     let ended = within(30, "the end of the program", || play.try_wait().expect("its state"));
     assert!(ended.success(), "what is saved may be closed: {ended}");
+}
+
+/// Presses of the space bar, and how long each is held and left.
+const TAPS: usize = 5;
+const TAP: Duration = Duration::from_millis(80);
+/// Turns of the wheel by a notch, and what each is worth.
+const NOTCHES: usize = 12;
+const NOTCH_M: f64 = 0.75e-3;
+
+#[test]
+fn a_hand_at_keys_and_wheel_loses_no_tap_and_no_notch_however_slow_the_picture() {
+    let (display, folder) = (Display::open(), tempfile::tempdir().expect("a folder"));
+    let kept = folder.path().to_string_lossy().into_owned();
+    let mut play = display.stylet(&["play", &first_exercise(), "--device", "mouse", "--recordings", &kept]);
+    display.press("Return");
+    within(30, "a draft", || with_extension(folder.path(), "part"));
+    within(20, "a picture", || Some(display.colours()).filter(|colours| *colours > 2000));
+    let press = |action: &[&str]| assert!(display.tool("xdotool", action).is_some(), "{action:?} could not be done");
+    press(&["mousemove", "400", "300"]);
+    sleep(Duration::from_secs(1));
+    // A notch without a wheel is a press and a release of a button, which winit 0.30 takes for a notch each (its pull request 4386).
+    for half in 0..NOTCHES {
+        press(&[if half % 2 == 0 { "mousedown" } else { "mouseup" }, "5"]);
+    }
+    for _ in 0..TAPS {
+        for action in ["keydown", "keyup"] {
+            press(&[action, "space"]);
+            sleep(TAP);
+        }
+    }
+    sleep(Duration::from_secs(3));
+    display.press("Escape");
+    let path = within(60, "the recording", || with_extension(folder.path(), "mcap"));
+    let recording = Recording::read(fs::File::open(path).expect("it is there")).expect("a recording");
+    let confirmed = recording.events.iter().filter(|event| event.kind == EventKind::Confirm).count();
+    assert_eq!(confirmed, TAPS, "in the air they end nothing, and none is lost");
+    let way_m = recording.samples.last().map_or(0.0, |last| last.x_m) - recording.samples[0].x_m;
+    assert!((way_m - NOTCHES as f64 * NOTCH_M).abs() < 1e-4, "{way_m} m for {NOTCHES} notches");
+    let _ = play.kill();
+    let _ = play.wait();
 }

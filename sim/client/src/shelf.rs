@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use assessment::learning::Mastery;
 use scene::{Curriculum, Document, ExerciseBundle};
 
 use crate::exit::Failure;
@@ -34,6 +35,8 @@ pub struct CoursePlace {
     pub place: [usize; 2],
     /// Ids of the exercises to master first.
     pub prerequisites: Vec<String>,
+    /// When one of them counts as mastered.
+    pub mastery: Mastery,
 }
 
 /// A document that cannot be used, and why.
@@ -62,7 +65,7 @@ impl Shelf {
                 match scene::load::read(path) {
                     Ok(Document::Scene(_)) => shelf.put_aside(path, &refused("a scene")),
                     Ok(Document::Instrument(_)) => shelf.put_aside(path, &refused("an instrument")),
-                    Ok(document) => shelf.take(document),
+                    Ok(document) => shelf.take(path, document),
                     Err(error) => shelf.put_aside(path, &Failure::from(error)),
                 }
             }
@@ -86,20 +89,24 @@ impl Shelf {
                 self.take_folder(&path);
             } else if path.extension().is_some_and(|extension| extension == "toml") {
                 match scene::load::read(&path) {
-                    Ok(document) => self.take(document),
+                    Ok(document) => self.take(&path, document),
                     Err(error) => self.put_aside(&path, &Failure::from(error)),
                 }
             }
         }
     }
 
-    fn take(&mut self, document: Document) {
+    fn take(&mut self, path: &Path, document: Document) {
         match document {
             Document::Exercise(bundle) => self.offer(Offer { bundle: *bundle, course: None }),
             Document::Curriculum(course, bundles) => {
+                let mastery = Mastery::of(&course.mastery);
                 for bundle in bundles {
-                    let course = place(&course, &bundle.exercise.id);
+                    let course = mastery.ok().and_then(|mastery| place(&course, &bundle.exercise.id, mastery));
                     self.offer(Offer { bundle, course });
+                }
+                if let Err(why) = mastery {
+                    self.put_aside(path, &Failure::refused(path, format_args!("mastery: {why}")));
                 }
             }
             Document::Scene(_) | Document::Instrument(_) => {}
@@ -120,12 +127,13 @@ impl Shelf {
     }
 }
 
-fn place(course: &Curriculum, exercise: &str) -> Option<CoursePlace> {
+fn place(course: &Curriculum, exercise: &str, mastery: Mastery) -> Option<CoursePlace> {
     let at = course.entries.iter().position(|entry| entry.exercise == exercise)?;
     Some(CoursePlace {
         title: course.title.clone(),
         place: [at + 1, course.entries.len()],
         prerequisites: course.entries.get(at)?.prerequisites.clone(),
+        mastery,
     })
 }
 

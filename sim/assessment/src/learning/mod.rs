@@ -1,12 +1,14 @@
-//! Learning curves: CUSUM and LC-CUSUM over passes and failures, and what they say about a trainee.
+//! Learning curves: CUSUM and LC-CUSUM over passes and failures, what they say about a trainee, and when an exercise is mastered.
 
 mod chain;
 mod cusum;
 mod lc_cusum;
+mod mastery;
 mod standing;
 
 pub use cusum::{Crossing, Cusum, CusumParams, CusumPoint};
 pub use lc_cusum::{LcCusum, LcCusumParams};
+pub use mastery::{CurveRule, Mastery, Reached};
 pub use standing::{Curve, CurvePoint, Rule, Standing, curve};
 
 use crate::statistics::NotComputable;

@@ -1,4 +1,7 @@
 //! What was practised here before: the recordings beside which new ones are put, judged one after the other in a thread of its own.
+//!
+//! Whoever practises without a school is told the same of it as a school would tell: by the same judgement of each attempt, void ones being
+//! none, and by the same rule of mastery.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -8,40 +11,50 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
 use assessment::Assessment;
-use recording::Recording;
+use recording::{Recording, Session};
+use time::OffsetDateTime;
+use uuid::Uuid;
 
 /// Attempts that are looked at, the latest: a folder may hold years.
-const MOST: usize = 200;
+const MOST: usize = 1000;
 
 /// What became of somebody's attempts at an exercise.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tally {
-    /// Attempts that were judged.
-    pub attempts: u32,
-    /// Those that passed.
-    pub passed: u32,
+    /// Whether each attempt that could be judged passed, in order of time.
+    pub passed: Vec<bool>,
     /// The best score of 100.
     pub best: f64,
 }
 
-/// Tallies by the exercise's id, as far as they are known.
+/// An attempt that was judged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Tried {
+    at: OffsetDateTime,
+    session: Uuid,
+    passed: bool,
+    score: f64,
+}
+
+/// The attempts of one pseudonym by the exercise's id, as far as they are known.
 #[derive(Clone, Default)]
 pub struct History {
-    tallies: Arc<Mutex<BTreeMap<String, Tally>>>,
+    trainee: String,
+    tried: Arc<Mutex<BTreeMap<String, Vec<Tried>>>>,
 }
 
 impl History {
     /// Begins to look through a folder for the attempts of a pseudonym.
     #[must_use]
     pub fn of_folder(folder: PathBuf, trainee: String) -> Self {
-        let history = Self::default();
+        let history = Self { trainee, ..Self::default() };
         let theirs = history.clone();
         // Without a thread nothing is known of before; that keeps nobody from practising.
-        let _ = thread::Builder::new().name("history".to_owned()).spawn(move || theirs.look_through(&folder, &trainee));
+        let _ = thread::Builder::new().name("history".to_owned()).spawn(move || theirs.look_through(&folder));
         history
     }
 
-    fn look_through(&self, folder: &Path, trainee: &str) {
+    fn look_through(&self, folder: &Path) {
         let listed = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
         let mut paths: Vec<PathBuf> =
             listed.filter(|path| path.extension().is_some_and(|extension| extension == "mcap")).collect();
@@ -49,26 +62,92 @@ impl History {
         paths.sort();
         for path in paths.iter().rev().take(MOST) {
             let read = File::open(path).ok().and_then(|file| Recording::read(BufReader::new(file)).ok());
-            let Some(recording) = read.filter(|recording| recording.session.trainee == trainee) else { continue };
-            let judged = assessment::own_exercise(&recording).ok();
-            if let Some(assessment) = judged.and_then(|bundle| assessment::assess(&recording, &bundle).ok()) {
-                self.add(&recording.session.exercise_id, &assessment);
+            let Some(recording) = read.filter(|recording| recording.session.trainee == self.trainee) else { continue };
+            // What is void, or cannot be judged, counts nowhere.
+            let judged = assessment::own_exercise(&recording).and_then(|own| assessment::assess(&recording, &own));
+            if let Ok(assessment) = judged {
+                self.add(&recording.session, &assessment);
             }
         }
     }
 
-    /// Adds an attempt.
-    pub fn add(&self, exercise: &str, assessment: &Assessment) {
-        let mut tallies = self.tallies.lock().unwrap_or_else(PoisonError::into_inner);
-        let tally = tallies.entry(exercise.to_owned()).or_default();
-        tally.attempts += 1;
-        tally.passed += u32::from(assessment.passed);
-        tally.best = tally.best.max(assessment.score);
+    /// Adds an attempt, unless it is somebody else's or known already.
+    pub fn add(&self, session: &Session, assessment: &Assessment) {
+        if session.trainee != self.trainee {
+            return;
+        }
+        let tried = Tried {
+            at: session.started_at,
+            session: session.session_id,
+            passed: assessment.passed,
+            score: assessment.score,
+        };
+        let mut all = self.tried.lock().unwrap_or_else(PoisonError::into_inner);
+        let here = all.entry(session.exercise_id.clone()).or_default();
+        if here.iter().all(|known| known.session != tried.session) {
+            here.insert(here.partition_point(|known| known.at <= tried.at), tried);
+        }
     }
 
     /// What became of attempts at an exercise.
     #[must_use]
     pub fn tally(&self, exercise: &str) -> Tally {
-        self.tallies.lock().unwrap_or_else(PoisonError::into_inner).get(exercise).copied().unwrap_or_default()
+        let all = self.tried.lock().unwrap_or_else(PoisonError::into_inner);
+        let here = all.get(exercise).map_or(&[][..], Vec::as_slice);
+        Tally {
+            passed: here.iter().map(|tried| tried.passed).collect(),
+            best: here.iter().map(|tried| tried.score).fold(0.0, f64::max),
+        }
+    }
+}
+
+#[cfg(test)]
+pub mod tests {
+    //! An attempt that is void, somebody else's or counted twice would make a mastery that the school does not see.
+
+    use haptics::devices::scripted::Fault;
+    use recording::EventKind;
+
+    use super::*;
+    use crate::live::tests::recorded;
+
+    /// A history of one exercise: `P` for an attempt that passed, `F` for one that did not.
+    pub fn of(exercise: &str, attempts: &str) -> History {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (recording, bundle) = recorded(Fault::None, folder.path());
+        let judged = assessment::assess(&recording, &bundle).expect("judged");
+        let history = History::default();
+        // Told in another order than they were made.
+        for (minute, outcome) in attempts.chars().enumerate().collect::<Vec<_>>().into_iter().rev() {
+            let session = Session {
+                session_id: Uuid::new_v4(),
+                exercise_id: exercise.to_owned(),
+                started_at: OffsetDateTime::UNIX_EPOCH + time::Duration::minutes(minute as i64),
+                ..recording.session.clone()
+            };
+            history.add(&session, &Assessment { passed: outcome == 'P', ..judged.clone() });
+        }
+        history
+    }
+
+    #[test]
+    fn void_attempts_and_those_of_others_count_nowhere() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (good, _) = recorded(Fault::None, folder.path());
+        fs::rename(folder.path().join("attempt.mcap"), folder.path().join("good.mcap")).expect("renamed");
+        let (void, _) = recorded(Fault::Disconnect, folder.path());
+        assert!(void.events.iter().any(|event| event.kind == EventKind::Interrupted));
+        let history = History::default();
+        history.look_through(folder.path());
+        history.look_through(folder.path());
+        assert_eq!(history.tally(&good.session.exercise_id).passed, [false], "the one that can be judged, once");
+        let other = History { trainee: "other".to_owned(), ..History::default() };
+        other.look_through(folder.path());
+        assert!(other.tally(&good.session.exercise_id).passed.is_empty());
+    }
+
+    #[test]
+    fn attempts_are_told_in_order_of_time() {
+        assert_eq!(of("x", "PFFP").tally("x").passed, [true, false, false, true]);
     }
 }

@@ -107,7 +107,7 @@ fn lock(shown: &Mutex<Shown>) -> MutexGuard<'_, Shown> {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     //! A lost device that is recorded like an end of the trainee's own is judged as the trainee's failure.
 
     use std::path::Path;
@@ -126,7 +126,7 @@ mod tests {
     const TICK_HZ: f64 = 1000.0;
 
     /// An attempt with a device that misbehaves after 300 readings, as it is on disk, and its exercise.
-    fn recorded(fault: Fault, folder: &Path) -> (Recording, ExerciseBundle) {
+    pub fn recorded(fault: Fault, folder: &Path) -> (Recording, ExerciseBundle) {
         let file =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/lower-back-basics/1-feel-the-layers.toml");
         let bundle = ExerciseBundle::read(&file).expect("a shipped exercise");

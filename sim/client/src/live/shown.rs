@@ -96,7 +96,7 @@ impl Shown {
         for event in &tick.events {
             self.moment.event(event);
             self.pops += u64::from(event.kind.contactor().is_some());
-            if let Some(text) = in_words(event) {
+            if let Some(text) = in_words(event, self.phase) {
                 self.said.push(Said { t_s, kind: event.kind, text });
             }
         }
@@ -122,7 +122,7 @@ impl Shown {
             _ if tick.sample.t_s > self.time_limit_s => Phase::TimeUp,
             Phase::Confirmed if tick.sample.x_m < -CLEAR_M => Phase::Withdrawn,
             Phase::Confirmed => Phase::Confirmed,
-            _ if happened(EventKind::Confirm) => Phase::Confirmed,
+            Phase::Inside if happened(EventKind::Confirm) => Phase::Confirmed,
             Phase::Inside if happened(EventKind::SkinExit) => Phase::Approach,
             _ if happened(EventKind::Contact) => Phase::Inside,
             phase => phase,
@@ -147,8 +147,8 @@ impl Shown {
     }
 }
 
-/// What is said of an event, as a caption of what was felt or heard.
-fn in_words(event: &Event) -> Option<String> {
+/// What is said of an event in a phase, as a caption of what was felt or heard.
+fn in_words(event: &Event, phase: Phase) -> Option<String> {
     let text = &event.text;
     match event.kind {
         EventKind::Contact => Some("skin touched".to_owned()),
@@ -156,6 +156,7 @@ fn in_words(event: &Event) -> Option<String> {
         EventKind::RimRupture => Some(format!("pop: {}", Contactor::Rim.into_layer(text))),
         EventKind::StructureHit => Some(format!("{text} was hit")),
         EventKind::SkinExit => Some("out of the skin".to_owned()),
+        EventKind::Confirm if phase == Phase::Approach => Some("nothing is confirmed in the air".to_owned()),
         EventKind::Confirm => Some("position confirmed: withdraw".to_owned()),
         EventKind::Fault | EventKind::Interrupted => Some(text.clone()),
         EventKind::Coaching => None,
@@ -209,6 +210,16 @@ mod tests {
         assert_eq!(tell(&mut shown, (5.0, -1.0), &[EventKind::SkinExit]), Phase::Confirmed, "still at the skin");
         assert_eq!(tell(&mut shown, (6.0, -3.1), &[]), Phase::Withdrawn);
         assert_eq!(shown.pops, 1);
+    }
+
+    #[test]
+    fn a_confirmation_in_the_air_neither_confirms_nor_ends_anything() {
+        let mut shown = shown(60.0);
+        assert_eq!(tell(&mut shown, (0.5, -10.0), &[EventKind::Confirm]), Phase::Approach);
+        assert_eq!(tell(&mut shown, (0.6, -10.0), &[]), Phase::Approach);
+        assert!(shown.said[0].text.contains("in the air"), "{:?}", shown.said);
+        tell(&mut shown, (1.0, 0.1), &[EventKind::Contact]);
+        assert_eq!(tell(&mut shown, (2.0, 4.0), &[EventKind::Confirm]), Phase::Confirmed);
     }
 
     #[test]

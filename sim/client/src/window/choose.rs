@@ -1,6 +1,7 @@
 //! Before an attempt: the exercises there are, and the briefing of the one that is chosen.
 
-use eframe::egui::{self, Color32, Key, RichText, ScrollArea, Ui};
+use assessment::learning::{Mastery, Reached};
+use eframe::egui::{self, Align, Color32, Key, Layout, RichText, ScrollArea, Ui};
 use scene::Exercise;
 use time::OffsetDateTime;
 use time::macros::format_description;
@@ -42,11 +43,15 @@ impl Choice<'_> {
         self.school?.iter().find(|listed| listed.exercise_id == exercise.id)
     }
 
-    /// Whether an exercise is done as far as anybody here knows: mastered for the school, passed on this machine without one.
-    fn is_done(&self, exercise_id: &str) -> bool {
+    /// Whether an exercise opens those that ask for it: mastered for the school, or by the course's own rule on this machine without one.
+    /// What a learning curve has declared once stays open.
+    fn opens(&self, exercise_id: &str, mastery: &Mastery) -> bool {
         match self.school {
             Some(listed) => listed.iter().any(|listed| listed.exercise_id == exercise_id && listed.mastered),
-            None => self.history.tally(exercise_id).passed > 0,
+            None => {
+                let (reached, _) = mastery.judge(&self.history.tally(exercise_id).passed);
+                !matches!(reached, Reached::Open { .. })
+            }
         }
     }
 
@@ -55,15 +60,19 @@ impl Choice<'_> {
         let exercise = &offer.bundle.exercise;
         let course = offer.course.as_ref();
         let place = course.map(|course| format!("{}, {} of {}", course.title, course.place[0], course.place[1]));
-        let progress = match self.listed(exercise) {
+        let listed = self.listed(exercise);
+        let progress = match listed {
             Some(listed) if listed.mastered => "mastered".to_owned(),
             Some(listed) if listed.due => "not mastered yet".to_owned(),
             Some(_) => "not open yet".to_owned(),
             None if self.school.is_some() => "not among your school's exercises".to_owned(),
-            None => told(self.history.tally(&exercise.id)),
+            None => told(&self.history.tally(&exercise.id), course.map(|course| course.mastery)),
         };
-        let missing = course.into_iter().flat_map(|course| &course.prerequisites).filter(|id| !self.is_done(id));
-        let missing: Vec<&str> = missing.map(|id| self.title(id)).collect();
+        // What the school has opened is open, whatever came before it.
+        let asked = course.into_iter().filter(|_| listed.is_none_or(|listed| !listed.due));
+        let asked = asked.flat_map(|course| course.prerequisites.iter().map(|id| (id, &course.mastery)));
+        let missing: Vec<&str> =
+            asked.filter(|(id, mastery)| !self.opens(id, mastery)).map(|(id, _)| self.title(id)).collect();
         let first = (!missing.is_empty()).then(|| format!("first: {}", missing.join(", ")));
         place.into_iter().chain([progress]).chain(first).collect::<Vec<_>>().join(" · ")
     }
@@ -74,12 +83,31 @@ impl Choice<'_> {
     }
 }
 
-/// What became of the attempts on this machine, in words.
-fn told(Tally { attempts, passed, best }: Tally) -> String {
-    match attempts {
-        0 => "not tried here yet".to_owned(),
-        1 => format!("1 attempt here, {}, {best:.0} points", if passed > 0 { "passed" } else { "not passed" }),
-        _ => format!("{attempts} attempts here, {passed} passed, best {best:.0} points"),
+/// What became of the attempts on this machine, in words, and how far that is from mastery in a course.
+fn told(Tally { passed, best }: &Tally, mastery: Option<Mastery>) -> String {
+    let passes = passed.iter().filter(|passed| **passed).count();
+    let tried = match passed.len() {
+        0 => return "not tried here yet".to_owned(),
+        1 => format!("1 attempt here, {}, {best:.0} points", if passes > 0 { "passed" } else { "not passed" }),
+        attempts => format!("{attempts} attempts here, {passes} passed, best {best:.0} points"),
+    };
+    [mastery.map(|mastery| how_far(&mastery, passed)), Some(tried)]
+        .into_iter()
+        .flatten()
+        .collect::<Vec<_>>()
+        .join(" · ")
+}
+
+fn how_far(mastery: &Mastery, passed: &[bool]) -> String {
+    let (reached, curve) = mastery.judge(passed);
+    let needed = curve.map_or(0, |curve| curve.successes_needed);
+    match (reached, mastery) {
+        (Reached::Mastered { .. }, _) => "mastered".to_owned(),
+        (Reached::Regressing { .. }, _) => format!("to be practised again: {needed} more passes in a row show mastery"),
+        (Reached::Open { passes }, Mastery::Passes { passes: needed, of }) => {
+            format!("not mastered yet: {passes} of {needed} passes among {of} in a row")
+        }
+        (Reached::Open { .. }, Mastery::Curve(_)) => format!("not mastered yet: {needed} more passes in a row show it"),
     }
 }
 
@@ -176,36 +204,61 @@ pub fn brief(ui: &mut Ui, briefing: Briefing<'_>) -> Decision {
         ui.add_space(8.0);
         let decision = ui.horizontal(|ui| {
             let begin = egui::Button::new(RichText::new("Begin (Enter)").size(18.0)).min_size([160.0, 36.0].into());
-            let entered = ready && ui.input(|input| input.key_pressed(Key::Enter));
-            if ui.add_enabled(ready, begin).clicked() || entered {
-                return Decision::Begin;
-            }
-            if ui.button("Another exercise (Esc)").clicked() || ui.input(|input| input.key_pressed(Key::Escape)) {
-                return Decision::Back;
-            }
+            let pressed = |ui: &Ui, key| ui.input(|input| input.key_pressed(key));
+            let begin = ui.add_enabled(ready, begin).clicked() || ready && pressed(ui, Key::Enter);
+            let back = ui.button("Another exercise (Esc)").clicked() || pressed(ui, Key::Escape);
             ui.checkbox(guided, "Guided: show the planned line, entry and target");
-            Decision::Stay
+            match (begin, back) {
+                (true, _) => Decision::Begin,
+                (false, true) => Decision::Back,
+                (false, false) => Decision::Stay,
+            }
         });
         ui.add_space(8.0);
         decision.inner
     });
     egui::CentralPanel::default().frame(page(ui)).show(ui, |ui| {
-        ScrollArea::vertical().show(ui, |ui| {
-            ui.set_max_width(760.0);
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.heading(&exercise.title);
             ui.add_space(8.0);
-            ui.label(RichText::new(&exercise.briefing).size(16.5).line_height(Some(24.0)));
-            ui.add_space(12.0);
-            facts(ui, exercise, device);
-            ui.add_space(12.0);
-            help::how_to_move(ui, by_hand);
-            if let Some(error) = error {
-                ui.add_space(8.0);
-                ui.colored_label(colours::BAD, format!("× {error}"));
-            }
+            let beside = ui.available_width() >= BESIDE;
+            let layout = if beside { Layout::left_to_right(Align::TOP) } else { Layout::top_down(Align::LEFT) };
+            ui.with_layout(layout, |ui| {
+                column(ui, |ui| {
+                    ui.label(RichText::new(&exercise.briefing).size(16.5).line_height(Some(24.0)));
+                    if let Some(error) = error {
+                        ui.add_space(8.0);
+                        ui.colored_label(colours::BAD, format!("× {error}"));
+                    }
+                });
+                ui.add_space(if beside { 40.0 } else { 12.0 });
+                column(ui, |ui| {
+                    facts(ui, exercise, device);
+                    ui.add_space(12.0);
+                    help::how_to_move(ui, by_hand);
+                });
+            });
         });
     });
     decision.inner
+}
+
+/// The text of a briefing is so wide, and so is what stands beside it where there is room for both, in points.
+const COLUMN: f32 = 540.0;
+const BESIDE: f32 = 2.0 * COLUMN + 60.0;
+
+fn column(ui: &mut Ui, show: impl FnOnce(&mut Ui)) {
+    ui.vertical(|ui| {
+        ui.set_width(COLUMN);
+        show(ui);
+    });
+}
+
+/// What is shown while an attempt is prepared.
+pub fn preparing(ui: &mut Ui) {
+    egui::CentralPanel::default().show(ui, |ui| {
+        ui.centered_and_justified(|ui| ui.label(RichText::new("Preparing the patient …").size(22.0)));
+    });
 }
 
 fn facts(ui: &mut Ui, exercise: &Exercise, device: &str) {
@@ -218,10 +271,10 @@ fn facts(ui: &mut Ui, exercise: &Exercise, device: &str) {
         ("You are given", exercise.feedback.in_words().to_owned()),
         ("Device", device.to_owned()),
     ];
-    egui::Grid::new("facts").spacing([16.0, 6.0]).show(ui, |ui| {
+    egui::Grid::new("facts").num_columns(2).spacing([16.0, 6.0]).show(ui, |ui| {
         for (name, fact) in facts {
             ui.label(RichText::new(name).strong());
-            ui.label(fact);
+            ui.add(egui::Label::new(fact).wrap());
             ui.end_row();
         }
     });
@@ -232,6 +285,7 @@ mod tests {
     //! A trainee must see a day that is past for what it is, on their school's clock.
 
     use super::*;
+    use crate::live::history;
     use serde_json::json;
     use time::macros::datetime;
 
@@ -257,6 +311,31 @@ mod tests {
         let school = Choice { shelf: &shelf, history: &history, school: Some(&listed) };
         assert!(school.facts(&offers[0]).ends_with("mastered"), "{}", school.facts(&offers[0]));
         assert!(school.facts(&offers[second]).ends_with("not mastered yet"), "{}", school.facts(&offers[second]));
+    }
+
+    #[test]
+    fn what_is_mastered_here_is_what_the_service_would_call_mastered() {
+        let cases = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/mastery/cases.json");
+        let cases: Vec<serde_json::Value> = serde_json::from_slice(&std::fs::read(cases).unwrap()).unwrap();
+        for case in cases {
+            let (rule, number) = (&case["rule"], |key: &str| case["rule"][key].as_f64());
+            let count = |key: &str| rule[key].as_u64().and_then(|count| u32::try_from(count).ok());
+            let mastery = Mastery::of(&match (count("passes"), count("of")) {
+                (Some(passes), Some(of)) => scene::MasteryRule::Passes { passes, of },
+                _ => {
+                    let [p0, p1, alpha, beta] = ["p0", "p1", "alpha", "beta"].map(|key| number(key).unwrap());
+                    scene::MasteryRule::Cusum { within: count("within"), p0, p1, alpha, beta }
+                }
+            });
+            let (mut shelf, _) = offer(0);
+            shelf.exercises.iter_mut().for_each(|offer| offer.course.as_mut().unwrap().mastery = mastery.unwrap());
+            let first = shelf.exercises[0].bundle.exercise.id.clone();
+            let history = history::tests::of(&first, case["attempts"].as_str().unwrap());
+            let here = Choice { shelf: &shelf, history: &history, school: None };
+            let [told, next] = [0, 1].map(|at| here.facts(&shelf.exercises[at]));
+            assert_eq!(told.contains(" · mastered"), case["mastered"] == true, "{case}: {told}");
+            assert_eq!(!next.contains(" · first: "), case["opens"] == true, "{case}: {next}");
+        }
     }
 
     #[test]

@@ -215,7 +215,7 @@ impl Judged {
 
     fn ui(&self, ui: &mut Ui) {
         match &self.judged {
-            Ok(assessment) => verdict(ui, assessment, self.pass_mark),
+            Ok(assessment) => verdict(ui, (assessment, self.pass_mark), self.curves.entered()),
             Err(why @ AssessError::Void(_)) => {
                 ui.label(RichText::new(format!("▲ {why}")).size(20.0).color(colours::WARN));
                 ui.label("This says nothing of you: the recording is kept, and counts nowhere.");
@@ -223,16 +223,18 @@ impl Judged {
             Err(why) => drop(ui.colored_label(colours::WARN, format!("▲ not scored: {why}"))),
         }
         ui.add_space(8.0);
-        let height = (ui.clip_rect().bottom() - ui.cursor().top() - 110.0).clamp(180.0, 420.0);
-        ui.columns(2, |columns| {
-            plots::over_depth(&mut columns[0], &[&self.curves], &self.layers, height);
-            plots::over_time(&mut columns[1], &[&self.curves], None, height);
-        });
+        let height = (ui.clip_rect().bottom() - ui.cursor().top() - 110.0).clamp(180.0, 640.0);
+        if self.curves.entered() {
+            ui.columns(2, |columns| {
+                plots::over_depth(&mut columns[0], &[&self.curves], &self.layers, height);
+                plots::over_time(&mut columns[1], &[&self.curves], None, height);
+            });
+        }
         ui.label(RichText::new(format!("recorded in {}", self.kept.path.display())).weak());
     }
 }
 
-fn verdict(ui: &mut Ui, assessment: &Assessment, pass_mark: f64) {
+fn verdict(ui: &mut Ui, (assessment, pass_mark): (&Assessment, f64), entered: bool) {
     let (sign, word, colour) =
         if assessment.passed { ("●", "passed", colours::GOOD) } else { ("×", "not passed", colours::BAD) };
     ui.horizontal(|ui| {
@@ -247,13 +249,17 @@ fn verdict(ui: &mut Ui, assessment: &Assessment, pass_mark: f64) {
     }
     ui.add_space(6.0);
     let costliest = costliest(&assessment.deductions);
-    if costliest.is_empty() {
+    let nothing_earned = assessment.score < 0.5 && !assessment.hard_fails.is_empty();
+    if !entered {
+        ui.label("The needle never entered the body.");
+    } else if costliest.is_empty() {
         ui.label("Nothing cost points.");
-    } else {
+    } else if !nothing_earned {
+        // Where nothing is earned each line has lost all its points, for the reasons above.
         ui.label(RichText::new("What cost most").strong());
-    }
-    for deduction in costliest {
-        ui.label(format!("−  {}", deduction.why));
+        for deduction in costliest {
+            ui.label(format!("−  {}", deduction.why));
+        }
     }
 }
 

@@ -32,6 +32,7 @@ pub fn how_to_move(ui: &mut Ui, by_hand: bool) {
 /// The keys, as a table.
 pub fn keys(ui: &mut Ui, by_hand: bool) {
     let moves = MOVES.iter().filter(|_| by_hand);
+    ui.spacing_mut().interact_size.y = 0.0;
     egui::Grid::new("keys").num_columns(2).spacing([12.0, 4.0]).show(ui, |ui| {
         for (key, what) in moves.chain(&LOOKS) {
             ui.label(RichText::new(*key).strong().small());

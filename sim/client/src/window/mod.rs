@@ -29,6 +29,7 @@ use self::choose::{Briefing, Decision};
 use self::debrief::Debrief;
 use self::desk::Desk;
 use self::replay::Replay;
+use self::steer::{Steering, Wish};
 use self::trial::Trial;
 use crate::attempt::Maker;
 use crate::devices::DeviceArgs;
@@ -71,6 +72,11 @@ enum Screen {
     Briefing {
         at: usize,
         error: Option<String>,
+    },
+    /// An attempt is being prepared, which takes a moment: the words that say so are drawn before.
+    Preparing {
+        at: usize,
+        told: bool,
     },
     Trial {
         at: usize,
@@ -156,12 +162,14 @@ fn open_window(
     make: impl FnOnce(Canvas) -> Result<Window, Box<dyn std::error::Error + Send + Sync>>,
 ) -> Outcome {
     let viewport =
-        egui::ViewportBuilder::default().with_inner_size([1280.0, 800.0]).with_min_inner_size([900.0, 600.0]);
-    let options = NativeOptions { viewport: viewport.with_title(title), ..NativeOptions::default() };
+        egui::ViewportBuilder::default().with_inner_size([1280.0, 720.0]).with_min_inner_size([900.0, 600.0]);
+    let viewport = viewport.with_title(title);
+    let options = NativeOptions { viewport, ..NativeOptions::default() };
     let create = |context: &CreationContext<'_>| {
         let state =
             context.wgpu_render_state.as_ref().ok_or("no graphics adapter; stylet doctor says what is missing")?;
         colours::apply(&context.egui_ctx);
+        context.egui_ctx.send_viewport_cmd(egui::ViewportCommand::Maximized(true));
         Ok(Box::new(make(Canvas::new(state))?) as Box<dyn App>)
     };
     eframe::run_native(title, options, Box::new(create))
@@ -204,6 +212,7 @@ impl Window {
         match screen {
             Screen::Choose => self.choose(ui),
             Screen::Briefing { at, error } => self.brief(ui, at, error),
+            Screen::Preparing { at, told } => self.prepare(ui, at, told),
             Screen::Trial { at, mut trial } => match trial.ui(ui, &mut self.canvas) {
                 trial::Next::Stay => Screen::Trial { at, trial },
                 trial::Next::Over => self.debrief(at, *trial),
@@ -239,7 +248,10 @@ impl Window {
         if let Some(pairing) = &station.pairing {
             self.desk.ui(ui, pairing);
         }
-        let device = station.device.to_string();
+        let mut device = station.device.to_string();
+        if matches!(station.device, open::Choice::Mouse | open::Choice::Gamepad) {
+            device += ", which give your hand no force";
+        }
         let briefing = Briefing {
             exercise: &bundle.exercise,
             device: &device,
@@ -251,10 +263,19 @@ impl Window {
         match choose::brief(ui, briefing) {
             Decision::Stay => Screen::Briefing { at, error },
             Decision::Back => Screen::Choose,
-            Decision::Begin => match self.begin(at) {
-                Ok(trial) => Screen::Trial { at, trial },
-                Err(failure) => Screen::Briefing { at, error: Some(failure.to_string()) },
-            },
+            Decision::Begin => Screen::Preparing { at, told: false },
+        }
+    }
+
+    fn prepare(&mut self, ui: &mut Ui, at: usize, told: bool) -> Screen {
+        choose::preparing(ui);
+        if !told {
+            ui.ctx().request_repaint();
+            return Screen::Preparing { at, told: true };
+        }
+        match self.begin(at) {
+            Ok(trial) => Screen::Trial { at, trial },
+            Err(failure) => Screen::Briefing { at, error: Some(failure.to_string()) },
         }
     }
 
@@ -272,7 +293,10 @@ impl Window {
         let given = picture::given(&stage, bundle.exercise.feedback);
         self.canvas.set_stage(&given).map_err(|error| Failure::refused(file, error))?;
         self.stage = stage;
-        let opened = open::open(&station.device, &station.devices, &bundle, (seed, TICK_HZ))?;
+        let mut opened = open::open(&station.device, &station.devices, &bundle, (seed, TICK_HZ))?;
+        if let Steered::Window(aim) = &mut opened.steered {
+            aim.write(Steering::new(&bundle.exercise).follow(&Wish::default()));
+        }
         // An arm that was there is asked for again, and not replaced by the mouse because a cable came loose.
         if let Some(again) = opened.again().filter(|_| station.device == open::Choice::Auto) {
             station.device = again;
@@ -297,7 +321,7 @@ impl Window {
         match Debrief::new(&trial, finished, (pairing, asked)) {
             Ok(debrief) => {
                 if let (Some(station), Some(assessment)) = (&self.station, debrief.assessment()) {
-                    station.history.add(&trial.bundle.exercise.id, assessment);
+                    station.history.add(&trial.session, assessment);
                 }
                 Screen::Debrief { at, debrief: Box::new(debrief), trial }
             }

@@ -1,6 +1,8 @@
 //! What is shown beside and on the picture of an attempt. Whatever has a colour has a second cue: a word, a sign or a place.
 
-use eframe::egui::{self, Align2, Color32, FontId, Painter, Pos2, ProgressBar, Rect, RichText, ScrollArea, Ui};
+use eframe::egui::{
+    self, Align, Align2, Color32, FontId, Layout, Painter, Pos2, ProgressBar, Rect, RichText, ScrollArea, Ui,
+};
 use egui_plot::{Line, Plot, PlotPoints, VLine};
 use haptics::safety;
 use haptics::servo::{Priority, Snapshot, flags as servo_flags};
@@ -102,23 +104,36 @@ fn readings(ui: &mut Ui, Instruments { shown, latest, live, .. }: &Instruments<'
     let force_n = latest.map_or(sample.axial_n(), |latest| latest.output.axial.total_n());
     big(ui, "Force", &format!("{force_n:.2} N"), "along the needle");
     if let (Some(latest), false) = (latest, live.info.is_virtual) {
-        let beside = format!("of {:.2} N on this device", force_n.abs() * live.scaling.factor);
+        let beside = format!("of {:.2} N to feel", force_n.abs() * live.scaling.factor);
         big(ui, "Hand", &format!("{:.2} N", given::given_n(&latest.record)), &beside);
     }
-    let most_n = 1.2 * live.scaling.peak_n.max(1.0);
-    let share = (force_n.abs() / most_n).clamp(0.0, 1.0) as f32;
-    let fill = if force_n.abs() > live.scaling.peak_n { colours::WARN } else { colours::FORCE };
-    let gauge = ProgressBar::new(share).fill(fill).desired_height(14.0);
-    ui.add(gauge.text(format!("of {most_n:.0} N"))).on_hover_text("Force along the needle");
+    gauge(ui, force_n.abs(), live.scaling.peak_n);
     let lean = angle_deg(sample.orientation);
     big(ui, "Angle", &format!("{lean:.0}°"), &format!("planned {:.0}°", exercise.angle_deg));
 }
 
+/// A force as a bar, in N, beside the largest that is expected.
+fn gauge(ui: &mut Ui, force_n: f64, peak_n: f64) {
+    /// Room for the number at its end, in points.
+    const END: f32 = 48.0;
+    let most_n = 1.2 * peak_n.max(1.0);
+    let share = (force_n / most_n).clamp(0.0, 1.0) as f32;
+    let fill = if force_n > peak_n { colours::WARN } else { colours::FORCE };
+    ui.horizontal(|ui| {
+        let width = ui.available_width() - END;
+        ui.add(ProgressBar::new(share).fill(fill).corner_radius(2).desired_height(12.0).desired_width(width));
+        ui.label(RichText::new(format!("{most_n:.1} N")).weak().small());
+    });
+}
+
 fn big(ui: &mut Ui, name: &str, value: &str, beside: &str) {
     ui.horizontal(|ui| {
-        ui.add_sized([64.0, 26.0], egui::Label::new(name));
+        ui.allocate_ui_with_layout([60.0, 26.0].into(), Layout::left_to_right(Align::Center), |ui| {
+            ui.set_min_width(60.0);
+            ui.label(name);
+        });
         ui.label(RichText::new(value).size(22.0).strong());
-        ui.label(RichText::new(beside).weak());
+        ui.add(egui::Label::new(RichText::new(beside).weak()).truncate());
     });
 }
 
@@ -154,11 +169,11 @@ fn device(ui: &mut Ui, Instruments { latest, live, quality, passed_over, .. }: &
         name.on_hover_text(passed_over.join("\n"));
     }
     let feedback = live.trial.bundle.exercise.feedback;
-    if feedback.gives(Channel::Force) {
-        ui.label(live.scaling.to_string());
-    } else {
-        ui.label("no force in this exercise");
-    }
+    match (feedback.gives(Channel::Force), live.info.is_virtual) {
+        (false, _) => ui.label("no force in this exercise"),
+        (true, true) => ui.label("it gives your hand no force"),
+        (true, false) => ui.label(live.scaling.to_string()),
+    };
     if !live.info.measures_orientation {
         ui.label("it does not tell how it is turned: the needle points as planned");
     }
@@ -240,6 +255,8 @@ fn sign(kind: EventKind) -> (&'static str, Color32) {
 
 /// The exercise's title and what the trainee is given, on the picture.
 pub fn heading(ui: &Ui, rect: Rect, Instruments { live, latest, by_hand, .. }: &Instruments<'_>) {
+    /// Between two plates, in points.
+    const GAP: egui::Vec2 = egui::vec2(0.0, 10.0);
     let exercise = &live.trial.bundle.exercise;
     let painter = ui.painter_at(rect);
     let title = plate(&painter, rect.left_top() + egui::vec2(14.0, 10.0), Align2::LEFT_TOP, (&exercise.title, 18.0));
@@ -248,9 +265,9 @@ pub fn heading(ui: &Ui, rect: Rect, Instruments { live, latest, by_hand, .. }: &
     } else {
         exercise.feedback.in_words()
     };
-    let views = plate(&painter, title.left_bottom() + egui::vec2(0.0, 6.0), Align2::LEFT_TOP, (views, 12.5));
+    let views = plate(&painter, title.left_bottom() + GAP, Align2::LEFT_TOP, (views, 12.5));
     if *by_hand {
-        plate(&painter, views.left_bottom() + egui::vec2(0.0, 6.0), Align2::LEFT_TOP, (help::IN_A_LINE, 12.5));
+        plate(&painter, views.left_bottom() + GAP, Align2::LEFT_TOP, (help::IN_A_LINE, 12.5));
     }
     let felt = exercise.feedback.gives(Channel::Force) && !live.info.is_virtual;
     if let Some(why) = latest.filter(|_| felt).and_then(|latest| given::withheld(&latest.record, latest.let_through)) {

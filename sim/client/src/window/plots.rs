@@ -6,8 +6,8 @@ use recording::{EventKind, Recording, thin};
 
 use super::colours;
 
-/// A line has at most so many points, the least and the largest force of each stretch.
-const MOST_POINTS: usize = 1200;
+/// A line has at most so many points, the least and the largest force of each stretch: with more it would fall into dashes.
+const MOST_POINTS: usize = 500;
 
 /// The curves of an attempt, thinned once.
 pub struct Curves {
@@ -24,19 +24,39 @@ pub struct Curves {
 }
 
 impl Curves {
+    /// The needle was in the body at some time.
+    pub fn entered(&self) -> bool {
+        !self.depth.is_empty()
+    }
+
     /// The curves of a recording.
     pub fn new(name: &str, recording: &Recording) -> Self {
         let thinned = thin(&recording.samples, MOST_POINTS);
-        let inside = thinned.iter().filter(|sample| sample.x_m > 0.0);
+        let inside = recording.samples.iter().filter(|sample| sample.x_m > 0.0);
+        let depth = inside.map(|sample| [sample.x_m * 1e3, sample.axial_n()]);
         let pops = recording.events.iter().filter(|event| event.kind.contactor().is_some());
         Self {
             name: name.to_owned(),
             time: thinned.iter().map(|sample| [sample.t_s, sample.axial_n()]).collect(),
-            depth: inside.map(|sample| [sample.x_m * 1e3, sample.axial_n()]).collect(),
+            depth: moved(depth),
             pops: pops.map(|event| [event.t_s, before_n(recording, event.t_s)]).collect(),
             duration_s: recording.samples.last().map_or(0.0, |sample| sample.t_s),
         }
     }
+}
+
+/// The points that are seen apart from the last one before them: however long a hand stood still, its way is drawn as finely.
+fn moved(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
+    const LEAST_MM: f64 = 0.1;
+    const LEAST_N: f64 = 0.03;
+    let mut kept: Vec<[f64; 2]> = Vec::new();
+    for [x_mm, force_n] in points {
+        let is_there = |[x, n]: &[f64; 2]| (x_mm - x).abs() < LEAST_MM && (force_n - n).abs() < LEAST_N;
+        if !kept.last().is_some_and(is_there) {
+            kept.push([x_mm, force_n]);
+        }
+    }
+    kept
 }
 
 /// The whole axial force in the tick before a time in s, in N.
@@ -102,4 +122,21 @@ pub fn moments(recording: &Recording) -> Vec<(f64, String)> {
         None => [event.kind.name(), event.text.as_str()].join(" ").trim().replace('_', " "),
     };
     told.map(|event| (event.t_s, words(event))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    //! A curve of straight lines between a few points shows a course of the force that was not there.
+
+    use super::*;
+
+    #[test]
+    fn a_long_rest_takes_no_points_from_the_way() {
+        let way = |n: u32| [f64::from(n) * 0.02, f64::from(n % 50) * 0.04];
+        let rest = std::iter::repeat_n(way(0), 100_000);
+        let kept = moved(rest.chain((0..1000).map(way)));
+        assert!((490..=1001).contains(&kept.len()), "{} points", kept.len());
+        let peak_n = kept.iter().map(|point| point[1]).fold(0.0, f64::max);
+        assert!((peak_n - 1.96).abs() < 1e-9, "{peak_n} N");
+    }
 }

@@ -1,6 +1,5 @@
 //! Mouse and keyboard steer a set-point: how far the needle is to be, how far aside, and how it leans.
 
-use haptics::device::buttons;
 use haptics::devices::hand::Aim;
 use mechanics::operator::needle_pose;
 use nalgebra::{Point3, Rotation3, Unit, UnitQuaternion, Vector3};
@@ -15,8 +14,8 @@ pub struct Wish {
     pub aside_m: [f64; 2],
     /// Leans the tip to the right and away from the person, in rad.
     pub lean_rad: [f64; 2],
-    /// The confirm button is down.
-    pub confirm: bool,
+    /// How often the position was confirmed.
+    pub confirmed: u32,
 }
 
 /// The needle leans no further than this from straight down, in rad.
@@ -30,17 +29,19 @@ pub struct Steering {
     axis: Unit<Vector3<f64>>,
     /// From where it began, in m, patient frame.
     away_m: Vector3<f64>,
+    confirmed: u32,
 }
 
 impl Steering {
     /// Begins where the exercise's plan does, leaning as planned.
     pub fn new(exercise: &Exercise) -> Self {
-        Self { axis: Unit::new_normalize(exercise.axis()), away_m: Vector3::zeros() }
+        Self { axis: Unit::new_normalize(exercise.axis()), away_m: Vector3::zeros(), confirmed: 0 }
     }
 
     /// Follows what the person asks for, and says where the hand is to be. Advancing goes along the needle.
     pub fn follow(&mut self, wish: &Wish) -> Aim {
         self.lean(wish.lean_rad);
+        self.confirmed += wish.confirmed;
         let step_m = self.axis.into_inner() * wish.advance_m + Vector3::new(wish.aside_m[0], wish.aside_m[1], 0.0);
         let away_m = self.away_m + step_m;
         if away_m.norm() <= MOST_AWAY_M {
@@ -50,7 +51,8 @@ impl Steering {
         Aim {
             position_m: device_from_patient * self.away_m,
             orientation: device_from_patient * needle_pose(&Point3::origin(), &self.axis).rotation,
-            buttons: if wish.confirm { buttons::CONFIRM } else { 0 },
+            buttons: 0,
+            confirmed: self.confirmed,
         }
     }
 
@@ -72,7 +74,14 @@ mod tests {
     use super::*;
 
     fn steering() -> Steering {
-        Steering { axis: -Vector3::z_axis(), away_m: Vector3::zeros() }
+        Steering { axis: -Vector3::z_axis(), away_m: Vector3::zeros(), confirmed: 0 }
+    }
+
+    #[test]
+    fn confirmations_are_counted() {
+        let mut steering = steering();
+        let told = [0, 2, 0, 1].map(|confirmed| steering.follow(&Wish { confirmed, ..Wish::default() }).confirmed);
+        assert_eq!(told, [0, 2, 2, 3]);
     }
 
     #[test]

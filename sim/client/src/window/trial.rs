@@ -20,10 +20,12 @@ const KEY_M_PER_S: f64 = 0.006;
 const KEY_RAD_PER_S: f64 = 0.25;
 /// Way of the needle under a drag, in m per point.
 const DRAG_M: f64 = 0.000_08;
-/// Way of the needle for a notch of the wheel, in m; a touchpad's points that make one, and the most that count in a frame.
+/// Way of the needle for a notch of the wheel, in m, and a touchpad's points that make one.
 const NOTCH_M: f64 = 0.000_75;
 const NOTCH_POINTS: f64 = 40.0;
+/// So many notches count in a frame, or so many a second where frames are slow: a hand's, not a wheel's that spins on.
 const MOST_NOTCHES: f64 = 4.0;
+const MOST_NOTCHES_HZ: f64 = 60.0;
 /// A key that is let go within the frame was held so long, in s; a frame that takes longer than the other counts as that long.
 const TAP_S: f64 = 0.08;
 const LONGEST_S: f32 = 0.25;
@@ -153,7 +155,7 @@ fn wished(input: &InputState, drag: egui::Vec2, hovered: bool) -> Wish {
     };
     let slow = if input.modifiers.shift { 0.25 } else { 1.0 };
     let (keys_m, keys_rad) = (slow * KEY_M_PER_S, slow * KEY_RAD_PER_S);
-    let wheel_m = if hovered { wheel_m(&input.events) } else { 0.0 };
+    let wheel_m = if hovered { wheel_m(&input.events, dt_s) } else { 0.0 };
     let aside = input.modifiers.shift && drag != egui::Vec2::ZERO;
     let along = if aside { 0.0 } else { f64::from(drag.y) * DRAG_M };
     let across = if aside { [f64::from(drag.x) * DRAG_M, -f64::from(drag.y) * DRAG_M] } else { [0.0; 2] };
@@ -164,13 +166,21 @@ fn wished(input: &InputState, drag: egui::Vec2, hovered: bool) -> Wish {
             across[1] + (held_s(Key::W) - held_s(Key::S)) * keys_m,
         ],
         lean_rad: [(held_s(Key::L) - held_s(Key::J)) * keys_rad, (held_s(Key::I) - held_s(Key::K)) * keys_rad],
-        confirm: input.key_down(Key::Space) || input.key_pressed(Key::Space),
+        confirmed: presses(&input.events, Key::Space),
     }
 }
 
-/// How far the wheel sends the needle in, in m: down is in. With the command key it zooms, and what a touchpad rolls on after the fingers have
+/// How often a key went down.
+fn presses(events: &[Event], wanted: Key) -> u32 {
+    let is_press =
+        |event: &&Event| matches!(event, Event::Key { key, pressed: true, repeat: false, .. } if *key == wanted);
+    events.iter().filter(is_press).map(|_| 1).sum()
+}
+
+/// How far the wheel sends the needle in within a frame of a length in s, in m: down is in. With the command key it zooms, and what a touchpad rolls on after the fingers have
 /// left it moves nothing.
-fn wheel_m(events: &[Event]) -> f64 {
+fn wheel_m(events: &[Event], dt_s: f64) -> f64 {
+    let most = MOST_NOTCHES.max(MOST_NOTCHES_HZ * dt_s);
     let notches = events.iter().map(|event| match event {
         Event::MouseWheel { unit, delta, source, modifiers, .. }
             if !modifiers.command && *source != MouseWheelSource::Momentum =>
@@ -178,12 +188,12 @@ fn wheel_m(events: &[Event]) -> f64 {
             match unit {
                 MouseWheelUnit::Line => f64::from(delta.y),
                 MouseWheelUnit::Point => f64::from(delta.y) / NOTCH_POINTS,
-                MouseWheelUnit::Page => f64::from(delta.y) * MOST_NOTCHES,
+                MouseWheelUnit::Page => f64::from(delta.y) * most,
             }
         }
         _ => 0.0,
     });
-    -notches.sum::<f64>().clamp(-MOST_NOTCHES, MOST_NOTCHES) * NOTCH_M
+    -notches.sum::<f64>().clamp(-most, most) * NOTCH_M
 }
 
 #[cfg(test)]
@@ -216,8 +226,9 @@ mod tests {
 
     #[test]
     fn a_tap_within_a_frame_counts() {
-        assert!(asked(vec![key(Key::Space, true), key(Key::Space, false)]).confirm);
-        assert!(!asked(vec![]).confirm);
+        let taps = [key(Key::Space, true), key(Key::Space, false), key(Key::Space, true), key(Key::Space, false)];
+        assert_eq!(asked(taps.to_vec()).confirmed, 2);
+        assert_eq!(asked(vec![]).confirmed, 0);
         let tapped = asked(vec![key(Key::ArrowDown, true), key(Key::ArrowDown, false)]).advance_m;
         assert!(tapped > 1e-4 && tapped < 1e-3, "{tapped} m for a tap");
     }
@@ -227,7 +238,8 @@ mod tests {
         let notch_m = asked(vec![notches(-1.0)]).advance_m;
         assert!((notch_m - NOTCH_M).abs() < 1e-9 && (0.0005..=0.001).contains(&notch_m), "{notch_m} m in");
         assert!((asked(vec![notches(1.0)]).advance_m + notch_m).abs() < 1e-12, "and out again");
-        let many_m = asked((0..12).map(|_| notches(-1.0)).collect()).advance_m;
-        assert!((many_m - MOST_NOTCHES * notch_m).abs() < 1e-9, "{many_m} m in a frame");
+        let [twelve_m, many_m] = [12, 40].map(|count| asked((0..count).map(|_| notches(-1.0)).collect()).advance_m);
+        assert!((twelve_m - 12.0 * notch_m).abs() < 1e-9, "none is lost at five frames a second: {twelve_m} m");
+        assert!(many_m < 16.0 * notch_m, "{many_m} m in a frame");
     }
 }

@@ -130,7 +130,7 @@ fn moved(aim: &Aim, sticks: &Sticks, dt_s: f64) -> Aim {
     Aim {
         position_m: (aim.position_m + way).map(|part| part.clamp(-REACH_M, REACH_M)),
         buttons: sticks.buttons,
-        orientation: aim.orientation,
+        ..*aim
     }
 }
 

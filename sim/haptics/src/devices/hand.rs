@@ -7,7 +7,7 @@ use mechanics::operator::{Hand, SetPoint, Skill};
 use nalgebra::{UnitQuaternion, Vector3};
 use triple_buffer::{Input, Output, triple_buffer};
 
-use crate::device::{Device, DeviceFault, DeviceInfo, Reading};
+use crate::device::{Device, DeviceFault, DeviceInfo, Reading, buttons as button};
 
 /// Where the person wants the hand to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,12 +18,14 @@ pub struct Aim {
     pub orientation: UnitQuaternion<f64>,
     /// Buttons held down; see [`crate::device::buttons`].
     pub buttons: u32,
+    /// How often the position was confirmed so far. Each time the hand presses its confirm button and lets go, however seldom it is told.
+    pub confirmed: u32,
 }
 
 impl Default for Aim {
-    /// The middle of the workspace, nothing pressed.
+    /// The middle of the workspace, nothing pressed or confirmed.
     fn default() -> Self {
-        Self { position_m: Vector3::zeros(), orientation: UnitQuaternion::identity(), buttons: 0 }
+        Self { position_m: Vector3::zeros(), orientation: UnitQuaternion::identity(), buttons: 0, confirmed: 0 }
     }
 }
 
@@ -57,15 +59,16 @@ const PAUSE: u32 = 250;
 const FIRST: u32 = 16;
 
 impl Glide {
-    /// At rest in the middle.
+    /// At rest in the middle, not turned anyhow yet.
     fn still() -> Self {
-        Self { from: Aim::default(), to: Aim::default(), takes: FIRST, passed: PAUSE }
+        Self { from: Aim::default(), to: Aim::default(), takes: FIRST, passed: u32::MAX }
     }
 
-    /// Turns towards another set-point.
+    /// Turns towards another set-point. The first one says how the hand is held.
     fn turn(&mut self, to: Aim) {
         let takes = if self.passed < PAUSE { self.passed.max(1) } else { FIRST };
-        *self = Self { from: self.aim(), to, takes, passed: 0 };
+        let from = if self.passed == u32::MAX { Aim { orientation: to.orientation, ..self.aim() } } else { self.aim() };
+        *self = Self { from, to, takes, passed: 0 };
     }
 
     /// Where it is.
@@ -74,7 +77,7 @@ impl Glide {
         Aim {
             position_m: self.from.position_m.lerp(&self.to.position_m, share),
             orientation: self.from.orientation.nlerp(&self.to.orientation, share),
-            buttons: self.to.buttons,
+            ..self.to
         }
     }
 
@@ -85,6 +88,30 @@ impl Glide {
     }
 }
 
+/// Readings for which the confirm button is down, and then up, at each press.
+const PRESS: u32 = 25;
+
+/// The confirm button under a finger that presses it as often as it is told.
+#[derive(Clone, Copy, Debug, Default)]
+struct Finger {
+    /// Presses begun.
+    begun: u32,
+    /// Readings that the last one still takes.
+    left: u32,
+}
+
+impl Finger {
+    /// Whether the button is down at a reading by which it should have been pressed so often.
+    fn step(&mut self, confirmed: u32) -> bool {
+        if self.left == 0 && self.begun < confirmed {
+            *self = Self { begun: self.begun + 1, left: 2 * PRESS };
+        }
+        let is_down = self.left > PRESS;
+        self.left = self.left.saturating_sub(1);
+        is_down
+    }
+}
+
 /// The hand. Time passes for it by one period at each reading.
 #[derive(Debug)]
 pub struct VirtualHand {
@@ -92,6 +119,7 @@ pub struct VirtualHand {
     hand: Hand,
     aim: Output<Aim>,
     glide: Glide,
+    finger: Finger,
     force_n: Vector3<f64>,
     period_s: f64,
     readings: u64,
@@ -127,6 +155,7 @@ impl VirtualHand {
             hand: Hand::new(skill, Vector3::zeros()),
             aim,
             glide: Glide::still(),
+            finger: Finger::default(),
             force_n: Vector3::zeros(),
             period_s: 1.0 / rate_hz,
             readings: 0,
@@ -157,7 +186,8 @@ impl Device for VirtualHand {
         if self.aim.update() {
             self.glide.turn(*self.aim.output_buffer());
         }
-        let Aim { position_m, orientation, buttons } = self.glide.step();
+        let Aim { position_m, orientation, buttons, confirmed } = self.glide.step();
+        let confirms = if self.finger.step(confirmed) { button::CONFIRM } else { 0 };
         let set_point = SetPoint { position_m, velocity_m_per_s: Vector3::zeros() };
         self.hand.step(self.period_s, &set_point, &self.force_n);
         self.readings += 1;
@@ -165,7 +195,7 @@ impl Device for VirtualHand {
             t_s: self.readings as f64 * self.period_s,
             position_m: self.hand.position_m,
             orientation,
-            buttons,
+            buttons: buttons | confirms,
         })
     }
 
@@ -227,6 +257,27 @@ mod tests {
         // In jumps of 2 mm the hand would be pushed by k Δx / M = 5 m/s².
         assert!(roughest_m_per_s2(200) < 0.05, "{}", roughest_m_per_s2(200));
         assert!(roughest_m_per_s2(16) < 0.05, "{}", roughest_m_per_s2(16));
+    }
+
+    #[test]
+    fn every_confirmation_is_a_press_of_its_own_and_nothing_else_is() {
+        let (mut hand, mut aim) = VirtualHand::new("keyboard", &VirtualHand::braced(), 1000.0);
+        let mut buttons = vec![0];
+        for confirmed in [0, 1, 1, 4, 4] {
+            aim.write(Aim { confirmed, ..Aim::default() });
+            buttons.extend((0..200).map(|_| hand.read().expect("there").buttons));
+        }
+        let presses = buttons.windows(2).filter(|pair| pair[0] == 0 && pair[1] == button::CONFIRM).count();
+        assert_eq!(presses, 4);
+        assert_eq!(buttons.last(), Some(&0), "and it is let go");
+    }
+
+    #[test]
+    fn it_is_held_as_the_first_set_point_says_from_the_first_reading() {
+        let (mut hand, mut aim) = VirtualHand::new("mouse", &VirtualHand::braced(), 1000.0);
+        let orientation = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 1.0);
+        aim.write(Aim { orientation, ..Aim::default() });
+        assert!(hand.read().expect("there").orientation.angle_to(&orientation) < 1e-9);
     }
 
     #[test]

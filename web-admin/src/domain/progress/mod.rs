@@ -4,19 +4,18 @@
 
 mod concerns;
 mod habits;
-mod mastery;
 #[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
 
-use assessment::learning::Curve;
+use assessment::learning::{Curve, Reached};
+pub use assessment::learning::{CurveRule, Mastery};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
 pub use concerns::{Concern, DECLINE_POINTS, DECLINE_RUN, INACTIVE_DAYS, STUCK_FAILS};
 pub use habits::{Habits, Line};
-pub use mastery::{CurveRule, Mastery};
 
 /// One scored attempt.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,6 +93,12 @@ pub struct StepProgress {
 }
 
 impl StepProgress {
+    /// Whether each attempt passed, in order of time.
+    #[must_use]
+    pub fn passed(&self) -> Vec<bool> {
+        passed(&self.attempts)
+    }
+
     /// Attempts passed.
     #[must_use]
     pub fn passes(&self) -> usize {
@@ -177,8 +182,18 @@ fn tried(step: &Step, runs: &[&[Attempt]], rule: &Mastery) -> StepProgress {
     let at_it = |run: &&&[Attempt]| run.first().is_some_and(|attempt| *attempt.exercise == step.exercise);
     let mut attempts: Vec<Attempt> = runs.iter().filter(at_it).copied().flatten().cloned().collect();
     attempts.sort_by_key(|a| a.at);
-    let (state, curve) = rule.judge(&attempts);
+    let (reached, curve) = rule.judge(&passed(&attempts));
+    let at = |attempt: usize| attempts[attempt].at;
+    let state = match reached {
+        Reached::Mastered { by } => StepState::Mastered { on: at(by) },
+        Reached::Regressing { by, since } => StepState::Regressing { on: at(by), since: at(since) },
+        Reached::Open { passes } => StepState::Open { passes },
+    };
     StepProgress { state, attempts, curve }
+}
+
+fn passed(attempts: &[Attempt]) -> Vec<bool> {
+    attempts.iter().map(|attempt| attempt.passed).collect()
 }
 
 /// Locks open steps whose prerequisites are not mastered. One that is not in the course cannot be met and cannot be

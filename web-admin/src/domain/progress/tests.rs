@@ -142,3 +142,29 @@ fn a_change_of_revision_within_an_exercise_is_seen() {
 fn attempts_on_other_courses_change_nothing() {
     assert_eq!(progress(&[("elsewhere", 90.0)]).concerns, [Concern::NotStarted]);
 }
+
+/// The same cases hold for what the simulator tells whoever practises without a school.
+#[test]
+fn mastery_is_what_the_simulator_calls_mastered_without_a_school() {
+    let cases = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/mastery/cases.json");
+    let cases: Vec<serde_json::Value> = serde_json::from_slice(&std::fs::read(cases).unwrap()).unwrap();
+    assert!(cases.len() > 10);
+    for case in cases {
+        let (rule, number) = (&case["rule"], |key: &str| case["rule"][key].as_f64());
+        let count = |key: &str| rule[key].as_u64().and_then(|count| u32::try_from(count).ok());
+        let rule = match (count("passes"), count("of")) {
+            (Some(passes), Some(of)) => MasteryRule::Passes { passes, of },
+            _ => {
+                let [p0, p1, alpha, beta] = ["p0", "p1", "alpha", "beta"].map(|key| number(key).unwrap());
+                MasteryRule::Cusum { within: count("within"), p0, p1, alpha, beta }
+            }
+        };
+        let course = Course { rule: Mastery::of(&rule).unwrap(), ..course() };
+        let tried: Vec<_> =
+            case["attempts"].as_str().unwrap().chars().map(|c| ("a", if c == 'P' { 90.0 } else { 10.0 })).collect();
+        let [first, next, _] = &Progress::of(&course, &attempts(&tried), NOW).steps[..] else { panic!("three steps") };
+        assert_eq!(first.mastered(), case["mastered"] == true, "{case}: {:?}", first.state);
+        let locked = matches!(next.state, StepState::Locked { .. });
+        assert_eq!(!locked, case["opens"] == true, "{case}: {:?}", next.state);
+    }
+}

@@ -44,7 +44,7 @@ async fn find(state: &AppState, person: &CurrentPerson, (id, exercise): (&str, &
     let attempts = practice::of_trainee(reader, school, id).await?;
     let mut progress = Progress::of(&taught.course, &attempts, state.clock.now().to_utc());
     let mut step = progress.steps.swap_remove(index);
-    step.curve = step.curve.take().or_else(|| CurveRule::example().map(|rule| rule.over(&step.attempts)));
+    step.curve = step.curve.take().or_else(|| CurveRule::example().map(|rule| rule.over(&step.passed())));
     Ok(Found { trainee, taught, index, step })
 }
 
