@@ -1,5 +1,7 @@
 //! What the crowds tell of a metric.
 
+use std::cmp::Ordering;
+
 use assessment::catalogue::Definition;
 use assessment::statistics::{Estimate, area_under_curve, intraclass_correlation};
 use assessment::{Assessment, Direction};
@@ -81,7 +83,7 @@ impl<'a> Reading<'a> {
         let (experts, novices) = (group(&self.crowd.experts), group(&self.crowd.novices));
         let mut all = experts.iter().chain(&novices);
         let first = all.next()?;
-        if all.all(|value| value == first) {
+        if all.all(|value| value.partial_cmp(first).is_some_and(Ordering::is_eq)) {
             return None;
         }
         area_under_curve(&experts, &novices).ok()
