@@ -13,7 +13,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("mechanics", &[]),
     ("scene", &["mechanics"]),
     ("recording", &["mechanics"]),
-    ("assessment", &["recording", "scene"]),
+    ("assessment", &["mechanics", "recording", "scene"]),
     ("haptics", &["mechanics"]),
     ("render", &[]),
     ("stylet", &["mechanics", "scene", "recording", "assessment", "haptics", "render"]),

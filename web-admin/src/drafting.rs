@@ -27,12 +27,23 @@ const LONGEST_ID: usize = 64;
 /// What a draft comes to.
 #[derive(Debug)]
 pub enum Checked {
-    /// An exercise that could be published, and the plan of its tissue where it names a model.
-    Exercise(Box<ExerciseBundle>, Option<FieldPlan>),
+    /// An exercise that could be published.
+    Exercise(Box<Publishable>),
     /// A course that could be published.
     Course(Box<Curriculum>, Mastery),
     /// What is wrong, in the order of the documents.
     Refused(Vec<Issue>),
+}
+
+/// An exercise that could be published.
+#[derive(Debug)]
+pub struct Publishable {
+    /// The exercise.
+    pub bundle: ExerciseBundle,
+    /// The plan of its tissue, where it names a model.
+    pub plan: Option<FieldPlan>,
+    /// What its author should change: what `stylet check` finds in its rubric.
+    pub advice: Vec<Issue>,
 }
 
 /// What became of a save.
@@ -178,7 +189,7 @@ pub async fn publish(
         return Ok(false);
     }
     match checked {
-        Checked::Exercise(bundle, _) => drop(publishing::exercise(&mut tx, &publisher, bundle).await?),
+        Checked::Exercise(exercise) => drop(publishing::exercise(&mut tx, &publisher, &exercise.bundle).await?),
         Checked::Course(course, _) => {
             let published =
                 publishing::curriculum(&mut tx, &publisher, (course, draft.texts.document.as_bytes())).await;
@@ -247,10 +258,18 @@ fn check_exercise(texts: &Texts, meshes: &[(String, Vec<u8>)], (id, plans): (&st
         Ok(bundle) => bundle,
         Err(refused) => return Checked::Refused(refused.issues),
     };
-    match plan(&bundle, plans) {
-        Ok(plan) => Checked::Exercise(Box::new(bundle), plan),
+    match plan(&bundle, plans).and_then(|plan| Ok((plan, advice(&bundle)?))) {
+        Ok((plan, advice)) => Checked::Exercise(Box::new(Publishable { bundle, plan, advice })),
         Err(refused) => Checked::Refused(refused.issues),
     }
+}
+
+/// What its author should change, by what its metrics mean and by what attempts worth nothing would earn.
+fn advice(bundle: &ExerciseBundle) -> Result<Vec<Issue>, DocumentError> {
+    let allowed = || phrase!("allowed: an exercise that can be simulated");
+    let remarks = assessment::appraise(bundle);
+    let remarks = remarks.map_err(|error| issue(("document", "scene"), Phrase::data(error), allowed()))?;
+    bundle.place("document", &remarks)
 }
 
 /// The plan of the nominal patient's tissue; none where the scene names no model.

@@ -45,8 +45,10 @@ pub mod score;
 mod signal;
 mod sparc;
 pub mod statistics;
+mod tryout;
 pub mod void;
 mod words;
+mod worth;
 
 pub use catalogue::{Definition, Direction, Metric};
 pub use coach::Coach;
@@ -54,4 +56,6 @@ pub use documents::{attachments, own_exercise};
 pub use review::review;
 pub use rubric::suffices;
 pub use score::{AssessError, Assessment, Damage, Deduction, RubricRef, assess, judge};
+pub use tryout::Tryout;
 pub use void::Void;
+pub use worth::appraise;

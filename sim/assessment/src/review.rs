@@ -26,7 +26,8 @@ pub fn review(bundle: &ExerciseBundle) -> Vec<Remark> {
 fn unoffered(path: &str, metric: &str, version: u32) -> Option<Remark> {
     let definition = definition(metric, version).filter(|definition| !definition.unoffered.is_empty())?;
     let found = phrase!("{metric}, version {version}", metric = metric, version = u64::from(version));
-    let allowed = phrase!("not offered for rubrics: {why}", why = definition.unoffered);
+    let why = Phrase::Sentence { words: definition.unoffered, values: Vec::new() };
+    let allowed = phrase!("not offered for rubrics: {why}", why = why);
     Some(Remark { field: format!("{path}.metric"), found, allowed })
 }
 

@@ -17,7 +17,6 @@ mod outbox;
 mod output;
 mod picture;
 mod progress;
-mod rehearsal;
 mod service;
 mod shelf;
 mod station;

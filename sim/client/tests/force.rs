@@ -91,7 +91,12 @@ fn a_teleport_through_everything_is_one_cascade_in_order() {
 
 #[test]
 fn bad_trajectories_are_refused_with_the_place() {
-    let refused = |csv: &str, parts: &[&str]| trocar(csv).1.refused(parts);
+    // Lines are counted as an editor counts them, however they end.
+    let refused = |csv: &str, parts: &[&str]| {
+        for end in ["\n", "\r\n"] {
+            trocar(&csv.replace('\n', end)).1.refused(parts);
+        }
+    };
     refused("t_s,x_m\n0,0\n0.01,NaN\n", &["t.csv:3:", "x_m = NaN m", "finite"]);
     refused("t_s,x_m\n0,0\n0.01,inf\n", &["t.csv:3:", "x_m = inf m", "finite"]);
     refused("t_s,x_m\n0,0\n0,0\n", &["t.csv:3:", "t_s = 0 s", "increase"]);
@@ -102,6 +107,8 @@ fn bad_trajectories_are_refused_with_the_place() {
     refused("t_s,x_m\n0\n", &["t.csv:2:", "1 fields", "2"]);
     refused("t_s,x_mm\n0,1\n", &["t.csv:1:", "x_m is missing", "t_s,x_mm"]);
     refused("t_s,x_m,x_m\n0,1,2\n", &["t.csv:1:", "x_m appears twice"]);
+    refused("# about\n\nt_s,x_m\n\n0,0\n# more\n\n0.01,NaN", &["t.csv:8:", "x_m = NaN m"]);
+    refused("t_s,x_m\n0,0\n\n# more\n0\n", &["t.csv:5:", "1 fields"]);
     refused("t_s,x_m\n", &["t.csv", "no rows"]);
     refused("", &["t.csv", "no rows"]);
 }

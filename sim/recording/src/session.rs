@@ -47,6 +47,30 @@ pub struct Session {
     pub patient_thickness_mm: Vec<f64>,
 }
 
+impl Session {
+    /// Of an attempt that stays in memory: nobody's, at no time, of no document, at 1 kHz.
+    #[must_use]
+    pub fn in_memory(law: ForceLaw, patient_thickness_mm: Vec<f64>) -> Self {
+        Self {
+            session_id: Uuid::nil(),
+            exercise_id: String::new(),
+            exercise_sha256: String::new(),
+            scene_sha256: String::new(),
+            simulator_version: env!("CARGO_PKG_VERSION").to_owned(),
+            git: String::new(),
+            device: "operator:memory".to_owned(),
+            device_max_force_n: f64::INFINITY,
+            law,
+            judging: Judging::default(),
+            tick_hz: 1000.0,
+            seed: 0,
+            trainee: String::new(),
+            started_at: time::OffsetDateTime::UNIX_EPOCH,
+            patient_thickness_mm,
+        }
+    }
+}
+
 /// A file carried in the recording byte for byte.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attachment {

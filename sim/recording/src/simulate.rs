@@ -1,4 +1,4 @@
-//! The loop of a headless attempt: a source of motion meets the tissue, every tick is recorded.
+//! The loop of a headless attempt: a source of motion meets the tissue, and every tick is recorded, in a file or in memory.
 
 use std::io::Write;
 
@@ -6,9 +6,11 @@ use mechanics::operator::Motion;
 use mechanics::puncture::PunctureParams;
 use nalgebra::Vector3;
 
+use crate::read::Recording;
 use crate::run::Run;
 pub use crate::run::Simulated;
-use crate::tick::Input;
+use crate::session::Session;
+use crate::tick::{Attempt, Input};
 use crate::write::{WriteError, Writer};
 
 /// Anything that moves the needle.
@@ -33,6 +35,28 @@ pub struct Clock {
     pub time_limit_s: f64,
 }
 
+impl Clock {
+    fn runs(&self) -> bool {
+        self.tick_hz > 0.0 && self.tick_hz.is_finite()
+    }
+
+    /// Asks the source for its motion, tick by tick, until it is done, the time is up or a tick answers no force.
+    fn drive(&self, source: &mut dyn MotionSource, mut tick: impl FnMut(&Input) -> Option<Vector3<f64>>) {
+        let mut force_n = Vector3::zeros();
+        for i in 0_u64.. {
+            let t_s = i as f64 / self.tick_hz;
+            if t_s > self.time_limit_s || self.time_limit_s.is_nan() {
+                break;
+            }
+            let motion = source.step(if i == 0 { 0.0 } else { 1.0 / self.tick_hz }, &force_n);
+            match tick(&Input::new(t_s, &motion)) {
+                Some(felt_n) if !motion.done => force_n = felt_n,
+                _ => break,
+            }
+        }
+    }
+}
+
 /// Runs until the source is done or `time_limit_s` has passed, at `tick_hz`. The first sample is the start, at 0 s.
 ///
 /// # Errors
@@ -43,22 +67,40 @@ pub fn simulate<W: Write>(
     writer: &mut Writer<W>,
     clock: &Clock,
 ) -> Result<Simulated, WriteError> {
-    if !(clock.tick_hz > 0.0 && clock.tick_hz.is_finite()) {
+    if !clock.runs() {
         return Err(WriteError::invalid("tick_hz", clock.tick_hz, "a finite rate above 0 Hz is allowed"));
     }
     let mut run = Run::new(params, writer);
-    let mut force_n = Vector3::zeros();
-    loop {
-        let t_s = run.so_far().ticks as f64 / clock.tick_hz;
-        if t_s > clock.time_limit_s || clock.time_limit_s.is_nan() {
-            break;
-        }
-        let dt_s = if run.so_far().ticks == 0 { 0.0 } else { 1.0 / clock.tick_hz };
-        let motion = source.step(dt_s, &force_n);
-        force_n = run.tick(&Input::new(t_s, &motion), None).force_n;
-        if motion.done || run.refused().is_some() {
-            break;
-        }
-    }
+    clock.drive(source, |input| {
+        let force_n = run.tick(input, None).force_n;
+        run.refused().is_none().then_some(force_n)
+    });
     run.finish()
+}
+
+/// The same in memory, at the session's rate: samples, events and the last ledger. Without a rate above 0 Hz nothing happens.
+#[must_use]
+pub fn rehearse(
+    params: &PunctureParams,
+    source: &mut dyn MotionSource,
+    session: Session,
+    time_limit_s: f64,
+) -> Recording {
+    let clock = Clock { tick_hz: session.tick_hz, time_limit_s };
+    let (attachments, samples, events) = (Vec::new(), Vec::new(), Vec::new());
+    let (energies, tents) = (Vec::new(), Vec::new());
+    let mut recording = Recording { session, attachments, samples, events, energies, tents, complete: true };
+    let mut attempt = Attempt::new(params);
+    if clock.runs() {
+        clock.drive(source, |input| {
+            let tick = attempt.step(input);
+            recording.samples.push(tick.sample);
+            recording.events.extend(tick.events);
+            recording.tents.extend(tick.tent);
+            Some(tick.force_n)
+        });
+    }
+    let last = recording.samples.last().map(|sample| attempt.energy(sample.t_s));
+    recording.energies.extend(last);
+    recording
 }

@@ -109,7 +109,7 @@ fn scenes<'d>(path: &Path, document: &'d Document) -> Vec<(PathBuf, &'d Scene, f
 }
 
 impl ExerciseBundle {
-    /// Remarks with their places in the exercise's document, which is called `file`.
+    /// Remarks with their places in the exercise's document, which is called `file`, in its order.
     ///
     /// # Errors
     /// When the document, read once already, is refused.
@@ -119,7 +119,9 @@ impl ExerciseBundle {
         }
         let doc = Walked::new(Source::new(file, &self.exercise_bytes)?, &EXERCISE)?;
         let issue = |Remark { field, found, allowed }: &Remark| doc.issue(field, found.clone(), allowed.clone());
-        Ok(remarks.iter().map(issue).collect())
+        let mut issues: Vec<Issue> = remarks.iter().map(issue).collect();
+        issues.sort_by_key(|issue| (issue.line, issue.column));
+        Ok(issues)
     }
 
     /// Every unsound rupture in its scene, placed in the scene's document.

@@ -12,6 +12,7 @@ use super::exercise::ExerciseView;
 use super::trainee::rule_in_words;
 use super::{Shell, assets, format};
 use crate::domain::progress::Mastery;
+use crate::drafting::Publishable;
 use crate::words;
 
 /// The drafts of a school.
@@ -57,7 +58,7 @@ pub struct DraftPage {
     pub seen: i64,
     /// What somebody else has saved meanwhile, against what was typed here.
     pub conflict: Option<Vec<Vec<DiffLine>>>,
-    /// What was just asked for and not done, because of the problems.
+    /// What was just asked for and not done, because of the problems or, until the author insists, the advice.
     pub refused: bool,
     /// What it comes to.
     pub verdict: Verdict,
@@ -84,6 +85,8 @@ pub struct VerdictPart {
 pub struct Verdict {
     /// What is wrong: where, and what.
     pub problems: Vec<(String, String)>,
+    /// What an author should change: where, and what.
+    pub advice: Vec<(String, String)>,
     /// Cross-section, for both widths.
     pub drawing: Option<String>,
     /// Name and value.
@@ -95,11 +98,13 @@ pub struct Verdict {
 impl Verdict {
     /// Of an exercise that could be published.
     #[must_use]
-    pub fn of_exercise(bundle: &ExerciseBundle, plan: Option<&FieldPlan>) -> Self {
+    pub fn of_exercise(exercise: &Publishable) -> Self {
+        let Publishable { bundle, plan, advice } = exercise;
         let view = ExerciseView::new(bundle);
         let mut facts = view.facts;
-        facts.extend(tissue(bundle, plan));
-        Self { drawing: Some(view.drawing), facts, ..Self::default() }
+        facts.extend(tissue(bundle, plan.as_ref()));
+        let advice = advice.iter().map(problem).collect();
+        Self { advice, drawing: Some(view.drawing), facts, ..Self::default() }
     }
 
     /// Of a course that could be published.
@@ -229,8 +234,8 @@ mod tests {
 
     #[test]
     fn what_is_written_can_be_seen_and_what_is_wrong_has_a_place() {
-        let bundle = samples::bundle();
-        let html = samples::keep("draft", &page(Verdict::of_exercise(&bundle, None)));
+        let exercise = Publishable { bundle: samples::bundle(), plan: None, advice: Vec::new() };
+        let html = samples::keep("draft", &page(Verdict::of_exercise(&exercise)));
         for wanted in ["id = &#34;", "<svg", "the force law alone", "name=\"seen\" value=\"3\"", "Publish"] {
             assert!(html.contains(wanted), "{wanted} is missing");
         }
@@ -245,6 +250,25 @@ mod tests {
         let refused = DraftPage { refused: true, ..page(Verdict::refused(&[issue])) };
         let html = samples::keep("draft-refused", &refused);
         assert!(html.contains("Scene, line 7, column 2") && html.contains("not published"), "{html}");
+    }
+
+    #[test]
+    fn advice_is_shown_before_publishing_and_may_be_overruled_only_afterwards() {
+        let issue = Issue {
+            file: "document".to_owned(),
+            line: 40,
+            column: 1,
+            field: "rubric[1].full".to_owned(),
+            found: phrase!("full {full}, zero {zero}", full = 5.0, zero = 0.5),
+            allowed: phrase!("of {metric} less is better: full must be below zero", metric = "overshoot_mm"),
+        };
+        let exercise = Publishable { bundle: samples::bundle(), plan: None, advice: vec![issue] };
+        let html = samples::keep("draft-advice", &page(Verdict::of_exercise(&exercise)));
+        assert!(html.contains("Document, line 40, column 1") && html.contains("<svg"), "{html}");
+        assert!(!html.contains("not published") && !html.contains("value=\"insist\""), "{html}");
+        let held = DraftPage { refused: true, ..page(Verdict::of_exercise(&exercise)) };
+        let html = samples::keep("draft-held", &held);
+        assert!(html.contains("not published") && html.contains("value=\"insist\""), "{html}");
     }
 
     #[test]

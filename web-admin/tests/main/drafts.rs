@@ -177,6 +177,26 @@ async fn what_is_wrong_is_saved_named_and_not_published() {
     assert!(unsound.text().contains("unsound"), "{}", unsound.text());
 }
 
+/// What `stylet check` finds in a rubric is shown while it is written, holds it back once, and is published when its author insists.
+#[tokio::test]
+async fn a_rubric_that_pays_for_nothing_is_told_before_it_is_published() {
+    let school = School::new().await;
+    let mut writer = school.opens("osei@example.org", "/exercises/stop-in-the-fat").await;
+    assert!(!writer.act("save").await.text().contains("should be changed"), "nothing is found in what is shipped");
+    writer.replace("full = 0.5\nzero = 5", "full = 5\nzero = 0.5");
+    writer.replace("withdrawn = true", "withdrawn = false");
+    let typed = [("csrf", writer.csrf.as_str()), ("document", &writer.document), ("scene", &writer.scene)];
+    let preview = writer.client.form(&format!("{}/preview", writer.draft), &typed).await.text();
+    for said in ["Document, line ", "rubric[1].full", "of overshoot_mm less is better", "never withdrawn", "<svg"] {
+        assert!(preview.contains(said), "{said} is not in\n{preview}");
+    }
+    let held = writer.act("publish").await;
+    assert_eq!(held.status, 422, "{}", held.text());
+    assert!(held.text().contains("2 things should be changed first"), "{}", held.text());
+    let done = writer.act("insist").await;
+    assert_eq!(done.header("location"), "/exercises/stop-in-the-fat/revisions", "{}", done.text());
+}
+
 #[tokio::test]
 async fn a_course_is_written_with_its_exercises_by_file_or_by_id() {
     let school = School::new().await;

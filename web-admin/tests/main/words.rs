@@ -132,8 +132,9 @@ fn sentences() -> Sentences {
         let file = path.strip_prefix(root()).unwrap().to_string_lossy().trim_start_matches("../").to_owned();
         sentences_of(&fs::read_to_string(&path).unwrap(), &file, &mut all);
     }
-    let catalogue = assessment::catalogue::DEFINITIONS.iter().flat_map(|d| [d.label, d.definition, d.advice]);
-    for word in KNOWN.into_iter().chain(catalogue) {
+    let catalogue =
+        assessment::catalogue::DEFINITIONS.iter().flat_map(|d| [d.label, d.definition, d.advice, d.unoffered]);
+    for word in KNOWN.into_iter().chain(catalogue).filter(|word| !word.is_empty()) {
         all.entry(word.to_owned()).or_default().files.push("data".to_owned());
     }
     all

@@ -63,6 +63,8 @@ const BEHIND_4_HZ: &str =
 const PATH_OF_TREMOR: &str = "most of it is the way of the tremor; version 2 looks at it behind 4 Hz";
 const SLOW_IS_GOOD: &str =
     "whoever is quick is better by it: virtual novices, who hurry, beat experts, who take their time";
+const NEVER_SEEN: &str =
+    "no virtual hand does it, neither expert nor novice, so nothing shows that it tells them apart";
 const PERKTUTOR: &str = "PerkTutor, PythonMetrics: threshold and debounce (Ungi and others 2012, Perk Tutor: an open-source training platform for ultrasound-guided needle insertions)";
 
 const STOP_TIME: Definition = row("stop_time_s", "s", Lower).also_by(Split::Boundary).applies(RUPTURED).says(
@@ -269,16 +271,18 @@ pub const DEFINITIONS: &[Definition] = &[
         "Share of the time in tissue with the tip slower than 0.5 mm/s behind 4 Hz.",
         "D'Angelo and others 2015, Idle time: an underdeveloped performance metric for assessing surgical skill; the limit is ours",
     ),
-    TRANSLATIONAL.unoffered("5 mm/s is the speed of a tremor; version 2 has PerkTutor's threshold and debounce"),
+    TRANSLATIONAL.unoffered("5 mm/s is the speed of a tremor"),
     TRANSLATIONAL.anew(
         "Number of times the tip, behind 4 Hz, came to be faster than 50 mm/s: a change that lasts no longer than 0.2 s is none.",
         PERKTUTOR,
-    ),
-    ROTATIONAL.unoffered("a run that a tremor interrupts counts twice; version 2 has PerkTutor's debounce"),
+    )
+    .unoffered(NEVER_SEEN),
+    ROTATIONAL.unoffered("a run that a tremor interrupts counts twice"),
     ROTATIONAL.anew(
         "Number of times the needle, behind 4 Hz, came to turn faster than 50°/s: a change that lasts no longer than 0.2 s is none.",
         PERKTUTOR,
-    ),
+    )
+    .unoffered(NEVER_SEEN),
     row("reached", "1", Higher).only_by(Split::Layer).says(
         "reached",
         "1 where the tip has opened the layer's upper boundary, 0 where not.",

@@ -4,17 +4,12 @@
 
 use std::path::{Path, PathBuf};
 
-use assessment::{Assessment, Metric, assess, attachments, own_exercise};
+use assessment::{Assessment, Metric, Tryout, assess, attachments, own_exercise};
 use mechanics::operator::{Operator, Skill};
-use mechanics::puncture::PunctureParams;
-use nalgebra::Vector3;
-use recording::tick::{Attempt, Input};
 use recording::{Recording, Writer};
 use scene::{ExerciseBundle, Patient};
 
-use crate::support::{decimate, empty};
-
-const TICK_HZ: f64 = 1000.0;
+use crate::support::decimate;
 
 fn course() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/lower-back-basics")
@@ -25,27 +20,8 @@ fn exercise(file: &str) -> ExerciseBundle {
 }
 
 fn attempt(bundle: &ExerciseBundle, skill: &Skill, seed: u64) -> Recording {
-    let patient = Patient::draw(&bundle.scene, seed);
-    let params = PunctureParams::new(bundle.puncture_spec(&patient)).expect("a shipped scene is sound");
-    let exercise = &bundle.exercise;
-    let mut hand = Operator::skilled(skill, &bundle.plan(), seed);
-    let mut tissue = Attempt::new(&params);
-    let mut recording = empty();
-    recording.session.patient_thickness_mm = patient.thickness_mm;
-    let mut force_n = Vector3::zeros();
-    for i in 0..(exercise.time_limit_s * TICK_HZ) as u64 {
-        let t_s = i as f64 / TICK_HZ;
-        let motion = hand.step(if i == 0 { 0.0 } else { 1.0 / TICK_HZ }, &force_n);
-        let tick = tissue.step(&Input::new(t_s, &motion));
-        recording.samples.push(tick.sample);
-        recording.events.extend(tick.events);
-        force_n = tick.force_n;
-        if motion.done {
-            break;
-        }
-    }
-    recording.energies.push(tissue.energy(recording.samples.last().map_or(0.0, |s| s.t_s)));
-    recording
+    let tryout = Tryout::new(bundle, Patient::draw(&bundle.scene, seed)).expect("a shipped scene is sound");
+    tryout.perform(&mut Operator::skilled(skill, &bundle.plan(), seed))
 }
 
 fn median_score(bundle: &ExerciseBundle, skill: &Skill) -> f64 {

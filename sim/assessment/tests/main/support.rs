@@ -112,23 +112,7 @@ pub fn structure(name: &str, kind: StructureKind, shape: Shape, position_mm: [f6
 
 /// An attempt without samples or events.
 pub fn empty() -> Recording {
-    let session = Session {
-        session_id: uuid::Uuid::nil(),
-        exercise_id: "reach-20-mm".into(),
-        exercise_sha256: String::new(),
-        scene_sha256: String::new(),
-        simulator_version: "0.1.0".into(),
-        git: String::new(),
-        device: "operator:expert".into(),
-        device_max_force_n: f64::INFINITY,
-        law: ForceLaw::Version2,
-        judging: mechanics::tissue::Judging::default(),
-        tick_hz: 1000.0,
-        seed: 1,
-        trainee: String::new(),
-        started_at: time::OffsetDateTime::UNIX_EPOCH,
-        patient_thickness_mm: vec![2.0, 10.0, 40.0],
-    };
+    let session = Session::in_memory(ForceLaw::Version2, vec![2.0, 10.0, 40.0]);
     let (attachments, samples, events, energies, tents) = (vec![], vec![], vec![], vec![], vec![]);
     Recording { session, attachments, samples, events, energies, tents, complete: true }
 }

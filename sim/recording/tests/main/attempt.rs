@@ -11,9 +11,9 @@ use mechanics::trials::scenes::training;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use recording::recover::recover;
 use recording::sample::flags;
-use recording::simulate::{Clock, MotionSource, Simulated, simulate};
+use recording::simulate::{Clock, MotionSource, Simulated, rehearse, simulate};
 use recording::verify::{Verification, verify};
-use recording::{EventKind, Recording};
+use recording::{EventKind, Recording, Session};
 
 use crate::support::{file, read, writer};
 
@@ -118,6 +118,23 @@ fn a_clock_without_a_rate_is_refused_and_a_limit_that_is_none_ends_at_once() {
         assert!(run(Clock { tick_hz, ..CLOCK }).unwrap_err().to_string().contains("tick_hz"));
     }
     assert_eq!(run(Clock { time_limit_s: f64::NAN, ..CLOCK }).unwrap().ticks, 0);
+}
+
+#[test]
+fn an_attempt_in_memory_is_the_one_that_a_file_holds() {
+    let (_, bytes) = attempt(&mut Script::default(), &CLOCK);
+    let kept = read(&bytes);
+    let params = params();
+    let in_memory = |tick_hz| {
+        let session = Session { tick_hz, ..Session::in_memory(kept.session.law, Vec::new()) };
+        rehearse(&params, &mut Script::default(), session, CLOCK.time_limit_s)
+    };
+    let rehearsed = in_memory(CLOCK.tick_hz);
+    assert_eq!(rehearsed.samples, kept.samples);
+    assert_eq!(rehearsed.events, kept.events);
+    assert_eq!(rehearsed.energies.last(), kept.energies.last());
+    let nothing = in_memory(0.0);
+    assert!(nothing.samples.is_empty() && nothing.energies.is_empty());
 }
 
 #[test]

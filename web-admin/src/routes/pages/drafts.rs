@@ -42,6 +42,8 @@ pub(super) struct DraftForm {
 enum Act {
     Save,
     Publish,
+    /// Publish what an author should change, too.
+    Insist,
 }
 
 /// What is being typed.
@@ -117,7 +119,8 @@ pub(super) async fn show(
     Ok(page(Shell::new(&person, csrf.token(), Place::Curricula), draft, &checked))
 }
 
-/// Saves what was written, and publishes it when that is asked for and nothing is wrong.
+/// Saves what was written, and publishes it when that is asked for and nothing is wrong; where there is advice, once its author has
+/// seen it and insists.
 pub(super) async fn write(
     State(state): State<AppState>,
     person: CurrentPerson,
@@ -132,16 +135,19 @@ pub(super) async fn write(
         Saved::Elsewhere(theirs) => return Ok((StatusCode::CONFLICT, conflict(shell, theirs, texts)).into_response()),
     };
     let checked = drafting::check(&state, person.school_id, &draft).await?;
-    match (form.act, &checked) {
-        (Act::Save, _) => Ok(page(shell, draft, &checked).into_response()),
-        (Act::Publish, Checked::Refused(_)) => {
-            let refused = DraftPage { refused: true, ..page(shell, draft, &checked) };
-            Ok((StatusCode::UNPROCESSABLE_ENTITY, refused).into_response())
-        }
-        (Act::Publish, _) => match drafting::publish(&state, &person, &draft, &checked).await? {
-            true => Ok(Redirect::to(&published_at(&draft)).into_response()),
-            false => Ok(Redirect::to(&format!("/drafts/{id}")).into_response()),
-        },
+    let is_held = match (form.act, &checked) {
+        (Act::Save, _) => return Ok(page(shell, draft, &checked).into_response()),
+        (_, Checked::Refused(_)) => true,
+        (Act::Publish, Checked::Exercise(exercise)) => !exercise.advice.is_empty(),
+        (Act::Publish | Act::Insist, _) => false,
+    };
+    if is_held {
+        let refused = DraftPage { refused: true, ..page(shell, draft, &checked) };
+        return Ok((StatusCode::UNPROCESSABLE_ENTITY, refused).into_response());
+    }
+    match drafting::publish(&state, &person, &draft, &checked).await? {
+        true => Ok(Redirect::to(&published_at(&draft)).into_response()),
+        false => Ok(Redirect::to(&format!("/drafts/{id}")).into_response()),
     }
 }
 
@@ -197,7 +203,7 @@ fn row(draft: &Draft) -> DraftRow {
 
 fn verdict(checked: &Checked) -> Verdict {
     match checked {
-        Checked::Exercise(bundle, plan) => Verdict::of_exercise(bundle, plan.as_ref()),
+        Checked::Exercise(exercise) => Verdict::of_exercise(exercise),
         Checked::Course(course, mastery) => Verdict::of_course(course, mastery),
         Checked::Refused(issues) => Verdict::refused(issues),
     }

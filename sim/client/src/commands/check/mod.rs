@@ -3,11 +3,11 @@
 mod plan;
 mod report;
 mod tissue;
-mod worth;
 
 use std::path::{Path, PathBuf};
 
-use scene::{Document, ExerciseBundle};
+use assessment::appraise;
+use scene::{Document, ExerciseBundle, Issue};
 
 use crate::exit::{Failure, Outcome};
 use crate::output;
@@ -57,7 +57,7 @@ pub fn run(args: &Args) -> Outcome {
 fn check(file: &Path) -> FileReport {
     let name = file.display().to_string();
     let document = match scene::check(file) {
-        Err(refused) => return FileReport::refused(name, refused.issues.iter().map(ToString::to_string).collect()),
+        Err(refused) => return FileReport::refused(name, lines(&refused.issues)),
         Ok(document) => document,
     };
     let (kind, id, plans) = match &document {
@@ -76,11 +76,18 @@ fn check(file: &Path) -> FileReport {
     }
 }
 
+fn lines(issues: &[Issue]) -> Vec<String> {
+    issues.iter().map(ToString::to_string).collect()
+}
+
 /// What is wrong with the rubrics of a document.
 fn rubrics(file: &Path, document: &Document) -> Vec<String> {
-    let of = |file: &Path, bundle: &ExerciseBundle| match worth::issues(file, bundle) {
-        Ok(issues) => issues.iter().map(ToString::to_string).collect(),
-        Err(failure) => vec![failure.to_string()],
+    let of = |file: &Path, bundle: &ExerciseBundle| {
+        let file = file.display().to_string();
+        let remarks = appraise(bundle).map_err(|why| vec![format!("{file}: {why}")]);
+        let issues =
+            remarks.and_then(|remarks| bundle.place(&file, &remarks).map_err(|refused| lines(&refused.issues)));
+        issues.map_or_else(|lines| lines, |issues| lines(&issues))
     };
     match document {
         Document::Exercise(bundle) => of(file, bundle),

@@ -1,16 +1,12 @@
 //! Virtual hands of known skill at the shipped exercises, judged.
 
-use std::path::Path;
-
 use ::recording::Recording;
-use assessment::{Assessment, assess};
-use mechanics::operator::{Operator, Skill};
+use assessment::{Assessment, Tryout};
+use mechanics::operator::{Occasion, Operator, Skill};
 use scene::{ExerciseBundle, Patient};
 
-use crate::attempt::Maker;
 use crate::exit::Failure;
 use crate::progress::Progress;
-use crate::rehearsal::{TICK_HZ, params_of_law, perform};
 
 /// An exercise and its scene, as they are shipped.
 macro_rules! shipped {
@@ -37,9 +33,9 @@ pub struct Size {
     pub exercises: usize,
     /// Novices, and as many experts, with an attempt each.
     pub group: usize,
-    /// People from novice to expert who try again and again.
+    /// People from novice to expert who try again on other days.
     pub people: usize,
-    /// How often they try.
+    /// On how many days they try.
     pub attempts: usize,
 }
 
@@ -91,7 +87,7 @@ impl<'a> Lesson<'a> {
     fn crowd(&self, size: Size) -> Result<Crowd, Failure> {
         let [novice, expert] = [Skill::novice(), Skill::expert()];
         let group = |skill: &Skill, from: u64| -> Result<Vec<Assessment>, Failure> {
-            (0..size.group as u64).map(|i| self.judge(&self.record(skill, from + i)?)).collect()
+            (0..size.group as u64).map(|i| self.judge(&self.record(skill, Occasion::once(from + i))?)).collect()
         };
         let mut crowd = Crowd {
             novices: group(&novice, 1000)?,
@@ -102,34 +98,31 @@ impl<'a> Lesson<'a> {
         };
         for person in 0..size.people {
             let skill = novice.towards(&expert, person as f64 / (size.people - 1).max(1) as f64);
-            let seed = 3000 + 100 * person as u64;
-            let first = self.record(&skill, seed)?;
+            let number = 3000 + 100 * person as u64;
+            let on_day = |day: u64| Occasion { person: number, day, attempt: number + day };
+            let first = self.record(&skill, on_day(0))?;
             crowd.slow.push(self.judge(&slower(&first))?);
-            crowd.steady.push(self.judge(&self.record(&Skill { tremor_m: 0.0, ..skill }, seed)?)?);
+            crowd.steady.push(self.judge(&self.record(&Skill { tremor_m: 0.0, ..skill }, on_day(0))?)?);
             let mut attempts = vec![self.judge(&first)?];
-            for attempt in 1..size.attempts as u64 {
-                attempts.push(self.judge(&self.record(&skill, seed + attempt)?)?);
+            for day in 1..size.attempts as u64 {
+                attempts.push(self.judge(&self.record(&skill, on_day(day))?)?);
             }
             crowd.again.push(attempts);
         }
         Ok(crowd)
     }
 
-    /// One attempt; the seed draws the patient and the hand.
-    fn record(&self, skill: &Skill, seed: u64) -> Result<Recording, Failure> {
-        let maker = Maker { device: "operator:bench", device_max_force_n: f64::INFINITY, seed, tick_hz: TICK_HZ };
-        let session = maker.session(&self.bundle);
-        let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
-        let params = params_of_law(Path::new("shipped exercise"), &self.bundle, &patient)?;
-        let exercise = &self.bundle.exercise;
-        let mut hand = Operator::skilled(skill, &exercise.plan(), seed);
-        let recording = perform(&params, session, &mut hand, exercise.time_limit_s);
+    /// One attempt, on a patient of its own.
+    fn record(&self, skill: &Skill, occasion: Occasion) -> Result<Recording, Failure> {
+        let patient = Patient::draw(&self.bundle.scene, occasion.attempt);
+        let tryout = Tryout::new(&self.bundle, patient).map_err(Failure::work)?;
+        let recording = tryout.perform(&mut Operator::on(skill, &self.bundle.plan(), &occasion));
         self.progress.advance(1);
         Ok(recording)
     }
 
     fn judge(&self, recording: &Recording) -> Result<Assessment, Failure> {
-        assess(recording, &self.bundle).map_err(Failure::work)
+        assessment::assess(recording, &self.bundle).map_err(Failure::work)
     }
 }
 

@@ -1,5 +1,7 @@
 //! What the crowds tell of a metric.
 
+use std::cmp::Ordering;
+
 use assessment::catalogue::Definition;
 use assessment::statistics::{Estimate, area_under_curve, intraclass_correlation};
 use assessment::{Assessment, Direction};
@@ -75,9 +77,16 @@ impl<'a> Reading<'a> {
         })
     }
 
+    /// None where everybody's value is the same: that tells nothing, neither good nor bad.
     fn separation(&self) -> Option<Estimate> {
         let group = |attempts: &[Assessment]| attempts.iter().filter_map(|a| self.goodness(a)).collect::<Vec<f64>>();
-        area_under_curve(&group(&self.crowd.experts), &group(&self.crowd.novices)).ok()
+        let (experts, novices) = (group(&self.crowd.experts), group(&self.crowd.novices));
+        let mut all = experts.iter().chain(&novices);
+        let first = all.next()?;
+        if all.all(|value| value.partial_cmp(first).is_some_and(Ordering::is_eq)) {
+            return None;
+        }
+        area_under_curve(&experts, &novices).ok()
     }
 
     fn agreement(&self) -> Option<Pooled> {
@@ -118,20 +127,37 @@ impl Figures {
         }
     }
 
-    /// Novices are better by it, and that is no chance.
-    pub fn wrong_way(&self) -> bool {
-        self.separation.is_some_and(|area| area.high < 0.5)
-    }
-
-    /// A person's attempts resemble each other hardly more than those of different people, and that is no chance.
-    pub fn disagrees(&self) -> bool {
-        self.agreement.is_some_and(|icc| icc.high < LEAST_AGREEMENT)
+    /// What speaks against offering a metric for rubrics, in words; empty where nothing does.
+    pub fn found(&self) -> String {
+        let apart = match self.separation {
+            Some(area) if area.high < CHANCE => Some("wrong way"),
+            Some(area) if area.low <= CHANCE => Some("not told apart"),
+            Some(_) => None,
+            None => Some("never differs"),
+        };
+        let disagrees = self.agreement.is_some_and(|icc| icc.value < least_agreement());
+        let found: Vec<&str> = apart.into_iter().chain(disagrees.then_some("does not agree")).collect();
+        found.join(", ")
     }
 }
 
-/// With an ICC below this even the mean of five attempts agrees with the mean of five others by no more than 0.36 (Spearman and
-/// Brown): a score of it says next to nothing of the person.
-pub const LEAST_AGREEMENT: f64 = 0.1;
+/// The area under the curve of a coin.
+const CHANCE: f64 = 0.5;
+/// The least agreement that is called fair (Cicchetti 1994, Guidelines, criteria, and rules of thumb for evaluating normed and
+/// standardized assessment instruments in psychology).
+pub const FAIR: f64 = 0.40;
+/// Attempts by which somebody is judged: as many as the shipped course looks at (`passes = 3, of = 5`).
+pub const JUDGED_BY: f64 = 5.0;
+
+/// The least ICC of single attempts with which the means of [`JUDGED_BY`] attempts agree fairly (Spearman and Brown).
+pub fn least_agreement() -> f64 {
+    FAIR / (JUDGED_BY - (JUDGED_BY - 1.0) * FAIR)
+}
+
+/// What must happen, or must not. That it counts is said by whoever writes the rubric, and no comparison of groups can tell it: virtual hands
+/// neither forget to confirm nor puncture twice.
+pub const BY_CONTENT: [&str; 6] =
+    ["skin_entries", "redirections", "structure_hits", "reached", "confirmed", "withdrawn"];
 
 fn pooled(area: Estimate) -> Pooled {
     Pooled { value: area.value, low: area.low, high: area.high }

@@ -11,7 +11,7 @@ use super::sheet::{self, Sheet};
 use crate::exit::Failure;
 use crate::machine;
 use crowd::{Crowd, Size, crowds};
-use figures::{Figures, LEAST_AGREEMENT, Pooled, Reading, SCORE};
+use figures::{BY_CONTENT, FAIR, Figures, JUDGED_BY, Pooled, Reading, SCORE, least_agreement};
 
 /// Measures, and writes `metrics.{csv,md}`; returns the files written.
 ///
@@ -26,17 +26,23 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     let shortened = if quick { " **Shortened: not to be reported.**" } else { "" };
     let text = format!(
         "# Metrics\n\nMade with {}.{shortened} Virtual hands, not people: {} novices and as many experts with an attempt each, and {} \
-         people between the two with {} attempts each, at each of {} shipped exercises, every attempt on a patient of its own.\n\n\
+         people between the two with an attempt on each of {} days, at each of {} shipped exercises, every attempt on a patient of its own.\n\n\
          *Separation* is how often an expert's value is better than a novice's (area under the receiver's curve): 0.5 is chance, less \
-         is the wrong way. *Agreement* is ICC(2,1) of a person's attempts. Both are means over exercises with 95 % intervals. *Tremor* \
-         is what it changes of a value, the median over people; *rate* what a recording at 250 Hz in place of 1 kHz changes, the \
-         largest; of a value next to 0 a little is a large share. A metric is not offered for rubrics where its whole interval of separation lies below 0.5, or that of agreement \
-         below {LEAST_AGREEMENT}, and where a later version mends what the tremor does to it.\n\n{}",
+         is the wrong way. *Agreement* is ICC(2,1) of a person's attempts. Both are means with 95 % intervals, over the exercises at which not everybody's \
+         value is the same. *Tremor* is what it changes of a value, the median over people; *rate* what a recording at 250 Hz in place \
+         of 1 kHz changes, the largest; of a value next to 0 a little is a large share.\n\n\
+         A metric is offered for rubrics where all this holds. Its interval of separation lies above 0.5: that experts are better by it is no \
+         chance, and some hand does it at all. The mean of {JUDGED_BY} attempts, by which the shipped course judges, agrees with that of {JUDGED_BY} others by {FAIR:.2} or more, \
+         the least that Cicchetti (1994) calls fair; by Spearman and Brown that is an agreement of single attempts of {:.3}. And no later version mends \
+         what the tremor does to it. What must happen or must not ({}) is offered by what it says: that it counts no comparison of \
+         groups can tell.\n\n{}",
         machine::program(),
         size.group,
         size.people,
         size.attempts,
         size.exercises,
+        least_agreement(),
+        BY_CONTENT.join(", "),
         sheet.markdown()
     );
     Ok(vec![path, sheet::write_text(out.join("metrics.md"), &text)?])
@@ -71,16 +77,11 @@ fn row(sheet: &mut Sheet, (id, version): (&str, u32), figures: &Figures, definit
         of.map_or_else(Default::default, |p| [p.value, p.low, p.high].map(|value| format!("{value:.2}")))
     };
     let percent = |share: Option<f64>| share.map_or_else(String::new, |share| format!("{:.1}", 1e2 * share));
-    let found = match (figures.wrong_way(), figures.disagrees()) {
-        (true, true) => "wrong way, does not agree",
-        (true, false) => "wrong way",
-        (false, true) => "does not agree",
-        (false, false) => "",
-    };
+    let found = if BY_CONTENT.contains(&id) { "by content".to_owned() } else { figures.found() };
     let offered = definition.map_or("", |d| if d.unoffered.is_empty() { "yes" } else { "no" });
     let mut cells = vec![id.to_owned(), version.to_string()];
     cells.extend(interval(figures.separation));
     cells.extend(interval(figures.agreement));
-    cells.extend([percent(figures.tremor), percent(figures.rate), found.to_owned(), offered.to_owned()]);
+    cells.extend([percent(figures.tremor), percent(figures.rate), found, offered.to_owned()]);
     sheet.row(cells);
 }

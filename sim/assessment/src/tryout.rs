@@ -1,0 +1,53 @@
+//! Attempts in memory at an exercise: simulated, judged, and kept nowhere.
+
+use mechanics::puncture::PunctureParams;
+use recording::simulate::{MotionSource, rehearse};
+use recording::{Recording, Session};
+use scene::{ExerciseBundle, Patient};
+
+use crate::score::{AssessError, Assessment, assess};
+
+/// An exercise on a patient, for hands to try.
+#[derive(Debug)]
+pub struct Tryout<'a> {
+    /// The exercise.
+    pub bundle: &'a ExerciseBundle,
+    params: PunctureParams,
+    patient: Patient,
+}
+
+impl<'a> Tryout<'a> {
+    /// The field that only a picture shows is left out: no force and no score depends on it.
+    ///
+    /// # Errors
+    /// When the scene cannot be simulated.
+    pub fn new(bundle: &'a ExerciseBundle, patient: Patient) -> Result<Self, AssessError> {
+        let mut spec = bundle.puncture_spec(&patient);
+        if !bundle.scene.is_coupled() {
+            spec.tissue = None;
+        }
+        let params = PunctureParams::new(spec).map_err(|error| AssessError::Document(error.to_string()))?;
+        Ok(Self { bundle, params, patient })
+    }
+
+    /// What the force law is computed with.
+    #[must_use]
+    pub fn params(&self) -> &PunctureParams {
+        &self.params
+    }
+
+    /// Lets a hand make an attempt at 1 kHz, until it is done or the exercise's time is up.
+    #[must_use]
+    pub fn perform(&self, hand: &mut dyn MotionSource) -> Recording {
+        let session = Session::in_memory(self.bundle.scene.law, self.patient.thickness_mm.clone());
+        rehearse(&self.params, hand, session, self.bundle.exercise.time_limit_s)
+    }
+
+    /// Judges an attempt by the exercise.
+    ///
+    /// # Errors
+    /// When it cannot be judged.
+    pub fn judge(&self, recording: &Recording) -> Result<Assessment, AssessError> {
+        assess(recording, self.bundle)
+    }
+}

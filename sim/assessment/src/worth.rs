@@ -1,0 +1,115 @@
+//! What a rubric pays for: attempts that are worth next to nothing, and one that is careless, are simulated and judged.
+
+use mechanics::closed_form;
+use mechanics::operator::{Operator, Plan};
+use recording::{Contactor, EventKind, Recording};
+use scene::phrase::Phrase;
+use scene::{ExerciseBundle, Patient, Remark, along_path, phrase};
+
+use crate::review::review;
+use crate::score::{AssessError, Assessment};
+use crate::tryout::Tryout;
+
+/// Most points of 100 for next to nothing: an untouched needle, a prick, a lunge.
+const NEXT_TO_NOTHING: f64 = 25.0;
+/// Points of 100 that an attempt must lose when it leaves out the confirm or the withdrawal, unless it fails.
+const CARELESS: f64 = 10.0;
+/// Speeds of the hands, in m/s.
+const PRICK_M_PER_S: f64 = 0.005;
+const LUNGE_M_PER_S: f64 = 0.1;
+const STEADY_M_PER_S: f64 = 0.002;
+/// How long the hands hold before they confirm, in s.
+const HOLD_S: f64 = 0.5;
+
+/// What the author of an exercise should change: what the catalogue knows of its rubric, and what simulating it shows.
+/// The exercise can be read and judged all the same.
+///
+/// # Errors
+/// When the scene cannot be simulated, or an attempt not be judged.
+pub fn appraise(bundle: &ExerciseBundle) -> Result<Vec<Remark>, AssessError> {
+    let tryout = Tryout::new(bundle, Patient::nominal(&bundle.scene))?;
+    let mut remarks = review(bundle);
+    for (what, target_x_m, speed_m_per_s) in worthless(&tryout) {
+        let judged = tryout.judge(&stiff(&tryout, target_x_m, speed_m_per_s))?;
+        if judged.score > NEXT_TO_NOTHING || judged.passed {
+            remarks.push(pays_for(what, &judged));
+        }
+    }
+    let whole = stiff(&tryout, bundle.exercise.target_depth_mm * 1e-3, STEADY_M_PER_S);
+    let best = tryout.judge(&whole)?;
+    for (what, careless) in
+        [(phrase!("never confirmed"), unconfirmed(&whole)), (phrase!("never withdrawn"), left_inside(&whole))]
+    {
+        let judged = tryout.judge(&careless)?;
+        if judged.score > best.score - CARELESS && judged.passed == best.passed {
+            remarks.push(does_not_care(what, [&best, &judged]));
+        }
+    }
+    Ok(remarks)
+}
+
+/// Attempts that are worth next to nothing: in words, how deep in m, how fast in m/s.
+fn worthless(tryout: &Tryout<'_>) -> Vec<(Phrase, f64, f64)> {
+    let bundle = tryout.bundle;
+    let target_m = bundle.exercise.target_depth_mm * 1e-3;
+    let prick = |x_m: f64| (phrase!("a prick of {depth} mm", depth = Phrase::number(x_m * 1e3, 1)), x_m, PRICK_M_PER_S);
+    let length_m = bundle.scene.needle.length_mm * 1e-3;
+    vec![
+        (phrase!("a needle that never touches the skin"), -0.002, PRICK_M_PER_S),
+        prick(skin_m(tryout) + 0.5e-3),
+        prick(0.25 * target_m),
+        prick(0.5 * target_m),
+        prick(0.75 * target_m),
+        (phrase!("a lunge to the hub"), length_m, LUNGE_M_PER_S),
+    ]
+}
+
+/// Where the tip opens the skin of the nominal patient, in m along the needle.
+fn skin_m(tryout: &Tryout<'_>) -> f64 {
+    let axial = along_path(tryout.params().spec().axial.clone(), tryout.bundle.exercise.angle_deg);
+    let mut ruptures = closed_form::ruptures(&axial).into_iter();
+    let skin = ruptures.find(|rupture| rupture.boundary == 0 && rupture.contactor == Contactor::Tip);
+    skin.map_or(0.0, |rupture| rupture.x_m)
+}
+
+/// A stiff hand: to a depth, a hold, a confirm, and out.
+fn stiff(tryout: &Tryout<'_>, target_x_m: f64, speed_m_per_s: f64) -> Recording {
+    let plan = Plan { target_x_m, hold_s: HOLD_S, ..tryout.bundle.exercise.plan() };
+    tryout.perform(&mut Operator::constant(speed_m_per_s, &plan))
+}
+
+fn unconfirmed(whole: &Recording) -> Recording {
+    let mut recording = whole.clone();
+    recording.events.retain(|event| event.kind != EventKind::Confirm);
+    recording
+}
+
+fn left_inside(whole: &Recording) -> Recording {
+    let mut recording = whole.clone();
+    let confirm = whole.events.iter().find(|event| event.kind == EventKind::Confirm);
+    let until_s = confirm.map_or(f64::INFINITY, |event| event.t_s);
+    recording.samples.retain(|sample| sample.t_s <= until_s);
+    recording.events.retain(|event| event.t_s <= until_s);
+    recording
+}
+
+fn pays_for(what: Phrase, judged: &Assessment) -> Remark {
+    let score = Phrase::number(judged.score, 0);
+    let found = match judged.passed {
+        true => phrase!("{what} earns {score} points and passes", what = what, score = score),
+        false => phrase!("{what} earns {score} points", what = what, score = score),
+    };
+    let allowed = phrase!(
+        "allowed: at most {most} points for next to nothing; say under [required] what must have happened",
+        most = NEXT_TO_NOTHING
+    );
+    Remark { field: "required".to_owned(), found, allowed }
+}
+
+fn does_not_care(what: Phrase, [best, judged]: [&Assessment; 2]) -> Remark {
+    let (best, score) = (Phrase::number(best.score, 0), Phrase::number(judged.score, 0));
+    let found =
+        phrase!("an attempt of {best} points, {what}, earns {score} points", best = best, what = what, score = score);
+    let allowed = phrase!("allowed: it fails, or loses {least} points; say so under [required]", least = CARELESS);
+    Remark { field: "required".to_owned(), found, allowed }
+}
