@@ -83,6 +83,9 @@ pub struct Fit {
     pub converged: bool,
     /// What the residual has besides the curve's noise, if it has.
     pub misfit: Option<Misfit>,
+    /// How many other readings of the curve's drops were found that it does not refuse: ruptures in another order or elsewhere. The
+    /// intervals cover them.
+    pub readings: usize,
     /// Ruptures within the curve.
     pub peaks: Vec<Peak>,
     /// Drops of the curve that no rupture explains: depth in m, fall in N.
@@ -364,12 +367,25 @@ impl Search<'_, '_> {
         })
     }
 
+    /// Other readings of the curve's drops that it does not refuse.
+    fn readings(&self, best: &Candidate) -> usize {
+        let profile = Profile::new(self.model, &best.guess);
+        let mut places: Vec<&Places> = Vec::new();
+        for Candidate { guess, lowest } in &self.rivals {
+            if profile.is_another(guess, lowest.cost) && !places.contains(&&guess.places) {
+                places.push(&guess.places);
+            }
+        }
+        places.len()
+    }
+
     fn summary(
         &self,
         best: Candidate,
         (estimates, misfit): (Vec<Estimate>, Option<Misfit>),
         asked: Option<Asked>,
     ) -> Fit {
+        let readings = self.readings(&best);
         let (model, Candidate { guess, lowest }) = (self.model, best);
         let peaks = peaks(model, &guess);
         Fit {
@@ -380,7 +396,8 @@ impl Search<'_, '_> {
             converged: lowest.converged && misfit.is_none(),
             misfit,
             unexplained: unexplained(model, &guess),
-            undetermined: in_words(model, &guess, &estimates),
+            undetermined: in_words(model, &guess, (&estimates, readings)),
+            readings,
             estimates,
             peaks,
             asked,

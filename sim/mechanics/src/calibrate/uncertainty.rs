@@ -178,9 +178,15 @@ impl<'m> Profile<'m> {
     pub fn rival(&self, guess: Guess, cost: f64) -> Option<Rival> {
         let rise = (cost - self.cost) / self.variance;
         let part = (1.0 - rise / self.quantile.powi(2)).min(1.0);
-        let is_another = rise <= LIKELY && is_another_reading(self.model, self.guess, &guess);
-        let part = if is_another { 1.0 } else { part.max(0.0).sqrt() };
+        let part = if self.is_another(&guess, cost) { 1.0 } else { part.max(0.0).sqrt() };
         (part > 0.0).then_some(Rival { guess, part })
+    }
+
+    /// Whether a guess of a sum of squares reads the curve otherwise than the fit, and is not refused.
+    pub fn is_another(&self, guess: &Guess, cost: f64) -> bool {
+        let is_like = guess.spec.layers.len() == self.guess.spec.layers.len();
+        let is_likely = is_like && (cost - self.cost) / self.variance <= LIKELY;
+        is_likely && is_another_reading(self.model, self.guess, guess)
     }
 
     /// A fit's interval with those of other minima that the curve does not refuse; none where all of them together are wider than
