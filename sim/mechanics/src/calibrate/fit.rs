@@ -5,9 +5,10 @@ use super::curve::Curve;
 use super::descent::Lowest;
 use super::guess::{Fresh, fresh, laid_over};
 use super::model::{Guess, Model, OWN, Places, QUANTITIES, Quantity, residual_rms_n};
-use super::peaks::{Peak, lone, peaks, unexplained};
+use super::orders::in_every_order;
+use super::peaks::{Peak, is_another_reading, lone, peaks, unexplained};
 use super::starts::others;
-use super::uncertainty::{Estimate, FINEST_PART, Profile, Standing, estimate, standings};
+use super::uncertainty::{Estimate, FINEST_PART, Profile, Rival, Standing, estimate, standings};
 use super::verdict::{Misfit, misfit};
 use super::words::in_words;
 use crate::axial::{AxialParams, AxialSpec, Contactor, ForceLaw};
@@ -36,6 +37,12 @@ const SCATTERINGS: u32 = 3;
 /// Starts drawn around a fit, and from which seed.
 const DRAWS: u32 = 24;
 const DRAWS_SEED: u64 = 1;
+/// How many of a scene's orders of ruptures are gone down from again after a glance, and how many of these to the end.
+const LIKELY_ORDERS: usize = 40;
+const ORDERS: usize = 8;
+/// Other readings of the curve are gone down to the end from at most so many variances above the fit, and so many of them.
+const NEAR: f64 = 150.0;
+const READINGS: usize = 12;
 /// How often a better minimum that a profile comes upon is gone down to.
 const SETTLINGS: u32 = 4;
 /// How often unsound thresholds are lowered: each round settles at least the shallowest.
@@ -76,6 +83,9 @@ pub struct Fit {
     pub converged: bool,
     /// What the residual has besides the curve's noise, if it has.
     pub misfit: Option<Misfit>,
+    /// How many other readings of the curve's drops were found that it does not refuse: ruptures in another order or elsewhere. The
+    /// intervals cover them.
+    pub readings: usize,
     /// Ruptures within the curve.
     pub peaks: Vec<Peak>,
     /// Drops of the curve that no rupture explains: depth in m, fall in N.
@@ -118,8 +128,7 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
             if spec.law != ForceLaw::Version2 {
                 return Err(CalibrateError::OldLaw);
             }
-            let over = search.descend(&laid_over(&model.front, spec)?, false, DESCENT);
-            search.refine(over, false)
+            search.over_scene(spec)?
         }
     };
     let is_fresh = matches!(start, Start::Fresh(_));
@@ -127,6 +136,7 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
     if !is_fresh || lone(&model, &best.guess).is_empty() {
         best = search.scatter(best);
         best = search.draw(best);
+        best = search.settle(best);
     }
     let unsound = soundness::check(&best.guess.spec);
     let rms_n = residual_rms_n(&best.guess.spec, curve);
@@ -165,6 +175,69 @@ impl Search<'_, '_> {
             best = simpler;
         }
         Ok(best)
+    }
+
+    /// The lowest place that a scene leads to, laid over the curve with its ruptures in any order.
+    fn over_scene(&mut self, spec: &AxialSpec) -> Result<Candidate, CalibrateError> {
+        let over = self.descend(&laid_over(&self.model.front, spec)?, false, DESCENT);
+        let mut best = self.refine(over, false);
+        let others = in_every_order(&self.model.front, spec);
+        let glanced = others.iter().map(|guess| self.descend(guess, false, GLANCE)).collect();
+        let (likely, _) = self.lowest_of(glanced, LIKELY_ORDERS);
+        let (orders, rest) = self.lowest_of(likely, ORDERS);
+        self.rivals.extend(rest);
+        for order in orders {
+            let order = self.refine(order, false);
+            best = self.lower(best, order);
+        }
+        Ok(best)
+    }
+
+    /// So many of the lowest, gone down from again, and the others.
+    fn lowest_of(&mut self, mut all: Vec<Candidate>, count: usize) -> (Vec<Candidate>, Vec<Candidate>) {
+        all.sort_by(|a, b| a.lowest.cost.total_cmp(&b.lowest.cost));
+        let rest = all.split_off(count.min(all.len()));
+        (all.iter().map(|candidate| self.descend(&candidate.guess, false, SCATTER)).collect(), rest)
+    }
+
+    /// Goes down to the end from other readings of the curve that are not far above the fit: the curve may refuse none of them.
+    fn settle(&mut self, mut best: Candidate) -> Candidate {
+        for _ in 0..SCATTERINGS {
+            let variance = self.variance(&best);
+            let is_near = |rival: &&Candidate| {
+                rival.lowest.cost - best.lowest.cost <= NEAR * variance
+                    && rival.guess.spec.layers.len() == best.guess.spec.layers.len()
+                    && is_another_reading(self.model, &best.guess, &rival.guess)
+            };
+            let mut near: Vec<Candidate> = self.rivals.iter().filter(is_near).cloned().collect();
+            near.sort_by(|a, b| a.lowest.cost.total_cmp(&b.lowest.cost));
+            near.dedup_by(|a, b| a.guess.places == b.guess.places);
+            near.truncate(READINGS);
+            let before = best.lowest.cost;
+            for rival in near {
+                let settled = self.descend(&rival.guess, false, DESCENT);
+                best = self.lower(best, settled);
+            }
+            if before - best.lowest.cost <= WORTH * before {
+                break;
+            }
+            best = self.refine(best, false);
+        }
+        best
+    }
+
+    /// Variance of a candidate's residual, in N².
+    fn variance(&self, candidate: &Candidate) -> f64 {
+        let finest_n = FINEST_PART * self.model.curve.peak_n();
+        (candidate.lowest.cost / self.model.curve.len() as f64).max(finest_n * finest_n)
+    }
+
+    /// The lower of two; the other is a rival.
+    fn lower(&mut self, best: Candidate, tried: Candidate) -> Candidate {
+        let is_lower = tried.lowest.cost < best.lowest.cost;
+        let (lower, higher) = if is_lower { (tried, best) } else { (best, tried) };
+        self.rivals.push(higher);
+        lower
     }
 
     /// The lowest place that any of the guesses leads to.
@@ -224,10 +297,7 @@ impl Search<'_, '_> {
             for _ in 0..DRAWS {
                 let spec = self.model.spec(&from, &profile.draw(&mut draw));
                 let tried = self.descend(&Guess { spec, places: from.places.clone() }, false, SCATTER);
-                let is_lower = tried.lowest.cost < best.lowest.cost;
-                let (lower, higher) = if is_lower { (tried, best) } else { (best, tried) };
-                self.rivals.push(higher);
-                best = lower;
+                best = self.lower(best, tried);
             }
             if before - best.lowest.cost <= WORTH * before {
                 break;
@@ -288,13 +358,25 @@ impl Search<'_, '_> {
     /// Every parameter, with intervals if asked for.
     fn estimates(&self, best: &Candidate, with_intervals: bool) -> Result<Vec<Estimate>, Vec<f64>> {
         let profile = Profile::new(self.model, &best.guess);
+        let like = |rival: &&Candidate| rival.guess.spec.layers.len() == best.guess.spec.layers.len();
+        let of = |rival: &Candidate| profile.rival(rival.guess.clone(), rival.lowest.cost);
+        let rivals: Vec<Rival> = self.rivals.iter().filter(like).filter_map(of).collect();
         estimate(self.model, &best.guess, &mut |which| {
             let interval = if with_intervals { profile.interval(which)? } else { None };
-            let rivals =
-                self.rivals.iter().filter(|rival| rival.guess.spec.layers.len() == best.guess.spec.layers.len());
-            let rivals = rivals.map(|rival| (&rival.guess, rival.lowest.cost));
-            Ok(interval.and_then(|interval| profile.widen(which, interval, rivals)))
+            Ok(interval.and_then(|interval| profile.widen(which, interval, &rivals)))
         })
+    }
+
+    /// Other readings of the curve's drops that it does not refuse.
+    fn readings(&self, best: &Candidate) -> usize {
+        let profile = Profile::new(self.model, &best.guess);
+        let mut places: Vec<&Places> = Vec::new();
+        for Candidate { guess, lowest } in &self.rivals {
+            if profile.is_another(guess, lowest.cost) && !places.contains(&&guess.places) {
+                places.push(&guess.places);
+            }
+        }
+        places.len()
     }
 
     fn summary(
@@ -303,6 +385,7 @@ impl Search<'_, '_> {
         (estimates, misfit): (Vec<Estimate>, Option<Misfit>),
         asked: Option<Asked>,
     ) -> Fit {
+        let readings = self.readings(&best);
         let (model, Candidate { guess, lowest }) = (self.model, best);
         let peaks = peaks(model, &guess);
         Fit {
@@ -313,7 +396,8 @@ impl Search<'_, '_> {
             converged: lowest.converged && misfit.is_none(),
             misfit,
             unexplained: unexplained(model, &guess),
-            undetermined: in_words(model, &guess, &estimates),
+            undetermined: in_words(model, &guess, (&estimates, readings)),
+            readings,
             estimates,
             peaks,
             asked,

@@ -87,7 +87,7 @@ fn stack(front: &Front, curve: &Curve, (tips, cut_part): (&[usize], f64)) -> Vec
 }
 
 /// The drops that fall farthest, so many, in order of depth.
-fn largest(mut drops: Vec<Drop>, count: usize) -> Vec<Drop> {
+pub(super) fn largest(mut drops: Vec<Drop>, count: usize) -> Vec<Drop> {
     drops.sort_by(|a, b| b.fall_n.total_cmp(&a.fall_n));
     drops.truncate(count);
     drops.sort_by_key(|drop| drop.gap);
@@ -95,10 +95,11 @@ fn largest(mut drops: Vec<Drop>, count: usize) -> Vec<Drop> {
 }
 
 /// A rupture of the starting scene that stands alone or leads a cascade.
-struct Leader {
-    contactor: Contactor,
-    boundary: usize,
-    x_m: f64,
+#[derive(Clone, Copy)]
+pub(super) struct Leader {
+    pub contactor: Contactor,
+    pub boundary: usize,
+    pub x_m: f64,
 }
 
 /// A guess from a scene: its ruptures are moved to the drops they are nearest to, in order, and the others between along.
@@ -110,11 +111,15 @@ pub(super) fn laid_over(front: &Front, start: &AxialSpec) -> Result<Guess, Calib
     }
     let drops = largest(front.drops(), leaders.len());
     let pairs = pair(front, &leaders, &drops);
+    Ok(moved(front, start, leaders.iter().map(|leader| (*leader, moved_m(front, leader.x_m, &pairs)))))
+}
+
+/// A scene with its ruptures moved to these depths in m, in order.
+pub(super) fn moved(front: &Front, start: &AxialSpec, ruptures: impl Iterator<Item = (Leader, f64)>) -> Guess {
     let mut spec = start.clone();
     let count = spec.layers.len();
     let mut places = Places { tip: vec![None; count], rim: vec![None; count] };
-    for leader in &leaders {
-        let to_m = moved_m(front, leader.x_m, &pairs);
+    for (leader, to_m) in ruptures {
         let gap = front.nearest_gap(to_m);
         match leader.contactor {
             Contactor::Tip => {
@@ -124,10 +129,10 @@ pub(super) fn laid_over(front: &Front, start: &AxialSpec) -> Result<Guess, Calib
             Contactor::Rim => places.rim[leader.boundary] = Some(gap),
         }
     }
-    Ok(Guess { spec, places })
+    Guess { spec, places }
 }
 
-fn leaders(front: &Front, start: &AxialSpec) -> Vec<Leader> {
+pub(super) fn leaders(front: &Front, start: &AxialSpec) -> Vec<Leader> {
     let (first_m, last_m) = match (front.depth_m.first(), front.depth_m.last()) {
         (Some(first), Some(last)) => (*first, *last),
         _ => return Vec::new(),

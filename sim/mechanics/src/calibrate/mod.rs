@@ -16,6 +16,7 @@ mod fit;
 mod forward;
 mod guess;
 mod model;
+mod orders;
 mod peaks;
 mod starts;
 mod uncertainty;

@@ -91,7 +91,7 @@ impl Quantity {
         }
     }
 
-    fn set(self, layer: &mut Layer, value: f64) {
+    pub(super) fn set(self, layer: &mut Layer, value: f64) {
         match self {
             Self::Thickness => layer.thickness_m = value,
             Self::Stiffness => layer.stiffness_n_per_m = value,
@@ -228,6 +228,11 @@ impl<'c> Model<'c> {
     /// The sum of squares that a guess has as it stands.
     pub fn cost(&self, guess: &Guess, sound: bool) -> f64 {
         square(&self.residuals(guess, &self.variables(guess), sound))
+    }
+
+    /// The sum of squares that a specification leaves.
+    pub fn cost_of(&self, spec: &AxialSpec) -> f64 {
+        self.forces(spec).iter().zip(&self.curve.force_n).map(|(law, data)| (law - data) * (law - data)).sum()
     }
 
     /// The sum of squares of a millionth of the peak at every sample.

@@ -67,6 +67,21 @@ pub(super) fn unexplained(model: &Model<'_>, guess: &Guess) -> Vec<(f64, f64)> {
     unmade.map(|drop| (front.middle_m(drop.gap), drop.fall_n)).collect()
 }
 
+/// Whether a guess reads the curve's drops otherwise than another: ruptures in another order, elsewhere, or not within the curve.
+pub(super) fn is_another_reading(model: &Model<'_>, guess: &Guess, other: &Guess) -> bool {
+    let last_m = model.front.depth_m.last().copied().unwrap_or(0.0);
+    let within = |guess: &Guess| {
+        let ruptures = closed_form::ruptures(&guess.spec).into_iter().filter(|rupture| rupture.x_m <= last_m);
+        ruptures.map(|rupture| (rupture.contactor, rupture.boundary, rupture.x_m)).collect::<Vec<_>>()
+    };
+    let (here, there) = (within(guess), within(other));
+    let is_like = |(here, there): (&(Contactor, usize, f64), &(Contactor, usize, f64))| {
+        let [here_gap, there_gap] = [here.2, there.2].map(|x_m| model.front.nearest_gap(x_m));
+        (here.0, here.1) == (there.0, there.1) && is_near(here_gap, there_gap)
+    };
+    here.len() != there.len() || !here.iter().zip(&there).all(is_like)
+}
+
 /// The drops taken for ruptures that may be lone samples that are off, in m.
 pub(super) fn lone(model: &Model<'_>, guess: &Guess) -> Vec<f64> {
     let (front, places) = (&model.front, &guess.places);
@@ -81,6 +96,7 @@ fn along_front(model: &Model<'_>, spec: &AxialSpec) -> Vec<f64> {
     model.curve.front().into_iter().map(|at| forces[at]).collect()
 }
 
-fn is_near(gap: usize, place: usize) -> bool {
+/// Whether a gap and a place are so near that one explains the other.
+pub(super) fn is_near(gap: usize, place: usize) -> bool {
     gap.abs_diff(place) <= NEAR_GAPS
 }

@@ -1,7 +1,8 @@
 //! Other starts: the same curve told with a boundary, or a rupture within its gap, elsewhere.
 
 use super::drops::Front;
-use super::model::{Guess, Model, QUANTITIES};
+use super::model::{Guess, Model, Places, QUANTITIES};
+use super::peaks::is_near;
 
 /// Where a boundary is tried: these parts of the way from the boundary above to the rupture before, where the bend is hidden, and
 /// from there to its own rupture, where the curve shows the bend.
@@ -9,6 +10,8 @@ const HIDDEN: [f64; 2] = [0.1, 0.7];
 const SHOWN: [f64; 4] = [0.2, 0.5, 0.8, 0.93];
 /// Where in its gap a rupture is tried.
 const IN_GAP: [f64; 2] = [0.1, 0.9];
+/// Where between its neighbours a rupture that shows no drop is tried.
+const ALONG: [f64; 8] = [0.06, 0.18, 0.3, 0.42, 0.54, 0.66, 0.78, 0.9];
 /// Columns of a layer's variables.
 const THICKNESS: usize = 0;
 const STIFFNESS: usize = 1;
@@ -24,7 +27,33 @@ pub(super) fn others(model: &Model<'_>, guess: &Guess) -> Vec<Guess> {
     let layers = guess.spec.layers.len();
     let boundaries = (1..layers).flat_map(|boundary| elsewhere(model, guess, boundary));
     let resistances = (0..layers).flat_map(|layer| shared_otherwise(model, guess, layer));
-    boundaries.chain(moved_in_gap(model, guess)).chain(exchanged(model, guess)).chain(resistances).collect()
+    let places = moved_in_gap(model, guess).into_iter().chain(hidden_elsewhere(model, guess));
+    boundaries.chain(places).chain(exchanged(model, guess)).chain(resistances).collect()
+}
+
+/// Guesses with one rupture that shows no drop elsewhere between its neighbours.
+fn hidden_elsewhere(model: &Model<'_>, guess: &Guess) -> Vec<Guess> {
+    let (drops, last) = (model.front.drops(), model.front.gaps().saturating_sub(1));
+    let Places { tip, rim } = &guess.places;
+    let mut guesses = Vec::new();
+    for (row, is_tip) in [(tip, true), (rim, false)] {
+        for (layer, gap) in row.iter().enumerate() {
+            let Some(gap) = gap.filter(|&gap| !drops.iter().any(|drop| is_near(drop.gap, gap))) else { continue };
+            let before = row[..layer].iter().flatten().last().copied().unwrap_or(0);
+            let from = if is_tip { before } else { before.max(tip[layer].unwrap_or(0)) };
+            let to = row[layer + 1..].iter().flatten().next().copied().unwrap_or(last);
+            for part in ALONG {
+                let moved = from + (part * to.saturating_sub(from) as f64) as usize;
+                let mut places = guess.places.clone();
+                let row = if is_tip { &mut places.tip } else { &mut places.rim };
+                row[layer] = Some(moved);
+                if moved != gap {
+                    guesses.push(Guess { spec: guess.spec.clone(), places });
+                }
+            }
+        }
+    }
+    guesses
 }
 
 /// Guesses with one boundary elsewhere: what lies below stays, ruptures keep their places. Its stiffness is that by which the force

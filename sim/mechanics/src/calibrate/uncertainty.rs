@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::descent::{Lowest, Problem, square};
 use super::model::{Guess, Model, OWN, QUANTITIES, Quantity, steps};
+use super::peaks::is_another_reading;
 use crate::operator::gauss::Draw;
 
 /// A residual never speaks for more than this part of the peak (choice): a noise-free curve would make everything exact.
@@ -29,6 +30,13 @@ const BETTER: f64 = 0.5;
 const HOLD: f64 = 100.0;
 /// A variable that the curve does not see spreads this many of its sizes, as far as the first step of a search knows.
 const UNSEEN_SIZES: f64 = 10.0;
+
+/// Another reading of the curve's drops is not refused up to this many variances above the fit (choice): four deviations. The fit is
+/// the lowest of many readings, and fits the noise the better for it.
+const LIKELY: f64 = 16.0;
+/// A threshold so much lower is another, and how often the way from 0 to it is halved in search of the least.
+const BELOW: f64 = 0.999;
+const HALVINGS: u32 = 10;
 
 /// How many deviations wide other starts are drawn.
 const DRAWN_DEVIATIONS: f64 = 2.5;
@@ -91,6 +99,12 @@ pub(super) struct Profile<'m> {
     quantile: f64,
 }
 
+/// Another minimum, with the part of the fit's own intervals that is left to it.
+pub(super) struct Rival {
+    guess: Guess,
+    part: f64,
+}
+
 /// What holding a number elsewhere led to.
 enum Held {
     /// By how many deviations the sum of squares rose.
@@ -119,7 +133,30 @@ impl<'m> Profile<'m> {
     pub fn interval(&self, which: usize) -> Result<Option<Interval>, Vec<f64>> {
         let high = self.edge(which, 1.0)?;
         let low = if high.is_some() { self.edge(which, -1.0)? } else { None };
-        Ok(low.zip(high).map(|(low, high)| self.over_gap(which, Interval { low, high })))
+        Ok(low.zip(high).map(|(low, high)| self.over_cascade(which, self.over_gap(which, Interval { low, high }))))
+    }
+
+    /// A threshold's interval down to the least that the curve does not refuse while all else stays: a boundary that opens because
+    /// another does opens with it by any lower threshold, down to what it carries before.
+    fn over_cascade(&self, which: usize, interval: Interval) -> Interval {
+        if which % QUANTITIES.len() < OWN {
+            return interval;
+        }
+        let mut spec = self.model.spec(self.guess, &self.at);
+        let mut is_refused = |threshold_n: f64| {
+            let layer = &mut spec.layers[which / QUANTITIES.len()];
+            QUANTITIES[which % QUANTITIES.len()].set(layer, threshold_n);
+            (self.model.cost_of(&spec) - self.cost) / self.variance > self.quantile.powi(2)
+        };
+        if is_refused(BELOW * interval.low) {
+            return interval;
+        }
+        let (mut refused, mut low) = (0.0, BELOW * interval.low);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (refused + low);
+            *if is_refused(middle) { &mut refused } else { &mut low } = middle;
+        }
+        Interval { low, ..interval }
     }
 
     /// A threshold's interval over the whole gap that its boundary gives way in. What little tells where in it, the way in which friction
@@ -137,24 +174,31 @@ impl<'m> Profile<'m> {
         Interval { low: interval.low.min(at_end(lower[which])), high: interval.high.max(at_end(upper[which])) }
     }
 
-    /// A fit's interval with those of other minima that the curve does not refuse, each as wide as what is left for it to rise; none
-    /// where all of them together are wider than the number.
-    pub fn widen<'g>(
-        &self,
-        which: usize,
-        interval: Interval,
-        rivals: impl Iterator<Item = (&'g Guess, f64)>,
-    ) -> Option<Interval> {
+    /// A minimum that the curve does not refuse beside the fit; none where it does.
+    pub fn rival(&self, guess: Guess, cost: f64) -> Option<Rival> {
+        let rise = (cost - self.cost) / self.variance;
+        let part = (1.0 - rise / self.quantile.powi(2)).min(1.0);
+        let part = if self.is_another(&guess, cost) { 1.0 } else { part.max(0.0).sqrt() };
+        (part > 0.0).then_some(Rival { guess, part })
+    }
+
+    /// Whether a guess of a sum of squares reads the curve otherwise than the fit, and is not refused.
+    pub fn is_another(&self, guess: &Guess, cost: f64) -> bool {
+        let is_like = guess.spec.layers.len() == self.guess.spec.layers.len();
+        let is_likely = is_like && (cost - self.cost) / self.variance <= LIKELY;
+        is_likely && is_another_reading(self.model, self.guess, guess)
+    }
+
+    /// A fit's interval with those of other minima that the curve does not refuse; none where all of them together are wider than
+    /// the number.
+    pub fn widen(&self, which: usize, interval: Interval, rivals: &[Rival]) -> Option<Interval> {
         let here = self.number(&self.at, which);
         let (lower, upper) = QUANTITIES[which % QUANTITIES.len()].bounds();
         let mut wide = interval;
-        for (rival, cost) in rivals {
-            let left = 1.0 - (cost - self.cost) / self.variance / self.quantile.powi(2);
-            if left > 0.0 {
-                let (there, part) = (number(self.model, rival, which), left.min(1.0).sqrt());
-                wide.low = wide.low.min(there - part * (here - interval.low)).max(lower);
-                wide.high = wide.high.max(there + part * (interval.high - here)).min(upper);
-            }
+        for Rival { guess, part } in rivals {
+            let there = number(self.model, guess, which);
+            wide.low = wide.low.min(there - part * (here - interval.low)).max(lower);
+            wide.high = wide.high.max(there + part * (interval.high - here)).min(upper);
         }
         (wide.high - wide.low <= 2.0 * size(which, here)).then_some(wide)
     }

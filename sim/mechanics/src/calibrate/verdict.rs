@@ -7,8 +7,8 @@ use super::model::{Guess, Model};
 
 /// A residual below this part of the peak is seen by no force sensor, and is no misfit (choice).
 const SEEN_PART: f64 = 5e-4;
-/// How much larger than the noise a residual may be, over √n: four deviations of the noise's own estimate.
-const LARGER: f64 = 5.0;
+/// How much larger than the noise a residual may be, over √n: three deviations of the noise's own estimate.
+const LARGER: f64 = 4.0;
 /// Largest correlation of neighbours, over 1/√n.
 const LIKE: f64 = 3.4;
 /// Largest sum over a stretch, in its deviations.

@@ -5,7 +5,7 @@ use super::uncertainty::{Estimate, Standing};
 use crate::axial::AxialSpec;
 
 /// A line for each reason, naming the parameters that it holds for.
-pub(super) fn in_words(model: &Model<'_>, guess: &Guess, estimates: &[Estimate]) -> Vec<String> {
+pub(super) fn in_words(model: &Model<'_>, guess: &Guess, (estimates, readings): (&[Estimate], usize)) -> Vec<String> {
     let mut words: Vec<String> =
         QUANTITIES.into_iter().filter_map(|quantity| kept(&guess.spec, estimates, quantity)).collect();
     let is_open = |e: &&Estimate| e.interval.is_none() && e.standing != Standing::Kept;
@@ -15,6 +15,11 @@ pub(super) fn in_words(model: &Model<'_>, guess: &Guess, estimates: &[Estimate])
             open.iter().map(|e| format!("{} of {}", e.quantity.words(), layer(&guess.spec, e.layer))).collect();
         let why = no_withdrawal(model, &open);
         words.push(format!("{}: not held to within their own size, alone or together{why}", names.join(", ")));
+    }
+    if readings > 0 {
+        words.push(format!(
+            "which rupture is which drop: other readings that fit nearly as well: {readings}; the intervals cover them"
+        ));
     }
     words.push("damping of every layer: a curve without times shows no rate".to_owned());
     words

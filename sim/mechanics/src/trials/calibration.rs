@@ -92,6 +92,9 @@ pub struct Trialled {
     pub parameters: Vec<Judged>,
     /// Whether the number of layers is wrong, or the sum of squares above that of the truth, or a determined number far from it.
     pub is_wrong: bool,
+    /// Whether it is wrong and does not say so: neither that its residual is no noise nor, of a sum of squares alone that is above, that
+    /// the curve has other readings.
+    pub is_silent: bool,
 }
 
 impl Measurement {
@@ -167,8 +170,10 @@ pub fn try_fit(sampled: &Sampled) -> Result<Trialled, CalibrateError> {
         if is_whole { fit.estimates.iter().filter_map(of_truth).collect() } else { Vec::new() };
     let above = fit.rms_n.powi(2) / residual_rms_n(&sampled.truth, &curve).powi(2) - 1.0;
     let is_above = above * curve.len() as f64 > WRONG;
-    let is_wrong = !is_whole || is_above || parameters.iter().any(Judged::is_far);
-    Ok(Trialled { fit, parameters, is_wrong })
+    let is_misled = !is_whole || parameters.iter().any(Judged::is_far);
+    let (is_wrong, is_unsaid) = (is_misled || is_above, is_misled || is_above && fit.readings == 0);
+    let is_silent = is_unsaid && fit.converged;
+    Ok(Trialled { fit, parameters, is_wrong, is_silent })
 }
 
 fn true_value(truth: &AxialSpec, estimate: &Estimate) -> Option<f64> {

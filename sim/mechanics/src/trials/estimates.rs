@@ -127,8 +127,9 @@ pub fn measure(drawn: &Drawn) -> Result<Estimate, AxisymmetricError> {
     })
 }
 
-/// The answer of a mesh that is far finer than any that is chosen or judges: elements of half the size, of the highest order
-/// there is, graded five times towards the corner at the side.
+/// The answer of a mesh that is finer than any that is chosen and than nearly all that judge: elements of half the size, of the highest order
+/// there is, graded five times towards the corner at the side. Of thirty tissues elements of less than half that size changed
+/// one answer by 0.02 %, and all others by less than 0.001 %.
 ///
 /// # Errors
 /// As for [`Axisymmetric::new`].

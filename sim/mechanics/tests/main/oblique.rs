@@ -32,7 +32,7 @@ fn lower_back(kind: LoadKind, tilt_deg: f64) -> Problem3 {
     Problem3 { tilt_rad: tilt_deg.to_radians(), ..Problem3::flat(&flat) }
 }
 
-/// What the estimate is over: the displacement along the needle where it meets the boundaries, in m.
+/// The displacement along the needle where it meets the boundaries, in m: what an attempt sees.
 fn answer_m(question: &Problem3, model: &dyn FieldModel) -> Vec<f64> {
     question.flat.sample_depth_m.iter().map(|&depth_m| question.along_needle_m(model, 0.0, depth_m)).collect()
 }
@@ -62,6 +62,31 @@ fn two_harmonics_are_what_three_dimensions_say_and_the_estimate_is_their_error()
             assert!((estimate / 3.0..=3.0 * estimate).contains(&error), "{kind:?}: {error}, estimated {estimate}");
             assert!(relative_distance(&found, &solid) <= 3.0 * estimate + off, "{kind:?} at {tilt_deg}°: {estimate}");
         }
+    }
+}
+
+/// Along the needle and across it, to both sides of it, and not only on it.
+#[test]
+fn the_estimate_covers_what_is_across_the_needle_too() {
+    for (kind, tilt_deg) in [(FAT, 25.0), (THROUGH_FAT, 15.0)] {
+        let mut question = lower_back(kind, tilt_deg);
+        question.flat.sample_r_m = vec![0.001, 0.004];
+        let truth = fine(&question);
+        let (sine, cosine) = (libm::sin(question.tilt_rad), libm::cos(question.tilt_rad));
+        let across_m = |model: &Oblique| -> Vec<f64> {
+            let places =
+                question.flat.sample_depth_m.iter().flat_map(|&depth_m| [-4, -1, 1, 4].map(|mm| (mm, depth_m)));
+            let at = |(mm, depth_m): (i32, f64)| {
+                let x_m = f64::from(mm) * 1e-3 + depth_m * sine / cosine;
+                let [out_m, along_m] = model.displacement_m(x_m, depth_m);
+                cosine * along_m + sine * out_m
+            };
+            places.map(at).collect()
+        };
+        let fitted = fit_oblique(&question, 0.01).expect("a model");
+        let (error, estimate) =
+            (relative_distance(&across_m(&fitted.model), &across_m(&truth)), fitted.estimated_relative_error);
+        assert!(fitted.met && error <= estimate.min(0.01), "{kind:?}: {error} across, estimated {estimate}");
     }
 }
 

@@ -3,25 +3,30 @@
 use std::path::{Path, PathBuf};
 
 use mechanics::axial::AxialSpec;
-use mechanics::calibrate::{QUANTITIES, Quantity, Standing};
+use mechanics::calibrate::{Estimate, QUANTITIES, Quantity, Standing};
 use mechanics::trials::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
 use scene::Patient;
 
+use super::chart::{self, Chart, SeriesLabelPosition};
 use super::sheet::{self, Sheet};
 use super::{measured_on, quantile, specimen};
 use crate::clock;
 use crate::exit::Failure;
 use crate::progress::Progress;
 
-/// Curves of a group; a shortened report has this part of them.
+/// Curves of a group; a shortened report has this part of them. A scene of seven layers takes a minute each.
 const CURVES: u64 = 240;
+const DEEP_CURVES: u64 = 12;
 const QUICK_PART: u64 = 40;
+/// From which seed: none on which a number of the fit was chosen.
+const FIRST_SEED: u64 = 2000;
 /// The least share of intervals that must hold the truth.
 const COVERAGE: f64 = 0.9;
 
 /// Curves of one kind.
 struct Group {
     name: &'static str,
+    curves: u64,
     disturbance: Disturbance,
     from: From,
 }
@@ -61,8 +66,15 @@ impl Tally {
         }
     }
 
-    fn coverage(&self) -> f64 {
-        self.held as f64 / (self.held + self.missed) as f64
+    /// How many have an effect on the curve.
+    fn seen(&self) -> usize {
+        self.held + self.missed + self.open
+    }
+
+    /// The share of intervals that hold the truth; none without an interval.
+    fn coverage(&self) -> Option<f64> {
+        let given = self.held + self.missed;
+        (given > 0).then(|| self.held as f64 / given as f64)
     }
 }
 
@@ -72,43 +84,54 @@ impl Row {
     }
 
     fn is_silent(&self) -> bool {
-        self.trialled().is_some_and(|trialled| trialled.is_wrong && trialled.fit.converged)
+        self.trialled().is_some_and(|trialled| trialled.is_silent)
     }
 }
 
-/// Fits, and writes `calibrate.{csv,md}`; returns the files written.
+/// Fits, and writes `calibrate.{csv,md,svg}`; returns the files written.
 ///
 /// # Errors
 /// When the disk refuses, and, once the report is written, when intervals of undisturbed curves hold the truth too seldom or one of
 /// their wrong minima was not said.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
-    let curves = if quick { CURVES / QUICK_PART } else { CURVES };
+    let curves = |group: &Group| if quick { group.curves / QUICK_PART } else { group.curves };
     let groups = groups()?;
-    let progress = Progress::new(groups.len() as u64 * curves, "curves");
+    let progress = Progress::new(groups.iter().map(curves).sum(), "curves");
     let mut rows = Vec::new();
     for group in &groups {
-        for seed in 0..curves {
+        for seed in FIRST_SEED..FIRST_SEED + curves(group) {
             rows.extend(row(group, seed));
             progress.advance(1);
         }
     }
     let table = out.join("calibrate.csv");
     csv(&rows).write_csv(&table)?;
+    let picture = out.join("calibrate.svg");
+    picture_of(&groups, &rows).draw(&picture)?;
     let text = sheet::write_text(out.join("calibrate.md"), &markdown(&groups, &rows, quick))?;
     let failed = failures(&groups, &rows, quick);
-    if failed.is_empty() { Ok(vec![table, text]) } else { Err(Failure::Work(failed)) }
+    if failed.is_empty() { Ok(vec![table, text, picture]) } else { Err(Failure::Work(failed)) }
 }
 
 fn groups() -> Result<Vec<Group>, Failure> {
-    let mut shipped = Vec::new();
+    let (mut trocars, mut needles) = (Vec::new(), Vec::new());
     for scene in specimen::shipped()? {
-        shipped.push(scene.axial_spec(&Patient::nominal(&scene)));
+        let spec = scene.axial_spec(&Patient::nominal(&scene));
+        if spec.tip_to_rim_m > 0.0 { &mut trocars } else { &mut needles }.push(spec);
     }
-    let random = |name, tip_to_rim_m, disturbance| Group { name, disturbance, from: From::Random { tip_to_rim_m } };
+    let random = |name, tip_to_rim_m, disturbance| {
+        let from = From::Random { tip_to_rim_m };
+        Group { name, curves: CURVES, disturbance, from }
+    };
+    let shipped = |name, curves, scenes| {
+        let (disturbance, from) = (Disturbance::None, From::Shipped(scenes));
+        Group { name, curves, disturbance, from }
+    };
     Ok(vec![
         random("random layers, needle", 0.0, Disturbance::None),
         random("random layers, trocar", 0.002, Disturbance::None),
-        Group { name: "shipped scenes, changed", disturbance: Disturbance::None, from: From::Shipped(shipped) },
+        shipped("shipped trocar scenes, changed", CURVES, trocars),
+        shipped("shipped needle scenes, changed", DEEP_CURVES, needles),
         random("needle, with drift", 0.0, Disturbance::Drift),
         random("needle, with outliers", 0.0, Disturbance::Outliers),
     ])
@@ -141,6 +164,7 @@ fn csv(rows: &[Row]) -> Sheet {
         "layers",
         "converged",
         "wrong",
+        "not_said",
         "layer",
         "parameter",
         "truth",
@@ -160,6 +184,7 @@ fn csv(rows: &[Row]) -> Sheet {
             row.layers.to_string(),
             trialled.fit.converged.to_string(),
             trialled.is_wrong.to_string(),
+            trialled.is_silent.to_string(),
         ];
         for judged in &trialled.parameters {
             let estimate = &judged.estimate;
@@ -199,11 +224,13 @@ fn markdown(groups: &[Group], rows: &[Row], quick: bool) -> String {
         measured_on(quick)
     );
     text.push_str("\nWhat came of the curves. *Refused*: the fit says that its residual is not noise, and gives no interval. *Wrong*: another number of \
-         layers, a sum of squares above the truth's, or a number far outside its interval.\n\n");
+         layers, a sum of squares above the truth's, or a number far outside its interval. *Said*: refused, or, where the sum of squares alone is wrong, \
+         told to have other readings.\n\n");
     text.push_str(&curves(groups, rows).markdown());
     text.push_str("\nOf the parameters, those of refused curves left out. *Held*: the share of 95 % intervals that hold the truth. *Not determined*: \
          the share of parameters with an effect on the curve that have no interval. *Without effect*: the curve does not depend on it.\n\n");
     text.push_str(&parameters(groups, rows).markdown());
+    text.push_str("\n![width of the intervals](calibrate.svg)\n");
     text
 }
 
@@ -231,7 +258,7 @@ fn curves(groups: &[Group], rows: &[Row]) -> Sheet {
             rows.iter().filter(|row| row.outcome.is_err()).count().to_string(),
             count(&|trialled| !trialled.fit.converged),
             count(&|trialled| !trialled.fit.converged && !trialled.is_wrong),
-            count(&|trialled| !trialled.fit.converged && trialled.is_wrong),
+            count(&|trialled| trialled.is_wrong && !trialled.is_silent),
             rows.iter().filter(|row| row.is_silent()).count().to_string(),
             format!("{:.2}", quantile(&seconds, 0.5)),
             format!("{:.2}", quantile(&seconds, 1.0)),
@@ -246,14 +273,13 @@ fn parameters(groups: &[Group], rows: &[Row]) -> Sheet {
         let rows = settled(&of_group(rows, group));
         for quantity in QUANTITIES {
             let tally = tally(&rows, quantity);
-            let (given, seen) = (tally.held + tally.missed, tally.held + tally.missed + tally.open);
-            if seen == 0 {
+            if tally.seen() == 0 {
                 continue;
             }
-            let held = if given > 0 { percent(tally.coverage()) } else { "–".to_owned() };
-            let open = percent(tally.open as f64 / seen as f64);
-            let name = quantity.words().to_owned();
-            sheet.row([group.name.to_owned(), name, given.to_string(), held, open, tally.kept.to_string()]);
+            let held = tally.coverage().map_or_else(|| "none given".to_owned(), percent);
+            let open = percent(tally.open as f64 / tally.seen() as f64);
+            let (name, given) = (quantity.words().to_owned(), (tally.held + tally.missed).to_string());
+            sheet.row([group.name.to_owned(), name, given, held, open, tally.kept.to_string()]);
         }
     }
     sheet
@@ -272,17 +298,57 @@ fn failures(groups: &[Group], rows: &[Row], quick: bool) -> Vec<String> {
         for row in rows.iter().filter(|row| row.is_silent()) {
             failed.push(format!("{}, seed {}: a wrong minimum that was not said", group.name, row.seed));
         }
-        for quantity in QUANTITIES {
-            let tally = tally(&rows, quantity);
-            if !quick && tally.coverage() < COVERAGE {
-                let held = percent(tally.coverage());
-                let (name, asked) = (quantity.words(), percent(COVERAGE));
-                failed
-                    .push(format!("{}, {name}: intervals hold the truth in {held}; {asked} are asked for", group.name));
-            }
+        let settled = settled(&rows);
+        if !rows.is_empty() && settled.is_empty() {
+            failed.push(format!("{}: no fit of {} has converged", group.name, rows.len()));
         }
+        let broken = QUANTITIES.into_iter().filter_map(|quantity| uncovered(&tally(&settled, quantity), quantity));
+        failed.extend(broken.filter(|_| !quick).map(|why| format!("{}, {why}", group.name)));
     }
     failed
+}
+
+/// Why the intervals of a quantity are not enough, if they are not: too few hold the truth, or none is given.
+fn uncovered(tally: &Tally, quantity: Quantity) -> Option<String> {
+    let name = quantity.words();
+    match tally.coverage() {
+        Some(share) if share < COVERAGE => {
+            Some(format!("{name}: intervals hold the truth in {}; {} are asked for", percent(share), percent(COVERAGE)))
+        }
+        None if tally.seen() > 0 => Some(format!("{name}: none of {} has an interval", tally.seen())),
+        _ => None,
+    }
+}
+
+/// How narrow the intervals of undisturbed random layers are, by the noise: the median of half their width as a share of the value.
+fn picture_of(groups: &[Group], rows: &[Row]) -> Chart {
+    let random = groups.iter().find(|group| matches!(group.from, From::Random { .. }));
+    let rows = random.map_or_else(Vec::new, |group| settled(&of_group(rows, group)));
+    let median = |quantity: Quantity, noise_n: f64| {
+        let at_noise = rows.iter().filter(|row| row.measurement.noise_n.total_cmp(&noise_n).is_eq());
+        let estimates = at_noise.filter_map(|row| row.trialled()).flat_map(|trialled| &trialled.parameters);
+        let half = |judged: &Judged| {
+            let Estimate { interval, value, .. } = &judged.estimate;
+            interval.map(|interval| 50.0 * (interval.high - interval.low) / value.abs())
+        };
+        let halves: Vec<f64> =
+            estimates.filter(|judged| judged.estimate.quantity == quantity).filter_map(half).collect();
+        quantile(&halves, 0.5)
+    };
+    let curve = |quantity: Quantity| {
+        let point = |noise_n: f64| (noise_n * 1e3, median(quantity, noise_n));
+        let points = [0.005, 0.01, 0.02, 0.04].map(point).into_iter().filter(|point| point.1.is_finite()).collect();
+        chart::Curve { name: quantity.words().to_owned(), points }
+    };
+    let curves = QUANTITIES.map(curve).into_iter().filter(|curve| !curve.points.is_empty()).collect();
+    Chart {
+        title: "95 % intervals of random layers under a needle".to_owned(),
+        x: "noise, mN".to_owned(),
+        y: "half width, median, % of the value".to_owned(),
+        curves,
+        legend: SeriesLabelPosition::UpperLeft,
+        rings: Vec::new(),
+    }
 }
 
 fn percent(part: f64) -> String {

@@ -16,6 +16,8 @@ const OWN: f64 = 1.0 / 3.0;
 /// What is known of an answer.
 pub(super) struct Judge<A> {
     pub answer: A,
+    /// The answer of the judge before it.
+    before: Option<A>,
     /// What its relative error is taken to be.
     pub doubt: f64,
     /// The mesh of the judge before it.
@@ -33,16 +35,21 @@ impl<A> Judge<A> {
         let mut meshes = JUDGES.iter().map(|&(order, size)| MeshSpec::even(problem, order, size)).peekable();
         let mut coarser = MeshSpec::even(problem, JUDGES[0].0, JUDGES[0].1);
         meshes.next();
-        let (mut judge, mut doubt) = (answer(&coarser)?, f64::INFINITY);
+        let (mut judge, mut before, mut doubt) = (answer(&coarser)?, None, f64::INFINITY);
         while let Some(mesh) = meshes.next() {
             let finer = answer(&mesh)?;
             let change = distance(&judge, &finer);
-            (judge, doubt) = (finer, OWN * change);
+            (before, doubt) = (Some(std::mem::replace(&mut judge, finer)), OWN * change);
             if change <= AGREED * tolerance || meshes.peek().is_none() {
                 break;
             }
             coarser = mesh;
         }
-        Ok(Self { answer: judge, doubt, coarser })
+        Ok(Self { answer: judge, before, doubt, coarser })
+    }
+
+    /// What the relative error of a part of the answer is taken to be.
+    pub fn doubt_of(&self, distance: impl Fn(&A, &A) -> f64) -> f64 {
+        self.before.as_ref().map_or(f64::INFINITY, |before| OWN * distance(before, &self.answer))
     }
 }

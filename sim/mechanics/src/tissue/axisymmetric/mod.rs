@@ -28,6 +28,7 @@ pub use fit::{Fitted, fit, fit_by, rung};
 pub use mesh::{MeshSpec, Strip};
 pub use model::Axisymmetric;
 pub use oblique::Oblique;
+pub(in crate::tissue) use oblique_fit::each_along_needle_m;
 pub use oblique_fit::{Along, FittedOblique, along_needle, fit_oblique, fit_oblique_by};
 pub use superposed::Superposed;
 

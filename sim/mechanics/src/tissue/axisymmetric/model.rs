@@ -6,7 +6,7 @@ use super::load::{across, along};
 use super::mesh::Spans;
 use super::{AxisymmetricError, MeshSpec, Side};
 use crate::tissue::multifrontal::Cholesky;
-use crate::tissue::{FieldModel, Model, Problem};
+use crate::tissue::{FieldModel, Load, Model, Problem};
 
 /// A load on layers, meshed and factorised; solved for 1 N to begin with.
 #[derive(Clone, Debug)]
@@ -40,13 +40,19 @@ impl Axisymmetric {
         mesh.check(problem)?;
         let grid = Grid::straight(Spans::new(&mesh.radial), Spans::new(&mesh.axial), side);
         let factor = grid.factorise(&problem.slab.solid(), stiffness)?;
-        let load = grid.load(1, &across(problem.load.radius_m, &grid.radial), &along(&problem.load, &grid.axial));
         let scratch = vec![0.0; factor.scratch_len()];
-        let mut model = Self { grid, factor, solution: load.clone(), load, scratch, stiffness_n_per_m: 0.0 };
-        model.solve(1.0);
-        let [from_m, to_m] = problem.load.ends_m();
-        model.stiffness_n_per_m = 1.0 / model.displacement_m(0.0, 0.5 * (from_m + to_m))[0].abs();
+        let solution = vec![0.0; grid.unknowns];
+        let mut model = Self { grid, factor, load: Vec::new(), solution, scratch, stiffness_n_per_m: 0.0 };
+        model.take(&problem.load);
         Ok(model)
+    }
+
+    /// Takes another load in place of its own, of 1 N, without another factor. Where it ends the mesh has a line.
+    pub(super) fn take(&mut self, load: &Load) {
+        self.load = self.grid.load(1, &across(load.radius_m, &self.grid.radial), &along(load, &self.grid.axial));
+        self.solve(1.0);
+        let [from_m, to_m] = load.ends_m();
+        self.stiffness_n_per_m = 1.0 / self.displacement_m(0.0, 0.5 * (from_m + to_m))[0].abs();
     }
 
     /// The field's own stiffness: force over the axial displacement on the axis at the load, in the middle of a drag,

@@ -11,7 +11,7 @@ use super::mesh::Spans;
 use super::{AxisymmetricError, MeshSpec, Side, element, sideways};
 use crate::tissue::multifrontal::Cholesky;
 use crate::tissue::volumetric::Problem3;
-use crate::tissue::{FieldModel, Model};
+use crate::tissue::{FieldModel, Load, Model};
 
 /// An oblique load on flat layers, solved for 1 N. Displacements are those of the plane of the needle: at a place x along the
 /// skin, towards which the needle leans, and a depth.
@@ -57,21 +57,48 @@ impl Oblique {
     /// # Errors
     /// The first number out of range, a mesh that does not fit the layers, or contrasts beyond double precision.
     pub fn new(question: &Problem3, mesh: &MeshSpec, each_strip: usize) -> Result<Self, AxisymmetricError> {
+        Ok(Shared::new(question, (mesh, each_strip))?.under(&question.flat.load))
+    }
+}
+
+/// A mesh for several loads of one needle, factorised once.
+pub(super) struct Shared {
+    tilt_rad: f64,
+    each_strip: usize,
+    into: Grid<2>,
+    along: Grid<3>,
+    factors: [Cholesky; 2],
+    /// Forces of 1 N across the radius, for either harmonic.
+    across: [Vec<f64>; 2],
+}
+
+impl Shared {
+    /// Meshes and factorises a question of flat layers, whose own load only tells the radius.
+    pub fn new(question: &Problem3, (mesh, each_strip): (&MeshSpec, usize)) -> Result<Self, AxisymmetricError> {
         question.check()?;
         mesh.check(&question.flat)?;
-        let (slab, load) = (question.flat.slab.solid(), &question.flat.load);
+        let slab = question.flat.slab.solid();
         let [radial, axial] = [&mesh.radial, &mesh.axial].map(|strips| Spans::new(strips));
-        let across = across(load.radius_m, &radial);
-        let stations = stations(load, &axial, libm::tan(question.tilt_rad), each_strip);
-        let into = Grid::straight(radial.clone(), axial.clone(), Side::Clamped);
-        let into = Harmonic::new(into.clone(), &into.factorise(&slab, element::stiffness)?, (1, &across), &stations);
+        let once = across(question.flat.load.radius_m, &radial);
         // The stiffness is one per π, the load one per radian: a push on s is twice as much of the former.
-        let twice: Vec<f64> = across.iter().map(|force| 2.0 * force).collect();
+        let twice = once.iter().map(|force| 2.0 * force).collect();
+        let into = Grid::straight(radial.clone(), axial.clone(), Side::Clamped);
         let along = Grid::sideways(radial, axial);
-        let along = Harmonic::new(along.clone(), &along.factorise(&slab, sideways::stiffness)?, (0, &twice), &stations);
-        let lean = [libm::sin(question.tilt_rad), libm::cos(question.tilt_rad)];
-        let stations_m = stations.iter().map(|station| station.x_m).collect();
-        Ok(Self { lean, stations_m, into, along, force_n: 1.0 })
+        let factors = [into.factorise(&slab, element::stiffness)?, along.factorise(&slab, sideways::stiffness)?];
+        Ok(Self { tilt_rad: question.tilt_rad, each_strip, into, along, factors, across: [once, twice] })
+    }
+
+    /// The answer to a load. Where it ends the mesh has a line.
+    pub fn under(&self, load: &Load) -> Oblique {
+        let stations = stations(load, &self.into.axial, libm::tan(self.tilt_rad), self.each_strip);
+        let ([into, along], [once, twice]) = (&self.factors, &self.across);
+        Oblique {
+            lean: [libm::sin(self.tilt_rad), libm::cos(self.tilt_rad)],
+            stations_m: stations.iter().map(|station| station.x_m).collect(),
+            into: Harmonic::new(self.into.clone(), into, (1, once), &stations),
+            along: Harmonic::new(self.along.clone(), along, (0, twice), &stations),
+            force_n: 1.0,
+        }
     }
 }
 

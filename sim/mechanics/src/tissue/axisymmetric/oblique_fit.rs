@@ -6,12 +6,13 @@
 use super::basis::MAX_ORDER;
 use super::fit::{BETTER, first_level};
 use super::judge::Judge;
+use super::oblique::Shared;
 use super::{Axisymmetric, AxisymmetricError, MeshSpec, Oblique};
 use crate::axial::Domain;
 use crate::phrase;
 use crate::phrase::Phrase;
 use crate::tissue::volumetric::Problem3;
-use crate::tissue::{Judging, relative_distance};
+use crate::tissue::{FieldModel, Judging, Load, Problem, Sampled, relative_distance};
 
 /// Stations of a drag in each strip, and of its judge.
 const STATIONS: [usize; 2] = [3, 5];
@@ -23,7 +24,8 @@ pub struct FittedOblique {
     pub model: Oblique,
     /// Its mesh.
     pub mesh: MeshSpec,
-    /// Relative L2 error of the displacement along the needle, at the problem's depths and radii around the needle.
+    /// Relative L2 error at the problem's depths and at its radii to both sides of the needle, the larger of that of the displacement along it
+    /// and of that across it in its plane.
     pub estimated_relative_error: f64,
     /// Whether the estimate meets the tolerance. Where not, this is the most accurate mesh that was judged.
     pub met: bool,
@@ -63,37 +65,62 @@ pub fn fit_oblique_by(
     }
 }
 
-/// What a question of flat layers comes to.
+/// What the loads of an attempt come to.
 pub struct Along {
-    /// Displacement along the needle at the question's depths, at its radii towards where the needle leans, in m/N.
-    pub answer_m: Vec<f64>,
-    /// What its relative error is taken to be.
-    pub doubt: f64,
+    /// For each load the displacement along the needle at the question's depths, at its radii towards where the needle leans, in m/N.
+    pub answers_m: Vec<Vec<f64>>,
+    /// What the relative error of each is taken to be.
+    pub doubts: Vec<f64>,
 }
 
-/// Answers a question by a mesh of its own, as fine as judging a tolerance needs.
+/// Answers a question for several loads of one needle by a mesh of its own, as fine as judging a tolerance needs. The question's own load is a
+/// drag over all of them, for which the mesh is made.
 ///
 /// # Errors
 /// As for [`fit_oblique`].
-pub fn along_needle(question: &Problem3, tolerance: f64) -> Result<Along, AxisymmetricError> {
+pub fn along_needle(question: &Problem3, loads: &[Load], tolerance: f64) -> Result<Along, AxisymmetricError> {
     question.check()?;
     Domain::Positive.check("tolerance", tolerance, "")?;
-    let [.., more] = STATIONS;
-    let answer = |mesh: &MeshSpec| match question.tilt_rad {
-        0.0 => Ok(question.all_along_needle_m(&Axisymmetric::new(&question.flat, mesh)?)),
-        _ => Ok(question.all_along_needle_m(&Oblique::new(question, mesh, more)?)),
+    let [_, more] = STATIONS;
+    let answer = |mesh: &MeshSpec| each_along_needle_m(question, loads, (mesh, more));
+    let worst = |a: &Vec<Vec<f64>>, b: &Vec<Vec<f64>>| {
+        a.iter().zip(b).map(|(a, b)| relative_distance(a, b)).fold(0.0, f64::max)
     };
-    let Judge { answer: answer_m, doubt, .. } =
-        Judge::new(&question.flat, tolerance, answer, |a, b| relative_distance(a, b))?;
-    Ok(Along { answer_m, doubt })
+    let judge = Judge::new(&question.flat, tolerance, answer, worst)?;
+    let doubts = (0..loads.len()).map(|at| judge.doubt_of(|a, b| relative_distance(&a[at], &b[at]))).collect();
+    Ok(Along { answers_m: judge.answer, doubts })
+}
+
+/// Displacement along the needle under each load, in m, on one mesh; a drag that leans with so many stations in each strip. Where a sample lies outside the tissue nothing moves.
+pub(in crate::tissue) fn each_along_needle_m(
+    question: &Problem3,
+    loads: &[Load],
+    (mesh, each_strip): (&MeshSpec, usize),
+) -> Result<Vec<Vec<f64>>, AxisymmetricError> {
+    let mut asked_nowhere = question.clone();
+    asked_nowhere.flat.sample_r_m.clear();
+    asked_nowhere.flat.sample_depth_m.clear();
+    for load in loads {
+        mesh.check(&Problem { load: *load, ..asked_nowhere.flat.clone() })?;
+    }
+    if question.tilt_rad == 0.0 {
+        let mut model = Axisymmetric::new(&asked_nowhere.flat, mesh)?;
+        let answer = |load: &Load| {
+            model.take(load);
+            question.all_along_needle_m(&model)
+        };
+        return Ok(loads.iter().map(answer).collect());
+    }
+    let shared = Shared::new(&asked_nowhere, (mesh, each_strip))?;
+    Ok(loads.iter().map(|load| question.all_along_needle_m(&shared.under(load))).collect())
 }
 
 fn second(question: &Problem3, tolerance: f64) -> Result<FittedOblique, AxisymmetricError> {
     let [few, more] = STATIONS;
-    let answer = |mesh: &MeshSpec| Ok(answer_m(question, &Oblique::new(question, mesh, more)?));
-    let judge = Judge::new(&question.flat, tolerance, answer, |a, b| relative_distance(a, b))?;
+    let answer = |mesh: &MeshSpec| Ok(sampled(question, &Oblique::new(question, mesh, more)?));
+    let judge = Judge::new(&question.flat, tolerance, answer, Sampled::distance)?;
     let fitted = |model: Oblique, mesh: MeshSpec| {
-        let estimated_relative_error = relative_distance(&answer_m(question, &model), &judge.answer) + judge.doubt;
+        let estimated_relative_error = sampled(question, &model).distance(&judge.answer) + judge.doubt;
         FittedOblique { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance }
     };
     let level = first_level(tolerance);
@@ -138,15 +165,24 @@ fn judged(question: &Problem3, mesh: MeshSpec, tolerance: f64) -> Result<FittedO
     let [few, more] = STATIONS;
     let model = Oblique::new(question, &mesh, few)?;
     let better = Oblique::new(question, &mesh.clone().graded_to_side().raised(BETTER), more)?;
-    let estimated_relative_error = relative_distance(&answer_m(question, &model), &answer_m(question, &better));
+    let [found, better] = [&model, &better].map(|model| sampled(question, model));
+    let estimated_relative_error = found.distance_by(Judging::First, &better);
     let met = estimated_relative_error <= tolerance;
     Ok(FittedOblique { model, mesh, estimated_relative_error, met })
 }
 
-/// Displacement along the needle at the problem's depths, at its radii from the needle to both sides, in m.
-fn answer_m(question: &Problem3, model: &Oblique) -> Vec<f64> {
-    let at = |depth_m: f64, r_m: f64| question.along_needle_m(model, r_m, depth_m);
-    let both =
-        |depth_m: f64| question.flat.sample_r_m.iter().flat_map(move |&r_m| [at(depth_m, r_m), at(depth_m, -r_m)]);
-    question.flat.sample_depth_m.iter().flat_map(|&depth_m| both(depth_m)).collect()
+/// Displacement out of the body along the needle, and across it in its plane away from it, at the problem's depths and at its radii from the
+/// needle to both sides.
+fn sampled(question: &Problem3, model: &Oblique) -> Sampled {
+    let (sine, cosine) = (libm::sin(question.tilt_rad), libm::cos(question.tilt_rad));
+    let mut found = Sampled::default();
+    for &depth_m in &question.flat.sample_depth_m {
+        for x_m in question.flat.sample_r_m.iter().flat_map(|&r_m| [r_m, -r_m]) {
+            let [out_m, along_m] = model.displacement_m(x_m + depth_m * libm::tan(question.tilt_rad), depth_m);
+            let away = if x_m.is_sign_negative() { -1.0 } else { 1.0 };
+            found.axial_m.push(cosine * out_m - sine * along_m);
+            found.radial_m.push(away * (cosine * along_m + sine * out_m));
+        }
+    }
+    found
 }

@@ -101,7 +101,8 @@ impl Field {
     fn by_the_attempt(tissue: &TissueSpec) -> Result<Self, FollowError> {
         let known = Known::of(tissue)?;
         let mut share = 0.5 * tissue.tolerance;
-        let radius_m = reach_of_all(&known.questions, tissue.deepest_m(), share).map_err(PlanError::from)?;
+        let on_body_m: Vec<_> = known.loads.iter().copied().zip(&known.along.answers_m).collect();
+        let radius_m = reach_of_all(&known.question, &on_body_m, tissue.deepest_m(), share).map_err(PlanError::from)?;
         let mut tries = FINER;
         loop {
             let mut field = Self::within(tissue, radius_m, share)?;
@@ -181,37 +182,33 @@ const FINER: usize = 3;
 
 /// What an attempt's loads do to the whole body.
 struct Known {
-    /// Where each question's load is in [`TissueSpec::loads`].
-    loads: Vec<usize>,
-    /// Each load's question, and its answer at the boundaries, in m/N.
-    questions: Vec<(Problem3, Vec<f64>)>,
-    /// What the relative error of each answer is taken to be.
-    doubts: Vec<f64>,
+    /// What is asked of all of them; its own load is a drag through the whole tissue.
+    question: Problem3,
+    loads: Vec<Load>,
+    /// Where each load is in [`TissueSpec::loads`].
+    places: Vec<usize>,
+    /// What each does at the boundaries, in m/N, and how exactly that is known.
+    along: Along,
     /// Layers of the force law.
     layers: usize,
 }
 
 impl Known {
     fn of(tissue: &TissueSpec) -> Result<Self, FollowError> {
-        let mut known = Self { loads: vec![], questions: vec![], doubts: vec![], layers: tissue.layers() };
-        let points_m = tissue.points_m();
-        for (at, load) in tissue.loads().into_iter().enumerate() {
-            let Some(load) = load else { continue };
-            let mut question = question(tissue, load, &points_m);
-            question.flat.sample_depth_m = points_m.iter().map(|point| point[1]).collect();
-            let Along { answer_m, doubt } = along_needle(&question, tissue.tolerance).map_err(PlanError::from)?;
-            known.loads.push(at);
-            known.questions.push((question, answer_m));
-            known.doubts.push(doubt);
-        }
-        Ok(known)
+        let every = tissue.loads().into_iter().enumerate();
+        let (places, loads): (Vec<usize>, Vec<Load>) = every.filter_map(|(at, load)| Some((at, load?))).unzip();
+        let through = LoadKind::Drag { from_m: 0.0, to_m: tissue.deepest_m() };
+        let whole = Load { kind: through, radius_m: tissue.load_radius_m };
+        let question = question(tissue, whole, &tissue.points_m());
+        let along = along_needle(&question, &loads, tissue.tolerance).map_err(PlanError::from)?;
+        Ok(Self { question, loads, places, along, layers: tissue.layers() })
     }
 
     /// Tells a field's plan what its responses are off by, and under which load it is most.
     fn judge(&self, field: &mut Field) {
         let plan = &mut field.plan;
         plan.expected_relative_error = 0.0;
-        for ((&load, (_, answer_m)), doubt) in self.loads.iter().zip(&self.questions).zip(&self.doubts) {
+        for ((&load, answer_m), doubt) in self.places.iter().zip(&self.along.answers_m).zip(&self.along.doubts) {
             let error = relative_distance(&field.on_axis.under(load), answer_m) + doubt;
             if plan.worst.is_none() || error > plan.expected_relative_error {
                 plan.expected_relative_error = error;

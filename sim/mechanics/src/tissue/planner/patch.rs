@@ -1,8 +1,8 @@
 //! The patch of tissue that a needle moves: no wider and no deeper than its influence.
 
-use crate::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MeshSpec, Oblique};
+use crate::tissue::axisymmetric::{AxisymmetricError, MeshSpec, each_along_needle_m};
 use crate::tissue::volumetric::Problem3;
-use crate::tissue::{ElasticLayer, FieldModel, Slab, relative_distance};
+use crate::tissue::{ElasticLayer, Load, Slab, relative_distance};
 
 /// The first patch tried is this many footprints wide.
 const NARROWEST: f64 = 10.0;
@@ -49,28 +49,28 @@ pub fn reach(question: &Problem3, tolerance: f64) -> Result<Reach, AxisymmetricE
     Ok(Reach { radius_m, relative_change })
 }
 
-/// The narrowest patch down to a depth, in m, that is good enough for several loads: under each of them the displacement along
-/// the needle at the question's radii and depths differs from what it is on the whole of the question's body, in m/N, by no
-/// more than a tolerance. At most as wide as the body. Returns its radius, in m.
+/// The narrowest patch down to a depth, in m, that is good enough for several loads of one needle: under each of them the displacement
+/// along the needle at the question's radii and depths differs from what it is on the whole of the question's body, in m/N, by
+/// no more than a tolerance. At most as wide as the body. The question's own load is a drag over all of them. Returns its radius, in m.
 ///
 /// # Errors
 /// When the layers or a load are out of range.
 pub fn reach_of_all(
-    questions: &[(Problem3, Vec<f64>)],
+    question: &Problem3,
+    on_body_m: &[(Load, &Vec<f64>)],
     deepest_m: f64,
     tolerance: f64,
 ) -> Result<f64, AxisymmetricError> {
-    let Some((first, _)) = questions.first() else { return Ok(0.0) };
-    let (body_m, mut radius_m) = (first.flat.slab.radius_m, NARROWEST * first.flat.load.radius_m);
-    for (question, on_body_m) in questions {
-        let depths_m = &question.flat.sample_depth_m;
-        while radius_m < body_m {
-            let slab = patch(&question.flat.slab.layers, deepest_m, radius_m);
-            if relative_distance(&on_patch_m(question, slab, depths_m)?, on_body_m) <= tolerance {
-                break;
-            }
-            radius_m *= 2.0;
+    let (body_m, mut radius_m) = (question.flat.slab.radius_m, NARROWEST * question.flat.load.radius_m);
+    let loads: Vec<Load> = on_body_m.iter().map(|(load, _)| *load).collect();
+    while radius_m < body_m {
+        let slab = patch(&question.flat.slab.layers, deepest_m, radius_m);
+        let on_patch_m = on_patch_m(question, &loads, slab, &question.flat.sample_depth_m)?;
+        let mut pairs = on_patch_m.iter().zip(on_body_m);
+        if pairs.all(|(on_patch_m, (_, on_body_m))| relative_distance(on_patch_m, on_body_m) <= tolerance) {
+            break;
         }
+        radius_m *= 2.0;
     }
     Ok(radius_m.min(body_m))
 }
@@ -79,23 +79,22 @@ pub fn reach_of_all(
 fn answer_m(question: &Problem3, radius_m: f64) -> Result<Vec<f64>, AxisymmetricError> {
     let [from_m, to_m] = question.flat.load.ends_m();
     let slab = patch(&question.flat.slab.layers, to_m, radius_m);
-    on_patch_m(question, slab, &[0.5 * (from_m + to_m)])
+    let answers_m = on_patch_m(question, &[question.flat.load], slab, &[0.5 * (from_m + to_m)])?;
+    Ok(answers_m.concat())
 }
 
-/// Displacement along the needle at some depths, at the question's radii, in m, of a patch of its tissue.
-fn on_patch_m(question: &Problem3, slab: Slab, depths_m: &[f64]) -> Result<Vec<f64>, AxisymmetricError> {
+/// Displacement along the needle at some depths, at the question's radii, in m, of a patch of its tissue, under each load.
+fn on_patch_m(
+    question: &Problem3,
+    loads: &[Load],
+    slab: Slab,
+    depths_m: &[f64],
+) -> Result<Vec<Vec<f64>>, AxisymmetricError> {
     let mut near = question.clone();
     near.flat.slab = slab;
-    // Where the answer is wanted may lie beyond a narrow patch, which then answers that nothing moves there.
-    let radii_m = std::mem::take(&mut near.flat.sample_r_m);
-    near.flat.sample_depth_m = Vec::new();
+    near.flat.sample_depth_m = depths_m.to_vec();
     let mesh = MeshSpec::graded(&near.flat, LEVEL);
-    let model: Box<dyn FieldModel> = match near.tilt_rad {
-        0.0 => Box::new(Axisymmetric::new(&near.flat, &mesh)?),
-        _ => Box::new(Oblique::new(&near, &mesh, STATIONS)?),
-    };
-    (near.flat.sample_r_m, near.flat.sample_depth_m) = (radii_m, depths_m.to_vec());
-    Ok(near.all_along_needle_m(model.as_ref()))
+    each_along_needle_m(&near, loads, (&mesh, STATIONS))
 }
 
 /// The tissue within a radius of loads that go down to a depth, both in m: no layer below that, the last one cut there.
