@@ -8,7 +8,7 @@ use mechanics::trials::calibration::{Disturbance, Judged, Measurement, Origin, T
 use scene::Patient;
 
 use super::sheet::{self, Sheet};
-use super::{measured_on, quantile, specimen};
+use super::{What, measured_on, quantile, specimen};
 use crate::clock;
 use crate::exit::Failure;
 use crate::progress::Progress;
@@ -196,7 +196,7 @@ fn markdown(groups: &[Group], rows: &[Row], quick: bool) -> String {
          of 5, 10, 20 or 40 mN, the insertion alone or with the withdrawal. Random layers, one to four, are fitted from the curve \
          alone, and each makes a clear drop; a shipped scene's numbers are changed by up to a quarter, and the fit starts from the scene. Drift \
          is a wave of five times the noise, 5 to 20 mm long; outliers are one sample in a hundred, off by fifteen times the noise.\n",
-        measured_on(quick)
+        measured_on(What::Calibrate, quick)
     );
     text.push_str("\nWhat came of the curves. *Refused*: the fit says that its residual is not noise, and gives no interval. *Wrong*: another number of \
          layers, a sum of squares above the truth's, or a number far outside its interval.\n\n");

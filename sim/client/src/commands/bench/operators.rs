@@ -9,12 +9,12 @@ use mechanics::trials::{Performance, perform};
 use scene::{ExerciseBundle, Patient};
 
 use super::sheet::{self, Sheet};
-use super::{measured_on, quantile, specimen};
+use super::{What, measured_on, quantile, specimen};
 use crate::exit::Failure;
 use crate::progress::Progress;
 
-/// Attempts of each preset at each exercise.
-const SEEDS: u64 = 100;
+/// Attempts of each preset at each exercise in a report, and in a shortened one.
+const SEEDS: [u64; 2] = [40, 5];
 
 /// What is measured of an attempt: a name with its unit, and how it is read from the attempt.
 type Figure = (&'static str, fn(&ExerciseBundle, &Performance) -> Option<f64>);
@@ -48,7 +48,8 @@ struct Row {
 /// # Errors
 /// When the disk refuses, and, once the report is written, when a hand went in beyond its needle's hub.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
-    let seeds = if quick { SEEDS / 20 } else { SEEDS };
+    let [whole, shortened] = SEEDS;
+    let seeds = if quick { shortened } else { whole };
     let exercises = specimen::exercises()?;
     let progress = Progress::new(3 * exercises.len() as u64, "operators");
     let mut rows = Vec::new();
@@ -138,7 +139,7 @@ fn markdown(rows: &[Row], seeds: u64, quick: bool) -> String {
          The peaks say less than people's do. A boundary gives way at its threshold, whoever pushes: where the hardest boundary lies \
          before the target, everybody meets the same peak, and only drag is left to tell hands apart. A novice's peak is higher where \
          overshooting meets a harder boundary behind the target.\n\n{}",
-        measured_on(quick),
+        measured_on(What::Operators, quick),
         sheet.markdown()
     )
 }

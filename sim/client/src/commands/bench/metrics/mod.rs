@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use assessment::catalogue::{DEFINITIONS, Definition};
 
 use super::sheet::{self, Sheet};
+use super::{What, measured_on};
 use crate::exit::Failure;
-use crate::machine;
 use crowd::{Crowd, Size, crowds};
 use figures::{Figures, LEAST_AGREEMENT, Pooled, Reading, SCORE};
 
@@ -23,16 +23,15 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     let sheet = table(&crowds);
     let path = out.join("metrics.csv");
     sheet.write_csv(&path)?;
-    let shortened = if quick { " **Shortened: not to be reported.**" } else { "" };
     let text = format!(
-        "# Metrics\n\nMade with {}.{shortened} Virtual hands, not people: {} novices and as many experts with an attempt each, and {} \
+        "# Metrics\n\n{}\n\nVirtual hands, not people: {} novices and as many experts with an attempt each, and {} \
          people between the two with {} attempts each, at each of {} shipped exercises, every attempt on a patient of its own.\n\n\
          *Separation* is how often an expert's value is better than a novice's (area under the receiver's curve): 0.5 is chance, less \
          is the wrong way. *Agreement* is ICC(2,1) of a person's attempts. Both are means over exercises with 95 % intervals. *Tremor* \
          is what it changes of a value, the median over people; *rate* what a recording at 250 Hz in place of 1 kHz changes, the \
          largest; of a value next to 0 a little is a large share. A metric is not offered for rubrics where its whole interval of separation lies below 0.5, or that of agreement \
          below {LEAST_AGREEMENT}, and where a later version mends what the tremor does to it.\n\n{}",
-        machine::program(),
+        measured_on(What::Metrics, quick),
         size.group,
         size.people,
         size.attempts,
