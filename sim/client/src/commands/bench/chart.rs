@@ -124,7 +124,7 @@ impl Chart {
         let lines = self.curves.iter().map(|curve| (curve, false)).chain(self.beside.iter().map(|curve| (curve, true)));
         let mut y = 30;
         let say = |name: &str, y: i32| {
-            area.draw(&Text::new(name.to_owned(), (44, y - 7), (FONT, 14).into_font().color(&INK)))
+            area.draw(&Text::new(name.to_owned(), (44, y - 6), (FONT, 14).into_font().color(&INK)))
         };
         for (index, (curve, dashed)) in lines.enumerate().filter(|(_, (curve, _))| !curve.name.is_empty()) {
             let style = colour(index);
