@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use csv::{DeserializeErrorKind, ErrorKind, StringRecord};
 use serde::Deserialize;
 
 use super::{Axis, Row, cases, human_time, percent};
@@ -50,9 +51,14 @@ pub fn read(file: &Path) -> Result<Vec<Peer>, Failure> {
 
 fn parse(name: &str, text: &str) -> Result<Vec<Peer>, Failure> {
     let mut peers: Vec<Peer> = Vec::new();
-    for (at, row) in csv::Reader::from_reader(text.as_bytes()).deserialize().enumerate() {
+    let mut table = csv::Reader::from_reader(text.as_bytes());
+    let columns = table.headers().map_err(|error| Failure::input(format_args!("{name}: {error}")))?.clone();
+    for (at, row) in table.records().enumerate() {
         let place = format!("{name}:{}", at + 2);
-        let peer: Peer = row.map_err(|error| Failure::input(format_args!("{place}: {error}")))?;
+        let row = row.map_err(|error| Failure::input(format_args!("{place}: {error}")))?;
+        let read = row.deserialize(Some(&columns));
+        let peer: Peer =
+            read.map_err(|error| Failure::input(format_args!("{place}: {}", explain(&error, &columns, &row))))?;
         if let Some(wrong) = peer.wrong() {
             return Err(Failure::input(format_args!("{place}: {wrong}")));
         }
@@ -65,6 +71,22 @@ fn parse(name: &str, text: &str) -> Result<Vec<Peer>, Failure> {
         _ => Err(Failure::input(format_args!(
             "{name}: machine: {machines:?}; all lines must be of one run on one machine"
         ))),
+    }
+}
+
+/// Why a line cannot be read: the column and its value where that is no number.
+fn explain(error: &csv::Error, columns: &StringRecord, row: &StringRecord) -> String {
+    let number = match error.kind() {
+        ErrorKind::Deserialize { err, .. } => {
+            let is_number =
+                matches!(err.kind(), DeserializeErrorKind::ParseFloat(_) | DeserializeErrorKind::ParseInt(_));
+            err.field().filter(|_| is_number)
+        }
+        _ => None,
+    };
+    match number.and_then(|at| Some((columns.get(at as usize)?, row.get(at as usize)?))) {
+        Some((column, value)) => format!("{column}: '{value}'; a number is needed"),
+        None => error.to_string(),
     }
 }
 
@@ -239,7 +261,7 @@ mod tests {
             (format!("{HEAD}{}", GOOD.replace("lower_back", "knee")), ["p.csv:2", "case: 'knee'", "lower_back"]),
             (format!("{HEAD}{}", GOOD.replace(",3,", ",4,")), ["p.csv:2", "dimensions: 4", "2 or 3"]),
             (format!("{HEAD}{}", GOOD.replace("4.0.0", " ")), ["p.csv:2", "version", "empty"]),
-            (format!("{HEAD}{}", GOOD.replace("0.1", "fast")), ["p.csv:2", "fast", "float"]),
+            (format!("{HEAD}{}", GOOD.replace("0.1", "fast")), ["p.csv:2", "setup_s: 'fast'", "a number"]),
             (format!("{HEAD}mujoco,4\n"), ["p.csv:2", "2 fields", "10 fields"]),
             (HEAD.replace("solve_s", "time_s") + GOOD, ["p.csv:2", "time_s", "solve_s"]),
             (format!("{HEAD}{GOOD}{other}"), ["p.csv", "machine", "one machine"]),
