@@ -93,12 +93,15 @@ enum What {
     Metrics,
 }
 
-/// Measures into a folder, shortened or not, and returns the files written.
+/// The files written.
+type Written = Result<Vec<PathBuf>, Failure>;
+
+/// Measures into a folder, shortened or not.
 #[derive(Clone, Copy)]
 enum Measure {
-    Alone(fn(&Path, bool) -> Result<Vec<PathBuf>, Failure>),
+    Alone(fn(&Path, bool) -> Written),
     /// Others are shown beside it.
-    Beside(fn(&Path, bool, &[Peer]) -> Result<Vec<PathBuf>, Failure>),
+    Beside(fn(&Path, bool, &[Peer]) -> Written),
 }
 
 /// What there is to measure, in the order of `all`.
