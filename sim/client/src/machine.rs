@@ -25,6 +25,12 @@ impl Machine {
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         }
     }
+
+    /// Processor, threads and system, as reports have them.
+    pub fn in_words(&self) -> String {
+        let Self { cpu, threads, system } = self;
+        format!("{cpu}, {threads} threads, {system}")
+    }
 }
 
 /// What this machine is called, or `station`.

@@ -149,7 +149,7 @@ fn the_planners_choices_keep_their_tolerance_on_the_reference_cases() {
         assert!(fs::read_to_string(folder.path().join(picture)).expect("a picture").contains("</svg>"), "{picture}");
     }
     let report = fs::read_to_string(folder.path().join("field.md")).expect("a report");
-    for part in ["What the planner chooses", "An oblique needle", "Growth", "dolfinx"] {
+    for part in ["What the planner chooses", "An oblique needle", "Growth", "dolfinx", "tests/peers/run"] {
         assert!(report.contains(part), "'{part}' is missing");
     }
 }
@@ -214,6 +214,99 @@ fn the_operators_report_tells_hands_apart_at_every_shipped_exercise() {
     }
     let report = fs::read_to_string(folder.path().join("operators.md")).expect("a report");
     assert!(report.contains("| stop-in-the-epidural-space | novice |"), "{report}");
+}
+
+/// What a row of the tissue's table tells whatever the machine: case, depth, model, tolerance, unknowns, error and estimate.
+fn told_rows(path: &std::path::Path) -> Vec<csv::StringRecord> {
+    let mut table = csv::Reader::from_path(path).expect("a table");
+    let told = |row: csv::StringRecord| [0, 1, 2, 3, 4, 6, 7].iter().map(|&column| row[column].to_owned()).collect();
+    table.records().map(|row| told(row.expect("a row"))).collect()
+}
+
+/// The relative L2 error of the axial displacement under the first load of a case, as `stylet field` answers it.
+fn answered(case: &str, asked: &[&str]) -> f64 {
+    let file = repository(&format!("tests/data/field/{case}.json"));
+    let run = stylet(&[&["field", text(&file), "--json"], asked].concat());
+    let reference: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(&file).expect("the case")).expect("JSON");
+    let answer = run.json();
+    let axial = |of: &serde_json::Value| -> Vec<f64> {
+        let depths = of["solutions"][0]["u_axial_m"].as_array().expect("depths");
+        depths.iter().flat_map(|row| row.as_array().expect("samples")).filter_map(serde_json::Value::as_f64).collect()
+    };
+    let (found, wanted) = (axial(&answer), axial(&reference));
+    assert!(!wanted.is_empty() && found.len() == wanted.len());
+    let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|value| value * value).sum::<f64>().sqrt();
+    let wrong = norm(&mut found.iter().zip(&wanted).map(|(found, wanted)| found - wanted));
+    wrong / norm(&mut wanted.iter().copied())
+}
+
+/// The report in the tree is what the program of today computes, row by row.
+#[test]
+fn every_row_of_the_tissues_quick_report_stands_in_the_committed_one() {
+    let folder = TempDir::new().expect("a folder");
+    stylet(&["bench", "field", "--quick", "--out", text(folder.path())]).ends(0);
+    let measured = told_rows(&folder.path().join("field.csv"));
+    let committed = told_rows(&repository("sim/client/bench/field.csv"));
+    assert!(
+        measured.len() >= 3 * (4 + 3 * 2),
+        "every case with every tolerance and two meshes of each model: {measured:?}"
+    );
+    for row in measured {
+        assert!(committed.contains(&row), "no longer computed so: {row:?}");
+    }
+}
+
+/// What the report says of a model on a case is what whoever asks that model for that case is given.
+#[test]
+fn every_error_of_the_tissues_report_is_that_of_stylet_field() {
+    let committed = told_rows(&repository("sim/client/bench/field.csv"));
+    let tolerances = ["0.05", "0.02", "0.01"].map(|tolerance| ["--tolerance", tolerance].to_vec());
+    let models = ["mass-spring", "volumetric"].map(|model| ["--tolerance", "0.9", "--model", model].to_vec());
+    for case in ["homogeneous", "lower_back", "stiff_skin_soft_fat"] {
+        for asked in tolerances.iter().chain(&models) {
+            let error = answered(case, asked);
+            let is_asked = |row: &&csv::StringRecord| match asked.get(3) {
+                Some(model) => &row[2] == *model && row[3].is_empty(),
+                None => &row[3] == asked[1],
+            };
+            let rows = committed.iter().filter(|row| &row[0] == case && &row[1] == "0").filter(is_asked);
+            let told: Vec<f64> = rows.map(|row| row[5].parse().expect("an error")).collect();
+            assert!(
+                told.iter().any(|told| (error / told - 1.0).abs() < 1e-9),
+                "{case}, {asked:?}: {error}, not of {told:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn other_solvers_stand_in_the_tissues_plots_and_tables() {
+    let folder = TempDir::new().expect("a folder");
+    let peers = folder.path().join("peers.csv");
+    let head = "solver,version,model,dimensions,case,unknowns,relative_error,setup_s,solve_s,machine";
+    let lines = ["77,0.31,0.5,0.002", "1077,0.0123,0.7,0.004"]
+        .map(|figures| format!("someone-else,9.8.7,\"bricks, order 3\",3,lower_back,{figures},\"Another, 1 threads\""));
+    fs::write(&peers, format!("{head}\n{}\n", lines.join("\n"))).expect("a file");
+    let out = folder.path().join("out");
+    let beside = ["bench", "field", "--quick", "--peers", text(&peers), "--out", text(&out)];
+    stylet(&beside).ends(0);
+    let read = |name: &str| fs::read_to_string(out.join(name)).expect("a result");
+    let report = read("field.md");
+    for part in [
+        "`stylet bench field --peers field-peers.csv --quick --out DIR`",
+        "someone-else 9.8.7 on Another, 1 threads. **Not the machine of our figures.**",
+        "| lower_back | someone-else, bricks, order 3 | 77 | 31.000 % | 500.00 ms | 2.00 ms | – |",
+        "| lower_back | someone-else, bricks, order 3 | 1077 | 1.230 % | 4.00 ms | ",
+        "warp.fem",
+    ] {
+        assert!(report.contains(part), "'{part}' is missing in: {report}");
+    }
+    assert!(read("field-time-lower_back.svg").contains("someone-else"));
+    assert!(!read("field-time-homogeneous.svg").contains("someone-else"));
+    fs::write(&peers, format!("{head}\n{}\n", lines[0].replace("0.31", "inf"))).expect("a file");
+    stylet(&beside).refused(&["peers.csv:2", "relative_error: inf", "at most 10"]);
+    stylet(&["bench", "soak", "--peers", text(&peers), "--out", text(&out)]).refused(&["--peers", "`field` alone"]);
 }
 
 /// The report in the tree is what the program of today measures: its first rows, to the last digit.

@@ -89,13 +89,18 @@ pub(super) fn markdown(measured: &[Measured], pace: Pace) -> Result<String, std:
     Ok(text)
 }
 
+/// The command and the version: what a report must say first to be of this program.
+fn made_by(profile: &str) -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    format!("Measured by `web-admin bench --data-dir DIR --out DIR` with web-admin {version} ({profile} build) on ")
+}
+
 fn head(pace: Pace) -> String {
-    let profile = if cfg!(debug_assertions) { "debug" } else { "release" };
-    let (version, machine) = (env!("CARGO_PKG_VERSION"), machine());
+    let (made_by, machine) = (made_by(if cfg!(debug_assertions) { "debug" } else { "release" }), machine());
     let Pace { rate, seconds } = pace;
     format!(
         "# Pages\n\n\
-         Measured with web-admin {version} ({profile} build) on {machine}, by `web-admin bench`: {rate} requests a second \
+         {made_by}{machine}: {rate} requests a second \
          for {seconds} s, every page in turn, whether or not the answers kept up. A time is from the moment a request was due \
          until its answer was there whole, compressed; the program that asks takes its share of the same processor.\n\n\
          The schools are generated: cohorts of 30, an instructor for four of them, 100 attempts of each trainee over three \
@@ -151,4 +156,21 @@ fn machine() -> String {
     let model = model.map_or("an unknown processor", |(_, name)| name.trim());
     let threads = std::thread::available_parallelism().map_or(0, usize::from);
     format!("{model}, {threads} threads, {} {}", std::env::consts::OS, std::env::consts::ARCH)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::made_by;
+
+    fn is_of_this_program(report: &str) -> bool {
+        report.lines().nth(2).is_some_and(|head| head.starts_with(&made_by("release")))
+    }
+
+    #[test]
+    fn the_committed_report_is_of_this_program() {
+        let report = include_str!("../../../bench/pages.md");
+        assert!(is_of_this_program(report), "measure anew, with a release build");
+        assert!(!is_of_this_program(&report.replace(env!("CARGO_PKG_VERSION"), "0.0.9")));
+        assert!(!is_of_this_program(&report.replace("release build", "debug build")));
+    }
 }

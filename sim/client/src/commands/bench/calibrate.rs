@@ -7,9 +7,9 @@ use mechanics::calibrate::{Estimate, QUANTITIES, Quantity, Standing};
 use mechanics::trials::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
 use scene::Patient;
 
-use super::chart::{self, Chart, SeriesLabelPosition};
+use super::chart::{self, Chart};
 use super::sheet::{self, Sheet};
-use super::{measured_on, quantile, specimen};
+use super::{What, measured_on, quantile, specimen};
 use crate::clock;
 use crate::exit::Failure;
 use crate::progress::Progress;
@@ -221,7 +221,7 @@ fn markdown(groups: &[Group], rows: &[Row], quick: bool) -> String {
          of 5, 10, 20 or 40 mN, the insertion alone or with the withdrawal. Random layers, one to four, are fitted from the curve \
          alone, and each makes a clear drop; a shipped scene's numbers are changed by up to a quarter, and the fit starts from the scene. Drift \
          is a wave of five times the noise, 5 to 20 mm long; outliers are one sample in a hundred, off by fifteen times the noise.\n",
-        measured_on(quick)
+        measured_on(What::Calibrate, quick)
     );
     text.push_str("\nWhat came of the curves. *Refused*: the fit says that its residual is not noise, and gives no interval. *Wrong*: another number of \
          layers, a sum of squares above the truth's, or a number far outside its interval. *Said*: refused, or, where the sum of squares alone is wrong, \
@@ -346,7 +346,7 @@ fn picture_of(groups: &[Group], rows: &[Row]) -> Chart {
         x: "noise, mN".to_owned(),
         y: "half width, median, % of the value".to_owned(),
         curves,
-        legend: SeriesLabelPosition::UpperLeft,
+        beside: Vec::new(),
         rings: Vec::new(),
     }
 }

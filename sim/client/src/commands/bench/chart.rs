@@ -1,12 +1,16 @@
 //! Line charts in SVG, in one style.
 
 use std::error::Error;
+use std::fmt::Display;
+use std::fs;
 use std::path::Path;
 
 pub use plotters::chart::SeriesLabelPosition;
+use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use crate::exit::{Failure, Outcome};
+use crate::machine::{self, Machine};
 
 /// What drawing returns: plotters' errors depend on the backend's type.
 pub type Drawn = Result<(), Box<dyn Error>>;
@@ -16,7 +20,7 @@ pub const FONT: &str = "sans-serif";
 /// Lines and labels that are not data.
 pub const INK: RGBColor = RGBColor(60, 60, 60);
 /// Colours that stay apart for colour-blind readers (Okabe and Ito), the yellow left out as too light on white.
-const COLOURS: [RGBColor; 7] = [
+const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -24,8 +28,11 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(86, 180, 233),
     RGBColor(230, 159, 0),
     RGBColor(0, 0, 0),
+    RGBColor(128, 128, 128),
 ];
-const SIZE: (u32, u32) = (800, 500);
+const SIZE: (u32, u32) = (960, 500);
+/// Width of the list of what is drawn, beside the plot, where it hides nothing.
+const KEY_WIDTH: i32 = 260;
 /// A line of no more points than this shows each of them.
 const FEW: usize = 40;
 
@@ -39,12 +46,13 @@ pub struct Curve {
 
 impl Curve {
     /// The points that logarithmic axes have a place for.
-    fn shown(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+    fn shown(&self) -> impl Iterator<Item = (f64, f64)> + Clone + '_ {
         self.points.iter().copied().filter(|&(x, y)| x > 0.0 && y > 0.0)
     }
 }
 
 /// A chart with two logarithmic axes: speed and error span powers of ten.
+#[derive(Default)]
 pub struct Chart {
     /// What it shows.
     pub title: String,
@@ -54,8 +62,8 @@ pub struct Chart {
     pub y: String,
     /// Lines.
     pub curves: Vec<Curve>,
-    /// Where nothing is drawn.
-    pub legend: SeriesLabelPosition,
+    /// Lines of others: dashed, with squares.
+    pub beside: Vec<Curve>,
     /// Points that stand out: a ring around each.
     pub rings: Vec<Curve>,
 }
@@ -72,11 +80,11 @@ impl Chart {
     fn picture(&self, path: &Path) -> Drawn {
         let root = SVGBackend::new(path, SIZE).into_drawing_area();
         root.fill(&WHITE)?;
+        let titled = root.titled(&self.title, (FONT, 22))?;
+        let (plot, key) = titled.split_horizontally(SIZE.0 as i32 - KEY_WIDTH);
         let (x, y) = (self.range(|point| point.0), self.range(|point| point.1));
-        let mut canvas = ChartBuilder::on(&root)
-            .caption(&self.title, (FONT, 22))
+        let mut canvas = ChartBuilder::on(&plot)
             .margin(16)
-            .margin_right(36)
             .x_label_area_size(46)
             .y_label_area_size(76)
             .build_cartesian_2d((x.0..x.1).log_scale(), (y.0..y.1).log_scale())?;
@@ -95,32 +103,60 @@ impl Chart {
             if curve.points.len() <= FEW {
                 canvas.draw_series(curve.shown().map(|point| Circle::new(point, 3, colour(index).filled())))?;
             }
-            let line = canvas.draw_series(LineSeries::new(curve.shown(), colour(index).stroke_width(2)))?;
-            if !curve.name.is_empty() {
-                line.label(&curve.name).legend(key(index));
-            }
+            canvas.draw_series(LineSeries::new(curve.shown(), colour(index).stroke_width(2)))?;
+        }
+        for (index, curve) in self.beside.iter().enumerate() {
+            let colour = colour(self.curves.len() + index);
+            canvas.draw_series(DashedLineSeries::new(curve.shown(), 6, 4, colour.stroke_width(2)))?;
+            let square = |point| EmptyElement::at(point) + Rectangle::new([(-4, -4), (4, 4)], colour.filled());
+            canvas.draw_series(curve.shown().map(square))?;
         }
         for rings in &self.rings {
-            let ring = |point| Circle::new(point, 8, INK.stroke_width(2));
-            let drawn = canvas.draw_series(rings.shown().map(ring))?;
-            drawn.label(&rings.name).legend(|(x, y)| Circle::new((x + 10, y), 6, INK.stroke_width(2)));
+            canvas.draw_series(rings.shown().map(|point| Circle::new(point, 8, INK.stroke_width(2))))?;
         }
-        if self.curves.iter().chain(&self.rings).any(|curve| !curve.name.is_empty()) {
-            canvas
-                .configure_series_labels()
-                .position(self.legend.clone())
-                .background_style(WHITE.mix(0.85))
-                .label_font((FONT, 14))
-                .draw()?;
-        }
+        self.list(&key)?;
         root.present()?;
+        Ok(())
+    }
+
+    /// Says beside the plot what is drawn in it.
+    fn list(&self, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Drawn {
+        let lines = self.curves.iter().map(|curve| (curve, false)).chain(self.beside.iter().map(|curve| (curve, true)));
+        let mut y = 30;
+        let say = |name: &str, y: i32| {
+            area.draw(&Text::new(name.to_owned(), (44, y - 6), (FONT, 14).into_font().color(&INK)))
+        };
+        for (index, (curve, dashed)) in lines.enumerate().filter(|(_, (curve, _))| !curve.name.is_empty()) {
+            let style = colour(index);
+            if dashed {
+                area.draw(&PathElement::new([(8, y), (14, y)], style.stroke_width(2)))?;
+                area.draw(&PathElement::new([(30, y), (36, y)], style.stroke_width(2)))?;
+                area.draw(&Rectangle::new([(18, y - 4), (26, y + 4)], style.filled()))?;
+            } else {
+                area.draw(&PathElement::new([(8, y), (36, y)], style.stroke_width(2)))?;
+                area.draw(&Circle::new((22, y), 3, style.filled()))?;
+            }
+            say(&curve.name, y)?;
+            y += 24;
+        }
+        for rings in self.rings.iter().filter(|rings| !rings.name.is_empty()) {
+            area.draw(&Circle::new((22, y), 7, INK.stroke_width(2)))?;
+            say(&rings.name, y)?;
+            y += 24;
+        }
         Ok(())
     }
 
     /// Whole powers of ten that hold every positive value.
     fn range(&self, of: impl Fn(&(f64, f64)) -> f64) -> (f64, f64) {
-        let values =
-            self.curves.iter().chain(&self.rings).flat_map(|curve| &curve.points).map(of).filter(|value| *value > 0.0);
+        let values = self
+            .curves
+            .iter()
+            .chain(&self.beside)
+            .chain(&self.rings)
+            .flat_map(|curve| &curve.points)
+            .map(of)
+            .filter(|value| *value > 0.0);
         let (low, high) = values.fold((f64::INFINITY, 0.0_f64), |(low, high), value| (low.min(value), high.max(value)));
         if high == 0.0 {
             return (1.0, 10.0);
@@ -149,10 +185,37 @@ pub fn key(index: usize) -> impl Fn((i32, i32)) -> PathElement<(i32, i32)> {
     move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour(index).stroke_width(2))
 }
 
-/// Says which picture could not be drawn.
+/// Signs a picture with the program and the machine, or says which could not be drawn.
 ///
 /// # Errors
 /// When it could not.
 pub fn finish(drawn: Drawn, path: &Path) -> Outcome {
-    drawn.map_err(|error| Failure::work(format_args!("{}: {error}", path.display())))
+    let cannot = |error: &dyn Display| Failure::work(format_args!("{}: {error}", path.display()));
+    drawn.map_err(|error| cannot(&error))?;
+    let svg = fs::read_to_string(path).map_err(|error| cannot(&error))?;
+    let who = format!("{}, {}", machine::program(), Machine::this().in_words());
+    fs::write(path, signed(&svg, &who)).map_err(|error| cannot(&error))
+}
+
+/// A picture with who made it in the lower left corner.
+fn signed(svg: &str, who: &str) -> String {
+    let who = who.replace('&', "&amp;").replace('<', "&lt;");
+    let line = format!(
+        "<text x=\"12\" y=\"99%\" font-family=\"sans-serif\" font-size=\"11\" fill=\"#767676\">{who}</text>\n</svg>"
+    );
+    svg.replacen("</svg>", &line, 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::signed;
+
+    #[test]
+    fn a_picture_is_signed_once_and_stays_well_formed() {
+        let whole = signed("<svg>\n<g/>\n</svg>\n", "a <b> & c");
+        assert!(
+            whole.ends_with("a &lt;b> &amp; c</text>\n</svg>\n") && whole.matches("</svg>").count() == 1,
+            "{whole}"
+        );
+    }
 }

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use mechanics::axial::AxialParams;
 use mechanics::tissue::follow::{HandOver, Insertion, hand_over};
 
-use super::chart::{Chart, Curve, SeriesLabelPosition};
+use super::chart::{Chart, Curve};
 use super::sheet::{self, Sheet};
-use super::{measured_on, specimen};
+use super::{What, measured_on, specimen};
 use crate::exit::Failure;
 
 const RATES_HZ: [f64; 8] = [15.0, 30.0, 60.0, 120.0, 240.0, 333.0, 500.0, 1000.0];
@@ -76,8 +76,7 @@ fn chart(rows: &[Row]) -> Chart {
             curve("extrapolated", |error| error.extrapolated),
             curve("forecast by the law", |error| error.forecast),
         ],
-        legend: SeriesLabelPosition::LowerLeft,
-        rings: Vec::new(),
+        ..Chart::default()
     }
 }
 
@@ -95,7 +94,7 @@ fn markdown(rows: &[Row], quick: bool) -> String {
          *Held*: the last force taken; *extrapolated*: with its last rate of change; *forecast*: the law's closed form, run \
          ahead with the needle's last velocity, which knows when the next boundary gives way: what a field \
          beside the law should carry. The bar is 1 % at 120 Hz and 10 mm/s.\n\n## At 120 Hz\n\n{}\n![coupling](coupling.svg)\n",
-        measured_on(quick),
+        measured_on(What::Coupling, quick),
         sheet.markdown()
     )
 }

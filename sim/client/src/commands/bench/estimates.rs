@@ -6,7 +6,7 @@ use mechanics::tissue::LoadKind;
 use mechanics::trials::estimates::{Drawn, Estimate, TOLERANCES, draw, measure as measure_one};
 
 use super::sheet::{self, Sheet};
-use super::{measured_on, quantile};
+use super::{What, measured_on, quantile};
 use crate::exit::Failure;
 use crate::progress::Progress;
 
@@ -136,7 +136,7 @@ fn markdown(rows: &[Row], quick: bool) -> String {
          tolerance. The error is the larger of the relative L2 errors of the axial and of the radial displacement over the samples, \
          against a mesh far finer than any that is chosen or judges. No error may be more than {MOST_FACTOR} times its estimate, and \
          of the tolerances said to be met {} % must be. Each is in `estimates.csv`; a number always draws the same tissue.\n\n{}",
-        measured_on(quick),
+        measured_on(What::Estimates, quick),
         LEAST_TRUE * 1e2,
         sheet.markdown()
     )

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use mechanics::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, Contactor};
 use mechanics::closed_form::{self, PredictedRupture};
 
-use super::chart::{Chart, Curve, SeriesLabelPosition};
+use super::chart::{Chart, Curve};
 use super::pace::{self, Pace};
 use super::sheet::{self, Sheet};
-use super::{curve, encoder, measured_on, specimen};
+use super::{What, curve, encoder, measured_on, specimen};
 use crate::exit::Failure;
 use crate::progress::Progress;
 
@@ -51,7 +51,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     sheet(&cases).write_csv(&table)?;
     let plot = out.join("force-error.svg");
     chart(&cases).draw(&plot)?;
-    let report = markdown(&measured_on(quick), &cases, &pace) + &on_an_encoder;
+    let report = markdown(&measured_on(What::Force, quick), &cases, &pace) + &on_an_encoder;
     written.extend([table, plot, sheet::write_text(out.join("force.md"), &report)?]);
     Ok(written)
 }
@@ -135,8 +135,7 @@ fn chart(cases: &[Case]) -> Chart {
         x: "tick rate, Hz".to_owned(),
         y: "largest lateness of a rupture, mm".to_owned(),
         curves: curves.into(),
-        legend: SeriesLabelPosition::MiddleRight,
-        rings: Vec::new(),
+        ..Chart::default()
     }
 }
 

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use mechanics::trials::{self, Trial};
 
-use super::measured_on;
 use super::sheet::{self, Sheet};
+use super::{What, measured_on};
 use crate::exit::Failure;
 use crate::progress::Progress;
 
@@ -82,7 +82,7 @@ fn markdown(rows: &[Row], quick: bool) -> String {
     format!(
         "# Hard cases\n\n{}{scope}\n\nA trial passes when what it measures is a number and at most its bound. What a model must \
          refuse measures 0 when it is refused, 1 when not. Trials: {}; failed: {failed}.\n\n{}",
-        measured_on(quick),
+        measured_on(What::HardCases, quick),
         rows.len(),
         sheet.markdown()
     )

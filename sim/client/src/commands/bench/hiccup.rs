@@ -15,7 +15,7 @@ use scene::{ExerciseBundle, Patient};
 
 use super::chart::{self, Drawn, FONT, SeriesLabelPosition, colour, key};
 use super::sheet::{self, Sheet};
-use super::{measured_on, specimen};
+use super::{What, measured_on, specimen};
 use crate::commands;
 use crate::exit::Failure;
 
@@ -73,7 +73,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     let text = format!(
         "# A hiccup of the device in the tissue\n\n{}\n\nA scripted arm with the limits of a Touch goes into the training scene at 5 mm/s. \
          Times are told, not measured: every machine finds the same.\n\n{}",
-        measured_on(quick),
+        measured_on(What::Hiccup, quick),
         summary.markdown()
     );
     written.push(sheet::write_text(out.join("hiccup.md"), &text)?);

@@ -9,6 +9,7 @@ mod estimates;
 mod field;
 mod force;
 mod hard_cases;
+mod head;
 mod hiccup;
 mod metrics;
 mod motion;
@@ -26,14 +27,14 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 
 use crate::exit::{Failure, Outcome};
-use crate::machine::{self, Machine};
 use crate::{new_file, output};
+use field::peers::{self, Peer};
 
 /// Measure speed and error, and write CSV, Markdown and plots
 ///
 /// force: error of the force law against tick rate and speed, time per tick, force against depth, what an encoder's steps make of
 /// it. field: error of the tissue's displacement against unknowns, set-up and time per solve, for every model, with the planner's
-/// choice marked and other solvers beside it. estimates: the error that a field claims against the error that it has, on a thousand
+/// choice marked, and other solvers in the same plots and tables with --peers. estimates: the error that a field claims against the error that it has, on a thousand
 /// random tissues; exit 1 when a bound is exceeded. coupling: error of the force that the field carries against its rate. recording:
 /// size, time to write a tick, speed of simulating, time and memory to read and score. servo: a minute at 1 kHz on the clock, how
 /// late ticks begin and what they take. hiccup: what the hand is given when its device falters or is lost in the tissue. render:
@@ -54,6 +55,9 @@ pub struct Args {
     /// Measure a hundredth of it, to see that it works
     #[arg(long)]
     quick: bool,
+    /// With `field` or `all`: what other solvers reach, as tests/peers/run measures it, in the same plots and tables
+    #[arg(long, value_name = "CSV")]
+    peers: Option<PathBuf>,
 }
 
 /// What can be measured.
@@ -89,33 +93,48 @@ enum What {
     Metrics,
 }
 
-/// Measures into a folder, shortened or not, and returns the files written.
-type Measure = fn(&Path, bool) -> Result<Vec<PathBuf>, Failure>;
+/// The files written.
+type Written = Result<Vec<PathBuf>, Failure>;
+
+/// Measures into a folder, shortened or not.
+#[derive(Clone, Copy)]
+enum Measure {
+    Alone(fn(&Path, bool) -> Written),
+    /// Others are shown beside it.
+    Beside(fn(&Path, bool, &[Peer]) -> Written),
+}
 
 /// What there is to measure, in the order of `all`.
 const MEASURES: [(What, Measure); 13] = [
-    (What::Force, force::measure),
-    (What::Field, field::measure),
-    (What::Estimates, estimates::measure),
-    (What::Coupling, coupling::measure),
-    (What::Recording, recording::measure),
-    (What::Servo, servo::measure),
-    (What::Hiccup, hiccup::measure),
-    (What::Render, render::measure),
-    (What::HardCases, hard_cases::measure),
-    (What::Soak, soak::measure),
-    (What::Operators, operators::measure),
-    (What::Calibrate, calibrate::measure),
-    (What::Metrics, metrics::measure),
+    (What::Force, Measure::Alone(force::measure)),
+    (What::Field, Measure::Beside(field::measure)),
+    (What::Estimates, Measure::Alone(estimates::measure)),
+    (What::Coupling, Measure::Alone(coupling::measure)),
+    (What::Recording, Measure::Alone(recording::measure)),
+    (What::Servo, Measure::Alone(servo::measure)),
+    (What::Hiccup, Measure::Alone(hiccup::measure)),
+    (What::Render, Measure::Alone(render::measure)),
+    (What::HardCases, Measure::Alone(hard_cases::measure)),
+    (What::Soak, Measure::Alone(soak::measure)),
+    (What::Operators, Measure::Alone(operators::measure)),
+    (What::Calibrate, Measure::Alone(calibrate::measure)),
+    (What::Metrics, Measure::Alone(metrics::measure)),
 ];
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
+    if args.peers.is_some() && !matches!(args.what, What::All | What::Field) {
+        return Err(Failure::input("--peers: other solvers answer the cases of `field` alone"));
+    }
+    let peers = args.peers.as_deref().map_or(Ok(Vec::new()), peers::read)?;
     new_file::create_folder(&args.out)?;
     let mut written = Vec::new();
     for (what, measure) in MEASURES {
         if args.what == What::All || args.what == what {
-            written.extend(measure(&args.out, args.quick)?);
+            written.extend(match measure {
+                Measure::Alone(measure) => measure(&args.out, args.quick)?,
+                Measure::Beside(measure) => measure(&args.out, args.quick, &peers)?,
+            });
         }
     }
     output::with(|out| written.iter().try_for_each(|path| writeln!(out, "{}", path.display())))
@@ -126,10 +145,7 @@ fn quantile(values: &[f64], share: f64) -> f64 {
     assessment::statistics::quantile(values, share).unwrap_or(f64::NAN)
 }
 
-/// On what a result was measured, for the head of a Markdown file.
-fn measured_on(quick: bool) -> String {
-    let Machine { cpu, threads, system } = Machine::this();
-    let program = machine::program();
-    let shortened = if quick { " **Shortened to a hundredth: not to be reported.**" } else { "" };
-    format!("Measured with {program} on {cpu}, {threads} threads, {system}.{shortened}")
+/// By which command and on what a result was measured, for the head of a Markdown file.
+fn measured_on(what: What, quick: bool) -> String {
+    head::measured_by(what, "", quick)
 }

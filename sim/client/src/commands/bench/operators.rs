@@ -7,12 +7,12 @@ use mechanics::operator::{Operator, Skill};
 use scene::{ExerciseBundle, Patient};
 
 use super::sheet::{self, Sheet};
-use super::{measured_on, quantile, specimen};
+use super::{What, measured_on, quantile, specimen};
 use crate::exit::Failure;
 use crate::progress::Progress;
 
-/// Attempts of each preset at each exercise.
-const SEEDS: u64 = 30;
+/// Attempts of each preset at each exercise in a report, and in a shortened one.
+const SEEDS: [u64; 2] = [30, 5];
 
 /// Points of 100 above which an attempt is perfect.
 const PERFECT: f64 = 99.99;
@@ -55,7 +55,8 @@ struct Row {
 /// # Errors
 /// When the disk refuses, and, once the report is written, when a hand went in beyond its needle's hub.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
-    let seeds = if quick { SEEDS / 6 } else { SEEDS };
+    let [whole, shortened] = SEEDS;
+    let seeds = if quick { shortened } else { whole };
     let exercises = specimen::exercises()?;
     let progress = Progress::new(3 * exercises.len() as u64, "operators");
     let of = |bundle: &ExerciseBundle| -> Result<Vec<Row>, Failure> {
@@ -167,7 +168,7 @@ fn markdown(rows: &[Row], seeds: u64, quick: bool) -> String {
          The peaks say less than people's do. A boundary gives way at its threshold, whoever pushes: where the hardest boundary lies \
          before the target, everybody meets the same peak, and only drag is left to tell hands apart. A novice's peak is higher where \
          overshooting meets a harder boundary behind the target, as at stop-in-the-fat.\n\n{}",
-        measured_on(quick),
+        measured_on(What::Operators, quick),
         sheet.markdown()
     )
 }

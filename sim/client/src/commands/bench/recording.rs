@@ -8,10 +8,10 @@ use ::recording::Recording;
 use ::recording::simulate::{self, Clock};
 use scene::{ExerciseBundle, Patient};
 
-use super::chart::{Chart, Curve, SeriesLabelPosition};
+use super::chart::{Chart, Curve};
 use super::motion::Rehearsal;
 use super::sheet::{self, Sheet};
-use super::{measured_on, quantile, specimen};
+use super::{What, measured_on, quantile, specimen};
 use crate::exit::Failure;
 use crate::motion::Watched;
 use crate::{attempt, clock, commands, machine};
@@ -63,7 +63,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
         score_s,
         peak_bytes: machine::peak_memory_bytes(),
     };
-    report(out, &measured_on(quick), &measured)
+    report(out, &measured_on(What::Recording, quick), &measured)
 }
 
 /// Simulates and records an attempt of a length; returns the wall time, in s.
@@ -171,7 +171,6 @@ fn chart(sorted_us: &[f64]) -> Chart {
         x: "time, µs".to_owned(),
         y: "share of ticks that take longer".to_owned(),
         curves: vec![Curve { name: String::new(), points: points.collect() }],
-        legend: SeriesLabelPosition::MiddleRight,
-        rings: Vec::new(),
+        ..Chart::default()
     }
 }

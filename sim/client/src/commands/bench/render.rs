@@ -6,9 +6,9 @@ use render::frame::{Frame, Puncture, Stage, View};
 use render::{Headless, Quality};
 use scene::Patient;
 
-use super::chart::{Chart, Curve, SeriesLabelPosition};
+use super::chart::{Chart, Curve};
 use super::sheet::{self, Sheet};
-use super::{measured_on, quantile, specimen};
+use super::{What, measured_on, quantile, specimen};
 use crate::exit::Failure;
 use crate::progress::Progress;
 use crate::{clock, commands, picture};
@@ -123,8 +123,7 @@ fn chart(rows: &[Row]) -> Chart {
         x: "step of quality, 1 full to 5 least".to_owned(),
         y: "median time, ms".to_owned(),
         curves: rows.iter().take_while(|row| row.quality == Quality::Full).map(curve).collect(),
-        legend: SeriesLabelPosition::LowerLeft,
-        rings: Vec::new(),
+        ..Chart::default()
     }
 }
 
@@ -147,7 +146,7 @@ fn markdown(rows: &[Row], headless: &Headless, (start_s, quick): (f64, bool)) ->
          nothing to the first frame: {start_s:.1} s. The bar on this kind of adapter is {bar_ms} ms at the median; the window \
          starts at the best quality that its adapter holds, and goes down a step rather than stutter.\n\n{}\n![time of a \
          frame](render.svg)\n",
-        measured_on(quick),
+        measured_on(What::Render, quick),
         SIZE[0],
         SIZE[1],
         headless.renderer().triangles(),

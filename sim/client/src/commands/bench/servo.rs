@@ -17,11 +17,11 @@ use mechanics::puncture::PunctureParams;
 use nalgebra::Vector3;
 use scene::{ExerciseBundle, Patient};
 
-use super::chart::{Chart, Curve, SeriesLabelPosition};
+use super::chart::{Chart, Curve};
 use super::motion::Rehearsal;
 use super::render::SIZE;
 use super::sheet::{self, Sheet};
-use super::{measured_on, quantile, specimen};
+use super::{What, measured_on, quantile, specimen};
 use crate::exit::Failure;
 use crate::live::{Finished, Live, Trial};
 use crate::picture::{Look, Moment};
@@ -47,7 +47,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     let file = scratch.path().join("attempt.mcap");
     let length_s = if quick { QUICK_S } else { LENGTH_S };
     let measured = run(&bundle, length_s, &file)?;
-    report(out, &measured_on(quick), &measured)
+    report(out, &measured_on(What::Servo, quick), &measured)
 }
 
 /// What was measured beside one picture.
@@ -242,7 +242,7 @@ fn chart(Measured { servo, bare, .. }: &Measured) -> Chart {
             curve("compute", &servo.compute),
             curve("bare timer, lateness", bare),
         ],
-        legend: SeriesLabelPosition::LowerLeft,
         rings: vec![ring("lateness: the p99 promised", 0.01), ring("compute: the p99.9 promised", 0.001)],
+        ..Chart::default()
     }
 }

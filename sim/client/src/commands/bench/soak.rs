@@ -7,7 +7,7 @@ use mechanics::trials::{self, Soaked};
 use scene::Patient;
 
 use super::sheet::{self, Sheet};
-use super::{measured_on, specimen};
+use super::{What, measured_on, specimen};
 use crate::exit::Failure;
 use crate::progress::Progress;
 
@@ -107,7 +107,7 @@ fn markdown(rows: &[Row], quick: bool) -> String {
          from a seed. The force is its elastic, friction and cutting part; its bound follows from the scene's thresholds, \
          friction and cutting force. The ledger must close to 1e-3 of the input, dissipation never decreases, and the field that follows the \
          needle at 125 Hz stays finite: a teleport is 50 m/s for a tick, whose viscous drag moves the tissue most.\n\n{}",
-        measured_on(quick),
+        measured_on(What::Soak, quick),
         sheet.markdown()
     )
 }

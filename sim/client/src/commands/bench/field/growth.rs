@@ -1,7 +1,7 @@
 //! How set-up and solve grow with the unknowns: exponents fitted on lower_back, load at the surface.
 
 use super::{MODELS, Row};
-use crate::commands::bench::chart::{Chart, Curve, SeriesLabelPosition};
+use crate::commands::bench::chart::{Chart, Curve};
 use crate::commands::bench::sheet::Sheet;
 
 /// Unknowns and time, in s, of a model's meshes on lower_back.
@@ -49,7 +49,6 @@ pub fn chart(rows: &[Row]) -> Chart {
         x: "unknowns".to_owned(),
         y: "time, ms".to_owned(),
         curves: curves.collect(),
-        legend: SeriesLabelPosition::LowerLeft,
-        rings: Vec::new(),
+        ..Chart::default()
     }
 }

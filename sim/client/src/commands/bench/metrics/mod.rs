@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use assessment::catalogue::{DEFINITIONS, Definition};
 
 use super::sheet::{self, Sheet};
+use super::{What, measured_on};
 use crate::exit::Failure;
-use crate::machine;
 use crowd::{Crowd, Size, crowds};
 use figures::{BY_CONTENT, FAIR, Figures, JUDGED_BY, Pooled, Reading, SCORE, least_agreement};
 
@@ -23,9 +23,8 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     let sheet = table(&crowds);
     let path = out.join("metrics.csv");
     sheet.write_csv(&path)?;
-    let shortened = if quick { " **Shortened: not to be reported.**" } else { "" };
     let text = format!(
-        "# Metrics\n\nMade with {}.{shortened} Virtual hands, not people: {} novices and as many experts with an attempt each, and {} \
+        "# Metrics\n\n{}\n\nVirtual hands, not people: {} novices and as many experts with an attempt each, and {} \
          people between the two with an attempt on each of {} days, at each of {} shipped exercises, every attempt on a patient of its own.\n\n\
          *Separation* is how often an expert's value is better than a novice's (area under the receiver's curve): 0.5 is chance, less \
          is the wrong way. *Agreement* is ICC(2,1) of a person's attempts. Both are means with 95 % intervals, over the exercises at which not everybody's \
@@ -36,7 +35,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
          the least that Cicchetti (1994) calls fair; by Spearman and Brown that is an agreement of single attempts of {:.3}. And no later version mends \
          what the tremor does to it. What must happen or must not ({}) is offered by what it says: that it counts no comparison of \
          groups can tell.\n\n{}",
-        machine::program(),
+        measured_on(What::Metrics, quick),
         size.group,
         size.people,
         size.attempts,
