@@ -1,5 +1,6 @@
 //! Fits of curves whose truth is known: how often a 95 % interval holds it, how often there is none, and wrong minima.
 
+use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
 use mechanics::axial::AxialSpec;
@@ -14,9 +15,11 @@ use crate::clock;
 use crate::exit::Failure;
 use crate::progress::Progress;
 
-/// Curves of a group; a shortened report has this part of them. A scene of seven layers takes a minute each.
+/// Curves of a group of random layers, of shipped scenes under a trocar, which take seconds each, and of seven layers, which take a
+/// minute; a shortened report has this part of them.
 const CURVES: u64 = 240;
-const DEEP_CURVES: u64 = 12;
+const SHIPPED_CURVES: u64 = 60;
+const DEEP_CURVES: u64 = 4;
 const QUICK_PART: u64 = 40;
 /// From which seed: none on which a number of the fit was chosen.
 const FIRST_SEED: u64 = 2000;
@@ -99,10 +102,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     let progress = Progress::new(groups.iter().map(curves).sum(), "curves");
     let mut rows = Vec::new();
     for group in &groups {
-        for seed in FIRST_SEED..FIRST_SEED + curves(group) {
-            rows.extend(row(group, seed));
-            progress.advance(1);
-        }
+        rows.extend(at_once(group, curves(group), &progress)?);
     }
     let table = out.join("calibrate.csv");
     csv(&rows).write_csv(&table)?;
@@ -111,6 +111,27 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     let text = sheet::write_text(out.join("calibrate.md"), &markdown(&groups, &rows, quick))?;
     let failed = failures(&groups, &rows, quick);
     if failed.is_empty() { Ok(vec![table, text, picture]) } else { Err(Failure::Work(failed)) }
+}
+
+/// The curves of a group, in the order of their seeds; each thread takes every so manieth.
+fn at_once(group: &Group, curves: u64, progress: &Progress) -> Result<Vec<Row>, Failure> {
+    let threads = std::thread::available_parallelism().map_or(1, NonZero::get);
+    let some = &|first: usize| -> Vec<Row> {
+        let seeds = (FIRST_SEED..FIRST_SEED + curves).skip(first).step_by(threads);
+        let fit = |seed| {
+            let row = row(group, seed);
+            progress.advance(1);
+            row
+        };
+        seeds.filter_map(fit).collect()
+    };
+    let mut rows = std::thread::scope(|scope| {
+        let running: Vec<_> = (0..threads).map(|first| scope.spawn(move || some(first))).collect();
+        let rows = running.into_iter().map(|thread| thread.join().map_err(|_| Failure::work("a thread stopped")));
+        Ok::<_, Failure>(rows.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect::<Vec<Row>>())
+    })?;
+    rows.sort_by_key(|row| row.seed);
+    Ok(rows)
 }
 
 fn groups() -> Result<Vec<Group>, Failure> {
@@ -130,7 +151,7 @@ fn groups() -> Result<Vec<Group>, Failure> {
     Ok(vec![
         random("random layers, needle", 0.0, Disturbance::None),
         random("random layers, trocar", 0.002, Disturbance::None),
-        shipped("shipped trocar scenes, changed", CURVES, trocars),
+        shipped("shipped trocar scenes, changed", SHIPPED_CURVES, trocars),
         shipped("shipped needle scenes, changed", DEEP_CURVES, needles),
         random("needle, with drift", 0.0, Disturbance::Drift),
         random("needle, with outliers", 0.0, Disturbance::Outliers),
