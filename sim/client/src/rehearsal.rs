@@ -30,7 +30,8 @@ pub fn params_of_law(file: &Path, bundle: &ExerciseBundle, patient: &Patient) ->
 pub fn perform(params: &PunctureParams, session: Session, hand: &mut dyn MotionSource, time_limit_s: f64) -> Recording {
     let (attachments, samples, events) = (Vec::new(), Vec::new(), Vec::new());
     let (energies, tents) = (Vec::new(), Vec::new());
-    let mut recording = Recording { session, attachments, samples, events, energies, tents, complete: true };
+    let mut recording =
+        Recording { session, attachments, samples, events, energies, tents, signature: None, complete: true };
     let mut tissue = Attempt::new(params);
     let mut force_n = Vector3::zeros();
     let mut t_s = 0.0;

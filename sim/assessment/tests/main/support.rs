@@ -130,7 +130,7 @@ pub fn empty() -> Recording {
         patient_thickness_mm: vec![2.0, 10.0, 40.0],
     };
     let (attachments, samples, events, energies, tents) = (vec![], vec![], vec![], vec![], vec![]);
-    Recording { session, attachments, samples, events, energies, tents, complete: true }
+    Recording { session, attachments, samples, events, energies, tents, signature: None, complete: true }
 }
 
 /// Where the needle is.
