@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::secret;
 use crate::storage::account_links::{self, Link, NewLink, Purpose};
 use crate::storage::audit::{Actor, Entry};
-use crate::storage::cohorts::{self, Membership};
+use crate::storage::cohorts::{self, Deed, Membership};
 use crate::storage::directory::{self, AccountState, Details, Listed};
 use crate::storage::mails::{self, MailKind, NewMail};
 use crate::storage::people::{self, NewPerson};
@@ -54,7 +54,8 @@ pub async fn add(state: &AppState, by: &CurrentPerson, new: &NewAccount<'_>) -> 
         .await?;
     if let Some(cohort_id) = new.cohort {
         cohorts::find(&mut *tx, school_id, cohort_id).await?.ok_or(Error::NotFound)?;
-        cohorts::join(&mut tx, Membership { school_id, cohort_id, person_id: person.id, role: new.role }).await?;
+        let membership = Membership { school_id, cohort_id, person_id: person.id, role: new.role };
+        cohorts::join(&mut tx, membership, Deed { by: Some(by.id), at: now }).await?;
         Entry::by(by, "cohort.joined", person.id)
             .with(json!({ "cohort": cohort_id }))
             .append(&mut tx, state.clock.now())

@@ -18,7 +18,9 @@ use crate::secret;
 /// The private key's file in the data folder, 64 hexadecimal digits.
 const KEY_FILE: &str = "certificate-key";
 /// Version of the file's layout.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
+/// Versions that are understood.
+const KNOWN: std::ops::RangeInclusive<u32> = 1..=FORMAT;
 /// Begins the certificate in a page.
 const OPENING: &str = "<script type=\"application/json\" id=\"certificate\">";
 /// Ends it.
@@ -42,6 +44,9 @@ pub struct Statement {
     pub curriculum_sha256: String,
     /// Its mastery rule in words.
     pub rule: String,
+    /// By which attempts the school certifies, in words. Layout 1 did not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub attempts: Option<String>,
     /// Each exercise, and since when it is mastered, RFC 3339.
     pub exercises: Vec<(String, String)>,
     /// When this was issued, RFC 3339.
@@ -115,7 +120,7 @@ pub fn check(file: &[u8], published_key: &str) -> anyhow::Result<Statement> {
     key.verify(certificate.statement.as_bytes(), &signature).ok().context("the signature is not of this statement")?;
     let statement: Statement =
         serde_json::from_str(&certificate.statement).context("a statement of another version")?;
-    ensure!(statement.format == FORMAT, "format {}; allowed is {FORMAT}", statement.format);
+    ensure!(KNOWN.contains(&statement.format), "format {}; allowed are 1 to {FORMAT}", statement.format);
     Ok(statement)
 }
 
@@ -166,6 +171,7 @@ pub(crate) fn sample() -> Statement {
         course: "Lower back".to_owned(),
         curriculum_sha256: "ab".repeat(32),
         rule: "mastered with 3 passes in a row".to_owned(),
+        attempts: Some("attempts that were supervised".to_owned()),
         exercises: vec![("Feel the layers".to_owned(), "2026-05-01T09:00:00Z".to_owned())],
         issued_at: "2026-05-20T09:00:00Z".to_owned(),
         scope: "Simulated performance only.".to_owned(),
@@ -214,6 +220,18 @@ mod tests {
         let swapped = Certificate { public_key: published.clone(), ..foreign };
         assert!(check(&file(&swapped), &published).is_err());
         assert!(check(b"{}", &published).is_err() && check(&file(&certificate), "no key").is_err());
+    }
+
+    #[test]
+    fn a_certificate_of_before_is_still_one() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let before = Statement { format: 1, attempts: None, ..sample() };
+        let certificate = sign(folder.path(), &before).expect("signed");
+        assert!(!certificate.statement.contains("attempts"));
+        let checked = check(&serde_json::to_vec(&certificate).expect("JSON"), &certificate.public_key);
+        assert_eq!(checked.expect("genuine"), before);
+        let later = sign(folder.path(), &Statement { format: 3, ..sample() }).expect("signed");
+        assert!(check(&serde_json::to_vec(&later).expect("JSON"), &later.public_key).is_err());
     }
 
     #[test]

@@ -1,17 +1,21 @@
 //! Taking a recording in: from a file that has arrived to a row, a job and an audit entry, all or nothing.
 
-use recording::ReadError;
-use serde_json::json;
+use recording::signature::{self, Signature};
+use recording::{Motion, ReadError, Recording};
+use serde_json::{Value, json};
 use sqlx::SqliteConnection;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::domain::Moment;
+use crate::domain::began::Claim;
+use crate::domain::{Moment, Uncounted};
 use crate::error::Error;
+use crate::keys;
 use crate::recordings::{self, Received};
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::scores::SessionKey;
 use crate::storage::sessions::{self, Session, SessionState};
+use crate::storage::stations::{self, Signer};
 use crate::storage::{exercises, jobs, people, uploads};
 
 /// Who brings a recording.
@@ -23,6 +27,8 @@ pub struct Bearer {
     pub trainee_id: Option<Uuid>,
     /// For the audit log.
     pub actor: Actor,
+    /// How far their clock is ahead of ours, in µs, where they have told it.
+    pub ahead_us: Option<i64>,
 }
 
 /// A recording that is kept.
@@ -59,28 +65,44 @@ struct Told {
     session: recording::Session,
     duration_s: f64,
     complete: bool,
+    /// SHA-256 of what the hand did; absent without samples.
+    motion: Option<[u8; 32]>,
+    signature: Option<Signature>,
+}
+
+impl From<Recording> for Told {
+    fn from(recording: Recording) -> Self {
+        let last = recording.samples.last();
+        Self {
+            duration_s: last.map_or(0.0, |sample| sample.t_s),
+            complete: recording.complete,
+            motion: last.map(|_| Motion::of(&recording.samples).sha256()),
+            signature: recording.signature,
+            session: recording.session,
+        }
+    }
 }
 
 async fn read(state: &AppState, received: &Received) -> Result<Told, Error> {
-    let told = recordings::with(state, received.path().to_owned(), |recording| Told {
-        duration_s: recording.samples.last().map_or(0.0, |sample| sample.t_s),
-        complete: recording.complete,
-        session: recording.session,
-    });
-    told.await?.map_err(|error| match error {
+    recordings::with(state, received.path().to_owned(), Told::from).await?.map_err(|error| match error {
         ReadError::Io(error) => error.into(),
         unreadable => Error::Unprocessable(unreadable.to_string()),
     })
 }
 
 async fn describe(state: &AppState, bearer: &Bearer, received: &Received, told: Told) -> Result<Session, Error> {
-    let Told { session: named, duration_s, complete } = told;
-    let (reader, school_id) = (state.db.reader(), bearer.school_id);
-    let trainee_id = match bearer.trainee_id {
-        Some(id) => id,
-        None => by_pseudonym(state, school_id, &named.trainee).await?,
+    let (school_id, received_at) = (bearer.school_id, state.clock.now());
+    let trainee_id = trainee(state, bearer, &told.session.trainee).await?;
+    let revision_id = exercises::by_documents(state.db.reader(), school_id, &told.session).await?;
+    let signer = signer(state, school_id, &told).await?;
+    let Told { session: named, duration_s, complete, motion, .. } = told;
+    let claim = Claim {
+        began: Moment::from(named.started_at),
+        duration_s,
+        ahead_us: bearer.ahead_us,
+        paired_at: signer.as_ref().map(|station| station.created_at),
     };
-    let revision_id = exercises::by_documents(reader, school_id, &named.exercise_sha256, &named.scene_sha256).await?;
+    let started_at = claim.believed(received_at);
     Ok(Session {
         id: named.session_id,
         school_id,
@@ -89,8 +111,9 @@ async fn describe(state: &AppState, bearer: &Bearer, received: &Received, told: 
         exercise_sha256: named.exercise_sha256,
         scene_sha256: named.scene_sha256,
         revision_id,
-        started_at: Moment::from(named.started_at),
-        received_at: state.clock.now(),
+        started_at,
+        claimed_started_at: Some(claim.began).filter(|began| *began != started_at),
+        received_at,
         duration_s,
         complete,
         device: named.device,
@@ -104,7 +127,31 @@ async fn describe(state: &AppState, bearer: &Bearer, received: &Received, told: 
         verify_deviation_n: None,
         verify_event_differences: None,
         verify_flagged: None,
+        uncounted: revision_id.is_none().then_some(Uncounted::Unpublished),
+        motion_sha256: motion.map(hex::encode),
+        repeats: None,
+        signed_by: signer.map(|station| station.id),
     })
+}
+
+/// Whose attempt it is. A recording that names somebody belongs to them, and nobody else brings it as their own.
+async fn trainee(state: &AppState, bearer: &Bearer, named: &str) -> Result<Uuid, Error> {
+    let Some(id) = bearer.trainee_id else { return by_pseudonym(state, bearer.school_id, named).await };
+    let own = people::by_id(state.db.reader(), id).await?.ok_or(Error::NotFound)?.pseudonym;
+    if named.is_empty() || named == own {
+        return Ok(id);
+    }
+    Err(Error::Conflict(format!(
+        "trainee: \"{named}\"; this is an attempt of somebody else: your pseudonym is \"{own}\""
+    )))
+}
+
+/// The station that has signed it, where it is one of this school's that is paired now, and its signature is right.
+async fn signer(state: &AppState, school: Uuid, told: &Told) -> Result<Option<Signer>, Error> {
+    let (Some(signature), Some(motion)) = (&told.signature, &told.motion) else { return Ok(None) };
+    let station = stations::signer(state.db.reader(), school, signature.station).await?;
+    let signed = signature::statement(&told.session, signature.station, motion);
+    Ok(station.filter(|station| keys::is_signed(&station.public_key, &signed, &signature.ed25519)))
 }
 
 async fn by_pseudonym(state: &AppState, school: Uuid, pseudonym: &str) -> Result<Uuid, Error> {
@@ -116,7 +163,7 @@ async fn by_pseudonym(state: &AppState, school: Uuid, pseudonym: &str) -> Result
 
 /// Puts the file into its place and stores what tells of it; only then does it go from where it arrived. The write lock is
 /// held across both, so that of two uploads under one id the second finds the first.
-async fn keep(state: &AppState, bearer: &Bearer, received: Received, session: Session) -> Result<Kept, Error> {
+async fn keep(state: &AppState, bearer: &Bearer, received: Received, mut session: Session) -> Result<Kept, Error> {
     let mut tx = state.db.write().await?;
     let upload = received.upload;
     if let Some(existing) = sessions::find(&mut *tx, session.school_id, session.id).await? {
@@ -125,12 +172,13 @@ async fn keep(state: &AppState, bearer: &Bearer, received: Received, session: Se
         tx.commit().await?;
         return Ok(kept);
     }
+    find_repeated(&mut tx, &mut session).await?;
     let place = state.config.recordings_dir.join(&session.recording_path);
     let received = tokio::task::spawn_blocking(move || received.place(&place).map(|()| received)).await??;
     sessions::insert(&mut tx, &session).await?;
     jobs::enqueue(&mut tx, SessionKey { school_id: session.school_id, id: session.id }, session.received_at).await?;
     Entry::new(session.school_id, bearer.actor.clone(), "session.uploaded", session.id)
-        .with(json!({ "sha256": session.recording_sha256, "complete": session.complete }))
+        .with(noted(&session))
         .append(&mut tx, session.received_at)
         .await?;
     note_upload(&mut tx, upload, &session).await?;
@@ -139,6 +187,32 @@ async fn keep(state: &AppState, bearer: &Bearer, received: Received, session: Se
     state.jobs.notify_one();
     tracing::info!(session = %session.id, size_bytes = session.recording_size, "recording kept");
     Ok(Kept::Now(session))
+}
+
+/// Looks whether the same motion was brought before and counts. What counts nowhere anyway repeats nothing.
+async fn find_repeated(tx: &mut SqliteConnection, session: &mut Session) -> Result<(), Error> {
+    let Some(motion) = session.motion_sha256.as_deref().filter(|_| session.uncounted.is_none()) else { return Ok(()) };
+    if let Some(first) = sessions::of_motion(tx, session.school_id, motion).await? {
+        (session.uncounted, session.repeats) = (Some(Uncounted::Duplicate), Some(first.id));
+    }
+    Ok(())
+}
+
+/// What the audit log is told of an attempt.
+fn noted(session: &Session) -> Value {
+    let mut told = json!({ "sha256": session.recording_sha256, "complete": session.complete });
+    let more = [
+        ("uncounted", session.uncounted.map(|why| why.word().to_owned())),
+        ("repeats", session.repeats.map(|first| first.to_string())),
+        ("signed_by", session.signed_by.map(|station| station.to_string())),
+        ("claimed_started_at", session.claimed_started_at.map(|claimed| claimed.to_string())),
+    ];
+    for (key, value) in more {
+        if let Some(value) = value {
+            told[key] = value.into();
+        }
+    }
+    told
 }
 
 /// Says in the row of an upload in pieces what it has become, in the transaction that makes it so.

@@ -14,7 +14,7 @@ use crate::domain::{CurrentPerson, Role};
 use crate::error::Error;
 use crate::storage::account_links::Purpose;
 use crate::storage::audit;
-use crate::storage::cohorts::{self, Membership};
+use crate::storage::cohorts::{self, Deed, Membership};
 use crate::storage::directory::{self, Details};
 use crate::storage::rosters::{self, About, Draft, NewDraft};
 
@@ -114,7 +114,8 @@ pub async fn confirm(
     }
     for leaving in &difference.leaving {
         let cohort = import.cohort(&leaving.cohort).await?;
-        cohorts::leave(import.tx, by.school_id, cohort, leaving.person).await?;
+        let deed = import.deed();
+        cohorts::leave(import.tx, (by.school_id, cohort, leaving.person), deed).await?;
     }
     let Import { added, changed, .. } = import;
     let left: Vec<Uuid> = difference.leaving.iter().map(|leaving| leaving.person).collect();
@@ -184,7 +185,12 @@ impl Import<'_> {
     async fn join(&mut self, person_id: Uuid, role: Role, cohort: &str) -> Result<(), Error> {
         let cohort_id = self.cohort(cohort).await?;
         let membership = Membership { school_id: self.by.school_id, cohort_id, person_id, role };
-        Ok(cohorts::join(self.tx, membership).await?)
+        let deed = self.deed();
+        Ok(cohorts::join(self.tx, membership, deed).await?)
+    }
+
+    fn deed(&self) -> Deed {
+        Deed { by: Some(self.by.id), at: self.state.clock.now() }
     }
 
     async fn cohort(&mut self, name: &str) -> Result<Uuid, Error> {

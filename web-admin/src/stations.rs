@@ -1,10 +1,12 @@
 //! Training stations: how one joins a school, and how a trainee signs in at one. Both by codes short enough to type.
 
+use serde_json::json;
 use uuid::Uuid;
 
 use crate::AppState;
 use crate::domain::{CurrentPerson, Moment, Role};
 use crate::error::Error;
+use crate::keys;
 use crate::secret;
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::people::Person;
@@ -64,12 +66,16 @@ pub async fn make_pairing_code(state: &AppState, maker: &CurrentPerson) -> Resul
     Ok((in_groups(&code), row.expires_at))
 }
 
-/// Lets a station join the school that a code leads to. The code is used up, but not by a name that cannot be had.
+/// Lets a station join the school that a code leads to, with the public key by which its recordings will be known. The code
+/// is used up, but not by a name that cannot be had.
 ///
 /// # Errors
-/// When the code is unknown, used or expired, or the name is none or taken.
-pub async fn pair(state: &AppState, code: &str, name: &str) -> Result<Paired, Error> {
+/// When the code is unknown, used or expired, the name is none or taken, or the key is none.
+pub async fn pair(state: &AppState, code: &str, name: &str, public_key: Option<&str>) -> Result<Paired, Error> {
     let (now, name) = (state.clock.now(), checked_name(name)?);
+    if public_key.is_some_and(|key| keys::public_key(key).is_none()) {
+        return Err(Error::Unprocessable("public_key: allowed is an Ed25519 key, 64 hexadecimal digits".to_owned()));
+    }
     let mut tx = state.db.write().await?;
     let code = secret::token_sha256(&secret::plain_code(code));
     let Some(school_id) = stations::use_code(&mut tx, &code, now).await? else {
@@ -83,7 +89,13 @@ pub async fn pair(state: &AppState, code: &str, name: &str) -> Result<Paired, Er
     let holder = TokenHolder { school_id, person_id: None, station: Some(name.clone()) };
     let station_id = tokens::add(&mut tx, &holder, &secret::token_sha256(&token), now).await?;
     stations::saw(&mut tx, school_id, station_id, now).await?;
-    Entry::new(school_id, Actor::Station(name.clone()), "station.paired", station_id).append(&mut tx, now).await?;
+    if let Some(key) = public_key {
+        stations::set_key(&mut tx, school_id, station_id, key).await?;
+    }
+    Entry::new(school_id, Actor::Station(name.clone()), "station.paired", station_id)
+        .with(json!({ "public_key": public_key }))
+        .append(&mut tx, now)
+        .await?;
     let school = schools::name(&mut *tx, school_id).await?;
     tx.commit().await?;
     tracing::info!(station = %station_id, "station paired");

@@ -1,11 +1,16 @@
-//! This machine as a training station: the school it has joined, and the token it was given.
+//! This machine as a training station: the school it has joined, the token it was given, and the key by which it signs.
 
 use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use data_encoding::{HEXLOWER, HEXLOWER_PERMISSIVE};
+use ed25519_dalek::{Signer, SigningKey};
+use recording::{Motion, Session, Signature, signature};
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 use tempfile::Builder;
+use uuid::Uuid;
 
 use crate::exit::{Failure, Outcome};
 use crate::folders;
@@ -51,18 +56,99 @@ impl Pairing {
     /// # Errors
     /// When the disk refuses.
     pub fn save(&self) -> Outcome {
-        let file = file()?;
-        self.write(&file).map_err(|error| Failure::work(format_args!("{}: {error}", file.display())))
+        write(&file()?, self)
     }
+}
 
-    fn write(&self, file: &Path) -> std::io::Result<()> {
+/// Writes a file for this user alone, in place of an earlier one.
+fn write(file: &Path, content: &impl Serialize) -> Outcome {
+    let written = || -> std::io::Result<()> {
         let folder = file.parent().unwrap_or(Path::new("."));
         fs::create_dir_all(folder)?;
         // A temporary file is made with permissions for its owner alone, and keeps them under its new name.
         let mut new = Builder::new().prefix(".station-").tempfile_in(folder)?;
-        new.write_all(serde_json::to_string_pretty(self)?.as_bytes())?;
+        new.write_all(serde_json::to_string_pretty(content)?.as_bytes())?;
         new.as_file().sync_all()?;
         new.persist(file)?;
         Ok(())
+    };
+    written().map_err(|error| Failure::work(format_args!("{}: {error}", file.display())))
+}
+
+/// By what the recordings of this station are known: made when it joins a school, and never sent anywhere.
+#[derive(Serialize, Deserialize)]
+pub struct StationKey {
+    /// The station's id at its school.
+    pub station: Uuid,
+    /// Ed25519 private key, 64 hexadecimal digits.
+    key: String,
+}
+
+impl StationKey {
+    /// Where it is kept.
+    ///
+    /// # Errors
+    /// When the environment names no home.
+    pub fn file() -> Result<PathBuf, Failure> {
+        Ok(folders::data()?.join("station-key.json"))
     }
+
+    /// The key of this machine, if it has one.
+    ///
+    /// # Errors
+    /// When it is there and cannot be read.
+    pub fn load() -> Result<Option<Self>, Failure> {
+        let file = Self::file()?;
+        let refused = |why: String| Failure::refused(&file, format_args!("{why}; pair this station again"));
+        match fs::read(&file) {
+            Ok(bytes) => match serde_json::from_slice::<Self>(&bytes) {
+                Ok(key) if seed(&key.key).is_some() => Ok(Some(key)),
+                Ok(_) => Err(refused("key: 64 hexadecimal digits are allowed".to_owned())),
+                Err(error) => Err(refused(error.to_string())),
+            },
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
+            Err(error) => Err(refused(error.to_string())),
+        }
+    }
+
+    /// Keeps it in place of an earlier one, readable by this user alone.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn save(&self) -> Outcome {
+        write(&Self::file()?, self)
+    }
+
+    /// Signs what a hand has done in a session.
+    pub fn sign(&self, session: &Session, motion: &Motion) -> Option<Signature> {
+        let key = SigningKey::from_bytes(&seed(&self.key)?);
+        let signed = key.sign(&signature::statement(session, self.station, &motion.sha256()));
+        Some(Signature { station: self.station, ed25519: HEXLOWER.encode(&signed.to_bytes()) })
+    }
+}
+
+/// A private key that has no station yet.
+pub struct NewKey([u8; 32]);
+
+impl NewKey {
+    /// Made of what the operating system gives for three random identifiers, 366 bits.
+    pub fn random() -> Self {
+        let mut hash = Sha256::new();
+        (0..3).for_each(|_| hash.update(Uuid::new_v4().as_bytes()));
+        Self(hash.finalize().into())
+    }
+
+    /// Its public half, 64 hexadecimal digits.
+    pub fn public(&self) -> String {
+        HEXLOWER.encode(SigningKey::from_bytes(&self.0).verifying_key().as_bytes())
+    }
+
+    /// The key of a station.
+    pub fn of(self, station: Uuid) -> StationKey {
+        StationKey { station, key: HEXLOWER.encode(&self.0) }
+    }
+}
+
+fn seed(hex: &str) -> Option<[u8; 32]> {
+    HEXLOWER_PERMISSIVE.decode(hex.as_bytes()).ok()?.try_into().ok()
 }

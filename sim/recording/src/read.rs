@@ -14,6 +14,7 @@ use crate::frames::{ChunkReader, Frame, PREFIX_BYTES, attachment, record, walk};
 use crate::metadata;
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, EXERCISE_ATTACHMENT, SCENE_ATTACHMENT, Session};
+use crate::signature::{self, Signature};
 use crate::tent::Tent;
 use crate::topics::Topic;
 use crate::wire::{EnergyLedger, EventMessage, NeedleSample, TissueTent};
@@ -71,6 +72,8 @@ pub struct Recording {
     pub energies: Vec<Energy>,
     /// The field in order of time; empty where the scene has none, and in files that are older than this topic.
     pub tents: Vec<Tent>,
+    /// A station's signature, if there is one; whether it is right is for those to say who know the station.
+    pub signature: Option<Signature>,
     /// The file is whole, footer and all. One that was cut, or is damaged behind its data, is not.
     pub complete: bool,
 }
@@ -107,6 +110,7 @@ impl Recording {
             events: contents.events,
             energies: contents.energies,
             tents: contents.tents,
+            signature: contents.signature,
             complete: contents.complete,
         })
     }
@@ -170,6 +174,7 @@ pub(crate) struct Contents {
     pub(crate) events: Vec<Event>,
     pub(crate) energies: Vec<Energy>,
     pub(crate) tents: Vec<Tent>,
+    signature: Option<Signature>,
     pub(crate) complete: bool,
     /// Messages on every topic.
     pub(crate) messages: u64,
@@ -222,6 +227,10 @@ impl Contents {
             Record::Metadata(record) if record.name == metadata::RECORD => {
                 let session = metadata::from_text(&record.metadata)?;
                 once(self.session.replace(session).is_none(), &record.name)
+            }
+            Record::Metadata(record) if record.name == signature::RECORD => {
+                let found = Signature::from_text(&record.metadata)?;
+                once(self.signature.replace(found).is_none(), &record.name)
             }
             Record::Schema { header, .. } => {
                 self.purse.keep(header.name.len()).map_err(|why| frame.damaged(why))?;

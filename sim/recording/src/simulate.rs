@@ -89,7 +89,8 @@ pub fn rehearse(
     let clock = Clock { tick_hz: session.tick_hz, time_limit_s };
     let (attachments, samples, events) = (Vec::new(), Vec::new(), Vec::new());
     let (energies, tents) = (Vec::new(), Vec::new());
-    let mut recording = Recording { session, attachments, samples, events, energies, tents, complete: true };
+    let mut recording =
+        Recording { session, attachments, samples, events, energies, tents, signature: None, complete: true };
     let mut attempt = Attempt::new(params);
     if clock.runs() {
         clock.drive(source, |input| {

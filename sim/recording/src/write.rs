@@ -13,8 +13,10 @@ pub use crate::drawing::SceneDrawing;
 use crate::drawing::{log_line, pose, scene, transforms};
 use crate::event::Event;
 use crate::metadata;
+use crate::motion::Motion;
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, Session};
+use crate::signature::{self, Signature};
 use crate::summary::{Ticker, Window, nanoseconds};
 use crate::tent::Tent;
 use crate::topics::{Topic, declare};
@@ -71,6 +73,7 @@ pub struct Writer<W: Write> {
     start_ns: u64,
     drawing: SceneDrawing,
     window: Window,
+    motion: Motion,
     /// Time of the last sample since the start, in ns.
     elapsed_ns: u64,
     flushes: Ticker,
@@ -122,6 +125,7 @@ impl<W: Write> Writer<W> {
             start_ns,
             drawing: drawing.clone(),
             window: Window::EMPTY,
+            motion: Motion::default(),
             elapsed_ns: 0,
             flushes: Ticker::new(2, 1),
             summaries: Ticker::new(100, 1),
@@ -147,6 +151,7 @@ impl<W: Write> Writer<W> {
         }
         self.elapsed_ns = now_ns;
         self.window.add(sample);
+        self.motion.add(sample);
         self.put(Topic::Sample, now_ns, &NeedleSample::from(sample))?;
         if self.drawings.due(now_ns) {
             self.put_drawing()?;
@@ -191,6 +196,20 @@ impl<W: Write> Writer<W> {
     /// When the disk refuses.
     pub fn metadata(&mut self, name: &str, metadata: BTreeMap<String, String>) -> Result<(), WriteError> {
         Ok(self.mcap.write_metadata(&Metadata { name: name.to_owned(), metadata })?)
+    }
+
+    /// What the hand has done so far.
+    #[must_use]
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// Writes a station's signature, behind the last sample.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn sign(&mut self, signature: &Signature) -> Result<(), WriteError> {
+        self.metadata(signature::RECORD, signature.to_text())
     }
 
     /// Ends the recording: summary, indexes, footer.

@@ -62,6 +62,7 @@ fn lines(statement: &Statement) -> Vec<String> {
         course,
         curriculum_sha256,
         rule,
+        attempts,
         exercises,
         issued_at,
         scope,
@@ -71,6 +72,7 @@ fn lines(statement: &Statement) -> Vec<String> {
         format!("  course    {curriculum_id}, document with SHA-256 {curriculum_sha256}"),
         format!("  rule      an exercise is {rule}"),
     ];
+    lines.extend(attempts.iter().map(|attempts| format!("  counting  {attempts}")));
     lines.extend(exercises.iter().map(|(exercise, on)| format!("  mastered  {exercise}, {on}")));
     lines.push(format!("  scope     {scope}"));
     lines.iter().map(|line| on_one_line(line)).collect()

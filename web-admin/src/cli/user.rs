@@ -9,7 +9,7 @@ use crate::AppState;
 use crate::domain::Role;
 use crate::secret;
 use crate::storage::audit::{Actor, Entry};
-use crate::storage::cohorts::{self, Membership};
+use crate::storage::cohorts::{self, Deed, Membership};
 use crate::storage::people::{self, NewPerson, Person};
 use crate::storage::schools::{self, School};
 use crate::storage::tokens::{self, TokenHolder};
@@ -140,7 +140,7 @@ async fn join(tx: &mut SqliteConnection, state: &AppState, person: &Person, coho
     let cohort = cohorts::find_or_create(tx, person.school_id, cohort, state.clock.now()).await?;
     let membership =
         Membership { school_id: person.school_id, cohort_id: cohort.id, person_id: person.id, role: person.role };
-    cohorts::join(tx, membership).await?;
+    cohorts::join(tx, membership, Deed { by: None, at: state.clock.now() }).await?;
     Ok(Entry::new(person.school_id, Actor::CommandLine, "cohort.joined", person.id)
         .with(json!({ "cohort": cohort.id }))
         .append(tx, state.clock.now())

@@ -211,7 +211,8 @@ async fn current_bundle(
 async fn take_in(state: &AppState, school_id: Uuid, made: Made) -> anyhow::Result<()> {
     let waited_s = (made.ends.micros() - state.clock.now().micros()) / 1_000_000;
     state.clock.advance(waited_s.max(0));
-    let bearer = Bearer { school_id, trainee_id: Some(made.trainee_id), actor: Actor::Person(made.trainee_id) };
+    let (trainee_id, actor) = (Some(made.trainee_id), Actor::Person(made.trainee_id));
+    let bearer = Bearer { school_id, trainee_id, actor, ahead_us: None };
     let received = tokio::task::spawn_blocking(move || Received::adopt(made.path)).await??;
     intake::take_in(state, &bearer, received).await.context("an attempt was not taken in")?;
     worker::work_off(state).await

@@ -10,7 +10,7 @@ use crate::AppState;
 use crate::domain::{Moment, Role};
 use crate::secret;
 use crate::storage::audit::{Actor, Entry};
-use crate::storage::cohorts::{self, Membership};
+use crate::storage::cohorts::{self, Deed, Membership};
 use crate::storage::people::{self, NewPerson, Person};
 use crate::storage::schools;
 
@@ -100,6 +100,6 @@ impl Founding<'_> {
 
     async fn join(&mut self, person: &Person, cohort_id: Uuid) -> anyhow::Result<()> {
         let membership = Membership { school_id: self.school_id, cohort_id, person_id: person.id, role: person.role };
-        Ok(cohorts::join(self.tx, membership).await?)
+        Ok(cohorts::join(self.tx, membership, Deed { by: None, at: self.now }).await?)
     }
 }

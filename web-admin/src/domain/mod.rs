@@ -2,6 +2,7 @@
 
 pub mod assignment;
 pub mod attempt_place;
+pub mod began;
 pub mod comment;
 pub mod corridor;
 pub mod curve;
@@ -10,6 +11,7 @@ pub mod judgement;
 pub mod moment;
 pub mod person;
 pub mod progress;
+pub mod proof;
 pub mod rating;
 pub mod replay;
 pub mod roster;
@@ -21,4 +23,5 @@ pub use attempt_place::AttemptPlace;
 pub use curve::Curve;
 pub use moment::{Moment, new_id};
 pub use person::{CurrentPerson, Role};
+pub use proof::{Needed, Proof, Uncounted};
 pub use replay::Replay;

@@ -1,4 +1,4 @@
-//! Cohorts and who is in them.
+//! Cohorts, who is in them, and who is asked for.
 
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
@@ -68,36 +68,220 @@ pub struct Membership {
     pub role: Role,
 }
 
-/// Puts a person into a cohort, or changes what they are in it.
+/// Who does something about somebody's place in a cohort, and when.
+#[derive(Clone, Copy, Debug)]
+pub struct Deed {
+    /// Who; absent on the command line.
+    pub by: Option<Uuid>,
+    /// When.
+    pub at: Moment,
+}
+
+/// What was done about somebody's place in a cohort.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
+#[sqlx(rename_all = "lowercase")]
+pub enum Act {
+    /// They were asked for.
+    Asked,
+    /// They, or an administrator, said no, or whoever had asked took it back.
+    Declined,
+    /// They joined.
+    Joined,
+    /// They left, or were taken out.
+    Left,
+}
+
+/// Puts a person into a cohort, or changes what they are in it. Nobody waits for a yes any longer.
 ///
 /// # Errors
 /// When either is of another school, the role is neither trainee nor instructor, or the database fails.
-pub async fn join(writer: &mut SqliteConnection, membership: Membership) -> Result<()> {
+pub async fn join(writer: &mut SqliteConnection, membership: Membership, deed: Deed) -> Result<()> {
+    let Membership { school_id, cohort_id, person_id, role } = membership;
     sqlx::query(
         "INSERT INTO cohort_members (school_id, cohort_id, person_id, role) VALUES ($1, $2, $3, $4)
          ON CONFLICT (cohort_id, person_id) DO UPDATE SET role = excluded.role",
     )
-    .bind(membership.school_id)
-    .bind(membership.cohort_id)
-    .bind(membership.person_id)
-    .bind(membership.role)
-    .execute(writer)
-    .await
-    .map(drop)
+    .bind(school_id)
+    .bind(cohort_id)
+    .bind(person_id)
+    .bind(role)
+    .execute(&mut *writer)
+    .await?;
+    forget_request(writer, (school_id, cohort_id, person_id)).await?;
+    note(writer, (school_id, cohort_id, person_id), (Act::Joined, deed)).await
 }
 
 /// Takes a person out of a cohort. False when they were not in it.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn leave(writer: &mut SqliteConnection, school: Uuid, cohort: Uuid, person: Uuid) -> Result<bool> {
-    sqlx::query("DELETE FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND person_id = $3")
+pub async fn leave(
+    writer: &mut SqliteConnection,
+    (school, cohort, person): (Uuid, Uuid, Uuid),
+    deed: Deed,
+) -> Result<bool> {
+    let left = sqlx::query("DELETE FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND person_id = $3")
+        .bind(school)
+        .bind(cohort)
+        .bind(person)
+        .execute(&mut *writer)
+        .await?;
+    if left.rows_affected() == 0 {
+        return Ok(false);
+    }
+    note(writer, (school, cohort, person), (Act::Left, deed)).await?;
+    Ok(true)
+}
+
+/// Asks for somebody. False where they are in the cohort, or were asked for already.
+///
+/// # Errors
+/// When somebody is of another school, or the database fails.
+pub async fn ask(
+    writer: &mut SqliteConnection,
+    (school, cohort, person): (Uuid, Uuid, Uuid),
+    (by, at): (Uuid, Moment),
+) -> Result<bool> {
+    let asked = sqlx::query(
+        "INSERT INTO cohort_requests (school_id, cohort_id, person_id, asked_by, asked_at)
+         SELECT $1, $2, $3, $4, $5 WHERE NOT EXISTS (
+           SELECT 1 FROM cohort_members WHERE cohort_id = $2 AND person_id = $3)
+         ON CONFLICT (cohort_id, person_id) DO NOTHING",
+    )
+    .bind(school)
+    .bind(cohort)
+    .bind(person)
+    .bind(by)
+    .bind(at)
+    .execute(&mut *writer)
+    .await?;
+    if asked.rows_affected() == 0 {
+        return Ok(false);
+    }
+    note(writer, (school, cohort, person), (Act::Asked, Deed { by: Some(by), at })).await?;
+    Ok(true)
+}
+
+/// Answers no, or takes back that somebody was asked for. False where nobody asked.
+///
+/// # Errors
+/// When the database fails.
+pub async fn decline(
+    writer: &mut SqliteConnection,
+    (school, cohort, person): (Uuid, Uuid, Uuid),
+    deed: Deed,
+) -> Result<bool> {
+    if !forget_request(writer, (school, cohort, person)).await? {
+        return Ok(false);
+    }
+    note(writer, (school, cohort, person), (Act::Declined, deed)).await?;
+    Ok(true)
+}
+
+async fn forget_request(writer: &mut SqliteConnection, (school, cohort, person): (Uuid, Uuid, Uuid)) -> Result<bool> {
+    sqlx::query("DELETE FROM cohort_requests WHERE school_id = $1 AND cohort_id = $2 AND person_id = $3")
         .bind(school)
         .bind(cohort)
         .bind(person)
         .execute(writer)
         .await
         .map(|done| done.rows_affected() == 1)
+}
+
+async fn note(
+    writer: &mut SqliteConnection,
+    (school, cohort, person): (Uuid, Uuid, Uuid),
+    (act, deed): (Act, Deed),
+) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO cohort_acts (id, school_id, cohort_id, person_id, act, done_by, done_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7)",
+    )
+    .bind(new_id(deed.at))
+    .bind(school)
+    .bind(cohort)
+    .bind(person)
+    .bind(act)
+    .bind(deed.by)
+    .bind(deed.at)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Somebody is asked for, and nobody has answered yet.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Request {
+    /// The cohort.
+    pub cohort_id: Uuid,
+    /// Its name.
+    pub cohort: String,
+    /// Who is asked for.
+    pub person_id: Uuid,
+    /// Their name.
+    pub person: String,
+    /// What they would be in it.
+    pub role: Role,
+    /// The name of whoever asks.
+    pub asked_by: String,
+    /// When.
+    pub asked_at: Moment,
+}
+
+/// Who is asked for in a school, the longest waiting first: everybody, those for one cohort, or one person.
+///
+/// # Errors
+/// When the database fails.
+pub async fn requests(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    (cohort, person): (Option<Uuid>, Option<Uuid>),
+) -> Result<Vec<Request>> {
+    sqlx::query_as(
+        "SELECT q.cohort_id, c.name AS cohort, q.person_id, p.display_name AS person, p.role,
+           a.display_name AS asked_by, q.asked_at
+         FROM cohort_requests q
+         JOIN cohorts c ON c.school_id = q.school_id AND c.id = q.cohort_id
+         JOIN people p ON p.school_id = q.school_id AND p.id = q.person_id AND p.disabled_at IS NULL
+         JOIN people a ON a.school_id = q.school_id AND a.id = q.asked_by
+         WHERE q.school_id = $1 AND ($2 IS NULL OR q.cohort_id = $2) AND ($3 IS NULL OR q.person_id = $3)
+         ORDER BY q.asked_at, q.person_id LIMIT 200",
+    )
+    .bind(school)
+    .bind(cohort)
+    .bind(person)
+    .fetch_all(executor)
+    .await
+}
+
+/// What was done about somebody's place in a cohort.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Noted {
+    /// The cohort's name.
+    pub cohort: String,
+    /// What.
+    pub act: Act,
+    /// The name of whoever did it; absent on the command line.
+    pub by: Option<String>,
+    /// When.
+    pub done_at: Moment,
+}
+
+/// What was done about a person's places in cohorts, the latest first; at most 50 acts.
+///
+/// # Errors
+/// When the database fails.
+pub async fn acts(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Vec<Noted>> {
+    sqlx::query_as(
+        "SELECT c.name AS cohort, d.act, p.display_name AS \"by\", d.done_at FROM cohort_acts d
+         JOIN cohorts c ON c.school_id = d.school_id AND c.id = d.cohort_id
+         LEFT JOIN people p ON p.school_id = d.school_id AND p.id = d.done_by
+         WHERE d.school_id = $1 AND d.person_id = $2 ORDER BY d.done_at DESC, d.id DESC LIMIT 50",
+    )
+    .bind(school)
+    .bind(person)
+    .fetch_all(executor)
+    .await
 }
 
 /// Cohorts in which a person is, in a role, by name.

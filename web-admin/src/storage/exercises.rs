@@ -77,23 +77,24 @@ pub async fn by_bundle(executor: impl SqliteExecutor<'_>, school: Uuid, bundle_s
         .await
 }
 
-/// The newest revision made of these two documents: what a recording's metadata names.
+/// The newest revision that a recording's metadata names: of this exercise, made of these two documents.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn by_documents(
     executor: impl SqliteExecutor<'_>,
     school: Uuid,
-    exercise_sha256: &str,
-    scene_sha256: &str,
+    session: &recording::Session,
 ) -> Result<Option<Uuid>> {
     sqlx::query_scalar(
-        "SELECT id FROM exercise_revisions WHERE school_id = $1 AND exercise_sha256 = $2 AND scene_sha256 = $3
+        "SELECT id FROM exercise_revisions
+         WHERE school_id = $1 AND exercise_sha256 = $2 AND scene_sha256 = $3 AND exercise_id = $4
          ORDER BY published_at DESC, id DESC LIMIT 1",
     )
     .bind(school)
-    .bind(exercise_sha256)
-    .bind(scene_sha256)
+    .bind(&session.exercise_sha256)
+    .bind(&session.scene_sha256)
+    .bind(&session.exercise_id)
     .fetch_optional(executor)
     .await
 }

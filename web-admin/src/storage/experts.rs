@@ -132,6 +132,7 @@ pub async fn curves(executor: impl SqliteExecutor<'_>, school: Uuid, exercise: &
          JOIN session_curves c ON c.school_id = e.school_id AND c.session_id = (
            SELECT s.id FROM sessions s JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
            WHERE s.school_id = e.school_id AND s.trainee_id = e.person_id AND s.exercise_id = $2 AND g.passed = 1
+             AND s.uncounted IS NULL
            ORDER BY s.started_at DESC LIMIT 1)
          WHERE e.school_id = $1 AND e.withdrawn_at IS NULL ORDER BY e.person_id LIMIT $3",
     )

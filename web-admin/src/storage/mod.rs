@@ -33,6 +33,7 @@ pub mod links;
 pub mod mails;
 pub mod people;
 pub mod practice;
+pub mod proofs;
 pub mod ratings;
 pub mod regradings;
 pub mod reports;

@@ -121,12 +121,13 @@ async fn sums(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &Changed
     Ok(sums.unwrap_or_default())
 }
 
-/// Every scored attempt of the same trainee at the same exercise, each by the score that counts.
+/// Every scored attempt of the same trainee at the same exercise that counts, each by the score that counts.
 async fn history(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &Changed) -> Result<Vec<Past>> {
     let rows: Vec<PastRow> = sqlx::query_as(
         "SELECT s.id, s.started_at, g.score, g.passed, s.revision_id FROM sessions s
          JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
          WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.exercise_id = $3 AND s.state = 'scored'
+           AND s.uncounted IS NULL
          ORDER BY s.started_at, s.id",
     )
     .bind(school)

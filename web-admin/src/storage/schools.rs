@@ -4,7 +4,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use crate::domain::{Moment, new_id};
+use crate::domain::{Moment, Needed, new_id};
 
 /// A school.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
@@ -45,6 +45,27 @@ pub async fn time_zone(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<St
 /// When the database fails.
 pub async fn set_time_zone(writer: &mut SqliteConnection, id: Uuid, zone: &str) -> Result<()> {
     sqlx::query("UPDATE schools SET time_zone = $2 WHERE id = $1").bind(id).bind(zone).execute(writer).await.map(drop)
+}
+
+/// What must be proved of an attempt for it to count towards a certificate of a school.
+///
+/// # Errors
+/// When there is none, or the database fails.
+pub async fn certificate_needs(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<Needed> {
+    sqlx::query_scalar("SELECT certificate_needs FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
+}
+
+/// Sets what must be proved of an attempt for it to count towards a certificate.
+///
+/// # Errors
+/// When the database fails.
+pub async fn set_certificate_needs(writer: &mut SqliteConnection, id: Uuid, needed: Needed) -> Result<()> {
+    sqlx::query("UPDATE schools SET certificate_needs = $2 WHERE id = $1")
+        .bind(id)
+        .bind(needed)
+        .execute(writer)
+        .await
+        .map(drop)
 }
 
 /// The school of a name, made where it is missing.

@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use super::Result;
 use super::scores::SessionKey;
-use crate::domain::{AttemptPlace, CurrentPerson, Moment, Role};
+use crate::domain::{AttemptPlace, CurrentPerson, Moment, Role, Uncounted};
 
 /// What became of an uploaded recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, sqlx::Type, utoipa::ToSchema)]
@@ -50,8 +50,10 @@ pub struct Session {
     pub scene_sha256: String,
     /// The published revision; absent when this school never published the recording's exercise.
     pub revision_id: Option<Uuid>,
-    /// When the attempt began.
+    /// When the attempt began, as far as its recording is believed.
     pub started_at: Moment,
+    /// When it began by what the recording says, where that is not believed.
+    pub claimed_started_at: Option<Moment>,
     /// When the upload was acknowledged.
     pub received_at: Moment,
     /// Length, in s.
@@ -80,6 +82,14 @@ pub struct Session {
     pub verify_event_differences: Option<i64>,
     /// The re-simulation differs.
     pub verify_flagged: Option<bool>,
+    /// Why it counts nowhere; absent where it counts.
+    pub uncounted: Option<Uncounted>,
+    /// SHA-256 of what the hand did; absent without samples.
+    pub motion_sha256: Option<String>,
+    /// The attempt whose motion it repeats.
+    pub repeats: Option<Uuid>,
+    /// The paired station that has signed it.
+    pub signed_by: Option<Uuid>,
 }
 
 impl Session {
@@ -130,8 +140,8 @@ pub async fn insert(writer: &mut SqliteConnection, session: &Session) -> Result<
     sqlx::query(
         "INSERT INTO sessions (id, school_id, trainee_id, exercise_id, exercise_sha256, scene_sha256, revision_id,
          started_at, received_at, duration_s, complete, device, simulator_version, seed, state, recording_path,
-         recording_sha256, recording_size)
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18)",
+         recording_sha256, recording_size, claimed_started_at, uncounted, motion_sha256, repeats, signed_by)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22, $23)",
     )
     .bind(session.id)
     .bind(session.school_id)
@@ -151,9 +161,30 @@ pub async fn insert(writer: &mut SqliteConnection, session: &Session) -> Result<
     .bind(&session.recording_path)
     .bind(&session.recording_sha256)
     .bind(session.recording_size)
+    .bind(session.claimed_started_at)
+    .bind(session.uncounted)
+    .bind(&session.motion_sha256)
+    .bind(session.repeats)
+    .bind(session.signed_by)
     .execute(writer)
     .await
     .map(drop)
+}
+
+/// The attempt of a school that counts and whose hand did just this.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_motion(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    motion_sha256: &str,
+) -> Result<Option<Session>> {
+    sqlx::query_as("SELECT * FROM sessions WHERE school_id = $1 AND motion_sha256 = $2 AND uncounted IS NULL")
+        .bind(school)
+        .bind(motion_sha256)
+        .fetch_optional(executor)
+        .await
 }
 
 /// An attempt of a school, whoever asks.

@@ -20,6 +20,8 @@ pub struct Station {
     pub last_seen_at: Option<Moment>,
     /// The token was revoked.
     pub revoked: bool,
+    /// It has a key, and signs what is recorded at it.
+    pub signs: bool,
 }
 
 /// A code by which a station may join.
@@ -48,7 +50,8 @@ pub struct WrongCodes {
 /// When the database fails.
 pub async fn all(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Station>> {
     sqlx::query_as(
-        "SELECT id, station, created_at, last_seen_at, revoked_at IS NOT NULL AS revoked FROM api_tokens
+        "SELECT id, station, created_at, last_seen_at, revoked_at IS NOT NULL AS revoked,
+           public_key IS NOT NULL AS signs FROM api_tokens
          WHERE school_id = $1 AND station IS NOT NULL ORDER BY station, created_at",
     )
     .bind(school)
@@ -66,6 +69,46 @@ pub async fn name(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> 
         .bind(id)
         .fetch_optional(executor)
         .await
+}
+
+/// A station that may sign recordings.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Signer {
+    /// Id of its token.
+    pub id: Uuid,
+    /// Since when it is paired.
+    pub created_at: Moment,
+    /// Its Ed25519 public key, 64 hexadecimal digits.
+    pub public_key: String,
+}
+
+/// The station of a school that is paired now and has a key.
+///
+/// # Errors
+/// When the database fails.
+pub async fn signer(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Signer>> {
+    sqlx::query_as(
+        "SELECT id, created_at, public_key FROM api_tokens
+         WHERE school_id = $1 AND id = $2 AND station IS NOT NULL AND revoked_at IS NULL AND public_key IS NOT NULL",
+    )
+    .bind(school)
+    .bind(id)
+    .fetch_optional(executor)
+    .await
+}
+
+/// Registers the key of a station that has just been paired.
+///
+/// # Errors
+/// When the database fails.
+pub async fn set_key(writer: &mut SqliteConnection, school: Uuid, id: Uuid, public_key: &str) -> Result<()> {
+    sqlx::query("UPDATE api_tokens SET public_key = $3 WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .bind(public_key)
+        .execute(writer)
+        .await
+        .map(drop)
 }
 
 /// Whether a station of a school that may still be used has this name.

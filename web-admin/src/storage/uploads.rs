@@ -38,6 +38,8 @@ pub struct Upload {
     pub expires_at: Moment,
     /// The attempt it has become.
     pub session_id: Option<Uuid>,
+    /// How far the sender's clock was ahead of ours when it began, in µs, where it was told.
+    pub clock_offset_us: Option<i64>,
 }
 
 impl Upload {
@@ -54,8 +56,8 @@ impl Upload {
 /// When the database fails.
 pub async fn insert(writer: &mut SqliteConnection, upload: &Upload) -> Result<()> {
     sqlx::query(
-        "INSERT INTO uploads (id, school_id, person_id, station_id, length, metadata, expires_at)
-         VALUES ($1, $2, $3, $4, $5, $6, $7)",
+        "INSERT INTO uploads (id, school_id, person_id, station_id, length, metadata, expires_at, clock_offset_us)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8)",
     )
     .bind(upload.id)
     .bind(upload.school_id)
@@ -64,6 +66,7 @@ pub async fn insert(writer: &mut SqliteConnection, upload: &Upload) -> Result<()
     .bind(upload.length)
     .bind(&upload.metadata)
     .bind(upload.expires_at)
+    .bind(upload.clock_offset_us)
     .execute(writer)
     .await
     .map(drop)

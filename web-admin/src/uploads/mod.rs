@@ -25,23 +25,35 @@ pub use turns::Turns;
 /// What the file of an unfinished upload ends in. At the start, `recordings::clear_uploads` deletes `part` files.
 const EXTENSION: &str = "tus";
 
-/// Begins an upload of `length` bytes.
+/// What is said of an upload when it begins.
+#[derive(Clone, Debug)]
+pub struct Announced {
+    /// How long it will be, in bytes.
+    pub length: u64,
+    /// `Upload-Metadata` as it was sent.
+    pub metadata: String,
+    /// How far the sender's clock is ahead of ours, in µs, where it was told.
+    pub ahead_us: Option<i64>,
+}
+
+/// Begins an upload.
 ///
 /// # Errors
 /// When the disk or the database refuses.
-pub async fn begin(state: &AppState, owner: Owner, length: u64, metadata: String) -> Result<Upload, Error> {
-    recordings::ensure_room(state, length)?;
+pub async fn begin(state: &AppState, owner: Owner, announced: Announced) -> Result<Upload, Error> {
+    recordings::ensure_room(state, announced.length)?;
     let now = state.clock.now();
     let upload = Upload {
         id: new_id(now),
         school_id: owner.school_id,
         person_id: owner.person_id,
         station_id: owner.station_id,
-        length: i64::try_from(length).map_err(anyhow::Error::from)?,
+        length: i64::try_from(announced.length).map_err(anyhow::Error::from)?,
         received: 0,
-        metadata,
+        metadata: announced.metadata,
         expires_at: now.plus_s(state.config.upload_lifetime_s),
         session_id: None,
+        clock_offset_us: announced.ahead_us,
     };
     // Between the file and its row, tidying must not take the one for left over.
     let _turn = state.turns.take(upload.id);
@@ -115,7 +127,8 @@ async fn bearer(state: &AppState, upload: &Upload) -> Result<Bearer, Error> {
         }
         (None, None) => return Err(anyhow::anyhow!("an upload without an owner").into()),
     };
-    Ok(Bearer { school_id: upload.school_id, trainee_id: upload.person_id, actor })
+    let (trainee_id, ahead_us) = (upload.person_id, upload.clock_offset_us);
+    Ok(Bearer { school_id: upload.school_id, trainee_id, actor, ahead_us })
 }
 
 /// Throws away what has expired and what nobody knows, and makes attempts of what was whole when the service stopped.

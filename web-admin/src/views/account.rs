@@ -5,8 +5,10 @@ use std::borrow::Borrow;
 use askama::Template;
 use askama_web::WebTemplate;
 
-use super::{Shell, assets};
+use super::{Shell, assets, format};
 use crate::accounts::MIN_PASSWORD;
+use crate::domain::Role;
+use crate::storage::cohorts::{Act, Noted, Request};
 use crate::words::Language;
 
 /// Why a password was not set.
@@ -34,6 +36,10 @@ pub struct AccountPage {
     pub school: String,
     /// Cohorts by name.
     pub cohorts: String,
+    /// Who asks to have them in a cohort.
+    pub requests: Vec<Request>,
+    /// What was done about their places in cohorts, the latest first.
+    pub acts: Vec<Noted>,
     /// The language that they have chosen, if any.
     pub language: Option<Language>,
     /// Why the new password was not taken.
@@ -41,6 +47,18 @@ pub struct AccountPage {
 }
 
 impl AccountPage {
+    /// What was done, in words.
+    fn deed(&self, noted: &Noted) -> String {
+        let Noted { cohort, act, by, .. } = noted;
+        let by = by.as_deref().unwrap_or(tr!("the administration"));
+        match act {
+            Act::Asked => tr!("{name} has asked to have you in {cohort}.", name = by, cohort = cohort),
+            Act::Declined => tr!("{name} has declined that you join {cohort}.", name = by, cohort = cohort),
+            Act::Joined => tr!("{name} has agreed that you are in {cohort}.", name = by, cohort = cohort),
+            Act::Left => tr!("{name} has taken you out of {cohort}.", name = by, cohort = cohort),
+        }
+    }
+
     fn chose(&self, language: impl Borrow<Language>) -> bool {
         self.language.as_ref() == Some(language.borrow())
     }
@@ -98,7 +116,6 @@ pub fn check_password(password: &str, again: &str) -> Result<(), PasswordRefused
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::domain::Role;
     use crate::views::samples;
 
     #[test]
@@ -109,10 +126,13 @@ mod tests {
             pseudonym: "p-1".to_owned(),
             school: "North".to_owned(),
             cohorts: "Spring".to_owned(),
+            requests: vec![samples::request()],
+            acts: [Act::Left, Act::Joined, Act::Declined, Act::Asked].map(samples::noted).to_vec(),
             language: None,
             refused: Some(PasswordRefused::WrongOld),
         };
         let html = samples::keep("account", &page);
+        assert!(html.contains("/account/cohorts/") && html.contains("asked to have you in Spring"), "{html}");
         assert!(html.contains("/account/export") && html.contains("not your password"), "{html}");
         let page = JoinPage {
             csrf: "c".to_owned(),

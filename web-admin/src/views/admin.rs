@@ -5,7 +5,10 @@ use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
 use super::cohort::CohortLine;
+use super::trainee::needed_in_words;
 use super::{Shell, Status, format};
+use crate::domain::Needed;
+use crate::storage::cohorts::Request;
 
 /// The administrator's home.
 #[derive(Debug, Template, WebTemplate)]
@@ -35,8 +38,19 @@ pub struct AdminPage {
     pub school: String,
     /// The queue.
     pub queue: Queue,
+    /// Who is asked for in a cohort.
+    pub requests: Vec<Request>,
     /// Stations with a token.
     pub stations: Vec<StationRow>,
+    /// What must be proved of the attempts that certify.
+    pub needed: Needed,
+}
+
+impl AdminPage {
+    /// The choices of what must be proved: value, words, and whether it is the one that holds.
+    fn choices(&self) -> Vec<(&'static str, &'static str, bool)> {
+        Needed::ALL.into_iter().map(|one| (one.word(), needed_in_words(one), one == self.needed)).collect()
+    }
 }
 
 /// What waits to be scored, and what went wrong.
@@ -81,6 +95,8 @@ impl Queue {
 pub struct StationRow {
     /// Name.
     pub name: String,
+    /// It signs what is recorded at it.
+    pub signs: bool,
     /// Since when.
     pub since: OffsetDateTime,
     /// When it last asked for anything.
@@ -137,15 +153,24 @@ mod tests {
             shell: samples::shell(Role::Administrator),
             school: "Example School".to_owned(),
             queue: queue(),
+            requests: vec![samples::request()],
             stations: vec![
                 StationRow {
                     name: "Skills lab 2".to_owned(),
+                    signs: true,
                     since: samples::NOW,
                     seen: Some(samples::NOW),
                     revoke_href: Some("/admin/stations/1/revoke".to_owned()),
                 },
-                StationRow { name: "Skills lab 1".to_owned(), since: samples::NOW, seen: None, revoke_href: None },
+                StationRow {
+                    name: "Skills lab 1".to_owned(),
+                    signs: false,
+                    since: samples::NOW,
+                    seen: None,
+                    revoke_href: None,
+                },
             ],
+            needed: Needed::SignedOrSupervised,
         };
         let html = samples::keep("admin", &page);
         assert!(
@@ -153,6 +178,7 @@ mod tests {
                 && html.contains("href=\"/people\"")
                 && html.contains("Skills lab 2")
         );
+        assert_eq!(html.matches(" checked").count(), 1, "one rule for certificates holds");
         assert_eq!(html.matches("/revoke\"").count(), 1, "what is revoked cannot be revoked again");
     }
 

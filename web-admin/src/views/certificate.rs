@@ -17,6 +17,8 @@ pub struct CertificatePage {
     pub statement: Statement,
     /// The mastery rule, in the page's language.
     pub rule: String,
+    /// By which attempts the school certifies, in the page's language.
+    pub needed: &'static str,
     /// Each exercise, and since when it is mastered.
     pub mastered: Vec<(String, OffsetDateTime)>,
     /// When it was issued.
@@ -54,6 +56,7 @@ mod tests {
         let page = CertificatePage {
             statement: statement.clone(),
             rule: "mastered with 3 passes in a row".to_owned(),
+            needed: "attempts that were supervised",
             mastered: vec![("Feel the <layers>".to_owned(), samples::NOW)],
             issued_at: samples::NOW,
             file: "certificate-lower-back-basics.html".to_owned(),

@@ -7,6 +7,7 @@ use askama_web::WebTemplate;
 
 use super::{Shell, Status, format, people};
 use crate::domain::Role;
+use crate::storage::cohorts::Request;
 use crate::storage::directory::{AccountState, Listed};
 
 /// Every role, to choose from.
@@ -143,6 +144,8 @@ pub struct CohortPeoplePage {
     pub name: String,
     /// Instructors, then trainees: id, name, role.
     pub members: Vec<(String, String, Role)>,
+    /// Who is asked for, and has not answered.
+    pub requests: Vec<Request>,
     /// The address that was typed.
     pub email: String,
     /// Nobody who can be added has it.
@@ -296,7 +299,8 @@ mod tests {
         assert!(samples::keep("person-link", &link).contains("https://x/join/1"));
         let members = vec![("1".to_owned(), "Ana <b>".to_owned(), Role::Trainee)];
         let (href, name) = ("/cohorts/1".to_owned(), "Spring".to_owned());
-        let page = CohortPeoplePage { shell, href, name, members, email: "x@y.z".to_owned(), unknown: true };
+        let requests = vec![samples::request()];
+        let page = CohortPeoplePage { shell, href, name, members, requests, email: "x@y.z".to_owned(), unknown: true };
         let html = samples::keep("cohort-people", &page);
         assert!(html.contains("Ana &#60;b&#62;") && html.contains("value=\"x@y.z\""), "{html}");
     }

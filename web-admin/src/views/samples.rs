@@ -13,9 +13,10 @@ use super::progress::HabitsView;
 use super::session::{Drawing, Outcome, SessionPage, Verification};
 use super::trainee::{AttemptRow, CourseFacts, CourseView, Pages, TraineePage};
 use super::{Place, Shell, Status, shell::Visitor};
-use crate::domain::Role;
 use crate::domain::curve::{Band, Curve, Mark, MarkKind, Point, Stage, StageSpan};
 use crate::domain::progress::{Attempt, Course, Mastery, Progress, Step};
+use crate::domain::{Moment, Role, Uncounted};
+use crate::storage::cohorts::{Act, Noted, Request};
 
 /// The moment at which the samples are seen.
 pub(super) const NOW: OffsetDateTime = datetime!(2026-05-20 09:30 UTC);
@@ -328,7 +329,10 @@ pub(super) fn session_page() -> SessionPage {
         outcome: Outcome::Scored(Box::new(judgement())),
         ruling: None,
         drawing: Some(Drawing::new(&curve())),
+        uncounted: Some((Uncounted::Duplicate, Some("/sessions/0180".to_owned()))),
         verification: Verification::Same,
+        signed_by: Some("Skills lab 2".to_owned()),
+        supervised_by: None,
         surveys: vec![("How was it for you?".to_owned(), "/surveys/1?session=2".to_owned(), 1.0)],
         facts: vec![
             ("Duration", "26.0 s".to_owned()),
@@ -412,6 +416,7 @@ pub(super) fn attempts() -> Vec<AttemptRow> {
         computed: (status == Status::Passed).then_some(64.2),
         note: note.to_owned(),
         flagged,
+        uncounted: flagged.then_some(Uncounted::Unpublished),
     };
     [
         ("Stop in the fat", Status::Waiting, None, "", false),
@@ -427,9 +432,26 @@ pub(super) fn progress() -> Progress {
     Progress::of(&course(), &ana(), NOW)
 }
 
+pub(super) fn request() -> Request {
+    Request {
+        cohort_id: Uuid::from_u128(3),
+        cohort: "Spring".to_owned(),
+        person_id: Uuid::from_u128(4),
+        person: "Ana Lindqvist".to_owned(),
+        role: Role::Trainee,
+        asked_by: "Ben Okafor".to_owned(),
+        asked_at: Moment::from(NOW),
+    }
+}
+
+pub(super) fn noted(act: Act) -> Noted {
+    Noted { cohort: "Spring".to_owned(), act, by: Some("Ben Okafor".to_owned()), done_at: Moment::from(NOW) }
+}
+
 pub(super) fn trainee_page(own: bool) -> TraineePage {
     let (course, progress) = (course(), progress());
     TraineePage {
+        requests: if own { vec![request()] } else { vec![] },
         shell: shell(if own { Role::Trainee } else { Role::Instructor }),
         name: "Ana Lindqvist".to_owned(),
         own,

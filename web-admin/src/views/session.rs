@@ -8,6 +8,7 @@ use time::OffsetDateTime;
 use super::charts;
 use super::judgement::Judgement;
 use super::{Shell, Status, anatomy, format};
+use crate::domain::Uncounted;
 use crate::domain::curve::{Curve, MarkKind, Stage};
 use crate::words;
 
@@ -35,12 +36,33 @@ pub struct SessionPage {
     pub ruling: Option<Ruling>,
     /// The curves.
     pub drawing: Option<Drawing>,
+    /// Why it counts nowhere, and the page of the attempt that it repeats, where the visitor may see that.
+    pub uncounted: Option<(Uncounted, Option<String>)>,
     /// The server's re-simulation.
     pub verification: Verification,
+    /// The paired station that has signed it.
+    pub signed_by: Option<String>,
+    /// Whoever was there, as they have confirmed.
+    pub supervised_by: Option<String>,
     /// What is asked after this attempt: title, address and minutes.
     pub surveys: Vec<(String, String, f64)>,
     /// What else is known: name and value.
     pub facts: Vec<(&'static str, String)>,
+}
+
+impl SessionPage {
+    fn uncounted_words(&self) -> &'static str {
+        self.uncounted.as_ref().map_or("", |(why, _)| uncounted_in_short(*why))
+    }
+}
+
+/// Why an attempt counts nowhere, in a few words.
+#[must_use]
+pub fn uncounted_in_short(why: Uncounted) -> &'static str {
+    match why {
+        Uncounted::Unpublished => tr!("Exercise not published"),
+        Uncounted::Duplicate => tr!("Same motion as before"),
+    }
 }
 
 /// What became of an attempt.

@@ -7,9 +7,12 @@ use time::OffsetDateTime;
 use super::charts::{self, ScorePoint};
 use super::concern::concern;
 use super::progress::HabitsView;
+use super::session::uncounted_in_short;
 use super::{Shell, Status, format};
 use crate::domain::assignment::Stage;
 use crate::domain::progress::{Attempt, Course, CurveRule, Mastery, Progress, StepProgress, StepState};
+use crate::domain::{Needed, Role, Uncounted};
+use crate::storage::cohorts::Request;
 
 /// A trainee's home.
 #[derive(Debug, Template, WebTemplate)]
@@ -23,6 +26,8 @@ pub struct TraineePage {
     pub own: bool,
     /// What is assigned to the visitor and not done, what is due first before.
     pub due: Vec<super::assignments::Row>,
+    /// Who asks to have the visitor in a cohort.
+    pub requests: Vec<Request>,
     /// Cohorts, by name.
     pub cohorts: Vec<String>,
     /// Courses, the one in progress first.
@@ -54,6 +59,8 @@ pub struct CourseView {
     pub title: String,
     /// Where a certificate is issued, once everything is mastered.
     pub certificate: Option<String>,
+    /// What must be proved of the attempts that certify, in words, where everything is mastered and too little is proved.
+    pub unproved: Option<&'static str>,
     /// The mastery rule in words.
     pub rule: String,
     /// What to do next.
@@ -125,6 +132,8 @@ pub struct AttemptRow {
     pub note: String,
     /// The re-simulation differs.
     pub flagged: bool,
+    /// Why it counts nowhere; absent where it counts.
+    pub uncounted: Option<Uncounted>,
 }
 
 /// A stretch of a long list.
@@ -153,6 +162,14 @@ pub struct CourseFacts<'a> {
     pub pass_marks: &'a [f64],
 }
 
+impl AttemptRow {
+    /// Why it counts nowhere, in a few words.
+    #[must_use]
+    pub fn uncounted_words(&self) -> Option<&'static str> {
+        self.uncounted.map(uncounted_in_short)
+    }
+}
+
 impl TraineePage {
     /// What the table of attempts is called.
     #[must_use]
@@ -174,6 +191,7 @@ impl CourseView {
                 .trainee
                 .filter(|_| progress.complete())
                 .map(|trainee| format!("{trainee}/certificates/{}", facts.id)),
+            unproved: None,
             rule: rule_in_words(&facts.course.rule),
             next: progress.next.map(|i| next_step(facts.course, progress, i)),
             mastered: progress.mastered(),
@@ -182,6 +200,17 @@ impl CourseView {
             steps,
             charts,
         }
+    }
+}
+
+/// What a school asks to be proved of an attempt that certifies, in words.
+#[must_use]
+pub fn needed_in_words(needed: Needed) -> &'static str {
+    match needed {
+        Needed::Nothing => tr!("every attempt that counts"),
+        Needed::Resimulated => tr!("attempts whose re-simulation is identical"),
+        Needed::SignedOrSupervised => tr!("attempts that a paired station has signed, or that were supervised"),
+        Needed::Supervised => tr!("attempts that were supervised"),
     }
 }
 
@@ -327,7 +356,7 @@ mod tests {
         assert!(samples::keep("trainee-with-code", &own(Some(samples::NOW))).contains("Replace the code"));
         let seen = samples::keep("trainee-for-instructor", &samples::trainee_page(false));
         assert!(!seen.contains("sign-in-code"), "{seen}");
-        let page = SignInCodePage { shell: samples::shell(crate::domain::Role::Trainee), code: "ABC-DEF".to_owned() };
+        let page = SignInCodePage { shell: samples::shell(Role::Trainee), code: "ABC-DEF".to_owned() };
         assert!(samples::keep("sign-in-code", &page).contains("ABC-DEF"));
     }
 

@@ -1,6 +1,7 @@
 //! Assignments through the front door. Fails when a trainee does not see what is due, when the clocks move a deadline,
 //! when another school's cohort can be told from none, or when somebody is reminded twice or for nothing.
 
+use time::macros::datetime;
 use uuid::Uuid;
 use web_admin::clock::Clock;
 use web_admin::config::MailTo;
@@ -134,10 +135,13 @@ async fn what_cannot_be_assigned_is_refused_and_what_was_typed_stays() {
 async fn a_pass_does_it_and_a_limit_ends_it() {
     let mut world = World::new().await;
     let page = world.assign("2026-03-03T12:00", "1").await;
-    assert_eq!(world.app.with_token(&world.ada.token).upload(&record(&Attempt::default())).await.status, 201);
-    world.app.state.clock.advance(5 * 86_400);
+    world.app.state.clock.advance(4 * 86_400);
+    let backdated = Attempt { started_at: datetime!(2026-03-02 9:00 UTC), ..Attempt::default() };
+    // Backdated into the time before the due date: what was late stays late.
+    assert_eq!(world.app.with_token(&world.ada.token).upload(&record(&backdated)).await.status, 201);
     worker::work_off(&world.app.state).await.unwrap();
     let own = world.adas_page().await;
+    assert!(!own.contains(">Done<"), "{own}");
     assert!(own.contains("Done late") || own.contains("No attempts left"), "the one attempt counts: {own}");
     world.post(&format!("{page}/withdraw"), &[]).await;
     assert!(world.adas_page().await.contains("Nothing is assigned"));
@@ -176,6 +180,7 @@ async fn a_supervised_attempt_counts_once_somebody_was_there() {
     let fields =
         [("task", "exercise:feel-the-layers"), ("cohort", cohort.as_str()), ("limit", "1"), ("supervised", "yes")];
     let page = world.post("/assignments", &fields).await.header("location").to_owned();
+    world.app.state.clock.advance(4 * 86_400);
     let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
     assert_eq!(world.app.with_token(&world.ada.token).upload(&record(&attempt)).await.status, 201);
     worker::work_off(&world.app.state).await.unwrap();

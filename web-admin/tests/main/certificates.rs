@@ -9,7 +9,7 @@ use web_admin::words::Language;
 use web_admin::worker;
 
 use crate::support::client::csrf_in;
-use crate::support::recordings::{Attempt, record};
+use crate::support::recordings::{Attempt, FORGED, record};
 use crate::support::{App, Member, course_folder};
 
 /// A course of one exercise that is mastered with one pass, whatever the score.
@@ -33,6 +33,9 @@ async fn school() -> (App, Member) {
     let now = app.state.clock.now();
     app.write(async |tx| publishing::course(tx, school, &path, now).await.unwrap()).await;
     let ada = app.member(school, Role::Trainee, "ada@example.org").await;
+    app.member(school, Role::Administrator, "head@example.org").await;
+    let teacher = app.member(school, Role::Instructor, "teacher@example.org").await;
+    app.cohort(school, "A", &[&ada.person, &teacher.person]).await;
     (app, ada)
 }
 
@@ -47,8 +50,17 @@ async fn who_has_mastered_a_course_saves_a_page_that_anybody_can_check() {
     let none = browser.form(&address, &[("csrf", &csrf)]).await;
     assert_eq!(none.status, 409, "{}", none.text());
 
-    app.with_token(&ada.token).upload(&record(&Attempt::default())).await;
+    let attempt = Attempt { bundle: &FORGED, ..Attempt::default() };
+    app.with_token(&ada.token).upload(&record(&attempt)).await;
     worker::work_off(&app.state).await.unwrap();
+    let unproved = browser.form(&address, &[("csrf", &csrf)]).await;
+    assert_eq!(unproved.status, 409, "mastered, and neither signed nor supervised: {}", unproved.text());
+    assert!(!browser.get("/").await.text().contains(&address));
+    let mut teacher = app.signed_in("teacher@example.org").await;
+    let theirs = csrf_in(&teacher.get("/account").await.text());
+    let there = format!("/sessions/{}/supervision", attempt.session_id);
+    assert_eq!(teacher.form(&there, &[("csrf", &theirs), ("confirm", "yes")]).await.status, 303);
+    assert!(browser.get("/").await.text().contains(&address), "supervised");
     let page = browser.form(&address, &[("csrf", &csrf)]).await;
     assert_eq!((page.status.as_u16(), page.header("content-type")), (200, "text/html; charset=utf-8"));
     assert!(page.header("content-disposition").contains("certificate-one-step.html"));
@@ -62,6 +74,18 @@ async fn who_has_mastered_a_course_saves_a_page_that_anybody_can_check() {
     assert_eq!(stated.trainee, ada.person.display_name);
     assert_eq!(stated.exercises.len(), 1);
     assert!(stated.rule.starts_with("mastered with 1 pass"), "what programs read is English: {}", stated.rule);
+    assert!(stated.attempts.is_some_and(|told| told.contains("supervised")));
     let forged = html.replace("North", "South");
     assert!(certificates::check(forged.as_bytes(), &key).unwrap_err().to_string().contains("signature"));
+
+    let mut head = app.signed_in("head@example.org").await;
+    let theirs = csrf_in(&head.get("/admin").await.text());
+    let mut ask = async |needed| head.form("/admin/certificate-needs", &[("csrf", &theirs), ("needed", needed)]).await;
+    assert_eq!(ask("nothing").await.status, 303);
+    let confirm = [("csrf", csrf_in(&teacher.get("/account").await.text())), ("confirm", "no".to_owned())];
+    teacher.form(&there, &confirm.each_ref().map(|(key, value)| (*key, value.as_str()))).await;
+    assert_eq!(browser.form(&address, &[("csrf", &csrf)]).await.status, 200, "the school asks for nothing more");
+    assert_eq!(ask("supervised").await.status, 303);
+    assert_eq!(browser.form(&address, &[("csrf", &csrf)]).await.status, 409);
+    assert_eq!(ask("everything").await.status, 400);
 }

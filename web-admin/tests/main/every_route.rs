@@ -43,9 +43,9 @@ use web_admin::storage::assignments::NewAssignment;
 use web_admin::storage::scores::SessionKey;
 use web_admin::storage::surveys as stored;
 use web_admin::storage::uploads::Owner;
-use web_admin::storage::{comments, exercises, instruments, people, ratings, reports, segments, stations};
+use web_admin::storage::{cohorts, comments, exercises, instruments, people, ratings, reports, segments, stations};
 use web_admin::surveys;
-use web_admin::uploads;
+use web_admin::uploads::{self, Announced};
 use web_admin::worker;
 
 use super::support::client::{Client, csrf_in};
@@ -139,7 +139,7 @@ impl World {
         visitors.push(Visitor { token: Some(station), ..stranger("station") });
         app.write(async |tx| people::disable(tx, gone.person.id, now).await.unwrap()).await;
 
-        let objects = objects(&app, [&own, &teacher, &colleague, &admin], attempt.session_id).await;
+        let objects = objects(&app, [&own, &other, &teacher, &colleague, &admin], attempt.session_id).await;
         app.state.db.close().await;
         Self { folder: app.folder, visitors, objects }
     }
@@ -268,17 +268,20 @@ async fn regraded(app: &App, teacher: &Member) -> [(&'static str, String); 2] {
     [("regrading", look.to_string()), ("revision", revision.id.to_string())]
 }
 
-/// What paths and forms may name, made by a trainee, their teacher, a colleague and the administrator.
+/// What paths and forms may name, made by a trainee, another who is asked for, their teacher, a colleague and the administrator.
 async fn objects(
     app: &App,
-    [own, teacher, colleague, admin]: [&Member; 4],
+    [own, other, teacher, colleague, admin]: [&Member; 5],
     session: Uuid,
 ) -> BTreeMap<&'static str, String> {
     let (north, now) = (own.person.school_id, app.state.clock.now());
     let reader = app.state.db.reader();
-    let cohorts = reports::cohorts(reader, &admin.person.clone().into_current().unwrap()).await.unwrap();
+    let known = reports::cohorts(reader, &admin.person.clone().into_current().unwrap()).await.unwrap();
+    let asked = (north, known[0].id, other.person.id);
+    app.write(async |tx| cohorts::ask(tx, asked, (teacher.person.id, now)).await.unwrap()).await;
     let owner = Owner { school_id: north, person_id: Some(own.person.id), station_id: None };
-    let upload = uploads::begin(&app.state, owner, 10, String::new()).await.unwrap();
+    let announced = Announced { length: 10, metadata: String::new(), ahead_us: None };
+    let upload = uploads::begin(&app.state, owner, announced).await.unwrap();
     let writer = teacher.person.clone().into_current().unwrap();
     let draft = drafting::exercise(&app.state, &writer, "stop-in-the-fat", None).await.unwrap();
     let said = Comment { kind: CommentKind::Question, from_s: 0.1, to_s: None, body: "Why?".to_owned() };
@@ -289,7 +292,7 @@ async fn objects(
     let roster = roster_import::keep(&app.state, &by, file, &Wanted::default()).await.unwrap();
     let new = NewAssignment {
         task: Task::Exercise("feel-the-layers".to_owned()),
-        cohort_id: Some(cohorts[0].id),
+        cohort_id: Some(known[0].id),
         person_id: None,
         supervised: false,
         attempt_limit: None,
@@ -305,7 +308,8 @@ async fn objects(
         ("file", "x.mcap".to_owned()),
         ("session", session.to_string()),
         ("trainee", own.person.id.to_string()),
-        ("cohort", cohorts[0].id.to_string()),
+        ("cohort", known[0].id.to_string()),
+        ("asked", other.person.id.to_string()),
         ("exercise", "feel-the-layers".to_owned()),
         ("upload", upload.id.to_string()),
         ("station", stations::all(reader, north).await.unwrap()[0].id.to_string()),
@@ -314,9 +318,9 @@ async fn objects(
         ("roster", roster.to_string()),
         ("assignment", assignment.to_string()),
     ]);
-    let survey = survey(app, teacher, cohorts[0].id).await;
+    let survey = survey(app, teacher, known[0].id).await;
     let rated = round(app, [teacher, colleague], session).await;
-    let task = task(app, teacher, cohorts[0].id, session).await;
+    let task = task(app, teacher, known[0].id, session).await;
     let regraded = regraded(app, teacher).await;
     objects.into_iter().chain(survey).chain(rated).chain(task).chain(regraded).collect()
 }

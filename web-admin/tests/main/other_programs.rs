@@ -5,8 +5,9 @@
 use axum::body::Body;
 use axum::http::{Request, header};
 use serde_json::{Value, json};
+use time::macros::datetime;
 use web_admin::clock::Clock;
-use web_admin::domain::Role;
+use web_admin::domain::{Moment, Role};
 use web_admin::worker;
 
 use super::support::App;
@@ -102,7 +103,7 @@ async fn answers_are_as_they_are_described() {
 
 #[tokio::test]
 async fn a_list_goes_on_where_it_ended() {
-    let app = App::new().await;
+    let app = App::with(Clock::fixed(Moment::from(datetime!(2026-03-04 12:00 UTC))), |_| {}).await;
     let school = app.school("North").await;
     let mut ada = app.with_token(&app.member(school, Role::Trainee, "ada@example.org").await.token);
     let mut ids = Vec::new();

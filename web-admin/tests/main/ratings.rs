@@ -107,6 +107,15 @@ async fn a_rater_is_sent_neither_name_nor_score_nor_what_the_others_gave() {
         }
         assert!(school.attempts.iter().all(|attempt| !text.contains(&attempt.to_string())), "{path}: {text}");
     }
+    for part in ["replay", "replay/frames"] {
+        let asked = axum::http::Request::get(format!("{api}/{part}"))
+            .header("if-modified-since", "Fri, 01 Jan 2100 00:00:00 GMT");
+        let answer = near.send(asked.body(axum::body::Body::empty()).unwrap()).await;
+        assert_eq!(answer.status, 200, "a condition finds out no time");
+        for telling in ["last-modified", "etag"] {
+            assert_eq!(answer.header(telling), "", "{part}");
+        }
+    }
     let frames = near.get(&format!("{api}/replay/frames")).await;
     assert!(frames.status == 200 && frames.body.len() > 1000, "the replay is there");
     assert_eq!(near.get(&format!("{round}/ratings.csv")).await.status, 409);
@@ -149,9 +158,19 @@ async fn whoever_asked_sees_agreement_and_the_trainee_the_mean() {
     let csv = teacher.get(&format!("{round}/ratings.csv")).await.text();
     assert_eq!(csv.lines().count(), 7, "{csv}");
     assert!(
-        csv.lines().next().unwrap().ends_with("feel,flow,overall,global,trainee_id,pseudonym,rater_id")
+        csv.lines().next().unwrap().ends_with("feel,flow,overall,global,trainee_id,pseudonym,rater_id,may_know")
             && csv.contains(",35"),
         "{csv}"
+    );
+    let told = |line: &&str| {
+        line.ends_with(if line.contains(&school.raters[0].person.id.to_string()) { "true" } else { "false" })
+    };
+    assert_eq!(csv.lines().skip(1).filter(told).count(), 6, "one of the raters teaches Ada: {csv}");
+    assert!(page.contains("may know whose"), "{page}");
+    let far = school.app.signed_in("far@example.org").await.get(&format!("{round}/ratings.csv")).await.text();
+    assert!(
+        school.attempts.iter().all(|attempt| !far.contains(&attempt.to_string())),
+        "no id, which tells the time: {far}"
     );
     let mut ada = school.app.signed_in("ada@example.org").await;
     let grade = ada.get(&format!("/sessions/{}/grade", school.attempts[2])).await.text();

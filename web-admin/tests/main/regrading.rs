@@ -10,7 +10,7 @@ use web_admin::storage::{exercises, regradings, sessions};
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};
-use super::support::recordings::{Attempt, record};
+use super::support::recordings::{Attempt, FORGED, record};
 use super::support::{App, Member};
 
 const EXERCISE: &str = "/exercises/feel-the-layers";
@@ -26,7 +26,7 @@ struct School {
 }
 
 async fn try_it(app: &App, trainee: &Member) -> Uuid {
-    let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
+    let attempt = Attempt { bundle: &FORGED, ..Attempt::default() };
     assert_eq!(app.with_token(&trainee.token).upload(&record(&attempt)).await.status, 201);
     worker::work_off(&app.state).await.unwrap();
     attempt.session_id

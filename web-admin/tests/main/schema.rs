@@ -13,7 +13,7 @@ async fn every_table_is_strict_and_the_journal_is_a_write_ahead_log() {
     let app = App::new().await;
     let reader = app.state.db.reader();
     let loose: Vec<String> = sqlx::query_scalar(
-        "SELECT name FROM pragma_table_list WHERE schema = 'main' AND strict = 0 AND name NOT LIKE 'sqlite_%'
+        "SELECT name FROM pragma_table_list WHERE schema = 'main' AND type = 'table' AND strict = 0 AND name NOT LIKE 'sqlite_%'
          AND name <> '_sqlx_migrations'",
     )
     .fetch_all(reader)

@@ -114,7 +114,7 @@ pub fn structure(name: &str, kind: StructureKind, shape: Shape, position_mm: [f6
 pub fn empty() -> Recording {
     let session = Session::in_memory(ForceLaw::Version2, vec![2.0, 10.0, 40.0]);
     let (attachments, samples, events, energies, tents) = (vec![], vec![], vec![], vec![], vec![]);
-    Recording { session, attachments, samples, events, energies, tents, complete: true }
+    Recording { session, attachments, samples, events, energies, tents, signature: None, complete: true }
 }
 
 /// Where the needle is.

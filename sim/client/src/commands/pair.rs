@@ -8,14 +8,15 @@ use ureq::http::Uri;
 
 use crate::exit::{Failure, Outcome};
 use crate::service::{self, answer};
-use crate::station::{self, Pairing};
+use crate::station::{self, NewKey, Pairing, StationKey};
 use crate::{machine, output};
 
 /// Join this machine to a school as a training station
 ///
 /// The school's administrator makes a code on the page Administration; it is good once, for ten minutes. The service
-/// gives this station a token of its own, which is kept for this user alone and can be revoked on the same page. An
-/// earlier pairing of this user is replaced.
+/// gives this station a token of its own, which is kept for this user alone and can be revoked on the same page. This
+/// station makes a key, tells the service its public half, and signs by it what is recorded here from now on. An earlier
+/// pairing of this user is replaced, with its key.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet pair --server https://training.example.org --name 'Skills lab 2'")]
 pub struct Args {
@@ -49,13 +50,14 @@ pub fn run(args: &Args) -> Outcome {
         output::warning(format_args!("{}: {warning}", args.server));
     }
     // Before the code is used up: the token must have a place.
-    let file = station::file()?;
+    let (file, _) = (station::file()?, StationKey::file()?);
     let code = match &args.code {
         Some(code) => code.clone(),
         None => ask()?,
     };
     let name = args.name.clone().unwrap_or_else(machine::name);
-    let pairing = join(&args.server, &code, &name)?;
+    let (pairing, key) = join(&args.server, &code, &name)?;
+    key.save()?;
     pairing.save()?;
     let Pairing { server, school, name, .. } = &pairing;
     match args.json {
@@ -77,17 +79,19 @@ fn ask() -> Result<String, Failure> {
     Ok(line.trim().to_owned())
 }
 
-fn join(server: &Uri, code: &str, name: &str) -> Result<Pairing, Failure> {
+fn join(server: &Uri, code: &str, name: &str) -> Result<(Pairing, StationKey), Failure> {
+    let key = NewKey::random();
     let server = server.to_string().trim_end_matches('/').to_owned();
     let address = format!("{server}/api/v1/stations/pair");
-    let body = json!({ "code": code, "name": name }).to_string();
+    let body = json!({ "code": code, "name": name, "public_key": key.public() }).to_string();
     let asked = service::agent().post(&address).content_type("application/json").send(body);
     let reply = answer(&address, asked).map_err(|trouble| Failure::work(trouble.detail))?;
     let said = reply.json().unwrap_or_default();
     let member = |name: &str| said.get(name).and_then(|value| value.as_str()).map(str::to_owned);
-    match (reply.status, member("token"), member("school"), member("name")) {
-        (201, Some(token), Some(school), Some(name)) if service::bearer(&token).is_some() => {
-            Ok(Pairing { server, school, name, token })
+    let station = member("station_id").and_then(|id| id.parse().ok());
+    match (reply.status, station.zip(member("token")), member("school"), member("name")) {
+        (201, Some((station, token)), Some(school), Some(name)) if service::bearer(&token).is_some() => {
+            Ok((Pairing { server, school, name, token }, key.of(station)))
         }
         _ => Err(Failure::work(format_args!("{address}: not paired: {}", reply.words()))),
     }

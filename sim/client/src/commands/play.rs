@@ -1,6 +1,7 @@
 //! `stylet play`: the interactive simulator in a window.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use crate::commands::simulate::pseudonym;
 use crate::devices::DeviceArgs;
@@ -11,7 +12,7 @@ use crate::new_file::create_folder;
 use crate::outbox::Outbox;
 use crate::output;
 use crate::shelf::Shelf;
-use crate::station::Pairing;
+use crate::station::{Pairing, StationKey};
 use crate::window::{self, Station};
 
 /// Practise in a window
@@ -55,7 +56,7 @@ pub fn run(args: &Args) -> Outcome {
     for recovered in live::recover_left_behind(&args.recordings)? {
         output::warning(format_args!("{}: was cut off, and is whole again", recovered.display()));
     }
-    let pairing = Pairing::load()?;
+    let (pairing, key) = (Pairing::load()?, StationKey::load()?.map(Arc::new));
     if pairing.is_some() {
         Outbox::open(None)?.take_up_drafts()?;
     }
@@ -63,6 +64,7 @@ pub fn run(args: &Args) -> Outcome {
         shelf,
         history: History::of_folder(args.recordings.clone(), args.trainee.clone()),
         pairing,
+        key,
         device: args.device.clone(),
         devices: args.devices.clone(),
         folder: args.recordings.clone(),

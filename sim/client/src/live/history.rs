@@ -114,7 +114,7 @@ pub mod tests {
     /// A history of one exercise: `P` for an attempt that passed, `F` for one that did not.
     pub fn of(exercise: &str, attempts: &str) -> History {
         let folder = tempfile::tempdir().expect("a folder");
-        let (recording, bundle) = recorded(Fault::None, folder.path());
+        let (recording, bundle) = recorded(Fault::None, None, folder.path());
         let judged = assessment::assess(&recording, &bundle).expect("judged");
         let history = History::default();
         // Told in another order than they were made.
@@ -133,9 +133,9 @@ pub mod tests {
     #[test]
     fn void_attempts_and_those_of_others_count_nowhere() {
         let folder = tempfile::tempdir().expect("a folder");
-        let (good, _) = recorded(Fault::None, folder.path());
+        let (good, _) = recorded(Fault::None, None, folder.path());
         fs::rename(folder.path().join("attempt.mcap"), folder.path().join("good.mcap")).expect("renamed");
-        let (void, _) = recorded(Fault::Disconnect, folder.path());
+        let (void, _) = recorded(Fault::Disconnect, None, folder.path());
         assert!(void.events.iter().any(|event| event.kind == EventKind::Interrupted));
         let history = History::default();
         history.look_through(folder.path());

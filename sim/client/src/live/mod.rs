@@ -20,6 +20,7 @@ use recording::Session;
 use scene::{Channel, ExerciseBundle};
 
 use crate::exit::Failure;
+use crate::station::StationKey;
 
 pub use recorder::{Kept, Unsaved, recover_left_behind};
 pub use shown::{Phase, Said, Shown};
@@ -34,6 +35,8 @@ pub struct Trial {
     pub session: Session,
     /// Where the recording will be.
     pub path: PathBuf,
+    /// The station's key, where a person's hand is to be vouched for.
+    pub key: Option<Arc<StationKey>>,
 }
 
 /// An attempt in progress. Dropped, it stops with zero force on the device, and what was recorded is kept.
@@ -113,20 +116,24 @@ pub mod tests {
     use std::path::Path;
 
     use assessment::{AssessError, Void};
+    use data_encoding::HEXLOWER;
+    use ed25519_dalek::{Signature, Verifier, VerifyingKey};
     use haptics::devices::scripted::{Fault, Scripted};
     use haptics::mapping::{Home, Pointing};
     use nalgebra::{Point3, Vector3};
-    use recording::{EventKind, Recording};
+    use recording::{EventKind, Motion, Recording, signature};
     use scene::Patient;
+    use uuid::Uuid;
 
     use super::*;
     use crate::attempt::Maker;
     use crate::commands;
+    use crate::station::NewKey;
 
     const TICK_HZ: f64 = 1000.0;
 
     /// An attempt with a device that misbehaves after 300 readings, as it is on disk, and its exercise.
-    pub fn recorded(fault: Fault, folder: &Path) -> (Recording, ExerciseBundle) {
+    pub fn recorded(fault: Fault, key: Option<Arc<StationKey>>, folder: &Path) -> (Recording, ExerciseBundle) {
         let file =
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/lower-back-basics/1-feel-the-layers.toml");
         let bundle = ExerciseBundle::read(&file).expect("a shipped exercise");
@@ -138,7 +145,7 @@ pub mod tests {
         let device = Scripted::new(0.02, TICK_HZ).with(fault, 300, u64::MAX);
         let home = Home::above(Point3::origin(), -Vector3::z_axis(), 0.001);
         let mapping = Mapping::at_home(home, Pointing::Planned);
-        let trial = Trial { bundle: bundle.clone(), params, session, path: path.clone() };
+        let trial = Trial { bundle: bundle.clone(), params, session, path: path.clone(), key };
         let live = Live::start(trial, mapping, Driven::ByTimer(Box::new(device))).expect("it begins");
         while live.servo().ended().is_none() && live.shown().moment.sample.t_s < 0.5 {
             std::thread::sleep(std::time::Duration::from_millis(5));
@@ -150,7 +157,7 @@ pub mod tests {
     #[test]
     fn an_attempt_that_a_lost_device_has_ended_says_so_and_is_void() {
         let folder = tempfile::tempdir().expect("a folder");
-        let (recording, bundle) = recorded(Fault::Disconnect, folder.path());
+        let (recording, bundle) = recorded(Fault::Disconnect, None, folder.path());
         let last = recording.events.last().expect("events");
         assert_eq!((last.kind, last.text.as_str()), (EventKind::Interrupted, "device lost: the device is gone"));
         let error = assessment::assess(&recording, &bundle).expect_err("it is not judged");
@@ -159,9 +166,18 @@ pub mod tests {
     }
 
     #[test]
-    fn an_attempt_that_its_trainee_has_ended_is_judged() {
+    fn an_attempt_that_its_trainee_has_ended_is_signed_and_judged() {
         let folder = tempfile::tempdir().expect("a folder");
-        let (recording, bundle) = recorded(Fault::None, folder.path());
+        let key = NewKey::random();
+        let (public, station) = (key.public(), Uuid::new_v4());
+        let (recording, bundle) = recorded(Fault::None, Some(Arc::new(key.of(station))), folder.path());
+        let signature = recording.signature.clone().expect("the station has signed it");
+        let motion = Motion::of(&recording.samples).sha256();
+        let signed = signature::statement(&recording.session, station, &motion);
+        let key = HEXLOWER.decode(public.as_bytes()).ok().and_then(|key| VerifyingKey::try_from(&key[..]).ok());
+        let bytes = HEXLOWER.decode(signature.ed25519.as_bytes()).expect("hexadecimal");
+        let right = key.expect("a key").verify(&signed, &Signature::from_slice(&bytes).expect("a signature"));
+        assert!(right.is_ok() && signature.station == station);
         assert!(recording.events.iter().all(|event| event.kind != EventKind::Interrupted));
         assert!(assessment::assess(&recording, &bundle).is_ok());
     }

@@ -191,6 +191,9 @@ fn write(
     }
     let simulated = run.finish().map_err(|error| error.to_string())?;
     draft.metadata(SERVO_RECORD, servo).map_err(|error| error.to_string())?;
+    if let Some(signature) = trial.key.as_ref().and_then(|key| key.sign(&trial.session, draft.motion())) {
+        draft.sign(&signature).map_err(|error| error.to_string())?;
+    }
     let file = draft.finish().map_err(|error| error.to_string())?;
     let file = file.into_inner().map_err(|error| error.to_string())?;
     file.sync_all().map_err(|error| error.to_string())?;

@@ -2,9 +2,11 @@
 
 use data_encoding::BASE64;
 use sha2::{Digest, Sha256};
+use time::format_description::well_known::Rfc3339;
 use ureq::RequestBuilder;
 use ureq::http::header::AUTHORIZATION;
 
+use crate::clock;
 use crate::service::{Outlook, Reply, Service, Trouble, answer};
 
 const VERSION: (&str, &str) = ("Tus-Resumable", "1.0.0");
@@ -26,6 +28,7 @@ pub fn begin(service: &Service, name: &str, length: u64) -> Result<String, Troub
     let address = format!("{}/api/v1/uploads", service.address);
     let asked = signed(service.agent.post(&address), service)
         .header("Upload-Length", length)
+        .header("Stylet-Clock", clock::now().format(&Rfc3339).unwrap_or_default())
         .header("Upload-Metadata", format!("filename {}", BASE64.encode(name.as_bytes())))
         .send_empty();
     let reply = answer(&address, asked)?;

@@ -38,7 +38,7 @@ use crate::live::history::History;
 use crate::live::open::{self, Steered};
 use crate::live::{self, Live};
 use crate::shelf::{Offer, Shelf};
-use crate::station::Pairing;
+use crate::station::{Pairing, StationKey};
 use crate::{commands, picture};
 
 /// Servo rate, in Hz.
@@ -52,6 +52,8 @@ pub struct Station {
     pub history: History,
     /// The school that this station has joined.
     pub pairing: Option<Pairing>,
+    /// By what it signs what a person does at it.
+    pub key: Option<Arc<StationKey>>,
     /// Which device.
     pub device: open::Choice,
     /// Where haptic devices are.
@@ -310,7 +312,9 @@ impl Window {
         let trainee = self.desk.signed_in().map_or_else(|| station.trainee.clone(), |who| who.trainee);
         let session = Session { trainee, ..maker.session(&bundle) };
         let path = station.folder.join(format!("{}.mcap", session.session_id));
-        let live = Live::start(live::Trial { bundle, params, session, path }, opened.mapping, opened.driven)?;
+        // A program's hand is nobody's.
+        let key = station.key.clone().filter(|_| !matches!(station.device, open::Choice::Operator(_)));
+        let live = Live::start(live::Trial { bundle, params, session, path, key }, opened.mapping, opened.driven)?;
         Ok(Box::new(Trial::new(live, (opened.steered, opened.passed_over), station.guided)))
     }
 

@@ -134,6 +134,7 @@ mod tests {
             events: vec![],
             energies: vec![],
             tents: tents.collect(),
+            signature: None,
             complete: true,
         }
     }

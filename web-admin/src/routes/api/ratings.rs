@@ -3,6 +3,9 @@
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, Request, State};
+use axum::http::header::{
+    ETAG, IF_MATCH, IF_MODIFIED_SINCE, IF_NONE_MATCH, IF_RANGE, IF_UNMODIFIED_SINCE, LAST_MODIFIED,
+};
 use axum::response::Response;
 use uuid::Uuid;
 
@@ -17,6 +20,23 @@ use crate::storage::sessions::Session;
 
 async fn find(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
     attempt(state, caller.person()?, id).await
+}
+
+/// When a file was written is when the attempt was scored: neither is it told, nor can it be found out by asking on condition.
+async fn blindly(
+    state: &AppState,
+    session: &Session,
+    mut request: Request,
+    part: replay::Part,
+) -> Result<Response, ApiError> {
+    for conditional in [IF_MODIFIED_SINCE, IF_UNMODIFIED_SINCE, IF_MATCH, IF_NONE_MATCH, IF_RANGE] {
+        request.headers_mut().remove(conditional);
+    }
+    let mut response = replay::serve(state, session, request, part).await?;
+    for telling in [LAST_MODIFIED, ETAG] {
+        response.headers_mut().remove(telling);
+    }
+    Ok(response)
 }
 
 /// An attempt to be rated over time, as `/sessions/{id}/series`.
@@ -43,7 +63,7 @@ pub(super) async fn stage(
     Id(id): Id,
     request: Request,
 ) -> Result<Response, ApiError> {
-    replay::serve(&state, &find(&state, &caller, id).await?, request, replay::STAGE).await
+    blindly(&state, &find(&state, &caller, id).await?, request, replay::STAGE).await
 }
 
 /// What moves in the replay of an attempt to be rated, as `/sessions/{id}/replay/frames`.
@@ -58,5 +78,5 @@ pub(super) async fn frames(
     Id(id): Id,
     request: Request,
 ) -> Result<Response, ApiError> {
-    replay::serve(&state, &find(&state, &caller, id).await?, request, replay::FRAMES).await
+    blindly(&state, &find(&state, &caller, id).await?, request, replay::FRAMES).await
 }

@@ -12,9 +12,10 @@ use super::Id;
 use super::caller::Caller;
 use super::sessions::find;
 use crate::AppState;
-use crate::domain::Moment;
+use crate::domain::{Moment, Proof, Uncounted};
 use crate::error::{ApiError, Error, Problem};
 use crate::storage::grades;
+use crate::storage::proofs;
 use crate::storage::scores;
 use crate::storage::sessions::SessionState;
 
@@ -34,6 +35,12 @@ struct Graded {
     #[serde(rename = "override", skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     overridden: Option<OverrideView>,
+    /// Why the attempt counts nowhere; absent where it counts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    uncounted: Option<Uncounted>,
+    /// What is proved of the attempt.
+    proof: Proof,
 }
 
 /// A score in the form of `stylet score --json`.
@@ -145,5 +152,6 @@ pub(super) async fn show(State(state): State<AppState>, caller: Caller, Id(id): 
         simulator_version: score.simulator_version,
     };
     let overridden = grades::overrides(state.db.reader(), key).await?.pop().and_then(OverrideView::of);
-    Ok(Json(Graded { computed, overridden }).into_response())
+    let (uncounted, proof) = (session.uncounted, proofs::of(state.db.reader(), key).await?);
+    Ok(Json(Graded { computed, overridden, uncounted, proof }).into_response())
 }

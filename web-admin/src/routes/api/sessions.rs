@@ -16,7 +16,7 @@ use uuid::Uuid;
 use super::Id;
 use super::caller::Caller;
 use crate::AppState;
-use crate::domain::{AttemptPlace, Moment};
+use crate::domain::{AttemptPlace, Moment, Uncounted};
 use crate::error::{ApiError, Error, Problem};
 use crate::recordings;
 use crate::storage::sessions::{self, Session, SessionState};
@@ -32,8 +32,20 @@ pub(super) struct SessionView {
     exercise_sha256: String,
     /// The school never published the exercise that the recording carries.
     unknown_exercise: bool,
+    /// Why it counts nowhere: its exercise is `unpublished`, or it is a `duplicate`, the same motion as an attempt of before.
+    /// Absent where it counts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    uncounted: Option<Uncounted>,
+    /// A paired station has signed what the hand did, and the signature is right.
+    signed_by_station: bool,
+    /// When it began, as far as the recording is believed.
     #[schema(value_type = String, format = DateTime)]
     started_at: Moment,
+    /// When it began by what the recording says, where that is not believed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime, nullable = false)]
+    claimed_started_at: Option<Moment>,
     #[schema(value_type = String, format = DateTime)]
     received_at: Moment,
     /// In s.
@@ -76,7 +88,10 @@ impl From<Session> for SessionView {
             exercise_id: session.exercise_id,
             exercise_sha256: session.exercise_sha256,
             unknown_exercise: session.revision_id.is_none(),
+            uncounted: session.uncounted,
+            signed_by_station: session.signed_by.is_some(),
             started_at: session.started_at,
+            claimed_started_at: session.claimed_started_at,
             received_at: session.received_at,
             duration_s: session.duration_s,
             complete: session.complete,

@@ -24,6 +24,10 @@ pub(super) struct PairRequest {
     code: String,
     /// What the station is called at its school, 1 to 60 characters.
     name: String,
+    /// The station's Ed25519 public key, 64 hexadecimal digits: the recordings that it signs are known by it. Without
+    /// one, nothing recorded at the station is proved to be.
+    #[schema(nullable = false)]
+    public_key: Option<String>,
 }
 
 /// A station that has joined.
@@ -49,7 +53,8 @@ pub(super) async fn pair(
     Said(asked): Said<PairRequest>,
 ) -> Result<(StatusCode, Json<PairedView>), ApiError> {
     state.pairings.take(address)?;
-    let stations::Paired { station_id, name, school, token } = stations::pair(&state, &asked.code, &asked.name).await?;
+    let stations::Paired { station_id, name, school, token } =
+        stations::pair(&state, &asked.code, &asked.name, asked.public_key.as_deref()).await?;
     Ok((StatusCode::CREATED, Json(PairedView { station_id, name, school, token })))
 }
 

@@ -13,13 +13,14 @@ use time::format_description::BorrowedFormatItem;
 use time::macros::format_description;
 
 use super::caller::{Caller, require_caller};
+use super::upload::clock_ahead;
 use super::{Id, cors};
 use crate::AppState;
 use crate::domain::Moment;
 use crate::error::{ApiError, Error, Problem};
 use crate::routes::Routes;
 use crate::storage::uploads::Upload;
-use crate::uploads::{self, Checksum, Piece};
+use crate::uploads::{self, Announced, Checksum, Piece};
 
 const VERSION: &str = "1.0.0";
 const EXTENSIONS: &str = "creation,creation-with-upload,checksum,expiration,termination";
@@ -87,7 +88,9 @@ pub(super) async fn describe(State(state): State<AppState>) -> impl IntoResponse
 /// Begins an upload, with its first piece where one is sent along.
 #[utoipa::path(post, path = "/uploads", operation_id = "begin_upload",
     params(("Tus-Resumable" = String, Header), ("Upload-Length" = u64, Header, description = "In bytes"),
-           ("Upload-Metadata" = Option<String>, Header), ("Upload-Checksum" = Option<String>, Header)),
+           ("Upload-Metadata" = Option<String>, Header),
+           ("Stylet-Clock" = Option<String>, Header, description = "The sender's time, RFC 3339: a wrong clock is corrected"),
+           ("Upload-Checksum" = Option<String>, Header)),
     responses((status = 201, description = "Location, Upload-Expires"), (status = 400, body = Problem),
               (status = 401, body = Problem), (status = 412, body = Problem), (status = 413, body = Problem),
               (status = 415, body = Problem), (status = 422, body = Problem)))]
@@ -105,9 +108,9 @@ pub(super) async fn create(
         }
         _ => {}
     }
-    let metadata = metadata(&headers)?;
+    let (metadata, ahead_us) = (metadata(&headers)?, clock_ahead(&headers, state.clock.now())?);
     let first = if headers.contains_key(CONTENT_TYPE) { Some(piece(&headers, 0, body)?) } else { None };
-    let mut upload = uploads::begin(&state, caller.owner(), length, metadata).await?;
+    let mut upload = uploads::begin(&state, caller.owner(), Announced { length, metadata, ahead_us }).await?;
     let brings = first.is_some();
     if let Some(first) = first {
         upload = uploads::append(&state, caller.owner(), upload.id, first).await?;

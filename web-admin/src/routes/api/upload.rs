@@ -5,18 +5,25 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE};
 use axum::http::{HeaderMap, StatusCode};
+use time::OffsetDateTime;
+use time::format_description::well_known::Rfc3339;
 
 use super::caller::Caller;
 use super::sessions::SessionView;
 use crate::AppState;
+use crate::domain::Moment;
 use crate::error::{ApiError, Error, Problem};
 use crate::intake::{self, Bearer, Kept};
 use crate::recordings;
 
-/// Takes in a recording. The same one again is acknowledged again; another one under its id is refused.
+/// Takes in a recording. The same one again is acknowledged again; another one under its id is refused, and so is one that
+/// names the pseudonym of somebody else. What `uncounted` says is kept and counts nowhere.
 #[utoipa::path(post, path = "/sessions", operation_id = "upload_recording", request_body(content_type = "application/octet-stream"),
-    responses((status = 201, body = SessionView), (status = 200, body = SessionView), (status = 401, body = Problem),
-              (status = 409, body = Problem), (status = 413, body = Problem), (status = 415, body = Problem),
+    params(("Stylet-Clock" = Option<String>, Header, description = "The sender's time, RFC 3339: a wrong clock is corrected")),
+    responses((status = 201, body = SessionView), (status = 200, body = SessionView), (status = 400, body = Problem),
+              (status = 401, body = Problem),
+              (status = 409, body = Problem, description = "Another recording of this session, or somebody else's attempt"),
+              (status = 413, body = Problem), (status = 415, body = Problem),
               (status = 422, body = Problem)))]
 pub(super) async fn create(
     State(state): State<AppState>,
@@ -25,8 +32,10 @@ pub(super) async fn create(
     body: Body,
 ) -> Result<(StatusCode, Json<SessionView>), ApiError> {
     check_headers(&headers, state.config.max_upload_bytes)?;
+    let ahead_us = clock_ahead(&headers, state.clock.now())?;
     let received = recordings::receive(&state, body).await?;
-    Ok(match intake::take_in(&state, &bearer(&caller), received).await? {
+    let bearer = Bearer { ahead_us, ..bearer(&caller) };
+    Ok(match intake::take_in(&state, &bearer, received).await? {
         Kept::Now(session) => (StatusCode::CREATED, Json(session.into())),
         Kept::Before(session) => (StatusCode::OK, Json(session.into())),
     })
@@ -34,7 +43,16 @@ pub(super) async fn create(
 
 fn bearer(caller: &Caller) -> Bearer {
     let trainee_id = caller.person().ok().map(|person| person.id);
-    Bearer { school_id: caller.school_id(), trainee_id, actor: caller.actor() }
+    Bearer { school_id: caller.school_id(), trainee_id, actor: caller.actor(), ahead_us: None }
+}
+
+/// How far the sender's clock is ahead of ours, in µs, where the header tells it.
+pub(super) fn clock_ahead(headers: &HeaderMap, now: Moment) -> Result<Option<i64>, Error> {
+    let Some(told) = headers.get("stylet-clock") else { return Ok(None) };
+    let told = told.to_str().unwrap_or_default();
+    let clock = OffsetDateTime::parse(told, &Rfc3339)
+        .map_err(|_| Error::BadRequest(format!("Stylet-Clock: \"{told}\"; allowed is a time as in RFC 3339")))?;
+    Ok(Some(Moment::from(clock).micros().saturating_sub(now.micros())))
 }
 
 /// Refuses what can be refused before a byte of the body is read.

@@ -14,7 +14,7 @@ use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, SignedIn};
 use crate::routes::language;
 use crate::storage::audit::Entry;
-use crate::storage::{directory, exports, people, schools};
+use crate::storage::{cohorts, directory, exports, people, schools};
 use crate::views::account::{AccountPage, PasswordRefused, check_password};
 use crate::views::{Place, Shell};
 use crate::words::Language;
@@ -36,6 +36,8 @@ async fn page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<A
         email: known.email,
         pseudonym: known.pseudonym,
         cohorts: known.cohorts,
+        requests: cohorts::requests(reader, person.school_id, (None, Some(person.id))).await?,
+        acts: cohorts::acts(reader, person.school_id, person.id).await?,
         language: person.language,
         refused: None,
     })

@@ -2,16 +2,20 @@
 
 use axum::extract::State;
 use axum::response::Redirect;
+use serde::Deserialize;
+use serde_json::json;
 use uuid::Uuid;
 
 use super::{Id, cohorts};
 use crate::AppState;
-use crate::domain::{CurrentPerson, Moment, Role};
+use crate::domain::{CurrentPerson, Moment, Needed, Role};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::stations as pairing;
+use crate::storage::audit::Entry;
 use crate::storage::reports::{self, Counts};
 use crate::storage::stations::{self, Station};
+use crate::storage::{cohorts as cohort_storage, schools};
 use crate::views::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
 use crate::views::{Place, Shell};
 
@@ -51,7 +55,9 @@ pub(super) async fn show(
         shell: Shell::new(&person, csrf.token(), Place::Administration),
         queue: queue(&state, school, &counts).await?,
         school: counts.school,
+        requests: cohort_storage::requests(reader, school, (None, None)).await?,
         stations: stations::all(reader, school).await?.into_iter().map(station_row).collect(),
+        needed: schools::certificate_needs(reader, school).await?,
     })
 }
 
@@ -77,6 +83,32 @@ pub(super) async fn make_pairing_code(
         expires_at: expires_at.to_utc(),
         minutes: pairing::PAIRING_CODE_LIFETIME_S / 60,
     })
+}
+
+#[derive(Deserialize)]
+pub(super) struct NeededForm {
+    needed: String,
+}
+
+/// Sets what must be proved of an attempt for it to count towards a certificate.
+pub(super) async fn set_needed(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    CsrfForm(form): CsrfForm<NeededForm>,
+) -> Result<Redirect, PageError> {
+    administrators_only(&person)?;
+    let needed = Needed::of_word(&form.needed).ok_or_else(|| {
+        let allowed = Needed::ALL.map(Needed::word).join(", ");
+        Error::BadRequest(format!("needed: \"{}\"; allowed are {allowed}", form.needed))
+    })?;
+    let mut tx = state.db.write().await?;
+    schools::set_certificate_needs(&mut tx, person.school_id, needed).await?;
+    Entry::by(&person, "school.certificate_needs_set", person.school_id)
+        .with(json!({ "needed": needed.word() }))
+        .append(&mut tx, state.clock.now())
+        .await?;
+    tx.commit().await.map_err(Error::from)?;
+    Ok(Redirect::to("/admin#certificates"))
 }
 
 /// Takes a station's token from it.
@@ -113,6 +145,7 @@ fn station_row(station: Station) -> StationRow {
     StationRow {
         revoke_href: (!station.revoked).then(|| format!("/admin/stations/{}/revoke", station.id)),
         name: station.station,
+        signs: station.signs,
         since: station.created_at.to_utc(),
         seen: station.last_seen_at.map(Moment::to_utc),
     }

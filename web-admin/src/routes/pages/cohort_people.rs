@@ -1,4 +1,4 @@
-//! Who is in a cohort: made, filled and emptied by its instructors and by administrators.
+//! Who is in a cohort: administrators decide it; its instructors ask, and the trainee or an administrator answers.
 
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, State};
@@ -15,7 +15,7 @@ use crate::domain::{CurrentPerson, Role};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::storage::audit::Entry;
-use crate::storage::cohorts::{self, Membership};
+use crate::storage::cohorts::{self, Deed, Membership};
 use crate::storage::people;
 use crate::storage::reports::{self, Named};
 use crate::views::people::CohortPeoplePage;
@@ -52,7 +52,7 @@ pub(super) async fn make(
     let cohort = cohorts::find_or_create(&mut tx, school_id, name, state.clock.now()).await?;
     if person.role == Role::Instructor {
         let own = Membership { school_id, cohort_id: cohort.id, person_id: person.id, role: Role::Instructor };
-        cohorts::join(&mut tx, own).await?;
+        cohorts::join(&mut tx, own, deed(&state, &person)).await?;
     }
     Entry::by(&person, "cohort.made", cohort.id).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
@@ -82,7 +82,8 @@ async fn page(state: &AppState, shell: Shell, school: Uuid, cohort: Named) -> Re
         members.extend(named.into_iter().map(|person| (person.id.to_string(), person.name, role)));
     }
     let href = format!("/cohorts/{}", cohort.id);
-    Ok(CohortPeoplePage { shell, href, name: cohort.name, members, email: String::new(), unknown: false })
+    let requests = cohorts::requests(state.db.reader(), school, (Some(cohort.id), None)).await?;
+    Ok(CohortPeoplePage { shell, href, name: cohort.name, members, requests, email: String::new(), unknown: false })
 }
 
 #[derive(Deserialize)]
@@ -90,7 +91,8 @@ pub(super) struct MemberForm {
     email: String,
 }
 
-/// Adds somebody of the school. Whoever is of another school is answered like nobody.
+/// Adds somebody of the school, where an administrator does it, else asks for them. Whoever is of another school is answered
+/// like nobody.
 pub(super) async fn add(
     State(state): State<AppState>,
     person: CurrentPerson,
@@ -107,14 +109,86 @@ pub(super) async fn add(
         let page = CohortPeoplePage { email: form.email, unknown: true, ..page };
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     };
-    let membership = Membership { school_id: person.school_id, cohort_id: id, person_id: known.id, role: known.role };
-    cohorts::join(&mut tx, membership).await?;
-    Entry::by(&person, "cohort.joined", known.id)
-        .with(json!({ "cohort": id }))
-        .append(&mut tx, state.clock.now())
-        .await?;
+    let (school_id, deed) = (person.school_id, deed(&state, &person));
+    let (done, action) = match person.role {
+        Role::Administrator => {
+            let membership = Membership { school_id, cohort_id: id, person_id: known.id, role: known.role };
+            cohorts::join(&mut tx, membership, deed).await?;
+            (true, "cohort.joined")
+        }
+        _ => (cohorts::ask(&mut tx, (school_id, id, known.id), (person.id, deed.at)).await?, "cohort.asked"),
+    };
+    if done {
+        Entry::by(&person, action, known.id).with(json!({ "cohort": id })).append(&mut tx, deed.at).await?;
+    }
     tx.commit().await?;
     Ok(Redirect::to(&format!("/cohorts/{id}/people")).into_response())
+}
+
+fn deed(state: &AppState, by: &CurrentPerson) -> Deed {
+    Deed { by: Some(by.id), at: state.clock.now() }
+}
+
+#[derive(Deserialize)]
+pub(super) struct AnswerForm {
+    answer: String,
+}
+
+/// An administrator's answer where somebody is asked for; whoever teaches the cohort may take the question back.
+pub(super) async fn answer(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    path: Result<Path<(Uuid, Uuid)>, PathRejection>,
+    CsrfForm(form): CsrfForm<AnswerForm>,
+) -> Result<Redirect, PageError> {
+    let Path((id, asked)) = path.map_err(|_| Error::NotFound)?;
+    find(&state, &person, id).await?;
+    if form.answer == "yes" && person.role != Role::Administrator {
+        return Err(Error::Forbidden(tr!("only the trainee or an administrator says yes")).into());
+    }
+    settle(&state, &person, (id, asked), &form.answer).await?;
+    Ok(Redirect::to(&format!("/cohorts/{id}/people")))
+}
+
+/// A trainee's own answer.
+pub(super) async fn answer_for_oneself(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(cohort): Id,
+    CsrfForm(form): CsrfForm<AnswerForm>,
+) -> Result<Redirect, PageError> {
+    // Who teaches would see the trainees of others: that is not theirs to agree to.
+    if form.answer == "yes" && person.role != Role::Trainee {
+        return Err(Error::Forbidden(tr!("an administrator decides who teaches a cohort")).into());
+    }
+    settle(&state, &person, (cohort, person.id), &form.answer).await?;
+    Ok(Redirect::to("/account#cohorts"))
+}
+
+/// Answers a request; there must be one.
+async fn settle(
+    state: &AppState,
+    by: &CurrentPerson,
+    (cohort_id, person_id): (Uuid, Uuid),
+    answer: &str,
+) -> Result<(), Error> {
+    let (school_id, deed) = (by.school_id, deed(state, by));
+    let mut tx = state.db.write().await?;
+    let asked = cohorts::requests(&mut *tx, school_id, (Some(cohort_id), Some(person_id))).await?;
+    let role = asked.first().ok_or(Error::NotFound)?.role;
+    let action = match answer {
+        "yes" => {
+            cohorts::join(&mut tx, Membership { school_id, cohort_id, person_id, role }, deed).await?;
+            "cohort.joined"
+        }
+        "no" => {
+            cohorts::decline(&mut tx, (school_id, cohort_id, person_id), deed).await?;
+            "cohort.declined"
+        }
+        other => return Err(Error::BadRequest(format!("answer: \"{other}\"; allowed are yes and no"))),
+    };
+    Entry::by(by, action, person_id).with(json!({ "cohort": cohort_id })).append(&mut tx, deed.at).await?;
+    Ok(tx.commit().await?)
 }
 
 pub(super) async fn remove(
@@ -126,7 +200,7 @@ pub(super) async fn remove(
     let Path((id, member)) = path.map_err(|_| Error::NotFound)?;
     find(&state, &person, id).await?;
     let mut tx = state.db.write().await?;
-    if !cohorts::leave(&mut tx, person.school_id, id, member).await? {
+    if !cohorts::leave(&mut tx, (person.school_id, id, member), deed(&state, &person)).await? {
         return Err(Error::NotFound.into());
     }
     Entry::by(&person, "cohort.left", member).with(json!({ "cohort": id })).append(&mut tx, state.clock.now()).await?;

@@ -33,6 +33,7 @@ fn row(attempt: ListedAttempt) -> AttemptRow {
         score: attempt.score,
         computed: attempt.computed,
         flagged: attempt.flagged,
+        uncounted: attempt.uncounted,
     }
 }
 

@@ -5,12 +5,12 @@ use scene::ExerciseBundle;
 
 use super::{Id, published, surveys};
 use crate::AppState;
-use crate::domain::CurrentPerson;
+use crate::domain::{CurrentPerson, Uncounted};
 use crate::error::{Error, PageError};
 use crate::routes::auth::Csrf;
 use crate::storage::scores::{self, SessionKey};
 use crate::storage::sessions::{self, Session, SessionState};
-use crate::storage::{exercises, grades, reports};
+use crate::storage::{exercises, grades, reports, stations, supervisions};
 use crate::views::judgement::{Graded, Judgement};
 use crate::views::session::{Drawing, Outcome, Ruling, SessionPage, Verification};
 use crate::views::trainee::exercise_href;
@@ -43,7 +43,10 @@ pub(super) async fn show(
         outcome: outcome(&state, &session, bundle.as_ref()).await?,
         ruling: ruling(&state, &session).await?,
         drawing: curve.as_ref().map(Drawing::new),
+        uncounted: uncounted(&state, &person, &session).await?,
         verification: verification(&session),
+        signed_by: signed_by(&state, &session).await?,
+        supervised_by: supervisions::of(reader, key).await?.map(|there| there.by),
         surveys: surveys::after(&state, &person, &session).await?,
         facts: facts(&session),
     })
@@ -98,6 +101,28 @@ async fn ruling(state: &AppState, session: &Session) -> Result<Option<Ruling>, E
     }))
 }
 
+/// Why it counts nowhere, and the attempt that it repeats, where the visitor may see that.
+async fn uncounted(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &Session,
+) -> Result<Option<(Uncounted, Option<String>)>, Error> {
+    let Some(why) = session.uncounted else { return Ok(None) };
+    let first = match session.repeats {
+        Some(first) => sessions::visible(state.db.reader(), person, first).await?,
+        None => None,
+    };
+    Ok(Some((why, first.map(|first| format!("/sessions/{}", first.id)))))
+}
+
+/// The name of the station that has signed it.
+async fn signed_by(state: &AppState, session: &Session) -> Result<Option<String>, Error> {
+    match session.signed_by {
+        Some(station) => Ok(stations::name(state.db.reader(), session.school_id, station).await?),
+        None => Ok(None),
+    }
+}
+
 fn verification(session: &Session) -> Verification {
     match (session.verify_flagged, session.verify_deviation_n) {
         (None, _) => Verification::Waiting,
@@ -121,7 +146,8 @@ fn facts(session: &Session) -> Vec<(&'static str, String)> {
         Some(_) => short(&session.exercise_sha256),
         None => tr!("{hash}, never published by this school", hash = short(&session.exercise_sha256)),
     };
-    vec![
+    let claimed = session.claimed_started_at.map(|at| (tr!("Began, by the recording"), format::date_time(at.to_utc())));
+    let facts = [
         (tr!("Duration"), format::span(session.duration_s)),
         (tr!("Device"), session.device.clone()),
         (tr!("Received"), format::date_time(session.received_at.to_utc())),
@@ -131,5 +157,6 @@ fn facts(session: &Session) -> Vec<(&'static str, String)> {
         (tr!("Exercise revision"), revision),
         (tr!("Scene revision"), short(&session.scene_sha256)),
         (tr!("Session"), session.id.to_string()),
-    ]
+    ];
+    claimed.into_iter().chain(facts).collect()
 }

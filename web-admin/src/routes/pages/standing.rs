@@ -3,12 +3,12 @@
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::domain::Role;
 use crate::domain::progress::{Attempt, Course, Progress};
+use crate::domain::{Needed, Role};
 use crate::error::Error;
 use crate::storage::curricula::{self, Curriculum};
-use crate::storage::practice;
 use crate::storage::reports::{self, ExerciseInShort, Named};
+use crate::storage::{practice, proofs, schools};
 use crate::views::cohort::TraineeRow;
 use crate::views::trainee::CourseFacts;
 
@@ -63,6 +63,17 @@ pub(super) fn progress(courses: &[Taught], attempts: &[Attempt], state: &AppStat
         courses.iter().enumerate().map(|(i, taught)| (i, Progress::of(&taught.course, attempts, now))).collect();
     progress.sort_by_key(|(i, p)| (std::cmp::Reverse(p.last_at), *i));
     progress
+}
+
+/// What a school asks to be proved of an attempt that certifies, and those of a trainee's attempts of which it is.
+pub(super) async fn proved(
+    state: &AppState,
+    school: Uuid,
+    (trainee, attempts): (Uuid, &[Attempt]),
+) -> Result<(Needed, Vec<Attempt>), Error> {
+    let needed = schools::certificate_needs(state.db.reader(), school).await?;
+    let enough = proofs::enough(state.db.reader(), school, (trainee, needed)).await?;
+    Ok((needed, attempts.iter().filter(|attempt| enough.contains(&attempt.session)).cloned().collect()))
 }
 
 /// The trainees of a cohort by name, each with their progress in every course, the one tried last first, and the course's index.

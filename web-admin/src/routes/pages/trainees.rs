@@ -9,7 +9,7 @@ use super::{Id, rows};
 use crate::AppState;
 use crate::assignments as teaching;
 use crate::domain::assignment::Standing;
-use crate::domain::progress::Habits;
+use crate::domain::progress::{Habits, Progress};
 use crate::domain::{CurrentPerson, Moment, Role};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
@@ -18,7 +18,7 @@ use crate::storage::reports::{self, ListedAttempt, Named, Stretch};
 use crate::storage::{cohorts, practice, sign_in_codes};
 use crate::views::assignments::Row;
 use crate::views::progress::HabitsView;
-use crate::views::trainee::{CourseView, Pages, SignInCodePage, TraineePage};
+use crate::views::trainee::{CourseView, Pages, SignInCodePage, TraineePage, needed_in_words};
 use crate::views::{Place, Shell};
 
 /// Attempts over which habits are looked for.
@@ -59,9 +59,15 @@ pub(super) async fn page(
     let attempts = practice::of_trainee(reader, school, trainee.id).await?;
     let progress = standing::progress(&courses, &attempts, state);
     let href = format!("/trainees/{}", trainee.id);
+    let (needed, proved) = standing::proved(state, school, (trainee.id, &attempts)).await?;
+    let now = state.clock.now().to_utc();
     let view = |(i, progress)| {
         let taught: &Taught = &courses[i];
-        CourseView::new(&taught.facts(Some(&href)), &progress, i)
+        let view = CourseView::new(&taught.facts(Some(&href)), &progress, i);
+        match view.complete && !Progress::of(&taught.course, &proved, now).complete() {
+            true => CourseView { certificate: None, unproved: Some(needed_in_words(needed)), ..view },
+            false => view,
+        }
     };
     let pages = pages(reports::count_attempts(reader, school, trainee.id).await?, query);
     let stretch = Stretch { limit: PER_PAGE, offset: pages.page.saturating_sub(1) * PER_PAGE };
@@ -72,10 +78,12 @@ pub(super) async fn page(
         false => None,
     };
     let latest = reports::attempts_of(reader, school, trainee.id, RECENT).await?;
+    let requests = if own { cohorts::requests(reader, school, (None, Some(visitor.id))).await? } else { Vec::new() };
     let due = if own { teaching::standings(state, school, visitor.id).await? } else { Vec::new() };
     Ok(TraineePage {
         shell,
         due: due.into_iter().filter(Standing::is_open).take(SHOWN_DUE).map(Row::own).collect(),
+        requests,
         habits: habits(&latest),
         name: trainee.name,
         own,

@@ -64,6 +64,7 @@ pub async fn of_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, id: 
                JOIN curriculum_entries e ON e.revision_id = u.revision_id WHERE d.id = $2) task
            CROSS JOIN sessions n ON n.school_id = $1 AND n.trainee_id = trained.person_id
              AND n.exercise_id = task.exercise_id AND n.started_at >= task.made_at AND n.state = 'scored'
+             AND n.uncounted IS NULL
            ORDER BY n.started_at DESC, n.id LIMIT $3) chosen
          CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id
          JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id

@@ -109,15 +109,35 @@ async fn add_rating(
     round: Uuid,
     (session, rater): (Uuid, Uuid),
 ) -> Result<()> {
+    // A sorted id would tell which rating of another rater is of the same attempt.
+    let id = Uuid::new_v4();
     sqlx::query(
         "INSERT INTO ratings (id, school_id, round_id, session_id, rater_id, answers) VALUES ($1, $2, $3, $4, $5, '[]')",
     )
-    // A sorted id would tell which rating of another rater is of the same attempt.
-    .bind(Uuid::new_v4())
+    .bind(id)
     .bind(school)
     .bind(round)
     .bind(session)
     .bind(rater)
+    .execute(&mut *writer)
+    .await?;
+    mark_knowledge(writer, school, id).await
+}
+
+/// Marks a rating whose rater may see the attempt otherwise: they teach the trainee, are an administrator, or have asked. What
+/// was marked once stays so.
+async fn mark_knowledge(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<()> {
+    sqlx::query(
+        "UPDATE ratings SET may_know = 1 WHERE school_id = $1 AND id = $2 AND (
+           EXISTS (SELECT 1 FROM people p WHERE p.id = ratings.rater_id AND p.role = 'administrator')
+           OR EXISTS (SELECT 1 FROM rating_rounds o WHERE o.id = ratings.round_id AND o.made_by = ratings.rater_id)
+           OR EXISTS (SELECT 1 FROM sessions s
+             JOIN cohort_members learner ON learner.person_id = s.trainee_id AND learner.role = 'trainee'
+             JOIN cohort_members teacher ON teacher.cohort_id = learner.cohort_id AND teacher.role = 'instructor'
+             WHERE s.school_id = $1 AND s.id = ratings.session_id AND teacher.person_id = ratings.rater_id))",
+    )
+    .bind(school)
+    .bind(id)
     .execute(writer)
     .await
     .map(drop)
@@ -231,6 +251,7 @@ pub async fn rating(executor: impl SqliteExecutor<'_>, rater: &CurrentPerson, id
 /// # Errors
 /// When the database fails.
 pub async fn put(writer: &mut SqliteConnection, rating: &Rating, finished_at: Option<Moment>) -> Result<bool> {
+    mark_knowledge(writer, rating.school_id, rating.id).await?;
     sqlx::query(
         "UPDATE ratings SET answers = $3, finished_at = $4 WHERE school_id = $1 AND id = $2 AND finished_at IS NULL",
     )

@@ -33,6 +33,8 @@ pub struct Cell {
     pub answers: Json<Vec<Option<Answer>>>,
     /// When it was finished.
     pub finished_at: Option<Moment>,
+    /// The rater may know otherwise whose attempt it is.
+    pub may_know: bool,
 }
 
 /// Every rating of a round, by attempt and rater.
@@ -42,7 +44,8 @@ pub struct Cell {
 pub async fn cells(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, round: &Round) -> Result<Vec<Cell>> {
     sqlx::query_as(
         "SELECT r.session_id, s.started_at, t.display_name AS trainee, t.id AS trainee_id, t.pseudonym,
-           coalesce(x.title, s.exercise_id) AS exercise, r.rater_id, p.display_name AS rater, r.answers, r.finished_at
+           coalesce(x.title, s.exercise_id) AS exercise, r.rater_id, p.display_name AS rater, r.answers, r.finished_at,
+           r.may_know
          FROM rating_rounds o
          CROSS JOIN ratings r ON r.round_id = o.id
          JOIN sessions s ON s.school_id = o.school_id AND s.id = r.session_id

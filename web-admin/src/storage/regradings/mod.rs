@@ -94,14 +94,15 @@ pub struct Stood {
     pub override_id: Option<Uuid>,
 }
 
-/// The scored attempts at an exercise that somebody may judge: $1 school, $2 exercise, $3 who, $4 whether all.
+/// The scored attempts at an exercise that count and that somebody may judge: $1 school, $2 exercise, $3 who, $4 whether all.
 macro_rules! attempts {
     ($select:literal) => {
         concat!(
             $select,
             " FROM sessions s JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
              JOIN scores c ON c.id = g.score_id
-             WHERE s.school_id = $1 AND s.exercise_id = $2 AND s.state = 'scored' AND ($4 OR s.trainee_id = $3 OR EXISTS (
+             WHERE s.school_id = $1 AND s.exercise_id = $2 AND s.state = 'scored' AND s.uncounted IS NULL
+               AND ($4 OR s.trainee_id = $3 OR EXISTS (
                SELECT 1 FROM cohort_members teacher
                JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
                WHERE teacher.person_id = $3 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id))"

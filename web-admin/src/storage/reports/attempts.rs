@@ -5,7 +5,7 @@ use sqlx::types::Json;
 use sqlx::{FromRow, SqliteExecutor};
 use uuid::Uuid;
 
-use crate::domain::{AttemptPlace, CurrentPerson, Moment, Role};
+use crate::domain::{AttemptPlace, CurrentPerson, Moment, Proof, Role, Uncounted};
 use crate::storage::Result;
 use crate::storage::sessions::SessionState;
 
@@ -24,6 +24,8 @@ pub struct ListedAttempt {
     pub state: SessionState,
     /// Why it was refused.
     pub refusal: Option<String>,
+    /// Why it counts nowhere; absent where it counts.
+    pub uncounted: Option<Uncounted>,
     /// The re-simulation differs.
     pub flagged: bool,
     /// 0–100, by the grade that counts.
@@ -43,7 +45,7 @@ macro_rules! listed {
     ($more:literal, $from:literal, $rest:literal) => {
         concat!(
             "SELECT s.id, s.started_at, p.display_name AS trainee, coalesce(r.title, s.exercise_id) AS exercise,
-               s.state, s.refusal, coalesce(s.verify_flagged, 0) AS flagged, g.score, g.passed, c.deductions,
+               s.state, s.refusal, s.uncounted, coalesce(s.verify_flagged, 0) AS flagged, g.score, g.passed, c.deductions,
                c.hard_fails, CASE WHEN g.override_id IS NOT NULL THEN c.score END AS computed",
             $more,
             " FROM ",
@@ -82,6 +84,11 @@ pub struct AttemptRecord {
     pub device: String,
     /// Version of the simulator.
     pub simulator_version: String,
+    /// When it began by what the recording says, where that is not believed.
+    pub claimed_started_at: Option<Moment>,
+    /// What is proved of it.
+    #[sqlx(flatten)]
+    pub proof: Proof,
 }
 
 /// A stretch of a list.
@@ -233,10 +240,11 @@ pub async fn records_after(
 ) -> Result<Vec<AttemptRecord>> {
     sqlx::query_as(listed!(
         ", s.trainee_id, p.pseudonym, s.exercise_id, s.exercise_sha256, s.received_at, s.duration_s, s.complete, s.device,
-           s.simulator_version",
+           s.simulator_version, s.claimed_started_at, q.signed, q.resimulated, q.supervised",
         "(SELECT n.id FROM sessions n WHERE n.school_id = $1 AND (n.started_at, n.id) < ($2, $5)
            ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
-         CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id",
+         CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id
+         CROSS JOIN proofs q ON q.school_id = $1 AND q.session_id = chosen.id",
         "WHERE s.school_id = $1"
     ))
     .bind(school)

@@ -45,6 +45,8 @@ pub struct RaterRow {
     pub name: String,
     /// Finished.
     pub finished: usize,
+    /// How many are of attempts that they may see otherwise.
+    pub may_know: usize,
     /// Asked for.
     pub of: usize,
 }
@@ -57,7 +59,7 @@ pub struct AttemptRow {
     /// Title of the exercise.
     pub exercise: String,
     /// When it began.
-    pub started_at: OffsetDateTime,
+    pub started_at: Option<OffsetDateTime>,
 }
 
 /// A score over all attempts.

@@ -50,9 +50,9 @@ pub(super) fn round_page() -> RoundPage {
     let attempt = |n: usize| AttemptRow {
         trainee: (n > 0).then(|| ("Ada".to_owned(), "/sessions/1".to_owned())),
         exercise: "Stop in the fat".to_owned(),
-        started_at: samples::NOW,
+        started_at: Some(samples::NOW),
     };
-    let rater = |name: &str, finished| RaterRow { name: name.to_owned(), finished, of: 6 };
+    let rater = |name: &str, finished| RaterRow { name: name.to_owned(), finished, may_know: 6 - finished, of: 6 };
     RoundPage {
         shell: samples::shell(Role::Instructor),
         href: "/ratings/1".to_owned(),

@@ -19,7 +19,7 @@ use web_admin::publishing;
 use web_admin::routes;
 use web_admin::secret;
 use web_admin::storage::audit::{Actor, Entry};
-use web_admin::storage::cohorts::{self, Membership};
+use web_admin::storage::cohorts::{self, Deed, Membership};
 use web_admin::storage::people::{self, NewPerson, Person};
 use web_admin::storage::schools;
 use web_admin::storage::tokens::{self, TokenHolder};
@@ -113,7 +113,7 @@ impl App {
             for person in people {
                 let membership =
                     Membership { school_id: school, cohort_id: cohort.id, person_id: person.id, role: person.role };
-                cohorts::join(tx, membership).await.unwrap();
+                cohorts::join(tx, membership, Deed { by: None, at: now }).await.unwrap();
             }
         })
         .await;

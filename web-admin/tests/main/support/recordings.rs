@@ -3,14 +3,17 @@
 use std::io::Cursor;
 use std::sync::LazyLock;
 
+use ed25519_dalek::{Signer, SigningKey};
 use mechanics::operator::Motion;
 use mechanics::puncture::PunctureParams;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use recording::session::{EXERCISE_ATTACHMENT, SCENE_ATTACHMENT};
+use recording::signature;
 use recording::simulate::{Clock, MotionSource, simulate};
 use recording::write::SceneDrawing;
-use recording::{Attachment, Event, EventKind, Sample, Session, Writer};
+use recording::{Attachment, Event, EventKind, Sample, Session, Signature, Writer};
 use scene::{ExerciseBundle, Patient};
+use time::OffsetDateTime;
 use uuid::Uuid;
 
 use super::course_folder;
@@ -28,18 +31,52 @@ pub struct Attempt {
     pub seed: u64,
     /// Depth at which the hand turns back, in mm.
     pub depth_mm: f64,
+    /// Whose hand it is: none moves as another does. By default one of the session's own.
+    pub hand: Option<Uuid>,
+    /// When it begins.
+    pub started_at: OffsetDateTime,
+    /// The exercise that is attempted.
+    pub bundle: &'static ExerciseBundle,
+    /// The station that signs it.
+    pub station: Option<Station>,
+}
+
+/// A station as its own machine knows it.
+#[derive(Clone)]
+pub struct Station {
+    pub id: Uuid,
+    pub key: SigningKey,
 }
 
 impl Default for Attempt {
     fn default() -> Self {
-        Self { session_id: Uuid::new_v4(), trainee: String::new(), seed: 7, depth_mm: 18.0 }
+        Self {
+            session_id: Uuid::new_v4(),
+            trainee: String::new(),
+            seed: 7,
+            depth_mm: 18.0,
+            hand: None,
+            started_at: time::macros::datetime!(2026-03-04 05:06:07 UTC),
+            bundle: &EXERCISE,
+            station: None,
+        }
     }
 }
+
+/// The same exercise as a forger wants it: whatever the hand does is passed.
+pub static FORGED: LazyLock<ExerciseBundle> = LazyLock::new(|| {
+    let text = String::from_utf8(EXERCISE.exercise_bytes.clone()).unwrap();
+    let line = text.lines().find(|line| line.starts_with("pass_mark")).unwrap();
+    let forged = text.replace(line, "pass_mark = 0");
+    ExerciseBundle::from_parts(forged.as_bytes(), &EXERCISE.scene_bytes, &[]).unwrap()
+});
 
 /// A hand that goes straight in at 20 mm/s, confirms, and comes straight out.
 struct StraightHand {
     t_s: f64,
     depth_m: f64,
+    /// What tells it from other hands, in m: far less than it takes to change a score.
+    beside_m: f64,
 }
 
 impl MotionSource for StraightHand {
@@ -53,7 +90,7 @@ impl MotionSource for StraightHand {
         // The needle's +z points to its tip; turned about x it points into the body.
         let turned = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         Motion {
-            patient_from_needle: Isometry3::from_parts(Translation3::new(0.0, 0.0, -x_m), turned),
+            patient_from_needle: Isometry3::from_parts(Translation3::new(self.beside_m, 0.0, -x_m), turned),
             confirm: (gone_m - way_m).abs() < 1e-3,
             done: gone_m > 2.0 * way_m,
         }
@@ -63,9 +100,9 @@ impl MotionSource for StraightHand {
 fn session(attempt: &Attempt, patient: &Patient) -> Session {
     Session {
         session_id: attempt.session_id,
-        exercise_id: EXERCISE.exercise.id.clone(),
-        exercise_sha256: EXERCISE.exercise.sha256.clone(),
-        scene_sha256: EXERCISE.scene.sha256.clone(),
+        exercise_id: attempt.bundle.exercise.id.clone(),
+        exercise_sha256: attempt.bundle.exercise.sha256.clone(),
+        scene_sha256: attempt.bundle.scene.sha256.clone(),
         simulator_version: "0.1.0".to_owned(),
         git: String::new(),
         device: "operator:test".to_owned(),
@@ -75,32 +112,38 @@ fn session(attempt: &Attempt, patient: &Patient) -> Session {
         tick_hz: 1000.0,
         seed: attempt.seed,
         trainee: attempt.trainee.clone(),
-        started_at: time::macros::datetime!(2026-03-04 05:06:07 UTC),
+        started_at: attempt.started_at,
         patient_thickness_mm: patient.thickness_mm.clone(),
     }
 }
 
-fn attachments() -> Vec<Attachment> {
+fn attachments(bundle: &ExerciseBundle) -> Vec<Attachment> {
     let document = |name: &str, data: &[u8]| Attachment {
         name: name.to_owned(),
         media_type: "application/toml".to_owned(),
         data: data.to_vec(),
     };
-    vec![document(EXERCISE_ATTACHMENT, &EXERCISE.exercise_bytes), document(SCENE_ATTACHMENT, &EXERCISE.scene_bytes)]
+    vec![document(EXERCISE_ATTACHMENT, &bundle.exercise_bytes), document(SCENE_ATTACHMENT, &bundle.scene_bytes)]
 }
 
 /// Records an attempt; `spoil` may add to what is written before it ends.
 fn write(attempt: &Attempt, spoil: impl FnOnce(&mut Writer<Cursor<Vec<u8>>>), moves: bool) -> Vec<u8> {
     let patient = Patient::draw(&EXERCISE.scene, attempt.seed);
     let params = PunctureParams::new(EXERCISE.puncture_spec(&patient)).unwrap();
-    let sink = Cursor::new(Vec::new());
-    let mut writer =
-        Writer::create(sink, &session(attempt, &patient), &attachments(), &SceneDrawing::default()).unwrap();
+    let (sink, session) = (Cursor::new(Vec::new()), session(attempt, &patient));
+    let mut writer = Writer::create(sink, &session, &attachments(attempt.bundle), &SceneDrawing::default()).unwrap();
     if moves {
-        let mut hand = StraightHand { t_s: 0.0, depth_m: attempt.depth_mm * 1e-3 };
+        let beside_m = attempt.hand.unwrap_or(attempt.session_id).as_u128() as u32;
+        let mut hand =
+            StraightHand { t_s: 0.0, depth_m: attempt.depth_mm * 1e-3, beside_m: f64::from(beside_m) * 1e-18 };
         simulate(&params, &mut hand, &mut writer, &Clock { tick_hz: 1000.0, time_limit_s: 30.0 }).unwrap();
     }
     spoil(&mut writer);
+    if let Some(Station { id, key }) = &attempt.station {
+        let signed = signature::statement(&session, *id, &writer.motion().sha256());
+        let ed25519 = hex::encode(key.sign(&signed).to_bytes());
+        writer.sign(&Signature { station: *id, ed25519 }).unwrap();
+    }
     writer.finish().unwrap().into_inner()
 }
 

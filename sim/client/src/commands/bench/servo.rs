@@ -66,7 +66,7 @@ fn run(bundle: &ExerciseBundle, length_s: f64, file: &Path) -> Result<Measured, 
     let device = Trajectory::new("operator:bench", readings(bundle, length_s), TICK_HZ);
     let done = device.done();
     let session = specimen::session(bundle, TICK_HZ);
-    let trial = Trial { bundle: bundle.clone(), params, session, path: file.to_owned() };
+    let trial = Trial { bundle: bundle.clone(), params, session, path: file.to_owned(), key: None };
     let mut live = Live::start(trial, Mapping::in_patient_frame(), Driven::ByTimer(Box::new(device)))?;
     let progress = Progress::new((length_s * TICK_HZ) as u64, "servo");
     while !done.load(Ordering::Relaxed) && live.servo().ended().is_none() {

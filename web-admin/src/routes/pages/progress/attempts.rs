@@ -17,7 +17,7 @@ use crate::views::format;
 const AT_ONCE: u32 = 200;
 
 /// Columns of the file.
-const NAMES: [&str; 20] = [
+const NAMES: [&str; 25] = [
     "session",
     "started_at",
     "received_at",
@@ -38,6 +38,11 @@ const NAMES: [&str; 20] = [
     "complete",
     "device",
     "simulator_version",
+    "uncounted",
+    "claimed_started_at",
+    "signed",
+    "resimulated",
+    "supervised",
 ];
 
 pub(super) async fn export(State(state): State<AppState>, person: CurrentPerson) -> Result<Response, PageError> {
@@ -86,5 +91,10 @@ fn cells(record: AttemptRecord) -> Vec<Cell> {
         Cell::from(record.complete),
         Cell::from(record.device),
         Cell::from(record.simulator_version),
+        listed.uncounted.map_or(Cell::Empty, |why| Cell::from(why.word())),
+        record.claimed_started_at.map_or(Cell::Empty, |at| Cell::from(format::machine_time(at.to_utc()))),
+        Cell::from(record.proof.signed),
+        Cell::from(record.proof.resimulated),
+        Cell::from(record.proof.supervised),
     ]
 }

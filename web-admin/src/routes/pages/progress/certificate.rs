@@ -10,16 +10,18 @@ use uuid::Uuid;
 
 use crate::AppState;
 use crate::certificates::{self, Certificate, Statement};
-use crate::domain::CurrentPerson;
 use crate::domain::progress::{Course, Mastery, Progress, StepState};
+use crate::domain::{CurrentPerson, Needed};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{CsrfForm, NoFields};
+use crate::routes::pages::standing;
 use crate::storage::audit::Entry;
 use crate::storage::curricula::{self, Curriculum};
 use crate::storage::reports::{self, Named};
 use crate::storage::{people, practice, schools};
 use crate::views::certificate::CertificatePage;
-use crate::views::{format, trainee::rule_in_words};
+use crate::views::format;
+use crate::views::trainee::{needed_in_words, rule_in_words};
 use crate::words::{self, Language};
 
 /// What a certificate does not say.
@@ -52,6 +54,7 @@ pub(super) async fn issue(
 struct Earned {
     statement: Statement,
     rule: Mastery,
+    needed: Needed,
     mastered: Vec<(String, OffsetDateTime)>,
     issued_at: OffsetDateTime,
 }
@@ -61,6 +64,7 @@ impl Earned {
     fn page(self, certificate: &Certificate, file: &str) -> anyhow::Result<String> {
         let page = CertificatePage {
             rule: rule_in_words(&self.rule),
+            needed: needed_in_words(self.needed),
             statement: self.statement,
             mastered: self.mastered,
             issued_at: self.issued_at,
@@ -80,12 +84,15 @@ async fn earned(
     let (reader, school) = (state.db.reader(), person.school_id);
     let course = curricula::course(reader, school, curriculum).await?;
     let attempts = practice::of_trainee(reader, school, trainee.id).await?;
+    let (needed, proved) = standing::proved(state, school, (trainee.id, &attempts)).await?;
     let now = state.clock.now();
-    let progress = Progress::of(&course, &attempts, now.to_utc());
+    let progress = Progress::of(&course, &proved, now.to_utc());
     if !progress.complete() {
-        return Err(Error::Conflict(
-            tr!("a certificate is issued when every exercise of the course is mastered").to_owned(),
-        ));
+        let why = tr!(
+            "a certificate is issued when every exercise of the course is mastered; the school certifies by: {needed}",
+            needed = needed_in_words(needed)
+        );
+        return Err(Error::Conflict(why));
     }
     let mastered = mastered(&course, &progress);
     let statement = Statement {
@@ -96,11 +103,12 @@ async fn earned(
         course: curriculum.title.clone(),
         curriculum_sha256: curriculum.sha256.clone(),
         rule: words::within(Language::ENGLISH, || rule_in_words(&course.rule)),
+        attempts: Some(words::within(Language::ENGLISH, || needed_in_words(needed)).to_owned()),
         exercises: mastered.iter().map(|(title, on)| (title.clone(), format::machine_time(on))).collect(),
         issued_at: now.to_string(),
         scope: SCOPE.to_owned(),
     };
-    Ok(Earned { statement, rule: course.rule, mastered, issued_at: now.to_utc() })
+    Ok(Earned { statement, rule: course.rule, needed, mastered, issued_at: now.to_utc() })
 }
 
 fn mastered(course: &Course, progress: &Progress) -> Vec<(String, OffsetDateTime)> {

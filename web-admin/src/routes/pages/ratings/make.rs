@@ -208,6 +208,9 @@ async fn attempts(
                 tr!("attempts: one is a rater’s own; nobody rates themselves").to_owned(),
             ));
         }
+        if session.uncounted.is_some() {
+            return Err(Error::Unprocessable(tr!("attempts: one counts nowhere, and is not rated").to_owned()));
+        }
         grades::of(state.db.reader(), session.key()).await?.ok_or(Error::NotFound)?;
         attempts.push(id);
     }

@@ -10,7 +10,7 @@ use uuid::Uuid;
 use super::Id;
 use crate::AppState;
 use crate::domain::rating::{Given, tables};
-use crate::domain::{CurrentPerson, Role};
+use crate::domain::{CurrentPerson, Moment, Role};
 use crate::error::{Error, PageError};
 use crate::export::{self, Cell as Column};
 use crate::ratings;
@@ -96,7 +96,7 @@ async fn show(
     let found = if round.own_open == 0 {
         let instrument = instrument(&state, &round).await?;
         let scores = tables(&instrument, (&table.attempts, &table.raters), &table.given);
-        Some((table.rows(&cells), scores.into_iter().map(ScoreView::new).collect()))
+        Some((table.rows(&cells, owner), scores.into_iter().map(ScoreView::new).collect()))
     } else {
         None
     };
@@ -149,24 +149,30 @@ impl<'a> Table<'a> {
             RaterRow {
                 name: own().next().map_or_else(String::new, |cell| cell.rater.clone()),
                 finished: own().filter(|cell| cell.finished_at.is_some()).count(),
+                may_know: own().filter(|cell| cell.may_know).count(),
                 of: own().count(),
             }
         };
         self.raters.iter().map(row).collect()
     }
 
-    fn rows(&self, cells: &[Cell]) -> Vec<AttemptRow> {
+    fn rows(&self, cells: &[Cell], owner: bool) -> Vec<AttemptRow> {
         let row = |attempt: &Uuid| {
             let cell = cells.iter().find(|cell| cell.session_id == *attempt)?;
             let link = |name: &String| (name.clone(), format!("/sessions/{attempt}/grade"));
             Some(AttemptRow {
                 trainee: cell.trainee.as_ref().map(link),
                 exercise: cell.exercise.clone(),
-                started_at: cell.started_at.to_utc(),
+                started_at: known(owner, cell).then(|| cell.started_at.to_utc()),
             })
         };
         self.attempts.iter().filter_map(row).collect()
     }
+}
+
+/// Whether the visitor may be told which attempt a rating is of: who asked, and who sees the trainee anyway.
+fn known(owner: bool, cell: &Cell) -> bool {
+    owner || cell.trainee.is_some()
 }
 
 /// A row for each rating, with every answer and score.
@@ -184,19 +190,23 @@ async fn csv(State(state): State<AppState>, person: CurrentPerson, Id(id): Id) -
         .into_iter()
         .chain(items)
         .chain(scores)
-        .chain(["trainee_id", "pseudonym", "rater_id"])
+        .chain(["trainee_id", "pseudonym", "rater_id", "may_know"])
         .collect();
-    let rows: Vec<Vec<Column>> = cells.iter().map(|cell| line(&instrument, cell)).collect();
+    let (table, owner) = (Table::of(&cells), owns(&person, &round));
+    let place = |cell: &Cell| table.attempts.iter().position(|attempt| *attempt == cell.session_id).unwrap_or(0) + 1;
+    let shown = |cell: &Cell| known(owner, cell).then_some(cell.started_at).ok_or_else(|| place(cell));
+    let rows: Vec<Vec<Column>> = cells.iter().map(|cell| line(&instrument, cell, shown(cell))).collect();
     Ok(export::download(&round.title, &names, &rows).map_err(Error::from)?)
 }
 
-fn line(instrument: &Instrument, cell: &Cell) -> Vec<Column> {
-    let time = |at: crate::domain::Moment| format::machine_time(at.to_utc());
+/// A rating as it is written; of an attempt that stays unknown its place in the round alone.
+fn line(instrument: &Instrument, cell: &Cell, shown: Result<Moment, usize>) -> Vec<Column> {
+    let time = |at: Moment| format::machine_time(at.to_utc());
     let mut line = vec![
-        Column::from(cell.session_id.to_string()),
+        Column::from(shown.map_or_else(|place| place.to_string(), |_| cell.session_id.to_string())),
         cell.trainee.as_ref().map_or(Column::Empty, |name| Column::from(name.as_str())),
         Column::from(cell.exercise.as_str()),
-        Column::from(time(cell.started_at)),
+        shown.map_or(Column::Empty, |at| Column::from(time(at))),
         Column::from(cell.rater.as_str()),
         cell.finished_at.map_or(Column::Empty, |at| Column::from(time(at))),
     ];
@@ -213,6 +223,7 @@ fn line(instrument: &Instrument, cell: &Cell) -> Vec<Column> {
     line.push(cell.trainee_id.map_or(Column::Empty, |id| Column::from(id.to_string())));
     line.push(cell.pseudonym.as_deref().map_or(Column::Empty, Column::from));
     line.push(Column::from(cell.rater_id.to_string()));
+    line.push(Column::from(cell.may_know));
     line
 }
 
