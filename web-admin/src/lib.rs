@@ -21,6 +21,7 @@ pub mod export;
 pub mod intake;
 pub mod locks;
 pub mod mail;
+pub mod passwords;
 pub mod plans;
 pub mod publishing;
 pub mod ratings;

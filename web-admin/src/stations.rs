@@ -3,7 +3,7 @@
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::domain::{CurrentPerson, Moment, Role};
+use crate::domain::{CurrentPerson, Moment, Role, line};
 use crate::error::Error;
 use crate::secret;
 use crate::storage::audit::{Actor, Entry};
@@ -93,8 +93,10 @@ pub async fn pair(state: &AppState, code: &str, name: &str) -> Result<Paired, Er
 fn checked_name(given: &str) -> Result<String, Error> {
     let name = given.trim();
     let length = name.chars().count();
-    if length == 0 || length > LONGEST_NAME || name.chars().any(char::is_control) {
-        let why = format!("name: {length} characters; 1 to {LONGEST_NAME} are allowed, on one line");
+    if length == 0 || length > LONGEST_NAME {
+        return Err(Error::Unprocessable(format!("name: {length} characters; 1 to {LONGEST_NAME} are allowed")));
+    }
+    if let Some(why) = line::refusal("name", name) {
         return Err(Error::Unprocessable(why));
     }
     Ok(name.to_owned())
