@@ -13,11 +13,9 @@ use crate::storage::audit::{Actor, Entry};
 use crate::storage::cohorts::{self, Deed, Membership};
 use crate::storage::directory::{self, AccountState, Details, Listed};
 use crate::storage::mails::{self, MailKind, NewMail};
-use crate::storage::people::{self, NewPerson};
+use crate::storage::people::{self, NewPerson, Person};
 use crate::storage::tokens;
 
-/// Shortest password taken, in characters.
-pub const MIN_PASSWORD: usize = 10;
 /// How long an invitation is good, in s.
 pub const INVITATION_LIFETIME_S: i64 = 14 * 86_400;
 /// How long a link to another password is good, in s.
@@ -171,22 +169,41 @@ pub async fn queue_link(
     Ok(mails::queue(tx, mail, state.clock.now()).await?)
 }
 
-/// Queues a link to another password for whoever has an address; nobody is told whether somebody has it.
+/// Notes that a link to another password is asked for by an address. Whether somebody has it is looked up later, by
+/// [`answer_asked`]: the time that this takes tells nothing.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn forgotten(state: &AppState, email: &str) -> Result<(), Error> {
-    let Some(person) = people::by_email(state.db.reader(), email).await? else { return Ok(()) };
+pub async fn ask_for_link(state: &AppState, email: &str) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
-    let Some(listed) = directory::find(&mut *tx, person.school_id, person.id).await? else { return Ok(()) };
-    let Ok(purpose) = purpose(&listed) else { return Ok(()) };
-    queue_link(&mut tx, state, (person.school_id, person.id), purpose).await?;
-    Entry::new(person.school_id, Actor::Person(person.id), "person.link_asked_for", person.id)
-        .append(&mut tx, state.clock.now())
-        .await?;
+    account_links::ask(&mut tx, email, state.clock.now()).await?;
     tx.commit().await?;
     state.mails.notify_one();
     Ok(())
+}
+
+/// Queues a link for everybody whose address it was asked for by, and forgets the other addresses.
+///
+/// # Errors
+/// When the database fails.
+pub async fn answer_asked(state: &AppState) -> Result<(), Error> {
+    while let Some(email) = account_links::next_asked(state.db.reader()).await? {
+        let mut tx = state.db.write().await?;
+        if let Some(person) = people::by_email(&mut *tx, &email).await? {
+            answer(&mut tx, state, &person).await?;
+        }
+        account_links::forget_asked(&mut tx, &email).await?;
+        tx.commit().await?;
+    }
+    Ok(())
+}
+
+async fn answer(tx: &mut SqliteConnection, state: &AppState, person: &Person) -> Result<(), Error> {
+    let Some(listed) = directory::find(&mut *tx, person.school_id, person.id).await? else { return Ok(()) };
+    let Ok(purpose) = purpose(&listed) else { return Ok(()) };
+    queue_link(tx, state, (person.school_id, person.id), purpose).await?;
+    let asked = Entry::new(person.school_id, Actor::Person(person.id), "person.link_asked_for", person.id);
+    Ok(asked.append(tx, state.clock.now()).await?)
 }
 
 /// The link of a token, if it is good.
@@ -226,6 +243,9 @@ pub async fn change_own_password(
     let Some(known) = known else { return Ok(false) };
     let old = old.to_owned();
     if !state.hash(move || secret::password_fits(&old, &known)).await? {
+        let mut tx = state.db.write().await?;
+        Entry::by(person, "person.password_refused", person.id).append(&mut tx, state.clock.now()).await?;
+        tx.commit().await?;
         return Ok(false);
     }
     let hash = hash(state, new).await?;
@@ -247,7 +267,6 @@ async fn set_password(
     hash: &str,
 ) -> Result<(), Error> {
     people::set_password(tx, person, hash).await?;
-    account_links::end_all(tx, person).await?;
     Ok(Entry::new(school_id, Actor::Person(person), "person.password_set", person)
         .append(tx, state.clock.now())
         .await?)
@@ -275,7 +294,6 @@ pub async fn disable_in(
 ) -> Result<(), Error> {
     if people::disable(tx, person, state.clock.now()).await? {
         let revoked = tokens::revoke_all(tx, person, state.clock.now()).await?;
-        account_links::end_all(tx, person).await?;
         Entry::by(by, "person.disabled", person)
             .with(json!({ "tokens_revoked": revoked }))
             .append(tx, state.clock.now())
@@ -303,7 +321,10 @@ pub async fn enable(state: &AppState, by: &CurrentPerson, person: Uuid) -> Resul
 pub async fn erase(state: &AppState, by: &CurrentPerson, person: &Listed) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     tokens::revoke_all(&mut tx, person.id, state.clock.now()).await?;
+    let letters = directory::letters(&mut *tx, person, by.school_id).await?;
     directory::erase(&mut tx, person, by.school_id, state.clock.now()).await?;
     Entry::by(by, "person.erased", person.id).append(&mut tx, state.clock.now()).await?;
+    // Before the commit: letters that cannot be removed are not forgotten.
+    state.mailer.forget(&letters).await?;
     Ok(tx.commit().await?)
 }

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::secret;
 
 /// The private key's file in the data folder, 64 hexadecimal digits.
-const KEY_FILE: &str = "certificate-key";
+pub const KEY_FILE: &str = "certificate-key";
 /// Version of the file's layout.
 const FORMAT: u32 = 2;
 /// Versions that are understood.

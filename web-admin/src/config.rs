@@ -53,6 +53,8 @@ pub struct Config {
     /// A proxy in front speaks TLS and sets `X-Forwarded-For`: cookies are `Secure`, and its word for the client's
     /// address is believed.
     pub behind_tls: bool,
+    /// What `/metrics` asks for as a bearer token. Without one it is answered only where no proxy is in front.
+    pub metrics_token: Option<String>,
     /// Largest upload, in bytes.
     pub max_upload_bytes: u64,
     /// Free room on the disk, in bytes, below which no upload is taken.
@@ -95,6 +97,7 @@ impl Config {
             database_url: sqlite_url(&data_dir.join("stylet.db")),
             recordings_dir: data_dir.join("recordings"),
             behind_tls: false,
+            metrics_token: None,
             max_upload_bytes: 512 * 1024 * 1024,
             reserve_bytes: 1_000_000_000,
             upload_silence: Duration::from_secs(30),

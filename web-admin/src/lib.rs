@@ -22,6 +22,7 @@ pub mod intake;
 pub mod keys;
 pub mod locks;
 pub mod mail;
+pub mod passwords;
 pub mod plans;
 pub mod publishing;
 pub mod ratings;

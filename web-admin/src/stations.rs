@@ -4,7 +4,7 @@ use serde_json::json;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::domain::{CurrentPerson, Moment, Role};
+use crate::domain::{CurrentPerson, Moment, Role, line};
 use crate::error::Error;
 use crate::keys;
 use crate::secret;
@@ -105,8 +105,10 @@ pub async fn pair(state: &AppState, code: &str, name: &str, public_key: Option<&
 fn checked_name(given: &str) -> Result<String, Error> {
     let name = given.trim();
     let length = name.chars().count();
-    if length == 0 || length > LONGEST_NAME || name.chars().any(char::is_control) {
-        let why = format!("name: {length} characters; 1 to {LONGEST_NAME} are allowed, on one line");
+    if length == 0 || length > LONGEST_NAME {
+        return Err(Error::Unprocessable(format!("name: {length} characters; 1 to {LONGEST_NAME} are allowed")));
+    }
+    if let Some(why) = line::refusal("name", name) {
         return Err(Error::Unprocessable(why));
     }
     Ok(name.to_owned())

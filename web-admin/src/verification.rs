@@ -36,9 +36,21 @@ pub async fn everything(db: &Database, recordings_dir: &Path) -> anyhow::Result<
     let recordings = sessions::recordings(db.reader()).await?;
     findings.extend(check_files(recordings_dir, &recordings));
     findings.extend(unnamed(recordings_dir, &recordings)?);
+    findings.extend(db.lost_triggers().await?);
     let chain = audit::check(db.reader()).await?;
     findings.extend(chain.findings);
     Ok(Report { recordings: recordings.len(), audit_rows: chain.rows, audit_head: chain.head, findings })
+}
+
+/// Checks that the audit log still holds a row by whose hash it once ended, as a backup or `verify` has told it: a log that was
+/// cut since, or made anew, does not.
+///
+/// # Errors
+/// When the database cannot be read at all.
+pub async fn cut_tail(db: &Database, head: &str) -> anyhow::Result<Option<String>> {
+    let finding =
+        || format!("audit log: no row has the hash {head}: the log was cut or made anew since that was its end");
+    Ok((!audit::holds(db.reader(), head).await?).then(finding))
 }
 
 /// Refuses a database whose pages or audit log are damaged, before anything is written to it. One that is not there

@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::{Failure, Storage, say};
 use crate::backup;
+use crate::certificates::KEY_FILE;
 use crate::clock::Clock;
 
 /// What to back up where to.
@@ -25,7 +26,8 @@ pub(super) async fn run(args: &BackupArgs) -> Result<(), Failure> {
             args.to.display()
         )));
     }
-    let made = backup::make(&args.storage.config()?, &args.to, Clock::system().now()).await?;
+    let config = args.storage.config()?;
+    let made = backup::make(&config, &args.to, Clock::system().now()).await?;
     say(format_args!(
         "{}: {} recordings and the database with {} audit rows, read back and checked; the audit log ends in {}",
         args.to.display(),
@@ -33,5 +35,12 @@ pub(super) async fn run(args: &BackupArgs) -> Result<(), Failure> {
         made.audit_rows,
         made.audit_head
     ));
+    let key = config.data_dir.join(KEY_FILE);
+    if key.exists() {
+        say(format_args!(
+            "not in it: {}, which signs certificates; keep a copy of its own, where only you read it",
+            key.display()
+        ));
+    }
     Ok(())
 }

@@ -46,7 +46,7 @@ enum Command {
     /// Shows what attempts score by the rubric that their exercise has now; with --apply, adds those scores
     Rescore(rescore::RescoreArgs),
     /// Checks the database, every recording and the audit log; names each finding and exits 1
-    Verify(Storage),
+    Verify(verify::VerifyArgs),
     /// Puts the database and every recording into one file, while the service runs, and reads it back
     Backup(backup::BackupArgs),
     /// Restores a backup into an empty place
@@ -181,7 +181,7 @@ async fn run(command: Command) -> Result<(), Failure> {
         Command::Curricula(command) => curricula::run(&command).await,
         Command::Demo(args) => demo::run(&args).await,
         Command::Rescore(args) => rescore::run(&args).await,
-        Command::Verify(storage) => verify::run(&storage).await,
+        Command::Verify(args) => verify::run(&args).await,
         Command::Backup(args) => backup::run(&args).await,
         Command::Restore(args) => restore::run(&args).await,
         Command::Certificate(command) => certificate::run(&command),

@@ -51,6 +51,9 @@ pub struct ServeArgs {
     /// Whom mail is from
     #[arg(long, value_name = "ADDRESS", default_value = "Stylet <stylet@localhost>", env = "STYLET_MAIL_FROM")]
     mail_from: String,
+    /// Bearer token that /metrics asks for; without one, /metrics is not there behind TLS
+    #[arg(long, value_name = "TOKEN", env = "STYLET_METRICS_TOKEN", hide_env_values = true)]
+    metrics_token: Option<String>,
     /// Largest upload, in MB
     #[arg(long, value_name = "MB", default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     max_upload_mb: u64,
@@ -64,6 +67,7 @@ pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
     let mut config = args.storage.config()?;
     config.listen = args.listen;
     config.behind_tls = args.behind_tls;
+    config.metrics_token.clone_from(&args.metrics_token);
     config.max_upload_bytes = args.max_upload_mb * 1_000_000;
     config.reserve_bytes = args.reserve_mb.saturating_mul(1_000_000);
     config.public_url = args.public_url.as_ref().map(|url| url.trim_end_matches('/').to_owned());

@@ -7,15 +7,15 @@ use sqlx::SqliteConnection;
 use super::{Failure, Storage, say};
 use crate::AppState;
 use crate::domain::Role;
+use crate::domain::line::on_one_line;
+use crate::domain::roster::is_name;
+use crate::passwords::{self, PasswordRefused};
 use crate::secret;
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::cohorts::{self, Deed, Membership};
 use crate::storage::people::{self, NewPerson, Person};
 use crate::storage::schools::{self, School};
 use crate::storage::tokens::{self, TokenHolder};
-
-/// Shortest password taken.
-const MIN_PASSWORD: usize = 10;
 
 /// `web-admin user …`
 #[derive(Debug, Subcommand)]
@@ -102,7 +102,13 @@ pub(super) async fn run(command: &UserCommand) -> Result<(), Failure> {
 
 async fn add(args: &AddArgs) -> Result<(), Failure> {
     check_email(&args.who.email)?;
-    let (password, told) = password(args.password.as_deref())?;
+    for (option, name) in
+        [("--name", Some(&args.name)), ("--school", args.school.as_ref()), ("--cohort", args.cohort.as_ref())]
+    {
+        check_name(option, name.map(String::as_str))?;
+    }
+    let own = [args.name.as_str(), &args.who.email, args.school.as_deref().unwrap_or_default()];
+    let (password, told) = password(args.password.as_deref(), &own)?;
     let state = args.who.storage.open().await?;
     let password_hash = secret::hash_password(&password, state.config.password_cost)?;
     let mut tx = state.db.write().await?;
@@ -148,11 +154,12 @@ async fn join(tx: &mut SqliteConnection, state: &AppState, person: &Person, coho
 }
 
 async fn reset_password(args: &ResetArgs) -> Result<(), Failure> {
-    let (password, told) = password(args.password.as_deref())?;
     let state = args.who.storage.open().await?;
-    let hash = secret::hash_password(&password, state.config.password_cost)?;
     let mut tx = state.db.write().await?;
     let person = find(&mut tx, &args.who.email).await?;
+    let school = schools::name(&mut *tx, person.school_id).await?;
+    let (password, told) = password(args.password.as_deref(), &[&person.display_name, &person.email, &school])?;
+    let hash = secret::hash_password(&password, state.config.password_cost)?;
     people::set_password(&mut tx, person.id, &hash).await?;
     Entry::new(person.school_id, Actor::CommandLine, "person.password_reset", person.id)
         .append(&mut tx, state.clock.now())
@@ -190,6 +197,8 @@ async fn token(args: &TokenArgs) -> Result<(), Failure> {
             give_token(&mut tx, &state, &person).await?
         }
         (None, station) => {
+            check_name("--station", station.as_deref())?;
+            check_name("--school", args.school.as_deref())?;
             let school = choose_school(&mut tx, &state, args.school.as_deref()).await?;
             let holder = TokenHolder { school_id: school.id, person_id: None, station: station.clone() };
             make_token(&mut tx, &state, &holder).await?
@@ -249,8 +258,8 @@ async fn find(tx: &mut SqliteConnection, email: &str) -> Result<Person, Failure>
     found.ok_or_else(|| Failure::Usage(format!("--email: \"{email}\"; nobody has this address")))
 }
 
-/// The password to set, and a line that tells it where it was made here.
-fn password(given: Option<&str>) -> Result<(String, Option<String>), Failure> {
+/// The password to set, and a line that tells it where it was made here. `own` is who it is for.
+fn password(given: Option<&str>, own: &[&str]) -> Result<(String, Option<String>), Failure> {
     let password = match given {
         None => {
             let made = secret::random_password()?;
@@ -260,11 +269,19 @@ fn password(given: Option<&str>) -> Result<(String, Option<String>), Failure> {
         Some("-") => std::io::read_to_string(std::io::stdin())?.trim_end_matches(['\r', '\n']).to_owned(),
         Some(given) => given.to_owned(),
     };
-    let length = password.chars().count();
-    if length < MIN_PASSWORD {
-        return Err(Failure::Usage(format!("--password: {length} characters; at least {MIN_PASSWORD} are needed")));
-    }
+    let refused = |why: PasswordRefused| Failure::Usage(format!("--password: {}", why.said()));
+    passwords::check(&password, own).map_err(refused)?;
     Ok((password, None))
+}
+
+fn check_name(option: &str, name: Option<&str>) -> Result<(), Failure> {
+    match name {
+        Some(name) if !is_name(name) => Err(Failure::Usage(format!(
+            "{option}: \"{}\"; allowed are 1 to 120 characters on one line, not beginning with = + - or @",
+            on_one_line(name)
+        ))),
+        _ => Ok(()),
+    }
 }
 
 fn check_email(email: &str) -> Result<(), Failure> {

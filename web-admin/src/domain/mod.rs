@@ -8,6 +8,7 @@ pub mod corridor;
 pub mod curve;
 pub mod due;
 pub mod judgement;
+pub mod line;
 pub mod moment;
 pub mod person;
 pub mod progress;

@@ -1,6 +1,7 @@
 //! Mail: by SMTP where a server was named, else as files in a folder, which anybody can read while trying things out.
 
-use std::path::PathBuf;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use anyhow::Context;
@@ -62,6 +63,21 @@ impl Mailer {
         Ok(Self { from, way })
     }
 
+    /// Takes letters out of the folder, where there is one: they name whom they went to. A server's are out of reach.
+    ///
+    /// # Errors
+    /// When a file is there and cannot be removed.
+    pub async fn forget(&self, letters: &[Uuid]) -> std::io::Result<()> {
+        let Way::Folder(folder) = &self.way else { return Ok(()) };
+        for letter in letters {
+            match tokio::fs::remove_file(file_of(folder, *letter)).await {
+                Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
     /// Sends a letter.
     ///
     /// # Errors
@@ -80,9 +96,14 @@ impl Mailer {
             Way::Smtp(transport) => transport.send(message).await.map(drop).context("the mail server refused it"),
             Way::Folder(folder) => {
                 tokio::fs::create_dir_all(folder).await.context("the mail folder cannot be made")?;
-                let path = folder.join(format!("{}.eml", letter.id));
-                tokio::fs::write(&path, message.formatted()).await.context("the mail cannot be written")
+                tokio::fs::write(file_of(folder, letter.id), message.formatted())
+                    .await
+                    .context("the mail cannot be written")
             }
         }
     }
+}
+
+fn file_of(folder: &Path, letter: Uuid) -> PathBuf {
+    folder.join(format!("{letter}.eml"))
 }

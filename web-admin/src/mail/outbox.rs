@@ -39,6 +39,7 @@ pub async fn run(state: AppState) {
 /// # Errors
 /// When the database fails; a mail that cannot be sent waits for its next try.
 pub async fn work_off(state: &AppState) -> Result<(), Error> {
+    accounts::answer_asked(state).await?;
     loop {
         let due = mails::due(state.db.reader(), state.clock.now(), BATCH).await?;
         if due.is_empty() {

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use axum::extract::{Request, State};
-use axum::http::{StatusCode, header};
+use axum::http::{HeaderMap, StatusCode, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
@@ -11,8 +11,10 @@ use tokio::sync::Mutex;
 
 use crate::AppState;
 use crate::domain::Moment;
-use crate::error::ApiError;
+use crate::error::{ApiError, Error};
 use crate::routes::Routes;
+use crate::routes::api::bearer;
+use crate::secret;
 use crate::storage::service::{self, Totals};
 
 /// Upper ends of the classes of answering times, in µs.
@@ -122,7 +124,15 @@ async fn ready(State(state): State<AppState>) -> Response {
     }
 }
 
-async fn metrics(State(state): State<AppState>) -> Result<Response, ApiError> {
+/// Figures for whoever keeps the service running: by the token that was set for them; where none was, not to the world.
+async fn metrics(State(state): State<AppState>, headers: HeaderMap) -> Result<Response, ApiError> {
+    match &state.config.metrics_token {
+        Some(token) if !bearer(&headers).is_some_and(|given| secret::same(given, token)) => {
+            return Err(Error::Unauthorized.into());
+        }
+        None if state.config.behind_tls => return Err(Error::NotFound.into()),
+        _ => {}
+    }
     let reader = state.db.reader();
     let totals = service::totals(reader).await?;
     let waited_us = totals.due_at.map_or(0, |due| state.clock.now().micros().saturating_sub(due.micros()).max(0));

@@ -85,12 +85,53 @@ pub async fn valid(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32], n
     .await
 }
 
-/// Ends every link of a person.
+/// Ends every link of a person, to a password or to a recording, and their code at stations. Whatever changes the address or
+/// the password calls it: who had the old one has nothing any more.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn end_all(writer: &mut SqliteConnection, person: Uuid) -> Result<()> {
-    sqlx::query("DELETE FROM account_links WHERE person_id = $1").bind(person).execute(writer).await.map(drop)
+pub(super) async fn end_all(writer: &mut SqliteConnection, person: Uuid) -> Result<()> {
+    for statement in [
+        "DELETE FROM account_links WHERE person_id = $1",
+        "DELETE FROM sign_in_codes WHERE person_id = $1",
+        "DELETE FROM recording_links WHERE made_by = $1",
+    ] {
+        sqlx::query(statement).bind(person).execute(&mut *writer).await?;
+    }
+    Ok(())
+}
+
+/// Longest address that a link is asked for by, in bytes, as mail has it.
+const LONGEST_ADDRESS: usize = 254;
+
+/// Notes an address that a link is asked for by. What can be nobody's is not kept.
+///
+/// # Errors
+/// When the database fails.
+pub async fn ask(writer: &mut SqliteConnection, email: &str, now: Moment) -> Result<()> {
+    let kept = if email.len() > LONGEST_ADDRESS { "" } else { email };
+    sqlx::query("INSERT INTO asked_links (email, asked_at) VALUES ($1, $2) ON CONFLICT (email) DO NOTHING")
+        .bind(kept.to_lowercase())
+        .bind(now)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// An address that a link is asked for by, the oldest first.
+///
+/// # Errors
+/// When the database fails.
+pub async fn next_asked(executor: impl SqliteExecutor<'_>) -> Result<Option<String>> {
+    sqlx::query_scalar("SELECT email FROM asked_links ORDER BY asked_at, email LIMIT 1").fetch_optional(executor).await
+}
+
+/// Forgets that a link was asked for.
+///
+/// # Errors
+/// When the database fails.
+pub async fn forget_asked(writer: &mut SqliteConnection, email: &str) -> Result<()> {
+    sqlx::query("DELETE FROM asked_links WHERE email = $1").bind(email).execute(writer).await.map(drop)
 }
 
 /// Throws away what has expired.

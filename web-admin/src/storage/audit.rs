@@ -37,6 +37,8 @@ pub enum Actor {
     Worker,
     /// Whoever answers a survey: the log must not tell who.
     Respondent,
+    /// Whoever did not get in.
+    Stranger,
 }
 
 impl std::fmt::Display for Actor {
@@ -47,6 +49,7 @@ impl std::fmt::Display for Actor {
             Self::CommandLine => f.write_str("command line"),
             Self::Worker => f.write_str("worker"),
             Self::Respondent => f.write_str("respondent"),
+            Self::Stranger => f.write_str("stranger"),
         }
     }
 }
@@ -159,6 +162,17 @@ pub struct Chain {
 /// When the database fails.
 pub async fn is_kept(executor: impl SqliteExecutor<'_>) -> Result<bool> {
     sqlx::query_scalar("SELECT count(*) > 0 FROM sqlite_schema WHERE type = 'table' AND name = 'audit_log'")
+        .fetch_one(executor)
+        .await
+}
+
+/// Whether a row of the log has this hash, in hexadecimal.
+///
+/// # Errors
+/// When the database fails.
+pub async fn holds(executor: impl SqliteExecutor<'_>, hash: &str) -> Result<bool> {
+    sqlx::query_scalar("SELECT count(*) > 0 FROM audit_log WHERE hash = $1")
+        .bind(hex::decode(hash).unwrap_or_default())
         .fetch_one(executor)
         .await
 }

@@ -3,7 +3,7 @@
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
-use super::Result;
+use super::{Result, account_links};
 use crate::domain::{Moment, Role};
 
 /// How an account stands.
@@ -118,11 +118,20 @@ pub struct Details<'a> {
     pub registrar_id: Option<&'a str>,
 }
 
-/// Changes who somebody is said to be.
+/// Changes who somebody is said to be. Another address ends every link and code.
 ///
 /// # Errors
 /// When the address or the number is taken, or the database fails.
 pub async fn change(writer: &mut SqliteConnection, school: Uuid, id: Uuid, details: Details<'_>) -> Result<()> {
+    let moved: Option<bool> = sqlx::query_scalar("SELECT email <> $3 FROM people WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .bind(details.email.to_lowercase())
+        .fetch_optional(&mut *writer)
+        .await?;
+    if moved == Some(true) {
+        account_links::end_all(writer, id).await?;
+    }
     sqlx::query(
         "UPDATE people SET display_name = $3, email = $4, search = $5, registrar_id = coalesce($6, registrar_id)
          WHERE school_id = $1 AND id = $2",
@@ -191,19 +200,41 @@ pub async fn enable(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Re
     .map(|done| done.rows_affected() == 1)
 }
 
+/// Every letter to somebody, sent or not, by its id.
+///
+/// # Errors
+/// When the database fails.
+pub async fn letters(executor: impl SqliteExecutor<'_>, person: &Listed, school: Uuid) -> Result<Vec<Uuid>> {
+    sqlx::query_scalar(
+        "SELECT id FROM mails WHERE school_id = $1 AND person_id = $2
+         UNION ALL SELECT id FROM survey_letters WHERE school_id = $1 AND email = $3",
+    )
+    .bind(school)
+    .bind(person.id)
+    .bind(&person.email)
+    .fetch_all(executor)
+    .await
+}
+
 /// Takes away everything that tells who somebody is. The attempts and scores stay, under the pseudonym.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn erase(writer: &mut SqliteConnection, person: &Listed, school: Uuid, now: Moment) -> Result<()> {
     let email = format!("{}@erased.invalid", person.pseudonym);
-    for statement in [
-        "DELETE FROM sign_in_codes WHERE school_id = $1 AND person_id = $2",
-        "DELETE FROM account_links WHERE school_id = $1 AND person_id = $2",
-        "DELETE FROM mails WHERE school_id = $1 AND person_id = $2",
-    ] {
-        sqlx::query(statement).bind(school).bind(person.id).execute(&mut *writer).await?;
-    }
+    account_links::end_all(writer, person.id).await?;
+    account_links::forget_asked(writer, &person.email).await?;
+    sqlx::query("DELETE FROM mails WHERE school_id = $1 AND person_id = $2")
+        .bind(school)
+        .bind(person.id)
+        .execute(&mut *writer)
+        .await?;
+    // A letter to an address of theirs, with a survey's link, names them too.
+    sqlx::query("DELETE FROM survey_letters WHERE school_id = $1 AND email = $2")
+        .bind(school)
+        .bind(&person.email)
+        .execute(&mut *writer)
+        .await?;
     // An uploaded list that waits to be confirmed may name anybody.
     sqlx::query("DELETE FROM rosters WHERE school_id = $1").bind(school).execute(&mut *writer).await?;
     sqlx::query(

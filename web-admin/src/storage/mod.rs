@@ -8,8 +8,9 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use serde::{Deserialize, Deserializer};
+use sqlx::migrate::Migrator;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePool, SqlitePoolOptions, SqliteSynchronous};
-use sqlx::{Sqlite, Transaction};
+use sqlx::{Connection, Sqlite, SqliteConnection, Transaction};
 
 use crate::domain::Moment;
 
@@ -74,6 +75,9 @@ impl<'de> Deserialize<'de> for ExactNumber {
     }
 }
 
+/// Everything that makes the schema.
+static MIGRATIONS: Migrator = sqlx::migrate!("../migrations");
+
 /// Takes the write lock at once.
 const BEGIN: &str = "BEGIN IMMEDIATE";
 
@@ -128,6 +132,8 @@ impl Database {
             .synchronous(SqliteSynchronous::Full)
             .foreign_keys(true)
             .pragma("cache_size", CACHE)
+            // What was erased is overwritten, and not left in pages that are free.
+            .pragma("secure_delete", "ON")
             .row_buffer_size(ROWS)
             .busy_timeout(Duration::from_secs(10));
         let writer = SqlitePoolOptions::new().max_connections(1).connect_with(options.clone()).await?;
@@ -142,7 +148,28 @@ impl Database {
     /// # Errors
     /// When a migration fails, or the database is newer than this program.
     pub async fn migrate(&self) -> std::result::Result<(), sqlx::migrate::MigrateError> {
-        sqlx::migrate!("../migrations").run(&self.writer).await
+        MIGRATIONS.run(&self.writer).await
+    }
+
+    /// Triggers that the migrations made and that are gone or changed: without them the audit log may shrink.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or was never migrated.
+    pub async fn lost_triggers(&self) -> Result<Vec<String>> {
+        const TRIGGERS: &str = "SELECT name, sql FROM sqlite_schema WHERE type = 'trigger' ORDER BY name";
+        let newest: i64 = sqlx::query_scalar("SELECT coalesce(max(version), 0) FROM _sqlx_migrations")
+            .fetch_one(&self.reader)
+            .await?;
+        let mut fresh = SqliteConnection::connect("sqlite::memory:").await?;
+        for migration in MIGRATIONS.iter().filter(|migration| migration.version <= newest) {
+            sqlx::raw_sql(migration.sql.clone()).execute(&mut fresh).await?;
+        }
+        let expected: Vec<(String, String)> = sqlx::query_as(TRIGGERS).fetch_all(&mut fresh).await?;
+        let found: Vec<(String, String)> = sqlx::query_as(TRIGGERS).fetch_all(&self.reader).await?;
+        let lost = expected.into_iter().filter(|trigger| !found.contains(trigger));
+        Ok(lost
+            .map(|(name, _)| format!("trigger {name} is gone or changed: rows that it keeps may have been altered"))
+            .collect())
     }
 
     /// Connections that read. Only one file may be open for writing at a time, so these refuse to write.

@@ -4,6 +4,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
+use super::account_links;
 use super::directory::search;
 use crate::domain::{CurrentPerson, Moment, Role, new_id};
 use crate::words::Language;
@@ -161,11 +162,12 @@ pub async fn credentials(executor: impl SqliteExecutor<'_>, email: &str) -> Resu
         .await
 }
 
-/// Sets a new password, which ends every earlier sign-in. False when there is no such person.
+/// Sets a new password, which ends every earlier sign-in, link and code. False when there is no such person.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn set_password(writer: &mut SqliteConnection, person: Uuid, password_hash: &str) -> Result<bool> {
+    account_links::end_all(writer, person).await?;
     sqlx::query("UPDATE people SET password_hash = $2, credential_version = credential_version + 1 WHERE id = $1")
         .bind(person)
         .bind(password_hash)
@@ -206,15 +208,19 @@ pub async fn set_language(
         .map(|done| done.rows_affected() == 1)
 }
 
-/// Keeps a person from signing in, from now on. False when they already were.
+/// Keeps a person from signing in, from now on, and ends every sign-in, link and code. False when they already were.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn disable(writer: &mut SqliteConnection, person: Uuid, now: Moment) -> Result<bool> {
-    sqlx::query("UPDATE people SET disabled_at = $2 WHERE id = $1 AND disabled_at IS NULL")
-        .bind(person)
-        .bind(now)
-        .execute(writer)
-        .await
-        .map(|done| done.rows_affected() == 1)
+    account_links::end_all(writer, person).await?;
+    sqlx::query(
+        "UPDATE people SET disabled_at = $2, credential_version = credential_version + 1
+         WHERE id = $1 AND disabled_at IS NULL",
+    )
+    .bind(person)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
 }

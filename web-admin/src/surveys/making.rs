@@ -1,6 +1,7 @@
 //! Making a survey, its links, and closing it.
 
 use serde_json::json;
+use sqlx::SqliteExecutor;
 use uuid::Uuid;
 
 use crate::AppState;
@@ -79,10 +80,22 @@ pub fn link_expiry(survey: &Survey, now: Moment) -> Moment {
     survey.closes_at.map_or(latest, |closes| closes.min(latest))
 }
 
-/// Queues a letter with a link to each name and address. Returns how many were queued: nobody is written to twice.
+/// Most letters with links that a school sends within an hour: who signs in by a stolen password is no mailer.
+pub const LETTERS_AN_HOUR: usize = 300;
+
+/// How many letters with links a school may still send now.
 ///
 /// # Errors
 /// When the database fails.
+pub async fn letters_left(executor: impl SqliteExecutor<'_>, school: Uuid, now: Moment) -> Result<usize, Error> {
+    let queued = letters::queued_since(executor, school, now.plus_s(-3600)).await?;
+    Ok(LETTERS_AN_HOUR.saturating_sub(usize::try_from(queued).unwrap_or(usize::MAX)))
+}
+
+/// Queues a letter with a link to each name and address. Returns how many were queued: nobody is written to twice.
+///
+/// # Errors
+/// When they are more than the school may send within the hour, or the database fails.
 pub async fn mail_links(
     state: &AppState,
     person: &CurrentPerson,
@@ -92,6 +105,15 @@ pub async fn mail_links(
     let now = state.clock.now();
     let mut queued = 0;
     let mut tx = state.db.write().await?;
+    let left = letters_left(&mut *tx, survey.school_id, now).await?;
+    if addresses.len() > left {
+        return Err(Error::Unprocessable(tr!(
+            "{count} letters; {left} can go out now, at most {most} an hour from one school",
+            count = addresses.len(),
+            left = left,
+            most = LETTERS_AN_HOUR
+        )));
+    }
     for (name, email) in addresses {
         queued += usize::from(letters::queue(&mut tx, survey, (name, email), now).await?);
     }

@@ -6,7 +6,7 @@ mod making;
 mod taking;
 
 pub use instruments::{course_surveys, documents_in, from_json, publish, publish_text, to_json};
-pub use making::{Link, Wanted, close, link_expiry, mail_links, make, make_links};
+pub use making::{LETTERS_AN_HOUR, Link, Wanted, close, letters_left, link_expiry, mail_links, make, make_links};
 pub use taking::{Sheet, take};
 
 use scene::Instrument;

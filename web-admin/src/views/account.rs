@@ -6,21 +6,10 @@ use askama::Template;
 use askama_web::WebTemplate;
 
 use super::{Shell, assets, format};
-use crate::accounts::MIN_PASSWORD;
 use crate::domain::Role;
+use crate::passwords::{MIN_PASSWORD, PasswordRefused};
 use crate::storage::cohorts::{Act, Noted, Request};
 use crate::words::Language;
-
-/// Why a password was not set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PasswordRefused {
-    /// It is too short.
-    Short,
-    /// The two are not the same.
-    Different,
-    /// The old one is wrong.
-    WrongOld,
-}
 
 /// One's own account.
 #[derive(Debug, Template, WebTemplate)]
@@ -99,20 +88,6 @@ pub struct ForgottenPage {
     pub asked: bool,
 }
 
-/// Checks a new password that was typed twice.
-///
-/// # Errors
-/// When it cannot be taken.
-pub fn check_password(password: &str, again: &str) -> Result<(), PasswordRefused> {
-    if password.chars().count() < MIN_PASSWORD {
-        return Err(PasswordRefused::Short);
-    }
-    if password != again {
-        return Err(PasswordRefused::Different);
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -148,12 +123,5 @@ mod tests {
         assert!(
             samples::keep("forgotten", &ForgottenPage { csrf: "c".to_owned(), asked: true }).contains("on its way")
         );
-    }
-
-    #[test]
-    fn a_password_is_long_enough_and_typed_twice() {
-        assert_eq!(check_password("short", "short"), Err(PasswordRefused::Short));
-        assert_eq!(check_password("long enough it is", "long enough it was"), Err(PasswordRefused::Different));
-        assert_eq!(check_password("long enough it is", "long enough it is"), Ok(()));
     }
 }

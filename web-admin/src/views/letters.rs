@@ -6,6 +6,7 @@ use crate::accounts::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
 use crate::domain::Moment;
 use crate::domain::assignment::Stage;
 use crate::domain::due::{Local, local};
+use crate::domain::line::on_one_line;
 use crate::storage::mails::Mail;
 use crate::storage::surveys::{Letter, Survey};
 use crate::views::format;
@@ -57,14 +58,14 @@ pub struct Reminded<'a> {
 #[must_use]
 pub fn reminder(mail: &Mail, of: Reminded<'_>, link: &str) -> (String, String) {
     let due = &local(of.due_at, of.time_zone);
-    parts(&Reminder { name: &mail.name, title: of.title, due, stage: of.stage, link })
+    parts(&Reminder { name: &mail.name, title: &on_one_line(of.title), due, stage: of.stage, link })
 }
 
 #[derive(Template)]
 #[template(path = "mail/survey.txt")]
 struct SurveyLetter<'a> {
     letter: &'a Letter,
-    survey: &'a Survey,
+    title: String,
     link: &'a str,
     minutes: f64,
     until: String,
@@ -73,7 +74,13 @@ struct SurveyLetter<'a> {
 /// Subject and text of a letter with a survey's link: how long it takes, in min, and until when the link is good.
 #[must_use]
 pub fn survey(letter: &Letter, survey: &Survey, (link, minutes, until): (&str, f64, Moment)) -> (String, String) {
-    parts(&SurveyLetter { letter, survey, link, minutes, until: format::date(until.to_utc()) })
+    parts(&SurveyLetter {
+        letter,
+        title: on_one_line(&survey.title),
+        link,
+        minutes,
+        until: format::date(until.to_utc()),
+    })
 }
 
 /// Subject and text of an invitation.

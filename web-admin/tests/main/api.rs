@@ -3,6 +3,8 @@
 
 use axum::body::Body;
 use axum::http::{Request, header};
+use web_admin::clock::Clock;
+use web_admin::config::Config;
 use web_admin::domain::Role;
 use web_admin::worker::work_off;
 
@@ -147,6 +149,19 @@ async fn whoever_keeps_the_service_running_is_answered() {
     let metrics = stranger.get("/metrics").await.text();
     for line in ["stylet_jobs_waiting 1", "stylet_sessions{state=\"pending\"} 1", "status=\"2xx\"} 3"] {
         assert!(metrics.contains(line), "{line} is missing:\n{metrics}");
+    }
+    for (token, behind_tls, given, status) in [
+        (None, true, None, 404),
+        (Some("figures"), true, None, 401),
+        (Some("figures"), true, Some("figurex"), 401),
+        (Some("figures"), true, Some("figures"), 200),
+    ] {
+        let change =
+            |config: &mut Config| (config.metrics_token, config.behind_tls) = (token.map(str::to_owned), behind_tls);
+        let guarded = App::with(Clock::system(), change).await;
+        let mut asker = guarded.stranger();
+        asker.token = given.map(str::to_owned);
+        assert_eq!(asker.get("/metrics").await.status, status, "{token:?} {given:?}");
     }
     app.state.db.close().await;
     assert_eq!(stranger.get("/readyz").await.status, 503);

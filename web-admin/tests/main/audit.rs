@@ -3,6 +3,7 @@
 
 use web_admin::domain::Role;
 use web_admin::storage::audit::check;
+use web_admin::verification;
 
 use super::support::App;
 use super::support::recordings::{Attempt, record};
@@ -62,6 +63,31 @@ async fn a_row_changed_behind_the_triggers_back_is_found() {
         let chain = check(app.state.db.reader()).await.unwrap();
         assert!(chain.findings.iter().any(|found| found.contains(finding)), "{tampering}: {chain:?}");
     }
+}
+
+#[tokio::test]
+async fn a_dropped_trigger_and_a_cut_tail_are_found() {
+    let app = with_some_rows().await;
+    let reader = app.state.db.reader();
+    let head = check(reader).await.unwrap().head;
+    assert_eq!(app.state.db.lost_triggers().await.unwrap(), Vec::<String>::new());
+    assert_eq!(verification::cut_tail(&app.state.db, &head).await.unwrap(), None);
+    app.signed_in("ada@example.org").await;
+    assert_eq!(verification::cut_tail(&app.state.db, &head).await.unwrap(), None, "a log that grew is whole");
+    execute(&app, "DROP TRIGGER audit_log_never_shrinks; DELETE FROM audit_log WHERE seq >= 3").await.unwrap();
+    assert!(check(reader).await.unwrap().findings.is_empty(), "the chain alone does not tell");
+    let report = verification::everything(&app.state.db, &app.state.config.recordings_dir).await.unwrap();
+    assert!(report.findings.iter().any(|found| found.contains("audit_log_never_shrinks")), "{report:?}");
+    let cut = verification::cut_tail(&app.state.db, &head).await.unwrap();
+    assert!(cut.unwrap().contains(&head));
+}
+
+#[tokio::test]
+async fn what_is_deleted_is_overwritten() {
+    let app = App::new().await;
+    let mut tx = app.state.db.write().await.unwrap();
+    let secure: i64 = sqlx::query_scalar("PRAGMA secure_delete").fetch_one(&mut *tx).await.unwrap();
+    assert_eq!(secure, 1);
 }
 
 #[tokio::test]

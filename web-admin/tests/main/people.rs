@@ -14,6 +14,7 @@ use web_admin::mail;
 use web_admin::storage::people;
 
 use super::support::client::{Answer, Client, csrf_in};
+use super::support::recordings::{Attempt, record};
 use super::support::{App, PASSWORD};
 
 const NOW: Moment = Moment::from_micros(1_795_269_600_000_000); // 2026-11-21 14:00 UTC
@@ -201,6 +202,76 @@ async fn a_forgotten_password_tells_nobody_who_is_here() {
 }
 
 #[tokio::test]
+async fn a_password_that_is_guessed_early_is_taken_nowhere() {
+    let (app, school, _) = school().await;
+    app.member(school, Role::Trainee, "ana.ek@example.org").await;
+    let mut ana = app.signed_in("ana.ek@example.org").await;
+    let mut stranger = app.stranger();
+    post(&mut stranger, "/forgotten", "/forgotten", &[("email", "ana.ek@example.org")]).await;
+    let link = link_in(&mails(&app).await[0]);
+    for guessed in ["password1234", "Somebody-2026"] {
+        let fields = [("password", guessed), ("again", guessed)];
+        let by_link = post(&mut stranger, &link, &link, &fields).await;
+        let own = post(&mut ana, "/account", "/account/password", &[&[("old", PASSWORD)], &fields[..]].concat()).await;
+        assert_eq!((by_link.status.as_u16(), own.status.as_u16()), (422, 422), "{guessed}");
+    }
+    assert_eq!(app.stranger().sign_in("ana.ek@example.org", PASSWORD).await.status, 303, "nothing has changed");
+}
+
+/// How many links and codes somebody has: to a password, to a recording, at stations.
+async fn ways_in(app: &App, person: Uuid) -> i64 {
+    let query = "SELECT (SELECT count(*) FROM account_links WHERE person_id = $1)
+        + (SELECT count(*) FROM sign_in_codes WHERE person_id = $1) + (SELECT count(*) FROM recording_links WHERE made_by = $1)";
+    sqlx::query_scalar(query).bind(person).fetch_one(app.state.db.reader()).await.unwrap()
+}
+
+#[tokio::test]
+async fn links_and_codes_end_with_the_address_the_password_and_the_account() {
+    let (app, school, mut head) = school().await;
+    let member = app.member(school, Role::Trainee, "ana@example.org").await;
+    let (ana, page) = (member.person.id, format!("/people/{}", member.person.id));
+    let attempt = app.with_token(&member.token).upload(&record(&Attempt::default())).await.json();
+    let attempt = format!("/sessions/{}", attempt["session_id"].as_str().unwrap());
+    let mut own = app.signed_in("ana@example.org").await;
+    let address = |email: &'static str| [("name", "Somebody"), ("email", email), ("role", "trainee")];
+    for end in ["address", "password", "account"] {
+        assert_eq!(post(&mut head, &page, &format!("{page}/link"), &[]).await.status, 200);
+        assert_eq!(post(&mut own, "/", "/sign-in-code", &[]).await.status, 200);
+        assert!(post(&mut own, &attempt, &format!("{attempt}/links"), &[]).await.status.as_u16() < 400);
+        assert_eq!(ways_in(&app, ana).await, 3, "before the {end} changes");
+        let done = match end {
+            "address" => post(&mut head, &page, &page, &address("ana.new@example.org")).await,
+            "password" => {
+                let fields = [("old", PASSWORD), ("password", "vier Käse im Wind"), ("again", "vier Käse im Wind")];
+                post(&mut own, "/account", "/account/password", &fields).await
+            }
+            _ => post(&mut head, &page, &format!("{page}/disable"), &[]).await,
+        };
+        assert_eq!((done.status.as_u16(), ways_in(&app, ana).await), (303, 0), "{end}: {}", done.text());
+    }
+    assert_eq!(own.get("/").await.header("location"), "/login", "disabled is signed out");
+    post(&mut head, &page, &format!("{page}/enable"), &[]).await;
+    assert_eq!(own.get("/").await.header("location"), "/login", "and stays so when enabled again");
+}
+
+#[tokio::test]
+async fn a_name_that_turns_a_line_around_is_nobodys_and_nothings() {
+    let (_app, _, mut head) = school().await;
+    for strange in ["Ana \u{202E}nimda", "Ana\u{2028}Ek", "Ana\u{2066}Ek"] {
+        let person = [("name", strange), ("email", "ana@example.org"), ("role", "trainee")];
+        assert_eq!(post(&mut head, "/people", "/people", &person).await.status, 422, "{strange:?}");
+        assert_eq!(post(&mut head, "/cohorts", "/cohorts", &[("name", strange)]).await.status, 422, "{strange:?}");
+        let file = format!("email,name\nana@example.org,{strange}\n");
+        let sent = send(&mut head, file.as_bytes(), &[]).await;
+        let shown = head.get(sent.header("location")).await.text();
+        assert!(
+            shown.contains("nothing to import") || shown.contains("refused") || !shown.contains(strange),
+            "{shown}"
+        );
+    }
+}
+
+#[tokio::test]
 async fn a_link_ends_with_its_time_and_with_the_account() {
     let (app, school, mut head) = school().await;
     let ana = app.member(school, Role::Trainee, "ana@example.org").await.person;
@@ -222,7 +293,7 @@ async fn whoever_is_made_anonymous_is_gone_and_the_statistics_stay() {
     let (app, school, mut head) = school().await;
     let ana = app.member(school, Role::Trainee, "ana@example.org").await;
     app.cohort(school, "A", &[&ana.person]).await;
-    let recording = super::support::recordings::record(&Default::default());
+    let recording = record(&Default::default());
     assert_eq!(app.with_token(&ana.token).upload(&recording).await.status, 201);
     let mut signed_in = app.signed_in("ana@example.org").await;
     let page = format!("/people/{}", ana.person.id);
@@ -249,8 +320,8 @@ async fn whoever_is_made_anonymous_is_gone_and_the_statistics_stay() {
 async fn everybody_takes_home_what_is_held_about_them_and_nothing_else() {
     let (app, school, _) = school().await;
     let ana = app.member(school, Role::Trainee, "ana@example.org").await;
-    let attempt = super::support::recordings::Attempt::default();
-    app.with_token(&ana.token).upload(&super::support::recordings::record(&attempt)).await;
+    let attempt = Attempt::default();
+    app.with_token(&ana.token).upload(&record(&attempt)).await;
     app.member(school, Role::Trainee, "bo@example.org").await;
     let held = app.signed_in("ana@example.org").await.get("/account/export").await;
     assert!(held.header("content-disposition").starts_with("attachment"));

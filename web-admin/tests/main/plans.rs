@@ -33,7 +33,7 @@ const BIG: [&str; 17] = [
 const LISTED: [&str; 2] = ["assignments", "segment_tasks"];
 
 /// What may read everything: beginnings of statements, each with the reason.
-const WHOLE: [(&str, &str); 12] = [
+const WHOLE: [(&str, &str); 13] = [
     ("WITH RECURSIVE", "the generator of invented practice"),
     ("INSERT INTO tallies", "sums a school up anew, after the generator"),
     ("DELETE FROM tallies", "the same"),
@@ -41,6 +41,7 @@ const WHOLE: [(&str, &str); 12] = [
     ("SELECT (SELECT count(*) FROM people WHERE role", "/metrics: short rows, rarely asked"),
     ("SELECT id, recording_path, recording_sha256", "verify and backup read every recording"),
     ("SELECT seq, at, school_id, actor", "verify and serve walk the whole audit log"),
+    ("SELECT count(*) > 0 FROM audit_log WHERE hash", "verify --expect-head, which has walked the whole log"),
     ("SELECT id, name FROM cohorts", "the cohorts to choose from, all of them"),
     ("SELECT c.id, c.name FROM cohorts c WHERE", "the cohorts that somebody sees, for an administrator all of them"),
     ("SELECT count(*) FROM people", "greets an empty service, once at its start"),

@@ -103,6 +103,97 @@ async fn guessing_many_accounts_from_one_address_is_braked_too() {
 }
 
 #[tokio::test]
+async fn a_stranger_uses_up_nobody_elses_tries() {
+    let app = app().await;
+    let (home, limits) = (std::net::IpAddr::from([192, 0, 2, 200]), &app.state.logins);
+    assert!(limits.take(home, "ada@example.org").is_ok());
+    limits.welcome(home, "ada@example.org");
+    let one = (0..50).filter(|_| limits.take([192, 0, 2, 1].into(), "ada@example.org").is_ok()).count();
+    assert!(one <= 12, "{one} tries for one account from one address");
+    assert!(limits.take([192, 0, 2, 2].into(), "ADA@example.org").is_ok(), "somewhere else she may");
+    let mut many = 0;
+    for host in 3..100 {
+        many += (0..10).filter(|_| limits.take([192, 0, 2, host].into(), "ada@example.org").is_ok()).count();
+    }
+    assert!(many < 150, "{many} tries for one account from a hundred addresses");
+    assert!(limits.take(home, "ada@example.org").is_ok(), "where she has signed in before, she still may");
+}
+
+#[tokio::test]
+async fn a_stolen_session_guesses_no_password() {
+    let app = app().await;
+    let mut thief = app.signed_in("ada@example.org").await;
+    let mut statuses = Vec::new();
+    for _ in 0..12 {
+        let csrf = csrf_in(&thief.get("/account").await.text());
+        let fields = [
+            ("csrf", csrf.as_str()),
+            ("old", "a guess"),
+            ("password", "vier Käse im Wind"),
+            ("again", "vier Käse im Wind"),
+        ];
+        statuses.push(thief.form("/account/password", &fields).await.status.as_u16());
+    }
+    assert_eq!((statuses[0], statuses[11]), (422, 429), "{statuses:?}");
+    let refused = log(&app).await.into_iter().filter(|line| line.starts_with("person.password_refused")).count();
+    assert!((1..12).contains(&refused), "{refused}");
+}
+
+/// Action, actor and object of every entry of the audit log.
+async fn log(app: &App) -> Vec<String> {
+    let lines = sqlx::query_scalar(
+        "SELECT action || ' ' || actor || ' ' || object || ' ' || details FROM audit_log ORDER BY seq",
+    );
+    lines.fetch_all(app.state.db.reader()).await.unwrap()
+}
+
+#[tokio::test]
+async fn who_did_not_get_in_is_in_the_audit_log_without_what_was_typed() {
+    let app = app().await;
+    let ada = people::by_email(app.state.db.reader(), "ada@example.org").await.unwrap().unwrap();
+    let mut eve = app.stranger();
+    eve.sign_in("my-secret-in-the-wrong-field", "typed").await;
+    for _ in 0..20 {
+        eve.sign_in("ada@example.org", "wrong-guess").await;
+    }
+    let log = log(&app).await;
+    let count = |start: &str| log.iter().filter(|line| line.starts_with(start)).count();
+    assert_eq!(count(&format!("sign_in.failed stranger {}", ada.id)), 10, "{log:#?}");
+    assert_eq!(count(&format!("sign_in.blocked stranger {}", ada.id)), 1, "a flood is one line: {log:#?}");
+    assert_eq!(count("sign_in.failed stranger address "), 1, "{log:#?}");
+    assert!(
+        !log.iter().any(|line| line.contains("secret") || line.contains("guess") || line.contains("ada@")),
+        "{log:#?}"
+    );
+    let of_school: Vec<Option<uuid::Uuid>> =
+        sqlx::query_scalar("SELECT school_id FROM audit_log WHERE action = 'sign_in.failed' AND school_id IS NOT NULL")
+            .fetch_all(app.state.db.reader())
+            .await
+            .unwrap();
+    assert_eq!(of_school.len(), 10, "her school's administrators see them");
+}
+
+#[tokio::test]
+async fn a_forgotten_password_costs_the_same_whoever_asks() {
+    let app = app().await;
+    let before = log(&app).await;
+    let mut stranger = app.stranger();
+    for email in ["ada@example.org", "nobody@example.org", &"x".repeat(100_000)] {
+        let csrf = csrf_in(&stranger.get("/forgotten").await.text());
+        assert_eq!(stranger.form("/forgotten", &[("csrf", &csrf), ("email", email)]).await.status, 200);
+    }
+    let count = async |table| {
+        let query = format!("SELECT count(*) FROM {table}");
+        sqlx::query_scalar::<_, i64>(sqlx::AssertSqlSafe(query)).fetch_one(app.state.db.reader()).await.unwrap()
+    };
+    assert_eq!((count("asked_links").await, count("mails").await), (3, 0), "nobody was looked up");
+    assert_eq!(log(&app).await, before);
+    web_admin::mail::work_off(&app.state).await.unwrap();
+    assert_eq!((count("asked_links").await, count("mails").await), (0, 1));
+    assert!(log(&app).await.last().unwrap().starts_with("person.link_asked_for"));
+}
+
+#[tokio::test]
 async fn a_form_without_its_token_is_refused() {
     let app = app().await;
     let mut ada = app.stranger();

@@ -69,6 +69,36 @@ async fn each_professional_is_written_to_once_and_the_log_knows_no_address() {
 }
 
 #[tokio::test]
+async fn letters_of_a_school_have_an_hourly_limit_that_is_said_before() {
+    let school = School::new().await;
+    let mut teacher = school.app.signed_in("teacher@example.org").await;
+    let survey = school.survey(&mut teacher, "sus", &[]).await;
+    assert!(teacher.get(&survey).await.text().contains("300 letters can go out now"));
+    let lines = |from: u32| (from..from + 200).map(|n| format!("p{n}@example.org\n")).collect::<String>();
+    assert_eq!(ask(&mut teacher, &survey, &lines(0)).await.status, 303);
+    let refused = ask(&mut teacher, &survey, &lines(200)).await;
+    assert_eq!(refused.status, 422);
+    assert!(refused.text().contains("200 letters; 100 can go out now"), "{}", refused.text());
+    school.app.state.clock.advance(3601);
+    let mut teacher = school.app.signed_in("teacher@example.org").await;
+    assert_eq!(ask(&mut teacher, &survey, &lines(200)).await.status, 303, "an hour later they can");
+}
+
+#[tokio::test]
+async fn a_title_begins_no_letter_and_a_line_turns_nothing_around() {
+    let school = School::new().await;
+    let mut teacher = school.app.signed_in("teacher@example.org").await;
+    for title in ["A\n\nDear Ana,\nclick here", "A\u{202E}B", "A\u{2029}B"] {
+        let csrf = csrf_in(&teacher.get("/surveys/new").await.text());
+        let fields = [("csrf", csrf.as_str()), ("instrument", "sus"), ("title", title), ("identity", "anonymous")];
+        let refused = send(&mut teacher, "/surveys/new", &fields).await;
+        assert_eq!(refused.status, 422, "{title:?}: {}", refused.text());
+    }
+    let survey = school.survey(&mut teacher, "sus", &[]).await;
+    assert_eq!(ask(&mut teacher, &survey, "Ana \u{202E}kE <ana@example.org>").await.status, 422);
+}
+
+#[tokio::test]
 async fn one_bad_address_is_named_and_none_is_written_to() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;

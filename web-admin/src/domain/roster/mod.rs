@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::Role;
+use crate::domain::line::is_strange;
 use crate::words;
 
 mod columns;
@@ -244,8 +245,8 @@ fn check_text(text: &str) -> Result<(), Refusal> {
     if text.starts_with(['=', '+', '-', '@']) {
         return Err(Refusal::Formula(text.to_owned()));
     }
-    if text.chars().count() > MAX_CHARS || text.chars().any(char::is_control) {
-        return Err(Refusal::BadText(text.chars().filter(|c| !c.is_control()).take(40).collect()));
+    if text.chars().count() > MAX_CHARS || text.contains(is_strange) {
+        return Err(Refusal::BadText(text.chars().filter(|c| !is_strange(*c)).take(40).collect()));
     }
     Ok(())
 }
@@ -254,7 +255,7 @@ fn check_text(text: &str) -> Result<(), Refusal> {
 #[must_use]
 pub fn is_email(text: &str) -> bool {
     let parts = text.split_once('@').filter(|(name, host)| !name.is_empty() && !host.is_empty() && !host.contains('@'));
-    let strange = |c: char| c.is_whitespace() || c.is_control() || "<>,;\"()".contains(c);
+    let strange = |c: char| c.is_whitespace() || is_strange(c) || "<>,;\"()".contains(c);
     parts.is_some() && !text.contains(strange) && !text.starts_with(['=', '+', '-', '@']) && text.len() <= 254
 }
 

@@ -13,10 +13,11 @@ use super::current::SignedIn;
 use crate::AppState;
 use crate::accounts;
 use crate::error::{Error, PageError};
+use crate::passwords::{self, PasswordRefused};
 use crate::routes::Routes;
 use crate::storage::account_links::{Link, Purpose};
 use crate::storage::people;
-use crate::views::account::{DeadLinkPage, ForgottenPage, JoinPage, PasswordRefused, check_password};
+use crate::views::account::{DeadLinkPage, ForgottenPage, JoinPage};
 
 /// The ways to a password, for anybody.
 pub(super) fn router() -> Routes {
@@ -70,7 +71,12 @@ async fn set(
 ) -> Result<Response, PageError> {
     let Some(link) = accounts::link(&state, &token).await? else { return Ok(dead_link()) };
     let person = link.person_id;
-    if let Err(refused) = check_password(&form.password, &form.again) {
+    let own = [link.name.as_str(), &link.email, &link.school];
+    let checked = match form.password == form.again {
+        true => passwords::check(&form.password, &own),
+        false => Err(PasswordRefused::Different),
+    };
+    if let Err(refused) = checked {
         let page = page(&session, (token, link), Some(refused)).await?;
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
@@ -91,7 +97,7 @@ struct EmailForm {
     email: String,
 }
 
-/// Queues the mail. What is answered tells nothing about whether somebody has the address.
+/// Queues the question. Neither what is answered nor when tells whether somebody has the address.
 async fn send(
     State(state): State<AppState>,
     ClientAddress(address): ClientAddress,
@@ -100,6 +106,6 @@ async fn send(
 ) -> Result<ForgottenPage, PageError> {
     let email = form.email.trim();
     state.logins.take(address, email)?;
-    accounts::forgotten(&state, email).await?;
+    accounts::ask_for_link(&state, email).await?;
     Ok(ForgottenPage { csrf: csrf.token().to_owned(), asked: true })
 }

@@ -1,5 +1,7 @@
 //! The sign-in page, and signing out.
 
+use std::net::IpAddr;
+
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
@@ -66,11 +68,16 @@ async fn sign_in(
     CsrfForm(form): CsrfForm<LoginForm>,
 ) -> Result<Response, PageError> {
     if let Err(refused) = state.logins.take(address, &form.email) {
+        if state.logins.is_worth_noting(address) {
+            note_refusal(&state, &form.email, (address, "sign_in.blocked")).await?;
+        }
         return again(&session, &form, refused).await;
     }
     let Some(known) = check(&state, &form).await? else {
+        note_refusal(&state, &form.email, (address, "sign_in.failed")).await?;
         return again(&session, &form, Error::Unauthorized).await;
     };
+    state.logins.welcome(address, &form.email);
     SignedIn::start(&session, (known.id, known.credential_version), state.clock.now()).await?;
     note(&state, known.id, "person.signed_in").await?;
     Ok(Redirect::to(own_path(&form.next)).into_response())
@@ -105,6 +112,19 @@ async fn note(state: &AppState, person: Uuid, action: &str) -> Result<(), Error>
     let school_id = people::by_id(state.db.reader(), person).await?.map(|p| p.school_id);
     let mut tx = state.db.write().await?;
     Entry::new(school_id, Actor::Person(person), action, person).append(&mut tx, state.clock.now()).await?;
+    Ok(tx.commit().await?)
+}
+
+/// Writes down that somebody did not get in: in the log with the network address, in the audit log, which keeps for ever, without.
+/// An address that nobody has is told by its hash alone: passwords are typed into the wrong field. Costs the same for both.
+async fn note_refusal(state: &AppState, email: &str, (from, action): (IpAddr, &str)) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    let person = people::by_email(&mut *tx, email).await?;
+    let school_id = person.as_ref().map(|person| person.school_id);
+    let hash = hex::encode(secret::token_sha256(&email.to_lowercase()));
+    let object = person.map_or_else(|| format!("address {}", &hash[..16]), |person| person.id.to_string());
+    tracing::warn!(%from, action, object, "somebody did not get in");
+    Entry::new(school_id, Actor::Stranger, action, object).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }
 

@@ -11,11 +11,12 @@ use crate::AppState;
 use crate::accounts;
 use crate::domain::CurrentPerson;
 use crate::error::{Error, PageError};
+use crate::passwords::{self, PasswordRefused};
 use crate::routes::auth::{Csrf, CsrfForm, SignedIn};
 use crate::routes::language;
 use crate::storage::audit::Entry;
 use crate::storage::{cohorts, directory, exports, people, schools};
-use crate::views::account::{AccountPage, PasswordRefused, check_password};
+use crate::views::account::AccountPage;
 use crate::views::{Place, Shell};
 use crate::words::Language;
 
@@ -58,18 +59,21 @@ pub(super) async fn set_password(
     csrf: Csrf,
     CsrfForm(form): CsrfForm<PasswordForm>,
 ) -> Result<Response, PageError> {
-    let passwords = (form.old.as_str(), form.password.as_str());
-    let refused = match check_password(&form.password, &form.again) {
+    state.logins.take_own(person.id)?;
+    let shown = page(&state, &person, &csrf).await?;
+    let own = [person.display_name.as_str(), &shown.email, &shown.school];
+    let typed = (form.old.as_str(), form.password.as_str());
+    let refused = match passwords::check(&form.password, &own) {
         Err(refused) => refused,
-        Ok(()) if accounts::change_own_password(&state, &person, passwords).await? => {
+        Ok(()) if form.password != form.again => PasswordRefused::Different,
+        Ok(()) if accounts::change_own_password(&state, &person, typed).await? => {
             let known = people::by_id(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
             SignedIn::start(&session, (known.id, known.credential_version), state.clock.now()).await?;
             return Ok(Redirect::to("/account").into_response());
         }
         Ok(()) => PasswordRefused::WrongOld,
     };
-    let page = AccountPage { refused: Some(refused), ..page(&state, &person, &csrf).await? };
-    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+    Ok((StatusCode::UNPROCESSABLE_ENTITY, AccountPage { refused: Some(refused), ..shown }).into_response())
 }
 
 #[derive(Deserialize)]

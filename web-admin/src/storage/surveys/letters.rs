@@ -53,6 +53,20 @@ pub async fn queue(
     .map(|done| done.rows_affected() == 1)
 }
 
+/// How many letters of a school were queued since a moment. Their ids tell when.
+///
+/// # Errors
+/// When the database fails.
+pub async fn queued_since(executor: impl SqliteExecutor<'_>, school: Uuid, since: Moment) -> Result<i64> {
+    let milliseconds = u64::try_from(since.micros() / 1000).unwrap_or(0);
+    let first = Uuid::from_u128(u128::from(milliseconds) << 80);
+    sqlx::query_scalar("SELECT count(*) FROM survey_letters WHERE school_id = $1 AND id >= $2")
+        .bind(school)
+        .bind(first)
+        .fetch_one(executor)
+        .await
+}
+
 /// The letters that are due, oldest first.
 ///
 /// # Errors

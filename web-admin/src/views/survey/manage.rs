@@ -7,6 +7,7 @@ use time::OffsetDateTime;
 use super::identity_words;
 use crate::domain::survey::Identity;
 use crate::storage::surveys::letters::Delivery;
+use crate::surveys::LETTERS_AN_HOUR;
 use crate::views::{Shell, Status, format};
 
 /// `/surveys`: what is asked of a trainee, or what the school asks.
@@ -75,6 +76,8 @@ pub struct ManagePage {
     pub owner: bool,
     /// What is wrong with the list of links that was sent, and the list.
     pub refusal: Option<(String, String)>,
+    /// Letters with links that may still go out now.
+    pub letters_left: usize,
     /// How letters with links went.
     pub letters: Vec<Delivery>,
     /// Letters that were just queued, and people who had been written to before.

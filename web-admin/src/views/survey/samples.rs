@@ -143,6 +143,7 @@ fn lists_and_the_page_of_a_survey() {
         owner: true,
         refusal: Some(("0 lines; allowed: 1 to 200".to_owned(), " ".to_owned())),
         letters: letters(),
+        letters_left: 298,
         mailed: Some((2, 1)),
     };
     let html = keep("survey-manage", &page);

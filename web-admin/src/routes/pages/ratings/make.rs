@@ -8,7 +8,7 @@ use uuid::Uuid;
 
 use super::raters_only;
 use crate::AppState;
-use crate::domain::CurrentPerson;
+use crate::domain::{CurrentPerson, line};
 use crate::error::{Error, PageError};
 use crate::ratings;
 use crate::routes::auth::{Csrf, CsrfForm};
@@ -156,10 +156,7 @@ pub(super) async fn make(
 /// What the form asks for. An attempt or a rater that the visitor may not see is none.
 async fn wanted(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Result<NewRound, Error> {
     let refused = |why: String| Err(Error::Unprocessable(why));
-    let title = form.field("title").to_owned();
-    if title.is_empty() || title.chars().count() > 200 {
-        return refused(tr!("title: {count} characters; allowed: 1 to 200", count = title.chars().count()));
-    }
+    let title = line::title(form.field("title")).map_err(Error::Unprocessable)?.to_owned();
     let asked = form.field("instrument");
     let Some(instrument) = instruments::current(state.db.reader(), person.school_id, asked).await? else {
         return refused(tr!("instrument: “{id}”; there is none of that id", id = asked));

@@ -8,7 +8,7 @@ use uuid::Uuid;
 
 use super::teachers_only;
 use crate::AppState;
-use crate::domain::{CurrentPerson, Moment, due};
+use crate::domain::{CurrentPerson, Moment, due, line};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm};
 use crate::segments;
@@ -129,13 +129,7 @@ pub(super) async fn make(
 /// What the form asks for. A cohort or an attempt that the visitor may not see is none: 404.
 async fn wanted(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Result<NewTask, Error> {
     let reader = state.db.reader();
-    let title = form.field("title").to_owned();
-    if title.is_empty() || title.chars().count() > 200 {
-        return Err(Error::Unprocessable(tr!(
-            "title: {count} characters; allowed: 1 to 200",
-            count = title.chars().count()
-        )));
-    }
+    let title = line::title(form.field("title")).map_err(Error::Unprocessable)?.to_owned();
     let time_zone = schools::time_zone(reader, person.school_id).await?;
     let due = due_date(form.field("due"), &time_zone, state.clock.now())?;
     let cohort: Uuid = form.field("cohort").parse().map_err(|_| Error::NotFound)?;

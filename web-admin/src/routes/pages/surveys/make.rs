@@ -13,7 +13,7 @@ use super::{of_school, owns, teachers_only};
 use crate::AppState;
 use crate::domain::roster::{is_email, is_name};
 use crate::domain::survey::Identity;
-use crate::domain::{CurrentPerson, Moment};
+use crate::domain::{CurrentPerson, Moment, line};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm};
 use crate::routes::pages::Id;
@@ -50,6 +50,7 @@ pub(super) async fn manage(
             Vec::new()
         },
         mailed: None,
+        letters_left: surveys::letters_left(state.db.reader(), survey.school_id, state.clock.now()).await?,
         title: survey.title,
         refusal,
     })
@@ -182,9 +183,7 @@ fn check(
     let Typed { title, identity, after_attempts, opens, closes } = form.typed();
     let revision_id =
         revision.ok_or_else(|| tr!("instrument: “{id}”; there is none of that id", id = form.field("instrument")))?;
-    if title.is_empty() || title.chars().count() > 200 {
-        return Err(tr!("title: {count} characters; allowed: 1 to 200", count = title.chars().count()));
-    }
+    let title = line::title(&title)?.to_owned();
     let identity = [Identity::Anonymous, Identity::Pseudonymous, Identity::Named]
         .into_iter()
         .find(|known| known.as_str() == identity)
@@ -242,12 +241,15 @@ pub(super) async fn links(
         form.labels.lines().map(str::trim).filter(|line| !line.is_empty()).map(str::to_owned).collect();
     let why = match (wrong_with(&labels), form.step == "mail") {
         (None, true) => match labels.iter().map(|line| address(line)).collect::<Result<Vec<_>, _>>() {
-            Ok(addresses) => {
-                let queued = surveys::mail_links(&state, &person, &survey, &addresses).await?;
-                let before = addresses.len() - queued;
-                let done = format!("/surveys/{id}?mailed={queued}&before={before}#letters");
-                return Ok(Redirect::to(&done).into_response());
-            }
+            Ok(addresses) => match surveys::mail_links(&state, &person, &survey, &addresses).await {
+                Ok(queued) => {
+                    let before = addresses.len() - queued;
+                    let done = format!("/surveys/{id}?mailed={queued}&before={before}#letters");
+                    return Ok(Redirect::to(&done).into_response());
+                }
+                Err(Error::Unprocessable(why)) => why,
+                Err(other) => return Err(other.into()),
+            },
             Err(why) => why,
         },
         (None, false) => {
@@ -292,6 +294,9 @@ fn address(line: &str) -> Result<(String, String), String> {
 fn wrong_with(labels: &[String]) -> Option<String> {
     if labels.is_empty() || labels.len() > MOST_LINKS {
         return Some(tr!("{count} lines; allowed: 1 to {most}", count = labels.len(), most = MOST_LINKS));
+    }
+    if let Some(why) = labels.iter().find_map(|label| line::refusal(tr!("a line"), label)) {
+        return Some(why);
     }
     let long = labels.iter().find(|label| label.chars().count() > LONGEST_LABEL)?;
     Some(tr!(

@@ -16,6 +16,7 @@ use uuid::Uuid;
 use super::{of_school, owns};
 use crate::AppState;
 use crate::domain::CurrentPerson;
+use crate::domain::line;
 use crate::domain::survey::groups::{Groups, LEAST};
 use crate::domain::survey::results::{Results, Row, correlation, score_group};
 use crate::error::{Error, PageError};
@@ -239,6 +240,9 @@ pub(super) async fn tag(
     }
     let tag = form.tag.trim().to_lowercase();
     let length = tag.chars().count();
+    if let Some(why) = line::refusal(tr!("theme"), &tag) {
+        return Err(Error::BadRequest(why).into());
+    }
     if !(1..=60).contains(&length) {
         return Err(Error::BadRequest(tr!("theme: {length} characters; allowed: 1 to 60", length = length)).into());
     }

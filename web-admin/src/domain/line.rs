@@ -1,0 +1,68 @@
+//! A line of text that people are shown: a name, a title, a label. One rule for all says which characters it may not hold.
+
+/// Longest title, in characters.
+const LONGEST_TITLE: usize = 200;
+
+/// The first character that is not seen and changes how the rest is read: it ends the line, turns what follows around, or does
+/// something to a terminal. What joins and parts letters of a script stays.
+#[must_use]
+pub fn strange_in(text: &str) -> Option<char> {
+    text.chars().find(|c| is_strange(*c))
+}
+
+/// Whether a character may not be in a line.
+#[must_use]
+pub fn is_strange(c: char) -> bool {
+    c.is_control()
+        || matches!(
+            c,
+            '\u{061C}' | '\u{200E}' | '\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2066}'..='\u{2069}' | '\u{FEFF}'
+        )
+}
+
+/// Why a line of a field is refused that holds such a character.
+#[must_use]
+pub fn refusal(field: &str, text: &str) -> Option<String> {
+    let code = format!("{:04X}", u32::from(strange_in(text)?));
+    Some(tr!(
+        "{field}: it holds U+{code}, which is not seen and changes how the rest is read",
+        field = field,
+        code = code
+    ))
+}
+
+/// A title as it was typed, without spaces around it.
+///
+/// # Errors
+/// When it is empty, too long or no line, in words.
+pub fn title(typed: &str) -> Result<&str, String> {
+    let title = typed.trim();
+    match title.chars().count() {
+        1..=LONGEST_TITLE => refusal(tr!("title"), title).map_or(Ok(title), Err),
+        count => Err(tr!("title: {count} characters; allowed: 1 to 200", count = count)),
+    }
+}
+
+/// The text on one line, whatever it was: for what an older service has let in.
+#[must_use]
+pub fn on_one_line(text: &str) -> String {
+    text.chars().map(|c| if is_strange(c) { ' ' } else { c }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_turns_a_line_around_or_ends_it_is_no_title() {
+        for strange in ['\u{202E}', '\u{2066}', '\u{200F}', '\u{2028}', '\u{2029}', '\u{85}', '\n', '\0', '\u{1b}'] {
+            let why = title(&format!("Spring {strange}2026")).unwrap_err();
+            assert!(why.contains(&format!("U+{:04X}", u32::from(strange))), "{why}");
+            assert_eq!(on_one_line(&format!("a{strange}b")), "a b");
+        }
+        for fine in ["Frühjahr “26”", "می‌خواهم", "עברית", "👩‍⚕️ evening"] {
+            assert_eq!(title(fine), Ok(fine));
+        }
+        assert!(title(" ").is_err() && title(&"a".repeat(201)).is_err());
+    }
+}
