@@ -40,6 +40,12 @@ impl World {
         Self { app, school, cohort, ada, teacher }
     }
 
+    /// Lets days pass, after which whoever teaches signs in again.
+    async fn pass_days(&mut self, days: i64) {
+        self.app.state.clock.advance(days * 86_400);
+        self.teacher = self.app.signed_in("teacher@example.org").await;
+    }
+
     async fn post(&mut self, path: &str, fields: &[(&str, &str)]) -> Answer {
         let csrf = csrf_in(&self.teacher.get("/assignments").await.text());
         self.teacher.form(path, &[&[("csrf", csrf.as_str())], fields].concat()).await
@@ -135,7 +141,7 @@ async fn what_cannot_be_assigned_is_refused_and_what_was_typed_stays() {
 async fn a_pass_does_it_and_a_limit_ends_it() {
     let mut world = World::new().await;
     let page = world.assign("2026-03-03T12:00", "1").await;
-    world.app.state.clock.advance(4 * 86_400);
+    world.pass_days(4).await;
     let backdated = Attempt { started_at: datetime!(2026-03-02 9:00 UTC), ..Attempt::default() };
     // Backdated into the time before the due date: what was late stays late.
     assert_eq!(world.app.with_token(&world.ada.token).upload(&record(&backdated)).await.status, 201);
@@ -180,7 +186,7 @@ async fn a_supervised_attempt_counts_once_somebody_was_there() {
     let fields =
         [("task", "exercise:feel-the-layers"), ("cohort", cohort.as_str()), ("limit", "1"), ("supervised", "yes")];
     let page = world.post("/assignments", &fields).await.header("location").to_owned();
-    world.app.state.clock.advance(4 * 86_400);
+    world.pass_days(4).await;
     let attempt = Attempt { session_id: Uuid::new_v4(), ..Attempt::default() };
     assert_eq!(world.app.with_token(&world.ada.token).upload(&record(&attempt)).await.status, 201);
     worker::work_off(&world.app.state).await.unwrap();

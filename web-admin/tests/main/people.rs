@@ -345,6 +345,11 @@ async fn a_cohort_is_made_filled_and_emptied_by_its_instructor() {
     let made = post(&mut teacher, "/cohorts", "/cohorts", &[("name", "Spring")]).await;
     let people = made.header("location").to_owned();
     assert_eq!(post(&mut teacher, &people, &people, &[("email", "ana@example.org")]).await.status, 303);
+    assert_eq!(teacher.get(&format!("/trainees/{}", ana.id)).await.status, 404, "Ana has not agreed");
+    let cohort = people.split('/').nth(2).unwrap();
+    let mut own = app.signed_in("ana@example.org").await;
+    let agreed = post(&mut own, "/account", &format!("/account/cohorts/{cohort}"), &[("answer", "yes")]).await;
+    assert_eq!(agreed.status, 303, "{}", agreed.text());
     assert!(teacher.get(&people).await.text().contains(&format!("/trainees/{}", ana.id)));
     assert_eq!(teacher.get(&format!("/trainees/{}", ana.id)).await.status, 200);
     for nobody in ["nobody@example.org", "head@example.org"] {

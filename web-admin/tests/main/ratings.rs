@@ -163,7 +163,7 @@ async fn whoever_asked_sees_agreement_and_the_trainee_the_mean() {
         "{csv}"
     );
     let told = |line: &&str| {
-        line.ends_with(if line.contains(&school.raters[0].person.id.to_string()) { "true" } else { "false" })
+        line.ends_with(if line.contains(&school.raters[0].person.id.to_string()) { ",yes" } else { ",no" })
     };
     assert_eq!(csv.lines().skip(1).filter(told).count(), 6, "one of the raters teaches Ada: {csv}");
     assert!(page.contains("may know whose"), "{page}");

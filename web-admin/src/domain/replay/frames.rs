@@ -162,7 +162,8 @@ mod tests {
         let path = scene::along_path(params.spec().axial.clone(), bundle.exercise.angle_deg);
         let last_m = mechanics::closed_form::ruptures(&path).last().expect("a boundary").x_m;
         let plan = Plan { target_x_m: last_m + 0.004, approach_m: 0.001, hold_s: 0.2, ..bundle.exercise.plan() };
-        let session = super::super::stage::tests::session();
+        let (exercise_sha256, scene_sha256) = (bundle.exercise.sha256.clone(), bundle.scene.sha256.clone());
+        let session = recording::Session { exercise_sha256, scene_sha256, ..super::super::stage::tests::session() };
         let attachments = assessment::attachments(bundle);
         let mut writer = Writer::create(Vec::new(), &session, &attachments, &Default::default()).expect("memory");
         let clock = Clock { tick_hz: 1000.0, time_limit_s: 60.0 };
