@@ -10,7 +10,7 @@ use std::time::Duration;
 use serde::{Deserialize, Deserializer};
 use sqlx::migrate::Migrator;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePool, SqlitePoolOptions, SqliteSynchronous};
-use sqlx::{Connection, Sqlite, SqliteConnection, Transaction};
+use sqlx::{Connection, Sqlite, SqliteConnection, SqliteExecutor, Transaction};
 
 use crate::domain::Moment;
 
@@ -156,7 +156,6 @@ impl Database {
     /// # Errors
     /// When the file cannot be read, or was never migrated.
     pub async fn lost_triggers(&self) -> Result<Vec<String>> {
-        const TRIGGERS: &str = "SELECT name, sql FROM sqlite_schema WHERE type = 'trigger' ORDER BY name";
         let newest: i64 = sqlx::query_scalar("SELECT coalesce(max(version), 0) FROM _sqlx_migrations")
             .fetch_one(&self.reader)
             .await?;
@@ -164,8 +163,7 @@ impl Database {
         for migration in MIGRATIONS.iter().filter(|migration| migration.version <= newest) {
             sqlx::raw_sql(migration.sql.clone()).execute(&mut fresh).await?;
         }
-        let expected: Vec<(String, String)> = sqlx::query_as(TRIGGERS).fetch_all(&mut fresh).await?;
-        let found: Vec<(String, String)> = sqlx::query_as(TRIGGERS).fetch_all(&self.reader).await?;
+        let (expected, found) = (triggers(&mut fresh).await?, triggers(&self.reader).await?);
         let lost = expected.into_iter().filter(|trigger| !found.contains(trigger));
         Ok(lost
             .map(|(name, _)| format!("trigger {name} is gone or changed: rows that it keeps may have been altered"))
@@ -249,4 +247,9 @@ impl Database {
         self.reader.close().await;
         self.writer.close().await;
     }
+}
+
+/// Every trigger of a database: name and definition.
+async fn triggers(executor: impl SqliteExecutor<'_>) -> Result<Vec<(String, String)>> {
+    sqlx::query_as("SELECT name, sql FROM sqlite_schema WHERE type = 'trigger' ORDER BY name").fetch_all(executor).await
 }

@@ -240,7 +240,7 @@ async fn links_and_codes_end_with_the_address_the_password_and_the_account() {
         assert!(post(&mut own, &attempt, &format!("{attempt}/links"), &[]).await.status.as_u16() < 400);
         assert_eq!(ways_in(&app, ana).await, 3, "before the {end} changes");
         let done = match end {
-            "address" => post(&mut head, &page, &page, &address("ana.new@example.org")).await,
+            "address" => post(&mut head, &page, &format!("{page}/change"), &address("ana.new@example.org")).await,
             "password" => {
                 let fields = [("old", PASSWORD), ("password", "vier Käse im Wind"), ("again", "vier Käse im Wind")];
                 post(&mut own, "/account", "/account/password", &fields).await

@@ -72,7 +72,7 @@ async fn each_professional_is_written_to_once_and_the_log_knows_no_address() {
 async fn letters_of_a_school_have_an_hourly_limit_that_is_said_before() {
     let school = School::new().await;
     let mut teacher = school.app.signed_in("teacher@example.org").await;
-    let survey = school.survey(&mut teacher, "sus", &[]).await;
+    let survey = school.survey(&mut teacher, "sus", &[("identity", "anonymous")]).await;
     assert!(teacher.get(&survey).await.text().contains("300 letters can go out now"));
     let lines = |from: u32| (from..from + 200).map(|n| format!("p{n}@example.org\n")).collect::<String>();
     assert_eq!(ask(&mut teacher, &survey, &lines(0)).await.status, 303);
@@ -94,7 +94,7 @@ async fn a_title_begins_no_letter_and_a_line_turns_nothing_around() {
         let refused = send(&mut teacher, "/surveys/new", &fields).await;
         assert_eq!(refused.status, 422, "{title:?}: {}", refused.text());
     }
-    let survey = school.survey(&mut teacher, "sus", &[]).await;
+    let survey = school.survey(&mut teacher, "sus", &[("identity", "anonymous")]).await;
     assert_eq!(ask(&mut teacher, &survey, "Ana \u{202E}kE <ana@example.org>").await.status, 422);
 }
 
