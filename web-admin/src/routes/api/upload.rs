@@ -12,10 +12,12 @@ use crate::AppState;
 use crate::error::{ApiError, Error, Problem};
 use crate::intake::{self, Bearer, Kept};
 use crate::recordings;
+use crate::uploads::Checksum;
 
 /// Takes in a recording. The same one again is acknowledged again; another one under its id is refused.
 #[utoipa::path(post, path = "/sessions", operation_id = "upload_recording", request_body(content_type = "application/octet-stream"),
-    responses((status = 201, body = SessionView), (status = 200, body = SessionView), (status = 401, body = Problem),
+    params(("Content-Digest" = Option<String>, Header, description = "sha-256=:HASH:, the hash in base64 (RFC 9530)")),
+    responses((status = 201, body = SessionView), (status = 200, body = SessionView), (status = 400, body = Problem), (status = 401, body = Problem),
               (status = 409, body = Problem), (status = 413, body = Problem), (status = 415, body = Problem),
               (status = 422, body = Problem)))]
 pub(super) async fn create(
@@ -25,11 +27,18 @@ pub(super) async fn create(
     body: Body,
 ) -> Result<(StatusCode, Json<SessionView>), ApiError> {
     check_headers(&headers, state.config.max_upload_bytes)?;
-    let received = recordings::receive(&state, body).await?;
+    let digest = digest(&headers)?;
+    let received = recordings::receive(&state, body, digest).await?;
     Ok(match intake::take_in(&state, &bearer(&caller), received).await? {
         Kept::Now(session) => (StatusCode::CREATED, Json(session.into())),
         Kept::Before(session) => (StatusCode::OK, Json(session.into())),
     })
+}
+
+/// What the body must hash to, where its sender says so.
+fn digest(headers: &HeaderMap) -> Result<Option<Checksum>, Error> {
+    let Some(header) = headers.get("content-digest") else { return Ok(None) };
+    Checksum::of_content(header.to_str().unwrap_or_default())
 }
 
 fn bearer(caller: &Caller) -> Bearer {
