@@ -189,7 +189,7 @@ fn a_trainee_signs_in_in_the_window_is_coached_and_finds_the_attempt_at_school()
     // While the school is asked, nothing begins: the attempt would be nobody's.
     within(30, "an attempt", || {
         display.press("Return");
-        with_extension(&kept, "part")
+        with_extension(&kept, "stylet-part")
     });
     let recording = within(60, "the recording", || with_extension(&kept, "mcap"));
     let recording = Recording::read(std::fs::File::open(recording).expect("a file")).expect("a recording");

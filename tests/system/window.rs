@@ -136,11 +136,11 @@ fn an_attempt_in_the_window_ends_by_itself_and_becomes_a_recording() {
     let mut play =
         display.stylet(&["play", &first_exercise(), "--device", "operator:constant:10", "--recordings", &kept]);
     display.press("Return");
-    within(30, "a draft", || with_extension(folder.path(), "part"));
+    within(30, "a draft", || with_extension(folder.path(), "stylet-part"));
     let colours = within(20, "a picture", || Some(display.colours()).filter(|colours| *colours > 2000));
     assert!(colours > 2000, "the picture shows {colours} colours");
     let recording = within(60, "the recording", || with_extension(folder.path(), "mcap"));
-    assert!(with_extension(folder.path(), "part").is_none(), "the draft has its name");
+    assert!(with_extension(folder.path(), "stylet-part").is_none(), "the draft has its name");
     let value = score(&recording);
     assert!(value["score"].as_f64().is_some_and(|score| score > 0.0), "{value}");
     let verified = run_ok("stylet", &["verify", &recording.to_string_lossy(), "--json"]);
@@ -157,7 +157,7 @@ fn what_a_killed_program_had_recorded_is_whole_at_the_next_start() {
     let arguments = ["play", &first_exercise(), "--device", "operator:constant:1", "--recordings", &kept];
     let mut play = display.stylet(&arguments);
     display.press("Return");
-    within(30, "a draft", || with_extension(folder.path(), "part"));
+    within(30, "a draft", || with_extension(folder.path(), "stylet-part"));
     sleep(Duration::from_secs(4));
     play.kill().expect("killed");
     play.wait().expect("gone");
@@ -189,7 +189,7 @@ fn an_attempt_that_a_full_disk_refuses_is_kept_until_it_is_saved() {
     let arguments = ["play", &exercise, "--device", "operator:constant:10", "--recordings", &kept];
     let mut play = display.start(Command::new("sh").args(["-c", &full, "sh"]).arg(program("stylet")).args(arguments));
     display.press("Return");
-    let draft = within(30, "a draft", || with_extension(folder.path(), "part"));
+    let draft = within(30, "a draft", || with_extension(folder.path(), "stylet-part"));
     within(60, "the servo", || has_thread(&play, "servo").then_some(()));
     within(60, "the end", || (!has_thread(&play, "servo")).then_some(()));
     assert!(fs::metadata(&draft).is_ok_and(|file| file.len() <= 512 * ROOM_BLOCKS), "the disk was meant to be full");
@@ -235,7 +235,7 @@ fn a_hand_at_keys_and_wheel_loses_no_tap_and_no_notch_however_slow_the_picture()
     let kept = folder.path().to_string_lossy().into_owned();
     let mut play = display.stylet(&["play", &first_exercise(), "--device", "mouse", "--recordings", &kept]);
     display.press("Return");
-    within(30, "a draft", || with_extension(folder.path(), "part"));
+    within(30, "a draft", || with_extension(folder.path(), "stylet-part"));
     within(20, "a picture", || Some(display.colours()).filter(|colours| *colours > 2000));
     let press = |action: &[&str]| assert!(display.tool("xdotool", action).is_some(), "{action:?} could not be done");
     press(&["mousemove", "400", "300"]);

@@ -6,6 +6,8 @@ use std::time::Duration;
 
 use axum::http::Uri;
 
+use crate::judging::Helper;
+
 /// What it costs to hash a password.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PasswordCost {
@@ -39,6 +41,15 @@ impl std::fmt::Debug for MailTo {
     }
 }
 
+/// How much may be announced and not have arrived.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UploadQuota {
+    /// Uploads.
+    pub uploads: u64,
+    /// Bytes in all.
+    pub bytes: u64,
+}
+
 /// How the service runs.
 #[derive(Clone, Debug)]
 pub struct Config {
@@ -57,8 +68,14 @@ pub struct Config {
     pub metrics_token: Option<String>,
     /// Largest upload, in bytes.
     pub max_upload_bytes: u64,
+    /// Who judges recordings in a process of its own; none where this process does.
+    pub helper: Option<Helper>,
     /// Free room on the disk, in bytes, below which no upload is taken.
     pub reserve_bytes: u64,
+    /// Uploads in pieces that an owner may have begun and not ended, and their announced bytes.
+    pub owner_quota: UploadQuota,
+    /// As many of all owners of a school together.
+    pub school_quota: UploadQuota,
     /// Longest silence within a body before it is given up.
     pub upload_silence: Duration,
     /// How long an upload in pieces is kept after its last piece, in s.
@@ -99,6 +116,9 @@ impl Config {
             behind_tls: false,
             metrics_token: None,
             max_upload_bytes: 512 * 1024 * 1024,
+            owner_quota: UploadQuota { uploads: 32, bytes: 4_000_000_000 },
+            school_quota: UploadQuota { uploads: 2000, bytes: 100_000_000_000 },
+            helper: None,
             reserve_bytes: 1_000_000_000,
             upload_silence: Duration::from_secs(30),
             upload_lifetime_s: 48 * 3600,

@@ -64,6 +64,9 @@ pub enum Error {
         /// When to try again, in s.
         retry_after_s: u64,
     },
+    /// More was begun than one may have begun at once.
+    #[error("{0}")]
+    OverQuota(String),
     /// The disk is full. The cause goes to the log.
     #[error("{NO_ROOM}")]
     NoRoom(#[source] anyhow::Error),
@@ -102,7 +105,7 @@ impl Error {
             Self::UnsupportedMedia(_) => StatusCode::UNSUPPORTED_MEDIA_TYPE,
             Self::Unprocessable(_) => StatusCode::UNPROCESSABLE_ENTITY,
             Self::Timeout => StatusCode::REQUEST_TIMEOUT,
-            Self::TooMany { .. } => StatusCode::TOO_MANY_REQUESTS,
+            Self::TooMany { .. } | Self::OverQuota(_) => StatusCode::TOO_MANY_REQUESTS,
             Self::NoRoom(_) => StatusCode::INSUFFICIENT_STORAGE,
             Self::Internal(_) => StatusCode::INTERNAL_SERVER_ERROR,
         }

@@ -19,6 +19,7 @@ pub mod drafting;
 pub mod error;
 pub mod export;
 pub mod intake;
+pub mod judging;
 pub mod keys;
 pub mod locks;
 pub mod mail;

@@ -17,9 +17,10 @@ use crate::domain::comment::CommentKind;
 use crate::error::Error;
 use crate::storage::comments;
 use crate::storage::sessions::Session;
+use crate::uploads::Checksum;
 
 /// What a recording may cost when it is read: half an hour at 1 kHz. As many are read at once as `AppState::parsing` lets through.
-const BUDGET: Budget = Budget { kept_bytes: 384 << 20, unpacked_bytes: 1 << 30, messages: 3_000_000 };
+pub const BUDGET: Budget = Budget { kept_bytes: 384 << 20, unpacked_bytes: 1 << 30, messages: 3_000_000 };
 
 /// A file that is deleted unless it is kept.
 #[derive(Debug)]
@@ -118,10 +119,10 @@ pub fn ensure_room(state: &AppState, wanted_bytes: u64) -> Result<(), Error> {
 /// Takes in a body, hashing it on the way, until it is on the disk.
 ///
 /// # Errors
-/// When it is too large, stops arriving, or the disk refuses. Nothing is left behind.
-pub async fn receive(state: &AppState, body: Body) -> Result<Received, Error> {
+/// When it is too large, stops arriving, is not what its checksum says, or the disk refuses. Nothing is left behind.
+pub async fn receive(state: &AppState, body: Body, checksum: Option<Checksum>) -> Result<Received, Error> {
     ensure_room(state, body.size_hint().lower())?;
-    let config = &state.config;
+    let (config, mut checksum) = (&state.config, checksum);
     let path = config.uploads_dir().join(format!("{}.part", Uuid::new_v4()));
     let mut file = tokio::fs::File::create_new(&path).await?;
     let part = PartFile { path, kept: false };
@@ -136,7 +137,13 @@ pub async fn receive(state: &AppState, body: Body) -> Result<Received, Error> {
             return Err(Error::TooLarge { limit_bytes: config.max_upload_bytes });
         }
         hash.update(&chunk);
+        if let Some(checksum) = &mut checksum {
+            checksum.update(&chunk);
+        }
         file.write_all(&chunk).await?;
+    }
+    if checksum.is_some_and(|checksum| !checksum.fits()) {
+        return Err(Error::Unprocessable("the body is not what Content-Digest says: it was not kept".to_owned()));
     }
     file.flush().await?;
     file.sync_all().await?;

@@ -14,7 +14,7 @@ use crate::AppState;
 use crate::domain::Replay;
 use crate::domain::series::Pyramid;
 use crate::error::Error;
-use crate::recordings;
+use crate::judging::{self, Answer, Brief, Task};
 use crate::storage::sessions::Session;
 
 /// What does not move, JSON.
@@ -30,12 +30,11 @@ pub fn folder(state: &AppState, session: &Session) -> PathBuf {
     state.config.replays_dir().join(format!("{}-2", session.recording_sha256))
 }
 
-/// Makes the replay of a recording. A failure is no reason not to score it: it is noted, and tried again when somebody
-/// wants to watch. Blocks.
-pub fn keep(folder: &Path, recording: &Recording) {
-    if let Err(error) = make(folder, recording) {
-        tracing::warn!(session = %recording.session.session_id, cause = format!("{error:#}"), "no replay was kept");
-    }
+/// What whoever judges a session's recording must know.
+#[must_use]
+pub fn brief(state: &AppState, session: &Session, task: Task) -> Brief {
+    let recording = state.config.recordings_dir.join(&session.recording_path);
+    Brief { recording, replay: folder(state, session), task }
 }
 
 /// A file of a session's replay, which is made where it is missing.
@@ -45,9 +44,10 @@ pub fn keep(folder: &Path, recording: &Recording) {
 pub async fn file(state: &AppState, session: &Session, name: &str) -> Result<PathBuf, Error> {
     let folder = folder(state, session);
     if !tokio::fs::try_exists(&folder).await? {
-        let (path, place) = (state.config.recordings_dir.join(&session.recording_path), folder.clone());
-        let made = recordings::with(state, path, move |recording| make(&place, &recording)).await?;
-        made.map_err(|error| anyhow::Error::from(error).context("a stored recording"))??;
+        match judging::ask(state, brief(state, session, Task::Replay)).await? {
+            Answer::Replayed => {}
+            other => return Err(anyhow::anyhow!("no replay was made of a stored recording: {other:?}").into()),
+        }
     }
     Ok(folder.join(name))
 }
@@ -61,8 +61,11 @@ pub async fn pyramid(state: &AppState, session: &Session) -> Result<Pyramid, Err
     Ok(Pyramid::from_bytes(bytes).context("a replay's pyramid is damaged: delete the folder of replays")?)
 }
 
-/// Writes all of it under another name first: what is there under its own name is whole.
-fn make(folder: &Path, recording: &Recording) -> anyhow::Result<()> {
+/// Makes the replay of a recording: all of it under another name first, so that what is there under its own name is whole. Blocks.
+///
+/// # Errors
+/// When the recording carries no exercise, or the disk refuses.
+pub fn make(folder: &Path, recording: &Recording) -> anyhow::Result<()> {
     let bundle = own_exercise(recording)?;
     let replay = Replay::of(recording, &bundle);
     let part = folder.with_extension(format!("{}.part", Uuid::new_v4()));

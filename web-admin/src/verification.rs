@@ -11,8 +11,8 @@ use crate::backup;
 use crate::config::Config;
 use crate::recordings::hash_file;
 use crate::storage::Database;
-use crate::storage::audit;
 use crate::storage::sessions::{self, RecordingFile};
+use crate::storage::{audit, grades, scores};
 
 /// What was looked at, and what is wrong with it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -39,6 +39,7 @@ pub async fn everything(db: &Database, recordings_dir: &Path) -> anyhow::Result<
     findings.extend(db.lost_triggers().await?);
     let chain = audit::check(db.reader()).await?;
     findings.extend(chain.findings);
+    findings.extend(contradictions(db).await?);
     Ok(Report { recordings: recordings.len(), audit_rows: chain.rows, audit_head: chain.head, findings })
 }
 
@@ -89,6 +90,31 @@ pub fn refuse_lost_database(config: &Config) -> anyhow::Result<()> {
         database.display(),
         config.recordings_dir.display()
     )
+}
+
+/// Scores that are not those that the audit log tells of, each in words; and grades that are not their score. Attempts that the log
+/// does not name at all were made by `web-admin bench`.
+///
+/// # Errors
+/// When the database cannot be read.
+pub async fn contradictions(db: &Database) -> anyhow::Result<Vec<String>> {
+    let (told, kept) = (audit::told_scores(db.reader()).await?, scores::added(db.reader()).await?);
+    let mut findings: Vec<String> = told
+        .iter()
+        .filter(|(session, told)| !is_same(told, kept.get(*session).map_or(&[][..], Vec::as_slice)))
+        .map(|(session, told)| {
+            let kept = kept.get(session).map_or(&[][..], Vec::as_slice);
+            format!("scores of session {session}: {kept:?}; the audit log tells of {told:?}")
+        })
+        .collect();
+    let strayed = grades::strayed(db.reader()).await?;
+    findings.extend(strayed.iter().map(|session| format!("grade of session {session}: it is not that of its score")));
+    Ok(findings)
+}
+
+/// Whether two lists hold the same scores in the same order, as far as text can tell.
+fn is_same(told: &[f64], kept: &[f64]) -> bool {
+    told.len() == kept.len() && told.iter().zip(kept).all(|(told, kept)| (told - kept).abs() < 1e-9)
 }
 
 /// Recordings that no row names, each in words. A crash between the two leaves one, and so does a database that has lost rows.

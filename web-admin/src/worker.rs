@@ -1,25 +1,19 @@
-//! Scores what was uploaded, from the durable queue: one recording at a time, and again after a crash.
+//! Scores what was uploaded, from the durable queue: one recording at a time, and again after a crash; what is fatal twice is set aside.
 
 use std::time::Duration;
 
 use anyhow::Context;
-use assessment::{Assessment, assess, own_exercise};
-use mechanics::puncture::PunctureParams;
-use recording::Recording;
-use recording::verify::verify;
-use scene::{ExerciseBundle, Patient};
 use serde_json::json;
 
 use crate::AppState;
-use crate::domain::Curve;
-use crate::recordings;
+use crate::judging::{self, Answer, Outcome, Task};
 use crate::regrading;
 use crate::replays;
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::exercises::RevisionBytes;
 use crate::storage::jobs::{self, Job};
-use crate::storage::sessions::{self, Session, Verified};
-use crate::storage::{exercises, practice, scores};
+use crate::storage::sessions::{self, Session};
+use crate::storage::{exercises, practice, scores, tries};
 
 /// Tries before a recording is refused whatever the reason.
 const MAX_ATTEMPTS: u32 = 6;
@@ -35,19 +29,14 @@ enum Failure {
     Permanent(String),
     /// It may be, later.
     Passing(anyhow::Error),
+    /// Whoever worked on it has died of it; how.
+    Death(String),
 }
 
 impl<E: Into<anyhow::Error>> From<E> for Failure {
     fn from(error: E) -> Self {
         Self::Passing(error.into())
     }
-}
-
-/// What was made of a recording.
-struct Outcome {
-    assessment: Assessment,
-    verified: Verified,
-    curve: Curve,
 }
 
 /// Works until it is dropped. That may happen at any time: what is not stored yet is done again.
@@ -83,6 +72,7 @@ pub async fn work_off(state: &AppState) -> anyhow::Result<()> {
                 Ok(outcome) => store(state, &job, outcome).await?,
                 Err(Failure::Permanent(why)) => refuse(state, &job, &why).await?,
                 Err(Failure::Passing(error)) => put_off(state, &job, &error).await?,
+                Err(Failure::Death(how)) => bury(state, &job, &how).await?,
             }
         }
         if !regrading::exercise::step(state).await? {
@@ -94,57 +84,28 @@ pub async fn work_off(state: &AppState) -> anyhow::Result<()> {
 async fn outcome(state: &AppState, job: &Job) -> Result<Outcome, Failure> {
     let session = sessions::find(state.db.reader(), job.school_id, job.session_id).await?;
     let session = session.context("the queue names a session that is not there")?;
-    let published = published(state, &session).await?;
-    let path = state.config.recordings_dir.join(&session.recording_path);
-    let replay = replays::folder(state, &session);
-    let judged = recordings::with(state, path, move |recording| {
-        let judged = judge(&recording, published);
-        if judged.is_ok() {
-            replays::keep(&replay, &recording);
-        }
-        judged
-    });
-    let judged = judged.await;
-    match judged.context("a recording could not be worked on")? {
-        Ok(outcome) => outcome,
-        Err(recording::ReadError::Io(error)) => Err(error.into()),
-        Err(unreadable) => Err(Failure::Permanent(unreadable.to_string())),
+    let task = Task::Judge(published(state, &session).await?);
+    begin(state, job).await?;
+    match judging::ask(state, replays::brief(state, &session, task)).await? {
+        Answer::Judged(outcome) => Ok(*outcome),
+        Answer::Permanent(why) => Err(Failure::Permanent(why)),
+        Answer::Died(how) => Err(Failure::Death(how)),
+        Answer::Passing(why) => Err(Failure::Passing(anyhow::anyhow!(why))),
+        Answer::Replayed => Err(Failure::Passing(anyhow::anyhow!("a score was asked for, and a replay came"))),
     }
+}
+
+/// Writes down that a job is begun: should it be the end of us, it is known at the next start.
+async fn begin(state: &AppState, job: &Job) -> anyhow::Result<()> {
+    let mut tx = state.db.write().await?;
+    tries::begin_job(&mut tx, job.session()).await?;
+    Ok(tx.commit().await?)
 }
 
 /// The exercise as this school published it.
 async fn published(state: &AppState, session: &Session) -> anyhow::Result<Option<RevisionBytes>> {
     let Some(revision) = session.revision_id else { return Ok(None) };
     Ok(exercises::bytes(state.db.reader(), session.school_id, revision).await?)
-}
-
-/// Scores and re-simulates. The published exercise judges; the recording's own only where the school has none like it.
-fn judge(recording: &Recording, published: Option<RevisionBytes>) -> Result<Outcome, Failure> {
-    let bundle = match published {
-        Some(bytes) => ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes)
-            .map_err(|refused| Failure::Permanent(refused.to_string()))?,
-        None => own_exercise(recording).map_err(|e| Failure::Permanent(e.to_string()))?,
-    };
-    let assessment = assess(recording, &bundle).map_err(|e| Failure::Permanent(e.to_string()))?;
-    let verified = resimulate(recording, &bundle)?;
-    Ok(Outcome { assessment, verified, curve: Curve::of(recording, &bundle) })
-}
-
-fn resimulate(recording: &Recording, bundle: &ExerciseBundle) -> Result<Verified, Failure> {
-    let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
-    let (told, layers) = (patient.thickness_mm.len(), bundle.scene.layers.len());
-    if told != layers {
-        let why = format!("patient_thickness_mm: {told} layers; the scene has {layers}");
-        return Err(Failure::Permanent(why));
-    }
-    let params = PunctureParams::new(bundle.recorded_spec(&patient, recording.session.judging))
-        .map_err(|e| Failure::Permanent(format!("the recorded patient: {e}")))?;
-    let found = verify(recording, &params);
-    Ok(Verified {
-        deviation_n: found.largest_deviation_n,
-        event_differences: i64::try_from(found.event_differences).unwrap_or(i64::MAX),
-        exact: found.exact(),
-    })
 }
 
 async fn store(state: &AppState, job: &Job, outcome: Outcome) -> anyhow::Result<()> {
@@ -187,6 +148,19 @@ async fn put_off(state: &AppState, job: &Job, error: &anyhow::Error) -> anyhow::
     jobs::put_off(&mut tx, job.session(), until, &why).await?;
     tx.commit().await?;
     tracing::warn!(session = %job.session_id, attempts = job.attempts + 1, why, "scoring put off");
+    Ok(())
+}
+
+/// Puts a job behind those that nobody has died of, or aside where it was fatal before.
+async fn bury(state: &AppState, job: &Job, how: &str) -> anyhow::Result<()> {
+    let mut tx = state.db.write().await?;
+    tries::note_death(&mut tx, job.session(), how).await?;
+    let is_last = job.deaths + 1 >= tries::MOST_DEATHS;
+    if is_last {
+        entry(job, "session.set_aside").with(json!({ "why": how })).append(&mut tx, state.clock.now()).await?;
+    }
+    tx.commit().await?;
+    tracing::error!(session = %job.session_id, how, set_aside = is_last, "a recording was fatal to its judge");
     Ok(())
 }
 

@@ -3,7 +3,7 @@
 //! A message is valid when its chunk's checksum is right. Damaged stretches are skipped: whatever is found next with a
 //! right checksum counts, whatever the lengths in between claim.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Read, Seek, Write};
 
 use mcap::records::{MessageHeader, Record, op};
@@ -76,11 +76,16 @@ pub(crate) fn find(bytes: &[u8]) -> Result<Found<'_>, ReadError> {
         return Err(ReadError::NotARecording("the file is empty".to_owned()));
     }
     let mut found = Found::default();
-    let mut chunks = ChunkReader::new();
+    let (mut chunks, mut seen) = (ChunkReader::new(), BTreeSet::new());
     let mut at = if bytes.starts_with(MAGIC) { MAGIC.len() } else { 0 };
     while at < bytes.len() {
         match good_record(&bytes[at..], at as u64, &mut chunks) {
             Some((frame, _)) if frame.opcode == op::DATA_END => break,
+            // A stretch that was written twice: what is in it has been found.
+            Some((frame, length)) if frame.opcode == op::CHUNK && !seen.insert(frame.data) => {
+                found.gaps.push((at as u64, length as u64));
+                at += length;
+            }
             Some((frame, length)) => {
                 if matches!(frame.opcode, op::CHUNK | op::ATTACHMENT | op::METADATA) {
                     found.frames.push(frame);

@@ -12,7 +12,7 @@ use crate::config::Config;
 use crate::domain::Moment;
 use crate::recordings::hash_file;
 use crate::storage::sessions::{self, RecordingFile};
-use crate::storage::{Database, audit, uploads};
+use crate::storage::{Database, audit, tries, uploads};
 use crate::verification::Report;
 
 /// Makes a backup, reads it back, and only then gives it its name.
@@ -64,6 +64,7 @@ async fn settle(copy: &Path) -> anyhow::Result<(Vec<RecordingFile>, Report)> {
     let db = Database::open_existing(&format!("sqlite://{}", copy.display())).await?;
     let mut tx = db.write().await?;
     uploads::forget_unfinished(&mut tx).await?;
+    tries::take_back(&mut tx).await?;
     tx.commit().await?;
     let recordings = sessions::recordings(db.reader()).await?;
     let chain = audit::check(db.reader()).await?;

@@ -9,12 +9,14 @@ use clap::{Args, Parser, Subcommand};
 use crate::AppState;
 use crate::clock::Clock;
 use crate::config::{self, Config};
+use crate::storage::tries;
 
 mod backup;
 mod bench;
 mod certificate;
 mod curricula;
 mod demo;
+mod judge;
 mod rescore;
 mod restore;
 mod serve;
@@ -45,6 +47,8 @@ enum Command {
     Demo(demo::DemoArgs),
     /// Shows what attempts score by the rubric that their exercise has now; with --apply, adds those scores
     Rescore(rescore::RescoreArgs),
+    /// Tries again to score and to take in what was set aside, for it was fatal twice to the service or to whoever judged it
+    Retry(Storage),
     /// Checks the database, every recording and the audit log; names each finding and exits 1
     Verify(verify::VerifyArgs),
     /// Puts the database and every recording into one file, while the service runs, and reads it back
@@ -55,6 +59,9 @@ enum Command {
     #[command(subcommand)]
     Certificate(certificate::CertificateCommand),
     Bench(bench::BenchArgs),
+    /// Judges a recording for the service
+    #[command(hide = true)]
+    Judge(judge::JudgeArgs),
     /// Prints the API's OpenAPI description
     Openapi,
 }
@@ -159,6 +166,12 @@ pub fn main() -> ExitCode {
         Ok(cli) => cli.command,
         Err(refused) => refused.exit(),
     };
+    if let Command::Judge(args) = &command {
+        return match judge::run(args) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => Failure::Work(error).report(),
+        };
+    }
     let runtime = match tokio::runtime::Runtime::new() {
         Ok(runtime) => runtime,
         Err(error) => return Failure::from(error).report(),
@@ -181,6 +194,17 @@ async fn run(command: Command) -> Result<(), Failure> {
         Command::Curricula(command) => curricula::run(&command).await,
         Command::Demo(args) => demo::run(&args).await,
         Command::Rescore(args) => rescore::run(&args).await,
+        Command::Retry(storage) => {
+            let state = storage.open().await?;
+            let mut tx = state.db.write().await?;
+            let until = state.clock.now().plus_s(state.config.upload_lifetime_s);
+            let forgiven = tries::forgive(&mut tx, until).await?;
+            tx.commit().await?;
+            state.db.close().await;
+            say(format_args!("{forgiven} recordings and uploads are tried again by the service, within ten minutes"));
+            Ok(())
+        }
+        Command::Judge(args) => Ok(judge::run(&args)?),
         Command::Verify(args) => verify::run(&args).await,
         Command::Backup(args) => backup::run(&args).await,
         Command::Restore(args) => restore::run(&args).await,

@@ -14,13 +14,15 @@ use tracing_subscriber::EnvFilter;
 use super::{Failure, Storage, say};
 use crate::AppState;
 use crate::clock::Clock;
-use crate::config::{mail_to, origin};
+use crate::config::{UploadQuota, mail_to, origin};
+use crate::judging::Helper;
 use crate::locks::DataLock;
 use crate::regrading::exercise::PREVIEW_LIFETIME_S;
 use crate::roster_import::DRAFT_LIFETIME_S;
 use crate::serving::{self, ConnectionLimits};
+use crate::storage::tries::SetAside;
 use crate::storage::web_sessions::WebSessions;
-use crate::storage::{account_links, people, regradings, rosters};
+use crate::storage::{account_links, people, regradings, rosters, tries};
 use crate::{deadlines, mail, recordings, routes, uploads, verification, worker};
 
 /// How often what has expired is thrown away.
@@ -60,6 +62,24 @@ pub struct ServeArgs {
     /// Free room on the disk of the recordings, in MB, below which no upload is taken
     #[arg(long, value_name = "MB", default_value_t = 1000)]
     reserve_mb: u64,
+    /// Uploads in pieces that a person or a station may have begun and not ended
+    #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u64).range(1..))]
+    owner_uploads: u64,
+    /// What those may come to when they are whole, in MB
+    #[arg(long, value_name = "MB", default_value_t = 4000, value_parser = clap::value_parser!(u64).range(1..))]
+    owner_mb: u64,
+    /// As --owner-uploads, for all of a school together
+    #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..))]
+    school_uploads: u64,
+    /// As --owner-mb, for all of a school together
+    #[arg(long, value_name = "MB", default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..))]
+    school_mb: u64,
+    /// Most memory, in MB, of the process that judges a recording
+    #[arg(long, value_name = "MB", default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    judge_mb: u64,
+    /// Longest that judging a recording may take, in s
+    #[arg(long, value_name = "S", default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    judge_s: u64,
 }
 
 pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
@@ -70,6 +90,11 @@ pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
     config.metrics_token.clone_from(&args.metrics_token);
     config.max_upload_bytes = args.max_upload_mb * 1_000_000;
     config.reserve_bytes = args.reserve_mb.saturating_mul(1_000_000);
+    let quota = |uploads, mb: u64| UploadQuota { uploads, bytes: mb.saturating_mul(1_000_000) };
+    config.owner_quota = quota(args.owner_uploads, args.owner_mb);
+    config.school_quota = quota(args.school_uploads, args.school_mb);
+    let program = std::env::current_exe().context("cannot find this program's file")?;
+    config.helper = Some(Helper { program, memory_mb: args.judge_mb, time: Duration::from_secs(args.judge_s) });
     config.public_url = args.public_url.as_ref().map(|url| url.trim_end_matches('/').to_owned());
     config.allowed_origins = args.allow_origin.iter().map(|given| origin(given)).collect::<Result<_, _>>()?;
     config.mail_from.clone_from(&args.mail_from);
@@ -83,10 +108,30 @@ pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
     let state = AppState::open(config, Clock::system()).await?;
     let cleared = recordings::clear_uploads(&state.config.uploads_dir()).context("cannot clear unfinished uploads")?;
     tracing::info!(cleared, "unfinished uploads cleared");
+    count_deaths(&state).await?;
     greet(&state).await?;
     serve(&state).await?;
+    take_back(&state).await?;
     state.db.close().await;
     Ok(())
+}
+
+/// Tells of what is tried no more, for it was fatal twice.
+async fn count_deaths(state: &AppState) -> Result<(), Failure> {
+    let mut tx = state.db.write().await?;
+    let set_aside = tries::count_deaths(&mut tx).await?;
+    tx.commit().await?;
+    for SetAside { kind, id } in set_aside {
+        tracing::error!(%id, "the service has died of this {kind} twice: it is set aside; web-admin retry tries it again");
+    }
+    Ok(())
+}
+
+/// What is cut off now was fatal to nobody.
+async fn take_back(state: &AppState) -> Result<(), Failure> {
+    let mut tx = state.db.write().await?;
+    tries::take_back(&mut tx).await?;
+    Ok(tx.commit().await?)
 }
 
 /// Logs go to standard error; `RUST_LOG` says how much.

@@ -153,6 +153,11 @@ fn gauges(totals: &Totals, waited_s: f64) -> String {
         + &gauge("stylet_uploads_unfinished", "Uploads in pieces that are not whole.", totals.uploads as f64)
         + &gauge("stylet_jobs_waiting", "Recordings that wait to be scored.", totals.waiting as f64)
         + &gauge("stylet_jobs_failing", "Of them, those that failed at least once.", totals.failing as f64)
+        + &gauge(
+            "stylet_set_aside",
+            "Recordings and uploads that were fatal twice and are tried no more.",
+            totals.set_aside as f64,
+        )
         + &gauge("stylet_jobs_overdue_seconds", "How long the first of the queue is overdue, in s.", waited_s)
         + &gauge("stylet_audit_rows", "Rows of the audit log.", totals.audit_rows as f64)
         + &family(("stylet_sessions", "gauge", "Attempts by state."), &sessions)

@@ -1,5 +1,7 @@
 //! Who did what, when: a log that only grows, each row sealed with the hash of the one before.
 
+use std::collections::BTreeMap;
+
 use futures::TryStreamExt;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -143,6 +145,27 @@ async fn insert(writer: &mut SqliteConnection, row: &Row) -> Result<()> {
     .execute(writer)
     .await
     .map(drop)
+}
+
+/// The scores of every attempt that the log tells of, in order, 0–100; none yet where it was only uploaded.
+///
+/// # Errors
+/// When the database fails.
+pub async fn told_scores(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<Uuid, Vec<f64>>> {
+    let rows: Vec<(String, Option<String>)> = sqlx::query_as(
+        "SELECT object, CASE action WHEN 'session.scored' THEN details ->> '$.score'
+                                    WHEN 'session.regraded' THEN details ->> '$.to' END || ''
+         FROM audit_log WHERE action IN ('session.uploaded', 'session.scored', 'session.regraded') ORDER BY seq",
+    )
+    .fetch_all(executor)
+    .await?;
+    let mut told: BTreeMap<Uuid, Vec<f64>> = BTreeMap::new();
+    for (object, score) in rows {
+        let Ok(session) = Uuid::parse_str(&object) else { continue };
+        let scores = told.entry(session).or_default();
+        scores.extend(score.and_then(|score| score.parse::<f64>().ok()));
+    }
+    Ok(told)
 }
 
 /// What a walk along the chain found.

@@ -194,7 +194,7 @@ pub struct Listed {
 pub async fn revisions(executor: impl SqliteExecutor<'_>, school: Uuid, id: &str) -> Result<Vec<Listed>> {
     sqlx::query_as(
         "SELECT id, title, sha256, published_at FROM curriculum_revisions
-         WHERE school_id = $1 AND curriculum_id = $2 ORDER BY published_at DESC, id DESC",
+         WHERE school_id = $1 AND curriculum_id = $2 ORDER BY rowid DESC",
     )
     .bind(school)
     .bind(id)

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
@@ -55,7 +56,7 @@ pub struct Revision {
 }
 
 /// The bytes of a revision.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RevisionBytes {
     /// The exercise document.
     pub exercise: Vec<u8>,
@@ -89,7 +90,7 @@ pub async fn by_documents(
     sqlx::query_scalar(
         "SELECT id FROM exercise_revisions
          WHERE school_id = $1 AND exercise_sha256 = $2 AND scene_sha256 = $3 AND exercise_id = $4
-         ORDER BY published_at DESC, id DESC LIMIT 1",
+         ORDER BY rowid DESC LIMIT 1",
     )
     .bind(school)
     .bind(&session.exercise_sha256)
@@ -192,7 +193,7 @@ pub async fn current(executor: impl SqliteExecutor<'_>, school: Uuid, exercise_i
 pub async fn revisions(executor: impl SqliteExecutor<'_>, school: Uuid, exercise_id: &str) -> Result<Vec<Revision>> {
     sqlx::query_as(
         "SELECT id, exercise_id, title, difficulty, pass_mark, exercise_sha256, scene_sha256, published_at
-         FROM exercise_revisions WHERE school_id = $1 AND exercise_id = $2 ORDER BY published_at DESC, id DESC",
+         FROM exercise_revisions WHERE school_id = $1 AND exercise_id = $2 ORDER BY rowid DESC",
     )
     .bind(school)
     .bind(exercise_id)

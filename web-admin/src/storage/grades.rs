@@ -82,7 +82,20 @@ pub async fn put(writer: &mut SqliteConnection, session: SessionKey, new: &NewOv
     practice::refresh(writer, session).await
 }
 
-/// Every override of an attempt, oldest first.
+/// Attempts whose grade nobody has overridden and that is not that of the score it names.
+///
+/// # Errors
+/// When the database fails.
+pub async fn strayed(executor: impl SqliteExecutor<'_>) -> Result<Vec<Uuid>> {
+    sqlx::query_scalar(
+        "SELECT g.session_id FROM grades g JOIN scores c ON c.id = g.score_id
+         WHERE g.override_id IS NULL AND (g.score <> c.score OR g.passed <> c.passed)",
+    )
+    .fetch_all(executor)
+    .await
+}
+
+/// Every override of an attempt, in the order in which they were made.
 ///
 /// # Errors
 /// When the database fails.
@@ -90,7 +103,7 @@ pub async fn overrides(executor: impl SqliteExecutor<'_>, session: SessionKey) -
     sqlx::query_as(
         "SELECT o.score, o.passed, o.reason, p.display_name AS by, o.made_at FROM score_overrides o
          JOIN people p ON p.school_id = o.school_id AND p.id = o.made_by
-         WHERE o.school_id = $1 AND o.session_id = $2 ORDER BY o.made_at, o.id",
+         WHERE o.school_id = $1 AND o.session_id = $2 ORDER BY o.rowid",
     )
     .bind(session.school_id)
     .bind(session.id)

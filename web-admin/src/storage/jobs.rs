@@ -5,6 +5,7 @@ use uuid::Uuid;
 
 use super::Result;
 use super::scores::SessionKey;
+use super::tries::MOST_DEATHS;
 use crate::domain::Moment;
 
 /// A recording that waits to be scored.
@@ -16,6 +17,8 @@ pub struct Job {
     pub session_id: Uuid,
     /// How often it was tried.
     pub attempts: u32,
+    /// How many of those tries ended in a death.
+    pub deaths: i64,
 }
 
 impl Job {
@@ -43,16 +46,21 @@ pub async fn enqueue(writer: &mut SqliteConnection, session: SessionKey, now: Mo
     .map(drop)
 }
 
-/// The job that has been due for longest.
+/// Longest that a job is put off, in s. What is due later was queued by a clock that has been set back since, and is due now.
+pub const LONGEST_WAIT_S: i64 = 320;
+
+/// The job that has been due for longest, of those that nobody has died of where there are any; none that was set aside.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn due(executor: impl SqliteExecutor<'_>, now: Moment) -> Result<Option<Job>> {
     sqlx::query_as(
-        "SELECT school_id, session_id, attempts FROM jobs WHERE next_run_at <= $1
-         ORDER BY next_run_at, session_id LIMIT 1",
+        "SELECT school_id, session_id, attempts, deaths FROM jobs
+         WHERE (next_run_at <= $1 OR next_run_at > $2) AND deaths < $3 ORDER BY deaths, next_run_at, session_id LIMIT 1",
     )
     .bind(now)
+    .bind(now.plus_s(LONGEST_WAIT_S))
+    .bind(MOST_DEATHS)
     .fetch_optional(executor)
     .await
 }
@@ -62,7 +70,10 @@ pub async fn due(executor: impl SqliteExecutor<'_>, now: Moment) -> Result<Optio
 /// # Errors
 /// When the database fails.
 pub async fn next_at(executor: impl SqliteExecutor<'_>) -> Result<Option<Moment>> {
-    sqlx::query_scalar("SELECT min(next_run_at) FROM jobs").fetch_one(executor).await
+    sqlx::query_scalar("SELECT min(next_run_at) FROM jobs WHERE deaths < $1")
+        .bind(MOST_DEATHS)
+        .fetch_one(executor)
+        .await
 }
 
 /// Puts a job back after a failure that may pass.
@@ -71,7 +82,7 @@ pub async fn next_at(executor: impl SqliteExecutor<'_>) -> Result<Option<Moment>
 /// When the database fails.
 pub async fn put_off(writer: &mut SqliteConnection, session: SessionKey, until: Moment, why: &str) -> Result<()> {
     sqlx::query(
-        "UPDATE jobs SET attempts = attempts + 1, next_run_at = $3, error = $4
+        "UPDATE jobs SET begun = 0, attempts = attempts + 1, next_run_at = $3, error = $4
          WHERE school_id = $1 AND session_id = $2",
     )
     .bind(session.school_id)

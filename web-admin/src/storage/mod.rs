@@ -51,6 +51,7 @@ pub mod supervisions;
 pub mod surveys;
 pub mod tallies;
 pub mod tokens;
+pub mod tries;
 pub mod uploads;
 pub mod web_sessions;
 

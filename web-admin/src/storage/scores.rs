@@ -1,5 +1,7 @@
 //! Metrics, scores and curves: what the worker makes of a recording.
 
+use std::collections::BTreeMap;
+
 use assessment::{Assessment, Deduction, Direction, Metric};
 use serde::Deserialize;
 use sqlx::types::Json;
@@ -133,14 +135,14 @@ async fn insert_metric(
     .map(drop)
 }
 
-/// Every computed score of an attempt, oldest first.
+/// Every computed score of an attempt, in the order in which they were added: a clock may have been set back between two.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn all(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Score>> {
     sqlx::query_as(
         "SELECT id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
-         FROM scores WHERE school_id = $1 AND session_id = $2 ORDER BY computed_at, id",
+         FROM scores WHERE school_id = $1 AND session_id = $2 ORDER BY rowid",
     )
     .bind(session.school_id)
     .bind(session.id)
@@ -148,14 +150,28 @@ pub async fn all(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Resu
     .await
 }
 
-/// The newest computed score. Whether it counts is said by [`super::grades::of`].
+/// The computed scores of every attempt, each in the order in which they were added, 0–100.
+///
+/// # Errors
+/// When the database fails.
+pub async fn added(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<Uuid, Vec<f64>>> {
+    let rows: Vec<(Uuid, f64)> =
+        sqlx::query_as("SELECT session_id, score FROM scores ORDER BY rowid").fetch_all(executor).await?;
+    let mut added: BTreeMap<Uuid, Vec<f64>> = BTreeMap::new();
+    for (session, score) in rows {
+        added.entry(session).or_default().push(score);
+    }
+    Ok(added)
+}
+
+/// The score that was added last, as the grade names it. Whether it counts is said by [`super::grades::of`].
 ///
 /// # Errors
 /// When the database fails.
 pub async fn newest(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Score>> {
     sqlx::query_as(
         "SELECT id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
-         FROM scores WHERE school_id = $1 AND session_id = $2 ORDER BY computed_at DESC, id DESC LIMIT 1",
+         FROM scores WHERE id = (SELECT score_id FROM grades WHERE school_id = $1 AND session_id = $2)",
     )
     .bind(session.school_id)
     .bind(session.id)

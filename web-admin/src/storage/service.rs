@@ -4,6 +4,7 @@ use sqlx::{FromRow, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
+use super::tries::MOST_DEATHS;
 use crate::domain::Moment;
 
 /// Every school together.
@@ -29,6 +30,8 @@ pub struct Totals {
     pub waiting: i64,
     /// Of them, those that failed at least once.
     pub failing: i64,
+    /// Of them, those that are tried no more, and uploads that are read no more.
+    pub set_aside: i64,
     /// When the first of the queue is due.
     pub due_at: Option<Moment>,
     /// Rows of the audit log.
@@ -53,10 +56,12 @@ pub async fn totals(executor: impl SqliteExecutor<'_>) -> Result<Totals> {
            (SELECT count(*) FROM sessions WHERE state = 'refused') AS refused,
            (SELECT count(*) FROM jobs) AS waiting,
            (SELECT count(*) FROM jobs WHERE attempts > 0) AS failing,
-           (SELECT min(next_run_at) FROM jobs) AS due_at,
+           (SELECT count(*) FROM jobs WHERE deaths >= $1) + (SELECT count(*) FROM uploads WHERE deaths >= $1) AS set_aside,
+           (SELECT min(next_run_at) FROM jobs WHERE deaths < $1) AS due_at,
            (SELECT coalesce(max(seq), 0) FROM audit_log) AS audit_rows,
            (SELECT page_count FROM pragma_page_count) * (SELECT page_size FROM pragma_page_size) AS database_bytes",
     )
+    .bind(MOST_DEATHS)
     .fetch_one(executor)
     .await
 }

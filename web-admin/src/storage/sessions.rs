@@ -1,6 +1,6 @@
 //! Attempts: what was uploaded, by whom, and who may see it.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
@@ -100,10 +100,25 @@ impl Session {
     }
 }
 
+/// A number that may be infinite or none, which JSON does not have, as its words.
+mod any_number {
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(number: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(number)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
+    }
+}
+
 /// The server's re-simulation of an attempt.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verified {
     /// Largest deviation of any force, in N.
+    #[serde(with = "any_number")]
     pub deviation_n: f64,
     /// Events that differ.
     pub event_differences: i64,

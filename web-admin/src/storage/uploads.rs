@@ -4,6 +4,7 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
+use super::tries::MOST_DEATHS;
 use crate::domain::Moment;
 
 /// Who began an upload, and alone may go on with it: a person, or a station by its token's id.
@@ -40,6 +41,8 @@ pub struct Upload {
     pub session_id: Option<Uuid>,
     /// How far the sender's clock was ahead of ours when it began, in µs, where it was told.
     pub clock_offset_us: Option<i64>,
+    /// How often whoever read it as a recording has died of it.
+    pub deaths: i64,
 }
 
 impl Upload {
@@ -47,6 +50,12 @@ impl Upload {
     #[must_use]
     pub const fn whole(&self) -> bool {
         self.received == self.length
+    }
+
+    /// It is read no more: [`super::tries`].
+    #[must_use]
+    pub const fn is_set_aside(&self) -> bool {
+        self.deaths >= MOST_DEATHS && self.session_id.is_none()
     }
 }
 
@@ -70,6 +79,32 @@ pub async fn insert(writer: &mut SqliteConnection, upload: &Upload) -> Result<()
     .execute(writer)
     .await
     .map(drop)
+}
+
+/// What is announced and has not become an attempt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
+pub struct Unfinished {
+    /// Uploads.
+    pub uploads: i64,
+    /// Bytes in all, whether they have arrived or not.
+    pub bytes: i64,
+}
+
+/// What an owner has begun, or with neither person nor station what all of a school have.
+///
+/// # Errors
+/// When the database fails.
+pub async fn unfinished(executor: impl SqliteExecutor<'_>, owner: Owner) -> Result<Unfinished> {
+    sqlx::query_as(
+        "SELECT count(*) AS uploads, coalesce(sum(length), 0) AS bytes FROM uploads
+         WHERE school_id = $1 AND session_id IS NULL
+         AND ($2 IS NULL OR person_id = $2) AND ($3 IS NULL OR station_id = $3)",
+    )
+    .bind(owner.school_id)
+    .bind(owner.person_id)
+    .bind(owner.station_id)
+    .fetch_one(executor)
+    .await
 }
 
 /// An upload of an owner.

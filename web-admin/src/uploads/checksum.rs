@@ -38,6 +38,24 @@ impl Checksum {
         Ok(Self { digest, expected: expected.ok_or_else(|| refused(header))? })
     }
 
+    /// From the header `Content-Digest` (RFC 9530): hashes by algorithm, as `sha-256=:…:`. None where it names no algorithm of ours:
+    /// others may be passed over.
+    ///
+    /// # Errors
+    /// When what stands at `sha-256` is no such hash.
+    pub fn of_content(header: &str) -> Result<Option<Self>, Error> {
+        let members = header.split(',').filter_map(|member| member.trim().split_once('='));
+        let Some((_, hash)) = members.into_iter().find(|(algorithm, _)| *algorithm == "sha-256") else {
+            return Ok(None);
+        };
+        let hash = hash.strip_prefix(':').and_then(|rest| rest.strip_suffix(':'));
+        let hash = hash.and_then(|hash| BASE64.decode(hash.as_bytes()).ok()).filter(|hash| hash.len() == 32);
+        let refused = || {
+            Error::BadRequest(format!("Content-Digest: \"{header}\"; allowed is sha-256=:HASH:, the hash in base64"))
+        };
+        Ok(Some(Self { digest: Digesting::Sha256(Sha256::new()), expected: hash.ok_or_else(refused)? }))
+    }
+
     /// Takes in the next bytes of the piece.
     pub fn update(&mut self, bytes: &[u8]) {
         match &mut self.digest {

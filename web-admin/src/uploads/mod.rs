@@ -10,13 +10,14 @@ use std::path::PathBuf;
 use uuid::Uuid;
 
 use crate::AppState;
+use crate::config::UploadQuota;
 use crate::domain::new_id;
 use crate::error::Error;
 use crate::intake::{self, Bearer};
 use crate::recordings::{self, Received};
 use crate::storage::audit::Actor;
-use crate::storage::stations;
-use crate::storage::uploads::{self, Owner, Upload};
+use crate::storage::uploads::{self, Owner, Unfinished, Upload};
+use crate::storage::{stations, tries};
 
 pub use append::{Piece, append};
 pub use checksum::Checksum;
@@ -54,15 +55,36 @@ pub async fn begin(state: &AppState, owner: Owner, announced: Announced) -> Resu
         expires_at: now.plus_s(state.config.upload_lifetime_s),
         session_id: None,
         clock_offset_us: announced.ahead_us,
+        deaths: 0,
     };
     // Between the file and its row, tidying must not take the one for left over.
     let _turn = state.turns.take(upload.id);
+    let mut tx = state.db.write().await?;
+    let whole_school = Owner { person_id: None, station_id: None, ..owner };
+    let counted =
+        [(owner, state.config.owner_quota, "you have"), (whole_school, state.config.school_quota, "this school has")];
+    for (whose, quota, who) in counted {
+        ensure_quota(uploads::unfinished(&mut *tx, whose).await?, announced.length, quota, who)?;
+    }
     tokio::fs::File::create_new(place(state, upload.id)).await?;
     tokio::fs::File::open(state.config.uploads_dir()).await?.sync_all().await?;
-    let mut tx = state.db.write().await?;
     uploads::insert(&mut tx, &upload).await?;
     tx.commit().await?;
     Ok(upload)
+}
+
+/// Refuses an upload beyond a quota.
+fn ensure_quota(begun: Unfinished, length: u64, quota: UploadQuota, who: &str) -> Result<(), Error> {
+    let Unfinished { uploads, bytes } = begun;
+    let (count, sum) = (uploads.unsigned_abs() + 1, bytes.unsigned_abs().saturating_add(length));
+    if count <= quota.uploads && sum <= quota.bytes {
+        return Ok(());
+    }
+    let UploadQuota { uploads: most, bytes: most_bytes } = quota;
+    Err(Error::OverQuota(format!(
+        "{who} {uploads} unfinished uploads of {bytes} bytes; with this one of {length} bytes that is more than {most} uploads or \
+         {most_bytes} bytes: finish or end one of them first"
+    )))
 }
 
 /// An upload that its owner may go on with.
@@ -78,6 +100,9 @@ pub async fn find(state: &AppState, owner: Owner, id: Uuid) -> Result<Upload, Er
 async fn look(state: &AppState, owner: Owner, id: Uuid, resting: bool) -> Result<Upload, Error> {
     let upload = uploads::find(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
     let lost = resting && upload.session_id.is_none() && !tokio::fs::try_exists(place(state, id)).await?;
+    if upload.is_set_aside() {
+        return Err(set_aside());
+    }
     if upload.expires_at <= state.clock.now() || lost {
         return Err(Error::Gone("this upload has expired: begin another"));
     }
@@ -98,7 +123,29 @@ pub async fn terminate(state: &AppState, upload: &Upload) -> Result<(), Error> {
 ///
 /// # Errors
 /// When the recording is refused, or the disk or the database fails; then it is tried again by [`tidy`].
-async fn complete(state: &AppState, mut upload: Upload) -> Result<Upload, Error> {
+async fn complete(state: &AppState, upload: Upload) -> Result<Upload, Error> {
+    let id = upload.id;
+    mark(state, id, true).await?;
+    let taken = take_in(state, upload).await;
+    if let Err(error) = mark(state, id, false).await {
+        tracing::warn!(upload = %id, cause = %error, "an upload counts as being read until the service stops");
+    }
+    taken
+}
+
+/// Writes down that an upload is about to be read, or that nobody has died of it.
+async fn mark(state: &AppState, id: Uuid, begun: bool) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    tries::mark_upload(&mut tx, id, begun).await?;
+    Ok(tx.commit().await?)
+}
+
+fn set_aside() -> Error {
+    let why = "the service has died twice while it read this upload; it is kept, and whoever runs the service was told";
+    Error::Unprocessable(why.to_owned())
+}
+
+async fn take_in(state: &AppState, mut upload: Upload) -> Result<Upload, Error> {
     let bearer = bearer(state, &upload).await?;
     let path = place(state, upload.id);
     let left = path.clone();
@@ -139,6 +186,9 @@ pub async fn tidy(state: &AppState) -> Result<(), Error> {
     for id in uploads::all(state.db.reader()).await? {
         let Some(_turn) = state.turns.take(id) else { continue };
         let Some(upload) = uploads::by_id(state.db.reader(), id).await? else { continue };
+        if upload.is_set_aside() {
+            continue;
+        }
         if upload.expires_at <= state.clock.now() {
             remove(state, &upload).await?;
         } else if upload.whole() && upload.session_id.is_none() {

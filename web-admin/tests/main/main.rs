@@ -21,6 +21,7 @@ mod documents;
 mod drafts;
 mod every_route;
 mod experts;
+mod fatal;
 mod faults;
 mod nonsense;
 mod operation;

@@ -160,3 +160,23 @@ async fn a_database_whose_audit_log_was_changed_is_not_served() {
     let words = String::from_utf8(web_admin(drill.app.folder.path(), &["serve"]).stderr).unwrap();
     assert!(words.contains("row 2 was changed") && words.contains("restore"), "{words}");
 }
+
+#[tokio::test]
+async fn a_score_that_is_not_what_the_log_tells_of_is_found() {
+    let drill = Drill::new().await;
+    web_admin::worker::work_off(&drill.app.state).await.unwrap();
+    let verify = || web_admin(drill.app.folder.path(), &["verify"]);
+    assert!(verify().status.success(), "{:?}", verify());
+    let mut tx = drill.app.state.db.write().await.unwrap();
+    // What somebody does who has the file.
+    for forged in ["DROP TRIGGER scores_never_change", "UPDATE scores SET score = score / 2 + 1 WHERE rowid = 1"] {
+        sqlx::query(forged).execute(&mut *tx).await.unwrap();
+    }
+    tx.commit().await.unwrap();
+    let found = verify();
+    let words = String::from_utf8(found.stdout).unwrap();
+    assert_eq!(found.status.code(), Some(1), "{words}");
+    let session = drill.attempts[0].session_id.to_string();
+    assert!(words.contains(&format!("scores of session {session}")), "{words}");
+    assert!(words.contains(&format!("grade of session {session}")), "{words}");
+}

@@ -165,3 +165,22 @@ async fn what_keeps_failing_is_refused() {
     let found = sessions::find(app.state.db.reader(), key.school_id, key.id).await.unwrap().unwrap();
     assert!(found.refusal.unwrap().contains("6 tries"));
 }
+
+#[tokio::test]
+async fn the_score_that_was_added_last_counts_whatever_the_clock_said() {
+    let (app, mut ada, key) = school().await;
+    let attempt = Attempt { session_id: key.id, ..Attempt::default() };
+    let bytes = record(&attempt);
+    scored(&app, &mut ada, (key.id, bytes.clone())).await;
+    let recording = recording::Recording::read(bytes.as_slice()).unwrap();
+    let mut again = assessment::assess(&recording, &EXERCISE).unwrap();
+    again.score = 12.0;
+    let mut tx = app.state.db.write().await.unwrap();
+    scores::add(&mut tx, key, &again, app.state.clock.now().plus_s(-3600)).await.unwrap();
+    tx.commit().await.unwrap();
+    let reader = app.state.db.reader();
+    let (newest, counts) = (scores::newest(reader, key).await.unwrap(), grades::of(reader, key).await.unwrap());
+    assert_eq!((newest.unwrap().score, counts.unwrap().score), (12.0, 12.0));
+    let all: Vec<f64> = scores::all(reader, key).await.unwrap().iter().map(|score| score.score).collect();
+    assert_eq!((all.len(), all.last()), (2, Some(&12.0)));
+}

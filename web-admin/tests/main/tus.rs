@@ -8,6 +8,7 @@ use data_encoding::BASE64;
 use sha1::Sha1;
 use sha2::{Digest, Sha256};
 use web_admin::clock::Clock;
+use web_admin::config::UploadQuota;
 use web_admin::domain::{Moment, Role};
 use web_admin::storage::{jobs, uploads as rows};
 use web_admin::uploads;
@@ -363,4 +364,33 @@ async fn a_stations_upload_belongs_to_whoever_the_recording_names() {
     let bytes = record(&Attempt { trainee: "p-nobody".to_owned(), ..Attempt::default() });
     let path = begin(&mut station, bytes.len()).await;
     send(&mut station, &path, 0, &bytes).await.is_problem(422, "p-nobody");
+}
+
+#[tokio::test]
+async fn nobody_begins_more_than_their_share_and_who_ends_one_may_begin_another() {
+    let quota = |uploads, bytes| UploadQuota { uploads, bytes };
+    let app = App::with(Clock::system(), |config| {
+        config.owner_quota = quota(3, 1000);
+        config.school_quota = quota(4, 10_000);
+    });
+    let app = app.await;
+    let school = app.school("North").await;
+    let mut people = Vec::new();
+    for name in ["ada", "ben", "eve"] {
+        let member = app.member(school, Role::Trainee, &format!("{name}@example.org")).await;
+        people.push(app.with_token(&member.token));
+    }
+    let [ada, ben, eve] = &mut people[..] else { unreachable!() };
+    let ask = |length: usize| tus("POST", UPLOADS).header("upload-length", length).body(Body::empty()).unwrap();
+    ada.send(ask(1001)).await.is_problem(429, "1000 bytes");
+    let first = begin(ada, 100).await;
+    begin(ada, 100).await;
+    ada.send(ask(801)).await.is_problem(429, "1000 bytes");
+    begin(ada, 800).await;
+    ada.send(ask(1)).await.is_problem(429, "3 uploads");
+    begin(ben, 1000).await;
+    eve.send(ask(1)).await.is_problem(429, "this school has 4");
+    assert_eq!(ada.send(tus("DELETE", &first).body(Body::empty()).unwrap()).await.status, 204);
+    begin(eve, 1).await;
+    assert_eq!(app.files().len(), 4, "what was refused leaves nothing");
 }

@@ -3,7 +3,9 @@
 
 use axum::body::Body;
 use axum::http::{Request, header};
+use data_encoding::BASE64;
 use futures::StreamExt;
+use sha2::{Digest, Sha256};
 use uuid::Uuid;
 use web_admin::domain::Role;
 use web_admin::storage::jobs;
@@ -153,4 +155,26 @@ async fn a_station_uploads_for_whoever_the_recording_names() {
     let unknown = Attempt { trainee: "p-nobody".to_owned(), ..Attempt::default() };
     station.upload(&record(&unknown)).await.is_problem(422, "p-nobody");
     station.get(&format!("/api/v1/sessions/{}", attempt.session_id)).await.is_problem(403, "station");
+}
+
+#[tokio::test]
+async fn a_body_that_is_not_what_its_digest_says_is_refused_and_not_kept() {
+    let app = App::new().await;
+    let mut ada = app.with_token(&trainee(&app).await.token);
+    let bytes = record(&Attempt::default());
+    let digest = format!("sha-256=:{}:", BASE64.encode(&Sha256::digest(&bytes)));
+    let send = |digest: &str, body: &[u8]| {
+        let request = Request::post("/api/v1/sessions").header(header::CONTENT_TYPE, "application/octet-stream");
+        request.header("content-digest", digest).body(Body::from(body.to_vec())).unwrap()
+    };
+    for at in [0, bytes.len() / 2, bytes.len() - 1] {
+        let mut flipped = bytes.clone();
+        flipped[at] ^= 4;
+        ada.send(send(&digest, &flipped)).await.is_problem(422, "Content-Digest");
+    }
+    for nonsense in ["sha-256=AAAA", "sha-256=:AAAA:", "sha-512=:AAAA:, sha-256=::"] {
+        ada.send(send(nonsense, &bytes)).await.is_problem(400, "Content-Digest");
+    }
+    assert_eq!(app.files().len(), 0, "{:?}", app.files());
+    assert_eq!(ada.send(send(&format!("sha-512=:AAAA:, {digest}"), &bytes)).await.status, 201);
 }

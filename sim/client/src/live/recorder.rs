@@ -32,8 +32,8 @@ use crate::new_file::NewFile;
 
 /// Name of the metadata record that says how the servo did.
 const SERVO_RECORD: &str = "stylet.servo";
-/// What a recording is called while it is being written.
-const UNFINISHED: &str = "part";
+/// What a recording is called while it is being written: other programs have files that end in `part`.
+const UNFINISHED: &str = "stylet-part";
 /// The recorder looks for new ticks this often.
 const EVERY: Duration = Duration::from_millis(2);
 

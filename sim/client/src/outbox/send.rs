@@ -1,6 +1,6 @@
 //! Sending from the outbox: to which service, with which token, how patiently, and what came of it.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
@@ -39,6 +39,13 @@ impl Access {
         found.ok_or_else(|| Trouble::new(Outlook::Later, missing))
     }
 }
+
+/// How long the service may keep an upload to a connection that has died: half a minute of silence, and some more.
+const HELD_FOR: Duration = Duration::from_secs(40);
+/// Longest wait meanwhile.
+const HELD_WAIT: Duration = Duration::from_secs(5);
+/// HTTP's word for it.
+const LOCKED: u16 = 423;
 
 /// How often one call tries, and how long it waits.
 #[derive(Clone, Copy, Debug)]
@@ -112,6 +119,7 @@ impl<'a> Post<'a> {
             Ok(service) => service,
             Err(trouble) => return (0, Err(trouble)),
         };
+        let begun = Instant::now();
         let (mut tries, mut left, mut wait, mut reached) = (0, self.patience.retries, self.patience.first_wait, 0);
         loop {
             tries += 1;
@@ -126,7 +134,13 @@ impl<'a> Post<'a> {
             if trouble.outlook != Outlook::Soon || left == 0 {
                 return (tries, Err(trouble));
             }
-            left -= 1;
+            // Our own last connection may hold the upload still: that passes, and is no failure of the service.
+            let is_held = trouble.status == Some(LOCKED) && begun.elapsed() < HELD_FOR;
+            if is_held {
+                wait = wait.min(HELD_WAIT);
+            } else {
+                left -= 1;
+            }
             std::thread::sleep(wait);
             wait = (wait * 2).min(LONGEST_WAIT);
         }

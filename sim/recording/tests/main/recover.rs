@@ -130,3 +130,14 @@ fn nothing_comes_of_nothing() {
         assert!(error.contains(why), "{error}");
     }
 }
+
+#[test]
+fn a_stretch_that_was_written_twice_is_found_once() {
+    let bytes = file(3000);
+    for (start, length) in [chunks(&bytes)[1], chunks(&bytes)[3]] {
+        let repeated = [&bytes[..start + length], &bytes[start..]].concat();
+        let (found, recording) = recovered(&repeated);
+        assert_eq!(recording.samples, read(&bytes).samples);
+        assert!(found.damage.contains(&format!("byte {}", start + length)), "{}", found.damage);
+    }
+}

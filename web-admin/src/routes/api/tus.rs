@@ -93,7 +93,8 @@ pub(super) async fn describe(State(state): State<AppState>) -> impl IntoResponse
            ("Upload-Checksum" = Option<String>, Header)),
     responses((status = 201, description = "Location, Upload-Expires"), (status = 400, body = Problem),
               (status = 401, body = Problem), (status = 412, body = Problem), (status = 413, body = Problem),
-              (status = 415, body = Problem), (status = 422, body = Problem)))]
+              (status = 415, body = Problem), (status = 422, body = Problem),
+              (status = 429, body = Problem, description = "Too much was begun and not ended"), (status = 507, body = Problem)))]
 pub(super) async fn create(
     State(state): State<AppState>,
     caller: Caller,

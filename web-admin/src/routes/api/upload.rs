@@ -15,11 +15,13 @@ use crate::domain::Moment;
 use crate::error::{ApiError, Error, Problem};
 use crate::intake::{self, Bearer, Kept};
 use crate::recordings;
+use crate::uploads::Checksum;
 
 /// Takes in a recording. The same one again is acknowledged again; another one under its id is refused, and so is one that
 /// names the pseudonym of somebody else. What `uncounted` says is kept and counts nowhere.
 #[utoipa::path(post, path = "/sessions", operation_id = "upload_recording", request_body(content_type = "application/octet-stream"),
-    params(("Stylet-Clock" = Option<String>, Header, description = "The sender's time, RFC 3339: a wrong clock is corrected")),
+    params(("Content-Digest" = Option<String>, Header, description = "sha-256=:HASH:, the hash in base64 (RFC 9530)"),
+           ("Stylet-Clock" = Option<String>, Header, description = "The sender's time, RFC 3339: a wrong clock is corrected")),
     responses((status = 201, body = SessionView), (status = 200, body = SessionView), (status = 400, body = Problem),
               (status = 401, body = Problem),
               (status = 409, body = Problem, description = "Another recording of this session, or somebody else's attempt"),
@@ -33,12 +35,19 @@ pub(super) async fn create(
 ) -> Result<(StatusCode, Json<SessionView>), ApiError> {
     check_headers(&headers, state.config.max_upload_bytes)?;
     let ahead_us = clock_ahead(&headers, state.clock.now())?;
-    let received = recordings::receive(&state, body).await?;
+    let digest = digest(&headers)?;
+    let received = recordings::receive(&state, body, digest).await?;
     let bearer = Bearer { ahead_us, ..bearer(&caller) };
     Ok(match intake::take_in(&state, &bearer, received).await? {
         Kept::Now(session) => (StatusCode::CREATED, Json(session.into())),
         Kept::Before(session) => (StatusCode::OK, Json(session.into())),
     })
+}
+
+/// What the body must hash to, where its sender says so.
+fn digest(headers: &HeaderMap) -> Result<Option<Checksum>, Error> {
+    let Some(header) = headers.get("content-digest") else { return Ok(None) };
+    Checksum::of_content(header.to_str().unwrap_or_default())
 }
 
 fn bearer(caller: &Caller) -> Bearer {

@@ -123,7 +123,7 @@ pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Resul
     let scores = sqlx::query_as(
         "SELECT c.session_id, c.score, c.passed, c.rubric_sha256, c.computed_at FROM sessions s
          CROSS JOIN scores c ON c.school_id = s.school_id AND c.session_id = s.id
-         WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY s.started_at, s.id, c.computed_at",
+         WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY s.started_at, s.id, c.rowid",
     );
     let mut attempts: Vec<AttemptFacts> = attempts.bind(school).bind(person).fetch_all(reader).await?;
     for attempt in &mut attempts {

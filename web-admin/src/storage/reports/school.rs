@@ -5,6 +5,7 @@ use uuid::Uuid;
 
 use crate::domain::Moment;
 use crate::storage::Result;
+use crate::storage::tries::MOST_DEATHS;
 
 /// An exercise in short, in the revision that trainees are given.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -98,10 +99,11 @@ pub struct FailingJob {
 /// When the database fails.
 pub async fn failing_jobs(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<FailingJob>> {
     sqlx::query_as(
-        "SELECT session_id, attempts, coalesce(error, '') AS error FROM jobs
-         WHERE school_id = $1 AND attempts > 0 ORDER BY next_run_at, session_id LIMIT 50",
+        "SELECT session_id, attempts, coalesce(error, '') || iif(deaths >= $2, '; set aside', '') AS error FROM jobs
+         WHERE school_id = $1 AND attempts > 0 ORDER BY deaths DESC, next_run_at, session_id LIMIT 50",
     )
     .bind(school)
+    .bind(MOST_DEATHS)
     .fetch_all(executor)
     .await
 }

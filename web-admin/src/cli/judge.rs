@@ -1,0 +1,38 @@
+//! `web-admin judge`: what the service starts to have a recording judged. A brief comes on standard input, the answer goes to standard
+//! output.
+
+use std::io::{Read, Write};
+
+use clap::Args;
+use rustix::process::{Resource, Rlimit, setrlimit};
+
+use crate::judging;
+
+/// What it may cost.
+#[derive(Debug, Args)]
+pub struct JudgeArgs {
+    /// Most memory, in MB
+    #[arg(long, value_name = "MB")]
+    memory_mb: u64,
+    /// Longest time of the processor, in s
+    #[arg(long, value_name = "S")]
+    seconds: u64,
+}
+
+/// Works without the runtime, whose threads would count against the limits.
+pub(super) fn run(args: &JudgeArgs) -> anyhow::Result<()> {
+    // Standard error is the service's log.
+    tracing_subscriber::fmt().with_ansi(false).with_writer(std::io::stderr).init();
+    let limit = |most: u64| Rlimit { current: Some(most), maximum: Some(most) };
+    setrlimit(Resource::Data, limit(args.memory_mb.saturating_mul(1_000_000)))?;
+    // Whoever waits ends it by the clock; this ends it where nobody is left to.
+    setrlimit(Resource::Cpu, limit(args.seconds.saturating_mul(2)))?;
+    // A file of the size of the memory would be as useless as it is large.
+    setrlimit(Resource::Core, limit(0))?;
+    let mut brief = Vec::new();
+    std::io::stdin().read_to_end(&mut brief)?;
+    let answer = judging::answer(serde_json::from_slice(&brief)?);
+    let mut out = std::io::stdout().lock();
+    out.write_all(&serde_json::to_vec(&answer)?)?;
+    Ok(out.flush()?)
+}

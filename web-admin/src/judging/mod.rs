@@ -1,0 +1,170 @@
+//! Judging a recording: where its death harms nobody. The service asks a helper, this very program in a process of its own with limits
+//! on memory and time; commands and tests, whose own work it is, judge in their own process.
+
+mod helper;
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use assessment::{Assessment, assess, own_exercise};
+use mechanics::puncture::PunctureParams;
+use recording::verify::verify;
+use recording::{ReadError, Recording};
+use scene::{ExerciseBundle, Patient};
+use serde::{Deserialize, Serialize};
+
+use crate::AppState;
+use crate::domain::Curve;
+use crate::recordings;
+use crate::replays;
+use crate::storage::exercises::RevisionBytes;
+use crate::storage::sessions::Verified;
+
+pub use helper::{Ended, run_helper};
+
+/// What a helper may cost.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Helper {
+    /// The program: `web-admin`.
+    pub program: PathBuf,
+    /// Most memory, in MB.
+    pub memory_mb: u64,
+    /// Longest time.
+    pub time: Duration,
+}
+
+/// What is to be made of a recording.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Brief {
+    /// The recording.
+    pub recording: PathBuf,
+    /// Where its replay goes.
+    pub replay: PathBuf,
+    /// What else is asked.
+    pub task: Task,
+}
+
+/// What is asked of a recording.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum Task {
+    /// Its score and its re-simulation, by this revision or else by its own exercise; and its replay.
+    Judge(Option<RevisionBytes>),
+    /// Its replay alone.
+    Replay,
+}
+
+/// What was made of a recording.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Metrics and score.
+    pub assessment: Assessment,
+    /// The re-simulation.
+    pub verified: Verified,
+    /// What the session's page draws.
+    pub curve: Curve,
+}
+
+/// How a brief was answered.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum Answer {
+    /// The recording was judged.
+    Judged(Box<Outcome>),
+    /// Its replay is where it was wanted.
+    Replayed,
+    /// It never will be judged.
+    Permanent(String),
+    /// It may be, later.
+    Passing(String),
+    /// Whoever worked on it has died of it.
+    Died(String),
+}
+
+/// Has a brief answered.
+///
+/// # Errors
+/// When nobody can be asked.
+pub async fn ask(state: &AppState, brief: Brief) -> anyhow::Result<Answer> {
+    match &state.config.helper {
+        None => {
+            let room = state.parsing.clone().acquire_owned().await?;
+            let work = tokio::task::spawn_blocking(move || {
+                let _room = room;
+                answer(brief)
+            });
+            Ok(work.await?)
+        }
+        Some(helper) => ask_helper(helper.clone(), &brief).await,
+    }
+}
+
+async fn ask_helper(helper: Helper, brief: &Brief) -> anyhow::Result<Answer> {
+    let input = serde_json::to_vec(brief)?;
+    let time_s = helper.time.as_secs();
+    let ended = run_helper(helper, input).await?;
+    Ok(match ended {
+        Ended::Said(said) => serde_json::from_slice(&said)?,
+        Ended::Late => Answer::Died(format!("it took longer than {time_s} s")),
+        Ended::Died(how) => Answer::Died(format!("whoever worked on this recording has died: {how}")),
+    })
+}
+
+/// Answers a brief. Blocks.
+#[must_use]
+pub fn answer(brief: Brief) -> Answer {
+    let read = File::open(&brief.recording).map_err(ReadError::Io);
+    let recording = match read.and_then(|file| Recording::read_within(BufReader::new(file), recordings::BUDGET)) {
+        Ok(recording) => recording,
+        Err(ReadError::Io(error)) => return Answer::Passing(error.to_string()),
+        Err(unreadable) => return Answer::Permanent(unreadable.to_string()),
+    };
+    match brief.task {
+        Task::Judge(published) => match judge(&recording, published) {
+            Ok(outcome) => {
+                keep_replay(&brief.replay, &recording);
+                Answer::Judged(Box::new(outcome))
+            }
+            Err(why) => Answer::Permanent(why),
+        },
+        Task::Replay => match replays::make(&brief.replay, &recording) {
+            Ok(()) => Answer::Replayed,
+            Err(error) => Answer::Passing(format!("{error:#}")),
+        },
+    }
+}
+
+/// A failure is no reason not to score: it is noted, and the replay made when somebody wants to watch.
+fn keep_replay(folder: &Path, recording: &Recording) {
+    if let Err(error) = replays::make(folder, recording) {
+        tracing::warn!(session = %recording.session.session_id, cause = format!("{error:#}"), "no replay was kept");
+    }
+}
+
+/// Scores and re-simulates. The published exercise judges; the recording's own only where the school has none like it.
+fn judge(recording: &Recording, published: Option<RevisionBytes>) -> Result<Outcome, String> {
+    let bundle = match published {
+        Some(bytes) => ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes)
+            .map_err(|refused| refused.to_string())?,
+        None => own_exercise(recording).map_err(|error| error.to_string())?,
+    };
+    let assessment = assess(recording, &bundle).map_err(|error| error.to_string())?;
+    let verified = resimulate(recording, &bundle)?;
+    Ok(Outcome { assessment, verified, curve: Curve::of(recording, &bundle) })
+}
+
+fn resimulate(recording: &Recording, bundle: &ExerciseBundle) -> Result<Verified, String> {
+    let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
+    let (told, layers) = (patient.thickness_mm.len(), bundle.scene.layers.len());
+    if told != layers {
+        return Err(format!("patient_thickness_mm: {told} layers; the scene has {layers}"));
+    }
+    let params = PunctureParams::new(bundle.recorded_spec(&patient, recording.session.judging))
+        .map_err(|error| format!("the recorded patient: {error}"))?;
+    let found = verify(recording, &params);
+    Ok(Verified {
+        deviation_n: found.largest_deviation_n,
+        event_differences: i64::try_from(found.event_differences).unwrap_or(i64::MAX),
+        exact: found.exact(),
+    })
+}
