@@ -221,17 +221,15 @@ fn check(name: &str, truth: &mut Truth, mut measured: Value) {
     let half_mm = measured["thinnest_half"].as_f64().unwrap_or(f64::NEG_INFINITY);
     let frames: Vec<Drawn> = serde_json::from_value(measured["whole"].take()).expect("frames");
     assert!(frames.len() > 200 && frames.iter().all(|frame| frame.boundaries.len() > 2), "{name}: {}", frames.len());
-    let (mut most_mm, mut touched) = (0.0_f64, 0);
+    let mut touched = 0;
     for frame in &frames {
         let off_mm = truth.off_mm(frame);
         assert!(off_mm < MOST_MM, "{name} at {} s: {off_mm} mm off", frame.t_s);
         assert!(frame.thinnest > -MOST_MM, "{name} at {} s: passed by {} mm", frame.t_s, -frame.thinnest);
-        most_mm = most_mm.max(off_mm);
         touched += usize::from(frame.boundaries.iter().any(|crossing| crossing.beyond.abs() < MOST_MM));
     }
     assert!(half_mm > -MOST_MM, "{name}: between two frames one passes another by {} mm", -half_mm);
     assert!(touched > 20, "{name}: a boundary is at the tip in {touched} frames only");
-    println!("{name}: {} frames, at most {most_mm:.4} mm off, {touched} with a boundary at the tip", frames.len());
 }
 
 /// Exercises that are drawn side by side.

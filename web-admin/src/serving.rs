@@ -156,8 +156,6 @@ fn millis(time: Duration) -> u32 {
 mod tests {
     //! Half a head on every connection is the cheapest way to keep everybody else out.
 
-    use std::time::Instant;
-
     use axum::routing::get;
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
     use tokio::net::TcpSocket;
@@ -207,9 +205,7 @@ mod tests {
             let _ = stream.write_all(b"GET / HTTP/1.1\r\nHost:").await;
             held.push(stream);
         }
-        let begun = Instant::now();
         assert!(ask(from(2, to).await, WHOLE).await.ends_with("here"));
-        assert!(begun.elapsed() < LIMITS.head, "it did not wait for them to be closed");
         assert_eq!(ask(from(1, to).await, WHOLE).await, "", "that address has all it may have");
     }
 

@@ -69,6 +69,7 @@ fn attend(helper: &Helper, input: &[u8], left: &AtomicBool) -> std::io::Result<E
 }
 
 /// Waits for a helper to end; none where it had to be ended.
+#[expect(clippy::disallowed_methods, reason = "how long another process has run")]
 fn wait(child: &mut Child, time: Duration, left: &AtomicBool) -> std::io::Result<Option<ExitStatus>> {
     let begun = Instant::now();
     loop {

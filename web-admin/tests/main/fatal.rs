@@ -14,6 +14,7 @@ use web_admin::storage::{jobs, tries, uploads as rows};
 use web_admin::uploads;
 
 use super::support::App;
+use super::support::failing_disk::{FailingDisk, Fault};
 use super::support::recordings::{Attempt, record};
 use super::support::service::{Service, answer, founded};
 
@@ -30,8 +31,8 @@ async fn a_recording_that_kills_its_judge_is_set_aside_told_and_tried_again_only
     let (folder, token) = founded().await;
     let attempt = Attempt::default();
     let bytes = record(&attempt);
-    // Less memory than any judge can begin with.
-    let service = Service::start_told(folder.path(), &["--judge-mb", "1"]);
+    let (disk, service) = FailingDisk::under_service(folder.path());
+    disk.fail(Fault::Broken, "judge");
     assert_eq!(answer(service.upload(&token, &bytes, bytes.len())).0, 201);
     let metrics = |service: &Service| answer(service.begin("GET /metrics HTTP/1.1", &token, &[])).1;
     assert!(within_a_minute(|| metrics(&service).contains("stylet_set_aside 1\n")), "{}", metrics(&service));
@@ -45,6 +46,7 @@ async fn a_recording_that_kills_its_judge_is_set_aside_told_and_tried_again_only
     let service = Service::start(folder.path());
     assert!(metrics(&service).contains("stylet_set_aside 1\n"), "nothing tries it again by itself");
     drop(service);
+    disk.mend();
     let retry = ["retry", "--data-dir", folder.path().to_str().unwrap()];
     let retried = Command::new(env!("CARGO_BIN_EXE_web-admin")).args(retry).output().unwrap();
     assert!(String::from_utf8_lossy(&retried.stdout).starts_with("1 recordings"), "{retried:?}");

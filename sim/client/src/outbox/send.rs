@@ -1,6 +1,6 @@
 //! Sending from the outbox: to which service, with which token, how patiently, and what came of it.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde::Serialize;
 
@@ -119,7 +119,7 @@ impl<'a> Post<'a> {
             Ok(service) => service,
             Err(trouble) => return (0, Err(trouble)),
         };
-        let begun = Instant::now();
+        let begun = clock::instant();
         let (mut tries, mut left, mut wait, mut reached) = (0, self.patience.retries, self.patience.first_wait, 0);
         loop {
             tries += 1;

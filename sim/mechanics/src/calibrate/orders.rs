@@ -50,8 +50,8 @@ impl Telling {
     /// Every way to go on by one rupture.
     fn longer(&self, front: &Front, rows: &[Vec<Leader>; 2], drops: &[Drop]) -> Vec<Self> {
         let mut longer = Vec::new();
-        for row in 0..2 {
-            let Some(&leader) = rows[row].get(self.told[row]) else { continue };
+        for (row, leaders) in rows.iter().enumerate() {
+            let Some(&leader) = leaders.get(self.told[row]) else { continue };
             let is_behind = |(told, _): &(Leader, Option<usize>)| told.boundary >= leader.boundary;
             let opens = leader.contactor == Contactor::Tip
                 || self.ruptures.iter().filter(|told| told.0.contactor == Contactor::Tip).any(is_behind);

@@ -1,7 +1,5 @@
 //! Who is signed in, settled before anything else of a request is read.
 
-use std::collections::HashMap;
-
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::Method;
 use axum::http::request::Parts;
@@ -52,7 +50,8 @@ impl SignedIn {
 /// When a session ends that holds this: somebody's when it was said that it would, a stranger's half an hour after it was
 /// last written.
 #[must_use]
-pub fn session_end(data: &HashMap<String, Value>, now: Moment) -> Moment {
+#[expect(clippy::disallowed_types, reason = "tower-sessions keeps them so; one key is looked up")]
+pub fn session_end(data: &std::collections::HashMap<String, Value>, now: Moment) -> Moment {
     const STRANGER_S: i64 = 30 * 60;
     let signed_in = data.get(KEY).and_then(|held| SignedIn::deserialize(held).ok());
     signed_in.and_then(|held| held.until).unwrap_or(now.plus_s(STRANGER_S))

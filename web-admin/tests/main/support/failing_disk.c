@@ -1,5 +1,6 @@
 /* A disk that fails on demand, preloaded into a service: what is written to a file whose path holds a word fails as the
- * control file says. The control file, named by the environment, holds an errno and the word; without it nothing fails. */
+ * control file says. The control file, named by the environment, holds an errno and the word; without it nothing fails. A process
+ * that is called with the word as its first argument dies at once. */
 
 #define _GNU_SOURCE
 #include <errno.h>
@@ -10,20 +11,36 @@
 #include <sys/types.h>
 #include <unistd.h>
 
-static int fault(int fd)
+/* What the control file says; 0 without one. */
+static int control(char word[256])
 {
-    const char *control = getenv("STYLET_FAILING_DISK");
-    FILE *file = control ? fopen(control, "r") : NULL;
+    const char *path = getenv("STYLET_FAILING_DISK");
+    FILE *file = path ? fopen(path, "r") : NULL;
     if (!file)
         return 0;
     int code = 0;
-    char word[256] = "";
     int read = fscanf(file, "%d %255s", &code, word);
     fclose(file);
+    return read == 2 ? code : 0;
+}
+
+__attribute__((constructor)) static void die(int count, char **arguments)
+{
+    char word[256] = "";
+    if (control(word) && count > 1 && strcmp(arguments[1], word) == 0)
+        abort();
+}
+
+static int fault(int fd)
+{
+    char word[256] = "";
+    int code = control(word);
+    if (!code)
+        return 0;
     char link[64], path[4096];
     snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
     ssize_t length = readlink(link, path, sizeof path - 1);
-    if (read != 2 || length < 0)
+    if (length < 0)
         return 0;
     path[length] = 0;
     return strstr(path, word) ? code : 0;

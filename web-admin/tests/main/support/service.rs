@@ -25,20 +25,10 @@ impl Service {
 
     /// With variables in its environment.
     pub fn start_with(folder: &Path, environment: &[(&str, &Path)]) -> Self {
-        Self::launch(folder, environment, &[])
-    }
-
-    /// With further options of `serve`.
-    pub fn start_told(folder: &Path, options: &[&str]) -> Self {
-        Self::launch(folder, &[], options)
-    }
-
-    fn launch(folder: &Path, environment: &[(&str, &Path)], options: &[&str]) -> Self {
         let child = Command::new(env!("CARGO_BIN_EXE_web-admin"))
             .envs(environment.iter().copied())
             .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
             .arg(folder)
-            .args(options)
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
