@@ -106,6 +106,11 @@ fn a_certificate_is_checked_by_what_its_page_says_and_the_published_key() {
     let out = at("attempt.mcap");
     let exercise = at("easy/course/only.toml");
     run_ok("stylet", &["simulate", &exercise, "--operator", "expert", "--seed", "7", "--out", &out]);
+    let add = ["user", "add", "--data-dir", &at("data"), "--school", "Test School", "--role", "administrator"];
+    run_ok(
+        "web-admin",
+        &[&add[..], &["--email", "head@example.org", "--name", "Head", "--password", PASSWORD]].concat(),
+    );
     let service = Service::start(&data);
     std::fs::write(at("token"), &token).expect("a file");
     let outbox = at("outbox");
@@ -113,6 +118,9 @@ fn a_certificate_is_checked_by_what_its_page_says_and_the_published_key() {
     let session = only_session(&service.url, &token);
     scored(&service.url, &token, &id(&session, "session_id"));
 
+    // The school asks for no more than passes: this attempt was neither signed nor supervised.
+    let head = Visitor::signed_in(&service.url, "head@example.org", PASSWORD);
+    head.send("/admin", "/admin/certificate-needs", &[("needed", "nothing")]);
     let trainee = Visitor::signed_in(&service.url, "ada@example.org", PASSWORD);
     let page = trainee.press("/account", &format!("/trainees/{}/certificates/one-step", id(&session, "trainee_id")));
     let (genuine, forged, program) = (at("certificate.html"), at("forged.html"), at("check.py"));

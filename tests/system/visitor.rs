@@ -34,9 +34,15 @@ impl Visitor {
 
     /// Presses the button of a form without fields on the page `from`; the page it leads to.
     pub fn press(&self, from: &str, path: &str) -> String {
+        self.send(from, path, &[])
+    }
+
+    /// Sends a form of the page `from`; the page it leads to.
+    pub fn send(&self, from: &str, path: &str, fields: &[(&str, &str)]) -> String {
         let form = self.page(from);
         let pressed = self.agent.post(format!("{}{path}", self.url)).header("Cookie", &self.cookie);
-        let answer = pressed.send_form([("csrf", csrf(&form))]).expect("the next page");
+        let fields = [&[("csrf", csrf(&form))], fields].concat();
+        let answer = pressed.send_form(fields).expect("the next page");
         answer.into_body().read_to_string().expect("a body")
     }
 }

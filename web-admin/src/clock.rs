@@ -2,10 +2,18 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
+use std::time::Instant;
 
 use time::OffsetDateTime;
 
 use crate::domain::Moment;
+
+/// Monotonic time, to measure how long another process has run.
+#[must_use]
+#[expect(clippy::disallowed_methods, reason = "this is the one place that reads the clock")]
+pub fn instant() -> Instant {
+    Instant::now()
+}
 
 /// The time of day: the machine's, or a test's.
 #[derive(Clone, Debug, Default)]

@@ -64,7 +64,9 @@ impl Home {
 }
 
 fn joined() -> String {
-    answer("201 Created", "application/json", r#"{"token":"station-token","school":"North","name":"lab"}"#)
+    let station = "01a20705-e993-735e-8be9-ef0ebc59bfc5";
+    let said = format!(r#"{{"station_id":"{station}","token":"station-token","school":"North","name":"lab"}}"#);
+    answer("201 Created", "application/json", &said)
 }
 
 fn delivered() -> Vec<String> {
@@ -81,8 +83,10 @@ fn a_station_is_paired_and_its_token_kept_for_its_user_alone() {
     assert!(!run.stdout.contains("station-token") && !run.stderr.contains("station-token"));
     let request = service.requests().remove(0);
     assert!(request.head.starts_with("post /api/v1/stations/pair"), "{}", request.head);
-    let body: serde_json::Value = serde_json::from_slice(&request.body).expect("JSON");
-    assert_eq!(body, serde_json::json!({ "code": "ABCD-EFGH", "name": "lab" }));
+    let mut body: serde_json::Value = serde_json::from_slice(&request.body).expect("JSON");
+    let key = body["public_key"].take();
+    assert!(key.as_str().is_some_and(|key| key.len() == 64), "{key}");
+    assert_eq!(body, serde_json::json!({ "code": "ABCD-EFGH", "name": "lab", "public_key": null }));
     let kept = fs::read_to_string(home.pairing()).expect("a file");
     assert!(kept.contains("station-token") && kept.contains("North"), "{kept}");
     #[cfg(unix)]

@@ -5,7 +5,9 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use crate::clock;
 
 use super::Helper;
 
@@ -69,9 +71,8 @@ fn attend(helper: &Helper, input: &[u8], left: &AtomicBool) -> std::io::Result<E
 }
 
 /// Waits for a helper to end; none where it had to be ended.
-#[expect(clippy::disallowed_methods, reason = "how long another process has run")]
 fn wait(child: &mut Child, time: Duration, left: &AtomicBool) -> std::io::Result<Option<ExitStatus>> {
-    let begun = Instant::now();
+    let begun = clock::instant();
     loop {
         if let Some(status) = child.try_wait()? {
             return Ok(Some(status));
