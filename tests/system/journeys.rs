@@ -53,7 +53,7 @@ impl School<'_> {
 
     /// Opens a page until it shows some words: what is uploaded is scored a little later.
     async fn shows_soon(&self, path: &str, word: &str) {
-        for _ in 0..100 {
+        for _ in 0..400 {
             self.browser.goto(&format!("{}{path}", self.url)).await.expect("an address");
             let text = self.browser.find(Locator::Css("main")).await.expect("a page").text().await.expect("its words");
             if text.contains(word) {
