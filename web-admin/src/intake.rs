@@ -193,7 +193,7 @@ async fn keep(state: &AppState, bearer: &Bearer, received: Received, mut session
 async fn find_repeated(tx: &mut SqliteConnection, session: &mut Session) -> Result<(), Error> {
     let Some(motion) = session.motion_sha256.as_deref().filter(|_| session.uncounted.is_none()) else { return Ok(()) };
     if let Some(first) = sessions::of_motion(tx, session.school_id, motion).await? {
-        (session.uncounted, session.repeats) = (Some(Uncounted::Duplicate), Some(first.id));
+        (session.uncounted, session.repeats) = (Some(Uncounted::Duplicate), Some(first));
     }
     Ok(())
 }

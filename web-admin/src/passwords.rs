@@ -78,6 +78,15 @@ pub fn check(password: &str, own: &[&str]) -> Result<(), PasswordRefused> {
     }
 }
 
+/// Checks a new password that was typed twice.
+///
+/// # Errors
+/// As [`check`], and when the two are not the same.
+pub fn check_typed(password: &str, again: &str, own: &[&str]) -> Result<(), PasswordRefused> {
+    check(password, own)?;
+    if password == again { Ok(()) } else { Err(PasswordRefused::Different) }
+}
+
 fn longest_first<'a>(words: impl Iterator<Item = &'a str>) -> Vec<String> {
     let mut words: Vec<String> = words.map(plain).filter(|word| word.chars().count() >= SHORTEST_PART).collect();
     words.sort_by_key(|word| std::cmp::Reverse(word.chars().count()));

@@ -20,7 +20,7 @@ use crate::storage::sessions::Session;
 use crate::uploads::Checksum;
 
 /// What a recording may cost when it is read: half an hour at 1 kHz. As many are read at once as `AppState::parsing` lets through.
-pub const BUDGET: Budget = Budget { kept_bytes: 384 << 20, unpacked_bytes: 1 << 30, messages: 3_000_000 };
+const BUDGET: Budget = Budget { kept_bytes: 384 << 20, unpacked_bytes: 1 << 30, messages: 3_000_000 };
 
 /// A file that is deleted unless it is kept.
 #[derive(Debug)]
@@ -159,12 +159,15 @@ pub async fn with<T: Send + 'static>(
     path: PathBuf,
     make: impl FnOnce(Recording) -> T + Send + 'static,
 ) -> Result<Result<T, ReadError>, Error> {
-    let room = state.parsing.clone().acquire_owned().await.map_err(anyhow::Error::from)?;
-    let work = tokio::task::spawn_blocking(move || {
-        let _room = room;
-        Recording::read_within(BufReader::new(File::open(path)?), BUDGET).map(make)
-    });
-    Ok(work.await?)
+    state.parse(move || read(&path).map(make)).await
+}
+
+/// Reads a stranger's recording, within what one may cost. Blocks.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn read(path: &Path) -> Result<Recording, ReadError> {
+    Recording::read_within(BufReader::new(File::open(path)?), BUDGET)
 }
 
 /// A file that goes when it is dropped. Who has opened it reads on.
@@ -190,14 +193,12 @@ pub async fn with_comments(state: &AppState, session: &Session) -> Result<Copied
     ensure_room(state, session.recording_size.unsigned_abs())?;
     let part = PartFile { path: state.config.uploads_dir().join(format!("{}.part", Uuid::new_v4())), kept: false };
     let path = state.config.recordings_dir.join(&session.recording_path);
-    let room = state.parsing.clone().acquire_owned().await.map_err(anyhow::Error::from)?;
-    let work = tokio::task::spawn_blocking(move || {
-        let _room = room;
+    let copied = state.parse(move || {
         let copy = annotate(&std::fs::read(path)?, Vec::new(), &remarks).map_err(anyhow::Error::from)?;
         std::fs::write(&part.path, copy)?;
-        Ok::<_, Error>(Copied(part))
+        Ok(Copied(part))
     });
-    work.await?
+    copied.await?
 }
 
 /// Comments as remarks; an answer stands where its comment does.

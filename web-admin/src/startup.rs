@@ -91,11 +91,27 @@ impl AppState {
     /// # Errors
     /// When the work could not be run.
     pub async fn hash<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Error> {
-        let turn = Arc::clone(&self.hashing).acquire_owned().await.map_err(anyhow::Error::from)?;
-        let work = tokio::task::spawn_blocking(move || {
-            let _turn = turn;
-            work()
-        });
-        Ok(work.await?)
+        in_turn(&self.hashing, work).await
     }
+
+    /// Holds a recording in memory where blocking is allowed, when there is room for it.
+    ///
+    /// # Errors
+    /// When the work could not be run.
+    pub async fn parse<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Error> {
+        in_turn(&self.parsing, work).await
+    }
+}
+
+/// Works where blocking is allowed, when there is a place for it.
+async fn in_turn<T: Send + 'static>(
+    places: &Arc<Semaphore>,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<T, Error> {
+    let place = Arc::clone(places).acquire_owned().await.map_err(anyhow::Error::from)?;
+    let work = tokio::task::spawn_blocking(move || {
+        let _place = place;
+        work()
+    });
+    Ok(work.await?)
 }

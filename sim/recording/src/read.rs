@@ -209,7 +209,7 @@ impl Contents {
         let Some(found) = self.attachments.iter().find(|a| a.name == name) else {
             return Err(ReadError::missing(what, self.absence()));
         };
-        let is: String = Sha256::digest(&found.data).iter().map(|byte| format!("{byte:02x}")).collect();
+        let is = hex::encode(Sha256::digest(&found.data));
         match is == sha256 {
             true => Ok(()),
             false => Err(ReadError::missing(what, format!("its SHA-256 is {is}, the metadata name {sha256:?}"))),

@@ -22,16 +22,21 @@ pub async fn restore(config: &Config, from: &Path) -> Result<Report, Refused> {
     let refused = |error: anyhow::Error| Refused::Input(format!("{}: {error:#}", from.display()));
     let manifest = archive::manifest(from).map_err(refused)?;
     refuse_database(&database)?;
+    let mut report = None;
     if unpacked(&staging).as_ref() != Some(&manifest) {
         refuse_recordings(&config.recordings_dir)?;
         let scratch = Scratch(staging.clone());
-        unpack(from, &scratch.0, &manifest).await?;
+        report = Some(unpack(from, &scratch.0, &manifest).await?);
         // From here on it is gone on with, also by another process.
         std::mem::forget(scratch);
     }
     put(&staging, &database, &config.recordings_dir)?;
     drop(Scratch(staging));
-    verified(&database, &config.recordings_dir).await
+    match report {
+        Some(report) => Ok(report),
+        // What another process has unpacked was checked by it, and is read once more.
+        None => verified(&database, &config.recordings_dir).await,
+    }
 }
 
 /// Where a backup is unpacked before its parts are moved to their places: beside the recordings, so that moving them is a
@@ -46,7 +51,7 @@ fn unpacked(staging: &Path) -> Option<Manifest> {
 }
 
 /// Unpacks a backup into a folder of its own, checks it whole, and says so there.
-async fn unpack(from: &Path, staging: &Path, manifest: &Manifest) -> Result<(), Refused> {
+async fn unpack(from: &Path, staging: &Path, manifest: &Manifest) -> Result<Report, Refused> {
     if staging.exists() {
         std::fs::remove_dir_all(staging)?;
     }
@@ -62,7 +67,8 @@ async fn unpack(from: &Path, staging: &Path, manifest: &Manifest) -> Result<(), 
     let whole = staging.join(WHOLE);
     std::fs::write(&whole, serde_json::to_vec(manifest)?)?;
     std::fs::File::open(&whole)?.sync_all()?;
-    Ok(std::fs::File::open(staging)?.sync_all()?)
+    std::fs::File::open(staging)?.sync_all()?;
+    Ok(report)
 }
 
 fn refuse_database(database: &Path) -> Result<(), Refused> {

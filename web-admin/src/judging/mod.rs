@@ -3,8 +3,6 @@
 
 mod helper;
 
-use std::fs::File;
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -87,14 +85,7 @@ pub enum Answer {
 /// When nobody can be asked.
 pub async fn ask(state: &AppState, brief: Brief) -> anyhow::Result<Answer> {
     match &state.config.helper {
-        None => {
-            let room = state.parsing.clone().acquire_owned().await?;
-            let work = tokio::task::spawn_blocking(move || {
-                let _room = room;
-                answer(brief)
-            });
-            Ok(work.await?)
-        }
+        None => Ok(state.parse(move || answer(brief)).await?),
         Some(helper) => ask_helper(helper.clone(), &brief).await,
     }
 }
@@ -113,8 +104,7 @@ async fn ask_helper(helper: Helper, brief: &Brief) -> anyhow::Result<Answer> {
 /// Answers a brief. Blocks.
 #[must_use]
 pub fn answer(brief: Brief) -> Answer {
-    let read = File::open(&brief.recording).map_err(ReadError::Io);
-    let recording = match read.and_then(|file| Recording::read_within(BufReader::new(file), recordings::BUDGET)) {
+    let recording = match recordings::read(&brief.recording) {
         Ok(recording) => recording,
         Err(ReadError::Io(error)) => return Answer::Passing(error.to_string()),
         Err(unreadable) => return Answer::Permanent(unreadable.to_string()),

@@ -190,12 +190,8 @@ pub async fn insert(writer: &mut SqliteConnection, session: &Session) -> Result<
 ///
 /// # Errors
 /// When the database fails.
-pub async fn of_motion(
-    executor: impl SqliteExecutor<'_>,
-    school: Uuid,
-    motion_sha256: &str,
-) -> Result<Option<Session>> {
-    sqlx::query_as("SELECT * FROM sessions WHERE school_id = $1 AND motion_sha256 = $2 AND uncounted IS NULL")
+pub async fn of_motion(executor: impl SqliteExecutor<'_>, school: Uuid, motion_sha256: &str) -> Result<Option<Uuid>> {
+    sqlx::query_scalar("SELECT id FROM sessions WHERE school_id = $1 AND motion_sha256 = $2 AND uncounted IS NULL")
         .bind(school)
         .bind(motion_sha256)
         .fetch_optional(executor)

@@ -11,6 +11,8 @@ use recording::verify::verify;
 use recording::{Event, EventKind, Recording, Tent, Writer};
 use scene::{Document, ExerciseBundle, Patient};
 
+use crate::support::{empty, session_of};
+
 const CLOCK: Clock = Clock { tick_hz: 1000.0, time_limit_s: 60.0 };
 
 /// Every shipped exercise.
@@ -35,8 +37,7 @@ fn insertion(bundle: &ExerciseBundle, params: &PunctureParams) -> Recording {
     let path = scene::along_path(params.spec().axial.clone(), exercise.angle_deg);
     let last_m = closed_form::ruptures(&path).last().expect("a rupture").x_m;
     let plan = Plan { target_x_m: last_m + 0.004, approach_m: 0.001, hold_s: 0.3, ..exercise.plan() };
-    let (exercise_sha256, scene_sha256) = (exercise.sha256.clone(), bundle.scene.sha256.clone());
-    let session = recording::Session { exercise_sha256, scene_sha256, ..crate::support::empty().session };
+    let session = session_of(bundle, empty().session);
     let mut writer = Writer::create(Vec::new(), &session, &assessment::attachments(bundle), &Default::default())
         .expect("memory does not refuse");
     simulate(params, &mut Operator::constant(0.005, &plan), &mut writer, &CLOCK).expect("memory does not refuse");

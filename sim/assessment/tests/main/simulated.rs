@@ -9,7 +9,7 @@ use mechanics::operator::{Operator, Skill};
 use recording::{Recording, Writer};
 use scene::{ExerciseBundle, Patient};
 
-use crate::support::decimate;
+use crate::support::{decimate, session_of};
 
 fn course() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/lower-back-basics")
@@ -125,8 +125,7 @@ fn documents_and_catalogue_know_the_same_metrics() {
 /// Writes an attempt with its documents, and reads it back.
 fn through_a_file(attempt: &Recording, bundle: &ExerciseBundle) -> Recording {
     let attachments = attachments(bundle);
-    let (exercise_sha256, scene_sha256) = (bundle.exercise.sha256.clone(), bundle.scene.sha256.clone());
-    let session = recording::Session { exercise_sha256, scene_sha256, ..attempt.session.clone() };
+    let session = session_of(bundle, attempt.session.clone());
     let mut writer =
         Writer::create(Vec::new(), &session, &attachments, &Default::default()).expect("memory does not refuse");
     for sample in &attempt.samples {

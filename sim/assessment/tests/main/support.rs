@@ -110,6 +110,12 @@ pub fn structure(name: &str, kind: StructureKind, shape: Shape, position_mm: [f6
     SceneStructure { spec, mesh_file: None }
 }
 
+/// A session that names the documents of an exercise.
+pub fn session_of(bundle: &ExerciseBundle, session: Session) -> Session {
+    let (exercise_sha256, scene_sha256) = (bundle.exercise.sha256.clone(), bundle.scene.sha256.clone());
+    Session { exercise_sha256, scene_sha256, ..session }
+}
+
 /// An attempt without samples or events.
 pub fn empty() -> Recording {
     let session = Session::in_memory(ForceLaw::Version2, vec![2.0, 10.0, 40.0]);

@@ -16,7 +16,7 @@ const EXERCISE: &[u8] = b"id = \"feel-the-layers\"\n";
 const SCENE: [u8; 4] = [0, 159, 146, 150];
 
 fn sha256(document: &[u8]) -> String {
-    Sha256::digest(document).iter().map(|byte| format!("{byte:02x}")).collect()
+    hex::encode(Sha256::digest(document))
 }
 
 pub fn session() -> Session {

@@ -72,11 +72,7 @@ async fn set(
     let Some(link) = accounts::link(&state, &token).await? else { return Ok(dead_link()) };
     let person = link.person_id;
     let own = [link.name.as_str(), &link.email, &link.school];
-    let checked = match form.password == form.again {
-        true => passwords::check(&form.password, &own),
-        false => Err(PasswordRefused::Different),
-    };
-    if let Err(refused) = checked {
+    if let Err(refused) = passwords::check_typed(&form.password, &form.again, &own) {
         let page = page(&session, (token, link), Some(refused)).await?;
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }

@@ -63,9 +63,8 @@ pub(super) async fn set_password(
     let shown = page(&state, &person, &csrf).await?;
     let own = [person.display_name.as_str(), &shown.email, &shown.school];
     let typed = (form.old.as_str(), form.password.as_str());
-    let refused = match passwords::check(&form.password, &own) {
+    let refused = match passwords::check_typed(&form.password, &form.again, &own) {
         Err(refused) => refused,
-        Ok(()) if form.password != form.again => PasswordRefused::Different,
         Ok(()) if accounts::change_own_password(&state, &person, typed).await? => {
             let known = people::by_id(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
             SignedIn::start(&session, (known.id, known.credential_version), state.clock.now()).await?;
