@@ -23,8 +23,8 @@ const DRAG_M: f64 = 0.000_08;
 /// Way of the needle for a notch of the wheel, in m, and a touchpad's points that make one.
 const NOTCH_M: f64 = 0.000_75;
 const NOTCH_POINTS: f64 = 40.0;
-/// So many notches count in a frame, or so many a second where frames are slow: a hand's, not a wheel's that spins on.
-const MOST_NOTCHES: f64 = 4.0;
+/// So many notches count at once, and so many a second: a hand's, not a wheel's that spins on.
+const MOST_NOTCHES: f64 = 16.0;
 const MOST_NOTCHES_HZ: f64 = 60.0;
 /// A key that is let go within the frame was held so long, in s; a frame that takes longer than the other counts as that long.
 const TAP_S: f64 = 0.08;
@@ -36,6 +36,7 @@ const ORBIT_RAD: f32 = 0.006;
 pub struct Trial {
     live: Live,
     steering: Steering,
+    wheel: Wheel,
     steered: Steered,
     /// Why other devices were passed over.
     passed_over: Vec<String>,
@@ -58,7 +59,16 @@ impl Trial {
         let steering = Steering::new(&live.trial.bundle.exercise);
         let bundle = &live.trial.bundle;
         let look = Look { closed: !bundle.exercise.feedback.gives(Channel::Inside), ..Look::at(&bundle.scene, guided) };
-        Self { live, steering, steered, passed_over, look, sound: Sound::open(), pops_heard: 0 }
+        Self {
+            live,
+            steering,
+            wheel: Wheel::default(),
+            steered,
+            passed_over,
+            look,
+            sound: Sound::open(),
+            pops_heard: 0,
+        }
     }
 
     /// One frame.
@@ -106,8 +116,42 @@ impl Trial {
     fn control(&mut self, ui: &Ui, picture: &Response) {
         look(ui, picture, &mut self.look);
         if let Steered::Window(aim) = &mut self.steered {
-            aim.write(self.steering.follow(&wish(ui, picture)));
+            aim.write(self.steering.follow(&wish(ui, picture, &mut self.wheel)));
         }
+    }
+}
+
+/// A mouse's wheel or a touchpad, and how many of its notches count before it must wait: however they fall into frames.
+struct Wheel {
+    notches_left: f64,
+}
+
+impl Default for Wheel {
+    fn default() -> Self {
+        Self { notches_left: MOST_NOTCHES }
+    }
+}
+
+impl Wheel {
+    /// How far the wheel sends the needle in within a frame of a length in s, in m: down is in. With the command key it zooms, and what a touchpad rolls on after the fingers
+    /// have left it moves nothing.
+    fn advance_m(&mut self, events: &[Event], dt_s: f64) -> f64 {
+        self.notches_left = (self.notches_left + MOST_NOTCHES_HZ * dt_s).min(MOST_NOTCHES);
+        let notches = events.iter().map(|event| match event {
+            Event::MouseWheel { unit, delta, source, modifiers, .. }
+                if !modifiers.command && *source != MouseWheelSource::Momentum =>
+            {
+                match unit {
+                    MouseWheelUnit::Line => f64::from(delta.y),
+                    MouseWheelUnit::Point => f64::from(delta.y) / NOTCH_POINTS,
+                    MouseWheelUnit::Page => f64::from(delta.y) * MOST_NOTCHES,
+                }
+            }
+            _ => 0.0,
+        });
+        let counted = notches.sum::<f64>().clamp(-self.notches_left, self.notches_left);
+        self.notches_left -= counted.abs();
+        -counted * NOTCH_M
     }
 }
 
@@ -140,13 +184,13 @@ pub fn look(ui: &Ui, picture: &Response, look: &mut Look) {
 }
 
 /// What the person asks of a virtual hand in this frame.
-fn wish(ui: &Ui, picture: &Response) -> Wish {
+fn wish(ui: &Ui, picture: &Response, wheel: &mut Wheel) -> Wish {
     let drag = if picture.dragged_by(PointerButton::Primary) { picture.drag_delta() } else { Default::default() };
-    ui.input(|input| wished(input, drag, picture.hovered()))
+    ui.input(|input| wished(input, drag, picture.hovered().then_some(wheel)))
 }
 
-/// What the input of a frame asks for, with the drag in points. Taps come as events: one that is over before the frame is drawn counts too.
-fn wished(input: &InputState, drag: egui::Vec2, hovered: bool) -> Wish {
+/// What the input of a frame asks for, with the drag in points and the wheel over the picture. Taps come as events: one that is over before the frame is drawn counts too.
+fn wished(input: &InputState, drag: egui::Vec2, wheel: Option<&mut Wheel>) -> Wish {
     let dt_s = f64::from(input.stable_dt.min(LONGEST_S));
     let held_s = |key| match (input.key_down(key), input.key_pressed(key)) {
         (true, _) => dt_s,
@@ -155,7 +199,7 @@ fn wished(input: &InputState, drag: egui::Vec2, hovered: bool) -> Wish {
     };
     let slow = if input.modifiers.shift { 0.25 } else { 1.0 };
     let (keys_m, keys_rad) = (slow * KEY_M_PER_S, slow * KEY_RAD_PER_S);
-    let wheel_m = if hovered { wheel_m(&input.events, dt_s) } else { 0.0 };
+    let wheel_m = wheel.map_or(0.0, |wheel| wheel.advance_m(&input.events, dt_s));
     let aside = input.modifiers.shift && drag != egui::Vec2::ZERO;
     let along = if aside { 0.0 } else { f64::from(drag.y) * DRAG_M };
     let across = if aside { [f64::from(drag.x) * DRAG_M, -f64::from(drag.y) * DRAG_M] } else { [0.0; 2] };
@@ -177,25 +221,6 @@ fn presses(events: &[Event], wanted: Key) -> u32 {
     events.iter().filter(is_press).map(|_| 1).sum()
 }
 
-/// How far the wheel sends the needle in within a frame of a length in s, in m: down is in. With the command key it zooms, and what a touchpad rolls on after the fingers have
-/// left it moves nothing.
-fn wheel_m(events: &[Event], dt_s: f64) -> f64 {
-    let most = MOST_NOTCHES.max(MOST_NOTCHES_HZ * dt_s);
-    let notches = events.iter().map(|event| match event {
-        Event::MouseWheel { unit, delta, source, modifiers, .. }
-            if !modifiers.command && *source != MouseWheelSource::Momentum =>
-        {
-            match unit {
-                MouseWheelUnit::Line => f64::from(delta.y),
-                MouseWheelUnit::Point => f64::from(delta.y) / NOTCH_POINTS,
-                MouseWheelUnit::Page => f64::from(delta.y) * most,
-            }
-        }
-        _ => 0.0,
-    });
-    -notches.sum::<f64>().clamp(-most, most) * NOTCH_M
-}
-
 #[cfg(test)]
 mod tests {
     //! A tap that is lost confirms nothing; a wheel that throws the needle through the body is no way to hold it.
@@ -204,12 +229,17 @@ mod tests {
 
     use super::*;
 
-    /// What these events ask for in a frame of 0.2 s.
+    /// What these events ask for in a frame of 0.2 s, the first.
     fn asked(events: Vec<Event>) -> Wish {
+        asked_of(&mut Wheel::default(), 0.2, events)
+    }
+
+    fn asked_of(wheel: &mut Wheel, dt_s: f32, events: Vec<Event>) -> Wish {
         let context = egui::Context::default();
         let mut wish = Wish::default();
-        let input = RawInput { time: Some(10.0), predicted_dt: 0.2, events, ..RawInput::default() };
-        let mut output = context.run_ui(input, |ui| wish = ui.input(|input| wished(input, egui::Vec2::ZERO, true)));
+        let input = RawInput { time: Some(10.0), predicted_dt: dt_s, events, ..RawInput::default() };
+        let mut output =
+            context.run_ui(input, |ui| wish = ui.input(|input| wished(input, egui::Vec2::ZERO, Some(wheel))));
         // Nothing is drawn here.
         output.textures_delta.clear();
         wish
@@ -238,8 +268,15 @@ mod tests {
         let notch_m = asked(vec![notches(-1.0)]).advance_m;
         assert!((notch_m - NOTCH_M).abs() < 1e-9 && (0.0005..=0.001).contains(&notch_m), "{notch_m} m in");
         assert!((asked(vec![notches(1.0)]).advance_m + notch_m).abs() < 1e-12, "and out again");
-        let [twelve_m, many_m] = [12, 40].map(|count| asked((0..count).map(|_| notches(-1.0)).collect()).advance_m);
-        assert!((twelve_m - 12.0 * notch_m).abs() < 1e-9, "none is lost at five frames a second: {twelve_m} m");
-        assert!(many_m < 16.0 * notch_m, "{many_m} m in a frame");
+        let mut wheel = Wheel::default();
+        for (frames, at_once) in [(1, 12), (12, 1), (2, 6)] {
+            let ways_m = (0..frames)
+                .map(|_| asked_of(&mut wheel, 0.016, (0..at_once).map(|_| notches(-1.0)).collect()).advance_m);
+            let way_m: f64 = ways_m.sum();
+            assert!((way_m - 12.0 * notch_m).abs() < 1e-9, "{way_m} m for a dozen within {frames} frames");
+            assert!(asked_of(&mut wheel, LONGEST_S, vec![]).advance_m.abs() < f64::EPSILON, "none comes later");
+        }
+        let spun_m: f64 = (0..60).map(|_| asked_of(&mut wheel, 1.0 / 60.0, vec![notches(-5.0)]).advance_m).sum();
+        assert!(spun_m > 60.0 * notch_m && spun_m < 80.0 * notch_m, "{spun_m} m in a second of a wheel that spins on");
     }
 }
