@@ -51,6 +51,18 @@ fn an_encoders_steps_rattle_under_the_first_law_and_not_under_the_second() {
 }
 
 #[test]
+fn fits_of_known_curves_are_judged() {
+    let folder = TempDir::new().expect("a folder");
+    stylet(&["bench", "calibrate", "--quick", "--out", text(folder.path())]).ends(0);
+    let table = fs::read_to_string(folder.path().join("calibrate.csv")).expect("a table");
+    assert!(table.lines().next().is_some_and(|head| head.ends_with(",holds")), "{table}");
+    let held: Vec<&str> =
+        table.lines().skip(1).filter_map(|row| row.rsplit(',').next()).filter(|cell| !cell.is_empty()).collect();
+    let share = held.iter().filter(|cell| **cell == "true").count() as f64 / held.len() as f64;
+    assert!(held.len() >= 8 && share > 0.7, "{share} of {} intervals hold the truth", held.len());
+}
+
+#[test]
 fn recordings_are_measured() {
     let folder = TempDir::new().expect("a folder");
     stylet(&["bench", "recording", "--quick", "--out", text(folder.path())]).ends(0);

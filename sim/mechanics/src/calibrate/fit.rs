@@ -6,7 +6,7 @@ use super::descent::Lowest;
 use super::guess::{Fresh, fresh, laid_over};
 use super::model::{Guess, Model, OWN, Places, QUANTITIES, Quantity, residual_rms_n};
 use super::orders::in_every_order;
-use super::peaks::{Peak, is_another_reading, lone, peaks, unexplained};
+use super::peaks::{Peak, is_another_reading, lone, peaks, unexplained, unseen};
 use super::starts::others;
 use super::uncertainty::{Estimate, FINEST_PART, Profile, Rival, Standing, estimate, standings};
 use super::verdict::{Misfit, misfit};
@@ -88,6 +88,9 @@ pub struct Fit {
     pub readings: usize,
     /// Ruptures within the curve.
     pub peaks: Vec<Peak>,
+    /// Boundaries, from 0, that the law opens within the curve and none of whose ruptures is a drop of it. Which boundary gave way with
+    /// which drop the curve does not tell then, and no number has an interval.
+    pub unseen: Vec<usize>,
     /// Drops of the curve that no rupture explains: depth in m, fall in N.
     pub unexplained: Vec<(f64, f64)>,
     /// Every fitted parameter.
@@ -343,7 +346,8 @@ impl Search<'_, '_> {
         loop {
             let lone_m = if is_fresh { lone(self.model, &best.guess) } else { Vec::new() };
             let misfit = misfit(self.model, &best.guess, lone_m);
-            match self.estimates(&best, misfit.is_none()) {
+            let is_told = misfit.is_none() && unseen(self.model, &best.guess).is_empty();
+            match self.estimates(&best, is_told) {
                 Err(variables) if settlings > 0 => {
                     settlings -= 1;
                     let spec = self.model.spec(&best.guess, &variables);
@@ -387,7 +391,7 @@ impl Search<'_, '_> {
     ) -> Fit {
         let readings = self.readings(&best);
         let (model, Candidate { guess, lowest }) = (self.model, best);
-        let peaks = peaks(model, &guess);
+        let (peaks, unseen) = (peaks(model, &guess), unseen(model, &guess));
         Fit {
             rms_n: residual_rms_n(&guess.spec, model.curve),
             peak_n: model.curve.peak_n(),
@@ -396,7 +400,8 @@ impl Search<'_, '_> {
             converged: lowest.converged && misfit.is_none(),
             misfit,
             unexplained: unexplained(model, &guess),
-            undetermined: in_words(model, &guess, (&estimates, readings)),
+            undetermined: in_words(model, &guess, (&estimates, readings), &unseen),
+            unseen,
             readings,
             estimates,
             peaks,

@@ -50,6 +50,21 @@ pub(super) fn peaks(model: &Model<'_>, guess: &Guess) -> Vec<Peak> {
     placed.collect()
 }
 
+/// The boundaries that the law opens within the curve and none of whose ruptures is a drop of it.
+pub(super) fn unseen(model: &Model<'_>, guess: &Guess) -> Vec<usize> {
+    let (drops, last_m) = (model.front.drops(), model.front.depth_m.last().copied().unwrap_or(0.0));
+    let is_seen = |boundary: usize| {
+        let places = [guess.places.tip[boundary], guess.places.rim[boundary]];
+        places.into_iter().flatten().any(|gap| drops.iter().any(|drop| is_near(drop.gap, gap)))
+    };
+    let opened = closed_form::ruptures(&guess.spec).into_iter().filter(|rupture| rupture.x_m <= last_m);
+    let mut boundaries: Vec<usize> =
+        opened.map(|rupture| rupture.boundary).filter(|&boundary| !is_seen(boundary)).collect();
+    boundaries.sort_unstable();
+    boundaries.dedup();
+    boundaries
+}
+
 /// The drops of the curve beyond doubt that the law does not make: no rupture is near, nor does it fall there by itself,
 /// where a cut ends. Depth in m, fall in N.
 pub(super) fn unexplained(model: &Model<'_>, guess: &Guess) -> Vec<(f64, f64)> {

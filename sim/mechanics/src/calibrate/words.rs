@@ -5,12 +5,23 @@ use super::uncertainty::{Estimate, Standing};
 use crate::axial::AxialSpec;
 
 /// A line for each reason, naming the parameters that it holds for.
-pub(super) fn in_words(model: &Model<'_>, guess: &Guess, (estimates, readings): (&[Estimate], usize)) -> Vec<String> {
+pub(super) fn in_words(
+    model: &Model<'_>,
+    guess: &Guess,
+    (estimates, readings): (&[Estimate], usize),
+    unseen: &[usize],
+) -> Vec<String> {
     let mut words: Vec<String> =
         QUANTITIES.into_iter().filter_map(|quantity| kept(&guess.spec, estimates, quantity)).collect();
     let is_open = |e: &&Estimate| e.interval.is_none() && e.standing != Standing::Kept;
     let open: Vec<&Estimate> = estimates.iter().filter(is_open).collect();
-    if !open.is_empty() {
+    if !unseen.is_empty() {
+        let names: Vec<&str> = unseen.iter().map(|&boundary| layer(&guess.spec, boundary)).collect();
+        words.push(format!(
+            "no drop shows where {} gave way: which boundary opened with which drop the curve does not tell, and no number has an interval",
+            names.join(", ")
+        ));
+    } else if !open.is_empty() {
         let names: Vec<String> =
             open.iter().map(|e| format!("{} of {}", e.quantity.words(), layer(&guess.spec, e.layer))).collect();
         let why = no_withdrawal(model, &open);
@@ -18,7 +29,7 @@ pub(super) fn in_words(model: &Model<'_>, guess: &Guess, (estimates, readings): 
     }
     if readings > 0 {
         words.push(format!(
-            "which rupture is which drop: other readings that fit nearly as well: {readings}; the intervals cover them"
+            "which rupture is which drop: other readings that fit nearly as well: {readings}; intervals that are given cover them"
         ));
     }
     words.push("damping of every layer: a curve without times shows no rate".to_owned());

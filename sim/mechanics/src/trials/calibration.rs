@@ -171,7 +171,8 @@ pub fn try_fit(sampled: &Sampled) -> Result<Trialled, CalibrateError> {
     let above = fit.rms_n.powi(2) / residual_rms_n(&sampled.truth, &curve).powi(2) - 1.0;
     let is_above = above * curve.len() as f64 > WRONG;
     let is_misled = !is_whole || parameters.iter().any(Judged::is_far);
-    let (is_wrong, is_unsaid) = (is_misled || is_above, is_misled || is_above && fit.readings == 0);
+    let (is_wrong, is_unsaid) =
+        (is_misled || is_above, is_misled || is_above && fit.readings == 0 && fit.unseen.is_empty());
     let is_silent = is_unsaid && fit.converged;
     Ok(Trialled { fit, parameters, is_wrong, is_silent })
 }

@@ -19,12 +19,13 @@ use crate::progress::Progress;
 /// minute; a shortened report has this part of them.
 const CURVES: u64 = 240;
 const SHIPPED_CURVES: u64 = 60;
-const DEEP_CURVES: u64 = 4;
-const QUICK_PART: u64 = 40;
+const DEEP_CURVES: u64 = 24;
+const QUICK_PART: u64 = 120;
 /// From which seed: none on which a number of the fit was chosen.
 const FIRST_SEED: u64 = 2000;
-/// The least share of intervals that must hold the truth.
+/// The least share of intervals that must hold the truth, and the largest of a group's curves whose minimum may be wrong without a word.
 const COVERAGE: f64 = 0.9;
+const SILENT: f64 = 0.02;
 
 /// Curves of one kind.
 struct Group {
@@ -94,8 +95,8 @@ impl Row {
 /// Fits, and writes `calibrate.{csv,md,svg}`; returns the files written.
 ///
 /// # Errors
-/// When the disk refuses, and, once the report is written, when intervals of undisturbed curves hold the truth too seldom or one of
-/// their wrong minima was not said.
+/// When the disk refuses, and, once the report is written, when intervals of undisturbed curves hold the truth too seldom or too many of
+/// their wrong minima were not said.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     let curves = |group: &Group| if quick { group.curves / QUICK_PART } else { group.curves };
     let groups = groups()?;
@@ -183,6 +184,7 @@ fn csv(rows: &[Row]) -> Sheet {
         "spacing_m",
         "withdraws",
         "layers",
+        "drops",
         "converged",
         "wrong",
         "not_said",
@@ -203,6 +205,7 @@ fn csv(rows: &[Row]) -> Sheet {
             full(row.measurement.spacing_m),
             row.measurement.withdraws.to_string(),
             row.layers.to_string(),
+            trialled.fit.peaks.iter().filter(|peak| peak.measured.is_some()).count().to_string(),
             trialled.fit.converged.to_string(),
             trialled.is_wrong.to_string(),
             trialled.is_silent.to_string(),
@@ -246,7 +249,7 @@ fn markdown(groups: &[Group], rows: &[Row], quick: bool) -> String {
     );
     text.push_str("\nWhat came of the curves. *Refused*: the fit says that its residual is not noise, and gives no interval. *Wrong*: another number of \
          layers, a sum of squares above the truth's, or a number far outside its interval. *Said*: refused, or, where the sum of squares alone is wrong, \
-         told to have other readings.\n\n");
+         told to have other readings or boundaries that no drop shows; of the latter no number has an interval.\n\n");
     text.push_str(&curves(groups, rows).markdown());
     text.push_str("\nOf the parameters, those of refused curves left out. *Held*: the share of 95 % intervals that hold the truth. *Not determined*: \
          the share of parameters with an effect on the curve that have no interval. *Without effect*: the curve does not depend on it.\n\n");
@@ -311,32 +314,36 @@ fn settled<'r>(rows: &[&'r Row]) -> Vec<&'r Row> {
     rows.iter().copied().filter(|row| row.trialled().is_some_and(|trialled| trialled.fit.converged)).collect()
 }
 
-/// What undisturbed curves must not show. A shortened report has too few intervals to judge their share.
+/// What undisturbed curves must not show. A shortened report has too few curves to judge shares.
 fn failures(groups: &[Group], rows: &[Row], quick: bool) -> Vec<String> {
     let mut failed = Vec::new();
     for group in groups.iter().filter(|group| group.disturbance == Disturbance::None) {
         let rows = of_group(rows, group);
-        for row in rows.iter().filter(|row| row.is_silent()) {
-            failed.push(format!("{}, seed {}: a wrong minimum that was not said", group.name, row.seed));
+        let silent: Vec<String> = rows.iter().filter(|row| row.is_silent()).map(|row| row.seed.to_string()).collect();
+        if !quick && silent.len() as f64 > SILENT * rows.len() as f64 {
+            let (name, number, seeds) = (group.name, rows.len(), silent.join(", "));
+            failed.push(format!("{name}: {} of {number} wrong minima were not said, seeds {seeds}", silent.len()));
         }
         let settled = settled(&rows);
         if !rows.is_empty() && settled.is_empty() {
             failed.push(format!("{}: no fit of {} has converged", group.name, rows.len()));
         }
-        let broken = QUANTITIES.into_iter().filter_map(|quantity| uncovered(&tally(&settled, quantity), quantity));
+        let may_be_open = matches!(group.from, From::Shipped(_));
+        let uncovered = |quantity| uncovered(&tally(&settled, quantity), quantity, may_be_open);
+        let broken = QUANTITIES.into_iter().filter_map(uncovered);
         failed.extend(broken.filter(|_| !quick).map(|why| format!("{}, {why}", group.name)));
     }
     failed
 }
 
-/// Why the intervals of a quantity are not enough, if they are not: too few hold the truth, or none is given.
-fn uncovered(tally: &Tally, quantity: Quantity) -> Option<String> {
+/// Why the intervals of a quantity are not enough, if they are not: too few hold the truth, or none is given where some must be.
+fn uncovered(tally: &Tally, quantity: Quantity, may_be_open: bool) -> Option<String> {
     let name = quantity.words();
     match tally.coverage() {
         Some(share) if share < COVERAGE => {
             Some(format!("{name}: intervals hold the truth in {}; {} are asked for", percent(share), percent(COVERAGE)))
         }
-        None if tally.seen() > 0 => Some(format!("{name}: none of {} has an interval", tally.seen())),
+        None if tally.seen() > 0 && !may_be_open => Some(format!("{name}: none of {} has an interval", tally.seen())),
         _ => None,
     }
 }
