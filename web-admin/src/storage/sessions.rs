@@ -300,13 +300,14 @@ pub async fn mark_refused(writer: &mut SqliteConnection, school: Uuid, id: Uuid,
         .map(drop)
 }
 
-/// The scored attempts of a school at an exercise, oldest first: for a re-grading.
+/// The scored attempts of a school at an exercise that count, oldest first: for a re-grading.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn scored_at(executor: impl SqliteExecutor<'_>, school: Uuid, exercise: &str) -> Result<Vec<Session>> {
     sqlx::query_as(
-        "SELECT * FROM sessions WHERE school_id = $1 AND exercise_id = $2 AND state = 'scored' ORDER BY started_at, id",
+        "SELECT * FROM sessions WHERE school_id = $1 AND exercise_id = $2 AND state = 'scored' AND uncounted IS NULL
+         ORDER BY started_at, id",
     )
     .bind(school)
     .bind(exercise)

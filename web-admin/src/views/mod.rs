@@ -26,6 +26,7 @@ pub mod login;
 #[cfg(test)]
 mod markup;
 pub mod metric;
+pub mod origins;
 pub mod people;
 pub mod progress;
 pub mod rating;

@@ -254,6 +254,40 @@ async fn links_to_viewers_begin_where_the_service_is_found() {
 }
 
 #[tokio::test]
+async fn a_school_allows_origins_and_takes_them_back() {
+    const LAB: &str = "https://lab.example.org";
+    let app = App::new().await;
+    let school = app.school("North").await;
+    app.member(school, Role::Administrator, "head@example.org").await;
+    let told = async || {
+        let asked = Request::options("/api/v1/uploads").header(header::ORIGIN, LAB);
+        let asked = asked.header("access-control-request-method", "POST").body(Body::empty()).unwrap();
+        app.stranger().send(asked).await.header("access-control-allow-origin").to_owned()
+    };
+    assert_eq!(told().await, "");
+    let mut head = app.signed_in("head@example.org").await;
+    let csrf = csrf_in(&head.get("/admin/origins").await.text());
+    let mut set = async |origins| head.form("/admin/origins", &[("csrf", &csrf), ("origins", origins)]).await;
+    assert_eq!(set("\n https://LAB.example.org \r\nhttp://localhost:3000\n").await.status, 303);
+    assert_eq!(told().await, LAB);
+    for (refused, said) in [
+        ("https://lab.example.org/upload", "“https://lab.example.org/upload”"),
+        ("*", "“*”"),
+        ("https://*.example.org", "“https://*.example.org”"),
+        ("null", "“null”"),
+        ("<b>", "“&#60;b&#62;”"),
+    ] {
+        let answer = set(refused).await;
+        assert!(answer.status == 422 && answer.text().contains(said), "{refused}: {}", answer.text());
+    }
+    let many: String = (0..21).map(|n| format!("https://lab{n}.example.org\n")).collect();
+    assert!(set(&many).await.text().contains("21 origins"));
+    assert_eq!(told().await, LAB, "what is refused changes nothing");
+    assert_eq!(set("").await.status, 303);
+    assert_eq!(told().await, "");
+}
+
+#[tokio::test]
 async fn the_key_of_certificates_is_published() {
     let app = App::new().await;
     let published = app.stranger().get("/.well-known/stylet-certificate-key").await;

@@ -1,4 +1,4 @@
-//! Uploads from a browser, by pages of another origin that the service was told to allow.
+//! Uploads from a browser, by pages of another origin that the service or a school allows.
 //!
 //! Such a page brings a token. No cookie is ever taken from it: `Access-Control-Allow-Credentials` is never said.
 
@@ -8,6 +8,7 @@ use axum::middleware::Next;
 use axum::response::Response;
 
 use crate::AppState;
+use crate::storage::origins;
 
 /// What a page may be told of an allowed origin.
 const SHARED: [(HeaderName, &str); 4] = [
@@ -27,19 +28,26 @@ const SHARED: [(HeaderName, &str); 4] = [
 
 /// Lets pages of the allowed origins read the answer. What a browser asks before it sends, `OPTIONS`, is answered to anybody.
 pub(super) async fn share(State(state): State<AppState>, request: Request, next: Next) -> Response {
-    let allowed = &state.config.allowed_origins;
-    let origin = request.headers().get(header::ORIGIN);
-    let origin = origin.filter(|origin| allowed.iter().any(|allowed| *origin == allowed.as_str())).cloned();
+    let origin = request.headers().get(header::ORIGIN).cloned();
+    let is_shared = match &origin {
+        Some(origin) => is_allowed(&state, origin).await,
+        None => false,
+    };
     let mut response = next.run(request).await;
     let headers = response.headers_mut();
-    if !allowed.is_empty() {
-        headers.append(header::VARY, HeaderValue::from_static("origin"));
-    }
-    if let Some(origin) = origin {
+    headers.append(header::VARY, HeaderValue::from_static("origin"));
+    if let Some(origin) = origin.filter(|_| is_shared) {
         headers.insert(header::ACCESS_CONTROL_ALLOW_ORIGIN, origin);
         for (name, text) in SHARED {
             headers.insert(name, HeaderValue::from_static(text));
         }
     }
     response
+}
+
+/// Whether the service or any school allows an origin. A database that cannot be asked allows none.
+async fn is_allowed(state: &AppState, origin: &HeaderValue) -> bool {
+    let Ok(origin) = origin.to_str() else { return false };
+    state.config.allowed_origins.iter().any(|allowed| allowed == origin)
+        || origins::is_allowed(state.db.reader(), origin).await.unwrap_or(false)
 }

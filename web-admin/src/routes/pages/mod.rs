@@ -23,6 +23,7 @@ mod drafts;
 mod exercise;
 mod home;
 mod links;
+mod origins;
 mod people;
 mod progress;
 mod ratings;
@@ -94,6 +95,7 @@ pub fn router() -> Routes {
         .route("/assignments/{id}/extend", post(assignments::extend))
         .route("/assignments/{id}/withdraw", post(assignments::withdraw))
         .route("/admin", get(admin::show))
+        .route("/admin/origins", get(origins::show).post(origins::set))
         .route("/admin/service", get(service::show))
         .route("/admin/pairing-codes", post(admin::make_pairing_code))
         .route("/admin/stations/{id}/revoke", post(admin::revoke_station))

@@ -1,0 +1,86 @@
+//! `/admin/origins`: other sites whose pages may upload to the school with a token.
+
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use serde::Deserialize;
+use serde_json::json;
+
+use super::admin::administrators_only;
+use crate::AppState;
+use crate::config;
+use crate::domain::CurrentPerson;
+use crate::error::{Error, PageError};
+use crate::routes::auth::{Csrf, CsrfForm};
+use crate::storage::audit::Entry;
+use crate::storage::origins;
+use crate::views::origins::OriginsPage;
+use crate::views::{Place, Shell};
+
+/// Most origins that a school allows.
+const MOST: usize = 20;
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+) -> Result<OriginsPage, PageError> {
+    administrators_only(&person)?;
+    let allowed = origins::of_school(state.db.reader(), person.school_id).await.map_err(Error::from)?;
+    let shell = Shell::new(&person, csrf.token(), Place::Administration);
+    Ok(OriginsPage {
+        shell,
+        typed: allowed.join("\n"),
+        everywhere: state.config.allowed_origins.clone(),
+        refused: None,
+    })
+}
+
+#[derive(Deserialize)]
+pub(super) struct OriginsForm {
+    origins: String,
+}
+
+pub(super) async fn set(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<OriginsForm>,
+) -> Result<Response, PageError> {
+    administrators_only(&person)?;
+    let allowed = match parse(&form.origins) {
+        Ok(allowed) => allowed,
+        Err(refused) => {
+            let shell = Shell::new(&person, csrf.token(), Place::Administration);
+            let everywhere = state.config.allowed_origins.clone();
+            let page = OriginsPage { shell, typed: form.origins, everywhere, refused: Some(refused) };
+            return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+        }
+    };
+    let mut tx = state.db.write().await?;
+    origins::replace(&mut tx, person.school_id, &allowed).await.map_err(Error::from)?;
+    Entry::by(&person, "school.origins_set", person.school_id)
+        .with(json!({ "origins": allowed }))
+        .append(&mut tx, state.clock.now())
+        .await?;
+    tx.commit().await.map_err(Error::from)?;
+    Ok(Redirect::to("/admin/origins").into_response())
+}
+
+/// An origin a line; why not, in words.
+fn parse(text: &str) -> Result<Vec<String>, String> {
+    let lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+    if lines.len() > MOST {
+        return Err(tr!("{count} origins; at most {most} are allowed", count = lines.len(), most = MOST));
+    }
+    let checked = lines.into_iter().map(|line| {
+        let refused = |_| {
+            tr!(
+                "“{value}” is no origin: a scheme and a host, as https://lab.example.org, without a path",
+                value = line.chars().take(100).collect::<String>()
+            )
+        };
+        config::origin(line).map_err(refused)
+    });
+    checked.collect()
+}

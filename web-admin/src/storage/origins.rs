@@ -1,0 +1,44 @@
+//! Origins whose pages may upload to a school from a browser.
+
+use sqlx::{SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+
+/// Those that a school allows, in order.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_school(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<String>> {
+    sqlx::query_scalar("SELECT origin FROM school_origins WHERE school_id = $1 ORDER BY origin")
+        .bind(school)
+        .fetch_all(executor)
+        .await
+}
+
+/// Whether any school allows an origin: a browser asks before it says whose token it has.
+///
+/// # Errors
+/// When the database fails.
+pub async fn is_allowed(executor: impl SqliteExecutor<'_>, origin: &str) -> Result<bool> {
+    sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM school_origins WHERE origin = $1)")
+        .bind(origin)
+        .fetch_one(executor)
+        .await
+}
+
+/// Allows these and no other.
+///
+/// # Errors
+/// When the database fails.
+pub async fn replace(writer: &mut SqliteConnection, school: Uuid, origins: &[String]) -> Result<()> {
+    sqlx::query("DELETE FROM school_origins WHERE school_id = $1").bind(school).execute(&mut *writer).await?;
+    for origin in origins {
+        sqlx::query("INSERT INTO school_origins (school_id, origin) VALUES ($1, $2) ON CONFLICT DO NOTHING")
+            .bind(school)
+            .bind(origin)
+            .execute(&mut *writer)
+            .await?;
+    }
+    Ok(())
+}
