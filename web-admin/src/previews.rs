@@ -87,8 +87,8 @@ fn too_costly(state: &AppState) -> Verdict {
     let budget_s = state.config.preview_time.as_secs();
     let memory_mb = state.config.helper.as_ref().map_or(0, |helper| helper.memory_mb);
     let what = tr!(
-        "looking what it comes to takes more than {seconds} s or {memory} MB; allowed: what takes less. A lower tolerance of the \
-         tissue (tissue.tolerance), fewer layers and a shorter time limit cost less",
+        "looking what it comes to takes more than {seconds} s or {memory} MB; allowed: what takes less. A larger \
+         tissue.tolerance, fewer layers and a shorter time limit cost less",
         seconds = budget_s,
         memory = memory_mb
     );

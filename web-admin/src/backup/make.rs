@@ -42,6 +42,8 @@ pub async fn make(config: &Config, to: &Path, now: Moment) -> anyhow::Result<Rep
     let manifest = Manifest { format: FORMAT, made_at: now.to_string(), program_version, database_sha256 };
     archive::write(file, &manifest, (&copy.0, &config.recordings_dir), &recordings)?;
     archive::check(&part.0, &manifest, &recordings).context("the backup was read back and is not whole")?;
+    // Nothing of it is left beside what has its name.
+    drop(copy);
     KillPoint::BackupWritten.pass();
     std::fs::rename(&part.0, to)?;
     KillPoint::BackupNamed.pass();

@@ -38,7 +38,8 @@ async fn a_recording_that_kills_its_judge_is_set_aside_told_and_tried_again_only
     let attempt = Attempt::default();
     let bytes = record(&attempt);
     let (disk, service) = FailingDisk::under_service(folder.path());
-    disk.fail(Fault::Broken, "judge");
+    // It reads what arrives, for a minute at most, and dies of judging it, for which it has five.
+    disk.fail(Fault::Broken, "judge/300");
     assert_eq!(answer(service.upload(&token, &bytes, bytes.len())).0, 201);
     let metrics = |service: &Service| answer(service.begin("GET /metrics HTTP/1.1", &token, &[])).1;
     assert!(within_a_minute(|| metrics(&service).contains("stylet_set_aside 1\n")), "{}", metrics(&service));
@@ -205,7 +206,7 @@ async fn a_death_of_the_service_while_it_reads_what_came_at_once_is_counted() {
     for _ in 0..2 {
         let kill_at = Path::new(KillPoint::ReadingBegun.name());
         let mut service = Service::start_with(folder.path(), &[(killpoints::VARIABLE, kill_at)]);
-        drop(service.upload(&token, &bytes, bytes.len()));
+        let _sent = service.upload(&token, &bytes, bytes.len());
         assert!(within_a_minute(|| service.child.try_wait().unwrap().is_some()));
     }
     let service = Service::start(folder.path());

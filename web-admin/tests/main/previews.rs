@@ -92,7 +92,7 @@ impl Writer {
 
 #[tokio::test]
 async fn a_costly_draft_is_given_up_and_put_right_and_no_other_school_waits() {
-    let app = service(1501, 8).await;
+    let app = service(1501, 25).await;
     let mut north = Writer::of_school(&app, "north").await.costly();
     let mut south = Writer::of_school(&app, "south").await;
     let costly = tokio::spawn(async move { (north.save().await, north) });
@@ -102,7 +102,7 @@ async fn a_costly_draft_is_given_up_and_put_right_and_no_other_school_waits() {
     assert_eq!(helpers(1501), 1, "the costly one is still under way");
     let (saved, mut north) = costly.await.unwrap();
     assert!(saved.status == 200 && saved.text().contains("Too costly"), "{}", saved.text());
-    assert!(saved.text().contains("8 s"), "its author is told what is allowed");
+    assert!(saved.text().contains("25 s"), "its author is told what is allowed");
     assert_eq!(helpers(1501), 0, "nobody computes on");
     north.scene = south.scene.clone();
     let again = north.preview().await.text();
