@@ -104,6 +104,33 @@ fn carry(mut client: TcpStream, mut server: TcpStream, mut allowance: usize, cut
     let _ = back.join();
 }
 
+/// A network whose first connection falls silent after a number of bytes: the client knows at once, the service never does.
+fn falls_silent(service: &str, after: usize) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = format!("http://{}", listener.local_addr().expect("an address"));
+    let service = service.trim_start_matches("http://").to_owned();
+    thread::spawn(move || {
+        let mut connections = listener.incoming().flatten();
+        let mut first = connections.next().expect("a client");
+        let mut silent = TcpStream::connect(&service).expect("the service is there");
+        let (mut from, mut to) = (silent.try_clone().expect("a handle"), first.try_clone().expect("a handle"));
+        thread::spawn(move || std::io::copy(&mut from, &mut to));
+        let (mut piece, mut left) = ([0; 4096], after);
+        while left > 0 {
+            let read = first.read(&mut piece).expect("bytes");
+            silent.write_all(&piece[..read]).expect("the service is there");
+            left = left.saturating_sub(read);
+        }
+        first.shutdown(Shutdown::Both).expect("an end");
+        for client in connections {
+            let server = TcpStream::connect(&service).expect("the service is there");
+            thread::spawn(move || carry(client, server, usize::MAX, &AtomicUsize::new(0)));
+        }
+        drop(silent);
+    });
+    address
+}
+
 fn get(url: &str, token: &str) -> Vec<u8> {
     let answer = ureq::get(url).header("Authorization", format!("Bearer {token}")).call().expect("an answer");
     answer.into_body().read_to_vec().expect("a body")
@@ -159,6 +186,23 @@ fn an_attempt_goes_home_over_a_network_that_breaks_twenty_times() {
     let (_, left) = stylet(&home, &["outbox", "--json"]);
     assert_eq!(left.trim(), "[]");
     run_ok("web-admin", &["verify", "--data-dir", &data.to_string_lossy()]);
+}
+
+#[test]
+fn a_connection_that_is_half_dead_holds_nobody_up() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (data, home) = (folder.path().join("data"), folder.path().join("home"));
+    let token_file = folder.path().join("token").to_string_lossy().into_owned();
+    std::fs::write(&token_file, found_school(&data.to_string_lossy())).expect("a file");
+    let service = Service::start(&data);
+    let recording = folder.path().join("attempt.mcap").to_string_lossy().into_owned();
+    run_ok("stylet", &["simulate", &first_exercise(), "--operator", "novice", "--seed", "3", "--out", &recording]);
+    assert!(std::fs::metadata(&recording).expect("a recording").len() > 300_000);
+    let network = falls_silent(&service.url, 100_000);
+    let upload = ["upload", &recording, "--server", &network, "--token-file", &token_file, "--retry-wait-ms", "50"];
+    let (sent, said) = stylet(&home, &upload);
+    // One try more, and none of them was told that the upload is locked.
+    assert!(sent && said.contains("after 2 tries"), "{said}");
 }
 
 #[test]

@@ -68,8 +68,12 @@ pub struct Config {
     pub metrics_token: Option<String>,
     /// Largest upload, in bytes.
     pub max_upload_bytes: u64,
+    /// How many recordings are judged at once, 1 or more.
+    pub judges: usize,
     /// Who judges recordings in a process of its own; none where this process does.
     pub helper: Option<Helper>,
+    /// Longest that looking what a draft comes to may take, where a helper looks.
+    pub preview_time: Duration,
     /// Free room on the disk, in bytes, below which no upload is taken.
     pub reserve_bytes: u64,
     /// Uploads in pieces that an owner may have begun and not ended, and their announced bytes.
@@ -118,7 +122,9 @@ impl Config {
             max_upload_bytes: 512 * 1024 * 1024,
             owner_quota: UploadQuota { uploads: 32, bytes: 4_000_000_000 },
             school_quota: UploadQuota { uploads: 2000, bytes: 100_000_000_000 },
+            judges: 1,
             helper: None,
+            preview_time: Duration::from_secs(10),
             reserve_bytes: 1_000_000_000,
             upload_silence: Duration::from_secs(30),
             upload_lifetime_s: 48 * 3600,

@@ -2,24 +2,23 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
-use mechanics::tissue::follow::FieldPlan;
-use scene::{Curriculum, DocumentError, ExerciseBundle, Issue, Patient};
+use scene::{Curriculum, ExerciseBundle, Issue};
 use uuid::Uuid;
 
 use crate::AppState;
 use crate::domain::progress::Mastery;
 use crate::domain::{CurrentPerson, Role};
 use crate::error::Error;
-use crate::plans::Plans;
+use crate::judging::{DraftQuestion, same_id};
+use crate::previews;
 use crate::publishing::{self, Publisher, Refused};
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::drafts::{self, By, Draft, DraftKind, NewDraft, Texts};
 use crate::storage::exercises::RevisionBytes;
 use crate::storage::{curricula, exercises};
+use crate::views::draft::Verdict;
+use crate::words;
 
 /// Longest id of a document, in characters.
 const LONGEST_ID: usize = 64;
@@ -27,23 +26,14 @@ const LONGEST_ID: usize = 64;
 /// What a draft comes to.
 #[derive(Debug)]
 pub enum Checked {
-    /// An exercise that could be published.
-    Exercise(Box<Publishable>),
+    /// An exercise, which could be published where nothing is wrong.
+    Exercise(Box<Verdict>),
     /// A course that could be published.
     Course(Box<Curriculum>, Mastery),
-    /// What is wrong, in the order of the documents.
+    /// What is wrong with a course, in the order of the documents.
     Refused(Vec<Issue>),
-}
-
-/// An exercise that could be published.
-#[derive(Debug)]
-pub struct Publishable {
-    /// The exercise.
-    pub bundle: ExerciseBundle,
-    /// The plan of its tissue, where it names a model.
-    pub plan: Option<FieldPlan>,
-    /// What its author should change: what `stylet check` finds in its rubric.
-    pub advice: Vec<Issue>,
+    /// Nobody knows yet, for others of this school are before it; when to ask again, in s.
+    Waiting(u64),
 }
 
 /// What became of a save.
@@ -184,13 +174,17 @@ pub async fn publish(
 ) -> Result<bool, Error> {
     let by = by(state, person);
     let publisher = Publisher { school: by.school, by: Actor::Person(by.person), now: by.now };
+    let exercise = match checked {
+        Checked::Exercise(_) => Some(sound(state, by.school, draft).await?),
+        _ => None,
+    };
     let mut tx = state.db.write().await?;
     if !drafts::remove(&mut tx, by.school, (draft.id, draft.version)).await? {
         return Ok(false);
     }
-    match checked {
-        Checked::Exercise(exercise) => drop(publishing::exercise(&mut tx, &publisher, &exercise.bundle).await?),
-        Checked::Course(course, _) => {
+    match (checked, exercise) {
+        (Checked::Exercise(_), Some(exercise)) => drop(publishing::exercise(&mut tx, &publisher, &exercise).await?),
+        (Checked::Course(course, _), _) => {
             let published =
                 publishing::curriculum(&mut tx, &publisher, (course, draft.texts.document.as_bytes())).await;
             published.map_err(|refused| match refused {
@@ -198,7 +192,7 @@ pub async fn publish(
                 Refused::Work(error) => Error::Internal(error),
             })?;
         }
-        Checked::Refused(_) => return Ok(false),
+        _ => return Ok(false),
     }
     tx.commit().await?;
     Ok(true)
@@ -223,61 +217,46 @@ pub async fn discard(state: &AppState, person: &CurrentPerson, (id, seen): (Uuid
     Ok(removed)
 }
 
-/// Reads a draft as publishing would, and plans its tissue.
+/// Reads a draft as publishing would, plans its tissue and tries its rubric. Dropped, the work on an exercise ends.
 ///
 /// # Errors
-/// When the database fails.
+/// When the database fails, or nobody can be asked.
 pub async fn check(state: &AppState, school: Uuid, draft: &Draft) -> Result<Checked, Error> {
-    let (texts, id) = (draft.texts.clone(), draft.document_id.clone());
     match draft.kind {
         DraftKind::Exercise => {
-            let meshes = match draft.based_on {
-                Some(revision) => {
-                    exercises::bytes(state.db.reader(), school, revision).await?.map(|bytes| bytes.meshes)
-                }
-                None => None,
-            };
-            let plans = Arc::clone(&state.plans);
-            let check = move || check_exercise(&texts, &meshes.unwrap_or_default(), (&id, &plans));
-            Ok(tokio::task::spawn_blocking(check).await?)
+            let bytes = bytes(state, school, draft).await?;
+            let language = words::current().code().to_owned();
+            let question = DraftQuestion { id: draft.document_id.clone(), bytes, language };
+            match previews::examine(state, school, question).await {
+                Ok(verdict) => Ok(Checked::Exercise(Box::new(verdict))),
+                Err(Error::Busy { retry_after_s }) => Ok(Checked::Waiting(retry_after_s)),
+                Err(error) => Err(error),
+            }
         }
         DraftKind::Course => {
+            let (texts, id) = (draft.texts.clone(), draft.document_id.clone());
             let known = Known::of(state, school, &id).await?;
             Ok(tokio::task::spawn_blocking(move || check_course(&texts, &known, &id)).await?)
         }
     }
 }
 
-fn check_exercise(texts: &Texts, meshes: &[(String, Vec<u8>)], (id, plans): (&str, &Plans)) -> Checked {
-    let read = ExerciseBundle::from_parts(texts.document.as_bytes(), texts.scene.as_bytes(), meshes);
-    let sound = read.and_then(|bundle| match bundle.unsound()? {
-        issues if issues.is_empty() => Ok(bundle),
-        issues => Err(DocumentError { issues }),
-    });
-    let bundle = match sound.and_then(|bundle| same_id(&bundle.exercise.id, id).map(|()| bundle)) {
-        Ok(bundle) => bundle,
-        Err(refused) => return Checked::Refused(refused.issues),
+/// What was written in the draft of an exercise, with the meshes of the revision that it is based on.
+async fn bytes(state: &AppState, school: Uuid, draft: &Draft) -> Result<RevisionBytes, Error> {
+    let meshes = match draft.based_on {
+        Some(revision) => exercises::bytes(state.db.reader(), school, revision).await?.map(|bytes| bytes.meshes),
+        None => None,
     };
-    match plan(&bundle, plans).and_then(|plan| Ok((plan, advice(&bundle)?))) {
-        Ok((plan, advice)) => Checked::Exercise(Box::new(Publishable { bundle, plan, advice })),
-        Err(refused) => Checked::Refused(refused.issues),
-    }
+    let Texts { document, scene } = draft.texts.clone();
+    Ok(RevisionBytes { exercise: document.into_bytes(), scene: scene.into_bytes(), meshes: meshes.unwrap_or_default() })
 }
 
-/// What its author should change, by what its metrics mean and by what attempts worth nothing would earn.
-fn advice(bundle: &ExerciseBundle) -> Result<Vec<Issue>, DocumentError> {
-    let allowed = || phrase!("allowed: an exercise that can be simulated");
-    let remarks = assessment::appraise(bundle);
-    let remarks = remarks.map_err(|error| issue(("document", "scene"), Phrase::data(error), allowed()))?;
-    bundle.place("document", &remarks)
-}
-
-/// The plan of the nominal patient's tissue; none where the scene names no model.
-fn plan(bundle: &ExerciseBundle, plans: &Plans) -> Result<Option<FieldPlan>, DocumentError> {
-    let tissue = bundle.scene.tissue_spec(&Patient::nominal(&bundle.scene), bundle.exercise.angle_deg);
-    let allowed = || phrase!("allowed: a tissue that a model can be made of");
-    let plan = tissue.map(|tissue| plans.of(&tissue)).transpose();
-    plan.map_err(|error| issue(("attached scene", "tissue"), error.in_words(), allowed()).into())
+/// The exercise of a draft in which nothing was found wrong.
+async fn sound(state: &AppState, school: Uuid, draft: &Draft) -> Result<ExerciseBundle, Error> {
+    let RevisionBytes { exercise, scene, meshes } = bytes(state, school, draft).await?;
+    let read = move || ExerciseBundle::from_parts(&exercise, &scene, &meshes);
+    let read = tokio::task::spawn_blocking(read).await?;
+    Ok(read.map_err(|refused| anyhow::Error::new(refused).context("a draft that could be published"))?)
 }
 
 fn check_course(texts: &Texts, known: &Known, id: &str) -> Checked {
@@ -293,22 +272,6 @@ fn check_course(texts: &Texts, known: &Known, id: &str) -> Checked {
         Ok(mastery) => Checked::Course(Box::new(course), mastery),
         Err(why) => Checked::Refused(vec![publishing::no_limit(why)]),
     }
-}
-
-/// A draft is of one document: under another id it would be published over something else.
-fn same_id(found: &str, id: &str) -> Result<(), DocumentError> {
-    match found == id {
-        true => Ok(()),
-        false => {
-            let allowed = phrase!("allowed: \"{id}\", whose draft this is", id = id);
-            Err(issue(("document", "id"), Phrase::quoted(found), allowed).into())
-        }
-    }
-}
-
-fn issue((file, field): (&str, &str), found: Phrase, allowed: Phrase) -> Issue {
-    let [file, field] = [file, field].map(str::to_owned);
-    Issue { file, line: 1, column: 1, field, found, allowed }
 }
 
 /// The school's exercises, as a course may name them. Each is read when it is named.

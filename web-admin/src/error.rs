@@ -64,6 +64,15 @@ pub enum Error {
         /// When to try again, in s.
         retry_after_s: u64,
     },
+    /// Others of the same school are before it.
+    #[error("others of this school are before this; try again in {retry_after_s} s")]
+    Busy {
+        /// When to try again, in s.
+        retry_after_s: u64,
+    },
+    /// Whoever worked on it has died of it, or took too long; how. The cause goes to the log.
+    #[error("this could not be worked on to its end; it is tried once more when it is sent again, and then set aside")]
+    Deadly(String),
     /// More was begun than one may have begun at once.
     #[error("{0}")]
     OverQuota(String),
@@ -75,6 +84,8 @@ pub enum Error {
     Internal(#[source] anyhow::Error),
 }
 
+/// When to send again what somebody has died of, in s.
+const AFTER_DEATH_S: u64 = 10;
 /// Result code of SQLite for a full disk.
 const SQLITE_FULL: &str = "13";
 /// What is said of one.
@@ -106,6 +117,7 @@ impl Error {
             Self::Unprocessable(_) => StatusCode::UNPROCESSABLE_ENTITY,
             Self::Timeout => StatusCode::REQUEST_TIMEOUT,
             Self::TooMany { .. } | Self::OverQuota(_) => StatusCode::TOO_MANY_REQUESTS,
+            Self::Busy { .. } | Self::Deadly(_) => StatusCode::SERVICE_UNAVAILABLE,
             Self::NoRoom(_) => StatusCode::INSUFFICIENT_STORAGE,
             Self::Internal(_) => StatusCode::INTERNAL_SERVER_ERROR,
         }
@@ -122,6 +134,9 @@ impl Error {
             Self::Unscored(why) => tr!("this attempt was not scored: {why}", why = why),
             Self::Timeout => tr!("the body stopped arriving").to_owned(),
             Self::TooMany { retry_after_s } => tr!("too many attempts; try again in {wait} s", wait = retry_after_s),
+            Self::Busy { retry_after_s } => {
+                tr!("others of this school are before this; try again in {wait} s", wait = retry_after_s)
+            }
             Self::NoRoom(_) => {
                 tr!("this service has no room left on its disk, so nothing was changed; tell whoever runs it, and try again later").to_owned()
             }
@@ -132,8 +147,16 @@ impl Error {
 
     /// Finishes an answer: what only its headers can say, and the one log line of an internal error.
     pub(crate) fn dress(&self, mut response: Response) -> Response {
-        if let Self::TooMany { retry_after_s } = self {
-            response.headers_mut().insert(RETRY_AFTER, HeaderValue::from(*retry_after_s));
+        let retry_after_s = match self {
+            Self::TooMany { retry_after_s } | Self::Busy { retry_after_s } => Some(*retry_after_s),
+            Self::Deadly(_) => Some(AFTER_DEATH_S),
+            _ => None,
+        };
+        if let Some(retry_after_s) = retry_after_s {
+            response.headers_mut().insert(RETRY_AFTER, HeaderValue::from(retry_after_s));
+        }
+        if let Self::Deadly(how) = self {
+            tracing::error!(how, "whoever worked on this has died of it");
         }
         if let Self::Internal(cause) | Self::NoRoom(cause) = self {
             tracing::error!(cause = format!("{cause:#}"), "request failed");

@@ -1,7 +1,8 @@
 //! Taking a recording in: from a file that has arrived to a row, a job and an audit entry, all or nothing.
 
-use recording::signature::{self, Signature};
-use recording::{Motion, ReadError, Recording};
+use std::time::Duration;
+
+use recording::signature;
 use serde_json::{Value, json};
 use sqlx::SqliteConnection;
 use uuid::Uuid;
@@ -10,13 +11,21 @@ use crate::AppState;
 use crate::domain::began::Claim;
 use crate::domain::{Moment, Uncounted};
 use crate::error::Error;
+use crate::judging::{self, Answer, Question, Told};
 use crate::keys;
-use crate::recordings::{self, Received};
+use crate::killpoints::KillPoint;
+use crate::recordings::Received;
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::scores::SessionKey;
 use crate::storage::sessions::{self, Session, SessionState};
 use crate::storage::stations::{self, Signer};
-use crate::storage::{exercises, jobs, people, uploads};
+use crate::storage::{exercises, jobs, people, tries, uploads};
+
+/// Longest wait until it is one's turn to be read.
+const PATIENCE: Duration = Duration::from_secs(20);
+/// What is said of what was fatal twice.
+pub const SET_ASIDE: &str =
+    "whoever read this recording has died of it twice: it is read no more, and whoever runs the service was told";
 
 /// Who brings a recording.
 #[derive(Clone, Debug)]
@@ -55,39 +64,50 @@ impl Kept {
 /// # Errors
 /// When it is no recording, names a trainee who does not exist, contradicts what is stored, or the disk refuses.
 pub async fn take_in(state: &AppState, bearer: &Bearer, received: Received) -> Result<Kept, Error> {
-    let told = read(state, &received).await?;
+    let told = read(state, bearer.school_id, &received).await?;
+    KillPoint::RecordingRead.pass();
     let session = describe(state, bearer, &received, told).await?;
     keep(state, bearer, received, session).await
 }
 
-/// What a recording says of itself.
-struct Told {
-    session: recording::Session,
-    duration_s: f64,
-    complete: bool,
-    /// SHA-256 of what the hand did; absent without samples.
-    motion: Option<[u8; 32]>,
-    signature: Option<Signature>,
-}
-
-impl From<Recording> for Told {
-    fn from(recording: Recording) -> Self {
-        let last = recording.samples.last();
-        Self {
-            duration_s: last.map_or(0.0, |sample| sample.t_s),
-            complete: recording.complete,
-            motion: last.map(|_| Motion::of(&recording.samples).sha256()),
-            signature: recording.signature,
-            session: recording.session,
-        }
+/// What a recording says of itself, read where its death harms nobody and when it is its school's turn.
+async fn read(state: &AppState, school: Uuid, received: &Received) -> Result<Told, Error> {
+    let place = state.helpers.enter(school, PATIENCE).await;
+    let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
+    match received.upload {
+        // Its own row counts its tries.
+        Some(_) => have_read(state, received).await,
+        None => read_counted(state, school, received).await,
     }
 }
 
-async fn read(state: &AppState, received: &Received) -> Result<Told, Error> {
-    recordings::with(state, received.path().to_owned(), Told::from).await?.map_err(|error| match error {
-        ReadError::Io(error) => error.into(),
-        unreadable => Error::Unprocessable(unreadable.to_string()),
-    })
+/// Reads what came at once. That it is about to be read is written down before the file is touched.
+async fn read_counted(state: &AppState, school: Uuid, received: &Received) -> Result<Told, Error> {
+    let mut tx = state.db.write().await?;
+    let deaths = tries::begin_reading(&mut tx, school, &received.sha256, state.clock.now()).await?;
+    if deaths >= tries::MOST_DEATHS {
+        return Err(Error::Unprocessable(SET_ASIDE.to_owned()));
+    }
+    tx.commit().await?;
+    KillPoint::ReadingBegun.pass();
+    let told = have_read(state, received).await;
+    let mut tx = state.db.write().await?;
+    match &told {
+        Err(Error::Deadly(_)) => tries::note_reading_death(&mut tx, school, &received.sha256).await?,
+        _ => tries::end_reading(&mut tx, school, &received.sha256).await?,
+    }
+    tx.commit().await?;
+    told
+}
+
+async fn have_read(state: &AppState, received: &Received) -> Result<Told, Error> {
+    match judging::ask(state, Question::Arrival(received.path().to_owned())).await? {
+        Answer::Told(reported) => Ok(Told::try_from(*reported)?),
+        Answer::Permanent(why) => Err(Error::Unprocessable(why)),
+        Answer::Died(how) => Err(Error::Deadly(how)),
+        Answer::Passing(why) => Err(anyhow::anyhow!(why).context("a recording that has just arrived").into()),
+        other => Err(anyhow::anyhow!("a recording was to be read, and this came: {other:?}").into()),
+    }
 }
 
 async fn describe(state: &AppState, bearer: &Bearer, received: &Received, told: Told) -> Result<Session, Error> {
@@ -175,6 +195,7 @@ async fn keep(state: &AppState, bearer: &Bearer, received: Received, mut session
     find_repeated(&mut tx, &mut session).await?;
     let place = state.config.recordings_dir.join(&session.recording_path);
     let received = tokio::task::spawn_blocking(move || received.place(&place).map(|()| received)).await??;
+    KillPoint::RecordingLinked.pass();
     sessions::insert(&mut tx, &session).await?;
     jobs::enqueue(&mut tx, SessionKey { school_id: session.school_id, id: session.id }, session.received_at).await?;
     Entry::new(session.school_id, bearer.actor.clone(), "session.uploaded", session.id)
@@ -182,7 +203,9 @@ async fn keep(state: &AppState, bearer: &Bearer, received: Received, mut session
         .append(&mut tx, session.received_at)
         .await?;
     note_upload(&mut tx, upload, &session).await?;
+    KillPoint::RecordingCommitting.pass();
     tx.commit().await?;
+    KillPoint::RecordingCommitted.pass();
     drop(received);
     state.jobs.notify_one();
     tracing::info!(session = %session.id, size_bytes = session.recording_size, "recording kept");

@@ -1,7 +1,7 @@
 //! Recordings on disk: taken in piece by piece, kept only when they are whole on the disk, read a few at a time.
 
 use std::fs::File;
-use std::io::{BufReader, ErrorKind, Read};
+use std::io::{BufReader, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
 use axum::body::{Body, HttpBody};
@@ -194,8 +194,9 @@ pub async fn with_comments(state: &AppState, session: &Session) -> Result<Copied
     let part = PartFile { path: state.config.uploads_dir().join(format!("{}.part", Uuid::new_v4())), kept: false };
     let path = state.config.recordings_dir.join(&session.recording_path);
     let copied = state.parse(move || {
-        let copy = annotate(&std::fs::read(path)?, Vec::new(), &remarks).map_err(anyhow::Error::from)?;
-        std::fs::write(&part.path, copy)?;
+        let sink = BufWriter::new(File::create_new(&part.path)?);
+        let mut copy = annotate(&std::fs::read(path)?, sink, &remarks).map_err(anyhow::Error::from)?;
+        copy.flush()?;
         Ok(Copied(part))
     });
     copied.await?

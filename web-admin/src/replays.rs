@@ -4,6 +4,7 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use anyhow::Context;
 use assessment::own_exercise;
@@ -14,7 +15,7 @@ use crate::AppState;
 use crate::domain::Replay;
 use crate::domain::series::Pyramid;
 use crate::error::Error;
-use crate::judging::{self, Answer, Brief, Task};
+use crate::judging::{self, Answer, Brief, Question, Task};
 use crate::storage::sessions::Session;
 
 /// What does not move, JSON.
@@ -23,6 +24,9 @@ pub const STAGE: &str = "stage.json";
 pub const FRAMES: &str = "frames.f32";
 /// What is plotted.
 const PYRAMID: &str = "pyramid.f64";
+
+/// Longest wait until it is one's turn to have a replay made.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Where a session's replay lies. Another version of these files lies elsewhere.
 #[must_use]
@@ -34,7 +38,7 @@ pub fn folder(state: &AppState, session: &Session) -> PathBuf {
 #[must_use]
 pub fn brief(state: &AppState, session: &Session, task: Task) -> Brief {
     let recording = state.config.recordings_dir.join(&session.recording_path);
-    Brief { recording, replay: folder(state, session), task }
+    Brief { recording, sha256: session.recording_sha256.clone(), replay: folder(state, session), task }
 }
 
 /// A file of a session's replay, which is made where it is missing.
@@ -44,7 +48,9 @@ pub fn brief(state: &AppState, session: &Session, task: Task) -> Brief {
 pub async fn file(state: &AppState, session: &Session, name: &str) -> Result<PathBuf, Error> {
     let folder = folder(state, session);
     if !tokio::fs::try_exists(&folder).await? {
-        match judging::ask(state, brief(state, session, Task::Replay)).await? {
+        let place = state.helpers.enter(session.school_id, PATIENCE).await;
+        let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
+        match judging::ask(state, Question::Recording(brief(state, session, Task::Replay))).await? {
             Answer::Replayed => {}
             other => return Err(anyhow::anyhow!("no replay was made of a stored recording: {other:?}").into()),
         }

@@ -10,8 +10,9 @@ use tokio::sync::{Notify, Semaphore};
 use crate::clock::Clock;
 use crate::config::Config;
 use crate::error::Error;
+use crate::lines::Lines;
 use crate::mail::Mailer;
-use crate::plans::Plans;
+use crate::previews::Previews;
 use crate::routes::auth::{LoginLimits, PairingLimits};
 use crate::routes::health::{Counters, Pulse};
 use crate::storage::Database;
@@ -43,8 +44,10 @@ pub struct AppState {
     pub counters: Arc<Counters>,
     /// What `/readyz` asks.
     pub pulse: Arc<Pulse>,
-    /// Plans of tissues that drafts name.
-    pub plans: Arc<Plans>,
+    /// What drafts come to, and the lines before those who compute it.
+    pub previews: Arc<Previews>,
+    /// The lines before helpers that read what arrives and make replays.
+    pub helpers: Arc<Lines>,
     /// How many recordings may be held in memory at once: one of ten minutes takes 150 MB.
     pub parsing: Arc<Semaphore>,
     /// How many passwords may be hashed at once: each takes 19 MiB and a core.
@@ -80,7 +83,9 @@ impl AppState {
             turns: Turns::default(),
             counters: Arc::default(),
             pulse: Arc::default(),
-            plans: Arc::default(),
+            previews: Arc::default(),
+            // One school has two of them at most: another finds the third.
+            helpers: Arc::new(Lines::new(3, 2)),
             parsing: Arc::new(Semaphore::new(2)),
             hashing: Arc::new(Semaphore::new(2)),
         })

@@ -1,19 +1,25 @@
-//! Scores what was uploaded, from the durable queue: one recording at a time, and again after a crash; what is fatal twice is set aside.
+//! Scores what was uploaded, from the durable queue: as many recordings at a time as there are judges, in turns of the schools, and again
+//! after a crash; what is fatal twice is set aside.
 
 use std::time::Duration;
 
 use anyhow::Context;
 use serde_json::json;
+use tokio::task::{JoinError, JoinSet};
 
 use crate::AppState;
-use crate::judging::{self, Answer, Outcome, Task};
+use crate::clock;
+use crate::judging::{self, Answer, Outcome, Question, Task};
+use crate::killpoints::KillPoint;
 use crate::regrading;
 use crate::replays;
+use crate::shares::{Bench, Shares};
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::exercises::RevisionBytes;
-use crate::storage::jobs::{self, Job};
+use crate::storage::jobs::{self, Due, Job};
+use crate::storage::scores::SessionKey;
 use crate::storage::sessions::{self, Session};
-use crate::storage::{exercises, practice, scores, tries};
+use crate::storage::{exercises, practice, schools, scores, tries};
 
 /// Tries before a recording is refused whatever the reason.
 const MAX_ATTEMPTS: u32 = 6;
@@ -41,23 +47,35 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
 
 /// Works until it is dropped. That may happen at any time: what is not stored yet is done again.
 pub async fn run(state: AppState) {
+    let mut desk = Desk::default();
     loop {
-        let pause = match work_off(&state).await {
+        let pause = match desk.go_on(&state).await {
             Ok(()) => until_next(&state).await,
-            Err(error) => {
-                tracing::error!(cause = format!("{error:#}"), "the queue cannot be worked off");
-                LONGEST_SLEEP
-            }
+            Err(error) => stalled(&error),
         };
-        // Timing out only means that nobody rang.
-        let _ = tokio::time::timeout(pause, state.jobs.notified()).await;
+        let ended = tokio::select! {
+            Some(ended) = desk.running.join_next() => desk.settle(ended),
+            () = state.jobs.notified() => Ok(()),
+            () = tokio::time::sleep(pause) => Ok(()),
+        };
+        if let Err(error) = ended {
+            // It is still in the queue, and would fail again at once.
+            tokio::time::sleep(stalled(&error)).await;
+        }
     }
+}
+
+/// Notes why nothing goes on; how long to wait.
+fn stalled(error: &anyhow::Error) -> Duration {
+    tracing::error!(cause = format!("{error:#}"), "the queue cannot be worked off");
+    LONGEST_SLEEP
 }
 
 /// How long until a job is due.
 async fn until_next(state: &AppState) -> Duration {
-    let Ok(Some(next)) = jobs::next_at(state.db.reader()).await else { return LONGEST_SLEEP };
-    let wait_us = next.micros().saturating_sub(state.clock.now().micros());
+    let now = state.clock.now();
+    let Ok(Some(next)) = jobs::next_at(state.db.reader(), now).await else { return LONGEST_SLEEP };
+    let wait_us = next.micros().saturating_sub(now.micros());
     Duration::from_micros(u64::try_from(wait_us).unwrap_or(0)).min(LONGEST_SLEEP)
 }
 
@@ -66,18 +84,91 @@ async fn until_next(state: &AppState) -> Duration {
 /// # Errors
 /// When the database fails.
 pub async fn work_off(state: &AppState) -> anyhow::Result<()> {
+    let mut desk = Desk::default();
     loop {
-        while let Some(job) = jobs::due(state.db.reader(), state.clock.now()).await? {
-            match outcome(state, &job).await {
-                Ok(outcome) => store(state, &job, outcome).await?,
-                Err(Failure::Permanent(why)) => refuse(state, &job, &why).await?,
-                Err(Failure::Passing(error)) => put_off(state, &job, &error).await?,
-                Err(Failure::Death(how)) => bury(state, &job, &how).await?,
+        desk.go_on(state).await?;
+        match desk.running.join_next().await {
+            Some(ended) => desk.settle(ended)?,
+            None => return Ok(()),
+        }
+    }
+}
+
+/// Jobs that are being done, by as many judges as there are.
+#[derive(Default)]
+struct Desk {
+    shares: Shares,
+    running: JoinSet<Ended>,
+    held: Vec<SessionKey>,
+}
+
+/// How a job has ended.
+struct Ended {
+    session: SessionKey,
+    took: Duration,
+    done: anyhow::Result<()>,
+}
+
+impl Desk {
+    /// Begins what can be begun. Where no job waits for a judge, goes on with what is graded again.
+    async fn go_on(&mut self, state: &AppState) -> anyhow::Result<()> {
+        loop {
+            while self.running.len() < state.config.judges {
+                let Some(job) = self.next(state).await? else { break };
+                self.begin(state, job);
+            }
+            if self.running.len() >= state.config.judges || !regrading::exercise::step(state).await? {
+                return Ok(());
+            }
+            while let Some(ended) = self.running.try_join_next() {
+                self.settle(ended)?;
             }
         }
-        if !regrading::exercise::step(state).await? {
-            return Ok(());
+    }
+
+    /// The next job: of those that nobody has died of where there are any, of the school whose turn it is.
+    async fn next(&self, state: &AppState) -> anyhow::Result<Option<Job>> {
+        let (reader, now) = (state.db.reader(), state.clock.now());
+        let bench = Bench { judges: state.config.judges, several: schools::are_several(reader).await? };
+        let most = i64::try_from(self.held.len())? + 1;
+        for deaths in 0..tries::MOST_DEATHS {
+            let due = Due { now, deaths };
+            for school in self.shares.order(jobs::schools(reader, due).await?, bench) {
+                let found = jobs::due(reader, school, due, most).await?;
+                if let Some(job) = found.into_iter().find(|job| !self.held.contains(&job.session())) {
+                    return Ok(Some(job));
+                }
+            }
         }
+        Ok(None)
+    }
+
+    fn begin(&mut self, state: &AppState, job: Job) {
+        let (state, session) = (state.clone(), job.session());
+        self.shares.begin(session.school_id);
+        self.held.push(session);
+        self.running.spawn(async move {
+            let begun = clock::instant();
+            let done = work(&state, &job).await;
+            Ended { session, took: begun.elapsed(), done }
+        });
+    }
+
+    fn settle(&mut self, ended: Result<Ended, JoinError>) -> anyhow::Result<()> {
+        let Ended { session, took, done } = ended?;
+        self.shares.end(session.school_id, took);
+        self.held.retain(|held| *held != session);
+        done
+    }
+}
+
+/// Does a job.
+async fn work(state: &AppState, job: &Job) -> anyhow::Result<()> {
+    match outcome(state, job).await {
+        Ok(outcome) => store(state, job, outcome).await,
+        Err(Failure::Permanent(why)) => refuse(state, job, &why).await,
+        Err(Failure::Passing(error)) => put_off(state, job, &error).await,
+        Err(Failure::Death(how)) => bury(state, job, &how).await,
     }
 }
 
@@ -86,12 +177,13 @@ async fn outcome(state: &AppState, job: &Job) -> Result<Outcome, Failure> {
     let session = session.context("the queue names a session that is not there")?;
     let task = Task::Judge(published(state, &session).await?);
     begin(state, job).await?;
-    match judging::ask(state, replays::brief(state, &session, task)).await? {
+    KillPoint::JobBegun.pass();
+    match judging::ask(state, Question::Recording(replays::brief(state, &session, task))).await? {
         Answer::Judged(outcome) => Ok(*outcome),
         Answer::Permanent(why) => Err(Failure::Permanent(why)),
         Answer::Died(how) => Err(Failure::Death(how)),
         Answer::Passing(why) => Err(Failure::Passing(anyhow::anyhow!(why))),
-        Answer::Replayed => Err(Failure::Passing(anyhow::anyhow!("a score was asked for, and a replay came"))),
+        other => Err(Failure::Passing(anyhow::anyhow!("a score was asked for, and this came: {other:?}"))),
     }
 }
 
@@ -109,10 +201,12 @@ async fn published(state: &AppState, session: &Session) -> anyhow::Result<Option
 }
 
 async fn store(state: &AppState, job: &Job, outcome: Outcome) -> anyhow::Result<()> {
+    KillPoint::JobJudged.pass();
     let now = state.clock.now();
     let key = job.session();
     let mut tx = state.db.write().await?;
     scores::add(&mut tx, key, &outcome.assessment, now).await?;
+    KillPoint::ScoreAdded.pass();
     scores::put_curve(&mut tx, key, &outcome.curve).await?;
     sessions::mark_scored(&mut tx, job.school_id, job.session_id, outcome.verified).await?;
     practice::refresh(&mut tx, key).await?;
@@ -123,7 +217,9 @@ async fn store(state: &AppState, job: &Job, outcome: Outcome) -> anyhow::Result<
         "flagged": outcome.verified.flagged(),
     });
     entry(job, "session.scored").with(details).append(&mut tx, now).await?;
+    KillPoint::ScoreCommitting.pass();
     tx.commit().await?;
+    KillPoint::ScoreCommitted.pass();
     tracing::info!(session = %job.session_id, flagged = outcome.verified.flagged(), "recording scored");
     Ok(())
 }

@@ -113,8 +113,19 @@ impl Walk {
                 let why = format!("a record claims {len} bytes, allowed are {MOST_RECORD_BYTES}");
                 Err(ReadError::damaged(self.next, why))
             }
-            error => Err(ReadError::damaged(self.next, error)),
+            error => Err(broken(self.next, error)),
         }
+    }
+}
+
+/// What zstd says where memory ran out, which is nothing against the file.
+const NO_MEMORY: &str = "Allocation error : not enough memory";
+
+/// What the library's failure at a place says of the file, or of us.
+fn broken(offset: u64, error: McapError) -> ReadError {
+    match error {
+        McapError::DecompressionError(why) if why == NO_MEMORY => ReadError::OutOfMemory,
+        error => ReadError::damaged(offset, error),
     }
 }
 
@@ -151,7 +162,7 @@ impl ChunkReader {
                 Some(Ok(LinearReadEvent::Record { opcode, data })) => visit(Frame { offset, opcode, data }),
                 // It wants the next record: this chunk has been shown to its end.
                 None | Some(Ok(LinearReadEvent::ReadRequest(_))) => return Ok(()),
-                Some(Err(error)) => Err(chunk.damaged(error)),
+                Some(Err(error)) => Err(broken(offset, error)),
             };
             if result.is_err() {
                 *self = Self::new();

@@ -42,6 +42,9 @@ pub enum ReadError {
         /// What is wrong.
         why: String,
     },
+    /// There was not enough memory to unpack it; nothing is said of the file.
+    #[error("not enough memory to unpack a chunk")]
+    OutOfMemory,
     /// The disk said no.
     #[error(transparent)]
     Io(#[from] std::io::Error),

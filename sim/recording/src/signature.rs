@@ -33,7 +33,10 @@ impl Signature {
     }
 
     /// The signature that a record states.
-    pub(crate) fn from_text(text: &BTreeMap<String, String>) -> Result<Self, ReadError> {
+    ///
+    /// # Errors
+    /// When something is missing or is not what is allowed; which, and what is.
+    pub fn from_text(text: &BTreeMap<String, String>) -> Result<Self, ReadError> {
         let field = |key: &str| text.get(key).map(String::as_str).unwrap_or_default();
         let bad = |key: &str, allowed: &str| {
             ReadError::missing(format!("metadata {RECORD}: {key} = {:?}", field(key)), format!("allowed is {allowed}"))

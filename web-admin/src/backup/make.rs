@@ -10,6 +10,7 @@ use anyhow::{Context, ensure};
 use super::{FORMAT, Manifest, Scratch, archive};
 use crate::config::Config;
 use crate::domain::Moment;
+use crate::killpoints::KillPoint;
 use crate::recordings::hash_file;
 use crate::storage::sessions::{self, RecordingFile};
 use crate::storage::{Database, audit, tries, uploads};
@@ -34,13 +35,18 @@ pub async fn make(config: &Config, to: &Path, now: Moment) -> anyhow::Result<Rep
     let source = Database::open_existing(&config.database_url).await.context("cannot open the database")?;
     source.copy_to(&copy.0).await.context("cannot copy the database")?;
     source.close().await;
+    KillPoint::BackupCopied.pass();
     let (recordings, report) = settle(&copy.0).await?;
     let (database_sha256, _) = hash_file(&copy.0)?;
     let program_version = env!("CARGO_PKG_VERSION").to_owned();
     let manifest = Manifest { format: FORMAT, made_at: now.to_string(), program_version, database_sha256 };
     archive::write(file, &manifest, (&copy.0, &config.recordings_dir), &recordings)?;
     archive::check(&part.0, &manifest, &recordings).context("the backup was read back and is not whole")?;
+    // Nothing of it is left beside what has its name.
+    drop(copy);
+    KillPoint::BackupWritten.pass();
     std::fs::rename(&part.0, to)?;
+    KillPoint::BackupNamed.pass();
     File::open(to.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")))?.sync_all()?;
     Ok(report)
 }

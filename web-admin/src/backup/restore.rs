@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::{DATABASE, FORMAT, MANIFEST, Manifest, RECORDINGS, Refused, Scratch, archive};
 use crate::config::Config;
+use crate::killpoints::KillPoint;
 use crate::recordings::hash_file;
 use crate::storage::Database;
 use crate::verification::{self, Report};
@@ -30,6 +31,7 @@ pub async fn restore(config: &Config, from: &Path) -> Result<Report, Refused> {
         // From here on it is gone on with, also by another process.
         std::mem::forget(scratch);
     }
+    KillPoint::RestoreUnpacked.pass();
     put(&staging, &database, &config.recordings_dir)?;
     drop(Scratch(staging));
     match report {
@@ -119,6 +121,7 @@ fn put(staging: &Path, database: &Path, recordings: &Path) -> Result<(), Refused
         }
         std::fs::rename(staging.join(RECORDINGS), recordings)?;
     }
+    KillPoint::RestoreMoving.pass();
     let unpacked: PathBuf = staging.join(DATABASE);
     if unpacked.exists() && std::fs::rename(&unpacked, database).is_err() {
         // Another file system: the copy is complete before it takes the name.
@@ -127,6 +130,7 @@ fn put(staging: &Path, database: &Path, recordings: &Path) -> Result<(), Refused
         std::fs::File::open(&part)?.sync_all()?;
         std::fs::rename(&part, database)?;
     }
+    KillPoint::RestoreMoved.pass();
     for folder in [database.parent(), recordings.parent()].into_iter().flatten() {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         std::fs::File::open(folder)?.sync_all()?;

@@ -1,12 +1,15 @@
-//! `web-admin judge`: what the service starts to have a recording judged. A brief comes on standard input, the answer goes to standard
-//! output.
+//! `web-admin judge`: what the service starts to have a recording judged or read, or a draft looked at. The question comes on standard
+//! input, the answer goes to standard output.
 
 use std::io::{Read, Write};
 
 use clap::Args;
-use rustix::process::{Resource, Rlimit, setrlimit};
+use rustix::process::{Resource, Rlimit, nice, setrlimit};
 
 use crate::judging;
+
+/// By how much it is nicer than the service that has started it.
+const BEHIND_PAGES: i32 = 10;
 
 /// What it may cost.
 #[derive(Debug, Args)]
@@ -29,9 +32,11 @@ pub(super) fn run(args: &JudgeArgs) -> anyhow::Result<()> {
     setrlimit(Resource::Cpu, limit(args.seconds.saturating_mul(2)))?;
     // A file of the size of the memory would be as useless as it is large.
     setrlimit(Resource::Core, limit(0))?;
-    let mut brief = Vec::new();
-    std::io::stdin().read_to_end(&mut brief)?;
-    let answer = judging::answer(serde_json::from_slice(&brief)?);
+    // Whoever asks for a page comes first. Refused, it is judged all the same.
+    let _ = nice(BEHIND_PAGES);
+    let mut question = Vec::new();
+    std::io::stdin().read_to_end(&mut question)?;
+    let answer = judging::answer(serde_json::from_slice(&question)?);
     let mut out = std::io::stdout().lock();
     out.write_all(&serde_json::to_vec(&answer)?)?;
     Ok(out.flush()?)

@@ -59,7 +59,7 @@ enum Command {
     #[command(subcommand)]
     Certificate(certificate::CertificateCommand),
     Bench(bench::BenchArgs),
-    /// Judges a recording for the service
+    /// Judges a recording or a draft for the service
     #[command(hide = true)]
     Judge(judge::JudgeArgs),
     /// Prints the API's OpenAPI description

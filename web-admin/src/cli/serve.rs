@@ -2,6 +2,7 @@
 
 use std::io::IsTerminal;
 use std::net::SocketAddr;
+use std::thread;
 use std::time::Duration;
 
 use anyhow::Context;
@@ -27,6 +28,9 @@ use crate::{deadlines, mail, recordings, routes, uploads, verification, worker};
 
 /// How often what has expired is thrown away.
 const TIDY_EVERY: Duration = Duration::from_secs(600);
+
+/// How long it is remembered which bytes were fatal to their reader, in s.
+const READING_LIFETIME_S: i64 = 90 * 24 * 3600;
 
 /// How to serve.
 #[derive(Debug, Args)]
@@ -74,12 +78,18 @@ pub struct ServeArgs {
     /// As --owner-mb, for all of a school together
     #[arg(long, value_name = "MB", default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..))]
     school_mb: u64,
-    /// Most memory, in MB, of the process that judges a recording
+    /// Recordings that are judged at once; of several, one is kept free for a second school [default: one less than there are cores, 1 to 4]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=64))]
+    judges: Option<u16>,
+    /// Most memory, in MB, of each process that judges a recording
     #[arg(long, value_name = "MB", default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     judge_mb: u64,
     /// Longest that judging a recording may take, in s
     #[arg(long, value_name = "S", default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..=86_400))]
     judge_s: u64,
+    /// Longest that looking what a draft of an exercise comes to may take, in s
+    #[arg(long, value_name = "S", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=20))]
+    preview_s: u64,
 }
 
 pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
@@ -95,6 +105,8 @@ pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
     config.school_quota = quota(args.school_uploads, args.school_mb);
     let program = std::env::current_exe().context("cannot find this program's file")?;
     config.helper = Some(Helper { program, memory_mb: args.judge_mb, time: Duration::from_secs(args.judge_s) });
+    config.judges = args.judges.map_or_else(default_judges, usize::from);
+    config.preview_time = Duration::from_secs(args.preview_s);
     config.public_url = args.public_url.as_ref().map(|url| url.trim_end_matches('/').to_owned());
     config.allowed_origins = args.allow_origin.iter().map(|given| origin(given)).collect::<Result<_, _>>()?;
     config.mail_from.clone_from(&args.mail_from);
@@ -114,6 +126,12 @@ pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
     take_back(&state).await?;
     state.db.close().await;
     Ok(())
+}
+
+/// A core stays for pages.
+fn default_judges() -> usize {
+    let cores = thread::available_parallelism().map_or(1, Into::into);
+    cores.saturating_sub(1).clamp(1, 4)
 }
 
 /// Tells of what is tried no more, for it was fatal twice.
@@ -218,6 +236,7 @@ async fn forget_expired(state: &AppState) -> Result<(), sqlx::Error> {
     let mut tx = state.db.write().await?;
     account_links::forget_expired(&mut tx, now).await?;
     rosters::forget_before(&mut tx, now.plus_s(-DRAFT_LIFETIME_S)).await?;
+    tries::forget_readings(&mut tx, now.plus_s(-READING_LIFETIME_S)).await?;
     regradings::forget_before(&mut tx, now.plus_s(-PREVIEW_LIFETIME_S)).await?;
     tx.commit().await
 }

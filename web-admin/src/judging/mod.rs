@@ -1,6 +1,8 @@
 //! Judging a recording: where its death harms nobody. The service asks a helper, this very program in a process of its own with limits
 //! on memory and time; commands and tests, whose own work it is, judge in their own process.
 
+mod arrival;
+mod draft;
 mod helper;
 
 use std::path::{Path, PathBuf};
@@ -19,8 +21,14 @@ use crate::recordings;
 use crate::replays;
 use crate::storage::exercises::RevisionBytes;
 use crate::storage::sessions::Verified;
+use crate::views::draft::Verdict;
 
+pub use arrival::{Reported, Told};
+pub use draft::{DraftQuestion, Publishable, same_id};
 pub use helper::{Ended, run_helper};
+
+/// Longest that reading what has just arrived may take.
+const LONGEST_READING: Duration = Duration::from_secs(60);
 
 /// What a helper may cost.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,11 +41,24 @@ pub struct Helper {
     pub time: Duration,
 }
 
+/// What whoever judges can be asked.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum Question {
+    /// What is made of a recording that is kept.
+    Recording(Brief),
+    /// What a recording says of itself that has just arrived.
+    Arrival(PathBuf),
+    /// What a draft of an exercise comes to.
+    Draft(Box<DraftQuestion>),
+}
+
 /// What is to be made of a recording.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Brief {
     /// The recording.
     pub recording: PathBuf,
+    /// SHA-256 of the bytes that were read when it arrived, lower-case hexadecimal.
+    pub sha256: String,
     /// Where its replay goes.
     pub replay: PathBuf,
     /// What else is asked.
@@ -64,50 +85,75 @@ pub struct Outcome {
     pub curve: Curve,
 }
 
-/// How a brief was answered.
+/// How a question was answered.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum Answer {
     /// The recording was judged.
     Judged(Box<Outcome>),
     /// Its replay is where it was wanted.
     Replayed,
-    /// It never will be judged.
+    /// What arrived says this of itself.
+    Told(Box<Reported>),
+    /// The draft comes to this.
+    Examined(Box<Verdict>),
+    /// It never will be answered.
     Permanent(String),
     /// It may be, later.
     Passing(String),
-    /// Whoever worked on it has died of it.
+    /// Whoever worked on it has died of it, or lacked the memory.
     Died(String),
 }
 
-/// Has a brief answered.
+/// Has a question answered. Dropped, the helper that works on it is ended.
 ///
 /// # Errors
 /// When nobody can be asked.
-pub async fn ask(state: &AppState, brief: Brief) -> anyhow::Result<Answer> {
-    match &state.config.helper {
-        None => Ok(state.parse(move || answer(brief)).await?),
-        Some(helper) => ask_helper(helper.clone(), &brief).await,
-    }
+pub async fn ask(state: &AppState, question: Question) -> anyhow::Result<Answer> {
+    let Some(helper) = &state.config.helper else { return Ok(state.parse(move || answer(question)).await?) };
+    let time = match &question {
+        Question::Recording(_) => helper.time,
+        Question::Arrival(_) => helper.time.min(LONGEST_READING),
+        Question::Draft(_) => state.config.preview_time,
+    };
+    ask_helper(Helper { time, ..helper.clone() }, &question).await
 }
 
-async fn ask_helper(helper: Helper, brief: &Brief) -> anyhow::Result<Answer> {
-    let input = serde_json::to_vec(brief)?;
-    let time_s = helper.time.as_secs();
+async fn ask_helper(helper: Helper, question: &Question) -> anyhow::Result<Answer> {
+    let input = serde_json::to_vec(question)?;
+    let (time_s, memory_mb) = (helper.time.as_secs(), helper.memory_mb);
     let ended = run_helper(helper, input).await?;
     Ok(match ended {
         Ended::Said(said) => serde_json::from_slice(&said)?,
         Ended::Late => Answer::Died(format!("it took longer than {time_s} s")),
-        Ended::Died(how) => Answer::Died(format!("whoever worked on this recording has died: {how}")),
+        Ended::Died(how) => {
+            Answer::Died(format!("whoever worked on it, with {memory_mb} MB of memory at most, has died: {how}"))
+        }
     })
 }
 
-/// Answers a brief. Blocks.
+/// Answers a question. Blocks.
 #[must_use]
-pub fn answer(brief: Brief) -> Answer {
+pub fn answer(question: Question) -> Answer {
+    match question {
+        Question::Recording(brief) => make_of(brief),
+        Question::Arrival(path) => match recordings::read(&path).map(Told::from) {
+            Ok(told) => match Reported::try_from(&told) {
+                Ok(reported) => Answer::Told(Box::new(reported)),
+                Err(error) => Answer::Permanent(format!("{error:#}")),
+            },
+            Err(ReadError::Io(error)) => Answer::Passing(error.to_string()),
+            Err(scarce @ ReadError::OutOfMemory) => Answer::Died(scarce.to_string()),
+            Err(unreadable) => Answer::Permanent(unreadable.to_string()),
+        },
+        Question::Draft(question) => Answer::Examined(Box::new(draft::examine(&question))),
+    }
+}
+
+/// Makes of a recording what a brief asks for.
+fn make_of(brief: Brief) -> Answer {
     let recording = match recordings::read(&brief.recording) {
         Ok(recording) => recording,
-        Err(ReadError::Io(error)) => return Answer::Passing(error.to_string()),
-        Err(unreadable) => return Answer::Permanent(unreadable.to_string()),
+        Err(unreadable) => return not_read(&brief, unreadable),
     };
     match brief.task {
         Task::Judge(published) => match judge(&recording, published) {
@@ -121,6 +167,19 @@ pub fn answer(brief: Brief) -> Answer {
             Ok(()) => Answer::Replayed,
             Err(error) => Answer::Passing(format!("{error:#}")),
         },
+    }
+}
+
+/// Why a recording that is kept was not read. These very bytes were read when they arrived: then it is we who lack something, and no
+/// recording is refused for that.
+fn not_read(brief: &Brief, unreadable: ReadError) -> Answer {
+    match (unreadable, recordings::hash_file(&brief.recording)) {
+        (ReadError::Io(error), _) | (_, Err(error)) => Answer::Passing(error.to_string()),
+        (scarce @ ReadError::OutOfMemory, _) => Answer::Died(scarce.to_string()),
+        (unreadable, Ok((sha256, _))) if sha256 == brief.sha256 => {
+            Answer::Died(format!("it was read when it arrived, and is not now: {unreadable}"))
+        }
+        (unreadable, Ok(_)) => Answer::Permanent(format!("it is not what has arrived: {unreadable}")),
     }
 }
 

@@ -49,28 +49,58 @@ pub async fn enqueue(writer: &mut SqliteConnection, session: SessionKey, now: Mo
 /// Longest that a job is put off, in s. What is due later was queued by a clock that has been set back since, and is due now.
 pub const LONGEST_WAIT_S: i64 = 320;
 
-/// The job that has been due for longest, of those that nobody has died of where there are any; none that was set aside.
+/// What of the queue is asked for: what is due at a moment, and has had so many deaths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Due {
+    /// The moment.
+    pub now: Moment,
+    /// Deaths of whoever worked on it.
+    pub deaths: i64,
+}
+
+/// The schools for which something is due.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn due(executor: impl SqliteExecutor<'_>, now: Moment) -> Result<Option<Job>> {
-    sqlx::query_as(
-        "SELECT school_id, session_id, attempts, deaths FROM jobs
-         WHERE (next_run_at <= $1 OR next_run_at > $2) AND deaths < $3 ORDER BY deaths, next_run_at, session_id LIMIT 1",
+pub async fn schools(executor: impl SqliteExecutor<'_>, due: Due) -> Result<Vec<Uuid>> {
+    sqlx::query_scalar(
+        "SELECT s.id FROM schools s WHERE EXISTS (SELECT 1 FROM jobs j
+             WHERE j.school_id = s.id AND j.deaths = $1 AND (j.next_run_at <= $2 OR j.next_run_at > $3))",
     )
-    .bind(now)
-    .bind(now.plus_s(LONGEST_WAIT_S))
-    .bind(MOST_DEATHS)
-    .fetch_optional(executor)
+    .bind(due.deaths)
+    .bind(due.now)
+    .bind(due.now.plus_s(LONGEST_WAIT_S))
+    .fetch_all(executor)
     .await
 }
 
-/// When the next job is due, if any waits.
+/// At most so many jobs of a school, those first that have been due for longest; none that was set aside.
 ///
 /// # Errors
 /// When the database fails.
-pub async fn next_at(executor: impl SqliteExecutor<'_>) -> Result<Option<Moment>> {
-    sqlx::query_scalar("SELECT min(next_run_at) FROM jobs WHERE deaths < $1")
+pub async fn due(executor: impl SqliteExecutor<'_>, school: Uuid, due: Due, most: i64) -> Result<Vec<Job>> {
+    sqlx::query_as(
+        "SELECT school_id, session_id, attempts, deaths FROM jobs
+         WHERE school_id = $1 AND deaths = $2 AND deaths < $3 AND (next_run_at <= $4 OR next_run_at > $5)
+         ORDER BY next_run_at, session_id LIMIT $6",
+    )
+    .bind(school)
+    .bind(due.deaths)
+    .bind(MOST_DEATHS)
+    .bind(due.now)
+    .bind(due.now.plus_s(LONGEST_WAIT_S))
+    .bind(most)
+    .fetch_all(executor)
+    .await
+}
+
+/// When the next job will be due that is not yet, if any waits.
+///
+/// # Errors
+/// When the database fails.
+pub async fn next_at(executor: impl SqliteExecutor<'_>, now: Moment) -> Result<Option<Moment>> {
+    sqlx::query_scalar("SELECT min(next_run_at) FROM jobs WHERE next_run_at > $1 AND deaths < $2")
+        .bind(now)
         .bind(MOST_DEATHS)
         .fetch_one(executor)
         .await

@@ -83,3 +83,11 @@ pub async fn find_or_create(writer: &mut SqliteConnection, name: &str, now: Mome
     .fetch_one(writer)
     .await
 }
+
+/// Whether there is more than one.
+///
+/// # Errors
+/// When the database fails.
+pub async fn are_several(executor: impl SqliteExecutor<'_>) -> Result<bool> {
+    sqlx::query_scalar("SELECT count(*) > 1 FROM (SELECT 1 FROM schools LIMIT 2)").fetch_one(executor).await
+}

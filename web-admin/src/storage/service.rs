@@ -56,7 +56,8 @@ pub async fn totals(executor: impl SqliteExecutor<'_>) -> Result<Totals> {
            (SELECT count(*) FROM sessions WHERE state = 'refused') AS refused,
            (SELECT count(*) FROM jobs) AS waiting,
            (SELECT count(*) FROM jobs WHERE attempts > 0) AS failing,
-           (SELECT count(*) FROM jobs WHERE deaths >= $1) + (SELECT count(*) FROM uploads WHERE deaths >= $1) AS set_aside,
+           (SELECT count(*) FROM jobs WHERE deaths >= $1) + (SELECT count(*) FROM uploads WHERE deaths >= $1)
+             + (SELECT count(*) FROM readings WHERE deaths >= $1) AS set_aside,
            (SELECT min(next_run_at) FROM jobs WHERE deaths < $1) AS due_at,
            (SELECT coalesce(max(seq), 0) FROM audit_log) AS audit_rows,
            (SELECT page_count FROM pragma_page_count) * (SELECT page_size FROM pragma_page_size) AS database_bytes",

@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use super::Result;
 use super::scores::SessionKey;
-use crate::domain::Moment;
+use crate::domain::{Moment, new_id};
 
 /// Deaths after which something is tried no more.
 pub const MOST_DEATHS: i64 = 2;
@@ -52,12 +52,82 @@ pub async fn mark_upload(writer: &mut SqliteConnection, id: Uuid, begun: bool) -
     sqlx::query("UPDATE uploads SET begun = $2 WHERE id = $1").bind(id).bind(begun).execute(writer).await.map(drop)
 }
 
+/// Notes that whoever read an upload has died of it.
+///
+/// # Errors
+/// When the database fails.
+pub async fn note_upload_death(writer: &mut SqliteConnection, id: Uuid) -> Result<()> {
+    sqlx::query("UPDATE uploads SET begun = 0, deaths = deaths + 1 WHERE id = $1")
+        .bind(id)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Notes that bytes that came at once are about to be read; how often that was fatal before.
+///
+/// # Errors
+/// When the database fails.
+pub async fn begin_reading(writer: &mut SqliteConnection, school: Uuid, sha256: &str, now: Moment) -> Result<i64> {
+    sqlx::query_scalar(
+        "INSERT INTO readings (id, school_id, sha256, begun, noted_at) VALUES ($1, $2, $3, 1, $4)
+         ON CONFLICT (school_id, sha256) DO UPDATE SET begun = begun + 1, noted_at = $4 RETURNING deaths",
+    )
+    .bind(new_id(now))
+    .bind(school)
+    .bind(sha256)
+    .bind(now)
+    .fetch_one(writer)
+    .await
+}
+
+/// Notes that a reader has lived.
+///
+/// # Errors
+/// When the database fails.
+pub async fn end_reading(writer: &mut SqliteConnection, school: Uuid, sha256: &str) -> Result<()> {
+    sqlx::query("DELETE FROM readings WHERE school_id = $1 AND sha256 = $2 AND begun <= 1")
+        .bind(school)
+        .bind(sha256)
+        .execute(&mut *writer)
+        .await?;
+    sqlx::query("UPDATE readings SET begun = begun - 1 WHERE school_id = $1 AND sha256 = $2")
+        .bind(school)
+        .bind(sha256)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Notes that a reader has died.
+///
+/// # Errors
+/// When the database fails.
+pub async fn note_reading_death(writer: &mut SqliteConnection, school: Uuid, sha256: &str) -> Result<()> {
+    sqlx::query(
+        "UPDATE readings SET begun = max(begun - 1, 0), deaths = deaths + 1 WHERE school_id = $1 AND sha256 = $2",
+    )
+    .bind(school)
+    .bind(sha256)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Forgets deaths at reading that were noted before a moment.
+///
+/// # Errors
+/// When the database fails.
+pub async fn forget_readings(writer: &mut SqliteConnection, before: Moment) -> Result<()> {
+    sqlx::query("DELETE FROM readings WHERE noted_at < $1 AND begun = 0").bind(before).execute(writer).await.map(drop)
+}
+
 /// What was set aside.
 #[derive(Clone, Debug, PartialEq, Eq, FromRow)]
 pub struct SetAside {
-    /// `recording` or `upload`.
+    /// `recording`, `upload`, or `reading` of what came at once.
     pub kind: String,
-    /// Id of the session, or of the upload.
+    /// Id of the session, of the upload, or of the reading.
     pub id: Uuid,
 }
 
@@ -71,9 +141,11 @@ pub async fn count_deaths(writer: &mut SqliteConnection) -> Result<Vec<SetAside>
         .execute(&mut *writer)
         .await?;
     sqlx::query("UPDATE uploads SET begun = 0, deaths = deaths + 1 WHERE begun = 1").execute(&mut *writer).await?;
+    sqlx::query("UPDATE readings SET begun = 0, deaths = deaths + 1 WHERE begun > 0").execute(&mut *writer).await?;
     sqlx::query_as(
         "SELECT 'recording' AS kind, session_id AS id FROM jobs WHERE deaths >= $1
-         UNION ALL SELECT 'upload', id FROM uploads WHERE deaths >= $1",
+         UNION ALL SELECT 'upload', id FROM uploads WHERE deaths >= $1
+         UNION ALL SELECT 'reading', id FROM readings WHERE deaths >= $1",
     )
     .bind(MOST_DEATHS)
     .fetch_all(writer)
@@ -86,6 +158,8 @@ pub async fn count_deaths(writer: &mut SqliteConnection) -> Result<Vec<SetAside>
 /// When the database fails.
 pub async fn take_back(writer: &mut SqliteConnection) -> Result<()> {
     sqlx::query("UPDATE jobs SET begun = 0 WHERE begun = 1").execute(&mut *writer).await?;
+    sqlx::query("DELETE FROM readings WHERE begun > 0 AND deaths = 0").execute(&mut *writer).await?;
+    sqlx::query("UPDATE readings SET begun = 0 WHERE begun > 0").execute(&mut *writer).await?;
     sqlx::query("UPDATE uploads SET begun = 0 WHERE begun = 1").execute(writer).await.map(drop)
 }
 
@@ -98,5 +172,7 @@ pub async fn forgive(writer: &mut SqliteConnection, until: Moment) -> Result<u64
     let jobs = sqlx::query("UPDATE jobs SET deaths = 0, attempts = 0, next_run_at = 0 WHERE deaths >= $1");
     let jobs = jobs.bind(MOST_DEATHS).execute(&mut *writer).await?.rows_affected();
     let uploads = sqlx::query("UPDATE uploads SET deaths = 0, expires_at = $2 WHERE deaths >= $1");
-    Ok(jobs + uploads.bind(MOST_DEATHS).bind(until).execute(writer).await?.rows_affected())
+    let readings = sqlx::query("DELETE FROM readings WHERE deaths >= $1");
+    let readings = readings.bind(MOST_DEATHS).execute(&mut *writer).await?.rows_affected();
+    Ok(jobs + readings + uploads.bind(MOST_DEATHS).bind(until).execute(writer).await?.rows_affected())
 }

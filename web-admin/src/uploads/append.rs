@@ -8,9 +8,10 @@ use tokio::fs::File;
 use tokio::io::{AsyncSeekExt, AsyncWriteExt};
 use uuid::Uuid;
 
-use super::{Checksum, complete, look, place};
+use super::{Checksum, Turn, complete, look, place, take_over};
 use crate::AppState;
 use crate::error::Error;
+use crate::killpoints::KillPoint;
 use crate::storage::uploads::{self, Owner, Upload};
 
 /// A piece without a checksum is acknowledged to ourselves this often, in bytes: so much is sent again after a crash.
@@ -33,17 +34,16 @@ pub struct Piece {
 /// the bytes that the upload counts as received are on the disk.
 ///
 /// # Errors
-/// When somebody else is writing, the piece does not begin where the upload ends, is too long, breaks off or is not what
+/// When it is being taken in, the piece does not begin where the upload ends, is too long, breaks off or is not what
 /// its checksum says; when the whole is refused as a recording.
 pub async fn append(state: &AppState, owner: Owner, id: Uuid, piece: Piece) -> Result<Upload, Error> {
-    let turn = state.turns.take(id).ok_or(Error::Locked)?;
+    let mut turn = take_over(state, owner, id).await?.ok_or(Error::Locked)?;
     let upload = look(state, owner, id, true).await?;
     check(&upload, &piece)?;
     let state = state.clone();
     // A task of its own: the server drops a handler whose client has gone, and with it what has arrived.
     let work = tokio::spawn(async move {
-        let _turn = turn;
-        let upload = write(&state, upload, piece).await?;
+        let upload = write(&state, upload, piece, &mut turn).await?;
         if upload.whole() && upload.session_id.is_none() { complete(&state, upload).await } else { Ok(upload) }
     });
     work.await?
@@ -64,21 +64,22 @@ fn check(upload: &Upload, piece: &Piece) -> Result<(), Error> {
 /// The file of an upload with what is being written to it.
 struct Writing<'a> {
     state: &'a AppState,
+    turn: &'a mut Turn,
     upload: Upload,
     file: File,
     /// Bytes written, on the disk or not.
     end: i64,
 }
 
-async fn write(state: &AppState, upload: Upload, piece: Piece) -> Result<Upload, Error> {
+async fn write(state: &AppState, upload: Upload, piece: Piece, turn: &mut Turn) -> Result<Upload, Error> {
     if upload.whole() {
-        return nothing_more(state, upload, piece.body).await;
+        return nothing_more(state, upload, piece.body, turn).await;
     }
     let mut file = File::options().write(true).open(place(state, upload.id)).await?;
     // What a crash left beyond the received bytes is not known to be what was sent.
     file.set_len(upload.received.unsigned_abs()).await?;
     file.seek(SeekFrom::End(0)).await?;
-    let mut writing = Writing { state, end: upload.received, upload, file };
+    let mut writing = Writing { state, turn, end: upload.received, upload, file };
     let mut checksum = piece.checksum;
     let broken = writing.take(piece.body.into_data_stream(), &mut checksum).await;
     match (checksum, broken) {
@@ -96,9 +97,9 @@ async fn write(state: &AppState, upload: Upload, piece: Piece) -> Result<Upload,
 }
 
 /// Reads the body of a piece that must be empty.
-async fn nothing_more(state: &AppState, upload: Upload, body: Body) -> Result<Upload, Error> {
+async fn nothing_more(state: &AppState, upload: Upload, body: Body, turn: &mut Turn) -> Result<Upload, Error> {
     let mut chunks = body.into_data_stream();
-    match next(state, &mut chunks).await? {
+    match next(state, turn, &mut chunks).await? {
         Some(chunk) if !chunk.is_empty() => Err(Error::TooLarge { limit_bytes: 0 }),
         _ => Ok(upload),
     }
@@ -106,7 +107,7 @@ async fn nothing_more(state: &AppState, upload: Upload, body: Body) -> Result<Up
 
 impl Writing<'_> {
     async fn take(&mut self, mut chunks: BodyDataStream, checksum: &mut Option<Checksum>) -> Result<(), Error> {
-        while let Some(chunk) = next(self.state, &mut chunks).await? {
+        while let Some(chunk) = next(self.state, self.turn, &mut chunks).await? {
             let length = i64::try_from(chunk.len()).map_err(anyhow::Error::from)?;
             if length > self.upload.length - self.end {
                 let room = self.upload.length - self.upload.received;
@@ -126,6 +127,7 @@ impl Writing<'_> {
     /// Puts what was written on the disk, and then says so in the upload's row.
     async fn settle(&mut self) -> Result<(), Error> {
         self.file.flush().await?;
+        KillPoint::PieceWritten.pass();
         self.file.sync_all().await?;
         // A write that failed behind our back is told once, and not by who asks next.
         let there = self.file.metadata().await?.len();
@@ -135,14 +137,20 @@ impl Writing<'_> {
         }
         self.upload.received = self.end;
         self.upload.expires_at = self.state.clock.now().plus_s(self.state.config.upload_lifetime_s);
+        KillPoint::PieceSynced.pass();
         let mut tx = self.state.db.write().await?;
         uploads::advance(&mut tx, &self.upload).await?;
-        Ok(tx.commit().await?)
+        tx.commit().await?;
+        KillPoint::PieceCounted.pass();
+        Ok(())
     }
 }
 
 /// The next bytes of a body; nothing at its end.
-async fn next(state: &AppState, chunks: &mut BodyDataStream) -> Result<Option<Bytes>, Error> {
-    let chunk = tokio::time::timeout(state.config.upload_silence, chunks.next()).await.map_err(|_| Error::Timeout)?;
+async fn next(state: &AppState, turn: &mut Turn, chunks: &mut BodyDataStream) -> Result<Option<Bytes>, Error> {
+    let chunk = tokio::select! {
+        chunk = tokio::time::timeout(state.config.upload_silence, chunks.next()) => chunk.map_err(|_| Error::Timeout)?,
+        () = turn.wanted() => return Err(Error::Conflict("another request has taken this upload over".to_owned())),
+    };
     chunk.transpose().map_err(|_| Error::BadRequest("the body broke off".to_owned()))
 }

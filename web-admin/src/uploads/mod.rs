@@ -14,6 +14,7 @@ use crate::config::UploadQuota;
 use crate::domain::new_id;
 use crate::error::Error;
 use crate::intake::{self, Bearer};
+use crate::killpoints::KillPoint;
 use crate::recordings::{self, Received};
 use crate::storage::audit::Actor;
 use crate::storage::uploads::{self, Owner, Unfinished, Upload};
@@ -21,7 +22,7 @@ use crate::storage::{stations, tries};
 
 pub use append::{Piece, append};
 pub use checksum::Checksum;
-pub use turns::Turns;
+pub use turns::{Turn, Turns};
 
 /// What the file of an unfinished upload ends in. At the start, `recordings::clear_uploads` deletes `part` files.
 const EXTENSION: &str = "tus";
@@ -68,6 +69,7 @@ pub async fn begin(state: &AppState, owner: Owner, announced: Announced) -> Resu
     }
     tokio::fs::File::create_new(place(state, upload.id)).await?;
     tokio::fs::File::open(state.config.uploads_dir()).await?.sync_all().await?;
+    KillPoint::UploadMade.pass();
     uploads::insert(&mut tx, &upload).await?;
     tx.commit().await?;
     Ok(upload)
@@ -92,8 +94,16 @@ fn ensure_quota(begun: Unfinished, length: u64, quota: UploadQuota, who: &str) -
 /// # Errors
 /// When there is none, it has expired, or its file has gone.
 pub async fn find(state: &AppState, owner: Owner, id: Uuid) -> Result<Upload, Error> {
-    // Whoever has the turn may just be moving the file to its place.
-    look(state, owner, id, state.turns.free(id)).await
+    let turn = take_over(state, owner, id).await?;
+    // Whoever keeps the turn may just be moving the file to its place.
+    look(state, owner, id, turn.is_some()).await
+}
+
+/// The turn at an upload of an owner. Whoever writes to it gives way, for the connection may be dead and nobody know it; who is taking it
+/// in does not, and then there is none.
+async fn take_over(state: &AppState, owner: Owner, id: Uuid) -> Result<Option<Turn>, Error> {
+    uploads::find(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
+    Ok(state.turns.take_over(id).await)
 }
 
 /// Finds an upload; `resting` where nobody else can be moving its file.
@@ -101,7 +111,7 @@ async fn look(state: &AppState, owner: Owner, id: Uuid, resting: bool) -> Result
     let upload = uploads::find(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
     let lost = resting && upload.session_id.is_none() && !tokio::fs::try_exists(place(state, id)).await?;
     if upload.is_set_aside() {
-        return Err(set_aside());
+        return Err(Error::Unprocessable(intake::SET_ASIDE.to_owned()));
     }
     if upload.expires_at <= state.clock.now() || lost {
         return Err(Error::Gone("this upload has expired: begin another"));
@@ -112,9 +122,9 @@ async fn look(state: &AppState, owner: Owner, id: Uuid, resting: bool) -> Result
 /// Ends an upload at its owner's wish. What it has become stays.
 ///
 /// # Errors
-/// When somebody is writing to it, or the database fails.
+/// When it is being taken in, or the database fails.
 pub async fn terminate(state: &AppState, upload: &Upload) -> Result<(), Error> {
-    let _turn = state.turns.take(upload.id).ok_or(Error::Locked)?;
+    let _turn = state.turns.take_over(upload.id).await.ok_or(Error::Locked)?;
     remove(state, upload).await
 }
 
@@ -126,8 +136,13 @@ pub async fn terminate(state: &AppState, upload: &Upload) -> Result<(), Error> {
 async fn complete(state: &AppState, upload: Upload) -> Result<Upload, Error> {
     let id = upload.id;
     mark(state, id, true).await?;
+    KillPoint::UploadMarked.pass();
     let taken = take_in(state, upload).await;
-    if let Err(error) = mark(state, id, false).await {
+    let noted = match &taken {
+        Err(Error::Deadly(_)) => note_death(state, id).await,
+        _ => mark(state, id, false).await,
+    };
+    if let Err(error) = noted {
         tracing::warn!(upload = %id, cause = %error, "an upload counts as being read until the service stops");
     }
     taken
@@ -140,9 +155,10 @@ async fn mark(state: &AppState, id: Uuid, begun: bool) -> Result<(), Error> {
     Ok(tx.commit().await?)
 }
 
-fn set_aside() -> Error {
-    let why = "the service has died twice while it read this upload; it is kept, and whoever runs the service was told";
-    Error::Unprocessable(why.to_owned())
+async fn note_death(state: &AppState, id: Uuid) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    tries::note_upload_death(&mut tx, id).await?;
+    Ok(tx.commit().await?)
 }
 
 async fn take_in(state: &AppState, mut upload: Upload) -> Result<Upload, Error> {
@@ -153,10 +169,11 @@ async fn take_in(state: &AppState, mut upload: Upload) -> Result<Upload, Error> 
     match intake::take_in(state, &bearer, received).await {
         Ok(kept) => {
             upload.session_id = Some(kept.session().id);
+            KillPoint::UploadUnlinking.pass();
             delete(left).await?;
             Ok(upload)
         }
-        Err(fault @ (Error::Internal(_) | Error::NoRoom(_))) => Err(fault),
+        Err(fault @ (Error::Internal(_) | Error::NoRoom(_) | Error::Busy { .. } | Error::Deadly(_))) => Err(fault),
         Err(refused) => {
             remove(state, &upload).await?;
             Err(refused)

@@ -4,6 +4,7 @@ use askama::Template;
 use askama_web::WebTemplate;
 use mechanics::tissue::follow::FieldPlan;
 use scene::{Curriculum, ExerciseBundle, Issue};
+use serde::{Deserialize, Serialize};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
@@ -12,7 +13,7 @@ use super::exercise::ExerciseView;
 use super::trainee::rule_in_words;
 use super::{Shell, assets, format};
 use crate::domain::progress::Mastery;
-use crate::drafting::Publishable;
+use crate::judging::Publishable;
 use crate::words;
 
 /// The drafts of a school.
@@ -81,7 +82,7 @@ pub struct VerdictPart {
 }
 
 /// What a draft comes to.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Verdict {
     /// What is wrong: where, and what.
     pub problems: Vec<(String, String)>,
@@ -90,7 +91,7 @@ pub struct Verdict {
     /// Cross-section, for both widths.
     pub drawing: Option<String>,
     /// Name and value.
-    pub facts: Vec<(&'static str, String)>,
+    pub facts: Vec<(String, String)>,
     /// Titles of a course's exercises in order.
     pub exercises: Vec<String>,
 }
@@ -103,6 +104,7 @@ impl Verdict {
         let view = ExerciseView::new(bundle);
         let mut facts = view.facts;
         facts.extend(tissue(bundle, plan.as_ref()));
+        let facts = named(facts);
         let advice = advice.iter().map(problem).collect();
         Self { advice, drawing: Some(view.drawing), facts, ..Self::default() }
     }
@@ -115,7 +117,7 @@ impl Verdict {
             first => tr!("{exercise}, after {missing}", exercise = entry.exercise, missing = first.join(", ")),
         };
         Self {
-            facts: vec![(tr!("Title"), course.title.clone()), (tr!("An exercise is"), rule_in_words(mastery))],
+            facts: named(vec![(tr!("Title"), course.title.clone()), (tr!("An exercise is"), rule_in_words(mastery))]),
             exercises: course.entries.iter().map(line).collect(),
             ..Self::default()
         }
@@ -126,6 +128,18 @@ impl Verdict {
     pub fn refused(issues: &[Issue]) -> Self {
         Self { problems: issues.iter().map(problem).collect(), ..Self::default() }
     }
+
+    /// Of a draft that nobody has looked at yet; when to ask again, in s.
+    #[must_use]
+    pub fn waiting(retry_after_s: u64) -> Self {
+        let what = tr!("others of this school are before this; try again in {wait} s", wait = retry_after_s);
+        Self { problems: vec![(tr!("Not looked at yet").to_owned(), what)], ..Self::default() }
+    }
+}
+
+/// Facts under their names.
+fn named(facts: Vec<(&'static str, String)>) -> Vec<(String, String)> {
+    facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
 /// What is wrong in a document: where, and what.

@@ -1,14 +1,20 @@
 //! Recordings that kill whoever reads or judges them. Fails when one of them is tried for ever, is lost, holds the others up, or takes the
 //! service with it.
 
-use std::process::Command;
+use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use axum::body::Body;
 use axum::http::Request;
 use serde_json::Value;
+use sha2::{Digest, Sha256};
 use web_admin::clock::Clock;
 use web_admin::domain::{Moment, Role};
+use web_admin::judging::{self, Answer, Brief, Helper, Question, Task};
+use web_admin::killpoints::{self, KillPoint};
 use web_admin::storage::scores::SessionKey;
 use web_admin::storage::{jobs, tries, uploads as rows};
 use web_admin::uploads;
@@ -32,7 +38,8 @@ async fn a_recording_that_kills_its_judge_is_set_aside_told_and_tried_again_only
     let attempt = Attempt::default();
     let bytes = record(&attempt);
     let (disk, service) = FailingDisk::under_service(folder.path());
-    disk.fail(Fault::Broken, "judge");
+    // It reads what arrives, for a minute at most, and dies of judging it, for which it has five.
+    disk.fail(Fault::Broken, "judge/300");
     assert_eq!(answer(service.upload(&token, &bytes, bytes.len())).0, 201);
     let metrics = |service: &Service| answer(service.begin("GET /metrics HTTP/1.1", &token, &[])).1;
     assert!(within_a_minute(|| metrics(&service).contains("stylet_set_aside 1\n")), "{}", metrics(&service));
@@ -69,10 +76,24 @@ async fn two_jobs() -> (App, [SessionKey; 2]) {
     (app, [keys[0], keys[1]])
 }
 
+/// The job that is due first.
+async fn due_first(app: &App, now: Moment) -> Option<SessionKey> {
+    let reader = app.state.db.reader();
+    for deaths in 0..tries::MOST_DEATHS {
+        let due = jobs::Due { now, deaths };
+        for school in jobs::schools(reader, due).await.unwrap() {
+            if let Some(job) = jobs::due(reader, school, due, 1).await.unwrap().first() {
+                return Some(job.session());
+            }
+        }
+    }
+    None
+}
+
 #[tokio::test]
 async fn who_was_fatal_once_goes_last_and_a_stop_is_no_death() {
     let (app, [first, second]) = two_jobs().await;
-    let due = async || jobs::due(app.state.db.reader(), app.state.clock.now()).await.unwrap().map(|job| job.session());
+    let due = async || due_first(&app, app.state.clock.now()).await;
     let mut tx = app.state.db.write().await.unwrap();
     tries::begin_job(&mut tx, first).await.unwrap();
     tries::take_back(&mut tx).await.unwrap();
@@ -98,8 +119,7 @@ async fn who_was_fatal_once_goes_last_and_a_stop_is_no_death() {
 async fn a_job_does_not_wait_for_a_clock_that_was_set_back() {
     let (app, [first, _]) = two_jobs().await;
     let hour_ago = app.state.clock.now().plus_s(-3600);
-    let due = jobs::due(app.state.db.reader(), hour_ago).await.unwrap();
-    assert_eq!(due.map(|job| job.session()), Some(first));
+    assert_eq!(due_first(&app, hour_ago).await, Some(first));
 }
 
 #[tokio::test]
@@ -134,4 +154,120 @@ async fn an_upload_that_was_fatal_twice_is_kept_and_read_no_more() {
     tx.commit().await.unwrap();
     uploads::tidy(&app.state).await.unwrap();
     assert_eq!((listed(&mut ada).await, file.exists()), (1, false), "asked to, the service takes it in");
+}
+
+/// A helper that does as a script says with questions that hold a word, and as it should with others.
+fn helper(folder: &Path, word: &str, script: &str) -> Helper {
+    let program = folder.join("helper.sh");
+    let judge = env!("CARGO_BIN_EXE_web-admin");
+    let text = format!(
+        "#!/bin/sh\nquestion=$(cat)\ncase \"$question\" in\n*'{word}'*) {script} ;;\n\
+         *) printf %s \"$question\" | exec {judge} \"$@\" ;;\nesac\n"
+    );
+    std::fs::write(&program, text).unwrap();
+    std::fs::set_permissions(&program, PermissionsExt::from_mode(0o700)).unwrap();
+    Helper { program, memory_mb: 2000, time: Duration::from_secs(60) }
+}
+
+#[tokio::test]
+async fn what_came_at_once_and_kills_its_reader_is_tried_twice_and_the_service_lives() {
+    let place = tempfile::tempdir().unwrap();
+    let (asked, program) = (place.path().join("asked"), place.path().to_owned());
+    let app = App::with(Clock::system(), |config| {
+        let script = format!("echo >> {}; kill -KILL $$", asked.display());
+        config.helper = Some(helper(&program, "Arrival", &script));
+    })
+    .await;
+    let school = app.school("North").await;
+    let mut ada = app.with_token(&app.member(school, Role::Trainee, "ada@example.org").await.token);
+    let bytes = record(&Attempt::default());
+    let tries_made = || std::fs::read_to_string(&asked).unwrap_or_default().lines().count();
+    for made in 1..=2 {
+        let answer = ada.upload(&bytes).await;
+        answer.is_problem(503, "set aside");
+        assert_eq!((answer.header("retry-after"), tries_made()), ("10", made));
+    }
+    ada.upload(&bytes).await.is_problem(422, "died of it twice");
+    assert_eq!(tries_made(), 2, "it is read no more");
+    let metrics = app.stranger().get("/metrics").await.text();
+    assert!(metrics.contains("stylet_set_aside 1\n"), "{metrics}");
+    assert!(app.files().is_empty(), "{:?}", app.files());
+    app.write(async |tx| tries::forgive(tx, app.state.clock.now()).await.unwrap()).await;
+    helper(&program, "nothing such", "exit 1");
+    assert_eq!(ada.upload(&bytes).await.status, 201, "asked to, the service tries it again");
+    let left: i64 = sqlx::query_scalar("SELECT count(*) FROM readings").fetch_one(app.state.db.reader()).await.unwrap();
+    assert_eq!(left, 0, "what its reader outlives is forgotten");
+}
+
+#[tokio::test]
+async fn a_death_of_the_service_while_it_reads_what_came_at_once_is_counted() {
+    let (folder, token) = founded().await;
+    let bytes = record(&Attempt::default());
+    for _ in 0..2 {
+        let kill_at = Path::new(KillPoint::ReadingBegun.name());
+        let mut service = Service::start_with(folder.path(), &[(killpoints::VARIABLE, kill_at)]);
+        let _sent = service.upload(&token, &bytes, bytes.len());
+        assert!(within_a_minute(|| service.child.try_wait().unwrap().is_some()));
+    }
+    let service = Service::start(folder.path());
+    let (status, body) = answer(service.upload(&token, &bytes, bytes.len()));
+    assert_eq!(status, 422, "{body}");
+    let other = record(&Attempt::default());
+    assert_eq!(answer(service.upload(&token, &other, other.len())).0, 201);
+}
+
+/// Asks a judge that has so much memory; none where it dies.
+fn asked(question: &Question, memory_mb: u64) -> Option<Answer> {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_web-admin"))
+        .args(["judge", "--seconds", "60", "--memory-mb", &memory_mb.to_string()])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let question = serde_json::to_vec(question).unwrap();
+    // Who has died already does not listen.
+    let _ = child.stdin.take().unwrap().write_all(&question);
+    let output = child.wait_with_output().unwrap();
+    serde_json::from_slice(&output.stdout).ok().filter(|_| output.status.success())
+}
+
+/// Whatever memory runs out first, it is not the recording that is damaged.
+#[test]
+fn with_whatever_memory_nobody_calls_a_recording_damaged() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut judged, mut died) = (0, 0);
+    for depth_mm in [4.0, 9.0, 18.0, 30.0] {
+        let path = folder.path().join("attempt.mcap");
+        let bytes = record(&Attempt { depth_mm, ..Attempt::default() });
+        std::fs::write(&path, &bytes).unwrap();
+        let sha256 = hex::encode(Sha256::digest(&bytes));
+        for memory_mb in (1..24).chain([100, 400]) {
+            let (recording, replay) = (path.clone(), folder.path().join(format!("{depth_mm}-{memory_mb}")));
+            let brief = Brief { recording, sha256: sha256.clone(), replay, task: Task::Judge(None) };
+            for question in [Question::Recording(brief), Question::Arrival(path.clone())] {
+                match asked(&question, memory_mb) {
+                    Some(Answer::Judged(_) | Answer::Told(_)) => judged += 1,
+                    None | Some(Answer::Died(_)) => died += 1,
+                    other => panic!("{depth_mm} mm, {memory_mb} MB: {other:?}"),
+                }
+            }
+        }
+    }
+    assert!(judged > 8 && died > 8, "{judged} judged, {died} died");
+}
+
+#[tokio::test]
+async fn what_was_read_when_it_arrived_is_set_aside_and_not_refused_and_what_has_changed_since_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("attempt.mcap");
+    std::fs::write(&path, "not a recording").unwrap();
+    let brief = |sha256: &str| {
+        let (recording, replay) = (path.clone(), folder.path().join("replay"));
+        Question::Recording(Brief { recording, sha256: sha256.to_owned(), replay, task: Task::Judge(None) })
+    };
+    let same = judging::answer(brief(&hex::encode(Sha256::digest("not a recording"))));
+    assert!(matches!(&same, Answer::Died(why) if why.contains("it was read when it arrived")), "{same:?}");
+    let changed = judging::answer(brief(&hex::encode(Sha256::digest("a recording"))));
+    assert!(matches!(&changed, Answer::Permanent(why) if why.contains("not what has arrived")), "{changed:?}");
 }

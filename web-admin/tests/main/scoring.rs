@@ -161,7 +161,7 @@ async fn what_keeps_failing_is_refused() {
         work_off(&app.state).await.unwrap();
         app.state.clock.advance(3600);
     }
-    assert_eq!(jobs::next_at(app.state.db.reader()).await.unwrap(), None);
+    assert_eq!(jobs::next_at(app.state.db.reader(), app.state.clock.now()).await.unwrap(), None);
     let found = sessions::find(app.state.db.reader(), key.school_id, key.id).await.unwrap().unwrap();
     assert!(found.refusal.unwrap().contains("6 tries"));
 }

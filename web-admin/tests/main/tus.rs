@@ -240,24 +240,73 @@ async fn nobody_else_sees_or_feeds_an_upload() {
     assert_eq!(offset(&mut ada, &path).await, 0);
 }
 
+/// A body that goes on for as long as its sender is there.
+type Feed = futures::channel::mpsc::UnboundedSender<Result<Vec<u8>, std::io::Error>>;
+
+/// Somebody who has begun to write to an upload and has sent three bytes, which are written.
+async fn writing(app: &App, client: &Client, path: &str) -> (Feed, tokio::task::JoinHandle<Answer>) {
+    let (feed, fed) = futures::channel::mpsc::unbounded::<Result<Vec<u8>, std::io::Error>>();
+    let (mut client, slow) = (client.clone(), patch(path, 0).body(Body::from_stream(fed)).unwrap());
+    let writing = tokio::spawn(async move { client.send(slow).await });
+    feed.unbounded_send(Ok(b"abc".to_vec())).unwrap();
+    let id = path.rsplit('/').next().unwrap();
+    let file = app.state.config.uploads_dir().join(format!("{id}.tus"));
+    while std::fs::metadata(&file).unwrap().len() < 3 {
+        tokio::time::sleep(std::time::Duration::from_millis(5)).await;
+    }
+    (feed, writing)
+}
+
 #[tokio::test]
-async fn of_two_who_write_at_once_one_is_told_to_wait() {
+async fn who_comes_back_takes_over_from_a_connection_that_has_fallen_silent_and_keeps_its_bytes() {
+    let app = App::new().await;
+    let mut ada = trainee(&app).await;
+    for ask_first in [true, false] {
+        let path = begin(&mut ada, 10).await;
+        let (_silent, first) = writing(&app, &ada, &path).await;
+        let begun = std::time::Instant::now();
+        if ask_first {
+            assert_eq!(offset(&mut ada, &path).await, 3, "what has arrived is kept");
+        }
+        // Who does not ask does not know that three bytes have arrived.
+        let at = if ask_first { 3 } else { 0 };
+        let went_on = send(&mut ada, &path, at, b"defg").await;
+        assert_eq!(went_on.status, if ask_first { 204 } else { 409 }, "{}", went_on.text());
+        assert!(begun.elapsed().as_secs() < 2, "nobody waits for a silence to end");
+        first.await.unwrap().is_problem(409, "taken this upload over");
+        assert_eq!(offset(&mut ada, &path).await, if ask_first { 7 } else { 3 });
+    }
+    let path = begin(&mut ada, 10).await;
+    let (_silent, first) = writing(&app, &ada, &path).await;
+    assert_eq!(ada.send(tus("DELETE", &path).body(Body::empty()).unwrap()).await.status, 204);
+    first.await.unwrap().is_problem(409, "taken this upload over");
+    assert_eq!(head(&mut ada, &path).await.status, 404);
+}
+
+#[tokio::test]
+async fn a_stranger_takes_nothing_over() {
     let app = App::new().await;
     let mut ada = trainee(&app).await;
     let path = begin(&mut ada, 10).await;
-    let (feed, fed) = futures::channel::mpsc::unbounded::<Result<Vec<u8>, std::io::Error>>();
-    let mut first = ada.clone();
-    let slow = patch(&path, 0).body(Body::from_stream(fed)).unwrap();
-    let writing = tokio::spawn(async move { first.send(slow).await });
-    while app.state.turns.free(path.rsplit('/').next().unwrap().parse().unwrap()) {
-        tokio::task::yield_now().await;
-    }
-    send(&mut ada, &path, 0, b"x").await.is_problem(423, "another request");
-    ada.send(tus("DELETE", &path).body(Body::empty()).unwrap()).await.is_problem(423, "another request");
-    feed.unbounded_send(Ok(b"abc".to_vec())).unwrap();
+    let (feed, first) = writing(&app, &ada, &path).await;
+    let bob = app.member(app.school("North").await, Role::Trainee, "bob@example.org").await.token;
+    let mut bob = app.with_token(&bob);
+    assert_eq!(head(&mut bob, &path).await.status, 404);
+    send(&mut bob, &path, 3, b"x").await.is_problem(404, "nothing here");
     drop(feed);
-    assert_eq!(writing.await.unwrap().header("upload-offset"), "3");
-    assert_eq!(send(&mut ada, &path, 3, b"d").await.status, 204, "the turn is free again");
+    assert_eq!(first.await.unwrap().header("upload-offset"), "3");
+}
+
+#[tokio::test]
+async fn who_is_taken_in_gives_way_to_nobody() {
+    let app = App::new().await;
+    let mut ada = trainee(&app).await;
+    let path = begin(&mut ada, 10).await;
+    let turn = app.state.turns.take(path.rsplit('/').next().unwrap().parse().unwrap()).unwrap();
+    send(&mut ada, &path, 0, b"x").await.is_problem(423, "another request");
+    assert_eq!(offset(&mut ada, &path).await, 0, "how far it has come can be asked");
+    drop(turn);
+    assert_eq!(send(&mut ada, &path, 0, b"x").await.status, 204);
 }
 
 #[tokio::test]

@@ -124,7 +124,7 @@ pub(super) async fn create(
     Ok(response)
 }
 
-/// How far an upload has come, and the session it has become.
+/// How far an upload has come, and the session it has become. Whoever still writes to it gives way.
 #[utoipa::path(head, path = "/uploads/{id}", operation_id = "show_upload", params(("id" = Uuid, Path), ("Tus-Resumable" = String, Header)),
     responses((status = 200, description = "Upload-Offset, Upload-Length, Upload-Metadata, Upload-Expires; \
                                             Stylet-Session once it is an attempt"),
@@ -146,11 +146,12 @@ pub(super) async fn show(State(state): State<AppState>, caller: Caller, Id(id): 
            ("Upload-Checksum" = Option<String>, Header, description = "sha256 or sha1, a space, the hash in base64")),
     responses((status = 204, description = "Upload-Offset, Upload-Expires; Stylet-Session once it is an attempt"),
               (status = 400, body = Problem), (status = 404, body = Problem),
-              (status = 409, body = Problem, description = "Another offset, or another recording of this session"),
+              (status = 409, body = Problem, description = "Another offset, another request has taken over, or another recording of this session"),
               (status = 410, body = Problem), (status = 412, body = Problem), (status = 413, body = Problem),
               (status = 415, body = Problem), (status = 422, body = Problem),
-              (status = 423, body = Problem, description = "Another request is writing"),
-              (status = 460, body = Problem, description = "The piece is not what its checksum says")))]
+              (status = 423, body = Problem, description = "It is being taken in"),
+              (status = 460, body = Problem, description = "The piece is not what its checksum says"),
+              (status = 503, body = Problem, description = "Not its turn in time, or whoever read it has died; Retry-After")))]
 pub(super) async fn append(
     State(state): State<AppState>,
     caller: Caller,

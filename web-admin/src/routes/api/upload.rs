@@ -26,7 +26,8 @@ use crate::uploads::Checksum;
               (status = 401, body = Problem),
               (status = 409, body = Problem, description = "Another recording of this session, or somebody else's attempt"),
               (status = 413, body = Problem), (status = 415, body = Problem),
-              (status = 422, body = Problem)))]
+              (status = 422, body = Problem),
+              (status = 503, body = Problem, description = "Not its turn in time, or whoever read it has died; Retry-After")))]
 pub(super) async fn create(
     State(state): State<AppState>,
     caller: Caller,
@@ -38,7 +39,9 @@ pub(super) async fn create(
     let digest = digest(&headers)?;
     let received = recordings::receive(&state, body, digest).await?;
     let bearer = Bearer { ahead_us, ..bearer(&caller) };
-    Ok(match intake::take_in(&state, &bearer, received).await? {
+    // A task of its own: the server drops a handler whose client has gone, and a try that was begun must be ended.
+    let taken = tokio::spawn(async move { intake::take_in(&state, &bearer, received).await });
+    Ok(match taken.await?? {
         Kept::Now(session) => (StatusCode::CREATED, Json(session.into())),
         Kept::Before(session) => (StatusCode::OK, Json(session.into())),
     })

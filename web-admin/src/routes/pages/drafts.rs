@@ -2,6 +2,7 @@
 
 use axum::extract::{Path, State};
 use axum::http::StatusCode;
+use axum::http::header::RETRY_AFTER;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
@@ -112,11 +113,21 @@ pub(super) async fn show(
     person: CurrentPerson,
     Id(id): Id,
     csrf: Csrf,
-) -> Result<DraftPage, PageError> {
+) -> Result<Response, PageError> {
     drafting::staff_only(&person)?;
     let draft = drafts::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let checked = drafting::check(&state, person.school_id, &draft).await?;
-    Ok(page(Shell::new(&person, csrf.token(), Place::Curricula), draft, &checked))
+    Ok(answered(&checked, page(Shell::new(&person, csrf.token(), Place::Curricula), draft, &checked)))
+}
+
+/// An answer that says when to ask again where nobody knows yet what the draft comes to.
+fn answered(checked: &Checked, body: impl IntoResponse) -> Response {
+    match checked {
+        Checked::Waiting(retry_after_s) => {
+            (StatusCode::SERVICE_UNAVAILABLE, [(RETRY_AFTER, retry_after_s.to_string())], body).into_response()
+        }
+        _ => body.into_response(),
+    }
 }
 
 /// Saves what was written, and publishes it when that is asked for and nothing is wrong; where there is advice, once its author has
@@ -136,14 +147,18 @@ pub(super) async fn write(
     };
     let checked = drafting::check(&state, person.school_id, &draft).await?;
     let is_held = match (form.act, &checked) {
-        (Act::Save, _) => return Ok(page(shell, draft, &checked).into_response()),
-        (_, Checked::Refused(_)) => true,
-        (Act::Publish, Checked::Exercise(exercise)) => !exercise.advice.is_empty(),
+        (Act::Save, _) => return Ok(answered(&checked, page(shell, draft, &checked))),
+        (_, Checked::Refused(_) | Checked::Waiting(_)) => true,
+        (_, Checked::Exercise(verdict)) if !verdict.problems.is_empty() => true,
+        (Act::Publish, Checked::Exercise(verdict)) => !verdict.advice.is_empty(),
         (Act::Publish | Act::Insist, _) => false,
     };
     if is_held {
         let refused = DraftPage { refused: true, ..page(shell, draft, &checked) };
-        return Ok((StatusCode::UNPROCESSABLE_ENTITY, refused).into_response());
+        return Ok(match checked {
+            Checked::Waiting(_) => answered(&checked, refused),
+            _ => (StatusCode::UNPROCESSABLE_ENTITY, refused).into_response(),
+        });
     }
     match drafting::publish(&state, &person, &draft, &checked).await? {
         true => Ok(Redirect::to(&published_at(&draft)).into_response()),
@@ -157,12 +172,12 @@ pub(super) async fn preview(
     person: CurrentPerson,
     Id(id): Id,
     CsrfForm(typed): CsrfForm<TypedForm>,
-) -> Result<VerdictPart, PageError> {
+) -> Result<Response, PageError> {
     drafting::staff_only(&person)?;
     let draft = drafts::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let texts = Texts { document: unix_lines(&typed.document), scene: unix_lines(&typed.scene) };
     let checked = drafting::check(&state, person.school_id, &Draft { texts, ..draft }).await?;
-    Ok(VerdictPart { verdict: verdict(&checked) })
+    Ok(answered(&checked, VerdictPart { verdict: verdict(&checked) }))
 }
 
 /// Throws a draft away.
@@ -203,9 +218,10 @@ fn row(draft: &Draft) -> DraftRow {
 
 fn verdict(checked: &Checked) -> Verdict {
     match checked {
-        Checked::Exercise(exercise) => Verdict::of_exercise(exercise),
+        Checked::Exercise(verdict) => (**verdict).clone(),
         Checked::Course(course, mastery) => Verdict::of_course(course, mastery),
         Checked::Refused(issues) => Verdict::refused(issues),
+        Checked::Waiting(retry_after_s) => Verdict::waiting(*retry_after_s),
     }
 }
 

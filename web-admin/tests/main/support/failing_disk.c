@@ -1,6 +1,6 @@
 /* A disk that fails on demand, preloaded into a service: what is written to a file whose path holds a word fails as the
  * control file says. The control file, named by the environment, holds an errno and the word; without it nothing fails. A process
- * that is called with the word as its first argument dies at once. */
+ * that is called with the word as its first argument dies at once; with "first/other" where it has both as arguments. */
 
 #define _GNU_SOURCE
 #include <errno.h>
@@ -27,8 +27,16 @@ static int control(char word[256])
 __attribute__((constructor)) static void die(int count, char **arguments)
 {
     char word[256] = "";
-    if (control(word) && count > 1 && strcmp(arguments[1], word) == 0)
-        abort();
+    if (!control(word) || count < 2)
+        return;
+    char *other = strchr(word, '/');
+    if (other)
+        *other++ = 0;
+    if (strcmp(arguments[1], word) != 0)
+        return;
+    for (int i = 1; i < count; i++)
+        if (!other || strcmp(arguments[i], other) == 0)
+            abort();
 }
 
 static int fault(int fd)

@@ -4,8 +4,9 @@ use assessment::questionnaire::Answer;
 use axum::extract::{Path, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
+use futures::stream;
 use scene::Instrument;
-use scene::instrument::ScaleKind;
+use scene::instrument::{Item, ScaleKind};
 use serde_json::json;
 use uuid::Uuid;
 
@@ -15,13 +16,28 @@ use crate::AppState;
 use crate::domain::CurrentPerson;
 use crate::domain::survey::results::{Results, Row, answers_of};
 use crate::error::{Error, PageError};
-use crate::export::{Cell, csv};
+use crate::export::{self, Cell, csv};
 use crate::storage::surveys::{self as stored, Submitted, Survey};
 use crate::surveys::instrument_of;
 
 /// What is known of a response beside its answers.
 const FACTS: [&str; 9] =
     ["response", "role", "who", "language", "submitted", "exercise", "device", "simulator_version", "pseudonym"];
+
+/// Columns of the long table.
+const LONG: [&str; 11] = [
+    "response",
+    "role",
+    "who",
+    "language",
+    "submitted",
+    "exercise",
+    "device",
+    "simulator_version",
+    "pseudonym",
+    "item",
+    "answer",
+];
 
 /// What an export is made of.
 struct Study<'a> {
@@ -42,11 +58,17 @@ pub(super) async fn serve(
     let instrument = instrument_of(&state, &survey).await?;
     let owner = owns(&person, &survey);
     let submitted = stored::submitted(state.db.reader(), &survey).await?;
+    if owner && file == "answers-long.csv" {
+        return Ok(export::stream(
+            &format!("{}-answers-long", instrument.id),
+            &LONG,
+            stream::iter(long(instrument, submitted)),
+        )?);
+    }
     let rows = rows(&instrument, &submitted);
     let study = Study { survey: &survey, instrument: &instrument, submitted: &submitted, rows: &rows };
     let (media_type, body) = match (file.as_str(), owner) {
         ("answers-wide.csv", true) => ("text/csv; charset=utf-8", study.wide()?),
-        ("answers-long.csv", true) => ("text/csv; charset=utf-8", study.long()?),
         ("answers-wide.csv" | "answers-long.csv", false) => {
             return Err(Error::Forbidden(tr!("single answers are for the owner of the survey")).into());
         }
@@ -82,6 +104,16 @@ fn facts(given: &Submitted) -> Vec<Cell> {
     ]
 }
 
+/// A row for each answer, response by response: they are written as they are taken, for there may be millions.
+fn long(instrument: Instrument, submitted: Vec<Submitted>) -> impl Iterator<Item = anyhow::Result<Vec<Vec<Cell>>>> {
+    submitted.into_iter().map(move |given| {
+        let row = |(item, answer): (&Item, &Option<Answer>)| {
+            facts(&given).into_iter().chain([item.id.as_str().into(), written(answer.as_ref())]).collect()
+        };
+        Ok(instrument.items.iter().zip(&given.answers.0).map(row).collect())
+    })
+}
+
 impl Study<'_> {
     fn wide(&self) -> anyhow::Result<String> {
         let items = self.instrument.items.iter().map(|item| item.id.clone());
@@ -94,19 +126,6 @@ impl Study<'_> {
             facts(given).into_iter().chain(answers.map(written)).chain(scores).collect()
         };
         csv(&names, &self.submitted.iter().zip(self.rows).map(row).collect::<Vec<_>>())
-    }
-
-    fn long(&self) -> anyhow::Result<String> {
-        let names: Vec<&str> = FACTS.into_iter().chain(["item", "answer"]).collect();
-        let mut rows = Vec::new();
-        for given in self.submitted {
-            for (item, answer) in self.instrument.items.iter().zip(&given.answers.0) {
-                let mut row = facts(given);
-                row.extend([item.id.as_str().into(), written(answer.as_ref())]);
-                rows.push(row);
-            }
-        }
-        csv(&names, &rows)
     }
 
     /// What every column of the wide table means: name, type and measure as R and SPSS know them, label, values.

@@ -1,0 +1,73 @@
+//! What a recording that has just arrived says of itself.
+
+use std::collections::BTreeMap;
+
+use anyhow::Context;
+use recording::{Motion, Recording, Session, Signature};
+use serde::{Deserialize, Serialize};
+
+/// What a recording says of itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Told {
+    /// Its metadata.
+    pub session: Session,
+    /// How long it is, in s.
+    pub duration_s: f64,
+    /// It is whole.
+    pub complete: bool,
+    /// SHA-256 of what the hand did; absent without samples.
+    pub motion: Option<[u8; 32]>,
+    /// A station's signature, where there is one.
+    pub signature: Option<Signature>,
+}
+
+impl From<Recording> for Told {
+    fn from(recording: Recording) -> Self {
+        let last = recording.samples.last();
+        Self {
+            duration_s: last.map_or(0.0, |sample| sample.t_s),
+            complete: recording.complete,
+            motion: last.map(|_| Motion::of(&recording.samples).sha256()),
+            signature: recording.signature,
+            session: recording.session,
+        }
+    }
+}
+
+/// The same as it goes from one process to the other: metadata and signature as they stand in the file.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Reported {
+    session: BTreeMap<String, String>,
+    duration_s: f64,
+    complete: bool,
+    motion: Option<[u8; 32]>,
+    signature: Option<BTreeMap<String, String>>,
+}
+
+impl TryFrom<&Told> for Reported {
+    type Error = anyhow::Error;
+
+    fn try_from(told: &Told) -> anyhow::Result<Self> {
+        Ok(Self {
+            session: told.session.to_text().context("metadata that were just read")?,
+            duration_s: told.duration_s,
+            complete: told.complete,
+            motion: told.motion,
+            signature: told.signature.as_ref().map(Signature::to_text),
+        })
+    }
+}
+
+impl TryFrom<Reported> for Told {
+    type Error = anyhow::Error;
+
+    fn try_from(reported: Reported) -> anyhow::Result<Self> {
+        Ok(Self {
+            session: Session::from_text(&reported.session)?,
+            duration_s: reported.duration_s,
+            complete: reported.complete,
+            motion: reported.motion,
+            signature: reported.signature.as_ref().map(Signature::from_text).transpose()?,
+        })
+    }
+}

@@ -1,0 +1,221 @@
+//! The service, a backup and a restore are ended at every place where something is half done. Fails when an acknowledged attempt is lost,
+//! is there twice, is scored twice or not at all, when a backup or a restore wants a hand, or when `verify` finds anything.
+
+use std::io::Read;
+use std::net::TcpStream;
+use std::os::unix::process::ExitStatusExt;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::time::Duration;
+
+use web_admin::config::Config;
+use web_admin::killpoints::{KillPoint, VARIABLE};
+use web_admin::storage::scores::SessionKey;
+use web_admin::storage::{Database, scores, sessions};
+
+use super::support::recordings::{Attempt, record};
+use super::support::service::{Service, founded, header};
+
+/// What kills which point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    Arriving,
+    InPieces,
+    Scoring,
+    Backup,
+    Restore,
+}
+
+const fn way(point: KillPoint) -> Way {
+    use KillPoint as P;
+    match point {
+        P::ReadingBegun | P::RecordingRead | P::RecordingLinked | P::RecordingCommitting | P::RecordingCommitted => {
+            Way::Arriving
+        }
+        P::UploadMade | P::PieceWritten | P::PieceSynced | P::PieceCounted | P::UploadMarked | P::UploadUnlinking => {
+            Way::InPieces
+        }
+        P::JobBegun | P::JobJudged | P::ScoreAdded | P::ScoreCommitting | P::ScoreCommitted => Way::Scoring,
+        P::BackupCopied | P::BackupWritten | P::BackupNamed => Way::Backup,
+        P::RestoreUnpacked | P::RestoreMoving | P::RestoreMoved => Way::Restore,
+    }
+}
+
+fn points(wanted: Way) -> impl Iterator<Item = KillPoint> {
+    KillPoint::ALL.iter().copied().filter(move |point| way(*point) == wanted)
+}
+
+fn web_admin(folder: &Path, arguments: &[&str], kill_at: Option<KillPoint>) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_web-admin"));
+    command.args(arguments).arg("--data-dir").arg(folder);
+    if let Some(point) = kill_at {
+        command.env(VARIABLE, point.name());
+    }
+    command.output().unwrap()
+}
+
+fn killed(output: &Output) -> bool {
+    output.status.signal() == Some(9)
+}
+
+/// Status and head of an answer; nothing where the service died before.
+fn heard(mut stream: TcpStream) -> Option<(u16, String)> {
+    let mut text = String::new();
+    let _ = stream.read_to_string(&mut text);
+    let (head, _) = text.split_once("\r\n\r\n")?;
+    Some((head.split(' ').nth(1)?.parse().ok()?, head.to_lowercase()))
+}
+
+/// Sends a recording at once; whether it was acknowledged.
+fn at_once(service: &Service, token: &str, bytes: &[u8]) -> bool {
+    heard(service.upload(token, bytes, bytes.len())).is_some_and(|(status, _)| matches!(status, 200 | 201))
+}
+
+/// Sends a recording in two pieces, from where an upload has come to; the session that was acknowledged.
+fn in_pieces(service: &Service, token: &str, bytes: &[u8], path: &mut Option<String>) -> Option<String> {
+    let ask = |path: &str| {
+        let ask = format!("HEAD {path} HTTP/1.1\r\nTus-Resumable: 1.0.0");
+        heard(service.begin(&ask, token, &[])).filter(|(status, _)| *status == 200)
+    };
+    let known = path.clone().and_then(|path| Some((ask(&path)?.1, path)));
+    let mut at = match known {
+        Some((head, _)) if !header(&head, "stylet-session").is_empty() => {
+            return Some(header(&head, "stylet-session").to_owned());
+        }
+        Some((head, _)) => header(&head, "upload-offset").parse().unwrap(),
+        None => {
+            let create =
+                format!("POST /api/v1/uploads HTTP/1.1\r\nTus-Resumable: 1.0.0\r\nUpload-Length: {}", bytes.len());
+            *path = Some(header(&heard(service.begin(&create, token, &[]))?.1, "location").to_owned());
+            0
+        }
+    };
+    let path = path.clone()?;
+    loop {
+        let end = if at < bytes.len() / 2 { bytes.len() / 2 } else { bytes.len() };
+        let (status, head) = heard(service.piece(token, (&path, at), &bytes[at..end], end - at))?;
+        assert_eq!(status, 204, "{head}");
+        let session = header(&head, "stylet-session");
+        if !session.is_empty() {
+            return Some(session.to_owned());
+        }
+        at = end;
+    }
+}
+
+fn exists(child: &mut std::process::Child) -> bool {
+    child.try_wait().unwrap().is_none()
+}
+
+/// Waits for the service to be killed.
+fn await_death(service: &mut Service, point: KillPoint) {
+    for _ in 0..600 {
+        if !exists(&mut service.child) {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    panic!("{} was not reached", point.name());
+}
+
+/// Whether everything that was acknowledged is there once, scored once, and nothing else; and nothing is found wrong.
+async fn check(folder: &Path, expected: &[&Attempt], point: KillPoint) {
+    let verified = web_admin(folder, &["verify"], None);
+    assert!(verified.status.success(), "{}: {}", point.name(), String::from_utf8_lossy(&verified.stdout));
+    let db = Database::open_existing(&Config::in_folder(folder).database_url).await.unwrap();
+    let mut found: Vec<_> = sessions::recordings(db.reader()).await.unwrap().iter().map(|file| file.id).collect();
+    let mut wanted: Vec<_> = expected.iter().map(|attempt| attempt.session_id).collect();
+    (found.sort(), wanted.sort());
+    assert_eq!(found, wanted, "{}", point.name());
+    let school_id = sqlx::query_scalar("SELECT id FROM schools").fetch_one(db.reader()).await.unwrap();
+    for id in found {
+        let scores = scores::all(db.reader(), SessionKey { school_id, id }).await.unwrap();
+        assert_eq!(scores.len(), 1, "{}", point.name());
+    }
+    db.close().await;
+}
+
+/// Waits until nothing is left to score.
+fn settle(service: &Service, token: &str, attempts: &[&Attempt], point: KillPoint) {
+    for attempt in attempts {
+        let ask = format!("GET /api/v1/sessions/{}/score HTTP/1.1", attempt.session_id);
+        let scored = (0..600).any(|_| {
+            std::thread::sleep(Duration::from_millis(50));
+            heard(service.begin(&ask, token, &[])).is_some_and(|(status, _)| status == 200)
+        });
+        assert!(scored, "{}: an attempt is not scored", point.name());
+    }
+}
+
+/// A service is killed at each point of a way, with an attempt that came at once and one that came in pieces.
+async fn kill_on(way: Way) {
+    for point in points(way) {
+        let (folder, token) = founded().await;
+        let attempts = [Attempt::default(), Attempt::default()];
+        let [first, second] = attempts.each_ref().map(record);
+        let mut service = Service::start_with(folder.path(), &[(VARIABLE, Path::new(point.name()))]);
+        let mut path = None;
+        if at_once(&service, &token, &first) && exists(&mut service.child) && way != Way::Scoring {
+            in_pieces(&service, &token, &second, &mut path);
+        }
+        await_death(&mut service, point);
+        drop(service);
+        let service = Service::start(folder.path());
+        assert!(at_once(&service, &token, &first), "{}", point.name());
+        let session = in_pieces(&service, &token, &second, &mut path);
+        assert_eq!(session, Some(attempts[1].session_id.to_string()), "{}", point.name());
+        settle(&service, &token, &attempts.each_ref(), point);
+        drop(service);
+        check(folder.path(), &attempts.each_ref(), point).await;
+    }
+}
+
+#[tokio::test]
+async fn what_arrives_at_once_outlives_a_death_at_every_point() {
+    kill_on(Way::Arriving).await;
+}
+
+#[tokio::test]
+async fn what_arrives_in_pieces_outlives_a_death_at_every_point() {
+    kill_on(Way::InPieces).await;
+}
+
+#[tokio::test]
+async fn what_is_scored_is_scored_once_whenever_the_service_dies() {
+    kill_on(Way::Scoring).await;
+}
+
+#[tokio::test]
+async fn backups_and_restores_that_were_killed_are_done_over() {
+    let (folder, token) = founded().await;
+    let attempts = [Attempt::default(), Attempt::default()];
+    let service = Service::start(folder.path());
+    assert!(attempts.iter().all(|attempt| at_once(&service, &token, &record(attempt))));
+    settle(&service, &token, &attempts.each_ref(), KillPoint::BackupCopied);
+    drop(service);
+    let backup = folder.path().join("backup.tar");
+    let to = backup.to_str().unwrap();
+    for point in points(Way::Backup) {
+        let _ = std::fs::remove_file(&backup);
+        assert!(killed(&web_admin(folder.path(), &["backup", "--to", to], Some(point))), "{}", point.name());
+        if !backup.exists() {
+            let again = web_admin(folder.path(), &["backup", "--to", to], None);
+            assert!(again.status.success(), "{}: {}", point.name(), String::from_utf8_lossy(&again.stderr));
+        }
+        let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+        assert!(!left.iter().any(|name| name.to_string_lossy().starts_with("backup.tar.")), "{left:?}");
+    }
+    for point in points(Way::Restore) {
+        let place = tempfile::tempdir().unwrap();
+        assert!(killed(&web_admin(place.path(), &["restore", to], Some(point))), "{}", point.name());
+        if point == KillPoint::RestoreMoved {
+            drop(Service::start(place.path()));
+        } else {
+            let served = web_admin(place.path(), &["serve", "--listen", "127.0.0.1:0"], None);
+            assert!(!served.status.success(), "{}: half a school is served", point.name());
+            let again = web_admin(place.path(), &["restore", to], None);
+            assert!(again.status.success(), "{}: {}", point.name(), String::from_utf8_lossy(&again.stderr));
+        }
+        check(place.path(), &attempts.each_ref(), point).await;
+    }
+}
