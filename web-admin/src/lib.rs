@@ -32,6 +32,8 @@ pub mod regrading;
 pub mod replays;
 pub mod roster_import;
 pub mod routes;
+pub mod sealing;
+pub mod second_factor;
 pub mod secret;
 pub mod segments;
 pub mod serving;

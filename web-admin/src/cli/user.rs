@@ -10,11 +10,13 @@ use crate::domain::Role;
 use crate::domain::line::on_one_line;
 use crate::domain::roster::is_name;
 use crate::passwords::{self, PasswordRefused};
+use crate::second_factor;
 use crate::secret;
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::cohorts::{self, Deed, Membership};
 use crate::storage::people::{self, NewPerson, Person};
 use crate::storage::schools::{self, School};
+use crate::storage::second_factors::PersonKey;
 use crate::storage::tokens::{self, TokenHolder};
 
 /// `web-admin user …`
@@ -26,6 +28,8 @@ pub enum UserCommand {
     ResetPassword(ResetArgs),
     /// Keeps a person from signing in and revokes their tokens; their attempts stay
     Disable(WhoArgs),
+    /// Takes a person's second factor away who has lost it: their password alone signs them in, and a mail tells them
+    ResetSecondFactor(WhoArgs),
     /// Makes a token for the API and prints it alone, this once
     Token(TokenArgs),
 }
@@ -96,6 +100,7 @@ pub(super) async fn run(command: &UserCommand) -> Result<(), Failure> {
         UserCommand::Add(args) => add(args).await,
         UserCommand::ResetPassword(args) => reset_password(args).await,
         UserCommand::Disable(args) => disable(args).await,
+        UserCommand::ResetSecondFactor(args) => reset_second_factor(args).await,
         UserCommand::Token(args) => token(args).await,
     }
 }
@@ -188,6 +193,17 @@ async fn disable(args: &WhoArgs) -> Result<(), Failure> {
     Ok(())
 }
 
+async fn reset_second_factor(args: &WhoArgs) -> Result<(), Failure> {
+    let state = args.storage.open().await?;
+    let person = people::by_email(state.db.reader(), &args.email).await?;
+    let person = person.ok_or_else(|| nobody(&args.email))?;
+    let key = PersonKey { school_id: person.school_id, person_id: person.id };
+    let had_one = second_factor::reset(&state, key, Actor::CommandLine).await.map_err(anyhow::Error::from)?;
+    let told = if had_one { "has no second factor any more; a mail tells them" } else { "had no second factor" };
+    say(format_args!("{} {told}", person.email));
+    Ok(())
+}
+
 async fn token(args: &TokenArgs) -> Result<(), Failure> {
     let state = args.storage.open().await?;
     let mut tx = state.db.write().await?;
@@ -255,7 +271,11 @@ pub(super) async fn choose_school(
 
 async fn find(tx: &mut SqliteConnection, email: &str) -> Result<Person, Failure> {
     let found = people::by_email(tx, email).await?;
-    found.ok_or_else(|| Failure::Usage(format!("--email: \"{email}\"; nobody has this address")))
+    found.ok_or_else(|| nobody(email))
+}
+
+fn nobody(email: &str) -> Failure {
+    Failure::Usage(format!("--email: \"{email}\"; nobody has this address"))
 }
 
 /// The password to set, and a line that tells it where it was made here. `own` is who it is for.

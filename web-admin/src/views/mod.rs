@@ -28,6 +28,7 @@ mod markup;
 pub mod metric;
 pub mod people;
 pub mod progress;
+pub mod qr;
 pub mod rating;
 pub mod regrading;
 pub mod replay;
@@ -35,6 +36,7 @@ pub mod review;
 pub mod roster;
 #[cfg(test)]
 mod samples;
+pub mod second_factor;
 pub mod segments;
 pub mod service;
 pub mod session;

@@ -37,6 +37,7 @@ mod replay;
 mod review;
 mod schema;
 mod scoring;
+mod second_factors;
 mod segments;
 mod signing_in;
 mod station_surveys;

@@ -32,6 +32,7 @@ pub(crate) mod review;
 mod revisions;
 mod roster;
 mod rows;
+mod second_factor;
 mod segments;
 mod service;
 mod sessions;
@@ -86,6 +87,7 @@ pub fn router() -> Routes {
         .route("/account/password", post(account::set_password))
         .route("/account/language", post(account::set_language))
         .route("/account/export", get(account::export))
+        .merge(second_factor::router())
         .merge(people())
         .route("/assignments", get(assignments::list).post(assignments::make))
         .route("/admin/certificate-needs", post(admin::set_needed))
