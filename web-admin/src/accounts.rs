@@ -333,7 +333,9 @@ pub async fn enable(state: &AppState, by: &CurrentPerson, person: Uuid) -> Resul
 pub async fn erase(state: &AppState, by: &CurrentPerson, person: &Listed) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     tokens::revoke_all(&mut tx, person.id, state.clock.now()).await?;
-    second_factors::remove(&mut tx, PersonKey { school_id: by.school_id, person_id: person.id }).await?;
+    let key = PersonKey { school_id: by.school_id, person_id: person.id };
+    tokens::forget_names(&mut tx, key).await?;
+    second_factors::remove(&mut tx, key).await?;
     let letters = directory::letters(&mut *tx, person, by.school_id).await?;
     directory::erase(&mut tx, person, by.school_id, state.clock.now()).await?;
     Entry::by(by, "person.erased", person.id).append(&mut tx, state.clock.now()).await?;

@@ -41,6 +41,7 @@ pub mod startup;
 pub mod stations;
 pub mod storage;
 pub mod surveys;
+pub mod tokens;
 pub mod uploads;
 pub mod verification;
 pub mod views;

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use sqlx::SqliteConnection;
 
 use crate::AppState;
-use crate::domain::{CurrentPerson, Moment, TotpSecret};
+use crate::domain::{CurrentPerson, TotpSecret};
 use crate::error::Error;
 use crate::sealing;
 use crate::secret;
@@ -276,21 +276,16 @@ async fn remove(tx: &mut SqliteConnection, key: PersonKey, act: Act, state: &App
 /// When the database fails.
 pub async fn note_sign_in(state: &AppState, key: PersonKey, by: Option<Proof>) -> Result<(), Error> {
     let details = by.map_or_else(|| json!({}), |proof| json!({ "second_factor": proof.word() }));
-    write_down(state, key, ("person.signed_in", details), state.clock.now()).await
+    write_down(state, key, "person.signed_in", details).await
 }
 
 async fn note(state: &AppState, key: PersonKey, action: &'static str) -> Result<(), Error> {
-    write_down(state, key, (action, json!({})), state.clock.now()).await
+    write_down(state, key, action, json!({})).await
 }
 
-async fn write_down(
-    state: &AppState,
-    key: PersonKey,
-    (action, details): (&'static str, Value),
-    now: Moment,
-) -> Result<(), Error> {
+async fn write_down(state: &AppState, key: PersonKey, action: &'static str, details: Value) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     let entry = Entry::new(key.school_id, Actor::Person(key.person_id), action, key.person_id);
-    entry.with(details).append(&mut tx, now).await?;
+    entry.with(details).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }

@@ -17,7 +17,8 @@ use crate::storage::cohorts::{self, Deed, Membership};
 use crate::storage::people::{self, NewPerson, Person};
 use crate::storage::schools::{self, School};
 use crate::storage::second_factors::PersonKey;
-use crate::storage::tokens::{self, TokenHolder};
+use crate::storage::tokens::{self, NewToken, TokenHolder};
+use crate::tokens::{self as own_tokens, LONGEST_DAYS, Wanted};
 
 /// `web-admin user …`
 #[derive(Debug, Subcommand)]
@@ -93,7 +94,16 @@ pub struct TokenArgs {
     /// The station's school [default: the only one there is]
     #[arg(long)]
     school: Option<String>,
+    /// What a person's token is called
+    #[arg(long, default_value = COMMAND_LINE, conflicts_with = "station")]
+    name: String,
+    /// Days that a person's token is good for; a station's is good until it is revoked
+    #[arg(long, default_value_t = LONGEST_DAYS, value_parser = clap::value_parser!(i64).range(1..=LONGEST_DAYS), conflicts_with = "station")]
+    days: i64,
 }
+
+/// What a token is called that nobody has named.
+const COMMAND_LINE: &str = "command line";
 
 pub(super) async fn run(command: &UserCommand) -> Result<(), Failure> {
     match command {
@@ -136,7 +146,8 @@ async fn add(args: &AddArgs) -> Result<(), Failure> {
     if let Some(cohort) = &args.cohort {
         join(&mut tx, &state, &person, cohort).await?;
     }
-    let token = if args.token { Some(give_token(&mut tx, &state, &person).await?) } else { None };
+    let wanted = Wanted { name: COMMAND_LINE, days: LONGEST_DAYS };
+    let token = if args.token { Some(give_token(&mut tx, &state, &person, wanted).await?) } else { None };
     tx.commit().await?;
     say(format_args!("{} {} added to {}; pseudonym {}", person.role, person.email, school.name, person.pseudonym));
     told.into_iter().for_each(say);
@@ -210,7 +221,7 @@ async fn token(args: &TokenArgs) -> Result<(), Failure> {
     let token = match (&args.email, &args.station) {
         (Some(email), _) => {
             let person = find(&mut tx, email).await?;
-            give_token(&mut tx, &state, &person).await?
+            give_token(&mut tx, &state, &person, Wanted { name: &args.name, days: args.days }).await?
         }
         (None, station) => {
             check_name("--station", station.as_deref())?;
@@ -226,9 +237,22 @@ async fn token(args: &TokenArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-async fn give_token(tx: &mut SqliteConnection, state: &AppState, person: &Person) -> Result<String, Failure> {
-    let holder = TokenHolder { school_id: person.school_id, person_id: Some(person.id), station: None };
-    make_token(tx, state, &holder).await
+async fn give_token(
+    tx: &mut SqliteConnection,
+    state: &AppState,
+    person: &Person,
+    wanted: Wanted<'_>,
+) -> Result<String, Failure> {
+    let name = own_tokens::checked_name(wanted.name).map_err(|why| Failure::Usage(format!("--{why}")))?;
+    let (now, token) = (state.clock.now(), secret::random_hex()?);
+    let owner = PersonKey { school_id: person.school_id, person_id: person.id };
+    let new = NewToken { owner, name: &name, expires_at: own_tokens::end(now, wanted.days) };
+    let id = tokens::add_named(tx, new, &secret::token_sha256(&token), now).await?;
+    Entry::new(person.school_id, Actor::CommandLine, "token.made", id)
+        .with(json!({ "person": person.id, "expires_at": new.expires_at }))
+        .append(tx, now)
+        .await?;
+    Ok(token)
 }
 
 async fn make_token(tx: &mut SqliteConnection, state: &AppState, holder: &TokenHolder) -> Result<String, Failure> {

@@ -43,6 +43,7 @@ pub mod session;
 pub mod shell;
 pub mod status;
 pub mod survey;
+pub mod tokens;
 pub mod trainee;
 
 pub use shell::{Place, Shell};

@@ -45,6 +45,7 @@ mod stations;
 mod support;
 mod survey_letters;
 mod surveys;
+mod tokens;
 mod tus;
 mod uploads;
 mod words;

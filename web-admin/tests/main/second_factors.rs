@@ -3,6 +3,7 @@
 
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
+use std::process::Command;
 use std::str::FromStr;
 
 use axum::http::Method;
@@ -414,6 +415,34 @@ async fn erasing_somebody_takes_their_second_factor_along() {
             .await
             .unwrap();
     assert_eq!(left, 0);
+}
+
+#[tokio::test]
+async fn whoever_runs_the_server_can_let_the_last_administrator_in() {
+    // On the machine's clock: the program has no other.
+    let app = App::new().await;
+    let school = app.school("North").await;
+    let head = app.member(school, Role::Administrator, "head@example.org").await;
+    enrol(&app, &mut app.signed_in("head@example.org").await).await;
+    let run = |email: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_web-admin"));
+        command.args(["user", "reset-second-factor", "--email", email, "--data-dir"]).arg(app.folder.path());
+        let done = command.output().unwrap();
+        (done.status.code(), String::from_utf8(done.stdout).unwrap())
+    };
+    assert_eq!(run("nobody@example.org").0, Some(2));
+    let (status, said) = run("head@example.org");
+    assert!(status == Some(0) && said.contains("no second factor any more"), "{said}");
+    assert!(run("head@example.org").1.contains("had no second factor"));
+    assert_eq!(app.stranger().sign_in("head@example.org", PASSWORD).await.header("location"), "/");
+    assert!(letters(&app).await.contains("head@example.org"));
+    let by: String =
+        sqlx::query_scalar("SELECT actor FROM audit_log WHERE action = 'second_factor.reset' AND object = $1")
+            .bind(head.person.id.to_string())
+            .fetch_one(app.state.db.reader())
+            .await
+            .unwrap();
+    assert_eq!(by, "command line");
 }
 
 /// The numbered migrations before one, in a folder.

@@ -39,6 +39,7 @@ mod sessions;
 mod standing;
 mod supervision;
 mod surveys;
+mod tokens;
 mod trainees;
 
 /// Pages for whoever is signed in; the layer around them has settled who that is.
@@ -88,6 +89,7 @@ pub fn router() -> Routes {
         .route("/account/language", post(account::set_language))
         .route("/account/export", get(account::export))
         .merge(second_factor::router())
+        .merge(tokens::router())
         .merge(people())
         .route("/assignments", get(assignments::list).post(assignments::make))
         .route("/admin/certificate-needs", post(admin::set_needed))
