@@ -14,6 +14,7 @@ mod licences;
 mod other_programs;
 mod readme;
 mod replay_drawing;
+mod second_factor;
 mod station;
 mod statistics;
 mod surveys;

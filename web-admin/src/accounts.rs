@@ -14,6 +14,7 @@ use crate::storage::cohorts::{self, Deed, Membership};
 use crate::storage::directory::{self, AccountState, Details, Listed};
 use crate::storage::mails::{self, MailKind, NewMail};
 use crate::storage::people::{self, NewPerson, Person};
+use crate::storage::second_factors::{self, PersonKey};
 use crate::storage::tokens;
 
 /// How long an invitation is good, in s.
@@ -229,6 +230,24 @@ pub async fn set_password_by_link(state: &AppState, token: &str, password: &str)
     Ok(true)
 }
 
+/// Whether this is somebody's own password; what is not is written down.
+///
+/// # Errors
+/// When the database fails.
+pub async fn is_own_password(state: &AppState, person: &CurrentPerson, typed: &str) -> Result<bool, Error> {
+    let Some(known) = people::by_id(state.db.reader(), person.id).await? else { return Ok(false) };
+    let known = people::credentials(state.db.reader(), &known.email).await?.and_then(|known| known.password_hash);
+    let Some(known) = known else { return Ok(false) };
+    let typed = typed.to_owned();
+    if state.hash(move || secret::password_fits(&typed, &known)).await? {
+        return Ok(true);
+    }
+    let mut tx = state.db.write().await?;
+    Entry::by(person, "person.password_refused", person.id).append(&mut tx, state.clock.now()).await?;
+    tx.commit().await?;
+    Ok(false)
+}
+
 /// Sets somebody's own new password, if the old one is right.
 ///
 /// # Errors
@@ -238,14 +257,7 @@ pub async fn change_own_password(
     person: &CurrentPerson,
     (old, new): (&str, &str),
 ) -> Result<bool, Error> {
-    let Some(known) = people::by_id(state.db.reader(), person.id).await? else { return Ok(false) };
-    let known = people::credentials(state.db.reader(), &known.email).await?.and_then(|known| known.password_hash);
-    let Some(known) = known else { return Ok(false) };
-    let old = old.to_owned();
-    if !state.hash(move || secret::password_fits(&old, &known)).await? {
-        let mut tx = state.db.write().await?;
-        Entry::by(person, "person.password_refused", person.id).append(&mut tx, state.clock.now()).await?;
-        tx.commit().await?;
+    if !is_own_password(state, person, old).await? {
         return Ok(false);
     }
     let hash = hash(state, new).await?;
@@ -321,6 +333,9 @@ pub async fn enable(state: &AppState, by: &CurrentPerson, person: Uuid) -> Resul
 pub async fn erase(state: &AppState, by: &CurrentPerson, person: &Listed) -> Result<(), Error> {
     let mut tx = state.db.write().await?;
     tokens::revoke_all(&mut tx, person.id, state.clock.now()).await?;
+    let key = PersonKey { school_id: by.school_id, person_id: person.id };
+    tokens::forget_names(&mut tx, key).await?;
+    second_factors::remove(&mut tx, key).await?;
     let letters = directory::letters(&mut *tx, person, by.school_id).await?;
     directory::erase(&mut tx, person, by.school_id, state.clock.now()).await?;
     Entry::by(by, "person.erased", person.id).append(&mut tx, state.clock.now()).await?;

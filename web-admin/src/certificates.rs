@@ -4,16 +4,13 @@
 //! JSON, inside a page that a person can read, or alone. `docs/certificates.md` is its description for whoever reads one
 //! without this program. The private key is made when it is first needed and stays in the data folder.
 
-use std::fs::OpenOptions;
-use std::io::Write;
-use std::os::unix::fs::OpenOptionsExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::{Context, ensure};
 use ed25519_dalek::{Signature, Signer, SigningKey, Verifier, VerifyingKey};
 use serde::{Deserialize, Serialize};
 
-use crate::secret;
+use crate::sealing;
 
 /// The private key's file in the data folder, 64 hexadecimal digits.
 pub const KEY_FILE: &str = "certificate-key";
@@ -134,30 +131,7 @@ fn json_of(file: &[u8]) -> anyhow::Result<&str> {
 }
 
 fn key(data_dir: &Path) -> anyhow::Result<SigningKey> {
-    let path = data_dir.join(KEY_FILE);
-    if !path.exists() {
-        make_key(&path).with_context(|| format!("cannot make {}", path.display()))?;
-    }
-    let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    let seed: Option<[u8; 32]> = hex::decode(text.trim()).ok().and_then(|bytes| bytes.try_into().ok());
-    let seed = seed.with_context(|| format!("{}: allowed are 64 hexadecimal digits", path.display()))?;
-    Ok(SigningKey::from_bytes(&seed))
-}
-
-/// Written whole under another name first: two requests at once make one key, and a crash none.
-fn make_key(path: &Path) -> anyhow::Result<()> {
-    let seed = secret::random_hex()?;
-    let part = PathBuf::from(format!("{}.{}", path.display(), uuid::Uuid::new_v4()));
-    let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&part)?;
-    file.write_all(seed.as_bytes())?;
-    file.sync_all()?;
-    // A link fails where the name is taken: whoever was first has made the key.
-    let linked = std::fs::hard_link(&part, path);
-    std::fs::remove_file(&part)?;
-    match linked {
-        Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => Err(error.into()),
-        _ => Ok(()),
-    }
+    Ok(SigningKey::from_bytes(&sealing::file_key(&data_dir.join(KEY_FILE))?))
 }
 
 /// A statement for tests.

@@ -22,6 +22,9 @@ pub enum Error {
     /// Nobody is signed in.
     #[error("a bearer token is needed")]
     Unauthorized,
+    /// What somebody shows was good once.
+    #[error("{0}")]
+    Expired(String),
     /// Somebody is signed in who may not do this.
     #[error("{0}")]
     Forbidden(&'static str),
@@ -104,7 +107,7 @@ impl Error {
         match self {
             Self::NotFound | Self::Unscored(_) => StatusCode::NOT_FOUND,
             Self::Gone(_) => StatusCode::GONE,
-            Self::Unauthorized => StatusCode::UNAUTHORIZED,
+            Self::Unauthorized | Self::Expired(_) => StatusCode::UNAUTHORIZED,
             Self::Forbidden(_) => StatusCode::FORBIDDEN,
             Self::BadRequest(_) => StatusCode::BAD_REQUEST,
             Self::Conflict(_) => StatusCode::CONFLICT,

@@ -15,6 +15,18 @@ pub fn random_hex() -> anyhow::Result<String> {
     Ok(hex::encode(random_16()?) + &hex::encode(random_16()?))
 }
 
+/// Random bytes from the operating system.
+///
+/// # Errors
+/// When the operating system has none to give.
+pub fn random_bytes<const N: usize>() -> anyhow::Result<[u8; N]> {
+    let mut bytes = [0; N];
+    for part in bytes.chunks_mut(16) {
+        part.copy_from_slice(&random_16()?[..part.len()]);
+    }
+    Ok(bytes)
+}
+
 /// What argon2 takes for a salt is what the operating system gives: good for any secret.
 fn random_16() -> anyhow::Result<[u8; 16]> {
     try_generate_salt().map_err(|e| anyhow::anyhow!("the operating system's random source failed: {e}"))

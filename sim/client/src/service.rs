@@ -82,6 +82,12 @@ impl Reply {
         format!("HTTP {}: {}", self.status, explained(self.status, self.json().as_ref()))
     }
 
+    /// The service says that the token was good once.
+    fn says_expired(&self) -> bool {
+        let detail = self.json().and_then(|body| body.get("detail").and_then(Value::as_str).map(str::to_owned));
+        detail.is_some_and(|detail| detail.contains("expired"))
+    }
+
     /// What is wrong, when this is not the answer that was hoped for.
     pub fn trouble(&self) -> Trouble {
         let outlook = match self.status {
@@ -90,6 +96,7 @@ impl Reply {
             _ => Outlook::Later,
         };
         let advice = match self.status {
+            401 if self.says_expired() => "; recordings wait here until there is another token (--token-file)",
             401 => "; pair this station again (stylet pair), or use another token",
             409 | 413 | 415 | 422 => "; refused for good",
             _ => "",
@@ -128,7 +135,7 @@ fn explained(status: u16, body: Option<&Value>) -> String {
     let ours = match status {
         200..=299 => "not what the service should say; is this its address?",
         300..=399 => "the service wants to send us elsewhere; is this its address?",
-        401 => "the token is missing, unknown or revoked",
+        401 => "the token is missing, unknown, expired or revoked",
         403 => "the token may not do this",
         404 | 405 => "no such address; is this the service?",
         409 => "the service has another recording of this session",
@@ -175,4 +182,28 @@ pub fn bearer(token: &str) -> Option<HeaderValue> {
     let mut value = HeaderValue::from_str(&format!("Bearer {token}")).ok().filter(|_| valid)?;
     value.set_sensitive(true);
     Some(value)
+}
+
+#[cfg(test)]
+mod tests {
+    //! Whoever reads what waits in the outbox must learn what to do about it.
+
+    use super::*;
+
+    #[test]
+    fn an_expired_token_is_told_and_nothing_is_lost() {
+        let said = |detail: &str| {
+            let text = serde_json::json!({ "title": "Unauthorized", "status": 401, "detail": detail }).to_string();
+            Reply { status: 401, headers: HeaderMap::new(), text }.trouble()
+        };
+        let ended = said("this token expired at 2026-01-01T00:00:00Z");
+        assert_eq!(ended.outlook, Outlook::Later, "the recording waits");
+        assert!(
+            ended.detail.contains("expired at 2026-01-01") && ended.detail.contains("--token-file"),
+            "{}",
+            ended.detail
+        );
+        assert!(!ended.detail.contains("pair"), "{}", ended.detail);
+        assert!(said("a bearer token is needed").detail.contains("stylet pair"));
+    }
 }

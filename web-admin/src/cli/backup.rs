@@ -6,8 +6,9 @@ use clap::Args;
 
 use super::{Failure, Storage, say};
 use crate::backup;
-use crate::certificates::KEY_FILE;
+use crate::certificates;
 use crate::clock::Clock;
+use crate::sealing;
 
 /// What to back up where to.
 #[derive(Debug, Args)]
@@ -35,12 +36,16 @@ pub(super) async fn run(args: &BackupArgs) -> Result<(), Failure> {
         made.audit_rows,
         made.audit_head
     ));
-    let key = config.data_dir.join(KEY_FILE);
-    if key.exists() {
-        say(format_args!(
-            "not in it: {}, which signs certificates; keep a copy of its own, where only you read it",
-            key.display()
-        ));
+    for (file, does) in
+        [(certificates::KEY_FILE, "signs certificates"), (sealing::KEY_FILE, "opens the secrets of second factors")]
+    {
+        let key = config.data_dir.join(file);
+        if key.exists() {
+            say(format_args!(
+                "not in it: {}, which {does}; keep a copy of its own, where only you read it",
+                key.display()
+            ));
+        }
     }
     Ok(())
 }

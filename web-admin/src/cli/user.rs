@@ -10,12 +10,15 @@ use crate::domain::Role;
 use crate::domain::line::on_one_line;
 use crate::domain::roster::is_name;
 use crate::passwords::{self, PasswordRefused};
+use crate::second_factor;
 use crate::secret;
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::cohorts::{self, Deed, Membership};
 use crate::storage::people::{self, NewPerson, Person};
 use crate::storage::schools::{self, School};
-use crate::storage::tokens::{self, TokenHolder};
+use crate::storage::second_factors::PersonKey;
+use crate::storage::tokens::{self, NewToken, TokenHolder};
+use crate::tokens::{self as own_tokens, LONGEST_DAYS, Wanted};
 
 /// `web-admin user …`
 #[derive(Debug, Subcommand)]
@@ -26,6 +29,8 @@ pub enum UserCommand {
     ResetPassword(ResetArgs),
     /// Keeps a person from signing in and revokes their tokens; their attempts stay
     Disable(WhoArgs),
+    /// Takes a person's second factor away who has lost it: their password alone signs them in, and a mail tells them
+    ResetSecondFactor(WhoArgs),
     /// Makes a token for the API and prints it alone, this once
     Token(TokenArgs),
 }
@@ -89,13 +94,23 @@ pub struct TokenArgs {
     /// The station's school [default: the only one there is]
     #[arg(long)]
     school: Option<String>,
+    /// What a person's token is called
+    #[arg(long, default_value = COMMAND_LINE, conflicts_with = "station")]
+    name: String,
+    /// Days that a person's token is good for; a station's is good until it is revoked
+    #[arg(long, default_value_t = LONGEST_DAYS, value_parser = clap::value_parser!(i64).range(1..=LONGEST_DAYS), conflicts_with = "station")]
+    days: i64,
 }
+
+/// What a token is called that nobody has named.
+const COMMAND_LINE: &str = "command line";
 
 pub(super) async fn run(command: &UserCommand) -> Result<(), Failure> {
     match command {
         UserCommand::Add(args) => add(args).await,
         UserCommand::ResetPassword(args) => reset_password(args).await,
         UserCommand::Disable(args) => disable(args).await,
+        UserCommand::ResetSecondFactor(args) => reset_second_factor(args).await,
         UserCommand::Token(args) => token(args).await,
     }
 }
@@ -131,7 +146,8 @@ async fn add(args: &AddArgs) -> Result<(), Failure> {
     if let Some(cohort) = &args.cohort {
         join(&mut tx, &state, &person, cohort).await?;
     }
-    let token = if args.token { Some(give_token(&mut tx, &state, &person).await?) } else { None };
+    let wanted = Wanted { name: COMMAND_LINE, days: LONGEST_DAYS };
+    let token = if args.token { Some(give_token(&mut tx, &state, &person, wanted).await?) } else { None };
     tx.commit().await?;
     say(format_args!("{} {} added to {}; pseudonym {}", person.role, person.email, school.name, person.pseudonym));
     told.into_iter().for_each(say);
@@ -188,13 +204,24 @@ async fn disable(args: &WhoArgs) -> Result<(), Failure> {
     Ok(())
 }
 
+async fn reset_second_factor(args: &WhoArgs) -> Result<(), Failure> {
+    let state = args.storage.open().await?;
+    let person = people::by_email(state.db.reader(), &args.email).await?;
+    let person = person.ok_or_else(|| nobody(&args.email))?;
+    let key = PersonKey { school_id: person.school_id, person_id: person.id };
+    let had_one = second_factor::reset(&state, key, Actor::CommandLine).await.map_err(anyhow::Error::from)?;
+    let told = if had_one { "has no second factor any more; a mail tells them" } else { "had no second factor" };
+    say(format_args!("{} {told}", person.email));
+    Ok(())
+}
+
 async fn token(args: &TokenArgs) -> Result<(), Failure> {
     let state = args.storage.open().await?;
     let mut tx = state.db.write().await?;
     let token = match (&args.email, &args.station) {
         (Some(email), _) => {
             let person = find(&mut tx, email).await?;
-            give_token(&mut tx, &state, &person).await?
+            give_token(&mut tx, &state, &person, Wanted { name: &args.name, days: args.days }).await?
         }
         (None, station) => {
             check_name("--station", station.as_deref())?;
@@ -210,9 +237,22 @@ async fn token(args: &TokenArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-async fn give_token(tx: &mut SqliteConnection, state: &AppState, person: &Person) -> Result<String, Failure> {
-    let holder = TokenHolder { school_id: person.school_id, person_id: Some(person.id), station: None };
-    make_token(tx, state, &holder).await
+async fn give_token(
+    tx: &mut SqliteConnection,
+    state: &AppState,
+    person: &Person,
+    wanted: Wanted<'_>,
+) -> Result<String, Failure> {
+    let name = own_tokens::checked_name(wanted.name).map_err(|why| Failure::Usage(format!("--{why}")))?;
+    let (now, token) = (state.clock.now(), secret::random_hex()?);
+    let owner = PersonKey { school_id: person.school_id, person_id: person.id };
+    let new = NewToken { owner, name: &name, expires_at: own_tokens::end(now, wanted.days) };
+    let id = tokens::add_named(tx, new, &secret::token_sha256(&token), now).await?;
+    Entry::new(person.school_id, Actor::CommandLine, "token.made", id)
+        .with(json!({ "person": person.id, "expires_at": new.expires_at }))
+        .append(tx, now)
+        .await?;
+    Ok(token)
 }
 
 async fn make_token(tx: &mut SqliteConnection, state: &AppState, holder: &TokenHolder) -> Result<String, Failure> {
@@ -255,7 +295,11 @@ pub(super) async fn choose_school(
 
 async fn find(tx: &mut SqliteConnection, email: &str) -> Result<Person, Failure> {
     let found = people::by_email(tx, email).await?;
-    found.ok_or_else(|| Failure::Usage(format!("--email: \"{email}\"; nobody has this address")))
+    found.ok_or_else(|| nobody(email))
+}
+
+fn nobody(email: &str) -> Failure {
+    Failure::Usage(format!("--email: \"{email}\"; nobody has this address"))
 }
 
 /// The password to set, and a line that tells it where it was made here. `own` is who it is for.

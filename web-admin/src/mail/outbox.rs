@@ -83,6 +83,9 @@ async fn compose(state: &AppState, mail: &Mail) -> Result<Option<Letter>, Error>
     let (subject, body) = match mail.kind {
         MailKind::Invitation => letters::invitation(mail, &link(state, mail, Purpose::Invitation).await?),
         MailKind::Reset => letters::reset(mail, &link(state, mail, Purpose::Reset).await?),
+        MailKind::SecondFactorOff => {
+            letters::second_factor_off(mail, &format!("{}/account/second-factor", state.config.address()))
+        }
         MailKind::Reminder => match reminder(state, mail).await? {
             Some(parts) => parts,
             None => return Ok(None),

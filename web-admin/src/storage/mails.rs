@@ -16,6 +16,9 @@ pub enum MailKind {
     Reset,
     /// Something is due soon.
     Reminder,
+    /// Their second factor was turned off.
+    #[sqlx(rename = "second_factor_off")]
+    SecondFactorOff,
 }
 
 /// A mail that is to be sent.
@@ -152,7 +155,7 @@ pub struct Delivery {
 /// When the database fails.
 pub async fn latest(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<Delivery>> {
     sqlx::query_as(
-        "SELECT kind, sent_at, error FROM mails WHERE school_id = $1 AND person_id = $2 AND assignment_id IS NULL
+        "SELECT kind, sent_at, error FROM mails WHERE school_id = $1 AND person_id = $2 AND kind IN ('invitation', 'reset')
          ORDER BY id DESC LIMIT 1",
     )
     .bind(school)

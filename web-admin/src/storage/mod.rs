@@ -43,6 +43,7 @@ pub mod reviews;
 pub mod rosters;
 pub mod schools;
 pub mod scores;
+pub mod second_factors;
 pub mod segments;
 pub mod service;
 pub mod sessions;

@@ -208,6 +208,18 @@ pub async fn set_language(
         .map(|done| done.rows_affected() == 1)
 }
 
+/// Ends every sign-in of a person in a browser.
+///
+/// # Errors
+/// When the database fails.
+pub async fn end_sign_ins(writer: &mut SqliteConnection, person: Uuid) -> Result<()> {
+    sqlx::query("UPDATE people SET credential_version = credential_version + 1 WHERE id = $1")
+        .bind(person)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
 /// Keeps a person from signing in, from now on, and ends every sign-in, link and code. False when they already were.
 ///
 /// # Errors

@@ -125,7 +125,7 @@ pub async fn is_taken(executor: impl SqliteExecutor<'_>, school: Uuid, name: &st
     .await
 }
 
-/// Notes that a station was seen.
+/// Notes that a token was seen, of a station or a person.
 ///
 /// # Errors
 /// When the database fails.

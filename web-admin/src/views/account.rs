@@ -5,7 +5,7 @@ use std::borrow::Borrow;
 use askama::Template;
 use askama_web::WebTemplate;
 
-use super::{Shell, assets, format};
+use super::{Shell, Status, assets, format};
 use crate::domain::Role;
 use crate::passwords::{MIN_PASSWORD, PasswordRefused};
 use crate::storage::cohorts::{Act, Noted, Request};
@@ -31,6 +31,8 @@ pub struct AccountPage {
     pub acts: Vec<Noted>,
     /// The language that they have chosen, if any.
     pub language: Option<Language>,
+    /// They have a second factor.
+    pub second_factor: bool,
     /// Why the new password was not taken.
     pub refused: Option<PasswordRefused>,
 }
@@ -104,6 +106,7 @@ mod tests {
             requests: vec![samples::request()],
             acts: [Act::Left, Act::Joined, Act::Declined, Act::Asked].map(samples::noted).to_vec(),
             language: None,
+            second_factor: false,
             refused: Some(PasswordRefused::WrongOld),
         };
         let html = samples::keep("account", &page);

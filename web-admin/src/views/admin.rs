@@ -7,7 +7,7 @@ use time::OffsetDateTime;
 use super::cohort::CohortLine;
 use super::trainee::needed_in_words;
 use super::{Shell, Status, format};
-use crate::domain::Needed;
+use crate::domain::{FactorRule, Needed};
 use crate::storage::cohorts::Request;
 
 /// The administrator's home.
@@ -44,9 +44,20 @@ pub struct AdminPage {
     pub stations: Vec<StationRow>,
     /// What must be proved of the attempts that certify.
     pub needed: Needed,
+    /// Of whom a second factor is asked for.
+    pub factor_rule: FactorRule,
 }
 
 impl AdminPage {
+    /// The choices of whom a second factor is asked for: value, words, and whether it is the one that holds.
+    fn factor_choices(&self) -> Vec<(&'static str, &'static str, bool)> {
+        let words = |rule| match rule {
+            FactorRule::Nobody => tr!("of nobody; everybody may have one"),
+            FactorRule::Teachers => tr!("of instructors and administrators"),
+        };
+        FactorRule::ALL.into_iter().map(|rule| (rule.word(), words(rule), rule == self.factor_rule)).collect()
+    }
+
     /// The choices of what must be proved: value, words, and whether it is the one that holds.
     fn choices(&self) -> Vec<(&'static str, &'static str, bool)> {
         Needed::ALL.into_iter().map(|one| (one.word(), needed_in_words(one), one == self.needed)).collect()
@@ -171,6 +182,7 @@ mod tests {
                 },
             ],
             needed: Needed::SignedOrSupervised,
+            factor_rule: FactorRule::Teachers,
         };
         let html = samples::keep("admin", &page);
         assert!(
@@ -178,7 +190,7 @@ mod tests {
                 && html.contains("href=\"/people\"")
                 && html.contains("Skills lab 2")
         );
-        assert_eq!(html.matches(" checked").count(), 1, "one rule for certificates holds");
+        assert_eq!(html.matches(" checked").count(), 2, "one rule for certificates holds, and one for second factors");
         assert_eq!(html.matches("/revoke\"").count(), 1, "what is revoked cannot be revoked again");
     }
 

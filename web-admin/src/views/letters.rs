@@ -32,6 +32,14 @@ struct Reset<'a> {
 }
 
 #[derive(Template)]
+#[template(path = "mail/second_factor_off.txt")]
+struct SecondFactorOff<'a> {
+    name: &'a str,
+    school: &'a str,
+    link: &'a str,
+}
+
+#[derive(Template)]
 #[template(path = "mail/reminder.txt")]
 struct Reminder<'a> {
     name: &'a str,
@@ -95,6 +103,12 @@ pub fn reset(mail: &Mail, link: &str) -> (String, String) {
     parts(&Reset { name: &mail.name, school: &mail.school, link, days: RESET_LIFETIME_S / DAY_S })
 }
 
+/// Subject and text of a mail that tells that a second factor was turned off; `link` leads to where one is made.
+#[must_use]
+pub fn second_factor_off(mail: &Mail, link: &str) -> (String, String) {
+    parts(&SecondFactorOff { name: &mail.name, school: &mail.school, link })
+}
+
 fn parts(letter: &impl Template) -> (String, String) {
     // Rendering into a String fails for no data we can hold.
     let text = letter.render().unwrap_or_default();
@@ -123,8 +137,8 @@ mod tests {
             language: None,
             enabled: true,
         };
-        for (subject, body) in [invitation(&mail, "https://a.example/join/1"), reset(&mail, "https://a.example/join/1")]
-        {
+        let link = "https://a.example/join/1";
+        for (subject, body) in [invitation(&mail, link), reset(&mail, link), second_factor_off(&mail, link)] {
             assert!(subject.ends_with("at North & South") && !subject.contains('\n'), "{subject}");
             assert!(body.starts_with("Dear Ana <Ek>,") && body.contains("\nhttps://a.example/join/1\n"), "{body}");
         }

@@ -19,6 +19,16 @@ pub struct LoginPage {
     pub next: String,
 }
 
+/// The page that asks for the code of a second factor, once the password was right.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "account/code.html")]
+pub struct CodePage {
+    /// CSRF token.
+    pub csrf: String,
+    /// Why the last try failed.
+    pub error: Option<String>,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -35,5 +45,12 @@ mod tests {
         let html = samples::keep("login", &page);
         assert!(html.contains(r#"name="csrf" value="token""#) && html.contains(r#"role="alert""#));
         assert!(!html.contains("<script>"), "what was typed is escaped");
+    }
+
+    #[test]
+    fn a_code_is_asked_for_and_a_recovery_code_does_too() {
+        let html = samples::keep("code", &CodePage { csrf: "c".to_owned(), error: Some("Wrong".to_owned()) });
+        assert_eq!(html.matches("action=\"/login/code\"").count(), 2, "{html}");
+        assert!(html.contains("one-time-code") && html.contains("role=\"alert\""));
     }
 }

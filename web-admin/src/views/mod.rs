@@ -29,6 +29,7 @@ pub mod metric;
 pub mod origins;
 pub mod people;
 pub mod progress;
+pub mod qr;
 pub mod rating;
 pub mod regrading;
 pub mod replay;
@@ -36,12 +37,14 @@ pub mod review;
 pub mod roster;
 #[cfg(test)]
 mod samples;
+pub mod second_factor;
 pub mod segments;
 pub mod service;
 pub mod session;
 pub mod shell;
 pub mod status;
 pub mod survey;
+pub mod tokens;
 pub mod trainee;
 
 pub use shell::{Place, Shell};

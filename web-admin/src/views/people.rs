@@ -98,6 +98,8 @@ pub enum Done {
     Enabled,
     /// Made anonymous.
     Erased,
+    /// Without a second factor now.
+    Unfactored,
 }
 
 /// The page of a person.
@@ -114,6 +116,8 @@ pub struct PersonPage {
     pub done: Option<Done>,
     /// How their last mail went.
     pub delivery: Option<String>,
+    /// They have a second factor.
+    pub second_factor: bool,
     /// Name, address and role to be changed.
     pub form: PersonForm,
 }
@@ -279,6 +283,7 @@ mod tests {
             own,
             done: Some(Done::Mailed),
             delivery: Some("the mail server refused it".to_owned()),
+            second_factor: true,
             form: PersonForm { name: "Ana".to_owned(), roles: Choice::roles(None), ..PersonForm::default() },
         };
         let invited = samples::keep("person-invited", &page(AccountState::Invited, false));
@@ -286,6 +291,7 @@ mod tests {
         let disabled = samples::keep("person-disabled", &page(AccountState::Disabled, false));
         assert!(disabled.contains("/enable\"") && !disabled.contains("/disable\""), "{disabled}");
         let own = samples::keep("person-own", &page(AccountState::Active, true));
+        assert!(disabled.contains("second-factor/reset") && !own.contains("second-factor/reset"), "{own}");
         assert!(!own.contains("/disable\"") && !own.contains("/erase\""), "nobody locks themselves out: {own}");
         let erased = samples::keep("person-erased", &page(AccountState::Erased, false));
         assert!(!erased.contains("/change\""), "{erased}");

@@ -24,6 +24,8 @@ pub enum Place {
     Administration,
     /// `/account`
     Account,
+    /// `/account/second-factor`, for whoever may do nothing else yet: without the navigation.
+    Enrolment,
     /// Below none of them.
     Elsewhere,
 }
@@ -87,6 +89,7 @@ impl Shell {
             (Place::Administration, "/admin", tr!("Administration")),
         ];
         let allowed = |place| match place {
+            _ if self.place == Place::Enrolment => false,
             Place::Cohorts | Place::Review => self.visitor.role != Role::Trainee,
             Place::People | Place::Administration => self.visitor.role == Role::Administrator,
             _ => true,

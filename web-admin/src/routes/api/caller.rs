@@ -10,7 +10,7 @@ use tower_sessions::Session;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::domain::CurrentPerson;
+use crate::domain::{CurrentPerson, Moment};
 use crate::error::{ApiError, Error};
 use crate::routes::auth::person_of;
 use crate::secret;
@@ -23,6 +23,7 @@ use crate::storage::uploads::Owner;
 
 /// How exactly it is noted when a station was seen, in s.
 const SIGHT_S: i64 = 60;
+const HOUR_S: i64 = 3600;
 
 /// Who is calling.
 #[derive(Clone, Debug)]
@@ -98,16 +99,36 @@ pub(crate) fn bearer(headers: &HeaderMap) -> Option<&str> {
 }
 
 async fn by_token(state: &AppState, token: &str) -> Result<Option<Caller>, Error> {
-    let Some(token) = tokens::valid(state.db.reader(), &secret::token_sha256(token)).await? else {
+    let Some(token) = tokens::find(state.db.reader(), &secret::token_sha256(token)).await? else {
         return Ok(None);
     };
+    if let Some(end) = token.expires_at.filter(|end| *end <= state.clock.now()) {
+        let why = format!("this token expired at {end}; make another on the page of your account, under \"Programs\"");
+        return Err(Error::Expired(why));
+    }
     if let Some(id) = token.person_id {
+        // Whoever only reads is not kept from it by a disk that takes no writes.
+        if let Err(error) = note_use(state, &token).await {
+            tracing::warn!(cause = %error, "the use of a token was not noted");
+        }
         let person = people::by_id(state.db.reader(), id).await?;
         return Ok(person.and_then(Person::into_current).map(Caller::Person));
     }
     note_sight(state, &token).await?;
     let Token { id, school_id, station, .. } = token;
     Ok(Some(Caller::Station(Station { school_id, id, name: station.unwrap_or_default() })))
+}
+
+/// Notes when a token of a person was used, to the hour: its owner sees whether it is needed, and not what they did when.
+async fn note_use(state: &AppState, token: &Token) -> Result<(), Error> {
+    let now = state.clock.now();
+    if token.last_seen_at.is_some_and(|seen| now < seen.plus_s(HOUR_S)) {
+        return Ok(());
+    }
+    let hour = Moment::from_micros(now.micros() - now.micros().rem_euclid(HOUR_S * 1_000_000));
+    let mut tx = state.db.write().await?;
+    stations::saw(&mut tx, token.school_id, token.id, hour).await?;
+    Ok(tx.commit().await?)
 }
 
 /// Notes when a station was seen, to the minute: a write for each request would slow uploads down.

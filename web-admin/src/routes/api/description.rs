@@ -140,7 +140,7 @@ const fn meaning(status: &str) -> &'static str {
         b"204" => "Done; there is nothing to add",
         b"206" => "The range of bytes that was asked for",
         b"400" => "The request makes no sense; `detail` says what is allowed",
-        b"401" => "No bearer token, or one that is not good",
+        b"401" => "No bearer token, or one that is not good; one that has expired is told so",
         b"403" => "Not for this caller",
         b"404" => "There is no such thing, or it is another school's",
         b"409" => "It contradicts what is stored",

@@ -11,10 +11,10 @@ use tower_sessions::Session;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::domain::{CurrentPerson, Moment};
+use crate::domain::{CurrentPerson, Moment, Role};
 use crate::error::{Error, PageError};
 use crate::routes::language;
-use crate::storage::people;
+use crate::storage::{people, second_factors};
 
 const KEY: &str = "person";
 
@@ -57,17 +57,49 @@ pub fn session_end(data: &std::collections::HashMap<String, Value>, now: Moment)
     signed_in.and_then(|held| held.until).unwrap_or(now.plus_s(STRANGER_S))
 }
 
-/// The person of a browser's session, if somebody is signed in and may still be.
-pub(crate) async fn person_of(state: &AppState, session: &Session) -> Result<Option<CurrentPerson>, Error> {
-    let Some(signed_in) = session.get::<SignedIn>(KEY).await? else { return Ok(None) };
-    if signed_in.until.is_none_or(|until| until <= state.clock.now()) {
-        return Ok(None);
-    }
-    let person = people::by_id(state.db.reader(), signed_in.person_id).await?;
-    Ok(person.filter(|p| p.credential_version == signed_in.credential_version).and_then(people::Person::into_current))
+/// How a browser's session stands.
+#[derive(Debug)]
+pub(crate) enum Standing {
+    /// Nobody is signed in.
+    Stranger,
+    /// Somebody who must have a second factor before anything else.
+    OwesFactor(CurrentPerson),
+    /// Somebody is signed in.
+    SignedIn(CurrentPerson),
 }
 
-/// Lets the signed-in pass, and sends everybody else to the sign-in page.
+/// How a browser's session stands, and with whom.
+pub(crate) async fn standing_of(state: &AppState, session: &Session) -> Result<Standing, Error> {
+    let Some(signed_in) = session.get::<SignedIn>(KEY).await? else { return Ok(Standing::Stranger) };
+    if signed_in.until.is_none_or(|until| until <= state.clock.now()) {
+        return Ok(Standing::Stranger);
+    }
+    let person = people::by_id(state.db.reader(), signed_in.person_id).await?;
+    let person = person.filter(|p| p.credential_version == signed_in.credential_version);
+    let Some(person) = person.and_then(people::Person::into_current) else { return Ok(Standing::Stranger) };
+    let owes = person.role != Role::Trainee && second_factors::is_owed(state.db.reader(), (&person).into()).await?;
+    Ok(if owes { Standing::OwesFactor(person) } else { Standing::SignedIn(person) })
+}
+
+/// The person of a browser's session, if somebody is signed in, may still be, and owes nothing.
+pub(crate) async fn person_of(state: &AppState, session: &Session) -> Result<Option<CurrentPerson>, Error> {
+    Ok(match standing_of(state, session).await? {
+        Standing::SignedIn(person) => Some(person),
+        Standing::Stranger | Standing::OwesFactor(_) => None,
+    })
+}
+
+/// Where a second factor is made.
+pub(crate) const ENROLMENT: &str = "/account/second-factor";
+
+/// What whoever owes a second factor may ask for: the way to it, and the way out.
+fn may_while_owing(path: &str) -> bool {
+    let enrolment = path.strip_prefix(ENROLMENT).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+    enrolment || ["/logout", "/account/language"].contains(&path)
+}
+
+/// Lets the signed-in pass, leads those to their second factor who must have one and have none, and sends everybody else to
+/// the sign-in page.
 ///
 /// # Errors
 /// When the session cannot be read.
@@ -77,17 +109,19 @@ pub async fn require_person(
     mut request: Request,
     next: Next,
 ) -> Result<Response, PageError> {
-    match person_of(&state, &session).await? {
-        Some(person) => {
-            let chosen = person.language;
-            request.extensions_mut().insert(person);
-            Ok(match chosen {
-                Some(language) => language::spoken(language, request, next).await,
-                None => next.run(request).await,
-            })
+    let person = match standing_of(&state, &session).await? {
+        Standing::Stranger => return Ok(to_sign_in(&request)),
+        Standing::OwesFactor(_) if !may_while_owing(request.uri().path()) => {
+            return Ok(Redirect::to(ENROLMENT).into_response());
         }
-        None => Ok(to_sign_in(&request)),
-    }
+        Standing::OwesFactor(person) | Standing::SignedIn(person) => person,
+    };
+    let chosen = person.language;
+    request.extensions_mut().insert(person);
+    Ok(match chosen {
+        Some(language) => language::spoken(language, request, next).await,
+        None => next.run(request).await,
+    })
 }
 
 fn to_sign_in(request: &Request) -> Response {

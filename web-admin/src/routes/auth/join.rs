@@ -9,7 +9,7 @@ use tower_sessions::Session;
 
 use super::address::ClientAddress;
 use super::csrf::{Csrf, CsrfForm};
-use super::current::SignedIn;
+use super::half;
 use crate::AppState;
 use crate::accounts;
 use crate::error::{Error, PageError};
@@ -62,7 +62,7 @@ struct PasswordForm {
     again: String,
 }
 
-/// Sets the password and signs in.
+/// Sets the password and signs in, by a code where there is a second factor.
 async fn set(
     State(state): State<AppState>,
     Path(token): Path<String>,
@@ -80,8 +80,8 @@ async fn set(
         return Ok(dead_link());
     }
     let person = people::by_id(state.db.reader(), person).await?.ok_or(Error::NotFound)?;
-    SignedIn::start(&session, (person.id, person.credential_version), state.clock.now()).await?;
-    Ok(Redirect::to("/").into_response())
+    // Whoever reads somebody's mail has their password now, and not their app.
+    Ok(Redirect::to(&half::enter(&state, &session, &person, "/").await?).into_response())
 }
 
 async fn ask(session: Session) -> Result<ForgottenPage, PageError> {

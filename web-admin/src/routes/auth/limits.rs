@@ -22,6 +22,9 @@ const STRANGERS_PERIOD: Duration = Duration::from_secs(5);
 /// Tries in a row from one address: a class that signs in at once through one router passes.
 const ADDRESS_BURST: NonZeroU32 = NonZeroU32::new(100).unwrap();
 const ADDRESS_PERIOD: Duration = Duration::from_secs(2);
+/// Codes of a second factor tried in a row for one person, and the pace afterwards: three of a million are right at a time.
+const CODE_BURST: NonZeroU32 = NonZeroU32::new(10).unwrap();
+const CODE_PERIOD: Duration = Duration::from_secs(120);
 /// Between two notes that an address is held up.
 const NOTE_PERIOD: Duration = Duration::from_secs(60);
 /// Most pairs of account and address of which it is known that the right password came from there.
@@ -36,6 +39,7 @@ pub struct LoginLimits {
     pairs: DefaultKeyedRateLimiter<[u8; 32]>,
     strangers: DefaultKeyedRateLimiter<[u8; 32]>,
     addresses: DefaultKeyedRateLimiter<IpAddr>,
+    codes: DefaultKeyedRateLimiter<Uuid>,
     notes: DefaultKeyedRateLimiter<IpAddr>,
     known: Mutex<BTreeSet<[u8; 32]>>,
 }
@@ -46,6 +50,7 @@ impl Default for LoginLimits {
             pairs: RateLimiter::keyed(quota(PAIR_PERIOD, PAIR_BURST)),
             strangers: RateLimiter::keyed(quota(STRANGERS_PERIOD, STRANGERS_BURST)),
             addresses: RateLimiter::keyed(quota(ADDRESS_PERIOD, ADDRESS_BURST)),
+            codes: RateLimiter::keyed(quota(CODE_PERIOD, CODE_BURST)),
             notes: RateLimiter::keyed(quota(NOTE_PERIOD, NonZeroU32::MIN)),
             known: Mutex::default(),
         }
@@ -114,6 +119,14 @@ impl LoginLimits {
         self.pairs.check_key(&secret::token_sha256(&format!("own {person}"))).map_err(wait)
     }
 
+    /// Takes a try of a code of somebody's second factor, wherever it comes from: whoever tries has their password.
+    ///
+    /// # Errors
+    /// When there is none left, with the time until there is.
+    pub fn take_code(&self, person: Uuid) -> Result<(), Error> {
+        self.codes.check_key(&person).map_err(wait)
+    }
+
     /// Remembers that the right password came from an address.
     pub fn welcome(&self, address: IpAddr, email: &str) {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
@@ -133,10 +146,12 @@ impl LoginLimits {
         self.pairs.retain_recent();
         self.strangers.retain_recent();
         self.addresses.retain_recent();
+        self.codes.retain_recent();
         self.notes.retain_recent();
         self.pairs.shrink_to_fit();
         self.strangers.shrink_to_fit();
         self.addresses.shrink_to_fit();
+        self.codes.shrink_to_fit();
         self.notes.shrink_to_fit();
     }
 }

@@ -11,8 +11,8 @@ use uuid::Uuid;
 
 use super::address::ClientAddress;
 use super::csrf::{Csrf, CsrfForm, NoFields};
-use super::current::{SignedIn, person_of};
-use super::join;
+use super::current::{Standing, standing_of};
+use super::{half, join};
 use crate::AppState;
 use crate::domain::CurrentPerson;
 use crate::error::{Error, PageError};
@@ -25,7 +25,7 @@ use crate::views::login::LoginPage;
 /// `/login` and the ways to a password, for anybody.
 #[must_use]
 pub fn router() -> Routes {
-    Routes::new().route("/login", get(show).post(sign_in)).merge(join::router())
+    Routes::new().route("/login", get(show).post(sign_in)).merge(half::router()).merge(join::router())
 }
 
 /// `/logout`, for whoever is signed in.
@@ -45,7 +45,7 @@ async fn show(
     session: Session,
     Query(query): Query<NextQuery>,
 ) -> Result<Response, PageError> {
-    if person_of(&state, &session).await?.is_some() {
+    if !matches!(standing_of(&state, &session).await?, Standing::Stranger) {
         return Ok(Redirect::to(own_path(&query.next)).into_response());
     }
     let csrf = Csrf::of(&session).await?.token().to_owned();
@@ -78,9 +78,8 @@ async fn sign_in(
         return again(&session, &form, Error::Unauthorized).await;
     };
     state.logins.welcome(address, &form.email);
-    SignedIn::start(&session, (known.id, known.credential_version), state.clock.now()).await?;
-    note(&state, known.id, "person.signed_in").await?;
-    Ok(Redirect::to(own_path(&form.next)).into_response())
+    let person = people::by_id(state.db.reader(), known.id).await?.ok_or(Error::NotFound)?;
+    Ok(Redirect::to(&half::enter(&state, &session, &person, &form.next).await?).into_response())
 }
 
 /// Whose address and password these are. Takes as long for an unknown address as for a wrong password.

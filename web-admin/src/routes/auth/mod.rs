@@ -3,6 +3,7 @@
 mod address;
 mod csrf;
 mod current;
+mod half;
 mod join;
 mod limits;
 mod login;

@@ -15,7 +15,7 @@ use crate::passwords::{self, PasswordRefused};
 use crate::routes::auth::{Csrf, CsrfForm, SignedIn};
 use crate::routes::language;
 use crate::storage::audit::Entry;
-use crate::storage::{cohorts, directory, exports, people, schools};
+use crate::storage::{cohorts, directory, exports, people, schools, second_factors};
 use crate::views::account::AccountPage;
 use crate::views::{Place, Shell};
 use crate::words::Language;
@@ -40,6 +40,7 @@ async fn page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<A
         requests: cohorts::requests(reader, person.school_id, (None, Some(person.id))).await?,
         acts: cohorts::acts(reader, person.school_id, person.id).await?,
         language: person.language,
+        second_factor: second_factors::is_on(reader, person.into()).await?,
         refused: None,
     })
 }

@@ -33,12 +33,14 @@ pub(crate) mod review;
 mod revisions;
 mod roster;
 mod rows;
+mod second_factor;
 mod segments;
 mod service;
 mod sessions;
 mod standing;
 mod supervision;
 mod surveys;
+mod tokens;
 mod trainees;
 
 /// Pages for whoever is signed in; the layer around them has settled who that is.
@@ -87,6 +89,8 @@ pub fn router() -> Routes {
         .route("/account/password", post(account::set_password))
         .route("/account/language", post(account::set_language))
         .route("/account/export", get(account::export))
+        .merge(second_factor::router())
+        .merge(tokens::router())
         .merge(people())
         .route("/assignments", get(assignments::list).post(assignments::make))
         .route("/admin/certificate-needs", post(admin::set_needed))

@@ -15,6 +15,7 @@ use crate::domain::{CurrentPerson, Role};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::storage::directory::{self, AccountState, Details, Filter, Listed};
+use crate::storage::second_factors::{self, PersonKey};
 use crate::storage::{cohorts, mails};
 use crate::views::people::{Choice, Done, LinkPage, PeoplePage, PersonForm, PersonPage, PersonRefused};
 use crate::views::{Place, Shell};
@@ -203,11 +204,12 @@ async fn person_page(
     form: PersonForm,
 ) -> Result<PersonPage, Error> {
     let delivery = mails::latest(state.db.reader(), visitor.school_id, person.id).await?;
-    let role = person.role;
+    let (role, key) = (person.role, PersonKey { school_id: visitor.school_id, person_id: person.id });
     Ok(PersonPage {
         shell: Shell::new(visitor, csrf.token(), Place::People),
         own: visitor.id == person.id,
         done: None,
+        second_factor: second_factors::is_on(state.db.reader(), key).await?,
         delivery: delivery.and_then(|delivery| delivery.error),
         form: PersonForm { roles: if form.roles.is_empty() { Choice::roles(Some(role)) } else { form.roles }, ..form },
         person,

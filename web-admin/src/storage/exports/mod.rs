@@ -1,7 +1,9 @@
 //! Everything held about a person, for themselves.
 
+mod access;
 mod said;
 
+pub use access::{AccessFacts, TokenFacts};
 pub use said::{AnswerFacts, AssignmentFacts, CommentFacts, MarksFacts, RatingFacts};
 
 use serde::Serialize;
@@ -9,6 +11,7 @@ use sqlx::types::Json;
 use sqlx::{FromRow, SqlitePool};
 use uuid::Uuid;
 
+use super::second_factors::PersonKey;
 use super::{ExactNumber, Result};
 use crate::domain::{Moment, Role};
 
@@ -35,6 +38,8 @@ pub struct Export {
     pub marked_pops: Vec<MarksFacts>,
     /// What they answered in surveys that are not anonymous.
     pub survey_answers: Vec<AnswerFacts>,
+    /// What lets them in besides their password.
+    pub access: AccessFacts,
     /// What they did, and what was done with their account.
     pub log: Vec<LogFacts>,
 }
@@ -139,6 +144,7 @@ pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Resul
         ratings: said::ratings(reader, school, person).await?,
         marked_pops: said::marked_pops(reader, school, person).await?,
         survey_answers: said::survey_answers(reader, school, person).await?,
+        access: access::of(reader, PersonKey { school_id: school, person_id: person }).await?,
         log: log(reader, person).await?,
         person: facts,
     }))

@@ -1,0 +1,97 @@
+//! `/account/tokens`: one's own tokens for programs.
+
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use axum::routing::{get, post};
+use serde::Deserialize;
+
+use super::Id;
+use crate::AppState;
+use crate::accounts;
+use crate::domain::CurrentPerson;
+use crate::error::{Error, PageError};
+use crate::routes::Routes;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields};
+use crate::storage::tokens as stored;
+use crate::tokens::{self, Wanted};
+use crate::views::tokens::{MadeTokenPage, TokenRow, TokensPage};
+use crate::views::{Place, Shell};
+
+/// What is chosen until something else is, in days.
+const DEFAULT_DAYS: i64 = 90;
+
+pub(super) fn router() -> Routes {
+    Routes::new().route("/account/tokens", get(show).post(make)).route("/account/tokens/{id}/revoke", post(revoke))
+}
+
+async fn show(State(state): State<AppState>, person: CurrentPerson, csrf: Csrf) -> Result<TokensPage, PageError> {
+    Ok(page(&state, &person, &csrf).await?)
+}
+
+async fn page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<TokensPage, Error> {
+    let now = state.clock.now();
+    let row = |token: stored::OwnToken| TokenRow {
+        name: token.name,
+        made: token.created_at.to_utc(),
+        used: token.last_seen_at.map(|at| at.to_utc()),
+        expires: token.expires_at.map(|at| at.to_utc()),
+        ended: token.expires_at.is_some_and(|end| end <= now),
+        revoke_href: format!("/account/tokens/{}/revoke", token.id),
+    };
+    let tokens = stored::of_person(state.db.reader(), person.into()).await?;
+    Ok(TokensPage {
+        shell: Shell::new(person, csrf.token(), Place::Account),
+        rows: tokens.into_iter().map(row).collect(),
+        name: String::new(),
+        days: DEFAULT_DAYS,
+        refused: None,
+    })
+}
+
+#[derive(Deserialize)]
+struct TokenForm {
+    name: String,
+    days: i64,
+    password: String,
+}
+
+/// Makes a token and shows it. Not by a redirect: it would have to be kept to be shown.
+async fn make(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<TokenForm>,
+) -> Result<Response, PageError> {
+    state.logins.take_own(person.id)?;
+    let made = if accounts::is_own_password(&state, &person, &form.password).await? {
+        tokens::make(&state, &person, Wanted { name: &form.name, days: form.days }).await
+    } else {
+        Err(Error::Unprocessable(tr!("This is not your password of now.").to_owned()))
+    };
+    match made {
+        Ok(made) => {
+            let shell = Shell::new(&person, csrf.token(), Place::Account);
+            let expires = made.expires_at.to_utc();
+            Ok(MadeTokenPage { shell, name: made.name, token: made.token, expires }.into_response())
+        }
+        Err(Error::Unprocessable(why)) => {
+            let page = page(&state, &person, &csrf).await?;
+            let page = TokensPage { name: form.name, days: form.days, refused: Some(why), ..page };
+            Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+        }
+        Err(other) => Err(other.into()),
+    }
+}
+
+async fn revoke(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(NoFields {}): CsrfForm<NoFields>,
+) -> Result<Redirect, PageError> {
+    match tokens::revoke(&state, &person, id).await? {
+        true => Ok(Redirect::to("/account/tokens")),
+        false => Err(Error::NotFound.into()),
+    }
+}

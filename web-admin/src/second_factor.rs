@@ -1,0 +1,291 @@
+//! Second factors: enrolled, asked for, turned off and reset. Each code is good once, tries are counted whoever makes them, and
+//! everything is in the audit log.
+
+use std::net::IpAddr;
+
+use serde_json::{Value, json};
+use sqlx::SqliteConnection;
+
+use crate::AppState;
+use crate::domain::{CurrentPerson, TotpSecret};
+use crate::error::Error;
+use crate::sealing;
+use crate::secret;
+use crate::storage::audit::{Actor, Entry};
+use crate::storage::mails::{self, MailKind, NewMail};
+use crate::storage::people;
+use crate::storage::second_factors::{self, PersonKey};
+
+/// Recovery codes that are made at once.
+const RECOVERY_CODES: usize = 10;
+/// Letters of a recovery code, 5 bits each, behind the brake and a slow hash.
+const RECOVERY_LETTERS: usize = 12;
+/// Letters that stand together.
+const GROUP: usize = 4;
+
+/// By what somebody has shown that they are themselves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Proof {
+    /// A code of their app.
+    App,
+    /// A recovery code, which is used up.
+    RecoveryCode,
+}
+
+impl Proof {
+    /// As the audit log says it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::App => "app",
+            Self::RecoveryCode => "recovery code",
+        }
+    }
+}
+
+/// What somebody has typed, and where.
+#[derive(Clone, Copy, Debug)]
+pub struct Typed<'a> {
+    /// What.
+    pub code: &'a str,
+    /// From which network address.
+    pub from: IpAddr,
+}
+
+/// Offers a secret, in place of one that was offered before. False where a second factor is on already.
+///
+/// # Errors
+/// When the key or the database fails.
+pub async fn offer(state: &AppState, person: &CurrentPerson) -> Result<bool, Error> {
+    let bytes = secret::random_bytes::<20>()?;
+    let sealed = sealing::seal(&state.config.data_dir, person.id.as_bytes(), &bytes)?;
+    let (key, now) = (person.into(), state.clock.now());
+    let mut tx = state.db.write().await?;
+    let offered = second_factors::offer(&mut tx, key, &sealed, now).await?;
+    if offered {
+        Entry::by(person, "second_factor.offered", person.id).append(&mut tx, now).await?;
+    }
+    tx.commit().await?;
+    Ok(offered)
+}
+
+/// The secret that is offered and not on yet.
+///
+/// # Errors
+/// When it cannot be opened, or the database fails.
+pub async fn offered(state: &AppState, key: PersonKey) -> Result<Option<TotpSecret>, Error> {
+    let found = second_factors::find(state.db.reader(), key).await?.filter(|factor| factor.confirmed_at.is_none());
+    found.map(|factor| opened(state, key, &factor.sealed_secret)).transpose()
+}
+
+/// The secret within a sealed one.
+fn opened(state: &AppState, key: PersonKey, sealed: &[u8]) -> Result<TotpSecret, Error> {
+    let opened = sealing::open(&state.config.data_dir, key.person_id.as_bytes(), sealed);
+    let kept = opened.map(|bytes| TotpSecret::from_bytes(&bytes));
+    match kept {
+        Ok(Some(secret)) => Ok(secret),
+        Ok(None) => Err(anyhow::anyhow!("a sealed secret has another length").into()),
+        Err(cause) => {
+            tracing::error!(cause = format!("{cause:#}"), "the code of an app cannot be checked");
+            let why = tr!("codes of the app cannot be checked here now: use a recovery code, or ask an administrator");
+            Err(Error::Conflict(why.to_owned()))
+        }
+    }
+}
+
+/// Turns the offered secret on by one code of it, which ends every other sign-in. The recovery codes, which nobody sees
+/// again; none where the code is wrong.
+///
+/// # Errors
+/// When no secret is offered, there were too many tries, or the database fails.
+pub async fn confirm(state: &AppState, person: &CurrentPerson, typed: Typed<'_>) -> Result<Option<Vec<String>>, Error> {
+    let key = PersonKey::from(person);
+    let secret = offered(state, key).await?.ok_or_else(nothing_offered)?;
+    take_try(state, key, typed.from).await?;
+    let now = state.clock.now();
+    let Some(step) = secret.step_of(&without_spaces(typed.code), now) else {
+        note(state, key, "second_factor.refused").await?;
+        return Ok(None);
+    };
+    let (codes, hashes) = make_codes(state, key).await?;
+    let mut tx = state.db.write().await?;
+    if !second_factors::confirm(&mut tx, key, step, now).await? {
+        return Err(nothing_offered());
+    }
+    second_factors::put_recovery_codes(&mut tx, key, &hashes).await?;
+    people::end_sign_ins(&mut tx, key.person_id).await?;
+    Entry::by(person, "second_factor.on", person.id).append(&mut tx, now).await?;
+    tx.commit().await?;
+    Ok(Some(codes))
+}
+
+fn nothing_offered() -> Error {
+    Error::Conflict(tr!("there is no second factor to confirm: begin once more").to_owned())
+}
+
+/// What a code proves that somebody has typed, of the app or a recovery code; either is used up. `None` where it is neither.
+///
+/// # Errors
+/// When there were too many tries, the secret cannot be opened, or the database fails.
+pub async fn check(state: &AppState, key: PersonKey, typed: Typed<'_>) -> Result<Option<Proof>, Error> {
+    take_try(state, key, typed.from).await?;
+    let code = without_spaces(typed.code);
+    let proof = if code.bytes().all(|byte| byte.is_ascii_digit()) {
+        take_code(state, key, &code).await?
+    } else {
+        take_recovery_code(state, key, &code).await?
+    };
+    if proof.is_none() {
+        tracing::warn!(from = %typed.from, person = %key.person_id, "a wrong code of a second factor");
+        note(state, key, "second_factor.refused").await?;
+    }
+    Ok(proof)
+}
+
+/// Counts a try, right or wrong.
+async fn take_try(state: &AppState, key: PersonKey, from: IpAddr) -> Result<(), Error> {
+    let Err(refused) = state.logins.take_code(key.person_id) else { return Ok(()) };
+    if state.logins.is_worth_noting(from) {
+        tracing::warn!(%from, person = %key.person_id, "codes of a second factor are tried too often");
+        note(state, key, "second_factor.blocked").await?;
+    }
+    Err(refused)
+}
+
+async fn take_code(state: &AppState, key: PersonKey, code: &str) -> Result<Option<Proof>, Error> {
+    let found = second_factors::find(state.db.reader(), key).await?.filter(|factor| factor.confirmed_at.is_some());
+    let Some(factor) = found else { return Ok(None) };
+    let Some(step) = opened(state, key, &factor.sealed_secret)?.step_of(code, state.clock.now()) else {
+        return Ok(None);
+    };
+    let mut tx = state.db.write().await?;
+    let taken = second_factors::take_step(&mut tx, key, step).await?;
+    tx.commit().await?;
+    Ok(taken.then_some(Proof::App))
+}
+
+async fn take_recovery_code(state: &AppState, key: PersonKey, code: &str) -> Result<Option<Proof>, Error> {
+    let hash = hashes(state, key, vec![secret::plain_code(code)]).await?.pop().unwrap_or_default();
+    let mut tx = state.db.write().await?;
+    if !second_factors::use_recovery_code(&mut tx, key, &hash).await? {
+        return Ok(None);
+    }
+    let left = second_factors::recovery_codes_left(&mut *tx, key).await?;
+    Entry::new(key.school_id, Actor::Person(key.person_id), "recovery_code.used", key.person_id)
+        .with(json!({ "left": left }))
+        .append(&mut tx, state.clock.now())
+        .await?;
+    tx.commit().await?;
+    Ok(Some(Proof::RecoveryCode))
+}
+
+/// Makes recovery codes in place of those of before.
+///
+/// # Errors
+/// When no second factor is on, or the database fails.
+pub async fn remake_codes(state: &AppState, person: &CurrentPerson) -> Result<Vec<String>, Error> {
+    let key = PersonKey::from(person);
+    let (codes, hashes) = make_codes(state, key).await?;
+    let mut tx = state.db.write().await?;
+    if !second_factors::is_on(&mut *tx, key).await? {
+        return Err(nothing_on());
+    }
+    second_factors::put_recovery_codes(&mut tx, key, &hashes).await?;
+    Entry::by(person, "recovery_codes.made", person.id).append(&mut tx, state.clock.now()).await?;
+    tx.commit().await?;
+    Ok(codes)
+}
+
+/// What somebody is told who has no second factor that is on.
+#[must_use]
+pub fn nothing_on() -> Error {
+    Error::Conflict(tr!("there is no second factor on this account").to_owned())
+}
+
+/// Recovery codes as they are read, and their hashes.
+async fn make_codes(state: &AppState, key: PersonKey) -> Result<(Vec<String>, Vec<[u8; 32]>), Error> {
+    let codes = (0..RECOVERY_CODES).map(|_| secret::random_code(RECOVERY_LETTERS));
+    let codes = codes.collect::<anyhow::Result<Vec<String>>>()?;
+    let hashes = hashes(state, key, codes.clone()).await?;
+    Ok((codes.iter().map(|code| in_groups(code)).collect(), hashes))
+}
+
+async fn hashes(state: &AppState, key: PersonKey, codes: Vec<String>) -> Result<Vec<[u8; 32]>, Error> {
+    let (cost, realm) = (state.config.password_cost, *key.person_id.as_bytes());
+    let work = move || codes.iter().map(|code| secret::code_hash(code, &realm, cost)).collect::<anyhow::Result<_>>();
+    Ok(state.hash(work).await??)
+}
+
+/// Letters in groups, which are easier to read and to type.
+#[must_use]
+pub fn in_groups(text: &str) -> String {
+    let letters: Vec<char> = text.chars().collect();
+    letters.chunks(GROUP).map(|group| group.iter().collect::<String>()).collect::<Vec<_>>().join("-")
+}
+
+fn without_spaces(typed: &str) -> String {
+    typed.chars().filter(|letter| !letter.is_whitespace()).collect()
+}
+
+/// Turns one's own second factor off. False where none was on.
+///
+/// # Errors
+/// When the database fails.
+pub async fn turn_off(state: &AppState, person: &CurrentPerson) -> Result<bool, Error> {
+    let mut tx = state.db.write().await?;
+    let done = remove(&mut tx, person.into(), Act { by: Actor::Person(person.id), action: "second_factor.off" }, state);
+    let done = done.await?;
+    tx.commit().await?;
+    state.mails.notify_one();
+    Ok(done)
+}
+
+/// Takes somebody's second factor away, who has lost it: they sign in by their password, and are told by mail. False where
+/// none was on.
+///
+/// # Errors
+/// When the database fails.
+pub async fn reset(state: &AppState, key: PersonKey, by: Actor) -> Result<bool, Error> {
+    let mut tx = state.db.write().await?;
+    let done = remove(&mut tx, key, Act { by, action: "second_factor.reset" }, state).await?;
+    tx.commit().await?;
+    state.mails.notify_one();
+    Ok(done)
+}
+
+/// Who turns a second factor off, and as what it is written down.
+struct Act {
+    by: Actor,
+    action: &'static str,
+}
+
+async fn remove(tx: &mut SqliteConnection, key: PersonKey, act: Act, state: &AppState) -> Result<bool, Error> {
+    if !second_factors::remove(tx, key).await? {
+        return Ok(false);
+    }
+    let (now, PersonKey { school_id, person_id }) = (state.clock.now(), key);
+    Entry::new(school_id, act.by, act.action, person_id).append(tx, now).await?;
+    let mail = NewMail { school_id, person_id, kind: MailKind::SecondFactorOff, assignment_id: None };
+    mails::queue(tx, mail, now).await?;
+    Ok(true)
+}
+
+/// Writes down that somebody has signed in, and by what.
+///
+/// # Errors
+/// When the database fails.
+pub async fn note_sign_in(state: &AppState, key: PersonKey, by: Option<Proof>) -> Result<(), Error> {
+    let details = by.map_or_else(|| json!({}), |proof| json!({ "second_factor": proof.word() }));
+    write_down(state, key, "person.signed_in", details).await
+}
+
+async fn note(state: &AppState, key: PersonKey, action: &'static str) -> Result<(), Error> {
+    write_down(state, key, action, json!({})).await
+}
+
+async fn write_down(state: &AppState, key: PersonKey, action: &'static str, details: Value) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    let entry = Entry::new(key.school_id, Actor::Person(key.person_id), action, key.person_id);
+    entry.with(details).append(&mut tx, state.clock.now()).await?;
+    Ok(tx.commit().await?)
+}

@@ -1,0 +1,41 @@
+//! A text as a picture that phones read.
+
+use std::fmt::Write;
+
+use qrcodegen::{QrCode, QrCodeEcc};
+
+/// Modules of empty space around, as the standard asks for.
+const MARGIN: i32 = 4;
+
+/// A QR code in SVG, dark on light whatever the page around it prefers; none where the text is too long for one.
+#[must_use]
+pub fn svg(text: &str) -> Option<String> {
+    let code = QrCode::encode_text(text, QrCodeEcc::Medium).ok()?;
+    let (size, side) = (code.size(), code.size() + 2 * MARGIN);
+    let mut path = String::new();
+    for y in 0..size {
+        for x in (0..size).filter(|x| code.get_module(*x, y)) {
+            // Writing into a String does not fail.
+            let _ = write!(path, "M{} {}h1v1h-1z", x + MARGIN, y + MARGIN);
+        }
+    }
+    Some(format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {side} {side}\" shape-rendering=\"crispEdges\">\
+         <path fill=\"#fff\" d=\"M0 0h{side}v{side}H0z\"/><path fill=\"#000\" d=\"{path}\"/></svg>"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_is_dark_modules_on_a_light_ground_with_a_margin() {
+        let picture = svg("otpauth://totp/x").expect("a picture");
+        // Version 2 has 25 modules a side; its first row begins with a finder's seven.
+        assert!(picture.contains("viewBox=\"0 0 33 33\"") && picture.contains("M0 0h33v33H0z"), "{picture}");
+        let row = (4..=10).map(|x| format!("M{x} 4h1v1h-1z")).collect::<String>();
+        assert!(picture.contains(&row) && !picture.contains("M11 4h"), "{picture}");
+        assert_eq!(svg(&"x".repeat(4000)), None);
+    }
+}
