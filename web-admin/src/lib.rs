@@ -25,6 +25,7 @@ pub mod killpoints;
 pub mod lines;
 pub mod locks;
 pub mod mail;
+mod motions;
 pub mod passwords;
 pub mod previews;
 pub mod publishing;

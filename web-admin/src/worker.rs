@@ -11,6 +11,7 @@ use crate::AppState;
 use crate::clock;
 use crate::judging::{self, Answer, Outcome, Question, Task};
 use crate::killpoints::KillPoint;
+use crate::motions;
 use crate::regrading;
 use crate::replays;
 use crate::shares::{Bench, Shares};
@@ -110,14 +111,14 @@ struct Ended {
 }
 
 impl Desk {
-    /// Begins what can be begun. Where no job waits for a judge, goes on with what is graded again.
+    /// Begins what can be begun. Where no job waits for a judge, goes on with old attempts.
     async fn go_on(&mut self, state: &AppState) -> anyhow::Result<()> {
         loop {
             while self.running.len() < state.config.judges {
                 let Some(job) = self.next(state).await? else { break };
                 self.begin(state, job);
             }
-            if self.running.len() >= state.config.judges || !regrading::exercise::step(state).await? {
+            if self.running.len() >= state.config.judges || !go_on_with_old(state).await? {
                 return Ok(());
             }
             while let Some(ended) = self.running.try_join_next() {
@@ -160,6 +161,11 @@ impl Desk {
         self.held.retain(|held| *held != session);
         done
     }
+}
+
+/// A piece of what is done with attempts that were judged long ago. False where nothing is left.
+async fn go_on_with_old(state: &AppState) -> anyhow::Result<bool> {
+    Ok(regrading::exercise::step(state).await? || motions::step(state).await?)
 }
 
 /// Does a job.

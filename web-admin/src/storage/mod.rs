@@ -32,6 +32,7 @@ pub mod instruments;
 pub mod jobs;
 pub mod links;
 pub mod mails;
+pub mod motions;
 pub mod origins;
 pub mod people;
 pub mod practice;

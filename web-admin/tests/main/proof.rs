@@ -250,3 +250,45 @@ async fn a_database_of_before_counts_again_without_what_was_forged() {
     let again = tallies::by_month(world.app.state.db.reader(), world.school).await.unwrap();
     assert_eq!(again, months, "what the migration sums up is what scoring sums up");
 }
+
+#[tokio::test]
+async fn motions_of_before_are_compared_when_nothing_else_waits() {
+    let world = World::new().await;
+    let eve = world.app.member(world.school, Role::Trainee, "eve@example.org").await;
+    let first = attempt_at(NOW);
+    let copy = Attempt { session_id: Uuid::new_v4(), hand: Some(first.session_id), ..first.clone() };
+    let other = attempt_at(NOW);
+    for (member, attempt) in [(&world.ada, &first), (&world.ada, &other), (&eve, &copy)] {
+        world.upload(member, attempt).await;
+    }
+    assert_eq!((world.counted(&world.ada).await, world.counted(&eve).await), (2, 0));
+    let mut connection = SqliteConnection::connect(&world.app.state.config.database_url).await.unwrap();
+    let fill = include_str!("../../../migrations/0211_compare_motions_of_before.sql").split(";\n\n").nth(1).unwrap();
+    // All three of before; then, of the copies, only the first, so that the later one has its hash when it is looked at.
+    for of_before in ["1", "id <> $1"] {
+        let undone = format!(
+            "UPDATE sessions SET motion_sha256 = NULL WHERE {of_before}; UPDATE sessions SET uncounted = NULL, repeats = NULL"
+        );
+        for statement in undone.split(';') {
+            sqlx::query(sqlx::AssertSqlSafe(statement)).bind(copy.session_id).execute(&mut connection).await.unwrap();
+        }
+        let key = SessionKey { school_id: world.school, id: copy.session_id };
+        world.app.write(async |tx| practice::refresh(tx, key).await.unwrap()).await;
+        assert_eq!(world.counted(&eve).await, 1, "as it was counted before");
+        sqlx::raw_sql(sqlx::AssertSqlSafe(fill)).execute(&mut connection).await.unwrap();
+
+        worker::work_off(&world.app.state).await.unwrap();
+        assert_eq!((world.counted(&world.ada).await, world.counted(&eve).await), (2, 0), "{of_before}");
+        let told = world.app.with_token(&eve.token).get("/api/v1/sessions").await.json()["sessions"][0].clone();
+        assert_eq!(told["uncounted"], "duplicate");
+        let left: i64 =
+            sqlx::query_scalar("SELECT count(*) FROM unhashed_motions").fetch_one(&mut connection).await.unwrap();
+        assert_eq!(left, 0);
+    }
+    let again = Attempt { session_id: Uuid::new_v4(), hand: Some(other.session_id), ..other.clone() };
+    assert_eq!(
+        world.upload(&eve, &again).await.json()["uncounted"],
+        "duplicate",
+        "an old one is found when it comes again"
+    );
+}
