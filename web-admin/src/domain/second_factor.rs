@@ -2,7 +2,7 @@
 //! for them.
 
 use data_encoding::BASE32_NOPAD;
-use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
+use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
 use totp_rs::{Algorithm, Builder, Totp};
 
 use super::Moment;
@@ -13,6 +13,19 @@ pub const CODE_DIGITS: u8 = 6;
 pub const STEP_S: i64 = 30;
 /// How many steps a clock may be off, either way.
 const SKEW: u16 = 1;
+/// What means something in an address.
+const MEANINGFUL: &AsciiSet = &CONTROLS
+    .add(b' ')
+    .add(b'"')
+    .add(b'#')
+    .add(b'%')
+    .add(b'&')
+    .add(b'+')
+    .add(b'/')
+    .add(b':')
+    .add(b'<')
+    .add(b'>')
+    .add(b'?');
 /// What RFC 4226 recommends.
 const SECRET_BYTES: usize = 20;
 
@@ -51,14 +64,13 @@ impl TotpSecret {
         BASE32_NOPAD.encode(&self.0)
     }
 
-    /// As apps read it from a picture: whose account it is, and where.
+    /// As apps read it from a picture: whose account it is, and where. Hash, digits and period are what apps take where nothing
+    /// is said; a shorter text is a coarser picture.
     #[must_use]
     pub fn address(&self, issuer: &str, account: &str) -> String {
-        let encoded = |text: &str| utf8_percent_encode(text, NON_ALPHANUMERIC).to_string();
+        let encoded = |text: &str| utf8_percent_encode(text, MEANINGFUL).to_string();
         let (issuer, account, secret) = (encoded(issuer), encoded(account), self.text());
-        format!(
-            "otpauth://totp/{issuer}:{account}?secret={secret}&issuer={issuer}&algorithm=SHA1&digits={CODE_DIGITS}&period={STEP_S}"
-        )
+        format!("otpauth://totp/{issuer}:{account}?secret={secret}&issuer={issuer}")
     }
 
     /// The time step of which this is the code, at most one from now, in 30 s since 1970 UTC; none where it is no code
@@ -158,9 +170,8 @@ mod tests {
     fn an_app_is_told_all_it_needs() {
         let secret = TotpSecret::new(*b"12345678901234567890");
         let address = secret.address("Stylet, North & South", "ada@example.org");
-        let expected = "otpauth://totp/Stylet%2C%20North%20%26%20South:ada%40example%2Eorg\
-                        ?secret=GEZDGNBVGY3TQOJQGEZDGNBVGY3TQOJQ&issuer=Stylet%2C%20North%20%26%20South\
-                        &algorithm=SHA1&digits=6&period=30";
+        let expected = "otpauth://totp/Stylet,%20North%20%26%20South:ada@example.org\
+                        ?secret=GEZDGNBVGY3TQOJQGEZDGNBVGY3TQOJQ&issuer=Stylet,%20North%20%26%20South";
         assert_eq!(address, expected);
         assert_eq!(format!("{secret:?}"), "TotpSecret(…)", "it is in no log");
     }
