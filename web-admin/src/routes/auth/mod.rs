@@ -6,6 +6,7 @@ mod current;
 mod join;
 mod limits;
 mod login;
+mod stranger;
 mod upload;
 
 pub(crate) use address::ClientAddress;
@@ -15,4 +16,5 @@ pub use current::{require_person, session_end};
 pub use limits::{LoginLimits, PairingLimits};
 pub(crate) use login::own_path;
 pub use login::{router, signed_in};
+pub use stranger::{StrangerToken, settle_stranger};
 pub use upload::CsrfUpload;
