@@ -313,18 +313,3 @@ pub async fn enable(state: &AppState, by: &CurrentPerson, person: Uuid) -> Resul
     }
     Ok(tx.commit().await?)
 }
-
-/// Takes away everything that tells who somebody is, for good. Attempts and scores stay, under the pseudonym.
-///
-/// # Errors
-/// When the database fails.
-pub async fn erase(state: &AppState, by: &CurrentPerson, person: &Listed) -> Result<(), Error> {
-    let mut tx = state.db.write().await?;
-    tokens::revoke_all(&mut tx, person.id, state.clock.now()).await?;
-    let letters = directory::letters(&mut *tx, person, by.school_id).await?;
-    directory::erase(&mut tx, person, by.school_id, state.clock.now()).await?;
-    Entry::by(by, "person.erased", person.id).append(&mut tx, state.clock.now()).await?;
-    // Before the commit: letters that cannot be removed are not forgotten.
-    state.mailer.forget(&letters).await?;
-    Ok(tx.commit().await?)
-}

@@ -87,8 +87,15 @@ impl Certificate {
 /// # Errors
 /// When the key cannot be read or made.
 pub fn sign(data_dir: &Path, statement: &Statement) -> anyhow::Result<Certificate> {
-    let key = key(data_dir)?;
-    let statement = serde_json::to_string(statement)?;
+    sign_text(data_dir, &serde_json::to_string(statement)?)
+}
+
+/// Signs a text of another kind with the same key. It must not be readable as a [`Statement`].
+///
+/// # Errors
+/// When the key cannot be read or made.
+pub fn sign_text(data_dir: &Path, text: &str) -> anyhow::Result<Certificate> {
+    let (key, statement) = (key(data_dir)?, text.to_owned());
     let signature = hex::encode(key.sign(statement.as_bytes()).to_bytes());
     Ok(Certificate { statement, public_key: hex::encode(key.verifying_key().to_bytes()), signature })
 }
@@ -107,6 +114,17 @@ pub fn public_key(data_dir: &Path) -> anyhow::Result<String> {
 /// When it is no certificate, of another key, or was changed.
 pub fn check(file: &[u8], published_key: &str) -> anyhow::Result<Statement> {
     let certificate: Certificate = serde_json::from_str(json_of(file)?).context("not a certificate")?;
+    let text = checked_text(&certificate, published_key)?;
+    let statement: Statement = serde_json::from_str(text).context("a statement of another version")?;
+    ensure!(KNOWN.contains(&statement.format), "format {}; allowed are 1 to {FORMAT}", statement.format);
+    Ok(statement)
+}
+
+/// The signed text, when the published key has signed it.
+///
+/// # Errors
+/// When another key has, or it was changed.
+pub fn checked_text<'a>(certificate: &'a Certificate, published_key: &str) -> anyhow::Result<&'a str> {
     let published = published_key.trim().to_lowercase();
     ensure!(
         certificate.public_key == published,
@@ -118,10 +136,7 @@ pub fn check(file: &[u8], published_key: &str) -> anyhow::Result<Statement> {
     let signature = hex::decode(&certificate.signature)?;
     let signature = Signature::from_slice(&signature).context("not a signature")?;
     key.verify(certificate.statement.as_bytes(), &signature).ok().context("the signature is not of this statement")?;
-    let statement: Statement =
-        serde_json::from_str(&certificate.statement).context("a statement of another version")?;
-    ensure!(KNOWN.contains(&statement.format), "format {}; allowed are 1 to {FORMAT}", statement.format);
-    Ok(statement)
+    Ok(&certificate.statement)
 }
 
 /// The certificate in a page, or the file itself.
@@ -131,6 +146,23 @@ fn json_of(file: &[u8]) -> anyhow::Result<&str> {
     let (json, after) = inside.split_once(CLOSING).context("not a certificate: the page is cut short")?;
     ensure!(!after.contains(OPENING), "not a certificate: the page holds more than one");
     Ok(json)
+}
+
+/// Takes a key from a backup: 64 hexadecimal digits. One that is there already is never overwritten.
+///
+/// # Errors
+/// When it is no key, another one is there, or the disk refuses.
+pub fn restore_key(data_dir: &Path, digits: &str) -> anyhow::Result<()> {
+    let path = data_dir.join(KEY_FILE);
+    let seed: Option<[u8; 32]> = hex::decode(digits.trim()).ok().and_then(|bytes| bytes.try_into().ok());
+    seed.context("allowed are 64 hexadecimal digits")?;
+    if !path.exists() {
+        std::fs::create_dir_all(data_dir)?;
+        put_key(&path, digits.trim()).with_context(|| format!("cannot make {}", path.display()))?;
+    }
+    let found = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    ensure!(found.trim() == digits.trim(), "{}: another key is there; move it away first", path.display());
+    Ok(())
 }
 
 fn key(data_dir: &Path) -> anyhow::Result<SigningKey> {
@@ -146,7 +178,10 @@ fn key(data_dir: &Path) -> anyhow::Result<SigningKey> {
 
 /// Written whole under another name first: two requests at once make one key, and a crash none.
 fn make_key(path: &Path) -> anyhow::Result<()> {
-    let seed = secret::random_hex()?;
+    put_key(path, &secret::random_hex()?)
+}
+
+fn put_key(path: &Path, seed: &str) -> anyhow::Result<()> {
     let part = PathBuf::from(format!("{}.{}", path.display(), uuid::Uuid::new_v4()));
     let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&part)?;
     file.write_all(seed.as_bytes())?;

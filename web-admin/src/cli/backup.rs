@@ -1,6 +1,6 @@
 //! `web-admin backup`: everything into one file, while the service runs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -8,6 +8,7 @@ use super::{Failure, Storage, say};
 use crate::backup;
 use crate::certificates::KEY_FILE;
 use crate::clock::Clock;
+use crate::sealing;
 
 /// What to back up where to.
 #[derive(Debug, Args)]
@@ -15,6 +16,9 @@ pub struct BackupArgs {
     /// File to make; one that exists is never overwritten
     #[arg(long, value_name = "FILE")]
     to: PathBuf,
+    /// File with a passphrase, on one line of 12 characters and more: the certificates' key is in the backup, sealed with it
+    #[arg(long, value_name = "FILE")]
+    passphrase_file: Option<PathBuf>,
     #[command(flatten)]
     storage: Storage,
 }
@@ -27,7 +31,8 @@ pub(super) async fn run(args: &BackupArgs) -> Result<(), Failure> {
         )));
     }
     let config = args.storage.config()?;
-    let made = backup::make(&config, &args.to, Clock::system().now()).await?;
+    let passphrase = args.passphrase_file.as_deref().map(passphrase_in).transpose()?;
+    let made = backup::make(&config, &args.to, passphrase.as_deref(), Clock::system().now()).await?;
     say(format_args!(
         "{}: {} recordings and the database with {} audit rows, read back and checked; the audit log ends in {}",
         args.to.display(),
@@ -36,11 +41,20 @@ pub(super) async fn run(args: &BackupArgs) -> Result<(), Failure> {
         made.audit_head
     ));
     let key = config.data_dir.join(KEY_FILE);
-    if key.exists() {
-        say(format_args!(
-            "not in it: {}, which signs certificates; keep a copy of its own, where only you read it",
+    match (key.exists(), passphrase) {
+        (true, Some(_)) => say(format_args!("sealed in it: {}; without the passphrase it is lost", key.display())),
+        (true, None) => say(format_args!(
+            "not in it: {}, which signs certificates; --passphrase-file puts it in, or keep a copy of its own, where only you read it",
             key.display()
-        ));
+        )),
+        (false, _) => {}
     }
     Ok(())
+}
+
+/// The passphrase in a file.
+pub(super) fn passphrase_in(file: &Path) -> Result<String, Failure> {
+    let refused = |why: &dyn std::fmt::Display| Failure::Usage(format!("--passphrase-file: {}: {why}", file.display()));
+    let text = std::fs::read_to_string(file).map_err(|error| refused(&error))?;
+    sealing::passphrase(&text).map_err(|error| refused(&error))
 }

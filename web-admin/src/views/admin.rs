@@ -44,9 +44,21 @@ pub struct AdminPage {
     pub stations: Vec<StationRow>,
     /// What must be proved of the attempts that certify.
     pub needed: Needed,
+    /// People who were warned that they are to be erased.
+    pub warned: i64,
 }
 
 impl AdminPage {
+    /// Who is to be erased, in words.
+    fn warned_words(&self) -> String {
+        let warned = self.warned;
+        trn!(
+            "{n} person was warned, and is to be erased by the rule of retention.",
+            "{n} people were warned, and are to be erased by the rule of retention.",
+            warned
+        )
+    }
+
     /// The choices of what must be proved: value, words, and whether it is the one that holds.
     fn choices(&self) -> Vec<(&'static str, &'static str, bool)> {
         Needed::ALL.into_iter().map(|one| (one.word(), needed_in_words(one), one == self.needed)).collect()
@@ -171,6 +183,7 @@ mod tests {
                 },
             ],
             needed: Needed::SignedOrSupervised,
+            warned: 2,
         };
         let html = samples::keep("admin", &page);
         assert!(

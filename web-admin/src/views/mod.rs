@@ -13,6 +13,7 @@ pub mod consent;
 pub mod curricula;
 pub mod diff;
 pub mod draft;
+pub mod erasing;
 pub mod error;
 pub mod exercise;
 #[cfg(test)]
@@ -31,6 +32,7 @@ pub mod progress;
 pub mod rating;
 pub mod regrading;
 pub mod replay;
+pub mod retention;
 pub mod review;
 pub mod roster;
 #[cfg(test)]

@@ -15,7 +15,7 @@ use crate::stations as pairing;
 use crate::storage::audit::Entry;
 use crate::storage::reports::{self, Counts};
 use crate::storage::stations::{self, Station};
-use crate::storage::{cohorts as cohort_storage, schools};
+use crate::storage::{cohorts as cohort_storage, retention, schools};
 use crate::views::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
 use crate::views::{Place, Shell};
 
@@ -58,6 +58,7 @@ pub(super) async fn show(
         requests: cohort_storage::requests(reader, school, (None, None)).await?,
         stations: stations::all(reader, school).await?.into_iter().map(station_row).collect(),
         needed: schools::certificate_needs(reader, school).await?,
+        warned: retention::count_warned(reader, school).await?,
     })
 }
 
