@@ -14,7 +14,6 @@ use crate::storage::cohorts::{self, Deed, Membership};
 use crate::storage::directory::{self, AccountState, Details, Listed};
 use crate::storage::mails::{self, MailKind, NewMail};
 use crate::storage::people::{self, NewPerson, Person};
-use crate::storage::second_factors::{self, PersonKey};
 use crate::storage::tokens;
 
 /// How long an invitation is good, in s.
@@ -323,23 +322,5 @@ pub async fn enable(state: &AppState, by: &CurrentPerson, person: Uuid) -> Resul
     if directory::enable(&mut tx, by.school_id, person).await? {
         Entry::by(by, "person.enabled", person).append(&mut tx, state.clock.now()).await?;
     }
-    Ok(tx.commit().await?)
-}
-
-/// Takes away everything that tells who somebody is, for good. Attempts and scores stay, under the pseudonym.
-///
-/// # Errors
-/// When the database fails.
-pub async fn erase(state: &AppState, by: &CurrentPerson, person: &Listed) -> Result<(), Error> {
-    let mut tx = state.db.write().await?;
-    tokens::revoke_all(&mut tx, person.id, state.clock.now()).await?;
-    let key = PersonKey { school_id: by.school_id, person_id: person.id };
-    tokens::forget_names(&mut tx, key).await?;
-    second_factors::remove(&mut tx, key).await?;
-    let letters = directory::letters(&mut *tx, person, by.school_id).await?;
-    directory::erase(&mut tx, person, by.school_id, state.clock.now()).await?;
-    Entry::by(by, "person.erased", person.id).append(&mut tx, state.clock.now()).await?;
-    // Before the commit: letters that cannot be removed are not forgotten.
-    state.mailer.forget(&letters).await?;
     Ok(tx.commit().await?)
 }

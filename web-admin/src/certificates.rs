@@ -84,8 +84,15 @@ impl Certificate {
 /// # Errors
 /// When the key cannot be read or made.
 pub fn sign(data_dir: &Path, statement: &Statement) -> anyhow::Result<Certificate> {
-    let key = key(data_dir)?;
-    let statement = serde_json::to_string(statement)?;
+    sign_text(data_dir, &serde_json::to_string(statement)?)
+}
+
+/// Signs a text of another kind with the same key. It must not be readable as a [`Statement`].
+///
+/// # Errors
+/// When the key cannot be read or made.
+pub fn sign_text(data_dir: &Path, text: &str) -> anyhow::Result<Certificate> {
+    let (key, statement) = (key(data_dir)?, text.to_owned());
     let signature = hex::encode(key.sign(statement.as_bytes()).to_bytes());
     Ok(Certificate { statement, public_key: hex::encode(key.verifying_key().to_bytes()), signature })
 }
@@ -104,6 +111,17 @@ pub fn public_key(data_dir: &Path) -> anyhow::Result<String> {
 /// When it is no certificate, of another key, or was changed.
 pub fn check(file: &[u8], published_key: &str) -> anyhow::Result<Statement> {
     let certificate: Certificate = serde_json::from_str(json_of(file)?).context("not a certificate")?;
+    let text = checked_text(&certificate, published_key)?;
+    let statement: Statement = serde_json::from_str(text).context("a statement of another version")?;
+    ensure!(KNOWN.contains(&statement.format), "format {}; allowed are 1 to {FORMAT}", statement.format);
+    Ok(statement)
+}
+
+/// The signed text, when the published key has signed it.
+///
+/// # Errors
+/// When another key has, or it was changed.
+pub fn checked_text<'a>(certificate: &'a Certificate, published_key: &str) -> anyhow::Result<&'a str> {
     let published = published_key.trim().to_lowercase();
     ensure!(
         certificate.public_key == published,
@@ -115,10 +133,7 @@ pub fn check(file: &[u8], published_key: &str) -> anyhow::Result<Statement> {
     let signature = hex::decode(&certificate.signature)?;
     let signature = Signature::from_slice(&signature).context("not a signature")?;
     key.verify(certificate.statement.as_bytes(), &signature).ok().context("the signature is not of this statement")?;
-    let statement: Statement =
-        serde_json::from_str(&certificate.statement).context("a statement of another version")?;
-    ensure!(KNOWN.contains(&statement.format), "format {}; allowed are 1 to {FORMAT}", statement.format);
-    Ok(statement)
+    Ok(&certificate.statement)
 }
 
 /// The certificate in a page, or the file itself.

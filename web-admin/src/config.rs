@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use axum::http::Uri;
 
+use crate::domain::roster::is_email;
 use crate::judging::Helper;
 
 /// What it costs to hash a password.
@@ -90,6 +91,8 @@ pub struct Config {
     pub mail: MailTo,
     /// Whom mail is from.
     pub mail_from: String,
+    /// Who is mailed each day by which hash the audit log ends.
+    pub anchor_mail: Option<String>,
     /// Where people find this service, without a slash at its end, where it was told.
     pub public_url: Option<String>,
     /// Origins whose pages may upload with a token, as a browser names them.
@@ -131,6 +134,7 @@ impl Config {
             password_cost: PasswordCost::RECOMMENDED,
             mail: MailTo::Folder(data_dir.join("mail")),
             mail_from: "Stylet <stylet@localhost>".to_owned(),
+            anchor_mail: None,
             public_url: None,
             allowed_origins: Vec::new(),
         }
@@ -190,6 +194,19 @@ pub fn mail_to(given: &str) -> Result<MailTo, ConfigError> {
         }),
         None => Ok(MailTo::Folder(PathBuf::from(given))),
     }
+}
+
+/// Who is mailed the end of the audit log, as given: an address.
+///
+/// # Errors
+/// When it is none.
+pub fn anchor_mail(given: &str) -> Result<String, ConfigError> {
+    let refused = || ConfigError {
+        option: "--anchor-mail",
+        value: given.to_owned(),
+        allowed: "allowed is an address, as audit@example.org",
+    };
+    if is_email(given) { Ok(given.to_owned()) } else { Err(refused()) }
 }
 
 /// An origin as given, in the words of a browser: `https://lab.example.org`, with a port where it is not the scheme's own.

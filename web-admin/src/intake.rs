@@ -151,6 +151,7 @@ async fn describe(state: &AppState, bearer: &Bearer, received: &Received, told: 
         motion_sha256: motion.map(hex::encode),
         repeats: None,
         signed_by: signer.map(|station| station.id),
+        recording_erased_at: None,
     })
 }
 

@@ -6,6 +6,7 @@
 pub mod words;
 
 pub mod accounts;
+pub mod anchoring;
 pub mod assignments;
 pub mod backup;
 pub mod certificates;
@@ -16,6 +17,8 @@ pub mod deadlines;
 pub mod demo;
 pub mod domain;
 pub mod drafting;
+pub mod erasing;
+pub mod erasures;
 pub mod error;
 pub mod export;
 pub mod intake;
@@ -33,6 +36,7 @@ pub mod ratings;
 pub mod recordings;
 pub mod regrading;
 pub mod replays;
+pub mod retention;
 pub mod roster_import;
 pub mod routes;
 pub mod sealing;

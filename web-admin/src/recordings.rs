@@ -170,6 +170,17 @@ pub fn read(path: &Path) -> Result<Recording, ReadError> {
     Recording::read_within(BufReader::new(File::open(path)?), BUDGET)
 }
 
+/// The file of an attempt's recording.
+///
+/// # Errors
+/// When it was erased with whoever made it.
+pub fn file_of(state: &AppState, session: &Session) -> Result<PathBuf, Error> {
+    match session.recording_erased_at {
+        Some(_) => Err(Error::Gone(tr!("this recording was erased"))),
+        None => Ok(state.config.recordings_dir.join(&session.recording_path)),
+    }
+}
+
 /// A file that goes when it is dropped. Who has opened it reads on.
 #[derive(Debug)]
 pub struct Copied(PartFile);
@@ -192,7 +203,7 @@ pub async fn with_comments(state: &AppState, session: &Session) -> Result<Copied
     let remarks = remarks(&said);
     ensure_room(state, session.recording_size.unsigned_abs())?;
     let part = PartFile { path: state.config.uploads_dir().join(format!("{}.part", Uuid::new_v4())), kept: false };
-    let path = state.config.recordings_dir.join(&session.recording_path);
+    let path = file_of(state, session)?;
     let copied = state.parse(move || {
         let sink = BufWriter::new(File::create_new(&part.path)?);
         let mut copy = annotate(&std::fs::read(path)?, sink, &remarks).map_err(anyhow::Error::from)?;

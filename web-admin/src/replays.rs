@@ -12,10 +12,12 @@ use recording::Recording;
 use uuid::Uuid;
 
 use crate::AppState;
+use crate::config::Config;
 use crate::domain::Replay;
 use crate::domain::series::Pyramid;
 use crate::error::Error;
 use crate::judging::{self, Answer, Brief, Question, Task};
+use crate::recordings;
 use crate::storage::sessions::Session;
 
 /// What does not move, JSON.
@@ -31,7 +33,13 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// Where a session's replay lies. Another version of these files lies elsewhere.
 #[must_use]
 pub fn folder(state: &AppState, session: &Session) -> PathBuf {
-    state.config.replays_dir().join(format!("{}-2", session.recording_sha256))
+    folder_of(&state.config, &session.recording_sha256)
+}
+
+/// Where the replay of a recording lies, by its hash.
+#[must_use]
+pub fn folder_of(config: &Config, recording_sha256: &str) -> PathBuf {
+    config.replays_dir().join(format!("{recording_sha256}-2"))
 }
 
 /// What whoever judges a session's recording must know.
@@ -46,6 +54,7 @@ pub fn brief(state: &AppState, session: &Session, task: Task) -> Brief {
 /// # Errors
 /// When the recording cannot be read or the disk refuses.
 pub async fn file(state: &AppState, session: &Session, name: &str) -> Result<PathBuf, Error> {
+    recordings::file_of(state, session)?;
     let folder = folder(state, session);
     if !tokio::fs::try_exists(&folder).await? {
         let place = state.helpers.enter(session.school_id, PATIENCE).await;

@@ -6,7 +6,7 @@ use std::io::Write;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use chacha20poly1305::aead::{Aead, Payload};
 use chacha20poly1305::{ChaCha20Poly1305, KeyInit, Nonce};
 
@@ -55,9 +55,28 @@ pub fn file_key(path: &Path) -> anyhow::Result<[u8; 32]> {
     key.with_context(|| format!("{}: allowed are 64 hexadecimal digits", path.display()))
 }
 
-/// Written whole under another name first: two requests at once make one key, and a crash none.
+/// Takes a file's key from a backup: 64 hexadecimal digits. One that is there already is never overwritten.
+///
+/// # Errors
+/// When it is no key, another one is there, or the disk refuses.
+pub fn restore_file_key(path: &Path, digits: &str) -> anyhow::Result<()> {
+    let key = digits.trim();
+    ensure!(key.len() == 64 && hex::decode(key).is_ok(), "allowed are 64 hexadecimal digits");
+    if !path.exists() {
+        path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
+        put_key(path, key).with_context(|| format!("cannot make {}", path.display()))?;
+    }
+    let found = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    ensure!(found.trim() == key, "{}: another key is there; move it away first", path.display());
+    Ok(())
+}
+
 fn make_key(path: &Path) -> anyhow::Result<()> {
-    let key = secret::random_hex()?;
+    put_key(path, &secret::random_hex()?)
+}
+
+/// Written whole under another name first: two requests at once make one key, and a crash none.
+fn put_key(path: &Path, key: &str) -> anyhow::Result<()> {
     let part = PathBuf::from(format!("{}.{}", path.display(), uuid::Uuid::new_v4()));
     let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&part)?;
     file.write_all(key.as_bytes())?;

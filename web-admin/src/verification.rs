@@ -7,10 +7,13 @@ use std::path::Path;
 use anyhow::Context;
 use uuid::Uuid;
 
+use crate::anchoring::AuditHead;
 use crate::backup;
 use crate::config::Config;
+use crate::erasures::{Erasure, ErasureList};
 use crate::recordings::hash_file;
 use crate::storage::Database;
+use crate::storage::directory::{self, AccountState};
 use crate::storage::sessions::{self, RecordingFile};
 use crate::storage::{audit, grades, scores};
 
@@ -52,6 +55,43 @@ pub async fn cut_tail(db: &Database, head: &str) -> anyhow::Result<Option<String
     let finding =
         || format!("audit log: no row has the hash {head}: the log was cut or made anew since that was its end");
     Ok((!audit::holds(db.reader(), head).await?).then(finding))
+}
+
+/// Checks that the audit log still holds what a signed statement says of its end.
+///
+/// # Errors
+/// When the database cannot be read at all.
+pub async fn strayed_from(
+    db: &Database,
+    AuditHead { rows, head, made_at, .. }: &AuditHead,
+) -> anyhow::Result<Option<String>> {
+    let finding = || {
+        format!(
+            "audit log: row {rows} has not the hash {head} that was stated at {made_at}: the log was cut or made anew since"
+        )
+    };
+    Ok((*rows > 0 && !audit::holds_at(db.reader(), (*rows, head)).await?).then(finding))
+}
+
+/// People who were erased and are here all the same: a database that was put in its place without `web-admin restore` brings them back.
+///
+/// # Errors
+/// When the database cannot be read.
+pub async fn unerased(db: &Database, list: &ErasureList) -> anyhow::Result<Vec<String>> {
+    let erasures = match list.read() {
+        Ok(erasures) => erasures,
+        Err(unreadable) => return Ok(vec![format!("list of erasures: {unreadable}")]),
+    };
+    let mut findings = Vec::new();
+    for Erasure { at, school_id, person_id, .. } in erasures {
+        let known = directory::find(db.reader(), school_id, person_id).await?;
+        if known.is_some_and(|person| person.state != AccountState::Erased) {
+            findings.push(format!(
+                "person {person_id}: was erased at {at} and is here again; start the service, which erases them"
+            ));
+        }
+    }
+    Ok(findings)
 }
 
 /// Refuses a database whose pages or audit log are damaged, before anything is written to it. One that is not there

@@ -9,30 +9,39 @@ use anyhow::{Context, bail, ensure};
 use sha2::{Digest, Sha256};
 use tar::{Archive, Builder, EntryType, Header, HeaderMode};
 
-use super::{DATABASE, MANIFEST, Manifest, RECORDINGS};
+use super::{DATABASE, MANIFEST, Manifest, RECORDINGS, SMALL};
 use crate::storage::sessions::RecordingFile;
 
 /// More than any manifest has.
 const MOST_MANIFEST_BYTES: u64 = 1 << 16;
 
+/// What an archive is written from.
+pub(super) struct Sources<'a> {
+    /// The copy of the database.
+    pub database: &'a Path,
+    /// The small files by their names.
+    pub small: &'a BTreeMap<String, Vec<u8>>,
+    /// Folder of the recordings.
+    pub recordings_dir: &'a Path,
+}
+
 /// Writes an archive and makes it last.
 pub(super) fn write(
     to: File,
     manifest: &Manifest,
-    (database, recordings_dir): (&Path, &Path),
+    sources: &Sources<'_>,
     recordings: &[RecordingFile],
 ) -> anyhow::Result<()> {
     let mut archive = Builder::new(BufWriter::new(to));
     archive.mode(HeaderMode::Deterministic);
-    let text = serde_json::to_vec_pretty(manifest)?;
-    let mut header = Header::new_gnu();
-    header.set_size(text.len() as u64);
-    header.set_mode(0o600);
-    archive.append_data(&mut header, MANIFEST, &text[..])?;
-    archive.append_path_with_name(database, DATABASE)?;
+    append(&mut archive, MANIFEST, &serde_json::to_vec_pretty(manifest)?)?;
+    archive.append_path_with_name(sources.database, DATABASE)?;
+    for (name, bytes) in sources.small {
+        append(&mut archive, name, bytes)?;
+    }
     let bar = indicatif::ProgressBar::new(recordings.len() as u64);
     for recording in recordings {
-        let path = recordings_dir.join(&recording.recording_path);
+        let path = sources.recordings_dir.join(&recording.recording_path);
         let name = Path::new(RECORDINGS).join(&recording.recording_path);
         archive.append_path_with_name(&path, name).with_context(|| path.display().to_string())?;
         bar.inc(1);
@@ -41,6 +50,13 @@ pub(super) fn write(
     let mut file = archive.into_inner()?;
     file.flush()?;
     Ok(file.get_ref().sync_all()?)
+}
+
+fn append(archive: &mut Builder<impl Write>, name: &str, bytes: &[u8]) -> std::io::Result<()> {
+    let mut header = Header::new_gnu();
+    header.set_size(bytes.len() as u64);
+    header.set_mode(0o600);
+    archive.append_data(&mut header, name, bytes)
 }
 
 /// The manifest of an archive: its first file.
@@ -60,6 +76,7 @@ pub(super) fn check(path: &Path, manifest: &Manifest, recordings: &[RecordingFil
     let named = |r: &RecordingFile| (format!("{RECORDINGS}/{}", r.recording_path), r.recording_sha256.clone());
     let mut expected: BTreeMap<String, String> = recordings.iter().map(named).collect();
     expected.insert(DATABASE.to_owned(), manifest.database_sha256.clone());
+    expected.extend(manifest.files.clone());
     each_file(path, |name, content| {
         let sha256 = hash(content)?;
         match expected.remove(name) {
@@ -77,7 +94,8 @@ pub(super) fn check(path: &Path, manifest: &Manifest, recordings: &[RecordingFil
 /// Unpacks an archive into an empty folder, each file on the disk before the next.
 pub(super) fn unpack(path: &Path, folder: &Path) -> anyhow::Result<()> {
     each_file(path, |name, content| {
-        let known = name == MANIFEST || name == DATABASE || name.starts_with(&format!("{RECORDINGS}/"));
+        let single = name == MANIFEST || name == DATABASE || SMALL.contains(&name);
+        let known = single || name.starts_with(&format!("{RECORDINGS}/"));
         let plain = Path::new(name).components().all(|part| matches!(part, std::path::Component::Normal(_)));
         ensure!(known && plain, "{name}: not a file of a backup");
         let place = folder.join(name);

@@ -1,16 +1,23 @@
 //! Backups: one tar file with a manifest, the database as it was at one moment, and every recording that it names.
 //!
 //! Made while the service runs: SQLite copies its file under a read lock, and a recording is on the disk before its row
-//! is. What is still arriving in pieces is left out; whoever sends it begins again.
+//! is. What is still arriving in pieces is left out; whoever sends it begins again. The list of erasures goes with it, so that what
+//! is restored brings nobody back ([`crate::erasures`]).
 
 mod archive;
 mod make;
+pub mod passphrase;
 mod restore;
+
+use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::erasures::ERASURES_FILE;
+use crate::{certificates, sealing};
+
 pub use make::make;
-pub use restore::{restore, staging};
+pub use restore::{KeysRestored, Restored, Wanted, restore, staging};
 
 /// Name of the manifest, the first file of an archive.
 const MANIFEST: &str = "manifest.json";
@@ -18,8 +25,33 @@ const MANIFEST: &str = "manifest.json";
 const DATABASE: &str = "stylet.db";
 /// Folder of the recordings, which follow.
 const RECORDINGS: &str = "recordings";
-/// Version of this layout.
-const FORMAT: u32 = 1;
+/// Small files that an archive may hold before the recordings, each with its hash in the manifest.
+const SMALL: [&str; 3] = [ERASURES_FILE, KEYS[0].sealed, KEYS[1].sealed];
+/// Version of this layout. Layout 1 held no small files.
+const FORMAT: u32 = 2;
+/// Versions that are understood.
+const KNOWN: std::ops::RangeInclusive<u32> = 1..=FORMAT;
+
+/// A key in a file of the data folder, which is in a backup only sealed with a passphrase.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KeyFile {
+    /// Its name in the data folder.
+    pub name: &'static str,
+    /// Its name in a backup.
+    sealed: &'static str,
+    /// What it does, in words.
+    pub does: &'static str,
+}
+
+/// Every such key.
+pub const KEYS: [KeyFile; 2] = [
+    KeyFile { name: certificates::KEY_FILE, sealed: "certificate-key.sealed", does: "signs certificates" },
+    KeyFile {
+        name: sealing::KEY_FILE,
+        sealed: "second-factor-key.sealed",
+        does: "opens the secrets of second factors",
+    },
+];
 
 /// What an archive says of itself. The recordings and their hashes stand in the database.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -32,6 +64,9 @@ struct Manifest {
     program_version: String,
     /// SHA-256 of the database, lower-case hexadecimal.
     database_sha256: String,
+    /// SHA-256 of each small file by its name, lower-case hexadecimal.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    files: BTreeMap<String, String>,
 }
 
 /// Why nothing was restored.

@@ -2,43 +2,115 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{DATABASE, FORMAT, MANIFEST, Manifest, RECORDINGS, Refused, Scratch, archive};
+use anyhow::Context;
+
+use super::{DATABASE, FORMAT, KEYS, KNOWN, MANIFEST, Manifest, RECORDINGS, Refused, Scratch, archive, passphrase};
+use crate::AppState;
+use crate::clock::Clock;
 use crate::config::Config;
+use crate::erasing;
+use crate::erasures::{ERASURES_FILE, Erasure, ErasureList};
 use crate::killpoints::KillPoint;
 use crate::recordings::hash_file;
+use crate::sealing;
 use crate::storage::Database;
 use crate::verification::{self, Report};
 
 /// Written into the unpacked backup when it was found whole: from then on only its parts are to be moved.
 const WHOLE: &str = "whole.json";
 
+/// What was restored.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Restored {
+    /// What was looked at.
+    pub report: Report,
+    /// How many people were erased again: since the backup was made they had been.
+    pub erased_again: usize,
+    /// What became of the keys.
+    pub keys: KeysRestored,
+}
+
+/// What becomes of the keys ([`super::KEYS`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KeysRestored {
+    /// None is in the backup.
+    NotInIt,
+    /// There was no passphrase to open them.
+    StaySealed,
+    /// They are in their places.
+    Restored,
+}
+
+/// What is wanted of a restore beside what the backup holds.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Wanted {
+    /// Erasures that were noted elsewhere.
+    pub erasures: Vec<Erasure>,
+    /// What the keys are sealed with.
+    pub passphrase: Option<String>,
+}
+
 /// Restores a backup into an empty place: unpacked beside it, checked whole, and moved there last. What a restore that was
 /// stopped has left is gone on with, or done over. Whoever calls holds the place's lock.
 ///
+/// Erasures of the backup's own list, of those that are wanted and of a list that is in the place already are carried out at the end; should it be
+/// stopped before, `serve` does so before it serves anybody.
+///
 /// # Errors
 /// When the file is no backup or a damaged one, or something is in the place already; nothing is changed then.
-pub async fn restore(config: &Config, from: &Path) -> Result<Report, Refused> {
+pub async fn restore(config: &Config, from: &Path, wanted: &Wanted) -> Result<Restored, Refused> {
     let database = Database::file_of(&config.database_url)?;
     let staging = staging(config);
     let refused = |error: anyhow::Error| Refused::Input(format!("{}: {error:#}", from.display()));
     let manifest = archive::manifest(from).map_err(refused)?;
     refuse_database(&database)?;
-    let mut report = None;
+    let (mut report, mut scratch) = (None, None);
     if unpacked(&staging).as_ref() != Some(&manifest) {
         refuse_recordings(&config.recordings_dir)?;
-        let scratch = Scratch(staging.clone());
-        report = Some(unpack(from, &scratch.0, &manifest).await?);
-        // From here on it is gone on with, also by another process.
-        std::mem::forget(scratch);
+        scratch = Some(Scratch(staging.clone()));
+        report = Some(unpack(from, &staging, &manifest).await?);
     }
     KillPoint::RestoreUnpacked.pass();
+    let own = ErasureList::at(&staging.join(ERASURES_FILE)).read().map_err(|error| refused(error.into()))?;
+    let keys = restore_keys(config, &staging, wanted.passphrase.as_deref()).map_err(refused)?;
+    // From here on it is gone on with, also by another process.
+    std::mem::forget(scratch);
+    // Before the database is in its place: whoever serves it then has the list.
+    ErasureList::of(config).merge(&[own, wanted.erasures.clone()].concat())?;
     put(&staging, &database, &config.recordings_dir)?;
     drop(Scratch(staging));
-    match report {
-        Some(report) => Ok(report),
+    let erased_again = catch_up(config).await?;
+    let report = match report {
+        Some(report) if erased_again == 0 => report,
         // What another process has unpacked was checked by it, and is read once more.
-        None => verified(&database, &config.recordings_dir).await,
+        _ => verified(&database, &config.recordings_dir).await?,
+    };
+    Ok(Restored { report, erased_again, keys })
+}
+
+/// Opens the keys, and puts them into their places where no other ones are.
+fn restore_keys(config: &Config, staging: &Path, passphrase: Option<&str>) -> anyhow::Result<KeysRestored> {
+    let sealed: Vec<_> = KEYS.into_iter().filter(|key| staging.join(key.sealed).exists()).collect();
+    let Some(passphrase) = passphrase else {
+        return Ok(if sealed.is_empty() { KeysRestored::NotInIt } else { KeysRestored::StaySealed });
+    };
+    anyhow::ensure!(!sealed.is_empty(), "no key is in it; restore without --passphrase-file");
+    for key in sealed {
+        let plain = passphrase::open(&std::fs::read(staging.join(key.sealed))?, passphrase).context(key.sealed)?;
+        sealing::restore_file_key(&config.data_dir.join(key.name), std::str::from_utf8(&plain)?)?;
     }
+    Ok(KeysRestored::Restored)
+}
+
+/// Erases whoever was erased since the backup was made.
+async fn catch_up(config: &Config) -> Result<usize, Refused> {
+    if ErasureList::of(config).read()?.is_empty() {
+        return Ok(0);
+    }
+    let state = AppState::open(config.clone(), Clock::system()).await?;
+    let again = erasing::catch_up(&state).await;
+    state.db.close().await;
+    Ok(again?)
 }
 
 /// Where a backup is unpacked before its parts are moved to their places: beside the recordings, so that moving them is a
@@ -96,9 +168,17 @@ fn refuse_recordings(recordings: &Path) -> Result<(), Refused> {
 }
 
 fn check_manifest(folder: &Path, manifest: &Manifest) -> anyhow::Result<()> {
-    anyhow::ensure!(manifest.format == FORMAT, "{MANIFEST}: format {}; allowed is {FORMAT}", manifest.format);
+    anyhow::ensure!(
+        KNOWN.contains(&manifest.format),
+        "{MANIFEST}: format {}; allowed are 1 to {FORMAT}",
+        manifest.format
+    );
     let (sha256, _) = hash_file(&folder.join(DATABASE))?;
     anyhow::ensure!(sha256 == manifest.database_sha256, "{DATABASE}: its bytes are not those that were stored");
+    for (name, expected) in &manifest.files {
+        let (sha256, _) = hash_file(&folder.join(name)).with_context(|| name.clone())?;
+        anyhow::ensure!(sha256 == *expected, "{name}: its bytes are not those that were stored");
+    }
     Ok(())
 }
 

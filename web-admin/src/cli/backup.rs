@@ -1,14 +1,12 @@
 //! `web-admin backup`: everything into one file, while the service runs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::{Failure, Storage, say};
-use crate::backup;
-use crate::certificates;
+use crate::backup::{self, KEYS, KeyFile};
 use crate::clock::Clock;
-use crate::sealing;
 
 /// What to back up where to.
 #[derive(Debug, Args)]
@@ -16,6 +14,9 @@ pub struct BackupArgs {
     /// File to make; one that exists is never overwritten
     #[arg(long, value_name = "FILE")]
     to: PathBuf,
+    /// File with a passphrase, on one line of 12 characters and more: the keys of certificates and of second factors are in the backup, sealed with it
+    #[arg(long, value_name = "FILE")]
+    passphrase_file: Option<PathBuf>,
     #[command(flatten)]
     storage: Storage,
 }
@@ -28,7 +29,8 @@ pub(super) async fn run(args: &BackupArgs) -> Result<(), Failure> {
         )));
     }
     let config = args.storage.config()?;
-    let made = backup::make(&config, &args.to, Clock::system().now()).await?;
+    let passphrase = args.passphrase_file.as_deref().map(passphrase_in).transpose()?;
+    let made = backup::make(&config, &args.to, passphrase.as_deref(), Clock::system().now()).await?;
     say(format_args!(
         "{}: {} recordings and the database with {} audit rows, read back and checked; the audit log ends in {}",
         args.to.display(),
@@ -36,16 +38,25 @@ pub(super) async fn run(args: &BackupArgs) -> Result<(), Failure> {
         made.audit_rows,
         made.audit_head
     ));
-    for (file, does) in
-        [(certificates::KEY_FILE, "signs certificates"), (sealing::KEY_FILE, "opens the secrets of second factors")]
-    {
-        let key = config.data_dir.join(file);
-        if key.exists() {
-            say(format_args!(
-                "not in it: {}, which {does}; keep a copy of its own, where only you read it",
+    for KeyFile { name, does, .. } in KEYS {
+        let key = config.data_dir.join(name);
+        match (key.exists(), passphrase.is_some()) {
+            (true, true) => {
+                say(format_args!("sealed in it: {}, which {does}; without the passphrase it is lost", key.display()))
+            }
+            (true, false) => say(format_args!(
+                "not in it: {}, which {does}; --passphrase-file puts it in, or keep a copy of its own, where only you read it",
                 key.display()
-            ));
+            )),
+            (false, _) => {}
         }
     }
     Ok(())
+}
+
+/// The passphrase in a file.
+pub(super) fn passphrase_in(file: &Path) -> Result<String, Failure> {
+    let refused = |why: &dyn std::fmt::Display| Failure::Usage(format!("--passphrase-file: {}: {why}", file.display()));
+    let text = std::fs::read_to_string(file).map_err(|error| refused(&error))?;
+    backup::passphrase::check(&text).map_err(|error| refused(&error))
 }

@@ -19,6 +19,7 @@ mod demo;
 mod judge;
 mod rescore;
 mod restore;
+mod retain;
 mod serve;
 mod user;
 mod verify;
@@ -55,6 +56,8 @@ enum Command {
     Backup(backup::BackupArgs),
     /// Restores a backup into an empty place
     Restore(restore::RestoreArgs),
+    /// Warns and erases whoever a school's rule of retention keeps no longer, as the service does once a day; with --dry-run, says who
+    Retain(retain::RetainArgs),
     /// Checks certificates, and prints the key they are signed with
     #[command(subcommand)]
     Certificate(certificate::CertificateCommand),
@@ -208,6 +211,7 @@ async fn run(command: Command) -> Result<(), Failure> {
         Command::Verify(args) => verify::run(&args).await,
         Command::Backup(args) => backup::run(&args).await,
         Command::Restore(args) => restore::run(&args).await,
+        Command::Retain(args) => retain::run(&args).await,
         Command::Certificate(command) => certificate::run(&command),
         Command::Bench(args) => bench::run(&args).await,
         Command::Openapi => {

@@ -1,12 +1,13 @@
 //! `web-admin restore`: a backup into an empty place, all of it or nothing.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::{Failure, Storage, say};
-use crate::backup::{self, Refused};
+use crate::backup::{self, KeysRestored, Refused, Restored, Wanted};
 use crate::clock::Clock;
+use crate::erasures::{Erasure, ErasureList};
 use crate::locks::DataLock;
 
 /// What to restore where.
@@ -15,6 +16,13 @@ pub struct RestoreArgs {
     /// A file that `web-admin backup` made
     #[arg(value_name = "FILE")]
     from: PathBuf,
+    /// A list of erasures kept elsewhere, as erasures.jsonl of the old data folder: who was erased since the backup was made is
+    /// erased again. The backup's own list and one that is in the data folder count anyway
+    #[arg(long, value_name = "FILE")]
+    erasures: Option<PathBuf>,
+    /// File with the passphrase that `backup --passphrase-file` had: the keys that are in the backup are restored, too
+    #[arg(long, value_name = "FILE")]
+    passphrase_file: Option<PathBuf>,
     #[command(flatten)]
     storage: Storage,
 }
@@ -22,13 +30,34 @@ pub struct RestoreArgs {
 pub(super) async fn run(args: &RestoreArgs) -> Result<(), Failure> {
     let config = args.storage.config()?;
     let _lock = DataLock::take(&config, "web-admin restore", Clock::system().now())?;
-    let restored = backup::restore(&config, &args.from).await.map_err(|refused| match refused {
+    let erasures = args.erasures.as_deref().map(erasures_in).transpose()?.unwrap_or_default();
+    let passphrase = args.passphrase_file.as_deref().map(super::backup::passphrase_in).transpose()?;
+    let wanted = Wanted { erasures, passphrase };
+    let restored = backup::restore(&config, &args.from, &wanted).await.map_err(|refused| match refused {
         Refused::Input(words) => Failure::Usage(words),
         Refused::Work(error) => Failure::Work(error),
     })?;
+    let Restored { report: restored, erased_again, keys } = restored;
+    if erased_again > 0 {
+        say(format_args!("people erased again, for they were erased since the backup was made: {erased_again}"));
+    }
     say(format_args!(
         "restored {} recordings and the database with {} audit rows; the audit log ends in {}",
         restored.recordings, restored.audit_rows, restored.audit_head
     ));
+    match keys {
+        KeysRestored::Restored => say("the keys are restored"),
+        KeysRestored::StaySealed => {
+            say("the keys are in the backup, and were not restored: --passphrase-file opens them");
+        }
+        KeysRestored::NotInIt => {}
+    }
     Ok(())
+}
+
+fn erasures_in(file: &Path) -> Result<Vec<Erasure>, Failure> {
+    if !file.is_file() {
+        return Err(Failure::Usage(format!("--erasures: \"{}\" is no file", file.display())));
+    }
+    ErasureList::at(file).read().map_err(|unreadable| Failure::Usage(format!("--erasures: {unreadable}")))
 }

@@ -15,7 +15,7 @@ use tracing_subscriber::EnvFilter;
 use super::{Failure, Storage, say};
 use crate::AppState;
 use crate::clock::Clock;
-use crate::config::{UploadQuota, mail_to, origin};
+use crate::config::{UploadQuota, anchor_mail, mail_to, origin};
 use crate::judging::Helper;
 use crate::locks::DataLock;
 use crate::regrading::exercise::PREVIEW_LIFETIME_S;
@@ -24,7 +24,7 @@ use crate::serving::{self, ConnectionLimits};
 use crate::storage::tries::SetAside;
 use crate::storage::web_sessions::WebSessions;
 use crate::storage::{account_links, people, regradings, rosters, tries};
-use crate::{deadlines, mail, recordings, routes, uploads, verification, worker};
+use crate::{anchoring, deadlines, erasing, mail, recordings, retention, routes, uploads, verification, worker};
 
 /// How often what has expired is thrown away.
 const TIDY_EVERY: Duration = Duration::from_secs(600);
@@ -57,6 +57,10 @@ pub struct ServeArgs {
     /// Whom mail is from
     #[arg(long, value_name = "ADDRESS", default_value = "Stylet <stylet@localhost>", env = "STYLET_MAIL_FROM")]
     mail_from: String,
+    /// Who is mailed once a day by which hash the audit log ends, to keep it elsewhere [default: nobody; it is in the data folder's
+    /// statements/ anyway]
+    #[arg(long, value_name = "ADDRESS", env = "STYLET_ANCHOR_MAIL")]
+    anchor_mail: Option<String>,
     /// Bearer token that /metrics asks for; without one, /metrics is not there behind TLS
     #[arg(long, value_name = "TOKEN", env = "STYLET_METRICS_TOKEN", hide_env_values = true)]
     metrics_token: Option<String>,
@@ -113,6 +117,7 @@ pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
     if let Some(given) = &args.mail {
         config.mail = mail_to(given)?;
     }
+    config.anchor_mail = args.anchor_mail.as_deref().map(anchor_mail).transpose()?;
     let _lock = DataLock::take(&config, "web-admin serve", Clock::system().now())?;
     // Before the schema is brought up to date: nothing is written to a file that is damaged.
     verification::refuse_damage(&config).await?;
@@ -120,6 +125,10 @@ pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
     let state = AppState::open(config, Clock::system()).await?;
     let cleared = recordings::clear_uploads(&state.config.uploads_dir()).context("cannot clear unfinished uploads")?;
     tracing::info!(cleared, "unfinished uploads cleared");
+    let erased = erasing::catch_up(&state).await.context("who was erased cannot be erased again")?;
+    if erased > 0 {
+        tracing::warn!(people = erased, "erased again: they had been erased, and were in the database");
+    }
     count_deaths(&state).await?;
     greet(&state).await?;
     serve(&state).await?;
@@ -181,6 +190,8 @@ async fn serve(state: &AppState) -> anyhow::Result<()> {
         tokio::spawn(worker::run(state.clone())),
         tokio::spawn(mail::run(state.clone())),
         tokio::spawn(deadlines::run(state.clone())),
+        tokio::spawn(retention::run(state.clone())),
+        tokio::spawn(anchoring::run(state.clone())),
         tokio::spawn(tidy(state.clone())),
     ];
     let limits = ConnectionLimits::of_process(state.config.behind_tls);

@@ -1,9 +1,15 @@
 //! `web-admin verify`: is everything still what was written?
 
+use std::path::{Path, PathBuf};
+
 use anyhow::Context;
 use clap::Args;
 
 use super::{Failure, Storage, say};
+use crate::anchoring;
+use crate::certificates::{self, KEY_FILE};
+use crate::config::Config;
+use crate::erasures::ErasureList;
 use crate::storage::Database;
 use crate::verification::{self, Report};
 
@@ -15,6 +21,13 @@ pub struct VerifyArgs {
     /// Hash by which the audit log once ended, as a backup or this command has told it: one that was cut since is found
     #[arg(long, value_name = "HASH", value_parser = head)]
     expect_head: Option<String>,
+    /// A signed statement of how the audit log ended, from the data folder's statements/ or a letter of `serve --anchor-mail`; may be given
+    /// several times
+    #[arg(long, value_name = "FILE")]
+    statement: Vec<PathBuf>,
+    /// The key that has signed it, as the school has published it [default: the data folder's own]
+    #[arg(long, value_name = "HEX", requires = "statement", value_parser = head)]
+    statement_key: Option<String>,
 }
 
 fn head(given: &str) -> Result<String, &'static str> {
@@ -29,10 +42,37 @@ pub(super) async fn run(args: &VerifyArgs) -> Result<(), Failure> {
     if let Some(head) = &args.expect_head {
         report.findings.extend(verification::cut_tail(&db, head).await?);
     }
+    for file in &args.statement {
+        report.findings.extend(against(&db, &config, (file, args.statement_key.as_deref())).await?);
+    }
+    report.findings.extend(verification::unerased(&db, &ErasureList::of(&config)).await?);
     db.close().await;
     let Report { recordings, audit_rows, audit_head, findings } = report;
     findings.iter().for_each(say);
     let counts = format!("{recordings} recordings and {audit_rows} audit rows checked");
     say(format_args!("{counts}, {} findings; the audit log ends in {audit_head}", findings.len()));
     if findings.is_empty() { Ok(()) } else { Err(Failure::Found) }
+}
+
+/// What is wrong with the log by a statement, or with the statement.
+async fn against(
+    db: &Database,
+    config: &Config,
+    (file, key): (&Path, Option<&str>),
+) -> Result<Option<String>, Failure> {
+    let named = |why: &dyn std::fmt::Display| format!("--statement: {}: {why}", file.display());
+    let bytes = std::fs::read(file).map_err(|error| Failure::Usage(named(&error)))?;
+    let key = match key {
+        Some(key) => key.to_owned(),
+        None if config.data_dir.join(KEY_FILE).exists() => certificates::public_key(&config.data_dir)?,
+        None => {
+            return Err(Failure::Usage(named(
+                &"no key is here to check it with; name the published one with --statement-key",
+            )));
+        }
+    };
+    match anchoring::check(&bytes, &key) {
+        Ok(head) => Ok(verification::strayed_from(db, &head).await?),
+        Err(why) => Ok(Some(format!("statement {}: not genuine: {why:#}", file.display()))),
+    }
 }

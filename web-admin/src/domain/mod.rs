@@ -15,6 +15,7 @@ pub mod progress;
 pub mod proof;
 pub mod rating;
 pub mod replay;
+pub mod retention;
 pub mod roster;
 pub mod second_factor;
 pub mod segments;

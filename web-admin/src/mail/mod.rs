@@ -13,6 +13,7 @@ use crate::config::{Config, MailTo};
 use crate::domain::Moment;
 
 mod outbox;
+mod retention;
 mod surveys;
 
 pub use outbox::{run, work_off};

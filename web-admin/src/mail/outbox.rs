@@ -7,7 +7,7 @@ use crate::accounts;
 use crate::assignments;
 use crate::domain::assignment::{Stage, Standing};
 use crate::error::Error;
-use crate::mail::{Letter, surveys};
+use crate::mail::{Letter, retention, surveys};
 use crate::storage::account_links::Purpose;
 use crate::storage::mails::{self, Mail, MailKind};
 use crate::storage::segments;
@@ -43,7 +43,8 @@ pub async fn work_off(state: &AppState) -> Result<(), Error> {
     loop {
         let due = mails::due(state.db.reader(), state.clock.now(), BATCH).await?;
         if due.is_empty() {
-            return surveys::work_off(state).await;
+            surveys::work_off(state).await?;
+            return retention::work_off(state).await;
         }
         for mail in due {
             deliver(state, &mail).await?;

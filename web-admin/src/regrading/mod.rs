@@ -76,7 +76,7 @@ impl Rubric {
         state: &AppState,
         session: &Session,
     ) -> Result<Result<Assessment, AssessError>, Error> {
-        let path = state.config.recordings_dir.join(&session.recording_path);
+        let path = recordings::file_of(state, session)?;
         let Self(rubric) = self.clone();
         let judged = recordings::with(state, path, move |recording| {
             let mut tried = own_exercise(&recording)?;

@@ -66,6 +66,7 @@ pub fn routes(state: &AppState) -> Routes {
         .merge(pages::assets())
         .merge(pages::linked())
         .around(|all| all.layer(from_fn(language::settle)))
+        .around(|all| all.layer(from_fn_with_state(state.clone(), auth::settle_stranger)))
         .around(|all| all.layer(TimeoutLayer::with_status_code(StatusCode::REQUEST_TIMEOUT, PAGE_TIMEOUT)))
         .nest("/api/v1", api::router(state).around(|api| api.layer(from_fn(limit_call))))
         .around(|all| all.layer(cookies(state)))

@@ -200,6 +200,28 @@ pub async fn holds(executor: impl SqliteExecutor<'_>, hash: &str) -> Result<bool
         .await
 }
 
+/// How many rows the log has, and the hash of the last, in hexadecimal; zeros where there is none.
+///
+/// # Errors
+/// When the database fails.
+pub async fn head(executor: impl SqliteExecutor<'_>) -> Result<(i64, String)> {
+    let last: Option<(i64, Vec<u8>)> =
+        sqlx::query_as("SELECT seq, hash FROM audit_log ORDER BY seq DESC LIMIT 1").fetch_optional(executor).await?;
+    Ok(last.map_or_else(|| (0, "0".repeat(64)), |(rows, hash)| (rows, hex::encode(hash))))
+}
+
+/// Whether a row of the log has this number and hash, in hexadecimal.
+///
+/// # Errors
+/// When the database fails.
+pub async fn holds_at(executor: impl SqliteExecutor<'_>, (row, hash): (i64, &str)) -> Result<bool> {
+    sqlx::query_scalar("SELECT count(*) > 0 FROM audit_log WHERE seq = $1 AND hash = $2")
+        .bind(row)
+        .bind(hex::decode(hash).unwrap_or_default())
+        .fetch_one(executor)
+        .await
+}
+
 /// Walks the chain from the first row.
 ///
 /// # Errors

@@ -207,7 +207,8 @@ pub async fn enable(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Re
 pub async fn letters(executor: impl SqliteExecutor<'_>, person: &Listed, school: Uuid) -> Result<Vec<Uuid>> {
     sqlx::query_scalar(
         "SELECT id FROM mails WHERE school_id = $1 AND person_id = $2
-         UNION ALL SELECT id FROM survey_letters WHERE school_id = $1 AND email = $3",
+         UNION ALL SELECT id FROM survey_letters WHERE school_id = $1 AND email = $3
+         UNION ALL SELECT id FROM retention_warnings WHERE person_id = $2",
     )
     .bind(school)
     .bind(person.id)

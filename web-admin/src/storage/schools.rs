@@ -68,6 +68,14 @@ pub async fn set_certificate_needs(writer: &mut SqliteConnection, id: Uuid, need
         .map(drop)
 }
 
+/// Whether the recordings of a school go with whoever made them.
+///
+/// # Errors
+/// When there is none, or the database fails.
+pub async fn erases_recordings(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<bool> {
+    sqlx::query_scalar("SELECT erase_recordings FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
+}
+
 /// The school of a name, made where it is missing.
 ///
 /// # Errors

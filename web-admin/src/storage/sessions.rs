@@ -90,6 +90,8 @@ pub struct Session {
     pub repeats: Option<Uuid>,
     /// The paired station that has signed it.
     pub signed_by: Option<Uuid>,
+    /// Since when its recording is gone, with whoever made it.
+    pub recording_erased_at: Option<Moment>,
 }
 
 impl Session {
@@ -315,12 +317,15 @@ pub async fn scored_at(executor: impl SqliteExecutor<'_>, school: Uuid, exercise
     .await
 }
 
-/// Every recording of every school: for `verify`.
+/// Every recording of every school that was not erased: for `verify`.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn recordings(executor: impl SqliteExecutor<'_>) -> Result<Vec<RecordingFile>> {
-    sqlx::query_as("SELECT id, recording_path, recording_sha256, recording_size FROM sessions ORDER BY school_id, id")
-        .fetch_all(executor)
-        .await
+    sqlx::query_as(
+        "SELECT id, recording_path, recording_sha256, recording_size FROM sessions
+         WHERE recording_erased_at IS NULL ORDER BY school_id, id",
+    )
+    .fetch_all(executor)
+    .await
 }

@@ -46,6 +46,8 @@ pub struct AdminPage {
     pub needed: Needed,
     /// Of whom a second factor is asked for.
     pub factor_rule: FactorRule,
+    /// People who were warned that they are to be erased.
+    pub warned: i64,
 }
 
 impl AdminPage {
@@ -56,6 +58,16 @@ impl AdminPage {
             FactorRule::Teachers => tr!("of instructors and administrators"),
         };
         FactorRule::ALL.into_iter().map(|rule| (rule.word(), words(rule), rule == self.factor_rule)).collect()
+    }
+
+    /// Who is to be erased, in words.
+    fn warned_words(&self) -> String {
+        let warned = self.warned;
+        trn!(
+            "{n} person was warned, and is to be erased by the rule of retention.",
+            "{n} people were warned, and are to be erased by the rule of retention.",
+            warned
+        )
     }
 
     /// The choices of what must be proved: value, words, and whether it is the one that holds.
@@ -183,6 +195,7 @@ mod tests {
             ],
             needed: Needed::SignedOrSupervised,
             factor_rule: FactorRule::Teachers,
+            warned: 2,
         };
         let html = samples::keep("admin", &page);
         assert!(

@@ -8,6 +8,7 @@ use crate::domain::assignment::Stage;
 use crate::domain::due::{Local, local};
 use crate::domain::line::on_one_line;
 use crate::storage::mails::Mail;
+use crate::storage::retention;
 use crate::storage::surveys::{Letter, Survey};
 use crate::views::format;
 
@@ -107,6 +108,20 @@ pub fn reset(mail: &Mail, link: &str) -> (String, String) {
 #[must_use]
 pub fn second_factor_off(mail: &Mail, link: &str) -> (String, String) {
     parts(&SecondFactorOff { name: &mail.name, school: &mail.school, link })
+}
+
+#[derive(Template)]
+#[template(path = "mail/retention.txt")]
+struct Retention<'a> {
+    letter: &'a retention::Letter,
+    months: u32,
+    link: &'a str,
+}
+
+/// Subject and text of a letter to somebody who is to be erased, for they have done nothing for so many months.
+#[must_use]
+pub fn retention(letter: &retention::Letter, months: u32, link: &str) -> (String, String) {
+    parts(&Retention { letter, months, link })
 }
 
 fn parts(letter: &impl Template) -> (String, String) {

@@ -13,6 +13,7 @@ pub mod consent;
 pub mod curricula;
 pub mod diff;
 pub mod draft;
+pub mod erasing;
 pub mod error;
 pub mod exercise;
 #[cfg(test)]
@@ -33,6 +34,7 @@ pub mod qr;
 pub mod rating;
 pub mod regrading;
 pub mod replay;
+pub mod retention;
 pub mod review;
 pub mod roster;
 #[cfg(test)]

@@ -78,8 +78,6 @@ pub enum PersonRefused {
     Taken,
     /// Nobody takes the administrator's role from themselves.
     OwnRole,
-    /// What was typed to confirm is not the address.
-    Unconfirmed,
 }
 
 /// What was just done to somebody.
@@ -112,6 +110,8 @@ pub struct PersonPage {
     pub person: Listed,
     /// It is the visitor.
     pub own: bool,
+    /// They are kept whatever a rule of retention says.
+    pub held: bool,
     /// What was just done.
     pub done: Option<Done>,
     /// How their last mail went.
@@ -281,6 +281,7 @@ mod tests {
             shell: samples::shell(Role::Administrator),
             person: listed("Ana", state),
             own,
+            held: own,
             done: Some(Done::Mailed),
             delivery: Some("the mail server refused it".to_owned()),
             second_factor: true,

@@ -8,6 +8,8 @@
 )]
 
 mod access;
+mod anchors;
+mod answer_times;
 mod api;
 mod assignments;
 mod audit;
@@ -19,6 +21,8 @@ mod crowd;
 mod described;
 mod documents;
 mod drafts;
+mod erasing;
+mod erasures;
 mod every_route;
 mod experts;
 mod fairness;
@@ -28,6 +32,7 @@ mod killpoints;
 mod nonsense;
 mod operation;
 mod other_programs;
+mod own_data;
 mod pages;
 mod people;
 mod plans;
@@ -37,6 +42,7 @@ mod proof;
 mod ratings;
 mod regrading;
 mod replay;
+mod retention;
 mod review;
 mod schema;
 mod scoring;

@@ -33,7 +33,7 @@ const BIG: [&str; 17] = [
 const LISTED: [&str; 2] = ["assignments", "segment_tasks"];
 
 /// What may read everything: beginnings of statements, each with the reason.
-const WHOLE: [(&str, &str); 16] = [
+const WHOLE: [(&str, &str); 18] = [
     ("WITH RECURSIVE", "the generator of invented practice"),
     ("INSERT INTO tallies", "sums a school up anew, after the generator"),
     ("DELETE FROM tallies", "the same"),
@@ -48,6 +48,8 @@ const WHOLE: [(&str, &str); 16] = [
     ("SELECT id, name FROM cohorts", "the cohorts to choose from, all of them"),
     ("SELECT c.id, c.name FROM cohorts c WHERE", "the cohorts that somebody sees, for an administrator all of them"),
     ("SELECT count(*) FROM people", "greets an empty service, once at its start"),
+    ("SELECT c.session_id, c.body FROM comments", "an administrator looks for a name before erasing whose it is"),
+    ("WITH everybody AS", "once a day, and when somebody asks: whom a school keeps no longer"),
     ("DELETE FROM uploads WHERE session_id IS NULL", "in the copy that a backup is made of"),
     ("SELECT seq, hash FROM audit_log ORDER BY seq DESC", "reads one row from the end of the primary key"),
 ];

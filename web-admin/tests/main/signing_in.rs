@@ -23,18 +23,77 @@ async fn the_right_password_signs_in_under_a_new_session_id() {
     let app = app().await;
     let mut ada = app.stranger();
     let csrf = ada.csrf().await;
-    let before = ada.cookie.clone().unwrap();
-    let fields = [("csrf", csrf.as_str()), ("email", "Ada@Example.org"), ("password", PASSWORD), ("next", "/cohorts")];
-    let answer = ada.form("/login", &fields).await;
+    // An id that somebody has planted: of a session that they have themselves.
+    app.member(app.school("North").await, Role::Trainee, "eve@example.org").await;
+    let planted = app.signed_in("eve@example.org").await.cookie_named("stylet_session").unwrap();
+    ada.cookie = Some(format!("{}; stylet_session={planted}", ada.cookie.unwrap()));
+    let hers = csrf_in(&ada.get("/account").await.text());
+    let fields = [("email", "Ada@Example.org"), ("password", PASSWORD), ("next", "/cohorts")];
+    assert_eq!(ada.form("/login", &[&[("csrf", csrf.as_str())], &fields[..]].concat()).await.status, 403);
+    let answer = ada.form("/login", &[&[("csrf", hers.as_str())], &fields[..]].concat()).await;
     assert_eq!((answer.status.as_u16(), answer.header("location")), (303, "/cohorts"));
-    assert_ne!(ada.cookie.clone().unwrap(), before, "an id that was planted before is worth nothing");
+    assert_ne!(ada.cookie_named("stylet_session").unwrap(), planted, "an id that was planted before is worth nothing");
     let set = answer.header("set-cookie");
     assert!(set.contains("HttpOnly") && set.contains("SameSite=Lax") && !set.contains("Secure"), "{set}");
-    let mut planted = app.stranger();
-    planted.cookie = Some(before);
-    assert_eq!(planted.get("/").await.header("location"), "/login");
+    let mut stranger = app.stranger();
+    stranger.cookie = Some(format!("stylet_session={planted}"));
+    assert_eq!(stranger.get("/").await.header("location"), "/login");
     let back = ada.get("/login?next=//evil.example").await;
     assert_eq!((back.status.as_u16(), back.header("location")), (303, "/"));
+}
+
+/// Every row of every table, as text, but for the pulse of the service itself.
+async fn everything(app: &App) -> Vec<String> {
+    let reader = app.state.db.reader();
+    let tables: Vec<String> = sqlx::query_scalar(
+        "SELECT name FROM sqlite_schema WHERE type = 'table' AND name NOT LIKE 'sqlite_%' AND name <> 'heartbeat' ORDER BY 1",
+    )
+    .fetch_all(reader)
+    .await
+    .unwrap();
+    let mut found = Vec::new();
+    for table in tables {
+        let columns =
+            format!("SELECT group_concat('quote(\"' || name || '\")', ' || ') FROM pragma_table_info('{table}')");
+        let columns: String = sqlx::query_scalar(sqlx::AssertSqlSafe(columns)).fetch_one(reader).await.unwrap();
+        let rows = format!("SELECT '{table} ' || {columns} FROM {table} ORDER BY 1");
+        found.extend(sqlx::query_scalar::<_, String>(sqlx::AssertSqlSafe(rows)).fetch_all(reader).await.unwrap());
+    }
+    found
+}
+
+#[tokio::test]
+async fn whoever_only_looks_writes_no_row() {
+    let app = app().await;
+    let before = everything(&app).await;
+    let pages: Vec<&str> = include_str!("every_route.txt")
+        .lines()
+        .filter_map(|line| line.strip_prefix("GET")?.split_whitespace().next())
+        .filter(|path| *path != "/readyz")
+        .collect();
+    assert!(pages.len() > 60, "{pages:?}");
+    for (n, page) in pages.iter().cycle().take(1000.max(pages.len())).enumerate() {
+        let mut stranger = app.stranger();
+        // As a browser comes that was here before, with what has ended, or with nonsense.
+        stranger.cookie = match n % 4 {
+            0 => None,
+            1 => Some("stylet_session=AAAAAAAAAAAAAAAAAAAAAA; stylet_form=0".to_owned()),
+            2 => Some(format!("stylet_session=nonsense; stylet_form={}", "a".repeat(64))),
+            _ => Some("stylet_session=; stylet_language=de".to_owned()),
+        };
+        let answer = stranger.get(&page.replace(['{', '}'], "")).await;
+        assert!(answer.status.as_u16() < 500, "{page}: {}", answer.text());
+        assert_eq!(
+            stranger
+                .cookie_named("stylet_session")
+                .filter(|id| !id.is_empty() && !id.contains("AAAA") && id != "nonsense"),
+            None,
+            "{page}"
+        );
+    }
+    assert_eq!(everything(&app).await, before);
+    app.signed_in("ada@example.org").await;
+    assert_ne!(everything(&app).await, before, "rows begin with signing in");
 }
 
 #[tokio::test]

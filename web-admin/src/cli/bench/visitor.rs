@@ -109,10 +109,10 @@ impl Visitor {
     }
 }
 
-/// The session that an answer sets.
+/// The cookie that an answer sets: of a form, or of a session.
 fn cookie<B>(answer: &Response<B>) -> anyhow::Result<String> {
     let set = answer.headers().get_all(header::SET_COOKIE).iter().filter_map(|value| value.to_str().ok());
-    let mut sessions = set.filter(|set| set.starts_with("stylet_session"));
-    let session = sessions.next().and_then(|set| set.split(';').next());
-    Ok(session.context("an answer that sets no session")?.to_owned())
+    let mut ours = set.filter(|set| set.starts_with("stylet_"));
+    let pair = ours.next().and_then(|set| set.split(';').next());
+    Ok(pair.context("an answer that sets no cookie")?.to_owned())
 }

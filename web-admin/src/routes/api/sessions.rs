@@ -1,6 +1,6 @@
 //! Attempts and what was made of them.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
@@ -187,10 +187,6 @@ pub(super) async fn show(
     Ok(Json(find(&state, &caller, id).await?.into()))
 }
 
-fn recording_path(state: &AppState, session: &Session) -> PathBuf {
-    state.config.recordings_dir.join(&session.recording_path)
-}
-
 /// A file, whole or a range of its bytes; opened when this returns.
 async fn file(path: &Path, request: Request) -> Response {
     let Ok(found) = ServeFile::new(path).oneshot(request).await;
@@ -210,7 +206,7 @@ pub(super) struct RecordingQuery {
     params(("id" = Uuid, Path), ("with" = Option<String>, Query, description = "comments")),
     responses((status = 200, content_type = "application/octet-stream"),
               (status = 206, content_type = "application/octet-stream"), (status = 400, body = Problem), (status = 416),
-              (status = 404, body = Problem)))]
+              (status = 404, body = Problem), (status = 410, body = Problem)))]
 pub(super) async fn recording(
     State(state): State<AppState>,
     caller: Caller,
@@ -221,7 +217,7 @@ pub(super) async fn recording(
     let session = find(&state, &caller, id).await?;
     let Query(asked) = query.map_err(|refused| Error::BadRequest(refused.body_text()))?;
     let mut response = match asked.with.as_deref() {
-        None => file(&recording_path(&state, &session), request).await,
+        None => file(&recordings::file_of(&state, &session)?, request).await,
         Some("comments") => file(recordings::with_comments(&state, &session).await?.path(), request).await,
         Some(other) => {
             return Err(Error::BadRequest(format!("with: \"{other}\"; allowed is comments")).into());

@@ -1,4 +1,5 @@
-//! A form must come from a page of ours: each carries a token that only the session and the page know.
+//! A form must come from a page of ours: each carries a token that only the page and the session know, or, where nobody is signed in,
+//! a cookie.
 
 use axum::body::Body;
 use axum::extract::{Form, FromRequest, FromRequestParts, RawForm, Request};
@@ -8,12 +9,21 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use tower_sessions::Session;
 
+use super::stranger::StrangerToken;
 use crate::error::{Error, PageError};
 use crate::secret;
 
 const KEY: &str = "csrf";
 
-/// The session's CSRF token, for the hidden field `csrf` of every form; made when first asked for.
+/// Gives a session that somebody signs in to its token.
+///
+/// # Errors
+/// When the session cannot be written, or the operating system's random source fails.
+pub(super) async fn begin(session: &Session) -> Result<(), Error> {
+    Ok(session.insert(KEY, secret::random_hex()?).await?)
+}
+
+/// The CSRF token, for the hidden field `csrf` of every form: the session's, or a stranger's.
 #[derive(Clone, Debug)]
 pub struct Csrf(String);
 
@@ -24,17 +34,19 @@ impl Csrf {
         &self.0
     }
 
-    /// The session's token.
+    /// The token of a session that somebody has just signed in to.
     ///
     /// # Errors
-    /// When the session cannot be read or written.
-    pub async fn of(session: &Session) -> Result<Self, Error> {
-        if let Some(token) = session.get::<String>(KEY).await? {
-            return Ok(Self(token));
+    /// When the session cannot be read.
+    pub async fn of_session(session: &Session) -> Result<Self, Error> {
+        Self::of(session, &StrangerToken::default()).await
+    }
+
+    async fn of(session: &Session, stranger: &StrangerToken) -> Result<Self, Error> {
+        match session.get::<String>(KEY).await? {
+            Some(token) => Ok(Self(token)),
+            None => Ok(Self(stranger.token()?)),
         }
-        let token = secret::random_hex()?;
-        session.insert(KEY, &token).await?;
-        Ok(Self(token))
     }
 }
 
@@ -42,7 +54,7 @@ impl<S: Send + Sync> FromRequestParts<S> for Csrf {
     type Rejection = PageError;
 
     async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Self::Rejection> {
-        Ok(Self::of(&session(parts, state).await?).await?)
+        Ok(Self::of(&session(parts, state).await?, &stranger(parts)).await?)
     }
 }
 
@@ -51,7 +63,11 @@ async fn session<S: Send + Sync>(parts: &mut Parts, state: &S) -> Result<Session
     Session::from_request_parts(parts, state).await.map_err(missing)
 }
 
-/// A form whose field `csrf` holds the session's token; anything else is refused with 403.
+fn stranger(parts: &Parts) -> StrangerToken {
+    parts.extensions.get::<StrangerToken>().cloned().unwrap_or_default()
+}
+
+/// A form whose field `csrf` holds the session's token, or a stranger's; anything else is refused with 403.
 #[derive(Clone, Debug)]
 pub struct CsrfForm<T>(pub T);
 
@@ -71,6 +87,14 @@ pub(super) async fn is_genuine(session: Option<&Session>, sent: &str) -> Result<
     let Some(session) = session else { return Ok(false) };
     let known = session.get::<String>(KEY).await?;
     Ok(known.is_some_and(|known| secret::same(sent, &known)))
+}
+
+/// Whether a token is the session's, or, where the session has none, the stranger's.
+async fn is_ours(session: &Session, stranger: &StrangerToken, sent: &str) -> Result<bool, Error> {
+    match session.get::<String>(KEY).await? {
+        Some(_) => is_genuine(Some(session), sent).await,
+        None => Ok(stranger.is(sent)),
+    }
 }
 
 /// What a form without the token is answered.
@@ -102,7 +126,7 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for CsrfForm<T> {
         }
         let sent = Form::<TokenField>::from_request(again(Body::from(bytes.clone())), state).await;
         let sent = sent.map(|Form(field)| field.csrf).unwrap_or_default();
-        if !is_genuine(Some(&session), &sent).await.map_err(|e| PageError(e).into_response())? {
+        if !is_ours(&session, &stranger(&parts), &sent).await.map_err(|e| PageError(e).into_response())? {
             return Err(PageError(refusal()).into_response());
         }
         if bytes.windows(NUL.len()).any(|part| part == NUL) || bytes.contains(&0) {

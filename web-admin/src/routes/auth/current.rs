@@ -10,6 +10,7 @@ use serde_json::Value;
 use tower_sessions::Session;
 use uuid::Uuid;
 
+use super::csrf;
 use crate::AppState;
 use crate::domain::{CurrentPerson, Moment, Role};
 use crate::error::{Error, PageError};
@@ -42,13 +43,14 @@ impl SignedIn {
     ) -> Result<(), Error> {
         session.clear().await;
         session.cycle_id().await?;
+        csrf::begin(session).await?;
         let until = Some(now.plus_s(SIGNED_IN_S));
         Ok(session.insert(KEY, Self { person_id, credential_version, until }).await?)
     }
 }
 
-/// When a session ends that holds this: somebody's when it was said that it would, a stranger's half an hour after it was
-/// last written.
+/// When a session ends that holds this: somebody's when it was said that it would, one that nobody is signed in to (they were made
+/// once) half an hour after it was last written.
 #[must_use]
 #[expect(clippy::disallowed_types, reason = "tower-sessions keeps them so; one key is looked up")]
 pub fn session_end(data: &std::collections::HashMap<String, Value>, now: Moment) -> Moment {

@@ -9,7 +9,7 @@ use tower_sessions::Session;
 use uuid::Uuid;
 
 use super::address::ClientAddress;
-use super::csrf::{Csrf, CsrfForm};
+use super::csrf::{self, Csrf, CsrfForm};
 use super::current::SignedIn;
 use super::login::own_path;
 use crate::AppState;
@@ -58,6 +58,7 @@ pub(super) async fn enter(state: &AppState, session: &Session, person: &Person, 
         next: own_path(next).to_owned(),
     };
     session.insert(KEY, half).await?;
+    csrf::begin(session).await?;
     Ok("/login/code".to_owned())
 }
 
@@ -72,15 +73,15 @@ async fn waiting(state: &AppState, session: &Session) -> Result<Option<(Half, Pe
     Ok(person.map(|person| (half, person)))
 }
 
-async fn show(State(state): State<AppState>, session: Session) -> Result<Response, PageError> {
+async fn show(State(state): State<AppState>, session: Session, csrf: Csrf) -> Result<Response, PageError> {
     if waiting(&state, &session).await?.is_none() {
         return Ok(Redirect::to("/login").into_response());
     }
-    Ok(page(&session, None).await?.into_response())
+    Ok(page(&csrf, None).into_response())
 }
 
-async fn page(session: &Session, error: Option<String>) -> Result<CodePage, Error> {
-    Ok(CodePage { csrf: Csrf::of(session).await?.token().to_owned(), error })
+fn page(csrf: &Csrf, error: Option<String>) -> CodePage {
+    CodePage { csrf: csrf.token().to_owned(), error }
 }
 
 #[derive(Deserialize)]
@@ -90,7 +91,7 @@ struct CodeForm {
 
 async fn check(
     State(state): State<AppState>,
-    session: Session,
+    (session, csrf): (Session, Csrf),
     ClientAddress(from): ClientAddress,
     CsrfForm(form): CsrfForm<CodeForm>,
 ) -> Result<Response, PageError> {
@@ -103,11 +104,11 @@ async fn check(
         Ok(Some(proof)) => proof,
         Ok(None) => {
             let why = tr!("This code is wrong, was used before, or is too old.").to_owned();
-            return Ok((StatusCode::UNAUTHORIZED, page(&session, Some(why)).await?).into_response());
+            return Ok((StatusCode::UNAUTHORIZED, page(&csrf, Some(why))).into_response());
         }
         Err(why) => {
             let words = tr!("Not signed in: {why}.", why = why.said());
-            let page = page(&session, Some(words)).await?;
+            let page = page(&csrf, Some(words));
             return Ok(why.dress((why.status(), page).into_response()));
         }
     };

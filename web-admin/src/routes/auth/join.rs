@@ -24,31 +24,23 @@ pub(super) fn router() -> Routes {
     Routes::new().route("/join/{token}", get(show).post(set)).route("/forgotten", get(ask).post(send))
 }
 
-async fn show(
-    State(state): State<AppState>,
-    Path(token): Path<String>,
-    session: Session,
-) -> Result<Response, PageError> {
+async fn show(State(state): State<AppState>, Path(token): Path<String>, csrf: Csrf) -> Result<Response, PageError> {
     match accounts::link(&state, &token).await? {
-        Some(link) => Ok(page(&session, (token, link), None).await?.into_response()),
+        Some(link) => Ok(page(&csrf, (token, link), None).into_response()),
         None => Ok(dead_link()),
     }
 }
 
-async fn page(
-    session: &Session,
-    (token, link): (String, Link),
-    refused: Option<PasswordRefused>,
-) -> Result<JoinPage, Error> {
-    Ok(JoinPage {
-        csrf: Csrf::of(session).await?.token().to_owned(),
+fn page(csrf: &Csrf, (token, link): (String, Link), refused: Option<PasswordRefused>) -> JoinPage {
+    JoinPage {
+        csrf: csrf.token().to_owned(),
         token,
         name: link.name,
         email: link.email,
         school: link.school,
         first: link.purpose == Purpose::Invitation,
         refused,
-    })
+    }
 }
 
 /// Not 410: a link that never was is answered the same.
@@ -66,14 +58,14 @@ struct PasswordForm {
 async fn set(
     State(state): State<AppState>,
     Path(token): Path<String>,
-    session: Session,
+    (session, csrf): (Session, Csrf),
     CsrfForm(form): CsrfForm<PasswordForm>,
 ) -> Result<Response, PageError> {
     let Some(link) = accounts::link(&state, &token).await? else { return Ok(dead_link()) };
     let person = link.person_id;
     let own = [link.name.as_str(), &link.email, &link.school];
     if let Err(refused) = passwords::check_typed(&form.password, &form.again, &own) {
-        let page = page(&session, (token, link), Some(refused)).await?;
+        let page = page(&csrf, (token, link), Some(refused));
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
     if !accounts::set_password_by_link(&state, &token, &form.password).await? {
@@ -84,8 +76,8 @@ async fn set(
     Ok(Redirect::to(&half::enter(&state, &session, &person, "/").await?).into_response())
 }
 
-async fn ask(session: Session) -> Result<ForgottenPage, PageError> {
-    Ok(ForgottenPage { csrf: Csrf::of(&session).await?.token().to_owned(), asked: false })
+async fn ask(csrf: Csrf) -> ForgottenPage {
+    ForgottenPage { csrf: csrf.token().to_owned(), asked: false }
 }
 
 #[derive(Deserialize)]

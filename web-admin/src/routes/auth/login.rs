@@ -43,14 +43,14 @@ struct NextQuery {
 async fn show(
     State(state): State<AppState>,
     session: Session,
+    csrf: Csrf,
     Query(query): Query<NextQuery>,
 ) -> Result<Response, PageError> {
     if !matches!(standing_of(&state, &session).await?, Standing::Stranger) {
         return Ok(Redirect::to(own_path(&query.next)).into_response());
     }
-    let csrf = Csrf::of(&session).await?.token().to_owned();
     let next = own_path(&query.next).to_owned();
-    Ok(LoginPage { error: None, email: String::new(), csrf, next }.into_response())
+    Ok(LoginPage { error: None, email: String::new(), csrf: csrf.token().to_owned(), next }.into_response())
 }
 
 #[derive(Deserialize)]
@@ -64,6 +64,7 @@ struct LoginForm {
 async fn sign_in(
     State(state): State<AppState>,
     session: Session,
+    csrf: Csrf,
     ClientAddress(address): ClientAddress,
     CsrfForm(form): CsrfForm<LoginForm>,
 ) -> Result<Response, PageError> {
@@ -71,11 +72,11 @@ async fn sign_in(
         if state.logins.is_worth_noting(address) {
             note_refusal(&state, &form.email, (address, "sign_in.blocked")).await?;
         }
-        return again(&session, &form, refused).await;
+        return again(&csrf, &form, refused);
     }
     let Some(known) = check(&state, &form).await? else {
         note_refusal(&state, &form.email, (address, "sign_in.failed")).await?;
-        return again(&session, &form, Error::Unauthorized).await;
+        return again(&csrf, &form, Error::Unauthorized);
     };
     state.logins.welcome(address, &form.email);
     let person = people::by_id(state.db.reader(), known.id).await?.ok_or(Error::NotFound)?;
@@ -96,8 +97,8 @@ async fn check(state: &AppState, form: &LoginForm) -> Result<Option<Credentials>
 }
 
 /// The sign-in page once more, saying why.
-async fn again(session: &Session, form: &LoginForm, why: Error) -> Result<Response, PageError> {
-    let csrf = Csrf::of(session).await?.token().to_owned();
+fn again(csrf: &Csrf, form: &LoginForm, why: Error) -> Result<Response, PageError> {
+    let csrf = csrf.token().to_owned();
     let words = match &why {
         Error::Unauthorized => tr!("The address or the password is wrong.").to_owned(),
         other => tr!("Not signed in: {why}.", why = other.said()),

@@ -7,6 +7,7 @@ mod half;
 mod join;
 mod limits;
 mod login;
+mod stranger;
 mod upload;
 
 pub(crate) use address::ClientAddress;
@@ -16,4 +17,5 @@ pub use current::{require_person, session_end};
 pub use limits::{LoginLimits, PairingLimits};
 pub(crate) use login::own_path;
 pub use login::{router, signed_in};
+pub use stranger::{StrangerToken, settle_stranger};
 pub use upload::CsrfUpload;

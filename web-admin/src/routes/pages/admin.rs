@@ -15,7 +15,7 @@ use crate::stations as pairing;
 use crate::storage::audit::Entry;
 use crate::storage::reports::{self, Counts};
 use crate::storage::stations::{self, Station};
-use crate::storage::{cohorts as cohort_storage, schools, second_factors};
+use crate::storage::{cohorts as cohort_storage, retention, schools, second_factors};
 use crate::views::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
 use crate::views::{Place, Shell};
 
@@ -59,6 +59,7 @@ pub(super) async fn show(
         stations: stations::all(reader, school).await?.into_iter().map(station_row).collect(),
         needed: schools::certificate_needs(reader, school).await?,
         factor_rule: second_factors::rule(reader, school).await?,
+        warned: retention::count_warned(reader, school).await?,
     })
 }
 

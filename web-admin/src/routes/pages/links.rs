@@ -11,6 +11,7 @@ use super::{Id, in_query};
 use crate::AppState;
 use crate::domain::CurrentPerson;
 use crate::error::{Error, PageError};
+use crate::recordings;
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::secret;
 use crate::storage::audit::Entry;
@@ -80,7 +81,7 @@ pub(super) async fn open(
     let Path((token, _)) = path.map_err(|_| Error::NotFound)?;
     let found = links::session(state.db.reader(), &secret::token_sha256(&token), state.clock.now()).await?;
     let session = found.ok_or(Error::NotFound)?;
-    let Ok(file) = ServeFile::new(state.config.recordings_dir.join(&session.recording_path)).oneshot(request).await;
+    let Ok(file) = ServeFile::new(recordings::file_of(&state, &session)?).oneshot(request).await;
     let mut response = file.into_response();
     response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("application/octet-stream"));
     Ok(shared(response, origin.as_ref()))

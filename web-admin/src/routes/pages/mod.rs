@@ -20,6 +20,7 @@ mod cohort_people;
 mod cohorts;
 pub(crate) mod consents;
 mod drafts;
+mod erasing;
 mod exercise;
 mod home;
 mod links;
@@ -29,6 +30,7 @@ mod progress;
 mod ratings;
 mod regrading;
 pub(crate) mod replay;
+mod retention;
 pub(crate) mod review;
 mod revisions;
 mod roster;
@@ -101,6 +103,7 @@ pub fn router() -> Routes {
         .route("/admin", get(admin::show))
         .route("/admin/origins", get(origins::show).post(origins::set))
         .route("/admin/service", get(service::show))
+        .route("/admin/retention", get(retention::show).post(retention::set))
         .route("/admin/pairing-codes", post(admin::make_pairing_code))
         .route("/admin/stations/{id}/revoke", post(admin::revoke_station))
 }
@@ -123,7 +126,8 @@ fn people() -> Routes {
         .route("/people/{id}/link", post(people::link))
         .route("/people/{id}/disable", post(people::disable))
         .route("/people/{id}/enable", post(people::enable))
-        .route("/people/{id}/erase", post(people::erase))
+        .route("/people/{id}/hold", post(retention::hold))
+        .route("/people/{id}/erase", get(erasing::show).post(erasing::erase))
 }
 
 /// Style sheets and scripts: for anybody.

@@ -16,7 +16,7 @@ use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::storage::directory::{self, AccountState, Details, Filter, Listed};
 use crate::storage::second_factors::{self, PersonKey};
-use crate::storage::{cohorts, mails};
+use crate::storage::{cohorts, mails, retention};
 use crate::views::people::{Choice, Done, LinkPage, PeoplePage, PersonForm, PersonPage, PersonRefused};
 use crate::views::{Place, Shell};
 
@@ -192,7 +192,7 @@ pub(super) async fn show(
 }
 
 /// Somebody of the administrator's school.
-async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<Listed, PageError> {
+pub(super) async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<Listed, PageError> {
     administrators_only(visitor)?;
     Ok(directory::find(state.db.reader(), visitor.school_id, id).await?.ok_or(Error::NotFound)?)
 }
@@ -210,6 +210,7 @@ async fn person_page(
         own: visitor.id == person.id,
         done: None,
         second_factor: second_factors::is_on(state.db.reader(), key).await?,
+        held: retention::held_at(state.db.reader(), visitor.school_id, person.id).await?.is_some(),
         delivery: delivery.and_then(|delivery| delivery.error),
         form: PersonForm { roles: if form.roles.is_empty() { Choice::roles(Some(role)) } else { form.roles }, ..form },
         person,
@@ -297,7 +298,7 @@ pub(super) async fn disable(
     Ok(done(id, "disabled"))
 }
 
-fn nobody_themselves(visitor: &CurrentPerson, id: Uuid) -> Result<(), Error> {
+pub(super) fn nobody_themselves(visitor: &CurrentPerson, id: Uuid) -> Result<(), Error> {
     if visitor.id == id {
         return Err(Error::Conflict(tr!("nobody disables themselves: another administrator does that").to_owned()));
     }
@@ -313,33 +314,4 @@ pub(super) async fn enable(
     find(&state, &visitor, id).await?;
     accounts::enable(&state, &visitor, id).await?;
     Ok(done(id, "enabled"))
-}
-
-/// What is typed to confirm what cannot be undone.
-#[derive(Clone, Debug, Deserialize)]
-pub(super) struct ConfirmForm {
-    confirm: String,
-}
-
-pub(super) async fn erase(
-    State(state): State<AppState>,
-    visitor: CurrentPerson,
-    Id(id): Id,
-    csrf: Csrf,
-    CsrfForm(form): CsrfForm<ConfirmForm>,
-) -> Result<Response, PageError> {
-    let person = find(&state, &visitor, id).await?;
-    nobody_themselves(&visitor, id)?;
-    if form.confirm.trim().to_lowercase() != person.email {
-        let typed = PersonForm {
-            name: person.name.clone(),
-            email: person.email.clone(),
-            refused: Some(PersonRefused::Unconfirmed),
-            ..PersonForm::default()
-        };
-        let page = person_page(&state, (&visitor, &csrf), person, typed).await?;
-        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
-    }
-    accounts::erase(&state, &visitor, &person).await?;
-    Ok(done(id, "erased"))
 }

@@ -132,7 +132,7 @@ async fn confirm(
     };
     let known = people::by_id(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
     SignedIn::start(&session, (known.id, known.credential_version), state.clock.now()).await?;
-    let csrf = Csrf::of(&session).await?;
+    let csrf = Csrf::of_session(&session).await?;
     let shell = Shell::new(&person, csrf.token(), Place::Account);
     Ok(RecoveryCodesPage { shell, codes, first: true }.into_response())
 }

@@ -136,10 +136,10 @@ fn verification(session: &Session) -> Verification {
 
 fn facts(session: &Session) -> Vec<(&'static str, String)> {
     let size = format::size(session.recording_size);
-    let recording = if session.complete {
-        tr!("{size}, complete", size = size)
-    } else {
-        tr!("{size}, cut off before its end", size = size)
+    let recording = match (session.recording_erased_at, session.complete) {
+        (Some(at), _) => tr!("erased on {date}", date = format::date(at.to_utc())),
+        (None, true) => tr!("{size}, complete", size = size),
+        (None, false) => tr!("{size}, cut off before its end", size = size),
     };
     let short = |hash: &str| format::short_hash(hash).to_owned();
     let revision = match session.revision_id {

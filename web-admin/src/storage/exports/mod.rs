@@ -1,12 +1,16 @@
 //! Everything held about a person, for themselves.
 
 mod access;
+mod held;
 mod said;
 
 pub use access::{AccessFacts, TokenFacts};
 pub use said::{AnswerFacts, AssignmentFacts, CommentFacts, MarksFacts, RatingFacts};
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
+use serde_json::Value;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqlitePool};
 use uuid::Uuid;
@@ -40,7 +44,10 @@ pub struct Export {
     pub survey_answers: Vec<AnswerFacts>,
     /// What lets them in besides their password.
     pub access: AccessFacts,
-    /// What they did, and what was done with their account.
+    /// What else is held, by kind.
+    #[serde(flatten)]
+    pub held: BTreeMap<&'static str, Vec<Value>>,
+    /// What they did, and what was done with their account, their attempts and their tokens.
     pub log: Vec<LogFacts>,
 }
 
@@ -69,6 +76,12 @@ pub struct AttemptFacts {
     device: String,
     simulator_version: String,
     state: String,
+    complete: bool,
+    refusal: Option<String>,
+    uncounted: Option<String>,
+    claimed_started_at: Option<Moment>,
+    signed_by_station: Option<Uuid>,
+    resimulation_differs: Option<bool>,
     recording_sha256: String,
     recording_size_bytes: i64,
     recording: String,
@@ -91,6 +104,8 @@ pub struct ScoreFacts {
     score: f64,
     passed: bool,
     rubric_sha256: String,
+    deductions: Json<Value>,
+    hard_fails: Json<Value>,
     computed_at: Moment,
 }
 
@@ -98,8 +113,10 @@ pub struct ScoreFacts {
 #[derive(Clone, Debug, Serialize, FromRow)]
 pub struct LogFacts {
     at: Moment,
+    actor: String,
     action: String,
     object: String,
+    details: Json<Value>,
 }
 
 /// Gathers it. `None` when there is no such person.
@@ -122,11 +139,13 @@ pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Resul
     );
     let attempts = sqlx::query_as(
         "SELECT id AS session_id, exercise_id, started_at, received_at, duration_s, device, simulator_version, state,
-           recording_sha256, recording_size AS recording_size_bytes, '' AS recording
+           complete, refusal, uncounted, claimed_started_at, signed_by AS signed_by_station,
+           verify_flagged AS resimulation_differs, recording_sha256, recording_size AS recording_size_bytes, '' AS recording
          FROM sessions WHERE school_id = $1 AND trainee_id = $2 ORDER BY started_at, id",
     );
     let scores = sqlx::query_as(
-        "SELECT c.session_id, c.score, c.passed, c.rubric_sha256, c.computed_at FROM sessions s
+        "SELECT c.session_id, c.score, c.passed, c.rubric_sha256, c.deductions, c.hard_fails, c.computed_at
+         FROM sessions s
          CROSS JOIN scores c ON c.school_id = s.school_id AND c.session_id = s.id
          WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY s.started_at, s.id, c.rowid",
     );
@@ -145,7 +164,8 @@ pub async fn of_person(reader: &SqlitePool, school: Uuid, person: Uuid) -> Resul
         marked_pops: said::marked_pops(reader, school, person).await?,
         survey_answers: said::survey_answers(reader, school, person).await?,
         access: access::of(reader, PersonKey { school_id: school, person_id: person }).await?,
-        log: log(reader, person).await?,
+        held: held::of_person(reader, school, person).await?,
+        log: log(reader, (school, person)).await?,
         person: facts,
     }))
 }
@@ -171,10 +191,25 @@ async fn metrics(reader: &SqlitePool, school: Uuid, person: Uuid) -> Result<Vec<
     Ok(rows.into_iter().flat_map(facts).collect())
 }
 
-/// What they did, and what was done with their account.
-async fn log(reader: &SqlitePool, person: Uuid) -> Result<Vec<LogFacts>> {
-    sqlx::query_as("SELECT at, action, object FROM audit_log WHERE actor = $1 OR object = $1 ORDER BY seq")
-        .bind(person.to_string())
-        .fetch_all(reader)
-        .await
+/// What they did, and what was done with their account, their attempts and their tokens; and whatever else names them by their id.
+async fn log(reader: &SqlitePool, (school, person): (Uuid, Uuid)) -> Result<Vec<LogFacts>> {
+    sqlx::query_as(
+        "WITH ids (id) AS (SELECT $2 UNION ALL SELECT id FROM sessions WHERE school_id = $1 AND trainee_id = $2
+             UNION ALL SELECT id FROM api_tokens WHERE school_id = $1 AND person_id = $2
+             UNION ALL SELECT assignment_id FROM assignment_extensions WHERE school_id = $1 AND person_id = $2
+             UNION ALL SELECT id FROM assignments WHERE school_id = $1 AND person_id = $2
+             UNION ALL SELECT task_id FROM segment_extensions WHERE school_id = $1 AND person_id = $2),
+           spelt (text) AS (SELECT lower(substr(hex(id), 1, 8) || '-' || substr(hex(id), 9, 4) || '-'
+             || substr(hex(id), 13, 4) || '-' || substr(hex(id), 17, 4) || '-' || substr(hex(id), 21)) FROM ids),
+           found (seq) AS (SELECT a.seq FROM spelt CROSS JOIN audit_log a ON a.object = spelt.text
+               WHERE a.action NOT LIKE '%.extended' OR a.details ->> '$.person' = $3
+             UNION SELECT seq FROM audit_log WHERE actor = $3)
+         SELECT a.at, a.actor, a.action, a.object, a.details FROM found CROSS JOIN audit_log a ON a.seq = found.seq
+         ORDER BY a.seq",
+    )
+    .bind(school)
+    .bind(person)
+    .bind(person.to_string())
+    .fetch_all(reader)
+    .await
 }

@@ -1,4 +1,4 @@
-//! A client of the router: a cookie jar of one, for the session, a token, and answers read whole.
+//! A client of the router: a cookie jar, a token, and answers read whole.
 
 use axum::Router;
 use axum::body::Body;
@@ -10,6 +10,7 @@ use tower::ServiceExt;
 #[derive(Clone)]
 pub struct Client {
     router: Router,
+    /// As a browser sends them: `name=value; name=value`.
     pub cookie: Option<String>,
     pub token: Option<String>,
 }
@@ -67,13 +68,32 @@ impl Client {
         }
         let response = self.router.clone().oneshot(request).await.unwrap();
         let (parts, body) = response.into_parts();
-        let cookies = parts.headers.get_all(header::SET_COOKIE).iter().map(|set| set.to_str().unwrap());
-        if let Some(set) = cookies.into_iter().find(|set| set.starts_with("stylet_session")) {
-            let pair = set.split(';').next().unwrap();
-            self.cookie = Some(pair.to_owned()).filter(|pair| !pair.ends_with('='));
+        for set in parts.headers.get_all(header::SET_COOKIE) {
+            self.keep(set.to_str().unwrap());
         }
         let body = axum::body::to_bytes(body, usize::MAX).await.unwrap().to_vec();
         Answer { status: parts.status, headers: parts.headers, body }
+    }
+
+    /// Keeps a cookie, or throws it away where it is empty; the choice of a language is nobody's here.
+    fn keep(&mut self, set: &str) {
+        let pair = set.split(';').next().unwrap();
+        let (name, value) = pair.split_once('=').unwrap();
+        if name.ends_with("stylet_language") {
+            return;
+        }
+        let kept = self.cookie.iter().flat_map(|all| all.split("; "));
+        let mut kept: Vec<_> = kept.filter(|pair| pair.split_once('=').unwrap().0 != name).map(str::to_owned).collect();
+        if !value.is_empty() {
+            kept.push(pair.to_owned());
+        }
+        self.cookie = Some(kept.join("; ")).filter(|all| !all.is_empty());
+    }
+
+    /// The value of a cookie, by the end of its name.
+    pub fn cookie_named(&self, name: &str) -> Option<String> {
+        let pairs = self.cookie.as_deref()?.split("; ").filter_map(|pair| pair.split_once('='));
+        pairs.into_iter().find(|(known, _)| known.ends_with(name)).map(|(_, value)| value.to_owned())
     }
 
     pub async fn request(&mut self, method: Method, path: &str) -> Answer {

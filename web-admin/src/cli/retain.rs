@@ -1,0 +1,71 @@
+//! `web-admin retain`: whom a school keeps no longer.
+
+use clap::Args;
+
+use super::{Failure, Storage, say};
+use crate::domain::retention::Step;
+use crate::retention::{self, Planned};
+use crate::storage::retention::Settings;
+use crate::storage::schools;
+
+/// Whom to look at, and whether to act.
+#[derive(Debug, Args)]
+pub struct RetainArgs {
+    #[command(flatten)]
+    storage: Storage,
+    /// Only say who would be warned and erased, and why; nothing is changed
+    #[arg(long)]
+    dry_run: bool,
+    /// School [default: all of them]
+    #[arg(long, value_name = "NAME")]
+    school: Option<String>,
+}
+
+pub(super) async fn run(args: &RetainArgs) -> Result<(), Failure> {
+    let state = args.storage.open().await?;
+    let all = schools::all(state.db.reader()).await?;
+    let wanted: Vec<_> =
+        all.iter().filter(|school| args.school.as_ref().is_none_or(|name| *name == school.name)).collect();
+    if let (Some(name), true) = (&args.school, wanted.is_empty()) {
+        let names: Vec<_> = all.iter().map(|school| school.name.as_str()).collect();
+        return Err(Failure::Usage(format!("--school: \"{name}\"; there are: {}", names.join(", "))));
+    }
+    for school in wanted {
+        let (settings, planned) = retention::plan(&state, school.id).await.map_err(anyhow::Error::new)?;
+        say(rule(&school.name, settings));
+        planned.iter().map(line).for_each(say);
+        if !args.dry_run {
+            let done = retention::act(&state, school.id).await.map_err(anyhow::Error::new)?;
+            say(format_args!("  done: warned {}, called off {}, erased {}", done.warned, done.called_off, done.erased));
+        }
+    }
+    state.db.close().await;
+    Ok(())
+}
+
+fn rule(school: &str, settings: Settings) -> String {
+    match settings.months {
+        None => format!("{school}: keeps everybody"),
+        Some(months) => {
+            format!("{school}: keeps people for {months} months, and warns {} days before", settings.warn_days)
+        }
+    }
+}
+
+/// Who, what, and why.
+fn line(planned: &Planned) -> String {
+    let Planned { idle, step } = planned;
+    let what = match step {
+        Step::Warn => "warn".to_owned(),
+        Step::Sending => "warned, the letter is not out yet".to_owned(),
+        Step::Wait(days) => format!("warned, to be erased in {days} days at the earliest"),
+        Step::Erase => "erase".to_owned(),
+        Step::CallOff => "call the warning off".to_owned(),
+    };
+    let told = idle.told_at.map(|at| format!(", told on {at}")).unwrap_or_default();
+    let failed = idle.error.as_ref().map(|error| format!(", the letter failed: {error}")).unwrap_or_default();
+    format!(
+        "  {what}: {} {} {}: last active on {}{told}{failed}",
+        idle.role, idle.pseudonym, idle.email, idle.active_at
+    )
+}

@@ -1,0 +1,83 @@
+//! `/people/{id}/erase`: what goes with somebody and what stays, and the end of it.
+
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use serde::Deserialize;
+
+use super::Id;
+use super::people::{find, nobody_themselves};
+use crate::AppState;
+use crate::domain::CurrentPerson;
+use crate::erasing::{self, Eraser};
+use crate::error::{Error, PageError};
+use crate::routes::auth::{Csrf, CsrfForm};
+use crate::storage::directory::{AccountState, Listed};
+use crate::storage::texts::{self, Whose};
+use crate::storage::{retention, schools};
+use crate::views::erasing::ErasePage;
+use crate::views::{Place, Shell};
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    visitor: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+) -> Result<ErasePage, PageError> {
+    let person = erasable(&state, &visitor, id).await?;
+    Ok(page(&state, (&visitor, &csrf), person).await?)
+}
+
+/// Somebody of the administrator's school who is not anonymous yet, nor the administrator.
+async fn erasable(state: &AppState, visitor: &CurrentPerson, id: uuid::Uuid) -> Result<Listed, PageError> {
+    let person = find(state, visitor, id).await?;
+    nobody_themselves(visitor, id)?;
+    if person.state == AccountState::Erased {
+        return Err(Error::Conflict(tr!("whoever was made anonymous stays so").to_owned()).into());
+    }
+    Ok(person)
+}
+
+async fn page(state: &AppState, (visitor, csrf): (&CurrentPerson, &Csrf), person: Listed) -> Result<ErasePage, Error> {
+    let (reader, school_id) = (state.db.reader(), visitor.school_id);
+    let whose = Whose { school_id, person_id: person.id, until: state.clock.now() };
+    let mentions = texts::mentions(reader, whose, &texts::words_of(&person.name)).await?;
+    Ok(ErasePage {
+        shell: Shell::new(visitor, csrf.token(), Place::People),
+        texts: texts::count(reader, whose).await?,
+        recordings: schools::erases_recordings(reader, school_id).await?,
+        mentions: mentions.into_iter().map(|found| (format!("/sessions/{}", found.session_id), found.text)).collect(),
+        held: retention::held_at(reader, school_id, person.id).await?.is_some(),
+        unconfirmed: false,
+        person,
+    })
+}
+
+/// What is typed to confirm what cannot be undone, and what goes besides.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct EraseForm {
+    confirm: String,
+    #[serde(default)]
+    written: String,
+    #[serde(default)]
+    about: String,
+}
+
+pub(super) async fn erase(
+    State(state): State<AppState>,
+    visitor: CurrentPerson,
+    Id(id): Id,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<EraseForm>,
+) -> Result<Response, PageError> {
+    let person = erasable(&state, &visitor, id).await?;
+    if form.confirm.trim().to_lowercase() != person.email {
+        let page = page(&state, (&visitor, &csrf), person).await?;
+        let page = ErasePage { unconfirmed: true, ..page };
+        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+    }
+    let texts = (form.written == "yes", form.about == "yes");
+    let wish = erasing::wish_of_school(&state, visitor.school_id, texts).await?;
+    erasing::erase(&state, Eraser::person(&visitor), &person, (visitor.school_id, wish)).await?;
+    Ok(Redirect::to(&format!("/people/{id}?done=erased")).into_response())
+}

@@ -1,0 +1,176 @@
+//! `/admin/retention`: how long the school keeps people, and whom it takes next. `/people/{id}/hold`: who is kept whatever the rule says.
+
+use axum::extract::{Query, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use serde::Deserialize;
+use serde_json::json;
+
+use super::Id;
+use super::admin::administrators_only;
+use crate::AppState;
+use crate::domain::{CurrentPerson, Moment};
+use crate::error::{Error, PageError};
+use crate::retention::{self as retaining, Planned};
+use crate::routes::auth::{Csrf, CsrfForm};
+use crate::storage::audit::Entry;
+use crate::storage::directory;
+use crate::storage::retention::{self, Settings};
+use crate::views::retention::{IdleRow, RetentionForm, RetentionPage};
+use crate::views::{Place, Shell};
+
+/// People who are listed.
+const LISTED: usize = 200;
+/// Months that may be set.
+const MONTHS: std::ops::RangeInclusive<u32> = 3..=240;
+/// Days that may be set.
+const DAYS: std::ops::RangeInclusive<u32> = 7..=365;
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct SavedQuery {
+    #[serde(default)]
+    saved: bool,
+}
+
+pub(super) async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+    Query(SavedQuery { saved }): Query<SavedQuery>,
+) -> Result<RetentionPage, PageError> {
+    administrators_only(&person)?;
+    let page = page(&state, (&person, &csrf), None).await?;
+    Ok(RetentionPage { saved, ..page })
+}
+
+async fn page(
+    state: &AppState,
+    (person, csrf): (&CurrentPerson, &Csrf),
+    typed: Option<RetentionForm>,
+) -> Result<RetentionPage, Error> {
+    let (settings, planned) = retaining::plan(state, person.school_id).await?;
+    let held = retention::held(state.db.reader(), person.school_id).await?;
+    Ok(RetentionPage {
+        shell: Shell::new(person, csrf.token(), Place::Administration),
+        form: typed.unwrap_or_else(|| form_of(settings)),
+        saved: false,
+        more: planned.len().saturating_sub(LISTED),
+        rows: planned.into_iter().take(LISTED).map(row).collect(),
+        held: held.into_iter().map(|(id, name)| (format!("/people/{id}"), name)).collect(),
+    })
+}
+
+fn form_of(settings: Settings) -> RetentionForm {
+    RetentionForm {
+        months: settings.months.map(|months| months.to_string()).unwrap_or_default(),
+        warn_days: settings.warn_days.to_string(),
+        texts: settings.texts,
+        recordings: settings.recordings,
+        refused: None,
+    }
+}
+
+fn row(Planned { idle, step }: Planned) -> IdleRow {
+    IdleRow {
+        href: format!("/people/{}", idle.id),
+        name: idle.name,
+        role: idle.role,
+        active_at: idle.active_at.to_utc(),
+        told_at: idle.told_at.map(Moment::to_utc),
+        error: idle.error,
+        step,
+    }
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default)]
+#[derive(Default)]
+pub(super) struct RuleForm {
+    months: String,
+    warn_days: String,
+    texts: String,
+    recordings: String,
+}
+
+impl RuleForm {
+    /// The settings that are typed, or what is wrong with them.
+    fn settings(&self) -> Result<Settings, String> {
+        let number = |text: &str, allowed: std::ops::RangeInclusive<u32>| {
+            text.trim().parse().ok().filter(|number| allowed.contains(number))
+        };
+        let months = match self.months.trim() {
+            "" => None,
+            typed => Some(number(typed, MONTHS).ok_or_else(|| {
+                tr!("months: “{typed}”; allowed are whole months from 3 to 240, or nothing", typed = typed)
+            })?),
+        };
+        let typed = self.warn_days.trim();
+        let warn_days = number(typed, DAYS)
+            .ok_or_else(|| tr!("days: “{typed}”; allowed are whole days from 7 to 365", typed = typed))?;
+        Ok(Settings { months, warn_days, texts: self.texts == "yes", recordings: self.recordings == "yes" })
+    }
+}
+
+/// Sets the rule.
+pub(super) async fn set(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    csrf: Csrf,
+    CsrfForm(form): CsrfForm<RuleForm>,
+) -> Result<Response, PageError> {
+    administrators_only(&person)?;
+    let settings = match form.settings() {
+        Ok(settings) => settings,
+        Err(refused) => {
+            let (texts, recordings) = (form.texts == "yes", form.recordings == "yes");
+            let typed = RetentionForm {
+                months: form.months,
+                warn_days: form.warn_days,
+                texts,
+                recordings,
+                refused: Some(refused),
+            };
+            let page = page(&state, (&person, &csrf), Some(typed)).await?;
+            return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+        }
+    };
+    let mut tx = state.db.write().await?;
+    retention::set(&mut tx, person.school_id, settings).await?;
+    let told = json!({
+        "months": settings.months,
+        "warn_days": settings.warn_days,
+        "texts": settings.texts,
+        "recordings": settings.recordings,
+    });
+    Entry::by(&person, "retention.set", person.school_id).with(told).append(&mut tx, state.clock.now()).await?;
+    tx.commit().await?;
+    Ok(Redirect::to("/admin/retention?saved=true").into_response())
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct HoldForm {
+    hold: String,
+}
+
+/// Keeps somebody whatever the rule says, or no longer.
+pub(super) async fn hold(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    Id(id): Id,
+    CsrfForm(form): CsrfForm<HoldForm>,
+) -> Result<Redirect, PageError> {
+    administrators_only(&person)?;
+    directory::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
+    let now = state.clock.now();
+    let (since, action) = match form.hold.as_str() {
+        "yes" => (Some(now), "person.held"),
+        "no" => (None, "person.released"),
+        other => return Err(Error::BadRequest(format!("hold: \"{other}\"; allowed are yes and no")).into()),
+    };
+    let mut tx = state.db.write().await?;
+    if retention::hold(&mut tx, (person.school_id, id), since).await? {
+        Entry::by(&person, action, id).append(&mut tx, now).await?;
+    }
+    tx.commit().await?;
+    Ok(Redirect::to(&format!("/people/{id}?done=changed")))
+}
