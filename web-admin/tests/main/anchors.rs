@@ -165,7 +165,7 @@ async fn the_key_of_certificates_is_in_a_backup_for_whoever_has_the_passphrase()
     assert_eq!(certificates::public_key(place.path()).unwrap(), key);
     let place = tempfile::tempdir().unwrap();
     let restored = restore(place.path(), None);
-    assert!(restored.status.success() && words(&restored).contains("was not restored"), "{}", words(&restored));
+    assert!(restored.status.success() && words(&restored).contains("were not restored"), "{}", words(&restored));
     assert!(!place.path().join("certificate-key").exists());
     let place = tempfile::tempdir().unwrap();
     assert_ne!(certificates::public_key(place.path()).unwrap(), key);

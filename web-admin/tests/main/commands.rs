@@ -84,7 +84,7 @@ fn a_wrong_call_is_told_what_is_allowed() {
 async fn grading_again_is_shown_first_and_done_for_a_reason() {
     let app = App::new().await;
     let school = app.school("North").await;
-    app.publish_with_pass_mark(school, 0).await;
+    app.publish(school).await;
     let mut ada = app.with_token(&app.member(school, Role::Trainee, "ada@example.org").await.token);
     let attempt = Attempt::default();
     assert_eq!(ada.upload(&record(&attempt)).await.status, 201);

@@ -23,7 +23,7 @@ const fn kind(key: &'static str, rows: &'static str) -> Kind {
 }
 
 /// What others did about them, and what stands in their name.
-const ABOUT: [Kind; 19] = [
+const ABOUT: [Kind; 18] = [
     kind(
         "overrides",
         "SELECT o.session_id, o.score, o.passed AS is_pass, o.reason, p.display_name AS made_by, o.made_at
@@ -66,11 +66,6 @@ const ABOUT: [Kind; 19] = [
     kind(
         "task_extensions",
         "SELECT task_id, days, due_at FROM segment_extensions WHERE school_id = $1 AND person_id = $2",
-    ),
-    kind(
-        "tokens",
-        "SELECT id, created_at, last_seen_at, revoked_at FROM api_tokens WHERE school_id = $1 AND person_id = $2
-         ORDER BY created_at",
     ),
     kind(
         "signed_in_until",
