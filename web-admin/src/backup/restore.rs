@@ -22,9 +22,13 @@ pub async fn restore(config: &Config, from: &Path) -> Result<Report, Refused> {
     let staging = staging(config);
     let refused = |error: anyhow::Error| Refused::Input(format!("{}: {error:#}", from.display()));
     let manifest = archive::manifest(from).map_err(refused)?;
-    refuse_database(&database)?;
+    let is_unpacked = unpacked(&staging).as_ref() == Some(&manifest);
+    // The database moves last: one that was killed after that has only to tidy up.
+    if !is_unpacked || staging.join(DATABASE).exists() {
+        refuse_database(&database)?;
+    }
     let mut report = None;
-    if unpacked(&staging).as_ref() != Some(&manifest) {
+    if !is_unpacked {
         refuse_recordings(&config.recordings_dir)?;
         let scratch = Scratch(staging.clone());
         report = Some(unpack(from, &scratch.0, &manifest).await?);
