@@ -222,23 +222,32 @@ pub async fn discard(state: &AppState, person: &CurrentPerson, (id, seen): (Uuid
 /// # Errors
 /// When the database fails, or nobody can be asked.
 pub async fn check(state: &AppState, school: Uuid, draft: &Draft) -> Result<Checked, Error> {
-    match draft.kind {
+    let checked = match draft.kind {
         DraftKind::Exercise => {
             let bytes = bytes(state, school, draft).await?;
             let language = words::current().code().to_owned();
             let question = DraftQuestion { id: draft.document_id.clone(), bytes, language };
-            match previews::examine(state, school, question).await {
-                Ok(verdict) => Ok(Checked::Exercise(Box::new(verdict))),
-                Err(Error::Busy { retry_after_s }) => Ok(Checked::Waiting(retry_after_s)),
-                Err(error) => Err(error),
-            }
+            let verdict = previews::examine(state, school, question).await;
+            verdict.map(|verdict| Checked::Exercise(Box::new(verdict)))
         }
-        DraftKind::Course => {
-            let (texts, id) = (draft.texts.clone(), draft.document_id.clone());
-            let known = Known::of(state, school, &id).await?;
-            Ok(tokio::task::spawn_blocking(move || check_course(&texts, &known, &id)).await?)
-        }
+        DraftKind::Course => course_checked(state, school, draft).await,
+    };
+    match checked {
+        Err(Error::Busy { retry_after_s }) => Ok(Checked::Waiting(retry_after_s)),
+        checked => checked,
     }
+}
+
+/// A course names exercises that are published, so reading it is bounded work; its school waits for it like for an exercise.
+async fn course_checked(state: &AppState, school: Uuid, draft: &Draft) -> Result<Checked, Error> {
+    let place = state.previews.enter(school).await?;
+    let (texts, id) = (draft.texts.clone(), draft.document_id.clone());
+    let known = Known::of(state, school, &id).await?;
+    let check = move || {
+        let _place = place;
+        check_course(&texts, &known, &id)
+    };
+    Ok(tokio::task::spawn_blocking(check).await?)
 }
 
 /// What was written in the draft of an exercise, with the meshes of the revision that it is based on.

@@ -11,7 +11,7 @@ use uuid::Uuid;
 use crate::AppState;
 use crate::error::Error;
 use crate::judging::{self, Answer, DraftQuestion, Question};
-use crate::lines::Lines;
+use crate::lines::{Lines, Place};
 use crate::views::draft::Verdict;
 
 /// Longest wait for one's turn.
@@ -35,6 +35,15 @@ impl Default for Previews {
 }
 
 impl Previews {
+    /// A place to look what a draft comes to, of the few that a school has.
+    ///
+    /// # Errors
+    /// [`Error::Busy`] when the school's turn does not come in time.
+    pub async fn enter(&self, school: Uuid) -> Result<Place, Error> {
+        let place = self.lines.enter(school, PATIENCE).await;
+        place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })
+    }
+
     fn told(&self, key: &[u8; 32]) -> Option<Verdict> {
         self.known().get(key).cloned()
     }
@@ -62,9 +71,7 @@ pub async fn examine(state: &AppState, school: Uuid, question: DraftQuestion) ->
     if let Some(told) = previews.told(&key) {
         return Ok(told);
     }
-    let Some(_place) = previews.lines.enter(school, PATIENCE).await else {
-        return Err(Error::Busy { retry_after_s: PATIENCE.as_secs() });
-    };
+    let _place = previews.enter(school).await?;
     // Whoever was before may have asked the same.
     if let Some(told) = previews.told(&key) {
         return Ok(told);
@@ -87,7 +94,7 @@ fn too_costly(state: &AppState) -> Verdict {
     let budget_s = state.config.preview_time.as_secs();
     let memory_mb = state.config.helper.as_ref().map_or(0, |helper| helper.memory_mb);
     let what = tr!(
-        "looking what it comes to takes more than {seconds} s or {memory} MB; allowed: what takes less. A larger \
+        "to find out what it comes to takes more than {seconds} s or {memory} MB; allowed: what takes less. A larger \
          tissue.tolerance, fewer layers and a shorter time limit cost less",
         seconds = budget_s,
         memory = memory_mb

@@ -63,9 +63,13 @@ pub async fn restore(config: &Config, from: &Path, wanted: &Wanted) -> Result<Re
     let staging = staging(config);
     let refused = |error: anyhow::Error| Refused::Input(format!("{}: {error:#}", from.display()));
     let manifest = archive::manifest(from).map_err(refused)?;
-    refuse_database(&database)?;
+    let is_unpacked = unpacked(&staging).as_ref() == Some(&manifest);
+    // The database moves last: one that was killed after that has only to tidy up.
+    if !is_unpacked || staging.join(DATABASE).exists() {
+        refuse_database(&database)?;
+    }
     let (mut report, mut scratch) = (None, None);
-    if unpacked(&staging).as_ref() != Some(&manifest) {
+    if !is_unpacked {
         refuse_recordings(&config.recordings_dir)?;
         scratch = Some(Scratch(staging.clone()));
         report = Some(unpack(from, &staging, &manifest).await?);

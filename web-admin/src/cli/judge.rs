@@ -6,7 +6,7 @@ use std::io::{Read, Write};
 use clap::Args;
 use rustix::process::{Resource, Rlimit, nice, setrlimit};
 
-use crate::judging;
+use crate::judging::{self, Question};
 
 /// By how much it is nicer than the service that has started it.
 const BEHIND_PAGES: i32 = 10;
@@ -32,12 +32,28 @@ pub(super) fn run(args: &JudgeArgs) -> anyhow::Result<()> {
     setrlimit(Resource::Cpu, limit(args.seconds.saturating_mul(2)))?;
     // A file of the size of the memory would be as useless as it is large.
     setrlimit(Resource::Core, limit(0))?;
-    // Whoever asks for a page comes first. Refused, it is judged all the same.
-    let _ = nice(BEHIND_PAGES);
+    end_with_service();
     let mut question = Vec::new();
     std::io::stdin().read_to_end(&mut question)?;
-    let answer = judging::answer(serde_json::from_slice(&question)?);
+    let question: Question = serde_json::from_slice(&question)?;
+    if !matches!(question, Question::Arrival(_)) {
+        // Whoever asks for a page, or has just sent something, comes first. Refused, it is done all the same.
+        let _ = nice(BEHIND_PAGES);
+    }
+    let answer = judging::answer(question);
     let mut out = std::io::stdout().lock();
     out.write_all(&serde_json::to_vec(&answer)?)?;
     Ok(out.flush()?)
 }
+
+/// A service that is killed cannot end its helpers: the system does.
+#[cfg(target_os = "linux")]
+fn end_with_service() {
+    use rustix::process::{Signal, set_parent_process_death_signal};
+    // Refused, the limits on its time end it.
+    let _ = set_parent_process_death_signal(Some(Signal::KILL));
+}
+
+/// Elsewhere the limits on its time end it.
+#[cfg(not(target_os = "linux"))]
+fn end_with_service() {}
