@@ -15,8 +15,9 @@ use crate::domain::retention::{Now, Step, step};
 use crate::erasing::{self, Eraser};
 use crate::error::Error;
 use crate::storage::audit::{Actor, Entry};
+use crate::storage::directory::{self, AccountState};
 use crate::storage::retention::{self, Idle, Settings};
-use crate::storage::{directory, schools};
+use crate::storage::schools;
 
 /// How often the time that the service runs is written down.
 const EVERY: Duration = Duration::from_secs(600);
@@ -89,7 +90,8 @@ pub async fn act(state: &AppState, school: Uuid) -> Result<Done, Error> {
     state.mails.notify_one();
     let wish = erasing::wish_of_school(state, school, (settings.texts, settings.texts)).await?;
     for Planned { idle, .. } in planned.iter().filter(|planned| planned.step == Step::Erase) {
-        let Some(person) = directory::find(state.db.reader(), school, idle.id).await? else { continue };
+        let person = directory::find(state.db.reader(), school, idle.id).await?;
+        let Some(person) = person.filter(|person| person.state != AccountState::Erased) else { continue };
         let why = json!({ "active_at": idle.active_at, "told_at": idle.told_at, "months": settings.months });
         let by = Eraser { actor: Actor::Worker, why: Some(why) };
         erasing::erase(state, by, &person, (school, wish)).await?;
@@ -127,11 +129,17 @@ pub async fn tick(state: &AppState, elapsed: Duration) -> Result<(), Error> {
     if time.looked_s.is_some_and(|looked_s| time.observed_s - looked_s < LOOK_EVERY_S) {
         return Ok(());
     }
+    let mut failed = None;
     for school in schools::all(state.db.reader()).await? {
-        let done = act(state, school.id).await?;
-        if done != Done::default() {
-            tracing::info!(school = %school.id, ?done, "retention");
+        match act(state, school.id).await {
+            Ok(done) if done == Done::default() => {}
+            Ok(done) => tracing::info!(school = %school.id, ?done, "retention"),
+            // The other schools do not wait for this one.
+            Err(error) => failed = Some(error),
         }
+    }
+    if let Some(error) = failed {
+        return Err(error);
     }
     let mut tx = state.db.write().await?;
     retention::note_look(&mut tx).await?;

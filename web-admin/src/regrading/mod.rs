@@ -17,7 +17,9 @@ use crate::AppState;
 use crate::domain::Moment;
 use crate::error::Error;
 use crate::recordings;
+use crate::secret;
 use crate::storage::audit::{Actor, Entry};
+use crate::storage::regradings::{self, NewReason};
 use crate::storage::scores::SessionKey;
 use crate::storage::sessions::Session;
 use crate::storage::{exercises, practice, scores};
@@ -118,7 +120,11 @@ async fn add(
     practice::refresh(tx, session).await?;
     let mut told = json!({ "from": before, "to": again.score, "rubric_sha256": again.rubric.sha256, "score": score });
     if let Some(reason) = by.reason {
-        told["reason"] = reason.into();
+        // The log never changes, and people are erased: it keeps the text's hash.
+        told["reason_sha256"] = hex::encode(secret::token_sha256(reason)).into();
+        let made_by = if let Actor::Person(id) = by.actor { Some(id) } else { None };
+        let why = NewReason { score_id: score, reason, made_by };
+        regradings::add_reason(tx, session, why, now).await?;
     }
     Entry::new(session.school_id, by.actor, "session.regraded", session.id).with(told).append(tx, now).await?;
     Ok(score)

@@ -97,7 +97,7 @@ impl Idle {
 }
 
 /// Who of a school has done nothing since a moment, and who was warned, the longest idle first. Administrators and whoever was
-/// erased are not among them.
+/// erased are not among them. That a link was asked for is nobody's deed: any stranger may do so.
 ///
 /// # Errors
 /// When the database fails.
@@ -110,7 +110,7 @@ pub async fn idle(executor: impl SqliteExecutor<'_>, school: Uuid, since: Moment
                          ORDER BY s.started_at DESC LIMIT 1), 0),
                coalesce((SELECT a.at FROM audit_log a WHERE a.actor = lower(substr(hex(p.id), 1, 8) || '-'
                    || substr(hex(p.id), 9, 4) || '-' || substr(hex(p.id), 13, 4) || '-' || substr(hex(p.id), 17, 4) || '-'
-                   || substr(hex(p.id), 21)) ORDER BY a.seq DESC LIMIT 1), 0)) AS active_at
+                   || substr(hex(p.id), 21)) AND a.action <> 'person.link_asked_for' ORDER BY a.seq DESC LIMIT 1), 0)) AS active_at
            FROM people p LEFT JOIN retention_warnings w ON w.person_id = p.id
            WHERE p.school_id = $1 AND p.erased_at IS NULL AND p.role <> 'administrator')
          SELECT * FROM everybody WHERE active_at < $2 OR warned_at IS NOT NULL ORDER BY active_at, id",
@@ -287,10 +287,13 @@ pub async fn hold(
 /// # Errors
 /// When the database fails.
 pub async fn held(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(Uuid, String)>> {
-    sqlx::query_as("SELECT id, display_name FROM people WHERE school_id = $1 AND held_at > 0 ORDER BY display_name")
-        .bind(school)
-        .fetch_all(executor)
-        .await
+    sqlx::query_as(
+        "SELECT id, display_name FROM people WHERE school_id = $1 AND held_at > 0 AND erased_at IS NULL
+         ORDER BY display_name",
+    )
+    .bind(school)
+    .fetch_all(executor)
+    .await
 }
 
 /// How many people of a school were warned.

@@ -82,6 +82,8 @@ async fn plain_texts(reader: &SqlitePool, (whose, side): (Whose, Side)) -> Resul
             "SELECT (SELECT count(*) FROM comments WHERE school_id = $1 AND author_id = $2 AND made_at <= $3 AND body <> '[erased]')
                + (SELECT count(*) FROM score_overrides WHERE school_id = $1 AND made_by = $2 AND made_at <= $3
                   AND reason <> '[erased]')
+               + (SELECT count(*) FROM regrade_reasons WHERE school_id = $1 AND made_by = $2 AND made_at <= $3
+                  AND reason <> '[erased]')
                + (SELECT count(*) FROM regradings WHERE school_id = $1 AND made_by = $2 AND made_at <= $3
                   AND reason <> '[erased]')"
         }
@@ -92,6 +94,9 @@ async fn plain_texts(reader: &SqlitePool, (whose, side): (Whose, Side)) -> Resul
                + (SELECT count(*) FROM sessions s CROSS JOIN score_overrides o ON o.school_id = s.school_id AND o.session_id = s.id
                   WHERE s.school_id = $1 AND s.trainee_id = $2 AND o.made_by <> $2 AND o.made_at <= $3
                     AND o.reason <> '[erased]')
+               + (SELECT count(*) FROM sessions s CROSS JOIN regrade_reasons w ON w.school_id = s.school_id AND w.session_id = s.id
+                  WHERE s.school_id = $1 AND s.trainee_id = $2 AND w.made_by IS NOT $2 AND w.made_at <= $3
+                    AND w.reason <> '[erased]')
                + (SELECT count(*) FROM expert_declarations WHERE school_id = $1 AND person_id = $2 AND given_at <= $3
                   AND how <> '[erased]')"
         }
@@ -118,6 +123,11 @@ pub async fn redact(writer: &mut SqliteConnection, whose: Whose, side: Side) -> 
                 "AND made_at <= $3 AND reason <> '[erased]'"
             ),
             plain!(
+                "UPDATE regrade_reasons SET reason = '[erased]'",
+                "AND made_by = $2",
+                "AND made_at <= $3 AND reason <> '[erased]'"
+            ),
+            plain!(
                 "UPDATE regradings SET reason = '[erased]'",
                 "AND made_by = $2",
                 "AND made_at <= $3 AND reason <> '[erased]'"
@@ -133,6 +143,11 @@ pub async fn redact(writer: &mut SqliteConnection, whose: Whose, side: Side) -> 
                 "UPDATE score_overrides SET reason = '[erased]'",
                 "AND session_id IN (SELECT id FROM sessions WHERE school_id = $1 AND trainee_id = $2)",
                 "AND made_by <> $2 AND made_at <= $3 AND reason <> '[erased]'"
+            ),
+            plain!(
+                "UPDATE regrade_reasons SET reason = '[erased]'",
+                "AND session_id IN (SELECT id FROM sessions WHERE school_id = $1 AND trainee_id = $2)",
+                "AND made_by IS NOT $2 AND made_at <= $3 AND reason <> '[erased]'"
             ),
             plain!(
                 "UPDATE expert_declarations SET how = '[erased]'",

@@ -66,6 +66,8 @@ impl Said {
         post(&mut teaching, &own, &format!("{own}/comments"), &comment("Ana trembles")).await;
         let grade = [("score", "55"), ("result", "failed"), ("reason", "she was led")];
         post(&mut teaching, &own, &format!("{own}/override"), &grade).await;
+        let again = [("reason", "Ana was promised it")];
+        post(&mut teaching, &own, &format!("{own}/regrade"), &again).await;
         post(&mut teaching, &others, &format!("{others}/comments"), &comment("Calmer than ÖZIL was")).await;
         post(&mut teaching, &others, &format!("{others}/comments"), &comment("Banana-shaped anatomy")).await;
         Self { app, head, ana, attempt }
@@ -81,7 +83,7 @@ impl Said {
     }
 
     async fn texts(&self) -> Vec<String> {
-        sqlx::query_scalar("SELECT body FROM comments UNION ALL SELECT reason FROM score_overrides")
+        sqlx::query_scalar("SELECT body FROM comments UNION ALL SELECT reason FROM score_overrides UNION ALL SELECT reason FROM regrade_reasons")
             .fetch_all(self.app.state.db.reader())
             .await
             .unwrap()
@@ -102,14 +104,14 @@ impl Said {
 async fn texts_are_counted_looked_through_and_go_only_as_it_is_wished() {
     let mut said = Said::new().await;
     let page = said.head.get(&said.page()).await.text();
-    assert!(page.contains("Make 1 text of theirs") && page.contains("Make 2 texts of others"), "{page}");
+    assert!(page.contains("Make 1 text of theirs") && page.contains("Make 3 texts of others"), "{page}");
     assert!(page.contains("Calmer than ÖZIL was") && !page.contains("Banana"), "a name is a word: {page}");
     said.erase(&[("about", "yes")]).await;
     let texts = said.texts().await;
     for stays in ["My own hand", "Calmer than ÖZIL was", "Banana-shaped anatomy"] {
         assert!(texts.iter().any(|text| text == stays), "{stays}: {texts:?}");
     }
-    assert_eq!(texts.iter().filter(|text| *text == texts::ERASED).count(), 2, "{texts:?}");
+    assert_eq!(texts.iter().filter(|text| *text == texts::ERASED).count(), 3, "{texts:?}");
     let grade: (f64, bool) = sqlx::query_as("SELECT score, passed FROM grades WHERE session_id = $1")
         .bind(said.attempt.session_id)
         .fetch_one(said.app.state.db.reader())
@@ -118,6 +120,14 @@ async fn texts_are_counted_looked_through_and_go_only_as_it_is_wished() {
     assert_eq!(grade, (55.0, false), "the grade stays as it was given");
     let verified = web_admin(said.app.folder.path(), &["verify"]);
     assert!(verified.status.success(), "{}", words(&verified));
+    let log: Vec<String> =
+        sqlx::query_scalar("SELECT details FROM audit_log").fetch_all(said.app.state.db.reader()).await.unwrap();
+    assert!(
+        !log.iter().any(|details| details.contains("promised")),
+        "no text stands where none can be erased: {log:?}"
+    );
+    let history = said.head.get(&format!("/sessions/{}/grade", said.attempt.session_id)).await.text();
+    assert!(history.contains("[erased]") && !history.contains("promised"), "{history}");
     assert!(said.recording().exists(), "recordings stay, unless the school says otherwise");
     let bytes = std::fs::read(said.app.folder.path().join("stylet.db")).unwrap();
     let wal = std::fs::read(said.app.folder.path().join("stylet.db-wal")).unwrap_or_default();

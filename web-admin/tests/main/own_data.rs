@@ -15,7 +15,7 @@ use super::support::recordings::{Attempt, record};
 use super::support::{App, PASSWORD};
 
 /// What refers to a person: table and column, and under which key it stands in the file.
-const HELD: [(&str, &str); 43] = [
+const HELD: [(&str, &str); 45] = [
     ("api_tokens.person_id", "access/tokens"),
     ("account_links.person_id", "password_links"),
     ("assignment_extensions.person_id", "assignment_extensions"),
@@ -36,6 +36,8 @@ const HELD: [(&str, &str); 43] = [
     ("rating_rounds.made_by", "rounds_made"),
     ("ratings.rater_id", "ratings_given"),
     ("recording_links.made_by", "recording_links"),
+    ("regrade_reasons.made_by", "regrades_made"),
+    ("regrade_reasons.session_id", "regrades"),
     ("regradings.made_by", "regradings_made"),
     ("retention_warnings.person_id", "retention_warnings"),
     ("reviews.reviewed_by", "reviews_made"),

@@ -40,7 +40,8 @@ pub(super) struct Series {
     params(("id" = Uuid, Path), ("points" = Option<usize>, Query, description = "1 to 10000; 1000 by default"),
            ("from_s" = Option<f64>, Query, description = "where the stretch begins, in s; the start by default"),
            ("to_s" = Option<f64>, Query, description = "where it ends, in s; the end by default")),
-    responses((status = 200, body = Series), (status = 400, body = Problem), (status = 404, body = Problem)))]
+    responses((status = 200, body = Series), (status = 400, body = Problem), (status = 404, body = Problem),
+              (status = 410, body = Problem)))]
 pub(super) async fn series(
     State(state): State<AppState>,
     caller: Caller,
@@ -86,7 +87,8 @@ fn seconds(field: &str, asked: Option<&str>) -> Result<Option<f64>, Error> {
 
 /// What does not move in a replay: layers, needle, structures, events.
 #[utoipa::path(get, path = "/sessions/{id}/replay", operation_id = "show_replay_stage", params(("id" = Uuid, Path)),
-    responses((status = 200, body = Stage), (status = 404, body = Problem)))]
+    responses((status = 200, body = Stage), (status = 404, body = Problem),
+              (status = 410, body = Problem)))]
 pub(super) async fn stage(
     State(state): State<AppState>,
     caller: Caller,
@@ -100,7 +102,8 @@ pub(super) async fn stage(
 #[utoipa::path(get, path = "/sessions/{id}/replay/frames", operation_id = "download_replay_frames", params(("id" = Uuid, Path)),
     responses((status = 200, content_type = "application/octet-stream"),
               (status = 206, content_type = "application/octet-stream"), (status = 416),
-              (status = 404, body = Problem)))]
+              (status = 404, body = Problem),
+              (status = 410, body = Problem)))]
 pub(super) async fn frames(
     State(state): State<AppState>,
     caller: Caller,

@@ -23,12 +23,18 @@ const fn kind(key: &'static str, rows: &'static str) -> Kind {
 }
 
 /// What others did about them, and what stands in their name.
-const ABOUT: [Kind; 18] = [
+const ABOUT: [Kind; 19] = [
     kind(
         "overrides",
         "SELECT o.session_id, o.score, o.passed AS is_pass, o.reason, p.display_name AS made_by, o.made_at
          FROM sessions s CROSS JOIN score_overrides o ON o.school_id = s.school_id AND o.session_id = s.id
          JOIN people p ON p.id = o.made_by WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY o.made_at, o.id",
+    ),
+    kind(
+        "regrades",
+        "SELECT w.session_id, w.score_id, w.reason, p.display_name AS made_by, w.made_at
+         FROM sessions s CROSS JOIN regrade_reasons w ON w.school_id = s.school_id AND w.session_id = s.id
+         LEFT JOIN people p ON p.id = w.made_by WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY w.made_at",
     ),
     kind(
         "reviews",
@@ -115,7 +121,7 @@ const ABOUT: [Kind; 18] = [
 ];
 
 /// What they did themselves, to others' or to the school's things.
-const DONE: [Kind; 16] = [
+const DONE: [Kind; 17] = [
     kind(
         "comments_made",
         "SELECT id, session_id, answers, kind, from_s, to_s, body, made_at, withdrawn_at FROM comments
@@ -125,6 +131,10 @@ const DONE: [Kind; 16] = [
         "overrides_made",
         "SELECT session_id, score, passed AS is_pass, reason, made_at FROM score_overrides
          WHERE school_id = $1 AND made_by = $2 ORDER BY made_at, id",
+    ),
+    kind(
+        "regrades_made",
+        "SELECT session_id, score_id, reason, made_at FROM regrade_reasons WHERE school_id = $1 AND made_by = $2",
     ),
     kind(
         "reviews_made",

@@ -329,7 +329,43 @@ pub struct Act {
     pub reason: String,
 }
 
-/// The re-gradings in the history of an attempt's grade.
+/// Why one attempt was graded again.
+#[derive(Clone, Copy, Debug)]
+pub struct NewReason<'a> {
+    /// The score that was added.
+    pub score_id: Uuid,
+    /// Why.
+    pub reason: &'a str,
+    /// By whom; none at the command line.
+    pub made_by: Option<Uuid>,
+}
+
+/// Keeps why one attempt was graded again.
+///
+/// # Errors
+/// When the database fails.
+pub async fn add_reason(
+    writer: &mut SqliteConnection,
+    session: SessionKey,
+    new: NewReason<'_>,
+    now: Moment,
+) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO regrade_reasons (score_id, school_id, session_id, reason, made_by, made_at)
+         VALUES ($1, $2, $3, $4, $5, $6)",
+    )
+    .bind(new.score_id)
+    .bind(session.school_id)
+    .bind(session.id)
+    .bind(new.reason)
+    .bind(new.made_by)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// The re-gradings in the history of an attempt's grade. Reasons of before stand in the audit log.
 ///
 /// # Errors
 /// When the database fails.
@@ -341,6 +377,10 @@ pub async fn of_session(executor: impl SqliteExecutor<'_>, session: SessionKey) 
          JOIN regradings g ON g.school_id = l.school_id AND g.id = l.regrading_id
          JOIN people p ON p.school_id = g.school_id AND p.id = g.made_by
          WHERE l.school_id = $1 AND l.session_id = $2 AND l.new_score_id IS NOT NULL
+         UNION ALL
+         SELECT w.score_id, p.display_name, w.reason FROM regrade_reasons w
+         LEFT JOIN people p ON p.school_id = w.school_id AND p.id = w.made_by
+         WHERE w.school_id = $1 AND w.session_id = $2
          UNION ALL
          SELECT unhex(replace(a.details ->> 'score', '-', '')), p.display_name, a.details ->> 'reason' FROM audit_log a
          LEFT JOIN people p ON p.school_id = a.school_id AND p.id = unhex(replace(a.actor, '-', ''))
