@@ -5,6 +5,9 @@ use std::process::Command;
 
 use web_admin::clock::Clock;
 use web_admin::domain::{Moment, Role};
+use web_admin::secret;
+use web_admin::storage::second_factors::PersonKey;
+use web_admin::storage::tokens::{self, NewToken};
 
 use super::support::client::{Answer, Client, csrf_in};
 use super::support::{App, Member, PASSWORD};
@@ -104,13 +107,32 @@ async fn a_token_of_before_goes_on_until_it_is_revoked() {
 }
 
 #[tokio::test]
-async fn there_is_a_most_and_erasing_forgets_the_names() {
+async fn there_is_a_most() {
     let (app, member) = app().await;
+    let owner = PersonKey { school_id: member.person.school_id, person_id: member.person.id };
+    let now = app.state.clock.now();
+    app.write(async |tx| {
+        for n in 1..50 {
+            let new = NewToken { owner, name: "x", expires_at: now.plus_s(DAY_S) };
+            tokens::add_named(tx, new, &secret::token_sha256(&n.to_string()), now).await.unwrap();
+        }
+    })
+    .await;
+    let mut ada = app.signed_in("ada@example.org").await;
+    let answer = ask(&mut ada, "One more", "30", PASSWORD).await;
+    assert!(answer.status == 422 && answer.text().contains("50 tokens, the most allowed"), "{}", answer.text());
+}
+
+#[tokio::test]
+async fn ones_own_data_tell_of_tokens_and_erasing_forgets_their_names() {
+    let (app, member) = app().await;
+    // After the token of before, which comes first.
+    app.state.clock.advance(1);
     let mut ada = app.signed_in("ada@example.org").await;
     make(&mut ada, "Analysis of Ada", "365").await;
     let held = ada.get("/account/export").await.json();
     assert_eq!(held["access"]["tokens"][1]["name"], "Analysis of Ada", "{}", held["access"]);
-    assert_eq!(held["access"]["tokens"][1]["expires_at"], "2024-11-13T22:13:20Z");
+    assert_eq!(held["access"]["tokens"][1]["expires_at"], "2024-11-13T22:13:21Z");
     app.member(member.person.school_id, Role::Administrator, "head@example.org").await;
     let mut head = app.signed_in("head@example.org").await;
     let page = format!("/people/{}", member.person.id);
