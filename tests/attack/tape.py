@@ -180,7 +180,7 @@ def chunk(records, declared=None, compression="zstd"):
 def by_hand(tape, *records, session=None, attachments=None):
     """A whole file: what a tape begins with, and then these records."""
     head = [MAGIC, record(HEADER, text("stylet") + text("attack"))]
-    head.append(metadata("stylet.session", {**tape.session, "session_id": str(uuid.uuid4()), **(session or {})}))
+    head.append(metadata("stylet.session", {**tape.session, **(session or {})}))
     for name, kind, data in tape.attachments if attachments is None else attachments:
         head.append(attachment(name, data, kind))
     for one in tape.schemas.values():

@@ -1,4 +1,5 @@
-//! ARCHITECTURE.md describes the tree that is here. Fails when it names a path that is gone, or misses a member.
+//! ARCHITECTURE.md describes the tree that is here, and SECURITY.md what shows that it holds. Fails when one names a path or an attack
+//! that is gone, or misses a member.
 
 use tests::root;
 
@@ -40,5 +41,40 @@ fn every_member_and_dependency_is_named() {
             || text.contains(&format!("| {name} |"))
             || text.contains(&format!("`{name}`"));
         assert!(known, "ARCHITECTURE.md does not say why {name} is a dependency");
+    }
+}
+
+/// The attacks of the families in tests/attack, as `family/attack`.
+fn attacks() -> Vec<String> {
+    let families = std::fs::read_dir(root().join("tests/attack/attacks")).expect("families of attacks");
+    let scripts =
+        families.flatten().map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|e| e == "py"));
+    let mut found = Vec::new();
+    for path in scripts {
+        let family = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let text = std::fs::read_to_string(&path).expect("a readable script");
+        let named = text.lines().filter_map(|line| line.strip_prefix("def attack_")?.split('(').next());
+        found.extend(named.map(|attack| format!("{family}/{attack}")));
+    }
+    found
+}
+
+#[test]
+fn what_is_said_of_security_names_attacks_and_files_that_exist() {
+    let text = std::fs::read_to_string(root().join("SECURITY.md")).expect("SECURITY.md");
+    let attacks = attacks();
+    let families: Vec<_> = attacks.iter().filter_map(|attack| attack.split('/').next()).collect();
+    let quoted: Vec<_> = text.split('`').skip(1).step_by(2).collect();
+    let of_family = |word: &&&str| word.split_once('/').is_some_and(|(family, _)| families.contains(&family));
+    let named: Vec<_> = quoted.iter().filter(of_family).collect();
+    assert!(named.len() > 40, "only {} attacks are named", named.len());
+    let gone: Vec<_> = named.iter().filter(|name| !attacks.contains(&(**name).to_string())).collect();
+    assert!(gone.is_empty(), "SECURITY.md names attacks that are gone: {gone:?}");
+    let paths = named_paths(&text);
+    assert!(paths.len() > 20, "only {} paths were found in SECURITY.md", paths.len());
+    let gone: Vec<_> = paths.iter().filter(|path| !root().join(path).exists()).collect();
+    assert!(gone.is_empty(), "SECURITY.md names what is gone: {gone:?}");
+    for chapter in 1..=17 {
+        assert!(text.contains(&format!("\n| V{chapter} ")), "SECURITY.md says nothing of chapter V{chapter} of ASVS");
     }
 }

@@ -2,6 +2,7 @@
 
 #![expect(clippy::expect_used, clippy::panic, reason = "a test that cannot go on says why and stops")]
 
+mod attack;
 mod browser;
 mod deploy;
 mod documents;

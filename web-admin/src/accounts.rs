@@ -20,6 +20,9 @@ use crate::storage::tokens;
 pub const INVITATION_LIFETIME_S: i64 = 14 * 86_400;
 /// How long a link to another password is good, in s.
 pub const RESET_LIFETIME_S: i64 = 86_400;
+/// How long nobody can have another link sent to somebody who has just been sent one, in s: whoever knows an address could fill its box,
+/// and end the link that its owner is about to follow.
+const ASKED_AGAIN_S: i64 = 600;
 
 /// Somebody to be added.
 #[derive(Clone, Debug)]
@@ -182,7 +185,7 @@ pub async fn ask_for_link(state: &AppState, email: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// Queues a link for everybody whose address it was asked for by, and forgets the other addresses.
+/// Queues a link for everybody whose address it was asked for by and who has no fresh one, and forgets the other addresses.
 ///
 /// # Errors
 /// When the database fails.
@@ -201,6 +204,10 @@ pub async fn answer_asked(state: &AppState) -> Result<(), Error> {
 async fn answer(tx: &mut SqliteConnection, state: &AppState, person: &Person) -> Result<(), Error> {
     let Some(listed) = directory::find(&mut *tx, person.school_id, person.id).await? else { return Ok(()) };
     let Ok(purpose) = purpose(&listed) else { return Ok(()) };
+    let made_lately = state.clock.now().plus_s(lifetime_s(purpose) - ASKED_AGAIN_S);
+    if account_links::lasts(&mut *tx, (person.id, purpose), made_lately).await? {
+        return Ok(());
+    }
     queue_link(tx, state, (person.school_id, person.id), purpose).await?;
     let asked = Entry::new(person.school_id, Actor::Person(person.id), "person.link_asked_for", person.id);
     Ok(asked.append(tx, state.clock.now()).await?)

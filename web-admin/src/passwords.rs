@@ -4,6 +4,8 @@
 
 use std::sync::LazyLock;
 
+use crate::secret;
+
 /// Shortest password taken, in characters.
 pub const MIN_PASSWORD: usize = 10;
 /// Characters that must be left when what is guessable was taken away.
@@ -15,6 +17,12 @@ const SHORTEST_RUN: usize = 4;
 
 /// Words that passwords are made of most often, longest first.
 static COMMON: LazyLock<Vec<String>> = LazyLock::new(|| longest_first(include_str!("passwords.txt").lines()));
+
+/// Whole passwords of ten characters and more that are often chosen, whatever they are made of: those of the 50 000 most common
+/// ones that zxcvbn and Django publish. Of each the first six bytes of the SHA-256 of its small letters.
+static CHOSEN: &[u8] = include_bytes!("passwords.bin");
+/// Bytes of each.
+const CHOSEN_BYTES: usize = 6;
 
 /// Neighbours on these make a run, in either direction.
 const ROWS: [&str; 8] = [
@@ -65,6 +73,9 @@ pub fn check(password: &str, own: &[&str]) -> Result<(), PasswordRefused> {
     if password.chars().count() < MIN_PASSWORD {
         return Err(PasswordRefused::Short);
     }
+    if is_often_chosen(password) {
+        return Err(PasswordRefused::Common);
+    }
     let own = longest_first(own.iter().flat_map(|text| text.split(|c: char| !c.is_alphanumeric())));
     // Digits and signs at the end stand for no letters: they are years and numbers.
     let head = password.trim_end_matches(|c: char| !c.is_alphabetic());
@@ -76,6 +87,11 @@ pub fn check(password: &str, own: &[&str]) -> Result<(), PasswordRefused> {
         (false, true) => Err(PasswordRefused::Own),
         (false, false) => Ok(()),
     }
+}
+
+fn is_often_chosen(password: &str) -> bool {
+    let hash = secret::token_sha256(&password.to_lowercase());
+    CHOSEN.chunks_exact(CHOSEN_BYTES).any(|known| hash.starts_with(known))
 }
 
 /// Checks a new password that was typed twice.
@@ -166,9 +182,19 @@ mod tests {
             "Krankenhaus1",
             "welcome-2025",
             "stylet2026!",
+            "1q2w3e4r5t",
+            "Metallica1",
+            "strawberry",
+            "7894561230",
         ] {
             assert_eq!(check(guessed, &[]), Err(PasswordRefused::Common), "{guessed}");
         }
+    }
+
+    #[test]
+    fn the_list_of_what_is_often_chosen_is_whole() {
+        let known: Vec<_> = CHOSEN.chunks_exact(CHOSEN_BYTES).collect();
+        assert!(known.len() > 2000 && CHOSEN.len() == known.len() * CHOSEN_BYTES && known.is_sorted());
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Secrets: passwords, tokens, and comparing them without telling how much was right.
 
-use argon2::password_hash::phc::PasswordHash;
-use argon2::password_hash::{PasswordHasher, PasswordVerifier, try_generate_salt};
-use argon2::{Algorithm, Argon2, Params, Version};
+use std::sync::{Mutex, PoisonError};
+
+use argon2::password_hash::phc::{Output, ParamsString, PasswordHash, Salt};
+use argon2::password_hash::try_generate_salt;
+use argon2::{Algorithm, Argon2, Block, Params, Version};
 use sha2::{Digest, Sha256};
 
 use crate::config::PasswordCost;
@@ -65,8 +67,20 @@ pub fn plain_code(typed: &str) -> String {
 /// When the cost is out of argon2's range.
 pub fn code_hash(code: &str, realm: &[u8; 16], cost: PasswordCost) -> anyhow::Result<[u8; 32]> {
     let mut hash = [0; 32];
-    argon2(cost)?.hash_password_into(code.as_bytes(), realm, &mut hash).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
+    hash_into(&argon2(cost)?, (code.as_bytes(), realm), &mut hash).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
     Ok(hash)
+}
+
+/// Memory of hashes, used again. Freed, it would stay with the allocator, as much for every thread that ever hashed.
+static MEMORY: Mutex<Vec<Vec<Block>>> = Mutex::new(Vec::new());
+
+fn hash_into(argon2: &Argon2<'_>, (secret, salt): (&[u8], &[u8]), hash: &mut [u8]) -> argon2::Result<()> {
+    let memory = || MEMORY.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut blocks = memory().pop().unwrap_or_default();
+    blocks.resize(argon2.params().block_count().max(blocks.len()), Block::default());
+    let done = argon2.hash_password_into_with_memory(secret, salt, hash, &mut blocks);
+    memory().push(blocks);
+    done
 }
 
 fn argon2(cost: PasswordCost) -> anyhow::Result<Argon2<'static>> {
@@ -92,14 +106,36 @@ pub fn same(a: &str, b: &str) -> bool {
 /// # Errors
 /// When the cost is out of argon2's range.
 pub fn hash_password(password: &str, cost: PasswordCost) -> anyhow::Result<String> {
-    let hash = argon2(cost)?.hash_password(password.as_bytes()).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
-    Ok(hash.to_string())
+    let (argon2, salt) = (argon2(cost)?, random_16()?);
+    let mut hash = [0; Params::DEFAULT_OUTPUT_LEN];
+    hash_into(&argon2, (password.as_bytes(), &salt), &mut hash).map_err(|e| anyhow::anyhow!("argon2: {e}"))?;
+    let told = |e: argon2::password_hash::phc::Error| anyhow::anyhow!("argon2: {e}");
+    let phc = PasswordHash {
+        algorithm: Algorithm::Argon2id.ident(),
+        version: Some(Version::V0x13.into()),
+        params: ParamsString::try_from(argon2.params()).map_err(|e| anyhow::anyhow!("argon2: {e}"))?,
+        salt: Some(Salt::new(&salt).map_err(told)?),
+        hash: Some(Output::new(&hash).map_err(told)?),
+    };
+    Ok(phc.to_string())
 }
 
 /// Whether a password has this hash. A hash that cannot be read fits no password.
 #[must_use]
 pub fn password_fits(password: &str, hash: &str) -> bool {
-    PasswordHash::new(hash).is_ok_and(|parsed| Argon2::default().verify_password(password.as_bytes(), &parsed).is_ok())
+    PasswordHash::new(hash)
+        .is_ok_and(|parsed| hash_of(password, &parsed).is_some_and(|found| parsed.hash == Some(found)))
+}
+
+/// The hash of a password by the salt and at the cost of another. Whoever compares two does so in constant time.
+fn hash_of(password: &str, like: &PasswordHash) -> Option<Output> {
+    let version = like.version.map(Version::try_from).transpose().ok()?.unwrap_or_default();
+    let algorithm = Algorithm::try_from(like.algorithm.as_str()).ok()?;
+    let argon2 = Argon2::new(algorithm, version, Params::try_from(like).ok()?);
+    let (salt, mut hash) = (like.salt?, [0; Output::MAX_LENGTH]);
+    let hash = hash.get_mut(..like.hash?.len())?;
+    hash_into(&argon2, (password.as_bytes(), &salt), hash).ok()?;
+    Output::new(hash).ok()
 }
 
 #[cfg(test)]
@@ -113,6 +149,20 @@ mod tests {
         assert!(password_fits("correct horse", &hash));
         assert!(!password_fits("correct horsf", &hash));
         assert!(!password_fits("correct horse", "not a hash"));
+        // Made by another program at another cost: argon2 of the reference implementation.
+        let theirs = "$argon2id$v=19$m=256,t=2,p=1$c29tZXNhbHQ$nf65EOgLrQMR/uIPnA4rEsF5h7TKyQwu9U1bMCHGi/4";
+        assert!(password_fits("password", theirs) && !password_fits("Password", theirs));
+    }
+
+    #[test]
+    fn hashing_on_many_threads_takes_the_memory_of_those_that_hash_at_once() {
+        let cost = PasswordCost { memory_kib: 64, passes: 1 };
+        for _ in 0..20 {
+            std::thread::spawn(move || hash_password("correct horse", cost).unwrap()).join().unwrap();
+        }
+        // Other tests hash meanwhile.
+        let kept = MEMORY.lock().unwrap().len();
+        assert!((1..10).contains(&kept), "{kept} times the memory of a hash");
     }
 
     #[test]

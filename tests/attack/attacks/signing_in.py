@@ -88,7 +88,6 @@ def attack_guessing_by_a_stolen_session(world):
     return f"{got.count(422)} guesses, then 429"
 
 
-@lets_through_today("asking is braked by address and account, not by how many letters somebody gets")
 def attack_flood_of_forgotten(world):
     """/forgotten for one person from forty addresses, then she signs in and asks herself"""
     town = world.own_town()
@@ -103,7 +102,7 @@ def attack_flood_of_forgotten(world):
     time.sleep(8)
     folder = town.data / "mail"
     out = len(list(folder.glob("*"))) if folder.is_dir() else 0
-    refuse(out <= 12, f"{out} letters to her")
+    refuse(1 <= out <= 2, f"{out} letters to her")
     return f"{out} letters; at home she still signs in"
 
 
@@ -206,21 +205,24 @@ def attack_common_passwords(world):
     """passwords that everybody tries, one's own name, address and school, runs and repetitions, and short ones"""
     town = world.own_town()
     ada = town.browser("ada")
-    bad = ["password123", "1234567890", "qwertyuiop", "aaaaaaaaaaaa", "Ada@example.org", "ada.example", "north north", "letmein1234", "short", "abcdefghijkl", "Passw0rd123", "iloveyou1234", "x" * 100_000]
+    bad = ["password123", "1234567890", "qwertyuiop", "aaaaaaaaaaaa", "Ada@example.org", "ada.example", "north north", "letmein1234", "short", "abcdefghijkl", "Passw0rd123", "iloveyou1234", "1q2w3e4r5t", "metallica1", "strawberry"]
     got = {}
     for word in bad:
-        if len(got) % 6 == 5:
-            ada = town.stranger()
-            ada.sign_in("ada@example.org")
         answer = ada.press("/account/password", {"old": PASSWORD, "password": word, "again": word})
         if answer.status == 429:
-            continue
+            # Ten at a time may be tried: the others are tried at a link.
+            answer = by_link(town, word)
         got[word[:20]] = answer.status
     taken = [word for word, code in got.items() if code == 303]
     refuse(not taken, f"taken: {taken}")
-    honest(len(got) >= 6, f"only {got} were tried")
+    refuse(set(got.values()) == {422}, f"answers {got}")
     honest(town.browser("ben").press("/account/password", {"old": PASSWORD, "password": NEW, "again": NEW}).status == 303, "a good one is taken")
     return f"{len(got)} refused"
+
+
+def by_link(town, word):
+    link = re.search(r"/join/[0-9A-Za-z_-]+", town.browser("head").press(f"/people/{town.person('ada')}/link").text).group(0)
+    return town.stranger().press(link, {"password": word, "again": word}, page=link)
 
 
 def attack_sign_ins_that_nobody_sees(world):

@@ -69,6 +69,25 @@ pub async fn add(writer: &mut SqliteConnection, link: NewLink, token_sha256: &[u
     .map(drop)
 }
 
+/// Whether somebody has a link for this that is good for longer than until then.
+///
+/// # Errors
+/// When the database fails.
+pub async fn lasts(
+    executor: impl SqliteExecutor<'_>,
+    (person, purpose): (Uuid, Purpose),
+    until: Moment,
+) -> Result<bool> {
+    sqlx::query_scalar(
+        "SELECT EXISTS (SELECT 1 FROM account_links WHERE person_id = $1 AND purpose = $2 AND expires_at > $3)",
+    )
+    .bind(person)
+    .bind(purpose)
+    .bind(until)
+    .fetch_one(executor)
+    .await
+}
+
 /// The link with this hash, if it is good now and its person may sign in.
 ///
 /// # Errors

@@ -253,6 +253,23 @@ async fn a_forgotten_password_costs_the_same_whoever_asks() {
 }
 
 #[tokio::test]
+async fn nobody_fills_the_box_of_somebody_by_asking_for_their_link() {
+    let app = App::with(Clock::fixed(Moment::from_micros(1_700_000_000_000_000)), |_| {}).await;
+    let school = app.school("North").await;
+    app.member(school, Role::Trainee, "ada@example.org").await;
+    let ask = async || {
+        let mut stranger = app.stranger();
+        let csrf = csrf_in(&stranger.get("/forgotten").await.text());
+        assert_eq!(stranger.form("/forgotten", &[("csrf", &csrf), ("email", "ada@example.org")]).await.status, 200);
+        web_admin::mail::work_off(&app.state).await.unwrap();
+        log(&app).await.iter().filter(|line| line.starts_with("person.link_asked_for")).count()
+    };
+    assert_eq!([ask().await, ask().await, ask().await], [1, 1, 1]);
+    app.state.clock.advance(601);
+    assert_eq!(ask().await, 2, "who has lost the letter asks again");
+}
+
+#[tokio::test]
 async fn a_form_without_its_token_is_refused() {
     let app = app().await;
     let mut ada = app.stranger();

@@ -99,3 +99,25 @@ fn attachments_without_end_are_refused() {
     assert!(refused(&large, SMALL).contains("memory"));
     assert!(Recording::read(large.as_slice()).unwrap().attachment(EXERCISE_ATTACHMENT).is_some());
 }
+
+/// What lies beside the fuzz targets, by name.
+fn committed() -> Vec<(String, Vec<u8>)> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fuzz/bombs/recording");
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    files.map(|path| (path.display().to_string(), std::fs::read(&path).unwrap())).collect()
+}
+
+#[test]
+fn every_bomb_that_is_fuzzed_with_keeps_to_its_budget() {
+    let budget = Budget { kept_bytes: 8 << 20, unpacked_bytes: 32 << 20, messages: 100_000 };
+    let bombs = committed();
+    let mut refused = 0;
+    for (name, bomb) in bombs {
+        let mut read = None;
+        let cost = measure(|| read = Some(Recording::read_within(bomb.as_slice(), budget).map(drop)));
+        assert!(cost.bytes_max < 2 * budget.kept_bytes + (48 << 20), "{name}: {} bytes", cost.bytes_max);
+        refused += usize::from(matches!(read, Some(Err(_))));
+    }
+    // The others are read without what is of no topic, or stands where nothing of the kind can.
+    assert!(refused >= 11, "{refused} were refused");
+}

@@ -5,6 +5,8 @@
 #[cfg(test)]
 mod anatomy;
 #[cfg(test)]
+mod bombs;
+#[cfg(test)]
 mod encoder;
 #[cfg(test)]
 mod epidural;

@@ -143,3 +143,14 @@ fn a_line_has_the_number_that_an_editor_shows_whatever_ends_it() {
         }
     }
 }
+
+#[test]
+fn every_roster_that_is_a_bomb_is_answered() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/fuzz/bombs/roster");
+    let bombs: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert!(bombs.len() >= 4, "{bombs:?}");
+    for path in bombs {
+        let told = read(&std::fs::read(&path).unwrap());
+        assert!(told.is_err() || told.is_ok_and(|roster| roster.rows.len() <= 1000), "{}", path.display());
+    }
+}

@@ -95,9 +95,10 @@ pub(super) async fn page(
     })
 }
 
-/// What costs most over attempts, newest first.
+/// What costs most over attempts that count, newest first.
 pub(super) fn habits(latest: &[ListedAttempt]) -> HabitsView {
-    let scored = || latest.iter().filter_map(|attempt| Some((attempt, &attempt.deductions.as_ref()?.0[..])));
+    let counted = || latest.iter().filter(|attempt| attempt.uncounted.is_none());
+    let scored = || counted().filter_map(|attempt| Some((attempt, &attempt.deductions.as_ref()?.0[..])));
     let deductions: Vec<&[Deduction]> = scored().map(|(_, deductions)| deductions).collect();
     let pages: Vec<String> = scored().map(|(attempt, _)| format!("/sessions/{}", attempt.id)).collect();
     HabitsView::new(Habits::of(&deductions), &pages)

@@ -99,8 +99,9 @@ pub struct FailingJob {
 /// When the database fails.
 pub async fn failing_jobs(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<FailingJob>> {
     sqlx::query_as(
-        "SELECT session_id, attempts, coalesce(error, '') || iif(deaths >= $2, '; set aside', '') AS error FROM jobs
-         WHERE school_id = $1 AND attempts > 0 ORDER BY deaths DESC, next_run_at, session_id LIMIT 50",
+        "SELECT session_id, attempts,
+                concat_ws('; ', error, iif(deaths >= $2, 'set aside: web-admin retry tries it again', NULL)) AS error
+         FROM jobs WHERE school_id = $1 AND attempts > 0 ORDER BY deaths DESC, next_run_at, session_id LIMIT 50",
     )
     .bind(school)
     .bind(MOST_DEATHS)
