@@ -18,6 +18,18 @@ pub struct Lab {
     programs: PathBuf,
 }
 
+/// A service that runs; killed when dropped.
+#[derive(Debug)]
+pub struct Serving(pub Child);
+
+impl Drop for Serving {
+    fn drop(&mut self) {
+        // One that has ended by itself leaves nothing to kill.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
 impl Lab {
     /// Founds a school with the shipped course.
     pub fn found(folder: &Path) -> anyhow::Result<Self> {
@@ -61,9 +73,9 @@ impl Lab {
     }
 
     /// Starts the service, and waits until it listens.
-    pub fn serve(&self) -> anyhow::Result<Child> {
+    pub fn serve(&self) -> anyhow::Result<Serving> {
         let log = std::fs::File::options().create(true).append(true).open(self.folder.join("service.log"))?;
-        let mut child = self
+        let child = self
             .program("web-admin")
             .args(["serve", "--listen", &format!("127.0.0.1:{}", self.port), "--judges", "2", "--reserve-mb", "100"])
             .arg("--data-dir")
@@ -71,20 +83,21 @@ impl Lab {
             .stdout(Stdio::piped())
             .stderr(log)
             .spawn()?;
-        let out = child.stdout.take().context("its standard output")?;
+        let mut serving = Serving(child);
+        let out = serving.0.stdout.take().context("its standard output")?;
         for line in BufReader::new(out).lines() {
             if line?.contains("http://") {
-                return Ok(child);
+                return Ok(serving);
             }
         }
-        bail!("it ended with {} before it listened: see service.log", child.wait()?)
+        bail!("it ended with {} before it listened: see service.log", serving.0.wait()?)
     }
 
     /// Asks the service to stop, and waits until it has.
-    pub fn end(&self, service: &mut Child) -> anyhow::Result<()> {
-        let asked = Command::new("kill").args(["-TERM", &service.id().to_string()]).status()?;
+    pub fn end(&self, mut service: Serving) -> anyhow::Result<()> {
+        let asked = Command::new("kill").args(["-TERM", &service.0.id().to_string()]).status()?;
         ensure!(asked.success(), "the service cannot be asked to stop");
-        let ended = service.wait()?;
+        let ended = service.0.wait()?;
         ensure!(ended.success(), "the service stopped with {ended}");
         Ok(())
     }

@@ -9,7 +9,7 @@ mod verdict;
 
 use std::io::Write;
 use std::path::PathBuf;
-use std::process::{Child, ExitCode};
+use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst};
 use std::thread;
@@ -20,7 +20,7 @@ use clap::Parser;
 use web_admin::clock;
 
 use dice::Dice;
-use lab::Lab;
+use lab::{Lab, Serving};
 use network::Network;
 use station::Station;
 
@@ -100,17 +100,17 @@ fn soak(args: &Args) -> anyhow::Result<bool> {
     for station in working {
         stations.push(station.join().map_err(|_| anyhow::anyhow!("a station has panicked"))??);
     }
-    let mut service = keeper.join().map_err(|_| anyhow::anyhow!("the keeper has panicked"))??;
+    let service = keeper.join().map_err(|_| anyhow::anyhow!("the keeper has panicked"))??;
     say("the harm is over; what waits is delivered and scored");
     // What two deaths of the service happened to hit is tried again when somebody asks for it.
-    lab.end(&mut service)?;
+    lab.end(service)?;
     lab.web_admin(&["retry"])?;
-    let mut service = lab.serve()?;
+    let service = lab.serve()?;
     for station in &mut stations {
         station.deliver_rest()?;
     }
     verdict::await_scores(&lab)?;
-    lab.end(&mut service)?;
+    lab.end(service)?;
     let made = stations.iter().flat_map(|station| station.made.values().cloned()).collect();
     let verdict = verdict::pass(&lab, made)?;
     say(&verdict.table(&harm));
@@ -127,7 +127,7 @@ fn wait<T>(harm: &Harm, seconds: u64, working: &[thread::JoinHandle<T>]) {
 }
 
 /// Starts the service, kills it, and so on; the last is left alive.
-fn keep_killing(lab: &Lab, harm: &Harm, mut dice: Dice) -> anyhow::Result<Child> {
+fn keep_killing(lab: &Lab, harm: &Harm, mut dice: Dice) -> anyhow::Result<Serving> {
     loop {
         let mut service = lab.serve().context("the service does not start again")?;
         let (begun, life) = (clock::instant(), Duration::from_millis(dice.below(LONGEST_LIFE_MS)));
@@ -135,11 +135,10 @@ fn keep_killing(lab: &Lab, harm: &Harm, mut dice: Dice) -> anyhow::Result<Child>
             if harm.is_over() {
                 return Ok(service);
             }
-            anyhow::ensure!(service.try_wait()?.is_none(), "the service has died by itself");
+            anyhow::ensure!(service.0.try_wait()?.is_none(), "the service has died by itself");
             thread::sleep(Duration::from_millis(10));
         }
-        service.kill()?;
-        service.wait()?;
+        drop(service);
         harm.services.fetch_add(1, SeqCst);
     }
 }

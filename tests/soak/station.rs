@@ -185,7 +185,8 @@ impl Station {
         let waiting = self.waiting()?;
         let ids: Vec<&str> = waiting.iter().filter_map(|waiting| waiting["id"].as_str()).collect();
         if !ids.is_empty() {
-            let command = self.stylet(&[&["outbox", "send"], &ids[..]].concat(), self.lab.port);
+            // A token goes to no address but the one that it was given for: the network's, which carries everything by now.
+            let command = self.stylet(&[&["outbox", "send"], &ids[..]].concat(), self.network);
             self.run(command, None)?;
         }
         let left = self.waiting()?;

@@ -5,6 +5,7 @@ use axum::body::Body;
 use axum::http::HeaderName;
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
+use futures::future::ready;
 use futures::{StreamExt, TryStream, TryStreamExt};
 
 /// One cell of a table.
@@ -72,13 +73,13 @@ pub fn neutral(text: &str) -> String {
 /// When a row has not as many cells as there are names.
 pub fn csv(names: &[&str], rows: &[Vec<Cell>]) -> anyhow::Result<String> {
     let heading = lines([names.iter().map(|name| (*name).to_owned())])?;
-    Ok(heading + &body(names, rows)?)
+    Ok(heading + &body(names.len(), rows)?)
 }
 
-/// The rows of a table as lines.
-fn body(names: &[&str], rows: &[Vec<Cell>]) -> anyhow::Result<String> {
-    let crooked = rows.iter().find(|row| row.len() != names.len());
-    ensure!(crooked.is_none(), "a row of {} cells under {} names", crooked.map_or(0, Vec::len), names.len());
+/// The rows of a table as lines, each of so many cells.
+fn body(width: usize, rows: &[Vec<Cell>]) -> anyhow::Result<String> {
+    let crooked = rows.iter().find(|row| row.len() != width);
+    ensure!(crooked.is_none(), "a row of {} cells under {width} names", crooked.map_or(0, Vec::len));
     lines(rows.iter().map(|row| row.iter().map(Cell::print)))
 }
 
@@ -104,11 +105,11 @@ pub fn download(file: &str, names: &[&str], rows: &[Vec<Cell>]) -> anyhow::Resul
 /// Never, but for those of writing a line of names. What fails later breaks the answer off, so that no client takes it for whole.
 pub fn stream(
     file: &str,
-    names: &'static [&'static str],
+    names: &[&str],
     rows: impl TryStream<Ok = Vec<Vec<Cell>>, Error = anyhow::Error> + Send + 'static,
 ) -> anyhow::Result<Response> {
-    let heading = csv(names, &[])?;
-    let bodies = rows.and_then(async |rows| body(names, &rows)).inspect_err(|cause| {
+    let (heading, width) = (csv(names, &[])?, names.len());
+    let bodies = rows.and_then(move |rows| ready(body(width, &rows))).inspect_err(|cause| {
         tracing::error!(cause = format!("{cause:#}"), "an export broke off");
     });
     let body = Body::from_stream(futures::stream::once(async { Ok(heading) }).chain(bodies.into_stream()));

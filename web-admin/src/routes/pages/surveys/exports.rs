@@ -24,6 +24,9 @@ use crate::surveys::instrument_of;
 const FACTS: [&str; 9] =
     ["response", "role", "who", "language", "submitted", "exercise", "device", "simulator_version", "pseudonym"];
 
+/// Responses that are written at once.
+const AT_ONCE: usize = 500;
+
 /// Columns of the long table.
 const LONG: [&str; 11] = [
     "response",
@@ -43,7 +46,6 @@ const LONG: [&str; 11] = [
 struct Study<'a> {
     survey: &'a Survey,
     instrument: &'a Instrument,
-    submitted: &'a [Submitted],
     rows: &'a [Row<'a>],
 }
 
@@ -58,22 +60,20 @@ pub(super) async fn serve(
     let instrument = instrument_of(&state, &survey).await?;
     let owner = owns(&person, &survey);
     let submitted = stored::submitted(state.db.reader(), &survey).await?;
-    if owner && file == "answers-long.csv" {
-        return Ok(export::stream(
-            &format!("{}-answers-long", instrument.id),
-            &LONG,
-            stream::iter(long(instrument, submitted)),
-        )?);
-    }
-    let rows = rows(&instrument, &submitted);
-    let study = Study { survey: &survey, instrument: &instrument, submitted: &submitted, rows: &rows };
-    let (media_type, body) = match (file.as_str(), owner) {
-        ("answers-wide.csv", true) => ("text/csv; charset=utf-8", study.wide()?),
-        ("answers-wide.csv" | "answers-long.csv", false) => {
+    let name = format!("{}-{}", instrument.id, file.trim_end_matches(".csv"));
+    match file.as_str() {
+        "answers-wide.csv" | "answers-long.csv" if !owner => {
             return Err(Error::Forbidden(tr!("single answers are for the owner of the survey")).into());
         }
-        ("codebook.csv", _) => ("text/csv; charset=utf-8", study.codebook()?),
-        ("results.json", _) => ("application/json", study.results(owner)?),
+        "answers-wide.csv" => return Ok(wide(&name, instrument, submitted)?),
+        "answers-long.csv" => return Ok(export::stream(&name, &LONG, stream::iter(long(instrument, submitted)))?),
+        _ => {}
+    }
+    let rows = rows(&instrument, &submitted);
+    let study = Study { survey: &survey, instrument: &instrument, rows: &rows };
+    let (media_type, body) = match file.as_str() {
+        "codebook.csv" => ("text/csv; charset=utf-8", study.codebook()?),
+        "results.json" => ("application/json", study.results(owner)?),
         _ => return Err(Error::NotFound.into()),
     };
     let disposition = format!("attachment; filename=\"{}-{file}\"", instrument.id);
@@ -114,20 +114,27 @@ fn long(instrument: Instrument, submitted: Vec<Submitted>) -> impl Iterator<Item
     })
 }
 
-impl Study<'_> {
-    fn wide(&self) -> anyhow::Result<String> {
-        let items = self.instrument.items.iter().map(|item| item.id.clone());
-        let scores = self.instrument.scores.iter().map(|key| format!("score_{}", key.id));
-        let names: Vec<String> = FACTS.map(str::to_owned).into_iter().chain(items).chain(scores).collect();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let row = |(given, row): (&Submitted, &Row<'_>)| {
-            let answers = (0..self.instrument.items.len()).map(|at| given.answers.0.get(at).and_then(Option::as_ref));
-            let scores = row.scores.iter().map(|score| Cell::from(*score));
-            facts(given).into_iter().chain(answers.map(written)).chain(scores).collect()
-        };
-        csv(&names, &self.submitted.iter().zip(self.rows).map(row).collect::<Vec<_>>())
-    }
+/// A row for each response with its scores, some at a time.
+fn wide(file: &str, instrument: Instrument, submitted: Vec<Submitted>) -> anyhow::Result<Response> {
+    let items = instrument.items.iter().map(|item| item.id.clone());
+    let scores = instrument.scores.iter().map(|key| format!("score_{}", key.id));
+    let names: Vec<String> = FACTS.map(str::to_owned).into_iter().chain(items).chain(scores).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let count = instrument.items.len();
+    let row = move |(given, row): (&Submitted, Row<'_>)| -> Vec<Cell> {
+        let answers = (0..count).map(|at| given.answers.0.get(at).and_then(Option::as_ref));
+        let scores = row.scores.iter().map(|score| Cell::from(*score));
+        facts(given).into_iter().chain(answers.map(written)).chain(scores).collect()
+    };
+    let starts = (0..submitted.len()).step_by(AT_ONCE);
+    let some = starts.map(move |from| {
+        let part = &submitted[from..submitted.len().min(from + AT_ONCE)];
+        Ok(part.iter().zip(rows(&instrument, part)).map(row).collect())
+    });
+    export::stream(file, &names, stream::iter(some))
+}
 
+impl Study<'_> {
     /// What every column of the wide table means: name, type and measure as R and SPSS know them, label, values.
     fn codebook(&self) -> anyhow::Result<String> {
         let row = |cells: [&str; 5]| cells.into_iter().chain(["empty"]).map(Cell::from).collect::<Vec<_>>();
