@@ -24,6 +24,8 @@ use crate::storage::{exercises, practice, schools, scores, tries};
 
 /// Tries before a recording is refused whatever the reason.
 const MAX_ATTEMPTS: u32 = 6;
+/// Longest first try: what takes longer has all its time once nobody else waits.
+const FIRST_TRY: Duration = Duration::from_secs(30);
 /// Wait after the first failure, in s; it doubles with each.
 const FIRST_WAIT_S: i64 = 10;
 /// Longest sleep between two looks at the queue: the clock may be set.
@@ -184,7 +186,9 @@ async fn outcome(state: &AppState, job: &Job) -> Result<Outcome, Failure> {
     let task = Task::Judge(published(state, &session).await?);
     begin(state, job).await?;
     KillPoint::JobBegun.pass();
-    match judging::ask(state, Question::Recording(replays::brief(state, &session, task))).await? {
+    let question = Question::Recording(replays::brief(state, &session, task));
+    let most = if job.deaths == 0 { FIRST_TRY } else { Duration::MAX };
+    match judging::ask_within(state, question, most).await? {
         Answer::Judged(outcome) => Ok(*outcome),
         Answer::Permanent(why) => Err(Failure::Permanent(why)),
         Answer::Died(how) => Err(Failure::Death(how)),

@@ -9,7 +9,7 @@ import subprocess
 import tape as tapes
 from tape import attachment, by_hand, channel_of, chunk, message, metadata, record
 from town import ROOT
-from verdict import alone, honest, lets_through_today, refuse, status
+from verdict import alone, honest, refuse, status
 
 # Most memory that reading one may add to the service, in MB, and how long its uploader may wait, in s.
 MOST_MB, MOST_S = 700, 10
@@ -202,16 +202,15 @@ def attack_bombs_at_the_program(world):
     return "ended with a reason, none panicked"
 
 
-@lets_through_today("one judge works for everybody, and a recording may take 300 s of it")
 @alone
 def attack_costly_scene_in_a_recording(world):
-    """a recording whose own scene takes minutes to solve, then an honest one behind it; limit: the honest one scored in 30 s"""
+    """a recording whose own scene takes minutes to solve, then an honest one behind it; limit: the honest one scored in 60 s"""
     town, base = world.own_town(), world.recording()
     scene = costly_scene(base.document("scene.toml").decode()).encode()
     costly = base.another(scene_sha256=hashlib.sha256(scene).hexdigest()).attach("scene.toml", scene)
     taken = world.upload("eve", costly, town)
     refuse(taken.status in (201, 422), f"the costly one: {taken}")
-    tape, seconds = world.recording(), 30 * world.slack
+    tape, seconds = world.recording(), 60 * world.slack
     honest(world.upload("ada", tape, town).status == 201, "the honest one is taken")
     with world.watch(town, "ben") as watched:
         scored = wait_at_most(town, tape.session_id, seconds)

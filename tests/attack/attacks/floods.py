@@ -6,7 +6,7 @@ import time
 
 from attacks.bombs import costly_scene
 from visitor import CutOff, Visitor, own_address
-from verdict import alone, honest, lets_through_today, refuse, status
+from verdict import alone, honest, refuse, status
 
 
 def at_once(count, work):
@@ -31,7 +31,6 @@ def attack_form_of_many_fields(world):
     return f"{sorted(set(got))}; {world.hold(watched, 200)}"
 
 
-@lets_through_today("a preview has no budget and is not cancelled yet")
 @alone
 def attack_preview_of_a_costly_scene(world):
     """a draft's preview of a scene that takes minutes, four times, by one instructor; limit: an honest page 1 s, and 30 s of work"""

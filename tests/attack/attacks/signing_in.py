@@ -5,7 +5,7 @@ import statistics
 import time
 
 from visitor import PASSWORD
-from verdict import alone, honest, lets_through_today, refuse, status
+from verdict import alone, honest, refuse, status
 
 NEW = "ein Pferd aus Mergel 7"
 
@@ -240,7 +240,6 @@ def attack_sign_ins_that_nobody_sees(world):
     return f"{len(failed)} failed and the flood in the audit log, without what was typed"
 
 
-@lets_through_today("there is no second factor yet")
 def attack_password_alone(world):
     """an administrator's account with nothing but the password"""
     town = world.own_town()

@@ -82,7 +82,7 @@ pub struct ServeArgs {
     /// As --owner-mb, for all of a school together
     #[arg(long, value_name = "MB", default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..))]
     school_mb: u64,
-    /// Recordings that are judged at once; of several, one is kept free for a second school [default: one less than there are cores, 1 to 4]
+    /// Recordings that are judged at once; of several, one is kept free for a second school [default: one less than there are cores, 2 to 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=64))]
     judges: Option<u16>,
     /// Most memory, in MB, of each process that judges a recording
@@ -137,10 +137,10 @@ pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A core stays for pages.
+/// A core stays for pages, and one judge for whoever comes behind a costly recording.
 fn default_judges() -> usize {
     let cores = thread::available_parallelism().map_or(1, Into::into);
-    cores.saturating_sub(1).clamp(1, 4)
+    cores.saturating_sub(1).clamp(2, 4)
 }
 
 /// Tells of what is tried no more, for it was fatal twice.

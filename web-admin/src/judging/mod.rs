@@ -109,13 +109,21 @@ pub enum Answer {
 /// # Errors
 /// When nobody can be asked.
 pub async fn ask(state: &AppState, question: Question) -> anyhow::Result<Answer> {
+    ask_within(state, question, Duration::MAX).await
+}
+
+/// Has a question answered, in no more than a time.
+///
+/// # Errors
+/// When nobody can be asked.
+pub async fn ask_within(state: &AppState, question: Question, most: Duration) -> anyhow::Result<Answer> {
     let Some(helper) = &state.config.helper else { return Ok(state.parse(move || answer(question)).await?) };
     let time = match &question {
         Question::Recording(_) => helper.time,
         Question::Arrival(_) => helper.time.min(LONGEST_READING),
         Question::Draft(_) => state.config.preview_time,
     };
-    ask_helper(Helper { time, ..helper.clone() }, &question).await
+    ask_helper(Helper { time: time.min(most), ..helper.clone() }, &question).await
 }
 
 async fn ask_helper(helper: Helper, question: &Question) -> anyhow::Result<Answer> {

@@ -74,7 +74,7 @@ fn files_below(folder: &Path, found: &mut Vec<PathBuf>) {
     for path in entries {
         if path.is_dir() {
             files_below(&path, found);
-        } else {
+        } else if path.extension().is_some_and(|extension| extension != "bin") {
             found.push(path);
         }
     }
