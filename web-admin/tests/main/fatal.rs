@@ -38,8 +38,8 @@ async fn a_recording_that_kills_its_judge_is_set_aside_told_and_tried_again_only
     let attempt = Attempt::default();
     let bytes = record(&attempt);
     let (disk, service) = FailingDisk::under_service(folder.path());
-    // It reads what arrives, for a minute at most, and dies of judging it, for which it has five.
-    disk.fail(Fault::Broken, "judge/300");
+    // It reads what arrives, for 60 s at most, and dies of judging it, for which it has 30, and 300 then.
+    disk.fail(Fault::Broken, "judge/30");
     assert_eq!(answer(service.upload(&token, &bytes, bytes.len())).0, 201);
     let metrics = |service: &Service| answer(service.begin("GET /metrics HTTP/1.1", &token, &[])).1;
     assert!(within_a_minute(|| metrics(&service).contains("stylet_set_aside 1\n")), "{}", metrics(&service));

@@ -35,7 +35,7 @@ __attribute__((constructor)) static void die(int count, char **arguments)
     if (strcmp(arguments[1], word) != 0)
         return;
     for (int i = 1; i < count; i++)
-        if (!other || strcmp(arguments[i], other) == 0)
+        if (!other || strncmp(arguments[i], other, strlen(other)) == 0)
             abort();
 }
 
