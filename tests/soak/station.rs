@@ -64,7 +64,7 @@ impl Station {
         while !harm.is_over() {
             let name = self.record()?;
             // Every third as other programs send them.
-            if self.made.len() % 3 == 0 {
+            if self.made.len().is_multiple_of(3) {
                 self.post(&name);
             } else {
                 self.upload(&name, harm)?;

@@ -125,7 +125,8 @@ async fn check(folder: &Path, expected: &[&Attempt], point: KillPoint) {
     let db = Database::open_existing(&Config::in_folder(folder).database_url).await.unwrap();
     let mut found: Vec<_> = sessions::recordings(db.reader()).await.unwrap().iter().map(|file| file.id).collect();
     let mut wanted: Vec<_> = expected.iter().map(|attempt| attempt.session_id).collect();
-    (found.sort(), wanted.sort());
+    found.sort();
+    wanted.sort();
     assert_eq!(found, wanted, "{}", point.name());
     let school_id = sqlx::query_scalar("SELECT id FROM schools").fetch_one(db.reader()).await.unwrap();
     for id in found {
