@@ -16,13 +16,14 @@ use web_admin::worker;
 use super::support::App;
 use super::support::recordings::{Attempt, record};
 
-/// A judge who never comes to an end with what this folder names as costly, and notes whatever it is given.
+/// A judge who never comes to an end with what this folder names as costly, and notes what it is given to judge.
 fn helper(folder: &Path, time: Duration) -> Helper {
     let program = folder.join("helper.sh");
     let (judge, log, costly) = (env!("CARGO_BIN_EXE_web-admin"), folder.join("log"), folder.join("costly"));
     let text = format!(
         "#!/bin/sh\nquestion=$(cat)\ncase \"$question\" in\n*Judge*\"$(cat {costly})\"*|*\"$(cat {costly})\"*Judge*) \
-         echo costly >> {log}; exec sleep 1000 ;;\n*) printf %s \"$question\" | exec {judge} \"$@\" ;;\nesac\n",
+         echo costly >> {log}; exec sleep 1000 ;;\n*Judge*) echo other >> {log} ;;\nesac\n\
+         printf %s \"$question\" | exec {judge} \"$@\"\n",
         costly = costly.display(),
         log = log.display()
     );
@@ -32,7 +33,7 @@ fn helper(folder: &Path, time: Duration) -> Helper {
     Helper { program, memory_mb: 2000, time }
 }
 
-/// How many of one school's ten costly jobs were begun when the one job of another was done.
+/// How many of one school's ten costly jobs were begun before the one job of another, which is done.
 async fn begun_before_the_other(judges: usize, deadline: Duration) -> usize {
     let place = tempfile::tempdir().unwrap();
     let app = App::with(Clock::system(), |config| {
@@ -49,9 +50,9 @@ async fn begun_before_the_other(judges: usize, deadline: Duration) -> usize {
     for _ in 0..10 {
         assert_eq!(app.with_token(&ada).upload(&record(&Attempt::default())).await.status, 201);
     }
-    let begun = || std::fs::read_to_string(place.path().join("log")).unwrap_or_default().lines().count();
+    let log = || std::fs::read_to_string(place.path().join("log")).unwrap_or_default();
     let worker = tokio::spawn(worker::run(app.state.clone()));
-    while begun() == 0 {
+    while log().is_empty() {
         tokio::time::sleep(Duration::from_millis(10)).await;
     }
     let attempt = Attempt::default();
@@ -60,7 +61,7 @@ async fn begun_before_the_other(judges: usize, deadline: Duration) -> usize {
         tokio::time::sleep(Duration::from_millis(20)).await;
     }
     worker.abort();
-    begun()
+    log().lines().take_while(|&line| line == "costly").count()
 }
 
 async fn is_scored(app: &App, school_id: Uuid, id: Uuid) -> bool {
