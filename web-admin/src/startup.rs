@@ -48,6 +48,8 @@ pub struct AppState {
     pub previews: Arc<Previews>,
     /// The lines before helpers that read what arrives and make replays.
     pub helpers: Arc<Lines>,
+    /// The lines before files of all attempts of a school: a million of them keep a core busy for half a minute.
+    pub exports: Arc<Lines>,
     /// How many recordings may be held in memory at once: one of ten minutes takes 150 MB.
     pub parsing: Arc<Semaphore>,
     /// How many passwords may be hashed at once: each takes 19 MiB and a core.
@@ -86,6 +88,7 @@ impl AppState {
             previews: Arc::default(),
             // One school has two of them at most: another finds the third.
             helpers: Arc::new(Lines::new(3, 2)),
+            exports: Arc::new(Lines::new(4, 1)),
             parsing: Arc::new(Semaphore::new(2)),
             hashing: Arc::new(Semaphore::new(2)),
         })

@@ -2,6 +2,9 @@
 //! what the service itself would have written, so that a measurement would be of something else, and when somebody is shown
 //! other attempts than the latest of those whom they teach.
 
+use std::time::Duration;
+
+use axum::http::HeaderValue;
 use web_admin::domain::{Moment, Role};
 use web_admin::storage::generated::{self, Crowd};
 use web_admin::storage::{practice, reports, tallies};
@@ -99,6 +102,26 @@ async fn the_pages_of_a_crowd_are_shown() {
     let mut metrics = app.stranger();
     let metrics = metrics.get("/metrics").await.text();
     assert!(metrics.contains(&format!("stylet_sessions{{state=\"scored\"}} {}\n", TRAINEES * EACH + 1)), "{metrics}");
+}
+
+#[tokio::test]
+async fn a_school_has_one_file_of_all_attempts_written_at_a_time() {
+    let app = App::new().await;
+    let (north, south) = (app.school("North").await, app.school("South").await);
+    let admins =
+        [north, south].map(|school| (school, if school == north { "a@north.example" } else { "a@south.example" }));
+    let mut browsers = Vec::new();
+    for (school, email) in admins {
+        app.member(school, Role::Administrator, email).await;
+        browsers.push(app.signed_in(email).await);
+    }
+    let held = app.state.exports.enter(north, Duration::ZERO).await;
+    assert!(held.is_some());
+    assert_eq!(browsers[1].get("/progress/attempts.csv").await.status, 200, "another school has its own line");
+    let refused = browsers[0].get("/progress/attempts.csv").await;
+    assert_eq!((refused.status.as_u16(), &refused.headers["retry-after"]), (503, &HeaderValue::from(5)));
+    drop(held);
+    assert_eq!(browsers[0].get("/progress/attempts.csv").await.status, 200);
 }
 
 #[tokio::test]

@@ -28,6 +28,9 @@ use service::Service;
 /// The password of everybody here.
 const PASSWORD: &str = "a password for measurements";
 
+/// The file of all attempts of a school: no page, and as long as there are attempts.
+const ALL_ATTEMPTS: &str = "/progress/attempts.csv";
+
 /// How often the results of a large survey are asked for, one after the other.
 const REPEATS: usize = 41;
 
@@ -79,12 +82,13 @@ async fn measure(args: &BenchArgs, attempts: u32, pace: Pace) -> anyhow::Result<
     let service = Service::start(&folder)?;
     say(format_args!("{attempts} attempts: looking for pages, after a start of {:.1} s", service.started_in_s));
     let visitors = visitor::sign_in(&service.url, trainees, school.doors).await?;
-    let tour = Tour::take(&visitors, school.routes, &school.survey).await?;
+    let tour = Tour::take(&visitors, school.routes, &[&school.survey, ALL_ATTEMPTS]).await?;
     say(format_args!("{attempts} attempts: asking for {} pages", tour.pages.len()));
     let timings = load::ask(&visitors, &tour.pages, pace).await?;
     let results = format!("{}/results", school.survey);
     let administrator = visitors.iter().find(|visitor| visitor.role == "administrator").context("an administrator")?;
     let results = load::repeat(administrator, &results, REPEATS).await?;
+    let all_attempts = load::repeat(administrator, ALL_ATTEMPTS, 1).await?;
     Ok(Measured {
         attempts,
         trainees,
@@ -95,5 +99,6 @@ async fn measure(args: &BenchArgs, attempts: u32, pace: Pace) -> anyhow::Result<
         unseen: tour.unseen,
         timings,
         results,
+        all_attempts,
     })
 }

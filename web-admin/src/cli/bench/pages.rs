@@ -28,11 +28,11 @@ pub(super) struct Tour {
 }
 
 impl Tour {
-    /// Follows every link of every visitor from where they begin, but those below `aside`. `routes` are all that the service
-    /// answers; programs' and files' do not count.
-    pub(super) async fn take(visitors: &[Visitor], mut routes: Vec<String>, aside: &str) -> anyhow::Result<Self> {
+    /// Follows every link of every visitor from where they begin, but those that begin as one `aside` does. `routes` are all that the service
+    /// answers; programs' and files' do not count, nor do those `aside`.
+    pub(super) async fn take(visitors: &[Visitor], mut routes: Vec<String>, aside: &[&str]) -> anyhow::Result<Self> {
         let files = ["/api/", "/assets/", "/recordings/"];
-        routes.retain(|route| !files.iter().any(|of_files| route.starts_with(of_files)));
+        routes.retain(|route| !files.iter().chain(aside).any(|other| route.starts_with(other)));
         let mut found: BTreeMap<(String, &'static str), Vec<(usize, String)>> = BTreeMap::new();
         for (place, visitor) in visitors.iter().enumerate() {
             for (route, path) in walk(visitor, &routes, aside).await? {
@@ -52,7 +52,7 @@ impl Tour {
 }
 
 /// Every address that a visitor comes to and is shown, with its route, a few of each.
-async fn walk(visitor: &Visitor, routes: &[String], aside: &str) -> anyhow::Result<Vec<(String, String)>> {
+async fn walk(visitor: &Visitor, routes: &[String], aside: &[&str]) -> anyhow::Result<Vec<(String, String)>> {
     let mut waiting: VecDeque<String> = visitor.begins.iter().cloned().collect();
     let mut known: BTreeSet<String> = waiting.iter().cloned().collect();
     let mut asked: BTreeMap<&str, usize> = BTreeMap::new();
@@ -68,7 +68,9 @@ async fn walk(visitor: &Visitor, routes: &[String], aside: &str) -> anyhow::Resu
         if answer.status == StatusCode::OK {
             shown.push((route.to_owned(), path));
             let found = links(&String::from_utf8_lossy(&answer.body));
-            let fresh = found.into_iter().filter(|link| !link.starts_with(aside) && known.insert(link.clone()));
+            let fresh = found
+                .into_iter()
+                .filter(|link| !aside.iter().any(|other| link.starts_with(other)) && known.insert(link.clone()));
             waiting.extend(fresh);
         }
     }

@@ -1,5 +1,7 @@
 //! Every attempt of a school as a file, for its administrators.
 
+use std::time::Duration;
+
 use axum::extract::State;
 use axum::response::Response;
 use futures::stream;
@@ -7,7 +9,7 @@ use uuid::Uuid;
 
 use crate::AppState;
 use crate::domain::{AttemptPlace, CurrentPerson};
-use crate::error::PageError;
+use crate::error::{Error, PageError};
 use crate::export::{self, Cell};
 use crate::routes::pages::admin::administrators_only;
 use crate::storage::reports::{self, AttemptRecord};
@@ -15,6 +17,9 @@ use crate::views::format;
 
 /// Attempts that are read at once: a long file keeps neither memory nor the database busy for long.
 const AT_ONCE: u32 = 200;
+
+/// How long a school waits for its file of before to end.
+const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Columns of the file.
 const NAMES: [&str; 25] = [
@@ -48,8 +53,11 @@ const NAMES: [&str; 25] = [
 pub(super) async fn export(State(state): State<AppState>, person: CurrentPerson) -> Result<Response, PageError> {
     administrators_only(&person)?;
     let school = person.school_id;
+    let place = state.exports.enter(school, PATIENCE).await;
+    let place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
     let rows = stream::try_unfold(Some(AttemptPlace::START), move |after| {
-        let state = state.clone();
+        // Held until the last row is written, or whoever asked has gone.
+        let (state, _held) = (state.clone(), &place);
         async move { some(&state, school, after).await }
     });
     Ok(export::stream("attempts", &NAMES, rows)?)
