@@ -13,11 +13,12 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("mechanics", &[]),
     ("scene", &["mechanics"]),
     ("recording", &["mechanics"]),
-    ("assessment", &["mechanics", "recording", "scene"]),
+    ("attempt", &["mechanics", "recording", "scene"]),
+    ("assessment", &["attempt", "mechanics", "recording", "scene"]),
     ("haptics", &["mechanics"]),
     ("render", &[]),
-    ("stylet", &["mechanics", "scene", "recording", "assessment", "haptics", "render"]),
-    ("web-admin", &["mechanics", "scene", "recording", "assessment"]),
+    ("stylet", &["mechanics", "scene", "recording", "attempt", "assessment", "haptics", "render"]),
+    ("web-admin", &["mechanics", "scene", "recording", "attempt", "assessment"]),
     ("tests", &["mechanics", "scene", "recording", "assessment", "stylet", "web-admin"]),
 ];
 
@@ -26,6 +27,7 @@ const NEVER: &[(&str, &[&str])] = &[
     ("mechanics", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap", "tracing", "time"]),
     ("scene", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap"]),
     ("recording", &["axum", "sqlx", "wgpu", "winit"]),
+    ("attempt", &["axum", "sqlx", "wgpu", "winit", "tokio"]),
     ("assessment", &["axum", "sqlx", "wgpu", "winit"]),
     ("haptics", &["axum", "sqlx", "wgpu", "winit", "mcap", "tokio"]),
     ("render", &["axum", "sqlx", "mcap", "winit", "egui", "tokio"]),
@@ -158,6 +160,39 @@ fn one_module_knows_parry() {
     for (path, text) in shipped("sim/mechanics/src") {
         let inside = path.starts_with("sim/mechanics/src/structures") || path.ends_with("structures.rs");
         assert!(inside || !text.contains("parry3d_f64::"), "{} names parry3d", path.display());
+    }
+}
+
+/// Calls by which a program takes a text apart.
+const TAKES_APART: [&str; 8] =
+    ["strip_prefix", "strip_suffix", "split_once", "rsplit_once", "starts_with", "ends_with", "contains", "replacen"];
+
+/// Texts with a word and a space in them by which some code takes another text apart.
+fn sentences_read_in(code: &str) -> Vec<String> {
+    let is_word = |word: &str| word.len() > 1 && word.chars().all(char::is_alphabetic);
+    let literals = TAKES_APART.iter().flat_map(|call| {
+        let begins = format!(".{call}(\"");
+        let after: Vec<&str> = code.split(&begins).skip(1).collect();
+        after.into_iter().filter_map(|rest| rest.split('"').next())
+    });
+    literals.filter(|text| text.contains(' ') && text.split([' ', ',', ':']).any(is_word)).map(str::to_owned).collect()
+}
+
+#[test]
+fn no_code_reads_a_sentence_to_find_out_what_it_means() {
+    assert_eq!(
+        sentences_read_in("why.strip_suffix(\" too deep\"); id.split_once('.'); a.contains(\"x_mm\")"),
+        [" too deep"]
+    );
+    for folder in ["sim/assessment/src", "sim/attempt/src", "sim/recording/src", "sim/scene/src", "web-admin/src"] {
+        for (path, text) in shipped(folder) {
+            let shown = path.to_string_lossy();
+            if ["tests.rs", "samples.rs", "src/cli/"].iter().any(|of_tests| shown.contains(of_tests)) {
+                continue;
+            }
+            let found = sentences_read_in(text.split("#[cfg(test)]").next().unwrap_or_default());
+            assert!(found.is_empty(), "{shown} takes sentences apart: {found:?}");
+        }
     }
 }
 

@@ -235,7 +235,7 @@ export class Plots {
       pen.strokeStyle = pen.fillStyle;
       pen.lineWidth = 2;
       mark(pen, x, this.forceTop - 5);
-      mark(pen, x, this.depth(event.depth_mm));
+      mark(pen, x, this.depth(event.advance_mm));
     });
   }
 

@@ -39,7 +39,7 @@ pub fn folder(state: &AppState, session: &Session) -> PathBuf {
 /// Where the replay of a recording lies, by its hash.
 #[must_use]
 pub fn folder_of(config: &Config, recording_sha256: &str) -> PathBuf {
-    config.replays_dir().join(format!("{recording_sha256}-2"))
+    config.replays_dir().join(format!("{recording_sha256}-3"))
 }
 
 /// What whoever judges a session's recording must know.

@@ -29,8 +29,10 @@
 //! times within a tick. Where the slower samples fall between the grid's points, the peak force rate agrees within 2.5 %
 //! and the number of translational actions within a tenth.
 
+mod absent;
 mod attempt;
 pub mod catalogue;
+mod cause;
 mod coach;
 mod distance;
 pub mod documents;
@@ -47,15 +49,18 @@ mod sparc;
 pub mod statistics;
 mod tryout;
 pub mod void;
-mod words;
+pub mod words;
 mod worth;
 
+pub use absent::Absent;
 pub use catalogue::{Definition, Direction, Metric};
+pub use cause::{Deduction, DeductionCause, FailureCause, HardFailure};
 pub use coach::Coach;
 pub use documents::{attachments, own_exercise};
+pub use required::UnmetRequirement;
 pub use review::review;
 pub use rubric::suffices;
-pub use score::{AssessError, Assessment, Damage, Deduction, RubricRef, assess, judge};
+pub use score::{AssessError, Assessment, Damage, RubricRef, assess, judge};
 pub use tryout::Tryout;
 pub use void::Void;
 pub use worth::appraise;

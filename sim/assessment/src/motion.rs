@@ -107,11 +107,6 @@ fn is_usable(s: &Sample) -> bool {
     (norm_squared - 1.0).abs() < 1e-3 && wide.chain(narrow.map(f64::from)).all(f64::is_finite)
 }
 
-/// Needle axis of a sample, hub to tip, unit length, patient frame.
-pub(crate) fn axis(sample: &Sample) -> Vector3<f64> {
-    axis_of(sample.orientation)
-}
-
 fn axis_of([x, y, z, w]: [f64; 4]) -> Vector3<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)) * Vector3::z()
 }

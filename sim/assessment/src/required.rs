@@ -2,12 +2,15 @@
 
 use scene::{Exercise, Required};
 
+use serde::{Deserialize, Serialize};
+
 use crate::catalogue::{Metric, first};
 use crate::rubric::{find, untouched};
 
 /// Something that is required and did not happen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Unmet {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum UnmetRequirement {
     /// The layer's upper boundary was not opened by the tip.
     Reached,
     /// The position is too far from the target, or there is none.
@@ -18,9 +21,13 @@ pub(crate) enum Unmet {
     Withdrawn,
 }
 
-impl Unmet {
+impl UnmetRequirement {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Reached, Self::Within, Self::Confirmed, Self::Withdrawn];
+
     /// In words, as the reason why a line earned nothing.
-    pub(crate) fn why(self) -> &'static str {
+    #[must_use]
+    pub fn words(self) -> &'static str {
         match self {
             Self::Reached => "the needle did not reach the layer that is asked for",
             Self::Within => "the position is too far from the target",
@@ -30,7 +37,8 @@ impl Unmet {
     }
 
     /// In words, as the reason why the attempt failed.
-    pub(crate) fn fails(self) -> &'static str {
+    #[must_use]
+    pub fn failure_words(self) -> &'static str {
         match self {
             Self::Reached => "Nothing is earned: the needle did not reach the layer that is asked for.",
             Self::Within => "Nothing is earned: the position is too far from the target.",
@@ -42,7 +50,7 @@ impl Unmet {
 
 /// A thing that is required: the metric that tells of it, and how large that must or may be.
 struct Demand {
-    unmet: Unmet,
+    unmet: UnmetRequirement,
     metric: String,
     /// Met by a magnitude from here on.
     least: f64,
@@ -52,10 +60,14 @@ struct Demand {
 
 fn demands(required: &Required) -> impl Iterator<Item = Demand> {
     let demand = |unmet, metric: &str| Demand { unmet, metric: metric.to_owned(), least: 1.0, most: f64::INFINITY };
-    let reached = required.reached.as_ref().map(|layer| demand(Unmet::Reached, &format!("reached.{layer}")));
-    let within = required.within_mm.map(|most| Demand { least: 0.0, most, ..demand(Unmet::Within, "depth_error_mm") });
-    let confirmed = required.confirmed.then(|| demand(Unmet::Confirmed, "confirmed"));
-    let withdrawn = required.withdrawn.then(|| demand(Unmet::Withdrawn, "withdrawn"));
+    let reached = required.reached.as_ref().map(|layer| demand(UnmetRequirement::Reached, &format!("reached.{layer}")));
+    let within = required.within_mm.map(|most| Demand {
+        least: 0.0,
+        most,
+        ..demand(UnmetRequirement::Within, "depth_error_mm")
+    });
+    let confirmed = required.confirmed.then(|| demand(UnmetRequirement::Confirmed, "confirmed"));
+    let withdrawn = required.withdrawn.then(|| demand(UnmetRequirement::Withdrawn, "withdrawn"));
     [reached, within, confirmed, withdrawn].into_iter().flatten()
 }
 
@@ -65,7 +77,7 @@ pub(crate) fn asked(exercise: &Exercise) -> impl Iterator<Item = String> {
 }
 
 /// What is required and did not happen. Nothing of a needle that never touched the skin: that is reason enough by itself.
-pub(crate) fn unmet(exercise: &Exercise, metrics: &[Metric]) -> Vec<Unmet> {
+pub(crate) fn unmet(exercise: &Exercise, metrics: &[Metric]) -> Vec<UnmetRequirement> {
     let is_met = |Demand { metric, least, most, .. }: &Demand| {
         let size = find(metrics, metric, first()).and_then(|found| found.value).map(f64::abs);
         size.is_some_and(|size| (*least..=*most).contains(&size))

@@ -2,11 +2,11 @@
 
 use scene::{Exercise, RubricLine};
 
-use crate::attempt::Absent;
+use crate::absent::Absent;
 use crate::catalogue::{Direction, Metric, definition, first};
-use crate::required::{self, Unmet};
-use crate::score::{AssessError, Deduction};
-use crate::words;
+use crate::cause::{Deduction, DeductionCause, FailureCause, HardFailure};
+use crate::required::{self, UnmetRequirement};
+use crate::score::AssessError;
 
 /// How a rubric line's metric came out.
 #[derive(Clone, Copy)]
@@ -16,7 +16,7 @@ pub(crate) enum Finding<'a> {
     /// It does not apply, for a reason.
     Absent(Absent),
     /// Nothing is earned whatever it is: something that is required did not happen.
-    Unearned(Unmet),
+    Unearned(UnmetRequirement),
     /// This scene has no such metric.
     Unknown,
 }
@@ -34,7 +34,7 @@ pub fn suffices(exercise: &Exercise, metrics: &[Metric]) -> bool {
 /// The version of the metric is one of the catalogue's, and its reason for having no value is one of today's.
 fn is_current(metric: &Metric) -> bool {
     let defined = definition(&metric.id, metric.version).is_some();
-    defined && (metric.value.is_some() || Absent::told(&metric.absent).is_some())
+    defined && (metric.value.is_some() || metric.absent.is_some_and(|absent| absent != Absent::OfAnotherVersion))
 }
 
 /// One deduction per rubric line, the dearest first; what they leave of 100 points is the score.
@@ -54,12 +54,21 @@ pub(crate) fn deductions(exercise: &Exercise, metrics: &[Metric]) -> Result<Vec<
             let finding = finding(line, metrics, unmet.first());
             let share = earned(line, &finding, exercise.required.is_none());
             let points = 100.0 * weight(line) / total * (1.0 - share);
-            let why = words::reason(line, &finding, points);
-            Deduction { metric: line.metric.clone(), version: line.version, points, why }
+            let cause = cause(line, &finding);
+            Deduction { metric: line.metric.clone(), version: line.version, points, cause }
         })
         .collect();
     deductions.sort_by(|a, b| b.points.total_cmp(&a.points));
     Ok(deductions)
+}
+
+fn cause(line: &RubricLine, finding: &Finding) -> DeductionCause {
+    match *finding {
+        Finding::Value(_, value) => DeductionCause::Measured { value, full: line.full, zero: line.zero },
+        Finding::Absent(reason) => DeductionCause::Absent { reason },
+        Finding::Unearned(unmet) => DeductionCause::Required { unmet },
+        Finding::Unknown => DeductionCause::NoSuchMetric,
+    }
 }
 
 fn weight(line: &RubricLine) -> f64 {
@@ -73,13 +82,13 @@ pub(crate) fn find<'a>(metrics: &'a [Metric], id: &str, version: u32) -> Option<
 
 /// The attempt never reached the skin.
 pub(crate) fn untouched(metrics: &[Metric]) -> bool {
-    metrics.iter().any(|metric| metric.absent == Absent::Untouched.why())
+    metrics.iter().any(|metric| metric.absent == Some(Absent::Untouched))
 }
 
 /// An attempt that never reached the skin earns nothing, not even for being quick; nor does one that lacks what is required.
-fn finding<'a>(line: &RubricLine, metrics: &'a [Metric], unmet: Option<&Unmet>) -> Finding<'a> {
+fn finding<'a>(line: &RubricLine, metrics: &'a [Metric], unmet: Option<&UnmetRequirement>) -> Finding<'a> {
     let Some(found) = find(metrics, &line.metric, line.version) else { return Finding::Unknown };
-    match (found.value, Absent::told(&found.absent)) {
+    match (found.value, found.absent) {
         _ if untouched(metrics) => Finding::Absent(Absent::Untouched),
         _ if let Some(unmet) = unmet => Finding::Unearned(*unmet),
         (Some(value), _) => Finding::Value(found, value),
@@ -113,15 +122,16 @@ fn linear(line: &RubricLine, value: f64) -> f64 {
     if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Whatever is required and did not happen, and the reason of each limit that was broken.
-pub(crate) fn hard_fails(exercise: &Exercise, metrics: &[Metric]) -> Vec<String> {
-    let unmet = required::unmet(exercise, metrics).into_iter().map(|unmet| unmet.fails().to_owned());
+/// Whatever is required and did not happen, and each limit that was broken.
+pub(crate) fn failures(exercise: &Exercise, metrics: &[Metric]) -> Vec<HardFailure> {
+    let unmet = required::unmet(exercise, metrics).into_iter().map(|unmet| FailureCause::Required { unmet });
     let broken = exercise.hard_fails.iter().filter_map(|limit| {
         let found = find(metrics, &limit.metric, limit.version)?;
         let value = found.value.filter(|value| *value > limit.above)?;
-        Some(words::hard_fail(limit, found, value))
+        let (words, metric, version) = (limit.why.clone(), limit.metric.clone(), limit.version);
+        Some(FailureCause::Limit { words, metric, version, value, limit: limit.above })
     });
-    unmet.chain(broken).collect()
+    unmet.chain(broken).map(|cause| HardFailure { cause }).collect()
 }
 
 #[cfg(test)]

@@ -6,22 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::attempt::Attempt;
 use crate::catalogue::{Metric, first};
+use crate::cause::{Deduction, HardFailure};
 use crate::void::{self, Void};
 use crate::{metrics, rubric};
-
-/// Points lost on a rubric line, with the reason in words.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Deduction {
-    /// Metric id.
-    pub metric: String,
-    /// Version of the metric's definition.
-    #[serde(default = "first")]
-    pub version: u32,
-    /// Points lost, of 100; 0 is listed too, so that every line of the rubric is shown.
-    pub points: f64,
-    /// Reason in words a trainee can act on.
-    pub why: String,
-}
 
 /// Which rubric judged.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -43,8 +30,8 @@ pub struct Assessment {
     pub metrics: Vec<Metric>,
     /// Points lost per rubric line.
     pub deductions: Vec<Deduction>,
-    /// Why it failed whatever the score: what is required and did not happen, and the reasons of hard fails.
-    pub hard_fails: Vec<String>,
+    /// Why it failed whatever the score: what is required and did not happen, and limits that were broken.
+    pub hard_fails: Vec<HardFailure>,
     /// The rubric.
     pub rubric: RubricRef,
     /// Version of the simulator that recorded the attempt.
@@ -138,7 +125,7 @@ pub fn assess(recording: &Recording, bundle: &ExerciseBundle) -> Result<Assessme
 /// When there is nothing to judge by.
 pub fn judge(metrics: Vec<Metric>, exercise: &Exercise, simulator_version: &str) -> Result<Assessment, AssessError> {
     let deductions = rubric::deductions(exercise, &metrics)?;
-    let hard_fails = rubric::hard_fails(exercise, &metrics);
+    let hard_fails = rubric::failures(exercise, &metrics);
     let score = (100.0 - deductions.iter().map(|d| d.points).sum::<f64>()).clamp(0.0, 100.0);
     Ok(Assessment {
         score,

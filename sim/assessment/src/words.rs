@@ -1,55 +1,69 @@
-//! Reasons in words that a trainee can act on.
+//! Causes in words that a trainee can act on, in English.
 
-use scene::{HardFail, RubricLine};
-
-use crate::catalogue::{Direction, Metric, definition, newest};
-use crate::rubric::Finding;
+use crate::catalogue::{Definition, Direction, definition, newest};
+use crate::cause::{Deduction, DeductionCause, FailureCause, HardFailure};
 
 /// Why a rubric line cost what it cost, for example `1.9 mm too deep: −12 points`.
-pub(crate) fn reason(line: &RubricLine, finding: &Finding, points: f64) -> String {
-    let what = match finding {
-        Finding::Value(metric, value) if points > 0.0 => lost(line, metric, *value),
-        Finding::Value(metric, value) => kept(metric, *value),
-        Finding::Absent(absent) => format!("{}: {}", label(line), absent.why()),
-        Finding::Unearned(unmet) => format!("{}: {}", label(line), unmet.why()),
-        Finding::Unknown => format!("{}: this scene has no such metric", line.metric),
+#[must_use]
+pub fn deduction_in_words(deduction: &Deduction) -> String {
+    let metric = Measure::new(&deduction.metric, deduction.version);
+    let what = match &deduction.cause {
+        DeductionCause::Measured { value, full, zero } => {
+            let advised = deduction.points > 0.0;
+            metric.measured(*value, advised.then_some((*full, full > zero)))
+        }
+        DeductionCause::Absent { reason } => format!("{}: {}", metric.label, reason.words()),
+        DeductionCause::Required { unmet } => format!("{}: {}", metric.label, unmet.words()),
+        DeductionCause::NoSuchMetric => format!("{}: this scene has no such metric", deduction.metric),
+        DeductionCause::Worded { words } => return words.clone(),
     };
-    format!("{what}: {}", cost(points))
+    format!("{what}: {}", cost(deduction.points))
 }
 
-/// Why a limit failed the attempt: the author's words, and the figures.
-pub(crate) fn hard_fail(limit: &HardFail, metric: &Metric, value: f64) -> String {
-    let (found, allowed) = (figure(value, &metric.unit), figure(limit.above, &metric.unit));
-    format!("{} ({} {found}, limit {allowed})", limit.why, metric.label)
-}
-
-fn label(line: &RubricLine) -> String {
-    let (base, suffix) = line.metric.split_once('.').unwrap_or((&line.metric, ""));
-    match newest(&line.metric) {
-        Some(definition) if suffix.is_empty() => definition.label.to_owned(),
-        Some(definition) => definition.label_of(suffix),
-        None => base.to_owned(),
+/// Why an attempt failed: the author's words, and the figures.
+#[must_use]
+pub fn failure_in_words(failure: &HardFailure) -> String {
+    match &failure.cause {
+        FailureCause::Required { unmet } => unmet.failure_words().to_owned(),
+        FailureCause::Limit { words, metric, version, value, limit } => {
+            let Measure { label, definition } = Measure::new(metric, *version);
+            let unit = definition.map_or("", |definition| definition.unit);
+            format!("{words} ({label} {}, limit {})", figure(*value, unit), figure(*limit, unit))
+        }
+        FailureCause::Worded { words } => words.clone(),
     }
 }
 
-fn lost(line: &RubricLine, metric: &Metric, value: f64) -> String {
-    if let Some(side) = side(metric, value) {
-        return side;
+/// What words are found for.
+struct Measure {
+    label: String,
+    definition: Option<&'static Definition>,
+}
+
+impl Measure {
+    fn new(id: &str, version: u32) -> Self {
+        let (base, suffix) = id.split_once('.').unwrap_or((id, ""));
+        let label = match newest(id) {
+            Some(definition) if suffix.is_empty() => definition.label.to_owned(),
+            Some(definition) => definition.label_of(suffix),
+            None => base.to_owned(),
+        };
+        Self { label, definition: definition(id, version) }
     }
-    let bound = if line.full > line.zero { "more" } else { "less" };
-    let (found, full) = (figure(value, &metric.unit), figure(line.full, &metric.unit));
-    let advice = definition(&metric.id, metric.version).map_or("", |definition| definition.advice);
-    format!("{} {found}, full marks for {full} or {bound} – {advice}", metric.label)
-}
 
-fn kept(metric: &Metric, value: f64) -> String {
-    side(metric, value).unwrap_or_else(|| format!("{} {}", metric.label, figure(value, &metric.unit)))
-}
-
-/// A range metric says to which side.
-fn side(metric: &Metric, value: f64) -> Option<String> {
-    let words = if value >= 0.0 { "too deep" } else { "too shallow" };
-    (metric.direction == Direction::Range).then(|| format!("{} {words}", figure(value.abs(), &metric.unit)))
+    /// A value; where it cost something, also what earns full marks, whether more than that does, and advice.
+    fn measured(&self, value: f64, full: Option<(f64, bool)>) -> String {
+        let unit = self.definition.map_or("", |definition| definition.unit);
+        // A range metric says to which side.
+        if self.definition.is_some_and(|definition| definition.direction == Direction::Range) {
+            let side = if value >= 0.0 { "too deep" } else { "too shallow" };
+            return format!("{} {side}", figure(value.abs(), unit));
+        }
+        let found = format!("{} {}", self.label, figure(value, unit));
+        let Some((full, more)) = full else { return found };
+        let (bound, advice) = (if more { "more" } else { "less" }, self.definition.map_or("", |d| d.advice));
+        format!("{found}, full marks for {} or {bound} – {advice}", figure(full, unit))
+    }
 }
 
 fn cost(points: f64) -> String {
@@ -63,7 +77,8 @@ fn cost(points: f64) -> String {
 }
 
 /// A value with its unit, to a precision that a trainee can use.
-fn figure(value: f64, unit: &str) -> String {
+#[must_use]
+pub fn figure(value: f64, unit: &str) -> String {
     let decimals = match value.abs() {
         size if size >= 100.0 => 0,
         size if size >= 1.0 => 1,

@@ -2,26 +2,30 @@
 
 use crate::sample::Sample;
 
-/// Of each of `most / 2` even stretches the samples of least and of greatest axial force, in order of time; all of them where there are no
-/// more than `most`. A sample whose time, displacement or force is no number is left out.
+/// Samples of least and of greatest axial force in each even stretch: [`keep_extremes`]. A sample whose time, displacement or force is no
+/// number is left out.
 #[must_use]
 pub fn thin(samples: &[Sample], most: usize) -> Vec<&Sample> {
     let finite: Vec<&Sample> = samples.iter().filter(|sample| is_finite(sample)).collect();
-    if finite.len() <= most {
-        return finite;
+    keep_extremes(&finite, most, |sample| sample.axial_n()).into_iter().copied().collect()
+}
+
+/// Of each of `most / 2` even stretches the items of least and of greatest height, in their order; all of them where there are no more than
+/// `most`.
+pub fn keep_extremes<T>(items: &[T], most: usize, height: impl Fn(&T) -> f64) -> Vec<&T> {
+    if items.len() <= most {
+        return items.iter().collect();
     }
     let stretches = most / 2;
+    let by_height = |a: &&usize, b: &&usize| height(&items[**a]).total_cmp(&height(&items[**b]));
     let mut kept = Vec::with_capacity(most);
     for k in 0..stretches {
-        let stretch = &finite[k * finite.len() / stretches..(k + 1) * finite.len() / stretches];
-        let by_force = |a: &&&Sample, b: &&&Sample| a.axial_n().total_cmp(&b.axial_n());
-        if let (Some(least), Some(greatest)) = (stretch.iter().min_by(by_force), stretch.iter().max_by(by_force)) {
-            let (first, second) = if least.t_s <= greatest.t_s { (least, greatest) } else { (greatest, least) };
-            kept.push(*first);
-            if second.t_s > first.t_s {
-                kept.push(*second);
-            }
-        }
+        let stretch: Vec<usize> = (k * items.len() / stretches..(k + 1) * items.len() / stretches).collect();
+        let ends = stretch.iter().min_by(by_height).into_iter().chain(stretch.iter().max_by(by_height));
+        let mut ends: Vec<usize> = ends.copied().collect();
+        ends.sort_unstable();
+        ends.dedup();
+        kept.extend(ends.into_iter().map(|at| &items[at]));
     }
     kept
 }

@@ -6,13 +6,13 @@ use uuid::Uuid;
 use super::school::{self, COHORTS};
 use crate::AppState;
 use crate::domain::comment::{Comment, CommentKind};
-use crate::domain::curve::{Curve, MarkKind};
 use crate::domain::{CurrentPerson, Role};
 use crate::routes::pages::{replay, review};
 use crate::storage::grades::NewOverride;
 use crate::storage::people::{self, Person};
 use crate::storage::sessions::{self, Session};
 use crate::storage::{reports, reviews, scores};
+use attempt::{AttemptCurve, MarkKind};
 
 /// How many attempts are left in the queue.
 const LEFT: usize = 6;
@@ -81,6 +81,6 @@ async fn comment_on(state: &AppState, instructor: &CurrentPerson, session: &Sess
 }
 
 /// The first moment of a kind, in s.
-fn moment(curve: &Curve, kind: MarkKind) -> Option<f64> {
+fn moment(curve: &AttemptCurve, kind: MarkKind) -> Option<f64> {
     curve.marks.iter().find(|mark| mark.kind == kind).map(|mark| mark.t_s)
 }

@@ -5,7 +5,7 @@
 
 use assessment::statistics::quantile;
 
-use super::curve::{Curve, MarkKind};
+use attempt::{AttemptCurve, MarkKind};
 
 /// What an expert agrees to, in the words that the service proposes.
 pub const WORDING: &str = "My own passed attempts may be part of the experts’ corridor, unnamed, and never among fewer than five. I can take \
@@ -21,7 +21,7 @@ const STEPS: u32 = 16;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Along the needle of the attempt that is shown, in mm.
-    pub depth_mm: f64,
+    pub advance_mm: f64,
     /// A tenth of the experts pushed less, in N.
     pub low_n: f64,
     /// Half of them did, in N.
@@ -48,17 +48,17 @@ struct Way {
 }
 
 impl Way {
-    fn of(curve: &Curve) -> Self {
-        let deepest = curve.points.iter().enumerate().max_by(|a, b| a.1.depth_mm.total_cmp(&b.1.depth_mm));
+    fn of(curve: &AttemptCurve) -> Self {
+        let deepest = curve.points.iter().enumerate().max_by(|a, b| a.1.advance_mm.total_cmp(&b.1.advance_mm));
         let end = deepest.map_or(0, |(index, _)| index + 1);
         let opened = |name: &str| {
             let tip = curve.marks.iter().find(|mark| mark.kind == MarkKind::TipRupture && mark.name == name);
-            tip.map(|mark| mark.depth_mm)
+            tip.map(|mark| mark.advance_mm)
         };
         let mut crossings = vec![0.0];
         crossings.extend(curve.bands.iter().map_while(|band| opened(&band.name)));
-        crossings.extend(deepest.map(|(_, point)| point.depth_mm));
-        let points = curve.points[..end].iter().map(|point| (point.depth_mm, point.force_n)).collect();
+        crossings.extend(deepest.map(|(_, point)| point.advance_mm));
+        let points = curve.points[..end].iter().map(|point| (point.advance_mm, point.force_n)).collect();
         Self { crossings, points }
     }
 
@@ -72,20 +72,20 @@ impl Way {
     }
 
     /// The force when the tip first came to a depth, in N.
-    fn force_n(&self, depth_mm: f64) -> Option<f64> {
-        let at = self.points.iter().position(|(depth, _)| *depth >= depth_mm)?;
+    fn force_n(&self, advance_mm: f64) -> Option<f64> {
+        let at = self.points.iter().position(|(depth, _)| *depth >= advance_mm)?;
         let (to, force_n) = self.points[at];
         let Some(&(from, before_n)) = at.checked_sub(1).map(|before| &self.points[before]) else {
             return Some(force_n);
         };
-        let share = if to > from { (depth_mm - from) / (to - from) } else { 1.0 };
+        let share = if to > from { (advance_mm - from) / (to - from) } else { 1.0 };
         Some(before_n + share * (force_n - before_n))
     }
 }
 
 /// The corridor over an attempt, from one curve of each expert. None where fewer than [`FEWEST`] can be compared.
 #[must_use]
-pub fn corridor(shown: &Curve, experts: &[Curve]) -> Option<Corridor> {
+pub fn corridor(shown: &AttemptCurve, experts: &[AttemptCurve]) -> Option<Corridor> {
     let shown = Way::of(shown);
     let experts: Vec<Way> = experts.iter().map(Way::of).collect();
     let crossings = shown.crossings.len();
@@ -102,37 +102,31 @@ pub fn corridor(shown: &Curve, experts: &[Curve]) -> Option<Corridor> {
     (!places.is_empty()).then_some(Corridor { experts: experts.len(), places })
 }
 
-fn place(depth_mm: f64, forces_n: &[f64]) -> Option<Place> {
+fn place(advance_mm: f64, forces_n: &[f64]) -> Option<Place> {
     if forces_n.len() < FEWEST {
         return None;
     }
     let at = |share| quantile(forces_n, share).ok();
-    Some(Place { depth_mm, low_n: at(OUTSIDE)?, median_n: at(0.5)?, high_n: at(1.0 - OUTSIDE)? })
+    Some(Place { advance_mm, low_n: at(OUTSIDE)?, median_n: at(0.5)?, high_n: at(1.0 - OUTSIDE)? })
 }
 
 #[cfg(test)]
 mod tests {
     //! Fails when fewer than five experts are shown, or layers of another thickness are compared at the same depth.
     use super::*;
-    use crate::domain::curve::{Band, Mark, Point};
+    use attempt::{CurveMark, CurvePoint, LayerSpan};
 
     /// Force rises to `peak_n` at a boundary that opens at `at_mm`, then is 1 N down to `end_mm`.
-    fn curve(at_mm: f64, peak_n: f64, end_mm: f64) -> Curve {
-        let band = Band { name: "skin".into(), texture: "skin".into(), top_mm: 0.0, bottom_mm: 50.0 };
+    fn curve(at_mm: f64, peak_n: f64, end_mm: f64) -> AttemptCurve {
+        let band = LayerSpan { name: "skin".into(), texture: "skin".into(), top_mm: 0.0, bottom_mm: 50.0 };
         let force = |mm: f64| if mm <= at_mm { peak_n * mm / at_mm } else { 1.0 };
         let point = |i: u32| {
-            let depth_mm = f64::from(i) * end_mm / 400.0;
-            Point { t_s: f64::from(i), depth_mm, force_n: force(depth_mm) }
+            let advance_mm = f64::from(i) * end_mm / 400.0;
+            CurvePoint { t_s: f64::from(i), advance_mm, force_n: force(advance_mm) }
         };
-        let mark = Mark {
-            kind: MarkKind::TipRupture,
-            t_s: 1.0,
-            depth_mm: at_mm,
-            force_n: peak_n,
-            axial_n: peak_n,
-            name: "skin".into(),
-        };
-        Curve {
+        let mark =
+            CurveMark { kind: MarkKind::TipRupture, t_s: 1.0, advance_mm: at_mm, axial_n: peak_n, name: "skin".into() };
+        AttemptCurve {
             bands: vec![band],
             points: (0..=400).map(point).collect(),
             marks: vec![mark],
@@ -145,7 +139,7 @@ mod tests {
     #[test]
     fn four_experts_are_not_shown_and_five_are() {
         let shown = curve(4.0, 2.0, 20.0);
-        let experts: Vec<Curve> = (0..5).map(|i| curve(2.0 + f64::from(i), 3.0, 18.0)).collect();
+        let experts: Vec<AttemptCurve> = (0..5).map(|i| curve(2.0 + f64::from(i), 3.0, 18.0)).collect();
         assert_eq!(corridor(&shown, &experts[..4]), None);
         let made = corridor(&shown, &experts).expect("five are enough");
         assert_eq!(made.experts, 5);
@@ -154,19 +148,19 @@ mod tests {
     #[test]
     fn peaks_are_compared_where_the_layer_opens_whatever_its_depth() {
         let shown = curve(10.0, 2.0, 20.0);
-        let experts: Vec<Curve> = (0..9).map(|i| curve(2.0 + f64::from(i), 3.0, 30.0)).collect();
+        let experts: Vec<AttemptCurve> = (0..9).map(|i| curve(2.0 + f64::from(i), 3.0, 30.0)).collect();
         let made = corridor(&shown, &experts).expect("nine are enough");
-        let half = made.places.iter().find(|place| (place.depth_mm - 5.0).abs() < 1e-9).expect("half of the way");
+        let half = made.places.iter().find(|place| (place.advance_mm - 5.0).abs() < 1e-9).expect("half of the way");
         assert!((half.median_n - 1.5).abs() < 0.05 && half.high_n - half.low_n < 0.1, "{half:?}");
         let deep = made.places.last().expect("a last place");
-        assert!((deep.depth_mm - 20.0).abs() < 1e-9 && (deep.median_n - 1.0).abs() < 1e-9, "{deep:?}");
+        assert!((deep.advance_mm - 20.0).abs() < 1e-9 && (deep.median_n - 1.0).abs() < 1e-9, "{deep:?}");
     }
 
     #[test]
     fn an_attempt_that_never_touched_has_no_corridor() {
         let mut shown = curve(10.0, 2.0, 20.0);
         (shown.points, shown.marks) = (vec![], vec![]);
-        let experts: Vec<Curve> = (0..9).map(|_| curve(5.0, 3.0, 30.0)).collect();
+        let experts: Vec<AttemptCurve> = (0..9).map(|_| curve(5.0, 3.0, 30.0)).collect();
         assert_eq!(corridor(&shown, &experts), None);
     }
 }

@@ -5,7 +5,6 @@ pub mod attempt_place;
 pub mod began;
 pub mod comment;
 pub mod corridor;
-pub mod curve;
 pub mod due;
 pub mod judgement;
 pub mod line;
@@ -23,7 +22,6 @@ pub mod series;
 pub mod survey;
 
 pub use attempt_place::AttemptPlace;
-pub use curve::Curve;
 pub use moment::{Moment, new_id};
 pub use person::{CurrentPerson, Role};
 pub use proof::{Needed, Proof, Uncounted};

@@ -1,6 +1,6 @@
 //! Marking the moment of each pop on a trace of force: what the pops are, what may be typed, and how near the marks come.
 
-use super::curve::{Curve, MarkKind};
+use attempt::{AttemptCurve, MarkKind};
 
 /// How near a mark must come to a pop to hit it, in s.
 pub const TOLERANCE_S: f64 = 0.150;
@@ -15,7 +15,7 @@ const MOST_STRIPS: f64 = 24.0;
 
 /// The moments of the pops of an attempt, in s since its start: of tip and of rim, those that look like one once.
 #[must_use]
-pub fn pops(curve: &Curve) -> Vec<f64> {
+pub fn pops(curve: &AttemptCurve) -> Vec<f64> {
     let ruptures = curve.marks.iter().filter(|mark| matches!(mark.kind, MarkKind::TipRupture | MarkKind::RimRupture));
     let mut moments: Vec<f64> = ruptures.map(|mark| mark.t_s).collect();
     moments.sort_by(f64::total_cmp);
@@ -180,7 +180,7 @@ mod tests {
     //! Fails when a mark hits two pops, a near mark is wasted on a far pop, or a strip is missing.
 
     use super::*;
-    use crate::domain::curve::Mark;
+    use attempt::CurveMark;
 
     fn verdict(pops: &[f64], marks: &[f64]) -> (usize, usize, usize) {
         let verdict = Verdict::of(pops, marks);
@@ -225,8 +225,8 @@ mod tests {
 
     #[test]
     fn ruptures_of_one_moment_are_one_pop() {
-        let mark = |kind, t_s| Mark { kind, t_s, depth_mm: 0.0, force_n: 0.0, axial_n: 0.0, name: String::new() };
-        let curve = Curve {
+        let mark = |kind, t_s| CurveMark { kind, t_s, advance_mm: 0.0, axial_n: 0.0, name: String::new() };
+        let curve = AttemptCurve {
             bands: vec![],
             points: vec![],
             marks: vec![

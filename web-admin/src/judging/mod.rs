@@ -16,12 +16,12 @@ use scene::{ExerciseBundle, Patient};
 use serde::{Deserialize, Serialize};
 
 use crate::AppState;
-use crate::domain::Curve;
 use crate::recordings;
 use crate::replays;
 use crate::storage::exercises::RevisionBytes;
 use crate::storage::sessions::Verified;
 use crate::views::draft::Verdict;
+use attempt::AttemptCurve;
 
 pub use arrival::{Reported, Told};
 pub use draft::{DraftQuestion, Publishable, same_id};
@@ -82,7 +82,7 @@ pub struct Outcome {
     /// The re-simulation.
     pub verified: Verified,
     /// What the session's page draws.
-    pub curve: Curve,
+    pub curve: AttemptCurve,
 }
 
 /// How a question was answered.
@@ -207,7 +207,7 @@ fn judge(recording: &Recording, published: Option<RevisionBytes>) -> Result<Outc
     };
     let assessment = assess(recording, &bundle).map_err(|error| error.to_string())?;
     let verified = resimulate(recording, &bundle)?;
-    Ok(Outcome { assessment, verified, curve: Curve::of(recording, &bundle) })
+    Ok(Outcome { assessment, verified, curve: AttemptCurve::draw(recording, &bundle) })
 }
 
 fn resimulate(recording: &Recording, bundle: &ExerciseBundle) -> Result<Verified, String> {

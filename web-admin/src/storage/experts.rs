@@ -5,7 +5,8 @@ use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::Result;
-use crate::domain::{Curve, Moment, new_id};
+use crate::domain::{Moment, new_id};
+use attempt::AttemptCurve;
 
 /// Most experts whose attempts are taken together.
 const MOST: u32 = 50;
@@ -126,8 +127,8 @@ pub async fn declarations(executor: impl SqliteExecutor<'_>, school: Uuid, perso
 ///
 /// # Errors
 /// When the database fails.
-pub async fn curves(executor: impl SqliteExecutor<'_>, school: Uuid, exercise: &str) -> Result<Vec<Curve>> {
-    let curves: Vec<Json<Curve>> = sqlx::query_scalar(
+pub async fn curves(executor: impl SqliteExecutor<'_>, school: Uuid, exercise: &str) -> Result<Vec<AttemptCurve>> {
+    let curves: Vec<Json<AttemptCurve>> = sqlx::query_scalar(
         "SELECT c.body FROM expert_declarations e
          JOIN session_curves c ON c.school_id = e.school_id AND c.session_id = (
            SELECT s.id FROM sessions s JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id

@@ -2,14 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use assessment::{Assessment, Deduction, Direction, Metric};
+use assessment::{Absent, Assessment, Deduction, Direction, HardFailure, Metric};
 use serde::Deserialize;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
 use uuid::Uuid;
 
 use super::{ExactNumber, Result};
-use crate::domain::{Curve, Moment, new_id};
+use crate::domain::{Moment, new_id};
+use attempt::AttemptCurve;
 
 /// A grading of an attempt.
 #[derive(Clone, Debug, PartialEq, FromRow)]
@@ -26,8 +27,8 @@ pub struct Score {
     pub rubric_sha256: String,
     /// Points lost, per line of the rubric.
     pub deductions: Json<Vec<Deduction>>,
-    /// Reasons of hard fails.
-    pub hard_fails: Json<Vec<String>>,
+    /// Why it failed whatever its points.
+    pub hard_fails: Json<Vec<HardFailure>>,
     /// Version of the simulator that recorded the attempt.
     pub simulator_version: String,
     /// When it was computed.
@@ -54,6 +55,7 @@ impl From<MetricRow> for Metric {
             _ => Direction::Lower,
         };
         let MetricRow { id, version, value, unit, applies, label, absent, .. } = row;
+        let absent = Absent::from_stored(&absent);
         Self { id, version, value, unit, direction, applies, label, absent }
     }
 }
@@ -129,7 +131,7 @@ async fn insert_metric(
     .bind(direction_word(metric.direction))
     .bind(metric.applies)
     .bind(&metric.label)
-    .bind(&metric.absent)
+    .bind(metric.absent.map_or("", Absent::code))
     .execute(writer)
     .await
     .map(drop)
@@ -220,6 +222,12 @@ impl FoundMetric {
     pub const fn value(&self) -> Option<f64> {
         self.1.0
     }
+
+    /// Why there is none.
+    #[must_use]
+    pub fn absent(&self) -> Option<Absent> {
+        Absent::from_stored(&self.2)
+    }
 }
 
 /// The metrics of several attempts of a school, in the catalogue's order.
@@ -250,7 +258,7 @@ pub async fn metrics_of_many(
 ///
 /// # Errors
 /// When the database fails.
-pub async fn put_curve(writer: &mut SqliteConnection, session: SessionKey, curve: &Curve) -> Result<()> {
+pub async fn put_curve(writer: &mut SqliteConnection, session: SessionKey, curve: &AttemptCurve) -> Result<()> {
     sqlx::query(
         "INSERT INTO session_curves (school_id, session_id, body) VALUES ($1, $2, $3)
          ON CONFLICT (school_id, session_id) DO UPDATE SET body = excluded.body",
@@ -267,8 +275,8 @@ pub async fn put_curve(writer: &mut SqliteConnection, session: SessionKey, curve
 ///
 /// # Errors
 /// When the database fails.
-pub async fn curve(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Curve>> {
-    let body: Option<Json<Curve>> =
+pub async fn curve(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<AttemptCurve>> {
+    let body: Option<Json<AttemptCurve>> =
         sqlx::query_scalar("SELECT body FROM session_curves WHERE school_id = $1 AND session_id = $2")
             .bind(session.school_id)
             .bind(session.id)

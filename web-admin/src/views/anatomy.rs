@@ -5,8 +5,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::domain::Curve;
 use crate::words::{self, Language};
+use attempt::{AttemptCurve, BoundaryStage};
 
 /// Names in the scenes that come along.
 const NAMES: [&str; 12] = [
@@ -32,11 +32,22 @@ pub fn said(name: &str) -> String {
 
 /// A curve whose layers, events and structures are named in the reader's language.
 #[must_use]
-pub fn curve(curve: &Curve) -> Curve {
+pub fn curve(curve: &AttemptCurve) -> AttemptCurve {
     let mut curve = curve.clone();
     curve.bands.iter_mut().for_each(|band| band.name = said(&band.name));
     curve.marks.iter_mut().for_each(|mark| mark.name = said(&mark.name));
     curve
+}
+
+/// What a stage of a boundary means, in words.
+#[must_use]
+pub fn stage_meaning(stage: BoundaryStage) -> &'static str {
+    match stage {
+        BoundaryStage::I => tr!("the tip presses the boundary in"),
+        BoundaryStage::II => tr!("the tip is through, the rim not yet there"),
+        BoundaryStage::III => tr!("the rim presses the boundary in"),
+        BoundaryStage::IV => tr!("the rim is through"),
+    }
 }
 
 /// What a script calls them, as JSON from the scene's name to the reader's; empty in English, where they are the same.

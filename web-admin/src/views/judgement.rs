@@ -1,6 +1,6 @@
 //! A score taken apart: what each line of the rubric gave, why, and everything else that was measured.
 
-use assessment::{Deduction, Metric};
+use assessment::{Deduction, HardFailure, Metric};
 use scene::Exercise;
 
 use super::charts::{self, LayerDamage};
@@ -17,7 +17,7 @@ pub struct Graded<'a> {
     /// Points lost, per line of the rubric.
     pub deductions: &'a [Deduction],
     /// Reasons of hard fails.
-    pub hard_fails: &'a [String],
+    pub hard_fails: &'a [HardFailure],
     /// Every metric.
     pub metrics: &'a [Metric],
     /// The exercise as it was judged; absent when the school never published it.
@@ -136,7 +136,7 @@ impl Judgement {
             passed: graded.passed,
             pass_mark,
             bar: charts::score_bar(graded.score, pass_mark),
-            hard_fails: graded.hard_fails.iter().map(|why| metric::hard_fail(why)).collect(),
+            hard_fails: graded.hard_fails.iter().map(metric::failure).collect(),
             lost,
             rubric: graded.deductions.iter().map(|d| rubric_row(graded, d)).collect(),
             groups: groups(graded),

@@ -1,14 +1,14 @@
 //! Metrics, and the reasons of scores, in the reader's language.
 //!
-//! A score keeps its reasons as they were worded when it was made, in English. Another language says the same anew, from
-//! the words of the metric and the figures in the reason; what it cannot take apart, it shows as it was kept.
+//! A score keeps causes, and every language says them from the metric's words and the figures. What was scored before there were causes
+//! kept its reasons in English words, and is shown in them.
 
-use assessment::Deduction;
-use assessment::catalogue::{self, Definition, Split};
+use assessment::catalogue::{self, Split};
+use assessment::{Deduction, DeductionCause, Direction, FailureCause, HardFailure};
 use mechanics::axial::Contactor;
 
 use super::{anatomy, format};
-use crate::words::{self, Language};
+use crate::words;
 
 /// Name of a metric by its id, with a capital.
 #[must_use]
@@ -55,128 +55,149 @@ fn words_of(id: &str) -> String {
 /// Why points were lost, with what earns full marks and advice.
 #[must_use]
 pub fn reason(deduction: &Deduction) -> String {
-    let why = renamed(&deduction.metric, without_cost(&deduction.why));
-    format::sentence(&in_own_language(&deduction.metric, &why).unwrap_or(why))
+    format::sentence(&in_words(deduction, deduction.points > 0.0))
 }
 
 /// Why points were lost, for a list of attempts.
 #[must_use]
 pub fn short_reason(deduction: &Deduction) -> String {
-    let why = renamed(&deduction.metric, without_cost(&deduction.why));
-    let what = why.split_once(", full marks for ").map_or(why.as_str(), |(what, _)| what);
-    format::sentence(&in_own_language(&deduction.metric, what).unwrap_or_else(|| what.to_owned()))
+    format::sentence(&in_words(deduction, false))
+}
+
+fn in_words(deduction: &Deduction, advised: bool) -> String {
+    let metric = || words_of(&deduction.metric);
+    match &deduction.cause {
+        DeductionCause::Measured { value, full, zero } => {
+            measured(deduction, *value, advised.then_some((*full, full > zero)))
+        }
+        DeductionCause::Absent { reason } => format!("{}: {}", metric(), words::known(reason.words())),
+        DeductionCause::Required { unmet } => format!("{}: {}", metric(), words::known(unmet.words())),
+        DeductionCause::NoSuchMetric => tr!("{metric}: this scene has no such metric", metric = deduction.metric),
+        DeductionCause::Worded { words } => words.clone(),
+    }
+}
+
+/// A value; where it cost something, also what earns full marks, whether more than that does, and advice.
+fn measured(deduction: &Deduction, value: f64, full: Option<(f64, bool)>) -> String {
+    let definition = catalogue::definition(&deduction.metric, deduction.version);
+    let unit = definition.map_or("", |definition| definition.unit);
+    if definition.is_some_and(|definition| definition.direction == Direction::Range) {
+        let found = figure(value.abs(), unit);
+        return if value >= 0.0 {
+            tr!("{found} too deep", found = found)
+        } else {
+            tr!("{found} too shallow", found = found)
+        };
+    }
+    let found = format!("{} {}", words_of(&deduction.metric), figure(value, unit));
+    let Some((full, more)) = full else { return found };
+    let (full, advice) = (figure(full, unit), words::known(definition.map_or("", |definition| definition.advice)));
+    if more {
+        tr!("{found}, full marks for {full} or more – {advice}", found = found, full = full, advice = advice)
+    } else {
+        tr!("{found}, full marks for {full} or less – {advice}", found = found, full = full, advice = advice)
+    }
+}
+
+/// A value with its unit, in the reader's language.
+fn figure(value: f64, unit: &str) -> String {
+    format::decimal(&assessment::words::figure(value, unit))
 }
 
 /// Why an attempt failed whatever its points: the author's words, and the figures in the reader's language.
 #[must_use]
-pub fn hard_fail(why: &str) -> String {
-    let Some((words, figures)) = why.rsplit_once(" (") else { return words::known(why) };
-    let taken = figures.strip_suffix(')').and_then(|figures| figures.rsplit_once(", limit "));
-    let Some((found, limit)) = taken else { return why.to_owned() };
-    let split = |c: char| c.is_ascii_digit() || c == '−';
-    let (label, value) = found.split_at(found.find(split).unwrap_or(found.len()));
-    let (label, value) = (words::known(label.trim_end()), format::decimal(value));
-    tr!(
-        "{why} ({found}, limit {limit})",
-        why = words,
-        found = format!("{label} {value}"),
-        limit = format::decimal(limit)
-    )
-}
-
-/// A reason ends with its cost, which stands in a column of its own on pages.
-fn without_cost(why: &str) -> &str {
-    match why.rsplit_once(": ") {
-        Some((reason, cost)) if cost.starts_with('−') || cost == "no points lost" => reason,
-        _ => why,
-    }
-}
-
-/// A reason that was kept when pops were still called by `through` and the layer entered, with today's name of the pop.
-fn renamed(metric: &str, why: &str) -> String {
-    let pop = metric.split_once('.').and_then(|(_, part)| part.rsplit_once('.'));
-    match (catalogue::newest(metric).and_then(|definition| definition.split), pop) {
-        (Some(Split::Boundary), Some((layer, contactor))) => {
-            why.replacen(&format!(", {contactor} through {layer}"), &format!(", {contactor} into {layer}"), 1)
+pub fn failure(failure: &HardFailure) -> String {
+    match &failure.cause {
+        FailureCause::Required { unmet } => words::known(unmet.failure_words()),
+        FailureCause::Limit { words, metric, version, value, limit } => {
+            let unit = catalogue::definition(metric, *version).map_or("", |definition| definition.unit);
+            let found = format!("{} {}", words_of(metric), figure(*value, unit));
+            tr!("{why} ({found}, limit {limit})", why = words, found = found, limit = figure(*limit, unit))
         }
-        _ => why.to_owned(),
+        FailureCause::Worded { words } => words::known(words),
     }
-}
-
-/// A reason said anew; none in English, and none for what is worded otherwise.
-fn in_own_language(metric: &str, why: &str) -> Option<String> {
-    if words::current() == Language::ENGLISH {
-        return None;
-    }
-    if let Some(found) = why.strip_suffix(" too deep") {
-        return Some(tr!("{found} too deep", found = format::decimal(found)));
-    }
-    if let Some(found) = why.strip_suffix(" too shallow") {
-        return Some(tr!("{found} too shallow", found = format::decimal(found)));
-    }
-    let definition = catalogue::newest(metric)?;
-    let english =
-        metric.split_once('.').map_or_else(|| definition.label.to_owned(), |(_, part)| definition.label_of(part));
-    let rest = why.strip_prefix(&english)?;
-    if let Some(absent) = rest.strip_prefix(": ") {
-        return Some(format!("{}: {}", words_of(metric), words::known(absent)));
-    }
-    let Some((found, marks)) = rest.split_once(", full marks for ") else {
-        return Some(words_of(metric) + &format::decimal(rest));
-    };
-    full_marks(definition, &(words_of(metric) + &format::decimal(found)), marks)
-}
-
-/// What was found, what earns full marks, and advice.
-fn full_marks(definition: &Definition, found: &str, marks: &str) -> Option<String> {
-    let advice = words::known(definition.advice);
-    if let Some((full, _)) = marks.split_once(" or less – ") {
-        let full = format::decimal(full);
-        return Some(tr!(
-            "{found}, full marks for {full} or less – {advice}",
-            found = found,
-            full = full,
-            advice = advice
-        ));
-    }
-    let (full, _) = marks.split_once(" or more – ")?;
-    let full = format::decimal(full);
-    Some(tr!("{found}, full marks for {full} or more – {advice}", found = found, full = full, advice = advice))
 }
 
 #[cfg(test)]
 mod tests {
-    //! A reason kept in English must be told in German with the same figures, and never be lost.
+    //! A cause is said in German with the same figures, and in English as every other place says it.
+
+    use assessment::words::{deduction_in_words, failure_in_words};
+    use assessment::{Absent, UnmetRequirement};
 
     use super::*;
+    use crate::words::Language;
 
-    fn german(metric: &str, why: &str) -> String {
-        let deduction = Deduction { metric: metric.to_owned(), version: 1, points: 6.0, why: why.to_owned() };
-        words::within(Language::named("de").expect("German"), || reason(&deduction))
+    fn german<T>(say: impl FnOnce() -> T) -> T {
+        words::within(Language::named("de").expect("German"), say)
+    }
+
+    fn deduction(metric: &str, points: f64, cause: DeductionCause) -> Deduction {
+        Deduction { metric: metric.to_owned(), version: 1, points, cause }
+    }
+
+    fn measured(metric: &str, points: f64, value: f64) -> Deduction {
+        deduction(metric, points, DeductionCause::Measured { value, full: 0.5, zero: 6.0 })
+    }
+
+    fn limit() -> HardFailure {
+        let (words, metric) = ("The force went above 10 N".to_owned(), "peak_force_n".to_owned());
+        HardFailure { cause: FailureCause::Limit { words, metric, version: 1, value: 12.3, limit: 10.0 } }
     }
 
     #[test]
-    fn english_reasons_stay_as_they_were_kept() {
-        let why = "overshoot 1.9 mm, full marks for 0.5 mm or less – brace the hand: −6 points".to_owned();
-        let deduction = Deduction { metric: "overshoot_mm".to_owned(), version: 1, points: 6.0, why };
-        assert_eq!(reason(&deduction), "Overshoot 1.9 mm, full marks for 0.5 mm or less – brace the hand");
-        assert_eq!(short_reason(&deduction), "Overshoot 1.9 mm");
+    fn pages_and_other_places_say_the_same_in_english() {
+        let causes = Absent::ALL.map(|reason| DeductionCause::Absent { reason });
+        let causes = causes.into_iter().chain(UnmetRequirement::ALL.map(|unmet| DeductionCause::Required { unmet }));
+        let mut deductions: Vec<Deduction> = causes.map(|cause| deduction("overshoot_mm", 6.0, cause)).collect();
+        deductions.push(deduction("charm", 6.0, DeductionCause::NoSuchMetric));
+        for (metric, points, value) in [
+            ("overshoot_mm", 6.0, 1.9),
+            ("overshoot_mm", 0.0, 0.2),
+            ("depth_error_mm", 6.0, -2.44),
+            ("depth_error_mm", 6.0, 2.44),
+            ("peak_force_layer_n.deep fat", 6.0, 2.1),
+            ("over_insertion_mm.fat.rim", 6.0, 2.1),
+            ("skin_entries", 6.0, 2.0),
+        ] {
+            deductions.push(measured(metric, points, value));
+        }
+        for deduction in &deductions {
+            let page = in_words(deduction, deduction.points > 0.0);
+            let elsewhere = deduction_in_words(deduction);
+            let (why, _cost) = elsewhere.rsplit_once(": ").expect("a cost");
+            assert_eq!(page, why);
+        }
+        let mut failures = vec![limit()];
+        failures.extend(UnmetRequirement::ALL.map(|unmet| HardFailure { cause: FailureCause::Required { unmet } }));
+        for told in &failures {
+            assert_eq!(failure(told), failure_in_words(told));
+        }
     }
 
     #[test]
     fn another_language_says_the_same_with_the_same_figures() {
-        let said = german("overshoot_mm", "overshoot 1.9 mm, full marks for 0.5 mm or less – brace: −6 points");
+        let said = german(|| reason(&measured("overshoot_mm", 6.0, 1.9)));
         assert!(said.contains("1,9 mm") && said.contains("0,5 mm") && !said.contains("full marks"), "{said}");
-        assert!(german("depth_error_mm", "2.4 mm too deep: −6 points").starts_with("2,4 mm zu tief"));
-        let split = german("peak_force_layer_n.deep fat", "peak force in deep fat 2.1 N: no points lost");
+        assert!(german(|| reason(&measured("depth_error_mm", 6.0, 2.4))).starts_with("2,4 mm zu tief"));
+        let split = german(|| reason(&measured("peak_force_layer_n.deep fat", 0.0, 2.1)));
         assert!(split.ends_with("deep fat 2,1 N") && !split.contains("force"), "{split}");
-        for kept in ["into", "through"] {
-            let said = german(
-                "over_insertion_mm.fat.rim",
-                &format!("advance after the pop, rim {kept} fat 2.1 mm: −6 points"),
-            );
-            assert!(said.ends_with("Rand in Fett 2,1 mm"), "{said}");
+        let pop = german(|| short_reason(&measured("over_insertion_mm.fat.rim", 6.0, 2.1)));
+        assert!(pop.ends_with("Rand in Fett 2,1 mm"), "{pop}");
+        assert_eq!(german(|| failure(&limit())), "The force went above 10 N (Spitzenkraft 12,3 N, Grenze 10 N)");
+        for unmet in UnmetRequirement::ALL {
+            let cause = FailureCause::Required { unmet };
+            assert_ne!(german(|| failure(&HardFailure { cause })), unmet.failure_words());
         }
+    }
+
+    #[test]
+    fn what_was_kept_in_words_is_shown_as_it_was_kept() {
+        let words = "overshoot 1.9 mm: −6 points".to_owned();
+        let kept = deduction("overshoot_mm", 6.0, DeductionCause::Worded { words });
+        assert_eq!(german(|| reason(&kept)), "Overshoot 1.9 mm: −6 points");
+        let kept = HardFailure { cause: FailureCause::Worded { words: "worded (by hand)".to_owned() } };
+        assert_eq!(german(|| failure(&kept)), "worded (by hand)");
     }
 
     #[test]
@@ -184,25 +205,5 @@ mod tests {
         let [first, second] = [1, 2].map(|version| definition("stop_time_s.skin.rim", version));
         assert!(!first.is_empty() && !first.contains('(') && second.ends_with("(Version 2)"), "{first} {second}");
         assert_eq!(definition("stop_time_s", 9) + &definition("charm", 2), "");
-    }
-
-    #[test]
-    fn what_cannot_be_taken_apart_is_shown_as_it_was_kept() {
-        assert_eq!(german("overshoot_mm", "went too far: −6 points"), "Went too far");
-        assert_eq!(german("charm", "charm 3: −6 points"), "Charm 3");
-    }
-
-    #[test]
-    fn a_failed_limit_keeps_the_authors_words_and_its_figures() {
-        let why = "The force went above 10 N (peak force 12.3 N, limit 10 N)";
-        assert_eq!(hard_fail(why), why);
-        let german = words::within(Language::named("de").expect("German"), || hard_fail(why));
-        assert_eq!(german, "The force went above 10 N (Spitzenkraft 12,3 N, Grenze 10 N)");
-        let unmet = "Nothing is earned: the position was not confirmed.";
-        assert_eq!(hard_fail(unmet), unmet);
-        let german = words::within(Language::named("de").expect("German"), || hard_fail(unmet));
-        assert_ne!(german, unmet);
-        assert_eq!(hard_fail("worded by hand"), "worded by hand");
-        assert_eq!(hard_fail("worded (by hand)"), "worded (by hand)");
     }
 }

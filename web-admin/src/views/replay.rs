@@ -10,7 +10,6 @@ use uuid::Uuid;
 use super::session::Drawing;
 use super::{Shell, anatomy, assets, format};
 use crate::domain::comment::{CommentKind, MOST_CHARACTERS, Typed};
-use crate::domain::curve::Stage;
 
 /// The page of a replay.
 #[derive(Debug, Template, WebTemplate)]

@@ -164,8 +164,8 @@ pub struct RegradePage {
     pub same: bool,
     /// What costs points by the rubric of today: reason and points.
     pub lost: Vec<(String, f64)>,
-    /// Reasons of hard fails by the rubric of today.
-    pub hard_fails: Vec<String>,
+    /// Why it would fail whatever its points by the rubric of today.
+    pub failures: Vec<String>,
     /// The reason as it was typed, and why it was refused.
     pub typed: (String, Option<String>),
 }
@@ -175,6 +175,12 @@ pub struct RegradePage {
 pub fn lost(assessment: &Assessment) -> Vec<(String, f64)> {
     let dear = assessment.deductions.iter().filter(|d| d.points > 0.0);
     dear.map(|d| (metric::short_reason(d), d.points)).collect()
+}
+
+/// Why an assessment fails whatever its points.
+#[must_use]
+pub fn failures(assessment: &Assessment) -> Vec<String> {
+    assessment.hard_fails.iter().map(metric::failure).collect()
 }
 
 #[cfg(test)]
@@ -287,7 +293,7 @@ mod tests {
             after: (74.0, true),
             same: false,
             lost: vec![("1.9 mm too deep".to_owned(), 12.0)],
-            hard_fails: vec![],
+            failures: vec![],
             typed: ("the mark was < 60".to_owned(), Some("reason: empty".to_owned())),
         };
         let html = samples::keep("regrade", &page);

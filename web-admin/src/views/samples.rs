@@ -1,6 +1,6 @@
 //! Sample data for the pages' own tests, drawn from one invented school.
 
-use assessment::{Deduction, Direction, Metric};
+use assessment::{Deduction, DeductionCause, Direction, Metric};
 use scene::{Exercise, ExerciseBundle, HardFail, RubricLine};
 use time::{Duration, OffsetDateTime, macros::datetime};
 use uuid::Uuid;
@@ -12,10 +12,10 @@ use super::progress::HabitsView;
 use super::session::{Drawing, Outcome, SessionPage, Verification};
 use super::trainee::{AttemptRow, CourseFacts, CourseView, Pages, TraineePage};
 use super::{Place, Shell, Status, shell::Visitor};
-use crate::domain::curve::{Band, Curve, Mark, MarkKind, Point, Stage, StageSpan};
 use crate::domain::progress::{Attempt, Course, Mastery, Progress, Step};
 use crate::domain::{Moment, Role, Uncounted};
 use crate::storage::cohorts::{Act, Noted, Request};
+use attempt::{AttemptCurve, BoundaryStage, CurveMark, CurvePoint, LayerSpan, MarkKind, StageSpan};
 
 mod tissue;
 
@@ -54,10 +54,14 @@ pub(super) fn shell(role: Role) -> Shell {
 }
 
 /// An insertion through three layers with a trocar, a stop, and the way out.
-pub(super) fn curve() -> Curve {
-    let band =
-        |name: &str, top_mm, bottom_mm| Band { name: name.to_owned(), texture: name.to_owned(), top_mm, bottom_mm };
-    Curve {
+pub(super) fn curve() -> AttemptCurve {
+    let band = |name: &str, top_mm, bottom_mm| LayerSpan {
+        name: name.to_owned(),
+        texture: name.to_owned(),
+        top_mm,
+        bottom_mm,
+    };
+    AttemptCurve {
         bands: vec![band("skin", 0.0, 0.8), band("fat", 0.8, 9.2), band("muscle", 9.2, 48.2)],
         points: curve_points(),
         marks: curve_marks(),
@@ -81,28 +85,27 @@ fn force_at(x_mm: f64) -> f64 {
     elastic.sum::<f64>() + 0.03 * x_mm.max(0.0)
 }
 
-fn curve_points() -> Vec<Point> {
+fn curve_points() -> Vec<CurvePoint> {
     let inward = (0..380_u32).map(|i| {
         let t_s = f64::from(i) * 0.045;
-        let depth_mm = -6.0 + t_s * 1.642;
-        Point { t_s, depth_mm, force_n: force_at(depth_mm) }
+        let advance_mm = -6.0 + t_s * 1.642;
+        CurvePoint { t_s, advance_mm, force_n: force_at(advance_mm) }
     });
-    let hold = (0..60_u32).map(|i| Point { t_s: 17.1 + f64::from(i) * 0.05, depth_mm: 21.93, force_n: 0.66 });
+    let hold = (0..60_u32).map(|i| CurvePoint { t_s: 17.1 + f64::from(i) * 0.05, advance_mm: 21.93, force_n: 0.66 });
     let outward = (0..120_u32).map(|i| {
         let t_s = 20.1 + f64::from(i) * 0.049;
-        let depth_mm = 21.93 - (t_s - 20.1) * 4.7;
-        Point { t_s, depth_mm, force_n: if depth_mm > 0.0 { -0.02 * depth_mm } else { 0.0 } }
+        let advance_mm = 21.93 - (t_s - 20.1) * 4.7;
+        CurvePoint { t_s, advance_mm, force_n: if advance_mm > 0.0 { -0.02 * advance_mm } else { 0.0 } }
     });
     inward.chain(hold).chain(outward).collect()
 }
 
-fn curve_marks() -> Vec<Mark> {
-    let mark = |kind, depth_mm: f64, name: &str| Mark {
+fn curve_marks() -> Vec<CurveMark> {
+    let mark = |kind, advance_mm: f64, name: &str| CurveMark {
         kind,
-        t_s: (depth_mm + 6.0) / 1.642,
-        depth_mm,
-        force_n: force_at(depth_mm - 0.01),
-        axial_n: force_at(depth_mm - 0.01),
+        t_s: (advance_mm + 6.0) / 1.642,
+        advance_mm,
+        axial_n: force_at(advance_mm - 0.01),
         name: name.to_owned(),
     };
     vec![
@@ -113,7 +116,7 @@ fn curve_marks() -> Vec<Mark> {
         mark(MarkKind::RimRupture, 10.03, "fat"),
         mark(MarkKind::TipRupture, 12.22, "muscle"),
         mark(MarkKind::RimRupture, 15.02, "muscle"),
-        Mark { t_s: 19.0, ..mark(MarkKind::Confirm, 21.93, "") },
+        CurveMark { t_s: 19.0, ..mark(MarkKind::Confirm, 21.93, "") },
     ]
 }
 
@@ -122,10 +125,10 @@ fn curve_stages() -> Vec<StageSpan> {
     let spans = BOUNDARIES.iter().enumerate().flat_map(|(i, (top, _, tip, rim))| {
         let meets = (top + 2.0).max(*tip);
         [
-            span(i, Stage::I, *top, *tip),
-            span(i, Stage::II, *tip, meets),
-            span(i, Stage::III, meets, *rim),
-            span(i, Stage::IV, *rim, 21.93),
+            span(i, BoundaryStage::I, *top, *tip),
+            span(i, BoundaryStage::II, *tip, meets),
+            span(i, BoundaryStage::III, meets, *rim),
+            span(i, BoundaryStage::IV, *rim, 21.93),
         ]
     });
     spans.filter(|s| s.to_mm > s.from_mm).collect()
@@ -219,25 +222,17 @@ fn metric(id: &str, value: Option<f64>) -> Metric {
 }
 
 pub(super) fn judgement() -> Judgement {
-    let deduction = |metric: &str, points: f64, why: &str| Deduction {
+    let deduction = |metric: &str, points: f64, value: f64, (full, zero): (f64, f64)| Deduction {
         metric: metric.to_owned(),
         version: 1,
         points,
-        why: why.to_owned(),
+        cause: DeductionCause::Measured { value, full, zero },
     };
     let deductions = [
-        deduction("depth_error_mm", 7.95, "1.9 mm too deep: −8 points"),
-        deduction(
-            "overshoot_mm",
-            6.5,
-            "overshoot 1.9 mm, full marks for 0.5 mm or less – brace the hand and stop sooner: −6.5 points",
-        ),
-        deduction(
-            "peak_force_n",
-            4.8,
-            "peak force 2.3 N, full marks for 1.8 N or less – push more gently: −4.8 points",
-        ),
-        deduction("lateral_work_mj", 0.0, "lateral work 0.9 mJ: no points lost"),
+        deduction("depth_error_mm", 7.95, 1.93, (0.5, 5.0)),
+        deduction("overshoot_mm", 6.5, 1.9, (0.5, 5.0)),
+        deduction("peak_force_n", 4.8, 2.3, (1.8, 4.0)),
+        deduction("lateral_work_mj", 0.0, 0.9, (2.0, 10.0)),
     ];
     let bundle = bundle();
     Judgement::new(&Graded {

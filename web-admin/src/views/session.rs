@@ -9,8 +9,9 @@ use super::charts;
 use super::judgement::Judgement;
 use super::{Shell, Status, anatomy, format};
 use crate::domain::Uncounted;
-use crate::domain::curve::{Curve, MarkKind, Stage};
 use crate::words;
+use attempt::{AttemptCurve, BoundaryStage, MarkKind, StageSpan};
+use recording::keep_extremes;
 
 /// The page of an attempt.
 #[derive(Debug, Template, WebTemplate)]
@@ -118,7 +119,7 @@ pub struct Drawing {
     pub stages: Vec<StageRow>,
     /// Name, beginning and end of each layer, in mm along the needle.
     pub layers: Vec<(String, f64, f64)>,
-    /// Time, depth and force at about twenty moments.
+    /// Time, way along the needle and force at about twenty moments, the peaks among them.
     pub points: Vec<(f64, f64, f64)>,
 }
 
@@ -132,8 +133,8 @@ pub struct MarkRow {
     /// When, in s.
     pub t_s: f64,
     /// Where, in mm along the needle.
-    pub depth_mm: f64,
-    /// Force just before, in N.
+    pub advance_mm: f64,
+    /// Axial force on the hand just before, in N.
     pub force_n: f64,
 }
 
@@ -143,22 +144,22 @@ pub struct StageRow {
     /// The layer below the boundary.
     pub boundary: String,
     /// The stage.
-    pub stage: Stage,
+    pub stage: BoundaryStage,
     /// Where it began, in mm along the needle.
     pub from_mm: f64,
     /// Where it ended, in mm along the needle.
     pub to_mm: f64,
 }
 
-/// Rows of the table of the curve.
+/// Most rows of the table of the curve.
 const TABLE_ROWS: usize = 24;
 
 impl Drawing {
     /// Draws a curve.
     #[must_use]
-    pub fn new(curve: &Curve) -> Self {
+    pub fn new(curve: &AttemptCurve) -> Self {
         let curve = &anatomy::curve(curve);
-        let stride = curve.points.len().div_ceil(TABLE_ROWS).max(1);
+        let rows = keep_extremes(&curve.points, TABLE_ROWS, |point| point.force_n).into_iter();
         Self {
             force_depth: charts::both(|size| charts::force_depth(curve, size)),
             force_time: charts::both(|size| charts::force_and_depth(curve, size)),
@@ -167,19 +168,19 @@ impl Drawing {
                     number,
                     what: what_happened(mark.kind, &mark.name),
                     t_s: mark.t_s,
-                    depth_mm: mark.depth_mm,
-                    force_n: mark.force_n,
+                    advance_mm: mark.advance_mm,
+                    force_n: mark.axial_n,
                 })
                 .collect(),
             stages: stage_rows(curve),
             layers: curve.bands.iter().map(|b| (b.name.clone(), b.top_mm, b.bottom_mm)).collect(),
-            points: curve.points.iter().step_by(stride).map(|p| (p.t_s, p.depth_mm, p.force_n)).collect(),
+            points: rows.map(|p| (p.t_s, p.advance_mm, p.force_n)).collect(),
         }
     }
 }
 
-fn stage_rows(curve: &Curve) -> Vec<StageRow> {
-    let row = |span: &crate::domain::curve::StageSpan| StageRow {
+fn stage_rows(curve: &AttemptCurve) -> Vec<StageRow> {
+    let row = |span: &StageSpan| StageRow {
         boundary: curve.bands.get(span.boundary).map_or_else(String::new, |b| b.name.clone()),
         stage: span.stage,
         from_mm: span.from_mm,

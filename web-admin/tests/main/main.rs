@@ -30,6 +30,7 @@ mod fatal;
 mod faults;
 mod killpoints;
 mod nonsense;
+mod oblique;
 mod operation;
 mod other_programs;
 mod own_data;

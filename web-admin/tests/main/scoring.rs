@@ -54,7 +54,7 @@ async fn a_recording_becomes_the_score_that_the_library_gives_it() {
     assert_eq!(score, serde_json::to_value(&ours).unwrap());
     key.id = attempt.session_id;
     let curve = scores::curve(app.state.db.reader(), key).await.unwrap().unwrap();
-    assert_eq!(curve, web_admin::domain::Curve::of(&recording, &EXERCISE));
+    assert_eq!(curve, attempt::AttemptCurve::draw(&recording, &EXERCISE));
 }
 
 #[tokio::test]

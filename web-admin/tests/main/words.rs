@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use assessment::{Absent, UnmetRequirement};
 use polib::catalog::Catalog;
 use polib::message::{Message, MessageView};
 use polib::po_file;
@@ -17,23 +18,7 @@ use polib::po_file;
 mod choice;
 
 /// Words that are data as well, and are said by `words::known`: of libraries that speak English alone.
-const KNOWN: [&str; 32] = [
-    "the needle never reached the skin",
-    "the needle never went through the skin",
-    "the needle did not reach this layer",
-    "this boundary was not opened",
-    "the needle was still moving when the recording ended",
-    "the recording holds no energy ledger",
-    "the recording is too short to tell a speed",
-    "the recorded numbers yield no value",
-    "the needle did not reach the layer that is asked for",
-    "the position is too far from the target",
-    "the position was not confirmed",
-    "the needle was not withdrawn",
-    "Nothing is earned: the needle did not reach the layer that is asked for.",
-    "Nothing is earned: the position is too far from the target.",
-    "Nothing is earned: the position was not confirmed.",
-    "Nothing is earned: the needle was not withdrawn.",
+const KNOWN: [&str; 16] = [
     "target",
     "vessel",
     "nerve",
@@ -134,7 +119,9 @@ fn sentences() -> Sentences {
     }
     let catalogue =
         assessment::catalogue::DEFINITIONS.iter().flat_map(|d| [d.label, d.definition, d.advice, d.unoffered]);
-    for word in KNOWN.into_iter().chain(catalogue).filter(|word| !word.is_empty()) {
+    let absent = Absent::ALL.into_iter().chain([Absent::OfAnotherVersion]).map(Absent::words);
+    let unmet = UnmetRequirement::ALL.into_iter().flat_map(|unmet| [unmet.words(), unmet.failure_words()]);
+    for word in KNOWN.into_iter().chain(absent).chain(unmet).chain(catalogue).filter(|word| !word.is_empty()) {
         all.entry(word.to_owned()).or_default().files.push("data".to_owned());
     }
     all

@@ -9,6 +9,8 @@ mod table;
 use recording::Contactor;
 use serde::{Deserialize, Serialize};
 
+use crate::absent::Absent;
+
 pub use table::DEFINITIONS;
 
 /// Which way is better.
@@ -41,9 +43,9 @@ pub struct Metric {
     /// Name in words, for people.
     #[serde(default)]
     pub label: String,
-    /// Why the metric does not apply, in words; empty where it does.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub absent: String,
+    /// Why the metric does not apply, where it does not.
+    #[serde(default, deserialize_with = "Absent::deserialize_field", skip_serializing_if = "Option::is_none")]
+    pub absent: Option<Absent>,
 }
 
 /// What a metric is split by: the part of its id after the first full stop.

@@ -1,5 +1,7 @@
 //! Depth and aim: where the needle went in, how deep, and how far from the target it ended.
 
+use recording::Contactor;
+
 use super::Sheet;
 use crate::attempt::{Attempt, Outcome};
 
@@ -41,5 +43,5 @@ fn angle_error_deg(attempt: &Attempt) -> Outcome {
 /// The tip opens the first boundary once per track; a way back into an open track is no new puncture.
 fn skin_entries(attempt: &Attempt) -> Outcome {
     attempt.touched()?;
-    Ok(attempt.ruptures.iter().filter(|r| r.boundary == 0 && !r.by_rim).count() as f64)
+    Ok(attempt.ruptures.iter().filter(|r| r.boundary == 0 && r.contactor == Contactor::Tip).count() as f64)
 }

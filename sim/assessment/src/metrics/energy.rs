@@ -1,7 +1,8 @@
 //! The energy ledger's parts, as the recording last stated them.
 
 use super::Sheet;
-use crate::attempt::{Absent, Attempt, Outcome};
+use crate::absent::Absent;
+use crate::attempt::{Attempt, Outcome};
 
 pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
     put(attempt, sheet, "rupture_energy_mj", 0);

@@ -4,10 +4,12 @@ use std::collections::BTreeMap;
 use std::iter::Peekable;
 use std::slice::Iter;
 
-use recording::Sample;
+use ::attempt::{Insertion, raise_to_rupture_n};
+use recording::{Contactor, Sample};
 
 use super::Sheet;
-use crate::attempt::{Absent, Attempt, Insertion, Outcome, Rupture};
+use crate::absent::Absent;
+use crate::attempt::{Attempt, Outcome, Rupture};
 use crate::signal::{RATE_HZ, derivative};
 
 /// How near to a rupture the force rate is not looked at, in s: what a fall leaves in the filter is gone by then.
@@ -88,12 +90,7 @@ fn raise_before_ruptures(attempt: &Attempt, mut axial_n: Vec<f64>) -> Vec<f64> {
     let samples = attempt.timeline.samples();
     for rupture in &attempt.ruptures {
         let Some(before) = samples.partition_point(|s| s.t_s < rupture.t_s).checked_sub(1) else { continue };
-        let sample = samples[before];
-        let own_n = f64::from(if rupture.by_rim { sample.rim_n } else { sample.tip_n });
-        // A contactor that did not press yet was moved here within one tick: no hand felt its force.
-        if own_n > 0.0 {
-            axial_n[before] = axial_n[before].max(axial_n[before] - own_n + rupture.force_n);
-        }
+        axial_n[before] = raise_to_rupture_n(axial_n[before], samples[before], rupture.contactor, rupture.force_n);
     }
     axial_n
 }
@@ -131,7 +128,7 @@ impl<'a> Tip<'a> {
     fn layer(&mut self, sample: &Sample, insertion: &Insertion) -> Option<usize> {
         let opened = self.opened.entry(insertion.track).or_default();
         while let Some(rupture) = self.ruptures.next_if(|r| r.t_s <= sample.t_s) {
-            if !rupture.by_rim {
+            if rupture.contactor == Contactor::Tip {
                 *opened = (*opened).max(rupture.boundary + 1);
             }
         }

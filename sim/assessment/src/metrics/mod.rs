@@ -9,7 +9,8 @@ mod rupture;
 mod structures;
 mod time;
 
-use crate::attempt::{Absent, Attempt, Outcome};
+use crate::absent::Absent;
+use crate::attempt::{Attempt, Outcome};
 use crate::catalogue::{DEFINITIONS, Direction, Metric};
 
 /// Which version of which metric.
@@ -81,7 +82,7 @@ impl Sheet {
                 direction: definition.direction,
                 applies: outcome.is_ok(),
                 label,
-                absent: outcome.err().map_or_else(String::new, |absent| absent.why().to_owned()),
+                absent: outcome.err(),
             };
             (order, metric)
         }));

@@ -3,7 +3,8 @@
 use nalgebra::{Point3, Vector3};
 
 use super::Sheet;
-use crate::attempt::{Absent, Attempt, Outcome};
+use crate::absent::Absent;
+use crate::attempt::{Attempt, Outcome};
 use crate::motion::Motion;
 use crate::signal::RATE_HZ;
 use crate::sparc::{SPARC_HZ, spectral_arc_length};

@@ -1,13 +1,14 @@
 //! What was done of what a puncture is made of: reached, confirmed, withdrawn.
 
-use recording::EventKind;
+use ::attempt::is_inserted;
+use recording::{Contactor, EventKind};
 
 use super::Sheet;
-use crate::attempt::{Attempt, Outcome, is_inserted};
+use crate::attempt::{Attempt, Outcome};
 
 pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
     for (i, layer) in attempt.bundle.scene.layers.iter().enumerate() {
-        let opened = attempt.ruptures.iter().any(|r| r.boundary == i && !r.by_rim);
+        let opened = attempt.ruptures.iter().any(|r| r.boundary == i && r.contactor == Contactor::Tip);
         sheet.put_for("reached", &layer.name, attempt.touched().map(|_| one_if(opened)));
     }
     sheet.put("confirmed", attempt.touched().map(|_| one_if(is_confirmed(attempt))));

@@ -1,7 +1,10 @@
 //! What each rupture cost: the force before it, the advance after it, the time to stop.
 
+use recording::Contactor;
+
 use super::{Id, Sheet};
-use crate::attempt::{Absent, Attempt, Outcome, Rupture};
+use crate::absent::Absent;
+use crate::attempt::{Attempt, Outcome, Rupture};
 use crate::signal::{RATE_HZ, derivative};
 
 /// How long after a rupture its advance is watched, in s.
@@ -30,9 +33,9 @@ fn put(attempt: &Attempt, sheet: &mut Sheet, id: Id<'_>, of: &dyn Fn(&Rupture) -
     sheet.enter(id, largest(attempt, of, |_| true));
     let rim = attempt.bundle.scene.needle.tip_to_rim_mm > 0.0;
     for (i, layer) in attempt.bundle.scene.layers.iter().enumerate() {
-        for by_rim in [false, true].into_iter().take(1 + usize::from(rim)) {
-            let suffix = format!("{}.{}", layer.name, if by_rim { "rim" } else { "tip" });
-            let outcome = largest(attempt, of, |r| r.boundary == i && r.by_rim == by_rim);
+        for contactor in [Contactor::Tip, Contactor::Rim].into_iter().take(1 + usize::from(rim)) {
+            let suffix = format!("{}.{}", layer.name, contactor.name());
+            let outcome = largest(attempt, of, |r| r.boundary == i && r.contactor == contactor);
             sheet.enter(id.by(&suffix), outcome);
         }
     }

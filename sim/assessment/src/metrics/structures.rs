@@ -1,11 +1,12 @@
 //! Structures hit, and how close the shaft came to each.
 
+use ::attempt::is_inserted;
 use nalgebra::Point3;
 use recording::EventKind;
 use scene::{SceneStructure, StructureKind};
 
 use super::Sheet;
-use crate::attempt::{Attempt, Outcome, is_inserted};
+use crate::attempt::{Attempt, Outcome};
 use crate::catalogue::Direction;
 use crate::distance::{Segment, resolution_m, to_structure_m};
 

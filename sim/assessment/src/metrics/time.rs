@@ -1,7 +1,8 @@
 //! Time, idleness and actions.
 
 use super::Sheet;
-use crate::attempt::{Absent, Attempt, Outcome};
+use crate::absent::Absent;
+use crate::attempt::{Attempt, Outcome};
 use crate::motion::Motion;
 use crate::signal::RATE_HZ;
 

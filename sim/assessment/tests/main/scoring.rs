@@ -1,7 +1,8 @@
 //! From metrics to points, reasons and a pass.
 //! Fails when points do not add up to the score, a reason misleads, or an attempt that was not made earns points.
 
-use assessment::{Assessment, Metric, assess, suffices};
+use assessment::words::{deduction_in_words, failure_in_words};
+use assessment::{Absent, Assessment, Metric, assess, suffices};
 use recording::{EventKind, Recording};
 use scene::{ExerciseBundle, RubricLine};
 
@@ -17,8 +18,8 @@ fn with(rubric: Vec<RubricLine>) -> ExerciseBundle {
     bundle
 }
 
-fn why<'a>(assessment: &'a Assessment, metric: &str) -> &'a str {
-    &assessment.deductions.iter().find(|d| d.metric == metric).expect("every line is listed").why
+fn why(assessment: &Assessment, metric: &str) -> String {
+    deduction_in_words(assessment.deductions.iter().find(|d| d.metric == metric).expect("every line is listed"))
 }
 
 #[test]
@@ -78,7 +79,7 @@ fn metrics_alone_are_judged_as_their_recording_is_where_they_suffice() {
     assert!(!changed("structure_hits", |metric| metric.version = 0), "of an earlier definition");
     assert!(!changed("depth_error_mm", |metric| metric.id.clear()), "not measured");
     assert!(!changed("over_insertion_mm.muscle.tip", |metric| {
-        (metric.value, metric.absent) = (None, "for a reason of another version".to_owned());
+        (metric.value, metric.absent) = (None, Some(Absent::OfAnotherVersion));
     }));
     assert!(changed("time_total_s", |metric| metric.version = 0), "nobody asks for it");
 }
@@ -108,7 +109,8 @@ fn a_hard_fail_fails_a_perfect_score() {
     mark(&mut recording, 5.0, EventKind::StructureHit, None);
     let failed = judge(&recording, &bundle);
     assert!((failed.score - 100.0).abs() < 1e-9 && !failed.passed);
-    assert_eq!(failed.hard_fails, ["You met a structure. (structures hit 1, limit 0)"]);
+    let told: Vec<String> = failed.hard_fails.iter().map(failure_in_words).collect();
+    assert_eq!(told, ["You met a structure. (structures hit 1, limit 0)"]);
 }
 
 #[test]
@@ -125,10 +127,14 @@ fn the_json_has_the_contract_s_shape() {
     let keys = |v: &serde_json::Value| v.as_object().map(|o| o.keys().cloned().collect::<Vec<_>>()).unwrap_or_default();
     assert_eq!(keys(&json), ["deductions", "hard_fails", "metrics", "passed", "rubric", "score", "simulator_version"]);
     assert_eq!(keys(&json["rubric"]), ["id", "sha256"]);
-    assert_eq!(keys(&json["deductions"][0]), ["metric", "points", "version", "why"]);
+    assert_eq!(keys(&json["deductions"][0]), ["cause", "metric", "points", "version", "why"]);
+    assert_eq!(json["deductions"][0]["cause"]["kind"], "measured");
+    assert_eq!(json["hard_fails"][0]["cause"]["kind"], "limit");
+    assert!(json["hard_fails"][0]["why"].as_str().is_some_and(|why| why.starts_with("Too deep. (")), "{json}");
     let metrics = json["metrics"].as_array().expect("a list");
     let depth = metrics.iter().find(|m| m["id"] == "depth_error_mm").expect("listed");
     assert_eq!((&depth["unit"], &depth["direction"], &depth["version"]), (&"mm".into(), &"range".into(), &1.into()));
     let absent = metrics.iter().find(|m| m["id"] == "friction_energy_mj").expect("listed");
     assert!(absent["value"].is_null() && absent["applies"] == false, "no ledger was recorded: {absent}");
+    assert_eq!(absent["absent"], "no_ledger");
 }

@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use assessment::{Assessment, Metric, Tryout, assess, attachments, own_exercise};
+use assessment::{Assessment, DeductionCause, Metric, Tryout, assess, attachments, own_exercise};
 use mechanics::operator::{Operator, Skill};
 use recording::{Recording, Writer};
 use scene::{ExerciseBundle, Patient};
@@ -147,6 +147,11 @@ fn rounded(mut assessment: Assessment) -> Assessment {
     assessment.score = round(assessment.score);
     assessment.metrics.iter_mut().for_each(|m| m.value = m.value.map(round));
     assessment.deductions.iter_mut().for_each(|d| d.points = round(d.points));
+    for deduction in &mut assessment.deductions {
+        if let DeductionCause::Measured { value, .. } = &mut deduction.cause {
+            *value = round(*value);
+        }
+    }
     assessment
 }
 

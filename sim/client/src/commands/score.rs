@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
+use assessment::words::{deduction_in_words, failure_in_words};
 use assessment::{AssessError, Assessment, Direction, Metric, Void};
 use scene::ExerciseBundle;
 use serde_json::json;
@@ -59,14 +60,14 @@ fn report(bundle: &ExerciseBundle, judged: &Assessment, out: &mut dyn Write) -> 
     let (exercise, verdict) = (&bundle.exercise, if judged.passed { "passed" } else { "not passed" });
     writeln!(out, "{} ({})", exercise.title, exercise.id)?;
     writeln!(out, "Score {:.1} of 100, {verdict} (pass mark {})", judged.score, exercise.pass_mark)?;
-    for why in &judged.hard_fails {
-        writeln!(out, "Failed whatever the score: {why}")?;
+    for failure in &judged.hard_fails {
+        writeln!(out, "Failed whatever the score: {}", failure_in_words(failure))?;
     }
     writeln!(out, "\n{:>8}  Rubric", "Points")?;
     for deduction in &judged.deductions {
         // Adding zero turns the −0 of a line that cost nothing into 0.
         let metric = named(&deduction.metric, deduction.version);
-        writeln!(out, "{:>8.1}  {metric}: {}", 0.0 - deduction.points + 0.0, deduction.why)?;
+        writeln!(out, "{:>8.1}  {metric}: {}", 0.0 - deduction.points + 0.0, deduction_in_words(deduction))?;
     }
     writeln!(out, "\n{:>12} {:8}  Metric", "Value", "Unit")?;
     for metric in &judged.metrics {

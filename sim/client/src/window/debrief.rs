@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use assessment::words::{deduction_in_words, failure_in_words};
 use assessment::{AssessError, Assessment, Deduction};
 use eframe::egui::{self, RichText, ScrollArea, Ui};
 use recording::Recording;
@@ -39,7 +40,7 @@ struct Judged {
     recording: Arc<Recording>,
     judged: Result<Assessment, AssessError>,
     curves: Curves,
-    layers: Vec<(String, f64)>,
+    layers: Vec<attempt::LayerSpan>,
     pass_mark: f64,
 }
 
@@ -201,11 +202,10 @@ impl Judged {
     fn new(trial: &Trial, kept: Kept) -> Result<Self, Failure> {
         let recording = crate::commands::read_recording(&kept.path)?;
         let judged = assessment::assess(&recording, &trial.bundle);
-        let names = trial.bundle.scene.layers.iter().map(|layer| layer.name.clone());
         let exercise = &trial.bundle.exercise;
         Ok(Self {
             curves: Curves::new("this attempt", &recording),
-            layers: plots::layers(&recording, names, exercise.angle_deg),
+            layers: attempt::span_layers(&recording, &trial.bundle),
             recording: Arc::new(recording),
             judged,
             kept,
@@ -244,8 +244,8 @@ fn verdict(ui: &mut Ui, (assessment, pass_mark): (&Assessment, f64), entered: bo
             ui.label(format!("of 100; {pass_mark:.0} pass"));
         });
     });
-    for why in &assessment.hard_fails {
-        ui.colored_label(colours::BAD, format!("× {why}"));
+    for failure in &assessment.hard_fails {
+        ui.colored_label(colours::BAD, format!("× {}", failure_in_words(failure)));
     }
     ui.add_space(6.0);
     let costliest = costliest(&assessment.deductions);
@@ -258,7 +258,7 @@ fn verdict(ui: &mut Ui, (assessment, pass_mark): (&Assessment, f64), entered: bo
         // Where nothing is earned each line has lost all its points, for the reasons above.
         ui.label(RichText::new("What cost most").strong());
         for deduction in costliest {
-            ui.label(format!("−  {}", deduction.why));
+            ui.label(format!("−  {}", deduction_in_words(deduction)));
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Force over time and over depth, of one recording or two.
 
+use attempt::{LayerSpan, axial_force_before_n};
 use eframe::egui::{Color32, Ui};
 use egui_plot::{Legend, Line, Plot, PlotPoints, Points, Span, VLine};
 use recording::{EventKind, Recording, thin};
@@ -39,7 +40,7 @@ impl Curves {
             name: name.to_owned(),
             time: thinned.iter().map(|sample| [sample.t_s, sample.axial_n()]).collect(),
             depth: moved(depth),
-            pops: pops.map(|event| [event.t_s, before_n(recording, event.t_s)]).collect(),
+            pops: pops.map(|event| [event.t_s, axial_force_before_n(&recording.samples, event)]).collect(),
             duration_s: recording.samples.last().map_or(0.0, |sample| sample.t_s),
         }
     }
@@ -57,12 +58,6 @@ fn moved(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
         }
     }
     kept
-}
-
-/// The whole axial force in the tick before a time in s, in N.
-fn before_n(recording: &Recording, t_s: f64) -> f64 {
-    let after = recording.samples.partition_point(|sample| sample.t_s < t_s);
-    after.checked_sub(1).and_then(|before| recording.samples.get(before)).map_or(0.0, recording::Sample::axial_n)
 }
 
 const COLOURS: [Color32; 2] = [colours::FORCE, colours::WARN];
@@ -85,7 +80,7 @@ pub fn over_time(ui: &mut Ui, all: &[&Curves], playhead_s: Option<f64>, height: 
 }
 
 /// Force over displacement, with the layers as bands.
-pub fn over_depth(ui: &mut Ui, all: &[&Curves], layers: &[(String, f64)], height: f32) {
+pub fn over_depth(ui: &mut Ui, all: &[&Curves], layers: &[LayerSpan], height: f32) {
     let plot = Plot::new("force over depth")
         .height(height)
         .x_axis_label("depth along the needle, mm")
@@ -93,25 +88,17 @@ pub fn over_depth(ui: &mut Ui, all: &[&Curves], layers: &[(String, f64)], height
     let plot = plot.allow_drag(false).allow_zoom(false).allow_scroll(false).allow_boxed_zoom(false).include_y(0.0);
     let deepest_mm = all.iter().flat_map(|curves| &curves.depth).map(|point| point[0]).fold(1.0, f64::max);
     plot.show(ui, |plot| {
-        let mut top_mm = 0.0;
-        for (at, (name, thickness_mm)) in layers.iter().enumerate() {
-            let bottom_mm = (top_mm + thickness_mm).min(deepest_mm);
-            if bottom_mm > top_mm {
+        for (at, layer) in layers.iter().enumerate() {
+            let bottom_mm = layer.bottom_mm.min(deepest_mm);
+            if bottom_mm > layer.top_mm {
                 let fill = Color32::from_white_alpha(if at % 2 == 0 { 14 } else { 5 });
-                plot.span(Span::new(name, top_mm..=bottom_mm).fill(fill));
+                plot.span(Span::new(&layer.name, layer.top_mm..=bottom_mm).fill(fill));
             }
-            top_mm += thickness_mm;
         }
         for (curves, colour) in all.iter().zip(COLOURS) {
             plot.line(Line::new(&curves.name, PlotPoints::from(curves.depth.clone())).color(colour).width(1.5));
         }
     });
-}
-
-/// Name and thickness in mm of every layer of a recording's patient, along the needle.
-pub fn layers(recording: &Recording, names: impl Iterator<Item = String>, angle_deg: f64) -> Vec<(String, f64)> {
-    let along = 1.0 / libm::cos(angle_deg.to_radians());
-    names.zip(&recording.session.patient_thickness_mm).map(|(name, mm)| (name, mm * along)).collect()
 }
 
 /// Moments that one jumps to: time in s, and what happened.

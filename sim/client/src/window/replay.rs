@@ -39,7 +39,7 @@ impl Shown {
 pub struct Replay {
     shown: Shown,
     ghost: Option<(Shown, Alignment)>,
-    layers: Vec<(String, f64)>,
+    layers: Vec<attempt::LayerSpan>,
     target_depth_m: f64,
     look: Look,
     now_s: f64,
@@ -52,9 +52,8 @@ impl Replay {
     #[must_use]
     pub fn new(bundle: &ExerciseBundle, recording: &Arc<Recording>) -> Self {
         let ExerciseBundle { exercise, scene, .. } = bundle;
-        let names = scene.layers.iter().map(|layer| layer.name.clone());
         Self {
-            layers: plots::layers(recording, names, exercise.angle_deg),
+            layers: attempt::span_layers(recording, bundle),
             shown: Shown::new("this attempt", Arc::clone(recording), bundle),
             ghost: None,
             target_depth_m: exercise.target_depth_mm * 1e-3,

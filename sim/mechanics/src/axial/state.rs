@@ -23,6 +23,15 @@ pub enum Contactor {
 }
 
 impl Contactor {
+    /// As ids and files have it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tip => "tip",
+            Self::Rim => "rim",
+        }
+    }
+
     /// What a pop is called everywhere: by the layer that the contactor has got into. The boundary that gave way is that layer's upper one, so
     /// whoever is told of it must hear the name of what lies under it, not of what was left.
     #[must_use]

@@ -46,6 +46,13 @@ impl Latch {
     }
 }
 
+/// 1/cos θ: how much longer the path of a needle through a layer is than the layer is thick, from 1 to that at 80°. `axis` is of unit
+/// length, from hub to tip.
+#[must_use]
+pub fn path_factor(axis: &Vector3<f64>) -> f64 {
+    1.0 / incidence_cos(axis)
+}
+
 /// cos θ between the needle's axis and the inward normal, never less than that of 80°.
 fn incidence_cos(axis: &Vector3<f64>) -> f64 {
     (-axis.z).max(MIN_COS)
@@ -59,7 +66,7 @@ pub(super) fn free_displacement_m(pose: &LastPose) -> f64 {
 /// Latches the axis of a needle whose tip has just got below the skin, and takes up or begins its track.
 pub(super) fn enter(state: &mut PunctureState, pose: &LastPose) -> PunctureEvent {
     let entry_m = entry_point(state.last.as_ref(), pose);
-    let path_factor = 1.0 / incidence_cos(&pose.axis);
+    let path_factor = path_factor(&pose.axis);
     let (track, reused) = choose_track(&mut state.tracks, entry_m);
     if let Some(known) = state.tracks.get(track) {
         state.axial.tip_open = known.tip_open;

@@ -17,6 +17,7 @@ mod params;
 mod state;
 mod step;
 
+pub use contact::path_factor;
 pub use params::{PunctureError, PunctureParams, PunctureSpec};
 pub use state::{PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, PunctureState};
 pub use step::{intrusion, loads, step};

@@ -87,7 +87,7 @@ mod tests {
             metric: (*metric).to_owned(),
             version: 1,
             points: *points,
-            why: String::new(),
+            cause: assessment::DeductionCause::NoSuchMetric,
         };
         lost.iter().map(deduction).collect()
     }

@@ -1,5 +1,6 @@
 //! The moving part of a replay: so many pictures a second of needle and tents, small enough to be sent before play.
 
+use attempt::{needle_axis, patient_thicknesses_m};
 use recording::{Dents, Recording, Sample};
 use scene::ExerciseBundle;
 
@@ -27,7 +28,7 @@ impl Frames {
     #[must_use]
     pub fn of(recording: &Recording, bundle: &ExerciseBundle) -> Self {
         let boundaries = bundle.scene.layers.len();
-        let thicknesses_m = thicknesses_mm(recording, bundle).into_iter().map(|mm| mm * 1e-3);
+        let thicknesses_m = patient_thicknesses_m(recording, bundle);
         let mut dents = Dents::new(thicknesses_m, bundle.scene.needle.tip_to_rim_mm * 1e-3);
         let (mut events, mut tents) = (recording.events.iter().peekable(), recording.tents.iter().peekable());
         let mut frames = Self { boundaries, bytes: Vec::new() };
@@ -57,9 +58,9 @@ impl Frames {
 
     fn push(&mut self, sample: &Sample, dents_m: &[f32]) {
         let tip_mm = sample.tip_m().map(|part| part * 1e3);
-        let axis = axis(sample.orientation);
+        let axis = needle_axis(sample);
         let measured = [sample.x_m * 1e3, f64::from(sample.depth_m) * 1e3, sample.axial_n(), lateral_n(sample)];
-        let row = [sample.t_s].into_iter().chain(tip_mm).chain(axis).chain(measured);
+        let row = [sample.t_s].into_iter().chain(tip_mm).chain(axis.iter().copied()).chain(measured);
         let row = row.map(|value| value as f32).chain(dents_m.iter().map(|dent_m| dent_m * 1e3));
         // A browser draws nothing at a place that is no number, and everything else with it.
         let finite = row.map(|value| if value.is_finite() { value } else { 0.0 });
@@ -82,18 +83,6 @@ impl Frames {
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
-}
-
-/// Thickness of every layer from the skin down, in mm: the patient's, or the scene's where none was drawn.
-pub(super) fn thicknesses_mm(recording: &Recording, bundle: &ExerciseBundle) -> Vec<f64> {
-    let drawn = &recording.session.patient_thickness_mm;
-    let layers = bundle.scene.layers.iter().enumerate();
-    layers.map(|(at, layer)| drawn.get(at).copied().unwrap_or(layer.thickness_mm)).collect()
-}
-
-/// The needle's +z in the patient frame: the third column of the rotation.
-fn axis([x, y, z, w]: [f64; 4]) -> [f64; 3] {
-    [2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)]
 }
 
 #[cfg(test)]

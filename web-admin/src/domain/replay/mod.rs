@@ -7,8 +7,8 @@ mod stage;
 use recording::Recording;
 use scene::ExerciseBundle;
 
-use super::Curve;
 use super::series::Pyramid;
+use attempt::AttemptCurve;
 pub use frames::{COLUMNS, Frames};
 pub use stage::Stage;
 
@@ -28,7 +28,7 @@ impl Replay {
     #[must_use]
     pub fn of(recording: &Recording, bundle: &ExerciseBundle) -> Self {
         let frames = Frames::of(recording, bundle);
-        let curve = Curve::of(recording, bundle);
+        let curve = AttemptCurve::draw(recording, bundle);
         Self {
             stage: Stage::of(recording, bundle, (curve, frames.columns())),
             pyramid: Pyramid::of(&recording.samples),

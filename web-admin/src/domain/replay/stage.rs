@@ -1,14 +1,11 @@
 //! What does not move in a replay: layers, needle, structures, events.
 
+use attempt::{AttemptCurve, CurveMark, LayerSpan, MarkKind, patient_thicknesses_m};
 use mechanics::structures::{StructureKind, StructureSpec};
 use recording::Recording;
 use scene::ExerciseBundle;
 use serde::Serialize;
 use utoipa::ToSchema;
-
-use super::frames::thicknesses_mm;
-use crate::domain::Curve;
-use crate::domain::curve::{Band, Mark, MarkKind};
 
 /// Most triangles of a structure that are sent; a finer mesh is shown as the box around it.
 const MOST_TRIANGLES: usize = 4000;
@@ -89,8 +86,8 @@ pub struct Happening {
     /// When, in s.
     pub t_s: f64,
     /// Where, in mm along the needle.
-    pub depth_mm: f64,
-    /// Force just before, in N.
+    pub advance_mm: f64,
+    /// Axial force on the hand just before, in N.
     pub force_n: f64,
     /// The layer or structure concerned, or empty.
     pub name: String,
@@ -99,7 +96,7 @@ pub struct Happening {
 impl Stage {
     /// The stage of a recording, from its curve and its frames' columns.
     #[must_use]
-    pub fn of(recording: &Recording, bundle: &ExerciseBundle, (curve, columns): (Curve, Vec<String>)) -> Self {
+    pub fn of(recording: &Recording, bundle: &ExerciseBundle, (curve, columns): (AttemptCurve, Vec<String>)) -> Self {
         let needle = &bundle.scene.needle;
         let (entry, target) = (bundle.exercise.entry_m(), bundle.exercise.target_m());
         Self {
@@ -126,11 +123,11 @@ fn to_mm(metres: f64) -> f64 {
     (metres * 1e5).round() / 1e2
 }
 
-fn layers(recording: &Recording, bundle: &ExerciseBundle, bands: &[Band]) -> Vec<Layer> {
+fn layers(recording: &Recording, bundle: &ExerciseBundle, bands: &[LayerSpan]) -> Vec<Layer> {
     let mut top_mm = 0.0;
     let mut layers = Vec::with_capacity(bands.len());
-    for (thickness_mm, band) in thicknesses_mm(recording, bundle).into_iter().zip(bands) {
-        let bottom_mm = top_mm + thickness_mm;
+    for (thickness_m, band) in patient_thicknesses_m(recording, bundle).into_iter().zip(bands) {
+        let bottom_mm = top_mm + thickness_m * 1e3;
         layers.push(Layer {
             name: band.name.clone(),
             texture: band.texture.clone(),
@@ -167,9 +164,9 @@ fn around(vertices_mm: &[f64]) -> (Vec<f64>, Vec<u32>) {
     (corners.collect(), triangles.collect())
 }
 
-fn happening(mark: Mark) -> Happening {
-    let Mark { kind, t_s, depth_mm, force_n, name, .. } = mark;
-    Happening { kind, t_s, depth_mm, force_n, name }
+fn happening(mark: CurveMark) -> Happening {
+    let CurveMark { kind, t_s, advance_mm, axial_n, name } = mark;
+    Happening { kind, t_s, advance_mm, force_n: axial_n, name }
 }
 
 #[cfg(test)]

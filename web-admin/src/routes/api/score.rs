@@ -55,8 +55,8 @@ struct ScoreDocument {
     metrics: Vec<MetricDocument>,
     /// Points lost, a line for each of the rubric's.
     deductions: Vec<DeductionDocument>,
-    /// Reasons of hard fails.
-    hard_fails: Vec<String>,
+    /// Why it failed whatever its points.
+    hard_fails: Vec<FailureDocument>,
     rubric: RubricDocument,
     /// Version of the simulator that recorded the attempt.
     simulator_version: String,
@@ -81,7 +81,8 @@ struct MetricDocument {
     applies: bool,
     /// Its name in words.
     label: String,
-    /// Why it does not apply, where it does not.
+    /// Why it does not apply, where it does not: `untouched`, `not_inside`, `layer_not_reached`, `no_rupture`, `never_stopped`,
+    /// `no_ledger`, `too_short`, `not_finite` or `of_another_version`.
     #[schema(nullable = false)]
     absent: Option<String>,
 }
@@ -96,8 +97,50 @@ struct DeductionDocument {
     version: u32,
     /// Points lost, of 100.
     points: f64,
-    /// Why, in words.
+    cause: DeductionCauseDocument,
+    /// The cause in English.
     why: String,
+}
+
+/// Why points were lost or kept.
+#[derive(ToSchema)]
+#[schema(as = DeductionCause)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+#[expect(dead_code, reason = "as `ScoreDocument`")]
+enum DeductionCauseDocument {
+    /// The metric has a value: nothing is lost from `full` on, everything from `zero` on. All in the metric's unit.
+    Measured { value: f64, full: f64, zero: f64 },
+    /// It has none; the reason as in a metric's `absent`.
+    Absent { reason: String },
+    /// Nothing is earned, for something that is required did not happen: `reached`, `within`, `confirmed` or `withdrawn`.
+    Required { unmet: String },
+    /// The scene has no such metric.
+    NoSuchMetric,
+    /// Stored before there were causes: its words.
+    Worded { words: String },
+}
+
+/// Why an attempt failed whatever its points.
+#[derive(ToSchema)]
+#[expect(dead_code, reason = "as `ScoreDocument`")]
+struct FailureDocument {
+    cause: FailureCauseDocument,
+    /// The cause in English.
+    why: String,
+}
+
+/// Why an attempt failed.
+#[derive(ToSchema)]
+#[schema(as = FailureCause)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+#[expect(dead_code, reason = "as `ScoreDocument`")]
+enum FailureCauseDocument {
+    /// Something that is required did not happen: `reached`, `within`, `confirmed` or `withdrawn`.
+    Required { unmet: String },
+    /// A metric is above its limit, with the author's words. Both in the metric's unit.
+    Limit { words: String, metric: String, version: u32, value: f64, limit: f64 },
+    /// Stored before there were causes: its words.
+    Worded { words: String },
 }
 
 /// Which rubric judged.

@@ -10,7 +10,7 @@ use uuid::Uuid;
 use super::{Id, sessions as attempts};
 use crate::AppState;
 use crate::domain::comment::{self, Comment, Typed};
-use crate::domain::{CurrentPerson, Curve, Moment, Role, corridor};
+use crate::domain::{CurrentPerson, Moment, Role, corridor};
 use crate::error::{Error, PageError};
 use crate::routes::auth::{Csrf, CsrfForm, NoFields};
 use crate::storage::audit::Entry;
@@ -22,6 +22,7 @@ use crate::storage::sessions::{self, Session};
 use crate::views::replay::{CommentForm, CommentView, Other, ReplayPage, Said};
 use crate::views::session::Drawing;
 use crate::views::{Place, Shell, charts, format};
+use attempt::AttemptCurve;
 
 /// What the address may add.
 #[derive(Debug, Default, Deserialize)]
@@ -80,7 +81,7 @@ async fn page(
 }
 
 /// The attempt over the experts' corridor, for both widths.
-async fn corridor(state: &AppState, session: &Session, curve: &Curve) -> Result<Option<String>, Error> {
+async fn corridor(state: &AppState, session: &Session, curve: &AttemptCurve) -> Result<Option<String>, Error> {
     let experts = experts::curves(state.db.reader(), session.school_id, &session.exercise_id).await?;
     let made = corridor::corridor(curve, &experts);
     Ok(made.map(|made| charts::both(|size| charts::corridor(curve, &made, size))))

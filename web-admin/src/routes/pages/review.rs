@@ -306,7 +306,7 @@ async fn regrade_page(
         after: (after.score, after.passed),
         same: before.rubric_sha256 == after.rubric.sha256,
         lost: views::lost(&after),
-        hard_fails: after.hard_fails,
+        failures: views::failures(&after),
         typed: (String::new(), None),
     })
 }

@@ -42,8 +42,8 @@ fn note(attempt: &ListedAttempt) -> String {
     if let Some(refusal) = &attempt.refusal {
         return refusal.clone();
     }
-    if let Some(why) = attempt.hard_fails.as_ref().and_then(|fails| fails.0.first()) {
-        return metric::hard_fail(why);
+    if let Some(failure) = attempt.hard_fails.as_ref().and_then(|fails| fails.0.first()) {
+        return metric::failure(failure);
     }
     let deductions = attempt.deductions.as_ref().map_or(&[][..], |json| &json.0);
     let dearest = deductions.iter().filter(|d| d.points > 0.0).max_by(|a, b| a.points.total_cmp(&b.points));

@@ -6,9 +6,10 @@ use sqlx::types::Json;
 use sqlx::{FromRow, SqlitePool};
 use uuid::Uuid;
 
+use crate::domain::Moment;
 use crate::domain::segments::{Verdict, pops};
-use crate::domain::{Curve, Moment};
 use crate::storage::{Result, assignments};
+use attempt::AttemptCurve;
 
 /// A comment on an attempt of theirs, or an answer to one.
 #[derive(Clone, Debug, Serialize, FromRow)]
@@ -120,7 +121,7 @@ struct MarksRow {
     trace: Uuid,
     marks: Json<Vec<f64>>,
     sent_at: Option<Moment>,
-    curve: Json<Curve>,
+    curve: Json<AttemptCurve>,
 }
 
 impl From<MarksRow> for MarksFacts {

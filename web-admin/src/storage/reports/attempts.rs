@@ -1,6 +1,6 @@
 //! Lists of attempts.
 
-use assessment::Deduction;
+use assessment::{Deduction, HardFailure};
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteExecutor};
 use uuid::Uuid;
@@ -37,7 +37,7 @@ pub struct ListedAttempt {
     /// Points lost, by the newest computed score.
     pub deductions: Option<Json<Vec<Deduction>>>,
     /// Reasons of hard fails, by the newest computed score.
-    pub hard_fails: Option<Json<Vec<String>>>,
+    pub hard_fails: Option<Json<Vec<HardFailure>>>,
 }
 
 /// A list of attempts: the same columns whatever limits it, and what a file has more.

@@ -1,7 +1,7 @@
 //! Force against depth on the way in, over the experts' corridor.
 
 use crate::domain::corridor::Corridor;
-use crate::domain::curve::Curve;
+use attempt::AttemptCurve;
 
 use super::Size;
 use super::plot::{Plot, extent};
@@ -9,11 +9,11 @@ use super::svg::{Area, Caption, Svg};
 
 /// Draws an attempt's way in over the corridor.
 #[must_use]
-pub fn corridor(curve: &Curve, corridor: &Corridor, size: Size) -> String {
+pub fn corridor(curve: &AttemptCurve, corridor: &Corridor, size: Size) -> String {
     let id = format!("corridor-{}", size.name());
     let title = tr!("Force against depth on the way in, and the experts' corridor");
     let caption = Caption { id: &id, class: size.name(), title, description: &describe(corridor) };
-    let deepest = corridor.places.iter().map(|place| place.depth_mm).fold(1.0, f64::max) * 1.05;
+    let deepest = corridor.places.iter().map(|place| place.advance_mm).fold(1.0, f64::max) * 1.05;
     let forces = curve.points.iter().map(|p| p.force_n).chain(corridor.places.iter().map(|p| p.high_n));
     let (low, high) = extent(forces).unwrap_or((0.0, 1.0));
     let area = Area { x: 46.0, y: 12.0, width: size.width() - 58.0, height: 230.0 };
@@ -21,15 +21,15 @@ pub fn corridor(curve: &Curve, corridor: &Corridor, size: Size) -> String {
     let mut svg = Svg::new(size.width(), area.bottom() + 40.0, &caption);
     plot.draw_x_axis(&mut svg, size.ticks(), tr!("depth of the tip along the needle (mm)"));
     plot.draw_y_axis(&mut svg, 6, tr!("force (N)"));
-    let upper = corridor.places.iter().map(|p| plot.at(p.depth_mm, p.high_n));
-    let lower = corridor.places.iter().rev().map(|p| plot.at(p.depth_mm, p.low_n));
+    let upper = corridor.places.iter().map(|p| plot.at(p.advance_mm, p.high_n));
+    let lower = corridor.places.iter().rev().map(|p| plot.at(p.advance_mm, p.low_n));
     svg.polygon("corridor", &upper.chain(lower).collect::<Vec<_>>());
-    let median: Vec<_> = corridor.places.iter().map(|p| plot.at(p.depth_mm, p.median_n)).collect();
+    let median: Vec<_> = corridor.places.iter().map(|p| plot.at(p.advance_mm, p.median_n)).collect();
     svg.polyline("curve over", &median);
-    let turned = curve.points.iter().enumerate().max_by(|a, b| a.1.depth_mm.total_cmp(&b.1.depth_mm));
+    let turned = curve.points.iter().enumerate().max_by(|a, b| a.1.advance_mm.total_cmp(&b.1.advance_mm));
     let way_in = &curve.points[..turned.map_or(0, |(index, _)| index + 1)];
-    let inside = way_in.iter().filter(|p| plot.x.contains(p.depth_mm));
-    svg.polyline("curve", &inside.map(|p| plot.at(p.depth_mm, p.force_n)).collect::<Vec<_>>());
+    let inside = way_in.iter().filter(|p| plot.x.contains(p.advance_mm));
+    svg.polyline("curve", &inside.map(|p| plot.at(p.advance_mm, p.force_n)).collect::<Vec<_>>());
     svg.finish()
 }
 

@@ -1,7 +1,7 @@
 //! Force against depth: layers behind it, ruptures on it, the stages of each boundary below it.
 
-use crate::domain::curve::{Band, Curve, Point};
 use crate::views::format;
+use attempt::{AttemptCurve, CurvePoint, LayerSpan};
 
 use super::Size;
 use super::marks;
@@ -15,7 +15,7 @@ const LANE: f64 = 32.0;
 
 /// Draws force against depth.
 #[must_use]
-pub fn force_depth(curve: &Curve, size: Size) -> String {
+pub fn force_depth(curve: &AttemptCurve, size: Size) -> String {
     let id = format!("force-depth-{}", size.name());
     let caption =
         Caption { id: &id, class: size.name(), title: tr!("Force against depth"), description: &describe(curve) };
@@ -39,8 +39,8 @@ pub fn force_depth(curve: &Curve, size: Size) -> String {
     svg.finish()
 }
 
-fn plot(curve: &Curve, size: Size) -> Plot {
-    let deepest = curve.points.iter().map(|p| p.depth_mm).fold(curve.target_depth_mm, f64::max);
+fn plot(curve: &AttemptCurve, size: Size) -> Plot {
+    let deepest = curve.points.iter().map(|p| p.advance_mm).fold(curve.target_depth_mm, f64::max);
     let (low, high) = extent(curve.points.iter().map(|p| p.force_n)).unwrap_or((0.0, 1.0));
     let height = if size == Size::Wide { 300.0 } else { 240.0 };
     let area = Area { x: LEFT, y: 3.0 * LABEL_ROW, width: size.width() - LEFT - RIGHT, height };
@@ -48,7 +48,7 @@ fn plot(curve: &Curve, size: Size) -> Plot {
     Plot::rising(area, (0.0, deepest.max(1.0) * 1.05), (low * 1.05, (high * 1.12).max(0.1)))
 }
 
-fn describe(curve: &Curve) -> String {
+fn describe(curve: &AttemptCurve) -> String {
     let peak = curve.points.iter().max_by(|a, b| a.force_n.total_cmp(&b.force_n));
     let layers: Vec<&str> = curve.bands.iter().map(|b| b.name.as_str()).collect();
     let ruptures = marks::numbered(curve).count();
@@ -59,14 +59,14 @@ fn describe(curve: &Curve) -> String {
             ruptures,
             layers = layers.join(", "),
             force = format::quantity(peak.force_n, "N"),
-            depth = format::quantity(peak.depth_mm, "mm")
+            depth = format::quantity(peak.advance_mm, "mm")
         ),
         None => tr!("The recording holds no samples.").to_owned(),
     }
 }
 
 /// Layers as bands; a name stands above its layer's beginning, in the first row where it has room.
-fn draw_bands(svg: &mut Svg, plot: &Plot, bands: &[Band]) {
+fn draw_bands(svg: &mut Svg, plot: &Plot, bands: &[LayerSpan]) {
     let mut row_ends = [0.0; 3];
     for band in bands.iter().filter(|b| plot.x.contains(b.top_mm)) {
         let area = plot.column(band.top_mm, band.bottom_mm);
@@ -101,21 +101,21 @@ fn draw_target(svg: &mut Svg, plot: &Plot, target_mm: f64) {
 }
 
 /// In as a solid line, out as a dashed one.
-fn draw_curve(svg: &mut Svg, plot: &Plot, curve: &Curve) {
+fn draw_curve(svg: &mut Svg, plot: &Plot, curve: &AttemptCurve) {
     let deepest =
-        (0..curve.points.len()).max_by(|a, b| curve.points[*a].depth_mm.total_cmp(&curve.points[*b].depth_mm));
+        (0..curve.points.len()).max_by(|a, b| curve.points[*a].advance_mm.total_cmp(&curve.points[*b].advance_mm));
     let Some(deepest) = deepest else { return };
-    let place = |points: &[Point]| -> Vec<(f64, f64)> {
-        points.iter().filter(|p| plot.x.contains(p.depth_mm)).map(|p| plot.at(p.depth_mm, p.force_n)).collect()
+    let place = |points: &[CurvePoint]| -> Vec<(f64, f64)> {
+        points.iter().filter(|p| plot.x.contains(p.advance_mm)).map(|p| plot.at(p.advance_mm, p.force_n)).collect()
     };
     svg.polyline("curve out", &place(&curve.points[deepest..]));
     svg.polyline("curve", &place(&curve.points[..=deepest]));
 }
 
-fn draw_marks(svg: &mut Svg, plot: &Plot, curve: &Curve) {
+fn draw_marks(svg: &mut Svg, plot: &Plot, curve: &AttemptCurve) {
     let mut placed = Vec::new();
-    for (number, mark) in marks::numbered(curve).filter(|(_, m)| plot.x.contains(m.depth_mm)) {
-        let at = plot.at(mark.depth_mm, mark.axial_n);
+    for (number, mark) in marks::numbered(curve).filter(|(_, m)| plot.x.contains(m.advance_mm)) {
+        let at = plot.at(mark.advance_mm, mark.axial_n);
         marks::draw(svg, mark.kind, at);
         placed.push((number, at));
     }
@@ -123,11 +123,11 @@ fn draw_marks(svg: &mut Svg, plot: &Plot, curve: &Curve) {
 }
 
 /// The boundaries that have stages, from the surface down.
-fn lanes(curve: &Curve) -> Vec<usize> {
+fn lanes(curve: &AttemptCurve) -> Vec<usize> {
     (0..curve.bands.len()).filter(|b| curve.stages.iter().any(|s| s.boundary == *b)).collect()
 }
 
-fn draw_lane(svg: &mut Svg, plot: &Plot, curve: &Curve, (boundary, top): (usize, f64)) {
+fn draw_lane(svg: &mut Svg, plot: &Plot, curve: &AttemptCurve, (boundary, top): (usize, f64)) {
     svg.text("layer-name", (LEFT, top + 8.0), &curve.bands[boundary].name);
     for span in curve.stages.iter().filter(|s| s.boundary == boundary) {
         let column = plot.column(span.from_mm, span.to_mm);
@@ -158,8 +158,8 @@ mod tests {
 
     #[test]
     fn an_empty_recording_and_a_single_point_are_drawn_without_nonsense() {
-        let empty = Curve { points: vec![], marks: vec![], stages: vec![], ..samples::curve() };
-        let single = Curve { points: samples::curve().points[..1].to_vec(), ..empty.clone() };
+        let empty = AttemptCurve { points: vec![], marks: vec![], stages: vec![], ..samples::curve() };
+        let single = AttemptCurve { points: samples::curve().points[..1].to_vec(), ..empty.clone() };
         for curve in [empty, single] {
             for size in [Size::Wide, Size::Narrow] {
                 let markup = force_depth(&curve, size);

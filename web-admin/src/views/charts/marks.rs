@@ -1,12 +1,12 @@
 //! Marks on the curves: one shape and one number per event, the same in every chart and in the table.
 
-use crate::domain::curve::{Curve, Mark, MarkKind};
+use attempt::{AttemptCurve, CurveMark, MarkKind};
 
 use super::svg::Svg;
 
 /// The marks that are numbered, with their numbers from 1: ruptures, structure hits and confirmations.
-pub fn numbered(curve: &Curve) -> impl Iterator<Item = (usize, &Mark)> {
-    let shown = |mark: &&Mark| !matches!(mark.kind, MarkKind::Contact | MarkKind::SkinExit);
+pub fn numbered(curve: &AttemptCurve) -> impl Iterator<Item = (usize, &CurveMark)> {
+    let shown = |mark: &&CurveMark| !matches!(mark.kind, MarkKind::Contact | MarkKind::SkinExit);
     (1..).zip(curve.marks.iter().filter(shown))
 }
 

@@ -1,8 +1,8 @@
 //! Sample data for the progress pages' own tests, from the invented school of the other samples.
 
-use assessment::Deduction;
 use assessment::learning::CusumParams;
 use assessment::statistics::{summary, wilson};
+use assessment::{Deduction, DeductionCause};
 use scene::MasteryRule;
 use time::Duration;
 
@@ -35,7 +35,12 @@ fn practised(attempts: usize) -> Vec<Attempt> {
 fn habits() -> HabitsView {
     let lost = |overshoot, force| {
         [("overshoot_mm", overshoot), ("peak_force_n", force)]
-            .map(|(metric, points)| Deduction { metric: metric.to_owned(), version: 1, points, why: String::new() })
+            .map(|(metric, points)| Deduction {
+                metric: metric.to_owned(),
+                version: 1,
+                points,
+                cause: DeductionCause::NoSuchMetric,
+            })
             .to_vec()
     };
     let attempts = [lost(12.0, 0.0), lost(18.0, 0.0), lost(9.0, 0.5)];

@@ -4,7 +4,6 @@ use askama::Template;
 use askama_web::WebTemplate;
 use uuid::Uuid;
 
-use crate::domain::curve::Stage;
 use crate::views::replay::Other;
 use crate::views::session::Drawing;
 use crate::views::survey::form::{Field, Question};

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use assessment::words::failure_in_words;
 use axum::extract::State;
 use axum::response::Response;
 use futures::stream;
@@ -94,7 +95,10 @@ fn cells(record: AttemptRecord) -> Vec<Cell> {
         Cell::from(listed.score),
         listed.passed.map_or(Cell::Empty, Cell::from),
         Cell::from(listed.computed.or(listed.score)),
-        listed.hard_fails.as_ref().map_or(Cell::Empty, |fails| Cell::from(fails.join("; "))),
+        listed
+            .hard_fails
+            .as_ref()
+            .map_or(Cell::Empty, |fails| Cell::from(fails.iter().map(failure_in_words).collect::<Vec<_>>().join("; "))),
         Cell::Number(record.duration_s),
         Cell::from(record.complete),
         Cell::from(record.device),

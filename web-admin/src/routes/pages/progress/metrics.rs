@@ -132,6 +132,6 @@ fn cells((trainee, attempt): &(Named, Attempt), metric: &MetricOfMany, found: &F
         Cell::Number(f64::from(metric.version)),
         Cell::from(found.value()),
         Cell::from(metric.unit.clone()),
-        Cell::from(found.2.clone()),
+        found.absent().map_or(Cell::Empty, |absent| Cell::from(absent.words())),
     ]
 }

@@ -1,0 +1,118 @@
+//! Why a metric has no value.
+
+use serde::{Deserialize, Deserializer, Serialize};
+
+/// Why a metric has no value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", from = "String")]
+pub enum Absent {
+    /// The tip never met the skin.
+    Untouched,
+    /// The tip never went through the skin.
+    NotInside,
+    /// The tip went in, but did not reach this layer.
+    LayerNotReached,
+    /// The tip went in, but this boundary did not rupture.
+    NoRupture,
+    /// The needle was still moving when the recording ended.
+    NeverStopped,
+    /// The recording holds no energy ledger of this scene.
+    NoLedger,
+    /// The recording is too short to tell a speed.
+    TooShort,
+    /// The recorded numbers do not yield a finite value.
+    NotFinite,
+    /// A reason that this program does not know: another version measured.
+    OfAnotherVersion,
+}
+
+impl Absent {
+    /// All that this program gives.
+    pub const ALL: [Self; 8] = [
+        Self::Untouched,
+        Self::NotInside,
+        Self::LayerNotReached,
+        Self::NoRupture,
+        Self::NeverStopped,
+        Self::NoLedger,
+        Self::TooShort,
+        Self::NotFinite,
+    ];
+
+    /// As files, databases and the API have it.
+    #[must_use]
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Untouched => "untouched",
+            Self::NotInside => "not_inside",
+            Self::LayerNotReached => "layer_not_reached",
+            Self::NoRupture => "no_rupture",
+            Self::NeverStopped => "never_stopped",
+            Self::NoLedger => "no_ledger",
+            Self::TooShort => "too_short",
+            Self::NotFinite => "not_finite",
+            Self::OfAnotherVersion => "of_another_version",
+        }
+    }
+
+    /// In words.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Untouched => "the needle never reached the skin",
+            Self::NotInside => "the needle never went through the skin",
+            Self::LayerNotReached => "the needle did not reach this layer",
+            Self::NoRupture => "this boundary was not opened",
+            Self::NeverStopped => "the needle was still moving when the recording ended",
+            Self::NoLedger => "the recording holds no energy ledger",
+            Self::TooShort => "the recording is too short to tell a speed",
+            Self::NotFinite => "the recorded numbers yield no value",
+            Self::OfAnotherVersion => "a reason of another version of this program",
+        }
+    }
+
+    /// What a stored text means: none where it is empty. Before there were codes the words were stored.
+    #[must_use]
+    pub fn from_stored(text: &str) -> Option<Self> {
+        let known = Self::ALL.into_iter().find(|absent| absent.code() == text || absent.words() == text);
+        (!text.is_empty()).then(|| known.unwrap_or(Self::OfAnotherVersion))
+    }
+
+    /// Reads a field that may be empty or missing.
+    ///
+    /// # Errors
+    /// When it is no text.
+    pub(crate) fn deserialize_field<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Self>, D::Error> {
+        let text: Option<String> = Option::deserialize(deserializer)?;
+        Ok(text.as_deref().and_then(Self::from_stored))
+    }
+
+    /// Not having met a layer or a boundary cost the tissue nothing: there is nothing to mark down. Whether the needle
+    /// went deep enough is judged by the depth.
+    pub(crate) fn is_harmless(self) -> bool {
+        matches!(self, Self::LayerNotReached | Self::NoRupture)
+    }
+}
+
+impl From<String> for Absent {
+    fn from(stored: String) -> Self {
+        Self::from_stored(&stored).unwrap_or(Self::OfAnotherVersion)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! A reason that was stored must come back as itself, whichever program stored it.
+
+    use super::*;
+
+    #[test]
+    fn codes_and_the_words_of_before_mean_the_same() {
+        for absent in Absent::ALL {
+            assert_eq!([absent.code(), absent.words()].map(Absent::from_stored), [Some(absent); 2]);
+            assert_eq!(serde_json::to_value(absent).expect("a text"), absent.code());
+        }
+        assert_eq!(Absent::from_stored(""), None);
+        assert_eq!(Absent::from_stored("for a reason of another version"), Some(Absent::OfAnotherVersion));
+    }
+}

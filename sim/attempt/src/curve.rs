@@ -1,0 +1,123 @@
+//! The curve of an attempt: what a picture of it draws.
+//!
+//! Reading a whole recording for each page view would cost far more than the page itself. A few hundred points keep
+//! the shape: of each stretch of ticks the one of least and the one of greatest force survive, so no peak is lost.
+
+use recording::{Event, EventKind, Recording, Sample, thin};
+use scene::ExerciseBundle;
+use serde::{Deserialize, Serialize};
+
+use crate::force::axial_force_before_n;
+use crate::layers::{LayerSpan, span_layers};
+use crate::stages::{StageSpan, span_stages};
+
+/// Most points that a curve keeps.
+pub const MAX_CURVE_POINTS: usize = 800;
+
+/// One moment.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurvePoint {
+    /// Time since the start, in s.
+    pub t_s: f64,
+    /// Advance of the tip along its axis from the skin, in mm; negative above the skin.
+    #[serde(alias = "depth_mm")]
+    pub advance_mm: f64,
+    /// Axial force on the hand, in N.
+    pub force_n: f64,
+}
+
+/// What a mark stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MarkKind {
+    /// The tip met the skin.
+    Contact,
+    /// The stylet tip opened a boundary: the first peak.
+    TipRupture,
+    /// The cannula rim opened a boundary: the second peak.
+    RimRupture,
+    /// The needle met a structure.
+    StructureHit,
+    /// The tip left the skin.
+    SkinExit,
+    /// The trainee confirmed the position.
+    Confirm,
+}
+
+/// An event on the curve.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurveMark {
+    /// What happened.
+    pub kind: MarkKind,
+    /// When, in s since the start.
+    pub t_s: f64,
+    /// Where the tip was, in mm along its axis from the skin.
+    #[serde(alias = "depth_mm")]
+    pub advance_mm: f64,
+    /// Axial force on the hand just before, in N: the height of the mark on the curve.
+    pub axial_n: f64,
+    /// The layer or structure concerned, or empty.
+    pub name: String,
+}
+
+/// Everything that a page draws of an attempt.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AttemptCurve {
+    /// Layers from the surface down.
+    pub bands: Vec<LayerSpan>,
+    /// Moments in order of time, at most [`MAX_CURVE_POINTS`].
+    pub points: Vec<CurvePoint>,
+    /// Events in order of time.
+    pub marks: Vec<CurveMark>,
+    /// Stages of each boundary along the deepest track.
+    pub stages: Vec<StageSpan>,
+    /// Depth asked for, in mm along the needle.
+    pub target_depth_mm: f64,
+    /// Length of the attempt, in s.
+    pub duration_s: f64,
+}
+
+impl AttemptCurve {
+    /// Makes the curve of a recorded attempt.
+    #[must_use]
+    pub fn draw(recording: &Recording, bundle: &ExerciseBundle) -> Self {
+        let bands = span_layers(recording, bundle);
+        let stages = span_stages(recording, &bands, bundle.scene.needle.tip_to_rim_mm);
+        Self {
+            bands,
+            points: thin(&recording.samples, MAX_CURVE_POINTS).into_iter().map(point).collect(),
+            marks: recording.events.iter().filter_map(|event| mark(event, &recording.samples)).collect(),
+            stages,
+            target_depth_mm: bundle.exercise.target_depth_mm,
+            duration_s: recording.samples.last().map_or(0.0, |s| s.t_s),
+        }
+    }
+}
+
+fn point(sample: &Sample) -> CurvePoint {
+    CurvePoint { t_s: round(sample.t_s), advance_mm: round(sample.x_m * 1e3), force_n: round(sample.axial_n()) }
+}
+
+/// Four decimals: a tenth of a micrometre and of a millinewton, far below a pixel, and a third of the bytes.
+fn round(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
+}
+
+fn mark(event: &Event, samples: &[Sample]) -> Option<CurveMark> {
+    let kind = match event.kind {
+        EventKind::Contact => MarkKind::Contact,
+        EventKind::TipRupture => MarkKind::TipRupture,
+        EventKind::RimRupture => MarkKind::RimRupture,
+        EventKind::StructureHit => MarkKind::StructureHit,
+        EventKind::SkinExit => MarkKind::SkinExit,
+        EventKind::Confirm => MarkKind::Confirm,
+        EventKind::Coaching | EventKind::Fault | EventKind::Interrupted => return None,
+    };
+    Some(CurveMark {
+        kind,
+        t_s: event.t_s,
+        advance_mm: event.x_m * 1e3,
+        axial_n: axial_force_before_n(samples, event),
+        name: event.text.clone(),
+    })
+}

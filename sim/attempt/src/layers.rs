@@ -1,0 +1,50 @@
+//! Where the layers lie along the needle.
+
+use recording::Recording;
+use scene::ExerciseBundle;
+use serde::{Deserialize, Serialize};
+
+use crate::insertion::deepest_insertion;
+
+/// A layer as the needle crosses it, at rest, along the needle's axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LayerSpan {
+    /// The layer's name.
+    pub name: String,
+    /// The layer's texture, which chooses its colour.
+    pub texture: String,
+    /// Where it begins, in mm along the needle.
+    pub top_mm: f64,
+    /// Where it ends, in mm along the needle.
+    pub bottom_mm: f64,
+}
+
+/// Thickness of each layer of the patient along the surface normal, in m: the drawn one, or the scene's own where the recording has none
+/// that fits.
+#[must_use]
+pub fn patient_thicknesses_m(recording: &Recording, bundle: &ExerciseBundle) -> Vec<f64> {
+    let drawn = &recording.session.patient_thickness_mm;
+    let layers = &bundle.scene.layers;
+    let fits = drawn.len() == layers.len() && drawn.iter().all(|mm| mm.is_finite() && *mm >= 0.0);
+    if fits {
+        drawn.iter().map(|mm| mm * 1e-3).collect()
+    } else {
+        layers.iter().map(|layer| layer.thickness_mm * 1e-3).collect()
+    }
+}
+
+/// Where each layer lies along the needle of the deepest insertion, from the skin down, by the axis that the law latched at its contact;
+/// along the planned one where the needle never met the skin.
+#[must_use]
+pub fn span_layers(recording: &Recording, bundle: &ExerciseBundle) -> Vec<LayerSpan> {
+    let planned = || mechanics::puncture::path_factor(&bundle.exercise.axis());
+    let factor = deepest_insertion(recording).map_or_else(planned, |(insertion, _)| insertion.path_factor());
+    let mut top_m = 0.0;
+    let spans = bundle.scene.layers.iter().zip(patient_thicknesses_m(recording, bundle)).map(|(layer, thickness_m)| {
+        let (begins_m, ends_m) = (top_m, top_m + thickness_m * factor);
+        top_m = ends_m;
+        let (name, texture) = (layer.name.clone(), layer.texture.clone());
+        LayerSpan { name, texture, top_mm: begins_m * 1e3, bottom_mm: ends_m * 1e3 }
+    });
+    spans.collect()
+}
