@@ -2,13 +2,13 @@
 
 use std::hint::black_box;
 
+use bench::scenes::training;
 use criterion::{Criterion, criterion_group, criterion_main};
 use mechanics::axial::{AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, Layer, step};
 use mechanics::operator::needle_pose;
 use mechanics::puncture::{PunctureInput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState};
 use mechanics::tissue::follow::{Field, FollowState, TissueSpec, recoil_time_s};
 use mechanics::tissue::{ElasticLayer, Judging, Slab};
-use mechanics::trials::scenes::training;
 use nalgebra::{Point3, Vector3};
 
 /// Strokes of 30 mm, 4 s each way at 1 kHz: every stage and both directions.

@@ -2,10 +2,10 @@
 
 use std::hint::black_box;
 
+use bench::slabs::{contactor, layer};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use mechanics::tissue::axisymmetric::{Axisymmetric, Fitted, MeshSpec, Superposed, fit};
 use mechanics::tissue::{FieldModel, Problem};
-use mechanics::trials::slabs::{contactor, layer};
 
 /// The contactors of lower_back and of stiff_skin_soft_fat, asked at the boundaries.
 fn problems() -> Vec<(String, Problem)> {

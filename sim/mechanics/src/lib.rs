@@ -18,4 +18,3 @@ pub mod puncture;
 pub mod soundness;
 pub mod structures;
 pub mod tissue;
-pub mod trials;

@@ -12,7 +12,7 @@ use super::uncertainty::{Estimate, FINEST_PART, Profile, Rival, Standing, estima
 use super::verdict::{Misfit, misfit};
 use super::words::in_words;
 use crate::axial::{AxialParams, AxialSpec, Contactor, ForceLaw};
-use crate::operator::gauss::Draw;
+use crate::operator::Draw;
 use crate::soundness::{self, Unsound};
 
 /// Iterations of a whole descent, and of one that only tells whether a neighbouring place is better.

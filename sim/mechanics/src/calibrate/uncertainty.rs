@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use super::descent::{Lowest, Problem, square};
 use super::model::{Guess, Model, OWN, QUANTITIES, Quantity, steps};
 use super::peaks::is_another_reading;
-use crate::operator::gauss::Draw;
+use crate::operator::Draw;
 
 /// A residual never speaks for more than this part of the peak (choice): a noise-free curve would make everything exact.
 pub(super) const FINEST_PART: f64 = 1e-4;

@@ -6,11 +6,15 @@ use rand_pcg::Pcg64;
 /// Draws farther out than this many standard deviations are cut off: a hand is clumsy, not absurd.
 const CUT_SD: f64 = 3.0;
 
-pub(crate) struct Draw {
+/// Seeded draws of virtual hands and of measurements.
+#[derive(Clone, Debug)]
+pub struct Draw {
     bits: Pcg64,
 }
 
 impl Draw {
+    /// The draws of a seed, from the first on.
+    #[must_use]
     pub fn new(seed: u64) -> Self {
         Self { bits: Pcg64::seed_from_u64(seed) }
     }

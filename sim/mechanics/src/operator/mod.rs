@@ -37,7 +37,7 @@
 //! each later call advances by its step. A loop that stamps its n-th call (from 0) with n·dt so has t = 0 at the start.
 
 mod constant;
-pub(crate) mod gauss;
+mod gauss;
 mod grip;
 mod hand;
 mod intent;
@@ -55,6 +55,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use constant::Constant;
 use skilled::Skilled;
 
+pub use gauss::Draw;
 pub use hand::{Hand, SetPoint};
 pub use occasion::Occasion;
 pub use pose::needle_pose;

@@ -10,7 +10,7 @@ pub mod mass_spring;
 pub mod multifrontal;
 pub mod planner;
 mod problem;
-pub(crate) mod quadrature;
+pub mod quadrature;
 pub mod volumetric;
 
 pub use problem::{ElasticLayer, Judging, Load, LoadKind, Model, Problem, Sampled, Slab, relative_distance};

@@ -16,7 +16,8 @@ fn legendre(degree: usize, x: f64) -> [f64; 2] {
 }
 
 /// Points and weights of Gauss and Legendre's quadrature, ascending.
-pub(crate) fn gauss(count: usize) -> Vec<(f64, f64)> {
+#[must_use]
+pub fn gauss(count: usize) -> Vec<(f64, f64)> {
     let point = |at: usize| {
         let mut x = -libm::cos(PI * (at as f64 + 0.75) / (count as f64 + 0.5));
         for _ in 0..NEWTON {
@@ -31,7 +32,8 @@ pub(crate) fn gauss(count: usize) -> Vec<(f64, f64)> {
 
 /// Points and weights of Gauss and Lobatto's quadrature, ascending: ±1 and the extrema of Legendre's polynomial of an
 /// order, 1 or more. They are the nodes of an element of this order, which keeps high orders well conditioned.
-pub(crate) fn lobatto(order: usize) -> Vec<(f64, f64)> {
+#[must_use]
+pub fn lobatto(order: usize) -> Vec<(f64, f64)> {
     let n = order as f64;
     let end = 2.0 / (n * (n + 1.0));
     let inside = |at: usize| {

@@ -3,17 +3,17 @@
 //! It would fail on a vector that grows with events or tracks, and on a query of a shape that builds a heap.
 
 use allocation_counter::measure;
+use bench::slabs::{contactor, layer};
 use mechanics::operator::{Operator, Plan, Skill, needle_pose};
 use mechanics::puncture::{PunctureInput, step};
 use mechanics::tissue::FieldModel;
 use mechanics::tissue::axisymmetric::{Superposed, fit};
 use mechanics::tissue::volumetric::{Corotational, Effort, MeshSpec3, Patch, Problem3, Volumetric};
-use mechanics::trials::slabs::{contactor, layer};
 use nalgebra::{Point3, Vector3};
 
 use crate::structures::one_of_each;
-use mechanics::trials::needle::Needle;
-use mechanics::trials::scenes::{Run, in_hold_out_in, training};
+use bench::needle::Needle;
+use bench::scenes::{Run, in_hold_out_in, training};
 
 #[test]
 fn the_axial_law_never_allocates() {

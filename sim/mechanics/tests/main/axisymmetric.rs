@@ -2,10 +2,10 @@
 //!
 //! It would fail on a wrong stiffness or load, on a mesh that misses an interface, and on an estimate that flatters.
 
+use bench::estimates::truth;
+use bench::slabs::{contactor, layer};
 use mechanics::tissue::axisymmetric::{Axisymmetric, Fitted, MeshSpec, Superposed, fit, rung};
 use mechanics::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
-use mechanics::trials::estimates::truth;
-use mechanics::trials::slabs::{contactor, layer};
 use proptest::prelude::*;
 use serde::Deserialize;
 

@@ -2,9 +2,9 @@
 //!
 //! A quadrature that is too coarse, or a load that is not consistent with the elements, costs an order.
 
+use bench::slabs::{contactor, distance, layer, overkill};
 use mechanics::tissue::Problem;
 use mechanics::tissue::axisymmetric::{Axisymmetric, MeshSpec};
-use mechanics::trials::slabs::{contactor, distance, layer, overkill};
 
 fn errors(problem: &Problem, meshes: impl IntoIterator<Item = MeshSpec>) -> Vec<f64> {
     let truth = overkill(problem).expect("a model");

@@ -9,8 +9,8 @@ use mechanics::puncture::{PunctureEvent, PunctureParams, PunctureState};
 use mechanics::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{DMatrix, DVector, Point3, SMatrix, Vector3};
 
-use mechanics::trials::needle::Needle;
-use mechanics::trials::scenes::training;
+use bench::needle::Needle;
+use bench::scenes::training;
 
 /// Foundation, in N/m².
 const K: f64 = 10_000.0;

@@ -4,13 +4,13 @@
 //! Would fail on a wrong place of a rupture, a wrong derivative, a bound that is not kept, a constraint that is forgotten, a law
 //! of its own beside the force law, an interval that does not hold the truth, or a wrong minimum that is passed over.
 
+use bench::calibration::{Disturbance, Measurement, Origin, Trialled, sample, try_fit};
+use bench::scenes::{Run, layer, needle_through, training};
 use mechanics::axial::{AxialSpec, ForceLaw};
 use mechanics::calibrate::{
     CalibrateError, Curve, Fit, Fresh, Interval, Quantity, Standing, Start, fit, residual_rms_n,
 };
 use mechanics::soundness;
-use mechanics::trials::calibration::{Disturbance, Measurement, Origin, Trialled, sample, try_fit};
-use mechanics::trials::scenes::{Run, layer, needle_through, training};
 use proptest::prelude::*;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};

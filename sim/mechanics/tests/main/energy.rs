@@ -7,7 +7,7 @@
 use mechanics::axial::{AxialOutput, AxialSpec};
 use mechanics::ledger::{LayerEnergy, Ledger};
 
-use mechanics::trials::scenes::{Leg, Run, in_hold_out_in, layer, paper, training, trocar_through};
+use bench::scenes::{Leg, Run, in_hold_out_in, layer, paper, training, trocar_through};
 
 /// Training layers with a fascia of no thickness between fat and muscle.
 fn with_fascia() -> AxialSpec {

@@ -12,7 +12,7 @@ use mechanics::tissue::follow::{
 use mechanics::tissue::volumetric::Problem3;
 use mechanics::tissue::{ElasticLayer, FieldModel, Judging, LoadKind, Model, Slab};
 
-use mechanics::trials::scenes::{Leg, Run, in_hold_out_in, paper, training};
+use bench::scenes::{Leg, Run, in_hold_out_in, paper, training};
 
 /// The lower back of physics section 4 under a needle of 1 mm radius.
 pub fn lower_back() -> TissueSpec {

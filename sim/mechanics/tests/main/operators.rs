@@ -10,8 +10,8 @@ use mechanics::puncture::{PunctureEvent, PunctureOutput};
 use mechanics::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3, Vector3};
 
-use mechanics::trials::needle::Needle;
-use mechanics::trials::scenes::{paper, training};
+use bench::needle::Needle;
+use bench::scenes::{paper, training};
 
 const DT: f64 = 1e-3;
 const TARGET_M: f64 = 0.025;

@@ -8,7 +8,7 @@ use mechanics::axial::{AxialParams, AxialSpec, Contactor, ForceLaw, Layer, Param
 use mechanics::soundness::Unsound;
 use proptest::prelude::*;
 
-use mechanics::trials::scenes::{Run, layer, paper};
+use bench::scenes::{Run, layer, paper};
 
 fn any_layer() -> impl Strategy<Value = Layer> {
     let thickness = prop_oneof![Just(0.0), 0.01..40.0_f64];

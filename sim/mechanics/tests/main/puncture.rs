@@ -8,8 +8,8 @@ use mechanics::operator::needle_pose;
 use mechanics::puncture::{PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, step};
 use nalgebra::{Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use mechanics::trials::needle::{DT, Needle};
-use mechanics::trials::scenes::{paper, training};
+use bench::needle::{DT, Needle};
+use bench::scenes::{paper, training};
 
 fn above(x_mm: f64) -> Point3<f64> {
     Point3::new(x_mm * 1e-3, 0.0, 0.003)

@@ -6,7 +6,7 @@
 
 use mechanics::axial::{AxialOutput, AxialSpec};
 
-use mechanics::trials::scenes::Run;
+use bench::scenes::Run;
 
 fn close(found: f64, wanted: f64) -> bool {
     (found - wanted).abs() <= 1e-12_f64.max(1e-9 * wanted.abs())

@@ -5,8 +5,8 @@ use mechanics::axial::{AxialSpec, Contactor, RateDependence};
 use mechanics::closed_form::ruptures;
 use mechanics::soundness::check;
 
-use mechanics::trials::lateness_m;
-use mechanics::trials::scenes::{Leg, Run, paper, training};
+use bench::lateness_m;
+use bench::scenes::{Leg, Run, paper, training};
 
 #[test]
 fn the_trocars_closed_form_is_the_published_one() {

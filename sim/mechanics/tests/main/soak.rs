@@ -2,10 +2,10 @@
 //!
 //! It would fail if any sequence of motions made a force without end, lost or made energy, or if the motion met nothing.
 
+use bench::needle::Needle;
+use bench::scenes::training;
+use bench::soak;
 use mechanics::puncture::PunctureParams;
-use mechanics::trials::needle::Needle;
-use mechanics::trials::scenes::training;
-use mechanics::trials::soak;
 
 use crate::structures::one_of_each;
 

@@ -7,8 +7,8 @@ use mechanics::puncture::{PunctureEvent, PunctureParams, PunctureSpec};
 use mechanics::structures::{Shape, StructureKind, StructureSpec, Wall};
 use nalgebra::{Point3, Vector3};
 
-use mechanics::trials::needle::Needle;
-use mechanics::trials::scenes::paper;
+use bench::needle::Needle;
+use bench::scenes::paper;
 
 const MM: f64 = 1e-3;
 

@@ -2,9 +2,9 @@
 //! within the patch, makes numbers. It would fail where a node that rounds past the radius, or a disc of a block and one ring,
 //! makes a NaN of the mesh.
 
+use bench::slabs::{contactor, layer};
 use mechanics::tissue::volumetric::{Grading, MeshSpec3, Problem3, Volumetric, VolumetricError};
 use mechanics::tissue::{ElasticLayer, FieldModel, LoadKind};
-use mechanics::trials::slabs::{contactor, layer};
 use proptest::prelude::*;
 
 fn log(low: f64, high: f64) -> impl Strategy<Value = f64> {

@@ -3,11 +3,11 @@
 
 use std::f64::consts::{PI, TAU};
 
+use bench::scenes::training;
 use mechanics::closed_form::ruptures;
 use mechanics::operator::{Motion, Operator, Plan, Skill};
 use mechanics::puncture::{PunctureParams, PunctureSpec};
 use mechanics::structures::{Shape, StructureKind, StructureSpec};
-use mechanics::trials::scenes::training;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use recording::recover::recover;
 use recording::sample::flags;

@@ -3,8 +3,8 @@
 //! It would fail on a law that asks whether a tick moved (cutting then was on in 7 % of the ticks of a Phantom Omni, and jumped 400
 //! times a second), and on a speed taken between two samples.
 
+use bench::scenes::Run;
 use mechanics::axial::AxialSpec;
-use mechanics::trials::scenes::Run;
 use scene::load::read;
 use scene::{Document, Patient};
 

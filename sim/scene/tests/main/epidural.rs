@@ -2,8 +2,8 @@
 //!
 //! Would fail if an edit of the scene, or of what a needle makes of its numbers, moved a peak by 1 mm or 10 %.
 
+use bench::scenes::Run;
 use mechanics::soundness;
-use mechanics::trials::scenes::Run;
 use scene::load::read;
 use scene::{Document, Patient, Scene};
 

@@ -7,10 +7,10 @@
 use std::fmt;
 use std::thread;
 
+use bench::{Performance, perform};
 use mechanics::axial::Contactor;
 use mechanics::operator::{Occasion, Operator, Plan, Skill};
 use mechanics::puncture::PunctureParams;
-use mechanics::trials::{Performance, perform};
 use scene::{ExerciseBundle, Patient};
 
 use crate::support::{curricula, shipped};

@@ -3,9 +3,9 @@
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
+use bench::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
 use mechanics::axial::AxialSpec;
 use mechanics::calibrate::{Estimate, QUANTITIES, Quantity, Standing};
-use mechanics::trials::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
 use scene::Patient;
 
 use super::chart::{self, Chart};

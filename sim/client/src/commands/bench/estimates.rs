@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use bench::estimates::{Drawn, Estimate, TOLERANCES, draw, measure as measure_one};
 use mechanics::tissue::LoadKind;
-use mechanics::trials::estimates::{Drawn, Estimate, TOLERANCES, draw, measure as measure_one};
 
 use super::sheet::{self, Sheet};
 use super::{What, measured_on, quantile};

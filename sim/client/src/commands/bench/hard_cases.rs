@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mechanics::trials::{self, Trial};
+use bench::Trial;
 
 use super::sheet::{self, Sheet};
 use super::{What, measured_on};
@@ -43,7 +43,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
 }
 
 fn try_all(quick: bool) -> Vec<Row> {
-    let mut chosen = trials::all();
+    let mut chosen = bench::all();
     chosen.retain(|trial| !quick || trial.model == QUICK_MODEL);
     let progress = Progress::new(chosen.len() as u64, "hard cases");
     let mut rows = Vec::with_capacity(chosen.len());

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use bench::Soaked;
 use mechanics::puncture::PunctureParams;
-use mechanics::trials::{self, Soaked};
 use scene::Patient;
 
 use super::sheet::{self, Sheet};
@@ -34,7 +34,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     for scene in scenes {
         let spec = scene.puncture_spec(&Patient::nominal(&scene), 0.0);
         let params = PunctureParams::new(spec).map_err(Failure::work)?;
-        rows.push(Row { seen: trials::soak(&params, ticks, SEED), scene: scene.id });
+        rows.push(Row { seen: bench::soak(&params, ticks, SEED), scene: scene.id });
         progress.advance(1);
     }
     let table = out.join("soak.csv");

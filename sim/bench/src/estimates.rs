@@ -5,9 +5,9 @@
 //! moduli up to ten thousand times apart, almost incompressible ones, sides near and far, loads at boundaries, inside layers
 //! and along the shaft, and few samples as well as many.
 
-use crate::operator::gauss::Draw;
-use crate::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MAX_ORDER, MeshSpec, fit};
-use crate::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Sampled, Slab, relative_distance};
+use mechanics::operator::Draw;
+use mechanics::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MAX_ORDER, MeshSpec, fit};
+use mechanics::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Sampled, Slab, relative_distance};
 
 /// Tolerances that are asked for.
 pub const TOLERANCES: [f64; 5] = [0.05, 0.02, 0.01, 0.005, 0.001];
@@ -56,58 +56,55 @@ impl Estimate {
 #[must_use]
 pub fn draw(number: u32) -> Drawn {
     let mut draw = Draw::new(0x7155_0000 + u64::from(number));
-    let radius_m = draw.between(2e-4, 2.5e-3);
-    let layers: Vec<ElasticLayer> = (0..draw.below(6) + 1).map(|_| draw.layer()).collect();
+    let radius_m = between(&mut draw, 2e-4, 2.5e-3);
+    let layers: Vec<ElasticLayer> = (0..below(&mut draw, 6) + 1).map(|_| draw_layer(&mut draw)).collect();
     let depth_m: f64 = layers.iter().map(|layer| layer.thickness_m).sum();
     // From narrower than the tissue is deep to the body of an attempt.
-    let side_m = draw.between((6.0 * radius_m).max(0.2 * depth_m), 0.25);
+    let side_m = between(&mut draw, (6.0 * radius_m).max(0.2 * depth_m), 0.25);
     let slab = Slab { layers, radius_m: side_m };
     let boundaries_m = slab.boundaries_m();
-    let kind = draw.kind(&boundaries_m);
-    let reach_m = (draw.between(5.0, 40.0) * radius_m).min(0.9 * side_m);
-    let samples = [1, 5, 21, 41][draw.below(4)];
+    let kind = draw_kind(&mut draw, &boundaries_m);
+    let reach_m = (between(&mut draw, 5.0, 40.0) * radius_m).min(0.9 * side_m);
+    let samples = [1, 5, 21, 41][below(&mut draw, 4)];
     let sample_r_m = (0..samples).map(|at| reach_m * at as f64 / 40.0).collect();
     let mut sample_depth_m = boundaries_m[..slab.layers.len()].to_vec();
-    if draw.below(2) == 1 {
+    if below(&mut draw, 2) == 1 {
         // Where a person looks is seldom where a mesh has a line.
         sample_depth_m = (0..3).map(|_| 0.99 * depth_m * draw.uniform()).collect();
     }
     let load = Load { kind, radius_m };
-    let tolerance = TOLERANCES[draw.below(TOLERANCES.len())];
+    let tolerance = TOLERANCES[below(&mut draw, TOLERANCES.len())];
     Drawn { number, problem: Problem { slab, load, sample_r_m, sample_depth_m }, tolerance }
 }
 
-impl Draw {
-    /// A whole number from 0 to below this.
-    fn below(&mut self, count: usize) -> usize {
-        ((self.uniform() * count as f64).ceil() as usize).clamp(1, count) - 1
-    }
+/// A whole number from 0 to below this.
+fn below(draw: &mut Draw, count: usize) -> usize {
+    ((draw.uniform() * count as f64).ceil() as usize).clamp(1, count) - 1
+}
 
-    /// Even in its logarithm.
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low * libm::pow(high.max(low) / low, self.uniform())
-    }
+/// Even in its logarithm.
+fn between(draw: &mut Draw, low: f64, high: f64) -> f64 {
+    low * libm::pow(high.max(low) / low, draw.uniform())
+}
 
-    fn layer(&mut self) -> ElasticLayer {
-        let thin = self.below(3) == 0;
-        let thickness_m = if thin { self.between(2e-5, 1e-3) } else { self.between(1e-3, 0.04) };
-        let youngs_modulus_pa = self.between(2e3, 2e7);
-        // Half of them nearer to incompressible than 0.49.
-        let poisson_ratio =
-            if self.below(2) == 0 { 0.3 + 0.19 * self.uniform() } else { 0.5 - self.between(1e-3, 1e-2) };
-        ElasticLayer { thickness_m, youngs_modulus_pa, poisson_ratio, density_kg_per_m3: 1000.0 }
-    }
+fn draw_layer(draw: &mut Draw) -> ElasticLayer {
+    let thin = below(draw, 3) == 0;
+    let thickness_m = if thin { between(draw, 2e-5, 1e-3) } else { between(draw, 1e-3, 0.04) };
+    let youngs_modulus_pa = between(draw, 2e3, 2e7);
+    // Half of them nearer to incompressible than 0.49.
+    let poisson_ratio = if below(draw, 2) == 0 { 0.3 + 0.19 * draw.uniform() } else { 0.5 - between(draw, 1e-3, 1e-2) };
+    ElasticLayer { thickness_m, youngs_modulus_pa, poisson_ratio, density_kg_per_m3: 1000.0 }
+}
 
-    fn kind(&mut self, boundaries_m: &[f64]) -> LoadKind {
-        let layers = boundaries_m.len() - 1;
-        let at = self.below(layers);
-        let inside = |share: f64| boundaries_m[at] + share * (boundaries_m[at + 1] - boundaries_m[at]);
-        match self.below(5) {
-            0 => LoadKind::Contactor { depth_m: 0.0 },
-            1 | 2 => LoadKind::Contactor { depth_m: boundaries_m[at] },
-            3 => LoadKind::Contactor { depth_m: inside(self.uniform()) },
-            _ => LoadKind::Drag { from_m: boundaries_m[at], to_m: boundaries_m[at + 1] },
-        }
+fn draw_kind(draw: &mut Draw, boundaries_m: &[f64]) -> LoadKind {
+    let layers = boundaries_m.len() - 1;
+    let at = below(draw, layers);
+    let inside = |share: f64| boundaries_m[at] + share * (boundaries_m[at + 1] - boundaries_m[at]);
+    match below(draw, 5) {
+        0 => LoadKind::Contactor { depth_m: 0.0 },
+        1 | 2 => LoadKind::Contactor { depth_m: boundaries_m[at] },
+        3 => LoadKind::Contactor { depth_m: inside(draw.uniform()) },
+        _ => LoadKind::Drag { from_m: boundaries_m[at], to_m: boundaries_m[at + 1] },
     }
 }
 

@@ -1,9 +1,9 @@
 //! Layers that make an element model give way: contrasts, near incompressibility, slivers and nothing at all.
 
-use crate::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, Fitted, MeshSpec, fit};
-use crate::tissue::{ElasticLayer, Problem};
-use crate::trials::slabs::{contactor, distance, layer, overkill};
-use crate::trials::{Measured, largest};
+use crate::slabs::{contactor, distance, layer, overkill};
+use crate::{Measured, largest};
+use mechanics::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, Fitted, MeshSpec, fit};
+use mechanics::tissue::{ElasticLayer, Problem};
 
 const TOLERANCE: f64 = 1e-3;
 

@@ -2,13 +2,13 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::axial::AxialSpec;
-use crate::operator::needle_pose;
-use crate::puncture::{
+use mechanics::axial::AxialSpec;
+use mechanics::operator::needle_pose;
+use mechanics::puncture::{
     PunctureError, PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec,
     PunctureState, step,
 };
-use crate::structures::StructureSpec;
+use mechanics::structures::StructureSpec;
 
 /// Time of a tick, in s.
 pub const DT: f64 = 1e-3;

@@ -1,10 +1,10 @@
 //! Lattices that are moved as no careful hand moves them.
 
 use super::moved::{Advance, Moved, energy_over_work};
-use crate::axial::ParamError;
-use crate::tissue::mass_spring::{Damping, LatticeError, MAX_FORCE_N};
-use crate::trials::scenes::{Run, training};
-use crate::trials::{Measured, largest};
+use crate::scenes::{Run, training};
+use crate::{Measured, largest};
+use mechanics::axial::ParamError;
+use mechanics::tissue::mass_spring::{Damping, LatticeError, MAX_FORCE_N};
 
 pub(super) fn inverted_energy() -> Measured {
     let mut moved = Moved::undamped()?;

@@ -1,9 +1,9 @@
 //! Large rotations and motion: loads that jump, blocks that are turned inside out.
 
 use super::{block, coarse, lower_back, problem};
-use crate::tissue::FieldModel;
-use crate::tissue::volumetric::{Corotational, Effort, Motion, Patch, Problem3, VolumetricError};
-use crate::trials::{Measured, largest};
+use crate::{Measured, largest};
+use mechanics::tissue::FieldModel;
+use mechanics::tissue::volumetric::{Corotational, Effort, Motion, Patch, Problem3, VolumetricError};
 
 /// What a step may take.
 const EFFORT: Effort = Effort { iterations: 30, tolerance: 1e-4 };

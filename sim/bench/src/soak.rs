@@ -7,14 +7,14 @@
 use nalgebra::{Point3, Vector3};
 
 use super::needle::DT;
-use crate::ledger::Ledger;
-use crate::operator::gauss::Draw;
-use crate::operator::needle_pose;
-use crate::puncture::{
+use mechanics::ledger::Ledger;
+use mechanics::operator::Draw;
+use mechanics::operator::needle_pose;
+use mechanics::puncture::{
     PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, loads,
     step,
 };
-use crate::tissue::follow::{self, Field, FollowState};
+use mechanics::tissue::follow::{self, Field, FollowState};
 
 /// The steepest path, in degrees: the steepest oblique of physics section 8.
 const STEEPEST_DEG: f64 = 60.0;
@@ -126,7 +126,7 @@ impl Soaked {
 /// The most that elasticity, friction and cutting may come to, in N: the largest pair of thresholds, as no boundary is left
 /// tented above its own; Σ c d along the steepest path; the largest cutting force.
 fn force_bound_n(spec: &PunctureSpec) -> f64 {
-    let largest = |of: fn(&crate::axial::Layer) -> f64| spec.axial.layers.iter().map(of).fold(0.0, f64::max);
+    let largest = |of: fn(&mechanics::axial::Layer) -> f64| spec.axial.layers.iter().map(of).fold(0.0, f64::max);
     // A rate-dependent threshold may rise to its limit at high speed.
     let rate = spec.axial.rate.as_ref().map_or(0.0, |rate| rate.p_infinity_n);
     let steepest = 1.0 / libm::cos(STEEPEST_DEG.to_radians());

@@ -1,10 +1,10 @@
 //! Layers that lattices find hard, at rest.
 
 use super::{RADIUS_M, lower_back, patch, problem};
-use crate::tissue::mass_spring::{Damping, Fitted, Lattice, LatticeError, MassSpring, fit};
-use crate::tissue::{ElasticLayer, Problem, axisymmetric};
-use crate::trials::slabs::{distance, layer};
-use crate::trials::{Measured, largest};
+use crate::slabs::{distance, layer};
+use crate::{Measured, largest};
+use mechanics::tissue::mass_spring::{Damping, Fitted, Lattice, LatticeError, MassSpring, fit};
+use mechanics::tissue::{ElasticLayer, Problem, axisymmetric};
 
 /// Distance of a lattice that covers the whole of a problem to elements with Poisson ratios of 1/4.
 fn own_error(problem: &Problem, spacing_m: f64) -> Measured {

@@ -3,12 +3,12 @@
 use nalgebra::{Point3, Vector3};
 
 use super::{DT, lateness_m, latest_m};
-use crate::axial::{AxialSpec, Contactor, Rupture};
-use crate::closed_form;
-use crate::puncture::{PunctureError, PunctureEvent};
-use crate::trials::needle::{Needle, Tick};
-use crate::trials::scenes::{Leg, Run, in_hold_out_in, layer, paper, training, trocar_through};
-use crate::trials::{Measured, largest};
+use crate::needle::{Needle, Tick};
+use crate::scenes::{Leg, Run, in_hold_out_in, layer, paper, training, trocar_through};
+use crate::{Measured, largest};
+use mechanics::axial::{AxialSpec, Contactor, Rupture};
+use mechanics::closed_form;
+use mechanics::puncture::{PunctureError, PunctureEvent};
 
 /// From the skin to a depth in m, by so much a tick.
 fn insertion(to_m: f64, tick_m: f64) -> Leg {

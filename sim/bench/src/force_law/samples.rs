@@ -1,9 +1,9 @@
 //! What a broken device sends: none of it may leave a trace.
 
 use super::{DT, inserted};
-use crate::axial::{AxialInput, AxialOutput, step};
-use crate::trials::scenes::{Run, training};
-use crate::trials::{Measured, largest};
+use crate::scenes::{Run, training};
+use crate::{Measured, largest};
+use mechanics::axial::{AxialInput, AxialOutput, step};
 
 /// Time at which the needle has come to rest, in s: its insertion to 20 mm at 10 mm/s ends there.
 const ARRIVED_S: f64 = 2.0;

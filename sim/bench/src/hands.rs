@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 
-use crate::axial::Contactor;
-use crate::operator::Operator;
-use crate::puncture::{
+use mechanics::axial::Contactor;
+use mechanics::operator::Operator;
+use mechanics::puncture::{
     PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureState, step,
 };
 

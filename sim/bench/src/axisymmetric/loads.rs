@@ -1,9 +1,9 @@
 //! Forces that jump, stay, or are none. The model has no memory, so no force may leave a trace.
 
-use crate::tissue::FieldModel;
-use crate::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, fit};
-use crate::trials::slabs::{contactor, layer};
-use crate::trials::{Measured, largest};
+use crate::slabs::{contactor, layer};
+use crate::{Measured, largest};
+use mechanics::tissue::FieldModel;
+use mechanics::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, fit};
 
 fn lower_back() -> Result<Axisymmetric, AxisymmetricError> {
     let layers = vec![layer(0.0008, 132e3, 0.45), layer(0.0084, 33.1e3, 0.45), layer(0.039, 198e3, 0.45)];
