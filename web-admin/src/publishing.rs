@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use assessment::statistics::NotComputable;
-use mechanics::phrase;
+use phrase::phrase;
 use scene::load::{Document, read};
 use scene::{Curriculum, DocumentError, ExerciseBundle, Issue};
 use serde_json::json;

@@ -1,7 +1,6 @@
 //! What is wrong with a rubric, by what the catalogue knows of its metrics.
 
-use scene::phrase;
-use scene::phrase::Phrase;
+use phrase::{Phrase, phrase};
 use scene::{ExerciseBundle, HardFail, Remark, RubricLine, StructureKind};
 
 use crate::catalogue::{Direction, definition};

@@ -2,9 +2,9 @@
 
 use mechanics::closed_form;
 use mechanics::operator::{Operator, Plan};
+use phrase::{Phrase, phrase};
 use recording::{Contactor, EventKind, Recording};
-use scene::phrase::Phrase;
-use scene::{ExerciseBundle, Patient, Remark, along_path, phrase};
+use scene::{ExerciseBundle, Patient, Remark, along_path};
 
 use crate::review::review;
 use crate::score::{AssessError, Assessment};

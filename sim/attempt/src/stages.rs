@@ -119,7 +119,6 @@ fn span_boundary(boundary: usize, top_mm: f64, track: &DeepestTrack<'_>, rim_mm:
 #[cfg(test)]
 mod tests {
     //! It could fail by mixing two tracks, or by a gap between stages.
-    #![expect(clippy::float_cmp, reason = "the values are carried over, not computed")]
 
     use super::*;
 

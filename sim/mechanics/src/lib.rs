@@ -13,7 +13,6 @@ pub mod calibrate;
 pub mod closed_form;
 pub mod ledger;
 pub mod operator;
-pub mod phrase;
 pub mod puncture;
 pub mod soundness;
 pub mod structures;

@@ -3,10 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use mechanics::axial::{AxialSpec, Contactor};
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
 use mechanics::soundness::{self, Unsound};
 use mechanics::tissue::follow::FollowError;
+use phrase::{Phrase, phrase};
 
 use crate::describe::{EXERCISE, SCENE};
 use crate::error::{DocumentError, Issue, Remark};

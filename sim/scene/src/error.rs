@@ -1,6 +1,6 @@
 //! What is wrong with a document, and where.
 
-use mechanics::phrase::Phrase;
+use phrase::Phrase;
 
 /// One thing wrong: `file:line:column: field: value unit; allowed`.
 #[derive(Clone, Debug, PartialEq)]

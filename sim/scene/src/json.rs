@@ -1,8 +1,7 @@
 //! A case in JSON: read, and its mistakes placed.
 
 use mechanics::axial::ParamError;
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
+use phrase::{Phrase, phrase};
 use serde::de::DeserializeOwned;
 
 use crate::error::{DocumentError, Issue};

@@ -38,7 +38,6 @@ pub use exercise::{CoachingRule, Exercise, HardFail, Required, RubricLine};
 pub use feedback::{Channel, Feedback};
 pub use instrument::Instrument;
 pub use load::{Document, DocumentKind, ExerciseBundle};
-pub use mechanics::phrase;
 pub use mechanics::structures::{Shape, StructureKind, StructureSpec};
 pub use model::{Needle, Scene, SceneLayer, SceneSkin, SceneStructure, TissueOptions};
 pub use patient::Patient;

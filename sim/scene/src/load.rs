@@ -3,10 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use mechanics::operator::Plan;
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
 use mechanics::puncture::PunctureSpec;
 use mechanics::tissue::Judging;
+use phrase::{Phrase, phrase};
 use toml::de::DeTable;
 
 use crate::curriculum::Curriculum;

@@ -1,7 +1,6 @@
 //! The metric ids that rubrics and hard fails may name: a typo is refused, not silently never scored.
 
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
+use phrase::{Phrase, phrase};
 
 use crate::model::Scene;
 

@@ -1,9 +1,8 @@
 //! Reads the anatomy of a scene: the shapes of its structures, its skin, and the files of both.
 
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
 use mechanics::structures::Shape;
 use nalgebra::Vector3;
+use phrase::{Phrase, phrase};
 use serde_json::Value;
 
 use crate::mesh::{self, Axes, Coordinates};

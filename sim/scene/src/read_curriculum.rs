@@ -1,7 +1,6 @@
 //! Reads a curriculum with its exercises: prerequisites without cycles, then the typed document.
 
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
+use phrase::{Phrase, phrase};
 use serde::Deserialize;
 use serde_json::Value;
 

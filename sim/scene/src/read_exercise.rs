@@ -1,7 +1,6 @@
 //! Reads an exercise with its scene: what relates its fields to each other and to the scene, then the typed document.
 
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
+use phrase::{Phrase, phrase};
 use serde::Deserialize;
 use serde_json::Value;
 

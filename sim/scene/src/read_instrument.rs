@@ -1,7 +1,6 @@
 //! Reads an instrument: what its parts say of each other, then the typed document.
 
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
+use phrase::{Phrase, phrase};
 use serde_json::Value;
 
 use crate::describe::{INSTRUMENT, one_of};

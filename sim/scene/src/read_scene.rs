@@ -1,10 +1,9 @@
 //! Reads a scene: what relates its fields and meshes to each other, then the typed document.
 
 use mechanics::axial::{ForceLaw, RateDependence};
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
 use mechanics::structures::{Shape, StructureKind, StructureSpec, Wall};
 use nalgebra::{Point3, Vector3};
+use phrase::{Phrase, phrase};
 use serde::Deserialize;
 
 use crate::describe::{SCENE, measure};

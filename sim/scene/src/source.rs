@@ -1,7 +1,6 @@
 //! The text of a document and the places in it.
 
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
+use phrase::{Phrase, phrase};
 use sha2::{Digest, Sha256};
 
 use crate::error::{DocumentError, Issue};

@@ -5,8 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
+use phrase::{Phrase, phrase};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 use toml::Spanned;

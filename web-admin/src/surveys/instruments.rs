@@ -4,8 +4,7 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
+use phrase::{Phrase, phrase};
 use scene::{DocumentError, Instrument, Issue};
 use serde_json::json;
 use sqlx::SqliteConnection;

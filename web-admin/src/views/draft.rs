@@ -215,8 +215,7 @@ pub struct RevisionRow {
 mod tests {
     //! A person must see what is wrong and where, and never lose what they typed.
 
-    use mechanics::phrase;
-    use mechanics::phrase::Phrase;
+    use phrase::{Phrase, phrase};
 
     use super::*;
     use crate::domain::Role;

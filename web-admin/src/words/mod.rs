@@ -7,7 +7,7 @@
 use std::fmt::Display;
 use std::future::Future;
 
-use mechanics::phrase::Phrase;
+use phrase::Phrase;
 
 use crate::views::format::decimal;
 
@@ -52,7 +52,7 @@ mod language;
 mod plural;
 
 pub use language::Language;
-pub use mechanics::phrase::fill;
+pub use phrase::fill;
 
 /// The language that is spoken here: English where nobody has settled it.
 #[must_use]
@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn a_phrase_is_said_with_its_values() {
-        let phrase = mechanics::phrase!("allowed: at most {most} bytes", most = Phrase::number(1.5, 1));
+        let phrase = phrase::phrase!("allowed: at most {most} bytes", most = Phrase::number(1.5, 1));
         assert_eq!(german(|| self::phrase(&phrase)), "erlaubt: höchstens 1,5 Bytes");
         assert_eq!(self::phrase(&phrase), phrase.to_string());
     }

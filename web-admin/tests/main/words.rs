@@ -38,7 +38,8 @@ const KNOWN: [&str; 16] = [
 ];
 
 /// Where sentences are said.
-const SAID_IN: [&str; 5] = ["templates", "src", "../sim/mechanics/src", "../sim/scene/src", "../sim/assessment/src"];
+const SAID_IN: [&str; 6] =
+    ["templates", "src", "../sim/phrase/src", "../sim/mechanics/src", "../sim/scene/src", "../sim/assessment/src"];
 
 /// A sentence: its form for one where it has two, and where it is said.
 #[derive(Debug, Default)]

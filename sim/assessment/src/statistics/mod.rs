@@ -2,8 +2,7 @@
 //!
 //! Whatever cannot be computed says why ([`NotComputable`]); it is never 0 and never NaN. Intervals are of 95 %.
 
-use scene::phrase;
-use scene::phrase::Phrase;
+use phrase::{Phrase, phrase};
 
 mod content;
 mod icc;

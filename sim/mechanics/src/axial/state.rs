@@ -6,8 +6,7 @@ use super::params::AxialParams;
 use super::path::Open;
 use super::speed_window::SpeedWindow;
 use crate::ledger::Ledger;
-use crate::phrase;
-use crate::phrase::Phrase;
+use phrase::{Phrase, phrase};
 
 /// Samples closer than this are the same instant, in s: recordings count nanoseconds, and a velocity over less is noise.
 const MIN_TICK_S: f64 = 1e-9;

@@ -6,8 +6,7 @@
 use std::borrow::Borrow;
 use std::fmt::Display;
 
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
+use phrase::{Phrase, phrase};
 
 mod curriculum;
 mod exercise;

@@ -1,7 +1,6 @@
 //! The forms of text in documents.
 
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
+use phrase::{Phrase, phrase};
 
 /// A form of text: a pattern for the schema, and a test for the reader.
 #[derive(Debug)]

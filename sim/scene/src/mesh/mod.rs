@@ -8,10 +8,9 @@ mod topology;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
 use mechanics::structures::{Shape, Surface};
 use nalgebra::{Point3, Vector3};
+use phrase::{Phrase, phrase};
 
 pub(crate) use axes::Axes;
 

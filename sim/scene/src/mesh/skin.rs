@@ -1,8 +1,7 @@
 //! Where the skin must be: over the origin, where needles enter.
 
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
 use nalgebra::Point3;
+use phrase::{Phrase, phrase};
 
 /// How far from the plane of the force law the skin may be over the origin, in m.
 const NEAR_M: f64 = 5e-3;

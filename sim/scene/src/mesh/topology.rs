@@ -2,8 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use mechanics::phrase;
-use mechanics::phrase::Phrase;
+use phrase::{Phrase, phrase};
 
 /// A manifold of one orientation: at most two triangles at an edge, which walk it in opposite directions, and one fan of
 /// triangles around each vertex. Counts its open edges.

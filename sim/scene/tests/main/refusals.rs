@@ -2,9 +2,9 @@
 //!
 //! Would fail if a mistake slipped through, or were reported without its place or its remedy.
 
+use phrase::Phrase;
 use scene::Issue;
 use scene::load::read;
-use scene::phrase::Phrase;
 
 use crate::support::{CURRICULUM, EXERCISE, INSTRUMENT, SCENE, folder, read_text, write};
 

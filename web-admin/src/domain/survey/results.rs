@@ -5,7 +5,7 @@
 
 use assessment::questionnaire::{self, Answer, Scorer};
 use assessment::statistics::{self, NotComputable};
-use mechanics::phrase::Phrase;
+use phrase::Phrase;
 use scene::Instrument;
 use scene::instrument::{Item, ScaleKind, ScoreKey};
 use serde::Serialize;

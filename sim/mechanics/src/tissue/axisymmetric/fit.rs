@@ -14,8 +14,8 @@ use super::judge::Judge;
 use super::trim::{Rung, Trimming, View};
 use super::{Axisymmetric, AxisymmetricError, MeshSpec, fit_first};
 use crate::axial::Domain;
-use crate::phrase::Phrase;
 use crate::tissue::{Judging, Problem, Sampled};
+use phrase::Phrase;
 
 /// A model with what is known of its error.
 #[derive(Clone, Debug)]

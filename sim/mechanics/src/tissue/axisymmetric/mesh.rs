@@ -2,9 +2,8 @@
 
 use super::basis::MAX_ORDER;
 use crate::axial::ParamError;
-use crate::phrase;
-use crate::phrase::Phrase;
 use crate::tissue::Problem;
+use phrase::{Phrase, phrase};
 
 /// Depths closer than this are the same, in m.
 const SAME_DEPTH_M: f64 = 1e-9;

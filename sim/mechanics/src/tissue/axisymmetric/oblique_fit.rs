@@ -9,10 +9,9 @@ use super::judge::Judge;
 use super::oblique::Shared;
 use super::{Axisymmetric, AxisymmetricError, MeshSpec, Oblique};
 use crate::axial::Domain;
-use crate::phrase;
-use crate::phrase::Phrase;
 use crate::tissue::volumetric::Problem3;
 use crate::tissue::{FieldModel, Judging, Load, Problem, Sampled, relative_distance};
+use phrase::{Phrase, phrase};
 
 /// Stations of a drag in each strip, and of its judge.
 const STATIONS: [usize; 2] = [3, 5];

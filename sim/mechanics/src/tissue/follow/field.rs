@@ -4,11 +4,11 @@ use super::responses::{Responses, question};
 use super::spec::TissueSpec;
 use super::state::FollowParams;
 use crate::axial::{AxialSpec, ParamError};
-use crate::phrase::Phrase;
 use crate::tissue::axisymmetric::{Along, along_needle};
 use crate::tissue::planner::{self, PlanError, Planned, Reach, Wish, patch, reach, reach_of_all};
 use crate::tissue::volumetric::Problem3;
 use crate::tissue::{Judging, Load, LoadKind, Model, Problem, relative_distance};
+use phrase::Phrase;
 
 /// Rate of the field, in Hz (physics section 5).
 pub const FIELD_HZ: u32 = 120;

@@ -12,9 +12,8 @@ use std::iter;
 use super::grid::{nearest_spacing_m, thinnest_m};
 use super::{LatticeError, MassSpring, Patch, Symmetry};
 use crate::axial::Domain;
-use crate::phrase;
-use crate::phrase::Phrase;
 use crate::tissue::{Judging, LoadKind, Problem, Sampled, axisymmetric};
+use phrase::{Phrase, phrase};
 
 /// A model with what is known of its error.
 #[derive(Clone, Debug)]

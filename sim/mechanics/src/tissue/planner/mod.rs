@@ -16,8 +16,7 @@ use super::axisymmetric::{self, AxisymmetricError};
 use super::mass_spring::{self, LatticeError};
 use super::volumetric::{self, Problem3, Skin, VolumetricError};
 use super::{FieldModel, Judging, Model, Problem};
-use crate::phrase;
-use crate::phrase::Phrase;
+use phrase::{Phrase, phrase};
 
 /// What is asked of the planner.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,9 +9,8 @@ use nalgebra::{Point3, Vector3};
 
 use super::{Grading, MeshSpec3, Problem3, Symmetry, Volumetric, VolumetricError};
 use crate::axial::Domain;
-use crate::phrase;
-use crate::phrase::Phrase;
 use crate::tissue::{FieldModel, Judging, Sampled};
+use phrase::{Phrase, phrase};
 
 /// A model with what is known of its error.
 #[derive(Clone, Debug)]

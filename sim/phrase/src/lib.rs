@@ -26,9 +26,9 @@ pub enum Phrase {
 #[macro_export]
 macro_rules! phrase {
     ($words:literal $(, $name:ident = $value:expr)* $(,)?) => {
-        $crate::phrase::Phrase::Sentence {
+        $crate::Phrase::Sentence {
             words: $words,
-            values: vec![$((stringify!($name), $crate::phrase::Phrase::from($value))),*],
+            values: vec![$((stringify!($name), $crate::Phrase::from($value))),*],
         }
     };
 }
