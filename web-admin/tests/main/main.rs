@@ -34,6 +34,7 @@ mod operation;
 mod other_programs;
 mod own_data;
 mod pages;
+mod passkeys;
 mod people;
 mod plans;
 mod previews;
