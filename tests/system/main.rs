@@ -13,6 +13,7 @@ mod independent_reader;
 mod journeys;
 mod licences;
 mod other_programs;
+mod passkey;
 mod readme;
 mod replay_drawing;
 mod second_factor;

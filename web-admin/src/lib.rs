@@ -29,6 +29,7 @@ pub mod lines;
 pub mod locks;
 pub mod mail;
 mod motions;
+pub mod passkeys;
 pub mod passwords;
 pub mod previews;
 pub mod publishing;

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use sqlx::SqliteConnection;
 
 use crate::AppState;
-use crate::domain::{CurrentPerson, TotpSecret};
+use crate::domain::{CurrentPerson, Moment, TotpSecret};
 use crate::error::Error;
 use crate::sealing;
 use crate::secret;
@@ -30,6 +30,8 @@ pub enum Proof {
     App,
     /// A recovery code, which is used up.
     RecoveryCode,
+    /// A passkey, by its signature.
+    Passkey,
 }
 
 impl Proof {
@@ -39,8 +41,18 @@ impl Proof {
         match self {
             Self::App => "app",
             Self::RecoveryCode => "recovery code",
+            Self::Passkey => "passkey",
         }
     }
+}
+
+/// What came of a second factor that was made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Enrolled {
+    /// It is the first; the recovery codes, which nobody sees again.
+    First(Vec<String>),
+    /// There was one before, and its recovery codes go on.
+    Another,
 }
 
 /// What somebody has typed, and where.
@@ -93,12 +105,11 @@ fn opened(state: &AppState, key: PersonKey, sealed: &[u8]) -> Result<TotpSecret,
     }
 }
 
-/// Turns the offered secret on by one code of it, which ends every other sign-in. The recovery codes, which nobody sees
-/// again; none where the code is wrong.
+/// Turns the offered secret on by one code of it, which ends every other sign-in. None where the code is wrong.
 ///
 /// # Errors
 /// When no secret is offered, there were too many tries, or the database fails.
-pub async fn confirm(state: &AppState, person: &CurrentPerson, typed: Typed<'_>) -> Result<Option<Vec<String>>, Error> {
+pub async fn confirm(state: &AppState, person: &CurrentPerson, typed: Typed<'_>) -> Result<Option<Enrolled>, Error> {
     let key = PersonKey::from(person);
     let secret = offered(state, key).await?.ok_or_else(nothing_offered)?;
     take_try(state, key, typed.from).await?;
@@ -107,16 +118,23 @@ pub async fn confirm(state: &AppState, person: &CurrentPerson, typed: Typed<'_>)
         note(state, key, "second_factor.refused").await?;
         return Ok(None);
     };
-    let (codes, hashes) = make_codes(state, key).await?;
+    let first = !second_factors::is_on(state.db.reader(), key).await?;
+    let codes = if first { Some(make_codes(state, key).await?) } else { None };
     let mut tx = state.db.write().await?;
     if !second_factors::confirm(&mut tx, key, step, now).await? {
         return Err(nothing_offered());
     }
-    second_factors::put_recovery_codes(&mut tx, key, &hashes).await?;
+    let enrolled = match codes {
+        Some((codes, hashes)) => {
+            second_factors::put_recovery_codes(&mut tx, key, &hashes).await?;
+            Enrolled::First(codes)
+        }
+        None => Enrolled::Another,
+    };
     people::end_sign_ins(&mut tx, key.person_id).await?;
     Entry::by(person, "second_factor.on", person.id).append(&mut tx, now).await?;
     tx.commit().await?;
-    Ok(Some(codes))
+    Ok(Some(enrolled))
 }
 
 fn nothing_offered() -> Error {
@@ -143,7 +161,10 @@ pub async fn check(state: &AppState, key: PersonKey, typed: Typed<'_>) -> Result
 }
 
 /// Counts a try, right or wrong.
-async fn take_try(state: &AppState, key: PersonKey, from: IpAddr) -> Result<(), Error> {
+///
+/// # Errors
+/// When there were too many, or the database fails.
+pub(crate) async fn take_try(state: &AppState, key: PersonKey, from: IpAddr) -> Result<(), Error> {
     let Err(refused) = state.logins.take_code(key.person_id) else { return Ok(()) };
     if state.logins.is_worth_noting(from) {
         tracing::warn!(%from, person = %key.person_id, "codes of a second factor are tried too often");
@@ -203,7 +224,10 @@ pub fn nothing_on() -> Error {
 }
 
 /// Recovery codes as they are read, and their hashes.
-async fn make_codes(state: &AppState, key: PersonKey) -> Result<(Vec<String>, Vec<[u8; 32]>), Error> {
+///
+/// # Errors
+/// When the system's random source or the hashing fails.
+pub(crate) async fn make_codes(state: &AppState, key: PersonKey) -> Result<(Vec<String>, Vec<[u8; 32]>), Error> {
     let codes = (0..RECOVERY_CODES).map(|_| secret::random_code(RECOVERY_LETTERS));
     let codes = codes.collect::<anyhow::Result<Vec<String>>>()?;
     let hashes = hashes(state, key, codes.clone()).await?;
@@ -227,17 +251,37 @@ fn without_spaces(typed: &str) -> String {
     typed.chars().filter(|letter| !letter.is_whitespace()).collect()
 }
 
-/// Turns one's own second factor off. False where none was on.
+/// Turns the codes of one's own app off; with the last second factor the recovery codes go, and a mail tells. False where there was
+/// no app.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn turn_off(state: &AppState, person: &CurrentPerson) -> Result<bool, Error> {
+    let now = state.clock.now();
     let mut tx = state.db.write().await?;
-    let done = remove(&mut tx, person.into(), Act { by: Actor::Person(person.id), action: "second_factor.off" }, state);
-    let done = done.await?;
+    if !second_factors::remove_app(&mut tx, person.into()).await? {
+        return Ok(false);
+    }
+    if !end_if_last(&mut tx, person, now).await? {
+        Entry::by(person, "second_factor.app_off", person.id).append(&mut tx, now).await?;
+    }
     tx.commit().await?;
     state.mails.notify_one();
-    Ok(done)
+    Ok(true)
+}
+
+/// Forgets the recovery codes of somebody who has just removed their last second factor, and tells them by mail. False where one is
+/// left.
+///
+/// # Errors
+/// When the database fails.
+pub(crate) async fn end_if_last(tx: &mut SqliteConnection, person: &CurrentPerson, now: Moment) -> Result<bool, Error> {
+    if second_factors::is_on(&mut *tx, person.into()).await? {
+        return Ok(false);
+    }
+    second_factors::remove(tx, person.into()).await?;
+    note_off(tx, person.into(), Act { by: Actor::Person(person.id), action: "second_factor.off" }, now).await?;
+    Ok(true)
 }
 
 /// Takes somebody's second factor away, who has lost it: they sign in by their password, and are told by mail. False where
@@ -263,11 +307,16 @@ async fn remove(tx: &mut SqliteConnection, key: PersonKey, act: Act, state: &App
     if !second_factors::remove(tx, key).await? {
         return Ok(false);
     }
-    let (now, PersonKey { school_id, person_id }) = (state.clock.now(), key);
+    note_off(tx, key, act, state.clock.now()).await?;
+    Ok(true)
+}
+
+/// Writes down that somebody has no second factor any more, and queues the mail that tells them.
+async fn note_off(tx: &mut SqliteConnection, key: PersonKey, act: Act, now: Moment) -> Result<(), Error> {
+    let PersonKey { school_id, person_id } = key;
     Entry::new(school_id, act.by, act.action, person_id).append(tx, now).await?;
     let mail = NewMail { school_id, person_id, kind: MailKind::SecondFactorOff, assignment_id: None };
-    mails::queue(tx, mail, now).await?;
-    Ok(true)
+    Ok(mails::queue(tx, mail, now).await?)
 }
 
 /// Writes down that somebody has signed in, and by what.
@@ -279,7 +328,11 @@ pub async fn note_sign_in(state: &AppState, key: PersonKey, by: Option<Proof>) -
     write_down(state, key, "person.signed_in", details).await
 }
 
-async fn note(state: &AppState, key: PersonKey, action: &'static str) -> Result<(), Error> {
+/// Writes down what somebody did to their second factor.
+///
+/// # Errors
+/// When the database fails.
+pub(crate) async fn note(state: &AppState, key: PersonKey, action: &'static str) -> Result<(), Error> {
     write_down(state, key, action, json!({})).await
 }
 

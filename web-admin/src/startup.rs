@@ -12,6 +12,7 @@ use crate::config::Config;
 use crate::error::Error;
 use crate::lines::Lines;
 use crate::mail::Mailer;
+use crate::passkeys::Passkeys;
 use crate::previews::Previews;
 use crate::routes::auth::{LoginLimits, PairingLimits};
 use crate::routes::health::{Counters, Pulse};
@@ -38,6 +39,8 @@ pub struct AppState {
     pub logins: Arc<LoginLimits>,
     /// Brakes on guessing pairing codes.
     pub pairings: Arc<PairingLimits>,
+    /// Where this service has passkeys, and what it has asked them.
+    pub passkeys: Arc<Passkeys>,
     /// Uploads in pieces that somebody is writing to.
     pub turns: Turns,
     /// What `/metrics` counts.
@@ -76,6 +79,7 @@ impl AppState {
         Ok(Self {
             db,
             clock,
+            passkeys: Arc::new(Passkeys::new(&config)),
             config: Arc::new(config),
             jobs: Arc::default(),
             mailer,

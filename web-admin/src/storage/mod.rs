@@ -34,6 +34,7 @@ pub mod links;
 pub mod mails;
 pub mod motions;
 pub mod origins;
+pub mod passkeys;
 pub mod people;
 pub mod practice;
 pub mod proofs;

@@ -42,12 +42,19 @@ pub async fn find(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<O
         .await
 }
 
-/// Whether a code is asked for when somebody signs in.
+/// Whether more than the password is asked for when somebody signs in: an app's code, or a passkey.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn is_on(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<bool> {
-    Ok(find(executor, key).await?.is_some_and(|factor| factor.confirmed_at.is_some()))
+    sqlx::query_scalar(
+        "SELECT EXISTS (SELECT 1 FROM second_factors WHERE person_id = $1 AND school_id = $2 AND confirmed_at IS NOT NULL)
+             OR EXISTS (SELECT 1 FROM passkeys WHERE person_id = $1 AND school_id = $2)",
+    )
+    .bind(key.person_id)
+    .bind(key.school_id)
+    .fetch_one(executor)
+    .await
 }
 
 /// Whether somebody must have a second factor by their school's rule, and has none.
@@ -58,7 +65,8 @@ pub async fn is_owed(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Resul
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM people p JOIN schools s ON s.id = p.school_id
                         WHERE p.id = $1 AND p.school_id = $2 AND p.role <> 'trainee' AND s.second_factor_of = 'teachers')
-           AND NOT EXISTS (SELECT 1 FROM second_factors WHERE person_id = $1 AND confirmed_at IS NOT NULL)",
+           AND NOT EXISTS (SELECT 1 FROM second_factors WHERE person_id = $1 AND confirmed_at IS NOT NULL)
+           AND NOT EXISTS (SELECT 1 FROM passkeys WHERE person_id = $1 AND school_id = $2)",
     )
     .bind(key.person_id)
     .bind(key.school_id)
@@ -120,7 +128,20 @@ pub async fn take_step(writer: &mut SqliteConnection, key: PersonKey, step: i64)
     .map(|done| done.rows_affected() == 1)
 }
 
-/// Turns somebody's second factor off and forgets its recovery codes. False where none was on.
+/// Forgets the secret of somebody's app. False where none was on.
+///
+/// # Errors
+/// When the database fails.
+pub async fn remove_app(writer: &mut SqliteConnection, key: PersonKey) -> Result<bool> {
+    sqlx::query("DELETE FROM second_factors WHERE person_id = $1 AND school_id = $2 AND confirmed_at IS NOT NULL")
+        .bind(key.person_id)
+        .bind(key.school_id)
+        .execute(writer)
+        .await
+        .map(|done| done.rows_affected() == 1)
+}
+
+/// Forgets all of somebody's second factors, app and passkeys, and their recovery codes. False where none was on.
 ///
 /// # Errors
 /// When the database fails.
@@ -129,6 +150,7 @@ pub async fn remove(writer: &mut SqliteConnection, key: PersonKey) -> Result<boo
     for statement in [
         "DELETE FROM recovery_codes WHERE person_id = $1 AND school_id = $2",
         "DELETE FROM second_factors WHERE person_id = $1 AND school_id = $2",
+        "DELETE FROM passkeys WHERE person_id = $1 AND school_id = $2",
     ] {
         sqlx::query(statement).bind(key.person_id).bind(key.school_id).execute(&mut *writer).await?;
     }

@@ -28,6 +28,7 @@ pub mod login;
 mod markup;
 pub mod metric;
 pub mod origins;
+pub mod passkeys;
 pub mod people;
 pub mod progress;
 pub mod qr;

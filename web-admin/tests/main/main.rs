@@ -35,6 +35,7 @@ mod operation;
 mod other_programs;
 mod own_data;
 mod pages;
+mod passkeys;
 mod people;
 mod plans;
 mod previews;

@@ -15,7 +15,7 @@ use super::support::recordings::{Attempt, record};
 use super::support::{App, PASSWORD};
 
 /// What refers to a person: table and column, and under which key it stands in the file.
-const HELD: [(&str, &str); 45] = [
+const HELD: [(&str, &str); 46] = [
     ("api_tokens.person_id", "access/tokens"),
     ("account_links.person_id", "password_links"),
     ("assignment_extensions.person_id", "assignment_extensions"),
@@ -33,6 +33,7 @@ const HELD: [(&str, &str); 45] = [
     ("expert_declarations.withdrawn_by", "consents_recorded"),
     ("mails.person_id", "letters"),
     ("pairing_codes.made_by", "pairing_codes_made"),
+    ("passkeys.person_id", "access/passkeys"),
     ("rating_rounds.made_by", "rounds_made"),
     ("ratings.rater_id", "ratings_given"),
     ("recording_links.made_by", "recording_links"),

@@ -1,4 +1,4 @@
-//! Between the password and the code: such a session opens nothing but the page that asks for the code.
+//! Between the password and the second factor: such a session opens nothing but the page that asks for it.
 
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -12,20 +12,22 @@ use super::address::ClientAddress;
 use super::csrf::{self, Csrf, CsrfForm};
 use super::current::SignedIn;
 use super::login::own_path;
+use super::proving::{Asked, Shown};
 use crate::AppState;
 use crate::domain::Moment;
 use crate::error::{Error, PageError};
 use crate::routes::Routes;
-use crate::second_factor::{self, Typed};
+use crate::second_factor;
 use crate::storage::people::{self, Person};
 use crate::storage::second_factors::{self, PersonKey};
 use crate::views::login::CodePage;
+use crate::views::second_factor::FactorRefused;
 
 const KEY: &str = "half";
-/// How long the code is waited for, in s.
+/// How long the second factor is waited for, in s.
 const WAIT_S: i64 = 10 * 60;
 
-/// What a session holds whose password was right and whose code is still asked for.
+/// What a session holds whose password was right and whose second factor is still asked for.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Half {
     person_id: Uuid,
@@ -40,9 +42,9 @@ pub(super) fn router() -> Routes {
     Routes::new().route("/login/code", get(show).post(check))
 }
 
-/// Lets somebody in whose password is right, or asks for the code; says where to go now.
+/// Lets somebody in whose password is right, or asks for a second factor; says where to go now.
 pub(super) async fn enter(state: &AppState, session: &Session, person: &Person, next: &str) -> Result<String, Error> {
-    let key = PersonKey { school_id: person.school_id, person_id: person.id };
+    let key = key_of(person);
     let now = state.clock.now();
     if !second_factors::is_on(state.db.reader(), key).await? {
         SignedIn::start(session, (person.id, person.credential_version), now).await?;
@@ -74,41 +76,53 @@ async fn waiting(state: &AppState, session: &Session) -> Result<Option<(Half, Pe
 }
 
 async fn show(State(state): State<AppState>, session: Session, csrf: Csrf) -> Result<Response, PageError> {
-    if waiting(&state, &session).await?.is_none() {
+    let Some((_, person)) = waiting(&state, &session).await? else {
         return Ok(Redirect::to("/login").into_response());
-    }
-    Ok(page(&csrf, None).into_response())
+    };
+    Ok(page((&state, &session), &csrf, &person, None).await?.into_response())
 }
 
-fn page(csrf: &Csrf, error: Option<String>) -> CodePage {
-    CodePage { csrf: csrf.token().to_owned(), error }
+/// The page as it stands now; it asks the passkeys in this session.
+async fn page(
+    (state, session): (&AppState, &Session),
+    csrf: &Csrf,
+    person: &Person,
+    error: Option<String>,
+) -> Result<CodePage, Error> {
+    let key = key_of(person);
+    let app = second_factors::find(state.db.reader(), key).await?.is_some_and(|factor| factor.confirmed_at.is_some());
+    let question = Asked { state, session, key }.question().await?;
+    Ok(CodePage { csrf: csrf.token().to_owned(), app, question, error })
 }
 
-#[derive(Deserialize)]
-struct CodeForm {
-    code: String,
+const fn key_of(person: &Person) -> PersonKey {
+    PersonKey { school_id: person.school_id, person_id: person.id }
 }
 
+/// Lets somebody in by a code that was typed, or by the answer of a passkey.
 async fn check(
     State(state): State<AppState>,
     (session, csrf): (Session, Csrf),
     ClientAddress(from): ClientAddress,
-    CsrfForm(form): CsrfForm<CodeForm>,
+    CsrfForm(shown): CsrfForm<Shown>,
 ) -> Result<Response, PageError> {
     let Some((half, person)) = waiting(&state, &session).await? else {
         return Ok(Redirect::to("/login").into_response());
     };
-    let key = PersonKey { school_id: person.school_id, person_id: person.id };
-    let checked = second_factor::check(&state, key, Typed { code: &form.code, from }).await;
-    let proof = match checked {
-        Ok(Some(proof)) => proof,
-        Ok(None) => {
-            let why = tr!("This code is wrong, was used before, or is too old.").to_owned();
-            return Ok((StatusCode::UNAUTHORIZED, page(&csrf, Some(why))).into_response());
+    let key = key_of(&person);
+    let proof = match (Asked { state: &state, session: &session, key }).prove(&shown, from).await {
+        Ok(Ok(proof)) => proof,
+        Ok(Err(refused)) => {
+            let words = match refused {
+                FactorRefused::Code => tr!("This code is wrong, was used before, or is too old.").to_owned(),
+                other => other.said(),
+            };
+            let page = page((&state, &session), &csrf, &person, Some(words)).await?;
+            return Ok((StatusCode::UNAUTHORIZED, page).into_response());
         }
         Err(why) => {
             let words = tr!("Not signed in: {why}.", why = why.said());
-            let page = page(&csrf, Some(words));
+            let page = page((&state, &session), &csrf, &person, Some(words)).await?;
             return Ok(why.dress((why.status(), page).into_response()));
         }
     };

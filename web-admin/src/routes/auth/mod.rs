@@ -7,6 +7,7 @@ mod half;
 mod join;
 mod limits;
 mod login;
+mod proving;
 mod stranger;
 mod upload;
 
@@ -17,5 +18,6 @@ pub use current::{require_person, session_end};
 pub use limits::{LoginLimits, PairingLimits};
 pub(crate) use login::own_path;
 pub use login::{router, signed_in};
+pub(crate) use proving::{Asked, Shown, held, hold};
 pub use stranger::{StrangerToken, settle_stranger};
 pub use upload::CsrfUpload;

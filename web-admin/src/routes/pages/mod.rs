@@ -25,6 +25,7 @@ mod exercise;
 mod home;
 mod links;
 mod origins;
+mod passkeys;
 mod people;
 mod progress;
 mod ratings;
@@ -92,6 +93,7 @@ pub fn router() -> Routes {
         .route("/account/language", post(account::set_language))
         .route("/account/export", get(account::export))
         .merge(second_factor::router())
+        .merge(passkeys::router())
         .merge(tokens::router())
         .merge(people())
         .route("/assignments", get(assignments::list).post(assignments::make))

@@ -1,6 +1,8 @@
 //! `/account/second-factor`: one's own second factor. An administrator resets a colleague's, and says of whom the school asks
 //! for one.
 
+use std::net::IpAddr;
+
 use axum::extract::State;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
@@ -9,21 +11,26 @@ use serde::Deserialize;
 use serde_json::json;
 use tower_sessions::Session;
 
-use super::Id;
 use super::admin::administrators_only;
+use super::{Id, passkeys};
 use crate::AppState;
 use crate::accounts;
 use crate::domain::{CurrentPerson, FactorRule, Role};
 use crate::error::{Error, PageError};
 use crate::routes::Routes;
-use crate::routes::auth::{ClientAddress, Csrf, CsrfForm, NoFields, SignedIn};
-use crate::second_factor::{self, Typed};
+use crate::routes::auth::{Asked, ClientAddress, Csrf, CsrfForm, NoFields, Shown, SignedIn};
+use crate::second_factor::{self, Enrolled, Typed};
 use crate::storage::audit::{Actor, Entry};
+use crate::storage::passkeys as stored;
 use crate::storage::second_factors::{self, PersonKey};
 use crate::storage::{directory, people, schools};
+use crate::views::passkeys::ProofAsked;
 use crate::views::qr;
 use crate::views::second_factor::{FactorRefused, FactorState, RecoveryCodesPage, SecondFactorPage};
 use crate::views::{Place, Shell};
+
+/// One's own.
+pub(super) const PAGE: &str = "/account/second-factor";
 
 /// One's own, a colleague's and the school's.
 pub(super) fn router() -> Routes {
@@ -37,27 +44,81 @@ pub(super) fn router() -> Routes {
         .route("/admin/second-factor", post(set_rule))
 }
 
-async fn show(State(state): State<AppState>, person: CurrentPerson, csrf: Csrf) -> Result<SecondFactorPage, PageError> {
-    Ok(page(&state, &person, &csrf).await?)
+async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    (session, csrf): (Session, Csrf),
+) -> Result<SecondFactorPage, PageError> {
+    Ok(page(&state, (&person, &session), &csrf).await?)
 }
 
-async fn page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<SecondFactorPage, Error> {
+/// The page as it stands now; it asks the passkeys in this session.
+pub(super) async fn page(
+    state: &AppState,
+    (person, session): (&CurrentPerson, &Session),
+    csrf: &Csrf,
+) -> Result<SecondFactorPage, Error> {
     let (reader, key) = (state.db.reader(), PersonKey::from(person));
     let factor = match second_factors::find(reader, key).await? {
         None => FactorState::Off,
         Some(found) => match found.confirmed_at {
-            Some(since) => {
-                let codes_left = second_factors::recovery_codes_left(reader, key).await?;
-                FactorState::On { since: since.to_utc(), codes_left }
-            }
+            Some(since) => FactorState::On { since: since.to_utc() },
             None => offered(state, person).await?,
         },
     };
-    let rule = second_factors::rule(reader, person.school_id).await?;
-    let asked = rule == FactorRule::Teachers && person.role != Role::Trainee;
-    let owed = asked && !matches!(factor, FactorState::On { .. });
+    let proof = proof_asked(state, (person, session)).await?;
+    let codes_left = if proof.on { Some(second_factors::recovery_codes_left(reader, key).await?) } else { None };
+    let asked = is_asked(state, person).await?;
+    let owed = asked && !proof.on;
     let place = if owed { Place::Enrolment } else { Place::Account };
-    Ok(SecondFactorPage { shell: Shell::new(person, csrf.token(), place), factor, asked, owed, refused: None })
+    Ok(SecondFactorPage {
+        shell: Shell::new(person, csrf.token(), place),
+        factor,
+        passkeys: stored::of_person(reader, key).await?.into_iter().map(passkeys::row).collect(),
+        codes_left,
+        proof,
+        can_add: state.passkeys.site().is_some(),
+        name: String::new(),
+        asked,
+        owed,
+        refused: None,
+    })
+}
+
+/// Whether the school asks somebody for a second factor.
+pub(super) async fn is_asked(state: &AppState, person: &CurrentPerson) -> Result<bool, Error> {
+    let rule = second_factors::rule(state.db.reader(), person.school_id).await?;
+    Ok(rule == FactorRule::Teachers && person.role != Role::Trainee)
+}
+
+/// What somebody is asked for before they change a second factor; their passkeys are asked in this session.
+pub(super) async fn proof_asked(
+    state: &AppState,
+    (person, session): (&CurrentPerson, &Session),
+) -> Result<ProofAsked, Error> {
+    let (reader, key) = (state.db.reader(), PersonKey::from(person));
+    let app = second_factors::find(reader, key).await?.is_some_and(|factor| factor.confirmed_at.is_some());
+    let question = Asked { state, session, key }.question().await?;
+    Ok(ProofAsked { on: second_factors::is_on(reader, key).await?, app, question })
+}
+
+/// Whether somebody may change a second factor: who knows the password, and has one of those that are on. Not whoever finds an
+/// open browser.
+pub(super) async fn allow(
+    state: &AppState,
+    (person, session): (&CurrentPerson, &Session),
+    (password, shown): (&str, &Shown),
+    from: IpAddr,
+) -> Result<Result<(), FactorRefused>, Error> {
+    state.logins.take_own(person.id)?;
+    if !accounts::is_own_password(state, person, password).await? {
+        return Ok(Err(FactorRefused::Password));
+    }
+    let key = PersonKey::from(person);
+    if !second_factors::is_on(state.db.reader(), key).await? {
+        return Ok(Ok(()));
+    }
+    Ok(Asked { state, session, key }.prove(shown, from).await?.map(drop))
 }
 
 /// What is offered; nothing where its seal does not open any more.
@@ -77,34 +138,36 @@ async fn address(state: &AppState, person: &CurrentPerson) -> Result<Option<Stri
 }
 
 /// The page once more, saying why nothing was changed.
-async fn again(
+pub(super) async fn again(
     state: &AppState,
-    person: &CurrentPerson,
+    who: (&CurrentPerson, &Session),
     csrf: &Csrf,
     why: FactorRefused,
 ) -> Result<Response, PageError> {
-    let page = SecondFactorPage { refused: Some(why), ..page(state, person, csrf).await? };
+    let page = SecondFactorPage { refused: Some(why), ..page(state, who, csrf).await? };
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }
 
 #[derive(Deserialize)]
-struct PasswordForm {
+struct ChangeForm {
     password: String,
+    #[serde(flatten)]
+    shown: Shown,
 }
 
-/// Offers a secret to whoever knows the password: not to a browser that was left open.
+/// Offers a secret to whoever may change a second factor.
 async fn begin(
     State(state): State<AppState>,
     person: CurrentPerson,
-    csrf: Csrf,
-    CsrfForm(form): CsrfForm<PasswordForm>,
+    (session, csrf): (Session, Csrf),
+    ClientAddress(from): ClientAddress,
+    CsrfForm(form): CsrfForm<ChangeForm>,
 ) -> Result<Response, PageError> {
-    state.logins.take_own(person.id)?;
-    if !accounts::is_own_password(&state, &person, &form.password).await? {
-        return again(&state, &person, &csrf, FactorRefused::Password).await;
+    if let Err(refused) = allow(&state, (&person, &session), (&form.password, &form.shown), from).await? {
+        return again(&state, (&person, &session), &csrf, refused).await;
     }
     second_factor::offer(&state, &person).await?;
-    Ok(Redirect::to("/account/second-factor").into_response())
+    Ok(Redirect::to(PAGE).into_response())
 }
 
 /// The offered secret as a picture, for as long as it is offered.
@@ -118,7 +181,7 @@ struct CodeForm {
     code: String,
 }
 
-/// Turns the second factor on, and shows the recovery codes. Not by a redirect: they would have to be kept to be shown.
+/// Turns the codes of an app on.
 async fn confirm(
     State(state): State<AppState>,
     person: CurrentPerson,
@@ -127,13 +190,25 @@ async fn confirm(
     CsrfForm(form): CsrfForm<CodeForm>,
 ) -> Result<Response, PageError> {
     let typed = Typed { code: &form.code, from };
-    let Some(codes) = second_factor::confirm(&state, &person, typed).await? else {
-        return again(&state, &person, &csrf, FactorRefused::Code).await;
-    };
+    match second_factor::confirm(&state, &person, typed).await? {
+        Some(made) => Ok(enrolled(&state, &person, &session, made).await?),
+        None => again(&state, (&person, &session), &csrf, FactorRefused::Code).await,
+    }
+}
+
+/// Keeps somebody signed in who has made a second factor, and shows the recovery codes of the first. Not by a redirect: they would
+/// have to be kept to be shown.
+pub(super) async fn enrolled(
+    state: &AppState,
+    person: &CurrentPerson,
+    session: &Session,
+    made: Enrolled,
+) -> Result<Response, Error> {
     let known = people::by_id(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
-    SignedIn::start(&session, (known.id, known.credential_version), state.clock.now()).await?;
-    let csrf = Csrf::of_session(&session).await?;
-    let shell = Shell::new(&person, csrf.token(), Place::Account);
+    SignedIn::start(session, (known.id, known.credential_version), state.clock.now()).await?;
+    let Enrolled::First(codes) = made else { return Ok(Redirect::to(PAGE).into_response()) };
+    let csrf = Csrf::of_session(session).await?;
+    let shell = Shell::new(person, csrf.token(), Place::Account);
     Ok(RecoveryCodesPage { shell, codes, first: true }.into_response())
 }
 
@@ -147,42 +222,36 @@ async fn with_factor(state: &AppState, person: &CurrentPerson) -> Result<PersonK
 async fn remake_codes(
     State(state): State<AppState>,
     person: CurrentPerson,
-    csrf: Csrf,
+    (session, csrf): (Session, Csrf),
     ClientAddress(from): ClientAddress,
-    CsrfForm(form): CsrfForm<CodeForm>,
+    CsrfForm(shown): CsrfForm<Shown>,
 ) -> Result<Response, PageError> {
     let key = with_factor(&state, &person).await?;
-    if second_factor::check(&state, key, Typed { code: &form.code, from }).await?.is_none() {
-        return again(&state, &person, &csrf, FactorRefused::Code).await;
+    let proved = Asked { state: &state, session: &session, key }.prove(&shown, from).await?;
+    if let Err(refused) = proved {
+        return again(&state, (&person, &session), &csrf, refused).await;
     }
     let codes = second_factor::remake_codes(&state, &person).await?;
     let shell = Shell::new(&person, csrf.token(), Place::Account);
     Ok(RecoveryCodesPage { shell, codes, first: false }.into_response())
 }
 
-#[derive(Deserialize)]
-struct OffForm {
-    password: String,
-    code: String,
-}
-
+/// Turns the codes of an app off.
 async fn turn_off(
     State(state): State<AppState>,
     person: CurrentPerson,
-    csrf: Csrf,
+    (session, csrf): (Session, Csrf),
     ClientAddress(from): ClientAddress,
-    CsrfForm(form): CsrfForm<OffForm>,
+    CsrfForm(form): CsrfForm<ChangeForm>,
 ) -> Result<Response, PageError> {
-    let key = with_factor(&state, &person).await?;
-    state.logins.take_own(person.id)?;
-    if !accounts::is_own_password(&state, &person, &form.password).await? {
-        return again(&state, &person, &csrf, FactorRefused::Password).await;
+    with_factor(&state, &person).await?;
+    if let Err(refused) = allow(&state, (&person, &session), (&form.password, &form.shown), from).await? {
+        return again(&state, (&person, &session), &csrf, refused).await;
     }
-    if second_factor::check(&state, key, Typed { code: &form.code, from }).await?.is_none() {
-        return again(&state, &person, &csrf, FactorRefused::Code).await;
+    if !second_factor::turn_off(&state, &person).await? {
+        return Err(second_factor::nothing_on().into());
     }
-    second_factor::turn_off(&state, &person).await?;
-    Ok(Redirect::to("/account/second-factor").into_response())
+    Ok(Redirect::to(PAGE).into_response())
 }
 
 /// Takes the second factor of somebody away who has lost it.

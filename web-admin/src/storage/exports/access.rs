@@ -5,6 +5,7 @@ use sqlx::{FromRow, SqlitePool};
 
 use super::Result;
 use crate::domain::Moment;
+use crate::storage::passkeys::{self, KeptPasskey};
 use crate::storage::second_factors::{self, PersonKey};
 
 /// What lets somebody in besides their password.
@@ -12,6 +13,7 @@ use crate::storage::second_factors::{self, PersonKey};
 pub struct AccessFacts {
     second_factor_since: Option<Moment>,
     recovery_codes_left: i64,
+    passkeys: Vec<PasskeyFacts>,
     tokens: Vec<TokenFacts>,
 }
 
@@ -25,6 +27,20 @@ pub struct TokenFacts {
     revoked_at: Option<Moment>,
 }
 
+/// A passkey; its public key is of use to nobody else.
+#[derive(Clone, Debug, Serialize)]
+pub struct PasskeyFacts {
+    name: String,
+    made_at: Moment,
+    last_used_at: Option<Moment>,
+}
+
+impl PasskeyFacts {
+    fn of(kept: KeptPasskey) -> Self {
+        Self { name: kept.name, made_at: kept.made_at, last_used_at: kept.last_used_at }
+    }
+}
+
 pub(super) async fn of(reader: &SqlitePool, key: PersonKey) -> Result<AccessFacts> {
     let tokens = sqlx::query_as(
         "SELECT name, created_at, last_seen_at AS last_used_at, expires_at, revoked_at FROM api_tokens
@@ -33,6 +49,7 @@ pub(super) async fn of(reader: &SqlitePool, key: PersonKey) -> Result<AccessFact
     Ok(AccessFacts {
         second_factor_since: second_factors::find(reader, key).await?.and_then(|factor| factor.confirmed_at),
         recovery_codes_left: second_factors::recovery_codes_left(reader, key).await?,
+        passkeys: passkeys::of_person(reader, key).await?.into_iter().map(PasskeyFacts::of).collect(),
         tokens: tokens.bind(key.person_id).bind(key.school_id).fetch_all(reader).await?,
     })
 }

@@ -4,7 +4,7 @@ mod access;
 mod held;
 mod said;
 
-pub use access::{AccessFacts, TokenFacts};
+pub use access::{AccessFacts, PasskeyFacts, TokenFacts};
 pub use said::{AnswerFacts, AssignmentFacts, CommentFacts, MarksFacts, RatingFacts};
 
 use std::collections::BTreeMap;

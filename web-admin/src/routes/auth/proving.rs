@@ -1,0 +1,86 @@
+//! A second factor shown in a form: a code that was typed, or the answer of a passkey to what the page has asked. What is waited for
+//! stays in the session, by its id alone.
+
+use std::net::IpAddr;
+
+use serde::Deserialize;
+use tower_sessions::Session;
+use uuid::Uuid;
+
+use crate::AppState;
+use crate::error::Error;
+use crate::passkeys::{self, Answer, AnswerRefused, Question, Signed};
+use crate::second_factor::{self, Proof, Typed};
+use crate::storage::second_factors::PersonKey;
+use crate::views::second_factor::FactorRefused;
+
+const KEY: &str = "passkey";
+
+/// The fields of a form in which a second factor is shown: one of the two is filled in.
+#[derive(Clone, Debug, Default, Deserialize)]
+pub(crate) struct Shown {
+    #[serde(default)]
+    code: String,
+    #[serde(default)]
+    answer: String,
+}
+
+/// Who is asked, and where.
+#[derive(Clone, Copy)]
+pub(crate) struct Asked<'a> {
+    /// The service.
+    pub state: &'a AppState,
+    /// The browser's session.
+    pub session: &'a Session,
+    /// Who.
+    pub key: PersonKey,
+}
+
+impl Asked<'_> {
+    /// Asks their passkeys, in place of what this session has asked before. None where there are none.
+    ///
+    /// # Errors
+    /// When the question cannot be made, or the database fails.
+    pub(crate) async fn question(self) -> Result<Option<Question>, Error> {
+        let question = passkeys::ask(self.state, self.key).await?;
+        if let Some(question) = &question {
+            hold(self.session, question).await?;
+        }
+        Ok(question)
+    }
+
+    /// What is proved by what was shown, from a network address.
+    ///
+    /// # Errors
+    /// When there were too many tries, or the database fails.
+    pub(crate) async fn prove(self, shown: &Shown, from: IpAddr) -> Result<Result<Proof, FactorRefused>, Error> {
+        let Self { state, session, key } = self;
+        if shown.answer.is_empty() {
+            let proof = second_factor::check(state, key, Typed { code: &shown.code, from }).await?;
+            return Ok(proof.ok_or(FactorRefused::Code));
+        }
+        let answer = Answer { question: held(session).await?, json: &shown.answer, from };
+        Ok(match passkeys::check(state, key, answer).await? {
+            Signed::Proved(proof) => Ok(proof),
+            Signed::Late => Err(FactorRefused::Late),
+            Signed::Refused(AnswerRefused::Wrong) => Err(FactorRefused::Answer),
+            Signed::Refused(AnswerRefused::Copied) => Err(FactorRefused::Copied),
+        })
+    }
+}
+
+/// Keeps in a session what its browser was asked last.
+///
+/// # Errors
+/// When the session cannot be written.
+pub(crate) async fn hold(session: &Session, question: &Question) -> Result<(), Error> {
+    Ok(session.insert(KEY, question.id).await?)
+}
+
+/// What the browser of a session was asked last, this once.
+///
+/// # Errors
+/// When the session cannot be read or written.
+pub(crate) async fn held(session: &Session) -> Result<Option<Uuid>, Error> {
+    Ok(session.remove(KEY).await?)
+}

@@ -1,0 +1,196 @@
+//! `/account/second-factor/passkeys`: one's own passkeys, added, renamed and removed.
+
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Redirect, Response};
+use axum::routing::{get, post};
+use serde::Deserialize;
+use tower_sessions::Session;
+use uuid::Uuid;
+
+use super::Id;
+use super::second_factor::{PAGE, again, allow, enrolled, is_asked, page, proof_asked};
+use crate::AppState;
+use crate::domain::CurrentPerson;
+use crate::error::{Error, PageError};
+use crate::passkeys::{self, Answer};
+use crate::routes::Routes;
+use crate::routes::auth::{ClientAddress, Csrf, CsrfForm, Shown, held, hold};
+use crate::storage::passkeys::{self as stored, KeptPasskey};
+use crate::storage::second_factors;
+use crate::views::passkeys::{MakePasskeyPage, PasskeyPage, PasskeyRow};
+use crate::views::second_factor::{FactorRefused, SecondFactorPage};
+use crate::views::{Place, Shell};
+
+/// One's own.
+pub(super) fn router() -> Routes {
+    Routes::new()
+        .route("/account/second-factor/passkeys", post(begin))
+        .route("/account/second-factor/passkeys/confirm", post(confirm))
+        .route("/account/second-factor/passkeys/{id}", get(show))
+        .route("/account/second-factor/passkeys/{id}/rename", post(rename))
+        .route("/account/second-factor/passkeys/{id}/remove", post(remove))
+}
+
+/// A passkey as lists show it.
+pub(super) fn row(kept: KeptPasskey) -> PasskeyRow {
+    PasskeyRow {
+        href: format!("{PAGE}/passkeys/{}", kept.id),
+        name: kept.name,
+        made: kept.made_at.to_utc(),
+        used: kept.last_used_at.map(|at| at.to_utc()),
+    }
+}
+
+#[derive(Deserialize)]
+struct NewForm {
+    name: String,
+    password: String,
+    #[serde(flatten)]
+    shown: Shown,
+}
+
+/// Asks for a new passkey. Not by a redirect: what is asked would have to be kept to be shown.
+async fn begin(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    (session, csrf): (Session, Csrf),
+    ClientAddress(from): ClientAddress,
+    CsrfForm(form): CsrfForm<NewForm>,
+) -> Result<Response, PageError> {
+    let asked = match allow(&state, (&person, &session), (&form.password, &form.shown), from).await? {
+        Ok(()) => passkeys::ask_to_make(&state, &person, &form.name).await,
+        Err(refused) => return refuse_new(&state, (&person, &session), &csrf, (form.name, refused)).await,
+    };
+    match asked {
+        Ok(question) => {
+            hold(&session, &question).await?;
+            let shell = Shell::new(&person, csrf.token(), place(&state, &person).await?);
+            Ok(MakePasskeyPage { shell, question }.into_response())
+        }
+        Err(Error::Unprocessable(why)) => {
+            refuse_new(&state, (&person, &session), &csrf, (form.name, FactorRefused::Other(why))).await
+        }
+        Err(other) => Err(other.into()),
+    }
+}
+
+/// Whoever owes a second factor sees nothing else meanwhile.
+async fn place(state: &AppState, person: &CurrentPerson) -> Result<Place, Error> {
+    let owed = second_factors::is_owed(state.db.reader(), person.into()).await?;
+    Ok(if owed { Place::Enrolment } else { Place::Account })
+}
+
+/// The page once more with the name that was typed, saying why no passkey is asked for.
+async fn refuse_new(
+    state: &AppState,
+    who: (&CurrentPerson, &Session),
+    csrf: &Csrf,
+    (name, refused): (String, FactorRefused),
+) -> Result<Response, PageError> {
+    let page = SecondFactorPage { name, refused: Some(refused), ..page(state, who, csrf).await? };
+    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+}
+
+#[derive(Deserialize)]
+struct AnswerForm {
+    #[serde(default)]
+    answer: String,
+}
+
+/// Keeps the passkey that was made.
+async fn confirm(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    (session, csrf): (Session, Csrf),
+    ClientAddress(from): ClientAddress,
+    CsrfForm(form): CsrfForm<AnswerForm>,
+) -> Result<Response, PageError> {
+    let answer = Answer { question: held(&session).await?, json: &form.answer, from };
+    match passkeys::make(&state, &person, answer).await? {
+        Some(made) => Ok(enrolled(&state, &person, &session, made).await?),
+        None => again(&state, (&person, &session), &csrf, FactorRefused::NotMade).await,
+    }
+}
+
+async fn show(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    (session, csrf): (Session, Csrf),
+    Id(id): Id,
+) -> Result<PasskeyPage, PageError> {
+    Ok(one(&state, (&person, &session), &csrf, id).await?)
+}
+
+async fn one(
+    state: &AppState,
+    (person, session): (&CurrentPerson, &Session),
+    csrf: &Csrf,
+    id: Uuid,
+) -> Result<PasskeyPage, Error> {
+    let kept = passkeys::find(state, person, id).await?;
+    let reader = state.db.reader();
+    let proof = proof_asked(state, (person, session)).await?;
+    let last = !proof.app && stored::of_person(reader, person.into()).await?.len() == 1;
+    Ok(PasskeyPage {
+        shell: Shell::new(person, csrf.token(), Place::Account),
+        row: row(kept),
+        last,
+        asked: is_asked(state, person).await?,
+        proof,
+        refused: None,
+    })
+}
+
+async fn refuse(
+    state: &AppState,
+    who: (&CurrentPerson, &Session),
+    csrf: &Csrf,
+    (id, refused): (Uuid, FactorRefused),
+) -> Result<Response, PageError> {
+    let page = PasskeyPage { refused: Some(refused), ..one(state, who, csrf, id).await? };
+    Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
+}
+
+#[derive(Deserialize)]
+struct NameForm {
+    name: String,
+}
+
+async fn rename(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    (session, csrf): (Session, Csrf),
+    Id(id): Id,
+    CsrfForm(form): CsrfForm<NameForm>,
+) -> Result<Response, PageError> {
+    match passkeys::rename(&state, &person, id, &form.name).await {
+        Ok(()) => Ok(Redirect::to(PAGE).into_response()),
+        Err(Error::Unprocessable(why)) => {
+            refuse(&state, (&person, &session), &csrf, (id, FactorRefused::Other(why))).await
+        }
+        Err(other) => Err(other.into()),
+    }
+}
+
+#[derive(Deserialize)]
+struct RemoveForm {
+    password: String,
+    #[serde(flatten)]
+    shown: Shown,
+}
+
+async fn remove(
+    State(state): State<AppState>,
+    person: CurrentPerson,
+    (session, csrf): (Session, Csrf),
+    (Id(id), ClientAddress(from)): (Id, ClientAddress),
+    CsrfForm(form): CsrfForm<RemoveForm>,
+) -> Result<Response, PageError> {
+    passkeys::find(&state, &person, id).await?;
+    if let Err(refused) = allow(&state, (&person, &session), (&form.password, &form.shown), from).await? {
+        return refuse(&state, (&person, &session), &csrf, (id, refused)).await;
+    }
+    passkeys::remove(&state, &person, id).await?;
+    Ok(Redirect::to(PAGE).into_response())
+}
