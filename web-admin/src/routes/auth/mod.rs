@@ -7,6 +7,7 @@ mod half;
 mod join;
 mod limits;
 mod login;
+mod refusals;
 mod stranger;
 mod upload;
 
@@ -17,5 +18,7 @@ pub use current::{require_person, session_end};
 pub use limits::{LoginLimits, PairingLimits};
 pub(crate) use login::own_path;
 pub use login::{router, signed_in};
+pub use refusals::RefusalLog;
+pub(crate) use refusals::{Asked, Known};
 pub use stranger::{StrangerToken, settle_stranger};
 pub use upload::CsrfUpload;

@@ -13,7 +13,7 @@ use super::Id;
 use super::admin::administrators_only;
 use crate::AppState;
 use crate::accounts;
-use crate::domain::{CurrentPerson, FactorRule, Role};
+use crate::domain::{CurrentPerson, FactorRule};
 use crate::error::{Error, PageError};
 use crate::routes::Routes;
 use crate::routes::auth::{ClientAddress, Csrf, CsrfForm, NoFields, SignedIn};
@@ -54,7 +54,7 @@ async fn page(state: &AppState, person: &CurrentPerson, csrf: &Csrf) -> Result<S
         },
     };
     let rule = second_factors::rule(reader, person.school_id).await?;
-    let asked = rule == FactorRule::Teachers && person.role != Role::Trainee;
+    let asked = rule.asks(person.role);
     let owed = asked && !matches!(factor, FactorState::On { .. });
     let place = if owed { Place::Enrolment } else { Place::Account };
     Ok(SecondFactorPage { shell: Shell::new(person, csrf.token(), place), factor, asked, owed, refused: None })
