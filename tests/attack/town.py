@@ -61,6 +61,10 @@ class Template:
         for school in ("North", "South"):
             programs.run("curricula", "import", "curricula", "--school", school, "--data-dir", self.data)
         programs.run("curricula", "import", self._easy_course(), "--school", "North", "--data-dir", self.data)
+        # As if everybody had signed in for the first time and chosen this password: the command line's is good for that alone.
+        with sqlite3.connect(self.data / "stylet.db") as database:
+            database.execute("UPDATE people SET password_initial_until = NULL")
+        database.close()
 
     def _add(self, name, role, school, cohort):
         words = ["user", "add", "--data-dir", self.data, "--school", school, "--role", role, "--token"]

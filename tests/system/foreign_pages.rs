@@ -12,6 +12,7 @@ use serde_json::json;
 use tests::{Service, root};
 
 use super::browser::{Driver, sign_in_with};
+use crate::visitor::choose_password;
 use crate::whole_path::{PASSWORD, found_school, id, only_session, scored, simulate};
 
 /// Above this, a page is said to jump (web.dev, Cumulative Layout Shift: "good").
@@ -46,6 +47,7 @@ async fn a_replay_does_not_push_away_what_is_read() {
     let data = folder.path().join("data");
     let token = found_school(&data);
     let service = Service::start(&data);
+    choose_password(&service.url, "ada@example.org", PASSWORD);
     let session = practised(folder.path(), &service, &token);
     let driver = Driver::start();
     let browser = driver.browser(&folder.path().join("profile")).await;

@@ -9,6 +9,7 @@ use fantoccini::{Client, Locator};
 use tests::{Service, run_ok};
 
 use super::browser::{Driver, PASSWORD, complaints, contains, follow, inspect, lands, press, sign_in};
+use super::visitor::{INITIAL, choose_password};
 
 const INSTRUCTOR: &str = "ina@journey.example";
 const TRAINEE: &str = "nia@journey.example";
@@ -195,7 +196,7 @@ fn found(data: &str) {
     run_ok("web-admin", &["migrate", "--data-dir", data]);
     run_ok(
         "web-admin",
-        &[&head[..], &["--email", "head@journey.example", "--name", "Head", "--password", PASSWORD]].concat(),
+        &[&head[..], &["--email", "head@journey.example", "--name", "Head", "--password", INITIAL]].concat(),
     );
     run_ok("web-admin", &["curricula", "import", "curricula", "--data-dir", data, "--school", "North"]);
 }
@@ -206,14 +207,13 @@ async fn a_course_from_its_roster_to_its_export() {
     let data = folder.path().join("data").to_string_lossy().into_owned();
     found(&data);
     let service = Service::start(Path::new(&data));
+    choose_password(&service.url, "head@journey.example", PASSWORD);
     let driver = Driver::start();
     let browser = driver.browser(&folder.path().join("profile")).await;
     let school = School { browser: &browser, url: &service.url, folder: folder.path() };
     let join = school.administrator().await;
-    run_ok(
-        "web-admin",
-        &["user", "reset-password", "--data-dir", &data, "--email", INSTRUCTOR, "--password", PASSWORD],
-    );
+    run_ok("web-admin", &["user", "reset-password", "--data-dir", &data, "--email", INSTRUCTOR, "--password", INITIAL]);
+    choose_password(&service.url, INSTRUCTOR, PASSWORD);
     school.assigns().await;
     let session = school.practises(&join, &data).await;
     school.judges(&session).await;

@@ -12,6 +12,7 @@ mod house;
 mod independent_reader;
 mod journeys;
 mod licences;
+mod logs;
 mod other_programs;
 mod passkey;
 mod readme;

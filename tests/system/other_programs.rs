@@ -5,7 +5,7 @@ use std::path::Path;
 
 use tests::{Service, python, python_ok, root, run, run_ok};
 
-use crate::visitor::Visitor;
+use crate::visitor::{INITIAL, Visitor, choose_password};
 use crate::whole_path::{PASSWORD, found_school, id, json, only_session, scored, simulate};
 
 /// A course of one exercise that is mastered with one pass.
@@ -109,7 +109,7 @@ fn a_certificate_is_checked_by_what_its_page_says_and_the_published_key() {
     let add = ["user", "add", "--data-dir", &at("data"), "--school", "Test School", "--role", "administrator"];
     run_ok(
         "web-admin",
-        &[&add[..], &["--email", "head@example.org", "--name", "Head", "--password", PASSWORD]].concat(),
+        &[&add[..], &["--email", "head@example.org", "--name", "Head", "--password", INITIAL]].concat(),
     );
     let service = Service::start(&data);
     std::fs::write(at("token"), &token).expect("a file");
@@ -119,6 +119,9 @@ fn a_certificate_is_checked_by_what_its_page_says_and_the_published_key() {
     scored(&service.url, &token, &id(&session, "session_id"));
 
     // The school asks for no more than passes: this attempt was neither signed nor supervised.
+    for email in ["head@example.org", "ada@example.org"] {
+        choose_password(&service.url, email, PASSWORD);
+    }
     let head = Visitor::signed_in(&service.url, "head@example.org", PASSWORD);
     head.send("/admin", "/admin/certificate-needs", &[("needed", "nothing")]);
     let trainee = Visitor::signed_in(&service.url, "ada@example.org", PASSWORD);

@@ -16,6 +16,7 @@ use serde_json::{Value, json};
 use tests::{Service, documents, root, run_ok};
 
 use crate::browser::{Driver, sign_in_with};
+use crate::visitor::choose_password;
 use crate::whole_path::{PASSWORD, found_school, scored};
 
 /// Needle and tissue agree so far, in mm: less than a pixel.
@@ -192,6 +193,7 @@ async fn the_browser_draws_tip_and_tissue_together_as_the_simulator_does() {
     let data = folder.path().join("data");
     let token = found_school(&data);
     let service = Service::start(&data);
+    choose_password(&service.url, "ada@example.org", PASSWORD);
     let recordings = record_all(folder.path());
     assert!(recordings.len() >= 9, "{} exercises", recordings.len());
     let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();

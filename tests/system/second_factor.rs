@@ -8,6 +8,7 @@ use fantoccini::{Client, Locator};
 use tests::{Service, python_ok, run_ok};
 
 use super::browser::{Driver, complaints, contains, inspect, lands};
+use super::visitor::{INITIAL, choose_password};
 
 const PASSWORD: &str = "vier Käse im Wind der Nacht";
 const TEACHER: &str = "teacher@example.org";
@@ -138,10 +139,11 @@ async fn an_instructor_is_led_to_a_second_factor_and_signs_in_with_it() {
     let data = folder.path().join("data");
     let at = data.to_string_lossy().into_owned();
     for (role, email) in [("instructor", TEACHER), ("administrator", HEAD)] {
-        let who = ["--role", role, "--email", email, "--name", "Somebody Else", "--password", PASSWORD];
+        let who = ["--role", role, "--email", email, "--name", "Somebody Else", "--password", INITIAL];
         run_ok("web-admin", &[&["user", "add", "--data-dir", at.as_str()][..], &who].concat());
     }
     let service = Service::start(&data);
+    [TEACHER, HEAD].into_iter().for_each(|email| choose_password(&service.url, email, PASSWORD));
     let driver = Driver::start();
     let browser = driver.browser(&folder.path().join("profile")).await;
     let visit = Visit { browser, url: service.url.clone() };

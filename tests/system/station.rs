@@ -16,7 +16,7 @@ use recording::{EventKind, Recording};
 use serde_json::{Value, json};
 use tests::{Service, first_exercise, program, root, run_ok};
 
-use crate::visitor::Visitor;
+use crate::visitor::{INITIAL, Visitor, choose_password};
 use crate::window::{Display, with_extension, within};
 
 const PASSWORD: &str = "a long enough password";
@@ -28,7 +28,7 @@ fn found_school(data: &str) -> String {
     run_ok("web-admin", &["migrate", "--data-dir", data]);
     for (role, email) in [("administrator", "head@example.org"), ("trainee", "ada@example.org")] {
         let add = ["user", "add", "--data-dir", data, "--school", "North", "--role", role];
-        run_ok("web-admin", &[&add[..], &["--email", email, "--name", "Ada", "--password", PASSWORD]].concat());
+        run_ok("web-admin", &[&add[..], &["--email", email, "--name", "Ada", "--password", INITIAL]].concat());
     }
     let token = run_ok("web-admin", &["user", "token", "--data-dir", data, "--email", "ada@example.org"]);
     token.trim_end().to_owned()
@@ -153,6 +153,9 @@ fn an_attempt_goes_home_over_a_network_that_breaks_twenty_times() {
     let (data, home) = (folder.path().join("data"), folder.path().join("home"));
     let token = found_school(&data.to_string_lossy());
     let service = Service::start(&data);
+    for email in ["head@example.org", "ada@example.org"] {
+        choose_password(&service.url, email, PASSWORD);
+    }
     let head = Visitor::signed_in(&service.url, "head@example.org", PASSWORD);
     let code = code_on(&head.press("/admin", "/admin/pairing-codes"));
     let network = Network::before(&service.url);
@@ -211,6 +214,9 @@ fn a_trainee_signs_in_in_the_window_is_coached_and_finds_the_attempt_at_school()
     let (data, home, kept) = (folder.path().join("data"), folder.path().join("home"), folder.path().join("kept"));
     let token = found_school(&data.to_string_lossy());
     let service = Service::start(&data);
+    for email in ["head@example.org", "ada@example.org"] {
+        choose_password(&service.url, email, PASSWORD);
+    }
     let head = Visitor::signed_in(&service.url, "head@example.org", PASSWORD);
     let code = code_on(&head.press("/admin", "/admin/pairing-codes"));
     let (paired, said) = stylet(&home, &["pair", "--server", &service.url, "--code", &code, "--name", "lab 2"]);

@@ -47,6 +47,24 @@ impl Visitor {
     }
 }
 
+/// The password that the command line has given somebody: for their first sign-in, at which they choose their own.
+pub const INITIAL: &str = "herons that wade at dawn";
+
+/// Chooses somebody's own password at their first sign-in.
+pub fn choose_password(url: &str, email: &str, own: &str) {
+    let agent: Agent = Agent::config_builder().max_redirects(0).build().into();
+    let mut login = agent.get(format!("{url}/login")).call().expect("the sign-in page");
+    let form = login.body_mut().read_to_string().expect("a body");
+    let post = |path: &str| agent.post(format!("{url}{path}")).header("Cookie", cookie(&login));
+    let led = post("/login").send_form([("email", email), ("password", INITIAL), ("csrf", csrf(&form))]).expect("led");
+    let to = led.headers().get("location").and_then(|value| value.to_str().ok()).expect("a place to go");
+    assert!(to.starts_with("/join/"), "{email} is led to {to}");
+    let page = agent.get(format!("{url}{to}")).header("Cookie", cookie(&login)).call().expect("the page");
+    let page = page.into_body().read_to_string().expect("a body");
+    let chosen = post(to).send_form([("password", own), ("again", own), ("csrf", csrf(&page))]).expect("chosen");
+    assert_eq!(chosen.status(), 303, "{email} has a password of their own");
+}
+
 /// The token in the first form of a page.
 fn csrf(page: &str) -> &str {
     page.split("name=\"csrf\" value=\"").nth(1).and_then(|rest| rest.split('"').next()).expect("a form token")

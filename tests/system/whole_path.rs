@@ -8,7 +8,7 @@ use std::time::Duration;
 use serde_json::Value;
 use tests::{Service, first_exercise, run, run_ok};
 
-use crate::visitor::Visitor;
+use crate::visitor::{INITIAL, Visitor, choose_password};
 
 pub(super) const PASSWORD: &str = "a long enough password";
 
@@ -17,7 +17,7 @@ pub(super) fn found_school(data: &Path) -> String {
     let data = data.to_string_lossy();
     run_ok("web-admin", &["migrate", "--data-dir", &data]);
     let add = ["user", "add", "--data-dir", &data, "--school", "Test School", "--role", "trainee"];
-    let who = ["--email", "ada@example.org", "--name", "Ada", "--password", PASSWORD];
+    let who = ["--email", "ada@example.org", "--name", "Ada", "--password", INITIAL];
     run_ok("web-admin", &[&add[..], &who[..]].concat());
     run_ok("web-admin", &["curricula", "import", "curricula", "--data-dir", &data, "--school", "Test School"]);
     let token = run_ok("web-admin", &["user", "token", "--data-dir", &data, "--email", "ada@example.org"]);
@@ -61,6 +61,7 @@ fn an_exercise_becomes_a_scored_attempt_on_a_page() {
     assert_eq!(verified["largest_deviation_n"], 0.0, "the recording re-simulates to the bit: {verified}");
 
     let service = Service::start(&data);
+    choose_password(&service.url, "ada@example.org", PASSWORD);
     let token_file = folder.path().join("token");
     std::fs::write(&token_file, &token).expect("a token file");
     let outbox = folder.path().join("outbox").to_string_lossy().into_owned();

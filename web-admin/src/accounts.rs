@@ -20,6 +20,8 @@ use crate::storage::tokens;
 pub const INVITATION_LIFETIME_S: i64 = 14 * 86_400;
 /// How long a link to another password is good, in s.
 pub const RESET_LIFETIME_S: i64 = 86_400;
+/// How long a password is good that somebody else has set, in s: for the first sign-in alone.
+pub const INITIAL_PASSWORD_S: i64 = 3 * 86_400;
 /// How long nobody can have another link sent to somebody who has just been sent one, in s: whoever knows an address could fill its box,
 /// and end the link that its owner is about to follow.
 const ASKED_AGAIN_S: i64 = 600;
@@ -147,11 +149,46 @@ pub async fn make_link(
     (school_id, person_id): (Uuid, Uuid),
     purpose: Purpose,
 ) -> Result<String, Error> {
-    let token = secret::random_hex()?;
     let expires_at = state.clock.now().plus_s(lifetime_s(purpose));
-    let link = NewLink { school_id, person_id, purpose, expires_at };
+    let path = make_path(tx, NewLink { school_id, person_id, purpose, expires_at }).await?;
+    Ok(format!("{}{path}", state.config.address()))
+}
+
+/// Makes a link and returns its path here.
+async fn make_path(tx: &mut SqliteConnection, link: NewLink) -> Result<String, Error> {
+    let token = secret::random_hex()?;
     account_links::add(tx, link, &secret::token_sha256(&token)).await?;
-    Ok(format!("{}/join/{token}", state.config.address()))
+    Ok(format!("/join/{token}"))
+}
+
+/// How long whoever has signed in by an initial password may take to choose their own, in s.
+const CHOOSING_S: i64 = 3600;
+
+/// Leads somebody whose initial password was right to where they choose their own, and nowhere else: the path.
+///
+/// # Errors
+/// When the database fails.
+pub async fn use_initial_password(state: &AppState, person: &Person) -> Result<String, Error> {
+    let (school_id, person_id, now) = (person.school_id, person.id, state.clock.now());
+    let mut tx = state.db.write().await?;
+    let link = NewLink { school_id, person_id, purpose: Purpose::Reset, expires_at: now.plus_s(CHOOSING_S) };
+    let path = make_path(&mut tx, link).await?;
+    Entry::new(school_id, Actor::Person(person_id), "person.initial_password_used", person_id)
+        .append(&mut tx, now)
+        .await?;
+    tx.commit().await?;
+    Ok(path)
+}
+
+/// Whether a password is the one that somebody else has set for a person.
+///
+/// # Errors
+/// When the database fails.
+pub async fn is_initial_password(state: &AppState, email: &str, typed: &str) -> Result<bool, Error> {
+    let known = people::credentials(state.db.reader(), email).await?.filter(|known| known.initial_until.is_some());
+    let Some(hash) = known.and_then(|known| known.password_hash) else { return Ok(false) };
+    let typed = typed.to_owned();
+    state.hash(move || secret::password_fits(&typed, &hash)).await
 }
 
 /// Queues the mail with a link; the link is made when it is sent.

@@ -8,6 +8,7 @@ use axum::http::Uri;
 
 use crate::domain::roster::is_email;
 use crate::judging::Helper;
+use crate::scanning::Scanner;
 
 /// What it costs to hash a password.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,6 +76,8 @@ pub struct Config {
     pub helper: Option<Helper>,
     /// Longest that looking what a draft comes to may take, where a helper looks.
     pub preview_time: Duration,
+    /// Who scans what arrives for malware; none where nobody does.
+    pub scanner: Option<Scanner>,
     /// Free room on the disk, in bytes, below which no upload is taken.
     pub reserve_bytes: u64,
     /// Uploads in pieces that an owner may have begun and not ended, and their announced bytes.
@@ -128,6 +131,7 @@ impl Config {
             judges: 1,
             helper: None,
             preview_time: Duration::from_secs(10),
+            scanner: None,
             reserve_bytes: 1_000_000_000,
             upload_silence: Duration::from_secs(30),
             upload_lifetime_s: 48 * 3600,

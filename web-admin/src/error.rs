@@ -73,6 +73,9 @@ pub enum Error {
         /// When to try again, in s.
         retry_after_s: u64,
     },
+    /// The scanner for malware has said nothing of it. The cause goes to the log.
+    #[error("the scanner for malware says nothing of this now, so it was not taken in; send it again later")]
+    Unscanned(#[source] anyhow::Error),
     /// Whoever worked on it has died of it, or took too long; how. The cause goes to the log.
     #[error("this could not be worked on to its end; it is tried once more when it is sent again, and then set aside")]
     Deadly(String),
@@ -87,8 +90,14 @@ pub enum Error {
     Internal(#[source] anyhow::Error),
 }
 
+/// In an answer that somebody was refused what is not theirs, or is not there: for whoever writes such answers down.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Denied;
+
 /// When to send again what somebody has died of, in s.
 const AFTER_DEATH_S: u64 = 10;
+/// When to send again what no scanner has looked at, in s.
+const UNSCANNED_S: u64 = 60;
 /// Result code of SQLite for a full disk.
 const SQLITE_FULL: &str = "13";
 /// What is said of one.
@@ -120,7 +129,7 @@ impl Error {
             Self::Unprocessable(_) => StatusCode::UNPROCESSABLE_ENTITY,
             Self::Timeout => StatusCode::REQUEST_TIMEOUT,
             Self::TooMany { .. } | Self::OverQuota(_) => StatusCode::TOO_MANY_REQUESTS,
-            Self::Busy { .. } | Self::Deadly(_) => StatusCode::SERVICE_UNAVAILABLE,
+            Self::Busy { .. } | Self::Deadly(_) | Self::Unscanned(_) => StatusCode::SERVICE_UNAVAILABLE,
             Self::NoRoom(_) => StatusCode::INSUFFICIENT_STORAGE,
             Self::Internal(_) => StatusCode::INTERNAL_SERVER_ERROR,
         }
@@ -148,18 +157,25 @@ impl Error {
         }
     }
 
-    /// Finishes an answer: what only its headers can say, and the one log line of an internal error.
+    /// Finishes an answer: what only its headers can say, that somebody was refused, and the one log line of an internal error.
     pub(crate) fn dress(&self, mut response: Response) -> Response {
         let retry_after_s = match self {
             Self::TooMany { retry_after_s } | Self::Busy { retry_after_s } => Some(*retry_after_s),
             Self::Deadly(_) => Some(AFTER_DEATH_S),
+            Self::Unscanned(_) => Some(UNSCANNED_S),
             _ => None,
         };
         if let Some(retry_after_s) = retry_after_s {
             response.headers_mut().insert(RETRY_AFTER, HeaderValue::from(retry_after_s));
         }
+        if matches!(self, Self::Forbidden(_) | Self::NotFound) {
+            response.extensions_mut().insert(Denied);
+        }
         if let Self::Deadly(how) = self {
             tracing::error!(how, "whoever worked on this has died of it");
+        }
+        if let Self::Unscanned(cause) = self {
+            tracing::error!(cause = format!("{cause:#}"), "a recording was not scanned, and not taken in");
         }
         if let Self::Internal(cause) | Self::NoRoom(cause) = self {
             tracing::error!(cause = format!("{cause:#}"), "request failed");

@@ -15,6 +15,7 @@ use crate::judging::{self, Answer, Question, Told};
 use crate::keys;
 use crate::killpoints::KillPoint;
 use crate::recordings::Received;
+use crate::scanning::Verdict;
 use crate::storage::audit::{Actor, Entry};
 use crate::storage::scores::SessionKey;
 use crate::storage::sessions::{self, Session, SessionState};
@@ -64,21 +65,37 @@ impl Kept {
 /// # Errors
 /// When it is no recording, names a trainee who does not exist, contradicts what is stored, or the disk refuses.
 pub async fn take_in(state: &AppState, bearer: &Bearer, received: Received) -> Result<Kept, Error> {
-    let told = read(state, bearer.school_id, &received).await?;
+    let told = read(state, bearer, &received).await?;
     KillPoint::RecordingRead.pass();
     let session = describe(state, bearer, &received, told).await?;
     keep(state, bearer, received, session).await
 }
 
 /// What a recording says of itself, read where its death harms nobody and when it is its school's turn.
-async fn read(state: &AppState, school: Uuid, received: &Received) -> Result<Told, Error> {
+async fn read(state: &AppState, bearer: &Bearer, received: &Received) -> Result<Told, Error> {
+    let school = bearer.school_id;
     let place = state.helpers.enter(school, PATIENCE).await;
     let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
+    scan(state, bearer, received).await?;
     match received.upload {
         // Its own row counts its tries.
         Some(_) => have_read(state, received).await,
         None => read_counted(state, school, received).await,
     }
+}
+
+/// Lets a scanner look at it before anything reads it, where there is one. What it finds is in the audit log, and the recording nowhere.
+async fn scan(state: &AppState, bearer: &Bearer, received: &Received) -> Result<(), Error> {
+    let Some(scanner) = &state.config.scanner else { return Ok(()) };
+    let Verdict::Found(found) = scanner.scan(received.path()).await.map_err(Error::Unscanned)? else { return Ok(()) };
+    tracing::warn!(school = %bearer.school_id, sha256 = received.sha256, found, "malware was found in a recording, which was refused");
+    let mut tx = state.db.write().await?;
+    Entry::new(bearer.school_id, bearer.actor.clone(), "recording.infected", &received.sha256)
+        .with(json!({ "found": found, "size": received.size }))
+        .append(&mut tx, state.clock.now())
+        .await?;
+    tx.commit().await?;
+    Err(Error::Unprocessable(format!("the scanner for malware has found {found} in this recording: it was not kept")))
 }
 
 /// Reads what came at once. That it is about to be read is written down before the file is touched.

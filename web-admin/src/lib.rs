@@ -40,6 +40,7 @@ pub mod replays;
 pub mod retention;
 pub mod roster_import;
 pub mod routes;
+pub mod scanning;
 pub mod sealing;
 pub mod second_factor;
 pub mod secret;

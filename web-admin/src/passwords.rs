@@ -49,6 +49,8 @@ pub enum PasswordRefused {
     Common,
     /// Little but one's own name, address and school is in it.
     Own,
+    /// It is the one that somebody else has set.
+    Initial,
 }
 
 impl PasswordRefused {
@@ -61,6 +63,7 @@ impl PasswordRefused {
             Self::WrongOld => "the old one is wrong",
             Self::Common => "too common; several words that do not belong together make a good one",
             Self::Own => "made of the person's own name, address or school; choose another",
+            Self::Initial => "the one that was set by somebody else; choose another",
         }
     }
 }

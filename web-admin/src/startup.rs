@@ -14,7 +14,7 @@ use crate::lines::Lines;
 use crate::mail::Mailer;
 use crate::passkeys::Passkeys;
 use crate::previews::Previews;
-use crate::routes::auth::{LoginLimits, PairingLimits};
+use crate::routes::auth::{LoginLimits, PairingLimits, RefusalLog};
 use crate::routes::health::{Counters, Pulse};
 use crate::storage::Database;
 use crate::uploads::Turns;
@@ -37,6 +37,8 @@ pub struct AppState {
     pub mails: Arc<Notify>,
     /// Brakes on guessing passwords.
     pub logins: Arc<LoginLimits>,
+    /// What somebody was refused that is not theirs, written down.
+    pub refusals: Arc<RefusalLog>,
     /// Brakes on guessing pairing codes.
     pub pairings: Arc<PairingLimits>,
     /// Where this service has passkeys, and what it has asked them.
@@ -85,6 +87,7 @@ impl AppState {
             mailer,
             mails: Arc::default(),
             logins: Arc::default(),
+            refusals: Arc::default(),
             pairings: Arc::default(),
             turns: Turns::default(),
             counters: Arc::default(),

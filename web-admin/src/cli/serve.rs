@@ -2,11 +2,12 @@
 
 use std::io::IsTerminal;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
 use anyhow::Context;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use tokio::net::TcpListener;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 use tower_sessions::ExpiredDeletion;
@@ -20,6 +21,7 @@ use crate::judging::Helper;
 use crate::locks::DataLock;
 use crate::regrading::exercise::PREVIEW_LIFETIME_S;
 use crate::roster_import::DRAFT_LIFETIME_S;
+use crate::scanning::Scanner;
 use crate::serving::{self, ConnectionLimits};
 use crate::storage::tries::SetAside;
 use crate::storage::web_sessions::WebSessions;
@@ -64,9 +66,19 @@ pub struct ServeArgs {
     /// Bearer token that /metrics asks for; without one, /metrics is not there behind TLS
     #[arg(long, value_name = "TOKEN", env = "STYLET_METRICS_TOKEN", hide_env_values = true)]
     metrics_token: Option<String>,
+    /// How an entry of the log on standard error is written
+    #[arg(long, value_enum, default_value = "text", env = "STYLET_LOG_FORMAT")]
+    log_format: LogFormat,
     /// Largest upload, in MB
     #[arg(long, value_name = "MB", default_value_t = 512, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     max_upload_mb: u64,
+    /// Socket of ClamAV's clamd, as /run/clamav/clamd.ctl: it scans recordings before anything else reads them, and what it finds
+    /// something in is refused and kept nowhere [default: nothing is scanned]
+    #[arg(long, value_name = "PATH", env = "STYLET_CLAMD")]
+    clamd: Option<PathBuf>,
+    /// Longest that scanning a recording may take, in s
+    #[arg(long, value_name = "S", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..=3000))]
+    scan_s: u64,
     /// Free room on the disk of the recordings, in MB, below which no upload is taken
     #[arg(long, value_name = "MB", default_value_t = 1000)]
     reserve_mb: u64,
@@ -97,12 +109,14 @@ pub struct ServeArgs {
 }
 
 pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
-    start_log();
+    start_log(args.log_format);
     let mut config = args.storage.config()?;
     config.listen = args.listen;
     config.behind_tls = args.behind_tls;
     config.metrics_token.clone_from(&args.metrics_token);
     config.max_upload_bytes = args.max_upload_mb * 1_000_000;
+    let time = Duration::from_secs(args.scan_s);
+    config.scanner = args.clamd.clone().map(|socket| Scanner { socket, time });
     config.reserve_bytes = args.reserve_mb.saturating_mul(1_000_000);
     let quota = |uploads, mb: u64| UploadQuota { uploads, bytes: mb.saturating_mul(1_000_000) };
     config.owner_quota = quota(args.owner_uploads, args.owner_mb);
@@ -161,11 +175,23 @@ async fn take_back(state: &AppState) -> Result<(), Failure> {
     Ok(tx.commit().await?)
 }
 
+/// How an entry of the log is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum LogFormat {
+    /// A line for people.
+    Text,
+    /// A JSON object on a line, its fields by name, for whatever collects logs.
+    Json,
+}
+
 /// Logs go to standard error; `RUST_LOG` says how much.
-fn start_log() {
+fn start_log(format: LogFormat) {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("info"));
-    let colours = std::io::stderr().is_terminal();
-    tracing_subscriber::fmt().with_env_filter(filter).with_ansi(colours).with_writer(std::io::stderr).init();
+    let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr);
+    match format {
+        LogFormat::Text => log.with_ansi(std::io::stderr().is_terminal()).init(),
+        LogFormat::Json => log.json().flatten_event(true).with_span_list(false).init(),
+    }
 }
 
 /// An empty service tells how to get in.
@@ -237,6 +263,7 @@ async fn tidy(state: AppState) {
         }
         state.logins.tidy();
         state.pairings.tidy();
+        state.refusals.tidy();
         tokio::time::sleep(TIDY_EVERY).await;
     }
 }

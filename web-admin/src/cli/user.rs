@@ -6,9 +6,10 @@ use sqlx::SqliteConnection;
 
 use super::{Failure, Storage, say};
 use crate::AppState;
-use crate::domain::Role;
+use crate::accounts::INITIAL_PASSWORD_S;
 use crate::domain::line::on_one_line;
 use crate::domain::roster::is_name;
+use crate::domain::{Moment, Role};
 use crate::passwords::{self, PasswordRefused};
 use crate::second_factor;
 use crate::secret;
@@ -23,9 +24,9 @@ use crate::tokens::{self as own_tokens, LONGEST_DAYS, Wanted};
 /// `web-admin user …`
 #[derive(Debug, Subcommand)]
 pub enum UserCommand {
-    /// Adds a person; prints a password where none is given
+    /// Adds a person with a password for their first sign-in, good for three days; prints it where none is given
     Add(AddArgs),
-    /// Sets a new password, which ends every earlier sign-in; prints it where none is given
+    /// Sets a password for one sign-in, good for three days, which ends every earlier one; prints it where none is given
     ResetPassword(ResetArgs),
     /// Keeps a person from signing in and revokes their tokens; their attempts stay
     Disable(WhoArgs),
@@ -139,6 +140,8 @@ async fn add(args: &AddArgs) -> Result<(), Failure> {
         password_hash: &password_hash,
     };
     let person = people::add(&mut tx, &new, state.clock.now()).await?;
+    let until = state.clock.now().plus_s(INITIAL_PASSWORD_S);
+    people::make_initial(&mut tx, person.id, until).await?;
     Entry::new(person.school_id, Actor::CommandLine, "person.added", person.id)
         .with(json!({ "role": args.role }))
         .append(&mut tx, state.clock.now())
@@ -151,6 +154,7 @@ async fn add(args: &AddArgs) -> Result<(), Failure> {
     tx.commit().await?;
     say(format_args!("{} {} added to {}; pseudonym {}", person.role, person.email, school.name, person.pseudonym));
     told.into_iter().for_each(say);
+    say(good_until(until));
     token.into_iter().for_each(|token| say(format_args!("token: {token}")));
     Ok(())
 }
@@ -177,13 +181,21 @@ async fn reset_password(args: &ResetArgs) -> Result<(), Failure> {
     let (password, told) = password(args.password.as_deref(), &[&person.display_name, &person.email, &school])?;
     let hash = secret::hash_password(&password, state.config.password_cost)?;
     people::set_password(&mut tx, person.id, &hash).await?;
+    let until = state.clock.now().plus_s(INITIAL_PASSWORD_S);
+    people::make_initial(&mut tx, person.id, until).await?;
     Entry::new(person.school_id, Actor::CommandLine, "person.password_reset", person.id)
         .append(&mut tx, state.clock.now())
         .await?;
     tx.commit().await?;
     say(format_args!("{} has a new password and is signed out everywhere", person.email));
     told.into_iter().for_each(say);
+    say(good_until(until));
     Ok(())
+}
+
+/// What whoever sets a password for somebody else is told of it.
+fn good_until(until: Moment) -> String {
+    format!("signing in with it once, until {until}, asks them to choose their own")
 }
 
 async fn disable(args: &WhoArgs) -> Result<(), Failure> {

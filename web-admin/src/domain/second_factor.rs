@@ -5,7 +5,7 @@ use data_encoding::BASE32_NOPAD;
 use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
 use totp_rs::{Algorithm, Builder, Totp};
 
-use super::Moment;
+use super::{Moment, Role};
 
 /// Digits of a code.
 pub const CODE_DIGITS: u8 = 6;
@@ -105,11 +105,13 @@ pub enum FactorRule {
     Nobody,
     /// Of instructors and administrators.
     Teachers,
+    /// Of everybody, trainees among them.
+    Everybody,
 }
 
 impl FactorRule {
     /// Every choice, the least first.
-    pub const ALL: [Self; 2] = [Self::Nobody, Self::Teachers];
+    pub const ALL: [Self; 3] = [Self::Nobody, Self::Teachers, Self::Everybody];
 
     /// As a form says it.
     #[must_use]
@@ -117,6 +119,17 @@ impl FactorRule {
         match self {
             Self::Nobody => "nobody",
             Self::Teachers => "teachers",
+            Self::Everybody => "everybody",
+        }
+    }
+
+    /// Whether it is asked of somebody.
+    #[must_use]
+    pub const fn asks(self, role: Role) -> bool {
+        match self {
+            Self::Nobody => false,
+            Self::Teachers => !matches!(role, Role::Trainee),
+            Self::Everybody => true,
         }
     }
 

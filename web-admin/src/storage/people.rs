@@ -72,6 +72,8 @@ pub struct Credentials {
     pub credential_version: i64,
     /// Since when they may not sign in.
     pub disabled_at: Option<Moment>,
+    /// Until when the password is good, for one sign-in, where somebody else has set it; absent where it is their own.
+    pub initial_until: Option<Moment>,
 }
 
 /// Adds a person with a fresh pseudonym.
@@ -156,24 +158,44 @@ pub async fn by_pseudonym(executor: impl SqliteExecutor<'_>, school: Uuid, name:
 /// # Errors
 /// When the database fails.
 pub async fn credentials(executor: impl SqliteExecutor<'_>, email: &str) -> Result<Option<Credentials>> {
-    sqlx::query_as("SELECT id, nullif(password_hash, '') AS password_hash, credential_version, disabled_at FROM people WHERE email = $1")
-        .bind(email.to_lowercase())
-        .fetch_optional(executor)
-        .await
+    sqlx::query_as(
+        "SELECT id, nullif(password_hash, '') AS password_hash, credential_version, disabled_at,
+           password_initial_until AS initial_until
+         FROM people WHERE email = $1",
+    )
+    .bind(email.to_lowercase())
+    .fetch_optional(executor)
+    .await
 }
 
-/// Sets a new password, which ends every earlier sign-in, link and code. False when there is no such person.
+/// Sets a new password, which is their own, and ends every earlier sign-in, link and code. False when there is no such person.
 ///
 /// # Errors
 /// When the database fails.
 pub async fn set_password(writer: &mut SqliteConnection, person: Uuid, password_hash: &str) -> Result<bool> {
     account_links::end_all(writer, person).await?;
-    sqlx::query("UPDATE people SET password_hash = $2, credential_version = credential_version + 1 WHERE id = $1")
+    sqlx::query(
+        "UPDATE people SET password_hash = $2, credential_version = credential_version + 1, password_initial_until = NULL
+         WHERE id = $1",
+    )
+    .bind(person)
+    .bind(password_hash)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// Makes a person's password one that somebody else has set: good until then, for one sign-in.
+///
+/// # Errors
+/// When the database fails.
+pub async fn make_initial(writer: &mut SqliteConnection, person: Uuid, until: Moment) -> Result<()> {
+    sqlx::query("UPDATE people SET password_initial_until = $2 WHERE id = $1")
         .bind(person)
-        .bind(password_hash)
+        .bind(until)
         .execute(writer)
         .await
-        .map(|done| done.rows_affected() == 1)
+        .map(drop)
 }
 
 /// The language that a person of a school has chosen to read in.

@@ -64,7 +64,7 @@ pub async fn is_on(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<
 pub async fn is_owed(executor: impl SqliteExecutor<'_>, key: PersonKey) -> Result<bool> {
     sqlx::query_scalar(
         "SELECT EXISTS (SELECT 1 FROM people p JOIN schools s ON s.id = p.school_id
-                        WHERE p.id = $1 AND p.school_id = $2 AND p.role <> 'trainee' AND s.second_factor_of = 'teachers')
+                        WHERE p.id = $1 AND p.school_id = $2 AND (s.second_factor_of = 'everybody' OR s.second_factor_of = 'teachers' AND p.role <> 'trainee'))
            AND NOT EXISTS (SELECT 1 FROM second_factors WHERE person_id = $1 AND confirmed_at IS NOT NULL)
            AND NOT EXISTS (SELECT 1 FROM passkeys WHERE person_id = $1 AND school_id = $2)",
     )

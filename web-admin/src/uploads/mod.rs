@@ -173,7 +173,13 @@ async fn take_in(state: &AppState, mut upload: Upload) -> Result<Upload, Error> 
             delete(left).await?;
             Ok(upload)
         }
-        Err(fault @ (Error::Internal(_) | Error::NoRoom(_) | Error::Busy { .. } | Error::Deadly(_))) => Err(fault),
+        Err(
+            fault @ (Error::Internal(_)
+            | Error::NoRoom(_)
+            | Error::Busy { .. }
+            | Error::Deadly(_)
+            | Error::Unscanned(_)),
+        ) => Err(fault),
         Err(refused) => {
             remove(state, &upload).await?;
             Err(refused)

@@ -56,6 +56,7 @@ impl AdminPage {
         let words = |rule| match rule {
             FactorRule::Nobody => tr!("of nobody; everybody may have one"),
             FactorRule::Teachers => tr!("of instructors and administrators"),
+            FactorRule::Everybody => tr!("of everybody, trainees among them"),
         };
         FactorRule::ALL.into_iter().map(|rule| (rule.word(), words(rule), rule == self.factor_rule)).collect()
     }

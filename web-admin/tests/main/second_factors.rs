@@ -332,7 +332,7 @@ async fn who_must_have_one_makes_it_before_anything_else() {
     app.member(south, Role::Instructor, "abroad@example.org").await;
     let mut before = app.signed_in("teacher@example.org").await;
     let mut head = app.signed_in("head@example.org").await;
-    for (rule, status) in [("everybody", 400), ("teachers", 303)] {
+    for (rule, status) in [("whoever", 400), ("teachers", 303)] {
         let set = send(&mut head, "/admin", "/admin/second-factor", &[("rule", rule)]).await;
         assert_eq!(set.status.as_u16(), status, "{}", set.text());
     }

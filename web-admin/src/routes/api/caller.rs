@@ -12,7 +12,7 @@ use uuid::Uuid;
 use crate::AppState;
 use crate::domain::{CurrentPerson, Moment};
 use crate::error::{ApiError, Error};
-use crate::routes::auth::person_of;
+use crate::routes::auth::{Known, RequestFacts, person_of};
 use crate::secret;
 use crate::stations::Station;
 use crate::storage::audit::Actor;
@@ -46,6 +46,14 @@ impl Caller {
         match self {
             Self::Person(person) => Actor::Person(person.id),
             Self::Station(station) => Actor::Station(station.name.clone()),
+        }
+    }
+
+    /// For the log of refusals.
+    fn asker(&self) -> Known {
+        match self {
+            Self::Person(person) => person.into(),
+            Self::Station(station) => station.into(),
         }
     }
 
@@ -84,13 +92,27 @@ pub(super) async fn require_caller(
     next: Next,
 ) -> Result<Response, ApiError> {
     let reads = matches!(*request.method(), Method::GET | Method::HEAD);
+    let asked = RequestFacts::by(&state, &request);
     let caller = match bearer(request.headers()) {
-        Some(token) => by_token(&state, token).await?,
+        Some(token) => Some(by_shown_token(&state, token, &asked).await?),
         None if reads => person_of(&state, &session).await?.map(Caller::Person),
         None => None,
     };
-    request.extensions_mut().insert(caller.ok_or(Error::Unauthorized)?);
-    Ok(next.run(request).await)
+    let caller = caller.ok_or(Error::Unauthorized)?;
+    let asker = caller.asker();
+    request.extensions_mut().insert(caller);
+    let answer = next.run(request).await;
+    state.refusals.note(asker, &asked, &answer);
+    Ok(answer)
+}
+
+/// Whose token this is. One that is nobody's, or is good no more, is written down.
+async fn by_shown_token(state: &AppState, token: &str, asked: &RequestFacts) -> Result<Caller, Error> {
+    let found = by_token(state, token).await.and_then(|caller| caller.ok_or(Error::Unauthorized));
+    if let Err(Error::Unauthorized | Error::Expired(_)) = &found {
+        state.refusals.note_token(asked);
+    }
+    found
 }
 
 pub(crate) fn bearer(headers: &HeaderMap) -> Option<&str> {

@@ -151,7 +151,7 @@ pub(super) async fn show(State(state): State<AppState>, caller: Caller, Id(id): 
               (status = 415, body = Problem), (status = 422, body = Problem),
               (status = 423, body = Problem, description = "It is being taken in"),
               (status = 460, body = Problem, description = "The piece is not what its checksum says"),
-              (status = 503, body = Problem, description = "Not its turn in time, or whoever read it has died; Retry-After")))]
+              (status = 503, body = Problem, description = "Not its turn in time, whoever read it has died, or the scanner does not answer; Retry-After")))]
 pub(super) async fn append(
     State(state): State<AppState>,
     caller: Caller,

@@ -26,8 +26,8 @@ use crate::uploads::Checksum;
               (status = 401, body = Problem),
               (status = 409, body = Problem, description = "Another recording of this session, or somebody else's attempt"),
               (status = 413, body = Problem), (status = 415, body = Problem),
-              (status = 422, body = Problem),
-              (status = 503, body = Problem, description = "Not its turn in time, or whoever read it has died; Retry-After")))]
+              (status = 422, body = Problem, description = "No recording, or one in which a scanner has found malware"),
+              (status = 503, body = Problem, description = "Not its turn in time, whoever read it has died, or the scanner does not answer; Retry-After")))]
 pub(super) async fn create(
     State(state): State<AppState>,
     caller: Caller,

@@ -11,8 +11,9 @@ use tower_sessions::Session;
 use uuid::Uuid;
 
 use super::csrf;
+use super::refusals::{Known, RequestFacts};
 use crate::AppState;
-use crate::domain::{CurrentPerson, Moment, Role};
+use crate::domain::{CurrentPerson, Moment};
 use crate::error::{Error, PageError};
 use crate::routes::language;
 use crate::storage::{people, second_factors};
@@ -79,7 +80,7 @@ pub(crate) async fn standing_of(state: &AppState, session: &Session) -> Result<S
     let person = people::by_id(state.db.reader(), signed_in.person_id).await?;
     let person = person.filter(|p| p.credential_version == signed_in.credential_version);
     let Some(person) = person.and_then(people::Person::into_current) else { return Ok(Standing::Stranger) };
-    let owes = person.role != Role::Trainee && second_factors::is_owed(state.db.reader(), (&person).into()).await?;
+    let owes = second_factors::is_owed(state.db.reader(), (&person).into()).await?;
     Ok(if owes { Standing::OwesFactor(person) } else { Standing::SignedIn(person) })
 }
 
@@ -118,12 +119,14 @@ pub async fn require_person(
         }
         Standing::OwesFactor(person) | Standing::SignedIn(person) => person,
     };
-    let chosen = person.language;
+    let (chosen, asker, asked) = (person.language, Known::from(&person), RequestFacts::by(&state, &request));
     request.extensions_mut().insert(person);
-    Ok(match chosen {
+    let answer = match chosen {
         Some(language) => language::spoken(language, request, next).await,
         None => next.run(request).await,
-    })
+    };
+    state.refusals.note(asker, &asked, &answer);
+    Ok(answer)
 }
 
 fn to_sign_in(request: &Request) -> Response {

@@ -68,6 +68,10 @@ async fn set(
         let page = page(&csrf, (token, link), Some(refused));
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
+    if accounts::is_initial_password(&state, &link.email, &form.password).await? {
+        let page = page(&csrf, (token, link), Some(PasswordRefused::Initial));
+        return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
+    }
     if !accounts::set_password_by_link(&state, &token, &form.password).await? {
         return Ok(dead_link());
     }

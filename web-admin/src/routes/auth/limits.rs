@@ -91,7 +91,7 @@ fn wait(until: governor::NotUntil<<DefaultClock as Clock>::Instant>) -> Error {
     Error::TooMany { retry_after_s: until.wait_time_from(DefaultClock::default().now()).as_secs() + 1 }
 }
 
-fn quota(period: Duration, burst: NonZeroU32) -> Quota {
+pub(super) fn quota(period: Duration, burst: NonZeroU32) -> Quota {
     Quota::with_period(period).unwrap_or_else(|| Quota::per_minute(burst)).allow_burst(burst)
 }
 

@@ -14,6 +14,7 @@ use super::csrf::{Csrf, CsrfForm, NoFields};
 use super::current::{Standing, standing_of};
 use super::{half, join};
 use crate::AppState;
+use crate::accounts;
 use crate::domain::CurrentPerson;
 use crate::error::{Error, PageError};
 use crate::routes::Routes;
@@ -80,7 +81,20 @@ async fn sign_in(
     };
     state.logins.welcome(address, &form.email);
     let person = people::by_id(state.db.reader(), known.id).await?.ok_or(Error::NotFound)?;
-    Ok(Redirect::to(&half::enter(&state, &session, &person, &form.next).await?).into_response())
+    let to = match known.initial_until {
+        Some(until) if until <= state.clock.now() => return again(&csrf, &form, outworn()),
+        Some(_) => accounts::use_initial_password(&state, &person).await?,
+        None => half::enter(&state, &session, &person, &form.next).await?,
+    };
+    Ok(Redirect::to(&to).into_response())
+}
+
+/// What whoever comes too late with a password that was made for them is told.
+fn outworn() -> Error {
+    let why = tr!(
+        "this password was made for you to sign in with once, and is too old now: ask for a link below, and choose your own"
+    );
+    Error::Expired(why.to_owned())
 }
 
 /// Whose address and password these are. Takes as long for an unknown address as for a wrong password.

@@ -8,6 +8,7 @@ mod join;
 mod limits;
 mod login;
 mod proving;
+mod refusals;
 mod stranger;
 mod upload;
 
@@ -19,5 +20,7 @@ pub use limits::{LoginLimits, PairingLimits};
 pub(crate) use login::own_path;
 pub use login::{router, signed_in};
 pub(crate) use proving::{Asked, Shown, held, hold};
+pub use refusals::RefusalLog;
+pub(crate) use refusals::{Known, RequestFacts};
 pub use stranger::{StrangerToken, settle_stranger};
 pub use upload::CsrfUpload;

@@ -15,7 +15,7 @@ use super::admin::administrators_only;
 use super::{Id, passkeys};
 use crate::AppState;
 use crate::accounts;
-use crate::domain::{CurrentPerson, FactorRule, Role};
+use crate::domain::{CurrentPerson, FactorRule};
 use crate::error::{Error, PageError};
 use crate::routes::Routes;
 use crate::routes::auth::{Asked, ClientAddress, Csrf, CsrfForm, NoFields, Shown, SignedIn};
@@ -88,7 +88,7 @@ pub(super) async fn page(
 /// Whether the school asks somebody for a second factor.
 pub(super) async fn is_asked(state: &AppState, person: &CurrentPerson) -> Result<bool, Error> {
     let rule = second_factors::rule(state.db.reader(), person.school_id).await?;
-    Ok(rule == FactorRule::Teachers && person.role != Role::Trainee)
+    Ok(rule.asks(person.role))
 }
 
 /// What somebody is asked for before they change a second factor; their passkeys are asked in this session.

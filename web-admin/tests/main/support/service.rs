@@ -25,14 +25,24 @@ impl Service {
 
     /// With variables in its environment.
     pub fn start_with(folder: &Path, environment: &[(&str, &Path)]) -> Self {
-        let child = Command::new(env!("CARGO_BIN_EXE_web-admin"))
-            .envs(environment.iter().copied())
-            .args(["serve", "--listen", "127.0.0.1:0", "--data-dir"])
-            .arg(folder)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
+        let mut command = Self::command(folder);
+        Self::run(command.envs(environment.iter().copied()).stderr(Stdio::null()))
+    }
+
+    /// With further options, its log in a file.
+    pub fn start_logging(folder: &Path, options: &[&str], log: &Path) -> Self {
+        let log = std::fs::File::create(log).unwrap();
+        Self::run(Self::command(folder).args(options).stderr(log))
+    }
+
+    fn command(folder: &Path) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_web-admin"));
+        command.args(["serve", "--listen", "127.0.0.1:0", "--data-dir"]).arg(folder);
+        command
+    }
+
+    fn run(command: &mut Command) -> Self {
+        let child = command.stdout(Stdio::piped()).spawn().unwrap();
         let mut service = Self { child, address: String::new(), greeting: String::new() };
         let mut lines = BufReader::new(service.child.stdout.take().unwrap()).lines().map(Result::unwrap);
         while service.address.is_empty() {
