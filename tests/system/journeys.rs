@@ -212,10 +212,7 @@ async fn a_course_from_its_roster_to_its_export() {
     let browser = driver.browser(&folder.path().join("profile")).await;
     let school = School { browser: &browser, url: &service.url, folder: folder.path() };
     let join = school.administrator().await;
-    run_ok(
-        "web-admin",
-        &["user", "reset-password", "--data-dir", &data, "--email", INSTRUCTOR, "--password", INITIAL],
-    );
+    run_ok("web-admin", &["user", "reset-password", "--data-dir", &data, "--email", INSTRUCTOR, "--password", INITIAL]);
     choose_password(&service.url, INSTRUCTOR, PASSWORD);
     school.assigns().await;
     let session = school.practises(&join, &data).await;

@@ -31,9 +31,11 @@ fn openssl(folder: &Path, words: &str) {
 /// Whether something comes true while it is waited for.
 fn soon(patience: Duration, mut is_so: impl FnMut() -> bool) -> bool {
     let step = Duration::from_millis(100);
-    (0..patience.as_millis() / step.as_millis()).any(|_| is_so() || {
-        sleep(step);
-        false
+    (0..patience.as_millis() / step.as_millis()).any(|_| {
+        is_so() || {
+            sleep(step);
+            false
+        }
     })
 }
 
@@ -95,7 +97,10 @@ impl Place<'_> {
     /// The machine that keeps, under a name, once it listens.
     fn collector(&self, name: &str) -> Logger {
         let logger = self.start("collect-log.conf", name, "");
-        assert!(soon(PATIENCE, || TcpStream::connect(("127.0.0.1", self.port)).is_ok()), "the collector does not listen");
+        assert!(
+            soon(PATIENCE, || TcpStream::connect(("127.0.0.1", self.port)).is_ok()),
+            "the collector does not listen"
+        );
         logger
     }
 
