@@ -44,8 +44,7 @@ impl Lab {
                 needed.display()
             );
         }
-        // Free a moment ago: the service asks for it again after each death.
-        let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
+        let port = free_port()?;
         let lab = Self { folder: folder.to_owned(), port, programs };
         ensure!(!lab.data().exists(), "{}: exists; a soak begins in an empty folder", lab.data().display());
         lab.web_admin(&["migrate"])?;
@@ -90,7 +89,9 @@ impl Lab {
                 return Ok(serving);
             }
         }
-        bail!("it ended with {} before it listened: see service.log", serving.0.wait()?)
+        let log = std::fs::read_to_string(self.folder.join("service.log"))?;
+        let last: Vec<&str> = log.lines().rev().take(5).collect();
+        bail!("it ended with {} before it listened; it said last: {last:#?}", serving.0.wait()?)
     }
 
     /// Asks the service to stop, and waits until it has.
@@ -101,6 +102,15 @@ impl Lab {
         ensure!(ended.success(), "the service stopped with {ended}");
         Ok(())
     }
+}
+
+/// A port that was free a moment ago: the service asks for it again after each death. It lies below those that systems give to whoever
+/// connects: while nobody listens, one of the many who ask for the service would sooner or later be given the service's own port, and
+/// keep it.
+fn free_port() -> anyhow::Result<u16> {
+    let mut below = (10_000..30_000).rev();
+    let free = below.find(|port| TcpListener::bind(("127.0.0.1", *port)).is_ok());
+    free.context("no port from 10000 to 29999 is free")
 }
 
 /// What a command printed that must succeed.

@@ -95,7 +95,7 @@ fn soak(args: &Args) -> anyhow::Result<bool> {
         thread::spawn(move || station.work(&harm).map(|()| station))
     };
     let working: Vec<_> = stations.into_iter().map(work).collect();
-    wait(&harm, args.seconds, &working);
+    wait(&harm, args.seconds, || keeper.is_finished() || working.iter().any(thread::JoinHandle::is_finished));
     let mut stations = Vec::new();
     for station in working {
         stations.push(station.join().map_err(|_| anyhow::anyhow!("a station has panicked"))??);
@@ -117,10 +117,10 @@ fn soak(args: &Args) -> anyhow::Result<bool> {
     Ok(verdict.is_good())
 }
 
-/// Waits until the time is over, or a station cannot go on.
-fn wait<T>(harm: &Harm, seconds: u64, working: &[thread::JoinHandle<T>]) {
+/// Waits until the time is over, or the service or a station cannot go on.
+fn wait(harm: &Harm, seconds: u64, is_stuck: impl Fn() -> bool) {
     let begun = clock::instant();
-    while begun.elapsed() < Duration::from_secs(seconds) && !working.iter().any(thread::JoinHandle::is_finished) {
+    while begun.elapsed() < Duration::from_secs(seconds) && !is_stuck() {
         thread::sleep(Duration::from_millis(100));
     }
     harm.ended.store(true, SeqCst);

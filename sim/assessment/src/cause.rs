@@ -34,7 +34,7 @@ pub enum DeductionCause {
     NoSuchMetric,
     /// Stored before there were causes.
     Worded {
-        /// Its words, with the cost at their end.
+        /// Its words, without the cost.
         words: String,
     },
 }
@@ -75,7 +75,9 @@ impl From<Deduction> for StoredDeduction {
 impl From<StoredDeduction> for Deduction {
     fn from(stored: StoredDeduction) -> Self {
         let StoredDeduction { metric, version, points, cause, why } = stored;
-        Self { metric, version, points, cause: cause.unwrap_or(DeductionCause::Worded { words: why }) }
+        // The cost stood at the end, and is said by whoever says the points.
+        let told = || why.strip_suffix(&words::cost_in_words(points)).unwrap_or(&why).to_owned();
+        Self { metric, version, points, cause: cause.unwrap_or_else(|| DeductionCause::Worded { words: told() }) }
     }
 }
 

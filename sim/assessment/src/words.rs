@@ -15,9 +15,14 @@ pub fn deduction_in_words(deduction: &Deduction) -> String {
         DeductionCause::Absent { reason } => format!("{}: {}", metric.label, reason.words()),
         DeductionCause::Required { unmet } => format!("{}: {}", metric.label, unmet.words()),
         DeductionCause::NoSuchMetric => format!("{}: this scene has no such metric", deduction.metric),
-        DeductionCause::Worded { words } => return words.clone(),
+        DeductionCause::Worded { words } => words.clone(),
     };
-    format!("{what}: {}", cost(deduction.points))
+    what + &cost_in_words(deduction.points)
+}
+
+/// What a line cost, as it ends a sentence: `: −12 points`.
+pub(crate) fn cost_in_words(points: f64) -> String {
+    format!(": {}", cost(points))
 }
 
 /// Why an attempt failed: the author's words, and the figures.

@@ -193,9 +193,9 @@ mod tests {
 
     #[test]
     fn what_was_kept_in_words_is_shown_as_it_was_kept() {
-        let words = "overshoot 1.9 mm: −6 points".to_owned();
+        let words = "overshoot 1.9 mm".to_owned();
         let kept = deduction("overshoot_mm", 6.0, DeductionCause::Worded { words });
-        assert_eq!(german(|| reason(&kept)), "Overshoot 1.9 mm: −6 points");
+        assert_eq!(german(|| reason(&kept)), "Overshoot 1.9 mm");
         let kept = HardFailure { cause: FailureCause::Worded { words: "worded (by hand)".to_owned() } };
         assert_eq!(german(|| failure(&kept)), "worded (by hand)");
     }
