@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use tests::{Service, run_ok};
 
 use super::browser::{Driver, complaints, contains, inspect, lands};
+use super::visitor::{INITIAL, choose_password};
 
 const PASSWORD: &str = "vier Käse im Wind der Nacht";
 const TEACHER: &str = "teacher@example.org";
@@ -154,9 +155,10 @@ async fn an_instructor_adds_a_passkey_and_signs_in_with_it() {
     let folder = tempfile::tempdir().expect("a folder");
     let data = folder.path().join("data");
     let at = data.to_string_lossy().into_owned();
-    let who = ["--role", "instructor", "--email", TEACHER, "--name", "Somebody Else", "--password", PASSWORD];
+    let who = ["--role", "instructor", "--email", TEACHER, "--name", "Somebody Else", "--password", INITIAL];
     run_ok("web-admin", &[&["user", "add", "--data-dir", at.as_str()][..], &who].concat());
     let service = Service::start(&data);
+    choose_password(&service.url, TEACHER, PASSWORD);
     let driver = Driver::start();
     let url = service.url.replace("127.0.0.1", "localhost");
     let visit = Visit::start(&driver, &folder.path().join("profile"), url).await;

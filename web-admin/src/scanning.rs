@@ -87,7 +87,7 @@ async fn send(file: &mut File, socket: &mut UnixStream) -> std::io::Result<()> {
 
 /// What an answer means. Whatever is not understood is no word for a file.
 fn verdict(answer: &str) -> anyhow::Result<Verdict> {
-    let said = answer.strip_prefix("stream: ");
+    let said = answer.strip_prefix("stream: ").filter(|said| !said.contains('\n'));
     if said == Some("OK") {
         return Ok(Verdict::Clean);
     }
@@ -122,9 +122,9 @@ mod tests {
         ] {
             assert!(verdict(nothing).is_err(), "{nothing}");
         }
-        let Ok(Verdict::Found(name)) = verdict(&format!("stream: {} FOUND", "x\u{202e}\n".repeat(500))) else {
+        let Ok(Verdict::Found(name)) = verdict(&format!("stream: {} FOUND", "x\u{202e}".repeat(500))) else {
             panic!("something was found")
         };
-        assert!(name.chars().count() <= LONGEST_NAME && !name.contains(['\n', '\u{202e}']), "{name}");
+        assert!(name.chars().count() <= LONGEST_NAME && !name.contains('\u{202e}'), "{name}");
     }
 }
