@@ -12,8 +12,8 @@ use recording::write::SceneDrawing;
 use recording::{Session, Writer};
 use scene::{ExerciseBundle, Patient};
 
-use crate::domain::Moment;
-use crate::domain::moment::new_id;
+use model::Moment;
+use model::moment::new_id;
 
 /// Servo rate of the demonstration's station, in Hz.
 const TICK_HZ: f64 = 1000.0;

@@ -6,13 +6,13 @@ use std::path::Path;
 use attempt::{AttemptCurve, LayerSpan, MarkKind, axial_force_before_n, span_layers};
 use mechanics::operator::{Motion, needle_pose};
 use mechanics::puncture::PunctureParams;
+use model::corridor::corridor;
+use model::replay::Replay;
 use nalgebra::{Rotation3, Vector3};
+use pages::session::Drawing;
 use recording::simulate::{MotionSource, rehearse};
 use recording::{EventKind, Recording};
 use scene::{ExerciseBundle, Patient};
-use web_admin::domain::corridor::corridor;
-use web_admin::domain::replay::Replay;
-use web_admin::views::session::Drawing;
 
 /// Angle that is asked for, and by how much more the needle leans at the skin and later, in degrees.
 const OFF_DEG: f64 = 7.0;

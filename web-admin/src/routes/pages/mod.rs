@@ -8,9 +8,10 @@ use scene::ExerciseBundle;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::error::{Error, PageError};
+use crate::error::PageError;
 use crate::routes::Routes;
-use crate::storage::exercises;
+use acts::error::Error;
+use store::exercises;
 
 mod account;
 mod admin;

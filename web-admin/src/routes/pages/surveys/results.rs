@@ -15,19 +15,20 @@ use uuid::Uuid;
 
 use super::{of_school, owns};
 use crate::AppState;
-use crate::domain::CurrentPerson;
-use crate::domain::line;
-use crate::domain::survey::groups::{Groups, LEAST};
-use crate::domain::survey::results::{Results, Row, correlation, score_group};
-use crate::error::{Error, PageError};
-use crate::routes::auth::{Csrf, CsrfForm};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Visitor};
 use crate::routes::pages::Id;
-use crate::storage::audit::{Actor, Entry};
-use crate::storage::surveys::{self as stored, Submitted, Survey, Tag};
-use crate::surveys::instrument_of;
-use crate::views::survey::results::{Against, AskedLine, Comment, CommentBlock, ResultsPage, Split};
-use crate::views::{Place, Shell};
-use crate::words;
+use acts::error::Error;
+use acts::surveys::instrument_of;
+use model::line;
+use model::survey::Survey;
+use model::survey::groups::{Groups, LEAST};
+use model::survey::results::{Results, Row, correlation, score_group};
+use pages::survey::results::{Against, AskedLine, Comment, CommentBlock, ResultsPage, Split};
+use pages::{Place, Shell};
+use store::audit::{Actor, Entry};
+use store::surveys as stored;
+use store::surveys::{Submitted, Tag};
 
 /// Figures of an attempt that scores can be held against: word and title.
 const METRICS: [(&str, &str); 5] = [
@@ -77,7 +78,7 @@ fn month(at: OffsetDateTime) -> String {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     Query(choice): Query<Choice>,
@@ -230,7 +231,7 @@ pub(super) struct TagForm {
 /// Puts a theme on a comment, or takes it away.
 pub(super) async fn tag(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     CsrfForm(form): CsrfForm<TagForm>,
 ) -> Result<Response, PageError> {
