@@ -1,9 +1,9 @@
 //! Attempts in memory at an exercise: simulated, judged, and kept nowhere.
 
+use documents::{ExerciseBundle, Patient};
 use mechanics::puncture::PunctureParams;
 use recording::simulate::{MotionSource, rehearse};
 use recording::{Recording, Session};
-use scene::{ExerciseBundle, Patient};
 
 use crate::score::{AssessError, Assessment, assess};
 

@@ -1,10 +1,10 @@
 //! What a rubric pays for: attempts that are worth next to nothing, and one that is careless, are simulated and judged.
 
+use documents::{ExerciseBundle, Patient, Remark, along_path};
 use mechanics::closed_form;
 use mechanics::operator::{Operator, Plan};
 use phrase::{Phrase, phrase};
 use recording::{Contactor, EventKind, Recording};
-use scene::{ExerciseBundle, Patient, Remark, along_path};
 
 use crate::review::review;
 use crate::score::{AssessError, Assessment};

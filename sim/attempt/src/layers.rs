@@ -1,7 +1,7 @@
 //! Where the layers lie along the needle.
 
+use documents::ExerciseBundle;
 use recording::Recording;
-use scene::ExerciseBundle;
 use serde::{Deserialize, Serialize};
 
 use crate::insertion::deepest_insertion;

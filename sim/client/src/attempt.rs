@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use assessment::attachments;
+use documents::{ExerciseBundle, Patient};
 use mechanics::operator::{Operator, Skill};
 use mechanics::tissue::Judging;
 use recording::simulate::MotionSource;
 use recording::write::SceneDrawing;
 use recording::{Session, Writer};
-use scene::{ExerciseBundle, Patient};
 
 use crate::clock;
 use crate::exit::Failure;

@@ -35,7 +35,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let json = commands::read_text(&args.scene)?;
-    let case = scene::force_case::parse(&args.scene.display().to_string(), &json)?;
+    let case = documents::force_case::parse(&args.scene.display().to_string(), &json)?;
     let params = AxialParams::new(case.spec).map_err(|error| Failure::refused(&args.scene, error))?;
     let trajectory = trajectory::read_axial(&args.trajectory)?;
     for unsound in soundness::check(params.spec()) {

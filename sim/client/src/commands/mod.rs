@@ -23,10 +23,10 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
+use documents::{ExerciseBundle, Patient};
 use mechanics::axial::Contactor;
 use mechanics::puncture::PunctureParams;
 use recording::Recording;
-use scene::{ExerciseBundle, Patient};
 
 use crate::exit::Failure;
 use crate::output;

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
 
+use documents::{ExerciseBundle, Patient};
 use render::frame::{Frame, Stage, View};
 use render::{Headless, PictureError, Quality};
-use scene::{ExerciseBundle, Patient};
 
 use crate::commands;
 use crate::exit::{Failure, Outcome};

@@ -4,11 +4,11 @@ use std::fs;
 use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
+use documents::{ExerciseBundle, Patient};
 use mechanics::puncture::PunctureError;
 use mechanics::soundness;
 use recording::Session;
 use recording::simulate::{self, Clock, Simulated};
-use scene::{ExerciseBundle, Patient};
 use serde::Serialize;
 use time::format_description::well_known::Rfc3339;
 use time::{OffsetDateTime, UtcOffset};
@@ -110,7 +110,7 @@ pub fn run(args: &Args) -> Outcome {
 fn record(args: &Args, session: &Session, bundle: &ExerciseBundle) -> Result<Simulated, Failure> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
     let params = commands::puncture_params(&args.exercise, bundle, &patient)?;
-    for unsound in soundness::check(&scene::along_path(params.spec().axial.clone(), bundle.exercise.angle_deg)) {
+    for unsound in soundness::check(&documents::along_path(params.spec().axial.clone(), bundle.exercise.angle_deg)) {
         if bundle.scene.is_coupled() {
             return Err(Failure::refused(&args.exercise, PunctureError::Unsound(unsound)));
         }

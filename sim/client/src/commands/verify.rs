@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
+use documents::Patient;
 use mechanics::puncture::PunctureParams;
 use recording::verify::{self, Verification};
-use scene::Patient;
 
 use crate::exit::{Failure, Outcome};
 use crate::{commands, output};

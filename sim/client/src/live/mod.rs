@@ -11,13 +11,13 @@ mod shown;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use documents::{Channel, ExerciseBundle};
 use haptics::device::DeviceInfo;
 use haptics::mapping::Mapping;
 use haptics::scaling::Scaling;
 use haptics::servo::{self, Driven, LatestReader, Report, Running, Setup};
 use mechanics::puncture::PunctureParams;
 use recording::Session;
-use scene::{Channel, ExerciseBundle};
 
 use crate::exit::Failure;
 use crate::station::StationKey;
@@ -117,12 +117,12 @@ pub mod tests {
 
     use assessment::{AssessError, Void};
     use data_encoding::HEXLOWER;
+    use documents::Patient;
     use ed25519_dalek::{Signature, Verifier, VerifyingKey};
     use haptics::devices::scripted::{Fault, Scripted};
     use haptics::mapping::{Home, Pointing};
     use nalgebra::{Point3, Vector3};
     use recording::{EventKind, Motion, Recording, signature};
-    use scene::Patient;
     use uuid::Uuid;
 
     use super::*;

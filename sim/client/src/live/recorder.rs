@@ -14,6 +14,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use assessment::Coach;
+use documents::Channel;
 use haptics::safety;
 use haptics::servo::{Ended, Record, Records, Report, flags as servo_flags};
 use recording::recover::recover;
@@ -21,7 +22,6 @@ use recording::run::{Run, Sent, Simulated};
 use recording::sample::flags;
 use recording::tick::Input;
 use recording::{EventKind, Writer};
-use scene::Channel;
 
 use super::faults::Faults;
 use super::shown::Shown;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use documents::{ExerciseBundle, Scene, SceneLayer};
 use mechanics::operator::needle_pose;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use recording::event::{Event, EventKind};
@@ -9,7 +10,6 @@ use recording::sample::{Sample, flags};
 use recording::tent::Tent;
 use recording::{Dents, Recording};
 use render::frame::{Frame, Ghost, Orbit, Puncture, View};
-use scene::{ExerciseBundle, Scene, SceneLayer};
 
 /// A structure that was hit is lit for so long, in s.
 const LIT_S: f64 = 1.5;
@@ -274,10 +274,10 @@ impl Telling {
 mod tests {
     //! A picture that forgets a hole, lights a structure for ever or bleeds before the skin is open shows what did not happen.
 
+    use documents::Patient;
     use mechanics::operator::Plan;
     use mechanics::puncture::PunctureParams;
     use recording::Follows;
-    use scene::Patient;
 
     use super::*;
 
@@ -349,7 +349,7 @@ mod tests {
 
     /// In past every boundary, and out, at 5 mm/s, leaning as planned.
     fn attempt(bundle: &ExerciseBundle, params: &PunctureParams, patient: &Patient) -> Recording {
-        let path = scene::along_path(params.spec().axial.clone(), bundle.exercise.angle_deg);
+        let path = documents::along_path(params.spec().axial.clone(), bundle.exercise.angle_deg);
         let last_m = mechanics::closed_form::ruptures(&path).last().map_or(0.03, |rupture| rupture.x_m);
         let plan = Plan { target_x_m: last_m + 0.004, approach_m: 0.001, hold_s: 0.2, ..bundle.exercise.plan() };
         let maker =

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
+use documents::{Channel, Exercise, ExerciseBundle, Feedback, Patient, Scene};
 use mechanics::puncture::{PunctureParams, PunctureSpec};
 use mechanics::structures::{StructureKind, StructureSpec};
 use mechanics::tissue::follow::Profiles;
 use nalgebra::{Point3, Vector3};
 use recording::Recording;
 use render::frame::{self, FieldTable, Layer, Material, Mesh, Needle, Stage, Structure, Tip};
-use scene::{Channel, Exercise, ExerciseBundle, Feedback, Patient, Scene};
 
 use crate::commands;
 use crate::exit::Failure;

@@ -18,11 +18,11 @@ mod trial;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use documents::{ExerciseBundle, Patient};
 use eframe::egui::{self, Ui};
 use eframe::{App, CreationContext, NativeOptions};
 use recording::{Recording, Session};
 use render::frame::Stage;
-use scene::{ExerciseBundle, Patient};
 
 use self::canvas::Canvas;
 use self::choose::{Briefing, Decision};

@@ -1,5 +1,6 @@
 //! What is shown beside and on the picture of an attempt. Whatever has a colour has a second cue: a word, a sign or a place.
 
+use documents::{Channel, Feedback};
 use eframe::egui::{
     self, Align, Align2, Color32, FontId, Layout, Painter, Pos2, ProgressBar, Rect, RichText, ScrollArea, Ui,
 };
@@ -9,7 +10,6 @@ use haptics::servo::{Priority, Snapshot, flags as servo_flags};
 use recording::EventKind;
 use render::Quality;
 use render::camera::Camera;
-use scene::{Channel, Feedback};
 
 use super::sound::Sound;
 use super::{colours, help};

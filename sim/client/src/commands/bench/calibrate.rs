@@ -4,9 +4,9 @@ use std::num::NonZero;
 use std::path::{Path, PathBuf};
 
 use bench::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
+use documents::Patient;
 use mechanics::axial::AxialSpec;
 use mechanics::calibrate::{Estimate, QUANTITIES, Quantity, Standing};
-use scene::Patient;
 
 use super::chart::{self, Chart};
 use super::sheet::{self, Sheet};

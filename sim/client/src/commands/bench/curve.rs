@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use documents::Scene;
 use mechanics::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState};
 use mechanics::closed_form;
 use plotters::prelude::*;
-use scene::Scene;
 
 use super::chart::{self, Drawn, FONT, INK, colour, key};
 use super::sheet::Sheet;

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use documents::{ExerciseBundle, Patient};
 use haptics::device::{Device, DeviceInfo};
 use haptics::devices::scripted::{Fault, Scripted};
 use haptics::mapping::{Home, Mapping, Pointing};
@@ -11,7 +12,6 @@ use haptics::servo::{Engine, Moment, Record, Setup};
 use mechanics::puncture::PunctureParams;
 use nalgebra::{Point3, Vector3};
 use plotters::prelude::*;
-use scene::{ExerciseBundle, Patient};
 
 use super::chart::{self, Drawn, FONT, SeriesLabelPosition, colour, key};
 use super::sheet::{self, Sheet};

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use assessment::{Assessment, Tryout};
+use documents::{ExerciseBundle, Patient};
 use mechanics::operator::{Operator, Skill};
-use scene::{ExerciseBundle, Patient};
 
 use super::sheet::{self, Sheet};
 use super::{What, measured_on, quantile, specimen};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use ::recording::Recording;
 use ::recording::simulate::{self, Clock};
-use scene::{ExerciseBundle, Patient};
+use documents::{ExerciseBundle, Patient};
 
 use super::chart::{Chart, Curve};
 use super::motion::Rehearsal;

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use documents::Patient;
 use render::frame::{Frame, Puncture, Stage, View};
 use render::{Headless, Quality};
-use scene::Patient;
 
 use super::chart::{Chart, Curve};
 use super::sheet::{self, Sheet};

@@ -9,13 +9,13 @@ use std::{fmt, thread};
 use ::recording::simulate::MotionSource;
 use ::render::frame::Frame;
 use ::render::{Headless, Quality};
+use documents::{ExerciseBundle, Patient};
 use haptics::device::Reading;
 use haptics::devices::trajectory::Trajectory;
 use haptics::mapping::Mapping;
 use haptics::servo::{self, Driven, Priority, Report, Times};
 use mechanics::puncture::PunctureParams;
 use nalgebra::Vector3;
-use scene::{ExerciseBundle, Patient};
 
 use super::chart::{Chart, Curve};
 use super::motion::Rehearsal;

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use bench::Soaked;
+use documents::Patient;
 use mechanics::puncture::PunctureParams;
-use scene::Patient;
 
 use super::sheet::{self, Sheet};
 use super::{What, measured_on, specimen};

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use ::recording::Session;
+use documents::{ExerciseBundle, Patient, Scene};
 use mechanics::axial::AxialSpec;
-use scene::{ExerciseBundle, Patient, Scene};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
@@ -67,7 +67,7 @@ pub fn anatomy() -> Result<ExerciseBundle, Failure> {
 /// # Errors
 /// When a document built in is refused.
 pub fn shipped() -> Result<Vec<Scene>, Failure> {
-    SHIPPED.iter().map(|text| Ok(scene::load::read_scene_text(Path::new("shipped scene"), text)?)).collect()
+    SHIPPED.iter().map(|text| Ok(documents::load::read_scene_text(Path::new("shipped scene"), text)?)).collect()
 }
 
 /// Every shipped exercise with its scene.

@@ -2,10 +2,10 @@
 
 use std::io::{self, Write};
 
+use documents::Scene;
 use mechanics::axial::Contactor;
 use mechanics::calibrate::{Curve, Estimate, Fit, Misfit, Quantity, Standing};
 use mechanics::soundness::Unsound;
-use scene::Scene;
 use serde::Serialize;
 
 use super::{Args, Written};

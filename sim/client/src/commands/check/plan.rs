@@ -1,9 +1,9 @@
 //! What simulating a scene comes to: layers as the needle meets them, ruptures in closed form, the model.
 
+use documents::{ExerciseBundle, Patient, Scene, SceneLayer, along_path};
 use mechanics::axial::{AxialSpec, Contactor};
 use mechanics::closed_form;
 use mechanics::tissue::follow::FollowError;
-use scene::{ExerciseBundle, Patient, Scene, SceneLayer, along_path};
 use serde::Serialize;
 
 use super::tissue::TissuePlan;

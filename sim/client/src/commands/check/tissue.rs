@@ -2,9 +2,9 @@
 
 use std::io::{self, Write};
 
+use documents::{Patient, Scene};
 use mechanics::tissue::Model;
 use mechanics::tissue::follow::{AttemptLoad, Field, FieldPlan, FollowError};
-use scene::{Patient, Scene};
 use serde::Serialize;
 
 use crate::timing::{self, Effort};

@@ -2,11 +2,11 @@
 
 use std::io::{self, Write};
 
+use documents::field_case::FieldCase;
 use mechanics::tissue::axisymmetric::Superposed;
 use mechanics::tissue::planner::{self, PlanError, Wish};
 use mechanics::tissue::volumetric::Problem3;
 use mechanics::tissue::{FieldModel, Problem};
-use scene::field_case::FieldCase;
 use serde::Serialize;
 
 use crate::progress::Progress;

@@ -1,7 +1,7 @@
 //! The reference cases, built into the program so that every copy measures the same, and the error against them.
 
+use documents::field_case;
 use mechanics::tissue::{FieldModel, Problem, relative_distance};
-use scene::field_case;
 use serde::Deserialize;
 
 use crate::exit::Failure;

@@ -2,8 +2,8 @@
 
 use ::recording::Recording;
 use assessment::{Assessment, Tryout};
+use documents::{ExerciseBundle, Patient};
 use mechanics::operator::{Occasion, Operator, Skill};
-use scene::{ExerciseBundle, Patient};
 
 use crate::exit::Failure;
 use crate::progress::Progress;

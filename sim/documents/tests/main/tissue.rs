@@ -5,11 +5,11 @@
 
 use std::path::Path;
 
+use documents::{Document, Patient, Scene, check};
 use mechanics::tissue::follow::Field;
 use mechanics::tissue::planner::patch;
 use mechanics::tissue::volumetric::{self, Problem3, VolumetricError};
 use mechanics::tissue::{Model, Problem};
-use scene::{Document, Patient, Scene, check};
 
 use crate::support::{SCENE, folder, scene, write};
 
@@ -93,7 +93,7 @@ fn a_coupled_scene_is_judged_by_the_fields_stiffnesses() {
 fn shipped() -> Vec<Scene> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/scenes");
     let scenes =
-        std::fs::read_dir(folder).unwrap().map(|file| match scene::load::read(&file.unwrap().path()).unwrap() {
+        std::fs::read_dir(folder).unwrap().map(|file| match documents::load::read(&file.unwrap().path()).unwrap() {
             Document::Scene(scene) => *scene,
             other => panic!("no scene: {other:?}"),
         });

@@ -2,8 +2,8 @@
 //!
 //! Would fail if a depth missed its boundary by a rounding, if a typo were ignored, or if an error pointed elsewhere.
 
+use documents::field_case::parse;
 use mechanics::tissue::LoadKind;
-use scene::field_case::parse;
 
 use crate::support::mistake;
 

@@ -2,9 +2,9 @@
 //!
 //! Would fail if a document were edited into something that its own reader, or physics, refuses.
 
-use scene::check;
-use scene::load::read;
-use scene::{Curriculum, Document, ExerciseBundle, MasteryRule, Patient, Scene};
+use documents::check;
+use documents::load::read;
+use documents::{Curriculum, Document, ExerciseBundle, MasteryRule, Patient, Scene};
 
 use crate::support::{curricula, shipped};
 
@@ -149,7 +149,7 @@ fn a_rubrics_hash_follows_what_decides_the_score_and_nothing_else() {
     reworded.coaching.clear();
     reworded.time_limit_s += 1.0;
     assert_eq!(reworded.rubric_sha256(), hash);
-    let changes: [fn(&mut scene::Exercise); 7] = [
+    let changes: [fn(&mut documents::Exercise); 7] = [
         |e| e.pass_mark += 1.0,
         |e| e.rubric[0].weight += 1.0,
         |e| e.rubric.reverse(),

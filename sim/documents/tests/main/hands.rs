@@ -8,10 +8,10 @@ use std::fmt;
 use std::thread;
 
 use bench::{Performance, perform};
+use documents::{ExerciseBundle, Patient};
 use mechanics::axial::Contactor;
 use mechanics::operator::{Occasion, Operator, Plan, Skill};
 use mechanics::puncture::PunctureParams;
-use scene::{ExerciseBundle, Patient};
 
 use crate::support::{curricula, shipped};
 

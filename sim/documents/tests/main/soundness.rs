@@ -3,8 +3,8 @@
 //! Would fail if an unsound scene passed, if only the nominal patient were looked at, or if the limit that the message
 //! gives were not itself sound.
 
+use documents::{DocumentError, check};
 use mechanics::axial::Contactor;
-use scene::{DocumentError, check};
 
 use crate::support::{SCENE, folder, scene, write};
 

@@ -3,9 +3,9 @@
 //! Would fail if axes were mirrored or swapped, if OBJ polygons or objects were lost, if a broken surface were taken for a
 //! whole one, or if a recording could not carry the skin.
 
+use documents::{Document, DocumentError, ExerciseBundle, Scene, SceneSkin};
 use mechanics::structures::Shape;
 use nalgebra::Point3;
-use scene::{Document, DocumentError, ExerciseBundle, Scene, SceneSkin};
 
 use crate::support::{EXERCISE, SCENE, folder, read_text, write};
 

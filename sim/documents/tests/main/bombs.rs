@@ -16,23 +16,23 @@ fn bombs(target: &str) -> Vec<(String, Vec<u8>)> {
 fn every_document_that_is_a_bomb_is_refused() {
     for (name, bytes) in bombs("scene") {
         let text = String::from_utf8(bytes).unwrap();
-        assert!(scene::load::read_scene_text(Path::new("bomb.toml"), &text).is_err(), "{name}");
+        assert!(documents::load::read_scene_text(Path::new("bomb.toml"), &text).is_err(), "{name}");
     }
     for (name, bytes) in bombs("course") {
-        assert!(scene::Curriculum::from_parts(&bytes, |_| None).is_err(), "{name}");
+        assert!(documents::Curriculum::from_parts(&bytes, |_| None).is_err(), "{name}");
     }
     for (name, bytes) in bombs("instrument") {
         for kind in ["bomb.toml", "bomb.json"] {
-            assert!(scene::Instrument::from_bytes(kind, &bytes).is_err(), "{name} as {kind}");
+            assert!(documents::Instrument::from_bytes(kind, &bytes).is_err(), "{name} as {kind}");
         }
     }
     for (name, bytes) in bombs("field_case") {
         let text = String::from_utf8(bytes).unwrap();
-        assert!(scene::field_case::parse("bomb.json", &text).is_err(), "{name}");
+        assert!(documents::field_case::parse("bomb.json", &text).is_err(), "{name}");
     }
     for (name, bytes) in bombs("exercise") {
         let mut parts = bytes.splitn(3, |byte| *byte == 0);
         let (exercise, scene) = (parts.next().unwrap(), parts.next().unwrap());
-        assert!(scene::ExerciseBundle::from_parts(exercise, scene, &[]).is_err(), "{name}");
+        assert!(documents::ExerciseBundle::from_parts(exercise, scene, &[]).is_err(), "{name}");
     }
 }

@@ -4,9 +4,9 @@
 //! times a second), and on a speed taken between two samples.
 
 use bench::scenes::Run;
+use documents::load::read;
+use documents::{Document, Patient};
 use mechanics::axial::AxialSpec;
-use scene::load::read;
-use scene::{Document, Patient};
 
 use crate::support::curricula;
 

@@ -2,8 +2,8 @@
 //!
 //! Would fail if one layer's draw moved another's, if the draw were not uniform, or if a thickness went negative.
 
+use documents::{Patient, Scene};
 use proptest::prelude::*;
-use scene::{Patient, Scene};
 
 use crate::support::{SCENE, scene};
 

@@ -2,7 +2,7 @@
 //!
 //! Would fail if a field were dropped, if a typo were ignored, or if an error pointed at another layer.
 
-use scene::force_case::parse;
+use documents::force_case::parse;
 
 use crate::support::mistake;
 

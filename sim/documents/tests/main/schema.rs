@@ -2,10 +2,10 @@
 //!
 //! Would fail if the schema and the reader drifted apart.
 
+use documents::DocumentKind;
+use documents::load::{Document, read};
+use documents::schema;
 use jsonschema::Validator;
-use scene::DocumentKind;
-use scene::load::{Document, read};
-use scene::schema;
 use serde_json::Value;
 
 use crate::support::{EXERCISE, INSTRUMENT, SCENE, folder, read_text, shipped};

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use scene::load::read;
-use scene::{Document, DocumentError, Scene};
+use documents::load::read;
+use documents::{Document, DocumentError, Scene};
 
 /// What the reader of a case says when one of its words is another.
 pub fn mistake<T: std::fmt::Debug>(

@@ -2,9 +2,9 @@
 //!
 //! Would fail if a mistake slipped through, or were reported without its place or its remedy.
 
+use documents::Issue;
+use documents::load::read;
 use phrase::Phrase;
-use scene::Issue;
-use scene::load::read;
 
 use crate::support::{CURRICULUM, EXERCISE, INSTRUMENT, SCENE, folder, read_text, write};
 

@@ -2,8 +2,8 @@
 //!
 //! Would fail if a mesh with a hole, without size or inside out reached the physics, or if its unit were ignored.
 
+use documents::{Document, DocumentError, ExerciseBundle};
 use mechanics::structures::Shape;
-use scene::{Document, DocumentError, ExerciseBundle};
 use stl_io::{Normal, Triangle, Vertex};
 
 use crate::support::{EXERCISE, SCENE, folder, read_text, write};

@@ -3,9 +3,9 @@
 //! Would fail if an edit of the scene, or of what a needle makes of its numbers, moved a peak by 1 mm or 10 %.
 
 use bench::scenes::Run;
+use documents::load::read;
+use documents::{Document, Patient, Scene};
 use mechanics::soundness;
-use scene::load::read;
-use scene::{Document, Patient, Scene};
 
 use crate::support::curricula;
 

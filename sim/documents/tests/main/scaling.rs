@@ -2,8 +2,8 @@
 //!
 //! Would fail if a factor reached a quantity it must not, or had the wrong exponent.
 
+use documents::{Patient, Scene};
 use mechanics::axial::Layer;
-use scene::{Patient, Scene};
 
 use crate::support::{SCENE, scene};
 

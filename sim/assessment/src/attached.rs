@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use documents::ExerciseBundle;
 use recording::session::{EXERCISE_ATTACHMENT, MESH_PREFIX, SCENE_ATTACHMENT};
 use recording::{Attachment, Recording};
-use scene::ExerciseBundle;
 
 use crate::score::AssessError;
 

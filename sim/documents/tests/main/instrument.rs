@@ -2,7 +2,7 @@
 //!
 //! Would fail if a form could ask what cannot be answered, hide a question for ever, or score what is no number.
 
-use scene::instrument::{Combine, Instrument, Missing};
+use documents::instrument::{Combine, Instrument, Missing};
 
 use crate::support::{INSTRUMENT, curricula};
 
