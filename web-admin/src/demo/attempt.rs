@@ -5,12 +5,12 @@ use std::io::BufWriter;
 use std::path::Path;
 
 use assessment::attachments;
+use documents::{ExerciseBundle, Patient};
 use mechanics::operator::{Occasion, Operator, Skill};
 use mechanics::puncture::PunctureParams;
 use recording::simulate::{Clock, simulate};
 use recording::write::SceneDrawing;
 use recording::{Session, Writer};
-use scene::{ExerciseBundle, Patient};
 
 use crate::domain::Moment;
 use crate::domain::moment::new_id;

@@ -1,8 +1,8 @@
 //! What a draft of an exercise comes to: read as publishing would, its tissue planned, its rubric tried.
 
+use documents::{DocumentError, ExerciseBundle, Issue, Patient};
 use mechanics::tissue::follow::{Field, FieldPlan};
 use phrase::{Phrase, phrase};
-use scene::{DocumentError, ExerciseBundle, Issue, Patient};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 

@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use assessment::{Assessment, assess, own_exercise};
+use documents::{ExerciseBundle, Patient};
 use mechanics::puncture::PunctureParams;
 use recording::verify::verify;
 use recording::{ReadError, Recording};
-use scene::{ExerciseBundle, Patient};
 use serde::{Deserialize, Serialize};
 
 use crate::AppState;

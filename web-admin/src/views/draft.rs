@@ -2,8 +2,8 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
+use documents::{Curriculum, ExerciseBundle, Issue};
 use mechanics::tissue::follow::FieldPlan;
-use scene::{Curriculum, ExerciseBundle, Issue};
 use serde::{Deserialize, Serialize};
 use time::OffsetDateTime;
 use uuid::Uuid;
@@ -112,7 +112,7 @@ impl Verdict {
     /// Of a course that could be published.
     #[must_use]
     pub fn of_course(course: &Curriculum, mastery: &Mastery) -> Self {
-        let line = |entry: &scene::curriculum::CurriculumEntry| match entry.prerequisites.as_slice() {
+        let line = |entry: &documents::curriculum::CurriculumEntry| match entry.prerequisites.as_slice() {
             [] => entry.exercise.clone(),
             first => tr!("{exercise}, after {missing}", exercise = entry.exercise, missing = first.join(", ")),
         };

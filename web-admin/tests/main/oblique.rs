@@ -4,12 +4,12 @@
 use std::path::Path;
 
 use attempt::{AttemptCurve, LayerSpan, MarkKind, axial_force_before_n, span_layers};
+use documents::{ExerciseBundle, Patient};
 use mechanics::operator::{Motion, needle_pose};
 use mechanics::puncture::PunctureParams;
 use nalgebra::{Rotation3, Vector3};
 use recording::simulate::{MotionSource, rehearse};
 use recording::{EventKind, Recording};
-use scene::{ExerciseBundle, Patient};
 use web_admin::domain::corridor::corridor;
 use web_admin::domain::replay::Replay;
 use web_admin::views::session::Drawing;

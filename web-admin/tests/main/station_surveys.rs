@@ -4,7 +4,7 @@
 
 use axum::body::Body;
 use axum::http::Request;
-use scene::Instrument;
+use documents::Instrument;
 use serde_json::{Value, json};
 use uuid::Uuid;
 use web_admin::domain::Role;

@@ -39,7 +39,7 @@ const KNOWN: [&str; 16] = [
 
 /// Where sentences are said.
 const SAID_IN: [&str; 6] =
-    ["templates", "src", "../sim/phrase/src", "../sim/mechanics/src", "../sim/scene/src", "../sim/assessment/src"];
+    ["templates", "src", "../sim/phrase/src", "../sim/mechanics/src", "../sim/documents/src", "../sim/assessment/src"];
 
 /// A sentence: its form for one where it has two, and where it is said.
 #[derive(Debug, Default)]

@@ -1,9 +1,9 @@
 //! What does not move in a replay: layers, needle, structures, events.
 
 use attempt::{AttemptCurve, CurveMark, LayerSpan, MarkKind, patient_thicknesses_m};
+use documents::ExerciseBundle;
 use mechanics::structures::{StructureKind, StructureSpec};
 use recording::Recording;
-use scene::ExerciseBundle;
 use serde::Serialize;
 use utoipa::ToSchema;
 

@@ -1,7 +1,7 @@
 //! The scene of the samples.
 
+use documents::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
 use mechanics::structures::{Shape, StructureKind, StructureSpec};
-use scene::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
 
 pub(super) fn scene() -> Scene {
     let structure = |name: &str, kind, x_m, z_m| SceneStructure {

@@ -3,6 +3,7 @@
 use std::io::Cursor;
 use std::sync::LazyLock;
 
+use documents::{ExerciseBundle, Patient};
 use ed25519_dalek::{Signer, SigningKey};
 use mechanics::operator::Motion;
 use mechanics::puncture::PunctureParams;
@@ -12,7 +13,6 @@ use recording::signature;
 use recording::simulate::{Clock, MotionSource, simulate};
 use recording::write::SceneDrawing;
 use recording::{Attachment, Event, EventKind, Sample, Session, Signature, Writer};
-use scene::{ExerciseBundle, Patient};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
