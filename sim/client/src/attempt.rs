@@ -6,8 +6,8 @@ use std::str::FromStr;
 
 use assessment::attachments;
 use documents::{ExerciseBundle, Patient};
-use mechanics::operator::{Operator, Skill};
-use mechanics::tissue::Judging;
+use law::Judging;
+use law::operator::{Operator, Skill};
 use recording::simulate::MotionSource;
 use recording::write::SceneDrawing;
 use recording::{Session, Writer};
@@ -123,7 +123,7 @@ pub fn writer<W: Write>(
     path: &Path,
 ) -> Result<Writer<BufWriter<W>>, Failure> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
-    let drawing = SceneDrawing::of(&bundle.puncture_spec(&patient), bundle.scene.needle.diameter_mm * 0.5e-3);
+    let drawing = SceneDrawing::of(&bundle.scene.puncture_spec(&patient), bundle.scene.needle.diameter_mm * 0.5e-3);
     Writer::create(BufWriter::new(file), session, &attachments(bundle), &drawing)
         .map_err(|error| Failure::work(format_args!("{}: {error}", path.display())))
 }

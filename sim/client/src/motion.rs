@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use mechanics::operator::{Motion, Plan, needle_pose};
+use law::operator::{Motion, Plan, needle_pose};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use recording::simulate::{Clock, MotionSource};
 

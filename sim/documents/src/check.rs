@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use mechanics::axial::{AxialSpec, Contactor};
-use mechanics::soundness::{self, Unsound};
-use mechanics::tissue::follow::FollowError;
+use law::axial::{AxialSpec, Contactor};
+use law::soundness::{self, Unsound};
 use phrase::{Phrase, phrase};
+use tissue::follow::FollowError;
 
 use crate::describe::{EXERCISE, SCENE};
 use crate::error::{DocumentError, Issue, Remark};

@@ -1,6 +1,6 @@
 //! An exercise: what to do in a scene and how it is judged.
 
-use mechanics::operator::Plan;
+use law::operator::Plan;
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};

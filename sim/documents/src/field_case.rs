@@ -1,9 +1,9 @@
 //! The JSON of `stylet field`: a slab of layers, a load at some depths, and where the answer is wanted, in SI.
 
-use mechanics::axial::ParamError;
-use mechanics::tissue::{ElasticLayer, Load, LoadKind, Problem, Slab};
+use law::axial::ParamError;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
+use tissue::{ElasticLayer, Load, LoadKind, Problem, Slab};
 
 use crate::error::DocumentError;
 use crate::json::Json;

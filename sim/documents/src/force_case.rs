@@ -1,6 +1,6 @@
 //! The JSON of `stylet force`: layers at their effective values, in SI.
 
-use mechanics::axial::{AxialParams, AxialSpec, ForceLaw, Layer, ParamError, RateDependence};
+use law::axial::{AxialParams, AxialSpec, ForceLaw, Layer, ParamError, RateDependence};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 

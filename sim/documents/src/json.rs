@@ -1,6 +1,6 @@
 //! A case in JSON: read, and its mistakes placed.
 
-use mechanics::axial::ParamError;
+use law::axial::ParamError;
 use phrase::{Phrase, phrase};
 use serde::de::DeserializeOwned;
 

@@ -1,6 +1,6 @@
-//! Documents: scenes, exercises, curricula and instruments in TOML. Parses, refuses with the place, yields the mechanics' parameters.
+//! Documents: scenes, exercises, curricula and instruments in TOML. Parses, refuses with the place, yields the parameters of the law and of the tissue.
 //!
-//! Documents speak millimetres and newtons; [`Scene::puncture_spec`] yields SI.
+//! Documents speak millimetres and newtons; [`Scene::specimen_spec`] yields SI.
 
 pub mod check;
 pub mod curriculum;
@@ -37,8 +37,8 @@ pub use error::{DocumentError, Issue, Remark};
 pub use exercise::{CoachingRule, Exercise, HardFail, Required, RubricLine};
 pub use feedback::{Channel, Feedback};
 pub use instrument::Instrument;
+pub use law::structures::{Shape, StructureKind, StructureSpec};
 pub use load::{Document, DocumentKind, ExerciseBundle};
-pub use mechanics::structures::{Shape, StructureKind, StructureSpec};
 pub use model::{Needle, Scene, SceneLayer, SceneSkin, SceneStructure, TissueOptions};
 pub use patient::Patient;
 pub use schema::schema;

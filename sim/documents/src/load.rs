@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use mechanics::operator::Plan;
-use mechanics::puncture::PunctureSpec;
-use mechanics::tissue::Judging;
+use law::Judging;
+use law::operator::Plan;
 use phrase::{Phrase, phrase};
+use tissue::SpecimenSpec;
 use toml::de::DeTable;
 
 use crate::curriculum::Curriculum;
@@ -80,8 +80,8 @@ impl ExerciseBundle {
 
     /// What an attempt at it is simulated with, and verified with: the scene for a patient, met at the exercise's angle.
     #[must_use]
-    pub fn puncture_spec(&self, patient: &Patient) -> PunctureSpec {
-        self.scene.puncture_spec(patient, self.exercise.angle_deg)
+    pub fn specimen_spec(&self, patient: &Patient) -> SpecimenSpec {
+        self.scene.specimen_spec(patient, self.exercise.angle_deg)
     }
 
     /// What a virtual operator intends at it, with the scene's needle in its hand.
@@ -92,8 +92,8 @@ impl ExerciseBundle {
 
     /// What a recording of it is verified with: its field judged as it was when the recording was made.
     #[must_use]
-    pub fn recorded_spec(&self, patient: &Patient, judging: Judging) -> PunctureSpec {
-        let mut spec = self.puncture_spec(patient);
+    pub fn recorded_spec(&self, patient: &Patient, judging: Judging) -> SpecimenSpec {
+        let mut spec = self.specimen_spec(patient);
         spec.tissue.iter_mut().for_each(|tissue| tissue.judging = judging);
         spec
     }

@@ -1,7 +1,7 @@
 //! A scene: layers, needle, structures, tissue options.
 
-use mechanics::axial::ForceLaw;
-use mechanics::structures::{StructureKind, StructureSpec};
+use law::axial::ForceLaw;
+use law::structures::{StructureKind, StructureSpec};
 use nalgebra::Point3;
 use serde::Deserialize;
 
@@ -130,7 +130,7 @@ pub struct Scene {
     /// The needle.
     pub needle: Needle,
     /// Rate dependence of the thresholds.
-    pub rate: Option<mechanics::axial::RateDependence>,
+    pub rate: Option<law::axial::RateDependence>,
     /// Structures.
     pub structures: Vec<SceneStructure>,
     /// The skin's own shape, where the scene brings one.

@@ -1,6 +1,6 @@
 //! Reads the anatomy of a scene: the shapes of its structures, its skin, and the files of both.
 
-use mechanics::structures::Shape;
+use law::structures::Shape;
 use nalgebra::Vector3;
 use phrase::{Phrase, phrase};
 use serde_json::Value;

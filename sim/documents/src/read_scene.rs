@@ -1,7 +1,7 @@
 //! Reads a scene: what relates its fields and meshes to each other, then the typed document.
 
-use mechanics::axial::{ForceLaw, RateDependence};
-use mechanics::structures::{Shape, StructureKind, StructureSpec, Wall};
+use law::axial::{ForceLaw, RateDependence};
+use law::structures::{Shape, StructureKind, StructureSpec, Wall};
 use nalgebra::{Point3, Vector3};
 use phrase::{Phrase, phrase};
 use serde::Deserialize;

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::ops::Range;
 
-use mechanics::axial::AxialSpec;
+use law::axial::AxialSpec;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 

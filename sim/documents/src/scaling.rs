@@ -4,9 +4,10 @@
 //! damping and friction go with the diameter, thresholds and cutting with its power p; the tip is a factor on the
 //! thresholds, lubrication on friction, and toughness on thresholds, friction and cutting.
 
-use mechanics::axial::{AxialSpec, Layer, RateDependence};
-use mechanics::beam::tube_n_m2;
-use mechanics::puncture::PunctureSpec;
+use law::axial::{AxialSpec, Layer, RateDependence};
+use law::beam::tube_n_m2;
+use law::puncture::PunctureSpec;
+use tissue::SpecimenSpec;
 
 use crate::model::{Needle, Scene, SceneLayer};
 use crate::patient::Patient;
@@ -95,14 +96,19 @@ impl Needle {
 }
 
 impl Scene {
-    /// The mechanics' specification for a patient, scaled for the needle and the tissue, in SI; its field is that of a needle at
-    /// an angle to the surface normal, in degrees: the exercise's.
+    /// The specification of a patient to puncture, scaled for the needle and the tissue, in SI; its field is that of a needle at an
+    /// angle to the surface normal, in degrees: the exercise's.
     #[must_use]
-    pub fn puncture_spec(&self, patient: &Patient, angle_deg: f64) -> PunctureSpec {
-        let axial = self.axial_spec(patient);
+    pub fn specimen_spec(&self, patient: &Patient, angle_deg: f64) -> SpecimenSpec {
+        let puncture = self.puncture_spec(patient);
+        SpecimenSpec { tissue: self.tissue_under(&puncture.axial, angle_deg), puncture }
+    }
+
+    /// The law's part of it, with the scene's own stiffnesses.
+    #[must_use]
+    pub fn puncture_spec(&self, patient: &Patient) -> PunctureSpec {
         PunctureSpec {
-            tissue: self.tissue_under(&axial, angle_deg),
-            axial,
+            axial: self.axial_spec(patient),
             lateral_stiffness_n_per_m2: self.needle.lateral_stiffness_n_per_m2,
             needle_length_m: self.needle.length_mm / 1e3,
             needle_bending_n_m2: self.needle.bending_n_m2(),

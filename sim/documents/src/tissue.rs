@@ -1,8 +1,8 @@
 //! From a scene to the tissue that its field is made of.
 
-use mechanics::axial::AxialSpec;
-use mechanics::tissue::follow::{Field, FollowError, TissueSpec, recoil_time_s};
-use mechanics::tissue::{ElasticLayer, Judging, Model, Slab};
+use law::axial::AxialSpec;
+use tissue::follow::{Field, FollowError, TissueSpec, recoil_time_s};
+use tissue::{ElasticLayer, Judging, Model, Slab};
 
 use crate::model::{Scene, SceneLayer};
 use crate::patient::Patient;
@@ -26,7 +26,7 @@ impl Scene {
             return None;
         }
         let load_radius_m = 0.5e-3 * self.needle.diameter_mm;
-        let elastic = |(written, met): (&SceneLayer, &mechanics::axial::Layer)| ElasticLayer {
+        let elastic = |(written, met): (&SceneLayer, &law::axial::Layer)| ElasticLayer {
             thickness_m: met.thickness_m,
             youngs_modulus_pa: written.youngs_modulus_pa.unwrap_or_else(|| {
                 let nu = written.poisson_ratio;

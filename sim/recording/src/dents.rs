@@ -4,7 +4,7 @@
 //! each takes the last of both and has the boundaries settled to where its needle is. The same makes right what recordings of before say, whose
 //! field followed the force law's forces.
 
-use mechanics::tissue::follow::{Intrusion, settle};
+use law::stance::{Intrusion, settle};
 
 use crate::event::{Event, EventKind};
 use crate::sample::{Sample, flags};

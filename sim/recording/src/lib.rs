@@ -28,7 +28,7 @@ pub mod write;
 pub use budget::Budget;
 pub use dents::Dents;
 pub use event::{Event, EventKind};
-pub use mechanics::axial::Contactor;
+pub use law::axial::Contactor;
 pub use motion::Motion;
 pub use read::{ReadError, Recording};
 pub use sample::{Energy, Sample};

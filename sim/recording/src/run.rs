@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use mechanics::puncture::PunctureParams;
+use tissue::Specimen;
 
 use crate::event::{Event, EventKind};
 use crate::summary::{Ticker, nanoseconds};
@@ -48,9 +48,9 @@ pub struct Run<'a, W: Write> {
 
 impl<'a, W: Write> Run<'a, W> {
     /// Nothing has been recorded yet.
-    pub fn new(params: &'a PunctureParams, writer: &'a mut Writer<W>) -> Self {
+    pub fn new(specimen: &'a Specimen, writer: &'a mut Writer<W>) -> Self {
         let so_far = Simulated { duration_s: 0.0, ticks: 0, ruptures: 0 };
-        let (attempt, ledgers) = (Attempt::new(params), Ticker::new(LEDGER_HZ, 0));
+        let (attempt, ledgers) = (Attempt::new(specimen), Ticker::new(LEDGER_HZ, 0));
         Self { attempt, writer, ledgers, owed: false, so_far, written: Ok(()) }
     }
 

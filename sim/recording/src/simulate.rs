@@ -2,9 +2,9 @@
 
 use std::io::Write;
 
-use mechanics::operator::Motion;
-use mechanics::puncture::PunctureParams;
+use law::operator::Motion;
 use nalgebra::Vector3;
+use tissue::Specimen;
 
 use crate::read::Recording;
 use crate::run::Run;
@@ -20,7 +20,7 @@ pub trait MotionSource {
     fn step(&mut self, dt_s: f64, force_n: &Vector3<f64>) -> Motion;
 }
 
-impl MotionSource for mechanics::operator::Operator {
+impl MotionSource for law::operator::Operator {
     fn step(&mut self, dt_s: f64, force_n: &Vector3<f64>) -> Motion {
         Self::step(self, dt_s, force_n)
     }
@@ -62,7 +62,7 @@ impl Clock {
 /// # Errors
 /// When the clock has no rate, or the disk refuses.
 pub fn simulate<W: Write>(
-    params: &PunctureParams,
+    specimen: &Specimen,
     source: &mut dyn MotionSource,
     writer: &mut Writer<W>,
     clock: &Clock,
@@ -70,7 +70,7 @@ pub fn simulate<W: Write>(
     if !clock.runs() {
         return Err(WriteError::invalid("tick_hz", clock.tick_hz, "a finite rate above 0 Hz is allowed"));
     }
-    let mut run = Run::new(params, writer);
+    let mut run = Run::new(specimen, writer);
     clock.drive(source, |input| {
         let force_n = run.tick(input, None).force_n;
         run.refused().is_none().then_some(force_n)
@@ -80,18 +80,13 @@ pub fn simulate<W: Write>(
 
 /// The same in memory, at the session's rate: samples, events and the last ledger. Without a rate above 0 Hz nothing happens.
 #[must_use]
-pub fn rehearse(
-    params: &PunctureParams,
-    source: &mut dyn MotionSource,
-    session: Session,
-    time_limit_s: f64,
-) -> Recording {
+pub fn rehearse(specimen: &Specimen, source: &mut dyn MotionSource, session: Session, time_limit_s: f64) -> Recording {
     let clock = Clock { tick_hz: session.tick_hz, time_limit_s };
     let (attachments, samples, events) = (Vec::new(), Vec::new(), Vec::new());
     let (energies, tents) = (Vec::new(), Vec::new());
     let mut recording =
         Recording { session, attachments, samples, events, energies, tents, signature: None, complete: true };
-    let mut attempt = Attempt::new(params);
+    let mut attempt = Attempt::new(specimen);
     if clock.runs() {
         clock.drive(source, |input| {
             let tick = attempt.step(input);

@@ -1,7 +1,9 @@
 //! The field of the tissue as it follows the needle, topic `/tissue/tent`.
 
-use mechanics::puncture::{PunctureParams, PunctureScratch, PunctureState, intrusion, loads};
-use mechanics::tissue::follow::{self, FIELD_HZ, Field, FollowState, press, settle};
+use law::puncture::{PunctureParams, PunctureScratch, PunctureState, intrusion, loads};
+use law::stance::settle;
+use tissue::Specimen;
+use tissue::follow::{self, FIELD_HZ, Field, FollowState, press};
 
 use crate::summary::{Ticker, nanoseconds};
 
@@ -34,6 +36,7 @@ pub enum Follows {
 /// The field behind a force law: takes its latest state, [`FIELD_HZ`] times a second.
 #[derive(Debug)]
 pub(crate) struct Follower<'a> {
+    law: &'a PunctureParams,
     field: &'a Field,
     follows: Follows,
     state: FollowState,
@@ -48,22 +51,21 @@ pub(crate) struct Follower<'a> {
 
 impl<'a> Follower<'a> {
     /// Tissue that nothing has touched; none where the scene has no field.
-    pub(crate) fn new(params: &'a PunctureParams, follows: Follows) -> Option<Self> {
-        let field = params.field()?;
+    pub(crate) fn new(specimen: &'a Specimen, follows: Follows) -> Option<Self> {
+        let (law, field) = (specimen.law(), specimen.field()?);
         let state = FollowState::new(field.follow());
         let latest_n = vec![0.0; state.loads_n.len()];
         let dents_m = vec![0.0; state.loads_n.len() / 2];
-        Some(Self { field, follows, state, latest_n, dents_m, steps: Ticker::new(FIELD_HZ, 0), last_s: 0.0 })
+        Some(Self { law, field, follows, state, latest_n, dents_m, steps: Ticker::new(FIELD_HZ, 0), last_s: 0.0 })
     }
 
     /// Follows a tick of the force law at a time in s; the tent, where a step of the field is due.
-    pub(crate) fn tick(&mut self, t_s: f64, law: (&PunctureParams, &PunctureState, &PunctureScratch)) -> Option<Tent> {
+    pub(crate) fn tick(&mut self, t_s: f64, state: &PunctureState, scratch: &PunctureScratch) -> Option<Tent> {
         if !self.steps.due(nanoseconds(t_s)) {
             return None;
         }
-        let (params, state, scratch) = law;
-        loads(params, state, scratch, &mut self.latest_n);
-        let needle = intrusion(params, state).filter(|_| self.follows == Follows::Needle);
+        loads(self.law, state, scratch, &mut self.latest_n);
+        let needle = intrusion(self.law, state).filter(|_| self.follows == Follows::Needle);
         let rest_m = scratch.boundaries_m();
         if self.follows == Follows::Needle {
             // What presses is found below, from how far it has pressed.

@@ -3,12 +3,11 @@
 //! The only place where forces become a recording. A simulation and its verification both come through here, so that
 //! they can differ in nothing but their input.
 
-use mechanics::axial::Contactor;
-use mechanics::operator::Motion;
-use mechanics::puncture::{
-    PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureState, step,
-};
+use law::axial::Contactor;
+use law::operator::Motion;
+use law::puncture::{PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, PunctureState, step};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use tissue::Specimen;
 
 use crate::event::{Event, EventKind};
 use crate::sample::{Energy, Sample, flags};
@@ -75,7 +74,7 @@ pub struct Tick {
 /// The tissue of one attempt, as it is being punctured.
 #[derive(Debug)]
 pub struct Attempt<'a> {
-    params: &'a PunctureParams,
+    specimen: &'a Specimen,
     state: PunctureState,
     scratch: PunctureScratch,
     /// The field behind the law, if the scene has one.
@@ -88,18 +87,19 @@ pub struct Attempt<'a> {
 impl<'a> Attempt<'a> {
     /// Nothing has been touched yet.
     #[must_use]
-    pub fn new(params: &'a PunctureParams) -> Self {
-        Self::following(params, Follows::Needle)
+    pub fn new(specimen: &'a Specimen) -> Self {
+        Self::following(specimen, Follows::Needle)
     }
 
     /// As [`Attempt::new`], with a field that follows what that of a recording does.
     #[must_use]
-    pub fn following(params: &'a PunctureParams, follows: Follows) -> Self {
+    pub fn following(specimen: &'a Specimen, follows: Follows) -> Self {
+        let law = specimen.law();
         Self {
-            params,
-            state: PunctureState::new(params),
-            scratch: PunctureScratch::new(params),
-            follower: Follower::new(params, follows),
+            specimen,
+            state: PunctureState::new(law),
+            scratch: PunctureScratch::new(law),
+            follower: Follower::new(specimen, follows),
             last: None,
             axial_n: 0.0,
         }
@@ -108,13 +108,12 @@ impl<'a> Attempt<'a> {
     /// Advances by one tick.
     pub fn step(&mut self, input: &Input) -> Tick {
         let puncture = PunctureInput { t_s: input.t_s, patient_from_needle: input.pose() };
-        let output = step(self.params, &mut self.state, &mut self.scratch, &puncture);
+        let output = step(self.specimen.law(), &mut self.state, &mut self.scratch, &puncture);
         let sample = self.sample(input, &output);
         let events = self.events(input, &output);
         self.last = Some(*input);
         self.axial_n = output.axial.total_n();
-        let law = (self.params, &self.state, &self.scratch);
-        let tent = self.follower.as_mut().and_then(|follower| follower.tick(input.t_s, law));
+        let tent = self.follower.as_mut().and_then(|follower| follower.tick(input.t_s, &self.state, &self.scratch));
         Tick { sample, events, tent, force_n: output.force_n }
     }
 
@@ -183,7 +182,7 @@ impl<'a> Attempt<'a> {
     }
 
     fn event(&self, event: &PunctureEvent, input: &Input, output: &PunctureOutput) -> Event {
-        let spec = self.params.spec();
+        let spec = self.specimen.spec();
         let plain = |kind| self.plain(kind, input, output);
         match *event {
             PunctureEvent::Contact { entry_m, track, reused } => Event {

@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use mechanics::puncture::PunctureParams;
+use tissue::Specimen;
 
 use crate::event::{Event, EventKind};
 use crate::read::Recording;
@@ -48,10 +48,10 @@ impl Verification {
 /// The force sent to the device is compared where the device takes any force; elsewhere it is what the safety chain
 /// made of it. Coaching and faults are not compared: they come from outside the force law.
 #[must_use]
-pub fn verify(recording: &Recording, params: &PunctureParams) -> Verification {
+pub fn verify(recording: &Recording, specimen: &Specimen) -> Verification {
     let device_takes_all = recording.session.device_max_force_n.is_infinite();
     let follows = recording.tents.first().map_or(Follows::Needle, |tent| tent.follows);
-    let mut attempt = Attempt::following(params, follows);
+    let mut attempt = Attempt::following(specimen, follows);
     let mut events = Vec::new();
     let mut verification = Verification {
         ticks: recording.samples.len() as u64,

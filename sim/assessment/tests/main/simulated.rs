@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use assessment::{Assessment, DeductionCause, Metric, Tryout, assess, attachments, own_exercise};
 use documents::{ExerciseBundle, Patient};
-use mechanics::operator::{Operator, Skill};
+use law::operator::{Operator, Skill};
 use recording::{Recording, Writer};
 
 use crate::support::{decimate, session_of};

@@ -7,7 +7,7 @@ use documents::{
     Exercise, ExerciseBundle, HardFail, Needle, RubricLine, Scene, SceneLayer, SceneStructure, Shape, StructureKind,
     StructureSpec, TissueOptions,
 };
-use mechanics::axial::ForceLaw;
+use law::axial::ForceLaw;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use recording::{Energy, Event, EventKind, Recording, Sample, Session, sample::flags};
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use assessment::words::{deduction_in_words, failure_in_words};
 use assessment::{Assessment, Tryout, review};
 use documents::{ExerciseBundle, Patient, Required, Shape, StructureKind};
-use mechanics::operator::{Operator, Plan};
+use law::operator::{Operator, Plan};
 use recording::{EventKind, Recording};
 
 use crate::support::{bundle, down, judge, limit, line, mark, record, structure};

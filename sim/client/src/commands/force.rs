@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use mechanics::axial::{self, AxialInput, AxialOutput, AxialParams, AxialScratch, AxialState, Rupture};
-use mechanics::soundness;
+use law::axial::{self, AxialInput, AxialOutput, AxialParams, AxialScratch, AxialState, Rupture};
+use law::soundness;
 
 use crate::exit::{Failure, Outcome};
 use crate::progress::Progress;

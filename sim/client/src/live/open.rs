@@ -11,7 +11,7 @@ use haptics::inverse3::Inverse3;
 use haptics::mapping::{Home, Mapping, Pointing};
 use haptics::openhaptics::OpenHaptics;
 use haptics::servo::Driven;
-use mechanics::operator::{Operator, Skill};
+use law::operator::{Operator, Skill};
 use nalgebra::Unit;
 
 use crate::attempt::Hand;

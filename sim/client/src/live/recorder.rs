@@ -170,7 +170,7 @@ fn write(
 ) -> Result<Simulated, String> {
     let exercise = &trial.bundle.exercise;
     let (mut run, mut coach, mut faults) =
-        (Run::new(&trial.params, &mut draft), Coach::new(exercise), Faults::default());
+        (Run::new(&trial.specimen, &mut draft), Coach::new(exercise), Faults::default());
     let mut last = None;
     while let Some(record) = next() {
         let tick = run.tick(&input(&record), Some(&sent(&record)));

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use mechanics::axial::Contactor;
+use law::axial::Contactor;
 use recording::tick::Tick;
 use recording::{Event, EventKind, Sample};
 

@@ -284,7 +284,7 @@ pub fn bands(ui: &Ui, rect: Rect, camera: &Camera, trial: &Trial) {
     let size = [rect.width(), rect.height()].map(|side| side as u32);
     let entry_m = trial.bundle.exercise.entry_m();
     let mut top_m = 0.0;
-    for layer in &trial.params.spec().axial.layers {
+    for layer in &trial.specimen.spec().axial.layers {
         let middle_m = top_m + 0.5 * layer.thickness_m;
         top_m += layer.thickness_m;
         let place_m = [entry_m.x, entry_m.y, -middle_m].map(|c| c as f32);

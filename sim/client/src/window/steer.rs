@@ -2,7 +2,7 @@
 
 use documents::Exercise;
 use haptics::devices::hand::Aim;
-use mechanics::operator::needle_pose;
+use law::operator::needle_pose;
 use nalgebra::{Point3, Rotation3, Unit, UnitQuaternion, Vector3};
 
 /// What the person asks for in a frame.

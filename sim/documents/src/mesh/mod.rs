@@ -8,7 +8,7 @@ mod topology;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
-use mechanics::structures::{Shape, Surface};
+use law::structures::{Shape, Surface};
 use nalgebra::{Point3, Vector3};
 use phrase::{Phrase, phrase};
 

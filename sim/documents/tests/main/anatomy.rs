@@ -4,7 +4,7 @@
 //! whole one, or if a recording could not carry the skin.
 
 use documents::{Document, DocumentError, ExerciseBundle, Scene, SceneSkin};
-use mechanics::structures::Shape;
+use law::structures::Shape;
 use nalgebra::Point3;
 
 use crate::support::{EXERCISE, SCENE, folder, read_text, write};

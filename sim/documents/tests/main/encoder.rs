@@ -6,7 +6,7 @@
 use bench::scenes::Run;
 use documents::load::read;
 use documents::{Document, Patient};
-use mechanics::axial::AxialSpec;
+use law::axial::AxialSpec;
 
 use crate::support::curricula;
 

@@ -5,7 +5,7 @@
 use bench::scenes::Run;
 use documents::load::read;
 use documents::{Document, Patient, Scene};
-use mechanics::soundness;
+use law::soundness;
 
 use crate::support::curricula;
 

@@ -3,13 +3,13 @@
 //! Would fail if a depth missed its boundary by a rounding, if a typo were ignored, or if an error pointed elsewhere.
 
 use documents::field_case::parse;
-use mechanics::tissue::LoadKind;
+use tissue::LoadKind;
 
 use crate::support::mistake;
 
 const LOWER_BACK: &str = include_str!("../../../../tests/data/field/lower_back.json");
 
-fn load_depth_m(problem: &mechanics::tissue::Problem) -> f64 {
+fn load_depth_m(problem: &tissue::Problem) -> f64 {
     match problem.load.kind {
         LoadKind::Contactor { depth_m } => depth_m,
         LoadKind::Drag { .. } => f64::NAN,

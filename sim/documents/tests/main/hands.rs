@@ -9,9 +9,9 @@ use std::thread;
 
 use bench::{Performance, perform};
 use documents::{ExerciseBundle, Patient};
-use mechanics::axial::Contactor;
-use mechanics::operator::{Occasion, Operator, Plan, Skill};
-use mechanics::puncture::PunctureParams;
+use law::axial::Contactor;
+use law::operator::{Occasion, Operator, Plan, Skill};
+use tissue::Specimen;
 
 use crate::support::{curricula, shipped};
 
@@ -30,9 +30,9 @@ fn exercise(file: &str) -> ExerciseBundle {
 }
 
 fn attempt(bundle: &ExerciseBundle, skill: &Skill, seed: u64) -> Performance {
-    let params = PunctureParams::new(bundle.puncture_spec(&Patient::draw(&bundle.scene, seed))).expect("sound");
+    let specimen = Specimen::new(bundle.specimen_spec(&Patient::draw(&bundle.scene, seed))).expect("sound");
     let mut operator = Operator::skilled(skill, &bundle.plan(), seed);
-    perform(&params, &mut operator, bundle.exercise.time_limit_s)
+    perform(specimen.law(), &mut operator, bundle.exercise.time_limit_s)
 }
 
 fn attempts(bundle: &ExerciseBundle, skill: &Skill, seeds: u64) -> Vec<Performance> {
@@ -143,10 +143,10 @@ fn a_novice_pushes_a_fifth_harder_where_a_harder_boundary_is_within_reach() {
 #[test]
 fn the_hub_stops_a_hand_that_nothing_else_stops() {
     let bundle = exercise("lower-back-basics/3-reach-the-muscle.toml");
-    let params = PunctureParams::new(bundle.puncture_spec(&Patient::nominal(&bundle.scene))).expect("sound");
+    let specimen = Specimen::new(bundle.specimen_spec(&Patient::nominal(&bundle.scene))).expect("sound");
     for seed in 0..5 {
         let plan = Plan { reach_m: 0.018, target_x_m: 0.03, ..bundle.plan() };
-        let performance = perform(&params, &mut Operator::skilled(&Skill::novice(), &plan, seed), 60.0);
+        let performance = perform(specimen.law(), &mut Operator::skilled(&Skill::novice(), &plan, seed), 60.0);
         let short_m = plan.reach_m - performance.furthest_m;
         assert!((-1e-4..5e-4).contains(&short_m), "seed {seed}: {} m", performance.furthest_m);
         assert!(performance.confirmed_m.is_some(), "seed {seed}: it gives up, confirms and comes back");
@@ -156,8 +156,8 @@ fn the_hub_stops_a_hand_that_nothing_else_stops() {
 #[test]
 fn a_seed_fixes_an_attempt_and_a_day_changes_it() {
     let bundle = exercise("lower-back-basics/2-stop-in-the-fat.toml");
-    let params = PunctureParams::new(bundle.puncture_spec(&Patient::nominal(&bundle.scene))).expect("sound");
-    let on = |occasion| perform(&params, &mut Operator::on(&Skill::expert(), &bundle.plan(), &occasion), 60.0);
+    let specimen = Specimen::new(bundle.specimen_spec(&Patient::nominal(&bundle.scene))).expect("sound");
+    let on = |occasion| perform(specimen.law(), &mut Operator::on(&Skill::expert(), &bundle.plan(), &occasion), 60.0);
     let first = Occasion { person: 3, day: 1, attempt: 0 };
     assert_eq!(on(first), on(first));
     for other in [Occasion { attempt: 1, ..first }, Occasion { day: 2, ..first }, Occasion { person: 4, ..first }] {

@@ -3,7 +3,7 @@
 //! Would fail if a mesh with a hole, without size or inside out reached the physics, or if its unit were ignored.
 
 use documents::{Document, DocumentError, ExerciseBundle};
-use mechanics::structures::Shape;
+use law::structures::Shape;
 use stl_io::{Normal, Triangle, Vertex};
 
 use crate::support::{EXERCISE, SCENE, folder, read_text, write};

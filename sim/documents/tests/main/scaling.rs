@@ -3,7 +3,7 @@
 //! Would fail if a factor reached a quantity it must not, or had the wrong exponent.
 
 use documents::{Patient, Scene};
-use mechanics::axial::Layer;
+use law::axial::Layer;
 
 use crate::support::{SCENE, scene};
 
@@ -92,10 +92,10 @@ fn a_needle_is_a_single_contactor_and_a_trocar_has_its_rim_2_mm_behind() {
 }
 
 #[test]
-fn the_needle_and_rate_reach_the_mechanics_in_si() {
+fn the_needle_and_rate_reach_the_law_in_si() {
     let text = SCENE.replace("[needle]", "[rate]\np_infinity_n = 2\nv0_mm_per_s = 50\n\n[needle]\nlength_mm = 120");
     let scene = scene(&text);
-    let spec = scene.puncture_spec(&Patient::nominal(&scene), 0.0);
+    let spec = scene.puncture_spec(&Patient::nominal(&scene));
     let rate = spec.axial.rate.unwrap();
     assert_eq!((rate.p_infinity_n, rate.v0_m_per_s), (2.0, 0.05));
     assert_eq!((spec.needle_length_m, spec.lateral_stiffness_n_per_m2), (0.12, 10_000.0));
@@ -106,7 +106,7 @@ fn the_needle_and_rate_reach_the_mechanics_in_si() {
 fn a_needle_bends_only_where_the_scene_says_so_and_as_a_steel_tube_unless_it_says_more() {
     let bending = |needle: &str| {
         let scene = scene(&SCENE.replace("diameter_mm = 2.0", needle));
-        scene.puncture_spec(&Patient::nominal(&scene), 0.0).needle_bending_n_m2
+        scene.puncture_spec(&Patient::nominal(&scene)).needle_bending_n_m2
     };
     // π/64 · 193e9 Pa · (2 mm)⁴, worked out by hand: 0.151 582 N·m².
     let solid = bending("kind = \"needle\"\nflexible = true\ninner_diameter_mm = 0").unwrap();

@@ -39,7 +39,7 @@ fn drawn_patients_are_sound_too() {
         let Ok(Document::Scene(scene)) = read(&path) else { continue };
         for seed in 0..200 {
             let spec = scene.axial_spec(&Patient::draw(&scene, seed));
-            let unsound = mechanics::soundness::check(&spec);
+            let unsound = law::soundness::check(&spec);
             assert!(unsound.is_empty(), "{} with seed {seed}: {unsound:?}", scene.id);
         }
     }
@@ -64,7 +64,7 @@ fn the_papers_scene_is_table_i_without_friction_or_cutting() {
 fn the_papers_scene_ruptures_where_the_specification_says() {
     let scene = shipped_scene("lower-back-paper.toml");
     let spec = scene.axial_spec(&Patient::nominal(&scene));
-    let ruptures = mechanics::closed_form::ruptures(&spec);
+    let ruptures = law::closed_form::ruptures(&spec);
     let places_mm: Vec<_> = ruptures.iter().map(|r| (r.x_m * 1e6).round() / 1e3).collect();
     assert_eq!(places_mm, [3.021, 5.927, 6.824, 10.029, 12.218, 15.023]);
 }

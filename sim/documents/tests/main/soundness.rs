@@ -4,7 +4,7 @@
 //! gives were not itself sound.
 
 use documents::{DocumentError, check};
-use mechanics::axial::Contactor;
+use law::axial::Contactor;
 
 use crate::support::{SCENE, folder, scene, write};
 

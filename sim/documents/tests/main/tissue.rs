@@ -6,10 +6,10 @@
 use std::path::Path;
 
 use documents::{Document, Patient, Scene, check};
-use mechanics::tissue::follow::Field;
-use mechanics::tissue::planner::patch;
-use mechanics::tissue::volumetric::{self, Problem3, VolumetricError};
-use mechanics::tissue::{Model, Problem};
+use tissue::follow::Field;
+use tissue::planner::patch;
+use tissue::volumetric::{self, Problem3, VolumetricError};
+use tissue::{Model, Problem};
 
 use crate::support::{SCENE, folder, scene, write};
 
@@ -114,7 +114,7 @@ fn the_volumetric_model_takes_every_load_of_every_shipped_scene() {
                 let problem = Problem3 { tilt_rad: tissue.tilt_rad, ..Problem3::flat(&flat) };
                 match volumetric::rung(&problem, 0).unwrap() {
                     Ok(mut model) => {
-                        mechanics::tissue::FieldModel::solve(&mut model, 1.0);
+                        tissue::FieldModel::solve(&mut model, 1.0);
                         let give_m = problem.along_needle_m(&model, 0.0, depth_m);
                         assert!(give_m > 0.0 && give_m.is_finite(), "{} at {angle_deg}°: {give_m} m", scene.id);
                         taken += 1;

@@ -7,7 +7,7 @@ use documents::{Document, Patient};
 use haptics::device::{DeviceFault, DeviceInfo, Reading};
 use haptics::mapping::Mapping;
 use haptics::servo::{Engine, LatestReader, Moment, Record, Records, Setup};
-use mechanics::puncture::{PunctureParams, PunctureSpec};
+use law::puncture::{PunctureParams, PunctureSpec};
 use nalgebra::{UnitQuaternion, Vector3};
 
 pub const RATE_HZ: f64 = 1000.0;
@@ -19,7 +19,7 @@ pub fn shipped(name: &str) -> PunctureSpec {
     let Document::Scene(scene) = documents::load::read(&path).expect("a shipped scene is valid") else {
         panic!("{name} is a scene")
     };
-    PunctureSpec { tissue: None, ..scene.puncture_spec(&Patient::nominal(&scene), 0.0) }
+    scene.puncture_spec(&Patient::nominal(&scene))
 }
 
 /// What a real device can do.

@@ -4,10 +4,10 @@
 use std::f64::consts::{PI, TAU};
 
 use bench::scenes::training;
-use mechanics::closed_form::ruptures;
-use mechanics::operator::{Motion, Operator, Plan, Skill};
-use mechanics::puncture::{PunctureParams, PunctureSpec};
-use mechanics::structures::{Shape, StructureKind, StructureSpec};
+use law::closed_form::ruptures;
+use law::operator::{Motion, Operator, Plan, Skill};
+use law::puncture::PunctureSpec;
+use law::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use recording::recover::recover;
 use recording::sample::flags;
@@ -15,17 +15,19 @@ use recording::simulate::{Clock, MotionSource, Simulated, rehearse, simulate};
 use recording::verify::{Verification, verify};
 use recording::{EventKind, Recording, Session};
 
+use tissue::{Specimen, SpecimenSpec};
+
 use crate::support::{file, read, writer};
 
 const CLOCK: Clock = Clock { tick_hz: 1000.0, time_limit_s: 60.0 };
 
 /// The training lower back under a trocar, with a vessel 30 mm deep.
-pub fn params() -> PunctureParams {
+pub fn specimen() -> Specimen {
     bending(None)
 }
 
 /// The same under a needle of a bending stiffness, in N·m², or a rigid one.
-fn bending(needle_bending_n_m2: Option<f64>) -> PunctureParams {
+fn bending(needle_bending_n_m2: Option<f64>) -> Specimen {
     let vessel = StructureSpec {
         name: "artery".to_owned(),
         kind: StructureKind::Vessel,
@@ -33,15 +35,14 @@ fn bending(needle_bending_n_m2: Option<f64>) -> PunctureParams {
         position_m: Point3::new(0.0, 0.0, -0.03),
         wall: None,
     };
-    PunctureParams::new(PunctureSpec {
+    let puncture = PunctureSpec {
         axial: training(),
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.1,
         needle_bending_n_m2,
         structures: vec![vessel],
-        tissue: None,
-    })
-    .unwrap()
+    };
+    Specimen::new(SpecimenSpec { puncture, tissue: None }).unwrap()
 }
 
 /// A hand that goes in to 35 mm, confirms, comes out and goes in again, trembling sideways, and keeps what it felt.
@@ -72,7 +73,7 @@ impl MotionSource for Script {
 
 fn attempt(source: &mut dyn MotionSource, clock: &Clock) -> (Simulated, Vec<u8>) {
     let mut writer = writer();
-    let simulated = simulate(&params(), source, &mut writer, clock).unwrap();
+    let simulated = simulate(&specimen(), source, &mut writer, clock).unwrap();
     (simulated, writer.finish().unwrap())
 }
 
@@ -113,7 +114,7 @@ fn the_attempt_ends_when_its_source_is_done() {
 
 #[test]
 fn a_clock_without_a_rate_is_refused_and_a_limit_that_is_none_ends_at_once() {
-    let run = |clock| simulate(&params(), &mut Script::default(), &mut writer(), &clock);
+    let run = |clock| simulate(&specimen(), &mut Script::default(), &mut writer(), &clock);
     for tick_hz in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(run(Clock { tick_hz, ..CLOCK }).unwrap_err().to_string().contains("tick_hz"));
     }
@@ -124,10 +125,10 @@ fn a_clock_without_a_rate_is_refused_and_a_limit_that_is_none_ends_at_once() {
 fn an_attempt_in_memory_is_the_one_that_a_file_holds() {
     let (_, bytes) = attempt(&mut Script::default(), &CLOCK);
     let kept = read(&bytes);
-    let params = params();
+    let specimen = specimen();
     let in_memory = |tick_hz| {
         let session = Session { tick_hz, ..Session::in_memory(kept.session.law, Vec::new()) };
-        rehearse(&params, &mut Script::default(), session, CLOCK.time_limit_s)
+        rehearse(&specimen, &mut Script::default(), session, CLOCK.time_limit_s)
     };
     let rehearsed = in_memory(CLOCK.tick_hz);
     assert_eq!(rehearsed.samples, kept.samples);
@@ -154,7 +155,7 @@ fn ruptures_are_where_the_closed_form_puts_them() {
     let (_, bytes) = attempt(&mut straight(), &CLOCK);
     let recording = read(&bytes);
     let found: Vec<_> = recording.events.iter().filter(|e| e.kind.contactor().is_some()).collect();
-    let predicted = ruptures(&params().spec().axial);
+    let predicted = ruptures(&specimen().spec().axial);
     assert_eq!(found.len(), 6);
     for (event, expected) in found.iter().zip(&predicted) {
         assert_eq!(event.kind.contactor(), Some(expected.contactor));
@@ -204,7 +205,7 @@ fn the_ledger_is_kept_ten_times_a_second_at_ruptures_and_at_the_end() {
 }
 
 fn verified(recording: &Recording) -> Verification {
-    verify(recording, &params())
+    verify(recording, &specimen())
 }
 
 #[test]

@@ -4,16 +4,16 @@
 
 use std::collections::BTreeSet;
 
-use mechanics::axial::{AxialSpec, ForceLaw, Layer};
-use mechanics::closed_form::ruptures;
-use mechanics::operator::{Motion, needle_pose};
-use mechanics::puncture::{PunctureError, PunctureParams, PunctureSpec};
-use mechanics::tissue::follow::{Field, TissueSpec, recoil_time_s};
-use mechanics::tissue::{ElasticLayer, Judging, Slab};
+use law::axial::{AxialSpec, ForceLaw, Layer};
+use law::closed_form::ruptures;
+use law::operator::{Motion, needle_pose};
+use law::puncture::PunctureSpec;
 use nalgebra::{Point3, Vector3};
 use recording::simulate::{Clock, MotionSource, simulate};
 use recording::verify::{Verification, verify};
 use recording::{EventKind, Recording, Tent};
+use tissue::follow::{Field, TissueSpec, recoil_time_s};
+use tissue::{ElasticLayer, Judging, Slab, Specimen, SpecimenError, SpecimenSpec};
 
 use crate::support::{read, writer};
 
@@ -73,18 +73,18 @@ fn lower_back() -> TissueSpec {
     tissue(&axial(), &[132e3, 33.1e3, 198e3], 1050.0)
 }
 
-fn try_params(axial: AxialSpec, tissue: Option<TissueSpec>) -> Result<PunctureParams, PunctureError> {
-    PunctureParams::new(PunctureSpec {
+fn try_params(axial: AxialSpec, tissue: Option<TissueSpec>) -> Result<Specimen, SpecimenError> {
+    let puncture = PunctureSpec {
         axial,
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.15,
         needle_bending_n_m2: None,
         structures: vec![],
-        tissue,
-    })
+    };
+    Specimen::new(SpecimenSpec { puncture, tissue })
 }
 
-fn params(axial: AxialSpec, tissue: Option<TissueSpec>) -> PunctureParams {
+fn params(axial: AxialSpec, tissue: Option<TissueSpec>) -> Specimen {
     try_params(axial, tissue).unwrap()
 }
 
@@ -116,7 +116,7 @@ impl MotionSource for Strokes {
     }
 }
 
-fn attempt(params: &PunctureParams, depths_m: &[f64], speed_m_per_s: f64) -> Vec<u8> {
+fn attempt(params: &Specimen, depths_m: &[f64], speed_m_per_s: f64) -> Vec<u8> {
     let mut writer = writer();
     simulate(params, &mut Strokes::new(depths_m, speed_m_per_s), &mut writer, &CLOCK).unwrap();
     writer.finish().unwrap()
@@ -220,13 +220,13 @@ fn a_scene_without_a_field_pays_nothing_for_it() {
     assert!(bare.tents.is_empty() && !followed.tents.is_empty());
     assert_eq!(bare.samples, followed.samples, "the force law does not know the field");
     assert_eq!(bare.events, followed.events);
-    let time_s = |params: &dyn Fn() -> PunctureParams| (0..5).map(|_| seconds(params)).fold(f64::INFINITY, f64::min);
+    let time_s = |params: &dyn Fn() -> Specimen| (0..5).map(|_| seconds(params)).fold(f64::INFINITY, f64::min);
     let (bare_s, with_s) = (time_s(&|| params(axial(), None)), time_s(&|| params(axial(), Some(lower_back()))));
     assert!(bare_s < 0.1 * with_s, "set-up: {bare_s} s without, {with_s} s with the field");
 }
 
 #[expect(clippy::disallowed_methods, reason = "what a scene pays is a time")]
-fn seconds(what: &dyn Fn() -> PunctureParams) -> f64 {
+fn seconds(what: &dyn Fn() -> Specimen) -> f64 {
     let start = std::time::Instant::now();
     std::hint::black_box(what());
     start.elapsed().as_secs_f64()

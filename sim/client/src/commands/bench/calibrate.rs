@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use bench::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
 use documents::Patient;
-use mechanics::axial::AxialSpec;
-use mechanics::calibrate::{Estimate, QUANTITIES, Quantity, Standing};
+use law::axial::AxialSpec;
+use tissue::calibrate::{Estimate, QUANTITIES, Quantity, Standing};
 
 use super::chart::{self, Chart};
 use super::sheet::{self, Sheet};

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use mechanics::axial::AxialParams;
-use mechanics::tissue::follow::{HandOver, Insertion, hand_over};
+use law::axial::AxialParams;
+use tissue::follow::{HandOver, Insertion, hand_over};
 
 use super::chart::{Chart, Curve};
 use super::sheet::{self, Sheet};

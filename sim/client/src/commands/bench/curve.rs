@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use documents::Scene;
-use mechanics::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState};
-use mechanics::closed_form;
+use law::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState};
+use law::closed_form;
 use plotters::prelude::*;
 
 use super::chart::{self, Drawn, FONT, INK, colour, key};

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mechanics::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, ForceLaw};
+use law::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, ForceLaw};
 use plotters::prelude::*;
 
 use super::chart::{self, Drawn, FONT, colour, key};

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bench::estimates::{Drawn, Estimate, TOLERANCES, draw, measure as measure_one};
-use mechanics::tissue::LoadKind;
+use tissue::LoadKind;
 
 use super::sheet::{self, Sheet};
 use super::{What, measured_on, quantile};

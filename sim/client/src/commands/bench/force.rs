@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use mechanics::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, Contactor};
-use mechanics::closed_form::{self, PredictedRupture};
+use law::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, Contactor};
+use law::closed_form::{self, PredictedRupture};
 
 use super::chart::{Chart, Curve};
 use super::pace::{self, Pace};

@@ -3,8 +3,8 @@
 
 use assessment::catalogue::DEFINITIONS;
 use clap::ValueEnum;
-use mechanics::axial::ForceLaw;
-use mechanics::tissue::Judging;
+use law::Judging;
+use law::axial::ForceLaw;
 
 use super::What;
 use crate::machine::{self, Machine};

@@ -9,7 +9,6 @@ use haptics::devices::scripted::{Fault, Scripted};
 use haptics::mapping::{Home, Mapping, Pointing};
 use haptics::safety::flags;
 use haptics::servo::{Engine, Moment, Record, Setup};
-use mechanics::puncture::PunctureParams;
 use nalgebra::{Point3, Vector3};
 use plotters::prelude::*;
 
@@ -96,11 +95,16 @@ fn touch() -> DeviceInfo {
 
 fn run(bundle: &ExerciseBundle, mishap: &Mishap) -> Result<Vec<Point>, Failure> {
     let patient = Patient::nominal(&bundle.scene);
-    let params: Arc<PunctureParams> = Arc::new(commands::puncture_params(Path::new(mishap.name), bundle, &patient)?);
+    let specimen = commands::prepare_specimen(Path::new(mishap.name), bundle, &patient)?;
     let mut device =
         Scripted::new(SPEED_M_PER_S, TICK_HZ).as_device(touch()).with(mishap.fault, mishap.begins, mishap.lasts);
     let home = Home::above(Point3::origin(), -Vector3::z_axis(), APPROACH_M);
-    let setup = Setup::new(params, Mapping::at_home(home, Pointing::Planned), device.info(), (REACH_M, TICK_HZ));
+    let setup = Setup::new(
+        Arc::clone(specimen.law()),
+        Mapping::at_home(home, Pointing::Planned),
+        device.info(),
+        (REACH_M, TICK_HZ),
+    );
     let factor = setup.scaling.factor;
     let (mut engine, mut records, _latest) = Engine::new(setup).map_err(Failure::work)?;
     let mut points = Vec::new();

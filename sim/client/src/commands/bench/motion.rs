@@ -1,6 +1,6 @@
 //! A hand for measurements: the same in–hold–out over and over, with a tremor that no codec can fold away.
 
-use mechanics::operator::{Motion, Plan, needle_pose};
+use law::operator::{Motion, Plan, needle_pose};
 use nalgebra::Vector3;
 use recording::simulate::MotionSource;
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use assessment::{Assessment, Tryout};
 use documents::{ExerciseBundle, Patient};
-use mechanics::operator::{Operator, Skill};
+use law::operator::{Operator, Skill};
 
 use super::sheet::{self, Sheet};
 use super::{What, measured_on, quantile, specimen};
@@ -163,7 +163,7 @@ fn markdown(rows: &[Row], seeds: u64, quick: bool) -> String {
         "# Virtual operators\n\n{}\n\n{seeds} attempts of each preset at each shipped exercise, by as many people on as many \
          patients: the median, and between which values eight of ten lie. Overshoot: furthest advance in the second after a boundary \
          gave way to the last part of the needle; the largest is that of any boundary. *Passed* and *perfect* count attempts that pass, and that score 100. What the presets were fitted to, and what was \
-         read for it, is told in `sim/mechanics/src/operator/mod.rs`: relaxed hands overshoot the skin by 5 to 14 mm, normal ones by 2 to \
+         read for it, is told in `sim/law/src/operator/mod.rs`: relaxed hands overshoot the skin by 5 to 14 mm, normal ones by 2 to \
          5 mm, braced ones by 0.8 to 1.5 mm (with the reference needle).\n\n\
          The peaks say less than people's do. A boundary gives way at its threshold, whoever pushes: where the hardest boundary lies \
          before the target, everybody meets the same peak, and only drag is left to tell hands apart. A novice's peak is higher where \

@@ -1,6 +1,6 @@
 //! Time per tick of the force law.
 
-use mechanics::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState};
+use law::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState};
 
 use super::quantile;
 use super::sheet::Sheet;

@@ -69,14 +69,14 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
 /// Simulates and records an attempt of a length; returns the wall time, in s.
 fn simulate_into(path: &Path, bundle: &ExerciseBundle, length_s: f64) -> Result<f64, Failure> {
     let patient = Patient::nominal(&bundle.scene);
-    let params = commands::puncture_params(path, bundle, &patient)?;
+    let specimen = commands::prepare_specimen(path, bundle, &patient)?;
     let pace = Clock { tick_hz: TICK_HZ, time_limit_s: length_s };
     let hand = Rehearsal::new(bundle.exercise.plan(), length_s);
     let mut watched = Watched::new(Box::new(hand), &pace);
     let start = clock::instant();
     let mut file = create(path)?;
     let mut writer = attempt::writer(&mut file, &specimen::session(bundle, TICK_HZ), bundle, path)?;
-    simulate::simulate(&params, &mut watched, &mut writer, &pace)
+    simulate::simulate(&specimen, &mut watched, &mut writer, &pace)
         .and_then(|_| writer.finish().map(drop))
         .map_err(|error| Failure::work(format_args!("{}: {error}", path.display())))?;
     Ok(start.elapsed().as_secs_f64())

@@ -78,8 +78,8 @@ fn times(headless: &mut Headless, frame: &Frame, count: usize) -> Result<Vec<f64
 /// A shipped scene with structures and a field, on its nominal patient.
 fn stage() -> Result<Stage, Failure> {
     let (bundle, file) = (specimen::anatomy()?, Path::new("shipped scene"));
-    let params = commands::puncture_params(file, &bundle, &Patient::nominal(&bundle.scene))?;
-    picture::stage(file, &bundle, &params)
+    let specimen = commands::prepare_specimen(file, &bundle, &Patient::nominal(&bundle.scene))?;
+    picture::stage(file, &bundle, &specimen)
 }
 
 /// Every view with everything on: needle in the tissue, tents under a field with so many loads, blood, guide.

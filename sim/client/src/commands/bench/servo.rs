@@ -14,8 +14,8 @@ use haptics::device::Reading;
 use haptics::devices::trajectory::Trajectory;
 use haptics::mapping::Mapping;
 use haptics::servo::{self, Driven, Priority, Report, Times};
-use mechanics::puncture::PunctureParams;
 use nalgebra::Vector3;
+use tissue::Specimen;
 
 use super::chart::{Chart, Curve};
 use super::motion::Rehearsal;
@@ -61,12 +61,12 @@ struct Measured {
 
 /// Runs an attempt of a length in s on the clock, recorded and drawn as any is, then as many ticks of nothing.
 fn run(bundle: &ExerciseBundle, length_s: f64, file: &Path) -> Result<Measured, Failure> {
-    let params = Arc::new(commands::puncture_params(file, bundle, &Patient::nominal(&bundle.scene))?);
-    let mut picture = Picture::new(bundle, &params);
+    let specimen = Arc::new(commands::prepare_specimen(file, bundle, &Patient::nominal(&bundle.scene))?);
+    let mut picture = Picture::new(bundle, &specimen);
     let device = Trajectory::new("operator:bench", readings(bundle, length_s), TICK_HZ);
     let done = device.done();
     let session = specimen::session(bundle, TICK_HZ);
-    let trial = Trial { bundle: bundle.clone(), params, session, path: file.to_owned(), key: None };
+    let trial = Trial { bundle: bundle.clone(), specimen, session, path: file.to_owned(), key: None };
     let mut live = Live::start(trial, Mapping::in_patient_frame(), Driven::ByTimer(Box::new(device)))?;
     let progress = Progress::new((length_s * TICK_HZ) as u64, "servo");
     while !done.load(Ordering::Relaxed) && live.servo().ended().is_none() {
@@ -118,9 +118,9 @@ struct Picture {
 }
 
 impl Picture {
-    fn new(bundle: &ExerciseBundle, params: &PunctureParams) -> Result<Self, Failure> {
+    fn new(bundle: &ExerciseBundle, specimen: &Specimen) -> Result<Self, Failure> {
         let mut headless = Headless::new(Quality::Full).map_err(Failure::work)?;
-        let stage = picture::stage(Path::new("shipped scene"), bundle, params)?;
+        let stage = picture::stage(Path::new("shipped scene"), bundle, specimen)?;
         headless.set_stage(&stage).map_err(Failure::work)?;
         let look = Look::at(&bundle.scene, true);
         let target_depth_m = bundle.exercise.target_depth_mm * 1e-3;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use bench::Soaked;
 use documents::Patient;
-use mechanics::puncture::PunctureParams;
+use tissue::Specimen;
 
 use super::sheet::{self, Sheet};
 use super::{What, measured_on, specimen};
@@ -32,9 +32,9 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, Failure> {
     let progress = Progress::new(scenes.len() as u64, "soak");
     let mut rows = Vec::with_capacity(scenes.len());
     for scene in scenes {
-        let spec = scene.puncture_spec(&Patient::nominal(&scene), 0.0);
-        let params = PunctureParams::new(spec).map_err(Failure::work)?;
-        rows.push(Row { seen: bench::soak(&params, ticks, SEED), scene: scene.id });
+        let spec = scene.specimen_spec(&Patient::nominal(&scene), 0.0);
+        let specimen = Specimen::new(spec).map_err(Failure::work)?;
+        rows.push(Row { seen: bench::soak(specimen.law(), specimen.field(), ticks, SEED), scene: scene.id });
         progress.advance(1);
     }
     let table = out.join("soak.csv");

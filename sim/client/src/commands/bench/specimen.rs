@@ -4,7 +4,7 @@ use std::path::Path;
 
 use ::recording::Session;
 use documents::{ExerciseBundle, Patient, Scene};
-use mechanics::axial::AxialSpec;
+use law::axial::AxialSpec;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
@@ -102,7 +102,7 @@ pub fn session(bundle: &ExerciseBundle, tick_hz: f64) -> Session {
         device: "operator:bench".to_owned(),
         device_max_force_n: f64::INFINITY,
         law: bundle.scene.law,
-        judging: mechanics::tissue::Judging::default(),
+        judging: law::Judging::default(),
         tick_hz,
         seed: 0,
         trainee: String::new(),

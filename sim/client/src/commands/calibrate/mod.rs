@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::RangedU64ValueParser;
 use documents::{DocumentError, Patient, Scene};
-use mechanics::axial::AxialSpec;
-use mechanics::calibrate::{self, CalibrateError, Curve, Fit, Fresh, Start};
+use law::axial::AxialSpec;
+use tissue::calibrate::{self, CalibrateError, Curve, Fit, Fresh, Start};
 
 use crate::exit::{Failure, Outcome};
 use crate::new_file::NewFile;
@@ -32,7 +32,7 @@ const WEIGHT_EXPONENT: f64 = 1.5;
 /// parameter that the curve determines and which it does not, and warns where the residual is more than the curve's own noise.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
-    stylet calibrate phantom.csv --out phantom.toml\n  \
+    stylet calibrate specimen.csv --out specimen.toml\n  \
     stylet calibrate epidural.csv --start curricula/scenes/epidural-71kg.toml --weight-kg 90 --out epidural-90kg.toml")]
 pub struct Args {
     /// The measured curve: a header with depth_m (m) and force_n (N); other columns are ignored

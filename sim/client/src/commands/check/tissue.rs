@@ -3,9 +3,9 @@
 use std::io::{self, Write};
 
 use documents::{Patient, Scene};
-use mechanics::tissue::Model;
-use mechanics::tissue::follow::{AttemptLoad, Field, FieldPlan, FollowError};
 use serde::Serialize;
+use tissue::Model;
+use tissue::follow::{AttemptLoad, Field, FieldPlan, FollowError};
 
 use crate::timing::{self, Effort};
 

@@ -3,11 +3,11 @@
 use std::io::{self, Write};
 
 use documents::field_case::FieldCase;
-use mechanics::tissue::axisymmetric::Superposed;
-use mechanics::tissue::planner::{self, PlanError, Wish};
-use mechanics::tissue::volumetric::Problem3;
-use mechanics::tissue::{FieldModel, Problem};
 use serde::Serialize;
+use tissue::axisymmetric::Superposed;
+use tissue::planner::{self, PlanError, Wish};
+use tissue::volumetric::Problem3;
+use tissue::{FieldModel, Problem};
 
 use crate::progress::Progress;
 use crate::timing::{self, Effort};

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use documents::field_case::FieldCase;
-use mechanics::tissue::planner::Wish;
-use mechanics::tissue::{Judging, Model};
+use tissue::planner::Wish;
+use tissue::{Judging, Model};
 
 use crate::exit::{Failure, Outcome};
 use crate::{commands, output};

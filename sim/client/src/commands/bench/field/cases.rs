@@ -1,8 +1,8 @@
 //! The reference cases, built into the program so that every copy measures the same, and the error against them.
 
 use documents::field_case;
-use mechanics::tissue::{FieldModel, Problem, relative_distance};
 use serde::Deserialize;
+use tissue::{FieldModel, Problem, relative_distance};
 
 use crate::exit::Failure;
 

@@ -7,9 +7,9 @@ pub mod peers;
 
 use std::path::{Path, PathBuf};
 
-use mechanics::tissue::planner::{self, Wish};
-use mechanics::tissue::volumetric::Problem3;
-use mechanics::tissue::{FieldModel, Judging, Model};
+use tissue::planner::{self, Wish};
+use tissue::volumetric::Problem3;
+use tissue::{FieldModel, Judging, Model};
 
 use super::chart::{Chart, Curve};
 use super::sheet::{self, Sheet};

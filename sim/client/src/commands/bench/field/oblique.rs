@@ -1,7 +1,7 @@
 //! An oblique needle: every mesh of the volumetric model against the finest.
 
-use mechanics::tissue::volumetric::{self, Problem3, Volumetric};
-use mechanics::tissue::{FieldModel, relative_distance};
+use tissue::volumetric::{self, Problem3, Volumetric};
+use tissue::{FieldModel, relative_distance};
 
 use super::cases::Load;
 use super::{human_time, percent};

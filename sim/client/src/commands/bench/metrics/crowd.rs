@@ -3,7 +3,7 @@
 use ::recording::Recording;
 use assessment::{Assessment, Tryout};
 use documents::{ExerciseBundle, Patient};
-use mechanics::operator::{Occasion, Operator, Skill};
+use law::operator::{Occasion, Operator, Skill};
 
 use crate::exit::Failure;
 use crate::progress::Progress;
