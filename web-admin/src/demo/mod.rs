@@ -17,7 +17,7 @@ use std::path::PathBuf;
 use anyhow::{Context, ensure};
 use documents::ExerciseBundle;
 use indicatif::{ProgressBar, ProgressStyle};
-use mechanics::operator::Occasion;
+use law::operator::Occasion;
 use rust_embed::RustEmbed;
 use tokio::task::JoinSet;
 use uuid::Uuid;

@@ -1,10 +1,10 @@
 //! What a draft of an exercise comes to: read as publishing would, its tissue planned, its rubric tried.
 
 use documents::{DocumentError, ExerciseBundle, Issue, Patient};
-use mechanics::tissue::follow::{Field, FieldPlan};
 use phrase::{Phrase, phrase};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use tissue::follow::{Field, FieldPlan};
 
 use crate::storage::exercises::RevisionBytes;
 use crate::views::draft::Verdict;

@@ -3,9 +3,9 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use documents::{Curriculum, ExerciseBundle, Issue};
-use mechanics::tissue::follow::FieldPlan;
 use serde::{Deserialize, Serialize};
 use time::OffsetDateTime;
+use tissue::follow::FieldPlan;
 use uuid::Uuid;
 
 use super::diff::DiffLine;

@@ -3,7 +3,7 @@
 use askama::Template;
 use askama_web::WebTemplate;
 use documents::{Exercise, ExerciseBundle, SceneStructure};
-use mechanics::structures::{Shape, StructureKind};
+use law::structures::{Shape, StructureKind};
 
 use super::charts::{self, Outline, Section, Structure};
 use super::trainee::AttemptRow;

@@ -5,11 +5,11 @@ use std::path::Path;
 
 use attempt::{AttemptCurve, LayerSpan, MarkKind, axial_force_before_n, span_layers};
 use documents::{ExerciseBundle, Patient};
-use mechanics::operator::{Motion, needle_pose};
-use mechanics::puncture::PunctureParams;
+use law::operator::{Motion, needle_pose};
 use nalgebra::{Rotation3, Vector3};
 use recording::simulate::{MotionSource, rehearse};
 use recording::{EventKind, Recording};
+use tissue::Specimen;
 use web_admin::domain::corridor::corridor;
 use web_admin::domain::replay::Replay;
 use web_admin::views::session::Drawing;
@@ -49,7 +49,7 @@ impl MotionSource for LeaningHand {
 /// The attempt, and its angle at the tick of the contact, in degrees.
 fn attempt(bundle: &ExerciseBundle) -> (Recording, f64) {
     let patient = Patient::draw(&bundle.scene, 11);
-    let params = PunctureParams::new(bundle.puncture_spec(&patient)).unwrap();
+    let params = Specimen::new(bundle.specimen_spec(&patient)).unwrap();
     let session = recording::Session::in_memory(bundle.scene.law, patient.thickness_mm);
     let angle_deg = bundle.exercise.angle_deg + OFF_DEG;
     let mut hand = LeaningHand { t_s: 0.0, entry_m: bundle.exercise.entry_m(), angle_deg };

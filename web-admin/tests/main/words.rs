@@ -38,8 +38,15 @@ const KNOWN: [&str; 16] = [
 ];
 
 /// Where sentences are said.
-const SAID_IN: [&str; 6] =
-    ["templates", "src", "../sim/phrase/src", "../sim/mechanics/src", "../sim/documents/src", "../sim/assessment/src"];
+const SAID_IN: [&str; 7] = [
+    "templates",
+    "src",
+    "../sim/phrase/src",
+    "../sim/law/src",
+    "../sim/tissue/src",
+    "../sim/documents/src",
+    "../sim/assessment/src",
+];
 
 /// A sentence: its form for one where it has two, and where it is said.
 #[derive(Debug, Default)]
