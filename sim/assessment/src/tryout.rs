@@ -1,7 +1,7 @@
 //! Attempts in memory at an exercise: simulated, judged, and kept nowhere.
 
+use attempt::simulate::{MotionSource, rehearse};
 use documents::{ExerciseBundle, Patient};
-use recording::simulate::{MotionSource, rehearse};
 use recording::{Recording, Session};
 use tissue::Specimen;
 

@@ -9,8 +9,8 @@ use law::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3 as Point, UnitQuaternion, Vector3 as Vector};
 
 use crate::event::{Event, EventKind};
+use crate::rate::NS_PER_S;
 use crate::sample::Sample;
-use crate::summary::NS_PER_S;
 
 /// Frame that viewers start from; the patient lies in it.
 const WORLD: &str = "world";

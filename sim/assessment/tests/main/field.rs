@@ -3,11 +3,11 @@
 
 use std::path::{Path, PathBuf};
 
+use attempt::simulate::{Clock, simulate};
+use attempt::verify::verify;
 use documents::{Document, ExerciseBundle, Patient};
 use law::closed_form;
 use law::operator::{Operator, Plan};
-use recording::simulate::{Clock, simulate};
-use recording::verify::verify;
 use recording::{Event, EventKind, Recording, Tent, Writer};
 use tissue::Specimen;
 

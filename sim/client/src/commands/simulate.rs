@@ -3,19 +3,19 @@
 use std::fs;
 use std::path::PathBuf;
 
+use attempt::simulate::{self, Clock, Simulated};
 use clap::builder::RangedU64ValueParser;
 use documents::{ExerciseBundle, Patient};
 use law::soundness;
 use recording::Session;
-use recording::simulate::{self, Clock, Simulated};
 use serde::Serialize;
 use time::format_description::well_known::Rfc3339;
 use time::{OffsetDateTime, UtcOffset};
 use tissue::SpecimenError;
 use uuid::Uuid;
 
-use crate::attempt::{self, Hand, Maker};
 use crate::exit::{Failure, Outcome};
+use crate::maker::{self, Hand, Maker};
 use crate::motion::Watched;
 use crate::new_file::NewFile;
 use crate::{clock, commands, output};
@@ -120,7 +120,7 @@ fn record(args: &Args, session: &Session, bundle: &ExerciseBundle) -> Result<Sim
     let clock = Clock { tick_hz: session.tick_hz, time_limit_s: bundle.exercise.time_limit_s };
     let mut watched = Watched::new(source, &clock);
     let mut file = NewFile::create(&args.out, args.force)?;
-    let mut writer = attempt::writer(file.file(), session, bundle, &args.out)?;
+    let mut writer = maker::writer(file.file(), session, bundle, &args.out)?;
     let simulated = simulate::simulate(&specimen, &mut watched, &mut writer, &clock)
         .and_then(|simulated| writer.finish().map(|_| simulated))
         .map_err(|error| Failure::work(format_args!("{}: {error}", args.out.display())))?;

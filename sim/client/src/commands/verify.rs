@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use attempt::verify::{self, Verification};
 use documents::Patient;
-use recording::verify::{self, Verification};
 use tissue::Specimen;
 
 use crate::exit::{Failure, Outcome};

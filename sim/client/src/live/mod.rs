@@ -126,8 +126,8 @@ pub mod tests {
     use uuid::Uuid;
 
     use super::*;
-    use crate::attempt::Maker;
     use crate::commands;
+    use crate::maker::Maker;
     use crate::station::NewKey;
 
     const TICK_HZ: f64 = 1000.0;

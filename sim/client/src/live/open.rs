@@ -14,9 +14,9 @@ use haptics::servo::Driven;
 use law::operator::{Operator, Skill};
 use nalgebra::Unit;
 
-use crate::attempt::Hand;
 use crate::devices::DeviceArgs;
 use crate::exit::Failure;
+use crate::maker::Hand;
 
 /// Which device.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
+use attempt::Dents;
 use documents::{ExerciseBundle, Scene, SceneLayer};
 use law::operator::needle_pose;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use recording::Recording;
 use recording::event::{Event, EventKind};
 use recording::sample::{Sample, flags};
 use recording::tent::Tent;
-use recording::{Dents, Recording};
 use render::frame::{Frame, Ghost, Orbit, Puncture, View};
 
 /// A structure that was hit is lit for so long, in s.
@@ -352,22 +353,21 @@ mod tests {
         let path = documents::along_path(specimen.spec().axial.clone(), bundle.exercise.angle_deg);
         let last_m = law::closed_form::ruptures(&path).last().map_or(0.03, |rupture| rupture.x_m);
         let plan = Plan { target_x_m: last_m + 0.004, approach_m: 0.001, hold_s: 0.2, ..bundle.exercise.plan() };
-        let maker =
-            crate::attempt::Maker { device: "test", device_max_force_n: f64::INFINITY, seed: 0, tick_hz: 1000.0 };
+        let maker = crate::maker::Maker { device: "test", device_max_force_n: f64::INFINITY, seed: 0, tick_hz: 1000.0 };
         let session =
             recording::Session { patient_thickness_mm: patient.thickness_mm.clone(), ..maker.session(bundle) };
         let attachments = assessment::attachments(bundle);
         let mut writer =
             recording::Writer::create(Vec::new(), &session, &attachments, &Default::default()).expect("memory");
-        let clock = recording::simulate::Clock { tick_hz: 1000.0, time_limit_s: 60.0 };
+        let clock = attempt::simulate::Clock { tick_hz: 1000.0, time_limit_s: 60.0 };
         let mut hand = law::operator::Operator::constant(0.005, &plan);
-        recording::simulate::simulate(specimen, &mut hand, &mut writer, &clock).expect("memory");
+        attempt::simulate::simulate(specimen, &mut hand, &mut writer, &clock).expect("memory");
         Recording::read(writer.finish().expect("memory").as_slice()).expect("just written")
     }
 
     /// The same attempt as a simulator of before recorded it.
     fn as_before(recording: &Recording, specimen: &Specimen) -> Recording {
-        let mut tissue = recording::tick::Attempt::following(specimen, Follows::Forces);
+        let mut tissue = attempt::tick::Attempt::following(specimen, Follows::Forces);
         let tents = recording.samples.iter().filter_map(|sample| tissue.step(&sample.into()).tent).collect();
         Recording { tents, ..recording.clone() }
     }
@@ -401,7 +401,7 @@ mod tests {
             let now = attempt(bundle, &specimen, &patient);
             let before = as_before(&now, &specimen);
             for (recording, when) in [(now, "now"), (before, "before")] {
-                let verified = recording::verify::verify(&recording, &specimen);
+                let verified = attempt::verify::verify(&recording, &specimen);
                 assert!(verified.exact(), "{} as recorded {when}: {verified:?}", bundle.exercise.id);
                 let [shown_m, alone_m] = disagreement_m(recording, bundle);
                 assert!(shown_m < 1e-4, "{} as recorded {when}: {shown_m} m", bundle.exercise.id);

@@ -1,8 +1,8 @@
 //! A hand for measurements: the same in–hold–out over and over, with a tremor that no codec can fold away.
 
+use attempt::simulate::MotionSource;
 use law::operator::{Motion, Plan, needle_pose};
 use nalgebra::Vector3;
-use recording::simulate::MotionSource;
 
 /// Length of one in–hold–out, in s.
 const PERIOD_S: f64 = 15.0;

@@ -5,7 +5,7 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use ::recording::Recording;
-use ::recording::simulate::{self, Clock};
+use attempt::simulate::{self, Clock};
 use documents::{ExerciseBundle, Patient};
 
 use super::chart::{Chart, Curve};
@@ -14,7 +14,7 @@ use super::sheet::{self, Sheet};
 use super::{What, measured_on, quantile, specimen};
 use crate::exit::Failure;
 use crate::motion::Watched;
-use crate::{attempt, clock, commands, machine};
+use crate::{clock, commands, machine, maker};
 
 const TICK_HZ: f64 = 1000.0;
 /// Length of an attempt whose writing is timed, in s: what "× real time" is promised for.
@@ -75,7 +75,7 @@ fn simulate_into(path: &Path, bundle: &ExerciseBundle, length_s: f64) -> Result<
     let mut watched = Watched::new(Box::new(hand), &pace);
     let start = clock::instant();
     let mut file = create(path)?;
-    let mut writer = attempt::writer(&mut file, &specimen::session(bundle, TICK_HZ), bundle, path)?;
+    let mut writer = maker::writer(&mut file, &specimen::session(bundle, TICK_HZ), bundle, path)?;
     simulate::simulate(&specimen, &mut watched, &mut writer, &pace)
         .and_then(|_| writer.finish().map(drop))
         .map_err(|error| Failure::work(format_args!("{}: {error}", path.display())))?;
@@ -87,7 +87,7 @@ fn time_writing(path: &Path, bundle: &ExerciseBundle) -> Result<Vec<f64>, Failur
     let recording = read(path)?;
     let again = path.with_extension("again");
     let mut file = create(&again)?;
-    let mut writer = attempt::writer(&mut file, &recording.session, bundle, &again)?;
+    let mut writer = maker::writer(&mut file, &recording.session, bundle, &again)?;
     let mut tick_us = Vec::with_capacity(recording.samples.len());
     for sample in &recording.samples {
         let start = clock::instant();

@@ -6,9 +6,9 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 use std::{fmt, thread};
 
-use ::recording::simulate::MotionSource;
 use ::render::frame::Frame;
 use ::render::{Headless, Quality};
+use attempt::simulate::MotionSource;
 use documents::{ExerciseBundle, Patient};
 use haptics::device::Reading;
 use haptics::devices::trajectory::Trajectory;

@@ -6,9 +6,9 @@
 
 use law::stance::{Intrusion, settle};
 
-use crate::event::{Event, EventKind};
-use crate::sample::{Sample, flags};
-use crate::tent::Tent;
+use recording::Tent;
+use recording::sample::{Sample, flags};
+use recording::{Event, EventKind};
 
 /// A needle flatter than this (cosine to the vertical) is taken for one at it: its line would meet a boundary anywhere.
 const FLATTEST: f64 = 0.1;

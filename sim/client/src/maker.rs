@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use assessment::attachments;
+use attempt::simulate::MotionSource;
 use documents::{ExerciseBundle, Patient};
 use law::Judging;
 use law::operator::{Operator, Skill};
-use recording::simulate::MotionSource;
 use recording::write::SceneDrawing;
 use recording::{Session, Writer};
 

@@ -6,12 +6,12 @@ use law::operator::Motion;
 use nalgebra::Vector3;
 use tissue::Specimen;
 
-use crate::read::Recording;
 use crate::run::Run;
 pub use crate::run::Simulated;
-use crate::session::Session;
 use crate::tick::{Attempt, Input};
-use crate::write::{WriteError, Writer};
+use recording::Recording;
+use recording::Session;
+use recording::write::{WriteError, Writer};
 
 /// Anything that moves the needle.
 pub trait MotionSource {

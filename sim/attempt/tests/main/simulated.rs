@@ -3,6 +3,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use attempt::simulate::{Clock, MotionSource, Simulated, rehearse, simulate};
+use attempt::verify::{Verification, verify};
 use bench::scenes::training;
 use law::closed_form::ruptures;
 use law::operator::{Motion, Operator, Plan, Skill};
@@ -11,8 +13,6 @@ use law::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use recording::recover::recover;
 use recording::sample::flags;
-use recording::simulate::{Clock, MotionSource, Simulated, rehearse, simulate};
-use recording::verify::{Verification, verify};
 use recording::{EventKind, Recording, Session};
 
 use tissue::{Specimen, SpecimenSpec};

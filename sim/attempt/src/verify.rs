@@ -4,11 +4,11 @@ use std::cmp::Ordering;
 
 use tissue::Specimen;
 
-use crate::event::{Event, EventKind};
-use crate::read::Recording;
-use crate::sample::Sample;
-use crate::tent::{Follows, Tent};
 use crate::tick::{Attempt, Input};
+use recording::Recording;
+use recording::Sample;
+use recording::{Event, EventKind};
+use recording::{Follows, Tent};
 
 /// The largest deviation found.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]

@@ -4,10 +4,10 @@ use std::io::Write;
 
 use tissue::Specimen;
 
-use crate::event::{Event, EventKind};
-use crate::summary::{Ticker, nanoseconds};
 use crate::tick::{Attempt, Input, Tick};
-use crate::write::{WriteError, Writer};
+use recording::rate::{Ticker, nanoseconds};
+use recording::write::{WriteError, Writer};
+use recording::{Event, EventKind};
 
 /// Rate of the ledger, in Hz; it is also recorded at each rupture and at the end.
 const LEDGER_HZ: u32 = 10;
@@ -28,7 +28,7 @@ pub struct Simulated {
 pub struct Sent {
     /// Force sent to the device after scaling and safety chain, in N, patient frame.
     pub device_n: [f32; 3],
-    /// What the servo's own flags add to [`crate::sample::flags`].
+    /// What the servo's own flags add to [`recording::sample::flags`].
     pub flags: u32,
     /// Lateness of the tick, in µs.
     pub lateness_us: f32,

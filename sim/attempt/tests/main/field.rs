@@ -4,13 +4,13 @@
 
 use std::collections::BTreeSet;
 
+use attempt::simulate::{Clock, MotionSource, simulate};
+use attempt::verify::{Verification, verify};
 use law::axial::{AxialSpec, ForceLaw, Layer};
 use law::closed_form::ruptures;
 use law::operator::{Motion, needle_pose};
 use law::puncture::PunctureSpec;
 use nalgebra::{Point3, Vector3};
-use recording::simulate::{Clock, MotionSource, simulate};
-use recording::verify::{Verification, verify};
 use recording::{EventKind, Recording, Tent};
 use tissue::follow::{Field, TissueSpec, recoil_time_s};
 use tissue::{ElasticLayer, Judging, Slab, Specimen, SpecimenError, SpecimenSpec};

@@ -9,9 +9,11 @@ use law::puncture::{PunctureEvent, PunctureInput, PunctureOutput, PunctureScratc
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use tissue::Specimen;
 
-use crate::event::{Event, EventKind};
-use crate::sample::{Energy, Sample, flags};
-use crate::tent::{Follower, Follows, Tent};
+use recording::sample::{Energy, Sample, flags};
+use recording::{Event, EventKind};
+use recording::{Follows, Tent};
+
+use crate::follower::Follower;
 
 /// What drives a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
