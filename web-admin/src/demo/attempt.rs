@@ -5,9 +5,9 @@ use std::io::BufWriter;
 use std::path::Path;
 
 use assessment::attachments;
+use attempt::simulate::{Clock, simulate};
 use documents::{ExerciseBundle, Patient};
 use law::operator::{Occasion, Operator, Skill};
-use recording::simulate::{Clock, simulate};
 use recording::write::SceneDrawing;
 use recording::{Session, Writer};
 use tissue::Specimen;

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use assessment::{Assessment, assess, own_exercise};
+use attempt::verify::verify;
 use documents::{ExerciseBundle, Patient};
-use recording::verify::verify;
 use recording::{ReadError, Recording};
 use serde::{Deserialize, Serialize};
 use tissue::Specimen;

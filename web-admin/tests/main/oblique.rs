@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
+use attempt::simulate::{MotionSource, rehearse};
 use attempt::{AttemptCurve, LayerSpan, MarkKind, axial_force_before_n, span_layers};
 use documents::{ExerciseBundle, Patient};
 use law::operator::{Motion, needle_pose};
 use nalgebra::{Rotation3, Vector3};
-use recording::simulate::{MotionSource, rehearse};
 use recording::{EventKind, Recording};
 use tissue::Specimen;
 use web_admin::domain::corridor::corridor;

@@ -1,8 +1,9 @@
 //! The moving part of a replay: so many pictures a second of needle and tents, small enough to be sent before play.
 
+use attempt::Dents;
 use attempt::{needle_axis, patient_thicknesses_m};
 use documents::ExerciseBundle;
-use recording::{Dents, Recording, Sample};
+use recording::{Recording, Sample};
 
 use crate::domain::series::lateral_n;
 
@@ -88,9 +89,9 @@ impl Frames {
 #[cfg(test)]
 mod tests {
     //! Fails when an hour would not fit, a frame tells of the future, or the axis points the wrong way.
+    use attempt::simulate::{Clock, simulate};
     use documents::Patient;
     use law::operator::{Operator, Plan};
-    use recording::simulate::{Clock, simulate};
     use recording::{Tent, Writer};
     use tissue::Specimen;
 

@@ -3,13 +3,13 @@
 use std::io::Cursor;
 use std::sync::LazyLock;
 
+use attempt::simulate::{Clock, MotionSource, simulate};
 use documents::{ExerciseBundle, Patient};
 use ed25519_dalek::{Signer, SigningKey};
 use law::operator::Motion;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use recording::session::{EXERCISE_ATTACHMENT, SCENE_ATTACHMENT};
 use recording::signature;
-use recording::simulate::{Clock, MotionSource, simulate};
 use recording::write::SceneDrawing;
 use recording::{Attachment, Event, EventKind, Sample, Session, Signature, Writer};
 use time::OffsetDateTime;
