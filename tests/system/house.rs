@@ -17,7 +17,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("recording", &["law"]),
     ("attempt", &["documents", "law", "recording", "tissue"]),
     ("assessment", &["attempt", "documents", "law", "phrase", "recording", "tissue"]),
-    ("bench", &["law", "tissue"]),
+    ("bench", &["assessment", "attempt", "documents", "haptics", "law", "phrase", "recording", "render", "tissue"]),
     ("haptics", &["law"]),
     ("render", &[]),
     (
@@ -32,7 +32,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
 const NEVER: &[(&str, &[&str])] = &[
     ("law", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap", "tracing", "time"]),
     ("tissue", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap", "tracing", "time"]),
-    ("bench", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap"]),
+    ("bench", &["tokio", "axum", "sqlx", "winit", "egui"]),
     ("documents", &["tokio", "axum", "sqlx", "wgpu", "winit", "mcap"]),
     ("recording", &["axum", "sqlx", "wgpu", "winit"]),
     ("attempt", &["axum", "sqlx", "wgpu", "winit", "tokio"]),

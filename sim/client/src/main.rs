@@ -20,7 +20,6 @@ mod progress;
 mod service;
 mod shelf;
 mod station;
-mod timing;
 mod trajectory;
 mod window;
 

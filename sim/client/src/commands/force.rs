@@ -80,7 +80,7 @@ fn row(sample: &AxialSample, output: &AxialOutput, ruptures: &[Rupture], out: &m
     }
     for (index, rupture) in ruptures.iter().enumerate() {
         let joint = if index == 0 { "" } else { "+" };
-        write!(out, "{joint}{}:{}", commands::contactor_name(rupture.contactor), rupture.boundary)?;
+        write!(out, "{joint}{}:{}", rupture.contactor.name(), rupture.boundary)?;
     }
     writeln!(out)
 }

@@ -24,7 +24,6 @@ use std::io::{BufReader, Read};
 use std::path::Path;
 
 use documents::{ExerciseBundle, Patient};
-use law::axial::Contactor;
 use recording::Recording;
 use tissue::Specimen;
 
@@ -84,12 +83,4 @@ pub fn own_exercise(path: &Path, recording: &Recording) -> Result<ExerciseBundle
 /// What an exercise has punctured: a patient of its scene.
 pub fn prepare_specimen(file: &Path, bundle: &ExerciseBundle, patient: &Patient) -> Result<Specimen, Failure> {
     Specimen::new(bundle.specimen_spec(patient)).map_err(|error| Failure::refused(file, error))
-}
-
-/// The contactor's name, as in the columns and events of the force tables.
-fn contactor_name(contactor: Contactor) -> &'static str {
-    match contactor {
-        Contactor::Tip => "tip",
-        Contactor::Rim => "rim",
-    }
 }

@@ -2,12 +2,11 @@
 
 use std::io::{self, Write};
 
+use bench::timing::{self, Effort};
 use documents::{Patient, Scene};
 use serde::Serialize;
 use tissue::Model;
 use tissue::follow::{AttemptLoad, Field, FieldPlan, FollowError};
-
-use crate::timing::{self, Effort};
 
 /// The plan of a scene's tissue. All zero where there is none.
 #[derive(Serialize)]

@@ -12,7 +12,6 @@ use tissue::{Judging, Model};
 use crate::exit::{Failure, Outcome};
 use crate::{commands, output};
 use answer::Answer;
-pub use answer::answer_s;
 
 /// Compute how layered tissue deforms under a needle
 ///

@@ -1,0 +1,177 @@
+//! Subject the crowds tell of a metric.
+
+use std::cmp::Ordering;
+
+use assessment::catalogue::Definition;
+use assessment::statistics::{Estimate, area_under_curve, intraclass_correlation};
+use assessment::{Assessment, Direction};
+
+use super::crowd::Crowd;
+
+/// A figure that is the mean over exercises, with the ends of its interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pooled {
+    pub value: f64,
+    pub low: f64,
+    pub high: f64,
+}
+
+/// Subject is known of a metric; none where no exercise tells.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Figures {
+    /// How often an expert's value is better than a novice's, 0–1.
+    pub separation: Option<Pooled>,
+    /// ICC(2,1) of the people's attempts.
+    pub agreement: Option<Pooled>,
+    /// Median over the people of what the tremor changes, of the larger value.
+    pub tremor: Option<f64>,
+    /// The largest over the people of what a quarter of the rate changes, of the larger value.
+    pub rate: Option<f64>,
+}
+
+/// A column of the table: how to read one number from an attempt, the larger the better.
+pub struct Reading<'a> {
+    id: String,
+    version: u32,
+    direction: Direction,
+    crowd: &'a Crowd,
+}
+
+impl<'a> Reading<'a> {
+    /// Every column of a definition: its plain form in each exercise, or its parts where it has none.
+    pub fn of(definition: &Definition, crowds: &'a [Crowd]) -> Vec<Self> {
+        let of_crowd = |crowd: &'a Crowd| {
+            let metrics = crowd.novices.first().map_or(&[][..], |attempt| &attempt.metrics);
+            let is_part = |id: &str| id.strip_prefix(definition.id).is_some_and(|rest| rest.starts_with('.'));
+            let chosen = metrics.iter().filter(move |metric| {
+                let named = if definition.plain { metric.id == definition.id } else { is_part(&metric.id) };
+                named && metric.version == definition.version
+            });
+            let column = |metric: &assessment::Metric| Reading {
+                id: metric.id.clone(),
+                version: metric.version,
+                direction: metric.direction,
+                crowd,
+            };
+            chosen.map(column).collect::<Vec<_>>()
+        };
+        crowds.iter().flat_map(of_crowd).collect()
+    }
+
+    /// The scores of every exercise.
+    pub fn of_scores(crowds: &'a [Crowd]) -> Vec<Self> {
+        let column = |crowd| Self { id: SCORE.to_owned(), version: 1, direction: Direction::Higher, crowd };
+        crowds.iter().map(column).collect()
+    }
+
+    fn value(&self, attempt: &Assessment) -> Option<f64> {
+        if self.id == SCORE { Some(attempt.score) } else { attempt.value_of(&self.id, self.version) }
+    }
+
+    /// The larger the better.
+    fn goodness(&self, attempt: &Assessment) -> Option<f64> {
+        self.value(attempt).map(|value| match self.direction {
+            Direction::Higher => value,
+            Direction::Lower => -value,
+            Direction::Range => -value.abs(),
+        })
+    }
+
+    /// None where everybody's value is the same: that tells nothing, neither good nor bad.
+    fn separation(&self) -> Option<Estimate> {
+        let group = |attempts: &[Assessment]| attempts.iter().filter_map(|a| self.goodness(a)).collect::<Vec<f64>>();
+        let (experts, novices) = (group(&self.crowd.experts), group(&self.crowd.novices));
+        let mut all = experts.iter().chain(&novices);
+        let first = all.next()?;
+        if all.all(|value| value.partial_cmp(first).is_some_and(Ordering::is_eq)) {
+            return None;
+        }
+        area_under_curve(&experts, &novices).ok()
+    }
+
+    fn agreement(&self) -> Option<Pooled> {
+        let row = |attempts: &Vec<Assessment>| attempts.iter().map(|a| self.goodness(a)).collect::<Vec<_>>();
+        let rows: Vec<_> = self.crowd.again.iter().map(row).collect();
+        let found = intraclass_correlation(&rows).ok()?;
+        let (low, high) = found.single_random_95?;
+        Some(Pooled { value: found.single_random, low, high })
+    }
+
+    /// How much each person's first attempt differs from another version of it, of the larger value.
+    fn differences(&self, others: &[Assessment]) -> Vec<f64> {
+        let firsts = self.crowd.again.iter().filter_map(|attempts| attempts.first());
+        let pair = |(first, other): (&Assessment, &Assessment)| {
+            let (a, b) = (self.value(first)?, self.value(other)?);
+            let larger = a.abs().max(b.abs());
+            Some(if larger > 0.0 { (a - b).abs() / larger } else { 0.0 })
+        };
+        firsts.zip(others).filter_map(pair).collect()
+    }
+}
+
+/// Subject stands in place of a metric's id for the score.
+pub const SCORE: &str = "score";
+
+impl Figures {
+    /// Pools what the columns of a metric tell.
+    pub fn of(columns: &[Reading]) -> Self {
+        let areas: Vec<Pooled> = columns.iter().filter_map(Reading::separation).map(pooled).collect();
+        let agreements: Vec<Pooled> = columns.iter().filter_map(Reading::agreement).collect();
+        let tremor: Vec<f64> = columns.iter().flat_map(|c| c.differences(&c.crowd.steady)).collect();
+        let rate: Vec<f64> = columns.iter().flat_map(|c| c.differences(&c.crowd.slow)).collect();
+        Self {
+            separation: mean(&areas),
+            agreement: mean(&agreements),
+            tremor: assessment::statistics::quantile(&tremor, 0.5).ok(),
+            rate: rate.into_iter().reduce(f64::max),
+        }
+    }
+
+    /// Subject speaks against offering a metric for rubrics, in words; empty where nothing does.
+    pub fn found(&self) -> String {
+        let apart = match self.separation {
+            Some(area) if area.high < CHANCE => Some("wrong way"),
+            Some(area) if area.low <= CHANCE => Some("not told apart"),
+            Some(_) => None,
+            None => Some("never differs"),
+        };
+        let disagrees = self.agreement.is_some_and(|icc| icc.value < least_agreement());
+        let found: Vec<&str> = apart.into_iter().chain(disagrees.then_some("does not agree")).collect();
+        found.join(", ")
+    }
+}
+
+/// The area under the curve of a coin.
+const CHANCE: f64 = 0.5;
+/// The least agreement that is called fair (Cicchetti 1994, Guidelines, criteria, and rules of thumb for evaluating normed and
+/// standardized assessment instruments in psychology).
+pub const FAIR: f64 = 0.40;
+/// Attempts by which somebody is judged: as many as the shipped course looks at (`passes = 3, of = 5`).
+pub const JUDGED_BY: f64 = 5.0;
+
+/// The least ICC of single attempts with which the means of [`JUDGED_BY`] attempts agree fairly (Spearman and Brown).
+pub fn least_agreement() -> f64 {
+    FAIR / (JUDGED_BY - (JUDGED_BY - 1.0) * FAIR)
+}
+
+/// Subject must happen, or must not. That it counts is said by whoever writes the rubric, and no comparison of groups can tell it: virtual hands
+/// neither forget to confirm nor puncture twice.
+pub const BY_CONTENT: [&str; 6] =
+    ["skin_entries", "redirections", "structure_hits", "reached", "confirmed", "withdrawn"];
+
+fn pooled(area: Estimate) -> Pooled {
+    Pooled { value: area.value, low: area.low, high: area.high }
+}
+
+/// The mean of independent figures; each end is as far from it as independent errors add up to.
+fn mean(figures: &[Pooled]) -> Option<Pooled> {
+    let count = figures.len() as f64;
+    let average = |of: &dyn Fn(&Pooled) -> f64| figures.iter().map(of).sum::<f64>() / count;
+    let together = |of: &dyn Fn(&Pooled) -> f64| average(&|p| of(p) * of(p)).sqrt() / count.sqrt();
+    let value = average(&|p| p.value);
+    (!figures.is_empty()).then(|| Pooled {
+        value,
+        low: value - together(&|p| p.value - p.low),
+        high: value + together(&|p| p.high - p.value),
+    })
+}
