@@ -41,7 +41,7 @@ enum From {
     Shipped(Vec<AxialSpec>),
 }
 
-/// Subject came of a curve: the fit beside the truth, or why there is none.
+/// What came of a curve: the fit beside the truth, or why there is none.
 struct Row {
     group: &'static str,
     seed: u64,
@@ -314,7 +314,7 @@ fn settled<'r>(rows: &[&'r Row]) -> Vec<&'r Row> {
     rows.iter().copied().filter(|row| row.trialled().is_some_and(|trialled| trialled.fit.converged)).collect()
 }
 
-/// Subject undisturbed curves must not show. A shortened report has too few curves to judge shares.
+/// What undisturbed curves must not show. A shortened report has too few curves to judge shares.
 fn failures(groups: &[Group], rows: &[Row], quick: bool) -> Vec<String> {
     let mut failed = Vec::new();
     for group in groups.iter().filter(|group| group.disturbance == Disturbance::None) {

@@ -12,7 +12,7 @@ use plotters::prelude::*;
 use crate::error::BenchError;
 use crate::machine::{self, Machine};
 
-/// Subject drawing returns: plotters' errors depend on the backend's type.
+/// What drawing returns: plotters' errors depend on the backend's type.
 pub type Drawn = Result<(), Box<dyn Error>>;
 
 /// The viewer's own sans-serif face.
@@ -54,7 +54,7 @@ impl Curve {
 /// A chart with two logarithmic axes: speed and error span powers of ten.
 #[derive(Default)]
 pub struct Chart {
-    /// Subject it shows.
+    /// What it shows.
     pub title: String,
     /// Label of the horizontal axis, with its unit.
     pub x: String,

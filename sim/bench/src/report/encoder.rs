@@ -1,4 +1,4 @@
-//! Subject an encoder's steps make of the force: both versions of the law on the same insertion, ideal and in steps.
+//! What an encoder's steps make of the force: both versions of the law on the same insertion, ideal and in steps.
 
 use std::path::{Path, PathBuf};
 
@@ -37,7 +37,7 @@ struct FeltTick {
 }
 
 impl Felt {
-    /// Subject is left of a scene's specification under a version of the law, felt in steps.
+    /// What is left of a scene's specification under a version of the law, felt in steps.
     fn insert(spec: &AxialSpec, law: ForceLaw, step_um: f64) -> Result<Self, BenchError> {
         let speed_window_s = if law == ForceLaw::Version1 { 0.0 } else { spec.speed_window_s };
         let params = AxialParams::new(AxialSpec { law, speed_window_s, ..spec.clone() }).map_err(BenchError::work)?;
@@ -73,7 +73,7 @@ impl Felt {
     }
 }
 
-/// Subject was drawn and written.
+/// What was drawn and written.
 pub struct Report {
     /// Files.
     pub written: Vec<PathBuf>,

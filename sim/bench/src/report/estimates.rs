@@ -54,7 +54,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     if broken.is_empty() { Ok(vec![table, text]) } else { Err(BenchError::Work(broken)) }
 }
 
-/// Subject exceeds its bound, a line each.
+/// What exceeds its bound, a line each.
 fn broken(rows: &[Row]) -> Vec<String> {
     let mut lines: Vec<String> = rows
         .iter()

@@ -80,7 +80,7 @@ fn markdown(rows: &[Row], quick: bool) -> String {
     let failed = rows.iter().filter(|row| !row.passes()).count();
     let scope = if quick { format!(" Only the trials of the {QUICK_MODEL} were run.") } else { String::new() };
     format!(
-        "# Hard cases\n\n{}{scope}\n\nA trial passes when what it measures is a number and at most its bound. Subject a model must \
+        "# Hard cases\n\n{}{scope}\n\nA trial passes when what it measures is a number and at most its bound. What a model must \
          refuse measures 0 when it is refused, 1 when not. Trials: {}; failed: {failed}.\n\n{}",
         measured_on(Subject::HardCases, quick),
         rows.len(),

@@ -8,7 +8,7 @@ use law::axial::ForceLaw;
 use super::Subject;
 use crate::machine::{self, Machine};
 
-/// Subject has versions of its own, beside the program.
+/// What has versions of its own, beside the program.
 #[derive(Clone, Copy)]
 enum Versioned {
     Law,
@@ -27,7 +27,7 @@ impl Versioned {
     }
 }
 
-/// Subject a report measures that has versions of its own.
+/// What a report measures that has versions of its own.
 fn measured(what: Subject) -> &'static [Versioned] {
     match what {
         Subject::Render => &[],
@@ -74,7 +74,7 @@ mod tests {
         PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("reports")
     }
 
-    /// Subject is committed is measured whole, and the tissue's beside other solvers.
+    /// What is committed is measured whole, and the tissue's beside other solvers.
     fn options(what: Subject) -> &'static str {
         if what == Subject::Field { field::BESIDE } else { "" }
     }

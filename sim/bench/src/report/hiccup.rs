@@ -27,7 +27,7 @@ const REACH_M: f64 = 0.03;
 const READINGS: u32 = 7000;
 const SIZE: (u32, u32) = (960, 420);
 
-/// Subject happens to the device.
+/// What happens to the device.
 struct Mishap {
     name: &'static str,
     title: &'static str,

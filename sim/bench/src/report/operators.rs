@@ -17,7 +17,7 @@ const SEEDS: [u64; 2] = [30, 5];
 /// Points of 100 above which an attempt is perfect.
 const PERFECT: f64 = 99.99;
 
-/// Subject is measured of an attempt: a name with its unit, and how it is read from the attempt.
+/// What is measured of an attempt: a name with its unit, and how it is read from the attempt.
 type Figure = (&'static str, fn(&ExerciseBundle, &Assessment) -> Option<f64>);
 
 const FIGURES: [Figure; 7] = [
@@ -30,7 +30,7 @@ const FIGURES: [Figure; 7] = [
     ("score", |_, judged| Some(judged.score)),
 ];
 
-/// Subject an attempt came to.
+/// What an attempt came to.
 struct Performed {
     judged: Assessment,
     furthest_mm: f64,
@@ -162,7 +162,7 @@ fn markdown(rows: &[Row], seeds: u64, quick: bool) -> String {
     format!(
         "# Virtual operators\n\n{}\n\n{seeds} attempts of each preset at each shipped exercise, by as many people on as many \
          patients: the median, and between which values eight of ten lie. Overshoot: furthest advance in the second after a boundary \
-         gave way to the last part of the needle; the largest is that of any boundary. *Passed* and *perfect* count attempts that pass, and that score 100. Subject the presets were fitted to, and what was \
+         gave way to the last part of the needle; the largest is that of any boundary. *Passed* and *perfect* count attempts that pass, and that score 100. What the presets were fitted to, and what was \
          read for it, is told in `sim/law/src/operator/mod.rs`: relaxed hands overshoot the skin by 5 to 14 mm, normal ones by 2 to \
          5 mm, braced ones by 0.8 to 1.5 mm (with the reference needle).\n\n\
          The peaks say less than people's do. A boundary gives way at its threshold, whoever pushes: where the hardest boundary lies \

@@ -17,7 +17,7 @@ pub const SIZE: [u32; 2] = [1280, 720];
 /// Frames timed of each kind, after one that is not.
 const FRAMES: usize = 40;
 const QUICK_FRAMES: usize = 2;
-/// Subject a frame may take with everything on, in ms: software, hardware.
+/// What a frame may take with everything on, in ms: software, hardware.
 const BARS_MS: [f64; 2] = [100.0, 4.0];
 
 /// Times of one kind of picture.

@@ -28,9 +28,9 @@ const TICK_HZ: f64 = 1000.0;
 /// Length of the measurement, in s; a shortened one is as long as it takes to be let in by the safety chain's gate.
 const LENGTH_S: f64 = 60.0;
 const QUICK_S: f64 = 2.0;
-/// Subject is promised, with real-time priority: p99 of lateness and p99.9 of compute time, in µs.
+/// What is promised, with real-time priority: p99 of lateness and p99.9 of compute time, in µs.
 const BAR_US: f64 = 50.0;
-/// Subject is promised from a motion of the needle to the picture that shows it, in frames.
+/// What is promised from a motion of the needle to the picture that shows it, in frames.
 const BAR_FRAMES: u32 = 2;
 
 /// Measures, and writes `servo.{csv,md,svg}`; returns the files written.
@@ -46,7 +46,7 @@ pub fn measure(out: &Path, quick: bool, program: &dyn Program) -> Result<Vec<Pat
     report(out, &measured_on(Subject::Servo, quick), &measured)
 }
 
-/// Subject was measured beside one picture.
+/// What was measured beside one picture.
 struct Measured {
     servo: Report,
     /// How late a thread is that does nothing: what the machine gives.
@@ -100,7 +100,7 @@ fn look(picture: &mut Result<Picture, BenchError>, show: impl FnOnce(&mut Pictur
     }
 }
 
-/// Subject a window would draw of the attempt.
+/// What a window would draw of the attempt.
 struct Picture {
     headless: Headless,
     frame: Frame,

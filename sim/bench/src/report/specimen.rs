@@ -1,4 +1,4 @@
-//! Subject is measured: the shipped scenes and an exercise, built into the program so that every copy measures the same.
+//! What is measured: the shipped scenes and an exercise, built into the program so that every copy measures the same.
 
 use std::path::Path;
 

@@ -76,7 +76,7 @@ pub fn measure(out: &Path, quick: bool, peers: &[Peer]) -> Result<Vec<PathBuf>, 
     Ok(written)
 }
 
-/// Subject the planner chooses for every load, and every mesh of every model.
+/// What the planner chooses for every load, and every mesh of every model.
 fn sweep(loads: &[Load], quick: bool) -> Result<Vec<Row>, BenchError> {
     let progress = MeasurementProgress::new(loads.len() as u64, "tissue");
     let mut rows = Vec::new();
@@ -166,7 +166,7 @@ fn sheet(rows: &[Row]) -> Sheet {
     sheet
 }
 
-/// Subject an error stands against.
+/// What an error stands against.
 #[derive(Clone, Copy)]
 pub enum Axis {
     /// Time of an answer, in ms: a re-solve, a step or, where nothing is factorised, all steps to rest.
@@ -216,7 +216,7 @@ fn chart(rows: &[Row], case: &str, axis: Axis) -> Chart {
     }
 }
 
-/// Subject the planner chooses.
+/// What the planner chooses.
 fn chosen_sheet(rows: &[Row]) -> Sheet {
     let mut sheet = Sheet::new([
         "case",
@@ -279,7 +279,7 @@ fn markdown(head: &str, rows: &[Row], (oblique, peers): (&Sheet, &[Peer])) -> St
         "# Tissue\n\n{head}\n\nError: relative L2 error of the axial displacement over all samples, against finite elements \
          converged to 2e-5 (stiff_skin_soft_fat: 2e-4). Times: medians on one thread. *Re-solve*: a back-substitution; the \
          lattice comes to rest from where nothing has moved. *Superposed*: what a tick of the simulator pays, all samples. *Set-up* of a \
-         choice is the whole search for it.\n\n## Subject the planner chooses\n\n{}\n## Every mesh, load at the \
+         choice is the whole search for it.\n\n## What the planner chooses\n\n{}\n## Every mesh, load at the \
          surface\n\nThe volumetric model on a quarter, between planes of symmetry. Refined, the lattice tends to \
          the answer of ν = 1/4, which is 3.2, 11.3 and 35.5 % off on the three cases, and may cross the right one on its way.\n\n{}\n{}\n\n## An oblique \
          needle\n\nlower_back met at 30°, half of it meshed; no other solver was measured on it. Against the finest \

@@ -91,7 +91,7 @@ fn explain(error: &csv::Error, columns: &StringRecord, row: &StringRecord) -> St
 }
 
 impl Peer {
-    /// Subject no measurement can have come to.
+    /// What no measurement can have come to.
     fn wrong(&self) -> Option<String> {
         for (name, word) in [("solver", &self.solver), ("version", &self.version), ("model", &self.model)] {
             if word.trim().is_empty() {
@@ -156,7 +156,7 @@ const PUBLISHED: [Quote; 9] = [
     ("springs", "3-D, cubic lattice, static", 22040, 0.16, 49e-3),
 ];
 
-/// Subject was published with the cases, of solvers that are not measured here.
+/// What was published with the cases, of solvers that are not measured here.
 fn published() -> Vec<Peer> {
     let quoted = |(solver, model, unknowns, relative_error, solve_s): Quote| Peer {
         solver: solver.to_owned(),
@@ -208,7 +208,7 @@ pub fn markdown(rows: &[Row], peers: &[Peer]) -> String {
     let elsewhere =
         if first.machine == Machine::this().in_words() { "" } else { " **Not the machine of our figures.**" };
     format!(
-        "Measured by `tests/peers/run` right before ours, with {} on {}.{elsewhere} Load at the surface, one thread. Subject each solves, and \
+        "Measured by `tests/peers/run` right before ours, with {} on {}.{elsewhere} Load at the surface, one thread. What each solves, and \
          what it cannot represent, is told in `tests/peers`: MuJoCo comes to rest by explicit steps, the others back-substitute. \
          {bracket}\n\n{}\n{quoted}",
         packages.into_iter().collect::<Vec<_>>().join(", "),

@@ -40,7 +40,7 @@ pub struct Size {
 }
 
 impl Size {
-    /// Subject a report is made of.
+    /// What a report is made of.
     pub const FULL: Self = Self { exercises: EXERCISES.len(), group: 24, people: 16, attempts: 4 };
     /// The least of which every figure can be told.
     pub const QUICK: Self = Self { exercises: 1, group: 3, people: 3, attempts: 2 };

@@ -1,4 +1,4 @@
-//! Subject the crowds tell of a metric.
+//! What the crowds tell of a metric.
 
 use std::cmp::Ordering;
 
@@ -16,7 +16,7 @@ pub struct Pooled {
     pub high: f64,
 }
 
-/// Subject is known of a metric; none where no exercise tells.
+/// What is known of a metric; none where no exercise tells.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Figures {
     /// How often an expert's value is better than a novice's, 0–1.
@@ -109,7 +109,7 @@ impl<'a> Reading<'a> {
     }
 }
 
-/// Subject stands in place of a metric's id for the score.
+/// What stands in place of a metric's id for the score.
 pub const SCORE: &str = "score";
 
 impl Figures {
@@ -127,7 +127,7 @@ impl Figures {
         }
     }
 
-    /// Subject speaks against offering a metric for rubrics, in words; empty where nothing does.
+    /// What speaks against offering a metric for rubrics, in words; empty where nothing does.
     pub fn found(&self) -> String {
         let apart = match self.separation {
             Some(area) if area.high < CHANCE => Some("wrong way"),
@@ -154,7 +154,7 @@ pub fn least_agreement() -> f64 {
     FAIR / (JUDGED_BY - (JUDGED_BY - 1.0) * FAIR)
 }
 
-/// Subject must happen, or must not. That it counts is said by whoever writes the rubric, and no comparison of groups can tell it: virtual hands
+/// What must happen, or must not. That it counts is said by whoever writes the rubric, and no comparison of groups can tell it: virtual hands
 /// neither forget to confirm nor puncture twice.
 pub const BY_CONTENT: [&str; 6] =
     ["skin_entries", "redirections", "structure_hits", "reached", "confirmed", "withdrawn"];
