@@ -3,7 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
-use scene::{Curriculum, ExerciseBundle, Issue};
+use documents::{Curriculum, ExerciseBundle, Issue};
 use uuid::Uuid;
 
 use crate::error::Error;

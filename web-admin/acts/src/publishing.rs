@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use assessment::statistics::NotComputable;
+use documents::load::{Document, read};
+use documents::{Curriculum, DocumentError, ExerciseBundle, Issue};
 use phrase::phrase;
-use scene::load::{Document, read};
-use scene::{Curriculum, DocumentError, ExerciseBundle, Issue};
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use sqlx::SqliteConnection;
@@ -205,7 +205,7 @@ pub fn no_limit(why: NotComputable) -> Issue {
     }
 }
 
-fn entry(entry: &scene::curriculum::CurriculumEntry) -> NewEntry {
+fn entry(entry: &documents::curriculum::CurriculumEntry) -> NewEntry {
     NewEntry {
         exercise_id: entry.exercise.clone(),
         prerequisites: entry.prerequisites.clone(),

@@ -2,7 +2,7 @@
 //! said: rounds are made and taken back, ratings saved and finished.
 
 use assessment::questionnaire::Refused;
-use scene::Instrument;
+use documents::Instrument;
 use serde_json::json;
 use uuid::Uuid;
 

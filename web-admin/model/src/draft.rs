@@ -1,8 +1,8 @@
 //! What a draft comes to.
 
-use mechanics::tissue::follow::FieldPlan;
-use scene::{ExerciseBundle, Issue};
+use documents::{ExerciseBundle, Issue};
 use serde::{Deserialize, Serialize};
+use tissue::follow::FieldPlan;
 
 /// What a draft comes to.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

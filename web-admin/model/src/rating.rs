@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use assessment::questionnaire::{self, Answer};
 use assessment::statistics::{IntraclassCorrelation, NotComputable, intraclass_correlation};
-use scene::Instrument;
-use scene::instrument::ScoreKey;
+use documents::Instrument;
+use documents::instrument::ScoreKey;
 use uuid::Uuid;
 
 /// A rating: the attempt, the rater, and, once it is finished, the answers in the order of the instrument's items.

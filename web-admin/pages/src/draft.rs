@@ -2,10 +2,10 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use mechanics::tissue::follow::FieldPlan;
+use documents::{Curriculum, ExerciseBundle, Issue};
 use model::draft::Verdict;
-use scene::{Curriculum, ExerciseBundle, Issue};
 use time::OffsetDateTime;
+use tissue::follow::FieldPlan;
 use uuid::Uuid;
 
 use super::diff::DiffLine;
@@ -95,7 +95,7 @@ pub fn verdict_of_exercise(exercise: &Publishable) -> Verdict {
 /// The verdict on a course that could be published.
 #[must_use]
 pub fn verdict_of_course(course: &Curriculum, mastery: &Mastery) -> Verdict {
-    let line = |entry: &scene::curriculum::CurriculumEntry| match entry.prerequisites.as_slice() {
+    let line = |entry: &documents::curriculum::CurriculumEntry| match entry.prerequisites.as_slice() {
         [] => entry.exercise.clone(),
         first => tr!("{exercise}, after {missing}", exercise = entry.exercise, missing = first.join(", ")),
     };

@@ -2,8 +2,8 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use mechanics::structures::{Shape, StructureKind};
-use scene::{Exercise, ExerciseBundle, SceneStructure};
+use documents::{Exercise, ExerciseBundle, SceneStructure};
+use law::structures::{Shape, StructureKind};
 
 use super::charts::{self, Outline, Section, Structure};
 use super::trainee::AttemptRow;
@@ -137,7 +137,7 @@ fn facts(bundle: &ExerciseBundle) -> Vec<(&'static str, String)> {
     ]
 }
 
-fn rubric_line(line: &scene::RubricLine, weights: f64) -> RubricLineView {
+fn rubric_line(line: &documents::RubricLine, weights: f64) -> RubricLineView {
     let (label, definition, unit) = metric_words(&line.metric, line.version);
     RubricLineView {
         label,
@@ -149,7 +149,7 @@ fn rubric_line(line: &scene::RubricLine, weights: f64) -> RubricLineView {
 }
 
 /// What must have happened before anything is earned, in words.
-fn required(required: &scene::Required) -> Vec<String> {
+fn required(required: &documents::Required) -> Vec<String> {
     let reached =
         required.reached.as_ref().map(|layer| tr!("the tip has opened {layer}", layer = anatomy::said(layer)));
     let within = required
@@ -160,7 +160,7 @@ fn required(required: &scene::Required) -> Vec<String> {
     [reached, within, confirmed, withdrawn].into_iter().flatten().collect()
 }
 
-fn hard_fail(limit: &scene::HardFail) -> (String, String) {
+fn hard_fail(limit: &documents::HardFail) -> (String, String) {
     let (label, _, unit) = metric_words(&limit.metric, limit.version);
     (tr!("{label} above {limit}", label = label, limit = format::stated(limit.above, unit)), limit.why.clone())
 }

@@ -1,7 +1,7 @@
 //! A score taken apart: what each line of the rubric gave, why, and everything else that was measured.
 
 use assessment::{Deduction, HardFailure, Metric};
-use scene::Exercise;
+use documents::Exercise;
 
 use super::charts::{self, LayerDamage};
 use super::{format, metric};

@@ -5,7 +5,7 @@
 
 use assessment::catalogue::{self, Split};
 use assessment::{Deduction, DeductionCause, Direction, FailureCause, HardFailure};
-use mechanics::axial::Contactor;
+use law::axial::Contactor;
 
 use super::{anatomy, format};
 

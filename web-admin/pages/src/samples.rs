@@ -1,7 +1,7 @@
 //! Sample data for the pages' own tests, drawn from one invented school.
 
 use assessment::{Deduction, DeductionCause, Direction, Metric};
-use scene::{Exercise, ExerciseBundle, HardFail, RubricLine};
+use documents::{Exercise, ExerciseBundle, HardFail, RubricLine};
 use time::{Duration, OffsetDateTime, macros::datetime};
 use uuid::Uuid;
 
@@ -149,8 +149,8 @@ pub(super) fn bundle() -> ExerciseBundle {
         azimuth_deg: 0.0,
         target_depth_mm: 20.0,
         time_limit_s: 180.0,
-        feedback: scene::Feedback::Both,
-        required: Some(scene::Required {
+        feedback: documents::Feedback::Both,
+        required: Some(documents::Required {
             reached: Some("fat".to_owned()),
             within_mm: Some(8.0),
             confirmed: true,

@@ -2,7 +2,7 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use mechanics::axial::Contactor;
+use law::axial::Contactor;
 use time::OffsetDateTime;
 
 use super::charts;

@@ -1,7 +1,7 @@
 //! The experts of the demonstration: those who teach show each exercise once, and consent to be part of the corridor.
 
 use anyhow::Context;
-use mechanics::operator::{Occasion, Skill};
+use law::operator::{Occasion, Skill};
 use tokio::task::JoinSet;
 use uuid::Uuid;
 

@@ -15,10 +15,10 @@ mod study;
 use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
+use documents::ExerciseBundle;
 use indicatif::{ProgressBar, ProgressStyle};
-use mechanics::operator::Occasion;
+use law::operator::Occasion;
 use rust_embed::RustEmbed;
-use scene::ExerciseBundle;
 use tokio::task::JoinSet;
 use uuid::Uuid;
 

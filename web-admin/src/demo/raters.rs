@@ -3,7 +3,7 @@
 
 use anyhow::Context;
 use assessment::questionnaire::Answer;
-use scene::instrument::ScaleKind;
+use documents::instrument::ScaleKind;
 
 use super::DAY_S;
 use super::experts::find;

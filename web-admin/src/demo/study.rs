@@ -3,8 +3,8 @@
 
 use anyhow::Context;
 use assessment::questionnaire::Answer;
-use scene::Instrument;
-use scene::instrument::{Item, ScaleKind};
+use documents::Instrument;
+use documents::instrument::{Item, ScaleKind};
 use uuid::Uuid;
 
 use super::people::Trainee;

@@ -77,7 +77,7 @@ pub(super) struct TermsOf<'a> {
     /// The survey.
     pub survey: &'a model::survey::Survey,
     /// What it asks.
-    pub instrument: &'a scene::Instrument,
+    pub instrument: &'a documents::Instrument,
     /// It is asked after an attempt.
     pub after_attempt: bool,
 }

@@ -1,10 +1,10 @@
 //! Free texts that somebody wrote, or that others wrote about their attempts: counted, looked through, and made unreadable.
 
 use assessment::questionnaire::Answer;
+use documents::Instrument;
+use documents::instrument::ScaleKind;
 use futures::TryStreamExt;
 use model::texts::{MOST_MENTIONS, TextCounts};
-use scene::Instrument;
-use scene::instrument::ScaleKind;
 use sqlx::types::Json;
 use sqlx::{FromRow, SqliteConnection, SqlitePool};
 use uuid::Uuid;

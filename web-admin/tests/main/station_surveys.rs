@@ -4,8 +4,8 @@
 
 use axum::body::Body;
 use axum::http::Request;
+use documents::Instrument;
 use model::Role;
-use scene::Instrument;
 use serde_json::{Value, json};
 use uuid::Uuid;
 

@@ -38,7 +38,7 @@ const KNOWN: [&str; 16] = [
 ];
 
 /// Where sentences are said.
-const SAID_IN: [&str; 10] = [
+const SAID_IN: [&str; 11] = [
     "pages/templates",
     "pages/src",
     "words/src",
@@ -46,8 +46,9 @@ const SAID_IN: [&str; 10] = [
     "acts/src",
     "src",
     "../sim/phrase/src",
-    "../sim/mechanics/src",
-    "../sim/scene/src",
+    "../sim/law/src",
+    "../sim/tissue/src",
+    "../sim/documents/src",
     "../sim/assessment/src",
 ];
 

@@ -1,11 +1,11 @@
 //! What a draft of an exercise comes to: read as publishing would, its tissue planned, its rubric tried.
 
-use mechanics::tissue::follow::{Field, FieldPlan};
+use documents::{DocumentError, ExerciseBundle, Issue, Patient};
 use model::draft::Publishable;
 use phrase::{Phrase, phrase};
-use scene::{DocumentError, ExerciseBundle, Issue, Patient};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use tissue::follow::{Field, FieldPlan};
 
 use store::exercises::RevisionBytes;
 

@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use assessment::{Assessment, assess, own_exercise};
-use mechanics::puncture::PunctureParams;
-use recording::verify::verify;
+use attempt::verify::verify;
+use documents::{ExerciseBundle, Patient};
 use recording::{ReadError, Recording};
-use scene::{ExerciseBundle, Patient};
 use serde::{Deserialize, Serialize};
+use tissue::Specimen;
 
 use crate::recordings;
 use crate::replays;
@@ -228,7 +228,7 @@ fn resimulate(recording: &Recording, bundle: &ExerciseBundle) -> Result<Verified
     if told != layers {
         return Err(format!("patient_thickness_mm: {told} layers; the scene has {layers}"));
     }
-    let params = PunctureParams::new(bundle.recorded_spec(&patient, recording.session.judging))
+    let params = Specimen::new(bundle.recorded_spec(&patient, recording.session.judging))
         .map_err(|error| format!("the recorded patient: {error}"))?;
     let found = verify(recording, &params);
     Ok(Verified {

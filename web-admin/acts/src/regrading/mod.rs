@@ -7,8 +7,8 @@ pub mod exercise;
 
 use anyhow::Context;
 use assessment::{AssessError, Assessment, assess, own_exercise, suffices};
-use scene::Exercise;
-use scene::ExerciseBundle;
+use documents::Exercise;
+use documents::ExerciseBundle;
 use serde_json::json;
 use sqlx::SqliteConnection;
 use uuid::Uuid;

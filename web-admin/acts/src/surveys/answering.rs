@@ -5,7 +5,7 @@
 //! taking back do, the latter two without a name.
 
 use assessment::questionnaire::{Answer, Refused, asked_pages, is_asked, read_answer};
-use scene::Instrument;
+use documents::Instrument;
 use sqlx::SqliteConnection;
 use uuid::Uuid;
 

@@ -4,8 +4,8 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use documents::{DocumentError, Instrument, Issue};
 use phrase::{Phrase, phrase};
-use scene::{DocumentError, Instrument, Issue};
 use serde_json::json;
 use sqlx::SqliteConnection;
 use uuid::Uuid;

@@ -9,7 +9,7 @@ pub use instruments::{course_surveys, documents_in, from_json, publish, publish_
 pub use making::{Link, Wanted, close, letters_left, link_expiry, mail_links, make, make_links};
 pub use taking::{Sheet, take};
 
-use scene::Instrument;
+use documents::Instrument;
 use uuid::Uuid;
 
 use crate::error::Error;

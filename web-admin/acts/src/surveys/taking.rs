@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use assessment::questionnaire::{Answer, read_answer};
-use scene::Instrument;
+use documents::Instrument;
 use sqlx::SqliteConnection;
 use sqlx::types::Json;
 use uuid::Uuid;
@@ -89,7 +89,7 @@ fn read(instrument: &Instrument, given: &BTreeMap<String, Vec<String>>) -> Resul
         let items: Vec<&str> = instrument.items.iter().map(|item| item.id.as_str()).collect();
         return Err(Error::Unprocessable(format!("answers.{unknown}: no such item; allowed: {}", items.join(", "))));
     }
-    let answer = |item: &scene::instrument::Item| {
+    let answer = |item: &documents::instrument::Item| {
         let (Some(said), Some(scale)) = (given.get(&item.id), instrument.scale(item)) else { return Ok(None) };
         let said: Vec<&str> = said.iter().map(String::as_str).collect();
         read_answer(item, scale, &said).map_err(|why| Error::Unprocessable(format!("answers.{}: {why}", item.id)))

@@ -1,7 +1,7 @@
 //! A course of three exercises, each after the one before, mastered by 2 passes of 3. Fails when somebody is sent
 //! to a locked exercise, or when an instructor is called for no reason, or not called for a good one.
 
-use scene::MasteryRule;
+use documents::MasteryRule;
 use time::Duration;
 use time::macros::datetime;
 

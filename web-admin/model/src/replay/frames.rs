@@ -1,8 +1,9 @@
 //! The moving part of a replay: so many pictures a second of needle and tents, small enough to be sent before play.
 
+use attempt::Dents;
 use attempt::{needle_axis, patient_thicknesses_m};
-use recording::{Dents, Recording, Sample};
-use scene::ExerciseBundle;
+use documents::ExerciseBundle;
+use recording::{Recording, Sample};
 
 use crate::series::lateral_n;
 
@@ -88,11 +89,11 @@ impl Frames {
 #[cfg(test)]
 mod tests {
     //! Fails when an hour would not fit, a frame tells of the future, or the axis points the wrong way.
-    use mechanics::operator::{Operator, Plan};
-    use mechanics::puncture::PunctureParams;
-    use recording::simulate::{Clock, simulate};
+    use attempt::simulate::{Clock, simulate};
+    use documents::Patient;
+    use law::operator::{Operator, Plan};
     use recording::{Tent, Writer};
-    use scene::Patient;
+    use tissue::Specimen;
 
     use super::*;
 
@@ -146,10 +147,9 @@ mod tests {
 
     /// In past every boundary at 5 mm/s, and out.
     fn attempt(bundle: &ExerciseBundle) -> Recording {
-        let params =
-            PunctureParams::new(bundle.puncture_spec(&Patient::nominal(&bundle.scene))).expect("a shipped scene");
-        let path = scene::along_path(params.spec().axial.clone(), bundle.exercise.angle_deg);
-        let last_m = mechanics::closed_form::ruptures(&path).last().expect("a boundary").x_m;
+        let params = Specimen::new(bundle.specimen_spec(&Patient::nominal(&bundle.scene))).expect("a shipped scene");
+        let path = documents::along_path(params.spec().axial.clone(), bundle.exercise.angle_deg);
+        let last_m = law::closed_form::ruptures(&path).last().expect("a boundary").x_m;
         let plan = Plan { target_x_m: last_m + 0.004, approach_m: 0.001, hold_s: 0.2, ..bundle.exercise.plan() };
         let (exercise_sha256, scene_sha256) = (bundle.exercise.sha256.clone(), bundle.scene.sha256.clone());
         let session = recording::Session { exercise_sha256, scene_sha256, ..super::super::stage::tests::session() };

@@ -4,8 +4,8 @@
 mod frames;
 mod stage;
 
+use documents::ExerciseBundle;
 use recording::Recording;
-use scene::ExerciseBundle;
 
 use super::series::Pyramid;
 use attempt::AttemptCurve;

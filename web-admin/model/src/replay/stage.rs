@@ -1,9 +1,9 @@
 //! What does not move in a replay: layers, needle, structures, events.
 
 use attempt::{AttemptCurve, CurveMark, LayerSpan, MarkKind, patient_thicknesses_m};
-use mechanics::structures::{StructureKind, StructureSpec};
+use documents::ExerciseBundle;
+use law::structures::{StructureKind, StructureSpec};
 use recording::Recording;
-use scene::ExerciseBundle;
 use serde::Serialize;
 use utoipa::ToSchema;
 
@@ -172,7 +172,7 @@ fn happening(mark: CurveMark) -> Happening {
 #[cfg(test)]
 pub(super) mod tests {
     //! Fails when a mesh of any size would be sent, or a box does not reach around it.
-    use mechanics::structures::Shape;
+    use law::structures::Shape;
     use nalgebra::Point3;
 
     use super::*;
@@ -187,8 +187,8 @@ pub(super) mod tests {
             git: String::new(),
             device: String::new(),
             device_max_force_n: 1.0,
-            law: mechanics::axial::ForceLaw::Version2,
-            judging: mechanics::tissue::Judging::default(),
+            law: law::axial::ForceLaw::Version2,
+            judging: law::Judging::default(),
             tick_hz: 1000.0,
             seed: 0,
             trainee: String::new(),

@@ -5,9 +5,9 @@
 
 use assessment::questionnaire::{self, Answer, Scorer};
 use assessment::statistics::{self, NotComputable};
+use documents::Instrument;
+use documents::instrument::{Item, ScaleKind, ScoreKey};
 use phrase::Phrase;
-use scene::Instrument;
-use scene::instrument::{Item, ScaleKind, ScoreKey};
 use serde::Serialize;
 use uuid::Uuid;
 

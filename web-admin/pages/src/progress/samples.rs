@@ -3,7 +3,7 @@
 use assessment::learning::CusumParams;
 use assessment::statistics::{summary, wilson};
 use assessment::{Deduction, DeductionCause};
-use scene::MasteryRule;
+use documents::MasteryRule;
 use time::Duration;
 
 use super::{

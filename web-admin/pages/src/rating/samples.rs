@@ -20,7 +20,7 @@ fn own() -> Vec<OwnRating> {
 
 pub(super) fn rate_page(finished: bool) -> RatePage {
     let document = include_bytes!("../../../../curricula/instruments/global-rating-puncture.toml");
-    let instrument = scene::Instrument::from_bytes("sample", document).expect("a shipped instrument");
+    let instrument = documents::Instrument::from_bytes("sample", document).expect("a shipped instrument");
     let question = |item| Question::new(&instrument, item, "en", &Given::default());
     RatePage {
         shell: samples::shell(Role::Instructor),

@@ -1,7 +1,7 @@
 //! The scene of the samples.
 
-use mechanics::structures::{Shape, StructureKind, StructureSpec};
-use scene::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
+use documents::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
+use law::structures::{Shape, StructureKind, StructureSpec};
 
 pub(super) fn scene() -> Scene {
     let structure = |name: &str, kind, x_m, z_m| SceneStructure {
@@ -21,7 +21,7 @@ pub(super) fn scene() -> Scene {
         layers: vec![layer("skin", 0.8), layer("fat", 8.4), layer("fascia", 0.6), layer("muscle", 39.0)],
         needle: needle(),
         rate: None,
-        law: mechanics::axial::ForceLaw::Version2,
+        law: law::axial::ForceLaw::Version2,
         structures: vec![
             structure("lumbar vessel", StructureKind::Vessel, -0.008, -0.018),
             structure("transverse process", StructureKind::Bone, 0.022, -0.022),

@@ -4,8 +4,8 @@ use askama::Template;
 use askama_web::WebTemplate;
 use assessment::questionnaire::{Allowed, Answer, Found, Refused};
 use axum::response::{IntoResponse, Response};
-use scene::Instrument;
-use scene::instrument::{Item, ScaleKind, Words};
+use documents::Instrument;
+use documents::instrument::{Item, ScaleKind, Words};
 
 use crate::{assets, format};
 use model::survey::Identity;
@@ -327,7 +327,7 @@ impl Asked<'_> {
             }
             ScaleKind::Choices { options } => {
                 let chosen = |id: &String| matches!(given.answer, Some(Answer::Several(ids)) if ids.contains(id));
-                let choice = |option: &scene::instrument::ChoiceOption| Choice {
+                let choice = |option: &documents::instrument::ChoiceOption| Choice {
                     value: option.id.clone(),
                     label: self.read(&option.text),
                     checked: chosen(&option.id),

@@ -2,7 +2,7 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use scene::Instrument;
+use documents::Instrument;
 use time::OffsetDateTime;
 
 use super::form::{Field, Given, Question};
@@ -77,7 +77,7 @@ impl Preview {
     pub fn new(instrument: &Instrument) -> Self {
         let language = instrument.languages.first().map_or("en", String::as_str);
         let question = |at: &usize| Question::new(instrument, &instrument.items[*at], language, &Given::default());
-        let page = |(section, items): (Option<&scene::instrument::Section>, Vec<usize>)| {
+        let page = |(section, items): (Option<&documents::instrument::Section>, Vec<usize>)| {
             let heading = section.map_or_else(String::new, |section| section.title.in_language(language).to_owned());
             (heading, items.iter().map(question).collect())
         };
@@ -99,8 +99,8 @@ impl Preview {
 }
 
 /// A scoring key as arithmetic.
-fn rule(key: &scene::instrument::ScoreKey) -> String {
-    use scene::instrument::{Combine, Missing};
+fn rule(key: &documents::instrument::ScoreKey) -> String {
+    use documents::instrument::{Combine, Missing};
     let items = key.items.len();
     let mut words = match key.combine {
         Combine::Sum => trn!("sum of {n} item", "sum of {n} items", items),

@@ -2,7 +2,7 @@
 //! lets what people type become markup.
 
 use assessment::questionnaire::{Answer, Scorer};
-use scene::Instrument;
+use documents::Instrument;
 use uuid::Uuid;
 
 use super::form::{ConsentPage, End, EndPage, FormPage, Given, Question, Terms};

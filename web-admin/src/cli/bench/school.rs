@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use assessment::questionnaire::Answer;
-use scene::Instrument;
+use documents::Instrument;
 use sqlx::types::Json;
 use uuid::Uuid;
 

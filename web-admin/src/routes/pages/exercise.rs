@@ -1,7 +1,7 @@
 //! `/curricula` and `/exercises/{id}`.
 
 use axum::extract::{Path, State};
-use scene::ExerciseBundle;
+use documents::ExerciseBundle;
 
 use super::standing::{self, Taught};
 use super::{published, rows};

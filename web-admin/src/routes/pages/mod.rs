@@ -3,8 +3,8 @@
 use axum::extract::{DefaultBodyLimit, FromRequestParts, Path};
 use axum::http::request::Parts;
 use axum::routing::{get, post};
+use documents::ExerciseBundle;
 use percent_encoding::{NON_ALPHANUMERIC, PercentEncode, utf8_percent_encode};
-use scene::ExerciseBundle;
 use uuid::Uuid;
 
 use crate::AppState;

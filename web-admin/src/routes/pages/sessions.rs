@@ -1,7 +1,7 @@
 //! `/sessions/{id}`: one attempt.
 
 use axum::extract::State;
-use scene::ExerciseBundle;
+use documents::ExerciseBundle;
 
 use super::{Id, published, surveys};
 use crate::AppState;

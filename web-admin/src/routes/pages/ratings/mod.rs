@@ -4,7 +4,7 @@ use assessment::questionnaire::{Answer, score};
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
-use scene::Instrument;
+use documents::Instrument;
 use uuid::Uuid;
 
 use super::Id;

@@ -4,7 +4,7 @@
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
-use scene::instrument::Item;
+use documents::instrument::Item;
 use serde::Deserialize;
 
 use super::{href, own_ratings, raters_only};

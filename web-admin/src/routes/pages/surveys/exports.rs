@@ -5,9 +5,9 @@ use assessment::questionnaire::Answer;
 use axum::extract::{Path, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
+use documents::Instrument;
+use documents::instrument::{Item, ScaleKind};
 use futures::stream;
-use scene::Instrument;
-use scene::instrument::{Item, ScaleKind};
 use serde_json::json;
 use uuid::Uuid;
 

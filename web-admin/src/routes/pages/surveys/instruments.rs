@@ -4,7 +4,7 @@ use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Redirect, Response};
-use scene::{DocumentError, Instrument, Issue};
+use documents::{DocumentError, Instrument, Issue};
 use serde::Deserialize;
 
 use super::teachers_only;

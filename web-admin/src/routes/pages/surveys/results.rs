@@ -6,8 +6,8 @@ use assessment::questionnaire::{Answer, Scorer};
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
-use scene::Instrument;
-use scene::instrument::ScaleKind;
+use documents::Instrument;
+use documents::instrument::ScaleKind;
 use serde::Deserialize;
 use serde_json::json;
 use time::OffsetDateTime;
@@ -146,7 +146,7 @@ fn split(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> S
     };
     // Roles are never pooled, so each group is one of a role.
     let groups = Groups::new(rows, |row| name(row).map(|name| format!("{name} · {}", words::known(row.role))), owner);
-    let score = |(at, key): (usize, &scene::instrument::ScoreKey)| {
+    let score = |(at, key): (usize, &documents::instrument::ScoreKey)| {
         let found = groups.shown.iter().map(|(name, rows)| score_group(name, rows, at)).collect();
         (
             key.title.in_language(words::current().code()).to_owned(),
@@ -163,7 +163,7 @@ fn split(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> S
 
 fn against(instrument: &Instrument, rows: &[&Row<'_>], metric: &str, figures: &[stored::Attempt]) -> Against {
     let by_response: BTreeMap<Uuid, f64> = figures.iter().map(|figure| (figure.response_id, figure.value)).collect();
-    let score = |(at, key): (usize, &scene::instrument::ScoreKey)| {
+    let score = |(at, key): (usize, &documents::instrument::ScoreKey)| {
         let pair = |row: &&Row<'_>| Some((*by_response.get(&row.id)?, row.scores[at]?));
         let points: Vec<(f64, f64)> = rows.iter().filter_map(pair).collect();
         let found = correlation(&points);
@@ -184,7 +184,7 @@ fn comments(
     let seen: BTreeMap<Uuid, ()> = visible.iter().map(|row| (row.id, ())).collect();
     let texts = instrument.items.iter().enumerate();
     let texts = texts.filter(|(_, item)| matches!(instrument.scale(item), Some(ScaleKind::Text { .. })));
-    let block = |(at, item): (usize, &scene::instrument::Item)| {
+    let block = |(at, item): (usize, &documents::instrument::Item)| {
         let given = submitted.iter().filter(|given| seen.contains_key(&given.id));
         let comment = |given: &Submitted| match given.answers.0.get(at) {
             Some(Some(Answer::Text(text))) => Some(said(given, &item.id, (text, tags), owner)),
