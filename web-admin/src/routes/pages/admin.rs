@@ -3,7 +3,6 @@
 use axum::extract::State;
 use axum::response::Redirect;
 use serde::Deserialize;
-use serde_json::json;
 use uuid::Uuid;
 
 use super::{Id, cohorts};
@@ -15,7 +14,6 @@ use acts::stations as pairing;
 use model::{CurrentPerson, Moment, Needed, Role};
 use pages::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
 use pages::{Place, Shell};
-use store::audit::Entry;
 use store::reports::{self, Counts};
 use store::stations::{self, Station};
 use store::{cohorts as cohort_storage, retention, schools, second_factors};
@@ -104,13 +102,7 @@ pub(super) async fn set_needed(
         let allowed = Needed::ALL.map(Needed::word).join(", ");
         Error::BadRequest(format!("needed: \"{}\"; allowed are {allowed}", form.needed))
     })?;
-    let mut tx = state.db.write().await?;
-    schools::set_certificate_needs(&mut tx, person.school_id, needed).await?;
-    Entry::by(&person, "school.certificate_needs_set", person.school_id)
-        .with(json!({ "needed": needed.word() }))
-        .append(&mut tx, state.clock.now())
-        .await?;
-    tx.commit().await.map_err(Error::from)?;
+    acts::schools::set_certificate_needs(&state, &person, needed).await?;
     Ok(Redirect::to("/admin#certificates"))
 }
 

@@ -21,7 +21,6 @@ use pages::assignments::{AssignForm, AssignmentPage, ManagedAssignmentsPage, Man
 use pages::people::Choice;
 use pages::{Place, Shell};
 use store::assignments::{self, Listed, NewAssignment};
-use store::audit::Entry;
 use store::reports::{self, Named};
 use store::{curricula, exercises, people, schools};
 
@@ -288,10 +287,6 @@ pub(super) async fn set_zone(
         let why = tr!("the time zone: “{zone}”; a name like Europe/Berlin is needed", zone = zone);
         return Err(Error::Unprocessable(why).into());
     }
-    let mut tx = state.db.write().await?;
-    schools::set_time_zone(&mut tx, person.school_id, zone).await?;
-    let told = serde_json::json!({ "time_zone": zone });
-    Entry::by(&person, "school.time_zone_set", person.school_id).with(told).append(&mut tx, state.clock.now()).await?;
-    tx.commit().await.map_err(Error::from)?;
+    acts::schools::set_time_zone(&state, &person, zone).await?;
     Ok(Redirect::to("/assignments"))
 }

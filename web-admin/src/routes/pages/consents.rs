@@ -1,12 +1,12 @@
 //! `/people/{id}/consent`: an administrator records that somebody who teaches lets their attempts be part of the experts'
 //! corridor, in which words, and that they took it back.
 
+use acts::consents;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
-use serde_json::json;
 use time::format_description::well_known::Iso8601;
 use time::{Date, Time};
 use uuid::Uuid;
@@ -22,7 +22,6 @@ use model::directory::DirectoryEntry;
 use model::{CurrentPerson, Moment, Role, corridor};
 use pages::consent::{ConsentOfExpertPage, Recorded};
 use pages::{Place, Shell, format};
-use store::audit::Entry;
 use store::directory;
 use store::experts::{self, NewDeclaration};
 
@@ -111,27 +110,8 @@ pub(super) async fn record(
             return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
         }
     };
-    keep(&state, &visitor, id, new).await?;
+    consents::record_consent(&state, &visitor, id, new).await?;
     Ok(back(id))
-}
-
-/// Keeps a consent and the audit entry that tells of it.
-///
-/// # Errors
-/// [`Error::Conflict`] when one stands already.
-pub(crate) async fn keep(
-    state: &AppState,
-    visitor: &CurrentPerson,
-    person: Uuid,
-    new: NewDeclaration<'_>,
-) -> Result<(), Error> {
-    let (now, mut tx) = (state.clock.now(), state.db.write().await?);
-    if !experts::consent(&mut tx, (visitor.school_id, person), new, now).await? {
-        return Err(Error::Conflict(tr!("a consent stands already; it is taken back first").to_owned()));
-    }
-    let told = json!({ "wording": new.wording, "given_at": new.given_at.to_string() });
-    Entry::by(visitor, "expert.consented", person).with(told).append(&mut tx, now).await?;
-    Ok(tx.commit().await?)
 }
 
 /// What was typed, as a consent; or what is wrong with it.
@@ -163,11 +143,7 @@ pub(super) async fn withdraw(
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     find(&state, &visitor, id).await?;
-    let (now, mut tx) = (state.clock.now(), state.db.write().await?);
-    if experts::withdraw(&mut tx, (visitor.school_id, id), visitor.id, now).await? {
-        Entry::by(&visitor, "expert.consent_withdrawn", id).append(&mut tx, now).await?;
-    }
-    tx.commit().await.map_err(Error::from)?;
+    consents::withdraw_consent(&state, &visitor, id).await?;
     Ok(back(id))
 }
 

@@ -1,10 +1,10 @@
 //! `/admin/origins`: other sites whose pages may upload to the school with a token.
 
+use acts::schools;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use serde_json::json;
 
 use super::admin::administrators_only;
 use crate::AppState;
@@ -14,7 +14,6 @@ use acts::config;
 use acts::error::Error;
 use pages::origins::OriginsPage;
 use pages::{Place, Shell};
-use store::audit::Entry;
 use store::origins;
 
 /// Most origins that a school allows.
@@ -57,13 +56,7 @@ pub(super) async fn set(
             return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
         }
     };
-    let mut tx = state.db.write().await?;
-    origins::replace(&mut tx, person.school_id, &allowed).await.map_err(Error::from)?;
-    Entry::by(&person, "school.origins_set", person.school_id)
-        .with(json!({ "origins": allowed }))
-        .append(&mut tx, state.clock.now())
-        .await?;
-    tx.commit().await.map_err(Error::from)?;
+    schools::set_origins(&state, &person, &allowed).await?;
     Ok(Redirect::to("/admin/origins").into_response())
 }
 

@@ -1,10 +1,10 @@
 //! `/admin/retention`: how long the school keeps people, and whom it takes next. `/people/{id}/hold`: who is kept whatever the rule says.
 
+use acts::schools;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use serde_json::json;
 
 use super::Id;
 use super::admin::administrators_only;
@@ -17,7 +17,6 @@ use acts::retention::Planned;
 use model::{CurrentPerson, Moment};
 use pages::retention::{IdleRow, RetentionForm, RetentionPage};
 use pages::{Place, Shell};
-use store::audit::Entry;
 use store::directory;
 use store::retention::{self, Settings};
 
@@ -136,16 +135,7 @@ pub(super) async fn set(
             return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
         }
     };
-    let mut tx = state.db.write().await?;
-    retention::set(&mut tx, person.school_id, settings).await?;
-    let told = json!({
-        "months": settings.months,
-        "warn_days": settings.warn_days,
-        "texts": settings.texts,
-        "recordings": settings.recordings,
-    });
-    Entry::by(&person, "retention.set", person.school_id).with(told).append(&mut tx, state.clock.now()).await?;
-    tx.commit().await?;
+    schools::set_retention(&state, &person, settings).await?;
     Ok(Redirect::to("/admin/retention?saved=true").into_response())
 }
 
@@ -163,16 +153,11 @@ pub(super) async fn hold(
 ) -> Result<Redirect, PageError> {
     administrators_only(&person)?;
     directory::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
-    let now = state.clock.now();
-    let (since, action) = match form.hold.as_str() {
-        "yes" => (Some(now), "person.held"),
-        "no" => (None, "person.released"),
+    let held = match form.hold.as_str() {
+        "yes" => true,
+        "no" => false,
         other => return Err(Error::BadRequest(format!("hold: \"{other}\"; allowed are yes and no")).into()),
     };
-    let mut tx = state.db.write().await?;
-    if retention::hold(&mut tx, (person.school_id, id), since).await? {
-        Entry::by(&person, action, id).append(&mut tx, now).await?;
-    }
-    tx.commit().await?;
+    acts::retention::set_held(&state, &person, id, held).await?;
     Ok(Redirect::to(&format!("/people/{id}?done=changed")))
 }

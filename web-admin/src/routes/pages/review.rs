@@ -1,11 +1,11 @@
 //! `/review`, and the pages of a grade: who judged what, when, why.
 
+use acts::reviewing;
 use assessment::{Assessment, questionnaire};
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use serde_json::json;
 use uuid::Uuid;
 
 use super::{Id, sessions as attempts};
@@ -21,7 +21,7 @@ use model::rating::mean;
 use model::{CurrentPerson, Role};
 use pages::review::{self as views, Act, GradePage, Judged, RatedMean, RegradePage, ReviewPage, WaitingRow};
 use pages::{Place, Shell, Status, format};
-use store::audit::{Actor, Entry};
+use store::audit::Actor;
 use store::grades::{self, NewOverride};
 use store::ratings;
 use store::regradings;
@@ -180,7 +180,7 @@ pub(super) async fn put_override(
     match Override::parse(&typed) {
         Ok(Override { score, passed, reason }) => {
             let new = NewOverride { grade: Some((score, passed)), reason: &reason, made_by: person.id };
-            keep(&state, &person, &session, &new).await?;
+            reviewing::override_grade(&state, &person, &session, &new).await?;
             Ok(to_grade(id))
         }
         Err(refused) => again(&state, (&person, &csrf), &session, (typed, refused.to_string())).await,
@@ -205,32 +205,13 @@ pub(super) async fn withdraw_override(
     match judgement::reason(&typed.reason) {
         Ok(reason) => {
             let new = NewOverride { grade: None, reason: &reason, made_by: person.id };
-            keep(&state, &person, &session, &new).await?;
+            reviewing::override_grade(&state, &person, &session, &new).await?;
             Ok(to_grade(id))
         }
         Err(refused) => {
             again(&state, (&person, &csrf), &session, (TypedOverride::default(), refused.to_string())).await
         }
     }
-}
-
-/// Keeps an override and the audit entry that tells of it.
-///
-/// # Errors
-/// When the database fails.
-pub(crate) async fn keep(
-    state: &AppState,
-    person: &CurrentPerson,
-    session: &Session,
-    new: &NewOverride<'_>,
-) -> Result<(), Error> {
-    let now = state.clock.now();
-    let mut tx = state.db.write().await?;
-    grades::put(&mut tx, session.key(), new, now).await?;
-    let action = if new.grade.is_some() { "grade.overridden" } else { "grade.override_withdrawn" };
-    let details = json!({ "score": new.grade.map(|(score, _)| score), "passed": new.grade.map(|(_, passed)| passed) });
-    Entry::by(person, action, session.id).with(details).append(&mut tx, state.clock.now()).await?;
-    Ok(tx.commit().await?)
 }
 
 #[derive(Debug, Deserialize)]
@@ -255,30 +236,8 @@ pub(super) async fn mark(
             return Err(Error::BadRequest(why).into());
         }
     };
-    set_reviewed(&state, &person, &session, reviewed).await?;
+    reviewing::set_reviewed(&state, &person, &session, reviewed).await?;
     Ok(to_grade(id))
-}
-
-/// Marks an attempt as looked at, or puts it back, with the audit entry that tells of it.
-///
-/// # Errors
-/// When the database fails.
-pub(crate) async fn set_reviewed(
-    state: &AppState,
-    person: &CurrentPerson,
-    session: &Session,
-    reviewed: bool,
-) -> Result<(), Error> {
-    let (now, mut tx) = (state.clock.now(), state.db.write().await?);
-    let (changed, action) = if reviewed {
-        (reviews::mark(&mut tx, session.key(), person.id, now).await?, "session.reviewed")
-    } else {
-        (reviews::unmark(&mut tx, session.key()).await?, "session.review_withdrawn")
-    };
-    if changed {
-        Entry::by(person, action, session.id).append(&mut tx, state.clock.now()).await?;
-    }
-    Ok(tx.commit().await?)
 }
 
 /// What the attempt would score by the rubric of today.

@@ -8,7 +8,6 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
-use serde_json::json;
 use tower_sessions::Session;
 
 use super::admin::administrators_only;
@@ -26,7 +25,7 @@ use pages::passkeys::ProofAsked;
 use pages::qr;
 use pages::second_factor::{FactorRefused, FactorState, RecoveryCodesPage, SecondFactorPage};
 use pages::{Place, Shell};
-use store::audit::{Actor, Entry};
+use store::audit::Actor;
 use store::passkeys as stored;
 use store::second_factors::{self, PersonKey};
 use store::{directory, people, schools};
@@ -292,12 +291,6 @@ async fn set_rule(
         let allowed = FactorRule::ALL.map(FactorRule::word).join(", ");
         Error::BadRequest(format!("rule: \"{}\"; allowed are {allowed}", form.rule))
     })?;
-    let mut tx = state.db.write().await?;
-    second_factors::set_rule(&mut tx, person.school_id, rule).await?;
-    Entry::by(&person, "school.second_factor_set", person.school_id)
-        .with(json!({ "asked_of": rule.word() }))
-        .append(&mut tx, state.clock.now())
-        .await?;
-    tx.commit().await.map_err(Error::from)?;
+    acts::schools::set_second_factor_rule(&state, &person, rule).await?;
     Ok(Redirect::to("/admin#second-factor"))
 }

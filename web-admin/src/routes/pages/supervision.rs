@@ -1,5 +1,6 @@
 //! `/sessions/{id}/supervision`: somebody who teaches says that they were there during an attempt.
 
+use acts::reviewing;
 use axum::extract::State;
 use axum::response::Redirect;
 use serde::Deserialize;
@@ -11,8 +12,6 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{CsrfForm, Visitor};
 use acts::error::Error;
-use store::audit::Entry;
-use store::supervisions;
 
 #[derive(Debug, Deserialize)]
 pub(super) struct SupervisionForm {
@@ -30,21 +29,14 @@ pub(super) async fn confirm(
     CsrfForm(form): CsrfForm<SupervisionForm>,
 ) -> Result<Redirect, PageError> {
     let session = find_scored(&state, &person, id).await?;
-    if session.trainee_id == person.id {
-        return Err(Error::Forbidden(tr!("nobody confirms their own attempt")).into());
-    }
-    let (now, mut tx) = (state.clock.now(), state.db.write().await?);
-    let (changed, action) = match form.confirm.as_str() {
-        "yes" => (supervisions::confirm(&mut tx, &session, person.id, now).await?, "session.supervised"),
-        "no" => (supervisions::withdraw(&mut tx, session.key()).await?, "session.supervision_withdrawn"),
+    let was_there = match form.confirm.as_str() {
+        "yes" => true,
+        "no" => false,
         other => {
             return Err(Error::BadRequest(format!("confirm: \"{other}\"; allowed are yes and no")).into());
         }
     };
-    if changed {
-        Entry::by(&person, action, id).append(&mut tx, now).await?;
-    }
-    tx.commit().await.map_err(Error::from)?;
+    reviewing::set_supervised(&state, &person, &session, was_there).await?;
     Ok(match form.assignment {
         Some(assignment) => Redirect::to(&format!("/assignments/{assignment}")),
         None => Redirect::to(&format!("/sessions/{id}/grade")),

@@ -18,7 +18,6 @@ use model::CurrentPerson;
 use pages::draft::problem;
 use pages::survey::instrument::{EditPage, InstrumentPage, InstrumentsPage, Preview};
 use pages::{Place, Shell};
-use store::audit::Actor;
 use store::instruments::{self, InstrumentRevision};
 
 /// Where somebody who writes a new one may begin.
@@ -179,16 +178,10 @@ async fn store(
     if form.step != "publish" {
         return Ok(EditPage { preview: Some(Preview::new(&instrument)), ..page }.into_response());
     }
-    let now = state.clock.now();
-    let mut tx = state.db.write().await?;
-    let school = person.school_id;
-    if id.is_none() && instruments::current(&mut *tx, school, &instrument.id).await?.is_some() {
+    if !surveys::publish_written(state, person, (&instrument, &bytes), id.is_none()).await? {
         let issues = vec![tr!("id: “{id}”; there is an instrument of that id: edit it", id = instrument.id)];
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, EditPage { issues, ..page }).into_response());
     }
-    surveys::publish_text(&mut tx, school, (&instrument, &bytes), (Actor::Person(person.id), now)).await?;
-    surveys::course_surveys(&mut tx, school, now).await?;
-    tx.commit().await?;
     Ok(Redirect::to(&href(&instrument.id)).into_response())
 }
 
