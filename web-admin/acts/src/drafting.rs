@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 use documents::{Curriculum, ExerciseBundle, Issue};
 use uuid::Uuid;
 
+use crate::asking;
 use crate::error::Error;
-use crate::judging::{DraftQuestion, same_id};
-use crate::previews;
+use crate::judging::{Answer, DraftQuestion, Question, same_id};
 use crate::publishing::{self, Publisher, Refused};
 use crate::service::Service;
 use model::draft::Verdict;
@@ -221,7 +221,7 @@ pub async fn check(state: &Service, school: Uuid, draft: &Draft) -> Result<Check
             let bytes = bytes(state, school, draft).await?;
             let language = words::current().code().to_owned();
             let question = DraftQuestion { id: draft.document_id.clone(), bytes, language };
-            let verdict = previews::examine(state, school, question).await;
+            let verdict = examine(state, school, question).await;
             verdict.map(|verdict| Checked::Exercise(Box::new(verdict)))
         }
         DraftKind::Course => course_checked(state, school, draft).await,
@@ -326,6 +326,46 @@ impl Known {
 
 fn by(state: &Service, person: &CurrentPerson) -> By {
     By { school: person.school_id, person: person.id, now: state.clock.now() }
+}
+
+/// What a draft of an exercise comes to. Dropped, the work on it ends.
+///
+/// # Errors
+/// [`Error::Busy`] when its school's turn does not come in time; else when nobody can be asked.
+pub async fn examine(state: &Service, school: Uuid, question: DraftQuestion) -> Result<Verdict, Error> {
+    let (previews, key) = (&state.previews, question.sha256());
+    if let Some(told) = previews.told(&key) {
+        return Ok(told);
+    }
+    let _place = previews.enter(school).await?;
+    // Whoever was before may have asked the same.
+    if let Some(told) = previews.told(&key) {
+        return Ok(told);
+    }
+    match asking::ask(state, Question::Draft(Box::new(question))).await? {
+        Answer::Examined(verdict) => {
+            previews.keep(key, &verdict);
+            Ok(*verdict)
+        }
+        Answer::Died(how) => {
+            tracing::warn!(%school, how, "a draft costs more than a preview may");
+            Ok(too_costly(state))
+        }
+        other => Err(anyhow::anyhow!("a draft was to be looked at, and this came: {other:?}").into()),
+    }
+}
+
+/// What is said of a draft that costs more than it may.
+fn too_costly(state: &Service) -> Verdict {
+    let budget_s = state.config.preview_time.as_secs();
+    let memory_mb = state.config.helper.as_ref().map_or(0, |helper| helper.memory_mb);
+    let what = tr!(
+        "to find out what it comes to takes more than {seconds} s or {memory} MB; allowed: what takes less. A larger \
+         tissue.tolerance, fewer layers and a shorter time limit cost less",
+        seconds = budget_s,
+        memory = memory_mb
+    );
+    Verdict { problems: vec![(tr!("Too costly").to_owned(), what)], ..Verdict::default() }
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ use crate::serving::{self, ConnectionLimits};
 use crate::{outbox, routes, worker};
 use acts::clock::Clock;
 use acts::config::{UploadQuota, anchor_mail, mail_to, origin};
-use acts::judging::Helper;
+use acts::helper::Helper;
 use acts::locks::DataLock;
 use acts::scanning::Scanner;
 use acts::upkeep::{self, SetAside};

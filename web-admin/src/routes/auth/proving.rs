@@ -9,8 +9,9 @@ use uuid::Uuid;
 
 use crate::AppState;
 use acts::error::Error;
+use acts::passkey_site::AnswerRefused;
 use acts::passkeys;
-use acts::passkeys::{Answer, AnswerRefused, Signed};
+use acts::passkeys::{Answer, Signed};
 use acts::second_factor;
 use acts::second_factor::{Proof, Typed};
 use model::passkey::PasskeyQuestion;
