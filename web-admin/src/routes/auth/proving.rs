@@ -15,7 +15,7 @@ use acts::passkeys::{Answer, Signed};
 use acts::second_factor;
 use acts::second_factor::{Proof, Typed};
 use model::passkey::PasskeyQuestion;
-use pages::second_factor::FactorRefused;
+use pages::proving::FactorRefused;
 use store::second_factors::PersonKey;
 
 const KEY: &str = "passkey";

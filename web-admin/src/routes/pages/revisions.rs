@@ -9,9 +9,9 @@ use crate::error::PageError;
 use crate::routes::auth::{Csrf, Visitor};
 use acts::drafting;
 use acts::error::Error;
+use pages::addresses::exercise_href;
 use pages::diff::{DiffLine, diff};
 use pages::draft::{RevisionRow, RevisionsPage};
-use pages::trainee::exercise_href;
 use pages::{Place, Shell, format};
 use store::{curricula, exercises};
 
