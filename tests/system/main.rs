@@ -20,6 +20,7 @@ mod replay_drawing;
 mod second_factor;
 mod station;
 mod statistics;
+mod style;
 mod surveys;
 mod visitor;
 mod whole_path;

@@ -7,13 +7,13 @@ use documents::{Curriculum, ExerciseBundle, Issue};
 use uuid::Uuid;
 
 use crate::asking;
-use crate::error::Error;
+use crate::error::{Error, refuse_trainees};
 use crate::judging::{Answer, DraftQuestion, Question, same_id};
 use crate::publishing::{self, Publisher, Refused};
 use crate::service::Service;
+use model::CurrentPerson;
 use model::draft::Verdict;
 use model::progress::Mastery;
-use model::{CurrentPerson, Role};
 use store::audit::{Actor, Entry};
 use store::drafts::{self, By, Draft, DraftKind, NewDraft, Texts};
 use store::exercises::RevisionBytes;
@@ -44,17 +44,6 @@ pub enum Saved {
     Elsewhere(Draft),
 }
 
-/// Only those who teach write documents.
-///
-/// # Errors
-/// For a trainee.
-pub fn staff_only(person: &CurrentPerson) -> Result<(), Error> {
-    match person.role {
-        Role::Trainee => Err(Error::Forbidden(tr!("this page is for instructors and administrators"))),
-        Role::Instructor | Role::Administrator => Ok(()),
-    }
-}
-
 /// The draft of an exercise, begun from its current revision where there is none; with `new_id` the draft of another exercise
 /// that begins as a copy of it.
 ///
@@ -66,7 +55,7 @@ pub async fn exercise(
     exercise_id: &str,
     new_id: Option<&str>,
 ) -> Result<Uuid, Error> {
-    staff_only(person)?;
+    refuse_trainees(person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let current = exercises::current(reader, school, exercise_id).await?.ok_or(Error::NotFound)?;
     let bytes = exercises::bytes(reader, school, current.id).await?.ok_or(Error::NotFound)?;
@@ -91,7 +80,7 @@ pub async fn exercise(
 /// # Errors
 /// When there is no such course.
 pub async fn course(state: &Service, person: &CurrentPerson, course_id: &str) -> Result<Uuid, Error> {
-    staff_only(person)?;
+    refuse_trainees(person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let taught = curricula::taught(reader, school).await?;
     let current = taught.into_iter().find(|course| course.curriculum_id == course_id).ok_or(Error::NotFound)?;
@@ -151,7 +140,7 @@ pub async fn save(
     (id, seen): (Uuid, i64),
     texts: &Texts,
 ) -> Result<Saved, Error> {
-    staff_only(person)?;
+    refuse_trainees(person)?;
     let by = by(state, person);
     let mut tx = state.db.write().await?;
     let kept = drafts::save(&mut tx, by, (id, seen), texts).await?;
@@ -197,7 +186,7 @@ pub async fn publish(state: &Service, person: &CurrentPerson, draft: &Draft, che
 /// # Errors
 /// When the database fails.
 pub async fn discard(state: &Service, person: &CurrentPerson, (id, seen): (Uuid, i64)) -> Result<bool, Error> {
-    staff_only(person)?;
+    refuse_trainees(person)?;
     let by = by(state, person);
     let mut tx = state.db.write().await?;
     let draft = drafts::find(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;

@@ -10,7 +10,7 @@ use uuid::Uuid;
 use super::Id;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
 use acts::cohorts::{self as membership, RequestKey};
 use acts::error::Error;
 use model::roster::is_name;
@@ -28,12 +28,9 @@ pub(super) struct CohortForm {
 /// Makes a cohort; an instructor teaches what they have made.
 pub(super) async fn make(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     CsrfForm(form): CsrfForm<CohortForm>,
 ) -> Result<Redirect, PageError> {
-    if person.role == Role::Trainee {
-        return Err(PageError(Error::Forbidden(tr!("cohorts are made by those who teach them"))));
-    }
     let name = form.name.trim();
     if !is_name(name) {
         let why = tr!(

@@ -6,10 +6,9 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
-use super::admin::administrators_only;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm};
 use acts::config;
 use acts::error::Error;
 use pages::origins::OriginsPage;
@@ -21,10 +20,9 @@ const MOST: usize = 20;
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     csrf: Csrf,
 ) -> Result<OriginsPage, PageError> {
-    administrators_only(&person)?;
     let allowed = origins::of_school(state.db.reader(), person.school_id).await.map_err(Error::from)?;
     let shell = Shell::new(&person, csrf.token(), Place::Administration);
     Ok(OriginsPage {
@@ -42,11 +40,10 @@ pub(super) struct OriginsForm {
 
 pub(super) async fn set(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<OriginsForm>,
 ) -> Result<Response, PageError> {
-    administrators_only(&person)?;
     let allowed = match parse(&form.origins) {
         Ok(allowed) => allowed,
         Err(refused) => {

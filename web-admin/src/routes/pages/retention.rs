@@ -7,10 +7,9 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
 use super::Id;
-use super::admin::administrators_only;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm};
 use acts::error::Error;
 use acts::retention as retaining;
 use acts::retention::Planned;
@@ -35,11 +34,10 @@ pub(super) struct SavedQuery {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     csrf: Csrf,
     Query(SavedQuery { saved }): Query<SavedQuery>,
 ) -> Result<RetentionPage, PageError> {
-    administrators_only(&person)?;
     let page = page(&state, (&person, &csrf), None).await?;
     Ok(RetentionPage { saved, ..page })
 }
@@ -115,11 +113,10 @@ impl RuleForm {
 /// Sets the rule.
 pub(super) async fn set(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<RuleForm>,
 ) -> Result<Response, PageError> {
-    administrators_only(&person)?;
     let settings = match form.settings() {
         Ok(settings) => settings,
         Err(refused) => {
@@ -147,11 +144,10 @@ pub(super) struct HoldForm {
 /// Keeps somebody whatever the rule says, or no longer.
 pub(super) async fn hold(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     Id(id): Id,
     CsrfForm(form): CsrfForm<HoldForm>,
 ) -> Result<Redirect, PageError> {
-    administrators_only(&person)?;
     directory::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let held = match form.hold.as_str() {
         "yes" => true,

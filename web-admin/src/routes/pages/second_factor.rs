@@ -10,12 +10,13 @@ use axum::routing::{get, post};
 use serde::Deserialize;
 use tower_sessions::Session;
 
-use super::admin::administrators_only;
 use super::{Id, passkeys};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Asked, ClientAddress, Csrf, CsrfForm, NoFields, Shown, Visitor, start_session};
+use crate::routes::auth::{
+    Administrator, Asked, ClientAddress, Csrf, CsrfForm, NoFields, Shown, Visitor, start_session,
+};
 use acts::accounts;
 use acts::error::Error;
 use acts::second_factor;
@@ -259,11 +260,10 @@ async fn turn_off(
 /// Takes the second factor of somebody away who has lost it.
 async fn reset(
     State(state): State<AppState>,
-    Visitor(visitor): Visitor,
+    Administrator(visitor): Administrator,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
-    administrators_only(&visitor)?;
     let person = directory::find(state.db.reader(), visitor.school_id, id).await?.ok_or(Error::NotFound)?;
     if person.id == visitor.id {
         let why = tr!("one's own second factor is turned off on one's own account's page, by a code");
@@ -284,10 +284,9 @@ struct RuleForm {
 /// Sets of whom the school asks for a second factor.
 async fn set_rule(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     CsrfForm(form): CsrfForm<RuleForm>,
 ) -> Result<Redirect, PageError> {
-    administrators_only(&person)?;
     let rule = FactorRule::of_word(&form.rule).ok_or_else(|| {
         let allowed = FactorRule::ALL.map(FactorRule::word).join(", ");
         Error::BadRequest(format!("rule: \"{}\"; allowed are {allowed}", form.rule))

@@ -10,7 +10,7 @@ use super::Id;
 use super::review::find_scored;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{CsrfForm, Visitor};
+use crate::routes::auth::{CsrfForm, Teacher};
 use acts::error::Error;
 
 #[derive(Debug, Deserialize)]
@@ -24,7 +24,7 @@ pub(super) struct SupervisionForm {
 /// Confirms it, or takes that back.
 pub(super) async fn confirm(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     CsrfForm(form): CsrfForm<SupervisionForm>,
 ) -> Result<Redirect, PageError> {

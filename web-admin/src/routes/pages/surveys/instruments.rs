@@ -7,10 +7,9 @@ use axum::response::{IntoResponse, Redirect, Response};
 use documents::{DocumentError, Instrument, Issue};
 use serde::Deserialize;
 
-use super::teachers_only;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, Teacher};
 use crate::routes::pages::unix_lines;
 use acts::error::Error;
 use acts::surveys;
@@ -53,10 +52,9 @@ fn href(id: &str) -> String {
 
 pub(super) async fn list(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     csrf: Csrf,
 ) -> Result<InstrumentsPage, PageError> {
-    teachers_only(&person)?;
     let all = instruments::all_current(state.db.reader(), person.school_id).await?;
     let row = |i: InstrumentRevision| (i.title, href(&i.instrument_id), i.instrument_id, i.published_at.to_utc());
     Ok(InstrumentsPage {
@@ -66,13 +64,12 @@ pub(super) async fn list(
 }
 
 async fn current(state: &AppState, person: &CurrentPerson, id: &str) -> Result<InstrumentRevision, PageError> {
-    teachers_only(person)?;
     Ok(instruments::current(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?)
 }
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Path(id): Path<String>,
     csrf: Csrf,
 ) -> Result<InstrumentPage, PageError> {
@@ -89,7 +86,7 @@ pub(super) async fn show(
 /// The document as it was published, or as JSON.
 pub(super) async fn document(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Path((id, file)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
     let found = current(&state, &person, &id).await?;
@@ -105,14 +102,13 @@ pub(super) async fn document(
     Ok(([(CONTENT_TYPE, media_type), (CONTENT_DISPOSITION, &disposition)], body).into_response())
 }
 
-pub(super) async fn new(Visitor(person): Visitor, csrf: Csrf) -> Result<EditPage, PageError> {
-    teachers_only(&person)?;
+pub(super) async fn new(Teacher(person): Teacher, csrf: Csrf) -> Result<EditPage, PageError> {
     Ok(editor(&person, &csrf, (None, BLANK.to_owned())))
 }
 
 pub(super) async fn edit(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Path(id): Path<String>,
     csrf: Csrf,
 ) -> Result<EditPage, PageError> {
@@ -141,17 +137,16 @@ pub(super) struct DocumentForm {
 
 pub(super) async fn add(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DocumentForm>,
 ) -> Result<Response, PageError> {
-    teachers_only(&person)?;
     store(&state, &person, &csrf, (None, form)).await
 }
 
 pub(super) async fn change(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Path(id): Path<String>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DocumentForm>,
