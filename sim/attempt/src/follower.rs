@@ -9,7 +9,7 @@ use tissue::follow::{self, FIELD_HZ, Field, FollowState, press};
 
 /// The field behind a force law: takes its latest state, [`FIELD_HZ`] times a second.
 #[derive(Debug)]
-pub struct Follower<'a> {
+pub struct FieldFollower<'a> {
     law: &'a PunctureParams,
     field: &'a Field,
     follows: Follows,
@@ -23,7 +23,7 @@ pub struct Follower<'a> {
     last_s: f64,
 }
 
-impl<'a> Follower<'a> {
+impl<'a> FieldFollower<'a> {
     /// Tissue that nothing has touched; none where the scene has no field.
     pub fn new(specimen: &'a Specimen, follows: Follows) -> Option<Self> {
         let (law, field) = (specimen.law(), specimen.field()?);

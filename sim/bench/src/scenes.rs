@@ -62,7 +62,7 @@ pub fn training() -> AxialSpec {
 }
 
 /// The force law running on one trajectory.
-pub struct Run {
+pub struct AxialRun {
     /// The scene.
     pub params: AxialParams,
     /// The track so far.
@@ -73,7 +73,7 @@ pub struct Run {
     pub path_factor: f64,
 }
 
-impl Run {
+impl AxialRun {
     /// A needle above the skin of a scene, perpendicular to it.
     ///
     /// # Errors

@@ -5,14 +5,14 @@
 
 use std::collections::BTreeSet;
 
-use bench::{Trial, all};
+use bench::{HardCaseTrial, all};
 
 /// What a trial measures keeps its bound.
 #[track_caller]
 fn holds(model: &str, name: &str) {
     let trial =
         all().into_iter().find(|trial| (trial.model, trial.name) == (model, name)).expect("a trial of this name");
-    let Trial { case, measures, bound, unit, .. } = trial;
+    let HardCaseTrial { case, measures, bound, unit, .. } = trial;
     let measured = (trial.measure)().unwrap_or_else(|why| panic!("{case}: cannot be set up: {why}"));
     assert!(trial.passes(measured), "{case}: {measures}: {measured} {unit}, the bound is {bound} {unit}");
 }

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use phrase::{Phrase, phrase};
 use serde_json::Value;
 
-use crate::mesh::{self, Axes, Coordinates};
+use crate::mesh::{self, Axes, Coordinates, MeshFile};
 use crate::model::SceneSkin;
 use crate::read_scene::{Files, Find};
 use crate::walk::Walked;
@@ -77,11 +77,11 @@ impl Shelf<'_> {
     fn read<T>(
         &mut self,
         Named { file, .. }: &Named,
-        read: impl FnOnce((&str, &[u8])) -> Result<T, Phrase>,
+        read: impl FnOnce(MeshFile<'_>) -> Result<T, Phrase>,
     ) -> Result<T, Phrase> {
         let named = |why: Phrase| phrase!("{file}: {why}", file = Phrase::quoted(file), why = why);
         let bytes = (self.find)(file).map_err(named)?;
-        let shape = read((file, &bytes)).map_err(named)?;
+        let shape = read(MeshFile { name: file, bytes: &bytes }).map_err(named)?;
         if !self.files.iter().any(|(name, _)| name == file) {
             self.files.push((file.clone(), bytes));
         }

@@ -24,7 +24,7 @@ pub mod write;
 pub use budget::Budget;
 pub use event::{Event, EventKind};
 pub use law::axial::Contactor;
-pub use motion::Motion;
+pub use motion::MotionDigest;
 pub use read::{ReadError, Recording};
 pub use sample::{Energy, Sample};
 pub use session::{Attachment, Session};

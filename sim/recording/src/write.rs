@@ -13,7 +13,7 @@ pub use crate::drawing::SceneDrawing;
 use crate::drawing::{log_line, pose, scene, transforms};
 use crate::event::Event;
 use crate::metadata;
-use crate::motion::Motion;
+use crate::motion::MotionDigest;
 use crate::rate::{Ticker, nanoseconds};
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, Session};
@@ -76,7 +76,7 @@ pub struct Writer<W: Write> {
     start_ns: u64,
     drawing: SceneDrawing,
     window: Window,
-    motion: Motion,
+    motion: MotionDigest,
     /// Time of the last sample since the start, in ns.
     elapsed_ns: u64,
     flushes: Ticker,
@@ -128,7 +128,7 @@ impl<W: Write> Writer<W> {
             start_ns,
             drawing: drawing.clone(),
             window: Window::EMPTY,
-            motion: Motion::default(),
+            motion: MotionDigest::default(),
             elapsed_ns: 0,
             flushes: Ticker::new(2, 1),
             summaries: Ticker::new(100, 1),
@@ -203,7 +203,7 @@ impl<W: Write> Writer<W> {
 
     /// What the hand has done so far.
     #[must_use]
-    pub fn motion(&self) -> &Motion {
+    pub fn motion(&self) -> &MotionDigest {
         &self.motion
     }
 

@@ -8,7 +8,7 @@ use wgpu::{
 };
 
 use crate::frame::{Frame, Stage};
-use crate::gpu::textures::{Plan, view};
+use crate::gpu::textures::{TexturePlan, view};
 use crate::quality::Quality;
 use crate::renderer::{Renderer, StageError};
 
@@ -191,7 +191,7 @@ impl Headless {
 impl Canvas {
     fn new(device: &Device, size: [u32; 2]) -> Self {
         let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
-        let texture = Plan::flat(size, crate::FORMAT).empty(device, usage);
+        let texture = TexturePlan::flat(size, crate::FORMAT).empty(device, usage);
         let bytes = device.create_buffer(&BufferDescriptor {
             label: Some("picture"),
             size: u64::from(row_bytes(size[0])) * u64::from(size[1]),

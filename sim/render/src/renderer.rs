@@ -7,20 +7,20 @@ use wgpu::{
 };
 
 use crate::camera::Camera;
-use crate::field::{self, Responses};
+use crate::field::{self, DrawnResponses};
 use crate::frame::{Frame, Stage, View};
 use crate::gpu::buffers::Loaded;
 use crate::gpu::layouts::{Layouts, group};
 use crate::gpu::pipelines::{Drawn, FIELD, Fixed, Shaders};
 use crate::gpu::targets::Targets;
-use crate::gpu::textures::{Plan, numbers, view};
+use crate::gpu::textures::{TexturePlan, numbers, view};
 use crate::gpu::tiles::{Tiles, smooth};
-use crate::meshes::body::Body;
-use crate::meshes::{self, Shape};
+use crate::meshes::body::BodyMesh;
+use crate::meshes::{self, MeshShape};
 use crate::passes;
 use crate::placement::Placement;
 use crate::quality::Quality;
-use crate::scene_block::{MOST_LAYERS, Moment, SceneBlock, latest};
+use crate::scene_block::{MOST_LAYERS, SceneBlock, ShaderMoment, latest};
 use crate::{drape, skin, wounds};
 
 /// Columns and rows of the grid over the picture that the drape and the room are drawn by.
@@ -58,7 +58,7 @@ pub struct Renderer {
     pub(crate) fixed: Fixed,
     pub(crate) drawn: Drawn,
     pub(crate) targets: Targets,
-    pub(crate) body: (Loaded, Body),
+    pub(crate) body: (Loaded, BodyMesh),
     pub(crate) tray: Loaded,
     /// Over all of the picture, and under the body.
     pub(crate) behind: [Loaded; 2],
@@ -70,7 +70,7 @@ pub struct Renderer {
 /// What belongs to a stage.
 pub(crate) struct Set {
     stage: Stage,
-    responses: Responses,
+    responses: DrawnResponses,
     skin: TextureView,
     pub(crate) field: TextureView,
     /// In the field's place while the field is written.
@@ -221,7 +221,7 @@ impl Renderer {
         let Set { stage, responses, .. } = &self.set;
         let place = Placement::of(stage, frame);
         let camera = Camera::of(stage, frame, &place, self.aspect());
-        let moment = Moment { stage, frame, place: &place, camera: &camera, responses, quality: self.quality };
+        let moment = ShaderMoment { stage, frame, place: &place, camera: &camera, responses, quality: self.quality };
         self.queue.write_buffer(&self.block, 0, bytemuck::bytes_of(&SceneBlock::of(&moment)));
     }
 
@@ -244,7 +244,7 @@ impl Renderer {
         let place = Placement::of(&self.set.stage, frame);
         let camera = Camera::of(&self.set.stage, frame, &place, self.aspect());
         let [columns, rows] = BACKDROP;
-        let shaded = drape::shaded_rows(&self.set.stage, frame, (&place, &camera), rows);
+        let shaded = drape::shaded_rows(&self.set.stage, frame, &place, &camera, rows);
         6 * columns * shaded.start..6 * columns * shaded.end
     }
 
@@ -295,17 +295,17 @@ impl Bound<'_> {
 impl Set {
     fn new(device: &Device, queue: &Queue, stage: &Stage) -> Self {
         let boundaries = stage.layers.len();
-        let responses = Responses::of(&stage.field, boundaries);
+        let responses = DrawnResponses::of(&stage.field, boundaries);
         let rows = (boundaries * responses.loads).max(1);
         let mut samples = responses.samples.clone();
         samples.resize(rows * field::SAMPLES, 0.0);
         let (columns, skin) = (field::SAMPLES as u32, skin::SAMPLES as u32);
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
-        let load = |shape: &Shape| Loaded::new(device, shape);
+        let load = |shape: &MeshShape| Loaded::new(device, shape);
         Self {
             skin: numbers(device, queue, [skin; 2], &skin::shape(stage)),
-            field: view(&Plan::flat([columns, boundaries.max(1) as u32], FIELD).empty(device, usage)),
-            no_field: view(&Plan::flat([1, 1], FIELD).empty(device, wgpu::TextureUsages::TEXTURE_BINDING)),
+            field: view(&TexturePlan::flat([columns, boundaries.max(1) as u32], FIELD).empty(device, usage)),
+            no_field: view(&TexturePlan::flat([1, 1], FIELD).empty(device, wgpu::TextureUsages::TEXTURE_BINDING)),
             table: numbers(device, queue, [columns, rows as u32], &samples),
             needle: load(&meshes::needle::needle(&stage.needle)),
             solids: load(&meshes::solids::solids(&stage.structures)),

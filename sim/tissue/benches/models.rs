@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use bench::slabs::{contactor, layer};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use tissue::axisymmetric::{Axisymmetric, Fitted, MeshSpec, Superposed, fit};
+use tissue::axisymmetric::{Axisymmetric, FittedAxisymmetric, MeshSpec, Superposed, fit};
 use tissue::{FieldModel, Problem};
 
 /// The contactors of lower_back and of stiff_skin_soft_fat, asked at the boundaries.
@@ -26,7 +26,7 @@ fn axisymmetric(criterion: &mut Criterion) {
         for (name, problem) in problems() {
             let id = |what: &str| BenchmarkId::new(format!("{what}, tolerance {tolerance}"), &name);
             group.bench_function(id("set-up"), |bencher| bencher.iter(|| fit(black_box(&problem), tolerance)));
-            let Ok(Fitted { mut model, .. }) = fit(&problem, tolerance) else { continue };
+            let Ok(FittedAxisymmetric { mut model, .. }) = fit(&problem, tolerance) else { continue };
             group.bench_function(id("re-solve"), |bencher| bencher.iter(|| model.solve(black_box(0.05))));
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::slabs::{contactor, distance, layer, overkill};
 use crate::{Measured, largest};
-use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, Fitted, MeshSpec, fit};
+use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, FittedAxisymmetric, MeshSpec, fit};
 use tissue::{ElasticLayer, Problem};
 
 const TOLERANCE: f64 = 1e-3;
@@ -18,7 +18,7 @@ fn contrast(ratio: f64) -> Problem {
 
 /// True error of a fit to the tolerance; infinite when the tolerance is not met.
 fn fitted_error(problem: &Problem) -> Result<f64, AxisymmetricError> {
-    let Fitted { model, met, .. } = fit(problem, TOLERANCE)?;
+    let FittedAxisymmetric { model, met, .. } = fit(problem, TOLERANCE)?;
     Ok(if met { distance(problem, &model, &overkill(problem)?) } else { f64::INFINITY })
 }
 

@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 
 use super::{DT, lateness_m, latest_m};
-use crate::needle::{Needle, Tick};
-use crate::scenes::{Leg, Run, in_hold_out_in, layer, paper, training, trocar_through};
+use crate::needle::{DrivenNeedle, NeedleTick};
+use crate::scenes::{AxialRun, Leg, in_hold_out_in, layer, paper, training, trocar_through};
 use crate::{Measured, largest};
 use law::axial::{AxialSpec, Contactor, ParamError, Rupture};
 use law::closed_form;
@@ -28,7 +28,7 @@ pub(super) fn coincident_lateness() -> Measured {
 
 pub(super) fn coincident_cutting() -> Measured {
     let mut cutting_n = Vec::new();
-    Run::new(coincident())?.travel(&insertion(0.02, 2e-6), |_, _, output| cutting_n.push(output.cutting_n));
+    AxialRun::new(coincident())?.travel(&insertion(0.02, 2e-6), |_, _, output| cutting_n.push(output.cutting_n));
     Ok(largest(cutting_n))
 }
 
@@ -50,7 +50,7 @@ pub(super) fn cascade_lateness() -> Measured {
 
 /// Everything in one tick: every tip in boundary order, then every rim.
 pub(super) fn cascade_order() -> Measured {
-    let mut run = Run::new(paper())?;
+    let mut run = AxialRun::new(paper())?;
     run.step(0.0, -0.001);
     run.step(DT, 0.05);
     let wanted = [Contactor::Tip, Contactor::Rim].into_iter().flat_map(|contactor| (0..3).map(move |b| (contactor, b)));
@@ -67,7 +67,7 @@ pub(super) fn threshold_excess() -> Measured {
         layer.tip_rupture_n = 12.1;
     }
     let mut first_n = None;
-    Run::new(spec)?.travel(&insertion(0.04, 2e-6), |run, _, _| {
+    AxialRun::new(spec)?.travel(&insertion(0.04, 2e-6), |run, _, _| {
         first_n = first_n.or(run.ruptures().first().map(|rupture| rupture.force_n));
     });
     let excess_n = first_n.map_or(f64::INFINITY, |force_n| force_n - 12.1);
@@ -76,7 +76,7 @@ pub(super) fn threshold_excess() -> Measured {
 
 /// In and out again of the training scene.
 pub(super) fn withdrawn_energy() -> Measured {
-    let mut run = Run::new(training())?;
+    let mut run = AxialRun::new(training())?;
     for leg in &in_hold_out_in()[..3] {
         run.travel(leg, |_, _, _| ());
     }
@@ -84,17 +84,17 @@ pub(super) fn withdrawn_energy() -> Measured {
 }
 
 /// In to 30 mm and out; then in again so far beside the first entry, in m. The ticks of the second insertion.
-fn enter_again(beside_m: f64) -> Result<Vec<Tick>, ParamError> {
+fn enter_again(beside_m: f64) -> Result<Vec<NeedleTick>, ParamError> {
     let at = |x_m, z_m| Point3::new(x_m, 0.0, z_m);
     let down = -Vector3::z();
-    let mut needle = Needle::new(paper(), vec![])?;
+    let mut needle = DrivenNeedle::new(paper(), vec![])?;
     needle.travel(down, at(0.0, 0.003), at(0.0, -0.03));
     needle.travel(down, at(0.0, -0.03), at(0.0, 0.003));
     needle.travel(down, at(0.0, 0.003), at(beside_m, 0.003));
     Ok(needle.travel(down, at(beside_m, 0.003), at(beside_m, -0.03)))
 }
 
-fn ruptures(ticks: &[Tick]) -> Vec<Rupture> {
+fn ruptures(ticks: &[NeedleTick]) -> Vec<Rupture> {
     let rupture =
         |event: &PunctureEvent| if let PunctureEvent::Rupture(rupture) = event { Some(*rupture) } else { None };
     ticks.iter().flat_map(|tick| &tick.events).filter_map(rupture).collect()
@@ -108,7 +108,7 @@ pub(super) fn same_track_ruptures() -> Measured {
 }
 
 pub(super) fn same_track_force() -> Measured {
-    let elastic_n = |tick: Tick| tick.output.axial.tip_n + tick.output.axial.rim_n;
+    let elastic_n = |tick: NeedleTick| tick.output.axial.tip_n + tick.output.axial.rim_n;
     Ok(largest(enter_again(SAME_TRACK_M)?.into_iter().map(elastic_n)))
 }
 
@@ -122,7 +122,7 @@ pub(super) fn oblique_lateness() -> Measured {
     let angle = core::f64::consts::FRAC_PI_3;
     let axis = Vector3::new(libm::sin(angle), 0.0, -libm::cos(angle));
     let entry = Point3::new(0.01, 0.02, 0.0);
-    let ticks = Needle::new(paper(), vec![])?.travel(axis, entry - axis * 0.002, entry + axis * 0.05);
+    let ticks = DrivenNeedle::new(paper(), vec![])?.travel(axis, entry - axis * 0.002, entry + axis * 0.05);
     let mut doubled = paper();
     for layer in &mut doubled.layers {
         layer.thickness_m *= 2.0;

@@ -18,7 +18,7 @@ use statics::{
 };
 
 use super::{case, slabs::layer};
-use tissue::mass_spring::{Patch, Symmetry};
+use tissue::mass_spring::{LatticePatch, LatticeSymmetry};
 use tissue::{ElasticLayer, Load, LoadKind, Problem, Slab};
 
 super::trials! { "mass-spring":
@@ -65,6 +65,6 @@ fn lower_back() -> Vec<ElasticLayer> {
     vec![layer(0.8e-3, 132e3, 0.45), layer(8.4e-3, 33.1e3, 0.45), layer(39e-3, 198e3, 0.45)]
 }
 
-fn patch(spacing_m: f64, depth_m: f64) -> Patch {
-    Patch { spacing_m, radius_m: RADIUS_M, depth_m, symmetry: Symmetry::Quarter }
+fn patch(spacing_m: f64, depth_m: f64) -> LatticePatch {
+    LatticePatch { spacing_m, radius_m: RADIUS_M, depth_m, symmetry: LatticeSymmetry::Quarter }
 }

@@ -3,7 +3,7 @@
 use super::{RADIUS_M, lower_back, patch, problem};
 use crate::slabs::{distance, layer};
 use crate::{Measured, largest};
-use tissue::mass_spring::{Damping, Fitted, Lattice, LatticeError, MassSpring, fit};
+use tissue::mass_spring::{Damping, FittedLattice, Lattice, LatticeError, MassSpring, fit};
 use tissue::{ElasticLayer, Problem, axisymmetric};
 
 /// Distance of a lattice that covers the whole of a problem to elements with Poisson ratios of 1/4.
@@ -42,7 +42,7 @@ pub(super) fn thin_skin_error() -> Measured {
 }
 
 /// A soft and nearly incompressible body, its fit at a tolerance of 1 %, and the true answer.
-fn incompressible() -> Result<(Problem, Fitted), LatticeError> {
+fn incompressible() -> Result<(Problem, FittedLattice), LatticeError> {
     let problem = problem(vec![layer(8e-3, 5e4, 0.499)]);
     let fitted = fit(&problem, 0.01)?;
     Ok((problem, fitted))

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use crate::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
 use documents::Patient;
 use law::axial::AxialSpec;
-use tissue::calibrate::{Estimate, QUANTITIES, Quantity, Standing};
+use tissue::calibrate::{ParameterEstimate, ParameterStanding, QUANTITIES, Quantity};
 
 use super::chart::{self, Chart};
-use super::sheet::{self, Sheet};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, quantile, specimen};
 use crate::clock;
 use crate::error::BenchError;
@@ -65,7 +65,7 @@ impl Tally {
         match judged.is_held() {
             Some(true) => self.held += 1,
             Some(false) => self.missed += 1,
-            None if judged.estimate.standing == Standing::Kept => self.kept += 1,
+            None if judged.estimate.standing == ParameterStanding::Kept => self.kept += 1,
             None => self.open += 1,
         }
     }
@@ -176,8 +176,8 @@ fn row(group: &Group, seed: u64) -> Option<Row> {
     Some(Row { group: group.name, seed, measurement, layers: sampled.truth.layers.len(), seconds, outcome })
 }
 
-fn csv(rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new([
+fn csv(rows: &[Row]) -> ReportSheet {
+    let mut sheet = ReportSheet::new([
         "group",
         "seed",
         "noise_n",
@@ -258,8 +258,8 @@ fn markdown(groups: &[Group], rows: &[Row], quick: bool) -> String {
     text
 }
 
-fn curves(groups: &[Group], rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new([
+fn curves(groups: &[Group], rows: &[Row]) -> ReportSheet {
+    let mut sheet = ReportSheet::new([
         "curves",
         "number",
         "no fit",
@@ -291,8 +291,8 @@ fn curves(groups: &[Group], rows: &[Row]) -> Sheet {
     sheet
 }
 
-fn parameters(groups: &[Group], rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new(["curves", "parameter", "intervals", "held", "not determined", "without effect"]);
+fn parameters(groups: &[Group], rows: &[Row]) -> ReportSheet {
+    let mut sheet = ReportSheet::new(["curves", "parameter", "intervals", "held", "not determined", "without effect"]);
     for group in groups {
         let rows = settled(&of_group(rows, group));
         for quantity in QUANTITIES {
@@ -356,7 +356,7 @@ fn picture_of(groups: &[Group], rows: &[Row]) -> Chart {
         let at_noise = rows.iter().filter(|row| row.measurement.noise_n.total_cmp(&noise_n).is_eq());
         let estimates = at_noise.filter_map(|row| row.trialled()).flat_map(|trialled| &trialled.parameters);
         let half = |judged: &Judged| {
-            let Estimate { interval, value, .. } = &judged.estimate;
+            let ParameterEstimate { interval, value, .. } = &judged.estimate;
             interval.map(|interval| 50.0 * (interval.high - interval.low) / value.abs())
         };
         let halves: Vec<f64> =
@@ -366,7 +366,7 @@ fn picture_of(groups: &[Group], rows: &[Row]) -> Chart {
     let curve = |quantity: Quantity| {
         let point = |noise_n: f64| (noise_n * 1e3, median(quantity, noise_n));
         let points = [0.005, 0.01, 0.02, 0.04].map(point).into_iter().filter(|point| point.1.is_finite()).collect();
-        chart::Curve { name: quantity.words().to_owned(), points }
+        chart::ChartCurve { name: quantity.words().to_owned(), points }
     };
     let curves = QUANTITIES.map(curve).into_iter().filter(|curve| !curve.points.is_empty()).collect();
     Chart {

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use law::axial::AxialParams;
-use tissue::follow::{HandOver, Insertion, hand_over};
+use tissue::follow::{HandOver, StraightInsertion, hand_over};
 
-use super::chart::{Chart, Curve};
-use super::sheet::{self, Sheet};
+use super::chart::{Chart, ChartCurve};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, specimen};
 use crate::error::BenchError;
 
@@ -36,7 +36,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let mut rows = Vec::new();
     for speed_mm_per_s in SPEEDS_MM_PER_S {
         for tremor_m in [0.0, TREMOR_M] {
-            let insertion = Insertion { speed_m_per_s: speed_mm_per_s * 1e-3, depth_m: DEPTH_M, tremor_m };
+            let insertion = StraightInsertion { speed_m_per_s: speed_mm_per_s * 1e-3, depth_m: DEPTH_M, tremor_m };
             rows.extend(RATES_HZ.map(|rate_hz| Row {
                 speed_mm_per_s,
                 tremor_mm: tremor_m * 1e3,
@@ -52,8 +52,8 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     Ok(vec![table, text, plot])
 }
 
-fn csv(rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new(["speed_mm_per_s", "tremor_mm", "field_hz", "held", "extrapolated", "forecast"]);
+fn csv(rows: &[Row]) -> ReportSheet {
+    let mut sheet = ReportSheet::new(["speed_mm_per_s", "tremor_mm", "field_hz", "held", "extrapolated", "forecast"]);
     for Row { speed_mm_per_s, tremor_mm, rate_hz, error } in rows {
         let HandOver { held, extrapolated, forecast } = error;
         sheet.row([*speed_mm_per_s, *tremor_mm, *rate_hz, *held, *extrapolated, *forecast].map(|n| format!("{n:?}")));
@@ -65,7 +65,7 @@ fn csv(rows: &[Row]) -> Sheet {
 fn chart(rows: &[Row]) -> Chart {
     let curve = |name: &str, of: fn(&HandOver) -> f64| {
         let steady = rows.iter().filter(|row| (row.speed_mm_per_s, row.tremor_mm) == (10.0, 0.0));
-        Curve { name: name.to_owned(), points: steady.map(|row| (row.rate_hz, 1e2 * of(&row.error))).collect() }
+        ChartCurve { name: name.to_owned(), points: steady.map(|row| (row.rate_hz, 1e2 * of(&row.error))).collect() }
     };
     Chart {
         title: "Force that the field carries, training scene at 10 mm/s".to_owned(),
@@ -81,7 +81,7 @@ fn chart(rows: &[Row]) -> Chart {
 }
 
 fn markdown(rows: &[Row], quick: bool) -> String {
-    let mut sheet = Sheet::new(["speed", "tremor of 10 Hz", "held", "extrapolated", "forecast by the law"]);
+    let mut sheet = ReportSheet::new(["speed", "tremor of 10 Hz", "held", "extrapolated", "forecast by the law"]);
     for row in rows.iter().filter(|row| (row.rate_hz - FIELD_HZ).abs() < 0.5) {
         let [held, extrapolated, forecast] =
             [row.error.held, row.error.extrapolated, row.error.forecast].map(|error| format!("{:.3} %", 1e2 * error));

@@ -6,7 +6,7 @@ use law::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialSt
 use plotters::prelude::*;
 
 use super::chart::{self, Drawn, FONT, colour, key};
-use super::sheet::Sheet;
+use super::sheet::ReportSheet;
 use crate::error::BenchError;
 
 const SPEED_M_PER_S: f64 = 0.002;
@@ -74,7 +74,7 @@ impl Felt {
 }
 
 /// What was drawn and written.
-pub struct Report {
+pub struct EncoderReport {
     /// Files.
     pub written: Vec<PathBuf>,
     /// The section of the report.
@@ -85,7 +85,7 @@ pub struct Report {
 ///
 /// # Errors
 /// When the disk refuses.
-pub fn measure(out: &Path, spec: &AxialSpec) -> Result<Report, BenchError> {
+pub fn measure(out: &Path, spec: &AxialSpec) -> Result<EncoderReport, BenchError> {
     let mut felt = Vec::new();
     for law in [ForceLaw::Version1, ForceLaw::Version2] {
         for step_um in STEPS_UM {
@@ -96,11 +96,11 @@ pub fn measure(out: &Path, spec: &AxialSpec) -> Result<Report, BenchError> {
     chart::finish(picture(&plot, &felt), &plot)?;
     let sheet = sheet(&felt);
     sheet.write_csv(&table)?;
-    Ok(Report { written: vec![plot, table], markdown: markdown(&sheet) })
+    Ok(EncoderReport { written: vec![plot, table], markdown: markdown(&sheet) })
 }
 
-fn sheet(felt: &[Felt]) -> Sheet {
-    let mut sheet = Sheet::new(["law", "step_um", "cutting_share", "mean_force_n", "jumps_per_s"]);
+fn sheet(felt: &[Felt]) -> ReportSheet {
+    let mut sheet = ReportSheet::new(["law", "step_um", "cutting_share", "mean_force_n", "jumps_per_s"]);
     for felt in felt {
         sheet.row([
             u32::from(felt.law).to_string(),
@@ -113,7 +113,7 @@ fn sheet(felt: &[Felt]) -> Sheet {
     sheet
 }
 
-fn markdown(sheet: &Sheet) -> String {
+fn markdown(sheet: &ReportSheet) -> String {
     format!(
         "\n## On an encoder\n\nThe training scene's muscle at 2 mm/s and 1 kHz, by both versions of the law: the share of ticks that cut, the \
          mean axial force, and how often a second it jumps by more than {JUMP_N} N.\n\n{}\n![force against depth in steps](force-encoder.svg)\n",

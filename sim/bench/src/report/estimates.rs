@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::estimates::{Drawn, Estimate, TOLERANCES, draw, measure as measure_one};
+use crate::estimates::{DrawnTissue, JudgedEstimate, TOLERANCES, draw, measure as measure_one};
 use tissue::LoadKind;
 
-use super::sheet::{self, Sheet};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, quantile};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
@@ -21,8 +21,8 @@ const LEAST_TRUE: f64 = 0.995;
 
 /// A random tissue, and what came of it.
 struct Row {
-    drawn: Drawn,
-    found: Estimate,
+    drawn: DrawnTissue,
+    found: JudgedEstimate,
 }
 
 impl Row {
@@ -74,8 +74,8 @@ fn broken(rows: &[Row]) -> Vec<String> {
     lines
 }
 
-fn csv(rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new([
+fn csv(rows: &[Row]) -> ReportSheet {
+    let mut sheet = ReportSheet::new([
         "scene",
         "layers",
         "load",
@@ -117,7 +117,7 @@ fn csv(rows: &[Row]) -> Sheet {
 
 fn markdown(rows: &[Row], quick: bool) -> String {
     let mut sheet =
-        Sheet::new(["tolerance", "tissues", "met", "met by word alone", "largest error over estimate", "median"]);
+        ReportSheet::new(["tolerance", "tissues", "met", "met by word alone", "largest error over estimate", "median"]);
     for tolerance in TOLERANCES {
         let of: Vec<&Row> = rows.iter().filter(|row| row.drawn.tolerance.total_cmp(&tolerance).is_eq()).collect();
         let factors: Vec<f64> = of.iter().map(|row| row.found.factor()).collect();

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::Trial;
+use crate::HardCaseTrial;
 
-use super::sheet::{self, Sheet};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
@@ -14,7 +14,7 @@ const QUICK_MODEL: &str = "force law";
 
 /// A trial and what came of it: a number, or why there is none.
 struct Row {
-    trial: Trial,
+    trial: HardCaseTrial,
     measured: Result<f64, String>,
 }
 
@@ -55,15 +55,15 @@ fn try_all(quick: bool) -> Vec<Row> {
 }
 
 fn describe(row: &Row) -> String {
-    let Trial { model, case, measures, bound, unit, .. } = row.trial;
+    let HardCaseTrial { model, case, measures, bound, unit, .. } = row.trial;
     let measured = row.measured(full);
     format!("{case} ({model}): {measures}: {measured} {unit}, the bound is {bound} {unit}")
 }
 
-fn csv(rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new(["case", "model", "trial", "measures", "bound", "measured", "unit", "pass"]);
+fn csv(rows: &[Row]) -> ReportSheet {
+    let mut sheet = ReportSheet::new(["case", "model", "trial", "measures", "bound", "measured", "unit", "pass"]);
     for row in rows {
-        let Trial { model, name, case, measures, bound, unit, .. } = row.trial;
+        let HardCaseTrial { model, name, case, measures, bound, unit, .. } = row.trial;
         let (bound, measured) = (full(bound), row.measured(full));
         sheet.row([case, model, name, measures, &bound, &measured, unit, if row.passes() { "yes" } else { "no" }]);
     }
@@ -71,9 +71,9 @@ fn csv(rows: &[Row]) -> Sheet {
 }
 
 fn markdown(rows: &[Row], quick: bool) -> String {
-    let mut sheet = Sheet::new(["case", "model", "what", "bound", "measured", "unit", "pass"]);
+    let mut sheet = ReportSheet::new(["case", "model", "what", "bound", "measured", "unit", "pass"]);
     for row in rows {
-        let Trial { model, case, measures, bound, unit, .. } = row.trial;
+        let HardCaseTrial { model, case, measures, bound, unit, .. } = row.trial;
         let (bound, measured) = (short(bound), row.measured(short));
         sheet.row([case, model, measures, &bound, &measured, unit, if row.passes() { "yes" } else { "**no**" }]);
     }

@@ -6,7 +6,7 @@ use assessment::{Assessment, Tryout};
 use documents::{ExerciseBundle, Patient};
 use law::operator::{Operator, Skill};
 
-use super::sheet::{self, Sheet};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, quantile, specimen};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
@@ -63,7 +63,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
         let presets =
             [("novice", Skill::novice()), ("intermediate", Skill::intermediate()), ("expert", Skill::expert())];
         let row = |(preset, skill): (&'static str, Skill)| {
-            let row = row(bundle, (preset, &skill), seeds);
+            let row = row(bundle, preset, &skill, seeds);
             progress.advance(1);
             row
         };
@@ -101,7 +101,7 @@ fn overshoot_of_the_skin(bundle: &ExerciseBundle) -> String {
     format!("over_insertion_mm.{skin}.{last}")
 }
 
-fn row(bundle: &ExerciseBundle, (preset, skill): (&'static str, &Skill), seeds: u64) -> Result<Row, BenchError> {
+fn row(bundle: &ExerciseBundle, preset: &'static str, skill: &Skill, seeds: u64) -> Result<Row, BenchError> {
     let trials = (0..seeds).map(|seed| performed(bundle, skill, seed)).collect::<Result<Vec<_>, _>>()?;
     let spread = |(_, of): &Figure| {
         let values: Vec<f64> = trials.iter().filter_map(|trial| of(bundle, &trial.judged)).collect();
@@ -125,12 +125,12 @@ fn performed(bundle: &ExerciseBundle, skill: &Skill, seed: u64) -> Result<Perfor
     Ok(Performed { judged: tryout.judge(&recording).map_err(BenchError::work)?, furthest_mm })
 }
 
-fn csv(rows: &[Row]) -> Sheet {
+fn csv(rows: &[Row]) -> ReportSheet {
     let columns = FIGURES.iter().flat_map(|(name, _)| {
         ["tenth", "median", "nine_tenths"].map(|share| format!("{}_{share}", name.replace(' ', "_").to_lowercase()))
     });
     let head = ["exercise", "preset", "furthest_mm", "needle_mm", "passed", "perfect"].map(str::to_owned);
-    let mut sheet = Sheet::new(head.into_iter().chain(columns));
+    let mut sheet = ReportSheet::new(head.into_iter().chain(columns));
     for row in rows {
         let counts = [row.passed.to_string(), row.perfect.to_string()];
         let lengths = [row.furthest_mm.to_string(), row.needle_mm.to_string()];
@@ -149,7 +149,7 @@ fn expert_n(rows: &[Row], exercise: &str) -> f64 {
 fn markdown(rows: &[Row], seeds: u64, quick: bool) -> String {
     let head = ["exercise", "preset", "peak to the expert's"].into_iter();
     let mut sheet =
-        Sheet::new(head.chain(FIGURES.iter().map(|(name, _)| *name)).chain(["passed", "perfect", "furthest mm"]));
+        ReportSheet::new(head.chain(FIGURES.iter().map(|(name, _)| *name)).chain(["passed", "perfect", "furthest mm"]));
     for row in rows {
         let peak_n = row.figures.first().map_or(f64::NAN, |[_, median, _]| *median);
         let ratio = format!("{:.2}", peak_n / expert_n(rows, &row.exercise));

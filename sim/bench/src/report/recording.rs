@@ -9,9 +9,9 @@ use ::recording::{Recording, Session, Writer};
 use attempt::simulate::{self, Clock};
 use documents::{ExerciseBundle, Patient};
 
-use super::chart::{Chart, Curve};
+use super::chart::{Chart, ChartCurve};
 use super::motion::Rehearsal;
-use super::sheet::{self, Sheet};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, quantile, specimen};
 use crate::error::BenchError;
 use crate::{clock, machine};
@@ -150,11 +150,11 @@ fn report(out: &Path, measured_on: &str, measured: &Measured) -> Result<Vec<Path
     Ok(vec![table, plot, sheet::write_text(out.join("recording.md"), &text)?])
 }
 
-fn sheet(measured: &Measured) -> Sheet {
+fn sheet(measured: &Measured) -> ReportSheet {
     let ticks = &measured.tick_us;
     let mean_us = ticks.iter().sum::<f64>() / ticks.len().max(1) as f64;
     let long = format!("{:.0} s recording", measured.long_s);
-    let mut sheet = Sheet::new(["what", "value", "unit", "bar"]);
+    let mut sheet = ReportSheet::new(["what", "value", "unit", "bar"]);
     let mut row = |what: &str, value: f64, unit: &str, bar: &str| {
         sheet.row([what, &format!("{value:.2}"), unit, bar]);
     };
@@ -185,7 +185,7 @@ fn chart(sorted_us: &[f64]) -> Chart {
         title: "Time to write one tick".to_owned(),
         x: "time, µs".to_owned(),
         y: "share of ticks that take longer".to_owned(),
-        curves: vec![Curve { name: String::new(), points: points.collect() }],
+        curves: vec![ChartCurve { name: String::new(), points: points.collect() }],
         ..Chart::default()
     }
 }

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use render::frame::{Frame, Puncture, Stage, View};
+use render::frame::{DrawnPuncture, Frame, Stage, View};
 use render::{Headless, Quality};
 
-use super::chart::{Chart, Curve};
-use super::sheet::{self, Sheet};
+use super::chart::{Chart, ChartCurve};
+use super::sheet::{self, ReportSheet};
 use super::{Program, Subject, measured_on, quantile, specimen};
 use crate::clock;
 use crate::error::BenchError;
@@ -44,7 +44,7 @@ pub fn measure(out: &Path, quick: bool, program: &dyn Program) -> Result<Vec<Pat
     let (table, plot) = (out.join("render.csv"), out.join("render.svg"));
     csv(&rows).write_csv(&table)?;
     chart(&rows).draw(&plot)?;
-    let text = sheet::write_text(out.join("render.md"), &markdown(&rows, &headless, (start_s, quick)))?;
+    let text = sheet::write_text(out.join("render.md"), &markdown(&rows, &headless, start_s, quick))?;
     Ok(vec![table, plot, text])
 }
 
@@ -82,7 +82,8 @@ fn stage(program: &dyn Program) -> Result<Stage, BenchError> {
 
 /// Every view with everything on: needle in the tissue, tents under a field with so many loads, blood, guide.
 fn frames(loads: usize) -> [(&'static str, Frame); 4] {
-    let puncture = Puncture { axis: [0.0, 0.0, -1.0], depth_m: 0.0125, opened: 3, blood: 0.7, ..Puncture::default() };
+    let puncture =
+        DrawnPuncture { axis: [0.0, 0.0, -1.0], depth_m: 0.0125, opened: 3, blood: 0.7, ..DrawnPuncture::default() };
     // A contactor of the lowest of the four layers, as it gives way.
     let loads_n = (0..loads).map(|load| if load == 3 { 1.3 } else { 0.0 }).collect();
     let whole = Frame {
@@ -102,8 +103,8 @@ fn frames(loads: usize) -> [(&'static str, Frame); 4] {
     ]
 }
 
-fn csv(rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new(["view", "quality", "median_ms", "p99_ms"]);
+fn csv(rows: &[Row]) -> ReportSheet {
+    let mut sheet = ReportSheet::new(["view", "quality", "median_ms", "p99_ms"]);
     for Row { what, quality, median_ms, p99_ms } in rows {
         sheet.row([what.to_string(), quality.name().to_owned(), format!("{median_ms:.3}"), format!("{p99_ms:.3}")]);
     }
@@ -114,7 +115,10 @@ fn csv(rows: &[Row]) -> Sheet {
 fn chart(rows: &[Row]) -> Chart {
     let curve = |first: &Row| {
         let own = rows.iter().filter(|row| row.what == first.what).enumerate();
-        Curve { name: first.what.to_owned(), points: own.map(|(at, row)| ((at + 1) as f64, row.median_ms)).collect() }
+        ChartCurve {
+            name: first.what.to_owned(),
+            points: own.map(|(at, row)| ((at + 1) as f64, row.median_ms)).collect(),
+        }
     };
     Chart {
         title: format!("A frame at {} × {}", SIZE[0], SIZE[1]),
@@ -125,8 +129,8 @@ fn chart(rows: &[Row]) -> Chart {
     }
 }
 
-fn markdown(rows: &[Row], headless: &Headless, (start_s, quick): (f64, bool)) -> String {
-    let mut sheet = Sheet::new(["view", "quality", "made of", "median", "p99"]);
+fn markdown(rows: &[Row], headless: &Headless, start_s: f64, quick: bool) -> String {
+    let mut sheet = ReportSheet::new(["view", "quality", "made of", "median", "p99"]);
     for Row { what, quality, median_ms, p99_ms } in rows {
         let times = [median_ms, p99_ms].map(|ms| format!("{ms:.1} ms"));
         sheet.row([

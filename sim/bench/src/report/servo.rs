@@ -15,10 +15,10 @@ use haptics::servo::{self, Priority, Report, Times};
 use nalgebra::Vector3;
 use tissue::Specimen;
 
-use super::chart::{Chart, Curve};
+use super::chart::{Chart, ChartCurve};
 use super::motion::Rehearsal;
 use super::render::SIZE;
-use super::sheet::{self, Sheet};
+use super::sheet::{self, ReportSheet};
 use super::{DeviceAttempt, OngoingAttempt, Program, Subject, measured_on, quantile, specimen};
 use crate::clock;
 use crate::error::BenchError;
@@ -181,9 +181,9 @@ fn report(out: &Path, measured_on: &str, measured: &Measured) -> Result<Vec<Path
     Ok(vec![table, plot, sheet::write_text(out.join("servo.md"), &text)?])
 }
 
-fn sheet(Measured { servo, bare, picture }: &Measured) -> Sheet {
+fn sheet(Measured { servo, bare, picture }: &Measured) -> ReportSheet {
     let Report { counts, lateness, compute, .. } = servo;
-    let mut sheet = Sheet::new(["what", "value", "unit", "bar"]);
+    let mut sheet = ReportSheet::new(["what", "value", "unit", "bar"]);
     let bar = format!("≤ {BAR_US}");
     for (name, times, (p99_bar, p999_bar)) in [
         ("lateness", lateness, (&*bar, "")),
@@ -220,8 +220,8 @@ fn sheet(Measured { servo, bare, picture }: &Measured) -> Sheet {
 
 /// How many ticks are later, or take longer, than a time.
 fn chart(Measured { servo, bare, .. }: &Measured) -> Chart {
-    let curve = |name: &str, times: &Times| Curve { name: name.to_owned(), points: times.exceeded() };
-    let ring = |name: &str, share: f64| Curve { name: name.to_owned(), points: vec![(BAR_US, share)] };
+    let curve = |name: &str, times: &Times| ChartCurve { name: name.to_owned(), points: times.exceeded() };
+    let ring = |name: &str, share: f64| ChartCurve { name: name.to_owned(), points: vec![(BAR_US, share)] };
     Chart {
         title: "Servo at 1 kHz".to_owned(),
         x: "time, µs".to_owned(),

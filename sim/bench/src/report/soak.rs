@@ -6,7 +6,7 @@ use crate::Soaked;
 use documents::Patient;
 use tissue::Specimen;
 
-use super::sheet::{self, Sheet};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, specimen};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
@@ -45,8 +45,8 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     if failed.is_empty() { Ok(vec![table, text]) } else { Err(BenchError::Work(failed)) }
 }
 
-fn csv(rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new([
+fn csv(rows: &[Row]) -> ReportSheet {
+    let mut sheet = ReportSheet::new([
         "scene",
         "ticks",
         "tracks",
@@ -76,7 +76,7 @@ fn yes(seen: &Soaked) -> String {
 }
 
 fn markdown(rows: &[Row], quick: bool) -> String {
-    let mut sheet = Sheet::new([
+    let mut sheet = ReportSheet::new([
         "scene",
         "tracks",
         "ruptures",

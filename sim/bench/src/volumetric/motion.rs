@@ -3,7 +3,7 @@
 use super::{block, coarse, lower_back, problem};
 use crate::{Measured, largest};
 use tissue::FieldModel;
-use tissue::volumetric::{Corotational, Effort, Motion, Patch, Problem3, VolumetricError};
+use tissue::volumetric::{Corotational, Effort, Patch, Problem3, TissueMotion, VolumetricError};
 
 /// What a step may take.
 const EFFORT: Effort = Effort { iterations: 30, tolerance: 1e-4 };
@@ -123,10 +123,10 @@ pub(super) fn hold_moving() -> Measured {
 /// A block turned inside out and let go: the share of its energy that is left, and the most that a step added, of all.
 fn inverted() -> Result<[f64; 2], VolumetricError> {
     let body = block([0.02, 0.02, 0.02], true)?;
-    let mut motion = Motion::new(&body, Some(5e-3), EFFORT)?;
+    let mut motion = TissueMotion::new(&body, Some(5e-3), EFFORT)?;
     motion.displace(&body.interpolate_m(|point| nalgebra::Vector3::new(0.3 * point.z, 0.0, -1.7 * point.z)));
     let nothing = vec![0.0; body.unknowns()];
-    let energy_j = |motion: &Motion| {
+    let energy_j = |motion: &TissueMotion| {
         let energies = motion.energies(&body);
         energies.elastic_j + energies.kinetic_j
     };

@@ -23,7 +23,7 @@ const ROWS_PER_UPDATE: usize = 4096;
 /// table of the force and its parts. Numbers read back to the same bits. An unsound scene is warned of and computed.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet force trocar.json --trajectory slow.csv > forces.csv")]
-pub struct Args {
+pub struct ForceArgs {
     /// Layers and needle at their effective values, in SI
     #[arg(value_name = "SCENE.json")]
     scene: PathBuf,
@@ -33,7 +33,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &ForceArgs) -> Outcome {
     let json = commands::read_text(&args.scene)?;
     let case = documents::force_case::parse(&args.scene.display().to_string(), &json)?;
     let params = AxialParams::new(case.spec).map_err(|error| Failure::refused(&args.scene, error))?;

@@ -27,7 +27,7 @@ const WATCH_EVERY: Duration = Duration::from_secs(2);
 #[command(
     after_help = "Examples:\n  stylet outbox\n  stylet outbox send --watch\n  stylet outbox discard 3f2a9c0b12d4e5f6"
 )]
-pub struct Args {
+pub struct OutboxArgs {
     #[command(subcommand)]
     command: Option<Command>,
     /// Folder of the outbox [default: the user's own]
@@ -74,7 +74,7 @@ struct DiscardArgs {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &OutboxArgs) -> Outcome {
     let outbox = Outbox::open(args.outbox.as_deref())?;
     match &args.command {
         None => list(&outbox, args.json),

@@ -19,7 +19,7 @@ use crate::{machine, output};
 /// pairing of this user is replaced, with its key.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet pair --server https://training.example.org --name 'Skills lab 2'")]
-pub struct Args {
+pub struct PairArgs {
     /// Address of the service, http or https
     #[arg(long, value_name = "URL", value_parser = service::server)]
     server: Uri,
@@ -44,7 +44,7 @@ struct Joined<'a> {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &PairArgs) -> Outcome {
     if service::is_in_the_clear(&args.server) {
         let warning = "http is not encrypted: others on the network can read the station's token";
         output::warning(format_args!("{}: {warning}", args.server));

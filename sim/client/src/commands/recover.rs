@@ -16,7 +16,7 @@ use crate::{commands, output};
 /// The input is only read. The output is reopened and checked before it gets its name.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet recover cut.mcap --out fixed.mcap")]
-pub struct Args {
+pub struct RecoverArgs {
     /// The recording to read
     #[arg(value_name = "REC.mcap")]
     recording: PathBuf,
@@ -32,7 +32,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &RecoverArgs) -> Outcome {
     let file = commands::open(&args.recording)?;
     let progress = Progress::new(file.metadata().map_or(0, |metadata| metadata.len()), "recovering");
     let source = BufReader::new(progress.watch(file));

@@ -25,7 +25,7 @@ const MOST_PIXELS: u32 = 8192;
 #[command(after_help = "Examples:\n  \
     stylet render attempt.mcap --at 4.2 --view tip --out pop.png\n  \
     stylet render attempt.mcap --frames film --fps 30")]
-pub struct Args {
+pub struct RenderArgs {
     /// A recording or an exercise
     #[arg(value_name = "REC.mcap|EXERCISE.toml")]
     what: PathBuf,
@@ -114,7 +114,7 @@ impl Film {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &RenderArgs) -> Outcome {
     let mut film = if args.what.extension().is_some_and(|extension| extension == "toml") {
         of_exercise(args)?
     } else {
@@ -133,7 +133,7 @@ pub fn run(args: &Args) -> Outcome {
     }
 }
 
-fn of_exercise(args: &Args) -> Result<Film, Failure> {
+fn of_exercise(args: &RenderArgs) -> Result<Film, Failure> {
     let path = args.what.as_path();
     let bundle = ExerciseBundle::read(path)?;
     let specimen = commands::prepare_specimen(path, &bundle, &Patient::nominal(&bundle.scene))?;
@@ -143,7 +143,7 @@ fn of_exercise(args: &Args) -> Result<Film, Failure> {
     Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })
 }
 
-fn of_recording(args: &Args) -> Result<Film, Failure> {
+fn of_recording(args: &RenderArgs) -> Result<Film, Failure> {
     let path = args.what.as_path();
     let recording = commands::read_recording(path)?;
     let bundle = commands::own_exercise(path, &recording)?;
@@ -160,7 +160,7 @@ fn still(headless: &mut Headless, frame: &Frame, Size(size): Size, out: &Path) -
     output::line(format_args!("{}: {} × {} pixels on {}", out.display(), size[0], size[1], headless.adapter()))
 }
 
-fn frames(headless: &mut Headless, film: &mut Film, args: &Args, folder: &Path) -> Outcome {
+fn frames(headless: &mut Headless, film: &mut Film, args: &RenderArgs, folder: &Path) -> Outcome {
     create_folder(folder)?;
     let count = (film.duration_s() * f64::from(args.fps)).floor() as u64 + 1;
     let progress = Progress::new(count, "drawing");

@@ -8,7 +8,7 @@ use crate::output;
 /// Print the JSON Schema of a kind of document
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet schema scene > scene.schema.json")]
-pub struct Args {
+pub struct SchemaArgs {
     /// Which document
     kind: Kind,
 }
@@ -27,7 +27,7 @@ enum Kind {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &SchemaArgs) -> Outcome {
     let kind = match args.kind {
         Kind::Scene => documents::DocumentKind::Scene,
         Kind::Exercise => documents::DocumentKind::Exercise,

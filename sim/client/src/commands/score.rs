@@ -17,7 +17,7 @@ use crate::{commands, output};
 /// or the hand was not given the tissue's force for more than a tenth of the time in the body, is void: exit 1.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  stylet score attempt.mcap\n  stylet score attempt.mcap --json | jq .score")]
-pub struct Args {
+pub struct ScoreArgs {
     /// The recording
     #[arg(value_name = "REC.mcap")]
     recording: PathBuf,
@@ -30,7 +30,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &ScoreArgs) -> Outcome {
     let recording = commands::read_recording(&args.recording)?;
     let bundle = match &args.exercise {
         Some(path) => ExerciseBundle::read(path)?,

@@ -15,8 +15,8 @@ use tissue::SpecimenError;
 use uuid::Uuid;
 
 use crate::exit::{Failure, Outcome};
-use crate::maker::{self, Hand, Maker};
-use crate::motion::Watched;
+use crate::maker::{self, HandChoice, Maker};
+use crate::motion::WatchedSource;
 use crate::new_file::NewFile;
 use crate::{clock, commands, output};
 
@@ -28,14 +28,14 @@ use crate::{clock, commands, output};
 #[command(after_help = "Examples:\n  \
     stylet simulate exercise.toml --operator expert --seed 7 --out attempt.mcap\n  \
     stylet simulate exercise.toml --operator constant:2 --out slow.mcap")]
-pub struct Args {
+pub struct SimulateArgs {
     /// The exercise
     #[arg(value_name = "EXERCISE.toml")]
     exercise: PathBuf,
     /// Who moves the needle: novice, intermediate, expert, constant:MM_S (a stiff hand at that speed), or a CSV file
     /// with t_s and either x_m along the planned axis or px_m, py_m, pz_m and optionally qx, qy, qz, qw
     #[arg(long, value_name = "NAME|constant:MM_S|FILE.csv", default_value = "expert")]
-    operator: Hand,
+    operator: HandChoice,
     /// Draws the patient and the operator's hand
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
@@ -80,7 +80,7 @@ struct Summary {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &SimulateArgs) -> Outcome {
     let bundle = ExerciseBundle::read(&args.exercise)?;
     let session = session(args, &bundle);
     let started = clock::instant();
@@ -107,7 +107,7 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 /// Simulates and writes, under a temporary name until all is on disk.
-fn record(args: &Args, session: &Session, bundle: &ExerciseBundle) -> Result<Simulated, Failure> {
+fn record(args: &SimulateArgs, session: &Session, bundle: &ExerciseBundle) -> Result<Simulated, Failure> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
     let specimen = commands::prepare_specimen(&args.exercise, bundle, &patient)?;
     for unsound in soundness::check(&documents::along_path(specimen.spec().axial.clone(), bundle.exercise.angle_deg)) {
@@ -118,7 +118,7 @@ fn record(args: &Args, session: &Session, bundle: &ExerciseBundle) -> Result<Sim
     }
     let source = args.operator.source(bundle, args.seed)?;
     let clock = Clock { tick_hz: session.tick_hz, time_limit_s: bundle.exercise.time_limit_s };
-    let mut watched = Watched::new(source, &clock);
+    let mut watched = WatchedSource::new(source, &clock);
     let mut file = NewFile::create(&args.out, args.force)?;
     let mut writer = maker::writer(file.file(), session, bundle, &args.out)?;
     let simulated = simulate::simulate(&specimen, &mut watched, &mut writer, &clock)
@@ -128,7 +128,7 @@ fn record(args: &Args, session: &Session, bundle: &ExerciseBundle) -> Result<Sim
     Ok(simulated)
 }
 
-fn session(args: &Args, bundle: &ExerciseBundle) -> Session {
+fn session(args: &SimulateArgs, bundle: &ExerciseBundle) -> Session {
     let maker = Maker {
         device: &args.operator.device(),
         device_max_force_n: f64::INFINITY,

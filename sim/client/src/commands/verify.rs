@@ -15,7 +15,7 @@ use crate::{commands, output};
 /// the same to the bit, 1 when anything differs.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet verify attempt.mcap")]
-pub struct Args {
+pub struct VerifyArgs {
     /// The recording
     #[arg(value_name = "REC.mcap")]
     recording: PathBuf,
@@ -25,7 +25,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &VerifyArgs) -> Outcome {
     let recording = commands::read_recording(&args.recording)?;
     let bundle = commands::own_exercise(&args.recording, &recording)?;
     let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };

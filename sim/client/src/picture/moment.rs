@@ -10,7 +10,7 @@ use recording::Recording;
 use recording::event::{Event, EventKind};
 use recording::sample::{Sample, flags};
 use recording::tent::Tent;
-use render::frame::{Frame, Ghost, Orbit, Puncture, View};
+use render::frame::{DrawnPuncture, Frame, Ghost, Orbit, View};
 
 /// A structure that was hit is lit for so long, in s.
 const LIT_S: f64 = 1.5;
@@ -194,9 +194,9 @@ impl Moment {
 }
 
 impl Track {
-    fn puncture(&self, t_s: f64) -> Puncture {
+    fn puncture(&self, t_s: f64) -> DrawnPuncture {
         let Self { entry_m, axis, depth_m, opened, .. } = *self;
-        Puncture {
+        DrawnPuncture {
             entry_m: entry_m.map(|c| c as f32),
             axis,
             depth_m: depth_m as f32,
@@ -367,7 +367,7 @@ mod tests {
 
     /// The same attempt as a simulator of before recorded it.
     fn as_before(recording: &Recording, specimen: &Specimen) -> Recording {
-        let mut tissue = attempt::tick::Attempt::following(specimen, Follows::Forces);
+        let mut tissue = attempt::tick::TickedAttempt::following(specimen, Follows::Forces);
         let tents = recording.samples.iter().filter_map(|sample| tissue.step(&sample.into()).tent).collect();
         Recording { tents, ..recording.clone() }
     }

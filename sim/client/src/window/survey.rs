@@ -12,8 +12,8 @@ use uuid::Uuid;
 use self::question::{Question, Typed};
 use super::colours;
 use crate::exit::Failure;
-use crate::live::desk::{self, Answer, Asked, Call};
-use crate::outbox::{Outbox, Sheet};
+use crate::live::desk::{self, AskedSurvey, Call, DeskAnswer};
+use crate::outbox::{AnswerSheet, Outbox};
 use crate::station::Pairing;
 
 /// Width of the panel, in points.
@@ -21,7 +21,7 @@ const WIDTH: f32 = 420.0;
 
 /// A survey that is offered, answered or sent.
 pub struct Survey {
-    asked: Arc<Asked>,
+    asked: Arc<AskedSurvey>,
     session: Uuid,
     pairing: Pairing,
     outbox: Outbox,
@@ -42,7 +42,7 @@ enum Stage {
 
 /// Answers that are given.
 struct Open {
-    sheet: Sheet,
+    sheet: AnswerSheet,
     /// In the order of the items.
     answers: Vec<Option<Said>>,
     /// What was typed, in the order of the items.
@@ -63,7 +63,7 @@ enum Wish {
 
 impl Survey {
     /// Offers a survey after an attempt.
-    pub fn new(asked: Arc<Asked>, session: Uuid, (pairing, outbox): (Pairing, Outbox)) -> Self {
+    pub fn new(asked: Arc<AskedSurvey>, session: Uuid, pairing: Pairing, outbox: Outbox) -> Self {
         let language = asked.instrument.language_for("en").to_owned();
         Self { asked, session, pairing, outbox, language, stage: Stage::Offered, error: None }
     }
@@ -140,7 +140,7 @@ impl Survey {
         let mut changed = false;
         for &at in items {
             let question = Question { instrument, item: &instrument.items[at], language: &language };
-            changed |= question.ui(ui, (&mut open.answers[at], &mut open.typed[at]));
+            changed |= question.ui(ui, &mut open.answers[at], &mut open.typed[at]);
         }
         ui.add_space(8.0);
         let last = open.step + 1 >= pages.len();
@@ -168,12 +168,12 @@ impl Survey {
         let Stage::Sent { call, secret } = &self.stage else { return Wish::Nothing };
         ui.label(RichText::new(self.t("Thank you.", "Danke.")).strong());
         match desk::read(call) {
-            Answer::Waiting => {
+            DeskAnswer::Waiting => {
                 ui.label(self.t("on their way to the school …", "unterwegs zur Schule …"));
                 ui.ctx().request_repaint_after_secs(0.2);
             }
-            Answer::Came(words) => drop(ui.colored_label(colours::GOOD, format!("● {words}"))),
-            Answer::Refused(why) => drop(ui.colored_label(colours::WARN, format!("▲ {why}"))),
+            DeskAnswer::Came(words) => drop(ui.colored_label(colours::GOOD, format!("● {words}"))),
+            DeskAnswer::Refused(why) => drop(ui.colored_label(colours::WARN, format!("▲ {why}"))),
         }
         if self.asked.anonymous {
             ui.add_space(8.0);
@@ -205,7 +205,7 @@ impl Survey {
     fn begin(&mut self) {
         let items = self.asked.instrument.items.len();
         self.stage = Stage::Open(Box::new(Open {
-            sheet: Sheet::new(self.session, self.asked.id, &self.language),
+            sheet: AnswerSheet::new(self.session, self.asked.id, &self.language),
             answers: vec![None; items],
             typed: vec![Typed::default(); items],
             step: 0,
@@ -246,7 +246,7 @@ impl Survey {
 
 impl Open {
     /// Writes the answers to what is asked on the sheet.
-    fn write_down(&mut self, asked: &Asked) {
+    fn write_down(&mut self, asked: &AskedSurvey) {
         let asked_items = asked_pages(&asked.instrument, &self.answers).into_iter().flat_map(|(_, items)| items);
         let given =
             asked_items.filter_map(|at| Some((asked.instrument.items[at].id.clone(), self.answers[at].clone()?)));

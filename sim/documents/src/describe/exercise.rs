@@ -11,8 +11,8 @@ pub(crate) static EXERCISE: Table = Table {
         Field::text("briefing", &Text::PROSE, "Shown before the attempt").or_text(""),
         Field::text("scene", &Text::LINE, "Scene document, relative to this one").required(),
         Field::new("difficulty", Kind::Integer { min: 1, max: 5 }, "Difficulty").or(1.0),
-        Field::number("pass_mark", "", (0.0, 100.0), "Score needed to pass").or(70.0),
-        Field::number("time_limit_s", "s", (1.0, 3600.0), "Time limit").or(300.0),
+        Field::number("pass_mark", "", 0.0..=100.0, "Score needed to pass").or(70.0),
+        Field::number("time_limit_s", "s", 1.0..=3600.0, "Time limit").or(300.0),
         Field::new(
             "feedback",
             Kind::Choice(&["force", "picture", "overlay", "both"]),
@@ -44,27 +44,22 @@ static ENTRY: Table = Table {
             Kind::Vector { unit: "mm", len: 2, min: -200.0, max: 200.0 },
             "Entry on the skin, x and y; the origin if left out",
         ),
-        Field::number("angle_deg", "°", (0.0, 60.0), "Angle between the needle and the surface normal").or(0.0),
-        Field::number("azimuth_deg", "°", (-360.0, 360.0), "Heading of the tip seen from outside, from +x to +y")
+        Field::number("angle_deg", "°", 0.0..=60.0, "Angle between the needle and the surface normal").or(0.0),
+        Field::number("azimuth_deg", "°", -360.0..=360.0, "Heading of the tip seen from outside, from +x to +y")
             .or(0.0),
     ],
 };
 
 static TARGET: Table = Table {
     doc: "Where to stop",
-    fields: &[Field::number("depth_mm", "mm", (0.1, 500.0), "Depth along the needle's axis from the skin").required()],
+    fields: &[Field::number("depth_mm", "mm", 0.1..=500.0, "Depth along the needle's axis from the skin").required()],
 };
 
 static REQUIRED: Table = Table {
     doc: "Until all of this has happened an attempt earns nothing, and fails",
     fields: &[
         Field::text("reached", &Text::NAME, "Layer whose upper boundary the tip must have opened"),
-        Field::number(
-            "within_mm",
-            "mm",
-            (0.1, 500.0),
-            "Largest distance of the depth at confirm from the target depth",
-        ),
+        Field::number("within_mm", "mm", 0.1..=500.0, "Largest distance of the depth at confirm from the target depth"),
         Field::new("confirmed", Kind::Flag, "The position must have been confirmed with the tip in the body")
             .with(Presence::Flag(false)),
         Field::new("withdrawn", Kind::Flag, "The needle must have left the body by the end")
@@ -85,10 +80,10 @@ static RUBRIC: Table = Table {
     fields: &[
         Field::text("metric", &Text::LINE, "Metric id; its unit is that of full and zero").required(),
         VERSION,
-        Field::number("full", "", (-1e9, 1e9), "Value that earns everything; for a range metric, the distance from 0")
+        Field::number("full", "", -1e9..=1e9, "Value that earns everything; for a range metric, the distance from 0")
             .required(),
-        Field::number("zero", "", (-1e9, 1e9), "Value that earns nothing; another than full").required(),
-        Field::number("weight", "", (1e-3, 1e3), "Relative weight").or(1.0),
+        Field::number("zero", "", -1e9..=1e9, "Value that earns nothing; another than full").required(),
+        Field::number("weight", "", 1e-3..=1e3, "Relative weight").or(1.0),
     ],
 };
 
@@ -97,7 +92,7 @@ static HARD_FAIL: Table = Table {
     fields: &[
         Field::text("metric", &Text::LINE, "Metric id; its unit is that of above").required(),
         VERSION,
-        Field::number("above", "", (-1e9, 1e9), "The attempt fails when the value is above this").required(),
+        Field::number("above", "", -1e9..=1e9, "The attempt fails when the value is above this").required(),
         Field::text("why", &Text::LINE, "Said to the trainee").required(),
     ],
 };
@@ -111,8 +106,8 @@ static COACHING: Table = Table {
             "Live quantity; its unit is that of above and rearm_below",
         )
         .required(),
-        Field::number("above", "", (0.0, 1e6), "Said when the quantity rises above this").required(),
-        Field::number("rearm_below", "", (0.0, 1e6), "Armed again below this; `above` if left out"),
+        Field::number("above", "", 0.0..=1e6, "Said when the quantity rises above this").required(),
+        Field::number("rearm_below", "", 0.0..=1e6, "Armed again below this; `above` if left out"),
         Field::text("message", &Text::LINE, "The message").required(),
     ],
 };

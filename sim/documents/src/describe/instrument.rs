@@ -48,7 +48,7 @@ pub(crate) static INSTRUMENT: Table = Table {
         Field::new("languages", Kind::Texts(&Text::ID), "Codes of its languages, the first for whoever speaks none")
             .required(),
         prose("intro", "What to know before the first question"),
-        Field::number("duration_min", "min", (0.1, 120.0), "How long it takes").required(),
+        Field::number("duration_min", "min", 0.1..=120.0, "How long it takes").required(),
         Field::text("source", &Text::PROSE, "Who made it, and where it was published").required(),
         Field::text("licence", &Text::PROSE, "Under which terms it may be used").required(),
         Field::new("scale", Kind::Tables { table: &SCALE, min: 1, max: 60 }, "Ways of answering").required(),
@@ -78,9 +78,9 @@ static SCALE: Table = Table {
             Kind::Integer { min: 2, max: 11 },
             "likert: answers from here on call an item relevant (content validity)",
         ),
-        Field::number("min", "", (-1e9, 1e9), "slider, number: least answer"),
-        Field::number("max", "", (-1e9, 1e9), "slider, number: largest answer"),
-        Field::number("step", "", (1e-6, 1e9), "slider: distance between two answers"),
+        Field::number("min", "", -1e9..=1e9, "slider, number: least answer"),
+        Field::number("max", "", -1e9..=1e9, "slider, number: largest answer"),
+        Field::number("step", "", 1e-6..=1e9, "slider: distance between two answers"),
         Field::text("unit", &Text::NAME, "number: the unit of the answer"),
         Field::new("option", Kind::Tables { table: &OPTION, min: 2, max: 40 }, "choice, choices: what to choose from"),
         Field::new("max_characters", Kind::Integer { min: 1, max: 10_000 }, "text: how long it may be"),
@@ -132,13 +132,13 @@ static SCORE: Table = Table {
         Field::new("items", Kind::Texts(&Text::ID), "The items that count").required(),
         Field::new("reversed", Kind::Texts(&Text::ID), "Those of them that count as least + largest − answer")
             .with(Presence::Empty),
-        Field::number("shift", "", (-1e6, 1e6), "Added to each item").or(0.0),
+        Field::number("shift", "", -1e6..=1e6, "Added to each item").or(0.0),
         Field::new("combine", Kind::Choice(&["sum", "mean", "pair-weighted"]), "How the items are put together")
             .required(),
         Field::new("pairs", Kind::Texts(&Text::ID), "pair-weighted: an item weighs how often these choose it")
             .with(Presence::Empty),
-        Field::number("factor", "", (-1e6, 1e6), "The combination is multiplied by it").or(1.0),
-        Field::number("offset", "", (-1e6, 1e6), "Added in the end").or(0.0),
+        Field::number("factor", "", -1e6..=1e6, "The combination is multiplied by it").or(1.0),
+        Field::number("offset", "", -1e6..=1e6, "Added in the end").or(0.0),
         Field::new(
             "missing",
             Kind::Choice(&["no-score", "mean-of-answered"]),

@@ -6,6 +6,8 @@
 use std::borrow::Borrow;
 use std::fmt::Display;
 
+use std::ops::RangeInclusive;
+
 use phrase::{Phrase, phrase};
 
 mod curriculum;
@@ -89,8 +91,8 @@ impl Field {
     }
 
     /// A number in `unit` within `range`.
-    const fn number(key: &'static str, unit: &'static str, range: (f64, f64), doc: &'static str) -> Self {
-        Self::new(key, Kind::Number { unit, min: range.0, max: range.1 }, doc)
+    const fn number(key: &'static str, unit: &'static str, range: RangeInclusive<f64>, doc: &'static str) -> Self {
+        Self::new(key, Kind::Number { unit, min: *range.start(), max: *range.end() }, doc)
     }
 
     /// Three numbers in mm, each within ±`limit`.

@@ -30,25 +30,25 @@ static LAYER: Table = Table {
     doc: "A layer, its numbers at 2.0 mm diameter, diamond tip, lubrication 1, toughness 1",
     fields: &[
         Field::text("name", &Text::NAME, "Name, unique in the scene; metric ids end with it").required(),
-        Field::number("thickness_mm", "mm", (0.0, 500.0), "Thickness along the surface normal; 0 for a fascia")
+        Field::number("thickness_mm", "mm", 0.0..=500.0, "Thickness along the surface normal; 0 for a fascia")
             .required(),
-        Field::number("thickness_spread_mm", "mm", (0.0, 100.0), "Spread between patients: uniform, ±").or(0.0),
-        Field::number("stiffness_n_per_m", "N/m", (0.1, 1e7), "Stiffness k of the layer's upper boundary").required(),
-        Field::number("damping_n_s_per_m2", "N·s/m²", (0.0, 1e5), "Damping b per inserted length").or(0.0),
-        Field::number("tip_rupture_n", "N", (0.0, 100.0), "Force at which the tip opens the boundary").required(),
+        Field::number("thickness_spread_mm", "mm", 0.0..=100.0, "Spread between patients: uniform, ±").or(0.0),
+        Field::number("stiffness_n_per_m", "N/m", 0.1..=1e7, "Stiffness k of the layer's upper boundary").required(),
+        Field::number("damping_n_s_per_m2", "N·s/m²", 0.0..=1e5, "Damping b per inserted length").or(0.0),
+        Field::number("tip_rupture_n", "N", 0.0..=100.0, "Force at which the tip opens the boundary").required(),
         Field::number(
             "rim_rupture_n",
             "N",
-            (0.0, 100.0),
+            0.0..=100.0,
             "Force at which the cannula's rim opens it; a trocar needs it",
         ),
-        Field::number("friction_n_per_m", "N/m", (0.0, 1e5), "Coulomb friction cap c per inserted length").or(0.0),
-        Field::number("cutting_n", "N", (0.0, 100.0), "Force f of cutting new material").or(0.0),
-        Field::number("density_kg_per_m3", "kg/m³", (100.0, 5000.0), "Density").or(1050.0),
-        Field::number("poisson_ratio", "", (0.0, 0.499), "Poisson ratio").or(0.45),
-        Field::number("youngs_modulus_pa", "Pa", (10.0, 1e10), "Young's modulus; from the stiffness if left out"),
-        Field::number("toughness_factor", "", (0.01, 100.0), "Factor on the thresholds, friction and cutting").or(1.0),
-        Field::number("recoil_time_s", "s", (1e-4, 10.0), "Recoil time after a rupture"),
+        Field::number("friction_n_per_m", "N/m", 0.0..=1e5, "Coulomb friction cap c per inserted length").or(0.0),
+        Field::number("cutting_n", "N", 0.0..=100.0, "Force f of cutting new material").or(0.0),
+        Field::number("density_kg_per_m3", "kg/m³", 100.0..=5000.0, "Density").or(1050.0),
+        Field::number("poisson_ratio", "", 0.0..=0.499, "Poisson ratio").or(0.45),
+        Field::number("youngs_modulus_pa", "Pa", 10.0..=1e10, "Young's modulus; from the stiffness if left out"),
+        Field::number("toughness_factor", "", 0.01..=100.0, "Factor on the thresholds, friction and cutting").or(1.0),
+        Field::number("recoil_time_s", "s", 1e-4..=10.0, "Recoil time after a rupture"),
         Field::text("texture", &Text::NAME, "Texture of the picture: skin, fat, muscle, fascia, …").or_text("tissue"),
         Field::text("source", &Text::PROSE, "Where the numbers come from").or_text(""),
     ],
@@ -59,42 +59,42 @@ static NEEDLE: Table = Table {
     fields: &[
         Field::new("kind", Kind::Choice(&["trocar", "needle"]), "A trocar has a rim behind its tip, a needle has none")
             .or_text("trocar"),
-        Field::number("diameter_mm", "mm", (0.1, 10.0), "Diameter D").or(2.0),
-        Field::number("diameter_exponent", "", (0.8, 2.0), "Exponent p: thresholds and cutting go with D^p").or(1.0),
+        Field::number("diameter_mm", "mm", 0.1..=10.0, "Diameter D").or(2.0),
+        Field::number("diameter_exponent", "", 0.8..=2.0, "Exponent p: thresholds and cutting go with D^p").or(1.0),
         Field::new("tip", Kind::Choice(&["diamond", "bevel", "conical", "blunt"]), "Tip, a factor on the thresholds")
             .or_text("diamond"),
-        Field::number("tip_to_rim_mm", "mm", (0.0, 50.0), "Tip to rim: 2 for a trocar, 0 for a needle, if left out"),
-        Field::number("length_mm", "mm", (10.0, 500.0), "Length from tip to hub").or(150.0),
-        Field::number("lubrication", "", (0.1, 3.0), "Factor on friction: 0.5 lubricated, 1, 1.5 dry").or(1.0),
+        Field::number("tip_to_rim_mm", "mm", 0.0..=50.0, "Tip to rim: 2 for a trocar, 0 for a needle, if left out"),
+        Field::number("length_mm", "mm", 10.0..=500.0, "Length from tip to hub").or(150.0),
+        Field::number("lubrication", "", 0.1..=3.0, "Factor on friction: 0.5 lubricated, 1, 1.5 dry").or(1.0),
         Field::new("flexible", Kind::Flag, "A bending shaft; a trocar is rigid").with(Presence::Flag(false)),
         Field::number(
             "youngs_modulus_pa",
             "Pa",
-            (1e9, 1e12),
+            1e9..=1e12,
             "Young's modulus of a shaft that bends; steel if left out",
         )
         .or(193e9),
         Field::number(
             "inner_diameter_mm",
             "mm",
-            (0.0, 9.9),
+            0.0..=9.9,
             "Bore of a shaft that bends; 0.66 D if left out, 0 is solid",
         ),
         Field::number(
             "presliding_stiffness_n_per_m",
             "N/m",
-            (1.0, 1e7),
+            1.0..=1e7,
             "Stiffness of friction and cutting before they slide",
         )
         .or(2000.0),
         Field::number(
             "speed_window_ms",
             "ms",
-            (0.0, 50.0),
+            0.0..=50.0,
             "How far back speed is measured; 0: over the last two samples",
         )
         .or(0.0),
-        Field::number("lateral_stiffness_n_per_m2", "N/m²", (0.0, 1e7), "Sideways foundation per inserted length")
+        Field::number("lateral_stiffness_n_per_m2", "N/m²", 0.0..=1e7, "Sideways foundation per inserted length")
             .or(10_000.0),
     ],
 };
@@ -102,8 +102,8 @@ static NEEDLE: Table = Table {
 static RATE: Table = Table {
     doc: "Rate dependence of the rupture thresholds, at 2.0 mm diameter and a diamond tip",
     fields: &[
-        Field::number("p_infinity_n", "N", (0.0, 100.0), "P∞, the threshold at high speed").required(),
-        Field::number("v0_mm_per_s", "mm/s", (1e-3, 1e6), "Speed at which half of the change has happened").required(),
+        Field::number("p_infinity_n", "N", 0.0..=100.0, "P∞, the threshold at high speed").required(),
+        Field::number("v0_mm_per_s", "mm/s", 1e-3..=1e6, "Speed at which half of the change has happened").required(),
     ],
 };
 
@@ -115,16 +115,16 @@ static STRUCTURE: Table = Table {
             .required(),
         Field::new("shape", Kind::Choice(&["sphere", "capsule", "box", "mesh"]), "Its shape").required(),
         Field::place("position_mm", FARTHEST_MM, "Its centre; for a mesh, where the mesh's origin goes").required(),
-        Field::number("radius_mm", "mm", (0.05, 500.0), "Radius of a sphere or capsule"),
+        Field::number("radius_mm", "mm", 0.05..=500.0, "Radius of a sphere or capsule"),
         Field::place("half_axis_mm", 500.0, "Half of a capsule's axis, from its centre to one end"),
         Field::place("half_extents_mm", 500.0, "Half of each edge of a box, each above 0"),
         Field::number(
             "wall_stiffness_n_per_m",
             "N/m",
-            (1.0, 1e5),
+            1.0..=1e5,
             "Stiffness of its wall against the tip; none is felt if left out",
         ),
-        Field::number("wall_rupture_n", "N", (0.01, 100.0), "Force at which its wall gives way"),
+        Field::number("wall_rupture_n", "N", 0.01..=100.0, "Force at which its wall gives way"),
         Field::text("file", &Text::LINE, "STL or OBJ file of a mesh, relative to the scene"),
         UNIT,
         AXES,
@@ -163,7 +163,7 @@ static TISSUE: Table = Table {
             "Model of the deformation; auto lets the planner choose",
         )
         .or_text("auto"),
-        Field::number("tolerance", "", (1e-6, 1.0), "Tolerated relative error of the displacement").or(0.05),
+        Field::number("tolerance", "", 1e-6..=1.0, "Tolerated relative error of the displacement").or(0.05),
         Field::new("coupling", Kind::Choice(&["none", "field"]), "Whether the field sets the boundaries' stiffness")
             .or_text("none"),
     ],

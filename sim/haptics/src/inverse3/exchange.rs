@@ -15,8 +15,8 @@ use tungstenite::{Error, Utf8Bytes};
 use super::agreement::Agreement;
 use super::code;
 use super::command::{KEEP_ALIVE, SetForce};
-use super::session::Session;
-use super::state::Frame;
+use super::session::Inverse3Session;
+use super::state::StateFrame;
 use crate::clock;
 use crate::device::{DeviceFault, Reading};
 use crate::servo::priority;
@@ -85,7 +85,7 @@ impl Drop for EndOfThread {
 
 /// The device as the thread sees it.
 pub struct Exchange {
-    pub session: Session,
+    pub session: Inverse3Session,
     pub device_id: String,
     pub command: SetForce,
     pub readings: Input<Reading>,
@@ -174,7 +174,7 @@ impl Exchange {
     }
 
     fn hear(&mut self, text: &Utf8Bytes, times: &mut Times) {
-        let Some(frame) = Frame::read(text) else {
+        let Some(frame) = StateFrame::read(text) else {
             times.understood = false;
             self.shared.garbage.fetch_add(1, Ordering::Relaxed);
             return;

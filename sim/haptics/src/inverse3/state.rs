@@ -16,7 +16,7 @@ const FEW: usize = 4;
 
 /// A frame of the service. The first one has `config`; later ones only what changes.
 #[derive(Deserialize)]
-pub struct Frame<'a> {
+pub struct StateFrame<'a> {
     #[serde(borrow, default)]
     inverse3: Few<Arm<'a>>,
     #[serde(default)]
@@ -89,7 +89,7 @@ struct Abc {
     b: bool,
 }
 
-impl<'a> Frame<'a> {
+impl<'a> StateFrame<'a> {
     /// Reads a text of the service; none if it is not one.
     pub fn read(text: &'a str) -> Option<Self> {
         serde_json::from_str(text).ok()

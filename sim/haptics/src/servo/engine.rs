@@ -23,7 +23,7 @@ const QUANTILES_EVERY: u64 = 50;
 
 /// When a tick is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moment {
+pub struct TickMoment {
     /// Time of the servo's clock, in s.
     pub now_s: f64,
     /// How late that is, in s.
@@ -34,11 +34,11 @@ pub struct Moment {
 pub struct Engine {
     params: Arc<PunctureParams>,
     scaling: Scaling,
-    safety: safety::Params,
+    safety: safety::SafetyParams,
     mapping: Mapping,
     state: PunctureState,
     scratch: PunctureScratch,
-    chain: safety::State,
+    chain: safety::SafetyState,
     grid: Grid,
     /// The tip was in the body at the last tick.
     inside: bool,
@@ -84,7 +84,7 @@ impl Engine {
         let engine = Self {
             state: PunctureState::new(&params),
             scratch: PunctureScratch::new(&params),
-            chain: safety::State::default(),
+            chain: safety::SafetyState::default(),
             grid: Grid::new(rate_hz)?,
             inside: false,
             wrote: Ok(()),
@@ -115,7 +115,7 @@ impl Engine {
     pub fn tick(
         &mut self,
         reading: Result<Reading, DeviceFault>,
-        moment: &Moment,
+        moment: &TickMoment,
         clock: &dyn Fn() -> f64,
     ) -> Option<Vector3<f64>> {
         self.watch(&reading, moment.now_s);
@@ -204,8 +204,8 @@ impl Engine {
     }
 
     /// The law's force, scaled and made safe.
-    fn protect(&mut self, moment: &Moment, believed: Believed, output: &PunctureOutput) -> safety::Output {
-        let input = safety::Input {
+    fn protect(&mut self, moment: &TickMoment, believed: Believed, output: &PunctureOutput) -> safety::Output {
+        let input = safety::SafetyInput {
             now_s: moment.now_s,
             late_periods: moment.late_s / self.grid.period_s(),
             connected: self.wrote.is_ok(),
@@ -215,7 +215,7 @@ impl Engine {
         safety::step(&self.safety, &mut self.chain, &input)
     }
 
-    fn count(&mut self, moment: &Moment) {
+    fn count(&mut self, moment: &TickMoment) {
         self.lateness.add(moment.late_s);
         self.counts.ticks += 1;
         self.counts.stalls += u64::from(moment.late_s > self.grid.period_s());
@@ -257,7 +257,7 @@ impl Engine {
     }
 
     /// What happened to this tick besides the safety chain.
-    fn flags(&self, moment: &Moment) -> u32 {
+    fn flags(&self, moment: &TickMoment) -> u32 {
         let flag = |on: bool, flag: u32| if on { flag } else { 0 };
         flag(moment.late_s > self.grid.period_s(), flags::STALLED)
             | flag(self.mapping.clutched(), flags::CLUTCHED)
@@ -274,7 +274,7 @@ struct Told {
     believed: Believed,
     output: PunctureOutput,
     sent: safety::Output,
-    moment: Moment,
+    moment: TickMoment,
 }
 
 fn single(v: &Vector3<f64>) -> [f32; 3] {

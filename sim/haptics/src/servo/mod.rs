@@ -26,7 +26,7 @@ use crate::safety;
 use crate::scaling::Scaling;
 
 pub use bare::bare;
-pub use engine::{Counts, Engine, Moment};
+pub use engine::{Counts, Engine, TickMoment};
 pub use latest::{LatestReader, Snapshot};
 pub use priority::Priority;
 pub use record::{CAPACITY, Record, Records};
@@ -56,7 +56,7 @@ pub struct Setup {
     /// The scene's forces on this device.
     pub scaling: Scaling,
     /// Limits of the safety chain.
-    pub safety: safety::Params,
+    pub safety: safety::SafetyParams,
     /// Tick rate, in Hz.
     pub rate_hz: f64,
 }
@@ -68,10 +68,11 @@ impl Setup {
         params: Arc<PunctureParams>,
         mapping: Mapping,
         info: &DeviceInfo,
-        (target_x_m, rate_hz): (f64, f64),
+        target_x_m: f64,
+        rate_hz: f64,
     ) -> Self {
         let scaling = Scaling::new(&params.spec().axial, target_x_m, info);
-        let safety = safety::Params::new(info, rate_hz, scaling.scaled_softest_n_per_m());
+        let safety = safety::SafetyParams::new(info, rate_hz, scaling.scaled_softest_n_per_m());
         Self { params, mapping, scaling, safety, rate_hz }
     }
 }

@@ -60,7 +60,7 @@ pub use loads::loads;
 pub use params::{
     AxialParams, AxialSpec, Domain, ForceLaw, Layer, MAX_LAYERS, ParamError, RateDependence, UnknownForceLaw,
 };
-pub use state::{AxialInput, AxialOutput, AxialScratch, AxialState, Contactor, Rupture, Stage, Standing};
+pub use state::{AxialInput, AxialOutput, AxialScratch, AxialStanding, AxialState, Contactor, PiercingStage, Rupture};
 pub use step::{ahead, step};
 
 pub(crate) use book::book_lateral;

@@ -5,7 +5,7 @@ use super::params::{AxialParams, AxialSpec, ForceLaw, RateDependence};
 use super::path::{Open, Path, lay_boundaries};
 use super::speed_window::TimedDisplacement;
 use super::springs::{Cut, SpringTick, SpringWork, cut};
-use super::state::{AxialInput, AxialOutput, AxialScratch, AxialState, Contactor, LastSample, Rupture, Standing};
+use super::state::{AxialInput, AxialOutput, AxialScratch, AxialStanding, AxialState, Contactor, LastSample, Rupture};
 
 /// A displacement beyond this, in m, is a broken device, not a needle.
 const MAX_DISPLACEMENT_M: f64 = 1e3;
@@ -88,7 +88,7 @@ fn stored_j(spec: &AxialSpec, output: &AxialOutput) -> f64 {
 /// For whoever sees the law's samples at a lower rate: boundaries that would give way in between do so in the answer.
 /// `scratch` is that of the last step. The ruptures foreseen are left in it.
 #[must_use]
-pub fn ahead(params: &AxialParams, state: &AxialState, scratch: &mut AxialScratch, dt_s: f64) -> Standing {
+pub fn ahead(params: &AxialParams, state: &AxialState, scratch: &mut AxialScratch, dt_s: f64) -> AxialStanding {
     let now = state.standing();
     scratch.ruptures.clear();
     let v_m_per_s = now.output.v_m_per_s;
@@ -103,7 +103,7 @@ pub fn ahead(params: &AxialParams, state: &AxialState, scratch: &mut AxialScratc
         open = resolve(&path, open, &thresholds, x_m, ruptures);
     }
     let output = forces(params, &path, state, &Moment { open, x_m, motion }).output;
-    Standing { tip_open: open.tip, rim_open: open.rim, output }
+    AxialStanding { tip_open: open.tip, rim_open: open.rim, output }
 }
 
 /// The motion since the last good sample, or none when this one is not to be believed. Both differences are 0 on the first.
@@ -140,7 +140,7 @@ impl Thresholds {
 /// opens one boundary, so it is bounded by the number of layers.
 fn resolve(path: &Path<'_>, mut open: Open, at: &Thresholds, x_m: f64, ruptures: &mut Vec<Rupture>) -> Open {
     for contactor in [Contactor::Tip, Contactor::Rim] {
-        while let Some((rupture, next)) = next_rupture(path, open, at, (contactor, x_m)) {
+        while let Some((rupture, next)) = next_rupture(path, open, at, contactor, x_m) {
             ruptures.push(rupture);
             open = next;
         }
@@ -153,7 +153,8 @@ fn next_rupture(
     path: &Path<'_>,
     open: Open,
     at: &Thresholds,
-    (contactor, x_m): (Contactor, f64),
+    contactor: Contactor,
+    x_m: f64,
 ) -> Option<(Rupture, Open)> {
     let (boundary, tent) = match contactor {
         Contactor::Tip => (open.tip, path.tip(open, x_m)),

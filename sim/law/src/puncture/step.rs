@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::contact::{Latch, believe, enter, free_displacement_m, leave};
 use super::params::PunctureParams;
 use super::state::{LastPose, PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, PunctureState};
-use crate::axial::{self, AxialInput, AxialOutput, Stage};
+use crate::axial::{self, AxialInput, AxialOutput, PiercingStage};
 use crate::beam::Bend;
 use crate::stance::Intrusion;
 use crate::structures::{Shaft, StructureKind};
@@ -23,11 +23,11 @@ pub fn step(
         let axial = AxialOutput { held: true, ..state.axial.last_output() };
         let side = Side::new(state, params.bend(axial.depth_m));
         survey(params, state, scratch, &side);
-        return assemble(params, state, scratch, (axial, &side));
+        return assemble(params, state, scratch, axial, &side);
     };
     let left = cross_skin(state, scratch, &pose);
     state.last = Some(pose);
-    let axial = advance(params, state, scratch, (input.t_s, left.as_ref()));
+    let axial = advance(params, state, scratch, input.t_s, left.as_ref());
     let bend = params.bend(axial.depth_m);
     press(params, state, scratch, &bend);
     if let Some(latch) = left {
@@ -38,7 +38,7 @@ pub fn step(
     survey(params, state, scratch, &side);
     report_hits(state, scratch);
     open_walls(params, state, &side);
-    assemble(params, state, scratch, (axial, &side))
+    assemble(params, state, scratch, axial, &side)
 }
 
 /// Writes what the needle does to the tissue after the last step into `loads_n`, in N, as [`axial::loads`] does. Never allocates.
@@ -93,7 +93,8 @@ fn advance(
     params: &PunctureParams,
     state: &mut PunctureState,
     scratch: &mut PunctureScratch,
-    (t_s, left): (f64, Option<&Latch>),
+    t_s: f64,
+    left: Option<&Latch>,
 ) -> AxialOutput {
     let path_factor = state.latch.as_ref().or(left).map_or(1.0, |latch| latch.path_factor);
     let input = AxialInput { t_s, x_m: displacement_m(state), path_factor };
@@ -157,7 +158,8 @@ fn assemble(
     params: &PunctureParams,
     state: &PunctureState,
     scratch: &PunctureScratch,
-    (axial, side): (AxialOutput, &Side),
+    axial: AxialOutput,
+    side: &Side,
 ) -> PunctureOutput {
     let (stage, boundary) = stage(params, state);
     let structures_n = state.last.as_ref().map_or_else(Vector3::zeros, |pose| {
@@ -189,22 +191,22 @@ fn clearance_m(params: &PunctureParams, scratch: &PunctureScratch) -> f64 {
 }
 
 /// Where the first boundary that is not fully open stands; the last one, when all are. In the air nothing is touched.
-fn stage(params: &PunctureParams, state: &PunctureState) -> (Stage, usize) {
+fn stage(params: &PunctureParams, state: &PunctureState) -> (PiercingStage, usize) {
     let spec = params.axial.spec();
     let (tip_open, rim_open) = (state.axial.tip_open, state.axial.rim_open);
     let forces = state.axial.last_output();
     if state.latch.is_none() {
-        return (Stage::Untouched, 0);
+        return (PiercingStage::Untouched, 0);
     }
     let boundary = if spec.tip_to_rim_m > 0.0 { rim_open } else { tip_open };
     if boundary >= spec.layers.len() {
-        return (Stage::RimThrough, spec.layers.len() - 1);
+        return (PiercingStage::RimThrough, spec.layers.len() - 1);
     }
     let stage = match (tip_open > boundary, forces.tip_n > 0.0, forces.rim_n > 0.0) {
-        (false, false, _) => Stage::Untouched,
-        (false, true, _) => Stage::TipTents,
-        (true, _, false) => Stage::TipThrough,
-        (true, _, true) => Stage::RimTents,
+        (false, false, _) => PiercingStage::Untouched,
+        (false, true, _) => PiercingStage::TipTents,
+        (true, _, false) => PiercingStage::TipThrough,
+        (true, _, true) => PiercingStage::RimTents,
     };
     (stage, boundary)
 }

@@ -3,7 +3,7 @@
 //!
 //! It would fail if damping used a wrong layer's coefficient or length, which are the paper's own misprints.
 
-use bench::scenes::{Run, layer, needle_through};
+use bench::scenes::{AxialRun, layer, needle_through};
 use law::axial::{AxialSpec, Layer};
 
 const SPEED: f64 = 0.002;
@@ -37,7 +37,7 @@ fn cell(layers: &[Layer], i: usize, ruptured: bool, (x, v): (f64, f64)) -> f64 {
 #[test]
 fn a_single_contactor_is_the_closed_form_in_all_six_cells() {
     let spec = table_i();
-    let mut run = Run::new(spec.clone()).expect("a valid scene");
+    let mut run = AxialRun::new(spec.clone()).expect("a valid scene");
     let mut visited = [[0_u32; 2]; 3];
     let mut x_before = 0.0;
     for tick in 0..24_000 {

@@ -10,7 +10,7 @@ use law::puncture::{PunctureEvent, PunctureOutput};
 use law::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3, Vector3};
 
-use bench::needle::Needle;
+use bench::needle::DrivenNeedle;
 use bench::scenes::{paper, training};
 
 const DT: f64 = 1e-3;
@@ -35,7 +35,7 @@ struct Tick {
 }
 
 /// Runs an operator until it is done, or for two minutes.
-fn perform(operator: &mut Operator, mut needle: Needle) -> Vec<Tick> {
+fn perform(operator: &mut Operator, mut needle: DrivenNeedle) -> Vec<Tick> {
     let mut ticks: Vec<Tick> = Vec::new();
     let mut force_n = Vector3::zeros();
     for _ in 0..120_000 {
@@ -51,7 +51,7 @@ fn perform(operator: &mut Operator, mut needle: Needle) -> Vec<Tick> {
 }
 
 fn attempt(skill: &Skill, seed: u64, scene: AxialSpec) -> Vec<Tick> {
-    perform(&mut Operator::skilled(skill, &plan(), seed), Needle::new(scene, vec![]).expect("a valid scene"))
+    perform(&mut Operator::skilled(skill, &plan(), seed), DrivenNeedle::new(scene, vec![]).expect("a valid scene"))
 }
 
 fn confirmed_x_m(ticks: &[Tick]) -> f64 {
@@ -123,7 +123,7 @@ fn an_operator_that_meets_bone_pushes_gives_up_and_comes_back() {
         wall: None,
     };
     for skill in [Skill::novice(), Skill::expert()] {
-        let needle = Needle::new(training(), vec![bone.clone()]).expect("a valid scene");
+        let needle = DrivenNeedle::new(training(), vec![bone.clone()]).expect("a valid scene");
         let ticks = perform(&mut Operator::skilled(&skill, &plan(), 1), needle);
         assert!(ticks.last().expect("ticks").motion.done, "it must not push for ever");
         let hardest_n = ticks.iter().map(|tick| tick.output.structures_n.norm()).fold(0.0, f64::max);
@@ -134,7 +134,7 @@ fn an_operator_that_meets_bone_pushes_gives_up_and_comes_back() {
 #[test]
 fn a_constant_speed_is_exactly_constant_from_the_start_position_at_time_zero() {
     let mut operator = Operator::constant(0.002, &plan());
-    let ticks = perform(&mut operator, Needle::new(paper(), vec![]).expect("a valid scene"));
+    let ticks = perform(&mut operator, DrivenNeedle::new(paper(), vec![]).expect("a valid scene"));
     for (n, tick) in ticks.iter().take(17_000).enumerate() {
         let wanted = -0.01 + 0.002 * (n as f64 * DT);
         assert!((tick.output.x_m - wanted).abs() < 1e-12, "tick {n}: {}", tick.output.x_m);

@@ -8,7 +8,7 @@ use law::axial::{AxialParams, AxialSpec, Contactor, ForceLaw, Layer, ParamError,
 use law::soundness::Unsound;
 use proptest::prelude::*;
 
-use bench::scenes::{Run, layer, paper};
+use bench::scenes::{AxialRun, layer, paper};
 
 fn any_layer() -> impl Strategy<Value = Layer> {
     let thickness = prop_oneof![Just(0.0), 0.01..40.0_f64];
@@ -48,7 +48,7 @@ fn any_walk() -> impl Strategy<Value = Vec<(f64, f64)>> {
 /// Walks a scene, checking each tick.
 fn walk(spec: AxialSpec, steps: &[(f64, f64)]) -> Result<(), TestCaseError> {
     let (layers, windowed) = (spec.layers.clone(), spec.speed_window_s > 0.0);
-    let mut run = Run::new(spec).expect("a valid scene");
+    let mut run = AxialRun::new(spec).expect("a valid scene");
     let (mut t_s, mut x_m) = (0.0, -0.001);
     run.step(t_s, x_m);
     for &(dt, dx) in steps {

@@ -6,7 +6,7 @@ use law::closed_form::ruptures;
 use law::soundness::check;
 
 use bench::lateness_m;
-use bench::scenes::{Leg, Run, paper, training};
+use bench::scenes::{AxialRun, Leg, paper, training};
 
 #[test]
 fn the_trocars_closed_form_is_the_published_one() {
@@ -65,7 +65,7 @@ fn a_threshold_too_high_for_its_stiffness_is_named_with_the_largest_sound_one() 
 #[test]
 fn rate_dependence_is_half_way_at_v0_and_absent_by_default() {
     let rupture_force = |rate, speed: f64| -> f64 {
-        let mut run = Run::new(AxialSpec { rate, ..paper() }).expect("a valid scene");
+        let mut run = AxialRun::new(AxialSpec { rate, ..paper() }).expect("a valid scene");
         let mut force = 0.0;
         let leg = Leg { start_s: 0.0, duration_s: 0.006 / speed, dt_s: 1e-5 / speed, from_m: -0.001, to_m: 0.005 };
         run.travel(&leg, |run, _, _| {
@@ -84,7 +84,7 @@ fn rate_dependence_is_half_way_at_v0_and_absent_by_default() {
 #[test]
 fn drawing_back_ruptures_nothing_even_where_speed_weakens_the_tissue() {
     let rate = Some(RateDependence { p_infinity_n: 0.0, v0_m_per_s: 0.001 });
-    let mut run = Run::new(AxialSpec { rate, ..paper() }).expect("a valid scene");
+    let mut run = AxialRun::new(AxialSpec { rate, ..paper() }).expect("a valid scene");
     run.step(0.0, 0.0);
     // 0.9 N of 1.0 N, reached slowly; at 0.5 m/s the threshold is 2 mN, whichever way the needle goes.
     run.step(1000.0, 0.9 / 331.0);

@@ -5,7 +5,7 @@
 //! same judge.
 
 use super::basis::MAX_ORDER;
-use super::fit::{AIM, BETTER, Fitted, first_level};
+use super::fit::{AIM, BETTER, FittedAxisymmetric, first_level};
 use super::trim::{Rung, Trimming, View};
 use super::{AxisymmetricError, MeshSpec};
 use crate::{Problem, relative_distance};
@@ -18,7 +18,7 @@ const DOUBT: f64 = 1.5;
 const SIDE: f64 = 0.5;
 
 /// Finds a mesh whose distance from its judge meets a tolerance, for a checked problem.
-pub(super) fn fit(problem: &Problem, tolerance: f64) -> Result<Fitted, AxisymmetricError> {
+pub(super) fn fit(problem: &Problem, tolerance: f64) -> Result<FittedAxisymmetric, AxisymmetricError> {
     let level = first_level(tolerance);
     let mesh = MeshSpec::graded(problem, level as f64);
     let mut climb = Climb { problem, tolerance, mesh, to_side: false, error: f64::INFINITY };
@@ -38,10 +38,10 @@ fn error(rung: &Rung, better: &Rung) -> f64 {
     relative_distance(&rung.answer, &better.answer)
 }
 
-fn fitted(rung: Rung, better: &Rung, tolerance: f64) -> Fitted {
+fn fitted(rung: Rung, better: &Rung, tolerance: f64) -> FittedAxisymmetric {
     let estimated_relative_error = error(&rung, better);
     let met = estimated_relative_error <= tolerance;
-    Fitted { model: rung.model, mesh: rung.mesh, estimated_relative_error, met }
+    FittedAxisymmetric { model: rung.model, mesh: rung.mesh, estimated_relative_error, met }
 }
 
 /// The search for a mesh that is good enough, and for its judge.

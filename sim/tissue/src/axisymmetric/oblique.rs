@@ -35,7 +35,7 @@ struct Harmonic<const N: usize> {
 
 impl<const N: usize> Harmonic<N> {
     /// Solves a load of `newtons` on a component at each station.
-    fn new(grid: Grid<N>, factor: &Cholesky, (component, across): (usize, &[f64]), stations: &[Station]) -> Self {
+    fn new(grid: Grid<N>, factor: &Cholesky, component: usize, across: &[f64], stations: &[Station]) -> Self {
         let mut scratch = vec![0.0; factor.scratch_len()];
         let mut solve = |station: &Station| {
             let mut solution = grid.load(component, across, &station.along);
@@ -57,7 +57,7 @@ impl Oblique {
     /// # Errors
     /// The first number out of range, a mesh that does not fit the layers, or contrasts beyond double precision.
     pub fn new(question: &Problem3, mesh: &MeshSpec, each_strip: usize) -> Result<Self, AxisymmetricError> {
-        Ok(Shared::new(question, (mesh, each_strip))?.under(&question.flat.load))
+        Ok(Shared::new(question, mesh, each_strip)?.under(&question.flat.load))
     }
 }
 
@@ -74,7 +74,7 @@ pub(super) struct Shared {
 
 impl Shared {
     /// Meshes and factorises a question of flat layers, whose own load only tells the radius.
-    pub fn new(question: &Problem3, (mesh, each_strip): (&MeshSpec, usize)) -> Result<Self, AxisymmetricError> {
+    pub fn new(question: &Problem3, mesh: &MeshSpec, each_strip: usize) -> Result<Self, AxisymmetricError> {
         question.check()?;
         mesh.check(&question.flat)?;
         let slab = question.flat.slab.solid();
@@ -95,8 +95,8 @@ impl Shared {
         Oblique {
             lean: [libm::sin(self.tilt_rad), libm::cos(self.tilt_rad)],
             stations_m: stations.iter().map(|station| station.x_m).collect(),
-            into: Harmonic::new(self.into.clone(), into, (1, once), &stations),
-            along: Harmonic::new(self.along.clone(), along, (0, twice), &stations),
+            into: Harmonic::new(self.into.clone(), into, 1, once, &stations),
+            along: Harmonic::new(self.along.clone(), along, 0, twice, &stations),
             force_n: 1.0,
         }
     }

@@ -8,7 +8,7 @@ use super::model::{Guess, Model, OWN, Places, QUANTITIES, Quantity, residual_rms
 use super::orders::in_every_order;
 use super::peaks::{Peak, is_another_reading, lone, peaks, unexplained, unseen};
 use super::starts::others;
-use super::uncertainty::{Estimate, FINEST_PART, Profile, Rival, Standing, estimate, standings};
+use super::uncertainty::{FINEST_PART, ParameterEstimate, ParameterStanding, Profile, Rival, estimate, standings};
 use super::verdict::{Misfit, misfit};
 use super::words::in_words;
 use law::axial::{AxialParams, AxialSpec, Contactor, ForceLaw};
@@ -59,7 +59,7 @@ pub enum Start<'s> {
 
 /// A scene that the data alone would ask for.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Asked {
+pub struct AskedFit {
     /// Its root mean square residual, in N.
     pub rms_n: f64,
     /// Its ruptures that would create force or energy.
@@ -94,11 +94,11 @@ pub struct Fit {
     /// Drops of the curve that no rupture explains: depth in m, fall in N.
     pub unexplained: Vec<(f64, f64)>,
     /// Every fitted parameter.
-    pub estimates: Vec<Estimate>,
+    pub estimates: Vec<ParameterEstimate>,
     /// What the curve cannot determine, in words.
     pub undetermined: Vec<String>,
     /// What the data alone would ask for, where that is unsound.
-    pub asked: Option<Asked>,
+    pub asked: Option<AskedFit>,
 }
 
 /// A guess that was descended from.
@@ -143,7 +143,7 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
     }
     let unsound = soundness::check(&best.guess.spec);
     let rms_n = residual_rms_n(&best.guess.spec, curve);
-    let asked = (!unsound.is_empty()).then_some(Asked { rms_n, unsound });
+    let asked = (!unsound.is_empty()).then_some(AskedFit { rms_n, unsound });
     best = search.descend(&best.guess, true, DESCENT);
     if asked.is_some() {
         best = search.refine(best, true);
@@ -315,7 +315,7 @@ impl Search<'_, '_> {
             let before = best.lowest.cost;
             for which in 0..2 * best.guess.spec.layers.len() {
                 for stride in STRIDES {
-                    best = self.try_place(best, (which, stride), sound);
+                    best = self.try_place(best, which, stride, sound);
                 }
             }
             if before - best.lowest.cost <= WORTH * before {
@@ -326,7 +326,7 @@ impl Search<'_, '_> {
         if last.lowest.cost <= best.lowest.cost { last } else { best }
     }
 
-    fn try_place(&mut self, best: Candidate, (which, stride): (usize, isize), sound: bool) -> Candidate {
+    fn try_place(&mut self, best: Candidate, which: usize, stride: isize, sound: bool) -> Candidate {
         let gaps = self.model.front.gaps();
         let Some(places) = moved(&best.guess.places, which, stride, gaps) else { return best };
         let guess = Guess { spec: best.guess.spec.clone(), places };
@@ -341,7 +341,7 @@ impl Search<'_, '_> {
     }
 
     /// What is said of the fit. A better minimum that an interval comes upon is gone down to first.
-    fn report(mut self, mut best: Candidate, asked: Option<Asked>, is_fresh: bool) -> Fit {
+    fn report(mut self, mut best: Candidate, asked: Option<AskedFit>, is_fresh: bool) -> Fit {
         let mut settlings = SETTLINGS;
         loop {
             let lone_m = if is_fresh { lone(self.model, &best.guess) } else { Vec::new() };
@@ -354,13 +354,13 @@ impl Search<'_, '_> {
                     best = self.descend(&Guess { spec, ..best.guess }, true, DESCENT);
                     best.guess.spec = sound(best.guess.spec);
                 }
-                estimates => return self.summary(best, (estimates.unwrap_or_default(), misfit), asked),
+                estimates => return self.summary(best, estimates.unwrap_or_default(), misfit, asked),
             }
         }
     }
 
     /// Every parameter, with intervals if asked for.
-    fn estimates(&self, best: &Candidate, with_intervals: bool) -> Result<Vec<Estimate>, Vec<f64>> {
+    fn estimates(&self, best: &Candidate, with_intervals: bool) -> Result<Vec<ParameterEstimate>, Vec<f64>> {
         let profile = Profile::new(self.model, &best.guess);
         let like = |rival: &&Candidate| rival.guess.spec.layers.len() == best.guess.spec.layers.len();
         let of = |rival: &Candidate| profile.rival(rival.guess.clone(), rival.lowest.cost);
@@ -386,8 +386,9 @@ impl Search<'_, '_> {
     fn summary(
         &self,
         best: Candidate,
-        (estimates, misfit): (Vec<Estimate>, Option<Misfit>),
-        asked: Option<Asked>,
+        estimates: Vec<ParameterEstimate>,
+        misfit: Option<Misfit>,
+        asked: Option<AskedFit>,
     ) -> Fit {
         let readings = self.readings(&best);
         let (model, Candidate { guess, lowest }) = (self.model, best);
@@ -400,7 +401,7 @@ impl Search<'_, '_> {
             converged: lowest.converged && misfit.is_none(),
             misfit,
             unexplained: unexplained(model, &guess),
-            undetermined: in_words(model, &guess, (&estimates, readings), &unseen),
+            undetermined: in_words(model, &guess, &estimates, readings, &unseen),
             unseen,
             readings,
             estimates,
@@ -438,7 +439,7 @@ fn tidy(model: &Model<'_>, fitted: Candidate, start: Option<&AxialSpec>) -> Cand
         start_m += if is_thickness { began } else { 0.0 };
         if at % QUANTITIES.len() >= OWN {
             continue;
-        } else if standings[at] == Standing::Kept {
+        } else if standings[at] == ParameterStanding::Kept {
             let keeps_depth = is_thickness && at < last_thickness;
             variables[at] = if keeps_depth { (start_m - depth_m).max(0.0) } else { began };
         } else {

@@ -43,7 +43,7 @@ pub(super) fn fresh(front: &Front, curve: &Curve, asked: &Fresh) -> Result<[Gues
     let places = Places { tip: tips.iter().map(|&gap| Some(gap)).collect(), rim };
     let spec = |cut_part: f64| AxialSpec {
         law: ForceLaw::Version2,
-        layers: stack(front, curve, (&tips, cut_part)),
+        layers: stack(front, curve, &tips, cut_part),
         tip_to_rim_m: asked.tip_to_rim_m,
         presliding_stiffness_n_per_m: 2000.0,
         speed_window_s: 0.0,
@@ -53,7 +53,7 @@ pub(super) fn fresh(front: &Front, curve: &Curve, asked: &Fresh) -> Result<[Gues
 }
 
 /// Layers whose boundaries give way in these gaps; `cut_part` of what is left after a drop is cutting, not a tent.
-fn stack(front: &Front, curve: &Curve, (tips, cut_part): (&[usize], f64)) -> Vec<Layer> {
+fn stack(front: &Front, curve: &Curve, tips: &[usize], cut_part: f64) -> Vec<Layer> {
     let mut depth_m = 0.0;
     let mut layers: Vec<Layer> = Vec::new();
     for (at, &gap) in tips.iter().enumerate() {

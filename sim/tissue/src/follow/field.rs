@@ -4,7 +4,7 @@ use super::responses::{Responses, question};
 use super::spec::TissueSpec;
 use super::state::FollowParams;
 use crate::axisymmetric::{Along, along_needle};
-use crate::planner::{self, PlanError, Planned, Reach, Wish, patch, reach, reach_of_all};
+use crate::planner::{self, PlanError, PlanRequest, Planned, Reach, patch, reach, reach_of_all};
 use crate::volumetric::Problem3;
 use crate::{Judging, Load, LoadKind, Model, Problem, relative_distance};
 use law::axial::{AxialSpec, ParamError};
@@ -119,7 +119,7 @@ impl Field {
     /// The responses on a patch of a radius, in m, by models that meet a tolerance on it.
     fn within(tissue: &TissueSpec, radius_m: f64, tolerance: f64) -> Result<Self, FollowError> {
         let patched = TissueSpec { slab: patch(&tissue.slab.layers, tissue.deepest_m(), radius_m), ..tissue.clone() };
-        let wish = Wish { model: tissue.model, tolerance, judging: Judging::First };
+        let wish = PlanRequest { model: tissue.model, tolerance, judging: Judging::First };
         let mut plan = FieldPlan {
             model: Model::None,
             reason: Phrase::Data(String::new()),

@@ -26,7 +26,7 @@ mod responses;
 mod spec;
 mod state;
 
-pub use coupling::{HandOver, Insertion, RateError, hand_over, rate_errors};
+pub use coupling::{HandOver, RateError, StraightInsertion, hand_over, rate_errors};
 pub use field::{AttemptLoad, FIELD_HZ, Field, FieldPlan, FollowError};
 pub use press::press;
 pub use profile::Profiles;

@@ -15,7 +15,7 @@ use super::LatticeError;
 use super::kernel::{Field, pull_all};
 use super::lattice::Lattice;
 use super::laws::{Elastic, Stiffness};
-use super::motion::Motion;
+use super::motion::LatticeMotion;
 use super::relax::{Limit, Relaxation, norm_squared};
 
 /// Newton steps of one step in time, at most.
@@ -69,7 +69,7 @@ impl ImplicitScratch {
 /// A step that is not a number, or negative; nothing has moved then.
 pub fn step(
     lattice: &Lattice,
-    motion: &mut Motion,
+    motion: &mut LatticeMotion,
     scratch: &mut ImplicitScratch,
     step_s: f64,
 ) -> Result<(), LatticeError> {
@@ -85,7 +85,7 @@ pub fn step(
 /// A step being made. In terms of 1/h an infinite step is nothing special.
 struct Step<'a> {
     lattice: &'a Lattice,
-    motion: &'a mut Motion,
+    motion: &'a mut LatticeMotion,
     scratch: &'a mut ImplicitScratch,
     /// 1/h, in 1/s.
     per_s: f64,
@@ -244,7 +244,7 @@ impl Step<'_> {
                 product.axes[axis].iter_mut().zip(known).for_each(|(sum, (mass, p))| *sum += inertia * mass * p);
             }
         };
-        let limit = (Limit { iterations: ITERATIONS, relative: ROUGH }, scale);
+        let limit = Limit { iterations: ITERATIONS, relative: ROUGH, scale };
         scratch.relaxation.solve(apply, &scratch.inverse_diagonal, &mut scratch.correction_m, limit) > 0
     }
 

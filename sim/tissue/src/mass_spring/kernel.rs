@@ -125,7 +125,8 @@ pub(super) fn pull_plane<T: Lanes, const N: usize>(
     lattice: &Lattice,
     law: &impl Law<T, N>,
     fields: [&Field<T::Number>; N],
-    (k, forces): (usize, &mut Field<T::Number>),
+    k: usize,
+    forces: &mut Field<T::Number>,
 ) {
     let springs = Springs { links: lattice.links[k].map(|link| link.in_lanes()), constants: &lattice.constants };
     let (first, steps) = (lattice.grid.place([0, 0, k]), CORNERS.map(|corner| lattice.grid.place(corner)));
@@ -165,7 +166,7 @@ pub(super) fn pull_all<const N: usize>(
     forces: &mut Field,
 ) {
     for k in 0..lattice.links.len() {
-        pull_plane(lattice, law, fields, (k, forces));
+        pull_plane(lattice, law, fields, k, forces);
     }
 }
 

@@ -2,11 +2,11 @@
 
 use super::LatticeError;
 use super::calibration::spring_constants;
-use super::grid::{Grid, Patch, Symmetry};
+use super::grid::{Grid, LatticePatch, LatticeSymmetry};
 use super::kernel::{self, Field};
 use super::laws;
 use super::links::{CLASSES, CORNERS, Link};
-use super::motion::Motion;
+use super::motion::LatticeMotion;
 use crate::Slab;
 use law::axial::Domain;
 
@@ -50,7 +50,7 @@ impl Lattice {
     ///
     /// # Errors
     /// A number out of range, a spacing at which a layer cannot be split, or more nodes than can be held.
-    pub fn new(slab: &Slab, patch: &Patch, damping: Damping) -> Result<Self, LatticeError> {
+    pub fn new(slab: &Slab, patch: &LatticePatch, damping: Damping) -> Result<Self, LatticeError> {
         let grid = Grid::new(slab, patch)?;
         Domain::NotNegative.check("damping.mass_per_s", damping.mass_per_s, "1/s")?;
         Domain::NotNegative.check("damping.stiffness_s", damping.stiffness_s, "s")?;
@@ -112,25 +112,25 @@ impl Lattice {
 
     /// Energy stored in the springs of the whole tissue, in J.
     #[must_use]
-    pub fn elastic_energy_j(&self, motion: &Motion) -> f64 {
+    pub fn elastic_energy_j(&self, motion: &LatticeMotion) -> f64 {
         self.symmetric_parts() * self.spring_energy_j(&motion.displacement_m)
     }
 
     /// Energy of the motion of the whole tissue, in J.
     #[must_use]
-    pub fn kinetic_energy_j(&self, motion: &Motion) -> f64 {
+    pub fn kinetic_energy_j(&self, motion: &LatticeMotion) -> f64 {
         self.symmetric_parts() * self.motion_energy_j(&motion.velocity_m_per_s)
     }
 
     /// Work that the held force has done on the way to here, in J.
     #[must_use]
-    pub fn load_work_j(&self, motion: &Motion) -> f64 {
+    pub fn load_work_j(&self, motion: &LatticeMotion) -> f64 {
         self.symmetric_parts() * motion.force_n * motion.load.work_m(&motion.displacement_m)
     }
 
     /// How many times the whole tissue is what is computed.
     pub(super) fn symmetric_parts(&self) -> f64 {
-        if self.grid.symmetry == Symmetry::Quarter { 4.0 } else { 1.0 }
+        if self.grid.symmetry == LatticeSymmetry::Quarter { 4.0 } else { 1.0 }
     }
 
     pub(super) fn motion_energy_j(&self, velocity_m_per_s: &Field) -> f64 {

@@ -1,7 +1,7 @@
 //! The lattice as a model of the tissue: the answer of small strains to one load.
 
 use super::LatticeError;
-use super::grid::Patch;
+use super::grid::LatticePatch;
 use super::kernel::{Field, pull_all};
 use super::lattice::{Damping, Lattice};
 use super::laws::Linear;
@@ -10,7 +10,7 @@ use super::relax::{Limit, Relaxation, norm_squared};
 use crate::{FieldModel, Model, Problem};
 
 /// When an answer is at rest: two digits below what any lattice is worth.
-const AT_REST: Limit = Limit { iterations: 5000, relative: 1e-7 };
+const AT_REST: Limit = Limit { iterations: 5000, relative: 1e-7, scale: 1.0 };
 
 /// A lattice at rest under one load, solved for 1 N to begin with. A solve lets it come to rest again, from where nothing has moved.
 #[derive(Clone, Debug)]
@@ -27,7 +27,7 @@ impl MassSpring {
     ///
     /// # Errors
     /// As [`Lattice::new`] and [`NodalLoad::new`].
-    pub fn new(problem: &Problem, patch: &Patch) -> Result<Self, LatticeError> {
+    pub fn new(problem: &Problem, patch: &LatticePatch) -> Result<Self, LatticeError> {
         problem.check()?;
         let lattice = Lattice::new(&problem.slab, patch, Damping::default())?;
         let load = NodalLoad::new(&lattice, &problem.load)?;
@@ -66,7 +66,12 @@ impl FieldModel for MassSpring {
         let whole = norm_squared(&self.relaxation.residual, &self.inverse_diagonal).sqrt();
         let lattice = &self.lattice;
         let apply = |p: &Field, product: &mut Field| pull_all(lattice, &Linear, [p], product);
-        self.relaxation.solve(apply, &self.inverse_diagonal, &mut self.displacement_m, (AT_REST, whole));
+        self.relaxation.solve(
+            apply,
+            &self.inverse_diagonal,
+            &mut self.displacement_m,
+            Limit { scale: whole, ..AT_REST },
+        );
     }
 
     fn displacement_m(&self, r_m: f64, depth_m: f64) -> [f64; 2] {

@@ -9,14 +9,14 @@ pub const MAX_FORCE_N: f64 = 1e4;
 
 /// The state of a lattice.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Motion {
+pub struct LatticeMotion {
     pub(super) displacement_m: Field,
     pub(super) velocity_m_per_s: Field,
     pub(super) load: NodalLoad,
     pub(super) force_n: f64,
 }
 
-impl Motion {
+impl LatticeMotion {
     /// A lattice at rest under no force.
     #[must_use]
     pub fn new(lattice: &Lattice, load: NodalLoad) -> Self {

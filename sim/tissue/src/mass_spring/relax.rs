@@ -9,6 +9,8 @@ pub(super) struct Limit {
     pub(super) iterations: usize,
     /// Residual over right-hand side, both in the norm of the preconditioner.
     pub(super) relative: f64,
+    /// That norm of the right-hand side.
+    pub(super) scale: f64,
 }
 
 /// Memory of the iteration.
@@ -31,7 +33,7 @@ impl Relaxation {
         self.residual.bytes() + self.direction.bytes() + self.product.bytes()
     }
 
-    /// Improves `x` until the residual is below `limit` of `scale`, the norm of a right-hand side. `apply` adds A p to
+    /// Improves `x` until the residual is below its limit. `apply` adds A p to
     /// its second argument. Where `inverse_diagonal` is 0 nothing moves, whatever the residual. Returns how many
     /// iterations it took.
     pub(super) fn solve(
@@ -39,13 +41,13 @@ impl Relaxation {
         mut apply: impl FnMut(&Field, &mut Field),
         inverse_diagonal: &Field,
         x: &mut Field,
-        (limit, scale): (Limit, f64),
+        limit: Limit,
     ) -> usize {
         self.direction.clear();
         let mut before = 1.0;
         for iteration in 0..limit.iterations {
             let now = norm_squared(&self.residual, inverse_diagonal);
-            if now.is_nan() || now <= limit.relative * limit.relative * scale * scale {
+            if now.is_nan() || now <= limit.relative * limit.relative * limit.scale * limit.scale {
                 return iteration;
             }
             self.turn(inverse_diagonal, now / before);

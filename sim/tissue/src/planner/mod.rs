@@ -20,7 +20,7 @@ use phrase::{Phrase, phrase};
 
 /// What is asked of the planner.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wish {
+pub struct PlanRequest {
     /// The model that is asked for by name; the planner chooses without one.
     pub model: Option<Model>,
     /// Tolerated relative L2 error over the samples, of the axial and of the radial displacement.
@@ -130,7 +130,7 @@ fn what_breaks_the_axis(question: &Problem3) -> Option<Phrase> {
 ///
 /// # Errors
 /// The first number of the question or the wish that is out of range, or a model that cannot answer the question.
-pub fn plan(question: &Problem3, wish: &Wish) -> Result<Planned, PlanError> {
+pub fn plan(question: &Problem3, wish: &PlanRequest) -> Result<Planned, PlanError> {
     let (model, why) = choose(question, wish.model)?;
     let flat = &question.flat;
     let (judging, tolerance) = (wish.judging, wish.tolerance);
@@ -206,4 +206,4 @@ macro_rules! made_from {
     };
 }
 
-made_from!(axisymmetric::Fitted axisymmetric::FittedOblique mass_spring::Fitted volumetric::Fitted);
+made_from!(axisymmetric::FittedAxisymmetric axisymmetric::FittedOblique mass_spring::FittedLattice volumetric::FittedVolumetric);

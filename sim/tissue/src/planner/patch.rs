@@ -94,7 +94,7 @@ fn on_patch_m(
     near.flat.slab = slab;
     near.flat.sample_depth_m = depths_m.to_vec();
     let mesh = MeshSpec::graded(&near.flat, LEVEL);
-    each_along_needle_m(&near, loads, (&mesh, STATIONS))
+    each_along_needle_m(&near, loads, &mesh, STATIONS)
 }
 
 /// The tissue within a radius of loads that go down to a depth, both in m: no layer below that, the last one cut there.

@@ -65,14 +65,14 @@ impl Element<'_> {
         for &(zeta, height) in height {
             for (eta, along) in &across {
                 for (xi, weight) in &across {
-                    sum += self.add_point([*xi, *eta, zeta], height * along * weight, (direction, load));
+                    sum += self.add_point([*xi, *eta, zeta], height * along * weight, direction, load);
                 }
             }
         }
         sum
     }
 
-    fn add_point(&self, at: [f64; 3], weight: f64, (direction, load): (&Vector3<f64>, &mut [f64])) -> f64 {
+    fn add_point(&self, at: [f64; 3], weight: f64, direction: &Vector3<f64>, load: &mut [f64]) -> f64 {
         let locator = self.body.locator();
         let each = self.body.mesh().nodes_each();
         let nodes = &self.body.mesh().elements[self.element * each..][..each];

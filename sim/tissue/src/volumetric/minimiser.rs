@@ -105,7 +105,7 @@ impl Minimiser {
                 break;
             }
             outcome.iterations += 1;
-            match self.go(u_m, energy, (value, slope)) {
+            match self.go(u_m, energy, value, slope) {
                 Some(found) => (value, size) = found,
                 // What was learnt elsewhere may mislead: forget it before giving up.
                 None if self.known > 0 => self.known = 0,
@@ -132,7 +132,7 @@ impl Minimiser {
     }
 
     /// One step along the direction, halved until the energy falls. Nothing when it does not.
-    fn go(&mut self, u_m: &mut [f64], energy: &mut impl Energy, (value, slope): (f64, f64)) -> Option<(f64, f64)> {
+    fn go(&mut self, u_m: &mut [f64], energy: &mut impl Energy, value: f64, slope: f64) -> Option<(f64, f64)> {
         let mut length = 1.0;
         for _ in 0..=HALVINGS {
             for ((trial, u), d) in self.trial.iter_mut().zip(&*u_m).zip(&self.direction) {

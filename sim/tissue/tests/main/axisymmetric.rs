@@ -6,7 +6,7 @@ use bench::estimates::truth;
 use bench::slabs::{contactor, layer};
 use proptest::prelude::*;
 use serde::Deserialize;
-use tissue::axisymmetric::{Axisymmetric, Fitted, MeshSpec, Superposed, fit, rung};
+use tissue::axisymmetric::{Axisymmetric, FittedAxisymmetric, MeshSpec, Superposed, fit, rung};
 use tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
 
 #[derive(Deserialize)]
@@ -71,7 +71,7 @@ fn cases() -> [Case; 3] {
 }
 
 /// Fits every load of every case and hands over the solved model with its true error: the larger of both components'.
-fn each_fit(tolerance: f64, mut check: impl FnMut(&Fitted, f64)) {
+fn each_fit(tolerance: f64, mut check: impl FnMut(&FittedAxisymmetric, f64)) {
     for case in cases() {
         for solution in &case.solutions {
             let mut fitted = fit(&case.problem(solution.depth_m), tolerance).expect("a model");

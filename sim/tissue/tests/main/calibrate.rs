@@ -5,13 +5,15 @@
 //! of its own beside the force law, an interval that does not hold the truth, or a wrong minimum that is passed over.
 
 use bench::calibration::{Disturbance, Measurement, Origin, Trialled, sample, try_fit};
-use bench::scenes::{Run, layer, needle_through, training};
+use bench::scenes::{AxialRun, layer, needle_through, training};
 use law::axial::{AxialSpec, ForceLaw};
 use law::soundness;
 use proptest::prelude::*;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
-use tissue::calibrate::{CalibrateError, Curve, Fit, Fresh, Interval, Quantity, Standing, Start, fit, residual_rms_n};
+use tissue::calibrate::{
+    CalibrateError, Curve, Fit, Fresh, Interval, ParameterStanding, Quantity, Start, fit, residual_rms_n,
+};
 
 /// A needle without a rim through skin, fat and muscle whose boundaries all give way within 30 mm.
 fn needle() -> AxialSpec {
@@ -34,7 +36,7 @@ fn track(deepest_mm: f64, back_mm: f64) -> Vec<f64> {
 fn measured(spec: &AxialSpec, track: &[f64], noise_n: f64) -> Vec<(f64, f64)> {
     let mut slow = spec.clone();
     slow.layers.iter_mut().for_each(|layer| layer.damping_n_s_per_m2 = 0.0);
-    let mut run = Run::new(slow).expect("a law");
+    let mut run = AxialRun::new(slow).expect("a law");
     let mut random = Pcg64Mcg::seed_from_u64(7);
     let mut noise = || {
         let uniform: f64 = (0..12).map(|_| f64::from(random.next_u32()) / f64::from(u32::MAX)).sum();
@@ -156,7 +158,7 @@ fn a_start_keeps_what_the_curve_does_not_reach() {
     let fit = quietly(&curve(&measured(&truth, &track(32.0, 32.0), 0.0)), Start::Scene(&start));
     assert_eq!(fit.spec.layers[3], start.layers[3]);
     let bone = fit.estimates.iter().filter(|e| e.layer == 3);
-    assert!(bone.clone().count() == 5 && bone.clone().all(|e| e.standing == Standing::Kept));
+    assert!(bone.clone().count() == 5 && bone.clone().all(|e| e.standing == ParameterStanding::Kept));
     assert!(near(fit.spec.layers[1].stiffness_n_per_m, 300.0, 0.01), "{:?}", fit.spec.layers[1]);
     assert!(fit.rms_n < 2e-3, "{} N", fit.rms_n);
 }
@@ -243,7 +245,8 @@ fn intervals_hold_the_truth_and_no_wrong_minimum_says_that_it_has_converged() {
     assert!(settled.len() * 10 >= fits.len() * 8, "{} of {}", settled.len(), fits.len());
     let parameters: Vec<_> = settled.iter().flat_map(|trialled| &trialled.parameters).collect();
     let count = |is: Option<bool>| parameters.iter().filter(|p| p.is_held() == is).count();
-    let open = parameters.iter().filter(|p| p.is_held().is_none() && p.estimate.standing != Standing::Kept).count();
+    let open =
+        parameters.iter().filter(|p| p.is_held().is_none() && p.estimate.standing != ParameterStanding::Kept).count();
     let (held, missed) = (count(Some(true)), count(Some(false)));
     assert!(held * 10 >= (held + missed) * 9, "{held} held, {missed} missed");
     assert!(open * 4 <= held, "{open} not determined, {held} held: that is an excuse");

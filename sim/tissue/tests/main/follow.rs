@@ -6,13 +6,13 @@
 use allocation_counter::measure;
 use law::axial::{AxialParams, AxialSpec, ahead, loads};
 use tissue::follow::{
-    FollowError, FollowParams, FollowState, HandOver, Insertion, Responses, TissueSpec, hand_over, rate_errors,
+    FollowError, FollowParams, FollowState, HandOver, Responses, StraightInsertion, TissueSpec, hand_over, rate_errors,
     recoil_time_s, step,
 };
 use tissue::volumetric::Problem3;
 use tissue::{ElasticLayer, FieldModel, Judging, LoadKind, Model, Slab};
 
-use bench::scenes::{Leg, Run, in_hold_out_in, paper, training};
+use bench::scenes::{AxialRun, Leg, in_hold_out_in, paper, training};
 
 /// The lower back of physics section 4 under a needle of 1 mm radius.
 pub fn lower_back() -> TissueSpec {
@@ -41,7 +41,7 @@ pub fn lower_back() -> TissueSpec {
 
 /// The force law with its loads and a field behind it.
 struct Field {
-    run: Run,
+    run: AxialRun,
     params: FollowParams,
     state: FollowState,
     latest_n: Vec<f64>,
@@ -54,7 +54,14 @@ impl Field {
     fn new(axial: AxialSpec, every: u32) -> Self {
         let params = FollowParams::new(&lower_back()).expect("a valid tissue");
         let state = FollowState::new(&params);
-        Self { run: Run::new(axial).unwrap(), params, latest_n: vec![0.0; state.loads_n.len()], state, every, tick: 0 }
+        Self {
+            run: AxialRun::new(axial).unwrap(),
+            params,
+            latest_n: vec![0.0; state.loads_n.len()],
+            state,
+            every,
+            tick: 0,
+        }
     }
 
     /// Moves the needle to x; the field takes what is latest when it is due. Returns the law's force.
@@ -71,7 +78,7 @@ impl Field {
 
 #[test]
 fn the_loads_are_the_force_of_the_law_to_round_off() {
-    let mut run = Run::new(training()).unwrap();
+    let mut run = AxialRun::new(training()).unwrap();
     let mut found_n = vec![0.0; 6];
     let (mut drags, mut pulls) = (0, 0);
     for leg in in_hold_out_in() {
@@ -191,7 +198,7 @@ fn ten_minutes_hold_and_eight_hours_of_strokes_leave_the_field_where_the_law_is(
 #[test]
 fn a_law_at_4_khz_gives_the_field_the_same_loads() {
     let at = |dt_s: f64| {
-        let (mut run, mut found) = (Run::new(paper()).unwrap(), Vec::new());
+        let (mut run, mut found) = (AxialRun::new(paper()).unwrap(), Vec::new());
         let leg = Leg { start_s: 0.0, duration_s: 2.0, dt_s, from_m: 0.0, to_m: 0.02 };
         let mut tick = 0;
         run.travel(&leg, |run, _, _| {
@@ -211,13 +218,13 @@ fn a_law_at_4_khz_gives_the_field_the_same_loads() {
 
 #[test]
 fn what_is_ahead_is_what_the_law_says_when_it_gets_there() {
-    let mut run = Run::new(training()).unwrap();
+    let mut run = AxialRun::new(training()).unwrap();
     for tick in 0..3000_u32 {
         run.step(f64::from(tick) * 1e-3, f64::from(tick) * 1e-5);
         let (state, mut scratch) = (run.state.clone(), run.scratch.clone());
         let foreseen = ahead(&run.params, &state, &mut scratch, 1e-3);
         assert_eq!(state, run.state, "looking ahead changes nothing");
-        let mut next = Run { params: AxialParams::new(training()).unwrap(), state, scratch, path_factor: 1.0 };
+        let mut next = AxialRun { params: AxialParams::new(training()).unwrap(), state, scratch, path_factor: 1.0 };
         let output = next.step(f64::from(tick + 1) * 1e-3, f64::from(tick + 1) * 1e-5);
         let off_n = (foreseen.output.total_n() - output.total_n()).abs();
         // Without a velocity yet nothing lies ahead; a rupture may fall on either side of a rounding.
@@ -232,8 +239,8 @@ fn what_is_ahead_is_what_the_law_says_when_it_gets_there() {
 #[test]
 fn the_force_handed_over_at_120_hz_is_within_a_hundredth() {
     let params = AxialParams::new(training()).expect("a valid scene");
-    let steady = Insertion { speed_m_per_s: 0.01, depth_m: 0.03, tremor_m: 0.0 };
-    for insertion in [steady, Insertion { tremor_m: 60e-6, ..steady }] {
+    let steady = StraightInsertion { speed_m_per_s: 0.01, depth_m: 0.03, tremor_m: 0.0 };
+    for insertion in [steady, StraightInsertion { tremor_m: 60e-6, ..steady }] {
         let rows = rate_errors(&params, &insertion, &[15.0, 30.0, 60.0, 120.0, 1000.0]);
         assert_eq!(rows[3].error, hand_over(&params, &insertion, rows[3].field_hz));
         let errors: Vec<HandOver> = rows.iter().map(|row| row.error).collect();

@@ -5,8 +5,8 @@
 
 use nalgebra::Point3;
 use tissue::axisymmetric::{Axisymmetric, MeshSpec};
-use tissue::planner::{PlanError, Reach, Wish, choose, patch, plan, reach};
-use tissue::volumetric::{Inclusion, Material, Problem3, Shape, Skin};
+use tissue::planner::{PlanError, PlanRequest, Reach, choose, patch, plan, reach};
+use tissue::volumetric::{Inclusion, InclusionShape, Material, Problem3, Skin};
 use tissue::{ElasticLayer, FieldModel, Judging, Load, LoadKind, Model, Problem, Slab};
 
 fn layer(thickness_m: f64, youngs_modulus_pa: f64) -> ElasticLayer {
@@ -30,7 +30,7 @@ fn flat() -> Problem {
 
 fn with_inclusion() -> Problem3 {
     let material = Material { youngs_modulus_pa: 1e6, poisson_ratio: 0.3, density_kg_per_m3: 1000.0 };
-    let shape = Shape::Sphere { centre_m: Point3::new(0.0, 0.0, -0.02), radius_m: 0.005 };
+    let shape = InclusionShape::Sphere { centre_m: Point3::new(0.0, 0.0, -0.02), radius_m: 0.005 };
     Problem3 { inclusions: vec![Inclusion { shape, material }], ..Problem3::flat(&flat()) }
 }
 
@@ -61,7 +61,7 @@ fn a_question_goes_to_the_cheapest_model_that_can_answer_it() {
 
 #[test]
 fn a_named_model_is_used_and_its_error_is_told() {
-    let wish = Wish { model: Some(Model::MassSpring), tolerance: 0.01, judging: Judging::Second };
+    let wish = PlanRequest { model: Some(Model::MassSpring), tolerance: 0.01, judging: Judging::Second };
     let planned = plan(&Problem3::flat(&flat()), &wish).expect("a plan");
     assert_eq!(planned.field.model(), Model::MassSpring);
     assert!(!planned.met && planned.estimated_relative_error > 0.05, "{}", planned.estimated_relative_error);
@@ -73,8 +73,8 @@ fn a_named_model_is_used_and_its_error_is_told() {
 #[test]
 fn what_meets_the_tolerance_says_so() {
     for tolerance in [0.05, 0.01] {
-        let planned =
-            plan(&Problem3::flat(&flat()), &Wish { model: None, tolerance, judging: Judging::Second }).expect("a plan");
+        let planned = plan(&Problem3::flat(&flat()), &PlanRequest { model: None, tolerance, judging: Judging::Second })
+            .expect("a plan");
         assert!(planned.met && planned.estimated_relative_error <= tolerance, "{}", planned.reason);
         assert!(planned.reason.to_string().contains("cheapest"), "{}", planned.reason);
     }

@@ -1,8 +1,8 @@
 //! How set-up and solve grow with the unknowns: exponents fitted on lower_back, load at the surface.
 
 use super::{MODELS, Row};
-use crate::report::chart::{Chart, Curve};
-use crate::report::sheet::Sheet;
+use crate::report::chart::{Chart, ChartCurve};
+use crate::report::sheet::ReportSheet;
 
 /// Unknowns and time, in s, of a model's meshes on lower_back.
 fn points(rows: &[Row], model: &str, time_s: impl Fn(&Row) -> f64) -> Vec<(f64, f64)> {
@@ -22,7 +22,7 @@ fn exponent(points: &[(f64, f64)]) -> Option<f64> {
 
 /// The exponents.
 pub fn markdown(rows: &[Row]) -> String {
-    let mut sheet = Sheet::new(["model", "sizes", "set-up ∝ unknowns^p, p", "re-solve or step ∝ unknowns^p, p"]);
+    let mut sheet = ReportSheet::new(["model", "sizes", "set-up ∝ unknowns^p, p", "re-solve or step ∝ unknowns^p, p"]);
     let shown = |p: Option<f64>| p.map_or_else(|| "–".to_owned(), |p| format!("{p:.2}"));
     for model in MODELS.map(|model| model.name()) {
         let (setup, solve) = (points(rows, model, |row| row.setup_s), points(rows, model, |row| row.solve_s));
@@ -33,7 +33,7 @@ pub fn markdown(rows: &[Row]) -> String {
 
 /// Set-up and solve against unknowns.
 pub fn chart(rows: &[Row]) -> Chart {
-    let curve = |name: &str, what: &str, points: Vec<(f64, f64)>| Curve {
+    let curve = |name: &str, what: &str, points: Vec<(f64, f64)>| ChartCurve {
         name: format!("{name}, {what}"),
         points: points.into_iter().map(|(n, t)| (n, t * 1e3)).collect(),
     };

@@ -3,11 +3,11 @@
 use tissue::volumetric::{self, Problem3, Volumetric};
 use tissue::{FieldModel, relative_distance};
 
-use super::cases::Load;
+use super::cases::ReferenceLoad;
 use super::{human_time, percent};
 use crate::error::BenchError;
-use crate::report::sheet::Sheet;
-use crate::timing::{self, Effort};
+use crate::report::sheet::ReportSheet;
+use crate::timing::{self, TimingEffort};
 
 const TILT_DEG: f64 = 30.0;
 
@@ -24,8 +24,8 @@ struct Rung {
 ///
 /// # Errors
 /// When the model refuses a mesh.
-pub fn measure(loads: &[Load], quick: bool) -> Result<Sheet, BenchError> {
-    let mut sheet = Sheet::new(["unknowns", "difference to the finest", "set-up", "re-solve", "memory"]);
+pub fn measure(loads: &[ReferenceLoad], quick: bool) -> Result<ReportSheet, BenchError> {
+    let mut sheet = ReportSheet::new(["unknowns", "difference to the finest", "set-up", "re-solve", "memory"]);
     let Some(load) = loads.iter().find(|load| load.case == "lower_back" && load.depth_m <= 0.0) else {
         return Ok(sheet);
     };
@@ -52,8 +52,8 @@ pub fn measure(loads: &[Load], quick: bool) -> Result<Sheet, BenchError> {
 }
 
 impl Rung {
-    fn new(load: &Load, mut model: Volumetric, setup_s: f64) -> Self {
-        let solve_s = timing::median_s(Effort::SHORT, || model.solve(load.force_n));
+    fn new(load: &ReferenceLoad, mut model: Volumetric, setup_s: f64) -> Self {
+        let solve_s = timing::median_s(TimingEffort::SHORT, || model.solve(load.force_n));
         let axial_m = load.problem.axial_m(&model);
         Self { unknowns: model.unknowns(), bytes: model.bytes(), axial_m, setup_s, solve_s }
     }

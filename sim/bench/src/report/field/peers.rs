@@ -13,8 +13,8 @@ use serde::Deserialize;
 use super::{Axis, Row, cases, human_time, percent};
 use crate::error::BenchError;
 use crate::machine::Machine;
-use crate::report::chart::Curve;
-use crate::report::sheet::Sheet;
+use crate::report::chart::ChartCurve;
+use crate::report::sheet::ReportSheet;
 
 /// One figure of another solver: a line of the file, by whose columns its fields are named. The load is at the surface.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
@@ -129,13 +129,13 @@ impl Peer {
 }
 
 /// A curve for each model of each solver on a case, error in % against an axis.
-pub fn curves(peers: &[Peer], case: &str, axis: Axis) -> Vec<Curve> {
-    let mut curves: Vec<Curve> = Vec::new();
+pub fn curves(peers: &[Peer], case: &str, axis: Axis) -> Vec<ChartCurve> {
+    let mut curves: Vec<ChartCurve> = Vec::new();
     for peer in peers.iter().filter(|peer| peer.case == case) {
         let point = (axis.place(peer.unknowns, peer.solve_s), peer.relative_error * 1e2);
         match curves.iter_mut().find(|curve| curve.name == peer.title()) {
             Some(curve) => curve.points.push(point),
-            None => curves.push(Curve { name: peer.title(), points: vec![point] }),
+            None => curves.push(ChartCurve { name: peer.title(), points: vec![point] }),
         }
     }
     curves
@@ -174,9 +174,9 @@ fn published() -> Vec<Peer> {
 }
 
 /// For each figure our cheapest answer that is no less accurate, of any model and of the 3-D one.
-fn compared(rows: &[Row], peers: &[Peer]) -> Sheet {
+fn compared(rows: &[Row], peers: &[Peer]) -> ReportSheet {
     let ours = ["our best model: re-solve", "superposed", "our volumetric: re-solve"];
-    let mut sheet = Sheet::new(["case", "solver", "unknowns", "error", "its time"].into_iter().chain(ours));
+    let mut sheet = ReportSheet::new(["case", "solver", "unknowns", "error", "its time"].into_iter().chain(ours));
     for peer in peers {
         let good = |volumetric: bool| {
             let no_worse = |row: &&Row| row.is_surface_load_on(&peer.case) && row.error <= peer.relative_error;

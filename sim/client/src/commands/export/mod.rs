@@ -27,7 +27,7 @@ use crate::{commands, output};
 #[command(after_help = "Examples:\n  \
     stylet export attempt.mcap --to csv\n  \
     stylet export attempt.mcap --to parquet --out tables")]
-pub struct Args {
+pub struct ExportArgs {
     /// The recording
     #[arg(value_name = "REC.mcap")]
     recording: PathBuf,
@@ -73,7 +73,7 @@ struct Written {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &ExportArgs) -> Outcome {
     let folder = args.out.clone().unwrap_or_else(|| args.recording.with_extension(""));
     let file = commands::open(&args.recording)?;
     let progress = Progress::new(file.metadata().map_or(0, |metadata| metadata.len()), "exporting");
@@ -123,7 +123,7 @@ struct Export<'a> {
 }
 
 impl<'a> Export<'a> {
-    fn new(folder: &'a Path, args: &Args) -> Result<Self, Failure> {
+    fn new(folder: &'a Path, args: &ExportArgs) -> Result<Self, Failure> {
         if folder.exists() && !folder.is_dir() {
             return Err(Failure::refused(folder, "is a file; a folder is needed (--out)"));
         }

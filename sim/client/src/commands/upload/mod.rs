@@ -23,7 +23,7 @@ use crate::{commands, output};
 #[command(
     after_help = "Example:\n  stylet upload *.mcap --server https://training.example.org --token-file ~/.stylet-token"
 )]
-pub struct Args {
+pub struct UploadArgs {
     /// The recordings
     #[arg(value_name = "REC.mcap", required = true)]
     recordings: Vec<PathBuf>,
@@ -61,7 +61,7 @@ impl From<&PatienceArgs> for Patience {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &UploadArgs) -> Outcome {
     for recording in &args.recordings {
         commands::open(recording)?;
     }

@@ -51,13 +51,13 @@ impl Station {
             "survey_id": Uuid::nil(), "title": "Short", "identity": "anonymous", "exercises": [],
             "terms": { "en": ["You may."], "de": ["Sie dürfen."] }, "instrument_toml": INSTRUMENT,
         });
-        let asked: Asked = serde_json::from_value(told).unwrap();
+        let asked: AskedSurvey = serde_json::from_value(told).unwrap();
         let pairing: Pairing = serde_json::from_value(
             json!({ "server": "http://127.0.0.1:9", "school": "North", "name": "lab", "token": "t" }),
         )
         .unwrap();
         let outbox = Outbox::open(Some(folder.path())).unwrap();
-        let survey = Survey::new(Arc::new(asked), Uuid::nil(), (pairing, outbox));
+        let survey = Survey::new(Arc::new(asked), Uuid::nil(), pairing, outbox);
         let mut station = Self { folder, context: Context::default(), survey: Some(survey) };
         station.frame(Vec::new());
         station
