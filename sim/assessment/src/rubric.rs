@@ -10,7 +10,7 @@ use crate::score::AssessError;
 
 /// How a rubric line's metric came out.
 #[derive(Clone, Copy)]
-pub(crate) enum Finding<'a> {
+pub(crate) enum LineFinding<'a> {
     /// It has a value.
     Value(&'a Metric, f64),
     /// It does not apply, for a reason.
@@ -62,12 +62,12 @@ pub(crate) fn deductions(exercise: &Exercise, metrics: &[Metric]) -> Result<Vec<
     Ok(deductions)
 }
 
-fn cause(line: &RubricLine, finding: &Finding) -> DeductionCause {
+fn cause(line: &RubricLine, finding: &LineFinding) -> DeductionCause {
     match *finding {
-        Finding::Value(_, value) => DeductionCause::Measured { value, full: line.full, zero: line.zero },
-        Finding::Absent(reason) => DeductionCause::Absent { reason },
-        Finding::Unearned(unmet) => DeductionCause::Required { unmet },
-        Finding::Unknown => DeductionCause::NoSuchMetric,
+        LineFinding::Value(_, value) => DeductionCause::Measured { value, full: line.full, zero: line.zero },
+        LineFinding::Absent(reason) => DeductionCause::Absent { reason },
+        LineFinding::Unearned(unmet) => DeductionCause::Required { unmet },
+        LineFinding::Unknown => DeductionCause::NoSuchMetric,
     }
 }
 
@@ -86,24 +86,24 @@ pub(crate) fn untouched(metrics: &[Metric]) -> bool {
 }
 
 /// An attempt that never reached the skin earns nothing, not even for being quick; nor does one that lacks what is required.
-fn finding<'a>(line: &RubricLine, metrics: &'a [Metric], unmet: Option<&UnmetRequirement>) -> Finding<'a> {
-    let Some(found) = find(metrics, &line.metric, line.version) else { return Finding::Unknown };
+fn finding<'a>(line: &RubricLine, metrics: &'a [Metric], unmet: Option<&UnmetRequirement>) -> LineFinding<'a> {
+    let Some(found) = find(metrics, &line.metric, line.version) else { return LineFinding::Unknown };
     match (found.value, found.absent) {
-        _ if untouched(metrics) => Finding::Absent(Absent::Untouched),
-        _ if let Some(unmet) = unmet => Finding::Unearned(*unmet),
-        (Some(value), _) => Finding::Value(found, value),
-        (None, Some(absent)) => Finding::Absent(absent),
-        (None, None) => Finding::Unknown,
+        _ if untouched(metrics) => LineFinding::Absent(Absent::Untouched),
+        _ if let Some(unmet) = unmet => LineFinding::Unearned(*unmet),
+        (Some(value), _) => LineFinding::Value(found, value),
+        (None, Some(absent)) => LineFinding::Absent(absent),
+        (None, None) => LineFinding::Unknown,
     }
 }
 
 /// Share of the line's points that the attempt earned, 0–1. What was not met earns everything in documents of before there was a
 /// table of what is required, and nothing since.
-fn earned(line: &RubricLine, finding: &Finding, unmet_earns: bool) -> f64 {
+fn earned(line: &RubricLine, finding: &LineFinding, unmet_earns: bool) -> f64 {
     match finding {
-        Finding::Value(metric, value) => linear(line, judged(metric.direction, *value)),
-        Finding::Absent(absent) if absent.is_harmless() && unmet_earns => 1.0,
-        Finding::Absent(_) | Finding::Unearned(_) | Finding::Unknown => 0.0,
+        LineFinding::Value(metric, value) => linear(line, judged(metric.direction, *value)),
+        LineFinding::Absent(absent) if absent.is_harmless() && unmet_earns => 1.0,
+        LineFinding::Absent(_) | LineFinding::Unearned(_) | LineFinding::Unknown => 0.0,
     }
 }
 

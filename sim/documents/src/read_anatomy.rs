@@ -21,7 +21,7 @@ pub(crate) struct Anatomy {
 }
 
 /// Where meshes come from, and those that did.
-struct Shelf<'f> {
+struct MeshShelf<'f> {
     find: Find<'f>,
     files: Files,
 }
@@ -34,7 +34,7 @@ struct Named {
 
 /// Checks the keys of structures and skin, and reads the meshes they name.
 pub(crate) fn read_anatomy(doc: &mut Walked, find: Find<'_>) -> Anatomy {
-    let mut shelf = Shelf { find, files: Files::new() };
+    let mut shelf = MeshShelf { find, files: Files::new() };
     let mut meshes = Vec::new();
     for (at, table) in doc.tables("structure").iter().enumerate() {
         let path = format!("structure[{at}]");
@@ -47,7 +47,7 @@ pub(crate) fn read_anatomy(doc: &mut Walked, find: Find<'_>) -> Anatomy {
     Anatomy { meshes, skin, files: shelf.files }
 }
 
-fn read_skin(doc: &mut Walked, shelf: &mut Shelf<'_>) -> Option<SceneSkin> {
+fn read_skin(doc: &mut Walked, shelf: &mut MeshShelf<'_>) -> Option<SceneSkin> {
     let table = doc.value["skin"].clone();
     let named = named(doc, &table, "skin")?;
     let position_m = Vector3::from_fn(|axis, _| table["position_mm"][axis].as_f64().unwrap_or_default() / 1e3);
@@ -72,7 +72,7 @@ fn accept<T>(doc: &mut Walked, path: &str, allowed: Phrase, read: Result<T, Phra
     read.map_err(|why| doc.refuse(&format!("{path}.file"), why, allowed)).ok()
 }
 
-impl Shelf<'_> {
+impl MeshShelf<'_> {
     /// Finds a mesh, reads it and keeps its bytes.
     fn read<T>(
         &mut self,

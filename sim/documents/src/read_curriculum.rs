@@ -18,7 +18,7 @@ struct RawCurriculum {
     title: String,
     description: String,
     mastery: RawMastery,
-    exercise: Vec<RawEntry>,
+    exercise: Vec<RawCurriculumEntry>,
 }
 
 #[derive(Default, Deserialize)]
@@ -38,7 +38,7 @@ struct RawMastery {
 const WITHIN: u32 = 50;
 
 #[derive(Deserialize)]
-struct RawEntry {
+struct RawCurriculumEntry {
     file: String,
     prerequisites: Vec<String>,
     survey: Option<String>,
@@ -153,7 +153,7 @@ fn check_mastery(doc: &mut Walked) {
 }
 
 fn curriculum(raw: RawCurriculum, bundles: &[ExerciseBundle], sha256: String) -> Curriculum {
-    let entry = |(entry, bundle): (RawEntry, &ExerciseBundle)| CurriculumEntry {
+    let entry = |(entry, bundle): (RawCurriculumEntry, &ExerciseBundle)| CurriculumEntry {
         file: entry.file,
         exercise: bundle.exercise.id.clone(),
         prerequisites: entry.prerequisites,

@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 
 use crate::budget::{Budget, Purse};
 use crate::event::Event;
-use crate::frames::{ChunkReader, Frame, PREFIX_BYTES, attachment, record, walk};
+use crate::frames::{ChunkReader, PREFIX_BYTES, RecordFrame, attachment, record, walk};
 use crate::metadata;
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, EXERCISE_ATTACHMENT, SCENE_ATTACHMENT, Session};
@@ -219,7 +219,7 @@ impl Contents {
         }
     }
 
-    fn take(&mut self, frame: &Frame<'_>) -> Result<(), ReadError> {
+    fn take(&mut self, frame: &RecordFrame<'_>) -> Result<(), ReadError> {
         self.purse.unpack(PREFIX_BYTES + frame.data.len()).map_err(|why| frame.damaged(why))?;
         if frame.opcode == op::ATTACHMENT {
             let found = attachment(frame.data).map_err(|e| frame.damaged(e))?;
@@ -248,7 +248,7 @@ impl Contents {
         }
     }
 
-    fn take_attachment(&mut self, frame: &Frame<'_>, found: mcap::Attachment<'_>) -> Result<(), ReadError> {
+    fn take_attachment(&mut self, frame: &RecordFrame<'_>, found: mcap::Attachment<'_>) -> Result<(), ReadError> {
         once(self.attachments.iter().all(|a| a.name != found.name), &found.name)?;
         let mcap::Attachment { name, media_type, data, .. } = found;
         let found = Attachment { name, media_type, data: data.into_owned() };

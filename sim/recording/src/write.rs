@@ -18,7 +18,7 @@ use crate::rate::{Ticker, nanoseconds};
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, Session};
 use crate::signature::{self, Signature};
-use crate::summary::Window;
+use crate::summary::SummaryWindow;
 use crate::tent::Tent;
 use crate::topics::{Topic, declare};
 use crate::wire::{EnergyLedger, EventMessage, NeedleSample, TissueTent};
@@ -75,7 +75,7 @@ pub struct Writer<W: Write> {
     sequences: [u32; Topic::ALL.len()],
     start_ns: u64,
     drawing: SceneDrawing,
-    window: Window,
+    window: SummaryWindow,
     motion: MotionDigest,
     /// Time of the last sample since the start, in ns.
     elapsed_ns: u64,
@@ -127,7 +127,7 @@ impl<W: Write> Writer<W> {
             sequences: [0; Topic::ALL.len()],
             start_ns,
             drawing: drawing.clone(),
-            window: Window::EMPTY,
+            window: SummaryWindow::EMPTY,
             motion: MotionDigest::default(),
             elapsed_ns: 0,
             flushes: Ticker::new(2, 1),

@@ -73,11 +73,11 @@ pub struct Headless {
     device: Device,
     queue: Queue,
     renderer: Renderer,
-    picture: Option<Canvas>,
+    picture: Option<CardPicture>,
 }
 
 /// A picture on the card, and where it is copied to be read.
-struct Canvas {
+struct CardPicture {
     texture: Texture,
     bytes: Buffer,
     size: [u32; 2],
@@ -164,7 +164,7 @@ impl Headless {
         }
         if self.picture.as_ref().is_none_or(|canvas| canvas.size != size) {
             self.renderer.resize(size, self.renderer.quality());
-            self.picture = Some(Canvas::new(&self.device, size));
+            self.picture = Some(CardPicture::new(&self.device, size));
         }
         Ok(())
     }
@@ -188,7 +188,7 @@ impl Headless {
     }
 }
 
-impl Canvas {
+impl CardPicture {
     fn new(device: &Device, size: [u32; 2]) -> Self {
         let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
         let texture = TexturePlan::flat(size, crate::FORMAT).empty(device, usage);

@@ -20,7 +20,7 @@ const TREMOR_M: f64 = 1e-4;
 const FIELD_HZ: f64 = 120.0;
 
 /// One insertion at one rate.
-struct Row {
+struct CouplingRow {
     speed_mm_per_s: f64,
     tremor_mm: f64,
     rate_hz: f64,
@@ -37,7 +37,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     for speed_mm_per_s in SPEEDS_MM_PER_S {
         for tremor_m in [0.0, TREMOR_M] {
             let insertion = StraightInsertion { speed_m_per_s: speed_mm_per_s * 1e-3, depth_m: DEPTH_M, tremor_m };
-            rows.extend(RATES_HZ.map(|rate_hz| Row {
+            rows.extend(RATES_HZ.map(|rate_hz| CouplingRow {
                 speed_mm_per_s,
                 tremor_mm: tremor_m * 1e3,
                 rate_hz,
@@ -52,9 +52,9 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     Ok(vec![table, text, plot])
 }
 
-fn csv(rows: &[Row]) -> ReportSheet {
+fn csv(rows: &[CouplingRow]) -> ReportSheet {
     let mut sheet = ReportSheet::new(["speed_mm_per_s", "tremor_mm", "field_hz", "held", "extrapolated", "forecast"]);
-    for Row { speed_mm_per_s, tremor_mm, rate_hz, error } in rows {
+    for CouplingRow { speed_mm_per_s, tremor_mm, rate_hz, error } in rows {
         let HandOver { held, extrapolated, forecast } = error;
         sheet.row([*speed_mm_per_s, *tremor_mm, *rate_hz, *held, *extrapolated, *forecast].map(|n| format!("{n:?}")));
     }
@@ -62,7 +62,7 @@ fn csv(rows: &[Row]) -> ReportSheet {
 }
 
 /// The steady insertion at 10 mm/s.
-fn chart(rows: &[Row]) -> Chart {
+fn chart(rows: &[CouplingRow]) -> Chart {
     let curve = |name: &str, of: fn(&HandOver) -> f64| {
         let steady = rows.iter().filter(|row| (row.speed_mm_per_s, row.tremor_mm) == (10.0, 0.0));
         ChartCurve { name: name.to_owned(), points: steady.map(|row| (row.rate_hz, 1e2 * of(&row.error))).collect() }
@@ -80,7 +80,7 @@ fn chart(rows: &[Row]) -> Chart {
     }
 }
 
-fn markdown(rows: &[Row], quick: bool) -> String {
+fn markdown(rows: &[CouplingRow], quick: bool) -> String {
     let mut sheet = ReportSheet::new(["speed", "tremor of 10 Hz", "held", "extrapolated", "forecast by the law"]);
     for row in rows.iter().filter(|row| (row.rate_hz - FIELD_HZ).abs() < 0.5) {
         let [held, extrapolated, forecast] =

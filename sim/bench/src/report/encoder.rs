@@ -23,7 +23,7 @@ const JUMP_N: f64 = 0.05;
 const SIZE: (u32, u32) = (960, 720);
 
 /// One insertion as the hand feels it.
-struct Felt {
+struct FeltInsertion {
     law: ForceLaw,
     step_um: f64,
     /// Displacement in m, axial force and cutting force in N, tick by tick.
@@ -36,7 +36,7 @@ struct FeltTick {
     cutting_n: f64,
 }
 
-impl Felt {
+impl FeltInsertion {
     /// What is left of a scene's specification under a version of the law, felt in steps.
     fn insert(spec: &AxialSpec, law: ForceLaw, step_um: f64) -> Result<Self, BenchError> {
         let speed_window_s = if law == ForceLaw::Version1 { 0.0 } else { spec.speed_window_s };
@@ -89,7 +89,7 @@ pub fn measure(out: &Path, spec: &AxialSpec) -> Result<EncoderReport, BenchError
     let mut felt = Vec::new();
     for law in [ForceLaw::Version1, ForceLaw::Version2] {
         for step_um in STEPS_UM {
-            felt.push(Felt::insert(spec, law, step_um)?);
+            felt.push(FeltInsertion::insert(spec, law, step_um)?);
         }
     }
     let (plot, table) = (out.join("force-encoder.svg"), out.join("force-encoder.csv"));
@@ -99,7 +99,7 @@ pub fn measure(out: &Path, spec: &AxialSpec) -> Result<EncoderReport, BenchError
     Ok(EncoderReport { written: vec![plot, table], markdown: markdown(&sheet) })
 }
 
-fn sheet(felt: &[Felt]) -> ReportSheet {
+fn sheet(felt: &[FeltInsertion]) -> ReportSheet {
     let mut sheet = ReportSheet::new(["law", "step_um", "cutting_share", "mean_force_n", "jumps_per_s"]);
     for felt in felt {
         sheet.row([
@@ -121,12 +121,12 @@ fn markdown(sheet: &ReportSheet) -> String {
     )
 }
 
-fn picture(path: &Path, felt: &[Felt]) -> Drawn {
+fn picture(path: &Path, felt: &[FeltInsertion]) -> Drawn {
     let root = SVGBackend::new(path, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
     let panels = root.split_evenly((2, 1));
     for (panel, law) in panels.iter().zip([ForceLaw::Version1, ForceLaw::Version2]) {
-        let lines: Vec<&Felt> = felt.iter().filter(|felt| felt.law == law).collect();
+        let lines: Vec<&FeltInsertion> = felt.iter().filter(|felt| felt.law == law).collect();
         let most_n = felt.iter().flat_map(|felt| &felt.ticks).map(|tick| tick.force_n).fold(0.0, f64::max);
         let mut canvas = ChartBuilder::on(panel)
             .caption(format!("Version {} of the law, 2 mm/s in muscle", u32::from(law)), (FONT, 20))

@@ -13,12 +13,12 @@ use crate::progress::MeasurementProgress;
 const QUICK_MODEL: &str = "force law";
 
 /// A trial and what came of it: a number, or why there is none.
-struct Row {
+struct HardCaseRow {
     trial: HardCaseTrial,
     measured: Result<f64, String>,
 }
 
-impl Row {
+impl HardCaseRow {
     fn passes(&self) -> bool {
         self.measured.as_ref().is_ok_and(|&measured| self.trial.passes(measured))
     }
@@ -42,25 +42,25 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     if failed.is_empty() { Ok(vec![table, text]) } else { Err(BenchError::Work(failed)) }
 }
 
-fn try_all(quick: bool) -> Vec<Row> {
+fn try_all(quick: bool) -> Vec<HardCaseRow> {
     let mut chosen = crate::all();
     chosen.retain(|trial| !quick || trial.model == QUICK_MODEL);
     let progress = MeasurementProgress::new(chosen.len() as u64, "hard cases");
     let mut rows = Vec::with_capacity(chosen.len());
     for trial in chosen {
-        rows.push(Row { trial, measured: (trial.measure)().map_err(|why| why.to_string()) });
+        rows.push(HardCaseRow { trial, measured: (trial.measure)().map_err(|why| why.to_string()) });
         progress.advance(1);
     }
     rows
 }
 
-fn describe(row: &Row) -> String {
+fn describe(row: &HardCaseRow) -> String {
     let HardCaseTrial { model, case, measures, bound, unit, .. } = row.trial;
     let measured = row.measured(full);
     format!("{case} ({model}): {measures}: {measured} {unit}, the bound is {bound} {unit}")
 }
 
-fn csv(rows: &[Row]) -> ReportSheet {
+fn csv(rows: &[HardCaseRow]) -> ReportSheet {
     let mut sheet = ReportSheet::new(["case", "model", "trial", "measures", "bound", "measured", "unit", "pass"]);
     for row in rows {
         let HardCaseTrial { model, name, case, measures, bound, unit, .. } = row.trial;
@@ -70,7 +70,7 @@ fn csv(rows: &[Row]) -> ReportSheet {
     sheet
 }
 
-fn markdown(rows: &[Row], quick: bool) -> String {
+fn markdown(rows: &[HardCaseRow], quick: bool) -> String {
     let mut sheet = ReportSheet::new(["case", "model", "what", "bound", "measured", "unit", "pass"]);
     for row in rows {
         let HardCaseTrial { model, case, measures, bound, unit, .. } = row.trial;

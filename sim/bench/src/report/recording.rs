@@ -23,7 +23,7 @@ const ATTEMPT_S: f64 = 30.0;
 const LONG_S: f64 = 600.0;
 
 /// Everything measured.
-struct Measured {
+struct MeasuredRecording {
     times_real_time: f64,
     bytes_per_s: f64,
     /// Time to write each tick, in µs, sorted.
@@ -53,7 +53,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let long_bytes = size(&file)?;
     machine::reset_peak_memory();
     let (read_s, score_s) = read_and_score(&file)?;
-    let measured = Measured {
+    let measured = MeasuredRecording {
         times_real_time: attempt_s / wall_s,
         bytes_per_s: bytes as f64 / attempt_s,
         tick_us,
@@ -135,7 +135,7 @@ fn size(path: &Path) -> Result<u64, BenchError> {
     fs::metadata(path).map(|metadata| metadata.len()).map_err(|error| BenchError::refused(path, error))
 }
 
-fn report(out: &Path, measured_on: &str, measured: &Measured) -> Result<Vec<PathBuf>, BenchError> {
+fn report(out: &Path, measured_on: &str, measured: &MeasuredRecording) -> Result<Vec<PathBuf>, BenchError> {
     let sheet = sheet(measured);
     let (table, plot) = (out.join("recording.csv"), out.join("recording.svg"));
     sheet.write_csv(&table)?;
@@ -150,7 +150,7 @@ fn report(out: &Path, measured_on: &str, measured: &Measured) -> Result<Vec<Path
     Ok(vec![table, plot, sheet::write_text(out.join("recording.md"), &text)?])
 }
 
-fn sheet(measured: &Measured) -> ReportSheet {
+fn sheet(measured: &MeasuredRecording) -> ReportSheet {
     let ticks = &measured.tick_us;
     let mean_us = ticks.iter().sum::<f64>() / ticks.len().max(1) as f64;
     let long = format!("{:.0} s recording", measured.long_s);

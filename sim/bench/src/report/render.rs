@@ -21,7 +21,7 @@ const QUICK_FRAMES: usize = 2;
 const BARS_MS: [f64; 2] = [100.0, 4.0];
 
 /// Times of one kind of picture.
-struct Row {
+struct FrameRow {
     what: &'static str,
     quality: Quality,
     median_ms: f64,
@@ -48,14 +48,19 @@ pub fn measure(out: &Path, quick: bool, program: &dyn Program) -> Result<Vec<Pat
     Ok(vec![table, plot, text])
 }
 
-fn rows(headless: &mut Headless, frames: &[(&'static str, Frame)], count: usize) -> Result<Vec<Row>, BenchError> {
+fn rows(headless: &mut Headless, frames: &[(&'static str, Frame)], count: usize) -> Result<Vec<FrameRow>, BenchError> {
     let progress = MeasurementProgress::new((Quality::ALL.len() * frames.len()) as u64, "render");
     let mut rows = Vec::new();
     for quality in Quality::ALL {
         headless.set_quality(quality);
         for (what, frame) in frames {
             let times_ms = times(headless, frame, count)?;
-            rows.push(Row { what, quality, median_ms: quantile(&times_ms, 0.5), p99_ms: quantile(&times_ms, 0.99) });
+            rows.push(FrameRow {
+                what,
+                quality,
+                median_ms: quantile(&times_ms, 0.5),
+                p99_ms: quantile(&times_ms, 0.99),
+            });
             progress.set(rows.len() as u64);
         }
     }
@@ -103,17 +108,17 @@ fn frames(loads: usize) -> [(&'static str, Frame); 4] {
     ]
 }
 
-fn csv(rows: &[Row]) -> ReportSheet {
+fn csv(rows: &[FrameRow]) -> ReportSheet {
     let mut sheet = ReportSheet::new(["view", "quality", "median_ms", "p99_ms"]);
-    for Row { what, quality, median_ms, p99_ms } in rows {
+    for FrameRow { what, quality, median_ms, p99_ms } in rows {
         sheet.row([what.to_string(), quality.name().to_owned(), format!("{median_ms:.3}"), format!("{p99_ms:.3}")]);
     }
     sheet
 }
 
 /// Time against the step of quality, best first.
-fn chart(rows: &[Row]) -> Chart {
-    let curve = |first: &Row| {
+fn chart(rows: &[FrameRow]) -> Chart {
+    let curve = |first: &FrameRow| {
         let own = rows.iter().filter(|row| row.what == first.what).enumerate();
         ChartCurve {
             name: first.what.to_owned(),
@@ -129,9 +134,9 @@ fn chart(rows: &[Row]) -> Chart {
     }
 }
 
-fn markdown(rows: &[Row], headless: &Headless, start_s: f64, quick: bool) -> String {
+fn markdown(rows: &[FrameRow], headless: &Headless, start_s: f64, quick: bool) -> String {
     let mut sheet = ReportSheet::new(["view", "quality", "made of", "median", "p99"]);
-    for Row { what, quality, median_ms, p99_ms } in rows {
+    for FrameRow { what, quality, median_ms, p99_ms } in rows {
         let times = [median_ms, p99_ms].map(|ms| format!("{ms:.1} ms"));
         sheet.row([
             what.to_string(),

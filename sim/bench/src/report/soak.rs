@@ -17,7 +17,7 @@ const TICKS: u32 = 600_000;
 const SEED: u64 = 1;
 
 /// A scene and what its soak came to.
-struct Row {
+struct SoakRow {
     scene: String,
     seen: Soaked,
 }
@@ -34,7 +34,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     for scene in scenes {
         let spec = scene.specimen_spec(&Patient::nominal(&scene), 0.0);
         let specimen = Specimen::new(spec).map_err(BenchError::work)?;
-        rows.push(Row { seen: crate::soak(specimen.law(), specimen.field(), ticks, SEED), scene: scene.id });
+        rows.push(SoakRow { seen: crate::soak(specimen.law(), specimen.field(), ticks, SEED), scene: scene.id });
         progress.advance(1);
     }
     let table = out.join("soak.csv");
@@ -45,7 +45,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     if failed.is_empty() { Ok(vec![table, text]) } else { Err(BenchError::Work(failed)) }
 }
 
-fn csv(rows: &[Row]) -> ReportSheet {
+fn csv(rows: &[SoakRow]) -> ReportSheet {
     let mut sheet = ReportSheet::new([
         "scene",
         "ticks",
@@ -59,7 +59,7 @@ fn csv(rows: &[Row]) -> ReportSheet {
         "ticks_not_finite",
         "pass",
     ]);
-    for Row { scene, seen } in rows {
+    for SoakRow { scene, seen } in rows {
         let numbers = [seen.force_n, seen.force_bound_n, seen.closure, seen.undone_j, seen.tent_m]
             .map(|number| format!("{number:?}"));
         let [force, bound, closure, undone, tent] = numbers;
@@ -75,7 +75,7 @@ fn yes(seen: &Soaked) -> String {
     if seen.passes() { "yes" } else { "**no**" }.to_owned()
 }
 
-fn markdown(rows: &[Row], quick: bool) -> String {
+fn markdown(rows: &[SoakRow], quick: bool) -> String {
     let mut sheet = ReportSheet::new([
         "scene",
         "tracks",
@@ -87,7 +87,7 @@ fn markdown(rows: &[Row], quick: bool) -> String {
         "not finite",
         "pass",
     ]);
-    for Row { scene, seen } in rows {
+    for SoakRow { scene, seen } in rows {
         sheet.row([
             scene.clone(),
             seen.tracks.to_string(),

@@ -64,7 +64,7 @@ pub struct SimulateArgs {
 
 /// What is said of an attempt.
 #[derive(Serialize)]
-struct Summary {
+struct SimulationSummary {
     recording: String,
     session_id: Uuid,
     exercise_id: String,
@@ -86,7 +86,7 @@ pub fn run(args: &SimulateArgs) -> Outcome {
     let started = clock::instant();
     let simulated = record(args, &session, &bundle)?;
     let wall_s = started.elapsed().as_secs_f64();
-    let summary = Summary {
+    let summary = SimulationSummary {
         recording: args.out.display().to_string(),
         session_id: session.session_id,
         exercise_id: session.exercise_id,
@@ -144,8 +144,8 @@ fn session(args: &SimulateArgs, bundle: &ExerciseBundle) -> Session {
     }
 }
 
-fn report(summary: &Summary) -> Outcome {
-    let Summary { recording, session_id, duration_s, ruptures, wall_s, times_real_time, .. } = summary;
+fn report(summary: &SimulationSummary) -> Outcome {
+    let SimulationSummary { recording, session_id, duration_s, ruptures, wall_s, times_real_time, .. } = summary;
     let megabytes = summary.bytes as f64 * 1e-6;
     output::line(format_args!(
         "{recording}: {duration_s:.2} s simulated in {wall_s:.2} s ({times_real_time:.0} × real time), \

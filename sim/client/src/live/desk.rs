@@ -58,7 +58,7 @@ impl Listed {
 
 /// A survey that the school asks after attempts.
 #[derive(Debug, Deserialize)]
-#[serde(try_from = "Told")]
+#[serde(try_from = "ToldSurvey")]
 pub struct AskedSurvey {
     /// Its id.
     pub id: Uuid,
@@ -76,7 +76,7 @@ pub struct AskedSurvey {
 
 /// A survey as the service tells it.
 #[derive(Deserialize)]
-struct Told {
+struct ToldSurvey {
     survey_id: Uuid,
     title: String,
     identity: String,
@@ -85,13 +85,13 @@ struct Told {
     exercises: Vec<String>,
 }
 
-impl TryFrom<Told> for AskedSurvey {
+impl TryFrom<ToldSurvey> for AskedSurvey {
     type Error = DocumentError;
 
-    fn try_from(told: Told) -> Result<Self, DocumentError> {
+    fn try_from(told: ToldSurvey) -> Result<Self, DocumentError> {
         let instrument = Instrument::from_bytes("survey", told.instrument_toml.as_bytes())?;
         let anonymous = told.identity == "anonymous";
-        let Told { survey_id: id, title, terms, exercises, .. } = told;
+        let ToldSurvey { survey_id: id, title, terms, exercises, .. } = told;
         Ok(Self { id, title, anonymous, terms, instrument, exercises })
     }
 }

@@ -30,7 +30,7 @@ pub struct Moment {
     /// Loads that the field carries, in N: contactors, then drags.
     pub loads_n: Vec<f32>,
     dents: Dents,
-    tracks: Vec<Track>,
+    tracks: Vec<PunctureTrack>,
     /// The track that the needle is in.
     open: Option<usize>,
     hit: Option<Hit>,
@@ -38,7 +38,7 @@ pub struct Moment {
 
 /// A puncture, as far as it has gone.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Track {
+struct PunctureTrack {
     entry_m: [f64; 3],
     axis: [f32; 3],
     depth_m: f64,
@@ -136,7 +136,7 @@ impl Moment {
     fn contact(&mut self, event: &Event) {
         let at = event.track.map_or(self.tracks.len(), |track| track as usize);
         if at >= self.tracks.len() {
-            self.tracks.resize(at + 1, Track::default());
+            self.tracks.resize(at + 1, PunctureTrack::default());
         }
         if let Some(track) = self.tracks.get_mut(at) {
             track.entry_m = event.position_m;
@@ -193,7 +193,7 @@ impl Moment {
     }
 }
 
-impl Track {
+impl PunctureTrack {
     fn puncture(&self, t_s: f64) -> DrawnPuncture {
         let Self { entry_m, axis, depth_m, opened, .. } = *self;
         DrawnPuncture {

@@ -23,7 +23,7 @@ const COSTLIEST: usize = 3;
 /// What a debrief knows.
 pub struct Debrief {
     /// Judged, or still in memory.
-    kept: Result<Judged, Rescue>,
+    kept: Result<JudgedAttempt, Rescue>,
     servo: Option<String>,
     pairing: Option<Pairing>,
     delivery: Option<Call<String>>,
@@ -35,7 +35,7 @@ pub struct Debrief {
 }
 
 /// An attempt that is on disk and judged.
-struct Judged {
+struct JudgedAttempt {
     kept: Kept,
     recording: Arc<Recording>,
     judged: Result<Assessment, AssessError>,
@@ -69,7 +69,7 @@ impl Debrief {
     ) -> Result<Self, Failure> {
         let servo = finished.report.map(|report| report.to_string());
         let kept = match finished.kept {
-            Ok(kept) => Ok(Judged::new(trial, kept)?),
+            Ok(kept) => Ok(JudgedAttempt::new(trial, kept)?),
             Err(unsaved) => Err(Rescue::new(unsaved)),
         };
         let mut debrief = Self { kept, servo, pairing, delivery: None, refused: None, asked, survey: None };
@@ -160,7 +160,7 @@ impl Debrief {
             }
             RescueWish::Save(path) => {
                 if let Some(kept) = rescue.unsaved.save(&path) {
-                    self.kept = Ok(Judged::new(trial, kept)?);
+                    self.kept = Ok(JudgedAttempt::new(trial, kept)?);
                     self.deliver();
                 }
             }
@@ -176,7 +176,7 @@ fn page<T>(ui: &mut Ui, show: impl FnOnce(&mut Ui) -> T) -> T {
     shown.inner.inner
 }
 
-fn buttons(ui: &mut Ui, judged: &Judged) -> AfterDebrief {
+fn buttons(ui: &mut Ui, judged: &JudgedAttempt) -> AfterDebrief {
     ui.add_space(6.0);
     // Whoever types an answer does not ask for another attempt.
     let typing = ui.ctx().text_edit_focused();
@@ -199,7 +199,7 @@ fn buttons(ui: &mut Ui, judged: &Judged) -> AfterDebrief {
     next.inner
 }
 
-impl Judged {
+impl JudgedAttempt {
     fn new(trial: &LiveTrial, kept: Kept) -> Result<Self, Failure> {
         let recording = crate::commands::read_recording(&kept.path)?;
         let judged = assessment::assess(&recording, &trial.bundle);

@@ -20,12 +20,12 @@ pub struct StateFrame<'a> {
     #[serde(borrow, default)]
     inverse3: Few<Arm<'a>>,
     #[serde(default)]
-    verse_grip: Few<Grip>,
+    verse_grip: Few<VerseGrip>,
     #[serde(default)]
-    wireless_verse_grip: Few<Grip>,
+    wireless_verse_grip: Few<VerseGrip>,
     /// Grips with buttons of their own, which the service lists apart from 3.5 on.
     #[serde(default)]
-    custom_verse_grip: Few<Grip>,
+    custom_verse_grip: Few<VerseGrip>,
 }
 
 /// An Inverse3.
@@ -56,7 +56,7 @@ pub struct Status {
 
 /// A VerseGrip, with a cable or without.
 #[derive(Deserialize)]
-struct Grip {
+struct VerseGrip {
     state: Option<GripState>,
 }
 

@@ -6,7 +6,7 @@ use law::puncture::{PunctureEvent, PunctureInput, PunctureOutput, PunctureParams
 use law::puncture::{loads, step};
 use nalgebra::Vector3;
 
-use super::grid::Grid;
+use super::grid::TickGrid;
 use super::latest::{self, LatestReader, Publisher, Snapshot};
 use super::record::{self, Record, Records, Sender};
 use super::timing::{Quantiles, Times};
@@ -39,7 +39,7 @@ pub struct Engine {
     state: PunctureState,
     scratch: PunctureScratch,
     chain: safety::SafetyState,
-    grid: Grid,
+    grid: TickGrid,
     /// The tip was in the body at the last tick.
     inside: bool,
     /// What became of the last force.
@@ -85,7 +85,7 @@ impl Engine {
             state: PunctureState::new(&params),
             scratch: PunctureScratch::new(&params),
             chain: safety::SafetyState::default(),
-            grid: Grid::new(rate_hz)?,
+            grid: TickGrid::new(rate_hz)?,
             inside: false,
             wrote: Ok(()),
             disagrees: false,
@@ -106,7 +106,7 @@ impl Engine {
     }
 
     /// When ticks are due.
-    pub(super) fn grid(&self) -> &Grid {
+    pub(super) fn grid(&self) -> &TickGrid {
         &self.grid
     }
 
@@ -133,7 +133,7 @@ impl Engine {
         let output = self.advance(t_s, &needle);
         let sent = self.protect(moment, believed, &output);
         self.count(moment);
-        self.tell(&Told { t_s, needle, believed, output, sent, moment: *moment }, clock);
+        self.tell(&TickReceivers { t_s, needle, believed, output, sent, moment: *moment }, clock);
         Some(sent.force_n)
     }
 
@@ -222,7 +222,7 @@ impl Engine {
     }
 
     /// Tells recorder and picture.
-    fn tell(&mut self, told: &Told, clock: &dyn Fn() -> f64) {
+    fn tell(&mut self, told: &TickReceivers, clock: &dyn Fn() -> f64) {
         let device_n = self.mapping.patient_from_device(&told.sent.force_n);
         let record = Record {
             t_s: told.t_s,
@@ -268,7 +268,7 @@ impl Engine {
 }
 
 /// A tick, for those who want to know.
-struct Told {
+struct TickReceivers {
     t_s: f64,
     needle: NeedlePose,
     believed: Believed,

@@ -171,7 +171,7 @@ pub struct Started {
 
 /// What both sides of the thread see.
 #[derive(Debug, Default)]
-struct Shared {
+struct ServoShared {
     stop: AtomicBool,
     priority: OnceLock<Priority>,
     ended: OnceLock<Ended>,
@@ -180,7 +180,7 @@ struct Shared {
 /// A servo at work. Dropped, it stops, with zero force on the device.
 #[derive(Debug)]
 pub struct Running {
-    shared: Arc<Shared>,
+    shared: Arc<ServoShared>,
     thread: Option<JoinHandle<Report>>,
 }
 
@@ -190,14 +190,14 @@ pub struct Running {
 /// When the rate is none or the system gives no thread. The device is closed then.
 pub fn start(setup: Setup, driven: Driven) -> Result<Started, StartError> {
     let (mut engine, records, latest) = Engine::new(setup)?;
-    let shared = Arc::new(Shared::default());
+    let shared = Arc::new(ServoShared::default());
     let theirs = Arc::clone(&shared);
     let thread = thread::Builder::new().name("servo".to_owned()).spawn(move || serve(&mut engine, driven, &theirs))?;
     Ok(Started { running: Running { shared, thread: Some(thread) }, records, latest })
 }
 
 /// The thread.
-fn serve(engine: &mut Engine, driven: Driven, shared: &Shared) -> Report {
+fn serve(engine: &mut Engine, driven: Driven, shared: &ServoShared) -> Report {
     let priority = match driven {
         Driven::ByTimer(_) => priority::raise(priority::SERVO),
         Driven::ByDevice(_) => Priority::Device,

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use spin_sleep::{SpinSleeper, SpinStrategy};
 
 use super::engine::{Engine, TickMoment};
-use super::grid::Grid;
+use super::grid::TickGrid;
 use super::{Driven, Ended};
 use crate::clock;
 use crate::device::{Clocked, Device, DeviceFault, Reading};
@@ -64,7 +64,7 @@ pub(super) fn sleeper() -> SpinSleeper {
 }
 
 /// Waits for the next tick.
-pub(super) fn wait(grid: &Grid, sleeper: SpinSleeper) -> TickMoment {
+pub(super) fn wait(grid: &TickGrid, sleeper: SpinSleeper) -> TickMoment {
     let Some(due_s) = grid.due_s() else {
         // Before the first tick: a device that has nothing to say yet is asked once a period.
         sleeper.sleep(Duration::from_secs_f64(grid.period_s()));

@@ -21,7 +21,7 @@ pub fn step(
     let Some(pose) = believe(state, input) else {
         scratch.events.push(PunctureEvent::Fault);
         let axial = AxialOutput { held: true, ..state.axial.last_output() };
-        let side = Side::new(state, params.bend(axial.depth_m));
+        let side = SidewaysNeedle::new(state, params.bend(axial.depth_m));
         survey(params, state, scratch, &side);
         return assemble(params, state, scratch, axial, &side);
     };
@@ -34,7 +34,7 @@ pub fn step(
         leave(state, &latch);
         scratch.events.push(PunctureEvent::SkinExit);
     }
-    let side = Side::new(state, bend);
+    let side = SidewaysNeedle::new(state, bend);
     survey(params, state, scratch, &side);
     report_hits(state, scratch);
     open_walls(params, state, &side);
@@ -58,14 +58,14 @@ pub fn intrusion(params: &PunctureParams, state: &PunctureState) -> Option<Intru
 }
 
 /// The needle sideways: a function of the state after the step, which is why a held sample repeats it.
-struct Side {
+struct SidewaysNeedle {
     /// Lateral force on the hand, in N.
     force_n: Vector3<f64>,
     /// What the tip is off the place where the hand would have it, in m.
     bend_m: Vector3<f64>,
 }
 
-impl Side {
+impl SidewaysNeedle {
     fn new(state: &PunctureState, bend: Bend) -> Self {
         let Some(Latch { offset_m, .. }) = state.latch else {
             return Self { force_n: Vector3::zeros(), bend_m: Vector3::zeros() };
@@ -123,7 +123,7 @@ fn displacement_m(state: &PunctureState) -> f64 {
 }
 
 /// Finds how the needle of the last good sample stands to every structure.
-fn survey(params: &PunctureParams, state: &PunctureState, scratch: &mut PunctureScratch, side: &Side) {
+fn survey(params: &PunctureParams, state: &PunctureState, scratch: &mut PunctureScratch, side: &SidewaysNeedle) {
     scratch.meetings.clear();
     if let Some(pose) = &state.last {
         let tip_m = pose.tip_m + side.bend_m;
@@ -144,7 +144,7 @@ fn report_hits(state: &mut PunctureState, scratch: &mut PunctureScratch) {
 }
 
 /// Opens the walls that the tip presses on with what they hold.
-fn open_walls(params: &PunctureParams, state: &mut PunctureState, side: &Side) {
+fn open_walls(params: &PunctureParams, state: &mut PunctureState, side: &SidewaysNeedle) {
     if let Some(pose) = &state.last {
         let tip_m = pose.tip_m + side.bend_m;
         for (structure, open) in params.structures.iter().zip(&mut state.open_walls) {
@@ -159,7 +159,7 @@ fn assemble(
     state: &PunctureState,
     scratch: &PunctureScratch,
     axial: AxialOutput,
-    side: &Side,
+    side: &SidewaysNeedle,
 ) -> PunctureOutput {
     let (stage, boundary) = stage(params, state);
     let structures_n = state.last.as_ref().map_or_else(Vector3::zeros, |pose| {

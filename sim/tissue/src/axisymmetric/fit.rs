@@ -11,7 +11,7 @@
 use super::basis::MAX_ORDER;
 use super::grading::{LEAST_ORDER, LEVELS};
 use super::judge::Judge;
-use super::trim::{Rung, Trimming, View};
+use super::trim::{AnswerView, Rung, Trimming};
 use super::{Axisymmetric, AxisymmetricError, MeshSpec, fit_first};
 use crate::{Judging, Problem, Sampled};
 use law::axial::Domain;
@@ -97,7 +97,7 @@ fn judged(problem: &Problem, tolerance: f64) -> Result<FittedAxisymmetric, Axisy
         let estimated_relative_error = problem.sampled(&model).distance(&judge.answer) + judge.doubt;
         FittedAxisymmetric { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance }
     };
-    let view = View::both(&judge.answer);
+    let view = AnswerView::both(&judge.answer);
     let truth = view.of(&judge.answer);
     // Both components count as shares of themselves: what both are off by is more than what either is.
     let size = truth.iter().map(|value| value * value).sum::<f64>().sqrt();

@@ -6,7 +6,7 @@
 use super::basis::MAX_ORDER;
 use super::fit::{BETTER, first_level};
 use super::judge::Judge;
-use super::oblique::Shared;
+use super::oblique::SharedMesh;
 use super::{Axisymmetric, AxisymmetricError, MeshSpec, Oblique};
 use crate::volumetric::Problem3;
 use crate::{FieldModel, Judging, Load, Problem, Sampled, relative_distance};
@@ -111,7 +111,7 @@ pub(crate) fn each_along_needle_m(
         };
         return Ok(loads.iter().map(answer).collect());
     }
-    let shared = Shared::new(&asked_nowhere, mesh, each_strip)?;
+    let shared = SharedMesh::new(&asked_nowhere, mesh, each_strip)?;
     Ok(loads.iter().map(|load| question.all_along_needle_m(&shared.under(load))).collect())
 }
 

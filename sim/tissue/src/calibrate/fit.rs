@@ -4,7 +4,7 @@ use super::CalibrateError;
 use super::curve::Curve;
 use super::descent::Lowest;
 use super::guess::{Fresh, fresh, laid_over};
-use super::model::{Guess, Model, OWN, Places, QUANTITIES, Quantity, residual_rms_n};
+use super::model::{CurveModel, Guess, OWN, Places, QUANTITIES, Quantity, residual_rms_n};
 use super::orders::in_every_order;
 use super::peaks::{Peak, is_another_reading, lone, peaks, unexplained, unseen};
 use super::starts::others;
@@ -110,7 +110,7 @@ struct Candidate {
 
 /// The search, with what it has done so far.
 struct Search<'m, 'w> {
-    model: &'m Model<'m>,
+    model: &'m CurveModel<'m>,
     iterations: u32,
     /// Where other descents ended.
     rivals: Vec<Candidate>,
@@ -122,7 +122,7 @@ struct Search<'m, 'w> {
 /// # Errors
 /// A curve without enough drops, or a start that does not fit the curve or the law.
 pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Result<Fit, CalibrateError> {
-    let model = Model::new(curve);
+    let model = CurveModel::new(curve);
     let mut search = Search { model: &model, iterations: 0, rivals: Vec::new(), watch };
     let mut best = match start {
         Start::Fresh(asked) => search.by_drops(&asked)?,
@@ -424,7 +424,7 @@ fn moved(places: &Places, which: usize, stride: isize, gaps: usize) -> Option<Pl
 
 /// Puts on its bound what ended next to it, and gives back its starting value to every variable that the curve does not depend
 /// on: the way down may have moved it. The far side of a layer keeps its depth, not its distance to the near side.
-fn tidy(model: &Model<'_>, fitted: Candidate, start: Option<&AxialSpec>) -> Candidate {
+fn tidy(model: &CurveModel<'_>, fitted: Candidate, start: Option<&AxialSpec>) -> Candidate {
     let mut variables = model.variables(&fitted.guess);
     let standings = standings(model, &fitted.guess);
     let first = start.map_or_else(
@@ -479,7 +479,7 @@ fn sound(mut spec: AxialSpec) -> AxialSpec {
 }
 
 /// The start itself, where it is sound and the fit found nothing better.
-fn keep_if_better(model: &Model<'_>, fitted: Candidate, start: &AxialSpec) -> Candidate {
+fn keep_if_better(model: &CurveModel<'_>, fitted: Candidate, start: &AxialSpec) -> Candidate {
     let is_sound = soundness::check(start).is_empty();
     if is_sound && residual_rms_n(start, model.curve) <= residual_rms_n(&fitted.guess.spec, model.curve) {
         return Candidate { guess: Guess { spec: start.clone(), ..fitted.guess }, ..fitted };

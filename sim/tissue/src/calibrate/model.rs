@@ -8,7 +8,7 @@
 use nalgebra::DMatrix;
 
 use super::curve::Curve;
-use super::descent::{Lowest, Problem, square};
+use super::descent::{LeastSquares, Lowest, square};
 use super::drops::Front;
 use law::axial::{AxialSpec, Layer};
 use law::closed_form::{self, PredictedRupture};
@@ -139,7 +139,7 @@ pub(super) struct Guess {
 }
 
 /// A curve with what never changes during its fit.
-pub(super) struct Model<'c> {
+pub(super) struct CurveModel<'c> {
     pub curve: &'c Curve,
     pub front: Front,
 }
@@ -149,7 +149,7 @@ const UNSOUND_WEIGHT: f64 = 10.0;
 /// A rupture must leave this part of force and energy less than it found, so that rounding the result leaves it sound.
 const SOUND_MARGIN: f64 = 2e-3;
 
-impl<'c> Model<'c> {
+impl<'c> CurveModel<'c> {
     pub fn new(curve: &'c Curve) -> Self {
         Self { curve, front: Front::new(curve) }
     }
@@ -221,7 +221,7 @@ impl<'c> Model<'c> {
         let (lower, upper) = self.bounds(guess);
         let step = steps(guess);
         let enough = self.as_good_as_none();
-        let problem = Problem { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough };
+        let problem = LeastSquares { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough };
         problem.descend(&self.variables(guess), most)
     }
 
@@ -256,7 +256,7 @@ impl<'c> Model<'c> {
     pub fn sensitivity(&self, guess: &Guess) -> DMatrix<f64> {
         let residuals = |variables: &[f64]| self.misfit(guess, variables);
         let ((lower, upper), step) = (self.bounds(guess), steps(guess));
-        let problem = Problem { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
+        let problem = LeastSquares { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
         let at = self.variables(guess);
         problem.jacobian(&at, &residuals(&at))
     }

@@ -18,7 +18,7 @@ const SHARED_M: f64 = 1e-3;
 
 /// A way to tell the beginning of a curve by the first ruptures of either row.
 #[derive(Clone)]
-struct Telling {
+struct Beginning {
     /// How many of the tips and of the rims are told.
     told: [usize; 2],
     /// How many drops are.
@@ -35,7 +35,7 @@ pub(super) fn in_every_order(front: &Front, start: &AxialSpec) -> Vec<Guess> {
     let rows = [Contactor::Tip, Contactor::Rim]
         .map(|contactor| ruptures.iter().filter(|leader| leader.contactor == contactor).copied().collect::<Vec<_>>());
     let drops = largest(front.drops(), ruptures.len());
-    let none = Telling { told: [0; 2], drops: 0, ruptures: Vec::new(), moved_m: 0.0 };
+    let none = Beginning { told: [0; 2], drops: 0, ruptures: Vec::new(), moved_m: 0.0 };
     let mut tellings = vec![none];
     for _ in 0..ruptures.len() {
         tellings = tellings.iter().flat_map(|telling| telling.longer(front, &rows, &drops)).collect();
@@ -46,7 +46,7 @@ pub(super) fn in_every_order(front: &Front, start: &AxialSpec) -> Vec<Guess> {
     whole.take(TRIED).map(|telling| telling.guess(front, start, &drops)).collect()
 }
 
-impl Telling {
+impl Beginning {
     /// Every way to go on by one rupture.
     fn longer(&self, front: &Front, rows: &[Vec<Leader>; 2], drops: &[Drop]) -> Vec<Self> {
         let mut longer = Vec::new();

@@ -8,8 +8,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::descent::{Lowest, Problem, square};
-use super::model::{Guess, Model, OWN, QUANTITIES, Quantity, steps};
+use super::descent::{LeastSquares, Lowest, square};
+use super::model::{CurveModel, Guess, OWN, QUANTITIES, Quantity, steps};
 use super::peaks::is_another_reading;
 use law::operator::Draw;
 
@@ -88,7 +88,7 @@ impl Interval {
 
 /// A fit around which numbers are held.
 pub(super) struct Profile<'m> {
-    model: &'m Model<'m>,
+    model: &'m CurveModel<'m>,
     guess: &'m Guess,
     at: Vec<f64>,
     cost: f64,
@@ -121,7 +121,7 @@ enum Held {
 }
 
 impl<'m> Profile<'m> {
-    pub fn new(model: &'m Model<'m>, guess: &'m Guess) -> Self {
+    pub fn new(model: &'m CurveModel<'m>, guess: &'m Guess) -> Self {
         let at = model.variables(guess);
         let cost = square(&model.residuals(guess, &at, true));
         let jacobian = model.sensitivity(guess);
@@ -291,7 +291,7 @@ impl<'m> Profile<'m> {
             residuals
         };
         let ((lower, upper), step) = (self.model.bounds(self.guess), steps(self.guess));
-        let problem = Problem { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
+        let problem = LeastSquares { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
         let held = |start: &[f64]| {
             // With what holds the number: where the rest cannot follow it is not held, and that must cost.
             let Lowest { at, cost, .. } = problem.descend(start, HELD_DESCENT);
@@ -333,7 +333,7 @@ impl<'m> Profile<'m> {
 }
 
 /// s² (JᵀJ)⁻¹ of the variables with an effect; each is also known to within some of its sizes, a place to within its gap.
-fn spread(model: &Model<'_>, guess: &Guess, jacobian: &DMatrix<f64>, variance: f64) -> DMatrix<f64> {
+fn spread(model: &CurveModel<'_>, guess: &Guess, jacobian: &DMatrix<f64>, variance: f64) -> DMatrix<f64> {
     let (lower, upper) = model.bounds(guess);
     let at = model.variables(guess);
     let known = |which: usize| match which % QUANTITIES.len() < OWN {
@@ -357,7 +357,7 @@ fn size(which: usize, value: f64) -> f64 {
 }
 
 /// A number of a guess.
-fn number(model: &Model<'_>, guess: &Guess, which: usize) -> f64 {
+fn number(model: &CurveModel<'_>, guess: &Guess, which: usize) -> f64 {
     model.number(guess, &model.variables(guess), which)
 }
 
@@ -366,7 +366,7 @@ fn number(model: &Model<'_>, guess: &Guess, which: usize) -> f64 {
 /// # Errors
 /// What `interval` fails with.
 pub(super) fn estimate<E>(
-    model: &Model<'_>,
+    model: &CurveModel<'_>,
     guess: &Guess,
     interval: &mut dyn FnMut(usize) -> Result<Option<Interval>, E>,
 ) -> Result<Vec<ParameterEstimate>, E> {
@@ -384,7 +384,7 @@ pub(super) fn estimate<E>(
 }
 
 /// How each number stands.
-pub(super) fn standings(model: &Model<'_>, guess: &Guess) -> Vec<ParameterStanding> {
+pub(super) fn standings(model: &CurveModel<'_>, guess: &Guess) -> Vec<ParameterStanding> {
     let jacobian = model.sensitivity(guess);
     let variables = model.variables(guess);
     let standing = |(which, &value): (usize, &f64)| {

@@ -1,12 +1,12 @@
 //! What a curve cannot determine, in words.
 
-use super::model::{Guess, Model, QUANTITIES, Quantity};
+use super::model::{CurveModel, Guess, QUANTITIES, Quantity};
 use super::uncertainty::{ParameterEstimate, ParameterStanding};
 use law::axial::AxialSpec;
 
 /// A line for each reason, naming the parameters that it holds for.
 pub(super) fn in_words(
-    model: &Model<'_>,
+    model: &CurveModel<'_>,
     guess: &Guess,
     estimates: &[ParameterEstimate],
     readings: usize,
@@ -49,7 +49,7 @@ fn layer(spec: &AxialSpec, layer: usize) -> &str {
 }
 
 /// Friction and cutting both resist on the way in: said where friction is among what is open.
-fn no_withdrawal(model: &Model<'_>, open: &[&ParameterEstimate]) -> &'static str {
+fn no_withdrawal(model: &CurveModel<'_>, open: &[&ParameterEstimate]) -> &'static str {
     match open.iter().any(|e| e.quantity == Quantity::Friction) && !model.curve.withdraws() {
         true => "; the curve has no withdrawal, which would show friction alone",
         false => "",

@@ -99,7 +99,7 @@ impl Field {
     /// Every load of an attempt is asked on the whole body first. A patch is taken that is good enough for all of them, and what
     /// its responses are off by is measured. Where that is too much, meshes are made finer, if finer ones are what it takes.
     fn by_the_attempt(tissue: &TissueSpec) -> Result<Self, FollowError> {
-        let known = Known::of(tissue)?;
+        let known = KnownAnswers::of(tissue)?;
         let mut share = 0.5 * tissue.tolerance;
         let on_body_m: Vec<_> = known.loads.iter().copied().zip(&known.along.answers_m).collect();
         let radius_m = reach_of_all(&known.question, &on_body_m, tissue.deepest_m(), share).map_err(PlanError::from)?;
@@ -181,7 +181,7 @@ impl FieldPlan {
 const FINER: usize = 3;
 
 /// What an attempt's loads do to the whole body.
-struct Known {
+struct KnownAnswers {
     /// What is asked of all of them; its own load is a drag through the whole tissue.
     question: Problem3,
     loads: Vec<Load>,
@@ -193,7 +193,7 @@ struct Known {
     layers: usize,
 }
 
-impl Known {
+impl KnownAnswers {
     fn of(tissue: &TissueSpec) -> Result<Self, FollowError> {
         let every = tissue.loads().into_iter().enumerate();
         let (places, loads): (Vec<usize>, Vec<Load>) = every.filter_map(|(at, load)| Some((at, load?))).unzip();

@@ -9,7 +9,7 @@
 use wide::f32x4;
 
 use super::LatticeError;
-use super::kernel::{Field, pull_plane};
+use super::kernel::{NodalField, pull_plane};
 use super::lattice::Lattice;
 use super::laws::{Damped, Elastic};
 use super::motion::LatticeMotion;
@@ -21,25 +21,25 @@ pub const MAX_SUBSTEPS: u32 = 100_000;
 #[derive(Clone, Debug)]
 pub struct ExplicitScratch {
     /// Displacement rounded for the springs, in m.
-    displacement_m: Field<f32>,
+    displacement_m: NodalField<f32>,
     /// Velocity rounded for the dashpots, in m/s.
-    velocity_m_per_s: Field<f32>,
+    velocity_m_per_s: NodalField<f32>,
     /// Nodal forces, in N; zero between steps.
-    forces_n: Field<f32>,
+    forces_n: NodalField<f32>,
 }
 
 impl ExplicitScratch {
     /// Memory for this lattice.
     #[must_use]
     pub fn new(lattice: &Lattice) -> Self {
-        let zeros = || Field::zeros(lattice.grid.places());
+        let zeros = || NodalField::zeros(lattice.grid.places());
         Self { displacement_m: zeros(), velocity_m_per_s: zeros(), forces_n: zeros() }
     }
 
     /// Rounds a plane of a motion.
     fn round(&mut self, lattice: &Lattice, motion: &LatticeMotion, k: usize) {
         let plane = lattice.grid.place([0, 0, k])..lattice.grid.place([0, 0, k + 1]);
-        let round = |rounded: &mut Field<f32>, exact: &Field| {
+        let round = |rounded: &mut NodalField<f32>, exact: &NodalField| {
             for (rounded, exact) in rounded.axes.iter_mut().zip(&exact.axes) {
                 let pairs = rounded[plane.clone()].iter_mut().zip(&exact[plane.clone()]);
                 pairs.for_each(|(rounded, exact)| *rounded = *exact as f32);
@@ -112,7 +112,7 @@ fn sub_step(lattice: &Lattice, motion: &mut LatticeMotion, scratch: &mut Explici
 }
 
 /// Moves the nodes of a plane by their forces, and clears these.
-fn move_plane(lattice: &Lattice, motion: &mut LatticeMotion, k: usize, forces_n: &mut Field<f32>, step_s: f64) {
+fn move_plane(lattice: &Lattice, motion: &mut LatticeMotion, k: usize, forces_n: &mut NodalField<f32>, step_s: f64) {
     let plane = lattice.grid.place([0, 0, k])..lattice.grid.place([0, 0, k + 1]);
     let kept = 1.0 - step_s * lattice.damping.mass_per_s;
     for axis in 0..3 {

@@ -66,7 +66,7 @@ const SHARE_OF_FLOOR: f64 = 0.6;
 /// The model on one lattice of the ladder, from coarse to fine, for a speed–error sweep. Nothing past the last.
 #[must_use]
 pub fn rung(problem: &Problem, at: usize) -> Option<Result<MassSpring, LatticeError>> {
-    match Judge::new(problem, Judging::Second).and_then(|judge| judge.ladder()) {
+    match LatticeJudge::new(problem, Judging::Second).and_then(|judge| judge.ladder()) {
         Ok((coarsest, finer)) => {
             iter::once(coarsest).chain(finer).nth(at).map(|patch| MassSpring::new(problem, &patch))
         }
@@ -90,7 +90,7 @@ pub fn fit(problem: &Problem, tolerance: f64) -> Result<FittedLattice, LatticeEr
 /// As for [`fit`].
 pub fn fit_by(judging: Judging, problem: &Problem, tolerance: f64) -> Result<FittedLattice, LatticeError> {
     Domain::Positive.check("tolerance", tolerance, "")?;
-    let judge = Judge::new(problem, judging)?;
+    let judge = LatticeJudge::new(problem, judging)?;
     let enough = if judge.floor < tolerance { tolerance } else { (1.0 + SHARE_OF_FLOOR) * judge.floor };
     let (coarsest, finer) = judge.ladder()?;
     let mut fitted = judge.fitted(coarsest, tolerance)?;
@@ -104,7 +104,7 @@ pub fn fit_by(judging: Judging, problem: &Problem, tolerance: f64) -> Result<Fit
 }
 
 /// What lattices are judged by.
-struct Judge<'a> {
+struct LatticeJudge<'a> {
     problem: &'a Problem,
     judging: Judging,
     /// The problem with Poisson ratios of 1/4.
@@ -116,7 +116,7 @@ struct Judge<'a> {
     floor: f64,
 }
 
-impl<'a> Judge<'a> {
+impl<'a> LatticeJudge<'a> {
     fn new(problem: &'a Problem, judging: Judging) -> Result<Self, LatticeError> {
         problem.check()?;
         let solid = Problem { slab: problem.slab.solid(), ..problem.clone() };

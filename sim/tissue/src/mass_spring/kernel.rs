@@ -12,11 +12,11 @@ use super::links::{CLASSES, CORNERS, Link};
 
 /// A vector at every node.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Field<T = f64> {
+pub(super) struct NodalField<T = f64> {
     pub(super) axes: [Vec<T>; 3],
 }
 
-impl<T: Copy + Default> Field<T> {
+impl<T: Copy + Default> NodalField<T> {
     pub(super) fn zeros(places: usize) -> Self {
         Self { axes: [(); 3].map(|()| vec![T::default(); places]) }
     }
@@ -30,7 +30,7 @@ impl<T: Copy + Default> Field<T> {
     }
 }
 
-impl Field {
+impl NodalField {
     pub(super) fn copy_from(&mut self, other: &Self) {
         for (mine, theirs) in self.axes.iter_mut().zip(&other.axes) {
             mine.copy_from_slice(theirs);
@@ -124,9 +124,9 @@ struct Springs<'a, T> {
 pub(super) fn pull_plane<T: Lanes, const N: usize>(
     lattice: &Lattice,
     law: &impl Law<T, N>,
-    fields: [&Field<T::Number>; N],
+    fields: [&NodalField<T::Number>; N],
     k: usize,
-    forces: &mut Field<T::Number>,
+    forces: &mut NodalField<T::Number>,
 ) {
     let springs = Springs { links: lattice.links[k].map(|link| link.in_lanes()), constants: &lattice.constants };
     let (first, steps) = (lattice.grid.place([0, 0, k]), CORNERS.map(|corner| lattice.grid.place(corner)));
@@ -162,8 +162,8 @@ pub(super) fn pull_plane<T: Lanes, const N: usize>(
 pub(super) fn pull_all<const N: usize>(
     lattice: &Lattice,
     law: &impl Law<f64x4, N>,
-    fields: [&Field; N],
-    forces: &mut Field,
+    fields: [&NodalField; N],
+    forces: &mut NodalField,
 ) {
     for k in 0..lattice.links.len() {
         pull_plane(lattice, law, fields, k, forces);

@@ -3,7 +3,7 @@
 use super::LatticeError;
 use super::calibration::spring_constants;
 use super::grid::{Grid, LatticePatch, LatticeSymmetry};
-use super::kernel::{self, Field};
+use super::kernel::{self, NodalField};
 use super::laws;
 use super::links::{CLASSES, CORNERS, Link};
 use super::motion::LatticeMotion;
@@ -33,11 +33,11 @@ pub struct Lattice {
     /// Spring constants, in N/m, for each direction and place; rounding one changes an answer by less.
     pub(super) constants: [Vec<f32>; CLASSES.len()],
     /// Masses, in kg; 0 along an axis on which the node is held.
-    pub(super) masses: Field,
+    pub(super) masses: NodalField,
     /// 1/mass, in 1/kg; 0 along an axis on which the node is held.
-    pub(super) inverse_masses: Field,
+    pub(super) inverse_masses: NodalField,
     /// Stiffness of each node on its own at rest, in N/m; 0 where it is held.
-    pub(super) diagonal: Field,
+    pub(super) diagonal: NodalField,
     /// Bound of the highest angular frequency, in rad/s.
     highest_rad_per_s: f64,
 }
@@ -60,9 +60,9 @@ impl Lattice {
         let mut lattice = Self {
             runs: Vec::new(),
             constants: CLASSES.map(|_| vec![0.0; places]),
-            masses: Field::zeros(places),
-            inverse_masses: Field::zeros(places),
-            diagonal: Field::zeros(places),
+            masses: NodalField::zeros(places),
+            inverse_masses: NodalField::zeros(places),
+            diagonal: NodalField::zeros(places),
             highest_rad_per_s: 0.0,
             grid,
             damping,
@@ -133,12 +133,12 @@ impl Lattice {
         if self.grid.symmetry == LatticeSymmetry::Quarter { 4.0 } else { 1.0 }
     }
 
-    pub(super) fn motion_energy_j(&self, velocity_m_per_s: &Field) -> f64 {
+    pub(super) fn motion_energy_j(&self, velocity_m_per_s: &NodalField) -> f64 {
         let axes = self.masses.axes.iter().zip(&velocity_m_per_s.axes);
         axes.map(|(masses, v)| v.iter().zip(masses).map(|(v, m)| 0.5 * m * v * v).sum::<f64>()).sum()
     }
 
-    pub(super) fn spring_energy_j(&self, displacement_m: &Field) -> f64 {
+    pub(super) fn spring_energy_j(&self, displacement_m: &NodalField) -> f64 {
         let mut sum_j = 0.0;
         self.for_each_spring(|link, constant, [a, b]| {
             let change_m = [0, 1, 2].map(|axis| displacement_m.axes[axis][b] - displacement_m.axes[axis][a]);
@@ -190,7 +190,7 @@ impl Lattice {
 
     /// Computes what follows from the masses and the spring constants.
     pub(super) fn refresh(&mut self) {
-        let mut diagonal = Field::zeros(self.grid.places());
+        let mut diagonal = NodalField::zeros(self.grid.places());
         self.for_each_spring(|link, constant, ends| {
             for (axis, sums) in diagonal.axes.iter_mut().enumerate() {
                 let share = link.rest_m[axis] / link.length_m;

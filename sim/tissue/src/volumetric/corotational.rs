@@ -1,6 +1,6 @@
 //! Large rotations, in equilibrium or in time.
 
-use super::minimiser::{Effort, Energy, Minimiser, Outcome};
+use super::minimiser::{DifferentiableEnergy, Effort, Minimiser, Outcome};
 use super::{Body, Patch, VolumetricError, answerable, dot};
 use crate::{FieldModel, Model};
 
@@ -35,7 +35,7 @@ struct Incremental<'a> {
     per_s2: f64,
 }
 
-impl Energy for Incremental<'_> {
+impl DifferentiableEnergy for Incremental<'_> {
     fn at(&mut self, u_m: &[f64], gradient_n: &mut [f64]) -> (f64, f64) {
         gradient_n.fill(0.0);
         let elastic_j = self.body.energy_j(u_m, gradient_n);

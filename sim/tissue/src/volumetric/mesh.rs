@@ -4,7 +4,7 @@ use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
 use super::basis;
-use super::plan::{Outline, Plan};
+use super::plan::{DiscPlan, Outline};
 use super::{Problem3, Symmetry};
 use law::axial::{Domain, ParamError};
 
@@ -157,7 +157,7 @@ impl MeshSpec3 {
         }
         let outline = Outline { radii_m: &radii_m, symmetry: self.symmetry, around: self.around };
         let parameters: Vec<f64> = basis::lobatto(self.order).iter().map(|(x, _)| 0.5 * (1.0 + x)).collect();
-        let plan = Plan::new(&outline, &parameters);
+        let plan = DiscPlan::new(&outline, &parameters);
         let planes_m = self.planes_m(problem);
         // The rings follow the needle as it leans, each less than the one inside it, and the side stays where it is, though
         // rounding puts some of its nodes beyond the radius.
@@ -174,7 +174,7 @@ impl MeshSpec3 {
 
 /// Stacks a plan. Elements of the first interval of planes come first; their third direction points upwards.
 fn extrude(
-    plan: &Plan,
+    plan: &DiscPlan,
     planes_m: &[f64],
     parameters: &[f64],
     place: impl Fn([f64; 2], f64) -> Point3<f64>,

@@ -31,11 +31,11 @@ pub struct ReferenceLoad {
 
 #[derive(Deserialize)]
 struct Reference {
-    solutions: Vec<Solution>,
+    solutions: Vec<ReferenceSolution>,
 }
 
 #[derive(Deserialize)]
-struct Solution {
+struct ReferenceSolution {
     u_axial_m: Vec<Vec<f64>>,
 }
 

@@ -26,7 +26,7 @@ const TOLERANCES: [f64; 4] = [0.05, 0.02, 0.01, 0.001];
 const MODELS: [Model; 3] = [Model::Axisymmetric, Model::MassSpring, Model::Volumetric];
 
 /// One mesh of one model on one load, or what the planner chose for it.
-pub struct Row {
+pub struct FieldRow {
     case: &'static str,
     depth_m: f64,
     model: &'static str,
@@ -41,7 +41,7 @@ pub struct Row {
     answer_s: f64,
 }
 
-impl Row {
+impl FieldRow {
     fn is_surface_load_on(&self, case: &str) -> bool {
         self.case == case && self.depth_m <= 0.0
     }
@@ -77,7 +77,7 @@ pub fn measure(out: &Path, quick: bool, peers: &[Peer]) -> Result<Vec<PathBuf>, 
 }
 
 /// What the planner chooses for every load, and every mesh of every model.
-fn sweep(loads: &[ReferenceLoad], quick: bool) -> Result<Vec<Row>, BenchError> {
+fn sweep(loads: &[ReferenceLoad], quick: bool) -> Result<Vec<FieldRow>, BenchError> {
     let progress = MeasurementProgress::new(loads.len() as u64, "tissue");
     let mut rows = Vec::new();
     for load in loads.iter().filter(|load| !quick || load.depth_m <= 0.0) {
@@ -94,17 +94,17 @@ fn sweep(loads: &[ReferenceLoad], quick: bool) -> Result<Vec<Row>, BenchError> {
     Ok(rows)
 }
 
-fn chosen(load: &ReferenceLoad, tolerance: f64) -> Result<Row, BenchError> {
+fn chosen(load: &ReferenceLoad, tolerance: f64) -> Result<FieldRow, BenchError> {
     let wish = PlanRequest { model: None, tolerance, judging: Judging::default() };
     let question = Problem3::flat(&load.problem);
     let (planned, setup_s) = timing::once(|| planner::plan(&question, &wish));
     let planned = planned.map_err(BenchError::work)?;
     let estimate = Some(planned.estimated_relative_error);
-    Ok(Row { tolerance: Some(tolerance), estimate, ..row(load, planned.field, setup_s) })
+    Ok(FieldRow { tolerance: Some(tolerance), estimate, ..row(load, planned.field, setup_s) })
 }
 
 /// Every mesh of a model's ladder; the coarsest two of a shortened report.
-fn ladder(load: &ReferenceLoad, model: Model, quick: bool) -> Result<Vec<Row>, BenchError> {
+fn ladder(load: &ReferenceLoad, model: Model, quick: bool) -> Result<Vec<FieldRow>, BenchError> {
     let mut rows = Vec::new();
     for at in 0..if quick { 2 } else { usize::MAX } {
         let (made, setup_s) = timing::once(|| planner::rung(&load.problem, model, at));
@@ -114,11 +114,11 @@ fn ladder(load: &ReferenceLoad, model: Model, quick: bool) -> Result<Vec<Row>, B
     Ok(rows)
 }
 
-fn row(load: &ReferenceLoad, mut field: Box<dyn FieldModel>, setup_s: f64) -> Row {
+fn row(load: &ReferenceLoad, mut field: Box<dyn FieldModel>, setup_s: f64) -> FieldRow {
     let solve_s = timing::median_s(TimingEffort::SLOW, || field.solve(load.force_n));
     let error = load.error(field.as_ref());
     let answer_s = answer_s(field.as_mut(), &load.problem, load.force_n);
-    Row {
+    FieldRow {
         case: load.case,
         depth_m: load.depth_m,
         model: field.model().name(),
@@ -133,7 +133,7 @@ fn row(load: &ReferenceLoad, mut field: Box<dyn FieldModel>, setup_s: f64) -> Ro
     }
 }
 
-fn sheet(rows: &[Row]) -> ReportSheet {
+fn sheet(rows: &[FieldRow]) -> ReportSheet {
     let mut sheet = ReportSheet::new([
         "case",
         "load_depth_mm",
@@ -193,8 +193,8 @@ impl Axis {
 }
 
 /// Error of every model, the load at the surface.
-fn chart(rows: &[Row], case: &str, axis: Axis) -> Chart {
-    let of = |wanted: &dyn Fn(&&Row) -> bool| {
+fn chart(rows: &[FieldRow], case: &str, axis: Axis) -> Chart {
+    let of = |wanted: &dyn Fn(&&FieldRow) -> bool| {
         let shown = rows.iter().filter(|row| row.is_surface_load_on(case)).filter(wanted);
         shown.map(|row| (axis.place(row.unknowns, row.solve_s), row.error * 1e2)).collect()
     };
@@ -217,7 +217,7 @@ fn chart(rows: &[Row], case: &str, axis: Axis) -> Chart {
 }
 
 /// What the planner chooses.
-fn chosen_sheet(rows: &[Row]) -> ReportSheet {
+fn chosen_sheet(rows: &[FieldRow]) -> ReportSheet {
     let mut sheet = ReportSheet::new([
         "case",
         "load at",
@@ -252,7 +252,7 @@ fn chosen_sheet(rows: &[Row]) -> ReportSheet {
 }
 
 /// Every mesh, the load at the surface, and what others reach beside it.
-fn swept_sheet(rows: &[Row], peers: &[Peer]) -> ReportSheet {
+fn swept_sheet(rows: &[FieldRow], peers: &[Peer]) -> ReportSheet {
     let mut sheet = ReportSheet::new(["case", "model", "unknowns", "error", "set-up", "re-solve", "superposed"]);
     for case in cases::NAMES {
         for row in rows.iter().filter(|row| row.tolerance.is_none() && row.is_surface_load_on(case)) {
@@ -269,7 +269,7 @@ fn percent(share: f64) -> String {
     format!("{:.3} %", share * 1e2)
 }
 
-fn markdown(head: &str, rows: &[Row], oblique: &ReportSheet, peers: &[Peer]) -> String {
+fn markdown(head: &str, rows: &[FieldRow], oblique: &ReportSheet, peers: &[Peer]) -> String {
     let pictures = cases::NAMES.map(|case| {
         format!(
             "![{case}, error against time](field-time-{case}.svg)\n![{case}, convergence](field-convergence-{case}.svg)"

@@ -12,7 +12,7 @@ use crate::timing::{self, TimingEffort};
 const TILT_DEG: f64 = 30.0;
 
 /// A mesh, its answer to the load and its times.
-struct Rung {
+struct ObliqueRung {
     unknowns: usize,
     bytes: usize,
     axial_m: Vec<f64>,
@@ -34,7 +34,7 @@ pub fn measure(loads: &[ReferenceLoad], quick: bool) -> Result<ReportSheet, Benc
     for at in 0..if quick { 2 } else { usize::MAX } {
         let (made, setup_s) = timing::once(|| volumetric::rung(&question, at));
         let Some(model) = made else { break };
-        rungs.push(Rung::new(load, model.map_err(BenchError::work)?, setup_s));
+        rungs.push(ObliqueRung::new(load, model.map_err(BenchError::work)?, setup_s));
     }
     let Some((finest, coarser)) = rungs.split_last() else { return Ok(sheet) };
     for rung in coarser {
@@ -51,7 +51,7 @@ pub fn measure(loads: &[ReferenceLoad], quick: bool) -> Result<ReportSheet, Benc
     Ok(sheet)
 }
 
-impl Rung {
+impl ObliqueRung {
     fn new(load: &ReferenceLoad, mut model: Volumetric, setup_s: f64) -> Self {
         let solve_s = timing::median_s(TimingEffort::SHORT, || model.solve(load.force_n));
         let axial_m = load.problem.axial_m(&model);

@@ -10,7 +10,7 @@ use std::path::Path;
 use csv::{DeserializeErrorKind, ErrorKind, StringRecord};
 use serde::Deserialize;
 
-use super::{Axis, Row, cases, human_time, percent};
+use super::{Axis, FieldRow, cases, human_time, percent};
 use crate::error::BenchError;
 use crate::machine::Machine;
 use crate::report::chart::ChartCurve;
@@ -30,7 +30,7 @@ pub struct Peer {
     /// A reference case.
     pub case: String,
     unknowns: usize,
-    /// As in [`Row`].
+    /// As in [`FieldRow`].
     relative_error: f64,
     /// Mesh, matrix and factors, in s.
     setup_s: f64,
@@ -174,12 +174,12 @@ fn published() -> Vec<Peer> {
 }
 
 /// For each figure our cheapest answer that is no less accurate, of any model and of the 3-D one.
-fn compared(rows: &[Row], peers: &[Peer]) -> ReportSheet {
+fn compared(rows: &[FieldRow], peers: &[Peer]) -> ReportSheet {
     let ours = ["our best model: re-solve", "superposed", "our volumetric: re-solve"];
     let mut sheet = ReportSheet::new(["case", "solver", "unknowns", "error", "its time"].into_iter().chain(ours));
     for peer in peers {
         let good = |volumetric: bool| {
-            let no_worse = |row: &&Row| row.is_surface_load_on(&peer.case) && row.error <= peer.relative_error;
+            let no_worse = |row: &&FieldRow| row.is_surface_load_on(&peer.case) && row.error <= peer.relative_error;
             let fits = rows.iter().filter(no_worse).filter(|row| !volumetric || row.model == "volumetric");
             fits.min_by(|a, b| a.solve_s.total_cmp(&b.solve_s))
         };
@@ -195,7 +195,7 @@ fn compared(rows: &[Row], peers: &[Peer]) -> ReportSheet {
 }
 
 /// The section of the report.
-pub fn markdown(rows: &[Row], peers: &[Peer]) -> String {
+pub fn markdown(rows: &[FieldRow], peers: &[Peer]) -> String {
     let bracket = "In brackets: their time over ours, our cheapest answer that is no less accurate.";
     let quoted = format!(
         "As published with the cases, on another machine, of solvers that are not measured here. {bracket}\n\n{}",

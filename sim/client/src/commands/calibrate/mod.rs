@@ -87,7 +87,7 @@ struct Base {
 }
 
 /// A scene as it was written.
-struct Written {
+struct WrittenScene {
     text: String,
     scene: Scene,
     /// Of the written scene on the curve, in N.
@@ -148,7 +148,7 @@ fn stretched(spec: &AxialSpec, factor: f64) -> AxialSpec {
 }
 
 /// Puts the numbers into the text and reads it back: what is stated is what the file says, rounding included.
-fn write(args: &CalibrateArgs, base: &Base, target: &AxialSpec, curve: &Curve) -> Result<Written, Failure> {
+fn write(args: &CalibrateArgs, base: &Base, target: &AxialSpec, curve: &Curve) -> Result<WrittenScene, Failure> {
     let id = sheet::id_of(&args.out);
     let old = base.scene()?;
     let put = |source: &str| -> Result<(String, Scene, f64), Failure> {
@@ -162,7 +162,7 @@ fn write(args: &CalibrateArgs, base: &Base, target: &AxialSpec, curve: &Curve) -
     let (text, scene, rms_n) = put(&sheet::source(args, rms_n, curve.peak_n()))?;
     let findings = scene.soundness(0.0).map_err(|why| Failure::refused(&args.out, why))?;
     match findings.first() {
-        None => Ok(Written { text, scene, rms_n }),
+        None => Ok(WrittenScene { text, scene, rms_n }),
         Some(finding) => {
             let patient = &finding.patient;
             Err(Failure::work(format_args!(

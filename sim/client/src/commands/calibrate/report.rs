@@ -8,7 +8,7 @@ use law::soundness::Unsound;
 use serde::Serialize;
 use tissue::calibrate::{Curve, Fit, Misfit, ParameterEstimate, ParameterStanding, Quantity};
 
-use super::{CalibrateArgs, Written};
+use super::{CalibrateArgs, WrittenScene};
 use crate::output;
 
 /// The result of a fit.
@@ -98,7 +98,7 @@ struct RiseRow {
 
 impl CalibrationReport {
     /// Gathers what is said.
-    pub fn new(args: &CalibrateArgs, depth_scale: f64, curve: &Curve, fit: &Fit, written: &Written) -> Self {
+    pub fn new(args: &CalibrateArgs, depth_scale: f64, curve: &Curve, fit: &Fit, written: &WrittenScene) -> Self {
         let name = |layer: usize| written.scene.layers.get(layer).map_or_else(String::new, |l| l.name.clone());
         Self {
             data: args.data.display().to_string(),

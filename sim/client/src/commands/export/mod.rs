@@ -66,7 +66,7 @@ impl Format {
 
 /// A table that was written.
 #[derive(Serialize)]
-struct Written {
+struct WrittenTable {
     file: String,
     rows: u64,
     columns: usize,
@@ -109,7 +109,7 @@ struct OpenTable {
     table: Table,
     content: Box<dyn TableFile>,
     file: NewFile,
-    written: Written,
+    written: WrittenTable,
 }
 
 /// The tables of a recording on their way into files.
@@ -137,7 +137,7 @@ impl<'a> Export<'a> {
     }
 
     /// Ends every table and gives the files their names.
-    fn keep(mut self) -> Result<Vec<Written>, Failure> {
+    fn keep(mut self) -> Result<Vec<WrittenTable>, Failure> {
         let mut written = Vec::new();
         for open in std::mem::take(&mut self.open) {
             let failed = |error| Failure::work(format_args!("{}: {error}", open.written.file));
@@ -169,7 +169,7 @@ impl TableSink for Export<'_> {
             Format::Csv => Box::new(CsvTable::new(handle, columns)?),
             Format::Parquet => Box::new(ParquetTable::new(handle, columns)?),
         };
-        let written = Written { file: path.display().to_string(), rows: 0, columns: columns.len() };
+        let written = WrittenTable { file: path.display().to_string(), rows: 0, columns: columns.len() };
         self.open.push(OpenTable { table, content, file, written });
         Ok(())
     }
