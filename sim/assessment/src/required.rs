@@ -77,7 +77,7 @@ pub(crate) fn asked(exercise: &Exercise) -> impl Iterator<Item = String> {
 }
 
 /// What is required and did not happen. Nothing of a needle that never touched the skin: that is reason enough by itself.
-pub(crate) fn unmet(exercise: &Exercise, metrics: &[Metric]) -> Vec<UnmetRequirement> {
+pub(crate) fn find_unmet(exercise: &Exercise, metrics: &[Metric]) -> Vec<UnmetRequirement> {
     let is_met = |Demand { metric, least, most, .. }: &Demand| {
         let size = find(metrics, metric, first()).and_then(|found| found.value).map(f64::abs);
         size.is_some_and(|size| (*least..=*most).contains(&size))

@@ -38,7 +38,7 @@ fn is_current(metric: &Metric) -> bool {
 }
 
 /// One deduction per rubric line, the dearest first; what they leave of 100 points is the score.
-pub(crate) fn deductions(exercise: &Exercise, metrics: &[Metric]) -> Result<Vec<Deduction>, AssessError> {
+pub(crate) fn find_deductions(exercise: &Exercise, metrics: &[Metric]) -> Result<Vec<Deduction>, AssessError> {
     let total: f64 = exercise.rubric.iter().map(weight).sum();
     if total <= 0.0 || !total.is_finite() {
         return Err(AssessError::Document(format!(
@@ -46,7 +46,7 @@ pub(crate) fn deductions(exercise: &Exercise, metrics: &[Metric]) -> Result<Vec<
             exercise.id
         )));
     }
-    let unmet = required::unmet(exercise, metrics);
+    let unmet = required::find_unmet(exercise, metrics);
     let mut deductions: Vec<Deduction> = exercise
         .rubric
         .iter()
@@ -123,8 +123,8 @@ fn linear(line: &RubricLine, value: f64) -> f64 {
 }
 
 /// Whatever is required and did not happen, and each limit that was broken.
-pub(crate) fn failures(exercise: &Exercise, metrics: &[Metric]) -> Vec<HardFailure> {
-    let unmet = required::unmet(exercise, metrics).into_iter().map(|unmet| FailureCause::Required { unmet });
+pub(crate) fn find_failures(exercise: &Exercise, metrics: &[Metric]) -> Vec<HardFailure> {
+    let unmet = required::find_unmet(exercise, metrics).into_iter().map(|unmet| FailureCause::Required { unmet });
     let broken = exercise.hard_fails.iter().filter_map(|limit| {
         let found = find(metrics, &limit.metric, limit.version)?;
         let value = found.value.filter(|value| *value > limit.above)?;

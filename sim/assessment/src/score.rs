@@ -111,7 +111,7 @@ impl Assessment {
 /// # Errors
 /// When the attempt is void, there is nothing to judge, or nothing to judge by.
 pub fn assess(recording: &Recording, bundle: &ExerciseBundle) -> Result<Assessment, AssessError> {
-    if let Some(why) = void::reason(recording) {
+    if let Some(why) = void::find_void_reason(recording) {
         return Err(AssessError::Void(why));
     }
     let metrics = metrics::measure(&Attempt::new(recording, bundle)?);
@@ -124,8 +124,8 @@ pub fn assess(recording: &Recording, bundle: &ExerciseBundle) -> Result<Assessme
 /// # Errors
 /// When there is nothing to judge by.
 pub fn judge(metrics: Vec<Metric>, exercise: &Exercise, simulator_version: &str) -> Result<Assessment, AssessError> {
-    let deductions = rubric::deductions(exercise, &metrics)?;
-    let hard_fails = rubric::failures(exercise, &metrics);
+    let deductions = rubric::find_deductions(exercise, &metrics)?;
+    let hard_fails = rubric::find_failures(exercise, &metrics);
     let score = (100.0 - deductions.iter().map(|d| d.points).sum::<f64>()).clamp(0.0, 100.0);
     Ok(Assessment {
         score,

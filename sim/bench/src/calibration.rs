@@ -4,7 +4,7 @@
 //! are of random layers, and the fit is told nothing of them; others are of a scene with its numbers changed, and the fit starts from
 //! the scene as it was. A blind scene's boundaries each make a clear drop, as the fit of a curve alone takes for granted.
 
-use super::scenes::{AxialRun, layer, needle_through};
+use super::scenes::{AxialRun, make_layer, needle_through};
 use law::axial::AxialSpec;
 use law::closed_form::ruptures;
 use law::operator::Draw;
@@ -205,7 +205,7 @@ fn random_layers(count: usize, tip_to_rim_m: f64, draw: &mut Draw) -> AxialSpec 
         let threshold_n = scaled(draw, 0.4, 5.0);
         let friction = scaled(draw, 5.0, 80.0);
         let rim_n = threshold_n * between(draw, 1.1, 1.6);
-        layer(&name(at), [thickness_mm, stiffness, 0.0, threshold_n, rim_n, friction, between(draw, 0.05, 0.5)])
+        make_layer(&name(at), [thickness_mm, stiffness, 0.0, threshold_n, rim_n, friction, between(draw, 0.05, 0.5)])
     });
     AxialSpec { tip_to_rim_m, ..needle_through(layers.collect()) }
 }

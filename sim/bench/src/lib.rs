@@ -63,7 +63,7 @@ impl HardCaseTrial {
 
 /// Every trial of every model.
 #[must_use]
-pub fn all() -> Vec<HardCaseTrial> {
+pub fn all_trials() -> Vec<HardCaseTrial> {
     [force_law::trials(), axisymmetric::trials(), mass_spring::trials(), volumetric::trials()].concat()
 }
 

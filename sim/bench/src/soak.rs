@@ -11,8 +11,8 @@ use law::ledger::Ledger;
 use law::operator::Draw;
 use law::operator::needle_pose;
 use law::puncture::{
-    PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, loads,
-    step,
+    PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, step,
+    write_loads,
 };
 use tissue::follow::{self, Field, FollowState};
 
@@ -72,7 +72,7 @@ pub fn soak(params: &PunctureParams, field: Option<&Field>, ticks: u32, seed: u6
         let output = step(params, &mut state, &mut scratch, &input);
         seen.tick(&output, state.ledger(), &mut dissipated_j);
         if let Some(tissue) = tissue.as_mut().filter(|_| tick % FIELD_TICKS == 0) {
-            loads(params, &state, &scratch, &mut tissue.latest_n);
+            write_loads(params, &state, &scratch, &mut tissue.latest_n);
             seen.tents(tissue);
         }
         seen.ruptures += scratch.events.iter().filter(|event| matches!(event, PunctureEvent::Rupture(_))).count();

@@ -116,14 +116,15 @@ impl Maker<'_> {
 ///
 /// # Errors
 /// When the disk refuses.
-pub fn writer<W: Write>(
+pub fn begin_recording<W: Write>(
     file: W,
     session: &Session,
     bundle: &ExerciseBundle,
     path: &Path,
 ) -> Result<Writer<BufWriter<W>>, Failure> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
-    let drawing = SceneDrawing::of(&bundle.scene.puncture_spec(&patient), bundle.scene.needle.diameter_mm * 0.5e-3);
+    let drawing =
+        SceneDrawing::from_spec(&bundle.scene.puncture_spec(&patient), bundle.scene.needle.diameter_mm * 0.5e-3);
     Writer::create(BufWriter::new(file), session, &attachments(bundle), &drawing)
         .map_err(|error| Failure::work(format_args!("{}: {error}", path.display())))
 }

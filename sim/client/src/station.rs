@@ -144,7 +144,7 @@ impl NewKey {
     }
 
     /// The key of a station.
-    pub fn of(self, station: Uuid) -> StationKey {
+    pub fn for_station(self, station: Uuid) -> StationKey {
         StationKey { station, key: HEXLOWER.encode(&self.0) }
     }
 }

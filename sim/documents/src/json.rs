@@ -5,7 +5,7 @@ use phrase::{Phrase, phrase};
 use serde::de::DeserializeOwned;
 
 use crate::error::{DocumentError, Issue};
-use crate::source::position;
+use crate::source::find_position;
 
 /// A case's text, with the name people know it by.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +30,7 @@ impl Json<'_> {
 
     /// A number that cannot be, placed where it is written.
     pub(crate) fn refused(self, ParamError { field, value, unit, allowed }: ParamError) -> DocumentError {
-        let (line, column) = position(self.text, offset(self.text, &field));
+        let (line, column) = find_position(self.text, offset(self.text, &field));
         self.issue(line, column, &field, [Phrase::data(format_args!("{value} {unit}")), Phrase::data(allowed)])
     }
 

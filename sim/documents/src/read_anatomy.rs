@@ -40,7 +40,7 @@ pub(crate) fn read_anatomy(doc: &mut Walked, find: Find<'_>) -> Anatomy {
         let path = format!("structure[{at}]");
         check_shape_keys(doc, table, &path);
         let named = named(doc, table, &path).filter(|_| table["shape"] == "mesh");
-        let read = named.map(|named| shelf.read(&named, |file| mesh::solid(file, named.coordinates)));
+        let read = named.map(|named| shelf.read(&named, |file| mesh::read_solid(file, named.coordinates)));
         meshes.push(read.and_then(|read| accept(doc, &path, mesh::allowed_solid(), read)));
     }
     let skin = read_skin(doc, &mut shelf);
@@ -51,7 +51,7 @@ fn read_skin(doc: &mut Walked, shelf: &mut MeshShelf<'_>) -> Option<SceneSkin> {
     let table = doc.value["skin"].clone();
     let named = named(doc, &table, "skin")?;
     let position_m = Vector3::from_fn(|axis, _| table["position_mm"][axis].as_f64().unwrap_or_default() / 1e3);
-    let read = shelf.read(&named, |file| mesh::skin(file, named.coordinates, &position_m));
+    let read = shelf.read(&named, |file| mesh::read_skin_mesh(file, named.coordinates, &position_m));
     let (vertices_m, triangles) = accept(doc, "skin", mesh::allowed_skin(), read)?;
     Some(SceneSkin { vertices_m, triangles, file: named.file })
 }
@@ -62,7 +62,7 @@ fn named(doc: &Walked, table: &Value, path: &str) -> Option<Named> {
     if ["axes", "position_mm"].iter().any(is_refused) {
         return None;
     }
-    let axes = Axes::of(table["axes"].as_str().unwrap_or_default());
+    let axes = Axes::named(table["axes"].as_str().unwrap_or_default());
     let in_mm = table["unit"].as_str()? == "mm";
     Some(Named { file: table["file"].as_str()?.to_owned(), coordinates: Coordinates { in_mm, axes } })
 }

@@ -3,7 +3,7 @@
 use crate::describe::{DescribedField, DescribedTable};
 
 /// The field whose key is nearest to `key`: close in spelling, or with the same first word (`thickness_m`).
-pub(crate) fn nearest<'t>(key: &str, table: &'t DescribedTable) -> Option<&'t DescribedField> {
+pub(crate) fn find_nearest_key<'t>(key: &str, table: &'t DescribedTable) -> Option<&'t DescribedField> {
     let distance = |f: &&DescribedField| (first_word(f.key) != first_word(key), edit_distance(f.key, key));
     let field = table.fields.iter().min_by_key(distance)?;
     let (other_word, edits) = distance(&field);
@@ -34,7 +34,7 @@ fn edit_distance(a: &str, b: &str) -> usize {
 mod tests {
     //! Would fail if a wrong unit led to another quantity's key, or a stranger to any key at all.
 
-    use super::{edit_distance, nearest};
+    use super::{edit_distance, find_nearest_key};
     use crate::describe::{DescribedTable, FieldKind, SCENE};
 
     fn layer() -> &'static DescribedTable {
@@ -56,13 +56,13 @@ mod tests {
             ("tip_ruptur_n", "tip_rupture_n"),
             ("nmae", "name"),
         ] {
-            assert_eq!(nearest(wrong, layer()).map(|f| f.key), Some(right), "{wrong}");
+            assert_eq!(find_nearest_key(wrong, layer()).map(|f| f.key), Some(right), "{wrong}");
         }
     }
 
     #[test]
     fn a_stranger_gets_no_suggestion() {
-        assert!(nearest("viscosity_model", layer()).is_none());
+        assert!(find_nearest_key("viscosity_model", layer()).is_none());
     }
 
     #[test]

@@ -14,7 +14,7 @@ use toml::de::{DeTable, DeValue};
 use crate::describe::{DescribedField, DescribedTable, FieldKind, Presence, measure, one_of};
 use crate::error::{DocumentError, Issue};
 use crate::source::Source;
-use crate::suggest::nearest;
+use crate::suggest::find_nearest_key;
 
 /// A document that was walked: its values, where they stand, and what is wrong so far.
 #[derive(Debug)]
@@ -260,7 +260,7 @@ impl Walker<'_> {
 
 /// What to say of an unknown key.
 fn suggestion(key: &str, table: &DescribedTable) -> Phrase {
-    match nearest(key, table) {
+    match find_nearest_key(key, table) {
         Some(field) if !field.unit().is_empty() => {
             phrase!("did you mean `{key}`? the unit is in the key", key = field.key)
         }

@@ -30,7 +30,7 @@ pub fn ruptures(spec: &AxialSpec) -> Vec<PredictedRupture> {
     let mut boundaries_m = Vec::with_capacity(spec.layers.len() + 1);
     lay_boundaries(&spec.layers, 1.0, &mut boundaries_m);
     let path = Path::new(spec, &boundaries_m, 1.0);
-    let events = positions(spec, &boundaries_m);
+    let events = predict_positions(spec, &boundaries_m);
     let mut open = Open { tip: 0, rim: 0 };
     let mut predicted = Vec::with_capacity(events.len());
     for cascade in events.chunk_by(|a, b| a.x_m.total_cmp(&b.x_m).is_eq()) {
@@ -54,7 +54,7 @@ pub(crate) struct Opening {
 }
 
 /// Every rupture with its position, sorted by position; at one position tips come before rims, each in boundary order.
-pub(crate) fn positions(spec: &AxialSpec, boundaries_m: &[f64]) -> Vec<Opening> {
+pub(crate) fn predict_positions(spec: &AxialSpec, boundaries_m: &[f64]) -> Vec<Opening> {
     let lag_m = spec.tip_to_rim_m;
     let (mut tip_m, mut rim_m) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     let (mut tips, mut rims) = (Vec::new(), Vec::new());

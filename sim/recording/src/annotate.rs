@@ -8,7 +8,7 @@ use prost::Message;
 use crate::event::{Event, EventKind};
 use crate::rate::nanoseconds;
 use crate::read::{ReadError, Recording};
-use crate::recover::{Copy, find};
+use crate::recover::{Copy, find_records};
 use crate::wire::EventMessage;
 use crate::write::start_ns;
 
@@ -29,7 +29,7 @@ pub struct Annotation {
 pub fn annotate<W: Write>(bytes: &[u8], sink: W, remarks: &[Annotation]) -> Result<W, ReadError> {
     let recording = Recording::read(bytes)?;
     let start_ns = start_ns(&recording.session).map_err(|error| ReadError::missing("started_at", error))?;
-    let found = find(bytes)?;
+    let found = find_records(bytes)?;
     let mut copy = Copy::new(sink)?;
     copy.remarks = remarks
         .iter()

@@ -39,7 +39,7 @@ pub fn recover<W: Read + Write + Seek>(mut source: impl Read, sink: W) -> Result
     // Held whole: finding the next good chunk means looking at every byte behind a bad one.
     let mut bytes = Vec::new();
     source.read_to_end(&mut bytes)?;
-    let found = find(&bytes)?;
+    let found = find_records(&bytes)?;
     let damage = found.damage(&bytes);
     let mut copy = Copy::new(sink)?;
     for frame in found.frames.iter().filter(|f| f.opcode != op::CHUNK) {
@@ -71,7 +71,7 @@ pub(crate) struct FoundRecords<'a> {
     gaps: Vec<(u64, u64)>,
 }
 
-pub(crate) fn find(bytes: &[u8]) -> Result<FoundRecords<'_>, ReadError> {
+pub(crate) fn find_records(bytes: &[u8]) -> Result<FoundRecords<'_>, ReadError> {
     if bytes.is_empty() {
         return Err(ReadError::NotARecording("the file is empty".to_owned()));
     }

@@ -10,7 +10,7 @@ use mcap::{Compression, WriteOptions};
 use prost::Message;
 
 pub use crate::drawing::SceneDrawing;
-use crate::drawing::{log_line, pose, scene, transforms};
+use crate::drawing::{draw_pose, draw_scene, draw_transforms, log_line};
 use crate::event::Event;
 use crate::metadata;
 use crate::motion::MotionDigest;
@@ -161,8 +161,8 @@ impl<W: Write> Writer<W> {
         }
         if self.poses.due(now_ns) {
             let unix_ns = self.start_ns.saturating_add(now_ns);
-            self.put(Topic::Pose, now_ns, &pose(sample, unix_ns))?;
-            self.put(Topic::Tf, now_ns, &transforms(sample, unix_ns))?;
+            self.put(Topic::Pose, now_ns, &draw_pose(sample, unix_ns))?;
+            self.put(Topic::Tf, now_ns, &draw_transforms(sample, unix_ns))?;
         }
         Ok(())
     }
@@ -230,7 +230,7 @@ impl<W: Write> Writer<W> {
     /// The drawing, which viewers want before anything else and again each second.
     fn put_drawing(&mut self) -> Result<(), WriteError> {
         let unix_ns = self.start_ns.saturating_add(self.elapsed_ns);
-        self.put(Topic::Scene, self.elapsed_ns, &scene(&self.drawing, unix_ns))
+        self.put(Topic::Scene, self.elapsed_ns, &draw_scene(&self.drawing, unix_ns))
     }
 
     /// The summary of the window that has ended, at the time of its last tick.

@@ -49,7 +49,7 @@ pub struct Camera {
 impl Camera {
     /// Of a frame; `aspect` is width by height.
     #[must_use]
-    pub fn of(stage: &Stage, frame: &Frame, place: &Placement, aspect: f32) -> Self {
+    pub fn for_frame(stage: &Stage, frame: &Frame, place: &Placement, aspect: f32) -> Self {
         let aspect = aspect.clamp(0.1, 10.0);
         let depth_m = stage.depth_m();
         let aim = match frame.view {

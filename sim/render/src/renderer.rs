@@ -103,7 +103,7 @@ impl Renderer {
         let drawn = Drawn::new(device, &layouts, &shaders, quality.samples());
         let size = size.map(|side| side.max(1));
         let targets = Targets::new(device, size, quality);
-        let body = meshes::body::body();
+        let body = meshes::body::build_body();
         let block = device.create_buffer(&BufferDescriptor {
             label: Some("scene"),
             size: size_of::<SceneBlock>() as u64,
@@ -116,8 +116,8 @@ impl Renderer {
             Bound { device, layouts: &layouts, tiles: &tiles, samplers: &samplers, targets: &targets, block: &block };
         let groups = bound.groups(&set);
         let body = (Loaded::new(device, &body.shape), body);
-        let tray = Loaded::new(device, &meshes::tray::tray());
-        let behind = [BACKDROP, [16, 12]].map(|cells| Loaded::new(device, &meshes::sheet::sheet(cells)));
+        let tray = Loaded::new(device, &meshes::tray::build_tray());
+        let behind = [BACKDROP, [16, 12]].map(|cells| Loaded::new(device, &meshes::sheet::build_sheet(cells)));
         let (device, queue) = (device.clone(), queue.clone());
         Self {
             device,
@@ -193,8 +193,8 @@ impl Renderer {
     /// The camera of a frame, to put names and marks where they belong.
     #[must_use]
     pub fn camera(&self, frame: &Frame) -> Camera {
-        let place = Placement::of(&self.set.stage, frame);
-        Camera::of(&self.set.stage, frame, &place, self.aspect())
+        let place = Placement::for_frame(&self.set.stage, frame);
+        Camera::for_frame(&self.set.stage, frame, &place, self.aspect())
     }
 
     /// Draws a frame onto a view of [`crate::FORMAT`] and the renderer's size.
@@ -206,11 +206,11 @@ impl Renderer {
     }
 
     fn encode(&self, frame: &Frame, onto: &TextureView, encoder: &mut CommandEncoder) {
-        passes::superpose(self, encoder);
+        passes::draw_field(self, encoder);
         if self.quality.shadow_texels() > 0 && frame.view != View::Section {
-            passes::shadows(self, frame, encoder);
+            passes::draw_shadows(self, frame, encoder);
         }
-        passes::picture(self, frame, self.targets.small.as_ref().unwrap_or(onto), encoder);
+        passes::draw_picture(self, frame, self.targets.small.as_ref().unwrap_or(onto), encoder);
         if let Some(small) = &self.groups.enlarge {
             passes::enlarge(self, small, onto, encoder);
         }
@@ -219,10 +219,10 @@ impl Renderer {
     /// The frame's numbers.
     fn write(&self, frame: &Frame) {
         let Set { stage, responses, .. } = &self.set;
-        let place = Placement::of(stage, frame);
-        let camera = Camera::of(stage, frame, &place, self.aspect());
+        let place = Placement::for_frame(stage, frame);
+        let camera = Camera::for_frame(stage, frame, &place, self.aspect());
         let moment = ShaderMoment { stage, frame, place: &place, camera: &camera, responses, quality: self.quality };
-        self.queue.write_buffer(&self.block, 0, bytemuck::bytes_of(&SceneBlock::of(&moment)));
+        self.queue.write_buffer(&self.block, 0, bytemuck::bytes_of(&SceneBlock::at_moment(&moment)));
     }
 
     fn aspect(&self) -> f32 {
@@ -232,7 +232,7 @@ impl Renderer {
     /// How far from the middle of the cut punctures are seen, in m: on the skin, and in the cut.
     pub(crate) fn wounds(&self, frame: &Frame) -> [f32; 2] {
         let stage = &self.set.stage;
-        let (place, punctures) = (Placement::of(stage, frame), latest(&frame.punctures));
+        let (place, punctures) = (Placement::for_frame(stage, frame), latest(&frame.punctures));
         [wounds::on_skin(stage, &place, punctures), wounds::on_cut(stage, &place, punctures)]
     }
 
@@ -241,8 +241,8 @@ impl Renderer {
         if self.quality.shadow_texels() == 0 {
             return 0..0;
         }
-        let place = Placement::of(&self.set.stage, frame);
-        let camera = Camera::of(&self.set.stage, frame, &place, self.aspect());
+        let place = Placement::for_frame(&self.set.stage, frame);
+        let camera = Camera::for_frame(&self.set.stage, frame, &place, self.aspect());
         let [columns, rows] = BACKDROP;
         let shaded = drape::shaded_rows(&self.set.stage, frame, &place, &camera, rows);
         6 * columns * shaded.start..6 * columns * shaded.end
@@ -253,8 +253,8 @@ impl Renderer {
     }
 
     pub(crate) fn sees_the_cut(&self, frame: &Frame) -> bool {
-        let place = Placement::of(&self.set.stage, frame);
-        let camera = Camera::of(&self.set.stage, frame, &place, self.aspect());
+        let place = Placement::for_frame(&self.set.stage, frame);
+        let camera = Camera::for_frame(&self.set.stage, frame, &place, self.aspect());
         !camera.perspective || (camera.eye - place.focus).dot(place.cut) > 0.0
     }
 
@@ -295,7 +295,7 @@ impl Bound<'_> {
 impl Set {
     fn new(device: &Device, queue: &Queue, stage: &Stage) -> Self {
         let boundaries = stage.layers.len();
-        let responses = DrawnResponses::of(&stage.field, boundaries);
+        let responses = DrawnResponses::resampled(&stage.field, boundaries);
         let rows = (boundaries * responses.loads).max(1);
         let mut samples = responses.samples.clone();
         samples.resize(rows * field::SAMPLES, 0.0);
@@ -307,9 +307,9 @@ impl Set {
             field: view(&TexturePlan::flat([columns, boundaries.max(1) as u32], FIELD).empty(device, usage)),
             no_field: view(&TexturePlan::flat([1, 1], FIELD).empty(device, wgpu::TextureUsages::TEXTURE_BINDING)),
             table: numbers(device, queue, [columns, rows as u32], &samples),
-            needle: load(&meshes::needle::needle(&stage.needle)),
-            solids: load(&meshes::solids::solids(&stage.structures)),
-            guide: load(&meshes::guide::guide(stage)),
+            needle: load(&meshes::needle::build_needle(&stage.needle)),
+            solids: load(&meshes::solids::build_solids(&stage.structures)),
+            guide: load(&meshes::guide::build_guide(stage)),
             stage: stage.clone(),
             responses,
         }

@@ -82,9 +82,9 @@ pub struct ShaderMoment<'a> {
 impl SceneBlock {
     /// Of a moment.
     #[must_use]
-    pub fn of(moment: &ShaderMoment<'_>) -> Self {
+    pub fn at_moment(moment: &ShaderMoment<'_>) -> Self {
         let ShaderMoment { stage, frame, place, camera, responses, quality } = *moment;
-        let loads = field::loads(responses, &frame.loads_n);
+        let loads = field::pack_loads(responses, &frame.loads_n);
         let shadow_texels = quality.shadow_texels();
         let lamp = lamp(place);
         let ghost = frame
@@ -131,7 +131,7 @@ impl SceneBlock {
             count: [stage.layers.len() as u32, punctures.len() as u32, SAMPLES as u32, responses.loads as u32],
             layers: layers(stage, frame),
             punctures: holes(stage, punctures),
-            dents: field::dents(responses, &loads, &frame.dents_m),
+            dents: field::pack_dents(responses, &loads, &frame.dents_m),
             loads,
         }
     }

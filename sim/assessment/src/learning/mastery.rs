@@ -89,7 +89,7 @@ impl Mastery {
     ///
     /// # Errors
     /// When no limit is rare enough for the stated error, or the parameters have no meaning.
-    pub fn of(rule: &MasteryRule) -> Result<Self, NotComputable> {
+    pub fn from_rule(rule: &MasteryRule) -> Result<Self, NotComputable> {
         match *rule {
             MasteryRule::Passes { passes, of } => Ok(Self::Passes { passes, of }),
             MasteryRule::Cusum { within, p0, p1, alpha, beta } => {

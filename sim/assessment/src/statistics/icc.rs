@@ -46,7 +46,7 @@ struct MeanSquares {
 /// With fewer than two raters or complete rows, where nothing rated differs from the rest, or for rows of different
 /// lengths.
 pub fn intraclass_correlation(rows: &[Vec<Option<f64>>]) -> Result<IntraclassCorrelation, NotComputable> {
-    let table = Complete::of(rows)?;
+    let table = Complete::from_rows(rows)?;
     table.at_least_two()?;
     let squares = mean_squares(&table);
     let MeanSquares { rows: msr, columns: msc, error: mse } = squares;

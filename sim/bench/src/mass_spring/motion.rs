@@ -1,7 +1,7 @@
 //! Lattices that are moved as no careful hand moves them.
 
 use super::moved::{Advance, Moved, energy_over_work};
-use crate::scenes::{AxialRun, training};
+use crate::scenes::{AxialRun, training_axial_spec};
 use crate::{Measured, largest};
 use law::axial::ParamError;
 use tissue::mass_spring::{Damping, LatticeError, MAX_FORCE_N};
@@ -37,7 +37,7 @@ pub(super) fn long_step_refused() -> Measured {
 
 /// What the tip pushes the tissue with, in N, when a needle of the training scene goes where it is put every millisecond.
 fn tip_forces_n(depths_m: impl Iterator<Item = f64>) -> Result<Vec<f64>, ParamError> {
-    let mut needle = AxialRun::new(training())?;
+    let mut needle = AxialRun::new(training_axial_spec())?;
     Ok(depths_m.zip(0_u32..).map(|(x_m, tick)| needle.step(f64::from(tick) * 1e-3, x_m).tip_n).collect())
 }
 

@@ -137,7 +137,7 @@ fn at_once(group: &Group, curves: u64, progress: &MeasurementProgress) -> Result
 
 fn groups() -> Result<Vec<Group>, BenchError> {
     let (mut trocars, mut needles) = (Vec::new(), Vec::new());
-    for scene in specimen::shipped()? {
+    for scene in specimen::read_shipped_scenes()? {
         let spec = scene.axial_spec(&Patient::nominal(&scene));
         if spec.tip_to_rim_m > 0.0 { &mut trocars } else { &mut needles }.push(spec);
     }

@@ -32,7 +32,8 @@ struct CouplingRow {
 /// # Errors
 /// When the disk refuses.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
-    let params = AxialParams::new(specimen::axial(&specimen::training()?.scene)).map_err(BenchError::work)?;
+    let params = AxialParams::new(specimen::nominal_axial_spec(&specimen::read_training_exercise()?.scene))
+        .map_err(BenchError::work)?;
     let mut rows = Vec::new();
     for speed_mm_per_s in SPEEDS_MM_PER_S {
         for tremor_m in [0.0, TREMOR_M] {

@@ -29,7 +29,7 @@ type Point = (f64, f64, f64);
 pub fn draw(out: &Path, scenes: &[&Scene]) -> Result<Vec<PathBuf>, BenchError> {
     let mut written = Vec::new();
     for scene in scenes {
-        let spec = specimen::axial(scene);
+        let spec = specimen::nominal_axial_spec(scene);
         let points = insertion(&spec)?;
         let plot = out.join(format!("force-depth-{}.svg", scene.id));
         chart::finish(picture(&plot, scene, &spec, &points), &plot)?;

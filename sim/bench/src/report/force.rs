@@ -40,8 +40,8 @@ struct Case {
 /// # Errors
 /// When the disk refuses.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
-    let [paper, training] = specimen::both()?;
-    let specs = [specimen::axial(&paper.scene), specimen::axial(&training.scene)];
+    let [paper, training] = specimen::read_both_exercises()?;
+    let specs = [specimen::nominal_axial_spec(&paper.scene), specimen::nominal_axial_spec(&training.scene)];
     let cases = grid(&specs, quick)?;
     let pace = pace::measure(&specs[1], quick)?;
     let mut written = curve::draw(out, &[&paper.scene, &training.scene])?;

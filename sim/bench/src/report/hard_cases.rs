@@ -43,7 +43,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
 }
 
 fn try_all(quick: bool) -> Vec<HardCaseRow> {
-    let mut chosen = crate::all();
+    let mut chosen = crate::all_trials();
     chosen.retain(|trial| !quick || trial.model == QUICK_MODEL);
     let progress = MeasurementProgress::new(chosen.len() as u64, "hard cases");
     let mut rows = Vec::with_capacity(chosen.len());

@@ -56,7 +56,7 @@ struct Point {
 /// # Errors
 /// When the disk refuses.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
-    let bundle = specimen::training()?;
+    let bundle = specimen::read_training_exercise()?;
     let mut summary =
         ReportSheet::new(["mishap", "at, s", "force gone after, ms", "whole again after, s", "unfelt, s"]);
     let mut written = Vec::new();
@@ -94,7 +94,7 @@ fn touch() -> DeviceInfo {
 }
 
 fn run(bundle: &ExerciseBundle, mishap: &Mishap) -> Result<Vec<Point>, BenchError> {
-    let specimen = specimen::nominal(bundle)?;
+    let specimen = specimen::make_nominal_specimen(bundle)?;
     let mut device =
         Scripted::new(SPEED_M_PER_S, TICK_HZ).as_device(touch()).with(mishap.fault, mishap.begins, mishap.lasts);
     let home = Home::above(Point3::origin(), -Vector3::z_axis(), APPROACH_M);

@@ -57,7 +57,7 @@ struct OperatorRow {
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let [whole, shortened] = SEEDS;
     let seeds = if quick { shortened } else { whole };
-    let exercises = specimen::exercises()?;
+    let exercises = specimen::read_shipped_exercises()?;
     let progress = MeasurementProgress::new(3 * exercises.len() as u64, "operators");
     let of = |bundle: &ExerciseBundle| -> Result<Vec<OperatorRow>, BenchError> {
         let presets =

@@ -41,7 +41,7 @@ struct MeasuredRecording {
 /// When the disk refuses.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let share = if quick { 0.01 } else { 1.0 };
-    let bundle = specimen::training()?;
+    let bundle = specimen::read_training_exercise()?;
     let scratch = tempfile::tempdir_in(out).map_err(|error| BenchError::refused(out, error))?;
     let file = scratch.path().join("attempt.mcap");
     let attempt_s = (ATTEMPT_S * share).max(1.0);
@@ -68,12 +68,12 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
 
 /// Simulates and records an attempt of a length; returns the wall time, in s.
 fn simulate_into(path: &Path, bundle: &ExerciseBundle, length_s: f64) -> Result<f64, BenchError> {
-    let specimen = specimen::nominal(bundle)?;
+    let specimen = specimen::make_nominal_specimen(bundle)?;
     let pace = Clock { tick_hz: TICK_HZ, time_limit_s: length_s };
     let mut hand = Rehearsal::new(bundle.exercise.plan(), length_s);
     let start = clock::instant();
     let mut file = create(path)?;
-    let mut writer = writer(&mut file, &specimen::session(bundle, TICK_HZ), bundle, path)?;
+    let mut writer = writer(&mut file, &specimen::make_session(bundle, TICK_HZ), bundle, path)?;
     simulate::simulate(&specimen, &mut hand, &mut writer, &pace)
         .and_then(|_| writer.finish().map(drop))
         .map_err(|error| BenchError::work(format_args!("{}: {error}", path.display())))?;
@@ -88,7 +88,8 @@ fn writer<W: Write>(
     path: &Path,
 ) -> Result<Writer<BufWriter<W>>, BenchError> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
-    let drawing = SceneDrawing::of(&bundle.scene.puncture_spec(&patient), bundle.scene.needle.diameter_mm * 0.5e-3);
+    let drawing =
+        SceneDrawing::from_spec(&bundle.scene.puncture_spec(&patient), bundle.scene.needle.diameter_mm * 0.5e-3);
     Writer::create(BufWriter::new(file), session, &assessment::attachments(bundle), &drawing)
         .map_err(|error| BenchError::work(format_args!("{}: {error}", path.display())))
 }

@@ -81,8 +81,8 @@ fn times(headless: &mut Headless, frame: &Frame, count: usize) -> Result<Vec<f64
 
 /// A shipped scene with structures and a field, on its nominal patient.
 fn stage(program: &dyn Program) -> Result<Stage, BenchError> {
-    let bundle = specimen::anatomy()?;
-    program.stage(&bundle, &specimen::nominal(&bundle)?)
+    let bundle = specimen::read_anatomy_exercise()?;
+    program.stage(&bundle, &specimen::make_nominal_specimen(&bundle)?)
 }
 
 /// Every view with everything on: needle in the tissue, tents under a field with so many loads, blood, guide.

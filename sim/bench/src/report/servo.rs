@@ -38,7 +38,7 @@ const BAR_FRAMES: u32 = 2;
 /// # Errors
 /// When the disk refuses, or the system gives no thread.
 pub fn measure(out: &Path, quick: bool, program: &dyn Program) -> Result<Vec<PathBuf>, BenchError> {
-    let bundle = specimen::training()?;
+    let bundle = specimen::read_training_exercise()?;
     let scratch = tempfile::tempdir_in(out).map_err(|error| BenchError::refused(out, error))?;
     let file = scratch.path().join("attempt.mcap");
     let length_s = if quick { QUICK_S } else { LENGTH_S };
@@ -62,11 +62,11 @@ fn run(
     file: &Path,
     program: &dyn Program,
 ) -> Result<MeasuredServo, BenchError> {
-    let specimen = specimen::nominal(bundle)?;
+    let specimen = specimen::make_nominal_specimen(bundle)?;
     let mut picture = Picture::new(bundle, &specimen, program);
     let device = Trajectory::new("operator:bench", readings(bundle, length_s), TICK_HZ);
     let done = device.done();
-    let session = specimen::session(bundle, TICK_HZ);
+    let session = specimen::make_session(bundle, TICK_HZ);
     let attempt = DeviceAttempt { bundle: bundle.clone(), specimen, session, path: file.to_owned() };
     let mut live = program.begin(attempt, Box::new(device))?;
     let progress = MeasurementProgress::new((length_s * TICK_HZ) as u64, "servo");

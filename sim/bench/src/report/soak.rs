@@ -28,7 +28,7 @@ struct SoakRow {
 /// When the disk refuses, and, once the report is written, when a bound is exceeded: each scene is named.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let ticks = if quick { TICKS / 100 } else { TICKS };
-    let scenes = specimen::shipped()?;
+    let scenes = specimen::read_shipped_scenes()?;
     let progress = MeasurementProgress::new(scenes.len() as u64, "soak");
     let mut rows = Vec::with_capacity(scenes.len());
     for scene in scenes {

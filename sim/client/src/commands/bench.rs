@@ -129,7 +129,7 @@ struct ThisProgram;
 
 impl Program for ThisProgram {
     fn stage(&self, bundle: &ExerciseBundle, specimen: &Specimen) -> Result<Stage, BenchError> {
-        Ok(picture::stage(Path::new("shipped scene"), bundle, specimen)?)
+        Ok(picture::build_stage(Path::new("shipped scene"), bundle, specimen)?)
     }
 
     fn still(&self, bundle: &ExerciseBundle) -> Frame {

@@ -55,7 +55,7 @@ pub fn run(args: &PairArgs) -> Outcome {
         Some(code) => code.clone(),
         None => ask()?,
     };
-    let name = args.name.clone().unwrap_or_else(machine::name);
+    let name = args.name.clone().unwrap_or_else(machine::machine_name);
     let (pairing, key) = join(&args.server, &code, &name)?;
     key.save()?;
     pairing.save()?;
@@ -91,7 +91,7 @@ fn join(server: &Uri, code: &str, name: &str) -> Result<(Pairing, StationKey), F
     let station = member("station_id").and_then(|id| id.parse().ok());
     match (reply.status, station.zip(member("token")), member("school"), member("name")) {
         (201, Some((station, token)), Some(school), Some(name)) if service::bearer(&token).is_some() => {
-            Ok((Pairing { server, school, name, token }, key.of(station)))
+            Ok((Pairing { server, school, name, token }, key.for_station(station)))
         }
         _ => Err(Failure::work(format_args!("{address}: not paired: {}", reply.words()))),
     }

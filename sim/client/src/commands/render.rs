@@ -137,7 +137,7 @@ fn of_exercise(args: &RenderArgs) -> Result<Film, Failure> {
     let path = args.what.as_path();
     let bundle = ExerciseBundle::read(path)?;
     let specimen = commands::prepare_specimen(path, &bundle, &Patient::nominal(&bundle.scene))?;
-    let stage = picture::stage(path, &bundle, &specimen)?;
+    let stage = picture::build_stage(path, &bundle, &specimen)?;
     let source = MomentSource::Exercise(Box::new(Moment::before(&bundle, &[])));
     let look = Look { view: args.view, ..Look::at(&bundle.scene, !args.free) };
     Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })

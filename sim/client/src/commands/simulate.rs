@@ -120,7 +120,7 @@ fn record(args: &SimulateArgs, session: &Session, bundle: &ExerciseBundle) -> Re
     let clock = Clock { tick_hz: session.tick_hz, time_limit_s: bundle.exercise.time_limit_s };
     let mut watched = WatchedSource::new(source, &clock);
     let mut file = NewFile::create(&args.out, args.force)?;
-    let mut writer = maker::writer(file.file(), session, bundle, &args.out)?;
+    let mut writer = maker::begin_recording(file.file(), session, bundle, &args.out)?;
     let simulated = simulate::simulate(&specimen, &mut watched, &mut writer, &clock)
         .and_then(|simulated| writer.finish().map(|_| simulated))
         .map_err(|error| Failure::work(format_args!("{}: {error}", args.out.display())))?;

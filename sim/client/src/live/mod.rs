@@ -170,9 +170,9 @@ pub mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let key = NewKey::random();
         let (public, station) = (key.public(), Uuid::new_v4());
-        let (recording, bundle) = recorded(Fault::None, Some(Arc::new(key.of(station))), folder.path());
+        let (recording, bundle) = recorded(Fault::None, Some(Arc::new(key.for_station(station))), folder.path());
         let signature = recording.signature.clone().expect("the station has signed it");
-        let motion = MotionDigest::of(&recording.samples).sha256();
+        let motion = MotionDigest::from_samples(&recording.samples).sha256();
         let signed = signature::statement(&recording.session, station, &motion);
         let key = HEXLOWER.decode(public.as_bytes()).ok().and_then(|key| VerifyingKey::try_from(&key[..]).ok());
         let bytes = HEXLOWER.decode(signature.ed25519.as_bytes()).expect("hexadecimal");

@@ -85,7 +85,7 @@ pub fn begin(trial: &LiveTrial, path: &Path) -> Result<Draft, Failure> {
         .map_err(|error| Failure::refused(&unfinished, format_args!("cannot be created: {error}")))?;
     // As long as it is locked it is not left behind.
     file.lock().map_err(|error| Failure::refused(&unfinished, error))?;
-    maker::writer(file, &trial.session, &trial.bundle, path)
+    maker::begin_recording(file, &trial.session, &trial.bundle, path)
 }
 
 fn unfinished(path: &Path) -> PathBuf {

@@ -15,7 +15,7 @@ impl Alignment {
     pub fn new(one: &[Event], other: &[Event]) -> Self {
         let mut knots = vec![[0.0, 0.0]];
         for event in one {
-            let Some(point) = WayPoint::of(event).filter(|point| first(one, point) == Some(event.t_s)) else {
+            let Some(point) = WayPoint::at_event(event).filter(|point| first(one, point) == Some(event.t_s)) else {
                 continue;
             };
             let last = knots.last().copied().unwrap_or_default();
@@ -47,7 +47,7 @@ struct WayPoint {
 }
 
 impl WayPoint {
-    fn of(event: &Event) -> Option<Self> {
+    fn at_event(event: &Event) -> Option<Self> {
         use EventKind::{Confirm, Contact, RimRupture, SkinExit, TipRupture};
         let tells = matches!(event.kind, Contact | TipRupture | RimRupture | Confirm | SkinExit);
         tells.then_some(Self { kind: event.kind, boundary: event.boundary })
@@ -56,7 +56,7 @@ impl WayPoint {
 
 /// When an attempt first passed a point, in s.
 fn first(events: &[Event], point: &WayPoint) -> Option<f64> {
-    events.iter().find(|event| WayPoint::of(event).as_ref() == Some(point)).map(|event| event.t_s)
+    events.iter().find(|event| WayPoint::at_event(event).as_ref() == Some(point)).map(|event| event.t_s)
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ use crate::exit::Failure;
 ///
 /// # Errors
 /// When no model of the tissue can be had.
-pub fn stage(file: &Path, bundle: &ExerciseBundle, specimen: &Specimen) -> Result<Stage, Failure> {
+pub fn build_stage(file: &Path, bundle: &ExerciseBundle, specimen: &Specimen) -> Result<Stage, Failure> {
     let ExerciseBundle { exercise, scene, .. } = bundle;
     let spec = specimen.spec();
     let profiles = specimen.profiles().map_err(|error| Failure::refused(file, error))?;
@@ -38,11 +38,11 @@ pub fn stage(file: &Path, bundle: &ExerciseBundle, specimen: &Specimen) -> Resul
 /// When the law or the tissue refuse the scene.
 pub fn stage_of_recording(path: &Path, bundle: &ExerciseBundle, recording: &Recording) -> Result<Stage, Failure> {
     let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
-    stage(path, bundle, &commands::prepare_specimen(path, bundle, &patient)?)
+    build_stage(path, bundle, &commands::prepare_specimen(path, bundle, &patient)?)
 }
 
 /// What a trainee is to see of a stage during an attempt.
-pub fn given(stage: &Stage, feedback: Feedback) -> Stage {
+pub fn hide_what_is_withheld(stage: &Stage, feedback: Feedback) -> Stage {
     Stage { target_m: stage.target_m.filter(|_| feedback.gives(Channel::Target)), ..stage.clone() }
 }
 

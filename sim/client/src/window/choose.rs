@@ -320,7 +320,7 @@ mod tests {
         for case in cases {
             let (rule, number) = (&case["rule"], |key: &str| case["rule"][key].as_f64());
             let count = |key: &str| rule[key].as_u64().and_then(|count| u32::try_from(count).ok());
-            let mastery = Mastery::of(&match (count("passes"), count("of")) {
+            let mastery = Mastery::from_rule(&match (count("passes"), count("of")) {
                 (Some(passes), Some(of)) => documents::MasteryRule::Passes { passes, of },
                 _ => {
                     let [p0, p1, alpha, beta] = ["p0", "p1", "alpha", "beta"].map(|key| number(key).unwrap());

@@ -292,8 +292,8 @@ impl Window {
         station.seed = seed.wrapping_add(1);
         let patient = Patient::draw(&bundle.scene, seed);
         let specimen = Arc::new(commands::prepare_specimen(file, &bundle, &patient)?);
-        let stage = picture::stage(file, &bundle, &specimen)?;
-        let given = picture::given(&stage, bundle.exercise.feedback);
+        let stage = picture::build_stage(file, &bundle, &specimen)?;
+        let given = picture::hide_what_is_withheld(&stage, bundle.exercise.feedback);
         self.canvas.set_stage(&given).map_err(|error| Failure::refused(file, error))?;
         self.stage = stage;
         let mut opened = open::open(&station.device, &station.devices, &bundle, seed, TICK_HZ)?;

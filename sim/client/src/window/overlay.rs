@@ -316,7 +316,7 @@ mod tests {
     fn what_is_withheld_is_neither_said_nor_ringed() {
         let stage = Stage { target_m: Some([0.0; 3]), ..Stage::default() };
         for feedback in Feedback::ALL {
-            let ringed = picture::given(&stage, feedback).target_m.is_some();
+            let ringed = picture::hide_what_is_withheld(&stage, feedback).target_m.is_some();
             assert_eq!(ringed, feedback.gives(Channel::Target), "{feedback:?}");
             for kind in [TipRupture, RimRupture, StructureHit] {
                 assert_eq!(is_told(kind, feedback), feedback.gives(Channel::Captions), "{kind:?} by {feedback:?}");
@@ -324,6 +324,9 @@ mod tests {
             assert_eq!(is_told(Coaching, feedback), feedback.gives(Channel::Coaching), "{feedback:?}");
             assert!([Contact, SkinExit, Confirm, Fault].iter().all(|kind| is_told(*kind, feedback)));
         }
-        assert!(!is_told(TipRupture, Feedback::Force) && picture::given(&stage, Feedback::Force).target_m.is_none());
+        assert!(
+            !is_told(TipRupture, Feedback::Force)
+                && picture::hide_what_is_withheld(&stage, Feedback::Force).target_m.is_none()
+        );
     }
 }

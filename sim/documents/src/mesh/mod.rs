@@ -62,7 +62,7 @@ struct Raw {
 ///
 /// # Errors
 /// What is wrong with it, in words.
-pub(crate) fn solid(file: MeshFile<'_>, coordinates: Coordinates) -> Result<Shape, Phrase> {
+pub(crate) fn read_solid(file: MeshFile<'_>, coordinates: Coordinates) -> Result<Shape, Phrase> {
     let (vertices_m, triangles) = surface(file, coordinates, &SOLID_SIZE_M)?;
     let open = topology::check_manifold(&triangles)?;
     if open > 0 {
@@ -78,7 +78,11 @@ pub(crate) fn solid(file: MeshFile<'_>, coordinates: Coordinates) -> Result<Shap
 ///
 /// # Errors
 /// What is wrong with it, in words.
-pub(crate) fn skin(file: MeshFile<'_>, coordinates: Coordinates, position_m: &Vector3<f64>) -> Result<Surface, Phrase> {
+pub(crate) fn read_skin_mesh(
+    file: MeshFile<'_>,
+    coordinates: Coordinates,
+    position_m: &Vector3<f64>,
+) -> Result<Surface, Phrase> {
     let (mut vertices_m, triangles) = surface(file, coordinates, &SKIN_SIZE_M)?;
     topology::check_manifold(&triangles)?;
     for vertex in &mut vertices_m {

@@ -204,7 +204,7 @@ const NO_DEVICE: ErrorInfo = ErrorInfo { code: 0, internal_code: 0, device: ffi:
 
 /// What the device says of itself, where that is believable; else what the cautious know of its kind.
 fn describe(hd: &Hd) -> DeviceInfo {
-    let known = DataSheet::of(&hd.string(name::MODEL_TYPE));
+    let known = DataSheet::for_model(&hd.string(name::MODEL_TYPE));
     let serial = Some(hd.string(name::SERIAL_NUMBER)).filter(|serial| !serial.is_empty());
     let number = |name| Some(hd.doubles::<1>(name)[0]).filter(|value| value.is_finite() && *value > 0.0);
     // The driver counts in N/mm. Where it and the table differ, the softer wall is the safe one.
@@ -234,7 +234,7 @@ struct DataSheet {
 }
 
 impl DataSheet {
-    fn of(model: &str) -> Self {
+    fn for_model(model: &str) -> Self {
         let (max_force_n, continuous_force_n, max_stiffness_n_per_m) = match model {
             model if model.contains("Omni") => (3.3, 0.88, 700.0),
             model if model.contains("Desktop") => (7.9, 1.75, 1000.0),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use law::puncture::{PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureState};
-use law::puncture::{loads, step};
+use law::puncture::{step, write_loads};
 use nalgebra::Vector3;
 
 use super::grid::TickGrid;
@@ -253,7 +253,7 @@ impl Engine {
             compute: self.shown.1,
         };
         let (params, state, scratch) = (&self.params, &self.state, &self.scratch);
-        self.latest.publish(snapshot, |loads_n| loads(params, state, scratch, loads_n));
+        self.latest.publish(snapshot, |loads_n| write_loads(params, state, scratch, loads_n));
     }
 
     /// What happened to this tick besides the safety chain.

@@ -9,7 +9,7 @@ use super::state::{AxialScratch, AxialStanding};
 ///
 /// Viscosity is shared by b_j l_j and friction by c_j l_j, as in the ledger; cutting drags the layer that the tip is in.
 /// `scratch` is that of the last step. Entries that `loads_n` lacks are left out.
-pub fn loads(params: &AxialParams, standing: &AxialStanding, scratch: &AxialScratch, loads_n: &mut [f64]) {
+pub fn write_loads(params: &AxialParams, standing: &AxialStanding, scratch: &AxialScratch, loads_n: &mut [f64]) {
     loads_n.fill(0.0);
     let layers = params.spec().layers.len();
     let AxialStanding { tip_open, rim_open, output } = standing;

@@ -88,7 +88,12 @@ fn stored_j(spec: &AxialSpec, output: &AxialOutput) -> f64 {
 /// For whoever sees the law's samples at a lower rate: boundaries that would give way in between do so in the answer.
 /// `scratch` is that of the last step. The ruptures foreseen are left in it.
 #[must_use]
-pub fn ahead(params: &AxialParams, state: &AxialState, scratch: &mut AxialScratch, dt_s: f64) -> AxialStanding {
+pub fn forecast_standing(
+    params: &AxialParams,
+    state: &AxialState,
+    scratch: &mut AxialScratch,
+    dt_s: f64,
+) -> AxialStanding {
     let now = state.standing();
     scratch.ruptures.clear();
     let v_m_per_s = now.output.v_m_per_s;

@@ -42,13 +42,13 @@ pub fn step(
 }
 
 /// Writes what the needle does to the tissue after the last step into `loads_n`, in N, as [`axial::loads`] does. Never allocates.
-pub fn loads(params: &PunctureParams, state: &PunctureState, scratch: &PunctureScratch, loads_n: &mut [f64]) {
-    axial::loads(&params.axial, &state.axial.standing(), &scratch.axial, loads_n);
+pub fn write_loads(params: &PunctureParams, state: &PunctureState, scratch: &PunctureScratch, loads_n: &mut [f64]) {
+    axial::write_loads(&params.axial, &state.axial.standing(), &scratch.axial, loads_n);
 }
 
 /// How far the needle has come into the track that it is in; none in the air.
 #[must_use]
-pub fn intrusion(params: &PunctureParams, state: &PunctureState) -> Option<Intrusion> {
+pub fn measure_intrusion(params: &PunctureParams, state: &PunctureState) -> Option<Intrusion> {
     state.latch.as_ref().map(|_| Intrusion {
         tip_m: displacement_m(state),
         tip_to_rim_m: params.axial.spec().tip_to_rim_m,

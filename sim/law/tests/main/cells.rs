@@ -3,7 +3,7 @@
 //!
 //! It would fail if damping used a wrong layer's coefficient or length, which are the paper's own misprints.
 
-use bench::scenes::{AxialRun, layer, needle_through};
+use bench::scenes::{AxialRun, make_layer, needle_through};
 use law::axial::{AxialSpec, Layer};
 
 const SPEED: f64 = 0.002;
@@ -12,9 +12,9 @@ const DT: f64 = 0.001;
 /// Table I, with thresholds low enough that every cell is visited alone.
 fn table_i() -> AxialSpec {
     needle_through(vec![
-        layer("skin", [0.8, 331.0, 3.0, 0.1, 0.0, 0.0, 0.0]),
-        layer("fat", [8.4, 83.0, 1.0, 0.3, 0.0, 0.0, 0.0]),
-        layer("muscle", [39.0, 497.0, 3.0, 1.5, 0.0, 0.0, 0.0]),
+        make_layer("skin", [0.8, 331.0, 3.0, 0.1, 0.0, 0.0, 0.0]),
+        make_layer("fat", [8.4, 83.0, 1.0, 0.3, 0.0, 0.0, 0.0]),
+        make_layer("muscle", [39.0, 497.0, 3.0, 1.5, 0.0, 0.0, 0.0]),
     ])
 }
 

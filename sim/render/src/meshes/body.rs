@@ -59,7 +59,7 @@ fn rings_within(reach_m: f32) -> u32 {
 
 /// Makes the block.
 #[must_use]
-pub fn body() -> BodyMesh {
+pub fn build_body() -> BodyMesh {
     let mut shape = MeshShape::default();
     let rim = rim();
     grid(&mut shape, &rim);

@@ -22,7 +22,7 @@ const RING_TUBE_M: f32 = 2.0e-4;
 
 /// Makes the guide of a stage.
 #[must_use]
-pub fn guide(stage: &Stage) -> MeshShape {
+pub fn build_guide(stage: &Stage) -> MeshShape {
     let (entry, target) = (Vec3::from(stage.entry_m), stage.target_m.map(Vec3::from));
     let axis = Vec3::from(stage.axis).normalize_or(Vec3::NEG_Z);
     let mut shape = MeshShape::default();

@@ -22,7 +22,7 @@ const STYLET: f32 = 0.80;
 
 /// Makes the needle.
 #[must_use]
-pub fn needle(needle: &DrawnNeedle) -> MeshShape {
+pub fn build_needle(needle: &DrawnNeedle) -> MeshShape {
     let mut shape = MeshShape::default();
     let outer_m = 0.5 * needle.diameter_m;
     let length_m = needle.length_m.max(20.0 * outer_m);

@@ -6,7 +6,7 @@ use super::{Corner, MeshShape};
 
 /// Makes a grid of so many columns and rows, from -1 to 1 in x and y.
 #[must_use]
-pub fn sheet([columns, rows]: [u32; 2]) -> MeshShape {
+pub fn build_sheet([columns, rows]: [u32; 2]) -> MeshShape {
     let mut shape = MeshShape::default();
     let place = |i: u32, count: u32| 2.0 * i as f32 / count as f32 - 1.0;
     for row in 0..=rows {

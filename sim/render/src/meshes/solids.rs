@@ -10,7 +10,7 @@ const CREASE: f32 = 0.7;
 
 /// All structures in one shape: the part is the kind, the other number which structure it is.
 #[must_use]
-pub fn solids(structures: &[DrawnStructure]) -> MeshShape {
+pub fn build_solids(structures: &[DrawnStructure]) -> MeshShape {
     let mut shape = MeshShape::default();
     for (which, structure) in structures.iter().enumerate() {
         let mut solid = smoothed(&structure.mesh, part(structure.kind));

@@ -23,7 +23,7 @@ pub const MIDDLE_M: [f32; 2] = [HALF_WIDTH_M + 0.042, BEHIND_M + 0.02];
 
 /// Makes the tray and what is on it.
 #[must_use]
-pub fn tray() -> MeshShape {
+pub fn build_tray() -> MeshShape {
     let mut shape = dish();
     let lying = Quat::from_rotation_y(FRAC_PI_2);
     shape.add(&syringe().placed(Vec3::new(-0.045, -0.024, 0.0085), Quat::from_rotation_z(0.12) * lying));

@@ -42,7 +42,7 @@ impl FittedAxisymmetric {
 ///
 /// # Errors
 /// The first number of the problem that is out of range, or contrasts beyond double precision.
-pub fn rung(problem: &Problem, at: usize) -> Option<Result<Axisymmetric, AxisymmetricError>> {
+pub fn fit_rung(problem: &Problem, at: usize) -> Option<Result<Axisymmetric, AxisymmetricError>> {
     let level = LEVELS.clone().nth(at)?;
     // What does not make sense must be refused before a mesh is made of it.
     let checked = problem.check().map_err(AxisymmetricError::from);
@@ -98,7 +98,7 @@ fn judged(problem: &Problem, tolerance: f64) -> Result<FittedAxisymmetric, Axisy
         FittedAxisymmetric { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance }
     };
     let view = AnswerView::both(&judge.answer);
-    let truth = view.of(&judge.answer);
+    let truth = view.counted(&judge.answer);
     // Both components count as shares of themselves: what both are off by is more than what either is.
     let size = truth.iter().map(|value| value * value).sum::<f64>().sqrt();
     let trimming = Trimming { problem, view, truth: &truth, aim: AIM * tolerance / size };

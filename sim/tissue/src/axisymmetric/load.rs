@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::basis::{basis, fine_rule};
 use super::mesh::{Span, Spans, same_depth};
 use crate::Load;
-use crate::quadrature::gauss;
+use crate::quadrature::gauss_rule;
 
 /// Load radii beyond which the traction is nothing: exp(−7²) = 5e-22.
 const REACH: f64 = 7.0;
@@ -61,7 +61,7 @@ pub(super) fn stations(load: &Load, spans: &Spans, tangent: f64, each_strip: usi
     if same_depth(from_m, to_m) {
         return vec![AxisStation { x_m: from_m * tangent, along: along(load, spans) }];
     }
-    let points: Vec<f64> = gauss(each_strip).into_iter().map(|(point, _)| point).collect();
+    let points: Vec<f64> = gauss_rule(each_strip).into_iter().map(|(point, _)| point).collect();
     let dragged = spans.all().iter().filter(|span| (from_m..=to_m).contains(&span.middle_m()));
     let station = |span: &Span, own: usize| {
         let others = || points.iter().enumerate().filter(move |&(at, _)| at != own);

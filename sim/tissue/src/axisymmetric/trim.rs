@@ -25,7 +25,7 @@ impl AnswerView {
     }
 
     /// What counts of an answer.
-    pub fn of(self, answer: &Sampled) -> Vec<f64> {
+    pub fn counted(self, answer: &Sampled) -> Vec<f64> {
         let share = |values: &[f64], size: f64| -> Vec<f64> {
             values.iter().filter(|_| size > 0.0).map(|value| value / size).collect()
         };
@@ -48,7 +48,7 @@ pub(super) struct Rung {
 impl Rung {
     pub fn new(problem: &Problem, mesh: MeshSpec, view: AnswerView) -> Result<Self, AxisymmetricError> {
         let model = Axisymmetric::new(problem, &mesh)?;
-        Ok(Self { answer: view.of(&problem.sampled(&model)), mesh, model })
+        Ok(Self { answer: view.counted(&problem.sampled(&model)), mesh, model })
     }
 }
 

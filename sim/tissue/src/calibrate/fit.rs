@@ -3,13 +3,15 @@
 use super::CalibrateError;
 use super::curve::Curve;
 use super::descent::Lowest;
-use super::guess::{Fresh, fresh, laid_over};
+use super::guess::{Fresh, guess_afresh, laid_over};
 use super::model::{CurveModel, Guess, OWN, Places, QUANTITIES, Quantity, residual_rms_n};
 use super::orders::in_every_order;
-use super::peaks::{Peak, is_another_reading, lone, peaks, unexplained, unseen};
-use super::starts::others;
-use super::uncertainty::{FINEST_PART, ParameterEstimate, ParameterStanding, Profile, Rival, estimate, standings};
-use super::verdict::{Misfit, misfit};
+use super::peaks::{Peak, find_lone_drops, find_peaks, find_unexplained, find_unseen, is_another_reading};
+use super::starts::other_starts;
+use super::uncertainty::{
+    FINEST_PART, ParameterEstimate, ParameterStanding, Profile, Rival, estimate_parameters, find_standings,
+};
+use super::verdict::{Misfit, find_misfit};
 use super::words::in_words;
 use law::axial::{AxialParams, AxialSpec, Contactor, ForceLaw};
 use law::operator::Draw;
@@ -136,7 +138,7 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
     };
     let is_fresh = matches!(start, Start::Fresh(_));
     // With a layer that may be a lone sample the fit is refused, however low it gets.
-    if !is_fresh || lone(&model, &best.guess).is_empty() {
+    if !is_fresh || find_lone_drops(&model, &best.guess).is_empty() {
         best = search.scatter(best);
         best = search.draw(best);
         best = search.settle(best);
@@ -164,15 +166,15 @@ impl Search<'_, '_> {
     /// Fits as many layers as asked for. Not asked, a drop that may be noise, or that the law makes without a rupture, where a
     /// cut ends, is a layer only if the curve is worth one.
     fn by_drops(&mut self, asked: &Fresh) -> Result<Candidate, CalibrateError> {
-        let mut best = self.best_of(fresh(&self.model.front, self.model.curve, asked)?);
+        let mut best = self.best_of(guess_afresh(&self.model.front, self.model.curve, asked)?);
         for _ in 0..DOUBTFUL {
             let fewer = best.guess.spec.layers.len() - 1;
             if asked.layers.is_some() || fewer == 0 {
                 break;
             }
             let asked = Fresh { layers: Some(fewer), ..*asked };
-            let simpler = self.best_of(fresh(&self.model.front, self.model.curve, &asked)?);
-            if self.worth(&simpler) > self.worth(&best) || !unexplained(self.model, &simpler.guess).is_empty() {
+            let simpler = self.best_of(guess_afresh(&self.model.front, self.model.curve, &asked)?);
+            if self.worth(&simpler) > self.worth(&best) || !find_unexplained(self.model, &simpler.guess).is_empty() {
                 break;
             }
             best = simpler;
@@ -273,7 +275,7 @@ impl Search<'_, '_> {
     fn scatter(&mut self, mut best: Candidate) -> Candidate {
         for _ in 0..SCATTERINGS {
             let before = best.lowest.cost;
-            for guess in others(self.model, &best.guess) {
+            for guess in other_starts(self.model, &best.guess) {
                 let mut tried = self.descend(&guess, false, GLANCE);
                 if tried.lowest.cost <= PROMISING * best.lowest.cost {
                     tried = self.descend(&tried.guess, false, SCATTER);
@@ -344,9 +346,9 @@ impl Search<'_, '_> {
     fn report(mut self, mut best: Candidate, asked: Option<AskedFit>, is_fresh: bool) -> Fit {
         let mut settlings = SETTLINGS;
         loop {
-            let lone_m = if is_fresh { lone(self.model, &best.guess) } else { Vec::new() };
-            let misfit = misfit(self.model, &best.guess, lone_m);
-            let is_told = misfit.is_none() && unseen(self.model, &best.guess).is_empty();
+            let lone_m = if is_fresh { find_lone_drops(self.model, &best.guess) } else { Vec::new() };
+            let misfit = find_misfit(self.model, &best.guess, lone_m);
+            let is_told = misfit.is_none() && find_unseen(self.model, &best.guess).is_empty();
             match self.estimates(&best, is_told) {
                 Err(variables) if settlings > 0 => {
                     settlings -= 1;
@@ -365,7 +367,7 @@ impl Search<'_, '_> {
         let like = |rival: &&Candidate| rival.guess.spec.layers.len() == best.guess.spec.layers.len();
         let of = |rival: &Candidate| profile.rival(rival.guess.clone(), rival.lowest.cost);
         let rivals: Vec<Rival> = self.rivals.iter().filter(like).filter_map(of).collect();
-        estimate(self.model, &best.guess, &mut |which| {
+        estimate_parameters(self.model, &best.guess, &mut |which| {
             let interval = if with_intervals { profile.interval(which)? } else { None };
             Ok(interval.and_then(|interval| profile.widen(which, interval, &rivals)))
         })
@@ -392,7 +394,7 @@ impl Search<'_, '_> {
     ) -> Fit {
         let readings = self.readings(&best);
         let (model, Candidate { guess, lowest }) = (self.model, best);
-        let (peaks, unseen) = (peaks(model, &guess), unseen(model, &guess));
+        let (peaks, unseen) = (find_peaks(model, &guess), find_unseen(model, &guess));
         Fit {
             rms_n: residual_rms_n(&guess.spec, model.curve),
             peak_n: model.curve.peak_n(),
@@ -400,7 +402,7 @@ impl Search<'_, '_> {
             iterations: self.iterations,
             converged: lowest.converged && misfit.is_none(),
             misfit,
-            unexplained: unexplained(model, &guess),
+            unexplained: find_unexplained(model, &guess),
             undetermined: in_words(model, &guess, &estimates, readings, &unseen),
             unseen,
             readings,
@@ -426,7 +428,7 @@ fn moved(places: &Places, which: usize, stride: isize, gaps: usize) -> Option<Pl
 /// on: the way down may have moved it. The far side of a layer keeps its depth, not its distance to the near side.
 fn tidy(model: &CurveModel<'_>, fitted: Candidate, start: Option<&AxialSpec>) -> Candidate {
     let mut variables = model.variables(&fitted.guess);
-    let standings = standings(model, &fitted.guess);
+    let standings = find_standings(model, &fitted.guess);
     let first = start.map_or_else(
         || without_cutting(&variables),
         |spec| model.variables(&Guess { spec: spec.clone(), places: fitted.guess.places.clone() }),

@@ -5,7 +5,7 @@
 //! may open at one drop, and one that new friction and cutting make up for shows none.
 
 use super::drops::{Drop, Front};
-use super::guess::{Leader, largest, leaders, moved};
+use super::guess::{Leader, find_leaders, largest_drops, move_place};
 use super::model::Guess;
 use law::axial::{AxialSpec, Contactor};
 
@@ -31,10 +31,10 @@ struct Beginning {
 
 /// Guesses from a scene, those first that move its ruptures least.
 pub(super) fn in_every_order(front: &Front, start: &AxialSpec) -> Vec<Guess> {
-    let ruptures = leaders(front, start);
+    let ruptures = find_leaders(front, start);
     let rows = [Contactor::Tip, Contactor::Rim]
         .map(|contactor| ruptures.iter().filter(|leader| leader.contactor == contactor).copied().collect::<Vec<_>>());
-    let drops = largest(front.drops(), ruptures.len());
+    let drops = largest_drops(front.drops(), ruptures.len());
     let none = Beginning { told: [0; 2], drops: 0, ruptures: Vec::new(), moved_m: 0.0 };
     let mut tellings = vec![none];
     for _ in 0..ruptures.len() {
@@ -88,6 +88,6 @@ impl Beginning {
             let part = (at + 1 - before.0) as f64 / (behind.0 - before.0).max(1) as f64;
             before.1 + part * (behind.1 - before.1)
         };
-        moved(front, start, self.ruptures.iter().enumerate().map(|(at, (leader, _))| (*leader, to_m(at))))
+        move_place(front, start, self.ruptures.iter().enumerate().map(|(at, (leader, _))| (*leader, to_m(at))))
     }
 }

@@ -23,7 +23,7 @@ const LESS: f64 = 0.3;
 const MORE: f64 = 2.5;
 
 /// Every other start.
-pub(super) fn others(model: &CurveModel<'_>, guess: &Guess) -> Vec<Guess> {
+pub(super) fn other_starts(model: &CurveModel<'_>, guess: &Guess) -> Vec<Guess> {
     let layers = guess.spec.layers.len();
     let boundaries = (1..layers).flat_map(|boundary| elsewhere(model, guess, boundary));
     let resistances = (0..layers).flat_map(|layer| shared_otherwise(model, guess, layer));

@@ -9,7 +9,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::descent::{LeastSquares, Lowest, square};
-use super::model::{CurveModel, Guess, OWN, QUANTITIES, Quantity, steps};
+use super::model::{CurveModel, Guess, OWN, QUANTITIES, Quantity, step_sizes};
 use super::peaks::is_another_reading;
 use law::operator::Draw;
 
@@ -290,7 +290,7 @@ impl<'m> Profile<'m> {
             residuals.push(weight * (self.number(variables, which) - target));
             residuals
         };
-        let ((lower, upper), step) = (self.model.bounds(self.guess), steps(self.guess));
+        let ((lower, upper), step) = (self.model.bounds(self.guess), step_sizes(self.guess));
         let problem = LeastSquares { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
         let held = |start: &[f64]| {
             // With what holds the number: where the rest cannot follow it is not held, and that must cost.
@@ -328,7 +328,7 @@ impl<'m> Profile<'m> {
             point[variable] += step;
             (self.number(&point, which) - here) / (point[variable] - self.at[variable])
         };
-        DVector::from_iterator(self.at.len(), steps(self.guess).iter().enumerate().map(of))
+        DVector::from_iterator(self.at.len(), step_sizes(self.guess).iter().enumerate().map(of))
     }
 }
 
@@ -365,12 +365,12 @@ fn number(model: &CurveModel<'_>, guess: &Guess, which: usize) -> f64 {
 ///
 /// # Errors
 /// What `interval` fails with.
-pub(super) fn estimate<E>(
+pub(super) fn estimate_parameters<E>(
     model: &CurveModel<'_>,
     guess: &Guess,
     interval: &mut dyn FnMut(usize) -> Result<Option<Interval>, E>,
 ) -> Result<Vec<ParameterEstimate>, E> {
-    let standings = standings(model, guess);
+    let standings = find_standings(model, guess);
     let mut estimates = Vec::with_capacity(standings.len());
     for (which, &standing) in standings.iter().enumerate() {
         let (layer, quantity) = (which / QUANTITIES.len(), QUANTITIES[which % QUANTITIES.len()]);
@@ -384,14 +384,14 @@ pub(super) fn estimate<E>(
 }
 
 /// How each number stands.
-pub(super) fn standings(model: &CurveModel<'_>, guess: &Guess) -> Vec<ParameterStanding> {
+pub(super) fn find_standings(model: &CurveModel<'_>, guess: &Guess) -> Vec<ParameterStanding> {
     let jacobian = model.sensitivity(guess);
     let variables = model.variables(guess);
     let standing = |(which, &value): (usize, &f64)| {
         let quantity = QUANTITIES[which % QUANTITIES.len()];
         let (lower, upper) = quantity.bounds();
         if which % QUANTITIES.len() >= OWN {
-            let placed = guess.places.of(which / QUANTITIES.len(), quantity);
+            let placed = guess.places.place_of(which / QUANTITIES.len(), quantity);
             return placed.map_or(ParameterStanding::Kept, |_| ParameterStanding::Free);
         }
         match jacobian.column(which).amax() {

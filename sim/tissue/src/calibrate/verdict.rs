@@ -34,7 +34,7 @@ pub struct Misfit {
 }
 
 /// What a residual has besides noise; none where it is noise. A drop that may be a lone sample is as bad: its layer leaves nothing.
-pub(super) fn misfit(model: &CurveModel<'_>, guess: &Guess, lone_m: Vec<f64>) -> Option<Misfit> {
+pub(super) fn find_misfit(model: &CurveModel<'_>, guess: &Guess, lone_m: Vec<f64>) -> Option<Misfit> {
     let residuals = model.misfit(guess, &model.variables(guess));
     let samples = residuals.len() as f64;
     let finest_n = SEEN_PART * model.curve.peak_n();

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use law::axial::{AxialInput, AxialParams, AxialScratch, AxialState, ahead, step};
+use law::axial::{AxialInput, AxialParams, AxialScratch, AxialState, forecast_standing, step};
 
 /// A straight insertion, from the skin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +22,7 @@ pub struct HandOver {
     pub held: f64,
     /// The field goes on with the last rate of change of the force that it took, which foresees no pop either.
     pub extrapolated: f64,
-    /// The field goes on with the last velocity of the needle and asks the law's closed form, [`ahead`], which knows when the
+    /// The field goes on with the last velocity of the needle and asks the law's closed form, [`forecast_standing`], which knows when the
     /// next boundary gives way.
     pub forecast: f64,
 }
@@ -91,7 +91,7 @@ impl Taken {
     fn carried_n(&mut self, params: &AxialParams, t_s: f64) -> [f64; 3] {
         let since_s = t_s - self.t_s;
         let held_n = self.state.last_output().total_n();
-        let forecast_n = ahead(params, &self.state, &mut self.scratch, since_s).output.total_n();
+        let forecast_n = forecast_standing(params, &self.state, &mut self.scratch, since_s).output.total_n();
         [held_n, held_n + self.rate_n_per_s * since_s, forecast_n]
     }
 }

@@ -65,7 +65,7 @@ const SHARE_OF_FLOOR: f64 = 0.6;
 
 /// The model on one lattice of the ladder, from coarse to fine, for a speed–error sweep. Nothing past the last.
 #[must_use]
-pub fn rung(problem: &Problem, at: usize) -> Option<Result<MassSpring, LatticeError>> {
+pub fn fit_rung(problem: &Problem, at: usize) -> Option<Result<MassSpring, LatticeError>> {
     match LatticeJudge::new(problem, Judging::Second).and_then(|judge| judge.ladder()) {
         Ok((coarsest, finer)) => {
             iter::once(coarsest).chain(finer).nth(at).map(|patch| MassSpring::new(problem, &patch))

@@ -103,7 +103,7 @@ impl<T: Lanes, const N: usize> Corners<T, N> {
     #[inline(always)]
     fn pull<const CLASS: usize>(&mut self, law: &impl Law<T, N>, springs: &Springs<'_, T>, at: usize) {
         let [a, b] = const { CLASSES[CLASS].ends };
-        let mut differences = [[T::of(0.0); 3]; N];
+        let mut differences = [[T::splat(0.0); 3]; N];
         for (difference, corners) in differences.iter_mut().zip(&self.fields) {
             *difference = with(corners[b], corners[a], |b, a| b - a);
         }
@@ -132,7 +132,7 @@ pub(super) fn pull_plane<T: Lanes, const N: usize>(
     let (first, steps) = (lattice.grid.place([0, 0, k]), CORNERS.map(|corner| lattice.grid.place(corner)));
     for &[begin, end] in &lattice.runs {
         for at in (first + begin..first + end).step_by(LANES) {
-            let zero = [[T::of(0.0); 3]; CORNERS.len()];
+            let zero = [[T::splat(0.0); 3]; CORNERS.len()];
             let mut corners = Corners { fields: [zero; N], pulls: zero };
             for (corners, field) in corners.fields.iter_mut().zip(fields) {
                 for (corner, step) in corners.iter_mut().zip(steps) {

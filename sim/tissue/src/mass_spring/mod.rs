@@ -24,7 +24,7 @@ mod puncture;
 mod relax;
 mod response;
 
-pub use fit::{FittedLattice, fit, fit_by, rung};
+pub use fit::{FittedLattice, fit, fit_by, fit_rung};
 pub use grid::{LatticePatch, LatticeSymmetry, MAX_UNKNOWNS};
 pub use lattice::{Damping, Lattice};
 pub use load::NodalLoad;

@@ -10,7 +10,7 @@
 
 mod patch;
 
-pub use patch::{Reach, patch, reach, reach_of_all};
+pub use patch::{Reach, cut_patch, find_reach, reach_of_all};
 
 use super::axisymmetric::{self, AxisymmetricError};
 use super::mass_spring::{self, LatticeError};
@@ -171,12 +171,12 @@ pub fn plan(question: &Problem3, wish: &PlanRequest) -> Result<Planned, PlanErro
 
 /// A mesh of a model's ladder, from coarse to fine; none past the last, or where the model cannot be chosen.
 #[must_use]
-pub fn rung(problem: &Problem, model: Model, at: usize) -> Option<Result<Box<dyn FieldModel>, PlanError>> {
+pub fn plan_rung(problem: &Problem, model: Model, at: usize) -> Option<Result<Box<dyn FieldModel>, PlanError>> {
     match model {
         Model::None => None,
-        Model::Axisymmetric => boxed(axisymmetric::rung(problem, at)),
-        Model::MassSpring => boxed(mass_spring::rung(problem, at)),
-        Model::Volumetric => boxed(volumetric::rung(&Problem3::flat(problem), at)),
+        Model::Axisymmetric => boxed(axisymmetric::fit_rung(problem, at)),
+        Model::MassSpring => boxed(mass_spring::fit_rung(problem, at)),
+        Model::Volumetric => boxed(volumetric::fit_rung(&Problem3::flat(problem), at)),
     }
 }
 

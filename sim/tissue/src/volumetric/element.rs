@@ -18,8 +18,8 @@ pub(super) struct BasisShape {
 impl BasisShape {
     pub fn new(order: usize) -> Self {
         let n = order + 1;
-        let ends: Vec<f64> = basis::lobatto(order).into_iter().map(|(x, _)| x).collect();
-        let gauss = basis::gauss(n);
+        let ends: Vec<f64> = basis::lobatto_rule(order).into_iter().map(|(x, _)| x).collect();
+        let gauss = basis::gauss_rule(n);
         let line: Vec<(f64, f64)> = gauss
             .iter()
             .flat_map(|&(x, _)| (0..n).map(|node| basis::lagrange(&ends, node, x)).collect::<Vec<_>>())

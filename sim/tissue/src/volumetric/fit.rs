@@ -102,7 +102,7 @@ impl MeshSpec3 {
 ///
 /// # Errors
 /// The first number of the problem that is out of range.
-pub fn rung(problem: &Problem3, at: usize) -> Option<Result<Volumetric, VolumetricError>> {
+pub fn fit_rung(problem: &Problem3, at: usize) -> Option<Result<Volumetric, VolumetricError>> {
     MeshSpec3::ladder(problem).get(at).map(|mesh| Volumetric::new(problem, mesh))
 }
 

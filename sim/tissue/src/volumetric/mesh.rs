@@ -156,7 +156,7 @@ impl MeshSpec3 {
             return Err(ParamError { field: "tilt_rad".into(), value: problem.tilt_rad, unit: "rad", allowed });
         }
         let outline = Outline { radii_m: &radii_m, symmetry: self.symmetry, around: self.around };
-        let parameters: Vec<f64> = basis::lobatto(self.order).iter().map(|(x, _)| 0.5 * (1.0 + x)).collect();
+        let parameters: Vec<f64> = basis::lobatto_rule(self.order).iter().map(|(x, _)| 0.5 * (1.0 + x)).collect();
         let plan = DiscPlan::new(&outline, &parameters);
         let planes_m = self.planes_m(problem);
         // The rings follow the needle as it leans, each less than the one inside it, and the side stays where it is, though
@@ -202,7 +202,7 @@ impl HexMesh {
     /// A box from the origin with so many elements along each side.
     #[must_use]
     pub fn cuboid(order: usize, size_m: [f64; 3], counts: [usize; 3]) -> Self {
-        let parameters: Vec<f64> = basis::lobatto(order).iter().map(|(x, _)| 0.5 * (1.0 + x)).collect();
+        let parameters: Vec<f64> = basis::lobatto_rule(order).iter().map(|(x, _)| 0.5 * (1.0 + x)).collect();
         let along = |axis: usize, at: usize| {
             let (element, node) =
                 if at == counts[axis] * order { (at / order - 1, order) } else { (at / order, at % order) };

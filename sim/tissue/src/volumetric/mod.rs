@@ -27,7 +27,7 @@ use nalgebra::{Point3, Vector3};
 
 pub use body::Body;
 pub use corotational::{Corotational, Energies, RefusedLoad, TissueMotion};
-pub use fit::{FittedVolumetric, fit, fit_by, rung};
+pub use fit::{FittedVolumetric, fit, fit_by, fit_rung};
 pub use mesh::{Grading, HexMesh, MeshSpec3, ORDERS};
 pub use minimiser::{Effort, Outcome};
 pub use problem::{Inclusion, InclusionShape, Material, Problem3, Skin, Symmetry};

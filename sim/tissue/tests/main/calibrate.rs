@@ -5,7 +5,7 @@
 //! of its own beside the force law, an interval that does not hold the truth, or a wrong minimum that is passed over.
 
 use bench::calibration::{Disturbance, Measurement, Origin, Trialled, sample, try_fit};
-use bench::scenes::{AxialRun, layer, needle_through, training};
+use bench::scenes::{AxialRun, make_layer, needle_through, training_axial_spec};
 use law::axial::{AxialSpec, ForceLaw};
 use law::soundness;
 use proptest::prelude::*;
@@ -18,9 +18,9 @@ use tissue::calibrate::{
 /// A needle without a rim through skin, fat and muscle whose boundaries all give way within 30 mm.
 fn needle() -> AxialSpec {
     needle_through(vec![
-        layer("skin", [3.0, 400.0, 0.0, 2.0, 0.0, 60.0, 0.3]),
-        layer("fat", [12.0, 300.0, 0.0, 1.2, 0.0, 15.0, 0.1]),
-        layer("muscle", [30.0, 600.0, 0.0, 3.0, 0.0, 40.0, 0.3]),
+        make_layer("skin", [3.0, 400.0, 0.0, 2.0, 0.0, 60.0, 0.3]),
+        make_layer("fat", [12.0, 300.0, 0.0, 1.2, 0.0, 15.0, 0.1]),
+        make_layer("muscle", [30.0, 600.0, 0.0, 3.0, 0.0, 40.0, 0.3]),
     ])
 }
 
@@ -135,7 +135,7 @@ fn only_a_withdrawal_tells_friction_from_cutting() {
 
 #[test]
 fn a_trocars_two_drops_a_layer_are_told_apart() {
-    let truth = training();
+    let truth = training_axial_spec();
     let trocar = Start::Fresh(Fresh { layers: None, tip_to_rim_m: truth.tip_to_rim_m });
     let fit = quietly(&curve(&measured(&truth, &track(25.0, 2.0), 0.0)), trocar);
     assert_eq!(fit.spec.layers.len(), 3);
@@ -151,7 +151,7 @@ fn a_trocars_two_drops_a_layer_are_told_apart() {
 fn a_start_keeps_what_the_curve_does_not_reach() {
     let truth = needle();
     let mut start = truth.clone();
-    start.layers.push(layer("bone", [5.0, 5000.0, 7.0, 9.0, 0.0, 3.0, 0.2]));
+    start.layers.push(make_layer("bone", [5.0, 5000.0, 7.0, 9.0, 0.0, 3.0, 0.2]));
     start.layers[1].thickness_m *= 1.2;
     start.layers[1].stiffness_n_per_m *= 0.8;
     start.layers[2].tip_rupture_n *= 1.1;
@@ -213,9 +213,9 @@ fn a_gap_in_the_data_widens_the_interval_of_the_threshold_in_it() {
 /// Calibration has no law of its own: its walk from event to event is what the force law tends to.
 #[test]
 fn the_fitted_law_is_the_force_law() {
-    let mut crossed = training();
+    let mut crossed = training_axial_spec();
     crossed.layers[0].rim_rupture_n = 2.4;
-    for spec in [needle(), training(), crossed] {
+    for spec in [needle(), training_axial_spec(), crossed] {
         let in_out_in: Vec<f64> = [track(30.0, 12.0), track(34.0, 0.0).split_off(240)].concat();
         let samples: Vec<(f64, f64)> = measured(&spec, &in_out_in, 0.0);
         let slow = curve(&samples);

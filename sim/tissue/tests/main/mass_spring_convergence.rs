@@ -8,7 +8,7 @@
 //! be, and on an estimate that flatters.
 
 use serde_json::Value;
-use tissue::mass_spring::{FittedLattice, LatticePatch, LatticeSymmetry, MassSpring, fit, fit_by, rung};
+use tissue::mass_spring::{FittedLattice, LatticePatch, LatticeSymmetry, MassSpring, fit, fit_by, fit_rung};
 use tissue::{ElasticLayer, FieldModel, Judging, Problem, Slab, axisymmetric};
 
 use crate::mass_spring::contactor;
@@ -171,8 +171,8 @@ fn a_fit_takes_the_coarsest_lattice_that_meets_the_tolerance() {
         assert!(fitted.met && error <= tolerance, "{error} for {tolerance}");
     }
     assert!(loose.model.unknowns() < tight.model.unknowns());
-    let sizes = (0..2).map(|at| rung(&problem, at).expect("a rung").expect("a lattice").unknowns());
-    assert!(sizes.is_sorted() && rung(&problem, 100).is_none());
+    let sizes = (0..2).map(|at| fit_rung(&problem, at).expect("a rung").expect("a lattice").unknowns());
+    assert!(sizes.is_sorted() && fit_rung(&problem, 100).is_none());
 }
 
 #[test]

@@ -5,7 +5,7 @@
 
 use nalgebra::Point3;
 use tissue::axisymmetric::{Axisymmetric, MeshSpec};
-use tissue::planner::{PlanError, PlanRequest, Reach, choose, patch, plan, reach};
+use tissue::planner::{PlanError, PlanRequest, Reach, choose, cut_patch, find_reach, plan};
 use tissue::volumetric::{Inclusion, InclusionShape, Material, Problem3, Skin};
 use tissue::{ElasticLayer, FieldModel, Judging, Load, LoadKind, Model, Problem, Slab};
 
@@ -101,11 +101,11 @@ fn answer_m(slab: &Slab) -> Vec<f64> {
 #[test]
 fn a_patch_is_as_wide_as_its_tolerance_asks_and_no_wider() {
     let deep = vec![layer(0.0008, 132e3), layer(0.0084, 33e3), layer(2.0, 198e3)];
-    let [coarse, fine] = [0.1, 0.01].map(|tolerance| reach(&question(&deep), tolerance).expect("a reach"));
+    let [coarse, fine] = [0.1, 0.01].map(|tolerance| find_reach(&question(&deep), tolerance).expect("a reach"));
     assert!(fine.radius_m > coarse.radius_m, "{coarse:?} {fine:?}");
     for (Reach { radius_m, relative_change }, tolerance) in [(coarse, 0.1), (fine, 0.01)] {
         assert!(relative_change <= tolerance, "{relative_change}");
-        let [narrow, wide] = [1.0, 16.0].map(|times| answer_m(&patch(&deep, 0.0, times * radius_m)));
+        let [narrow, wide] = [1.0, 16.0].map(|times| answer_m(&cut_patch(&deep, 0.0, times * radius_m)));
         let wrong: f64 = narrow.iter().zip(&wide).map(|(a, b)| (a - b) * (a - b)).sum();
         let whole: f64 = wide.iter().map(|b| b * b).sum();
         let off = (wrong / whole).sqrt();
@@ -118,7 +118,7 @@ fn a_patch_is_as_wide_as_its_tolerance_asks_and_no_wider() {
 fn layers_below_the_reach_of_the_needle_are_left_out() {
     let mut layers = lower_back();
     layers.extend([layer(0.0, 1e3), layer(1.0, 198e3), layer(1.0, 50e3)]);
-    let slab = patch(&layers, 0.0092, 0.06);
+    let slab = cut_patch(&layers, 0.0092, 0.06);
     assert_eq!(slab.layers.len(), 4, "neither the sheet without thickness nor what is too deep: {slab:?}");
     assert!((slab.boundaries_m()[4] - 0.0692).abs() < 1e-12 && (slab.radius_m - 0.06).abs() < 1e-12, "{slab:?}");
 }

@@ -107,7 +107,7 @@ fn chosen(load: &ReferenceLoad, tolerance: f64) -> Result<FieldRow, BenchError> 
 fn ladder(load: &ReferenceLoad, model: Model, quick: bool) -> Result<Vec<FieldRow>, BenchError> {
     let mut rows = Vec::new();
     for at in 0..if quick { 2 } else { usize::MAX } {
-        let (made, setup_s) = timing::once(|| planner::rung(&load.problem, model, at));
+        let (made, setup_s) = timing::once(|| planner::plan_rung(&load.problem, model, at));
         let Some(field) = made else { break };
         rows.push(row(load, field.map_err(BenchError::work)?, setup_s));
     }

@@ -32,7 +32,7 @@ pub fn measure(loads: &[ReferenceLoad], quick: bool) -> Result<ReportSheet, Benc
     let question = Problem3 { tilt_rad: TILT_DEG.to_radians(), ..Problem3::flat(&load.problem) };
     let mut rungs = Vec::new();
     for at in 0..if quick { 2 } else { usize::MAX } {
-        let (made, setup_s) = timing::once(|| volumetric::rung(&question, at));
+        let (made, setup_s) = timing::once(|| volumetric::fit_rung(&question, at));
         let Some(model) = made else { break };
         rungs.push(ObliqueRung::new(load, model.map_err(BenchError::work)?, setup_s));
     }

@@ -39,7 +39,7 @@ pub struct MetricReading<'a> {
 
 impl<'a> MetricReading<'a> {
     /// Every column of a definition: its plain form in each exercise, or its parts where it has none.
-    pub fn of(definition: &Definition, crowds: &'a [Crowd]) -> Vec<Self> {
+    pub fn of_metric(definition: &Definition, crowds: &'a [Crowd]) -> Vec<Self> {
         let of_crowd = |crowd: &'a Crowd| {
             let metrics = crowd.novices.first().map_or(&[][..], |attempt| &attempt.metrics);
             let is_part = |id: &str| id.strip_prefix(definition.id).is_some_and(|rest| rest.starts_with('.'));
@@ -114,7 +114,7 @@ pub const SCORE: &str = "score";
 
 impl Figures {
     /// Pools what the columns of a metric tell.
-    pub fn of(columns: &[MetricReading]) -> Self {
+    pub fn from_readings(columns: &[MetricReading]) -> Self {
         let areas: Vec<Pooled> = columns.iter().filter_map(MetricReading::separation).map(pooled).collect();
         let agreements: Vec<Pooled> = columns.iter().filter_map(MetricReading::agreement).collect();
         let tremor: Vec<f64> = columns.iter().flat_map(|c| c.differences(&c.crowd.steady)).collect();

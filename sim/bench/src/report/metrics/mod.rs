@@ -62,10 +62,10 @@ fn table(crowds: &[Crowd]) -> ReportSheet {
         "found",
         "offered",
     ]);
-    let scores = Figures::of(&MetricReading::of_scores(crowds));
+    let scores = Figures::from_readings(&MetricReading::of_scores(crowds));
     row(&mut sheet, SCORE, 1, &scores, None);
     for definition in DEFINITIONS {
-        let figures = Figures::of(&MetricReading::of(definition, crowds));
+        let figures = Figures::from_readings(&MetricReading::of_metric(definition, crowds));
         row(&mut sheet, definition.id, definition.version, &figures, Some(definition));
     }
     sheet
