@@ -6,8 +6,8 @@ use nalgebra::{Point3, Vector3};
 use recording::{Contactor, Event, EventKind, Recording, Sample};
 
 use crate::absent::Absent;
+use crate::error::AssessError;
 use crate::motion::{Timeline, TipMotion};
-use crate::score::AssessError;
 use crate::signal::{CUTOFF_HZ, INTENT_HZ};
 
 /// A metric's value, or why there is none.

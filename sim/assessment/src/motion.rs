@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use recording::Sample;
 
-use crate::score::AssessError;
+use crate::error::AssessError;
 use crate::signal::{CUTOFF_HZ, RATE_HZ, derivative, low_pass};
 
 /// Longest recording that is scored, in s: it bounds the memory that a hostile time stamp can ask for.

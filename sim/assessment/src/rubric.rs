@@ -1,12 +1,13 @@
 //! What each rubric line earns, and which limits were broken.
 
+use crate::catalogue::{find_metric, is_untouched};
 use documents::{Exercise, RubricLine};
 
 use crate::absent::Absent;
-use crate::catalogue::{Direction, Metric, definition, first};
+use crate::catalogue::{Direction, Metric, first};
 use crate::cause::{Deduction, DeductionCause, FailureCause, HardFailure};
+use crate::error::AssessError;
 use crate::required::{self, UnmetRequirement};
-use crate::score::AssessError;
 
 /// How a rubric line's metric came out.
 #[derive(Clone, Copy)]
@@ -25,16 +26,10 @@ pub(crate) enum LineFinding<'a> {
 /// defined today. Where it was not, the recording has to be measured again.
 #[must_use]
 pub fn suffices(exercise: &Exercise, metrics: &[Metric]) -> bool {
-    let known = |id: &str, version| find(metrics, id, version).is_some();
+    let known = |id: &str, version| find_metric(metrics, id, version).is_some();
     let lines = exercise.rubric.iter().all(|line| known(&line.metric, line.version));
     let limits = exercise.hard_fails.iter().all(|limit| known(&limit.metric, limit.version));
     lines && limits && required::asked(exercise).all(|id| known(&id, first()))
-}
-
-/// The version of the metric is one of the catalogue's, and its reason for having no value is one of today's.
-fn is_current(metric: &Metric) -> bool {
-    let defined = definition(&metric.id, metric.version).is_some();
-    defined && (metric.value.is_some() || metric.absent.is_some_and(|absent| absent != Absent::OfAnotherVersion))
 }
 
 /// One deduction per rubric line, the dearest first; what they leave of 100 points is the score.
@@ -75,21 +70,11 @@ fn weight(line: &RubricLine) -> f64 {
     if line.weight > 0.0 { line.weight } else { 0.0 }
 }
 
-/// A version of a metric, as the catalogue defines it.
-pub(crate) fn find<'a>(metrics: &'a [Metric], id: &str, version: u32) -> Option<&'a Metric> {
-    metrics.iter().find(|metric| metric.id == id && metric.version == version && is_current(metric))
-}
-
-/// The attempt never reached the skin.
-pub(crate) fn untouched(metrics: &[Metric]) -> bool {
-    metrics.iter().any(|metric| metric.absent == Some(Absent::Untouched))
-}
-
 /// An attempt that never reached the skin earns nothing, not even for being quick; nor does one that lacks what is required.
 fn finding<'a>(line: &RubricLine, metrics: &'a [Metric], unmet: Option<&UnmetRequirement>) -> LineFinding<'a> {
-    let Some(found) = find(metrics, &line.metric, line.version) else { return LineFinding::Unknown };
+    let Some(found) = find_metric(metrics, &line.metric, line.version) else { return LineFinding::Unknown };
     match (found.value, found.absent) {
-        _ if untouched(metrics) => LineFinding::Absent(Absent::Untouched),
+        _ if is_untouched(metrics) => LineFinding::Absent(Absent::Untouched),
         _ if let Some(unmet) = unmet => LineFinding::Unearned(*unmet),
         (Some(value), _) => LineFinding::Value(found, value),
         (None, Some(absent)) => LineFinding::Absent(absent),
@@ -126,7 +111,7 @@ fn linear(line: &RubricLine, value: f64) -> f64 {
 pub(crate) fn find_failures(exercise: &Exercise, metrics: &[Metric]) -> Vec<HardFailure> {
     let unmet = required::find_unmet(exercise, metrics).into_iter().map(|unmet| FailureCause::Required { unmet });
     let broken = exercise.hard_fails.iter().filter_map(|limit| {
-        let found = find(metrics, &limit.metric, limit.version)?;
+        let found = find_metric(metrics, &limit.metric, limit.version)?;
         let value = found.value.filter(|value| *value > limit.above)?;
         let (words, metric, version) = (limit.why.clone(), limit.metric.clone(), limit.version);
         Some(FailureCause::Limit { words, metric, version, value, limit: limit.above })

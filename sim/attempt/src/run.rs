@@ -5,8 +5,9 @@ use std::io::Write;
 use tissue::Specimen;
 
 use crate::tick::{Tick, TickInput, TickedAttempt};
+use recording::error::WriteError;
 use recording::rate::{Ticker, nanoseconds};
-use recording::write::{WriteError, Writer};
+use recording::write::Writer;
 use recording::{Event, EventKind};
 
 /// Rate of the ledger, in Hz; it is also recorded at each rupture and at the end.

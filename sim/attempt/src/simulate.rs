@@ -11,7 +11,8 @@ pub use crate::run::Simulated;
 use crate::tick::{TickInput, TickedAttempt};
 use recording::Recording;
 use recording::Session;
-use recording::write::{WriteError, Writer};
+use recording::error::WriteError;
+use recording::write::Writer;
 
 /// Anything that moves the needle.
 pub trait MotionSource {

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use crate::mesh::{self, Axes, Coordinates, MeshFile};
 use crate::model::SceneSkin;
-use crate::read_scene::{Files, Find};
+use crate::source::{Files, Find};
 use crate::walk::Walked;
 
 /// What a scene has of the body's shape.

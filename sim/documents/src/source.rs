@@ -69,6 +69,12 @@ pub(crate) fn find_position(text: &str, offset: usize) -> (usize, usize) {
     (1 + before.matches('\n').count(), 1 + before[start..].chars().count())
 }
 
+/// Finds the bytes of a file that a document names, or says why not.
+pub(crate) type Find<'f> = &'f dyn Fn(&str) -> Result<Vec<u8>, Phrase>;
+
+/// The files that a document named, with their bytes.
+pub(crate) type Files = Vec<(String, Vec<u8>)>;
+
 #[cfg(test)]
 mod tests {
     //! Would fail if columns counted bytes, or lines were off by one.

@@ -55,6 +55,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod clamp;
 mod clock;
 pub mod device;
 pub mod devices;

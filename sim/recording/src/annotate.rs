@@ -5,9 +5,10 @@ use std::io::Write;
 use mcap::records::op;
 use prost::Message;
 
+use crate::error::ReadError;
 use crate::event::{Event, EventKind};
 use crate::rate::nanoseconds;
-use crate::read::{ReadError, Recording};
+use crate::read::Recording;
 use crate::recover::{Copy, find_records};
 use crate::wire::EventMessage;
 use crate::write::start_ns;

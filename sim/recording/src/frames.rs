@@ -7,8 +7,8 @@ use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError};
 
-use crate::read::ReadError;
-use crate::write::MOST_RECORD_BYTES;
+use crate::error::ReadError;
+use crate::topics::MOST_RECORD_BYTES;
 
 /// Opcode and length before each record, in bytes.
 pub(crate) const PREFIX_BYTES: usize = 9;

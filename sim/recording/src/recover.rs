@@ -10,9 +10,10 @@ use mcap::records::{MessageHeader, Record, op};
 use mcap::write::{Metadata, NoSeek};
 use mcap::{MAGIC, McapError};
 
+use crate::error::ReadError;
 use crate::frames::{ChunkReader, PREFIX_BYTES, RecordFrame, attachment, chunk_header_bytes, record};
 use crate::metadata;
-use crate::read::{Contents, ReadError};
+use crate::read::Contents;
 use crate::topics::{Topic, declare};
 use crate::write;
 

@@ -8,8 +8,9 @@ use std::io::{self, BufReader, Read};
 use mcap::records::{Record, op};
 use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, MessageDescriptor, ReflectMessage, Value};
 
+use crate::error::ReadError;
 use crate::frames::{ChunkReader, RecordFrame, record, walk};
-use crate::read::{Channels, ReadError, check_profile};
+use crate::read::{Channels, check_profile};
 use crate::topics::Topic;
 use crate::wire::DESCRIPTORS;
 

@@ -1,7 +1,8 @@
 //! Writing a recording.
 
+use crate::error::WriteError;
+use crate::topics::{MOST_RECORD_BYTES, PROFILE};
 use std::collections::BTreeMap;
-use std::fmt::Display;
 use std::io::Write;
 
 use mcap::records::MessageHeader;
@@ -23,47 +24,8 @@ use crate::tent::Tent;
 use crate::topics::{Topic, declare};
 use crate::wire::{EnergyLedger, EventMessage, NeedleSample, TissueTent};
 
-/// The file's profile, and the first thing a reader checks.
-pub(crate) const PROFILE: &str = "stylet";
 /// Uncompressed size at which a chunk is closed even before its half second is over, in bytes.
 const CHUNK_BYTES: u64 = 1 << 20;
-/// Largest record that is written or read, in bytes. A file that claims a larger one is damaged.
-pub(crate) const MOST_RECORD_BYTES: usize = 64 << 20;
-
-/// A recording could not be written.
-#[derive(Debug, thiserror::Error)]
-pub enum WriteError {
-    /// The MCAP library or the disk said no.
-    #[error("recording: {}", words(.0))]
-    Mcap(#[from] mcap::McapError),
-    /// Something that a recording cannot hold.
-    #[error("recording: {field} = {value}: {allowed}")]
-    Invalid {
-        /// What it is.
-        field: String,
-        /// The value found.
-        value: String,
-        /// What is allowed, in words.
-        allowed: String,
-    },
-}
-
-/// The disk's own words, where it was the disk.
-fn words(error: &mcap::McapError) -> String {
-    match error {
-        mcap::McapError::Io(error) => error.to_string(),
-        other => other.to_string(),
-    }
-}
-
-impl WriteError {
-    /// That a field's value cannot be written.
-    #[must_use]
-    pub fn invalid(field: impl Display, value: impl Display, allowed: impl Display) -> Self {
-        Self::Invalid { field: field.to_string(), value: value.to_string(), allowed: allowed.to_string() }
-    }
-}
-
 /// Writes one attempt. Derives the slower topics from the samples it is given.
 ///
 /// Every half second of recorded time it closes the chunk and flushes the sink, so that a program killed at any moment

@@ -224,3 +224,6 @@ impl Default for Orbit {
         Self { yaw_rad: 0.0, pitch_rad: 0.0, distance: 1.0 }
     }
 }
+
+/// Layers that a picture takes.
+pub const MOST_LAYERS: usize = 16;

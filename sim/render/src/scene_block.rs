@@ -1,5 +1,6 @@
 //! A frame's numbers, laid out as `scene.wgsl` reads them.
 
+use crate::frame::MOST_LAYERS;
 use bytemuck::{Pod, Zeroable};
 use glam::camera::rh;
 use glam::{Mat4, Quat, Vec3, Vec4};
@@ -11,8 +12,6 @@ use crate::placement::{BEHIND_M, HALF_WIDTH_M, Placement, smooth, unit};
 use crate::quality::Quality;
 use crate::skin;
 
-/// Layers that a picture takes.
-pub const MOST_LAYERS: usize = 16;
 /// Punctures that a picture takes: the latest.
 pub const MOST_PUNCTURES: usize = 16;
 /// Where the lamp stands, seen from the focus: to the right, away and up.

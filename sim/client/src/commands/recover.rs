@@ -1,15 +1,16 @@
 //! `stylet recover`: every valid message out of a cut or damaged recording.
 
+use crate::sources;
 use std::io::BufReader;
 use std::path::PathBuf;
 
-use recording::read::ReadError;
+use recording::error::ReadError;
 use recording::recover;
 
 use crate::exit::{Failure, Outcome};
 use crate::new_file::NewFile;
+use crate::output;
 use crate::progress::Progress;
-use crate::{commands, output};
 
 /// Copy every valid message of a cut or damaged recording into a whole one
 ///
@@ -33,7 +34,7 @@ pub struct RecoverArgs {
 
 /// Runs the command.
 pub fn run(args: &RecoverArgs) -> Outcome {
-    let file = commands::open(&args.recording)?;
+    let file = sources::open(&args.recording)?;
     let progress = Progress::new(file.metadata().map_or(0, |metadata| metadata.len()), "recovering");
     let source = BufReader::new(progress.watch(file));
     let mut fixed = NewFile::create(&args.out, args.force)?;

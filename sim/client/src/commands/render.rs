@@ -1,5 +1,6 @@
 //! `stylet render`: one picture of a recording or an exercise, or the frames of a film, without a window.
 
+use crate::sources;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
@@ -8,7 +9,6 @@ use documents::{ExerciseBundle, Patient};
 use render::frame::{Frame, Stage, View};
 use render::{Headless, PictureError, Quality};
 
-use crate::commands;
 use crate::exit::{Failure, Outcome};
 use crate::new_file::create_folder;
 use crate::output;
@@ -136,7 +136,7 @@ pub fn run(args: &RenderArgs) -> Outcome {
 fn of_exercise(args: &RenderArgs) -> Result<Film, Failure> {
     let path = args.what.as_path();
     let bundle = ExerciseBundle::read(path)?;
-    let specimen = commands::prepare_specimen(path, &bundle, &Patient::nominal(&bundle.scene))?;
+    let specimen = sources::prepare_specimen(path, &bundle, &Patient::nominal(&bundle.scene))?;
     let stage = picture::build_stage(path, &bundle, &specimen)?;
     let source = MomentSource::Exercise(Box::new(Moment::before(&bundle, &[])));
     let look = Look { view: args.view, ..Look::at(&bundle.scene, !args.free) };
@@ -145,8 +145,8 @@ fn of_exercise(args: &RenderArgs) -> Result<Film, Failure> {
 
 fn of_recording(args: &RenderArgs) -> Result<Film, Failure> {
     let path = args.what.as_path();
-    let recording = commands::read_recording(path)?;
-    let bundle = commands::own_exercise(path, &recording)?;
+    let recording = sources::read_recording(path)?;
+    let bundle = sources::own_exercise(path, &recording)?;
     let stage = picture::stage_of_recording(path, &bundle, &recording)?;
     let duration_s = recording.samples.last().map_or(0.0, |sample| sample.t_s);
     let look = Look { view: args.view, ..Look::at(&bundle.scene, !args.free) };

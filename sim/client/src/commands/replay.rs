@@ -1,8 +1,8 @@
 //! `stylet replay`: a recording in a window, with timeline, plots and scrubbing.
 
+use crate::sources;
 use std::path::PathBuf;
 
-use crate::commands;
 use crate::exit::Outcome;
 use crate::window;
 
@@ -22,7 +22,7 @@ pub struct ReplayArgs {
 
 /// Runs the command.
 pub fn run(args: &ReplayArgs) -> Outcome {
-    let recording = commands::read_recording(&args.recording)?;
-    let other = args.compare.as_deref().map(commands::read_recording).transpose()?;
+    let recording = sources::read_recording(&args.recording)?;
+    let other = args.compare.as_deref().map(sources::read_recording).transpose()?;
     window::watch(&args.recording, recording, other)
 }

@@ -1,5 +1,6 @@
 //! `stylet score`: metrics, score and reasons of a recording.
 
+use crate::sources;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -9,7 +10,7 @@ use documents::ExerciseBundle;
 use serde_json::json;
 
 use crate::exit::{Failure, Outcome};
-use crate::{commands, output};
+use crate::output;
 
 /// Judge a recorded attempt: metrics, score and what cost points
 ///
@@ -31,10 +32,10 @@ pub struct ScoreArgs {
 
 /// Runs the command.
 pub fn run(args: &ScoreArgs) -> Outcome {
-    let recording = commands::read_recording(&args.recording)?;
+    let recording = sources::read_recording(&args.recording)?;
     let bundle = match &args.exercise {
         Some(path) => ExerciseBundle::read(path)?,
-        None => commands::own_exercise(&args.recording, &recording)?,
+        None => sources::own_exercise(&args.recording, &recording)?,
     };
     let judged = match assessment::assess(&recording, &bundle) {
         Ok(judged) => judged,

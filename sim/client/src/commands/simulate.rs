@@ -1,5 +1,6 @@
 //! `stylet simulate`: an attempt without a window, faster than real time.
 
+use crate::sources;
 use std::fs;
 use std::path::PathBuf;
 
@@ -18,7 +19,7 @@ use crate::exit::{Failure, Outcome};
 use crate::maker::{self, HandChoice, Maker};
 use crate::motion::WatchedSource;
 use crate::new_file::NewFile;
-use crate::{clock, commands, output};
+use crate::{clock, output};
 
 /// Let a virtual operator perform an exercise and record it
 ///
@@ -109,7 +110,7 @@ pub fn run(args: &SimulateArgs) -> Outcome {
 /// Simulates and writes, under a temporary name until all is on disk.
 fn record(args: &SimulateArgs, session: &Session, bundle: &ExerciseBundle) -> Result<Simulated, Failure> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
-    let specimen = commands::prepare_specimen(&args.exercise, bundle, &patient)?;
+    let specimen = sources::prepare_specimen(&args.exercise, bundle, &patient)?;
     for unsound in soundness::check(&documents::along_path(specimen.spec().axial.clone(), bundle.exercise.angle_deg)) {
         if bundle.scene.is_coupled() {
             return Err(Failure::refused(&args.exercise, SpecimenError::Unsound(unsound)));

@@ -1,5 +1,6 @@
 //! `stylet verify`: a recording against its own re-simulation.
 
+use crate::sources;
 use std::path::PathBuf;
 
 use attempt::verify::{self, Verification};
@@ -7,7 +8,7 @@ use documents::Patient;
 use tissue::Specimen;
 
 use crate::exit::{Failure, Outcome};
-use crate::{commands, output};
+use crate::output;
 
 /// Re-simulate a recording's input and compare every recorded force and tent
 ///
@@ -26,8 +27,8 @@ pub struct VerifyArgs {
 
 /// Runs the command.
 pub fn run(args: &VerifyArgs) -> Outcome {
-    let recording = commands::read_recording(&args.recording)?;
-    let bundle = commands::own_exercise(&args.recording, &recording)?;
+    let recording = sources::read_recording(&args.recording)?;
+    let bundle = sources::own_exercise(&args.recording, &recording)?;
     let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
     let (drawn, layers) = (patient.thickness_mm.len(), bundle.scene.layers.len());
     if drawn != layers {

@@ -126,7 +126,6 @@ pub mod tests {
     use uuid::Uuid;
 
     use super::*;
-    use crate::commands;
     use crate::maker::Maker;
     use crate::station::NewKey;
 
@@ -138,7 +137,7 @@ pub mod tests {
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/lower-back-basics/1-feel-the-layers.toml");
         let bundle = ExerciseBundle::read(&file).expect("a shipped exercise");
         let patient = Patient::draw(&bundle.scene, 1);
-        let specimen = Arc::new(commands::prepare_specimen(&file, &bundle, &patient).expect("a force law"));
+        let specimen = Arc::new(crate::sources::prepare_specimen(&file, &bundle, &patient).expect("a force law"));
         let maker = Maker { device: "scripted", device_max_force_n: 3.3, seed: 1, tick_hz: TICK_HZ };
         let session = maker.session(&bundle);
         let path = folder.join("attempt.mcap");
@@ -151,7 +150,7 @@ pub mod tests {
             std::thread::sleep(std::time::Duration::from_millis(5));
         }
         assert!(live.stop().1.kept.is_ok());
-        (commands::read_recording(&path).expect("a recording"), bundle)
+        (crate::sources::read_recording(&path).expect("a recording"), bundle)
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! What is constant in the pictures of an attempt.
 
+use crate::sources;
 use std::path::Path;
 
 use documents::{Channel, Exercise, ExerciseBundle, Feedback, Patient, Scene};
@@ -11,7 +12,6 @@ use render::frame::{self, DrawnLayer, DrawnMaterial, DrawnNeedle, DrawnStructure
 use tissue::Specimen;
 use tissue::follow::Profiles;
 
-use crate::commands;
 use crate::exit::Failure;
 
 /// The stage of an exercise on a patient. The file is named where its tissue is refused.
@@ -38,7 +38,7 @@ pub fn build_stage(file: &Path, bundle: &ExerciseBundle, specimen: &Specimen) ->
 /// When the law or the tissue refuse the scene.
 pub fn stage_of_recording(path: &Path, bundle: &ExerciseBundle, recording: &Recording) -> Result<Stage, Failure> {
     let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
-    build_stage(path, bundle, &commands::prepare_specimen(path, bundle, &patient)?)
+    build_stage(path, bundle, &sources::prepare_specimen(path, bundle, &patient)?)
 }
 
 /// What a trainee is to see of a stage during an attempt.

@@ -201,7 +201,7 @@ fn buttons(ui: &mut Ui, judged: &JudgedAttempt) -> AfterDebrief {
 
 impl JudgedAttempt {
     fn new(trial: &LiveTrial, kept: Kept) -> Result<Self, Failure> {
-        let recording = crate::commands::read_recording(&kept.path)?;
+        let recording = crate::sources::read_recording(&kept.path)?;
         let judged = assessment::assess(&recording, &trial.bundle);
         let exercise = &trial.bundle.exercise;
         Ok(Self {

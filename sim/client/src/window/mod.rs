@@ -15,6 +15,7 @@ mod steer;
 mod survey;
 mod trial;
 
+use crate::sources;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -37,9 +38,9 @@ use crate::live::history::History;
 use crate::live::open::{self, Steered};
 use crate::live::{self, Live};
 use crate::maker::Maker;
+use crate::picture;
 use crate::shelf::{Offer, Shelf};
 use crate::station::{Pairing, StationKey};
-use crate::{commands, picture};
 
 /// Servo rate, in Hz.
 const TICK_HZ: f64 = 1000.0;
@@ -134,7 +135,7 @@ pub fn play(station: Station) -> Outcome {
 /// # Errors
 /// When a recording is refused, or there is no display or no graphics adapter.
 pub fn watch(path: &Path, recording: Recording, other: Option<Recording>) -> Outcome {
-    let bundle = commands::own_exercise(path, &recording)?;
+    let bundle = sources::own_exercise(path, &recording)?;
     let stage = picture::stage_of_recording(path, &bundle, &recording)?;
     let (recording, other) = (Arc::new(recording), other.map(Arc::new));
     open_window("Stylet: replay", move |mut canvas| {
@@ -291,7 +292,7 @@ impl Window {
         let seed = station.seed;
         station.seed = seed.wrapping_add(1);
         let patient = Patient::draw(&bundle.scene, seed);
-        let specimen = Arc::new(commands::prepare_specimen(file, &bundle, &patient)?);
+        let specimen = Arc::new(sources::prepare_specimen(file, &bundle, &patient)?);
         let stage = picture::build_stage(file, &bundle, &specimen)?;
         let given = picture::hide_what_is_withheld(&stage, bundle.exercise.feedback);
         self.canvas.set_stage(&given).map_err(|error| Failure::refused(file, error))?;

@@ -7,7 +7,6 @@
 //! Whatever comes in, what goes out is finite and within the device's force, and zero within [`hold::SafetyParams::gone_after_s`] of
 //! the last good reading.
 
-pub mod clamp;
 pub mod follower;
 pub mod gate;
 pub mod hold;
@@ -17,6 +16,7 @@ pub mod thermal;
 pub mod wall;
 pub mod watchdog;
 
+use crate::clamp;
 use nalgebra::Vector3;
 
 use crate::device::{DeviceFault, DeviceInfo, Reading};

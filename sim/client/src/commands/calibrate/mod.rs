@@ -4,6 +4,7 @@ mod data;
 mod report;
 mod sheet;
 
+use crate::sources;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -14,8 +15,8 @@ use tissue::calibrate::{self, CalibrateError, Curve, Fit, Fresh, Start};
 
 use crate::exit::{Failure, Outcome};
 use crate::new_file::NewFile;
+use crate::output;
 use crate::progress::Progress;
-use crate::{commands, output};
 use report::CalibrationReport;
 
 /// Weight of the patient that a curve is taken to be of, in kg (Stylet's physics, section 2; literature).
@@ -105,7 +106,7 @@ impl Base {
 }
 
 fn read_start(path: &Path, is_scaled: bool) -> Result<Base, Failure> {
-    let base = Base { path: path.to_owned(), text: commands::read_text(path)? };
+    let base = Base { path: path.to_owned(), text: sources::read_text(path)? };
     let scene = base.scene()?;
     if is_scaled && !scene.structures.is_empty() {
         let why =

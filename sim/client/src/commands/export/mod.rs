@@ -3,11 +3,12 @@
 mod csv;
 mod parquet;
 
+use crate::sources;
 use std::fs;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
-use recording::read::ReadError;
+use recording::error::ReadError;
 use recording::tables::{self, Cell, Column, Table, TableSink};
 use serde::Serialize;
 
@@ -15,8 +16,8 @@ use self::csv::CsvTable;
 use self::parquet::ParquetTable;
 use crate::exit::{Failure, Outcome};
 use crate::new_file::{NewFile, create_folder};
+use crate::output;
 use crate::progress::Progress;
-use crate::{commands, output};
 
 /// Write the numbers of a recording as tables, for a spreadsheet, R or Python
 ///
@@ -75,7 +76,7 @@ struct WrittenTable {
 /// Runs the command.
 pub fn run(args: &ExportArgs) -> Outcome {
     let folder = args.out.clone().unwrap_or_else(|| args.recording.with_extension(""));
-    let file = commands::open(&args.recording)?;
+    let file = sources::open(&args.recording)?;
     let progress = Progress::new(file.metadata().map_or(0, |metadata| metadata.len()), "exporting");
     let source = BufReader::new(progress.watch(file));
     let mut export = Export::new(&folder, args)?;
@@ -86,7 +87,7 @@ pub fn run(args: &ExportArgs) -> Outcome {
     drop(progress);
     let written = export.keep()?;
     if !complete {
-        commands::warn_of_cut(&args.recording);
+        sources::warn_of_cut(&args.recording);
     }
     if args.json {
         return output::json(&written);

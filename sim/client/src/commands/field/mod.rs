@@ -2,6 +2,7 @@
 
 mod answer;
 
+use crate::sources;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
@@ -10,7 +11,7 @@ use tissue::planner::PlanRequest;
 use tissue::{Judging, Model};
 
 use crate::exit::{Failure, Outcome};
-use crate::{commands, output};
+use crate::output;
 use answer::FieldAnswer;
 
 /// Compute how layered tissue deforms under a needle
@@ -61,7 +62,7 @@ pub fn run(args: &FieldArgs) -> Outcome {
     if !(1e-6..=1.0).contains(&args.tolerance) {
         return Err(Failure::input(format_args!("--tolerance: {}; allowed: 1e-6 to 1", args.tolerance)));
     }
-    let json = commands::read_text(&args.case)?;
+    let json = sources::read_text(&args.case)?;
     let case: FieldCase = documents::field_case::parse(&args.case.display().to_string(), &json)?;
     let wish = PlanRequest { model: args.model.model(), tolerance: args.tolerance, judging: Judging::default() };
     let answer = FieldAnswer::new(&case, &wish).map_err(|error| Failure::refused(&args.case, error))?;

@@ -7,10 +7,10 @@ use wgpu::{
     RenderPassDepthStencilAttachment, RenderPassDescriptor, RenderPipeline, StoreOp, TextureView,
 };
 
+use super::Renderer;
 use crate::frame::{Frame, View};
 use crate::gpu::buffers::Loaded;
 use crate::gpu::pipelines::Faces;
-use crate::renderer::Renderer;
 use crate::scene_block::casts;
 
 /// Below this fade the body is drawn opaque.

@@ -1,5 +1,7 @@
 //! Draws frames of a stage.
 
+mod passes;
+
 use std::ops::Range;
 
 use wgpu::{
@@ -8,6 +10,7 @@ use wgpu::{
 
 use crate::camera::Camera;
 use crate::field::{self, DrawnResponses};
+use crate::frame::MOST_LAYERS;
 use crate::frame::{Frame, Stage, View};
 use crate::gpu::buffers::Loaded;
 use crate::gpu::layouts::{Layouts, group};
@@ -17,10 +20,9 @@ use crate::gpu::textures::{TexturePlan, numbers, view};
 use crate::gpu::tiles::{Tiles, smooth};
 use crate::meshes::body::BodyMesh;
 use crate::meshes::{self, MeshShape};
-use crate::passes;
 use crate::placement::Placement;
 use crate::quality::Quality;
-use crate::scene_block::{MOST_LAYERS, SceneBlock, ShaderMoment, latest};
+use crate::scene_block::{SceneBlock, ShaderMoment, latest};
 use crate::{drape, skin, wounds};
 
 /// Columns and rows of the grid over the picture that the drape and the room are drawn by.
