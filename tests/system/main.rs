@@ -4,6 +4,7 @@
 
 mod attack;
 mod browser;
+mod commands;
 mod deploy;
 mod documents;
 mod every_page;
@@ -17,6 +18,7 @@ mod other_programs;
 mod passkey;
 mod readme;
 mod replay_drawing;
+mod screenshots;
 mod second_factor;
 mod station;
 mod statistics;
