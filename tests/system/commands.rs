@@ -3,7 +3,7 @@
 
 use std::process::Command;
 
-use tests::{pages, program, root};
+use tests::{pages, program, root, run_ok};
 
 const PROGRAMS: [&str; 2] = ["stylet", "web-admin"];
 
@@ -16,6 +16,8 @@ fn is_command(text: &str) -> bool {
 
 /// The commands of a page: lines of its blocks, joined where they go on, and what stands between backticks in its sentences.
 fn named_commands(text: &str) -> Vec<String> {
+    let level = text.lines().map(|line| if line.trim_start().starts_with("```") { line.trim_start() } else { line });
+    let text = level.collect::<Vec<_>>().join("\n");
     let parts: Vec<&str> = text.split("\n```").collect();
     let blocks = parts.iter().skip(1).step_by(2).filter(|block| block.starts_with("sh\n"));
     let lines = blocks.flat_map(|block| {
@@ -50,6 +52,18 @@ fn every_command_that_a_page_names_is_one_that_the_program_takes() {
     }
     assert!(count > 60, "only {count} commands were found");
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_option_of_the_service_is_explained() {
+    let page = std::fs::read_to_string(root().join("docs/operate.md")).expect("docs/operate.md");
+    let help = run_ok("web-admin", &["serve", "--help"]);
+    let options: Vec<&str> = help.split_whitespace().filter(|word| word.starts_with("--")).collect();
+    assert!(options.len() > 15, "the help is read: {options:?}");
+    let asks_for_help = |option: &&&str| ["--help", "--version"].contains(*option);
+    let known = |option: &str| [" ", "`"].iter().any(|end| page.contains(&format!("`{option}{end}")));
+    let missing: Vec<_> = options.iter().filter(|option| !asks_for_help(option) && !known(option)).collect();
+    assert!(missing.is_empty(), "docs/operate.md does not explain {missing:?}");
 }
 
 #[test]
