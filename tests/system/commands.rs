@@ -58,7 +58,8 @@ fn every_command_that_a_page_names_is_one_that_the_program_takes() {
 fn every_option_of_the_service_is_explained() {
     let page = std::fs::read_to_string(root().join("docs/operate.md")).expect("docs/operate.md");
     let help = run_ok("web-admin", &["serve", "--help"]);
-    let options: Vec<&str> = help.split_whitespace().filter(|word| word.starts_with("--")).collect();
+    let words = help.split_whitespace().map(|word| word.trim_end_matches([',', '.', ';']));
+    let options: Vec<&str> = words.filter(|word| word.starts_with("--")).collect();
     assert!(options.len() > 15, "the help is read: {options:?}");
     let asks_for_help = |option: &&&str| ["--help", "--version"].contains(*option);
     let known = |option: &str| [" ", "`"].iter().any(|end| page.contains(&format!("`{option}{end}")));
