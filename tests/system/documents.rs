@@ -100,12 +100,16 @@ const BOOKS: [&str; 4] = ["Hetényi", "Oppenheim", "Ericson", "assessment"];
 fn cited_sections(source: &str) -> Vec<u32> {
     let cites_books = BOOKS.iter().any(|book| source.contains(book));
     let lower = source.to_lowercase();
-    let ours = |before: &str| before.ends_with("physics ") || before.ends_with("physics, ") || before.ends_with("physics.md, ");
+    let ours = |before: &str| {
+        before.ends_with("physics ") || before.ends_with("physics, ") || before.ends_with("physics.md, ")
+    };
     let mut sections = Vec::new();
     for (at, _) in lower.match_indices("section ") {
         let (before, rest) = (&lower[..at], &lower[at + "section ".len()..]);
         let number: String = rest.chars().take_while(char::is_ascii_digit).collect();
-        if let Ok(number) = number.parse() && (ours(before) || !cites_books) {
+        if let Ok(number) = number.parse()
+            && (ours(before) || !cites_books)
+        {
             sections.push(number);
         }
     }

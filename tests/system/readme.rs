@@ -10,17 +10,11 @@ use tempfile::TempDir;
 use tests::{Service, program, root};
 
 /// The pages, in the order in which somebody follows them.
-const PAGES: [&str; 6] = [
-    "README.md",
-    "docs/station.md",
-    "docs/simulate.md",
-    "docs/operate.md",
-    "docs/measurements.md",
-    "docs/recipes.md",
-];
+const PAGES: [&str; 6] =
+    ["README.md", "docs/station.md", "docs/simulate.md", "docs/operate.md", "docs/measurements.md", "docs/recipes.md"];
 
 /// Commands that are not run, by their beginnings, each with the reason.
-const SKIPPED: [(&str, &str); 18] = [
+const SKIPPED: [(&str, &str); 19] = [
     ("deploy/run", "builds for minutes, and serves until it is stopped"),
     ("deploy/test", "runs this"),
     ("sudo ", "changes the machine"),

@@ -102,7 +102,8 @@ async fn pages_are_drawn() {
 
 #[test]
 fn every_picture_is_there_and_small() {
-    let size = |name: &str| std::fs::metadata(root().join(format!("docs/pictures/{name}"))).map_or(0, |file| file.len());
+    let size =
+        |name: &str| std::fs::metadata(root().join(format!("docs/pictures/{name}"))).map_or(0, |file| file.len());
     for picture in &PICTURES {
         assert!(size(&format!("{}.webp", picture.name)) > 0, "docs/pictures/{}.webp is missing", picture.name);
     }

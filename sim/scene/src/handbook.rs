@@ -36,7 +36,9 @@ fn write_table(text: &mut String, table: &'static Table, place: &str, told: &mut
         writeln!(text, "| `{}` | {value} | {left_out} | {} |", field.key, field.doc).unwrap();
     }
     for field in table.fields {
-        if let Some((inner, head)) = inner_table(field, place).filter(|(inner, _)| !told.contains(&std::ptr::from_ref(*inner))) {
+        if let Some((inner, head)) =
+            inner_table(field, place).filter(|(inner, _)| !told.contains(&std::ptr::from_ref(*inner)))
+        {
             told.push(inner);
             writeln!(text, "\n### `{head}`").unwrap();
             write_table(text, inner, &inner_place(field, place), told);
