@@ -15,9 +15,9 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst};
 use std::thread;
 use std::time::Duration;
 
+use acts::clock;
 use anyhow::Context;
 use clap::Parser;
-use web_admin::clock;
 
 use dice::Dice;
 use lab::{Lab, Serving};

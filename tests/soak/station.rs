@@ -8,10 +8,10 @@ use std::sync::atomic::Ordering::SeqCst;
 use std::thread;
 use std::time::Duration;
 
+use acts::clock;
 use anyhow::{Context, ensure};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
-use web_admin::clock;
 
 use crate::Harm;
 use crate::dice::Dice;

@@ -4,12 +4,12 @@ use std::fmt::Write;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::time::Duration;
 
+use acts::clock;
+use acts::config::Config;
+use acts::recordings::hash_file;
 use anyhow::{Context, bail};
-use web_admin::clock;
-use web_admin::config::Config;
-use web_admin::recordings::hash_file;
-use web_admin::storage::scores::{self, SessionKey};
-use web_admin::storage::{Database, jobs, schools, sessions};
+use store::scores::{self, SessionKey};
+use store::{Database, jobs, schools, sessions};
 
 use crate::Harm;
 use crate::lab::Lab;

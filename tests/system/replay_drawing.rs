@@ -1,6 +1,6 @@
 //! What the replay's own script draws in a browser, for every shipped exercise: the corners of skin and boundaries as they go to the
 //! graphics card, in every frame. Fails when a boundary is not where the tip presses it, when one passes another, or when the browser
-//! shows another body than `stylet render`, which takes where boundaries stand from `recording::Dents`.
+//! shows another body than `stylet render`, which takes where boundaries stand from `attempt::Dents`.
 //!
 //! `STYLET_UPDATE_PICTURES=1 cargo test --workspace --test system replay_drawing` also draws both side by side, at the same moments, into
 //! `sim/render/pictures`.
@@ -9,8 +9,9 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
+use attempt::Dents;
 use fantoccini::{Client, Locator};
-use recording::{Dents, EventKind, Recording, Sample};
+use recording::{EventKind, Recording, Sample};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tests::{Service, documents, root, run_ok};

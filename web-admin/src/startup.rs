@@ -1,64 +1,31 @@
 //! From a configuration to a running service.
 
-use std::fs::DirBuilder;
-use std::os::unix::fs::DirBuilderExt;
+use std::ops::Deref;
 use std::sync::Arc;
 
-use anyhow::Context;
-use tokio::sync::{Notify, Semaphore};
+use acts::Service;
+use acts::brakes::PairingLimits;
+use acts::clock::Clock;
+use acts::config::Config;
+use model::Moment;
 
-use crate::clock::Clock;
-use crate::config::Config;
-use crate::error::Error;
-use crate::lines::Lines;
-use crate::mail::Mailer;
-use crate::passkeys::Passkeys;
-use crate::previews::Previews;
-use crate::routes::auth::{LoginLimits, PairingLimits, RefusalLog};
+use crate::examining::examine_draft;
+use crate::refusals::RefusalLog;
 use crate::routes::health::{Counters, Pulse};
-use crate::storage::Database;
-use crate::uploads::Turns;
-use crate::words;
 
-/// What every handler may use.
+/// What every handler may use: what acts use, reached as if it lay here, and what only requests need.
 #[derive(Clone, Debug)]
 pub struct AppState {
-    /// The database.
-    pub db: Database,
-    /// The clock.
-    pub clock: Clock,
-    /// How the service runs.
-    pub config: Arc<Config>,
-    /// Rung when a recording has been queued.
-    pub jobs: Arc<Notify>,
-    /// Where mail goes out.
-    pub mailer: Mailer,
-    /// Rung when a mail has been queued.
-    pub mails: Arc<Notify>,
-    /// Brakes on guessing passwords.
-    pub logins: Arc<LoginLimits>,
+    /// What acts use.
+    pub service: Service,
     /// What somebody was refused that is not theirs, written down.
     pub refusals: Arc<RefusalLog>,
     /// Brakes on guessing pairing codes.
     pub pairings: Arc<PairingLimits>,
-    /// Where this service has passkeys, and what it has asked them.
-    pub passkeys: Arc<Passkeys>,
-    /// Uploads in pieces that somebody is writing to.
-    pub turns: Turns,
     /// What `/metrics` counts.
     pub counters: Arc<Counters>,
     /// What `/readyz` asks.
     pub pulse: Arc<Pulse>,
-    /// What drafts come to, and the lines before those who compute it.
-    pub previews: Arc<Previews>,
-    /// The lines before helpers that read what arrives and make replays.
-    pub helpers: Arc<Lines>,
-    /// The lines before files of all attempts of a school: a million of them keep a core busy for half a minute.
-    pub exports: Arc<Lines>,
-    /// How many recordings may be held in memory at once: one of ten minutes takes 150 MB.
-    pub parsing: Arc<Semaphore>,
-    /// How many passwords may be hashed at once: each takes 19 MiB and a core.
-    pub hashing: Arc<Semaphore>,
 }
 
 impl AppState {
@@ -67,66 +34,28 @@ impl AppState {
     /// # Errors
     /// When a folder cannot be made, or the database cannot be opened or migrated.
     pub async fn open(config: Config, clock: Clock) -> anyhow::Result<Self> {
-        words::check()?;
-        for folder in [&config.data_dir, &config.recordings_dir, &config.uploads_dir(), &config.replays_dir()] {
-            DirBuilder::new()
-                .recursive(true)
-                .mode(0o700)
-                .create(folder)
-                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-        }
-        let db = Database::open(&config.database_url).await.context("cannot open the database")?;
-        db.migrate().await.context("cannot bring the database up to date")?;
-        let mailer = Mailer::new(&config)?;
         Ok(Self {
-            db,
-            clock,
-            passkeys: Arc::new(Passkeys::new(&config)),
-            config: Arc::new(config),
-            jobs: Arc::default(),
-            mailer,
-            mails: Arc::default(),
-            logins: Arc::default(),
+            service: Service { examine_draft, ..Service::open(config, clock).await? },
             refusals: Arc::default(),
             pairings: Arc::default(),
-            turns: Turns::default(),
             counters: Arc::default(),
             pulse: Arc::default(),
-            previews: Arc::default(),
-            // One school has two of them at most: another finds the third.
-            helpers: Arc::new(Lines::new(3, 2)),
-            exports: Arc::new(Lines::new(4, 1)),
-            parsing: Arc::new(Semaphore::new(2)),
-            hashing: Arc::new(Semaphore::new(2)),
         })
-    }
-
-    /// Hashes where blocking is allowed, when those before are done.
-    ///
-    /// # Errors
-    /// When the work could not be run.
-    pub async fn hash<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Error> {
-        in_turn(&self.hashing, work).await
-    }
-
-    /// Holds a recording in memory where blocking is allowed, when there is room for it.
-    ///
-    /// # Errors
-    /// When the work could not be run.
-    pub async fn parse<T: Send + 'static>(&self, work: impl FnOnce() -> T + Send + 'static) -> Result<T, Error> {
-        in_turn(&self.parsing, work).await
     }
 }
 
-/// Works where blocking is allowed, when there is a place for it.
-async fn in_turn<T: Send + 'static>(
-    places: &Arc<Semaphore>,
-    work: impl FnOnce() -> T + Send + 'static,
-) -> Result<T, Error> {
-    let place = Arc::clone(places).acquire_owned().await.map_err(anyhow::Error::from)?;
-    let work = tokio::task::spawn_blocking(move || {
-        let _place = place;
-        work()
-    });
-    Ok(work.await?)
+impl AppState {
+    /// The same service at another time.
+    #[must_use]
+    pub fn at(&self, now: Moment) -> Self {
+        Self { service: Service { clock: Clock::fixed(now), ..self.service.clone() }, ..self.clone() }
+    }
+}
+
+impl Deref for AppState {
+    type Target = Service;
+
+    fn deref(&self) -> &Service {
+        &self.service
+    }
 }

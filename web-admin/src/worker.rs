@@ -3,50 +3,20 @@
 
 use std::time::Duration;
 
-use anyhow::Context;
-use serde_json::json;
 use tokio::task::{JoinError, JoinSet};
 
 use crate::AppState;
-use crate::clock;
-use crate::judging::{self, Answer, Outcome, Question, Task};
-use crate::killpoints::KillPoint;
-use crate::motions;
-use crate::regrading;
-use crate::replays;
-use crate::shares::{Bench, Shares};
-use crate::storage::audit::{Actor, Entry};
-use crate::storage::exercises::RevisionBytes;
-use crate::storage::jobs::{self, Due, Job};
-use crate::storage::scores::SessionKey;
-use crate::storage::sessions::{self, Session};
-use crate::storage::{exercises, practice, schools, scores, tries};
+use acts::clock;
+use acts::motions;
+use acts::regrading;
+use acts::scoring;
+use acts::shares::{Bench, Shares};
+use store::jobs::{self, Due, Job};
+use store::scores::SessionKey;
+use store::{schools, tries};
 
-/// Tries before a recording is refused whatever the reason.
-const MAX_ATTEMPTS: u32 = 6;
-/// Longest first try: what takes longer has all its time once nobody else waits.
-const FIRST_TRY: Duration = Duration::from_secs(30);
-/// Wait after the first failure, in s; it doubles with each.
-const FIRST_WAIT_S: i64 = 10;
 /// Longest sleep between two looks at the queue: the clock may be set.
 const LONGEST_SLEEP: Duration = Duration::from_secs(60);
-
-/// Why a recording was not scored.
-#[derive(Debug)]
-enum Failure {
-    /// It never will be.
-    Permanent(String),
-    /// It may be, later.
-    Passing(anyhow::Error),
-    /// Whoever worked on it has died of it; how.
-    Death(String),
-}
-
-impl<E: Into<anyhow::Error>> From<E> for Failure {
-    fn from(error: E) -> Self {
-        Self::Passing(error.into())
-    }
-}
 
 /// Works until it is dropped. That may happen at any time: what is not stored yet is done again.
 pub async fn run(state: AppState) {
@@ -152,7 +122,7 @@ impl Desk {
         self.held.push(session);
         self.running.spawn(async move {
             let begun = clock::instant();
-            let done = work(&state, &job).await;
+            let done = scoring::score_recording(&state, &job).await;
             Ended { session, took: begun.elapsed(), done }
         });
     }
@@ -168,108 +138,4 @@ impl Desk {
 /// A piece of what is done with attempts that were judged long ago. False where nothing is left.
 async fn go_on_with_old(state: &AppState) -> anyhow::Result<bool> {
     Ok(regrading::exercise::step(state).await? || motions::step(state).await?)
-}
-
-/// Does a job.
-async fn work(state: &AppState, job: &Job) -> anyhow::Result<()> {
-    match outcome(state, job).await {
-        Ok(outcome) => store(state, job, outcome).await,
-        Err(Failure::Permanent(why)) => refuse(state, job, &why).await,
-        Err(Failure::Passing(error)) => put_off(state, job, &error).await,
-        Err(Failure::Death(how)) => bury(state, job, &how).await,
-    }
-}
-
-async fn outcome(state: &AppState, job: &Job) -> Result<Outcome, Failure> {
-    let session = sessions::find(state.db.reader(), job.school_id, job.session_id).await?;
-    let session = session.context("the queue names a session that is not there")?;
-    let task = Task::Judge(published(state, &session).await?);
-    begin(state, job).await?;
-    KillPoint::JobBegun.pass();
-    let question = Question::Recording(replays::brief(state, &session, task));
-    let most = if job.deaths == 0 { FIRST_TRY } else { Duration::MAX };
-    match judging::ask_within(state, question, most).await? {
-        Answer::Judged(outcome) => Ok(*outcome),
-        Answer::Permanent(why) => Err(Failure::Permanent(why)),
-        Answer::Died(how) => Err(Failure::Death(how)),
-        Answer::Passing(why) => Err(Failure::Passing(anyhow::anyhow!(why))),
-        other => Err(Failure::Passing(anyhow::anyhow!("a score was asked for, and this came: {other:?}"))),
-    }
-}
-
-/// Writes down that a job is begun: should it be the end of us, it is known at the next start.
-async fn begin(state: &AppState, job: &Job) -> anyhow::Result<()> {
-    let mut tx = state.db.write().await?;
-    tries::begin_job(&mut tx, job.session()).await?;
-    Ok(tx.commit().await?)
-}
-
-/// The exercise as this school published it.
-async fn published(state: &AppState, session: &Session) -> anyhow::Result<Option<RevisionBytes>> {
-    let Some(revision) = session.revision_id else { return Ok(None) };
-    Ok(exercises::bytes(state.db.reader(), session.school_id, revision).await?)
-}
-
-async fn store(state: &AppState, job: &Job, outcome: Outcome) -> anyhow::Result<()> {
-    KillPoint::JobJudged.pass();
-    let now = state.clock.now();
-    let key = job.session();
-    let mut tx = state.db.write().await?;
-    scores::add(&mut tx, key, &outcome.assessment, now).await?;
-    KillPoint::ScoreAdded.pass();
-    scores::put_curve(&mut tx, key, &outcome.curve).await?;
-    sessions::mark_scored(&mut tx, job.school_id, job.session_id, outcome.verified).await?;
-    practice::refresh(&mut tx, key).await?;
-    jobs::done(&mut tx, key).await?;
-    let details = json!({
-        "score": outcome.assessment.score,
-        "rubric_sha256": outcome.assessment.rubric.sha256,
-        "flagged": outcome.verified.flagged(),
-    });
-    entry(job, "session.scored").with(details).append(&mut tx, now).await?;
-    KillPoint::ScoreCommitting.pass();
-    tx.commit().await?;
-    KillPoint::ScoreCommitted.pass();
-    tracing::info!(session = %job.session_id, flagged = outcome.verified.flagged(), "recording scored");
-    Ok(())
-}
-
-async fn refuse(state: &AppState, job: &Job, why: &str) -> anyhow::Result<()> {
-    let mut tx = state.db.write().await?;
-    sessions::mark_refused(&mut tx, job.school_id, job.session_id, why).await?;
-    jobs::done(&mut tx, job.session()).await?;
-    entry(job, "session.refused").with(json!({ "why": why })).append(&mut tx, state.clock.now()).await?;
-    tx.commit().await?;
-    tracing::warn!(session = %job.session_id, why, "recording refused");
-    Ok(())
-}
-
-async fn put_off(state: &AppState, job: &Job, error: &anyhow::Error) -> anyhow::Result<()> {
-    let why = format!("{error:#}");
-    if job.attempts + 1 >= MAX_ATTEMPTS {
-        return refuse(state, job, &format!("given up after {MAX_ATTEMPTS} tries; the last: {why}")).await;
-    }
-    let until = state.clock.now().plus_s(FIRST_WAIT_S << job.attempts);
-    let mut tx = state.db.write().await?;
-    jobs::put_off(&mut tx, job.session(), until, &why).await?;
-    tx.commit().await?;
-    tracing::warn!(session = %job.session_id, attempts = job.attempts + 1, why, "scoring put off");
-    Ok(())
-}
-
-/// Puts a job behind those that nobody has died of, or aside where it was fatal before.
-async fn bury(state: &AppState, job: &Job, how: &str) -> anyhow::Result<()> {
-    let mut tx = state.db.write().await?;
-    tries::note_death(&mut tx, job.session(), how).await?;
-    let is_last = job.deaths + 1 >= tries::MOST_DEATHS;
-    if is_last {
-        entry(job, "session.set_aside").with(json!({ "why": how })).append(&mut tx, state.clock.now()).await?;
-    }
-    tx.commit().await?;
-    tracing::error!(session = %job.session_id, how, set_aside = is_last, "a recording was fatal to its judge");
-    Ok(())
-}
-
-fn entry<'a>(job: &Job, action: &'a str) -> Entry<'a> {
-    Entry::new(job.school_id, Actor::Worker, action, job.session_id)
 }

@@ -1,9 +1,9 @@
 //! An attempt as the metrics see it: the motion, where the needle went in, what it opened, what was confirmed.
 
 use ::attempt::{Insertion, find_insertions, patient_thicknesses_m};
+use documents::ExerciseBundle;
 use nalgebra::{Point3, Vector3};
 use recording::{Contactor, Event, EventKind, Recording, Sample};
-use scene::ExerciseBundle;
 
 use crate::absent::Absent;
 use crate::motion::{Motion, Timeline};

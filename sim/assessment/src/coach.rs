@@ -1,9 +1,9 @@
 //! Coaching during an attempt: an exercise's rules, with hysteresis, on what a tick measures.
 
+use documents::{CoachingRule, Exercise};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use recording::Sample;
 use recording::sample::flags;
-use scene::{CoachingRule, Exercise};
 
 /// Time constant at which speed is smoothed, in s: a hand's tremor of 10 Hz is no haste.
 const SMOOTHED_S: f64 = 0.05;

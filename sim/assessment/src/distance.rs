@@ -1,7 +1,7 @@
 //! Distance of a straight shaft to a structure, 0 where they meet.
 
+use documents::{Shape, StructureSpec};
 use nalgebra::{Point3, Vector3};
-use scene::{Shape, StructureSpec};
 
 /// A straight piece of the needle, in m.
 #[derive(Clone, Copy, Debug)]
@@ -118,8 +118,8 @@ mod tests {
     //! The distance of a segment is the least distance of its points.
     //! Fails when a closed form takes a wrong edge, face or parabola, or misses a crossing.
 
+    use documents::StructureKind;
     use proptest::prelude::*;
-    use scene::StructureKind;
 
     use super::*;
 

@@ -30,12 +30,12 @@
 //! and the number of translational actions within a tenth.
 
 mod absent;
+pub mod attached;
 mod attempt;
 pub mod catalogue;
 mod cause;
 mod coach;
 mod distance;
-pub mod documents;
 pub mod learning;
 mod metrics;
 mod motion;
@@ -53,10 +53,10 @@ pub mod words;
 mod worth;
 
 pub use absent::Absent;
+pub use attached::{attachments, own_exercise};
 pub use catalogue::{Definition, Direction, Metric};
 pub use cause::{Deduction, DeductionCause, FailureCause, HardFailure};
 pub use coach::Coach;
-pub use documents::{attachments, own_exercise};
 pub use required::UnmetRequirement;
 pub use review::review;
 pub use rubric::suffices;

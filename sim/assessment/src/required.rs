@@ -1,6 +1,6 @@
 //! What an exercise requires before an attempt earns anything.
 
-use scene::{Exercise, Required};
+use documents::{Exercise, Required};
 
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
 //! What is wrong with a rubric, by what the catalogue knows of its metrics.
 
+use documents::{ExerciseBundle, HardFail, Remark, RubricLine, StructureKind};
 use phrase::{Phrase, phrase};
-use scene::{ExerciseBundle, HardFail, Remark, RubricLine, StructureKind};
 
 use crate::catalogue::{Direction, definition};
 

@@ -1,6 +1,6 @@
 //! What each rubric line earns, and which limits were broken.
 
-use scene::{Exercise, RubricLine};
+use documents::{Exercise, RubricLine};
 
 use crate::absent::Absent;
 use crate::catalogue::{Direction, Metric, definition, first};

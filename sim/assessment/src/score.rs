@@ -1,7 +1,7 @@
 //! From metrics to a score with reasons.
 
+use documents::{Exercise, ExerciseBundle};
 use recording::Recording;
-use scene::{Exercise, ExerciseBundle};
 use serde::{Deserialize, Serialize};
 
 use crate::attempt::Attempt;

@@ -1,9 +1,9 @@
 //! Attempts in memory at an exercise: simulated, judged, and kept nowhere.
 
-use mechanics::puncture::PunctureParams;
-use recording::simulate::{MotionSource, rehearse};
+use attempt::simulate::{MotionSource, rehearse};
+use documents::{ExerciseBundle, Patient};
 use recording::{Recording, Session};
-use scene::{ExerciseBundle, Patient};
+use tissue::Specimen;
 
 use crate::score::{AssessError, Assessment, assess};
 
@@ -12,7 +12,7 @@ use crate::score::{AssessError, Assessment, assess};
 pub struct Tryout<'a> {
     /// The exercise.
     pub bundle: &'a ExerciseBundle,
-    params: PunctureParams,
+    specimen: Specimen,
     patient: Patient,
 }
 
@@ -22,25 +22,25 @@ impl<'a> Tryout<'a> {
     /// # Errors
     /// When the scene cannot be simulated.
     pub fn new(bundle: &'a ExerciseBundle, patient: Patient) -> Result<Self, AssessError> {
-        let mut spec = bundle.puncture_spec(&patient);
+        let mut spec = bundle.specimen_spec(&patient);
         if !bundle.scene.is_coupled() {
             spec.tissue = None;
         }
-        let params = PunctureParams::new(spec).map_err(|error| AssessError::Document(error.to_string()))?;
-        Ok(Self { bundle, params, patient })
+        let specimen = Specimen::new(spec).map_err(|error| AssessError::Document(error.to_string()))?;
+        Ok(Self { bundle, specimen, patient })
     }
 
-    /// What the force law is computed with.
+    /// What is punctured.
     #[must_use]
-    pub fn params(&self) -> &PunctureParams {
-        &self.params
+    pub fn specimen(&self) -> &Specimen {
+        &self.specimen
     }
 
     /// Lets a hand make an attempt at 1 kHz, until it is done or the exercise's time is up.
     #[must_use]
     pub fn perform(&self, hand: &mut dyn MotionSource) -> Recording {
         let session = Session::in_memory(self.bundle.scene.law, self.patient.thickness_mm.clone());
-        rehearse(&self.params, hand, session, self.bundle.exercise.time_limit_s)
+        rehearse(&self.specimen, hand, session, self.bundle.exercise.time_limit_s)
     }
 
     /// Judges an attempt by the exercise.

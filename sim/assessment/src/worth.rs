@@ -1,10 +1,10 @@
 //! What a rubric pays for: attempts that are worth next to nothing, and one that is careless, are simulated and judged.
 
-use mechanics::closed_form;
-use mechanics::operator::{Operator, Plan};
+use documents::{ExerciseBundle, Patient, Remark, along_path};
+use law::closed_form;
+use law::operator::{Operator, Plan};
 use phrase::{Phrase, phrase};
 use recording::{Contactor, EventKind, Recording};
-use scene::{ExerciseBundle, Patient, Remark, along_path};
 
 use crate::review::review;
 use crate::score::{AssessError, Assessment};
@@ -66,7 +66,7 @@ fn worthless(tryout: &Tryout<'_>) -> Vec<(Phrase, f64, f64)> {
 
 /// Where the tip opens the skin of the nominal patient, in m along the needle.
 fn skin_m(tryout: &Tryout<'_>) -> f64 {
-    let axial = along_path(tryout.params().spec().axial.clone(), tryout.bundle.exercise.angle_deg);
+    let axial = along_path(tryout.specimen().spec().axial.clone(), tryout.bundle.exercise.angle_deg);
     let mut ruptures = closed_form::ruptures(&axial).into_iter();
     let skin = ruptures.find(|rupture| rupture.boundary == 0 && rupture.contactor == Contactor::Tip);
     skin.map_or(0.0, |rupture| rupture.x_m)

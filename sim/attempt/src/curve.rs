@@ -3,8 +3,8 @@
 //! Reading a whole recording for each page view would cost far more than the page itself. A few hundred points keep
 //! the shape: of each stretch of ticks the one of least and the one of greatest force survive, so no peak is lost.
 
+use documents::ExerciseBundle;
 use recording::{Event, EventKind, Recording, Sample, thin};
-use scene::ExerciseBundle;
 use serde::{Deserialize, Serialize};
 
 use crate::force::axial_force_before_n;

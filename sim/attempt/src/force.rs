@@ -1,6 +1,6 @@
 //! What the hand felt just before an event.
 
-use mechanics::axial::Contactor;
+use law::axial::Contactor;
 use recording::{Event, Sample};
 
 /// Axial force on the hand just before an event, in N. At a rupture the contactor counts with its own force as the event states it, and

@@ -1,6 +1,6 @@
 //! Where the needle met the skin, and the axis that the law latched there.
 
-use mechanics::puncture::path_factor;
+use law::puncture::path_factor;
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use recording::sample::flags;
 use recording::{Event, EventKind, Recording, Sample};

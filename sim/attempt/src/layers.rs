@@ -1,7 +1,7 @@
 //! Where the layers lie along the needle.
 
+use documents::ExerciseBundle;
 use recording::Recording;
-use scene::ExerciseBundle;
 use serde::{Deserialize, Serialize};
 
 use crate::insertion::deepest_insertion;
@@ -37,7 +37,7 @@ pub fn patient_thicknesses_m(recording: &Recording, bundle: &ExerciseBundle) -> 
 /// along the planned one where the needle never met the skin.
 #[must_use]
 pub fn span_layers(recording: &Recording, bundle: &ExerciseBundle) -> Vec<LayerSpan> {
-    let planned = || mechanics::puncture::path_factor(&bundle.exercise.axis());
+    let planned = || law::puncture::path_factor(&bundle.exercise.axis());
     let factor = deepest_insertion(recording).map_or_else(planned, |(insertion, _)| insertion.path_factor());
     let mut top_m = 0.0;
     let spans = bundle.scene.layers.iter().zip(patient_thicknesses_m(recording, bundle)).map(|(layer, thickness_m)| {

@@ -5,11 +5,11 @@
 //! the scene as it was. A blind scene's boundaries each make a clear drop, as the fit of a curve alone takes for granted.
 
 use super::scenes::{Run, layer, needle_through};
-use mechanics::axial::AxialSpec;
-use mechanics::calibrate::{CalibrateError, Curve, Estimate, Fit, Fresh, Quantity, Start, fit, residual_rms_n};
-use mechanics::closed_form::ruptures;
-use mechanics::operator::Draw;
-use mechanics::soundness;
+use law::axial::AxialSpec;
+use law::closed_form::ruptures;
+use law::operator::Draw;
+use law::soundness;
+use tissue::calibrate::{CalibrateError, Curve, Estimate, Fit, Fresh, Quantity, Start, fit, residual_rms_n};
 
 /// Steps of the needle, in m.
 const STEP_M: f64 = 2e-6;

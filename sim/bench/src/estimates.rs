@@ -5,9 +5,9 @@
 //! moduli up to ten thousand times apart, almost incompressible ones, sides near and far, loads at boundaries, inside layers
 //! and along the shaft, and few samples as well as many.
 
-use mechanics::operator::Draw;
-use mechanics::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MAX_ORDER, MeshSpec, fit};
-use mechanics::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Sampled, Slab, relative_distance};
+use law::operator::Draw;
+use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MAX_ORDER, MeshSpec, fit};
+use tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Sampled, Slab, relative_distance};
 
 /// Tolerances that are asked for.
 pub const TOLERANCES: [f64; 5] = [0.05, 0.02, 0.01, 0.005, 0.001];

@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 
-use mechanics::axial::Contactor;
-use mechanics::operator::Operator;
-use mechanics::puncture::{
+use law::axial::Contactor;
+use law::operator::Operator;
+use law::puncture::{
     PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureState, step,
 };
 

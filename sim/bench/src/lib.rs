@@ -1,5 +1,7 @@
-//! The hard cases of physics section 8: for each model that a case concerns, what is measured, and the bound it must keep.
+//! What measures: the hard cases as data, generators of scenes, slabs and curves, references by other means, and the reports that
+//! `stylet bench` writes ([`report`]).
 //!
+//! The hard cases are those of physics section 8: for each model that a case concerns, what is measured, and the bound it must keep.
 //! Trials are data, so that the tests run the same measurements as the report prints. A trial passes when what it
 //! measures is a number and not above its bound; a trial that cannot be set up measures nothing and fails. What a model must refuse
 //! is measured as 0 when it is refused and 1 when it is not.
@@ -7,14 +9,20 @@
 mod axisymmetric;
 pub mod calibration;
 mod case;
+mod clock;
+pub mod error;
 pub mod estimates;
 mod force_law;
 mod hands;
+pub mod machine;
 mod mass_spring;
 pub mod needle;
+mod progress;
+pub mod report;
 pub mod scenes;
 pub mod slabs;
 mod soak;
+pub mod timing;
 mod volumetric;
 
 use core::error::Error;

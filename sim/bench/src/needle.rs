@@ -2,13 +2,12 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use mechanics::axial::AxialSpec;
-use mechanics::operator::needle_pose;
-use mechanics::puncture::{
-    PunctureError, PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec,
-    PunctureState, step,
+use law::axial::{AxialSpec, ParamError};
+use law::operator::needle_pose;
+use law::puncture::{
+    PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, step,
 };
-use mechanics::structures::StructureSpec;
+use law::structures::StructureSpec;
 
 /// Time of a tick, in s.
 pub const DT: f64 = 1e-3;
@@ -32,7 +31,7 @@ impl Needle {
     ///
     /// # Errors
     /// When the scene or a structure makes no sense.
-    pub fn new(axial: AxialSpec, structures: Vec<StructureSpec>) -> Result<Self, PunctureError> {
+    pub fn new(axial: AxialSpec, structures: Vec<StructureSpec>) -> Result<Self, ParamError> {
         Self::bending(axial, structures, None)
     }
 
@@ -44,14 +43,13 @@ impl Needle {
         axial: AxialSpec,
         structures: Vec<StructureSpec>,
         needle_bending_n_m2: Option<f64>,
-    ) -> Result<Self, PunctureError> {
+    ) -> Result<Self, ParamError> {
         let params = PunctureParams::new(PunctureSpec {
             axial,
             lateral_stiffness_n_per_m2: 10_000.0,
             needle_length_m: 0.15,
             needle_bending_n_m2,
             structures,
-            tissue: None,
         })?;
         let (state, scratch) = (PunctureState::new(&params), PunctureScratch::new(&params));
         Ok(Self { params, state, scratch, tick: 0 })

@@ -1,6 +1,6 @@
 //! The scenes of physics section 2, and the force law running on one trajectory.
 
-use mechanics::axial::{
+use law::axial::{
     AxialInput, AxialOutput, AxialParams, AxialScratch, AxialSpec, AxialState, Contactor, ForceLaw, Layer, ParamError,
     Rupture, step,
 };

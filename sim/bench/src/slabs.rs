@@ -1,7 +1,7 @@
 //! Layers and loads of the tissue's trials, and how far a model is from the truth.
 
-use mechanics::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MAX_ORDER, MeshSpec};
-use mechanics::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab, relative_distance};
+use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MAX_ORDER, MeshSpec};
+use tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab, relative_distance};
 
 /// A layer of a thickness in m, a modulus in Pa and a Poisson ratio.
 #[must_use]

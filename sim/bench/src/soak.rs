@@ -7,14 +7,14 @@
 use nalgebra::{Point3, Vector3};
 
 use super::needle::DT;
-use mechanics::ledger::Ledger;
-use mechanics::operator::Draw;
-use mechanics::operator::needle_pose;
-use mechanics::puncture::{
+use law::ledger::Ledger;
+use law::operator::Draw;
+use law::operator::needle_pose;
+use law::puncture::{
     PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, loads,
     step,
 };
-use mechanics::tissue::follow::{self, Field, FollowState};
+use tissue::follow::{self, Field, FollowState};
 
 /// The steepest path, in degrees: the steepest oblique of physics section 8.
 const STEEPEST_DEG: f64 = 60.0;
@@ -59,13 +59,13 @@ impl Soaked {
 /// Round-off of a sum of energies, as a share of it.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Moves a needle at random through a scene for so many ticks of 1 ms.
+/// Moves a needle at random through a scene for so many ticks of 1 ms, followed by its field where there is one.
 #[must_use]
-pub fn soak(params: &PunctureParams, ticks: u32, seed: u64) -> Soaked {
+pub fn soak(params: &PunctureParams, field: Option<&Field>, ticks: u32, seed: u64) -> Soaked {
     let (mut state, mut scratch) = (PunctureState::new(params), PunctureScratch::new(params));
     let mut hand = Hand::new(params.spec(), seed);
     let mut seen = Soaked { ticks, force_bound_n: force_bound_n(params.spec()), ..Soaked::default() };
-    let mut tissue = params.field().map(Tissue::new);
+    let mut tissue = field.map(Tissue::new);
     let mut dissipated_j = 0.0;
     for tick in 0..ticks {
         let input = hand.sample(f64::from(tick) * DT);
@@ -126,7 +126,7 @@ impl Soaked {
 /// The most that elasticity, friction and cutting may come to, in N: the largest pair of thresholds, as no boundary is left
 /// tented above its own; Σ c d along the steepest path; the largest cutting force.
 fn force_bound_n(spec: &PunctureSpec) -> f64 {
-    let largest = |of: fn(&mechanics::axial::Layer) -> f64| spec.axial.layers.iter().map(of).fold(0.0, f64::max);
+    let largest = |of: fn(&law::axial::Layer) -> f64| spec.axial.layers.iter().map(of).fold(0.0, f64::max);
     // A rate-dependent threshold may rise to its limit at high speed.
     let rate = spec.axial.rate.as_ref().map_or(0.0, |rate| rate.p_infinity_n);
     let steepest = 1.0 / libm::cos(STEEPEST_DEG.to_radians());

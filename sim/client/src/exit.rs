@@ -4,7 +4,7 @@ use std::fmt::{self, Display};
 use std::path::Path;
 use std::process::ExitCode;
 
-use scene::DocumentError;
+use documents::DocumentError;
 
 use crate::output;
 

@@ -2,7 +2,6 @@
 //!
 //! Nothing about tissue is decided here: this crate reads files, calls the other crates, and says what came of it.
 
-mod attempt;
 mod cli;
 mod clock;
 mod commands;
@@ -11,6 +10,7 @@ mod exit;
 mod folders;
 mod live;
 mod machine;
+mod maker;
 mod motion;
 mod new_file;
 mod outbox;
@@ -20,7 +20,6 @@ mod progress;
 mod service;
 mod shelf;
 mod station;
-mod timing;
 mod trajectory;
 mod window;
 

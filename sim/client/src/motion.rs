@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use mechanics::operator::{Motion, Plan, needle_pose};
+use attempt::simulate::{Clock, MotionSource};
+use law::operator::{Motion, Plan, needle_pose};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
-use recording::simulate::{Clock, MotionSource};
 
 use crate::exit::Failure;
 use crate::progress::Progress;

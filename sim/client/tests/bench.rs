@@ -259,7 +259,7 @@ fn every_row_of_the_tissues_quick_report_stands_in_the_committed_one() {
     let folder = TempDir::new().expect("a folder");
     stylet(&["bench", "field", "--quick", "--out", text(folder.path())]).ends(0);
     let measured = told_rows(&folder.path().join("field.csv"));
-    let committed = told_rows(&repository("sim/client/bench/field.csv"));
+    let committed = told_rows(&repository("sim/bench/reports/field.csv"));
     assert!(
         measured.len() >= 3 * (4 + 3 * 2),
         "every case with every tolerance and two meshes of each model: {measured:?}"
@@ -272,7 +272,7 @@ fn every_row_of_the_tissues_quick_report_stands_in_the_committed_one() {
 /// What the report says of a model on a case is what whoever asks that model for that case is given.
 #[test]
 fn every_error_of_the_tissues_report_is_that_of_stylet_field() {
-    let committed = told_rows(&repository("sim/client/bench/field.csv"));
+    let committed = told_rows(&repository("sim/bench/reports/field.csv"));
     let tolerances = ["0.05", "0.02", "0.01"].map(|tolerance| ["--tolerance", tolerance].to_vec());
     let models = ["mass-spring", "volumetric"].map(|model| ["--tolerance", "0.9", "--model", model].to_vec());
     for case in ["homogeneous", "lower_back", "stiff_skin_soft_fat"] {
@@ -327,7 +327,7 @@ fn estimates_are_measured_and_the_committed_report_is_of_this_program() {
     let folder = TempDir::new().expect("a folder");
     stylet(&["bench", "estimates", "--quick", "--out", text(folder.path())]).ends(0);
     let measured = fs::read_to_string(folder.path().join("estimates.csv")).expect("a table");
-    let committed = fs::read_to_string(repository("sim/client/bench/estimates.csv")).expect("a table");
+    let committed = fs::read_to_string(repository("sim/bench/reports/estimates.csv")).expect("a table");
     assert_eq!(measured.lines().count(), 11);
     assert_eq!(committed.lines().count(), 1001);
     assert!(committed.starts_with(&measured), "{measured}");
@@ -360,12 +360,12 @@ fn the_metrics_are_measured_and_the_catalogue_offers_what_the_report_bears_out()
         table.records().map(|row| row.expect("a row")).collect()
     };
     let known: Vec<_> = assessment::catalogue::DEFINITIONS.iter().map(|d| (d.id.to_owned(), d.version)).collect();
-    for rows in [read(&folder.path().join("metrics.csv")), read(&repository("sim/client/bench/metrics.csv"))] {
+    for rows in [read(&folder.path().join("metrics.csv")), read(&repository("sim/bench/reports/metrics.csv"))] {
         let measured: Vec<(String, u32)> =
             rows.iter().skip(1).map(|row| (row[0].to_owned(), row[1].parse().expect("a version"))).collect();
         assert_eq!(measured, known, "every version of every metric, after the score");
     }
-    for row in read(&repository("sim/client/bench/metrics.csv")).iter().skip(1) {
+    for row in read(&repository("sim/bench/reports/metrics.csv")).iter().skip(1) {
         let definition = assessment::catalogue::definition(&row[0], row[1].parse().expect("a version"));
         let definition = definition
             .or_else(|| assessment::catalogue::DEFINITIONS.iter().find(|d| d.id == &row[0]).filter(|d| !d.plain));

@@ -9,11 +9,11 @@
 //! use haptics::devices::hand::{Aim, VirtualHand};
 //! use haptics::mapping::{Home, Mapping, Pointing};
 //! use haptics::servo::{self, Driven, Setup};
-//! use mechanics::puncture::PunctureParams;
+//! use law::puncture::PunctureParams;
 //! use nalgebra::{Point3, Vector3};
 //!
-//! # use mechanics::axial::{AxialSpec, ForceLaw, Layer};
-//! # use mechanics::puncture::PunctureSpec;
+//! # use law::axial::{AxialSpec, ForceLaw, Layer};
+//! # use law::puncture::PunctureSpec;
 //! # let skin = Layer { name: "skin".to_owned(), thickness_m: 0.02, stiffness_n_per_m: 331.0, damping_n_s_per_m2: 300.0,
 //! #     tip_rupture_n: 1.0, rim_rupture_n: 1.3, friction_n_per_m: 100.0, cutting_n: 0.3 };
 //! # let axial = AxialSpec {
@@ -25,7 +25,7 @@
 //! #     rate: None,
 //! # };
 //! # let spec = PunctureSpec { axial, lateral_stiffness_n_per_m2: 1e4, needle_length_m: 0.15, needle_bending_n_m2: None,
-//! #     structures: Vec::new(), tissue: None };
+//! #     structures: Vec::new() };
 //! let params = Arc::new(PunctureParams::new(spec)?);
 //! let rate_hz = 1000.0;
 //! // A hand that the mouse moves. A real device would be opened here.

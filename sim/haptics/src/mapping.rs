@@ -132,7 +132,7 @@ impl Mapping {
     fn patient_from_handle(&self, reading: &Reading) -> UnitQuaternion<f64> {
         match self.pointing {
             Pointing::Handle => UnitQuaternion::new_normalize((self.rotation * reading.orientation).into_inner()),
-            Pointing::Planned => mechanics::operator::needle_pose(&Point3::origin(), &self.home.axis).rotation,
+            Pointing::Planned => law::operator::needle_pose(&Point3::origin(), &self.home.axis).rotation,
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use mechanics::axial::{AxialSpec, Layer};
-use mechanics::closed_form;
+use law::axial::{AxialSpec, Layer};
+use law::closed_form;
 
 use crate::device::DeviceInfo;
 
@@ -121,7 +121,7 @@ fn friction_n(layers: &[Layer], boundary: usize) -> f64 {
 mod tests {
     //! The factor must bring the whole way to the target within the device, and the words must be those that people are promised.
 
-    use mechanics::axial::ForceLaw;
+    use law::axial::ForceLaw;
 
     use super::*;
 

@@ -6,9 +6,9 @@ use mcap::records::op;
 use prost::Message;
 
 use crate::event::{Event, EventKind};
+use crate::rate::nanoseconds;
 use crate::read::{ReadError, Recording};
 use crate::recover::{Copy, find};
-use crate::summary::nanoseconds;
 use crate::wire::EventMessage;
 use crate::write::start_ns;
 

@@ -2,7 +2,7 @@
 
 use std::mem::size_of;
 
-use mechanics::ledger::LayerEnergy;
+use law::ledger::LayerEnergy;
 
 use crate::event::Event;
 use crate::sample::{Energy, Sample};

@@ -4,13 +4,13 @@ use foxglove::schemas::{
     Color, CubePrimitive, CylinderPrimitive, FrameTransform, FrameTransforms, Log, Point3, Pose, PoseInFrame,
     Quaternion, SceneEntity, SceneUpdate, SpherePrimitive, Timestamp, TriangleListPrimitive, Vector3, log,
 };
-use mechanics::puncture::PunctureSpec;
-use mechanics::structures::{Shape, StructureKind, StructureSpec};
+use law::puncture::PunctureSpec;
+use law::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3 as Point, UnitQuaternion, Vector3 as Vector};
 
 use crate::event::{Event, EventKind};
+use crate::rate::NS_PER_S;
 use crate::sample::Sample;
-use crate::summary::NS_PER_S;
 
 /// Frame that viewers start from; the patient lies in it.
 const WORLD: &str = "world";

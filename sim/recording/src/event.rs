@@ -1,6 +1,6 @@
 //! Events of an attempt, topic `/events`.
 
-use mechanics::axial::Contactor;
+use law::axial::Contactor;
 
 /// What happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,34 +1,29 @@
-//! The MCAP recording of an attempt: write, read, recover, verify, and the loop that simulates one.
+//! The MCAP recording of an attempt: the format alone. Write, read, recover, annotate, lay out as tables.
 
 pub mod annotate;
 pub mod budget;
-pub mod dents;
 mod drawing;
 pub mod event;
 mod frames;
 mod metadata;
 pub mod motion;
+pub mod rate;
 pub mod read;
 pub mod recover;
-pub mod run;
 pub mod sample;
 pub mod session;
 pub mod signature;
-pub mod simulate;
 mod summary;
 pub mod tables;
 pub mod tent;
 mod thin;
-pub mod tick;
 mod topics;
-pub mod verify;
 mod wire;
 pub mod write;
 
 pub use budget::Budget;
-pub use dents::Dents;
 pub use event::{Event, EventKind};
-pub use mechanics::axial::Contactor;
+pub use law::axial::Contactor;
 pub use motion::Motion;
 pub use read::{ReadError, Recording};
 pub use sample::{Energy, Sample};

@@ -5,8 +5,8 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
 
-use mechanics::axial::ForceLaw;
-use mechanics::tissue::Judging;
+use law::Judging;
+use law::axial::ForceLaw;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 

@@ -76,6 +76,6 @@ pub mod flags {
 pub struct Energy {
     /// Time since the start, in s.
     pub t_s: f64,
-    /// The mechanics' ledger.
-    pub ledger: mechanics::ledger::Ledger,
+    /// The law's ledger.
+    pub ledger: law::ledger::Ledger,
 }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use mechanics::axial::ForceLaw;
-use mechanics::tissue::Judging;
+use law::Judging;
+use law::axial::ForceLaw;
 use uuid::Uuid;
 
 use crate::metadata;

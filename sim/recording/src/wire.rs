@@ -2,7 +2,7 @@
 //!
 //! The plain types are kept apart because Protobuf makes every part optional; a force law should not meet an `Option`.
 
-use mechanics::ledger::{LayerEnergy, Ledger};
+use law::ledger::{LayerEnergy, Ledger};
 
 use crate::event::{Event, EventKind};
 use crate::sample::{Energy, Sample};

@@ -14,10 +14,11 @@ use crate::drawing::{log_line, pose, scene, transforms};
 use crate::event::Event;
 use crate::metadata;
 use crate::motion::Motion;
+use crate::rate::{Ticker, nanoseconds};
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, Session};
 use crate::signature::{self, Signature};
-use crate::summary::{Ticker, Window, nanoseconds};
+use crate::summary::Window;
 use crate::tent::Tent;
 use crate::topics::{Topic, declare};
 use crate::wire::{EnergyLedger, EventMessage, NeedleSample, TissueTent};
@@ -56,7 +57,9 @@ fn words(error: &mcap::McapError) -> String {
 }
 
 impl WriteError {
-    pub(crate) fn invalid(field: impl Display, value: impl Display, allowed: impl Display) -> Self {
+    /// That a field's value cannot be written.
+    #[must_use]
+    pub fn invalid(field: impl Display, value: impl Display, allowed: impl Display) -> Self {
         Self::Invalid { field: field.to_string(), value: value.to_string(), allowed: allowed.to_string() }
     }
 }

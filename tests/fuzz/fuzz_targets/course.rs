@@ -4,5 +4,5 @@
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
-    let _ = scene::Curriculum::from_parts(bytes, |_| None);
+    let _ = documents::Curriculum::from_parts(bytes, |_| None);
 });

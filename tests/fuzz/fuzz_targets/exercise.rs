@@ -9,6 +9,6 @@ fuzz_target!(|bytes: &[u8]| {
     if let (Some(exercise), Some(scene)) = (parts.next(), parts.next()) {
         let mesh = parts.next().unwrap_or_default();
         let meshes = ["a.stl", "a.obj"].map(|name| (name.to_owned(), mesh.to_owned()));
-        let _ = scene::ExerciseBundle::from_parts(exercise, scene, &meshes);
+        let _ = documents::ExerciseBundle::from_parts(exercise, scene, &meshes);
     }
 });

@@ -4,5 +4,5 @@
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|text: &str| {
-    let _ = scene::field_case::parse("fuzzed.json", text);
+    let _ = documents::field_case::parse("fuzzed.json", text);
 });

@@ -5,6 +5,6 @@ use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
     for name in ["fuzzed.toml", "fuzzed.json"] {
-        let _ = scene::Instrument::from_bytes(name, bytes);
+        let _ = documents::Instrument::from_bytes(name, bytes);
     }
 });

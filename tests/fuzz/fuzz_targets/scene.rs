@@ -4,5 +4,5 @@
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|text: &str| {
-    let _ = scene::load::read_scene_text(std::path::Path::new("fuzzed.toml"), text);
+    let _ = documents::load::read_scene_text(std::path::Path::new("fuzzed.toml"), text);
 });

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{Failure, Storage, say};
-use crate::backup::{self, KEYS, KeyFile};
-use crate::clock::Clock;
+use acts::backup;
+use acts::backup::{KEYS, KeyFile};
+use acts::clock::Clock;
 
 /// What to back up where to.
 #[derive(Debug, Args)]

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand};
 
 use super::{Failure, Storage, say};
-use crate::certificates::{self, Statement};
+use acts::certificates;
+use model::certificate::{Statement, check_certificate};
 
 /// `web-admin certificate …`
 #[derive(Debug, Subcommand)]
@@ -39,7 +40,7 @@ pub(super) fn run(command: &CertificateCommand) -> Result<(), Failure> {
 
 fn verify(VerifyArgs { file, key }: &VerifyArgs) -> Result<(), Failure> {
     let bytes = std::fs::read(file).map_err(|error| Failure::Usage(format!("{}: {error}", file.display())))?;
-    match certificates::check(&bytes, key) {
+    match check_certificate(&bytes, key) {
         Ok(statement) => {
             lines(&statement).iter().for_each(say);
             Ok(())
@@ -89,11 +90,16 @@ mod tests {
 
     use super::*;
 
+    fn sample() -> Statement {
+        let file = include_str!("../../../tests/data/certificate/statement.json");
+        serde_json::from_str(file).expect("a statement")
+    }
+
     #[test]
     fn everything_signed_is_printed_on_lines_of_its_own() {
         let exercises = vec![("Feel\nthe layers".to_owned(), "2026-05-01T09:00:00Z".to_owned())];
         let trainee = "Ada\ngenuine: Bob\u{1b}[2J".to_owned();
-        let statement = Statement { trainee, exercises, ..certificates::sample() };
+        let statement = Statement { trainee, exercises, ..sample() };
         let lines = lines(&statement);
         assert!(lines.iter().all(|line| !line.contains(char::is_control)), "{lines:?}");
         assert_eq!(lines.iter().filter(|line| line.starts_with("genuine")).count(), 1);

@@ -6,8 +6,9 @@ use clap::{Args, Subcommand};
 
 use super::user::choose_school;
 use super::{Failure, Storage, say};
-use crate::publishing::{self, Refused};
-use crate::surveys;
+use acts::publishing;
+use acts::publishing::Refused;
+use acts::surveys;
 
 /// `web-admin curricula …`
 #[derive(Debug, Subcommand)]

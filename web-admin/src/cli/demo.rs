@@ -4,8 +4,8 @@ use clap::{Args, value_parser};
 
 use super::{Failure, Storage, say};
 use crate::demo::{self, Account, Demonstration};
-use crate::domain::Role;
-use crate::secret;
+use acts::secret;
+use model::Role;
 
 /// What to make where.
 #[derive(Debug, Args)]

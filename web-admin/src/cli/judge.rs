@@ -6,7 +6,9 @@ use std::io::{Read, Write};
 use clap::Args;
 use rustix::process::{Resource, Rlimit, nice, setrlimit};
 
-use crate::judging::{self, Question};
+use crate::examining::examine_draft;
+use acts::judging;
+use acts::judging::Question;
 
 /// By how much it is nicer than the service that has started it.
 const BEHIND_PAGES: i32 = 10;
@@ -40,7 +42,7 @@ pub(super) fn run(args: &JudgeArgs) -> anyhow::Result<()> {
         // Whoever asks for a page, or has just sent something, comes first. Refused, it is done all the same.
         let _ = nice(BEHIND_PAGES);
     }
-    let answer = judging::answer(question);
+    let answer = judging::answer(question, examine_draft);
     let mut out = std::io::stdout().lock();
     out.write_all(&serde_json::to_vec(&answer)?)?;
     Ok(out.flush()?)

@@ -7,9 +7,10 @@ use std::process::ExitCode;
 use clap::{Args, Parser, Subcommand};
 
 use crate::AppState;
-use crate::clock::Clock;
-use crate::config::{self, Config};
-use crate::storage::tries;
+use acts::clock::Clock;
+use acts::config;
+use acts::config::Config;
+use store::tries;
 
 mod backup;
 mod bench;

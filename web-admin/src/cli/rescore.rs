@@ -6,11 +6,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::user::choose_school;
 use super::{Failure, Storage, say};
 use crate::AppState;
-use crate::domain::judgement;
-use crate::regrading::{self, By, Rubric};
-use crate::storage::audit::Actor;
-use crate::storage::scores;
-use crate::storage::sessions::{self, Session};
+use acts::regrading;
+use acts::regrading::{By, Rubric};
+use model::judgement;
+use store::audit::Actor;
+use store::scores;
+use store::sessions::{self, Session};
 
 /// What to grade again.
 #[derive(Debug, Args)]

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{Failure, Storage, say};
-use crate::backup::{self, KeysRestored, Refused, Restored, Wanted};
-use crate::clock::Clock;
-use crate::erasures::{Erasure, ErasureList};
-use crate::locks::DataLock;
+use acts::backup;
+use acts::backup::{KeysRestored, Refused, Restored, Wanted};
+use acts::clock::Clock;
+use acts::erasures::{Erasure, ErasureList};
+use acts::locks::DataLock;
 
 /// What to restore where.
 #[derive(Debug, Args)]

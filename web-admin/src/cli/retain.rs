@@ -3,10 +3,11 @@
 use clap::Args;
 
 use super::{Failure, Storage, say};
-use crate::domain::retention::Step;
-use crate::retention::{self, Planned};
-use crate::storage::retention::Settings;
-use crate::storage::schools;
+use acts::retention;
+use acts::retention::Planned;
+use model::retention::Step;
+use store::retention::Settings;
+use store::schools;
 
 /// Whom to look at, and whether to act.
 #[derive(Debug, Args)]

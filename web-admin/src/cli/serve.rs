@@ -15,18 +15,19 @@ use tracing_subscriber::EnvFilter;
 
 use super::{Failure, Storage, say};
 use crate::AppState;
-use crate::clock::Clock;
-use crate::config::{UploadQuota, anchor_mail, mail_to, origin};
-use crate::judging::Helper;
-use crate::locks::DataLock;
-use crate::regrading::exercise::PREVIEW_LIFETIME_S;
-use crate::roster_import::DRAFT_LIFETIME_S;
-use crate::scanning::Scanner;
 use crate::serving::{self, ConnectionLimits};
-use crate::storage::tries::SetAside;
-use crate::storage::web_sessions::WebSessions;
-use crate::storage::{account_links, people, regradings, rosters, tries};
-use crate::{anchoring, deadlines, erasing, mail, recordings, retention, routes, uploads, verification, worker};
+use crate::{outbox, routes, worker};
+use acts::clock::Clock;
+use acts::config::{UploadQuota, anchor_mail, mail_to, origin};
+use acts::judging::Helper;
+use acts::locks::DataLock;
+use acts::regrading::exercise::PREVIEW_LIFETIME_S;
+use acts::roster_import::DRAFT_LIFETIME_S;
+use acts::scanning::Scanner;
+use acts::web_sessions::WebSessions;
+use acts::{anchoring, deadlines, erasing, recordings, retention, uploads, verification};
+use store::tries::SetAside;
+use store::{account_links, people, regradings, rosters, tries};
 
 /// How often what has expired is thrown away.
 const TIDY_EVERY: Duration = Duration::from_secs(600);
@@ -214,10 +215,10 @@ async fn serve(state: &AppState) -> anyhow::Result<()> {
     say(format_args!("Listening on http://{}", listener.local_addr()?));
     let background = [
         tokio::spawn(worker::run(state.clone())),
-        tokio::spawn(mail::run(state.clone())),
-        tokio::spawn(deadlines::run(state.clone())),
-        tokio::spawn(retention::run(state.clone())),
-        tokio::spawn(anchoring::run(state.clone())),
+        tokio::spawn(outbox::run(state.clone())),
+        tokio::spawn(deadlines::run(state.service.clone())),
+        tokio::spawn(retention::run(state.service.clone())),
+        tokio::spawn(anchoring::run(state.service.clone())),
         tokio::spawn(tidy(state.clone())),
     ];
     let limits = ConnectionLimits::of_process(state.config.behind_tls);

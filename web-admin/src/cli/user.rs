@@ -6,20 +6,22 @@ use sqlx::SqliteConnection;
 
 use super::{Failure, Storage, say};
 use crate::AppState;
-use crate::accounts::INITIAL_PASSWORD_S;
-use crate::domain::line::on_one_line;
-use crate::domain::roster::is_name;
-use crate::domain::{Moment, Role};
-use crate::passwords::{self, PasswordRefused};
-use crate::second_factor;
-use crate::secret;
-use crate::storage::audit::{Actor, Entry};
-use crate::storage::cohorts::{self, Deed, Membership};
-use crate::storage::people::{self, NewPerson, Person};
-use crate::storage::schools::{self, School};
-use crate::storage::second_factors::PersonKey;
-use crate::storage::tokens::{self, NewToken, TokenHolder};
-use crate::tokens::{self as own_tokens, LONGEST_DAYS, Wanted};
+use acts::accounts::INITIAL_PASSWORD_S;
+use acts::passwords;
+use acts::second_factor;
+use acts::secret;
+use acts::tokens as own_tokens;
+use acts::tokens::{LONGEST_DAYS, Wanted};
+use model::line::on_one_line;
+use model::password_refused::PasswordRefused;
+use model::roster::is_name;
+use model::{Moment, Role};
+use store::audit::{Actor, Entry};
+use store::cohorts::{self, Deed, Membership};
+use store::people::{self, NewPerson, Person};
+use store::schools::{self, School};
+use store::second_factors::PersonKey;
+use store::tokens::{self, NewToken, TokenHolder};
 
 /// `web-admin user …`
 #[derive(Debug, Subcommand)]

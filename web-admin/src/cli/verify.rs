@@ -6,12 +6,14 @@ use anyhow::Context;
 use clap::Args;
 
 use super::{Failure, Storage, say};
-use crate::anchoring;
-use crate::certificates::{self, KEY_FILE};
-use crate::config::Config;
-use crate::erasures::ErasureList;
-use crate::storage::Database;
-use crate::verification::{self, Report};
+use acts::anchoring;
+use acts::certificates;
+use acts::certificates::KEY_FILE;
+use acts::config::Config;
+use acts::erasures::ErasureList;
+use acts::verification;
+use acts::verification::Report;
+use store::Database;
 
 /// What to verify.
 #[derive(Debug, Args)]

@@ -7,14 +7,13 @@ use uuid::Uuid;
 use super::DAY_S;
 use super::school::{self, COHORTS, LEARNERS};
 use crate::AppState;
-use crate::assignments;
-use crate::clock::Clock;
-use crate::deadlines;
-use crate::domain::assignment::Task;
-use crate::domain::{CurrentPerson, Moment, due};
-use crate::mail;
-use crate::storage::assignments::{self as stored, NewAssignment};
-use crate::storage::{cohorts, people, schools};
+use crate::outbox;
+use acts::assignments;
+use acts::deadlines;
+use model::assignment::Task;
+use model::{CurrentPerson, Moment, due};
+use store::assignments::{self as stored, NewAssignment};
+use store::{cohorts, people, schools};
 
 /// Where the school is.
 const TIME_ZONE: &str = "Europe/Berlin";
@@ -45,9 +44,9 @@ pub async fn assign(state: &AppState, school: Uuid, now: Moment) -> anyhow::Resu
 /// # Errors
 /// When the database fails, or a letter cannot be written.
 pub async fn remind(state: &AppState, now: Moment) -> anyhow::Result<()> {
-    let now = AppState { clock: Clock::fixed(now), ..state.clone() };
+    let now = state.at(now);
     deadlines::remind(&now).await?;
-    Ok(mail::work_off(&now).await?)
+    Ok(outbox::work_off(&now).await?)
 }
 
 async fn person(state: &AppState, name: &str) -> anyhow::Result<people::Person> {
@@ -74,6 +73,6 @@ async fn make(
         due: Some((due.local, due.at)),
         time_zone: TIME_ZONE.to_owned(),
     };
-    let then = AppState { clock: Clock::fixed(made), ..state.clone() };
+    let then = state.at(made);
     Ok(assignments::make(&then, by, &new).await?)
 }

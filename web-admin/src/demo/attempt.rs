@@ -5,15 +5,15 @@ use std::io::BufWriter;
 use std::path::Path;
 
 use assessment::attachments;
-use mechanics::operator::{Occasion, Operator, Skill};
-use mechanics::puncture::PunctureParams;
-use recording::simulate::{Clock, simulate};
+use attempt::simulate::{Clock, simulate};
+use documents::{ExerciseBundle, Patient};
+use law::operator::{Occasion, Operator, Skill};
 use recording::write::SceneDrawing;
 use recording::{Session, Writer};
-use scene::{ExerciseBundle, Patient};
+use tissue::Specimen;
 
-use crate::domain::Moment;
-use crate::domain::moment::new_id;
+use model::Moment;
+use model::moment::new_id;
 
 /// Servo rate of the demonstration's station, in Hz.
 const TICK_HZ: f64 = 1000.0;
@@ -42,9 +42,9 @@ pub struct Task {
 pub fn perform(task: &Task, path: &Path) -> anyhow::Result<f64> {
     let ExerciseBundle { exercise, scene, .. } = &task.bundle;
     let patient = Patient::draw(scene, task.seed);
-    let spec = task.bundle.puncture_spec(&patient);
-    let drawing = SceneDrawing::of(&spec, scene.needle.diameter_mm * 0.5e-3);
-    let params = PunctureParams::new(spec)?;
+    let spec = task.bundle.specimen_spec(&patient);
+    let drawing = SceneDrawing::of(&spec.puncture, scene.needle.diameter_mm * 0.5e-3);
+    let params = Specimen::new(spec)?;
     let session = session(task, patient);
     let mut operator = Operator::on(&task.skill, &task.bundle.plan(), &task.occasion);
     let clock = Clock { tick_hz: TICK_HZ, time_limit_s: exercise.time_limit_s };
@@ -66,7 +66,7 @@ fn session(task: &Task, patient: Patient) -> Session {
         device: "operator:demonstration".to_owned(),
         device_max_force_n: f64::INFINITY,
         law: task.bundle.scene.law,
-        judging: mechanics::tissue::Judging::default(),
+        judging: law::Judging::default(),
         tick_hz: TICK_HZ,
         seed: task.seed,
         trainee: task.trainee.clone(),

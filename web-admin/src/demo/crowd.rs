@@ -8,10 +8,10 @@ use uuid::Uuid;
 use super::people::Trainee;
 use super::{DAY_S, Demonstration};
 use crate::AppState;
-use crate::secret;
-use crate::storage::audit::{Actor, Entry};
-use crate::storage::generated::{self, Crowd};
-use crate::storage::practice;
+use acts::secret;
+use store::audit::{Actor, Entry};
+use store::generated::{self, Crowd};
+use store::practice;
 
 /// Attempts of each trainee of the crowd.
 pub const ATTEMPTS_EACH: u32 = 100;

@@ -1,7 +1,7 @@
 //! The experts of the demonstration: those who teach show each exercise once, and consent to be part of the corridor.
 
 use anyhow::Context;
-use mechanics::operator::{Occasion, Skill};
+use law::operator::{Occasion, Skill};
 use tokio::task::JoinSet;
 use uuid::Uuid;
 
@@ -9,13 +9,13 @@ use super::attempt::{self, Task};
 use super::school::{self, ADMINISTRATOR, COHORTS, EXPERTS};
 use super::{COURSE, Made, current_bundle, take_in};
 use crate::AppState;
-use crate::domain::corridor::WORDING;
-use crate::domain::progress::Course;
-use crate::domain::{CurrentPerson, Moment};
 use crate::routes::pages::{consents, review};
-use crate::storage::experts::NewDeclaration;
-use crate::storage::people::{self, Person};
-use crate::storage::{curricula, practice, sessions};
+use model::corridor::WORDING;
+use model::progress::Course;
+use model::{CurrentPerson, Moment};
+use store::experts::NewDeclaration;
+use store::people::{self, Person};
+use store::{curricula, practice, sessions};
 
 /// How many exercises of the course they show, from the first.
 const SHOWN: usize = 4;

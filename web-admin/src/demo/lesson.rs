@@ -5,14 +5,14 @@ use uuid::Uuid;
 
 use super::school::{self, COHORTS};
 use crate::AppState;
-use crate::domain::comment::{Comment, CommentKind};
-use crate::domain::{CurrentPerson, Role};
 use crate::routes::pages::{replay, review};
-use crate::storage::grades::NewOverride;
-use crate::storage::people::{self, Person};
-use crate::storage::sessions::{self, Session};
-use crate::storage::{reports, reviews, scores};
 use attempt::{AttemptCurve, MarkKind};
+use model::comment::{Comment, CommentKind};
+use model::{CurrentPerson, Role};
+use store::grades::NewOverride;
+use store::people::{self, Person};
+use store::sessions::{self, Session};
+use store::{reports, reviews, scores};
 
 /// How many attempts are left in the queue.
 const LEFT: usize = 6;

@@ -15,26 +15,28 @@ mod study;
 use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
+use documents::ExerciseBundle;
 use indicatif::{ProgressBar, ProgressStyle};
-use mechanics::operator::Occasion;
+use law::operator::Occasion;
 use rust_embed::RustEmbed;
-use scene::ExerciseBundle;
 use tokio::task::JoinSet;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::clock::Clock;
-use crate::domain::Moment;
-use crate::domain::progress::{Course, Progress};
-use crate::intake::{self, Bearer};
-use crate::publishing::{self, Refused};
-use crate::recordings::Received;
-use crate::storage::audit::Actor;
-use crate::storage::{curricula, exercises, practice};
-use crate::{surveys, worker};
+use crate::worker;
+use acts::intake;
+use acts::intake::Bearer;
+use acts::publishing;
+use acts::publishing::Refused;
+use acts::recordings::Received;
+use acts::surveys;
 use attempt::Task;
+use model::Moment;
+use model::progress::{Course, Progress};
 use people::{Trainee, found};
 use school::LEARNERS;
+use store::audit::Actor;
+use store::{curricula, exercises, practice};
 
 pub use crowd::ATTEMPTS_EACH;
 pub use people::Account;
@@ -85,7 +87,7 @@ struct Made {
 pub async fn make(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Vec<Account>> {
     let now = state.clock.now();
     let monday = last_monday(now).plus_s(-7 * DAY_S * i64::from(wanted.weeks));
-    let past = AppState { clock: Clock::fixed(monday), ..state.clone() };
+    let past = state.at(monday);
     let (school, trainees, accounts) = found(&past, &wanted.password).await?;
     publish(&past, school).await?;
     experts::demonstrate(&past, school, wanted.seed).await?;

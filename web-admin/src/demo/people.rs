@@ -7,12 +7,12 @@ use uuid::Uuid;
 
 use super::school::{self, ADMINISTRATOR, COHORTS, EXPERTS, LEARNERS};
 use crate::AppState;
-use crate::domain::{Moment, Role};
-use crate::secret;
-use crate::storage::audit::{Actor, Entry};
-use crate::storage::cohorts::{self, Deed, Membership};
-use crate::storage::people::{self, NewPerson, Person};
-use crate::storage::schools;
+use acts::secret;
+use model::{Moment, Role};
+use store::audit::{Actor, Entry};
+use store::cohorts::{self, Deed, Membership};
+use store::people::{self, NewPerson, Person};
+use store::schools;
 
 /// A trainee of the demonstration.
 #[derive(Clone, Debug)]

@@ -3,21 +3,22 @@
 
 use anyhow::Context;
 use assessment::questionnaire::Answer;
-use scene::instrument::ScaleKind;
+use documents::instrument::ScaleKind;
 
 use super::DAY_S;
 use super::experts::find;
 use super::school::{COHORTS, EXPERTS, LEARNERS};
 use super::study::scatter;
 use crate::AppState;
-use crate::deadlines;
-use crate::domain::{CurrentPerson, Moment, due};
-use crate::ratings::{self, Rated};
-use crate::segments;
-use crate::storage::ratings::{self as stored, NewRound};
-use crate::storage::reports::{self, ListedAttempt};
-use crate::storage::segments::{self as traces, NewTask};
-use crate::storage::{instruments, practice, schools};
+use acts::deadlines;
+use acts::ratings;
+use acts::ratings::Rated;
+use acts::segments;
+use model::{CurrentPerson, Moment, due};
+use store::ratings::{self as stored, NewRound};
+use store::reports::{self, ListedAttempt};
+use store::segments::{self as traces, NewTask};
+use store::{instruments, practice, schools};
 
 /// Attempts that are rated.
 const RATED: usize = 8;

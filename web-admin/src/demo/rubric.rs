@@ -6,12 +6,13 @@ use anyhow::{Context, bail, ensure};
 use super::experts::find;
 use super::school::COHORTS;
 use crate::AppState;
-use crate::domain::CurrentPerson;
-use crate::drafting::{self, Saved};
-use crate::regrading::exercise as regrading;
-use crate::storage::scores::SessionKey;
-use crate::storage::{drafts, exercises, regradings, scores};
 use crate::worker;
+use acts::drafting;
+use acts::drafting::Saved;
+use acts::regrading::exercise as regrading;
+use model::CurrentPerson;
+use store::scores::SessionKey;
+use store::{drafts, exercises, regradings, scores};
 
 /// By how much a pass mark is changed, in points; by more where nobody is so close to it.
 const POINTS: f64 = 5.0;

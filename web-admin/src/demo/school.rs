@@ -1,7 +1,7 @@
 //! Who is in the demonstration school, and how each of them learns. The stories are chosen so that every page has
 //! something to show: somebody quick, somebody stuck, somebody who stopped coming, somebody who slips back.
 
-use mechanics::operator::Skill;
+use law::operator::Skill;
 
 /// Name of the school.
 pub const SCHOOL: &str = "Demonstration School of Medicine";

@@ -3,22 +3,25 @@
 
 use anyhow::Context;
 use assessment::questionnaire::Answer;
-use scene::Instrument;
-use scene::instrument::{Item, ScaleKind};
+use documents::Instrument;
+use documents::instrument::{Item, ScaleKind};
 use uuid::Uuid;
 
 use super::people::Trainee;
 use super::school::{self, COHORTS};
 use crate::AppState;
-use crate::domain::CurrentPerson;
-use crate::domain::survey::Identity;
-use crate::mail;
-use crate::storage::people::{self, Person};
-use crate::storage::scores::{self, SessionKey};
-use crate::storage::surveys::{self as stored, Survey};
-use crate::storage::{instruments, practice, reports};
-use crate::surveys::answering::{self, Asked};
-use crate::surveys::{self, Wanted};
+use crate::outbox;
+use acts::surveys;
+use acts::surveys::Wanted;
+use acts::surveys::answering;
+use acts::surveys::answering::Asked;
+use model::CurrentPerson;
+use model::survey::Identity;
+use model::survey::Survey;
+use store::people::{self, Person};
+use store::scores::{self, SessionKey};
+use store::surveys as stored;
+use store::{instruments, practice, reports};
 
 /// How many of each take part.
 const PEOPLE: usize = 12;
@@ -174,7 +177,7 @@ impl Study<'_> {
     async fn invite(&self, owner: &CurrentPerson) -> anyhow::Result<()> {
         let invited = INVITED.map(|(name, email)| (name.to_owned(), email.to_owned()));
         surveys::mail_links(self.state, owner, self.survey, &invited).await?;
-        Ok(mail::work_off(self.state).await?)
+        Ok(outbox::work_off(self.state).await?)
     }
 
     async fn answer(&self, token: &str, participant: Participant) -> anyhow::Result<()> {

@@ -10,12 +10,13 @@ use axum::routing::get;
 use tokio::sync::Mutex;
 
 use crate::AppState;
-use crate::domain::Moment;
-use crate::error::{ApiError, Error};
+use crate::error::ApiError;
 use crate::routes::Routes;
 use crate::routes::api::bearer;
-use crate::secret;
-use crate::storage::service::{self, Totals};
+use acts::error::Error;
+use acts::secret;
+use model::Moment;
+use store::service::{self, Totals};
 
 /// Upper ends of the classes of answering times, in µs.
 const TIMES_US: [u64; 8] = [5_000, 10_000, 25_000, 50_000, 150_000, 500_000, 2_000_000, 10_000_000];

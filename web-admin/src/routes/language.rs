@@ -11,9 +11,10 @@ use tower_sessions::cookie::{Cookie, SameSite};
 
 use super::auth::{CsrfForm, own_path};
 use crate::AppState;
-use crate::error::{Error, PageError};
+use crate::error::PageError;
 use crate::routes::Routes;
-use crate::words::{self, Language};
+use acts::error::Error;
+use words::Language;
 
 const NAME: &str = "stylet_language";
 

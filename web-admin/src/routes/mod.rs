@@ -17,8 +17,9 @@ use tower_sessions::cookie::SameSite;
 use tower_sessions::{Expiry, SessionManagerLayer};
 
 use crate::AppState;
-use crate::error::{ApiError, Error, PageError};
-use crate::storage::web_sessions::WebSessions;
+use crate::error::{ApiError, PageError};
+use acts::error::Error;
+use acts::web_sessions::WebSessions;
 
 pub mod api;
 pub mod auth;

@@ -11,14 +11,14 @@ use axum::routing::get;
 use serde::Deserialize;
 
 use crate::AppState;
-use crate::domain::survey::ResponseState;
-use crate::error::{Error, PageError};
+use crate::error::PageError;
 use crate::routes::Routes;
-use crate::surveys::answering::{self, Answering};
-use crate::views::survey::form::{
-    ConsentPage, End, EndPage, FormPage, Given, Question, Refusals, Terms, shown, spoken,
-};
-use crate::words::{self, Language};
+use acts::error::Error;
+use acts::surveys::answering;
+use acts::surveys::answering::Answering;
+use model::survey::ResponseState;
+use pages::survey::form::{ConsentPage, End, EndPage, FormPage, Given, Question, Refusals, Terms, shown, spoken};
+use words::Language;
 
 /// For anybody who has an address.
 #[must_use]
@@ -75,9 +75,9 @@ pub(super) fn terms(answering: &TermsOf<'_>, wanted: &str) -> Terms {
 /// What the terms are of.
 pub(super) struct TermsOf<'a> {
     /// The survey.
-    pub survey: &'a crate::storage::surveys::Survey,
+    pub survey: &'a model::survey::Survey,
     /// What it asks.
-    pub instrument: &'a scene::Instrument,
+    pub instrument: &'a documents::Instrument,
     /// It is asked after an attempt.
     pub after_attempt: bool,
 }

@@ -7,8 +7,8 @@ use axum::routing::get;
 
 use super::Routes;
 use crate::AppState;
-use crate::certificates;
 use crate::error::ApiError;
+use acts::certificates;
 
 /// Their addresses.
 #[must_use]

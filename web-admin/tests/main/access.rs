@@ -2,10 +2,10 @@
 //! from one that does not, or an id of another school from no id at all.
 
 use axum::http::Method;
+use model::Role;
+use store::audit::Actor;
+use store::{cohorts, people, tokens};
 use uuid::Uuid;
-use web_admin::domain::Role;
-use web_admin::storage::audit::Actor;
-use web_admin::storage::{cohorts, people, tokens};
 
 use super::support::App;
 use super::support::recordings::{Attempt, record};

@@ -5,11 +5,11 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use web_admin::anchoring;
-use web_admin::certificates;
-use web_admin::clock::Clock;
-use web_admin::config::MailTo;
-use web_admin::domain::{Moment, Role};
+use acts::anchoring;
+use acts::certificates;
+use acts::clock::Clock;
+use acts::config::MailTo;
+use model::{Moment, Role};
 
 use super::support::App;
 

@@ -4,12 +4,12 @@
 
 use std::time::{Duration, Instant};
 
+use acts::clock::Clock;
+use acts::config::PasswordCost;
 use axum::body::Body;
 use axum::http::{Request, header};
-use web_admin::clock::Clock;
-use web_admin::config::PasswordCost;
-use web_admin::domain::Role;
-use web_admin::storage::people;
+use model::Role;
+use store::people;
 
 use super::support::App;
 use super::support::client::{Client, csrf_in, encoded};

@@ -1,11 +1,11 @@
 //! What programs read. Fails when a range is not the bytes asked for, when a peak is lost in a series, or when
 //! somebody is sent to an exercise whose prerequisites are not mastered.
 
+use acts::clock::Clock;
+use acts::config::Config;
 use axum::body::Body;
 use axum::http::{Request, header};
-use web_admin::clock::Clock;
-use web_admin::config::Config;
-use web_admin::domain::{Moment, Role};
+use model::{Moment, Role};
 use web_admin::worker::work_off;
 
 use super::support::App;

@@ -1,14 +1,14 @@
 //! Assignments through the front door. Fails when a trainee does not see what is due, when the clocks move a deadline,
 //! when another school's cohort can be told from none, or when somebody is reminded twice or for nothing.
 
+use acts::clock::Clock;
+use acts::config::MailTo;
+use acts::deadlines;
+use model::{Moment, Role};
+use store::{cohorts, schools};
 use time::macros::datetime;
 use uuid::Uuid;
-use web_admin::clock::Clock;
-use web_admin::config::MailTo;
-use web_admin::deadlines;
-use web_admin::domain::{Moment, Role};
-use web_admin::mail;
-use web_admin::storage::{cohorts, schools};
+use web_admin::outbox;
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};
@@ -67,7 +67,7 @@ impl World {
 
     async fn mails(&self) -> Vec<String> {
         deadlines::remind(&self.app.state).await.unwrap();
-        mail::work_off(&self.app.state).await.unwrap();
+        outbox::work_off(&self.app.state).await.unwrap();
         let MailTo::Folder(folder) = &self.app.state.config.mail else { panic!("mail goes to a folder") };
         let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
         entries.map(|entry| std::fs::read_to_string(entry.unwrap().path()).unwrap()).collect()

@@ -1,9 +1,9 @@
 //! The audit log only grows, and a change to it shows. Fails when a statement can alter a row, or when a row that was
 //! altered behind the triggers' back goes unnoticed.
 
-use web_admin::domain::Role;
-use web_admin::storage::audit::check;
-use web_admin::verification;
+use acts::verification;
+use model::Role;
+use store::audit::check;
 
 use super::support::App;
 use super::support::recordings::{Attempt, record};

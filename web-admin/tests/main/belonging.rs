@@ -1,9 +1,9 @@
 //! Who belongs to a cohort. Fails when somebody who teaches reaches the attempts of a trainee who has agreed to nothing,
 //! when somebody says yes who must not, or when the trainee does not see who asked, who agreed and who let them go.
 
+use model::Role;
+use store::cohorts;
 use uuid::Uuid;
-use web_admin::domain::Role;
-use web_admin::storage::cohorts;
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};

@@ -1,12 +1,13 @@
 //! A certificate through the front door: who has mastered a course saves a page, and anybody checks it without the service.
 //! Fails when one is issued for less, in another's language, or when what is printed or signed is not what was earned.
 
-use web_admin::certificates;
-use web_admin::domain::Role;
-use web_admin::publishing;
-use web_admin::storage::people;
-use web_admin::words::Language;
+use acts::certificates;
+use acts::publishing;
+use model::Role;
+use model::certificate::check_certificate;
+use store::people;
 use web_admin::worker;
+use words::Language;
 
 use crate::support::client::csrf_in;
 use crate::support::recordings::{Attempt, FORGED, record};
@@ -69,14 +70,14 @@ async fn who_has_mastered_a_course_saves_a_page_that_anybody_can_check() {
     assert!(!html.contains("src=") && !html.contains("href="), "it needs nothing else: {html}");
 
     let key = certificates::public_key(&app.state.config.data_dir).unwrap();
-    let stated = certificates::check(html.as_bytes(), &key).unwrap();
+    let stated = check_certificate(html.as_bytes(), &key).unwrap();
     assert_eq!((stated.school.as_str(), stated.course.as_str()), ("North & Sons", "One <step> & no more"));
     assert_eq!(stated.trainee, ada.person.display_name);
     assert_eq!(stated.exercises.len(), 1);
     assert!(stated.rule.starts_with("mastered with 1 pass"), "what programs read is English: {}", stated.rule);
     assert!(stated.attempts.is_some_and(|told| told.contains("supervised")));
     let forged = html.replace("North", "South");
-    assert!(certificates::check(forged.as_bytes(), &key).unwrap_err().to_string().contains("signature"));
+    assert!(check_certificate(forged.as_bytes(), &key).unwrap_err().to_string().contains("signature"));
 
     let mut head = app.signed_in("head@example.org").await;
     let theirs = csrf_in(&head.get("/admin").await.text());

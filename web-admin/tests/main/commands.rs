@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use web_admin::domain::Role;
+use model::Role;
 use web_admin::worker;
 
 use super::support::recordings::{Attempt, record};

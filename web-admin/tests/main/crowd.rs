@@ -5,9 +5,9 @@
 use std::time::Duration;
 
 use axum::http::HeaderValue;
-use web_admin::domain::{Moment, Role};
-use web_admin::storage::generated::{self, Crowd};
-use web_admin::storage::{practice, reports, tallies};
+use model::{Moment, Role};
+use store::generated::{self, Crowd};
+use store::{practice, reports, tallies};
 use web_admin::worker;
 
 use super::support::App;
@@ -26,8 +26,7 @@ async fn crowded() -> App {
     let model = Attempt::default();
     assert_eq!(app.with_token(&trainee.token).upload(&record(&model)).await.status, 201);
     worker::work_off(&app.state).await.unwrap();
-    let password_hash =
-        web_admin::secret::hash_password(super::support::PASSWORD, app.state.config.password_cost).unwrap();
+    let password_hash = acts::secret::hash_password(super::support::PASSWORD, app.state.config.password_cost).unwrap();
     let crowd = Crowd {
         school_id,
         trainees: TRAINEES,
@@ -51,7 +50,7 @@ async fn a_crowd_is_what_the_service_would_have_written() {
     let app = crowded().await;
     let reader = app.state.db.reader();
     assert_eq!(app.state.db.integrity().await.unwrap(), Vec::<String>::new());
-    let instructor = web_admin::storage::people::by_email(reader, &generated::instructor_email(1)).await.unwrap();
+    let instructor = store::people::by_email(reader, &generated::instructor_email(1)).await.unwrap();
     let instructor = instructor.unwrap().into_current().unwrap();
     let taught = reports::cohorts(reader, &instructor).await.unwrap();
     assert_eq!(taught.len(), 3, "the second instructor has what the first leaves of seven cohorts");
@@ -68,7 +67,7 @@ async fn a_crowd_is_what_the_service_would_have_written() {
 async fn whoever_teaches_is_shown_the_latest_attempts_of_their_own_trainees() {
     let app = crowded().await;
     let reader = app.state.db.reader();
-    let instructor = web_admin::storage::people::by_email(reader, &generated::instructor_email(0)).await.unwrap();
+    let instructor = store::people::by_email(reader, &generated::instructor_email(0)).await.unwrap();
     let instructor = instructor.unwrap().into_current().unwrap();
     let mut own = Vec::new();
     for cohort in reports::cohorts(reader, &instructor).await.unwrap() {

@@ -4,9 +4,10 @@
 use std::fs;
 use std::path::Path;
 
-use web_admin::domain::Role;
-use web_admin::publishing::{self, Refused};
-use web_admin::storage::{curricula, exercises};
+use acts::publishing;
+use acts::publishing::Refused;
+use model::Role;
+use store::{curricula, exercises};
 
 use super::support::{App, course_folder};
 

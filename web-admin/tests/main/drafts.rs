@@ -2,7 +2,7 @@
 //! attempt already made, when one person's text is lost to another's, when a wrong document is published, or when somebody
 //! writes who may not.
 
-use web_admin::domain::Role;
+use model::Role;
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};

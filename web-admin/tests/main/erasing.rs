@@ -4,13 +4,15 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use acts::clock::Clock;
+use acts::config::Config;
+use acts::erasures::ERASURES_FILE;
+use model::Role;
+use model::texts::TextCounts;
+use store::texts;
+use store::texts::Whose;
 use uuid::Uuid;
 use web_admin::AppState;
-use web_admin::clock::Clock;
-use web_admin::config::Config;
-use web_admin::domain::Role;
-use web_admin::erasures::ERASURES_FILE;
-use web_admin::storage::texts::{self, Texts, Whose};
 
 use super::every_route::World;
 use super::support::client::{Answer, Client, csrf_in};
@@ -155,7 +157,7 @@ async fn a_backup_brings_neither_texts_nor_recordings_back() {
     let state = AppState::open(Config::in_folder(place.path()), Clock::system()).await.unwrap();
     let whose = Whose { school_id: said.ana.person.school_id, person_id: said.ana.person.id, until: state.clock.now() };
     let left = texts::count(state.db.reader(), whose).await.unwrap();
-    assert_eq!(left, Texts { written: 0, about: 0, sealed: 0 });
+    assert_eq!(left, TextCounts { written: 0, about: 0, sealed: 0 });
     let gone = said.recording().strip_prefix(&said.app.state.config.recordings_dir).unwrap().to_owned();
     assert!(!state.config.recordings_dir.join(gone).exists());
 }
@@ -189,7 +191,7 @@ async fn recordings_go_if_the_schools_rule_says_so_and_nothing_misses_them() {
     // What a service leaves that is killed after its commit goes at the next start.
     std::fs::write(said.recording(), "left over").unwrap();
     assert_eq!(web_admin(&folder, &["verify"]).status.code(), Some(1));
-    assert_eq!(web_admin::erasing::catch_up(&said.app.state).await.unwrap(), 0);
+    assert_eq!(acts::erasing::catch_up(&said.app.state).await.unwrap(), 0);
     assert!(!said.recording().exists());
 }
 

@@ -4,13 +4,13 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use acts::clock::Clock;
+use acts::config::Config;
+use acts::erasing;
+use acts::erasures::{ERASURES_FILE, Erasure, ErasureList, Wish};
+use model::Role;
+use store::people;
 use web_admin::AppState;
-use web_admin::clock::Clock;
-use web_admin::config::Config;
-use web_admin::domain::Role;
-use web_admin::erasing;
-use web_admin::erasures::{ERASURES_FILE, Erasure, ErasureList, Wish};
-use web_admin::storage::people;
 
 use super::support::client::{Client, csrf_in};
 use super::support::recordings::{Attempt, record};

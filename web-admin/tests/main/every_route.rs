@@ -22,30 +22,31 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use acts::assignments;
+use acts::clock::Clock;
+use acts::drafting;
+use acts::regrading::exercise as regrading;
+use acts::roster_import;
+use acts::surveys;
+use acts::uploads;
+use acts::uploads::Announced;
 use axum::body::Body;
 use axum::http::{Method, Request, header};
+use model::Role;
+use model::assignment::Task;
+use model::comment::{Comment, CommentKind};
+use model::roster::Wanted;
+use model::survey::Identity;
 use sqlx::pool::PoolConnection;
 use sqlx::{Sqlite, SqliteConnection};
+use store::assignments::NewAssignment;
+use store::scores::SessionKey;
+use store::surveys as stored;
+use store::uploads::Owner;
+use store::{cohorts, comments, exercises, instruments, people, ratings, reports, segments, stations};
 use tempfile::TempDir;
 use uuid::Uuid;
-use web_admin::assignments;
-use web_admin::clock::Clock;
-use web_admin::domain::Role;
-use web_admin::domain::assignment::Task;
-use web_admin::domain::comment::{Comment, CommentKind};
-use web_admin::domain::roster::Wanted;
-use web_admin::domain::survey::Identity;
-use web_admin::drafting;
-use web_admin::regrading::exercise as regrading;
-use web_admin::roster_import;
 use web_admin::routes;
-use web_admin::storage::assignments::NewAssignment;
-use web_admin::storage::scores::SessionKey;
-use web_admin::storage::surveys as stored;
-use web_admin::storage::uploads::Owner;
-use web_admin::storage::{cohorts, comments, exercises, instruments, people, ratings, reports, segments, stations};
-use web_admin::surveys;
-use web_admin::uploads::{self, Announced};
 use web_admin::worker;
 
 use super::support::client::{Client, csrf_in};
@@ -238,7 +239,7 @@ async fn round(app: &App, [teacher, colleague]: [&Member; 2], session: Uuid) -> 
         raters: vec![teacher.person.id, colleague.person.id],
     };
     let by = teacher.person.clone().into_current().unwrap();
-    let round = web_admin::ratings::make(&app.state, &by, &new).await.unwrap();
+    let round = acts::ratings::make(&app.state, &by, &new).await.unwrap();
     let rater = colleague.person.clone().into_current().unwrap();
     let own = ratings::own(reader, &rater, round).await.unwrap();
     [("round", round.to_string()), ("rating", own[0].id.to_string())]
@@ -254,7 +255,7 @@ async fn task(app: &App, teacher: &Member, cohort_id: Uuid, session: Uuid) -> [(
         time_zone: "UTC".to_owned(),
         sessions: vec![session],
     };
-    let task = web_admin::segments::make(&app.state, &by, &new).await.unwrap();
+    let task = acts::segments::make(&app.state, &by, &new).await.unwrap();
     let traces = segments::traces(app.state.db.reader(), by.school_id, task).await.unwrap();
     [("task", task.to_string()), ("trace", traces[0].id.to_string())]
 }

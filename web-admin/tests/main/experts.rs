@@ -1,8 +1,8 @@
 //! Experts' consent, through the front door. Fails when it is recorded by somebody else than an administrator, without its
 //! words, or for the future; when what was recorded is lost; and when an attempt is in the corridor without a consent.
 
+use model::Role;
 use uuid::Uuid;
-use web_admin::domain::Role;
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};

@@ -5,12 +5,12 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::time::Duration;
 
+use acts::clock::Clock;
+use acts::judging::Helper;
+use model::Role;
+use store::scores::SessionKey;
+use store::sessions::{self, SessionState};
 use uuid::Uuid;
-use web_admin::clock::Clock;
-use web_admin::domain::Role;
-use web_admin::judging::Helper;
-use web_admin::storage::scores::SessionKey;
-use web_admin::storage::sessions::{self, SessionState};
 use web_admin::worker;
 
 use super::support::App;

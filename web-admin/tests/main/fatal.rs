@@ -7,17 +7,19 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
+use acts::clock::Clock;
+use acts::judging;
+use acts::judging::{Answer, Brief, Helper, Question, Task};
+use acts::killpoints;
+use acts::killpoints::KillPoint;
+use acts::uploads;
 use axum::body::Body;
 use axum::http::Request;
+use model::{Moment, Role};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
-use web_admin::clock::Clock;
-use web_admin::domain::{Moment, Role};
-use web_admin::judging::{self, Answer, Brief, Helper, Question, Task};
-use web_admin::killpoints::{self, KillPoint};
-use web_admin::storage::scores::SessionKey;
-use web_admin::storage::{jobs, tries, uploads as rows};
-use web_admin::uploads;
+use store::scores::SessionKey;
+use store::{jobs, tries, uploads as rows};
 
 use super::support::App;
 use super::support::failing_disk::{FailingDisk, Fault};
@@ -266,8 +268,10 @@ async fn what_was_read_when_it_arrived_is_set_aside_and_not_refused_and_what_has
         let (recording, replay) = (path.clone(), folder.path().join("replay"));
         Question::Recording(Brief { recording, sha256: sha256.to_owned(), replay, task: Task::Judge(None) })
     };
-    let same = judging::answer(brief(&hex::encode(Sha256::digest("not a recording"))));
+    let answer =
+        |arrived: &str| judging::answer(brief(&hex::encode(Sha256::digest(arrived))), judging::leave_unexamined);
+    let same = answer("not a recording");
     assert!(matches!(&same, Answer::Died(why) if why.contains("it was read when it arrived")), "{same:?}");
-    let changed = judging::answer(brief(&hex::encode(Sha256::digest("a recording"))));
+    let changed = answer("a recording");
     assert!(matches!(&changed, Answer::Permanent(why) if why.contains("not what has arrived")), "{changed:?}");
 }

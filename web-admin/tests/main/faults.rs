@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::time::Duration;
 
-use web_admin::config::Config;
+use acts::config::Config;
 
 use super::support::App;
 use super::support::failing_disk::{FailingDisk, Fault};
@@ -155,7 +155,7 @@ async fn a_new_folder_is_its_owners_alone() {
 async fn backed_up() -> (App, std::path::PathBuf) {
     let app = App::new().await;
     let school = app.school("North").await;
-    let ada = app.member(school, web_admin::domain::Role::Trainee, "ada@example.org").await;
+    let ada = app.member(school, model::Role::Trainee, "ada@example.org").await;
     assert_eq!(app.with_token(&ada.token).upload(&record(&Attempt::default())).await.status, 201);
     app.state.db.close().await;
     let backup = app.folder.path().join("backup.tar");

@@ -3,10 +3,10 @@
 
 use std::process::Command;
 
-use web_admin::accounts;
-use web_admin::clock::Clock;
-use web_admin::domain::{Moment, Role};
-use web_admin::storage::people;
+use acts::accounts;
+use acts::clock::Clock;
+use model::{Moment, Role};
+use store::people;
 
 use super::support::client::{Answer, Client, csrf_in};
 use super::support::{App, PASSWORD};

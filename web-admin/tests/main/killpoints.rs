@@ -8,10 +8,10 @@ use std::path::Path;
 use std::process::{Command, Output};
 use std::time::Duration;
 
-use web_admin::config::Config;
-use web_admin::killpoints::{KillPoint, VARIABLE};
-use web_admin::storage::scores::SessionKey;
-use web_admin::storage::{Database, scores, sessions};
+use acts::config::Config;
+use acts::killpoints::{KillPoint, VARIABLE};
+use store::scores::SessionKey;
+use store::{Database, scores, sessions};
 
 use super::support::recordings::{Attempt, record};
 use super::support::service::{Service, founded, header};

@@ -3,16 +3,16 @@
 
 use std::path::Path;
 
+use attempt::simulate::{MotionSource, rehearse};
 use attempt::{AttemptCurve, LayerSpan, MarkKind, axial_force_before_n, span_layers};
-use mechanics::operator::{Motion, needle_pose};
-use mechanics::puncture::PunctureParams;
+use documents::{ExerciseBundle, Patient};
+use law::operator::{Motion, needle_pose};
+use model::corridor::corridor;
+use model::replay::Replay;
 use nalgebra::{Rotation3, Vector3};
-use recording::simulate::{MotionSource, rehearse};
+use pages::session::Drawing;
 use recording::{EventKind, Recording};
-use scene::{ExerciseBundle, Patient};
-use web_admin::domain::corridor::corridor;
-use web_admin::domain::replay::Replay;
-use web_admin::views::session::Drawing;
+use tissue::Specimen;
 
 /// Angle that is asked for, and by how much more the needle leans at the skin and later, in degrees.
 const OFF_DEG: f64 = 7.0;
@@ -49,7 +49,7 @@ impl MotionSource for LeaningHand {
 /// The attempt, and its angle at the tick of the contact, in degrees.
 fn attempt(bundle: &ExerciseBundle) -> (Recording, f64) {
     let patient = Patient::draw(&bundle.scene, 11);
-    let params = PunctureParams::new(bundle.puncture_spec(&patient)).unwrap();
+    let params = Specimen::new(bundle.specimen_spec(&patient)).unwrap();
     let session = recording::Session::in_memory(bundle.scene.law, patient.thickness_mm);
     let angle_deg = bundle.exercise.angle_deg + OFF_DEG;
     let mut hand = LeaningHand { t_s: 0.0, entry_m: bundle.exercise.entry_m(), angle_deg };

@@ -6,11 +6,11 @@ use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use acts::clock::Clock;
+use acts::config::Config;
+use model::Role;
+use store::{audit, sessions};
 use web_admin::AppState;
-use web_admin::clock::Clock;
-use web_admin::config::Config;
-use web_admin::domain::Role;
-use web_admin::storage::{audit, sessions};
 
 use super::support::App;
 use super::support::recordings::{Attempt, record};

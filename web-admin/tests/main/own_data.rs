@@ -3,11 +3,11 @@
 
 use std::collections::BTreeSet;
 
+use model::Role;
 use serde_json::Value;
 use sqlx::AssertSqlSafe;
+use store::{exports, people};
 use uuid::Uuid;
-use web_admin::domain::Role;
-use web_admin::storage::{exports, people};
 
 use super::every_route::World;
 use super::support::client::csrf_in;

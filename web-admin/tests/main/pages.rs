@@ -1,8 +1,8 @@
 //! The pages through the front door, role by role. Fails when a page shows somebody what they may not see, hides what
 //! they came for, or tells the missing from the forbidden.
 
+use model::Role;
 use uuid::Uuid;
-use web_admin::domain::Role;
 use web_admin::worker;
 
 use super::support::recordings::{Attempt, record, tampered, without_samples};

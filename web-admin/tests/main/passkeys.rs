@@ -1,11 +1,11 @@
 //! Passkeys. Fails when a password alone signs in where a passkey is asked for; when an answer is taken that is another site's,
 //! another question's, somebody else's, late, given before, or of a copied key; and when a passkey outlives its removal.
 
+use acts::clock::Clock;
+use model::{Moment, Role};
 use serde_json::Value;
 use uuid::Uuid;
-use web_admin::clock::Clock;
-use web_admin::domain::{Moment, Role};
-use web_admin::mail;
+use web_admin::outbox;
 
 use super::support::authenticator::Authenticator;
 use super::support::client::{Answer, Client, csrf_in};
@@ -278,7 +278,7 @@ async fn several_are_named_renamed_and_removed_by_password_and_factor() {
     assert_eq!(send(&mut client, &last, &format!("{last}/remove"), &by_code).await.status, 303);
     assert_eq!(count(&app, "recovery_codes").await, 0);
     assert_eq!(app.stranger().sign_in(ADA, PASSWORD).await.header("location"), "/");
-    mail::work_off(&app.state).await.unwrap();
+    outbox::work_off(&app.state).await.unwrap();
     assert_eq!(std::fs::read_dir(app.folder.path().join("mail")).unwrap().count(), 1, "a mail says so");
     let log = log_of(&app, &ada).await;
     for action in ["passkey.added", "passkey.renamed", "passkey.removed", "second_factor.off"] {

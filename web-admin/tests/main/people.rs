@@ -2,16 +2,16 @@
 //! is confirmed is not what was shown, when something is half imported, when a link works twice or tells who exists, or
 //! when somebody made anonymous can be found or let in.
 
+use acts::clock::Clock;
+use acts::config::{Config, MailTo};
 use axum::body::Body;
 use axum::http::{Request, header};
+use model::{Moment, Role};
+use store::people;
 use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
 use tokio::net::TcpListener;
 use uuid::Uuid;
-use web_admin::clock::Clock;
-use web_admin::config::{Config, MailTo};
-use web_admin::domain::{Moment, Role};
-use web_admin::mail;
-use web_admin::storage::people;
+use web_admin::outbox;
 
 use super::support::client::{Answer, Client, csrf_in};
 use super::support::recordings::{Attempt, record};
@@ -74,7 +74,7 @@ async fn post(client: &mut Client, page: &str, path: &str, fields: &[(&str, &str
 
 /// The mails that have gone out, as text.
 async fn mails(app: &App) -> Vec<String> {
-    mail::work_off(&app.state).await.unwrap();
+    outbox::work_off(&app.state).await.unwrap();
     let MailTo::Folder(folder) = &app.state.config.mail else { panic!("mail goes to a folder") };
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
     let mut paths: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
@@ -380,12 +380,12 @@ async fn mail_goes_out_by_smtp_and_waits_where_it_cannot() {
     let fields = [("name", "Ana Ek"), ("email", "ana@example.org"), ("role", "trainee")];
     assert_eq!(post(&mut head, "/people", "/people", &fields).await.status, 303);
     let server = tokio::spawn(refuse_then_take(listener));
-    mail::work_off(&app.state).await.unwrap();
+    outbox::work_off(&app.state).await.unwrap();
     app.state.clock.advance(61);
-    mail::work_off(&app.state).await.unwrap();
+    outbox::work_off(&app.state).await.unwrap();
     let taken = server.await.unwrap();
     assert!(taken.contains("To: \"Ana Ek\" <ana@example.org>") && taken.contains("/join/"), "{taken}");
-    mail::work_off(&app.state).await.unwrap();
+    outbox::work_off(&app.state).await.unwrap();
 }
 
 /// A mail server that is busy the first time, and takes the second mail.

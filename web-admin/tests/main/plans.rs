@@ -241,7 +241,7 @@ async fn every_query_of_a_big_table_uses_an_index() {
     let app = App::new().await;
     let read = |path: PathBuf| (tokens(&std::fs::read_to_string(&path).unwrap()), path);
     let sources: Vec<_> =
-        sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src/storage")).into_iter().map(read).collect();
+        sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("store/src")).into_iter().map(read).collect();
     let shared: BTreeMap<String, Pieces> = sources.iter().flat_map(|(tokens, _)| macros(tokens)).collect();
     let few: Vec<String> =
         sqlx::query_scalar("SELECT name FROM sqlite_master WHERE type = 'index' AND sql LIKE '%WHERE%'")

@@ -5,10 +5,10 @@ use std::io::{Read, Write};
 use std::net::SocketAddr;
 use std::time::Duration;
 
+use acts::clock::Clock;
+use acts::judging::Helper;
+use model::Role;
 use tokio::net::TcpListener;
-use web_admin::clock::Clock;
-use web_admin::domain::Role;
-use web_admin::judging::Helper;
 use web_admin::serving::{self, ConnectionLimits};
 
 use super::support::App;

@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
+use acts::publishing;
+use model::Role;
+use store::scores::SessionKey;
+use store::{practice, scores, tallies};
 use uuid::Uuid;
-use web_admin::domain::Role;
-use web_admin::publishing;
-use web_admin::storage::scores::SessionKey;
-use web_admin::storage::{practice, scores, tallies};
 use web_admin::worker;
 
 use super::support::recordings::{Attempt, record};

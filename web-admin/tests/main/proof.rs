@@ -1,16 +1,16 @@
 //! What an attempt proves, and what it does not. Fails when a forged exercise, somebody else's recording, a copy under
 //! another id or a date that cannot be is counted, or when a certificate asks for less than the school does.
 
+use acts::clock::Clock;
 use ed25519_dalek::SigningKey;
+use model::{Moment, Role};
 use serde_json::json;
 use sqlx::{Connection, SqliteConnection};
+use store::scores::SessionKey;
+use store::{practice, proofs, sessions, tallies};
 use time::OffsetDateTime;
 use time::macros::datetime;
 use uuid::Uuid;
-use web_admin::clock::Clock;
-use web_admin::domain::{Moment, Role};
-use web_admin::storage::scores::SessionKey;
-use web_admin::storage::{practice, proofs, sessions, tallies};
 use web_admin::worker;
 
 use super::support::client::{Answer, csrf_in};
@@ -104,7 +104,7 @@ async fn the_documents_of_one_exercise_do_not_make_an_attempt_at_another() {
     let honest = attempt_at(NOW);
     let mut session: recording::Session = recording::Recording::read(&record(&honest)[..]).unwrap().session;
     session.exercise_id = "reach-the-muscle".to_owned();
-    let found = web_admin::storage::exercises::by_documents(world.app.state.db.reader(), world.school, &session);
+    let found = store::exercises::by_documents(world.app.state.db.reader(), world.school, &session);
     assert_eq!(found.await.unwrap(), None);
 }
 

@@ -2,9 +2,10 @@
 //! scored or what the others gave; when a finished rating changes; when agreement is another than the formula's; and when
 //! somebody rates who was not asked.
 
+use acts::surveys;
+use model::Role;
 use uuid::Uuid;
-use web_admin::domain::Role;
-use web_admin::{surveys, worker};
+use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};
 use super::support::recordings::{Attempt, record};

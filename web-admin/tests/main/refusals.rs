@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
+use model::Role;
 use serde_json::Value;
 use tempfile::TempDir;
 use uuid::Uuid;
-use web_admin::domain::Role;
 
 use super::support::App;
 use super::support::service::{Service, answer};

@@ -2,11 +2,11 @@
 //! when an attempt of somebody else's trainee is touched, when an override stops counting, or when a confirmation is
 //! taken after attempts have changed.
 
+use acts::regrading::{Rubric, exercise};
+use model::Role;
 use sqlx::SqliteConnection;
+use store::{exercises, regradings, sessions};
 use uuid::Uuid;
-use web_admin::domain::Role;
-use web_admin::regrading::{Rubric, exercise};
-use web_admin::storage::{exercises, regradings, sessions};
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};

@@ -1,11 +1,11 @@
 //! A replay and what is said about it, through the front door. Fails when the first picture would need the recording,
 //! a comment lands outside the attempt or in another one, or somebody takes back what another has said.
 
+use acts::clock::Clock;
 use axum::body::Body;
 use axum::http::{Request, header};
+use model::{Moment, Role};
 use uuid::Uuid;
-use web_admin::clock::Clock;
-use web_admin::domain::{Moment, Role};
 use web_admin::worker;
 
 use super::support::client::{Client, csrf_in};

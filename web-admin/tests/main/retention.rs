@@ -5,14 +5,14 @@
 use std::process::Command;
 use std::time::Duration;
 
+use acts::accounts;
+use acts::clock::Clock;
+use acts::config::MailTo;
+use acts::retention;
+use model::{Moment, Role};
+use store::{audit, people};
 use uuid::Uuid;
-use web_admin::accounts;
-use web_admin::clock::Clock;
-use web_admin::config::MailTo;
-use web_admin::domain::{Moment, Role};
-use web_admin::mail;
-use web_admin::retention;
-use web_admin::storage::{audit, people};
+use web_admin::outbox;
 
 use super::support::App;
 use super::support::client::{Answer, Client, csrf_in};
@@ -43,7 +43,7 @@ impl School {
         Self::with_mail(|_| {}).await
     }
 
-    async fn with_mail(change: impl FnOnce(&mut web_admin::config::Config)) -> Self {
+    async fn with_mail(change: impl FnOnce(&mut acts::config::Config)) -> Self {
         let app = App::with(Clock::fixed(NOW), change).await;
         let id = app.school("North").await;
         for (name, role) in PEOPLE {
@@ -68,7 +68,7 @@ impl School {
         self.app.state.clock.advance(clock_days * DAY_S);
         let run_s = u64::try_from(run_days * DAY_S).unwrap();
         retention::tick(&self.app.state, Duration::from_secs(run_s)).await.unwrap();
-        mail::work_off(&self.app.state).await.unwrap();
+        outbox::work_off(&self.app.state).await.unwrap();
     }
 
     async fn known(&self) -> Vec<&'static str> {

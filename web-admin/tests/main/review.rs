@@ -1,8 +1,8 @@
 //! Judgement, through the front door. Fails when a grade changes without a reason or a trace, when the computed score is
 //! lost from sight, or when a page goes on counting what was overridden.
 
+use model::Role;
 use uuid::Uuid;
-use web_admin::domain::Role;
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};

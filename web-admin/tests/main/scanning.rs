@@ -7,15 +7,15 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use acts::clock::Clock;
+use acts::scanning::{Scanner, Verdict};
+use acts::uploads;
 use axum::body::Body;
 use axum::http::Request;
+use model::Role;
 use tempfile::TempDir;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{UnixListener, UnixStream};
-use web_admin::clock::Clock;
-use web_admin::domain::Role;
-use web_admin::scanning::{Scanner, Verdict};
-use web_admin::uploads;
 
 use super::support::App;
 use super::support::client::{Answer, Client};

@@ -3,11 +3,11 @@
 
 use std::fs;
 
+use acts::clock::Clock;
+use model::{Moment, Role};
 use serde_json::Value;
-use web_admin::clock::Clock;
-use web_admin::domain::{Moment, Role};
-use web_admin::storage::scores::{self, SessionKey};
-use web_admin::storage::{grades, jobs, sessions};
+use store::scores::{self, SessionKey};
+use store::{grades, jobs, sessions};
 use web_admin::worker::work_off;
 
 use super::support::App;

@@ -6,16 +6,16 @@ use std::path::Path;
 use std::process::Command;
 use std::str::FromStr;
 
+use acts::clock::Clock;
+use acts::sealing::KEY_FILE;
 use axum::http::Method;
 use data_encoding::BASE32_NOPAD;
+use model::{Moment, Role, TotpSecret};
 use sqlx::migrate::Migrator;
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{Connection, SqliteConnection};
 use uuid::Uuid;
-use web_admin::clock::Clock;
-use web_admin::domain::{Moment, Role, TotpSecret};
-use web_admin::mail;
-use web_admin::sealing::KEY_FILE;
+use web_admin::outbox;
 
 use super::support::client::{Answer, Client, csrf_in};
 use super::support::{App, Member, PASSWORD};
@@ -103,7 +103,7 @@ async fn log_of(app: &App, person: &Member) -> Vec<String> {
 
 /// Everything that was mailed.
 async fn letters(app: &App) -> String {
-    mail::work_off(&app.state).await.unwrap();
+    outbox::work_off(&app.state).await.unwrap();
     let folder = app.folder.path().join("mail");
     let files = std::fs::read_dir(folder).map(|files| files.map(|file| file.unwrap().path()).collect::<Vec<_>>());
     files.unwrap_or_default().iter().map(|file| std::fs::read_to_string(file).unwrap()).collect()

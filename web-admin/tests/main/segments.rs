@@ -1,15 +1,15 @@
 //! Marking pops, through the front door. Fails when a trainee can learn the pops before sending marks, from the page or
 //! from any route; when they are given an attempt of their own; when sent marks change; and when results are wrong.
 
+use acts::clock::Clock;
+use acts::config::MailTo;
+use acts::deadlines;
+use model::segments::pops;
+use model::{Moment, Role};
+use store::schools;
+use store::scores::{self, SessionKey};
 use uuid::Uuid;
-use web_admin::clock::Clock;
-use web_admin::config::MailTo;
-use web_admin::deadlines;
-use web_admin::domain::segments::pops;
-use web_admin::domain::{Moment, Role};
-use web_admin::mail;
-use web_admin::storage::schools;
-use web_admin::storage::scores::{self, SessionKey};
+use web_admin::outbox;
 use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};
@@ -90,7 +90,7 @@ impl School {
     /// Whom letters were written to.
     async fn reminded(&self) -> Vec<String> {
         deadlines::remind(&self.app.state).await.unwrap();
-        mail::work_off(&self.app.state).await.unwrap();
+        outbox::work_off(&self.app.state).await.unwrap();
         let MailTo::Folder(folder) = &self.app.state.config.mail else { panic!("mail goes to a folder") };
         let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
         let letters = entries.map(|entry| std::fs::read_to_string(entry.unwrap().path()).unwrap());

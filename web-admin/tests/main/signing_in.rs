@@ -1,12 +1,12 @@
 //! Signing in and out. Fails when guessing is not braked, when a form of another site is taken, when a session keeps
 //! its id over a sign-in or outlives a new password, or when an unknown address answers otherwise than a known one.
 
+use acts::clock::Clock;
+use acts::secret;
 use axum::body::Body;
 use axum::http::{Request, header};
-use web_admin::clock::Clock;
-use web_admin::domain::{Moment, Role};
-use web_admin::secret;
-use web_admin::storage::people;
+use model::{Moment, Role};
+use store::people;
 
 use super::support::client::csrf_in;
 use super::support::{App, PASSWORD};
@@ -247,7 +247,7 @@ async fn a_forgotten_password_costs_the_same_whoever_asks() {
     };
     assert_eq!((count("asked_links").await, count("mails").await), (3, 0), "nobody was looked up");
     assert_eq!(log(&app).await, before);
-    web_admin::mail::work_off(&app.state).await.unwrap();
+    web_admin::outbox::work_off(&app.state).await.unwrap();
     assert_eq!((count("asked_links").await, count("mails").await), (0, 1));
     assert!(log(&app).await.last().unwrap().starts_with("person.link_asked_for"));
 }
@@ -261,7 +261,7 @@ async fn nobody_fills_the_box_of_somebody_by_asking_for_their_link() {
         let mut stranger = app.stranger();
         let csrf = csrf_in(&stranger.get("/forgotten").await.text());
         assert_eq!(stranger.form("/forgotten", &[("csrf", &csrf), ("email", "ada@example.org")]).await.status, 200);
-        web_admin::mail::work_off(&app.state).await.unwrap();
+        web_admin::outbox::work_off(&app.state).await.unwrap();
         log(&app).await.iter().filter(|line| line.starts_with("person.link_asked_for")).count()
     };
     assert_eq!([ask().await, ask().await, ask().await], [1, 1, 1]);

@@ -4,10 +4,10 @@
 
 use axum::body::Body;
 use axum::http::Request;
-use scene::Instrument;
+use documents::Instrument;
+use model::Role;
 use serde_json::{Value, json};
 use uuid::Uuid;
-use web_admin::domain::Role;
 
 use super::support::client::{Answer, Client, csrf_in};
 use super::surveys::{School, send};

@@ -1,12 +1,12 @@
 //! Stations join by a code and trainees sign in at them. Fails when a code works twice, too late or at another school,
 //! when guessing is not braked, when a revoked station is let in, or when what was done is not in the audit log.
 
+use acts::clock::Clock;
 use axum::body::Body;
 use axum::http::Request;
+use model::{Moment, Role};
 use serde_json::{Value, json};
-use web_admin::clock::Clock;
-use web_admin::domain::{Moment, Role};
-use web_admin::storage::{audit, people};
+use store::{audit, people};
 
 use super::support::App;
 use super::support::client::{Answer, Client, csrf_in};

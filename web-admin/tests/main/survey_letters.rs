@@ -3,9 +3,9 @@
 
 use std::path::PathBuf;
 
-use web_admin::config::MailTo;
-use web_admin::mail;
-use web_admin::storage::surveys::{self as stored, letters};
+use acts::config::MailTo;
+use store::surveys::{self as stored, letters};
+use web_admin::outbox;
 
 use super::support::client::{Answer, Client, csrf_in};
 use super::surveys::{School, send};
@@ -18,7 +18,7 @@ fn folder(school: &School) -> PathBuf {
 
 /// Sends what is due; every letter that has gone out so far.
 async fn letters_out(school: &School) -> Vec<String> {
-    mail::work_off(&school.app.state).await.unwrap();
+    outbox::work_off(&school.app.state).await.unwrap();
     let Ok(entries) = std::fs::read_dir(folder(school)) else { return Vec::new() };
     let mut read: Vec<String> = entries.map(|entry| std::fs::read_to_string(entry.unwrap().path()).unwrap()).collect();
     read.sort();
@@ -122,7 +122,7 @@ async fn a_letter_that_cannot_go_out_says_why_and_goes_later() {
     let blocked = folder(&school);
     std::fs::write(&blocked, "in the way").unwrap();
     ask(&mut teacher, &survey, "Dr Ek <ek@example.org>").await;
-    mail::work_off(&school.app.state).await.unwrap();
+    outbox::work_off(&school.app.state).await.unwrap();
     let page = teacher.get(&survey).await.text();
     assert!(page.contains("the mail folder cannot be made") && page.contains("; next try"), "{page}");
     std::fs::remove_file(&blocked).unwrap();
@@ -150,7 +150,7 @@ async fn a_letter_under_way_when_the_service_dies_is_not_sent_again() {
     ask(&mut teacher, &survey, "Dr Ek <ek@example.org>").await;
     let state = &school.app.state;
     let due = letters::due(state.db.reader(), state.clock.now(), 10).await.unwrap();
-    let token = web_admin::secret::token_sha256(link.trim_start_matches("/survey/"));
+    let token = acts::secret::token_sha256(link.trim_start_matches("/survey/"));
     let response = stored::by_token(state.db.reader(), &token).await.unwrap().unwrap();
     school.app.write(async |tx| letters::claim(tx, &due[0], response.id).await.unwrap()).await;
     state.clock.advance(7 * 24 * 3600);

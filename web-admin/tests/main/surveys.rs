@@ -1,13 +1,14 @@
 //! Surveys through the front door. Fails when an answer is lost or counted twice, when an anonymous one leads to who gave
 //! it, when a link opens what it should not, or when somebody sees a group that is too small.
 
+use acts::clock::Clock;
+use acts::surveys;
 use axum::body::Body;
 use axum::http::{Request, header};
+use model::{Moment, Role};
 use time::macros::datetime;
 use uuid::Uuid;
-use web_admin::clock::Clock;
-use web_admin::domain::{Moment, Role};
-use web_admin::{surveys, worker};
+use web_admin::worker;
 
 use super::support::client::{Answer, Client, csrf_in};
 use super::support::recordings::{Attempt, record};

@@ -3,11 +3,11 @@
 
 use std::process::Command;
 
-use web_admin::clock::Clock;
-use web_admin::domain::{Moment, Role};
-use web_admin::secret;
-use web_admin::storage::second_factors::PersonKey;
-use web_admin::storage::tokens::{self, NewToken};
+use acts::clock::Clock;
+use acts::secret;
+use model::{Moment, Role};
+use store::second_factors::PersonKey;
+use store::tokens::{self, NewToken};
 
 use super::support::client::{Answer, Client, csrf_in};
 use super::support::{App, Member, PASSWORD};

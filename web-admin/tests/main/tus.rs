@@ -1,17 +1,17 @@
 //! Uploads in pieces. Fails when a byte that was acknowledged is lost, when one that was not is counted, when an upload
 //! becomes two attempts or none, or when the protocol's words are not tus 1.0.0's.
 
+use acts::clock::Clock;
+use acts::config::UploadQuota;
+use acts::uploads;
 use axum::body::Body;
 use axum::http::request::Builder;
 use axum::http::{Method, Request};
 use data_encoding::BASE64;
+use model::{Moment, Role};
 use sha1::Sha1;
 use sha2::{Digest, Sha256};
-use web_admin::clock::Clock;
-use web_admin::config::UploadQuota;
-use web_admin::domain::{Moment, Role};
-use web_admin::storage::{jobs, uploads as rows};
-use web_admin::uploads;
+use store::{jobs, uploads as rows};
 
 use super::support::App;
 use super::support::client::{Answer, Client};

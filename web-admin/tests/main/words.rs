@@ -38,8 +38,19 @@ const KNOWN: [&str; 16] = [
 ];
 
 /// Where sentences are said.
-const SAID_IN: [&str; 6] =
-    ["templates", "src", "../sim/phrase/src", "../sim/mechanics/src", "../sim/scene/src", "../sim/assessment/src"];
+const SAID_IN: [&str; 11] = [
+    "pages/templates",
+    "pages/src",
+    "words/src",
+    "model/src",
+    "acts/src",
+    "src",
+    "../sim/phrase/src",
+    "../sim/law/src",
+    "../sim/tissue/src",
+    "../sim/documents/src",
+    "../sim/assessment/src",
+];
 
 /// A sentence: its form for one where it has two, and where it is said.
 #[derive(Debug, Default)]
@@ -130,7 +141,7 @@ fn sentences() -> Sentences {
 
 fn catalogues() -> Vec<(PathBuf, Catalog)> {
     let mut paths = Vec::new();
-    files_below(&root().join("locales"), &mut paths);
+    files_below(&root().join("words/locales"), &mut paths);
     paths.into_iter().map(|path| (path.clone(), po_file::parse(&path).unwrap())).collect()
 }
 

@@ -3,7 +3,7 @@
 
 use std::sync::LazyLock;
 
-use scene::MasteryRule;
+use documents::MasteryRule;
 use serde::{Deserialize, Serialize};
 
 use super::{Curve, CusumParams, Rule, Standing, curve};

@@ -1,9 +1,9 @@
 //! Structures hit, and how close the shaft came to each.
 
 use ::attempt::is_inserted;
+use documents::{SceneStructure, StructureKind};
 use nalgebra::Point3;
 use recording::EventKind;
-use scene::{SceneStructure, StructureKind};
 
 use super::Sheet;
 use crate::attempt::{Attempt, Outcome};

@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use scene::instrument::{Condition, Instrument, Item, ScaleKind};
+use documents::instrument::{Condition, Instrument, Item, ScaleKind};
 use serde::de::{Error, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 

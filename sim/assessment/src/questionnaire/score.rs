@@ -1,6 +1,6 @@
 //! Scores: the instrument's key, carried out.
 
-use scene::instrument::{Combine, Instrument, Missing, ScoreKey};
+use documents::instrument::{Combine, Instrument, Missing, ScoreKey};
 
 use super::Answer;
 

@@ -1,8 +1,8 @@
 //! Each metric of depth, force, time and rupture on motions whose answer is known in closed form.
 //! Fails when a definition, a unit or a domain is implemented otherwise than the catalogue says.
 
+use documents::{Shape, StructureKind};
 use recording::EventKind;
-use scene::{Shape, StructureKind};
 
 use crate::support::{
     Pose, bundle, decimate, down, expect, expect_absent, judge, ledger, line, mark, plunge, press, record, structure,

@@ -1,9 +1,9 @@
 //! Coaching speaks once when a limit is passed and again only after the needle has come back below it: it would fail if a
 //! message repeated each tick, came from a tremor, or came in the wrong unit or outside the body.
 
+use documents::CoachingRule;
 use nalgebra::Vector3;
 use recording::Recording;
-use scene::CoachingRule;
 
 use super::support::{Pose, bundle, down, press, record};
 use assessment::Coach;

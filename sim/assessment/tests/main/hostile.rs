@@ -2,9 +2,9 @@
 //! Fails when a metric divides by an empty span, indexes past a short column or lets NaN through.
 
 use assessment::{AssessError, assess};
+use documents::{Shape, StructureKind};
 use proptest::prelude::*;
 use recording::{Event, EventKind, Recording, Sample};
-use scene::{Shape, StructureKind};
 
 use crate::support::{bundle, down, empty, event, ledger, limit, line, record, structure};
 

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use assessment::questionnaire::{Answer, NoScore, range, read_answer, score};
-use scene::instrument::Instrument;
+use documents::instrument::Instrument;
 
 type Answers = Vec<Option<Answer>>;
 

@@ -3,8 +3,8 @@
 
 use assessment::words::{deduction_in_words, failure_in_words};
 use assessment::{Absent, Assessment, Metric, assess, suffices};
+use documents::{ExerciseBundle, RubricLine};
 use recording::{EventKind, Recording};
-use scene::{ExerciseBundle, RubricLine};
 
 use crate::support::{bundle, down, judge, limit, line, mark, press, record};
 

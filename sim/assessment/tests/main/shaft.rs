@@ -2,9 +2,9 @@
 //! Fails when an area, a distance or a count is taken of something else than the catalogue says.
 
 use assessment::Direction;
+use documents::{Shape, StructureKind};
 use nalgebra::Vector3;
 use recording::EventKind;
-use scene::{Shape, StructureKind};
 
 use crate::support::{Pose, bundle, down, expect, judge, mark, orientation, plunge, record, structure};
 

@@ -5,9 +5,9 @@
 use std::path::{Path, PathBuf};
 
 use assessment::{Assessment, DeductionCause, Metric, Tryout, assess, attachments, own_exercise};
-use mechanics::operator::{Operator, Skill};
+use documents::{ExerciseBundle, Patient};
+use law::operator::{Operator, Skill};
 use recording::{Recording, Writer};
-use scene::{ExerciseBundle, Patient};
 
 use crate::support::{decimate, session_of};
 
@@ -116,7 +116,7 @@ fn every_line_of_the_shipped_rubrics_is_a_metric_of_its_scene() {
 
 #[test]
 fn documents_and_catalogue_know_the_same_metrics() {
-    let documents = scene::metrics::METRICS.iter();
+    let documents = documents::metrics::METRICS.iter();
     let documents: Vec<_> = documents.flat_map(|known| (1..=known.newest).map(|version| (known.id, version))).collect();
     let catalogue: Vec<_> = assessment::catalogue::DEFINITIONS.iter().map(|d| (d.id, d.version)).collect();
     assert_eq!(documents, catalogue);

@@ -3,13 +3,13 @@
 use std::ops::Range;
 
 use assessment::{Assessment, assess};
-use mechanics::axial::ForceLaw;
-use nalgebra::{Point3, UnitQuaternion, Vector3};
-use recording::{Energy, Event, EventKind, Recording, Sample, Session, sample::flags};
-use scene::{
+use documents::{
     Exercise, ExerciseBundle, HardFail, Needle, RubricLine, Scene, SceneLayer, SceneStructure, Shape, StructureKind,
     StructureSpec, TissueOptions,
 };
+use law::axial::ForceLaw;
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+use recording::{Energy, Event, EventKind, Recording, Sample, Session, sample::flags};
 
 /// Skin 2 mm, fat 10 mm, muscle 40 mm; straight down at the origin to 20 mm.
 pub fn bundle() -> ExerciseBundle {
@@ -41,7 +41,7 @@ fn exercise() -> Exercise {
         azimuth_deg: 0.0,
         target_depth_mm: 20.0,
         time_limit_s: 60.0,
-        feedback: scene::Feedback::Both,
+        feedback: documents::Feedback::Both,
         required: None,
         rubric: vec![line("depth_error_mm", 0.5, 4.5, 1.0)],
         hard_fails: vec![],

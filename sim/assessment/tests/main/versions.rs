@@ -3,8 +3,8 @@
 //! filter, a band or a threshold is not the one that scipy and the definitions say.
 
 use assessment::{Deduction, suffices};
+use documents::ExerciseBundle;
 use recording::{EventKind, Recording};
-use scene::ExerciseBundle;
 
 use crate::support::{bundle, decimate, down, expect, expect_absent, expect_anew, judge, line, mark, plunge, record};
 
@@ -40,7 +40,7 @@ fn a_prick_still_scores_by_an_exercise_of_before_what_it_scored_then() {
     assert!((judged.score - 80.0).abs() < 1e-9 && judged.passed, "{}", judged.score);
     assert!(judged.deductions.iter().all(|d| d.version == 1));
     let mut today = bundle;
-    today.exercise.required = Some(scene::Required::default());
+    today.exercise.required = Some(documents::Required::default());
     assert!((judge(&plunge(3.2), &today).score - 30.0).abs() < 1e-9, "what was not opened earns nothing");
 }
 

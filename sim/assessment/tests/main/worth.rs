@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 use assessment::words::{deduction_in_words, failure_in_words};
 use assessment::{Assessment, Tryout, review};
-use mechanics::operator::{Operator, Plan};
+use documents::{ExerciseBundle, Patient, Required, Shape, StructureKind};
+use law::operator::{Operator, Plan};
 use recording::{EventKind, Recording};
-use scene::{ExerciseBundle, Patient, Required, Shape, StructureKind};
 
 use crate::support::{bundle, down, judge, limit, line, mark, record, structure};
 

@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use crate::slabs::{contactor, exact, layer, overkill};
 use crate::{Measured, largest};
-use mechanics::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MeshSpec, Side};
-use mechanics::tissue::quadrature::gauss;
-use mechanics::tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
+use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MeshSpec, Side};
+use tissue::quadrature::gauss;
+use tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
 
 /// Points of the rule for integrals over a load: they leave 1e-9.
 const POINTS: usize = 32;

@@ -2,8 +2,8 @@
 
 use crate::slabs::{contactor, distance, layer, overkill};
 use crate::{Measured, largest};
-use mechanics::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, Fitted, MeshSpec, fit};
-use mechanics::tissue::{ElasticLayer, Problem};
+use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, Fitted, MeshSpec, fit};
+use tissue::{ElasticLayer, Problem};
 
 const TOLERANCE: f64 = 1e-3;
 

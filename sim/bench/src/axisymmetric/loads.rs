@@ -2,8 +2,8 @@
 
 use crate::slabs::{contactor, layer};
 use crate::{Measured, largest};
-use mechanics::tissue::FieldModel;
-use mechanics::tissue::axisymmetric::{Axisymmetric, AxisymmetricError, fit};
+use tissue::FieldModel;
+use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, fit};
 
 fn lower_back() -> Result<Axisymmetric, AxisymmetricError> {
     let layers = vec![layer(0.0008, 132e3, 0.45), layer(0.0084, 33.1e3, 0.45), layer(0.039, 198e3, 0.45)];

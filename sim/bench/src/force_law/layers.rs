@@ -6,9 +6,9 @@ use super::{DT, lateness_m, latest_m};
 use crate::needle::{Needle, Tick};
 use crate::scenes::{Leg, Run, in_hold_out_in, layer, paper, training, trocar_through};
 use crate::{Measured, largest};
-use mechanics::axial::{AxialSpec, Contactor, Rupture};
-use mechanics::closed_form;
-use mechanics::puncture::{PunctureError, PunctureEvent};
+use law::axial::{AxialSpec, Contactor, ParamError, Rupture};
+use law::closed_form;
+use law::puncture::PunctureEvent;
 
 /// From the skin to a depth in m, by so much a tick.
 fn insertion(to_m: f64, tick_m: f64) -> Leg {
@@ -84,7 +84,7 @@ pub(super) fn withdrawn_energy() -> Measured {
 }
 
 /// In to 30 mm and out; then in again so far beside the first entry, in m. The ticks of the second insertion.
-fn enter_again(beside_m: f64) -> Result<Vec<Tick>, PunctureError> {
+fn enter_again(beside_m: f64) -> Result<Vec<Tick>, ParamError> {
     let at = |x_m, z_m| Point3::new(x_m, 0.0, z_m);
     let down = -Vector3::z();
     let mut needle = Needle::new(paper(), vec![])?;

@@ -20,8 +20,8 @@ use samples::{bad_first_sample, bad_samples, missing_samples, no_time};
 
 use super::scenes::{Leg, Run};
 use super::{case, largest};
-use mechanics::axial::{AxialSpec, ParamError, Rupture};
-use mechanics::closed_form::{self, PredictedRupture};
+use law::axial::{AxialSpec, ParamError, Rupture};
+use law::closed_form::{self, PredictedRupture};
 
 super::trials! { "force law":
     stab_lateness, case::STAB, "latest rupture after its closed form; bound: a tick", <= 1.0 "mm";

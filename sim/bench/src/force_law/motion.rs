@@ -3,7 +3,7 @@
 use super::{DT, inserted, lateness_m};
 use crate::scenes::{Leg, Run, in_hold_out_in, training};
 use crate::{Measured, largest};
-use mechanics::axial::{AxialOutput, ParamError};
+use law::axial::{AxialOutput, ParamError};
 
 /// 1 m/s from the air to beyond the last rupture.
 const STAB: Leg = Leg { start_s: 0.0, duration_s: 0.045, dt_s: DT, from_m: -0.002, to_m: 0.043 };

@@ -3,7 +3,7 @@
 use super::{DT, inserted};
 use crate::scenes::{Run, training};
 use crate::{Measured, largest};
-use mechanics::axial::{AxialInput, AxialOutput, step};
+use law::axial::{AxialInput, AxialOutput, step};
 
 /// Time at which the needle has come to rest, in s: its insertion to 20 mm at 10 mm/s ends there.
 const ARRIVED_S: f64 = 2.0;

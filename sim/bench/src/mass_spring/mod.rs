@@ -18,8 +18,8 @@ use statics::{
 };
 
 use super::{case, slabs::layer};
-use mechanics::tissue::mass_spring::{Patch, Symmetry};
-use mechanics::tissue::{ElasticLayer, Load, LoadKind, Problem, Slab};
+use tissue::mass_spring::{Patch, Symmetry};
+use tissue::{ElasticLayer, Load, LoadKind, Problem, Slab};
 
 super::trials! { "mass-spring":
     contrast_error, case::RATIOS, "largest distance from elements of ν = 1/4; bound: that of cells of half a footprint", <= 0.1 "";

@@ -3,8 +3,8 @@
 use super::moved::{Advance, Moved, energy_over_work};
 use crate::scenes::{Run, training};
 use crate::{Measured, largest};
-use mechanics::axial::ParamError;
-use mechanics::tissue::mass_spring::{Damping, LatticeError, MAX_FORCE_N};
+use law::axial::ParamError;
+use tissue::mass_spring::{Damping, LatticeError, MAX_FORCE_N};
 
 pub(super) fn inverted_energy() -> Measured {
     let mut moved = Moved::undamped()?;

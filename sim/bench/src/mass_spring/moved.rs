@@ -2,9 +2,9 @@
 
 use super::{RADIUS_M, lower_back, patch, problem};
 use crate::{Measured, largest};
-use mechanics::tissue::mass_spring::explicit::{self, ExplicitScratch};
-use mechanics::tissue::mass_spring::implicit::{self, ImplicitScratch};
-use mechanics::tissue::mass_spring::{Damping, Lattice, LatticeError, Motion, NodalLoad};
+use tissue::mass_spring::explicit::{self, ExplicitScratch};
+use tissue::mass_spring::implicit::{self, ImplicitScratch};
+use tissue::mass_spring::{Damping, Lattice, LatticeError, Motion, NodalLoad};
 
 /// A lattice of 1 mm cells under a load of the skin, and what moves it.
 pub(super) struct Moved {

@@ -3,8 +3,8 @@
 use super::{RADIUS_M, lower_back, patch, problem};
 use crate::slabs::{distance, layer};
 use crate::{Measured, largest};
-use mechanics::tissue::mass_spring::{Damping, Fitted, Lattice, LatticeError, MassSpring, fit};
-use mechanics::tissue::{ElasticLayer, Problem, axisymmetric};
+use tissue::mass_spring::{Damping, Fitted, Lattice, LatticeError, MassSpring, fit};
+use tissue::{ElasticLayer, Problem, axisymmetric};
 
 /// Distance of a lattice that covers the whole of a problem to elements with Poisson ratios of 1/4.
 fn own_error(problem: &Problem, spacing_m: f64) -> Measured {

@@ -16,8 +16,8 @@ use statics::{
 };
 
 use super::case;
-use mechanics::tissue::volumetric::{Body, HexMesh, Material, MeshSpec3, Problem3, VolumetricError};
-use mechanics::tissue::{ElasticLayer, Load, LoadKind, Problem, Slab};
+use tissue::volumetric::{Body, HexMesh, Material, MeshSpec3, Problem3, VolumetricError};
+use tissue::{ElasticLayer, Load, LoadKind, Problem, Slab};
 
 super::trials! { "volumetric":
     ratio_error, case::RATIOS, "largest error of a fit to 10 %, against the axisymmetric model", <= 0.1 "";

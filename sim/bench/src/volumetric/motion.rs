@@ -2,8 +2,8 @@
 
 use super::{block, coarse, lower_back, problem};
 use crate::{Measured, largest};
-use mechanics::tissue::FieldModel;
-use mechanics::tissue::volumetric::{Corotational, Effort, Motion, Patch, Problem3, VolumetricError};
+use tissue::FieldModel;
+use tissue::volumetric::{Corotational, Effort, Motion, Patch, Problem3, VolumetricError};
 
 /// What a step may take.
 const EFFORT: Effort = Effort { iterations: 30, tolerance: 1e-4 };

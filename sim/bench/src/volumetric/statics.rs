@@ -5,8 +5,8 @@ use nalgebra::Matrix3;
 use super::{block, coarse, layer, lower_back, problem};
 use crate::slabs::distance;
 use crate::{Measured, largest};
-use mechanics::tissue::volumetric::{Corotational, Effort, MeshSpec3, Patch, Problem3, Volumetric, fit};
-use mechanics::tissue::{ElasticLayer, FieldModel, axisymmetric};
+use tissue::volumetric::{Corotational, Effort, MeshSpec3, Patch, Problem3, Volumetric, fit};
+use tissue::{ElasticLayer, FieldModel, axisymmetric};
 
 /// Error of a fit on layers, by the axisymmetric model fitted to 0.5 %.
 fn error(layers: Vec<ElasticLayer>, tolerance: f64) -> Measured {

@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use mechanics::axial::{self, AxialInput, AxialOutput, AxialParams, AxialScratch, AxialState, Rupture};
-use mechanics::soundness;
+use law::axial::{self, AxialInput, AxialOutput, AxialParams, AxialScratch, AxialState, Rupture};
+use law::soundness;
 
 use crate::exit::{Failure, Outcome};
 use crate::progress::Progress;
@@ -35,7 +35,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let json = commands::read_text(&args.scene)?;
-    let case = scene::force_case::parse(&args.scene.display().to_string(), &json)?;
+    let case = documents::force_case::parse(&args.scene.display().to_string(), &json)?;
     let params = AxialParams::new(case.spec).map_err(|error| Failure::refused(&args.scene, error))?;
     let trajectory = trajectory::read_axial(&args.trajectory)?;
     for unsound in soundness::check(params.spec()) {
@@ -80,7 +80,7 @@ fn row(sample: &AxialSample, output: &AxialOutput, ruptures: &[Rupture], out: &m
     }
     for (index, rupture) in ruptures.iter().enumerate() {
         let joint = if index == 0 { "" } else { "+" };
-        write!(out, "{joint}{}:{}", commands::contactor_name(rupture.contactor), rupture.boundary)?;
+        write!(out, "{joint}{}:{}", rupture.contactor.name(), rupture.boundary)?;
     }
     writeln!(out)
 }

@@ -23,10 +23,9 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-use mechanics::axial::Contactor;
-use mechanics::puncture::PunctureParams;
+use documents::{ExerciseBundle, Patient};
 use recording::Recording;
-use scene::{ExerciseBundle, Patient};
+use tissue::Specimen;
 
 use crate::exit::Failure;
 use crate::output;
@@ -81,15 +80,7 @@ pub fn own_exercise(path: &Path, recording: &Recording) -> Result<ExerciseBundle
     assessment::own_exercise(recording).map_err(|error| Failure::refused(path, error))
 }
 
-/// The mechanics of an exercise for a patient.
-pub fn puncture_params(file: &Path, bundle: &ExerciseBundle, patient: &Patient) -> Result<PunctureParams, Failure> {
-    PunctureParams::new(bundle.puncture_spec(patient)).map_err(|error| Failure::refused(file, error))
-}
-
-/// The contactor's name, as in the columns and events of the force tables.
-fn contactor_name(contactor: Contactor) -> &'static str {
-    match contactor {
-        Contactor::Tip => "tip",
-        Contactor::Rim => "rim",
-    }
+/// What an exercise has punctured: a patient of its scene.
+pub fn prepare_specimen(file: &Path, bundle: &ExerciseBundle, patient: &Patient) -> Result<Specimen, Failure> {
+    Specimen::new(bundle.specimen_spec(patient)).map_err(|error| Failure::refused(file, error))
 }

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
 
+use documents::{ExerciseBundle, Patient};
 use render::frame::{Frame, Stage, View};
 use render::{Headless, PictureError, Quality};
-use scene::{ExerciseBundle, Patient};
 
 use crate::commands;
 use crate::exit::{Failure, Outcome};
@@ -136,8 +136,8 @@ pub fn run(args: &Args) -> Outcome {
 fn of_exercise(args: &Args) -> Result<Film, Failure> {
     let path = args.what.as_path();
     let bundle = ExerciseBundle::read(path)?;
-    let params = commands::puncture_params(path, &bundle, &Patient::nominal(&bundle.scene))?;
-    let stage = picture::stage(path, &bundle, &params)?;
+    let specimen = commands::prepare_specimen(path, &bundle, &Patient::nominal(&bundle.scene))?;
+    let stage = picture::stage(path, &bundle, &specimen)?;
     let source = Source::Exercise(Box::new(Moment::before(&bundle, &[])));
     let look = Look { view: args.view, ..Look::at(&bundle.scene, !args.free) };
     Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })

@@ -29,10 +29,10 @@ enum Kind {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let kind = match args.kind {
-        Kind::Scene => scene::DocumentKind::Scene,
-        Kind::Exercise => scene::DocumentKind::Exercise,
-        Kind::Curriculum => scene::DocumentKind::Curriculum,
-        Kind::Instrument => scene::DocumentKind::Instrument,
+        Kind::Scene => documents::DocumentKind::Scene,
+        Kind::Exercise => documents::DocumentKind::Exercise,
+        Kind::Curriculum => documents::DocumentKind::Curriculum,
+        Kind::Instrument => documents::DocumentKind::Instrument,
     };
-    output::json(&scene::schema(kind))
+    output::json(&documents::schema(kind))
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use assessment::words::{deduction_in_words, failure_in_words};
 use assessment::{AssessError, Assessment, Direction, Metric, Void};
-use scene::ExerciseBundle;
+use documents::ExerciseBundle;
 use serde_json::json;
 
 use crate::exit::{Failure, Outcome};

@@ -3,19 +3,19 @@
 use std::fs;
 use std::path::PathBuf;
 
+use attempt::simulate::{self, Clock, Simulated};
 use clap::builder::RangedU64ValueParser;
-use mechanics::puncture::PunctureError;
-use mechanics::soundness;
+use documents::{ExerciseBundle, Patient};
+use law::soundness;
 use recording::Session;
-use recording::simulate::{self, Clock, Simulated};
-use scene::{ExerciseBundle, Patient};
 use serde::Serialize;
 use time::format_description::well_known::Rfc3339;
 use time::{OffsetDateTime, UtcOffset};
+use tissue::SpecimenError;
 use uuid::Uuid;
 
-use crate::attempt::{self, Hand, Maker};
 use crate::exit::{Failure, Outcome};
+use crate::maker::{self, Hand, Maker};
 use crate::motion::Watched;
 use crate::new_file::NewFile;
 use crate::{clock, commands, output};
@@ -109,10 +109,10 @@ pub fn run(args: &Args) -> Outcome {
 /// Simulates and writes, under a temporary name until all is on disk.
 fn record(args: &Args, session: &Session, bundle: &ExerciseBundle) -> Result<Simulated, Failure> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
-    let params = commands::puncture_params(&args.exercise, bundle, &patient)?;
-    for unsound in soundness::check(&scene::along_path(params.spec().axial.clone(), bundle.exercise.angle_deg)) {
+    let specimen = commands::prepare_specimen(&args.exercise, bundle, &patient)?;
+    for unsound in soundness::check(&documents::along_path(specimen.spec().axial.clone(), bundle.exercise.angle_deg)) {
         if bundle.scene.is_coupled() {
-            return Err(Failure::refused(&args.exercise, PunctureError::Unsound(unsound)));
+            return Err(Failure::refused(&args.exercise, SpecimenError::Unsound(unsound)));
         }
         output::warning(format_args!("{}: unsound scene: {unsound}", args.exercise.display()));
     }
@@ -120,8 +120,8 @@ fn record(args: &Args, session: &Session, bundle: &ExerciseBundle) -> Result<Sim
     let clock = Clock { tick_hz: session.tick_hz, time_limit_s: bundle.exercise.time_limit_s };
     let mut watched = Watched::new(source, &clock);
     let mut file = NewFile::create(&args.out, args.force)?;
-    let mut writer = attempt::writer(file.file(), session, bundle, &args.out)?;
-    let simulated = simulate::simulate(&params, &mut watched, &mut writer, &clock)
+    let mut writer = maker::writer(file.file(), session, bundle, &args.out)?;
+    let simulated = simulate::simulate(&specimen, &mut watched, &mut writer, &clock)
         .and_then(|simulated| writer.finish().map(|_| simulated))
         .map_err(|error| Failure::work(format_args!("{}: {error}", args.out.display())))?;
     file.keep()?;

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use mechanics::puncture::PunctureParams;
-use recording::verify::{self, Verification};
-use scene::Patient;
+use attempt::verify::{self, Verification};
+use documents::Patient;
+use tissue::Specimen;
 
 use crate::exit::{Failure, Outcome};
 use crate::{commands, output};
@@ -35,8 +35,8 @@ pub fn run(args: &Args) -> Outcome {
         return Err(Failure::refused(&args.recording, why));
     }
     let spec = bundle.recorded_spec(&patient, recording.session.judging);
-    let params = PunctureParams::new(spec).map_err(|error| Failure::refused(&args.recording, error))?;
-    let verification = verify::verify(&recording, &params);
+    let specimen = Specimen::new(spec).map_err(|error| Failure::refused(&args.recording, error))?;
+    let verification = verify::verify(&recording, &specimen);
     match args.json {
         true => output::json(&verification)?,
         false => report(&verification)?,

@@ -11,13 +11,13 @@ mod shown;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use documents::{Channel, ExerciseBundle};
 use haptics::device::DeviceInfo;
 use haptics::mapping::Mapping;
 use haptics::scaling::Scaling;
 use haptics::servo::{self, Driven, LatestReader, Report, Running, Setup};
-use mechanics::puncture::PunctureParams;
 use recording::Session;
-use scene::{Channel, ExerciseBundle};
+use tissue::Specimen;
 
 use crate::exit::Failure;
 use crate::station::StationKey;
@@ -29,8 +29,8 @@ pub use shown::{Phase, Said, Shown};
 pub struct Trial {
     /// The exercise and its scene.
     pub bundle: ExerciseBundle,
-    /// The force law of the session's patient.
-    pub params: Arc<PunctureParams>,
+    /// What is punctured: the session's patient.
+    pub specimen: Arc<Specimen>,
     /// Who, on what, and when.
     pub session: Session,
     /// Where the recording will be.
@@ -69,7 +69,7 @@ impl Live {
         let exercise = &trial.bundle.exercise;
         let reach = (exercise.target_depth_mm * 1e-3, trial.session.tick_hz);
         let info = driven.info().clone();
-        let mut setup = Setup::new(Arc::clone(&trial.params), mapping, &info, reach);
+        let mut setup = Setup::new(Arc::clone(trial.specimen.law()), mapping, &info, reach);
         if !exercise.feedback.gives(Channel::Force) {
             setup.scaling.factor = 0.0;
         }
@@ -117,17 +117,17 @@ pub mod tests {
 
     use assessment::{AssessError, Void};
     use data_encoding::HEXLOWER;
+    use documents::Patient;
     use ed25519_dalek::{Signature, Verifier, VerifyingKey};
     use haptics::devices::scripted::{Fault, Scripted};
     use haptics::mapping::{Home, Pointing};
     use nalgebra::{Point3, Vector3};
     use recording::{EventKind, Motion, Recording, signature};
-    use scene::Patient;
     use uuid::Uuid;
 
     use super::*;
-    use crate::attempt::Maker;
     use crate::commands;
+    use crate::maker::Maker;
     use crate::station::NewKey;
 
     const TICK_HZ: f64 = 1000.0;
@@ -138,14 +138,14 @@ pub mod tests {
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/lower-back-basics/1-feel-the-layers.toml");
         let bundle = ExerciseBundle::read(&file).expect("a shipped exercise");
         let patient = Patient::draw(&bundle.scene, 1);
-        let params = Arc::new(commands::puncture_params(&file, &bundle, &patient).expect("a force law"));
+        let specimen = Arc::new(commands::prepare_specimen(&file, &bundle, &patient).expect("a force law"));
         let maker = Maker { device: "scripted", device_max_force_n: 3.3, seed: 1, tick_hz: TICK_HZ };
         let session = maker.session(&bundle);
         let path = folder.join("attempt.mcap");
         let device = Scripted::new(0.02, TICK_HZ).with(fault, 300, u64::MAX);
         let home = Home::above(Point3::origin(), -Vector3::z_axis(), 0.001);
         let mapping = Mapping::at_home(home, Pointing::Planned);
-        let trial = Trial { bundle: bundle.clone(), params, session, path: path.clone(), key };
+        let trial = Trial { bundle: bundle.clone(), specimen, session, path: path.clone(), key };
         let live = Live::start(trial, mapping, Driven::ByTimer(Box::new(device))).expect("it begins");
         while live.servo().ended().is_none() && live.shown().moment.sample.t_s < 0.5 {
             std::thread::sleep(std::time::Duration::from_millis(5));

@@ -3,6 +3,7 @@
 use std::fmt::{self, Display};
 use std::str::FromStr;
 
+use documents::{Exercise, ExerciseBundle};
 use haptics::devices::gamepad::GamepadFeed;
 use haptics::devices::hand::{AimWriter, VirtualHand};
 use haptics::devices::operator::OperatorDevice;
@@ -10,13 +11,12 @@ use haptics::inverse3::Inverse3;
 use haptics::mapping::{Home, Mapping, Pointing};
 use haptics::openhaptics::OpenHaptics;
 use haptics::servo::Driven;
-use mechanics::operator::{Operator, Skill};
+use law::operator::{Operator, Skill};
 use nalgebra::Unit;
-use scene::{Exercise, ExerciseBundle};
 
-use crate::attempt::Hand;
 use crate::devices::DeviceArgs;
 use crate::exit::Failure;
+use crate::maker::Hand;
 
 /// Which device.
 #[derive(Clone, Debug, PartialEq)]

@@ -14,20 +14,20 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use assessment::Coach;
+use attempt::run::{Run, Sent, Simulated};
+use attempt::tick::Input;
+use documents::Channel;
 use haptics::safety;
 use haptics::servo::{Ended, Record, Records, Report, flags as servo_flags};
 use recording::recover::recover;
-use recording::run::{Run, Sent, Simulated};
 use recording::sample::flags;
-use recording::tick::Input;
 use recording::{EventKind, Writer};
-use scene::Channel;
 
 use super::faults::Faults;
 use super::shown::Shown;
 use super::{Trial, lock};
-use crate::attempt;
 use crate::exit::Failure;
+use crate::maker;
 use crate::new_file::NewFile;
 
 /// Name of the metadata record that says how the servo did.
@@ -85,7 +85,7 @@ pub fn begin(trial: &Trial, path: &Path) -> Result<Draft, Failure> {
         .map_err(|error| Failure::refused(&unfinished, format_args!("cannot be created: {error}")))?;
     // As long as it is locked it is not left behind.
     file.lock().map_err(|error| Failure::refused(&unfinished, error))?;
-    attempt::writer(file, &trial.session, &trial.bundle, path)
+    maker::writer(file, &trial.session, &trial.bundle, path)
 }
 
 fn unfinished(path: &Path) -> PathBuf {
@@ -170,7 +170,7 @@ fn write(
 ) -> Result<Simulated, String> {
     let exercise = &trial.bundle.exercise;
     let (mut run, mut coach, mut faults) =
-        (Run::new(&trial.params, &mut draft), Coach::new(exercise), Faults::default());
+        (Run::new(&trial.specimen, &mut draft), Coach::new(exercise), Faults::default());
     let mut last = None;
     while let Some(record) = next() {
         let tick = run.tick(&input(&record), Some(&sent(&record)));

@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use mechanics::axial::Contactor;
-use recording::tick::Tick;
+use attempt::tick::Tick;
+use law::axial::Contactor;
 use recording::{Event, EventKind, Sample};
 
 use super::Trial;

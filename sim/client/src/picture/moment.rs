@@ -2,14 +2,15 @@
 
 use std::sync::Arc;
 
-use mechanics::operator::needle_pose;
+use attempt::Dents;
+use documents::{ExerciseBundle, Scene, SceneLayer};
+use law::operator::needle_pose;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use recording::Recording;
 use recording::event::{Event, EventKind};
 use recording::sample::{Sample, flags};
 use recording::tent::Tent;
-use recording::{Dents, Recording};
 use render::frame::{Frame, Ghost, Orbit, Puncture, View};
-use scene::{ExerciseBundle, Scene, SceneLayer};
 
 /// A structure that was hit is lit for so long, in s.
 const LIT_S: f64 = 1.5;
@@ -274,10 +275,10 @@ impl Telling {
 mod tests {
     //! A picture that forgets a hole, lights a structure for ever or bleeds before the skin is open shows what did not happen.
 
-    use mechanics::operator::Plan;
-    use mechanics::puncture::PunctureParams;
+    use documents::Patient;
+    use law::operator::Plan;
     use recording::Follows;
-    use scene::Patient;
+    use tissue::Specimen;
 
     use super::*;
 
@@ -348,26 +349,25 @@ mod tests {
     }
 
     /// In past every boundary, and out, at 5 mm/s, leaning as planned.
-    fn attempt(bundle: &ExerciseBundle, params: &PunctureParams, patient: &Patient) -> Recording {
-        let path = scene::along_path(params.spec().axial.clone(), bundle.exercise.angle_deg);
-        let last_m = mechanics::closed_form::ruptures(&path).last().map_or(0.03, |rupture| rupture.x_m);
+    fn attempt(bundle: &ExerciseBundle, specimen: &Specimen, patient: &Patient) -> Recording {
+        let path = documents::along_path(specimen.spec().axial.clone(), bundle.exercise.angle_deg);
+        let last_m = law::closed_form::ruptures(&path).last().map_or(0.03, |rupture| rupture.x_m);
         let plan = Plan { target_x_m: last_m + 0.004, approach_m: 0.001, hold_s: 0.2, ..bundle.exercise.plan() };
-        let maker =
-            crate::attempt::Maker { device: "test", device_max_force_n: f64::INFINITY, seed: 0, tick_hz: 1000.0 };
+        let maker = crate::maker::Maker { device: "test", device_max_force_n: f64::INFINITY, seed: 0, tick_hz: 1000.0 };
         let session =
             recording::Session { patient_thickness_mm: patient.thickness_mm.clone(), ..maker.session(bundle) };
         let attachments = assessment::attachments(bundle);
         let mut writer =
             recording::Writer::create(Vec::new(), &session, &attachments, &Default::default()).expect("memory");
-        let clock = recording::simulate::Clock { tick_hz: 1000.0, time_limit_s: 60.0 };
-        let mut hand = mechanics::operator::Operator::constant(0.005, &plan);
-        recording::simulate::simulate(params, &mut hand, &mut writer, &clock).expect("memory");
+        let clock = attempt::simulate::Clock { tick_hz: 1000.0, time_limit_s: 60.0 };
+        let mut hand = law::operator::Operator::constant(0.005, &plan);
+        attempt::simulate::simulate(specimen, &mut hand, &mut writer, &clock).expect("memory");
         Recording::read(writer.finish().expect("memory").as_slice()).expect("just written")
     }
 
     /// The same attempt as a simulator of before recorded it.
-    fn as_before(recording: &Recording, params: &PunctureParams) -> Recording {
-        let mut tissue = recording::tick::Attempt::following(params, Follows::Forces);
+    fn as_before(recording: &Recording, specimen: &Specimen) -> Recording {
+        let mut tissue = attempt::tick::Attempt::following(specimen, Follows::Forces);
         let tents = recording.samples.iter().filter_map(|sample| tissue.step(&sample.into()).tent).collect();
         Recording { tents, ..recording.clone() }
     }
@@ -397,11 +397,11 @@ mod tests {
         let mut field_m = 0.0_f64;
         for bundle in shelf.exercises.iter().map(|offer| &offer.bundle) {
             let patient = Patient::draw(&bundle.scene, 3);
-            let params = PunctureParams::new(bundle.puncture_spec(&patient)).expect("a shipped scene");
-            let now = attempt(bundle, &params, &patient);
-            let before = as_before(&now, &params);
+            let specimen = Specimen::new(bundle.specimen_spec(&patient)).expect("a shipped scene");
+            let now = attempt(bundle, &specimen, &patient);
+            let before = as_before(&now, &specimen);
             for (recording, when) in [(now, "now"), (before, "before")] {
-                let verified = recording::verify::verify(&recording, &params);
+                let verified = attempt::verify::verify(&recording, &specimen);
                 assert!(verified.exact(), "{} as recorded {when}: {verified:?}", bundle.exercise.id);
                 let [shown_m, alone_m] = disagreement_m(recording, bundle);
                 assert!(shown_m < 1e-4, "{} as recorded {when}: {shown_m} m", bundle.exercise.id);

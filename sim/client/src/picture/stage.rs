@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
-use mechanics::puncture::{PunctureParams, PunctureSpec};
-use mechanics::structures::{StructureKind, StructureSpec};
-use mechanics::tissue::follow::Profiles;
+use documents::{Channel, Exercise, ExerciseBundle, Feedback, Patient, Scene};
+use law::puncture::PunctureSpec;
+use law::structures::{StructureKind, StructureSpec};
 use nalgebra::{Point3, Vector3};
 use recording::Recording;
 use render::frame::{self, FieldTable, Layer, Material, Mesh, Needle, Stage, Structure, Tip};
-use scene::{Channel, Exercise, ExerciseBundle, Feedback, Patient, Scene};
+use tissue::Specimen;
+use tissue::follow::Profiles;
 
 use crate::commands;
 use crate::exit::Failure;
@@ -17,12 +18,10 @@ use crate::exit::Failure;
 ///
 /// # Errors
 /// When no model of the tissue can be had.
-pub fn stage(file: &Path, bundle: &ExerciseBundle, params: &PunctureParams) -> Result<Stage, Failure> {
+pub fn stage(file: &Path, bundle: &ExerciseBundle, specimen: &Specimen) -> Result<Stage, Failure> {
     let ExerciseBundle { exercise, scene, .. } = bundle;
-    let spec = params.spec();
-    let tissue = params.field().zip(spec.tissue.as_ref());
-    let profiles = tissue.map(|(field, tissue)| field.profiles(tissue)).transpose();
-    let profiles = profiles.map_err(|error| Failure::refused(file, error))?;
+    let spec = specimen.spec();
+    let profiles = specimen.profiles().map_err(|error| Failure::refused(file, error))?;
     Ok(Stage {
         layers: layers(scene, spec),
         needle: needle(scene, spec),
@@ -36,10 +35,10 @@ pub fn stage(file: &Path, bundle: &ExerciseBundle, params: &PunctureParams) -> R
 /// The stage of a recording's own patient.
 ///
 /// # Errors
-/// When the mechanics or the tissue refuse the scene.
+/// When the law or the tissue refuse the scene.
 pub fn stage_of_recording(path: &Path, bundle: &ExerciseBundle, recording: &Recording) -> Result<Stage, Failure> {
     let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
-    stage(path, bundle, &commands::puncture_params(path, bundle, &patient)?)
+    stage(path, bundle, &commands::prepare_specimen(path, bundle, &patient)?)
 }
 
 /// What a trainee is to see of a stage during an attempt.

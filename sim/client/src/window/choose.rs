@@ -1,8 +1,8 @@
 //! Before an attempt: the exercises there are, and the briefing of the one that is chosen.
 
 use assessment::learning::{Mastery, Reached};
+use documents::Exercise;
 use eframe::egui::{self, Align, Color32, Key, Layout, RichText, ScrollArea, Ui};
-use scene::Exercise;
 use time::OffsetDateTime;
 use time::macros::format_description;
 
@@ -321,10 +321,10 @@ mod tests {
             let (rule, number) = (&case["rule"], |key: &str| case["rule"][key].as_f64());
             let count = |key: &str| rule[key].as_u64().and_then(|count| u32::try_from(count).ok());
             let mastery = Mastery::of(&match (count("passes"), count("of")) {
-                (Some(passes), Some(of)) => scene::MasteryRule::Passes { passes, of },
+                (Some(passes), Some(of)) => documents::MasteryRule::Passes { passes, of },
                 _ => {
                     let [p0, p1, alpha, beta] = ["p0", "p1", "alpha", "beta"].map(|key| number(key).unwrap());
-                    scene::MasteryRule::Cusum { within: count("within"), p0, p1, alpha, beta }
+                    documents::MasteryRule::Cusum { within: count("within"), p0, p1, alpha, beta }
                 }
             });
             let (mut shelf, _) = offer(0);

@@ -18,11 +18,11 @@ mod trial;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use documents::{ExerciseBundle, Patient};
 use eframe::egui::{self, Ui};
 use eframe::{App, CreationContext, NativeOptions};
 use recording::{Recording, Session};
 use render::frame::Stage;
-use scene::{ExerciseBundle, Patient};
 
 use self::canvas::Canvas;
 use self::choose::{Briefing, Decision};
@@ -31,12 +31,12 @@ use self::desk::Desk;
 use self::replay::Replay;
 use self::steer::{Steering, Wish};
 use self::trial::Trial;
-use crate::attempt::Maker;
 use crate::devices::DeviceArgs;
 use crate::exit::{Failure, Outcome};
 use crate::live::history::History;
 use crate::live::open::{self, Steered};
 use crate::live::{self, Live};
+use crate::maker::Maker;
 use crate::shelf::{Offer, Shelf};
 use crate::station::{Pairing, StationKey};
 use crate::{commands, picture};
@@ -290,8 +290,8 @@ impl Window {
         let seed = station.seed;
         station.seed = seed.wrapping_add(1);
         let patient = Patient::draw(&bundle.scene, seed);
-        let params = Arc::new(commands::puncture_params(file, &bundle, &patient)?);
-        let stage = picture::stage(file, &bundle, &params)?;
+        let specimen = Arc::new(commands::prepare_specimen(file, &bundle, &patient)?);
+        let stage = picture::stage(file, &bundle, &specimen)?;
         let given = picture::given(&stage, bundle.exercise.feedback);
         self.canvas.set_stage(&given).map_err(|error| Failure::refused(file, error))?;
         self.stage = stage;
@@ -314,7 +314,7 @@ impl Window {
         let path = station.folder.join(format!("{}.mcap", session.session_id));
         // A program's hand is nobody's.
         let key = station.key.clone().filter(|_| !matches!(station.device, open::Choice::Operator(_)));
-        let live = Live::start(live::Trial { bundle, params, session, path, key }, opened.mapping, opened.driven)?;
+        let live = Live::start(live::Trial { bundle, specimen, session, path, key }, opened.mapping, opened.driven)?;
         Ok(Box::new(Trial::new(live, (opened.steered, opened.passed_over), station.guided)))
     }
 

@@ -1,5 +1,6 @@
 //! What is shown beside and on the picture of an attempt. Whatever has a colour has a second cue: a word, a sign or a place.
 
+use documents::{Channel, Feedback};
 use eframe::egui::{
     self, Align, Align2, Color32, FontId, Layout, Painter, Pos2, ProgressBar, Rect, RichText, ScrollArea, Ui,
 };
@@ -9,7 +10,6 @@ use haptics::servo::{Priority, Snapshot, flags as servo_flags};
 use recording::EventKind;
 use render::Quality;
 use render::camera::Camera;
-use scene::{Channel, Feedback};
 
 use super::sound::Sound;
 use super::{colours, help};
@@ -284,7 +284,7 @@ pub fn bands(ui: &Ui, rect: Rect, camera: &Camera, trial: &Trial) {
     let size = [rect.width(), rect.height()].map(|side| side as u32);
     let entry_m = trial.bundle.exercise.entry_m();
     let mut top_m = 0.0;
-    for layer in &trial.params.spec().axial.layers {
+    for layer in &trial.specimen.spec().axial.layers {
         let middle_m = top_m + 0.5 * layer.thickness_m;
         top_m += layer.thickness_m;
         let place_m = [entry_m.x, entry_m.y, -middle_m].map(|c| c as f32);

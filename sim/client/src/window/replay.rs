@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use documents::ExerciseBundle;
 use eframe::egui::{self, Key, RichText, Slider, Ui};
 use recording::Recording;
-use scene::ExerciseBundle;
 
 use super::canvas::Canvas;
 use super::plots::{self, Curves};

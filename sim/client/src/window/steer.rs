@@ -1,9 +1,9 @@
 //! Mouse and keyboard steer a set-point: how far the needle is to be, how far aside, and how it leans.
 
+use documents::Exercise;
 use haptics::devices::hand::Aim;
-use mechanics::operator::needle_pose;
+use law::operator::needle_pose;
 use nalgebra::{Point3, Rotation3, Unit, UnitQuaternion, Vector3};
-use scene::Exercise;
 
 /// What the person asks for in a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use documents::Channel;
 use eframe::egui::{self, Event, InputState, Key, MouseWheelSource, MouseWheelUnit, PointerButton, Response, Ui};
 use render::frame::View;
-use scene::Channel;
 
 use super::canvas::Canvas;
 use super::overlay::{self, Instruments};

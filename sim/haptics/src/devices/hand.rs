@@ -1,9 +1,9 @@
 //! A virtual hand, for mouse, keyboard and gamepad: a mass on a spring and a damper that follows a set-point.
 //!
 //! A mouse has no motors. Moved directly, the needle would go through bone; so the mouse moves a set-point, and a hand of
-//! [`mechanics::operator`] follows it: tissue can stop it, and a pop throws it forward.
+//! [`law::operator`] follows it: tissue can stop it, and a pop throws it forward.
 
-use mechanics::operator::{Hand, SetPoint, Skill};
+use law::operator::{Hand, SetPoint, Skill};
 use nalgebra::{UnitQuaternion, Vector3};
 use triple_buffer::{Input, Output, triple_buffer};
 

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use mechanics::operator::Operator;
+use law::operator::Operator;
 use nalgebra::Vector3;
 
 use super::hand;

@@ -2,10 +2,8 @@
 
 use std::sync::Arc;
 
-use mechanics::puncture::{
-    PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureState,
-};
-use mechanics::puncture::{loads, step};
+use law::puncture::{PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureState};
+use law::puncture::{loads, step};
 use nalgebra::Vector3;
 
 use super::grid::Grid;

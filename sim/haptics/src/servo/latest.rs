@@ -1,6 +1,6 @@
 //! What the servo shows to picture, field and overlay: the latest tick, without waiting on either side.
 
-use mechanics::puncture::PunctureOutput;
+use law::puncture::PunctureOutput;
 use nalgebra::Vector3;
 use triple_buffer::{Input, Output, triple_buffer};
 
@@ -16,7 +16,7 @@ pub struct Snapshot {
     pub output: PunctureOutput,
     /// The same force after scaling and safety chain, in N, patient frame.
     pub device_n: Vector3<f64>,
-    /// What the needle does to the tissue, in N: as [`mechanics::puncture::loads`] writes it, for the field to follow.
+    /// What the needle does to the tissue, in N: as [`law::puncture::loads`] writes it, for the field to follow.
     pub loads_n: Vec<f64>,
     /// Buttons held down; see [`crate::device::buttons`].
     pub buttons: u32,

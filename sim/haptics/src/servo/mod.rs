@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::thread::{self, JoinHandle};
 
-use mechanics::puncture::PunctureParams;
+use law::puncture::PunctureParams;
 
 use crate::device::{Clocked, Device, DeviceFault, DeviceInfo};
 use crate::mapping::Mapping;

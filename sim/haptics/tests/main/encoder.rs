@@ -12,8 +12,8 @@ use haptics::mapping::{Home, Mapping, Pointing};
 use haptics::openhaptics::{OpenHaptics, Options};
 use haptics::servo::Setup;
 use inverse_service::State;
+use law::puncture::PunctureParams;
 use libhd::StandIn;
-use mechanics::puncture::PunctureParams;
 use nalgebra::{Point3, Vector3};
 
 use crate::inverse3::{opened, until};

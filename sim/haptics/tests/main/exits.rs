@@ -10,7 +10,7 @@ use haptics::device::{Clocked, DeviceFault, DeviceInfo, Tick};
 use haptics::devices::scripted::{Fault, Scripted, Watched};
 use haptics::mapping::{Home, Mapping, Pointing};
 use haptics::servo::{self, Driven, Ended, Priority, Setup, Started};
-use mechanics::puncture::PunctureParams;
+use law::puncture::PunctureParams;
 use nalgebra::{Point3, Vector3};
 
 use crate::inverse3::until;

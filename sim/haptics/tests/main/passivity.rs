@@ -10,8 +10,8 @@ use std::sync::Arc;
 use haptics::device::DeviceInfo;
 use haptics::mapping::{Mapping, NeedlePose};
 use haptics::servo::Setup;
-use mechanics::closed_form::ruptures;
-use mechanics::puncture::{PunctureInput, PunctureParams, PunctureScratch, PunctureState, step};
+use law::closed_form::ruptures;
+use law::puncture::{PunctureInput, PunctureParams, PunctureScratch, PunctureState, step};
 use nalgebra::Vector3;
 
 use crate::support::{PERIOD_S, RATE_HZ, Rig, device, reading, shipped, touch};

@@ -14,8 +14,8 @@ use haptics::devices::trajectory::Trajectory;
 use haptics::mapping::{Home, Mapping, NeedlePose, Pointing};
 use haptics::safety;
 use haptics::servo::{CAPACITY, Record, Setup, flags};
-use mechanics::operator::{Operator, Plan, Skill};
-use mechanics::puncture::{PunctureEvent, PunctureInput, PunctureParams, PunctureScratch, PunctureState, step};
+use law::operator::{Operator, Plan, Skill};
+use law::puncture::{PunctureEvent, PunctureInput, PunctureParams, PunctureScratch, PunctureState, step};
 use nalgebra::{Point3, Vector3};
 
 use crate::support::{PERIOD_S, RATE_HZ, Rig, reading, shipped, touch};

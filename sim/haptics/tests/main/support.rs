@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use documents::{Document, Patient};
 use haptics::device::{DeviceFault, DeviceInfo, Reading};
 use haptics::mapping::Mapping;
 use haptics::servo::{Engine, LatestReader, Moment, Record, Records, Setup};
-use mechanics::puncture::{PunctureParams, PunctureSpec};
+use law::puncture::{PunctureParams, PunctureSpec};
 use nalgebra::{UnitQuaternion, Vector3};
-use scene::{Document, Patient};
 
 pub const RATE_HZ: f64 = 1000.0;
 pub const PERIOD_S: f64 = 1.0 / RATE_HZ;
@@ -16,10 +16,10 @@ pub const PERIOD_S: f64 = 1.0 / RATE_HZ;
 /// A shipped scene by its name, without the field that the servo does not run.
 pub fn shipped(name: &str) -> PunctureSpec {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/scenes").join(name).with_extension("toml");
-    let Document::Scene(scene) = scene::load::read(&path).expect("a shipped scene is valid") else {
+    let Document::Scene(scene) = documents::load::read(&path).expect("a shipped scene is valid") else {
         panic!("{name} is a scene")
     };
-    PunctureSpec { tissue: None, ..scene.puncture_spec(&Patient::nominal(&scene), 0.0) }
+    scene.puncture_spec(&Patient::nominal(&scene))
 }
 
 /// What a real device can do.

@@ -13,8 +13,8 @@ use haptics::openhaptics::{OpenHaptics, Options};
 use haptics::safety::flags::GATED;
 use haptics::servo::{self, Driven, Ended, Record, Report, Setup};
 use inverse_service::State;
+use law::puncture::PunctureParams;
 use libhd::StandIn;
-use mechanics::puncture::PunctureParams;
 use nalgebra::{Point3, Vector3};
 
 use crate::inverse3::opened;

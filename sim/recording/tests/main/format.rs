@@ -4,9 +4,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use foxglove::schemas::{FrameTransforms, Log, PoseInFrame, SceneUpdate};
+use law::structures::Shape;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mechanics::structures::Shape;
 use nalgebra::{Point3, Vector3};
 use prost::Message;
 use recording::{Event, Writer};

@@ -4,10 +4,8 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on says why and stops")]
 #![expect(clippy::float_cmp, reason = "what is written and re-simulated must return to the bit")]
 
-mod attempt;
 mod budget;
 mod damage;
-mod field;
 mod format;
 mod handbook;
 mod recover;

@@ -1,8 +1,8 @@
 //! A session, samples that look like a puncture, and files made of them.
 
-use mechanics::axial::ForceLaw;
-use mechanics::ledger::{LayerEnergy, Ledger};
-use mechanics::structures::{Shape, StructureKind, StructureSpec};
+use law::axial::ForceLaw;
+use law::ledger::{LayerEnergy, Ledger};
+use law::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use recording::sample::flags;
 use recording::session::{EXERCISE_ATTACHMENT, SCENE_ATTACHMENT};
@@ -30,7 +30,7 @@ pub fn session() -> Session {
         device: "operator:novice".to_owned(),
         device_max_force_n: f64::INFINITY,
         law: ForceLaw::Version2,
-        judging: mechanics::tissue::Judging::default(),
+        judging: law::Judging::default(),
         tick_hz: 1000.0,
         seed: u64::MAX,
         trainee: "t-17".to_owned(),

@@ -5,16 +5,18 @@ use anyhow::Context;
 
 use super::school;
 use crate::AppState;
-use crate::accounts;
 use crate::demo::school::{COHORTS, email};
-use crate::domain::CurrentPerson;
-use crate::domain::roster::Wanted;
-use crate::storage::account_links::Purpose;
-use crate::storage::ratings::NewRound;
-use crate::storage::reports;
-use crate::storage::surveys::{self as asked, Survey};
-use crate::storage::{exercises, generated, instruments, people};
-use crate::{drafting, ratings, regrading, roster_import, surveys, worker};
+use crate::worker;
+use acts::accounts;
+use acts::{drafting, ratings, regrading, roster_import, surveys};
+use model::CurrentPerson;
+use model::roster::Wanted;
+use model::survey::Survey;
+use store::account_links::Purpose;
+use store::ratings::NewRound;
+use store::reports;
+use store::surveys as asked;
+use store::{exercises, generated, instruments, people};
 
 /// Lines of the roster: those of a cohort.
 const LINES: u32 = 30;

@@ -10,7 +10,7 @@ use tokio::time::{MissedTickBehavior, interval};
 
 use super::pages::Page;
 use super::visitor::Visitor;
-use crate::clock::Clock;
+use acts::clock::Clock;
 
 /// From each page to the next one asked for: a prime, so that every page has its turn, and far from its neighbours in the
 /// list, which are alike.

@@ -5,25 +5,25 @@ use std::path::Path;
 
 use anyhow::Context;
 use assessment::questionnaire::Answer;
-use scene::Instrument;
+use documents::Instrument;
 use sqlx::types::Json;
 use uuid::Uuid;
 
 use super::PASSWORD;
 use super::doors::{self, Doors};
 use crate::AppState;
-use crate::clock::Clock;
-use crate::config::Config;
 use crate::demo::school::{ADMINISTRATOR, email};
 use crate::demo::{self, Demonstration};
-use crate::domain::survey::{Identity, ResponseState};
 use crate::routes;
-use crate::secret;
-use crate::storage::audit::Actor;
-use crate::storage::people;
-use crate::storage::surveys::{self as stored, NewResponse, NewSurvey, Response, Submission};
-use crate::storage::{Write as Transaction, instruments};
-use crate::surveys;
+use acts::clock::Clock;
+use acts::config::Config;
+use acts::secret;
+use acts::surveys;
+use model::survey::{Identity, ResponseState};
+use store::audit::Actor;
+use store::people;
+use store::surveys::{self as stored, NewResponse, NewSurvey, Response, Submission};
+use store::{Write as Transaction, instruments};
 
 /// Responses to the survey.
 pub(super) const RESPONSES: usize = 5_000;

@@ -6,7 +6,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 
 use anyhow::{Context, ensure};
 
-use crate::clock::Clock;
+use acts::clock::Clock;
 
 /// A running `web-admin serve`, ended when dropped.
 pub(super) struct Service {

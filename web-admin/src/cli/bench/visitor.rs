@@ -11,7 +11,7 @@ use percent_encoding::{NON_ALPHANUMERIC, utf8_percent_encode};
 use super::PASSWORD;
 use super::doors::Doors;
 use crate::demo::school::{self, ADMINISTRATOR, COHORTS, LEARNERS};
-use crate::storage::generated;
+use store::generated;
 
 /// How many of the crowd's trainees and instructors ask, spread over all of them.
 const OF_EACH: u32 = 4;

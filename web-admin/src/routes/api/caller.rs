@@ -10,16 +10,19 @@ use tower_sessions::Session;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::domain::{CurrentPerson, Moment};
-use crate::error::{ApiError, Error};
-use crate::routes::auth::{Known, RequestFacts, person_of};
-use crate::secret;
-use crate::stations::Station;
-use crate::storage::audit::Actor;
-use crate::storage::people::{self, Person};
-use crate::storage::stations;
-use crate::storage::tokens::{self, Token};
-use crate::storage::uploads::Owner;
+use crate::error::ApiError;
+use crate::refusals::{Known, RequestFacts};
+use crate::routes::auth::asked_by;
+use crate::routes::auth::person_of;
+use acts::error::Error;
+use acts::secret;
+use acts::stations::Station;
+use model::{CurrentPerson, Moment};
+use store::audit::Actor;
+use store::people::{self, Person};
+use store::stations;
+use store::tokens::{self, Token};
+use store::uploads::Owner;
 
 /// How exactly it is noted when a station was seen, in s.
 const SIGHT_S: i64 = 60;
@@ -92,7 +95,7 @@ pub(super) async fn require_caller(
     next: Next,
 ) -> Result<Response, ApiError> {
     let reads = matches!(*request.method(), Method::GET | Method::HEAD);
-    let asked = RequestFacts::by(&state, &request);
+    let asked = asked_by(&state, &request);
     let caller = match bearer(request.headers()) {
         Some(token) => Some(by_shown_token(&state, token, &asked).await?),
         None if reads => person_of(&state, &session).await?.map(Caller::Person),

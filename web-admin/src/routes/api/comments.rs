@@ -11,10 +11,11 @@ use super::caller::Caller;
 use super::sessions::find;
 use super::{Id, Said};
 use crate::AppState;
-use crate::domain::comment::{Comment, Typed};
-use crate::error::{ApiError, Error, Problem};
+use crate::error::{ApiError, Problem};
 use crate::routes::pages::replay;
-use crate::storage::comments::{self, Kept};
+use acts::error::Error;
+use model::comment::{Comment, Typed};
+use store::comments::{self, Kept};
 
 /// Comments by their moment, then answers by the time they were given.
 #[derive(Debug, Serialize, ToSchema)]

@@ -8,7 +8,7 @@ use axum::middleware::Next;
 use axum::response::Response;
 
 use crate::AppState;
-use crate::storage::origins;
+use store::origins;
 
 /// What a page may be told of an allowed origin.
 const SHARED: [(HeaderName, &str); 4] = [

@@ -131,7 +131,7 @@ fn show_bytes(media_type: &str, content: &mut RefOr<Content>) {
     }
 }
 
-/// What a status means, as `crate::error::Error` has it.
+/// What a status means, as `acts::error::Error` has it.
 const fn meaning(status: &str) -> &'static str {
     match status.as_bytes() {
         b"200" => "Done",

@@ -11,15 +11,16 @@ use uuid::Uuid;
 
 use super::caller::Caller;
 use crate::AppState;
-use crate::assignments as teaching;
-use crate::domain::Moment;
-use crate::domain::assignment::{self, Stage, Task};
-use crate::domain::due::local;
-use crate::domain::progress::{Course, Mastery, Progress, StepProgress, StepState};
-use crate::error::{ApiError, Error, Problem};
-use crate::storage::curricula::{self, Curriculum};
-use crate::storage::exercises::{self, Revision, RevisionBytes};
-use crate::storage::practice;
+use crate::error::{ApiError, Problem};
+use acts::assignments as teaching;
+use acts::error::Error;
+use model::Moment;
+use model::assignment::{self, Stage, Task};
+use model::due::local;
+use model::progress::{Course, Mastery, Progress, StepProgress, StepState};
+use store::curricula::{self, Curriculum};
+use store::exercises::{self, Revision, RevisionBytes};
+use store::practice;
 
 /// What the caller may train now.
 #[derive(Debug, Serialize, ToSchema)]

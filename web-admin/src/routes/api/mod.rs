@@ -12,8 +12,9 @@ use utoipa::openapi::OpenApi as Description;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::error::{ApiError, Error};
+use crate::error::ApiError;
 use crate::routes::Routes;
+use acts::error::Error;
 
 mod caller;
 mod comments;

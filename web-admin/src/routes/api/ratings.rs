@@ -13,10 +13,11 @@ use super::Id;
 use super::caller::Caller;
 use super::replay::{self, Series, SeriesQuery};
 use crate::AppState;
-use crate::domain::replay::Stage;
-use crate::error::{ApiError, Error, Problem};
-use crate::ratings::attempt;
-use crate::storage::sessions::Session;
+use crate::error::{ApiError, Problem};
+use acts::error::Error;
+use acts::ratings::attempt;
+use model::replay::Stage;
+use store::sessions::Session;
 
 async fn find(state: &AppState, caller: &Caller, id: Uuid) -> Result<Session, Error> {
     attempt(state, caller.person()?, id).await

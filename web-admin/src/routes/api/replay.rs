@@ -14,11 +14,12 @@ use super::Id;
 use super::caller::Caller;
 use super::sessions::find;
 use crate::AppState;
-use crate::domain::replay::Stage;
-use crate::domain::series::{self, Span, Stretch};
-use crate::error::{ApiError, Error, Problem};
-use crate::replays;
-use crate::storage::sessions::Session;
+use crate::error::{ApiError, Problem};
+use acts::error::Error;
+use acts::replays;
+use model::replay::Stage;
+use model::series::{self, Span, Stretch};
+use store::sessions::Session;
 
 /// What is asked for, as it was typed: each refusal names its field.
 #[derive(Deserialize)]

@@ -12,12 +12,13 @@ use super::Id;
 use super::caller::Caller;
 use super::sessions::find;
 use crate::AppState;
-use crate::domain::{Moment, Proof, Uncounted};
-use crate::error::{ApiError, Error, Problem};
-use crate::storage::grades;
-use crate::storage::proofs;
-use crate::storage::scores;
-use crate::storage::sessions::SessionState;
+use crate::error::{ApiError, Problem};
+use acts::error::Error;
+use model::{Moment, Proof, Uncounted};
+use store::grades;
+use store::proofs;
+use store::scores;
+use store::sessions::SessionState;
 
 /// Where the score stands while there is none.
 #[derive(Debug, Serialize, ToSchema)]

@@ -16,10 +16,11 @@ use uuid::Uuid;
 use super::Id;
 use super::caller::Caller;
 use crate::AppState;
-use crate::domain::{AttemptPlace, Moment, Uncounted};
-use crate::error::{ApiError, Error, Problem};
-use crate::recordings;
-use crate::storage::sessions::{self, Session, SessionState};
+use crate::error::{ApiError, Problem};
+use acts::error::Error;
+use acts::recordings;
+use model::{AttemptPlace, Moment, Uncounted};
+use store::sessions::{self, Session, SessionState};
 
 /// An attempt.
 #[derive(Debug, Serialize, ToSchema)]

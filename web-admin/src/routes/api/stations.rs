@@ -14,8 +14,8 @@ use super::surveys::{self, StationSurvey};
 use crate::AppState;
 use crate::error::{ApiError, Problem};
 use crate::routes::auth::ClientAddress;
-use crate::stations;
-use crate::storage::schools;
+use acts::stations;
+use store::schools;
 
 /// A station that wants to join.
 #[derive(Deserialize, ToSchema)]

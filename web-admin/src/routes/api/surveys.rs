@@ -12,12 +12,16 @@ use uuid::Uuid;
 use super::caller::Caller;
 use super::{Id, Said};
 use crate::AppState;
-use crate::domain::survey::{Identity, ResponseState};
-use crate::error::{ApiError, Error, Problem};
+use crate::error::{ApiError, Problem};
 use crate::routes::survey::{TermsOf, terms};
-use crate::storage::sessions::{self, Session};
-use crate::storage::surveys::{self, Practised, Survey};
-use crate::surveys::{self as asking, Sheet};
+use acts::error::Error;
+use acts::surveys as asking;
+use acts::surveys::Sheet;
+use model::survey::Survey;
+use model::survey::{Identity, ResponseState};
+use store::sessions::{self, Session};
+use store::surveys;
+use store::surveys::Practised;
 
 /// The surveys that are asked after an attempt.
 #[derive(Debug, Serialize, ToSchema)]

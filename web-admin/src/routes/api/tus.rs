@@ -13,14 +13,16 @@ use time::format_description::BorrowedFormatItem;
 use time::macros::format_description;
 
 use super::caller::{Caller, require_caller};
-use super::upload::clock_ahead;
+use super::upload::{arriving, clock_ahead};
 use super::{Id, cors};
 use crate::AppState;
-use crate::domain::Moment;
-use crate::error::{ApiError, Error, Problem};
+use crate::error::{ApiError, Problem};
 use crate::routes::Routes;
-use crate::storage::uploads::Upload;
-use crate::uploads::{self, Announced, Checksum, Piece};
+use acts::error::Error;
+use acts::uploads;
+use acts::uploads::{Announced, Checksum, Piece};
+use model::Moment;
+use store::uploads::Upload;
 
 const VERSION: &str = "1.0.0";
 const EXTENSIONS: &str = "creation,creation-with-upload,checksum,expiration,termination";
@@ -204,7 +206,7 @@ fn piece(headers: &HeaderMap, offset: u64, body: Body) -> Result<Piece, Error> {
         None => None,
     };
     let announced = text(headers, &CONTENT_LENGTH).and_then(|length| length.parse().ok());
-    Ok(Piece { offset, checksum, announced, body })
+    Ok(Piece { offset, checksum, announced, body: arriving(body).chunks })
 }
 
 /// `Upload-Metadata`: nothing, or keys without spaces and commas, each once, each with a value in base64 or none.

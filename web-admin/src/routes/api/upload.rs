@@ -1,21 +1,24 @@
 //! Uploading a recording: acknowledged only when the file and its row are on the disk.
 
 use axum::Json;
-use axum::body::Body;
+use axum::body::{Body, HttpBody};
 use axum::extract::State;
 use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE};
 use axum::http::{HeaderMap, StatusCode};
+use futures::{StreamExt, TryStreamExt};
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
 use super::caller::Caller;
 use super::sessions::SessionView;
 use crate::AppState;
-use crate::domain::Moment;
-use crate::error::{ApiError, Error, Problem};
-use crate::intake::{self, Bearer, Kept};
-use crate::recordings;
-use crate::uploads::Checksum;
+use crate::error::{ApiError, Problem};
+use acts::error::Error;
+use acts::intake;
+use acts::intake::{Bearer, Kept};
+use acts::recordings::{self, Arriving};
+use acts::uploads::Checksum;
+use model::Moment;
 
 /// Takes in a recording. The same one again is acknowledged again; another one under its id is refused, and so is one that
 /// names the pseudonym of somebody else. What `uncounted` says is kept and counts nowhere.
@@ -37,7 +40,7 @@ pub(super) async fn create(
     check_headers(&headers, state.config.max_upload_bytes)?;
     let ahead_us = clock_ahead(&headers, state.clock.now())?;
     let digest = digest(&headers)?;
-    let received = recordings::receive(&state, body, digest).await?;
+    let received = recordings::receive(&state, arriving(body), digest).await?;
     let bearer = Bearer { ahead_us, ..bearer(&caller) };
     // A task of its own: the server drops a handler whose client has gone, and a try that was begun must be ended.
     let taken = tokio::spawn(async move { intake::take_in(&state, &bearer, received).await });
@@ -45,6 +48,12 @@ pub(super) async fn create(
         Kept::Now(session) => (StatusCode::CREATED, Json(session.into())),
         Kept::Before(session) => (StatusCode::OK, Json(session.into())),
     })
+}
+
+/// A body, as acts take it.
+pub(super) fn arriving(body: Body) -> Arriving {
+    let announced_bytes = body.size_hint().lower();
+    Arriving { announced_bytes, chunks: body.into_data_stream().map_err(anyhow::Error::from).boxed() }
 }
 
 /// What the body must hash to, where its sender says so.

@@ -2,11 +2,12 @@
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 
-use axum::extract::{ConnectInfo, FromRequestParts};
+use axum::extract::{ConnectInfo, FromRequestParts, Request};
 use axum::http::request::Parts;
 use axum::http::{Extensions, HeaderMap};
 
 use crate::AppState;
+use crate::refusals::RequestFacts;
 
 /// The client's network address, as [`subscriber`] has it; what the proxy says it is, where we know of one.
 pub struct ClientAddress(pub IpAddr);
@@ -44,6 +45,12 @@ pub fn subscriber(address: IpAddr) -> IpAddr {
         IpAddr::V6(address) => IpAddr::V6(Ipv6Addr::from_bits(address.to_bits() & !u128::from(u64::MAX))),
         four @ IpAddr::V4(_) => four,
     }
+}
+
+/// What a request asks for, and from where.
+pub(crate) fn asked_by(state: &AppState, request: &Request) -> RequestFacts {
+    let ClientAddress(from) = ClientAddress::of(state, request.extensions(), request.headers());
+    RequestFacts::by(request, from)
 }
 
 #[cfg(test)]

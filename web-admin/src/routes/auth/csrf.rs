@@ -10,8 +10,9 @@ use serde::de::DeserializeOwned;
 use tower_sessions::Session;
 
 use super::stranger::StrangerToken;
-use crate::error::{Error, PageError};
-use crate::secret;
+use crate::error::PageError;
+use acts::error::Error;
+use acts::secret;
 
 const KEY: &str = "csrf";
 

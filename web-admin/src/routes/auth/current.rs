@@ -5,59 +5,34 @@ use axum::http::Method;
 use axum::http::request::Parts;
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Redirect, Response};
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use tower_sessions::Session;
 use uuid::Uuid;
 
+use super::address::asked_by;
 use super::csrf;
-use super::refusals::{Known, RequestFacts};
 use crate::AppState;
-use crate::domain::{CurrentPerson, Moment};
-use crate::error::{Error, PageError};
+use crate::error::PageError;
+use crate::refusals::Known;
 use crate::routes::language;
-use crate::storage::{people, second_factors};
-
-const KEY: &str = "person";
-
-/// What a signed-in session holds.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(crate) struct SignedIn {
-    /// Who.
-    pub person_id: Uuid,
-    /// With which password; a newer one ends the session.
-    pub credential_version: i64,
-    /// When it ends, whatever is done meanwhile. Sessions of before have none.
-    #[serde(default)]
-    pub until: Option<Moment>,
-}
+use acts::error::Error;
+use acts::web_sessions::{SIGNED_IN_KEY, SignedIn};
+use model::{CurrentPerson, Moment};
+use store::{people, second_factors};
 
 /// How long somebody stays signed in, in s.
 const SIGNED_IN_S: i64 = 12 * 3600;
 
-impl SignedIn {
-    /// Makes a session a signed-in one, under a new id: whoever planted the old one gains nothing.
-    pub(crate) async fn start(
-        session: &Session,
-        (person_id, credential_version): (Uuid, i64),
-        now: Moment,
-    ) -> Result<(), Error> {
-        session.clear().await;
-        session.cycle_id().await?;
-        csrf::begin(session).await?;
-        let until = Some(now.plus_s(SIGNED_IN_S));
-        Ok(session.insert(KEY, Self { person_id, credential_version, until }).await?)
-    }
-}
-
-/// When a session ends that holds this: somebody's when it was said that it would, one that nobody is signed in to (they were made
-/// once) half an hour after it was last written.
-#[must_use]
-#[expect(clippy::disallowed_types, reason = "tower-sessions keeps them so; one key is looked up")]
-pub fn session_end(data: &std::collections::HashMap<String, Value>, now: Moment) -> Moment {
-    const STRANGER_S: i64 = 30 * 60;
-    let signed_in = data.get(KEY).and_then(|held| SignedIn::deserialize(held).ok());
-    signed_in.and_then(|held| held.until).unwrap_or(now.plus_s(STRANGER_S))
+/// Makes a session a signed-in one, under a new id: whoever planted the old one gains nothing.
+pub(crate) async fn start_session(
+    session: &Session,
+    (person_id, credential_version): (Uuid, i64),
+    now: Moment,
+) -> Result<(), Error> {
+    session.clear().await;
+    session.cycle_id().await?;
+    csrf::begin(session).await?;
+    let until = Some(now.plus_s(SIGNED_IN_S));
+    Ok(session.insert(SIGNED_IN_KEY, SignedIn { person_id, credential_version, until }).await?)
 }
 
 /// How a browser's session stands.
@@ -73,7 +48,7 @@ pub(crate) enum Standing {
 
 /// How a browser's session stands, and with whom.
 pub(crate) async fn standing_of(state: &AppState, session: &Session) -> Result<Standing, Error> {
-    let Some(signed_in) = session.get::<SignedIn>(KEY).await? else { return Ok(Standing::Stranger) };
+    let Some(signed_in) = session.get::<SignedIn>(SIGNED_IN_KEY).await? else { return Ok(Standing::Stranger) };
     if signed_in.until.is_none_or(|until| until <= state.clock.now()) {
         return Ok(Standing::Stranger);
     }
@@ -119,7 +94,7 @@ pub async fn require_person(
         }
         Standing::OwesFactor(person) | Standing::SignedIn(person) => person,
     };
-    let (chosen, asker, asked) = (person.language, Known::from(&person), RequestFacts::by(&state, &request));
+    let (chosen, asker, asked) = (person.language, Known::from(&person), asked_by(&state, &request));
     request.extensions_mut().insert(person);
     let answer = match chosen {
         Some(language) => language::spoken(language, request, next).await,
@@ -139,11 +114,15 @@ fn to_sign_in(request: &Request) -> Response {
     Redirect::to("/login").into_response()
 }
 
-impl<S: Send + Sync> FromRequestParts<S> for CurrentPerson {
+/// Whoever is signed in, whatever they may do.
+#[derive(Clone, Debug)]
+pub struct Visitor(pub CurrentPerson);
+
+impl<S: Send + Sync> FromRequestParts<S> for Visitor {
     type Rejection = Response;
 
     /// What [`require_person`] found. A handler outside that layer has nobody, and sends to the sign-in page.
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Self::Rejection> {
-        parts.extensions.get::<Self>().cloned().ok_or_else(|| Redirect::to("/login").into_response())
+        parts.extensions.get().cloned().map(Self).ok_or_else(|| Redirect::to("/login").into_response())
     }
 }

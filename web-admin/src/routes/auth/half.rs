@@ -10,18 +10,19 @@ use uuid::Uuid;
 
 use super::address::ClientAddress;
 use super::csrf::{self, Csrf, CsrfForm};
-use super::current::SignedIn;
+use super::current::start_session;
 use super::login::own_path;
 use super::proving::{Asked, Shown};
 use crate::AppState;
-use crate::domain::Moment;
-use crate::error::{Error, PageError};
+use crate::error::{PageError, dress, status_of};
 use crate::routes::Routes;
-use crate::second_factor;
-use crate::storage::people::{self, Person};
-use crate::storage::second_factors::{self, PersonKey};
-use crate::views::login::CodePage;
-use crate::views::second_factor::FactorRefused;
+use acts::error::Error;
+use acts::second_factor;
+use model::Moment;
+use pages::login::CodePage;
+use pages::second_factor::FactorRefused;
+use store::people::{self, Person};
+use store::second_factors::{self, PersonKey};
 
 const KEY: &str = "half";
 /// How long the second factor is waited for, in s.
@@ -47,7 +48,7 @@ pub(super) async fn enter(state: &AppState, session: &Session, person: &Person, 
     let key = key_of(person);
     let now = state.clock.now();
     if !second_factors::is_on(state.db.reader(), key).await? {
-        SignedIn::start(session, (person.id, person.credential_version), now).await?;
+        start_session(session, (person.id, person.credential_version), now).await?;
         second_factor::note_sign_in(state, key, None).await?;
         return Ok(own_path(next).to_owned());
     }
@@ -123,10 +124,10 @@ async fn check(
         Err(why) => {
             let words = tr!("Not signed in: {why}.", why = why.said());
             let page = page((&state, &session), &csrf, &person, Some(words)).await?;
-            return Ok(why.dress((why.status(), page).into_response()));
+            return Ok(dress(&why, (status_of(&why), page).into_response()));
         }
     };
-    SignedIn::start(&session, (person.id, person.credential_version), state.clock.now()).await?;
+    start_session(&session, (person.id, person.credential_version), state.clock.now()).await?;
     second_factor::note_sign_in(&state, key, Some(proof)).await?;
     Ok(Redirect::to(own_path(&half.next)).into_response())
 }

@@ -11,13 +11,15 @@ use super::address::ClientAddress;
 use super::csrf::{Csrf, CsrfForm};
 use super::half;
 use crate::AppState;
-use crate::accounts;
-use crate::error::{Error, PageError};
-use crate::passwords::{self, PasswordRefused};
+use crate::error::PageError;
 use crate::routes::Routes;
-use crate::storage::account_links::{Link, Purpose};
-use crate::storage::people;
-use crate::views::account::{DeadLinkPage, ForgottenPage, JoinPage};
+use acts::accounts;
+use acts::error::Error;
+use acts::passwords;
+use model::password_refused::PasswordRefused;
+use pages::account::{DeadLinkPage, ForgottenPage, JoinPage};
+use store::account_links::{Link, Purpose};
+use store::people;
 
 /// The ways to a password, for anybody.
 pub(super) fn router() -> Routes {

@@ -1,5 +1,6 @@
 //! The sign-in page, and signing out.
 
+use crate::routes::auth::Visitor;
 use std::net::IpAddr;
 
 use axum::extract::{Query, State};
@@ -14,14 +15,14 @@ use super::csrf::{Csrf, CsrfForm, NoFields};
 use super::current::{Standing, standing_of};
 use super::{half, join};
 use crate::AppState;
-use crate::accounts;
-use crate::domain::CurrentPerson;
-use crate::error::{Error, PageError};
+use crate::error::{PageError, dress, status_of};
 use crate::routes::Routes;
-use crate::secret;
-use crate::storage::audit::{Actor, Entry};
-use crate::storage::people::{self, Credentials};
-use crate::views::login::LoginPage;
+use acts::accounts;
+use acts::error::Error;
+use acts::secret;
+use pages::login::LoginPage;
+use store::audit::{Actor, Entry};
+use store::people::{self, Credentials};
 
 /// `/login` and the ways to a password, for anybody.
 #[must_use]
@@ -119,7 +120,7 @@ fn again(csrf: &Csrf, form: &LoginForm, why: Error) -> Result<Response, PageErro
     };
     let next = own_path(&form.next).to_owned();
     let page = LoginPage { error: Some(words), email: form.email.clone(), csrf, next };
-    Ok(why.dress((why.status(), page).into_response()))
+    Ok(dress(&why, (status_of(&why), page).into_response()))
 }
 
 async fn note(state: &AppState, person: Uuid, action: &str) -> Result<(), Error> {
@@ -145,7 +146,7 @@ async fn note_refusal(state: &AppState, email: &str, (from, action): (IpAddr, &s
 /// Signs out: the session is gone, here and in the browser.
 async fn sign_out(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     session: Session,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {

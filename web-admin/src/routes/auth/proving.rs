@@ -8,11 +8,14 @@ use tower_sessions::Session;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::error::Error;
-use crate::passkeys::{self, Answer, AnswerRefused, Question, Signed};
-use crate::second_factor::{self, Proof, Typed};
-use crate::storage::second_factors::PersonKey;
-use crate::views::second_factor::FactorRefused;
+use acts::error::Error;
+use acts::passkeys;
+use acts::passkeys::{Answer, AnswerRefused, Signed};
+use acts::second_factor;
+use acts::second_factor::{Proof, Typed};
+use model::passkey::PasskeyQuestion;
+use pages::second_factor::FactorRefused;
+use store::second_factors::PersonKey;
 
 const KEY: &str = "passkey";
 
@@ -41,7 +44,7 @@ impl Asked<'_> {
     ///
     /// # Errors
     /// When the question cannot be made, or the database fails.
-    pub(crate) async fn question(self) -> Result<Option<Question>, Error> {
+    pub(crate) async fn question(self) -> Result<Option<PasskeyQuestion>, Error> {
         let question = passkeys::ask(self.state, self.key).await?;
         if let Some(question) = &question {
             hold(self.session, question).await?;
@@ -73,7 +76,7 @@ impl Asked<'_> {
 ///
 /// # Errors
 /// When the session cannot be written.
-pub(crate) async fn hold(session: &Session, question: &Question) -> Result<(), Error> {
+pub(crate) async fn hold(session: &Session, question: &PasskeyQuestion) -> Result<(), Error> {
     Ok(session.insert(KEY, question.id).await?)
 }
 

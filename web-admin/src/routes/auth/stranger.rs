@@ -11,8 +11,8 @@ use axum::response::Response;
 use tower_sessions::cookie::{Cookie, SameSite};
 
 use crate::AppState;
-use crate::error::Error;
-use crate::secret;
+use acts::error::Error;
+use acts::secret;
 
 /// Digits of a token.
 const DIGITS: usize = 64;

@@ -8,7 +8,8 @@ use axum::response::{IntoResponse, Response};
 use tower_sessions::Session;
 
 use super::csrf;
-use crate::error::{Error, PageError};
+use crate::error::PageError;
+use acts::error::Error;
 
 /// A form with a file, whose field `csrf` holds the session's token; anything else is refused with 403. The token comes
 /// before the file, so that nothing of a stranger's file is read.

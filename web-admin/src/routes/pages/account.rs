@@ -8,21 +8,23 @@ use serde_json::json;
 use tower_sessions::Session;
 
 use crate::AppState;
-use crate::accounts;
-use crate::domain::CurrentPerson;
-use crate::error::{Error, PageError};
-use crate::passwords::{self, PasswordRefused};
-use crate::routes::auth::{Csrf, CsrfForm, SignedIn};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Visitor, start_session};
 use crate::routes::language;
-use crate::storage::audit::Entry;
-use crate::storage::{cohorts, directory, exports, people, schools, second_factors};
-use crate::views::account::AccountPage;
-use crate::views::{Place, Shell};
-use crate::words::Language;
+use acts::accounts;
+use acts::error::Error;
+use acts::passwords;
+use model::CurrentPerson;
+use model::password_refused::PasswordRefused;
+use pages::account::AccountPage;
+use pages::{Place, Shell};
+use store::audit::Entry;
+use store::{cohorts, directory, exports, people, schools, second_factors};
+use words::Language;
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
 ) -> Result<AccountPage, PageError> {
     Ok(page(&state, &person, &csrf).await?)
@@ -55,7 +57,7 @@ pub(super) struct PasswordForm {
 /// Sets a new password, which ends every other sign-in.
 pub(super) async fn set_password(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     session: Session,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<PasswordForm>,
@@ -68,7 +70,7 @@ pub(super) async fn set_password(
         Err(refused) => refused,
         Ok(()) if accounts::change_own_password(&state, &person, typed).await? => {
             let known = people::by_id(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
-            SignedIn::start(&session, (known.id, known.credential_version), state.clock.now()).await?;
+            start_session(&session, (known.id, known.credential_version), state.clock.now()).await?;
             return Ok(Redirect::to("/account").into_response());
         }
         Ok(()) => PasswordRefused::WrongOld,
@@ -84,7 +86,7 @@ pub(super) struct LanguageForm {
 /// Sets the language that the visitor reads in; nothing chosen is what their browser asks for.
 pub(super) async fn set_language(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     CsrfForm(form): CsrfForm<LanguageForm>,
 ) -> Result<Redirect, PageError> {
     let code = form.language.as_str();
@@ -99,7 +101,7 @@ pub(super) async fn set_language(
 }
 
 /// Everything held about whoever asks, as a file.
-pub(super) async fn export(State(state): State<AppState>, person: CurrentPerson) -> Result<Response, PageError> {
+pub(super) async fn export(State(state): State<AppState>, Visitor(person): Visitor) -> Result<Response, PageError> {
     let held = exports::of_person(state.db.reader(), person.school_id, person.id).await?.ok_or(Error::NotFound)?;
     let body = serde_json::to_string_pretty(&held).map_err(anyhow::Error::from)?;
     let headers = [

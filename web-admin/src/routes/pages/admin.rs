@@ -8,16 +8,17 @@ use uuid::Uuid;
 
 use super::{Id, cohorts};
 use crate::AppState;
-use crate::domain::{CurrentPerson, Moment, Needed, Role};
-use crate::error::{Error, PageError};
-use crate::routes::auth::{Csrf, CsrfForm, NoFields};
-use crate::stations as pairing;
-use crate::storage::audit::Entry;
-use crate::storage::reports::{self, Counts};
-use crate::storage::stations::{self, Station};
-use crate::storage::{cohorts as cohort_storage, retention, schools, second_factors};
-use crate::views::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
-use crate::views::{Place, Shell};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use acts::error::Error;
+use acts::stations as pairing;
+use model::{CurrentPerson, Moment, Needed, Role};
+use pages::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
+use pages::{Place, Shell};
+use store::audit::Entry;
+use store::reports::{self, Counts};
+use store::stations::{self, Station};
+use store::{cohorts as cohort_storage, retention, schools, second_factors};
 
 /// Cohorts on the home page; the others are on their own.
 const FEW: usize = 10;
@@ -45,7 +46,7 @@ pub(super) async fn home(state: &AppState, shell: Shell, person: &CurrentPerson)
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
 ) -> Result<AdminPage, PageError> {
     administrators_only(&person)?;
@@ -73,7 +74,7 @@ pub(super) fn administrators_only(person: &CurrentPerson) -> Result<(), PageErro
 /// Makes a pairing code and shows it. Not by a redirect: it would have to be kept to be shown.
 pub(super) async fn make_pairing_code(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<PairingCodePage, PageError> {
@@ -95,7 +96,7 @@ pub(super) struct NeededForm {
 /// Sets what must be proved of an attempt for it to count towards a certificate.
 pub(super) async fn set_needed(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     CsrfForm(form): CsrfForm<NeededForm>,
 ) -> Result<Redirect, PageError> {
     administrators_only(&person)?;
@@ -116,7 +117,7 @@ pub(super) async fn set_needed(
 /// Takes a station's token from it.
 pub(super) async fn revoke_station(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(station): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {

@@ -5,8 +5,9 @@ use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, IF_NONE_MATCH};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
 
-use crate::error::{Error, PageError};
-use crate::views::assets;
+use crate::error::PageError;
+use acts::error::Error;
+use pages::assets;
 
 /// Under the address that holds its hash an asset never changes; under any other it is asked for again.
 const FOREVER: &str = "public, max-age=31536000, immutable";

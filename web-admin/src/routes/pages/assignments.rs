@@ -9,29 +9,28 @@ use uuid::Uuid;
 use super::Id;
 use super::admin::administrators_only;
 use crate::AppState;
-use crate::assignments as teaching;
-use crate::deadlines;
-use crate::domain::assignment::Task;
-use crate::domain::due::{self, is_zone, local};
-use crate::domain::{CurrentPerson, Role};
-use crate::error::{Error, PageError};
-use crate::routes::auth::{Csrf, CsrfForm, NoFields};
-use crate::storage::assignments::{self, Listed, NewAssignment};
-use crate::storage::audit::Entry;
-use crate::storage::reports::{self, Named};
-use crate::storage::{curricula, exercises, people, schools};
-use crate::views::assignments::{
-    AssignForm, AssignmentPage, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage, Row,
-};
-use crate::views::people::Choice;
-use crate::views::{Place, Shell};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use acts::assignments as teaching;
+use acts::deadlines;
+use acts::error::Error;
+use model::assignment::Task;
+use model::due::{self, is_zone, local};
+use model::{CurrentPerson, Role};
+use pages::assignments::{AssignForm, AssignmentPage, ManagedAssignmentsPage, ManagedRow, OwnAssignmentsPage, Row};
+use pages::people::Choice;
+use pages::{Place, Shell};
+use store::assignments::{self, Listed, NewAssignment};
+use store::audit::Entry;
+use store::reports::{self, Named};
+use store::{curricula, exercises, people, schools};
 
 /// Assignments on the page of those who make them.
 const LATEST: u32 = 100;
 
 pub(super) async fn list(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
 ) -> Result<Response, PageError> {
     let shell = Shell::new(&person, csrf.token(), Place::Assignments);
@@ -108,7 +107,7 @@ pub(super) struct TypedAssignment {
 
 pub(super) async fn make(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<TypedAssignment>,
 ) -> Result<Response, PageError> {
@@ -213,7 +212,7 @@ async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<List
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<AssignmentPage, PageError> {
@@ -248,7 +247,7 @@ pub(super) struct ExtensionForm {
 
 pub(super) async fn extend(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     CsrfForm(form): CsrfForm<ExtensionForm>,
 ) -> Result<Redirect, PageError> {
@@ -263,7 +262,7 @@ pub(super) async fn extend(
 
 pub(super) async fn withdraw(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
@@ -280,7 +279,7 @@ pub(super) struct ZoneForm {
 /// Sets the school's time zone. What was assigned before keeps the one in which it was said.
 pub(super) async fn set_zone(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     CsrfForm(form): CsrfForm<ZoneForm>,
 ) -> Result<Redirect, PageError> {
     administrators_only(&person)?;

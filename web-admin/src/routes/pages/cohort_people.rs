@@ -10,16 +10,17 @@ use uuid::Uuid;
 
 use super::Id;
 use crate::AppState;
-use crate::domain::roster::is_name;
-use crate::domain::{CurrentPerson, Role};
-use crate::error::{Error, PageError};
-use crate::routes::auth::{Csrf, CsrfForm, NoFields};
-use crate::storage::audit::Entry;
-use crate::storage::cohorts::{self, Deed, Membership};
-use crate::storage::people;
-use crate::storage::reports::{self, Named};
-use crate::views::people::CohortPeoplePage;
-use crate::views::{Place, Shell};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use acts::error::Error;
+use model::roster::is_name;
+use model::{CurrentPerson, Role};
+use pages::people::CohortPeoplePage;
+use pages::{Place, Shell};
+use store::audit::Entry;
+use store::cohorts::{self, Deed, Membership};
+use store::people;
+use store::reports::{self, Named};
 
 #[derive(Deserialize)]
 pub(super) struct CohortForm {
@@ -29,7 +30,7 @@ pub(super) struct CohortForm {
 /// Makes a cohort; an instructor teaches what they have made.
 pub(super) async fn make(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     CsrfForm(form): CsrfForm<CohortForm>,
 ) -> Result<Redirect, PageError> {
     if person.role == Role::Trainee {
@@ -67,7 +68,7 @@ async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Name
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<CohortPeoplePage, PageError> {
@@ -95,7 +96,7 @@ pub(super) struct MemberForm {
 /// like nobody.
 pub(super) async fn add(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<MemberForm>,
@@ -137,7 +138,7 @@ pub(super) struct AnswerForm {
 /// An administrator's answer where somebody is asked for; whoever teaches the cohort may take the question back.
 pub(super) async fn answer(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     path: Result<Path<(Uuid, Uuid)>, PathRejection>,
     CsrfForm(form): CsrfForm<AnswerForm>,
 ) -> Result<Redirect, PageError> {
@@ -153,7 +154,7 @@ pub(super) async fn answer(
 /// A trainee's own answer.
 pub(super) async fn answer_for_oneself(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(cohort): Id,
     CsrfForm(form): CsrfForm<AnswerForm>,
 ) -> Result<Redirect, PageError> {
@@ -193,7 +194,7 @@ async fn settle(
 
 pub(super) async fn remove(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     path: Result<Path<(Uuid, Uuid)>, PathRejection>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {

@@ -6,12 +6,13 @@ use serde::Deserialize;
 use super::standing::{self, Taught};
 use super::{Id, in_query};
 use crate::AppState;
-use crate::domain::{CurrentPerson, Role};
-use crate::error::{Error, PageError};
-use crate::routes::auth::Csrf;
-use crate::storage::reports::{self, Named};
-use crate::views::cohort::{CohortLine, CohortPage, CohortsPage, CourseShare};
-use crate::views::{Place, Shell};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, Visitor};
+use acts::error::Error;
+use model::{CurrentPerson, Role};
+use pages::cohort::{CohortLine, CohortPage, CohortsPage, CourseShare};
+use pages::{Place, Shell};
+use store::reports::{self, Named};
 
 /// Cohorts on one page.
 const PER_PAGE: usize = 50;
@@ -43,7 +44,7 @@ pub(super) struct After {
 
 pub(super) async fn list(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     Query(After { after }): Query<After>,
 ) -> Result<CohortsPage, PageError> {
@@ -61,7 +62,7 @@ pub(super) async fn list(
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<CohortPage, PageError> {

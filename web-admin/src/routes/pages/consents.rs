@@ -14,15 +14,17 @@ use uuid::Uuid;
 use super::Id;
 use super::admin::administrators_only;
 use crate::AppState;
-use crate::domain::{CurrentPerson, Moment, Role, corridor};
-use crate::error::{Error, PageError};
+use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields};
-use crate::storage::audit::Entry;
-use crate::storage::directory::{self, Listed};
-use crate::storage::experts::{self, NewDeclaration};
-use crate::views::consent::{ConsentOfExpertPage, Recorded};
-use crate::views::{Place, Shell, format};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use acts::error::Error;
+use model::directory::DirectoryEntry;
+use model::{CurrentPerson, Moment, Role, corridor};
+use pages::consent::{ConsentOfExpertPage, Recorded};
+use pages::{Place, Shell, format};
+use store::audit::Entry;
+use store::directory;
+use store::experts::{self, NewDeclaration};
 
 /// Most characters of the words that were agreed to, and of how.
 const MOST_WORDING: usize = 2000;
@@ -44,7 +46,7 @@ pub(super) struct Typed {
 }
 
 /// Somebody of the administrator's school who teaches.
-async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<Listed, PageError> {
+async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<DirectoryEntry, PageError> {
     administrators_only(visitor)?;
     let person = directory::find(state.db.reader(), visitor.school_id, id).await.map_err(Error::from)?;
     let person = person.ok_or(Error::NotFound)?;
@@ -58,7 +60,7 @@ async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<Lis
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    visitor: CurrentPerson,
+    Visitor(visitor): Visitor,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<ConsentOfExpertPage, PageError> {
@@ -71,7 +73,7 @@ pub(super) async fn show(
 async fn page(
     state: &AppState,
     (visitor, csrf): (&CurrentPerson, &Csrf),
-    person: Listed,
+    person: DirectoryEntry,
     (typed, refused): (Typed, Option<String>),
 ) -> Result<ConsentOfExpertPage, Error> {
     let recorded = experts::declarations(state.db.reader(), visitor.school_id, person.id).await?;
@@ -96,7 +98,7 @@ async fn page(
 
 pub(super) async fn record(
     State(state): State<AppState>,
-    visitor: CurrentPerson,
+    Visitor(visitor): Visitor,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<Typed>,
@@ -156,7 +158,7 @@ fn words<'a>(field: &str, typed: &'a str, most: usize) -> Result<&'a str, String
 
 pub(super) async fn withdraw(
     State(state): State<AppState>,
-    visitor: CurrentPerson,
+    Visitor(visitor): Visitor,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {

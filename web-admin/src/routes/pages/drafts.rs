@@ -8,15 +8,19 @@ use serde::Deserialize;
 
 use super::{Id, unix_lines};
 use crate::AppState;
-use crate::domain::CurrentPerson;
-use crate::drafting::{self, Checked, Saved};
-use crate::error::{Error, PageError};
-use crate::routes::auth::{Csrf, CsrfForm, NoFields};
-use crate::storage::drafts::{self, Draft, DraftKind, Texts};
-use crate::storage::exercises;
-use crate::views::diff::diff;
-use crate::views::draft::{DraftPage, DraftRow, DraftsPage, Verdict, VerdictPart};
-use crate::views::{Place, Shell};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use acts::drafting;
+use acts::drafting::{Checked, Saved};
+use acts::error::Error;
+use model::draft::Verdict;
+use pages::diff::diff;
+use pages::draft::{
+    DraftPage, DraftRow, DraftsPage, VerdictPart, verdict_of_course, verdict_of_refused, verdict_while_waiting,
+};
+use pages::{Place, Shell};
+use store::drafts::{self, Draft, DraftKind, Texts};
+use store::exercises;
 
 /// A copy to be begun.
 #[derive(Debug, Deserialize)]
@@ -63,7 +67,7 @@ pub(super) struct SeenForm {
 
 pub(super) async fn list(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
 ) -> Result<DraftsPage, PageError> {
     drafting::staff_only(&person)?;
@@ -79,7 +83,7 @@ pub(super) async fn list(
 /// Begins a copy of an exercise.
 pub(super) async fn copy(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     CsrfForm(CopyForm { exercise, id }): CsrfForm<CopyForm>,
 ) -> Result<Redirect, PageError> {
     let draft = drafting::exercise(&state, &person, &exercise, Some(id.trim())).await?;
@@ -89,7 +93,7 @@ pub(super) async fn copy(
 /// Opens the draft of an exercise.
 pub(super) async fn of_exercise(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Path(id): Path<String>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
@@ -100,7 +104,7 @@ pub(super) async fn of_exercise(
 /// Opens the draft of a course.
 pub(super) async fn of_course(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Path(id): Path<String>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
@@ -110,7 +114,7 @@ pub(super) async fn of_course(
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<Response, PageError> {
@@ -134,7 +138,7 @@ fn answered(checked: &Checked, body: impl IntoResponse) -> Response {
 /// seen it and insists.
 pub(super) async fn write(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DraftForm>,
@@ -169,7 +173,7 @@ pub(super) async fn write(
 /// What a draft would come to as it is typed; nothing is saved.
 pub(super) async fn preview(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     CsrfForm(typed): CsrfForm<TypedForm>,
 ) -> Result<Response, PageError> {
@@ -183,7 +187,7 @@ pub(super) async fn preview(
 /// Throws a draft away.
 pub(super) async fn discard(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     CsrfForm(SeenForm { seen }): CsrfForm<SeenForm>,
 ) -> Result<Redirect, PageError> {
@@ -219,9 +223,9 @@ fn row(draft: &Draft) -> DraftRow {
 fn verdict(checked: &Checked) -> Verdict {
     match checked {
         Checked::Exercise(verdict) => (**verdict).clone(),
-        Checked::Course(course, mastery) => Verdict::of_course(course, mastery),
-        Checked::Refused(issues) => Verdict::refused(issues),
-        Checked::Waiting(retry_after_s) => Verdict::waiting(*retry_after_s),
+        Checked::Course(course, mastery) => verdict_of_course(course, mastery),
+        Checked::Refused(issues) => verdict_of_refused(issues),
+        Checked::Waiting(retry_after_s) => verdict_while_waiting(*retry_after_s),
     }
 }
 

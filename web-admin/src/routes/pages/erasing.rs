@@ -8,19 +8,21 @@ use serde::Deserialize;
 use super::Id;
 use super::people::{find, nobody_themselves};
 use crate::AppState;
-use crate::domain::CurrentPerson;
-use crate::erasing::{self, Eraser};
-use crate::error::{Error, PageError};
-use crate::routes::auth::{Csrf, CsrfForm};
-use crate::storage::directory::{AccountState, Listed};
-use crate::storage::texts::{self, Whose};
-use crate::storage::{retention, schools};
-use crate::views::erasing::ErasePage;
-use crate::views::{Place, Shell};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use acts::erasing;
+use acts::erasing::Eraser;
+use acts::error::Error;
+use model::CurrentPerson;
+use model::directory::{AccountState, DirectoryEntry};
+use pages::erasing::ErasePage;
+use pages::{Place, Shell};
+use store::texts::{self, Whose};
+use store::{retention, schools};
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    visitor: CurrentPerson,
+    Visitor(visitor): Visitor,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<ErasePage, PageError> {
@@ -29,7 +31,7 @@ pub(super) async fn show(
 }
 
 /// Somebody of the administrator's school who is not anonymous yet, nor the administrator.
-async fn erasable(state: &AppState, visitor: &CurrentPerson, id: uuid::Uuid) -> Result<Listed, PageError> {
+async fn erasable(state: &AppState, visitor: &CurrentPerson, id: uuid::Uuid) -> Result<DirectoryEntry, PageError> {
     let person = find(state, visitor, id).await?;
     nobody_themselves(visitor, id)?;
     if person.state == AccountState::Erased {
@@ -38,7 +40,11 @@ async fn erasable(state: &AppState, visitor: &CurrentPerson, id: uuid::Uuid) -> 
     Ok(person)
 }
 
-async fn page(state: &AppState, (visitor, csrf): (&CurrentPerson, &Csrf), person: Listed) -> Result<ErasePage, Error> {
+async fn page(
+    state: &AppState,
+    (visitor, csrf): (&CurrentPerson, &Csrf),
+    person: DirectoryEntry,
+) -> Result<ErasePage, Error> {
     let (reader, school_id) = (state.db.reader(), visitor.school_id);
     let whose = Whose { school_id, person_id: person.id, until: state.clock.now() };
     let mentions = texts::mentions(reader, whose, &texts::words_of(&person.name)).await?;
@@ -65,7 +71,7 @@ pub(super) struct EraseForm {
 
 pub(super) async fn erase(
     State(state): State<AppState>,
-    visitor: CurrentPerson,
+    Visitor(visitor): Visitor,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<EraseForm>,

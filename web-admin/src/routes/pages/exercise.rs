@@ -1,27 +1,28 @@
 //! `/curricula` and `/exercises/{id}`.
 
 use axum::extract::{Path, State};
-use scene::ExerciseBundle;
+use documents::ExerciseBundle;
 
 use super::standing::{self, Taught};
 use super::{published, rows};
 use crate::AppState;
-use crate::domain::progress::{Progress, Step, StepState};
-use crate::domain::{CurrentPerson, Role};
-use crate::error::{Error, PageError};
-use crate::routes::auth::Csrf;
-use crate::storage::{exercises, practice, reports};
-use crate::views::curricula::{CourseCard, CurriculaPage, ExerciseLine};
-use crate::views::exercise::{Context, ExercisePage, ExerciseView};
-use crate::views::trainee::{exercise_href, rule_in_words, score_points};
-use crate::views::{Place, Shell, Status, charts};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, Visitor};
+use acts::error::Error;
+use model::progress::{Progress, Step, StepState};
+use model::{CurrentPerson, Role};
+use pages::curricula::{CourseCard, CurriculaPage, ExerciseLine};
+use pages::exercise::{Context, ExercisePage, ExerciseView};
+use pages::trainee::{exercise_href, rule_in_words, score_points};
+use pages::{Place, Shell, Status, charts};
+use store::{exercises, practice, reports};
 
 /// A course, and the visitor's progress in it where they are a trainee.
 type Visited = (Taught, Option<Progress>);
 
 pub(super) async fn curricula(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
 ) -> Result<CurriculaPage, PageError> {
     let courses = visited(&state, &person).await?;
@@ -32,7 +33,7 @@ pub(super) async fn curricula(
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Path(id): Path<String>,
     csrf: Csrf,
 ) -> Result<ExercisePage, PageError> {

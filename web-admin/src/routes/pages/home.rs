@@ -6,17 +6,18 @@ use axum::response::{IntoResponse, Response};
 use super::trainees::PageQuery;
 use super::{admin, cohorts, rows, standing, trainees};
 use crate::AppState;
-use crate::domain::{CurrentPerson, Role};
-use crate::error::{Error, PageError};
-use crate::routes::auth::Csrf;
-use crate::storage::reports::{self, Named};
-use crate::views::cohort::CohortCard;
-use crate::views::instructor::InstructorPage;
-use crate::views::{Place, Shell};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, Visitor};
+use acts::error::Error;
+use model::{CurrentPerson, Role};
+use pages::cohort::CohortCard;
+use pages::instructor::InstructorPage;
+use pages::{Place, Shell};
+use store::reports::{self, Named};
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     Query(query): Query<PageQuery>,
 ) -> Result<Response, PageError> {

@@ -9,15 +9,15 @@ use tower_http::services::ServeFile;
 
 use super::{Id, in_query};
 use crate::AppState;
-use crate::domain::CurrentPerson;
-use crate::error::{Error, PageError};
-use crate::recordings;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields};
-use crate::secret;
-use crate::storage::audit::Entry;
-use crate::storage::{links, sessions};
-use crate::views::links::LinksPage;
-use crate::views::{Place, Shell};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use acts::error::Error;
+use acts::recordings;
+use acts::secret;
+use pages::links::LinksPage;
+use pages::{Place, Shell};
+use store::audit::Entry;
+use store::{links, sessions};
 
 /// How long an address works, in s.
 const LIFETIME_S: i64 = 15 * 60;
@@ -35,7 +35,7 @@ const VIEWERS: [(&str, &str, &str); 3] = [
 /// Makes an address for the recording and shows where it may be opened. Not by a redirect: it would have to be kept.
 pub(super) async fn make(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     (Id(id), headers): (Id, HeaderMap),
     csrf: Csrf,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,

@@ -3,14 +3,15 @@
 use axum::extract::{DefaultBodyLimit, FromRequestParts, Path};
 use axum::http::request::Parts;
 use axum::routing::{get, post};
+use documents::ExerciseBundle;
 use percent_encoding::{NON_ALPHANUMERIC, PercentEncode, utf8_percent_encode};
-use scene::ExerciseBundle;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::error::{Error, PageError};
+use crate::error::PageError;
 use crate::routes::Routes;
-use crate::storage::exercises;
+use acts::error::Error;
+use store::exercises;
 
 mod account;
 mod admin;

@@ -8,21 +8,21 @@ use serde_json::json;
 
 use super::admin::administrators_only;
 use crate::AppState;
-use crate::config;
-use crate::domain::CurrentPerson;
-use crate::error::{Error, PageError};
-use crate::routes::auth::{Csrf, CsrfForm};
-use crate::storage::audit::Entry;
-use crate::storage::origins;
-use crate::views::origins::OriginsPage;
-use crate::views::{Place, Shell};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use acts::config;
+use acts::error::Error;
+use pages::origins::OriginsPage;
+use pages::{Place, Shell};
+use store::audit::Entry;
+use store::origins;
 
 /// Most origins that a school allows.
 const MOST: usize = 20;
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
 ) -> Result<OriginsPage, PageError> {
     administrators_only(&person)?;
@@ -43,7 +43,7 @@ pub(super) struct OriginsForm {
 
 pub(super) async fn set(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<OriginsForm>,
 ) -> Result<Response, PageError> {

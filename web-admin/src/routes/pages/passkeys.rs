@@ -11,16 +11,18 @@ use uuid::Uuid;
 use super::Id;
 use super::second_factor::{PAGE, again, allow, enrolled, is_asked, page, proof_asked};
 use crate::AppState;
-use crate::domain::CurrentPerson;
-use crate::error::{Error, PageError};
-use crate::passkeys::{self, Answer};
+use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{ClientAddress, Csrf, CsrfForm, Shown, held, hold};
-use crate::storage::passkeys::{self as stored, KeptPasskey};
-use crate::storage::second_factors;
-use crate::views::passkeys::{MakePasskeyPage, PasskeyPage, PasskeyRow};
-use crate::views::second_factor::{FactorRefused, SecondFactorPage};
-use crate::views::{Place, Shell};
+use crate::routes::auth::{ClientAddress, Csrf, CsrfForm, Shown, Visitor, held, hold};
+use acts::error::Error;
+use acts::passkeys;
+use acts::passkeys::Answer;
+use model::CurrentPerson;
+use pages::passkeys::{MakePasskeyPage, PasskeyPage, PasskeyRow};
+use pages::second_factor::{FactorRefused, SecondFactorPage};
+use pages::{Place, Shell};
+use store::passkeys::{self as stored, KeptPasskey};
+use store::second_factors;
 
 /// One's own.
 pub(super) fn router() -> Routes {
@@ -53,7 +55,7 @@ struct NewForm {
 /// Asks for a new passkey. Not by a redirect: what is asked would have to be kept to be shown.
 async fn begin(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     (session, csrf): (Session, Csrf),
     ClientAddress(from): ClientAddress,
     CsrfForm(form): CsrfForm<NewForm>,
@@ -101,7 +103,7 @@ struct AnswerForm {
 /// Keeps the passkey that was made.
 async fn confirm(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     (session, csrf): (Session, Csrf),
     ClientAddress(from): ClientAddress,
     CsrfForm(form): CsrfForm<AnswerForm>,
@@ -115,7 +117,7 @@ async fn confirm(
 
 async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     (session, csrf): (Session, Csrf),
     Id(id): Id,
 ) -> Result<PasskeyPage, PageError> {
@@ -159,7 +161,7 @@ struct NameForm {
 
 async fn rename(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     (session, csrf): (Session, Csrf),
     Id(id): Id,
     CsrfForm(form): CsrfForm<NameForm>,
@@ -182,7 +184,7 @@ struct RemoveForm {
 
 async fn remove(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     (session, csrf): (Session, Csrf),
     (Id(id), ClientAddress(from)): (Id, ClientAddress),
     CsrfForm(form): CsrfForm<RemoveForm>,

@@ -9,16 +9,20 @@ use uuid::Uuid;
 use super::admin::administrators_only;
 use super::{Id, in_query};
 use crate::AppState;
-use crate::accounts::{self, NewAccount};
-use crate::domain::roster::{is_email, is_name};
-use crate::domain::{CurrentPerson, Role};
-use crate::error::{Error, PageError};
-use crate::routes::auth::{Csrf, CsrfForm, NoFields};
-use crate::storage::directory::{self, AccountState, Details, Filter, Listed};
-use crate::storage::second_factors::{self, PersonKey};
-use crate::storage::{cohorts, mails, retention};
-use crate::views::people::{Choice, Done, LinkPage, PeoplePage, PersonForm, PersonPage, PersonRefused};
-use crate::views::{Place, Shell};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use acts::accounts;
+use acts::accounts::NewAccount;
+use acts::error::Error;
+use model::directory::{AccountState, DirectoryEntry};
+use model::roster::{is_email, is_name};
+use model::{CurrentPerson, Role};
+use pages::people::{Choice, Done, LinkPage, PeoplePage, PersonForm, PersonPage, PersonRefused};
+use pages::{Place, Shell};
+use store::directory;
+use store::directory::{Details, Filter};
+use store::second_factors::{self, PersonKey};
+use store::{cohorts, mails, retention};
 
 /// People on one page.
 const PER_PAGE: u32 = 50;
@@ -64,7 +68,7 @@ impl PeopleQuery {
     }
 
     /// The address of the page that begins after somebody.
-    fn after(&self, last: &Listed) -> String {
+    fn after(&self, last: &DirectoryEntry) -> String {
         let pairs = [("q", &self.q), ("role", &self.role), ("state", &self.state), ("cohort", &self.cohort)];
         let kept: String = pairs.iter().map(|(name, value)| format!("{name}={}&", in_query(value))).collect();
         format!("/people?{kept}after={}&id={}", in_query(&last.name), last.id)
@@ -73,7 +77,7 @@ impl PeopleQuery {
 
 pub(super) async fn list(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     Query(query): Query<PeopleQuery>,
 ) -> Result<PeoplePage, PageError> {
@@ -152,7 +156,7 @@ fn refusal(name: &str, email: &str) -> Option<PersonRefused> {
 
 pub(super) async fn add(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<NewPersonForm>,
 ) -> Result<Response, PageError> {
@@ -181,7 +185,7 @@ pub(super) struct DoneQuery {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    visitor: CurrentPerson,
+    Visitor(visitor): Visitor,
     Id(id): Id,
     csrf: Csrf,
     Query(DoneQuery { done }): Query<DoneQuery>,
@@ -192,7 +196,7 @@ pub(super) async fn show(
 }
 
 /// Somebody of the administrator's school.
-pub(super) async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<Listed, PageError> {
+pub(super) async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<DirectoryEntry, PageError> {
     administrators_only(visitor)?;
     Ok(directory::find(state.db.reader(), visitor.school_id, id).await?.ok_or(Error::NotFound)?)
 }
@@ -200,7 +204,7 @@ pub(super) async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) ->
 async fn person_page(
     state: &AppState,
     (visitor, csrf): (&CurrentPerson, &Csrf),
-    person: Listed,
+    person: DirectoryEntry,
     form: PersonForm,
 ) -> Result<PersonPage, Error> {
     let delivery = mails::latest(state.db.reader(), visitor.school_id, person.id).await?;
@@ -227,7 +231,7 @@ pub(super) struct ChangeForm {
 
 pub(super) async fn change(
     State(state): State<AppState>,
-    visitor: CurrentPerson,
+    Visitor(visitor): Visitor,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ChangeForm>,
@@ -263,7 +267,7 @@ fn done(id: Uuid, what: &str) -> Response {
 
 pub(super) async fn mail_link(
     State(state): State<AppState>,
-    visitor: CurrentPerson,
+    Visitor(visitor): Visitor,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
@@ -275,7 +279,7 @@ pub(super) async fn mail_link(
 /// Makes a link and shows it. Not by a redirect: it would have to be kept to be shown.
 pub(super) async fn link(
     State(state): State<AppState>,
-    visitor: CurrentPerson,
+    Visitor(visitor): Visitor,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
@@ -288,7 +292,7 @@ pub(super) async fn link(
 
 pub(super) async fn disable(
     State(state): State<AppState>,
-    visitor: CurrentPerson,
+    Visitor(visitor): Visitor,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
@@ -307,7 +311,7 @@ pub(super) fn nobody_themselves(visitor: &CurrentPerson, id: Uuid) -> Result<(),
 
 pub(super) async fn enable(
     State(state): State<AppState>,
-    visitor: CurrentPerson,
+    Visitor(visitor): Visitor,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {

@@ -9,18 +9,21 @@ use uuid::Uuid;
 
 use super::Id;
 use crate::AppState;
-use crate::domain::{CurrentPerson, Role};
-use crate::drafting::staff_only;
-use crate::error::{Error, PageError};
-use crate::regrading::exercise as regrading;
+use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields};
-use crate::storage::exercises;
-use crate::storage::regradings::{self, Regrading, State as Standing};
-use crate::views::people::Choice;
-use crate::views::regrading::{self as views, ChooseRubricPage, Earlier, RegradingPage, Shown};
-use crate::views::trainee::exercise_href;
-use crate::views::{Place, Shell, format};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use acts::drafting::staff_only;
+use acts::error::Error;
+use acts::regrading::exercise as regrading;
+use model::regrading::RegradingState as Standing;
+use model::{CurrentPerson, Role};
+use pages::people::Choice;
+use pages::regrading::{self as views, ChooseRubricPage, Earlier, RegradingPage, Shown};
+use pages::trainee::exercise_href;
+use pages::{Place, Shell, format};
+use store::exercises;
+use store::regradings;
+use store::regradings::Regrading;
 
 /// Attempts on one page.
 const PER_PAGE: u32 = 50;
@@ -34,7 +37,7 @@ pub(super) fn router() -> Routes {
 
 async fn choose(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Path(id): Path<String>,
     csrf: Csrf,
 ) -> Result<ChooseRubricPage, PageError> {
@@ -85,7 +88,7 @@ struct LookForm {
 
 async fn look(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Path(id): Path<String>,
     CsrfForm(form): CsrfForm<LookForm>,
 ) -> Result<Redirect, PageError> {
@@ -105,7 +108,7 @@ struct LinesQuery {
 
 async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     Query(query): Query<LinesQuery>,
@@ -174,7 +177,7 @@ struct ConfirmForm {
 
 async fn confirm(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConfirmForm>,
@@ -193,7 +196,7 @@ async fn confirm(
 
 async fn forget(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {

@@ -9,20 +9,21 @@ use uuid::Uuid;
 
 use super::{Id, sessions as attempts};
 use crate::AppState;
-use crate::domain::comment::{self, Comment, Typed};
-use crate::domain::{CurrentPerson, Moment, Role, corridor};
-use crate::error::{Error, PageError};
-use crate::routes::auth::{Csrf, CsrfForm, NoFields};
-use crate::storage::audit::Entry;
-use crate::storage::comments::{self, Kept};
-use crate::storage::experts::{self, NewDeclaration};
-use crate::storage::reports;
-use crate::storage::scores::{self};
-use crate::storage::sessions::{self, Session};
-use crate::views::replay::{CommentForm, CommentView, Other, ReplayPage, Said};
-use crate::views::session::Drawing;
-use crate::views::{Place, Shell, charts, format};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use acts::error::Error;
 use attempt::AttemptCurve;
+use model::comment::{self, Comment, Typed};
+use model::{CurrentPerson, Moment, Role, corridor};
+use pages::replay::{CommentForm, CommentView, Other, ReplayPage, Said};
+use pages::session::Drawing;
+use pages::{Place, Shell, charts, format};
+use store::audit::Entry;
+use store::comments::{self, Kept};
+use store::experts::{self, NewDeclaration};
+use store::reports;
+use store::scores::{self};
+use store::sessions::{self, Session};
 
 /// What the address may add.
 #[derive(Debug, Default, Deserialize)]
@@ -34,7 +35,7 @@ pub(super) struct ReplayQuery {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     Query(query): Query<ReplayQuery>,
@@ -96,7 +97,7 @@ pub(super) struct ConsentForm {
 /// Gives or takes back the visitor's own consent to be one of the experts.
 pub(super) async fn consent(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     CsrfForm(form): CsrfForm<ConsentForm>,
 ) -> Result<Redirect, PageError> {
     if person.role == Role::Trainee {
@@ -106,7 +107,7 @@ pub(super) async fn consent(
     let own = (person.school_id, person.id);
     let (changed, action) = match form.consent.as_str() {
         "given" => {
-            let (wording, how) = (crate::words::say(corridor::WORDING), "given by themselves, signed in");
+            let (wording, how) = (words::say(corridor::WORDING), "given by themselves, signed in");
             let new = NewDeclaration { wording, how, given_at: now, recorded_by: person.id };
             (experts::consent(&mut tx, own, new, now).await?, "expert.consented")
         }
@@ -158,7 +159,7 @@ fn views(kept: &[Kept], visitor: &CurrentPerson) -> Vec<CommentView> {
 /// Adds a comment; what is refused is shown again as it was typed.
 pub(super) async fn comment(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<Typed>,
@@ -206,7 +207,7 @@ pub(super) struct AnswerForm {
 /// Answers a comment.
 pub(super) async fn answer(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     path: Result<Path<(Uuid, Uuid)>, axum::extract::rejection::PathRejection>,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<AnswerForm>,
@@ -235,7 +236,7 @@ pub(super) async fn answer(
 /// Takes back what the visitor said themselves.
 pub(super) async fn withdraw(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     path: Result<Path<(Uuid, Uuid)>, axum::extract::rejection::PathRejection>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {

@@ -9,15 +9,17 @@ use serde_json::json;
 use super::Id;
 use super::admin::administrators_only;
 use crate::AppState;
-use crate::domain::{CurrentPerson, Moment};
-use crate::error::{Error, PageError};
-use crate::retention::{self as retaining, Planned};
-use crate::routes::auth::{Csrf, CsrfForm};
-use crate::storage::audit::Entry;
-use crate::storage::directory;
-use crate::storage::retention::{self, Settings};
-use crate::views::retention::{IdleRow, RetentionForm, RetentionPage};
-use crate::views::{Place, Shell};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use acts::error::Error;
+use acts::retention as retaining;
+use acts::retention::Planned;
+use model::{CurrentPerson, Moment};
+use pages::retention::{IdleRow, RetentionForm, RetentionPage};
+use pages::{Place, Shell};
+use store::audit::Entry;
+use store::directory;
+use store::retention::{self, Settings};
 
 /// People who are listed.
 const LISTED: usize = 200;
@@ -34,7 +36,7 @@ pub(super) struct SavedQuery {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     Query(SavedQuery { saved }): Query<SavedQuery>,
 ) -> Result<RetentionPage, PageError> {
@@ -114,7 +116,7 @@ impl RuleForm {
 /// Sets the rule.
 pub(super) async fn set(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<RuleForm>,
 ) -> Result<Response, PageError> {
@@ -155,7 +157,7 @@ pub(super) struct HoldForm {
 /// Keeps somebody whatever the rule says, or no longer.
 pub(super) async fn hold(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     CsrfForm(form): CsrfForm<HoldForm>,
 ) -> Result<Redirect, PageError> {

@@ -10,28 +10,29 @@ use uuid::Uuid;
 
 use super::{Id, sessions as attempts};
 use crate::AppState;
-use crate::domain::judgement::{self, Override, TypedOverride};
-use crate::domain::rating::mean;
-use crate::domain::{CurrentPerson, Role};
-use crate::error::{Error, PageError};
-use crate::regrading::{self, By, Rubric};
-use crate::routes::auth::{Csrf, CsrfForm};
-use crate::storage::audit::{Actor, Entry};
-use crate::storage::grades::{self, NewOverride};
-use crate::storage::ratings;
-use crate::storage::regradings;
-use crate::storage::reviews::{self, Waiting};
-use crate::storage::scores::{self, Score};
-use crate::storage::sessions::{self, Session};
-use crate::storage::supervisions;
-use crate::surveys;
-use crate::views::review::{self as views, Act, GradePage, Judged, RatedMean, RegradePage, ReviewPage, WaitingRow};
-use crate::views::{Place, Shell, Status, format};
-use crate::words;
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use acts::error::Error;
+use acts::regrading;
+use acts::regrading::{By, Rubric};
+use acts::surveys;
+use model::judgement::{self, Override, TypedOverride};
+use model::rating::mean;
+use model::{CurrentPerson, Role};
+use pages::review::{self as views, Act, GradePage, Judged, RatedMean, RegradePage, ReviewPage, WaitingRow};
+use pages::{Place, Shell, Status, format};
+use store::audit::{Actor, Entry};
+use store::grades::{self, NewOverride};
+use store::ratings;
+use store::regradings;
+use store::reviews::{self, Waiting};
+use store::scores::{self, Score};
+use store::sessions::{self, Session};
+use store::supervisions;
 
 pub(super) async fn queue(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
 ) -> Result<ReviewPage, PageError> {
     judges_only(&person)?;
@@ -80,7 +81,7 @@ pub(super) async fn find_scored(state: &AppState, person: &CurrentPerson, id: Uu
 
 pub(super) async fn grade(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<GradePage, PageError> {
@@ -170,7 +171,7 @@ fn history(computed: &[Score], regraded: &[regradings::Act], overrides: Vec<grad
 /// Puts another score in place of the computed one. Without a reason it is refused, and what was typed stays.
 pub(super) async fn put_override(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<TypedOverride>,
@@ -195,7 +196,7 @@ pub(super) struct ReasonForm {
 /// Lets the computed score count again.
 pub(super) async fn withdraw_override(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<ReasonForm>,
@@ -241,7 +242,7 @@ pub(super) struct MarkForm {
 /// Marks an attempt as looked at, or puts it back into the queue.
 pub(super) async fn mark(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     CsrfForm(form): CsrfForm<MarkForm>,
 ) -> Result<Response, PageError> {
@@ -283,7 +284,7 @@ pub(crate) async fn set_reviewed(
 /// What the attempt would score by the rubric of today.
 pub(super) async fn preview(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<RegradePage, PageError> {
@@ -321,7 +322,7 @@ async fn by_today(state: &AppState, session: &Session) -> Result<Assessment, Err
 /// Grades the attempt by the rubric of today. Without a reason it is refused, and what was typed stays.
 pub(super) async fn regrade(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<ReasonForm>,

@@ -5,15 +5,15 @@ use serde::Deserialize;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::domain::CurrentPerson;
-use crate::drafting;
-use crate::error::{Error, PageError};
-use crate::routes::auth::Csrf;
-use crate::storage::{curricula, exercises};
-use crate::views::diff::{DiffLine, diff};
-use crate::views::draft::{RevisionRow, RevisionsPage};
-use crate::views::trainee::exercise_href;
-use crate::views::{Place, Shell, format};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, Visitor};
+use acts::drafting;
+use acts::error::Error;
+use pages::diff::{DiffLine, diff};
+use pages::draft::{RevisionRow, RevisionsPage};
+use pages::trainee::exercise_href;
+use pages::{Place, Shell, format};
+use store::{curricula, exercises};
 
 /// Which two are compared; the two newest where nothing is said.
 #[derive(Debug, Deserialize)]
@@ -36,7 +36,7 @@ impl Compared {
 
 pub(super) async fn of_exercise(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     (Path(id), Query(compared)): (Path<String>, Query<Compared>),
     csrf: Csrf,
 ) -> Result<RevisionsPage, PageError> {
@@ -64,7 +64,7 @@ pub(super) async fn of_exercise(
 
 pub(super) async fn of_course(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     (Path(id), Query(compared)): (Path<String>, Query<Compared>),
     csrf: Csrf,
 ) -> Result<RevisionsPage, PageError> {

@@ -9,21 +9,23 @@ use uuid::Uuid;
 use super::Id;
 use super::admin::administrators_only;
 use crate::AppState;
-use crate::domain::CurrentPerson;
-use crate::domain::roster::{Wanted, is_name};
-use crate::error::{Error, PageError};
-use crate::roster_import::{self, Preview};
-use crate::routes::auth::{Csrf, CsrfForm, CsrfUpload};
-use crate::storage::cohorts;
-use crate::views::roster::{RosterPage, RosterPreviewPage, Shown};
-use crate::views::{Place, Shell};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, CsrfUpload, Visitor};
+use acts::error::Error;
+use acts::roster_import;
+use acts::roster_import::Preview;
+use model::CurrentPerson;
+use model::roster::{Wanted, is_name};
+use pages::roster::{RosterPage, RosterPreviewPage, Shown};
+use pages::{Place, Shell};
+use store::cohorts;
 
 /// Largest file taken, in bytes.
 pub(super) const MAX_BYTES: usize = 8_000_000;
 
 pub(super) async fn new(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
 ) -> Result<RosterPage, PageError> {
     administrators_only(&person)?;
@@ -43,7 +45,7 @@ async fn form(state: &AppState, (person, csrf): (&CurrentPerson, &Csrf), wanted:
 
 pub(super) async fn send(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     upload: CsrfUpload,
 ) -> Result<Response, PageError> {
@@ -79,7 +81,7 @@ pub(super) struct LinesQuery {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     Query(query): Query<LinesQuery>,
@@ -123,7 +125,7 @@ pub(super) struct ConfirmForm {
 
 pub(super) async fn confirm(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConfirmForm>,

@@ -1,10 +1,10 @@
 //! From stored attempts to rows of a list.
 
-use crate::storage::reports::ListedAttempt;
-use crate::storage::sessions::SessionState;
-use crate::views::Status;
-use crate::views::metric;
-use crate::views::trainee::AttemptRow;
+use pages::Status;
+use pages::metric;
+use pages::trainee::AttemptRow;
+use store::reports::ListedAttempt;
+use store::sessions::SessionState;
 
 /// Rows for a list of one trainee's attempts.
 pub(super) fn own(attempts: Vec<ListedAttempt>) -> Vec<AttemptRow> {

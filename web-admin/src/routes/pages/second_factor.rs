@@ -14,20 +14,22 @@ use tower_sessions::Session;
 use super::admin::administrators_only;
 use super::{Id, passkeys};
 use crate::AppState;
-use crate::accounts;
-use crate::domain::{CurrentPerson, FactorRule};
-use crate::error::{Error, PageError};
+use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Asked, ClientAddress, Csrf, CsrfForm, NoFields, Shown, SignedIn};
-use crate::second_factor::{self, Enrolled, Typed};
-use crate::storage::audit::{Actor, Entry};
-use crate::storage::passkeys as stored;
-use crate::storage::second_factors::{self, PersonKey};
-use crate::storage::{directory, people, schools};
-use crate::views::passkeys::ProofAsked;
-use crate::views::qr;
-use crate::views::second_factor::{FactorRefused, FactorState, RecoveryCodesPage, SecondFactorPage};
-use crate::views::{Place, Shell};
+use crate::routes::auth::{Asked, ClientAddress, Csrf, CsrfForm, NoFields, Shown, Visitor, start_session};
+use acts::accounts;
+use acts::error::Error;
+use acts::second_factor;
+use acts::second_factor::{Enrolled, Typed};
+use model::{CurrentPerson, FactorRule};
+use pages::passkeys::ProofAsked;
+use pages::qr;
+use pages::second_factor::{FactorRefused, FactorState, RecoveryCodesPage, SecondFactorPage};
+use pages::{Place, Shell};
+use store::audit::{Actor, Entry};
+use store::passkeys as stored;
+use store::second_factors::{self, PersonKey};
+use store::{directory, people, schools};
 
 /// One's own.
 pub(super) const PAGE: &str = "/account/second-factor";
@@ -46,7 +48,7 @@ pub(super) fn router() -> Routes {
 
 async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     (session, csrf): (Session, Csrf),
 ) -> Result<SecondFactorPage, PageError> {
     Ok(page(&state, (&person, &session), &csrf).await?)
@@ -158,7 +160,7 @@ struct ChangeForm {
 /// Offers a secret to whoever may change a second factor.
 async fn begin(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     (session, csrf): (Session, Csrf),
     ClientAddress(from): ClientAddress,
     CsrfForm(form): CsrfForm<ChangeForm>,
@@ -171,7 +173,7 @@ async fn begin(
 }
 
 /// The offered secret as a picture, for as long as it is offered.
-async fn picture(State(state): State<AppState>, person: CurrentPerson) -> Result<Response, PageError> {
+async fn picture(State(state): State<AppState>, Visitor(person): Visitor) -> Result<Response, PageError> {
     let picture = address(&state, &person).await?.and_then(|address| qr::svg(&address));
     Ok(([(header::CONTENT_TYPE, "image/svg+xml")], picture.ok_or(Error::NotFound)?).into_response())
 }
@@ -184,7 +186,7 @@ struct CodeForm {
 /// Turns the codes of an app on.
 async fn confirm(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     (session, csrf): (Session, Csrf),
     ClientAddress(from): ClientAddress,
     CsrfForm(form): CsrfForm<CodeForm>,
@@ -205,7 +207,7 @@ pub(super) async fn enrolled(
     made: Enrolled,
 ) -> Result<Response, Error> {
     let known = people::by_id(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
-    SignedIn::start(session, (known.id, known.credential_version), state.clock.now()).await?;
+    start_session(session, (known.id, known.credential_version), state.clock.now()).await?;
     let Enrolled::First(codes) = made else { return Ok(Redirect::to(PAGE).into_response()) };
     let csrf = Csrf::of_session(session).await?;
     let shell = Shell::new(person, csrf.token(), Place::Account);
@@ -221,7 +223,7 @@ async fn with_factor(state: &AppState, person: &CurrentPerson) -> Result<PersonK
 
 async fn remake_codes(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     (session, csrf): (Session, Csrf),
     ClientAddress(from): ClientAddress,
     CsrfForm(shown): CsrfForm<Shown>,
@@ -239,7 +241,7 @@ async fn remake_codes(
 /// Turns the codes of an app off.
 async fn turn_off(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     (session, csrf): (Session, Csrf),
     ClientAddress(from): ClientAddress,
     CsrfForm(form): CsrfForm<ChangeForm>,
@@ -257,7 +259,7 @@ async fn turn_off(
 /// Takes the second factor of somebody away who has lost it.
 async fn reset(
     State(state): State<AppState>,
-    visitor: CurrentPerson,
+    Visitor(visitor): Visitor,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
@@ -282,7 +284,7 @@ struct RuleForm {
 /// Sets of whom the school asks for a second factor.
 async fn set_rule(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     CsrfForm(form): CsrfForm<RuleForm>,
 ) -> Result<Redirect, PageError> {
     administrators_only(&person)?;

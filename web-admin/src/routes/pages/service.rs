@@ -5,13 +5,12 @@ use serde::Deserialize;
 
 use super::admin::{self, administrators_only};
 use crate::AppState;
-use crate::domain::CurrentPerson;
 use crate::error::PageError;
-use crate::routes::auth::Csrf;
-use crate::storage::service::{self, Act};
-use crate::storage::{reports, stations};
-use crate::views::service::{ActRow, ServicePage};
-use crate::views::{Place, Shell};
+use crate::routes::auth::{Csrf, Visitor};
+use pages::service::{ActRow, ServicePage};
+use pages::{Place, Shell};
+use store::service::{self, Act};
+use store::{reports, stations};
 
 /// Acts on one page.
 const PER_PAGE: u32 = 50;
@@ -25,7 +24,7 @@ pub(super) struct Before {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     Query(query): Query<Before>,
 ) -> Result<ServicePage, PageError> {

@@ -1,24 +1,25 @@
 //! `/sessions/{id}`: one attempt.
 
 use axum::extract::State;
-use scene::ExerciseBundle;
+use documents::ExerciseBundle;
 
 use super::{Id, published, surveys};
 use crate::AppState;
-use crate::domain::{CurrentPerson, Uncounted};
-use crate::error::{Error, PageError};
-use crate::routes::auth::Csrf;
-use crate::storage::scores::{self, SessionKey};
-use crate::storage::sessions::{self, Session, SessionState};
-use crate::storage::{exercises, grades, reports, stations, supervisions};
-use crate::views::judgement::{Graded, Judgement};
-use crate::views::session::{Drawing, Outcome, Ruling, SessionPage, Verification};
-use crate::views::trainee::exercise_href;
-use crate::views::{Place, Shell, format};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, Visitor};
+use acts::error::Error;
+use model::{CurrentPerson, Uncounted};
+use pages::judgement::{Graded, Judgement};
+use pages::session::{Drawing, Outcome, Ruling, SessionPage, Verification};
+use pages::trainee::exercise_href;
+use pages::{Place, Shell, format};
+use store::scores::{self, SessionKey};
+use store::sessions::{self, Session, SessionState};
+use store::{exercises, grades, reports, stations, supervisions};
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<SessionPage, PageError> {

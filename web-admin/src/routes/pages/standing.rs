@@ -3,14 +3,14 @@
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::domain::progress::{Attempt, Course, Progress};
-use crate::domain::{Needed, Role};
-use crate::error::Error;
-use crate::storage::curricula::{self, Curriculum};
-use crate::storage::reports::{self, ExerciseInShort, Named};
-use crate::storage::{practice, proofs, schools};
-use crate::views::cohort::TraineeRow;
-use crate::views::trainee::CourseFacts;
+use acts::error::Error;
+use model::progress::{Attempt, Course, Progress};
+use model::{Needed, Role};
+use pages::cohort::TraineeRow;
+use pages::trainee::CourseFacts;
+use store::curricula::{self, Curriculum};
+use store::reports::{self, ExerciseInShort, Named};
+use store::{practice, proofs, schools};
 
 /// A course with what its pages tell.
 pub(super) struct Taught {

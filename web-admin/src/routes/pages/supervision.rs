@@ -8,11 +8,11 @@ use uuid::Uuid;
 use super::Id;
 use super::review::find_scored;
 use crate::AppState;
-use crate::domain::CurrentPerson;
-use crate::error::{Error, PageError};
-use crate::routes::auth::CsrfForm;
-use crate::storage::audit::Entry;
-use crate::storage::supervisions;
+use crate::error::PageError;
+use crate::routes::auth::{CsrfForm, Visitor};
+use acts::error::Error;
+use store::audit::Entry;
+use store::supervisions;
 
 #[derive(Debug, Deserialize)]
 pub(super) struct SupervisionForm {
@@ -25,7 +25,7 @@ pub(super) struct SupervisionForm {
 /// Confirms it, or takes that back.
 pub(super) async fn confirm(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     CsrfForm(form): CsrfForm<SupervisionForm>,
 ) -> Result<Redirect, PageError> {

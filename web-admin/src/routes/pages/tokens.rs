@@ -8,15 +8,17 @@ use serde::Deserialize;
 
 use super::Id;
 use crate::AppState;
-use crate::accounts;
-use crate::domain::CurrentPerson;
-use crate::error::{Error, PageError};
+use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields};
-use crate::storage::tokens as stored;
-use crate::tokens::{self, Wanted};
-use crate::views::tokens::{MadeTokenPage, TokenRow, TokensPage};
-use crate::views::{Place, Shell};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use acts::accounts;
+use acts::error::Error;
+use acts::tokens;
+use acts::tokens::Wanted;
+use model::CurrentPerson;
+use pages::tokens::{MadeTokenPage, TokenRow, TokensPage};
+use pages::{Place, Shell};
+use store::tokens as stored;
 
 /// What is chosen until something else is, in days.
 const DEFAULT_DAYS: i64 = 90;
@@ -25,7 +27,7 @@ pub(super) fn router() -> Routes {
     Routes::new().route("/account/tokens", get(show).post(make)).route("/account/tokens/{id}/revoke", post(revoke))
 }
 
-async fn show(State(state): State<AppState>, person: CurrentPerson, csrf: Csrf) -> Result<TokensPage, PageError> {
+async fn show(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csrf) -> Result<TokensPage, PageError> {
     Ok(page(&state, &person, &csrf).await?)
 }
 
@@ -59,7 +61,7 @@ struct TokenForm {
 /// Makes a token and shows it. Not by a redirect: it would have to be kept to be shown.
 async fn make(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<TokenForm>,
 ) -> Result<Response, PageError> {
@@ -86,7 +88,7 @@ async fn make(
 
 async fn revoke(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {

@@ -7,19 +7,20 @@ use serde::Deserialize;
 use super::standing::{self, Taught};
 use super::{Id, rows};
 use crate::AppState;
-use crate::assignments as teaching;
-use crate::domain::assignment::Standing;
-use crate::domain::progress::{Habits, Progress};
-use crate::domain::{CurrentPerson, Moment, Role};
-use crate::error::{Error, PageError};
-use crate::routes::auth::{Csrf, CsrfForm, NoFields};
-use crate::stations;
-use crate::storage::reports::{self, ListedAttempt, Named, Stretch};
-use crate::storage::{cohorts, practice, sign_in_codes};
-use crate::views::assignments::Row;
-use crate::views::progress::HabitsView;
-use crate::views::trainee::{CourseView, Pages, SignInCodePage, TraineePage, needed_in_words};
-use crate::views::{Place, Shell};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use acts::assignments as teaching;
+use acts::error::Error;
+use acts::stations;
+use model::assignment::Standing;
+use model::progress::{Habits, Progress};
+use model::{CurrentPerson, Moment, Role};
+use pages::assignments::Row;
+use pages::progress::HabitsView;
+use pages::trainee::{CourseView, Pages, SignInCodePage, TraineePage, needed_in_words};
+use pages::{Place, Shell};
+use store::reports::{self, ListedAttempt, Named, Stretch};
+use store::{cohorts, practice, sign_in_codes};
 
 /// Attempts over which habits are looked for.
 const RECENT: Stretch = Stretch { limit: 20, offset: 0 };
@@ -37,7 +38,7 @@ pub(super) struct PageQuery {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     Query(query): Query<PageQuery>,
@@ -107,7 +108,7 @@ pub(super) fn habits(latest: &[ListedAttempt]) -> HabitsView {
 /// Makes the visitor's sign-in code and shows it. Not by a redirect: it would have to be kept to be shown.
 pub(super) async fn make_sign_in_code(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<SignInCodePage, PageError> {

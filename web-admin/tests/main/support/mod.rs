@@ -8,22 +8,22 @@ pub mod service;
 
 use std::path::{Path, PathBuf};
 
+use acts::clock::Clock;
+use acts::config::{Config, PasswordCost};
+use acts::publishing;
+use acts::secret;
 use axum::Router;
+use model::Role;
 use sqlx::SqliteConnection;
+use store::audit::{Actor, Entry};
+use store::cohorts::{self, Deed, Membership};
+use store::people::{self, NewPerson, Person};
+use store::schools;
+use store::tokens::{self, TokenHolder};
 use tempfile::TempDir;
 use uuid::Uuid;
 use web_admin::AppState;
-use web_admin::clock::Clock;
-use web_admin::config::{Config, PasswordCost};
-use web_admin::domain::Role;
-use web_admin::publishing;
 use web_admin::routes;
-use web_admin::secret;
-use web_admin::storage::audit::{Actor, Entry};
-use web_admin::storage::cohorts::{self, Deed, Membership};
-use web_admin::storage::people::{self, NewPerson, Person};
-use web_admin::storage::schools;
-use web_admin::storage::tokens::{self, TokenHolder};
 
 use client::Client;
 

@@ -3,17 +3,17 @@
 use std::io::Cursor;
 use std::sync::LazyLock;
 
+use attempt::simulate::{Clock, MotionSource, simulate};
+use documents::{ExerciseBundle, Patient};
 use ed25519_dalek::{Signer, SigningKey};
-use mechanics::operator::Motion;
-use mechanics::puncture::PunctureParams;
+use law::operator::Motion;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use recording::session::{EXERCISE_ATTACHMENT, SCENE_ATTACHMENT};
 use recording::signature;
-use recording::simulate::{Clock, MotionSource, simulate};
 use recording::write::SceneDrawing;
 use recording::{Attachment, Event, EventKind, Sample, Session, Signature, Writer};
-use scene::{ExerciseBundle, Patient};
 use time::OffsetDateTime;
+use tissue::Specimen;
 use uuid::Uuid;
 
 use super::course_folder;
@@ -108,7 +108,7 @@ fn session(attempt: &Attempt, patient: &Patient) -> Session {
         device: "operator:test".to_owned(),
         device_max_force_n: f64::INFINITY,
         law: EXERCISE.scene.law,
-        judging: mechanics::tissue::Judging::default(),
+        judging: law::Judging::default(),
         tick_hz: 1000.0,
         seed: attempt.seed,
         trainee: attempt.trainee.clone(),
@@ -129,7 +129,7 @@ fn attachments(bundle: &ExerciseBundle) -> Vec<Attachment> {
 /// Records an attempt; `spoil` may add to what is written before it ends.
 fn write(attempt: &Attempt, spoil: impl FnOnce(&mut Writer<Cursor<Vec<u8>>>), moves: bool) -> Vec<u8> {
     let patient = Patient::draw(&EXERCISE.scene, attempt.seed);
-    let params = PunctureParams::new(EXERCISE.puncture_spec(&patient)).unwrap();
+    let params = Specimen::new(EXERCISE.specimen_spec(&patient)).unwrap();
     let (sink, session) = (Cursor::new(Vec::new()), session(attempt, &patient));
     let mut writer = Writer::create(sink, &session, &attachments(attempt.bundle), &SceneDrawing::default()).unwrap();
     if moves {

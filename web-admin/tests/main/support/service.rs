@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+use model::Role;
 use serde_json::Value;
-use web_admin::domain::Role;
 
 use super::App;
 

@@ -4,8 +4,8 @@
 
 use axum::body::Body;
 use axum::http::{Request, header};
-use web_admin::domain::Role;
-use web_admin::mail;
+use model::Role;
+use web_admin::outbox;
 
 use crate::support::client::{Answer, Client};
 use crate::support::{App, PASSWORD};
@@ -83,7 +83,7 @@ async fn a_mail_is_in_the_language_of_whoever_gets_it() {
     let mut stranger = app.stranger();
     let csrf = stranger.csrf().await;
     stranger.form("/forgotten", &[("csrf", &csrf), ("email", "ada@example.org")]).await;
-    mail::work_off(&app.state).await.unwrap();
+    outbox::work_off(&app.state).await.unwrap();
     let folder = app.folder.path().join("mail");
     let letter = std::fs::read_dir(folder).unwrap().next().unwrap().unwrap().path();
     let text = std::fs::read_to_string(letter).unwrap();

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use mechanics::calibrate::Curve;
+use tissue::calibrate::Curve;
 
 use crate::exit::Failure;
 use crate::trajectory::Table;

@@ -8,9 +8,9 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::builder::RangedU64ValueParser;
-use mechanics::axial::AxialSpec;
-use mechanics::calibrate::{self, CalibrateError, Curve, Fit, Fresh, Start};
-use scene::{DocumentError, Patient, Scene};
+use documents::{DocumentError, Patient, Scene};
+use law::axial::AxialSpec;
+use tissue::calibrate::{self, CalibrateError, Curve, Fit, Fresh, Start};
 
 use crate::exit::{Failure, Outcome};
 use crate::new_file::NewFile;
@@ -32,7 +32,7 @@ const WEIGHT_EXPONENT: f64 = 1.5;
 /// parameter that the curve determines and which it does not, and warns where the residual is more than the curve's own noise.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
-    stylet calibrate phantom.csv --out phantom.toml\n  \
+    stylet calibrate specimen.csv --out specimen.toml\n  \
     stylet calibrate epidural.csv --start curricula/scenes/epidural-71kg.toml --weight-kg 90 --out epidural-90kg.toml")]
 pub struct Args {
     /// The measured curve: a header with depth_m (m) and force_n (N); other columns are ignored
@@ -100,7 +100,7 @@ impl Base {
     }
 
     fn scene(&self) -> Result<Scene, DocumentError> {
-        scene::load::read_scene_text(&self.path, &self.text)
+        documents::load::read_scene_text(&self.path, &self.text)
     }
 }
 
@@ -152,8 +152,8 @@ fn write(args: &Args, (base, target): (&Base, &AxialSpec), curve: &Curve) -> Res
     let id = sheet::id_of(&args.out);
     let old = base.scene()?;
     let put = |source: &str| -> Result<(String, Scene, f64), Failure> {
-        let text = scene::rewrite::rewrite(&base.text, (&old, target), &id, source)?;
-        let scene = scene::load::read_scene_text(&args.out, &text)?;
+        let text = documents::rewrite::rewrite(&base.text, (&old, target), &id, source)?;
+        let scene = documents::load::read_scene_text(&args.out, &text)?;
         let spec = scene.axial_spec(&Patient::nominal(&scene));
         let rms_n = calibrate::residual_rms_n(&spec, curve);
         Ok((text, scene, rms_n))

@@ -2,11 +2,11 @@
 
 use std::io::{self, Write};
 
-use mechanics::axial::Contactor;
-use mechanics::calibrate::{Curve, Estimate, Fit, Misfit, Quantity, Standing};
-use mechanics::soundness::Unsound;
-use scene::Scene;
+use documents::Scene;
+use law::axial::Contactor;
+use law::soundness::Unsound;
 use serde::Serialize;
+use tissue::calibrate::{Curve, Estimate, Fit, Misfit, Quantity, Standing};
 
 use super::{Args, Written};
 use crate::output;
@@ -249,7 +249,7 @@ impl RiseRow {
 }
 
 fn peaks(fit: &Fit, scene: &Scene) -> Vec<PeakRow> {
-    let row = |peak: &mechanics::calibrate::Peak| PeakRow {
+    let row = |peak: &tissue::calibrate::Peak| PeakRow {
         layer: scene.layers.get(peak.boundary).map_or_else(String::new, |layer| layer.name.clone()),
         contactor: peak.contactor,
         boundary: peak.boundary,

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use mechanics::axial::AxialSpec;
+use law::axial::AxialSpec;
 
 use super::Args;
 use crate::output;

@@ -7,7 +7,7 @@ mod tissue;
 use std::path::{Path, PathBuf};
 
 use assessment::appraise;
-use scene::{Document, ExerciseBundle, Issue};
+use documents::{Document, ExerciseBundle, Issue};
 
 use crate::exit::{Failure, Outcome};
 use crate::output;
@@ -56,7 +56,7 @@ pub fn run(args: &Args) -> Outcome {
 
 fn check(file: &Path) -> FileReport {
     let name = file.display().to_string();
-    let document = match scene::check(file) {
+    let document = match documents::check(file) {
         Err(refused) => return FileReport::refused(name, lines(&refused.issues)),
         Ok(document) => document,
     };
@@ -93,7 +93,7 @@ fn rubrics(file: &Path, document: &Document) -> Vec<String> {
         Document::Exercise(bundle) => of(file, bundle),
         Document::Curriculum(curriculum, bundles) => {
             let exercises = curriculum.entries.iter().zip(bundles);
-            exercises.flat_map(|(entry, bundle)| of(&scene::load::beside(file, &entry.file), bundle)).collect()
+            exercises.flat_map(|(entry, bundle)| of(&documents::load::beside(file, &entry.file), bundle)).collect()
         }
         Document::Scene(_) | Document::Instrument(_) => Vec::new(),
     }

@@ -1,10 +1,10 @@
 //! What simulating a scene comes to: layers as the needle meets them, ruptures in closed form, the model.
 
-use mechanics::axial::{AxialSpec, Contactor};
-use mechanics::closed_form;
-use mechanics::tissue::follow::FollowError;
-use scene::{ExerciseBundle, Patient, Scene, SceneLayer, along_path};
+use documents::{ExerciseBundle, Patient, Scene, SceneLayer, along_path};
+use law::axial::{AxialSpec, Contactor};
+use law::closed_form;
 use serde::Serialize;
+use tissue::follow::FollowError;
 
 use super::tissue::TissuePlan;
 
@@ -91,7 +91,7 @@ impl Plan {
 }
 
 impl LayerPlan {
-    fn new((written, met): (&SceneLayer, &mechanics::axial::Layer)) -> Self {
+    fn new((written, met): (&SceneLayer, &law::axial::Layer)) -> Self {
         Self {
             name: written.name.clone(),
             thickness_mm: written.thickness_mm,

@@ -2,12 +2,11 @@
 
 use std::io::{self, Write};
 
-use mechanics::tissue::Model;
-use mechanics::tissue::follow::{AttemptLoad, Field, FieldPlan, FollowError};
-use scene::{Patient, Scene};
+use bench::timing::{self, Effort};
+use documents::{Patient, Scene};
 use serde::Serialize;
-
-use crate::timing::{self, Effort};
+use tissue::Model;
+use tissue::follow::{AttemptLoad, Field, FieldPlan, FollowError};
 
 /// The plan of a scene's tissue. All zero where there is none.
 #[derive(Serialize)]

@@ -11,8 +11,8 @@ use ureq::http::Uri;
 
 use crate::devices::DeviceArgs;
 use crate::exit::{Failure, Outcome};
-use crate::machine::{self, Machine};
 use crate::{output, service};
+use bench::machine::{self, Machine};
 
 /// Examine this machine: timer, priority, processor, disk, haptic devices, server
 ///

@@ -10,7 +10,8 @@ use ureq::http::Uri;
 
 use super::Finding;
 use crate::clock;
-use crate::machine::{self, Machine};
+use crate::machine;
+use bench::machine::{Machine, proc_field};
 
 /// Ticks of the timer probe: one second at 1 kHz.
 const TICKS: u32 = 1000;
@@ -84,7 +85,7 @@ pub fn priority() -> Finding {
 /// The highest real-time priority this process may take; absent where the system does not say.
 fn real_time_limit() -> Option<u32> {
     const CAP_SYS_NICE: u64 = 1 << 23;
-    let capabilities = machine::proc_field("/proc/self/status", "CapEff")?;
+    let capabilities = proc_field("/proc/self/status", "CapEff")?;
     if u64::from_str_radix(&capabilities, 16).is_ok_and(|held| held & CAP_SYS_NICE != 0) {
         return Some(99);
     }

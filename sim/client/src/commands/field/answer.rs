@@ -2,15 +2,14 @@
 
 use std::io::{self, Write};
 
-use mechanics::tissue::axisymmetric::Superposed;
-use mechanics::tissue::planner::{self, PlanError, Wish};
-use mechanics::tissue::volumetric::Problem3;
-use mechanics::tissue::{FieldModel, Problem};
-use scene::field_case::FieldCase;
+use bench::timing::{self, Effort, answer_s};
+use documents::field_case::FieldCase;
 use serde::Serialize;
+use tissue::planner::{self, PlanError, Wish};
+use tissue::volumetric::Problem3;
+use tissue::{FieldModel, Problem};
 
 use crate::progress::Progress;
-use crate::timing::{self, Effort};
 
 /// What `stylet field` prints.
 #[derive(Serialize)]
@@ -153,22 +152,6 @@ impl Answer {
         }
         Ok(())
     }
-}
-
-/// What a tick pays for all samples, in s: responses to unit loads, computed once, times the load.
-pub fn answer_s(field: &mut dyn FieldModel, problem: &Problem, force_n: f64) -> f64 {
-    let points: Vec<[f64; 2]> = points(problem).collect();
-    let superposed = Superposed::new(&mut [field], &points);
-    let mut displacements = vec![[0.0; 2]; points.len()];
-    timing::median_s(Effort::SHORT, || {
-        superposed.answer(&[std::hint::black_box(force_n)], &mut displacements);
-        std::hint::black_box(&displacements);
-    })
-}
-
-/// Radius and depth of every sample, in m, a depth after the other.
-fn points(problem: &Problem) -> impl Iterator<Item = [f64; 2]> {
-    problem.sample_depth_m.iter().flat_map(|&depth_m| problem.sample_r_m.iter().map(move |&r_m| [r_m, depth_m]))
 }
 
 impl Solution {

@@ -5,14 +5,13 @@ mod answer;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use mechanics::tissue::planner::Wish;
-use mechanics::tissue::{Judging, Model};
-use scene::field_case::FieldCase;
+use documents::field_case::FieldCase;
+use tissue::planner::Wish;
+use tissue::{Judging, Model};
 
 use crate::exit::{Failure, Outcome};
 use crate::{commands, output};
 use answer::Answer;
-pub use answer::answer_s;
 
 /// Compute how layered tissue deforms under a needle
 ///
@@ -63,7 +62,7 @@ pub fn run(args: &Args) -> Outcome {
         return Err(Failure::input(format_args!("--tolerance: {}; allowed: 1e-6 to 1", args.tolerance)));
     }
     let json = commands::read_text(&args.case)?;
-    let case: FieldCase = scene::field_case::parse(&args.case.display().to_string(), &json)?;
+    let case: FieldCase = documents::field_case::parse(&args.case.display().to_string(), &json)?;
     let wish = Wish { model: args.model.model(), tolerance: args.tolerance, judging: Judging::default() };
     let answer = Answer::new(&case, &wish).map_err(|error| Failure::refused(&args.case, error))?;
     match args.json {

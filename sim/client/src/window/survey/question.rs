@@ -1,11 +1,11 @@
 //! A question and what answers it: marks on a line, a list, a field.
 
 use assessment::questionnaire::{Answer, read_answer};
+use documents::Instrument;
+use documents::instrument::{Item, ScaleKind, Words};
 use eframe::egui::{
     self, Align, EventFilter, Key, Layout, RichText, Sense, Stroke, TextEdit, Ui, WidgetInfo, pos2, vec2,
 };
-use scene::Instrument;
-use scene::instrument::{Item, ScaleKind, Words};
 
 use crate::window::colours;
 

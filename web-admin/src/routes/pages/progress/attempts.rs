@@ -1,5 +1,6 @@
 //! Every attempt of a school as a file, for its administrators.
 
+use crate::routes::auth::Visitor;
 use std::time::Duration;
 
 use assessment::words::failure_in_words;
@@ -9,12 +10,13 @@ use futures::stream;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::domain::{AttemptPlace, CurrentPerson};
-use crate::error::{Error, PageError};
+use crate::error::PageError;
 use crate::export::{self, Cell};
 use crate::routes::pages::admin::administrators_only;
-use crate::storage::reports::{self, AttemptRecord};
-use crate::views::format;
+use acts::error::Error;
+use model::AttemptPlace;
+use pages::format;
+use store::reports::{self, AttemptRecord};
 
 /// Attempts that are read at once: a long file keeps neither memory nor the database busy for long.
 const AT_ONCE: u32 = 200;
@@ -51,7 +53,7 @@ const NAMES: [&str; 25] = [
     "supervised",
 ];
 
-pub(super) async fn export(State(state): State<AppState>, person: CurrentPerson) -> Result<Response, PageError> {
+pub(super) async fn export(State(state): State<AppState>, Visitor(person): Visitor) -> Result<Response, PageError> {
     administrators_only(&person)?;
     let school = person.school_id;
     let place = state.exports.enter(school, PATIENCE).await;

@@ -9,20 +9,22 @@ use time::OffsetDateTime;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::certificates::{self, Certificate, Statement};
-use crate::domain::progress::{Course, Mastery, Progress, StepState};
-use crate::domain::{CurrentPerson, Needed};
-use crate::error::{Error, PageError};
-use crate::routes::auth::{CsrfForm, NoFields};
+use crate::error::PageError;
+use crate::routes::auth::{CsrfForm, NoFields, Visitor};
 use crate::routes::pages::standing;
-use crate::storage::audit::Entry;
-use crate::storage::curricula::{self, Curriculum};
-use crate::storage::reports::{self, Named};
-use crate::storage::{people, practice, schools};
-use crate::views::certificate::CertificatePage;
-use crate::views::format;
-use crate::views::trainee::{needed_in_words, rule_in_words};
-use crate::words::{self, Language};
+use acts::certificates;
+use acts::error::Error;
+use model::certificate::{Certificate, Statement, sign_statement};
+use model::progress::{Course, Mastery, Progress, StepState};
+use model::{CurrentPerson, Needed};
+use pages::certificate::CertificatePage;
+use pages::format;
+use pages::trainee::{needed_in_words, rule_in_words};
+use store::audit::Entry;
+use store::curricula::{self, Curriculum};
+use store::reports::{self, Named};
+use store::{people, practice, schools};
+use words::Language;
 
 /// What a certificate does not say.
 const SCOPE: &str = "Simulated performance only; no statement about competence with patients.";
@@ -30,7 +32,7 @@ const SCOPE: &str = "Simulated performance only; no statement about competence w
 /// Issues a certificate where the whole course is mastered.
 pub(super) async fn issue(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Path((id, course)): Path<(String, String)>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
@@ -39,7 +41,7 @@ pub(super) async fn issue(
     let taught = curricula::taught(state.db.reader(), person.school_id).await?;
     let curriculum = taught.into_iter().find(|c| c.curriculum_id == course).ok_or(Error::NotFound)?;
     let earned = earned(&state, &person, (&trainee, &curriculum)).await?;
-    let certificate = certificates::sign(&state.config.data_dir, &earned.statement)?;
+    let certificate = sign_statement(&certificates::signing_key(&state.config.data_dir)?, &earned.statement)?;
     let theirs = people::language(state.db.reader(), (person.school_id, trainee.id)).await?;
     let language = theirs.unwrap_or_else(words::current);
     let file = format!("certificate-{}.html", curriculum.curriculum_id);

@@ -13,17 +13,18 @@ use uuid::Uuid;
 use super::metrics::scored_row;
 use super::trainee_cells;
 use crate::AppState;
-use crate::domain::progress::{Attempt, Progress};
-use crate::domain::{CurrentPerson, Role};
-use crate::error::{Error, PageError};
+use crate::error::PageError;
 use crate::export::{self, Cell};
-use crate::routes::auth::Csrf;
+use crate::routes::auth::{Csrf, Visitor};
 use crate::routes::pages::standing::{self, Taught};
 use crate::routes::pages::{Id, cohorts};
-use crate::storage::practice;
-use crate::storage::reports::{self, Named};
-use crate::views::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, ScoredRow, Worry, heat_cell};
-use crate::views::{Place, Shell};
+use acts::error::Error;
+use model::progress::{Attempt, Progress};
+use model::{CurrentPerson, Role};
+use pages::progress::{CohortProgressPage, CourseHeat, Hardness, HeatRow, ScoredRow, Worry, heat_cell};
+use pages::{Place, Shell};
+use store::practice;
+use store::reports::{self, Named};
 
 /// Days on the chart.
 const DAYS: i64 = 28;
@@ -73,7 +74,7 @@ fn curve_href(trainee: &Named, exercise: &str) -> String {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     Query(query): Query<DayQuery>,
@@ -154,7 +155,7 @@ fn worries(taught: &Taught, judged: &[Judged<'_>]) -> Vec<Worry> {
             worries.push(Worry {
                 name: trainee.name.clone(),
                 href: step.map_or_else(|| format!("/trainees/{}", trainee.id), |s| curve_href(trainee, &s.exercise)),
-                concern: crate::views::concern::concern(concern),
+                concern: pages::concern::concern(concern),
             });
         }
     }
@@ -178,7 +179,7 @@ fn days(found: &Found, today: Date) -> Vec<(Date, usize, usize)> {
 
 pub(super) async fn export(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
 ) -> Result<Response, PageError> {
     let found = find(&state, &person, id).await?;
@@ -210,7 +211,7 @@ pub(super) async fn export(
 fn cells(taught: &Taught, (trainee, progress): (&Named, &Progress), index: usize) -> Vec<Cell> {
     let (of, step) = (&taught.course.steps[index], &progress.steps[index]);
     let cell = heat_cell(String::new(), step, taught.pass_marks.get(index).copied().unwrap_or(0.0));
-    let last_at = step.attempts.last().map(|a| crate::views::format::machine_time(a.at));
+    let last_at = step.attempts.last().map(|a| pages::format::machine_time(a.at));
     vec![
         Cell::from(trainee.name.clone()),
         Cell::from(taught.title.clone()),

@@ -8,18 +8,19 @@ use uuid::Uuid;
 
 use super::trainee_cells;
 use crate::AppState;
-use crate::domain::progress::Attempt;
-use crate::domain::{CurrentPerson, Role};
-use crate::error::{Error, PageError};
+use crate::error::PageError;
 use crate::export::{self, Cell};
-use crate::routes::auth::Csrf;
+use crate::routes::auth::{Csrf, Visitor};
 use crate::routes::pages::{cohorts, standing};
-use crate::storage::practice;
-use crate::storage::reports::{self, Named};
-use crate::storage::scores::{self, FoundMetric, MetricOfMany};
-use crate::views::progress::{MetricRow, MetricsPage, ScoredRow};
-use crate::views::trainee::exercise_href;
-use crate::views::{Place, Shell, format, metric};
+use acts::error::Error;
+use model::progress::Attempt;
+use model::{CurrentPerson, Role};
+use pages::progress::{MetricRow, MetricsPage, ScoredRow};
+use pages::trainee::exercise_href;
+use pages::{Place, Shell, format, metric};
+use store::practice;
+use store::reports::{self, Named};
+use store::scores::{self, FoundMetric, MetricOfMany};
 
 /// What both the page and its file are made of.
 struct Found {
@@ -49,7 +50,7 @@ async fn find(state: &AppState, person: &CurrentPerson, (id, exercise): (&str, &
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Path((id, exercise)): Path<(String, String)>,
     csrf: Csrf,
 ) -> Result<MetricsPage, PageError> {
@@ -106,7 +107,7 @@ const NAMES: [&str; 12] = [
 /// A row for each trainee and metric, written as they are taken: of ten thousand trainees they come to a hundred megabytes.
 pub(super) async fn export(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Path((id, exercise)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
     let Found { cohort, latest, metrics, .. } = find(&state, &person, (&id, &exercise)).await?;

@@ -6,15 +6,14 @@ use axum::response::Response;
 use serde::Deserialize;
 
 use crate::AppState;
-use crate::domain::CurrentPerson;
 use crate::error::PageError;
 use crate::export::{self, Cell};
-use crate::routes::auth::Csrf;
+use crate::routes::auth::{Csrf, Visitor};
 use crate::routes::pages::admin::administrators_only;
 use crate::routes::pages::in_query;
-use crate::storage::tallies::{self, Sums, YearOfCohort};
-use crate::views::progress::{MonthRow, SchoolProgressPage, YearRow};
-use crate::views::{Place, Shell, charts};
+use pages::progress::{MonthRow, SchoolProgressPage, YearRow};
+use pages::{Place, Shell, charts};
+use store::tallies::{self, Sums, YearOfCohort};
 
 /// Cohorts on one page.
 const PER_PAGE: u32 = 50;
@@ -52,7 +51,7 @@ fn years(months: &[(i64, Sums)]) -> Vec<i64> {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     Query(query): Query<YearQuery>,
 ) -> Result<SchoolProgressPage, PageError> {
@@ -99,7 +98,7 @@ fn month_row((month, sums): (i64, Sums)) -> MonthRow {
 
 pub(super) async fn export(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Query(query): Query<YearQuery>,
 ) -> Result<Response, PageError> {
     administrators_only(&person)?;

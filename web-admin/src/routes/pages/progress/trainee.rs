@@ -6,18 +6,19 @@ use axum::response::Response;
 use uuid::Uuid;
 
 use crate::AppState;
-use crate::domain::progress::{Attempt, CurveRule, Mastery, Progress, StepProgress, StepState};
-use crate::domain::{CurrentPerson, Role};
-use crate::error::{Error, PageError};
+use crate::error::PageError;
 use crate::export::{self, Cell};
-use crate::routes::auth::Csrf;
+use crate::routes::auth::{Csrf, Visitor};
 use crate::routes::pages::standing::{self, Taught};
 use crate::routes::pages::trainees;
-use crate::storage::reports::{self, Named, Stretch};
-use crate::storage::{cohorts, practice};
-use crate::views::progress::{Comparison, CurveFacts, CurveRow, LearningPage};
-use crate::views::trainee::{exercise_href, rule_in_words, score_points};
-use crate::views::{Place, Shell, Status, charts};
+use acts::error::Error;
+use model::progress::{Attempt, CurveRule, Mastery, Progress, StepProgress, StepState};
+use model::{CurrentPerson, Role};
+use pages::progress::{Comparison, CurveFacts, CurveRow, LearningPage};
+use pages::trainee::{exercise_href, rule_in_words, score_points};
+use pages::{Place, Shell, Status, charts};
+use store::reports::{self, Named, Stretch};
+use store::{cohorts, practice};
 
 /// Attempts over which habits are looked for.
 const RECENT: Stretch = Stretch { limit: 20, offset: 0 };
@@ -58,7 +59,7 @@ fn curve_rule(taught: &Taught) -> Option<(CurveRule, bool)> {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Path((id, exercise)): Path<(String, String)>,
     csrf: Csrf,
 ) -> Result<LearningPage, PageError> {
@@ -117,7 +118,7 @@ async fn comparison(state: &AppState, school: Uuid, found: &Found) -> Result<Opt
 
 pub(super) async fn export(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Path((id, exercise)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
     let found = find(&state, &person, (&id, &exercise)).await?;
@@ -138,7 +139,7 @@ fn cells(found: &Found, row: &CurveRow) -> Vec<Cell> {
     vec![
         Cell::Number(row.number as f64),
         Cell::from(attempt.session.to_string()),
-        Cell::from(crate::views::format::machine_time(row.at)),
+        Cell::from(pages::format::machine_time(row.at)),
         Cell::from(&*attempt.exercise),
         Cell::Number(row.score),
         Cell::from(row.passed),

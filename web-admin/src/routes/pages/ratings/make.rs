@@ -8,16 +8,17 @@ use uuid::Uuid;
 
 use super::raters_only;
 use crate::AppState;
-use crate::domain::{CurrentPerson, line};
-use crate::error::{Error, PageError};
-use crate::ratings;
-use crate::routes::auth::{Csrf, CsrfForm};
-use crate::storage::ratings::{self as stored, Candidate, NewRound, Rater};
-use crate::storage::{assignments, grades, instruments, reviews, sessions};
-use crate::surveys;
-use crate::views::people::Choice;
-use crate::views::rating::{AttemptChoice, NewRoundPage};
-use crate::views::{Place, Shell};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use acts::error::Error;
+use acts::ratings;
+use acts::surveys;
+use model::{CurrentPerson, line};
+use pages::people::Choice;
+use pages::rating::{AttemptChoice, NewRoundPage};
+use pages::{Place, Shell};
+use store::ratings::{self as stored, Candidate, NewRound, Rater};
+use store::{assignments, grades, instruments, reviews, sessions};
 
 /// Most raters of a round, and most attempts.
 const MOST_RATERS: usize = 20;
@@ -32,7 +33,7 @@ pub(super) struct NewQuery {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     Query(from): Query<NewQuery>,
 ) -> Result<NewRoundPage, PageError> {
@@ -135,7 +136,7 @@ async fn scored_instruments(state: &AppState, school: Uuid, form: &NewForm) -> R
 
 pub(super) async fn make(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<NewForm>,
 ) -> Result<Response, PageError> {

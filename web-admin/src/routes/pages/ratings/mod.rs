@@ -4,22 +4,23 @@ use assessment::questionnaire::{Answer, score};
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
-use scene::Instrument;
+use documents::Instrument;
 use uuid::Uuid;
 
 use super::Id;
 use crate::AppState;
-use crate::domain::rating::{Given, tables};
-use crate::domain::{CurrentPerson, Moment, Role};
-use crate::error::{Error, PageError};
+use crate::error::PageError;
 use crate::export::{self, Cell as Column};
-use crate::ratings;
 use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields};
-use crate::storage::ratings::{self as stored, Cell, Rating, Round};
-use crate::surveys;
-use crate::views::rating::{AttemptRow, OwnRating, RaterRow, RatingsPage, RoundPage, RoundRow, ScoreView};
-use crate::views::{Place, Shell, format};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use acts::error::Error;
+use acts::ratings;
+use acts::surveys;
+use model::rating::{Given, tables};
+use model::{CurrentPerson, Moment, Role};
+use pages::rating::{AttemptRow, OwnRating, RaterRow, RatingsPage, RoundPage, RoundRow, ScoreView};
+use pages::{Place, Shell, format};
+use store::ratings::{self as stored, Cell, Rating, Round};
 
 mod make;
 mod rate;
@@ -41,7 +42,7 @@ fn raters_only(person: &CurrentPerson) -> Result<(), Error> {
     }
 }
 
-async fn list(State(state): State<AppState>, person: CurrentPerson, csrf: Csrf) -> Result<RatingsPage, PageError> {
+async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csrf) -> Result<RatingsPage, PageError> {
     raters_only(&person)?;
     let rounds = stored::all(state.db.reader(), &person).await?;
     let row = |round: Round| RoundRow {
@@ -84,7 +85,7 @@ fn own_ratings(ratings: &[Rating], current: Option<Uuid>) -> Vec<OwnRating> {
 
 async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<RoundPage, PageError> {
@@ -176,7 +177,7 @@ fn known(owner: bool, cell: &Cell) -> bool {
 }
 
 /// A row for each rating, with every answer and score.
-async fn csv(State(state): State<AppState>, person: CurrentPerson, Id(id): Id) -> Result<Response, PageError> {
+async fn csv(State(state): State<AppState>, Visitor(person): Visitor, Id(id): Id) -> Result<Response, PageError> {
     let round = find(&state, &person, id).await?;
     if round.own_open > 0 {
         let why = tr!("your own ratings come first: what the others gave is shown when you have finished yours");
@@ -229,7 +230,7 @@ fn line(instrument: &Instrument, cell: &Cell, shown: Result<Moment, usize>) -> V
 
 async fn withdraw(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {

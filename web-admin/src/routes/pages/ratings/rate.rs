@@ -4,26 +4,27 @@
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
-use scene::instrument::Item;
+use documents::instrument::Item;
 use serde::Deserialize;
 
 use super::{href, own_ratings, raters_only};
 use crate::AppState;
-use crate::domain::CurrentPerson;
-use crate::error::{Error, PageError};
-use crate::ratings::{self, Rated};
-use crate::routes::auth::{Csrf, CsrfForm};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Visitor};
 use crate::routes::pages::{Id, sessions as attempts};
-use crate::storage::{ratings as stored, scores};
-use crate::views::rating::RatePage;
-use crate::views::session::Drawing;
-use crate::views::survey::form::{Given, Question, Refusals};
-use crate::views::{Place, Shell};
-use crate::words;
+use acts::error::Error;
+use acts::ratings;
+use acts::ratings::Rated;
+use model::CurrentPerson;
+use pages::rating::RatePage;
+use pages::session::Drawing;
+use pages::survey::form::{Given, Question, Refusals};
+use pages::{Place, Shell};
+use store::{ratings as stored, scores};
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<RatePage, PageError> {
@@ -75,7 +76,7 @@ impl RateForm {
 
 pub(super) async fn act(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<RateForm>,

@@ -8,16 +8,17 @@ use uuid::Uuid;
 
 use super::teachers_only;
 use crate::AppState;
-use crate::domain::{CurrentPerson, Moment, due, line};
-use crate::error::{Error, PageError};
-use crate::routes::auth::{Csrf, CsrfForm};
-use crate::segments;
-use crate::storage::reports::{self, ListedAttempt};
-use crate::storage::segments::NewTask;
-use crate::storage::{schools, scores, sessions};
-use crate::views::people::Choice;
-use crate::views::segments::{NewTaskPage, attempt_label};
-use crate::views::{Place, Shell};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use acts::error::Error;
+use acts::segments;
+use model::{CurrentPerson, Moment, due, line};
+use pages::people::Choice;
+use pages::segments::{NewTaskPage, attempt_label};
+use pages::{Place, Shell};
+use store::reports::{self, ListedAttempt};
+use store::segments::NewTask;
+use store::{schools, scores, sessions};
 
 /// Most traces of a task.
 const MOST_TRACES: usize = 20;
@@ -30,7 +31,7 @@ pub(super) struct NewQuery {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     Query(from): Query<NewQuery>,
 ) -> Result<NewTaskPage, PageError> {
@@ -108,7 +109,7 @@ async fn offered(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Re
 
 pub(super) async fn make(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<NewForm>,
 ) -> Result<Response, PageError> {

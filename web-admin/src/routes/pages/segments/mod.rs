@@ -9,18 +9,20 @@ use super::Id;
 use super::assignments::ExtensionForm;
 use super::progress::trainee_cells;
 use crate::AppState;
-use crate::deadlines;
-use crate::domain::due::local;
-use crate::domain::{CurrentPerson, Role};
-use crate::error::{Error, PageError};
+use crate::error::PageError;
 use crate::export::{self, Cell};
 use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields};
-use crate::segments::{self, Outcome};
-use crate::storage::reports::{self, Named};
-use crate::storage::segments::{self as stored, Task, Trace};
-use crate::views::segments::{OwnTaskPage, ResultRow, SegmentsPage, TaskPage, TaskRow};
-use crate::views::{Place, Shell};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use acts::deadlines;
+use acts::error::Error;
+use acts::segments;
+use model::due::local;
+use model::segments::TraceOutcome;
+use model::{CurrentPerson, Role};
+use pages::segments::{OwnTaskPage, ResultRow, SegmentsPage, TaskPage, TaskRow};
+use pages::{Place, Shell};
+use store::reports::{self, Named};
+use store::segments::{self as stored, Task, Trace};
 
 mod make;
 mod trace;
@@ -43,7 +45,7 @@ fn teachers_only(person: &CurrentPerson) -> Result<(), Error> {
     }
 }
 
-async fn list(State(state): State<AppState>, person: CurrentPerson, csrf: Csrf) -> Result<SegmentsPage, PageError> {
+async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csrf) -> Result<SegmentsPage, PageError> {
     let reader = state.db.reader();
     let teaches = person.role != Role::Trainee;
     let tasks = match teaches {
@@ -91,7 +93,7 @@ async fn own_traces(state: &AppState, person: &CurrentPerson, task: Uuid) -> Res
 
 async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<Response, PageError> {
@@ -123,7 +125,7 @@ async fn results(state: &AppState, person: &CurrentPerson, task: &Task) -> Resul
     let ids: Vec<Uuid> = trainees.iter().map(|trainee| trainee.id).collect();
     let outcomes = segments::outcomes(state, person.school_id, task, &ids).await?;
     let named = trainees.into_iter().zip(outcomes);
-    let row = |(trainee, outcome): (Named, Outcome)| ResultRow {
+    let row = |(trainee, outcome): (Named, TraceOutcome)| ResultRow {
         id: trainee.id,
         name: trainee.name,
         due: outcome.due_at.map(|at| local(at, &task.time_zone)),
@@ -132,7 +134,7 @@ async fn results(state: &AppState, person: &CurrentPerson, task: &Task) -> Resul
     Ok(named.map(row).collect())
 }
 
-async fn csv(State(state): State<AppState>, person: CurrentPerson, Id(id): Id) -> Result<Response, PageError> {
+async fn csv(State(state): State<AppState>, Visitor(person): Visitor, Id(id): Id) -> Result<Response, PageError> {
     teachers_only(&person)?;
     let task = segments::task(&state, &person, id).await?;
     let pseudonyms = reports::pseudonyms(state.db.reader(), person.school_id, task.cohort_id).await?;
@@ -181,7 +183,7 @@ fn line(row: ResultRow) -> Vec<Cell> {
 
 async fn extend(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     CsrfForm(form): CsrfForm<ExtensionForm>,
 ) -> Result<Redirect, PageError> {
@@ -196,7 +198,7 @@ async fn extend(
 
 async fn withdraw(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {

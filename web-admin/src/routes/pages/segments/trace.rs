@@ -8,18 +8,19 @@ use uuid::Uuid;
 
 use super::{own_traces, row, trace_href};
 use crate::AppState;
-use crate::domain::segments::{Verdict, read, strips};
-use crate::domain::series::{Span, Stretch};
-use crate::domain::{CurrentPerson, Role};
-use crate::error::{Error, PageError};
-use crate::replays;
-use crate::routes::auth::{Csrf, CsrfForm};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Visitor};
 use crate::routes::pages::Id;
-use crate::segments;
-use crate::storage::segments::{self as stored, Task, Trace};
-use crate::storage::sessions::{self, Session};
-use crate::views::segments::{Found, StripView, TracePage};
-use crate::views::{Place, Shell};
+use acts::error::Error;
+use acts::replays;
+use acts::segments;
+use model::segments::{Verdict, read, strips};
+use model::series::{Span, Stretch};
+use model::{CurrentPerson, Role};
+use pages::segments::{Found, StripView, TracePage};
+use pages::{Place, Shell};
+use store::segments::{self as stored, Task, Trace};
+use store::sessions::{self, Session};
 
 /// Spans of a strip: finer than a pixel of its drawing.
 const SPANS: usize = 500;
@@ -39,7 +40,7 @@ async fn open(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Open
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<TracePage, PageError> {
@@ -120,7 +121,7 @@ impl MarksForm {
 
 pub(super) async fn mark(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<MarksForm>,

@@ -1,24 +1,27 @@
 //! Exports of a survey: the same rows as the results, as files.
 
+use crate::routes::auth::Visitor;
 use assessment::questionnaire::Answer;
 use axum::extract::{Path, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
+use documents::Instrument;
+use documents::instrument::{Item, ScaleKind};
 use futures::stream;
-use scene::Instrument;
-use scene::instrument::{Item, ScaleKind};
 use serde_json::json;
 use uuid::Uuid;
 
 use super::results::rows;
 use super::{of_school, owns};
 use crate::AppState;
-use crate::domain::CurrentPerson;
-use crate::domain::survey::results::{Results, Row, answers_of};
-use crate::error::{Error, PageError};
+use crate::error::PageError;
 use crate::export::{self, Cell, csv};
-use crate::storage::surveys::{self as stored, Submitted, Survey};
-use crate::surveys::instrument_of;
+use acts::error::Error;
+use acts::surveys::instrument_of;
+use model::survey::Survey;
+use model::survey::results::{Results, Row, answers_of};
+use store::surveys as stored;
+use store::surveys::Submitted;
 
 /// What is known of a response beside its answers.
 const FACTS: [&str; 9] =
@@ -52,7 +55,7 @@ struct Study<'a> {
 /// A file of a survey. Single answers are for its owner: anybody else could count the groups that are hidden.
 pub(super) async fn serve(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Path((id, file)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
     let id = id.parse::<Uuid>().map_err(|_| Error::NotFound)?;

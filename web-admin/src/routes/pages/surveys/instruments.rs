@@ -4,21 +4,22 @@ use axum::extract::{Path, State};
 use axum::http::StatusCode;
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Redirect, Response};
-use scene::{DocumentError, Instrument, Issue};
+use documents::{DocumentError, Instrument, Issue};
 use serde::Deserialize;
 
 use super::teachers_only;
 use crate::AppState;
-use crate::domain::CurrentPerson;
-use crate::error::{Error, PageError};
-use crate::routes::auth::{Csrf, CsrfForm};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Visitor};
 use crate::routes::pages::unix_lines;
-use crate::storage::audit::Actor;
-use crate::storage::instruments::{self, InstrumentRevision};
-use crate::surveys;
-use crate::views::draft::problem;
-use crate::views::survey::instrument::{EditPage, InstrumentPage, InstrumentsPage, Preview};
-use crate::views::{Place, Shell};
+use acts::error::Error;
+use acts::surveys;
+use model::CurrentPerson;
+use pages::draft::problem;
+use pages::survey::instrument::{EditPage, InstrumentPage, InstrumentsPage, Preview};
+use pages::{Place, Shell};
+use store::audit::Actor;
+use store::instruments::{self, InstrumentRevision};
 
 /// Where somebody who writes a new one may begin.
 const BLANK: &str = r#"id = "my-questionnaire"
@@ -53,7 +54,7 @@ fn href(id: &str) -> String {
 
 pub(super) async fn list(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
 ) -> Result<InstrumentsPage, PageError> {
     teachers_only(&person)?;
@@ -72,7 +73,7 @@ async fn current(state: &AppState, person: &CurrentPerson, id: &str) -> Result<I
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Path(id): Path<String>,
     csrf: Csrf,
 ) -> Result<InstrumentPage, PageError> {
@@ -89,7 +90,7 @@ pub(super) async fn show(
 /// The document as it was published, or as JSON.
 pub(super) async fn document(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Path((id, file)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
     let found = current(&state, &person, &id).await?;
@@ -105,14 +106,14 @@ pub(super) async fn document(
     Ok(([(CONTENT_TYPE, media_type), (CONTENT_DISPOSITION, &disposition)], body).into_response())
 }
 
-pub(super) async fn new(person: CurrentPerson, csrf: Csrf) -> Result<EditPage, PageError> {
+pub(super) async fn new(Visitor(person): Visitor, csrf: Csrf) -> Result<EditPage, PageError> {
     teachers_only(&person)?;
     Ok(editor(&person, &csrf, (None, BLANK.to_owned())))
 }
 
 pub(super) async fn edit(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Path(id): Path<String>,
     csrf: Csrf,
 ) -> Result<EditPage, PageError> {
@@ -141,7 +142,7 @@ pub(super) struct DocumentForm {
 
 pub(super) async fn add(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DocumentForm>,
 ) -> Result<Response, PageError> {
@@ -151,7 +152,7 @@ pub(super) async fn add(
 
 pub(super) async fn change(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Path(id): Path<String>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DocumentForm>,

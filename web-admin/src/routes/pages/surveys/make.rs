@@ -11,18 +11,22 @@ use uuid::Uuid;
 
 use super::{of_school, owns, teachers_only};
 use crate::AppState;
-use crate::domain::roster::{is_email, is_name};
-use crate::domain::survey::Identity;
-use crate::domain::{CurrentPerson, Moment, line};
-use crate::error::{Error, PageError};
-use crate::routes::auth::{Csrf, CsrfForm};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Visitor};
 use crate::routes::pages::Id;
-use crate::storage::reports::{self, Named};
-use crate::storage::surveys::{self as stored, Survey, letters};
-use crate::storage::{instruments, people};
-use crate::surveys::{self, Wanted};
-use crate::views::survey::manage::{LinksPage, ManagePage, NewPage, Typed};
-use crate::views::{Place, Shell, format};
+use acts::error::Error;
+use acts::surveys;
+use acts::surveys::Wanted;
+use model::roster::{is_email, is_name};
+use model::survey::Identity;
+use model::survey::Survey;
+use model::{CurrentPerson, Moment, line};
+use pages::survey::manage::{LinksPage, ManagePage, NewPage, Typed};
+use pages::{Place, Shell, format};
+use store::reports::{self, Named};
+use store::surveys as stored;
+use store::surveys::letters;
+use store::{instruments, people};
 
 /// Most links made at once, and longest label, in characters.
 const MOST_LINKS: usize = 200;
@@ -139,7 +143,7 @@ async fn page(
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
 ) -> Result<NewPage, PageError> {
     teachers_only(&person)?;
@@ -149,7 +153,7 @@ pub(super) async fn show(
 
 pub(super) async fn make(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<NewForm>,
 ) -> Result<Response, PageError> {
@@ -228,7 +232,7 @@ pub(super) struct LinksForm {
 /// Makes links, to be shown or to be mailed.
 pub(super) async fn links(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     (csrf, headers): (Csrf, HeaderMap),
     CsrfForm(form): CsrfForm<LinksForm>,
@@ -313,7 +317,7 @@ pub(super) struct CloseForm {
 
 pub(super) async fn close(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     CsrfForm(form): CsrfForm<CloseForm>,
 ) -> Result<Redirect, PageError> {

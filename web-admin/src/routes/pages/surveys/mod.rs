@@ -14,18 +14,22 @@ use uuid::Uuid;
 
 use super::Id;
 use crate::AppState;
-use crate::domain::{CurrentPerson, Moment, Role};
-use crate::error::{Error, PageError};
+use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm};
+use crate::routes::auth::{Csrf, CsrfForm, Visitor};
 use crate::routes::survey::{TermsOf, preferred, terms};
-use crate::storage::sessions;
-use crate::storage::surveys::{self, Practised, Survey};
-use crate::surveys::answering::{self, Asked};
-use crate::surveys::instrument_of;
-use crate::views::survey::form::{ConsentPage, shown};
-use crate::views::survey::manage::{AskedRow, ListPage, ManagePage, SurveyRow};
-use crate::views::{Place, Shell};
+use acts::error::Error;
+use acts::surveys::answering;
+use acts::surveys::answering::Asked;
+use acts::surveys::instrument_of;
+use model::survey::Survey;
+use model::{CurrentPerson, Moment, Role};
+use pages::survey::form::{ConsentPage, shown};
+use pages::survey::manage::{AskedRow, ListPage, ManagePage, SurveyRow};
+use pages::{Place, Shell};
+use store::sessions;
+use store::surveys;
+use store::surveys::Practised;
 
 /// Below `/surveys`, for whoever is signed in.
 pub(super) fn router() -> Routes {
@@ -68,7 +72,7 @@ fn teachers_only(person: &CurrentPerson) -> Result<(), PageError> {
     }
 }
 
-async fn list(State(state): State<AppState>, person: CurrentPerson, csrf: Csrf) -> Result<ListPage, PageError> {
+async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csrf) -> Result<ListPage, PageError> {
     let shell = Shell::new(&person, csrf.token(), Place::Surveys);
     if person.role == Role::Trainee {
         return Ok(ListPage { shell, asked: asked(&state, &person).await?, surveys: None });
@@ -111,7 +115,7 @@ struct Wanted {
 
 async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     (csrf, headers): (Csrf, HeaderMap),
     Query(query): Query<Wanted>,
@@ -184,7 +188,7 @@ struct AnswerForm {
 
 async fn answer(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<AnswerForm>,

@@ -6,8 +6,8 @@ use assessment::questionnaire::{Answer, Scorer};
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
-use scene::Instrument;
-use scene::instrument::ScaleKind;
+use documents::Instrument;
+use documents::instrument::ScaleKind;
 use serde::Deserialize;
 use serde_json::json;
 use time::OffsetDateTime;
@@ -15,19 +15,20 @@ use uuid::Uuid;
 
 use super::{of_school, owns};
 use crate::AppState;
-use crate::domain::CurrentPerson;
-use crate::domain::line;
-use crate::domain::survey::groups::{Groups, LEAST};
-use crate::domain::survey::results::{Results, Row, correlation, score_group};
-use crate::error::{Error, PageError};
-use crate::routes::auth::{Csrf, CsrfForm};
+use crate::error::PageError;
+use crate::routes::auth::{Csrf, CsrfForm, Visitor};
 use crate::routes::pages::Id;
-use crate::storage::audit::{Actor, Entry};
-use crate::storage::surveys::{self as stored, Submitted, Survey, Tag};
-use crate::surveys::instrument_of;
-use crate::views::survey::results::{Against, AskedLine, Comment, CommentBlock, ResultsPage, Split};
-use crate::views::{Place, Shell};
-use crate::words;
+use acts::error::Error;
+use acts::surveys::instrument_of;
+use model::line;
+use model::survey::Survey;
+use model::survey::groups::{Groups, LEAST};
+use model::survey::results::{Results, Row, correlation, score_group};
+use pages::survey::results::{Against, AskedLine, Comment, CommentBlock, ResultsPage, Split};
+use pages::{Place, Shell};
+use store::audit::{Actor, Entry};
+use store::surveys as stored;
+use store::surveys::{Submitted, Tag};
 
 /// Figures of an attempt that scores can be held against: word and title.
 const METRICS: [(&str, &str); 5] = [
@@ -77,7 +78,7 @@ fn month(at: OffsetDateTime) -> String {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     csrf: Csrf,
     Query(choice): Query<Choice>,
@@ -145,7 +146,7 @@ fn split(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> S
     };
     // Roles are never pooled, so each group is one of a role.
     let groups = Groups::new(rows, |row| name(row).map(|name| format!("{name} · {}", words::known(row.role))), owner);
-    let score = |(at, key): (usize, &scene::instrument::ScoreKey)| {
+    let score = |(at, key): (usize, &documents::instrument::ScoreKey)| {
         let found = groups.shown.iter().map(|(name, rows)| score_group(name, rows, at)).collect();
         (
             key.title.in_language(words::current().code()).to_owned(),
@@ -162,7 +163,7 @@ fn split(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> S
 
 fn against(instrument: &Instrument, rows: &[&Row<'_>], metric: &str, figures: &[stored::Attempt]) -> Against {
     let by_response: BTreeMap<Uuid, f64> = figures.iter().map(|figure| (figure.response_id, figure.value)).collect();
-    let score = |(at, key): (usize, &scene::instrument::ScoreKey)| {
+    let score = |(at, key): (usize, &documents::instrument::ScoreKey)| {
         let pair = |row: &&Row<'_>| Some((*by_response.get(&row.id)?, row.scores[at]?));
         let points: Vec<(f64, f64)> = rows.iter().filter_map(pair).collect();
         let found = correlation(&points);
@@ -183,7 +184,7 @@ fn comments(
     let seen: BTreeMap<Uuid, ()> = visible.iter().map(|row| (row.id, ())).collect();
     let texts = instrument.items.iter().enumerate();
     let texts = texts.filter(|(_, item)| matches!(instrument.scale(item), Some(ScaleKind::Text { .. })));
-    let block = |(at, item): (usize, &scene::instrument::Item)| {
+    let block = |(at, item): (usize, &documents::instrument::Item)| {
         let given = submitted.iter().filter(|given| seen.contains_key(&given.id));
         let comment = |given: &Submitted| match given.answers.0.get(at) {
             Some(Some(Answer::Text(text))) => Some(said(given, &item.id, (text, tags), owner)),
@@ -230,7 +231,7 @@ pub(super) struct TagForm {
 /// Puts a theme on a comment, or takes it away.
 pub(super) async fn tag(
     State(state): State<AppState>,
-    person: CurrentPerson,
+    Visitor(person): Visitor,
     Id(id): Id,
     CsrfForm(form): CsrfForm<TagForm>,
 ) -> Result<Response, PageError> {

@@ -1,0 +1,197 @@
+//! How every boundary stands at any moment of an attempt, for a picture of it: the one place from which each picture takes it.
+//!
+//! A recording says 120 times a second how the field stands, and 1000 times a second where the needle is. A picture is drawn at neither, so
+//! each takes the last of both and has the boundaries settled to where its needle is. The same makes right what recordings of before say, whose
+//! field followed the force law's forces.
+
+use law::stance::{Intrusion, settle};
+
+use recording::Tent;
+use recording::sample::{Sample, flags};
+use recording::{Event, EventKind};
+
+/// A needle flatter than this (cosine to the vertical) is taken for one at it: its line would meet a boundary anywhere.
+const FLATTEST: f64 = 0.1;
+
+/// The boundaries of an attempt's tissue, as far as it has been told.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Dents {
+    /// Depth of every boundary below the skin, straight down, in m.
+    tops_m: Vec<f64>,
+    tip_to_rim_m: f64,
+    tracks: Vec<Opened>,
+    /// The track that the needle is in.
+    track: Option<usize>,
+    /// Last displacement of each boundary that the field had, in m.
+    field_m: Vec<f32>,
+}
+
+/// Boundaries that are open along a track.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Opened {
+    tip: usize,
+    rim: usize,
+}
+
+impl Dents {
+    /// Of a tissue that nothing has touched, from the thickness of each layer from the skin down, in m, under a needle whose rim is so far
+    /// behind its tip, in m.
+    #[must_use]
+    pub fn new(thicknesses_m: impl IntoIterator<Item = f64>, tip_to_rim_m: f64) -> Self {
+        let top_m = |depth_m: &mut f64, thickness_m: f64| Some(std::mem::replace(depth_m, *depth_m + thickness_m));
+        Self { tops_m: thicknesses_m.into_iter().scan(0.0, top_m).collect(), tip_to_rim_m, ..Self::default() }
+    }
+
+    /// Tells of an event.
+    pub fn event(&mut self, event: &Event) {
+        match event.kind {
+            EventKind::Contact => {
+                let track = event.track.map_or(self.tracks.len(), |track| track as usize);
+                if track >= self.tracks.len() {
+                    self.tracks.resize(track + 1, Opened::default());
+                }
+                self.track = Some(track);
+            }
+            EventKind::TipRupture | EventKind::RimRupture => self.rupture(event),
+            EventKind::SkinExit => self.track = None,
+            EventKind::StructureHit
+            | EventKind::Confirm
+            | EventKind::Coaching
+            | EventKind::Fault
+            | EventKind::Interrupted => {}
+        }
+    }
+
+    fn rupture(&mut self, event: &Event) {
+        let Some(opened) = self.track.and_then(|track| self.tracks.get_mut(track)) else { return };
+        let count = event.boundary.map_or(0, |boundary| boundary as usize + 1);
+        let open = if event.kind == EventKind::TipRupture { &mut opened.tip } else { &mut opened.rim };
+        *open = count.max(*open);
+    }
+
+    /// Tells how the field stands.
+    pub fn tent(&mut self, tent: &Tent) {
+        self.field_m.clone_from(&tent.tent_m);
+    }
+
+    /// Displacement of every boundary that the field had last, in m, wherever the needle is.
+    #[must_use]
+    pub fn field_m(&self) -> &[f32] {
+        &self.field_m
+    }
+
+    /// Displacement of every boundary along the needle, where its line meets it, in m, positive into the body, with the needle where a sample
+    /// has it. Events and field up to the sample are to be told before.
+    #[must_use]
+    pub fn at(&self, sample: &Sample) -> Vec<f32> {
+        let rest_m = self.rest_m(sample);
+        let field = self.field_m.iter().map(|&dent_m| f64::from(dent_m)).chain(std::iter::repeat(0.0));
+        let mut dents_m: Vec<f64> = field.take(rest_m.len()).collect();
+        settle(self.needle(sample).as_ref(), &rest_m, &mut dents_m);
+        dents_m.into_iter().map(|dent_m| dent_m as f32).collect()
+    }
+
+    /// How far a picture with these dents, in m, is off what the law knows, with the needle where a sample has it, in m: the largest distance
+    /// of a pressed boundary from what presses it, of an opened one beyond the tip, of a closed one behind it, and of two that have passed each
+    /// other. 0 is a picture that agrees.
+    #[must_use]
+    pub fn disagreement_m(&self, sample: &Sample, dents_m: &[f32]) -> f64 {
+        let rest_m = self.rest_m(sample);
+        let stand_m: Vec<f64> =
+            rest_m.iter().zip(dents_m).map(|(rest_m, &dent_m)| rest_m + f64::from(dent_m)).collect();
+        let passed_m = stand_m.windows(2).map(|pair| pair[0] - pair[1]);
+        let beside = self.needle(sample).into_iter().flat_map(|needle| {
+            let pressed = needle.pressed(&rest_m).into_iter().flatten();
+            let pressed_m: Vec<f64> = pressed
+                .map(|pressed| {
+                    stand_m
+                        .get(pressed.boundary)
+                        .map_or(f64::INFINITY, |at_m| (at_m - rest_m[pressed.boundary] - pressed.dent_m).abs())
+                })
+                .collect();
+            let wrong_m = stand_m.iter().zip(&rest_m).enumerate().map(|(boundary, (at_m, rest_m))| {
+                let is_behind = boundary < needle.tip_open && *rest_m <= needle.tip_m;
+                if is_behind { at_m - needle.tip_m } else { needle.tip_m - at_m }
+            });
+            pressed_m.into_iter().chain(wrong_m.collect::<Vec<_>>())
+        });
+        passed_m.chain(beside).fold(0.0, f64::max)
+    }
+
+    /// Way along the needle to each resting boundary, in m.
+    fn rest_m(&self, sample: &Sample) -> Vec<f64> {
+        let slant = slant(sample.orientation);
+        self.tops_m.iter().map(|top_m| top_m / slant).collect()
+    }
+
+    /// How far the needle has come; none in the air.
+    fn needle(&self, sample: &Sample) -> Option<Intrusion> {
+        let inside = self.track.filter(|_| sample.flags & flags::INSIDE != 0);
+        inside.and_then(|track| self.tracks.get(track)).map(|opened| Intrusion {
+            tip_m: -sample.tip_m()[2] / slant(sample.orientation),
+            tip_to_rim_m: self.tip_to_rim_m,
+            tip_open: opened.tip,
+            rim_open: opened.rim,
+        })
+    }
+}
+
+/// Depth below the skin that the needle gains on its way, per m.
+fn slant([x, y, ..]: [f64; 4]) -> f64 {
+    // The needle's +z along the patient's z is 1 − 2(x² + y²); it points down.
+    let down = 2.0 * (x * x + y * y) - 1.0;
+    if down.is_finite() { down.clamp(FLATTEST, 1.0) } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    //! A picture whose skin is not where the tip presses it shows what did not happen, whatever the field has said.
+
+    use super::*;
+
+    fn sample(depth_mm: f64, lean_rad: f64) -> Sample {
+        let half = 0.5 * (std::f64::consts::PI - lean_rad);
+        let orientation = [libm::sin(half), 0.0, 0.0, libm::cos(half)];
+        Sample { position_m: [0.0, 0.0, -depth_mm * 1e-3], orientation, flags: flags::INSIDE, ..Sample::default() }
+    }
+
+    fn event(kind: EventKind, boundary: u32) -> Event {
+        Event {
+            t_s: 0.0,
+            kind,
+            boundary: Some(boundary),
+            x_m: 0.0,
+            position_m: [0.0; 3],
+            force_n: 0.0,
+            dissipated_j: 0.0,
+            track: Some(0),
+            structure: None,
+            text: String::new(),
+        }
+    }
+
+    #[test]
+    fn the_skin_is_where_the_tip_is_and_the_rim_follows() {
+        let mut dents = Dents::new([0.8e-3, 8.4e-3, 39e-3], 2e-3);
+        dents.tent(&Tent { tent_m: vec![11.1e-3, 9e-3, 1e-3], ..Tent::default() });
+        dents.event(&event(EventKind::Contact, 0));
+        let close = |found: f32, wanted_m: f64| (f64::from(found) - wanted_m).abs() < 1e-8;
+        let here = sample(5.0, 0.0);
+        assert!(close(dents.at(&here)[0], 5e-3), "{:?}", dents.at(&here));
+        assert!(dents.disagreement_m(&here, &dents.at(&here)) < 1e-8);
+        assert!(
+            (dents.disagreement_m(&here, &[11.1e-3, 9e-3, 1e-3]) - 6.1e-3).abs() < 1e-6,
+            "the picture of the field alone"
+        );
+        let leaning = dents.at(&sample(5.0, 0.5))[0];
+        assert!(close(leaning, 5e-3 / libm::cos(0.5)), "along a leaning needle: {leaning}");
+        dents.event(&event(EventKind::TipRupture, 0));
+        let stand = dents.at(&sample(5.0, 0.0));
+        assert!(close(stand[0], 3e-3) && close(stand[1], 4.2e-3), "skin at the rim, fat at the tip: {stand:?}");
+        dents.event(&event(EventKind::RimRupture, 0));
+        let stand = dents.at(&sample(5.0, 0.0));
+        assert!(stand[0] <= 3e-3 && close(stand[1], 4.2e-3), "{stand:?}");
+        dents.event(&event(EventKind::SkinExit, 0));
+        assert!(close(dents.at(&sample(-1.0, 0.0))[0], 11.1e-3), "in the air the field alone");
+    }
+}

@@ -1,0 +1,136 @@
+//! An attempt on its way into a recording, tick by tick: what a simulation and a servo's recorder both do.
+
+use std::io::Write;
+
+use tissue::Specimen;
+
+use crate::tick::{Attempt, Input, Tick};
+use recording::rate::{Ticker, nanoseconds};
+use recording::write::{WriteError, Writer};
+use recording::{Event, EventKind};
+
+/// Rate of the ledger, in Hz; it is also recorded at each rupture and at the end.
+const LEDGER_HZ: u32 = 10;
+
+/// What an attempt came to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Simulated {
+    /// Simulated time, in s.
+    pub duration_s: f64,
+    /// Ticks recorded.
+    pub ticks: u64,
+    /// Ruptures recorded.
+    pub ruptures: u64,
+}
+
+/// What a servo did with a tick besides the force law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sent {
+    /// Force sent to the device after scaling and safety chain, in N, patient frame.
+    pub device_n: [f32; 3],
+    /// What the servo's own flags add to [`recording::sample::flags`].
+    pub flags: u32,
+    /// Lateness of the tick, in µs.
+    pub lateness_us: f32,
+}
+
+/// An attempt on its way into a recording.
+pub struct Run<'a, W: Write> {
+    attempt: Attempt<'a>,
+    writer: &'a mut Writer<W>,
+    ledgers: Ticker,
+    /// The last tick's ledger has not been written.
+    owed: bool,
+    so_far: Simulated,
+    /// What the disk has said. Once it has refused it is not asked again, and the attempt goes on without it.
+    written: Result<(), WriteError>,
+}
+
+impl<'a, W: Write> Run<'a, W> {
+    /// Nothing has been recorded yet.
+    pub fn new(specimen: &'a Specimen, writer: &'a mut Writer<W>) -> Self {
+        let so_far = Simulated { duration_s: 0.0, ticks: 0, ruptures: 0 };
+        let (attempt, ledgers) = (Attempt::new(specimen), Ticker::new(LEDGER_HZ, 0));
+        Self { attempt, writer, ledgers, owed: false, so_far, written: Ok(()) }
+    }
+
+    /// What it has come to so far.
+    #[must_use]
+    pub fn so_far(&self) -> Simulated {
+        self.so_far
+    }
+
+    /// Why nothing is written any more, if the disk has refused.
+    #[must_use]
+    pub fn refused(&self) -> Option<&WriteError> {
+        self.written.as_ref().err()
+    }
+
+    /// Asks the law and records the tick. Without a servo the device takes the whole force.
+    pub fn tick(&mut self, input: &Input, sent: Option<&Sent>) -> Tick {
+        let mut tick = self.attempt.step(input);
+        if let Some(&Sent { device_n, flags, lateness_us }) = sent {
+            tick.sample.device_n = device_n;
+            tick.sample.flags |= flags;
+            tick.sample.lateness_us = lateness_us;
+        }
+        let ruptures = tick.events.iter().filter(|event| event.kind.contactor().is_some()).count() as u64;
+        self.so_far.duration_s = input.t_s;
+        self.so_far.ticks += 1;
+        self.so_far.ruptures += ruptures;
+        if self.written.is_ok() {
+            self.written = self.write(&tick, ruptures > 0);
+        }
+        tick
+    }
+
+    fn write(&mut self, tick: &Tick, ruptured: bool) -> Result<(), WriteError> {
+        self.writer.sample(&tick.sample)?;
+        for event in &tick.events {
+            self.writer.event(event)?;
+        }
+        if let Some(tent) = &tick.tent {
+            self.writer.tent(tent)?;
+        }
+        self.owed = true;
+        if self.ledgers.due(nanoseconds(tick.sample.t_s)) || ruptured { self.ledger() } else { Ok(()) }
+    }
+
+    /// Records an event that comes from outside the force law, a coaching message or a fault, at the last tick.
+    pub fn note(&mut self, kind: EventKind, tick: &Tick, text: &str) {
+        let Tick { sample, .. } = tick;
+        let event = Event {
+            t_s: sample.t_s,
+            kind,
+            boundary: None,
+            x_m: sample.x_m,
+            position_m: sample.position_m,
+            force_n: sample.axial_n(),
+            dissipated_j: 0.0,
+            track: None,
+            structure: None,
+            text: text.to_owned(),
+        };
+        if self.written.is_ok() {
+            self.written = self.writer.event(&event);
+        }
+    }
+
+    /// Ends it with its last ledger.
+    ///
+    /// # Errors
+    /// When the disk has refused.
+    pub fn finish(mut self) -> Result<Simulated, WriteError> {
+        std::mem::replace(&mut self.written, Ok(()))?;
+        self.ledger()?;
+        Ok(self.so_far)
+    }
+
+    /// Writes the ledger, if it is owed.
+    fn ledger(&mut self) -> Result<(), WriteError> {
+        if std::mem::take(&mut self.owed) {
+            self.writer.energy(&self.attempt.energy(self.so_far.duration_s))?;
+        }
+        Ok(())
+    }
+}

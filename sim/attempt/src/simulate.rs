@@ -1,0 +1,102 @@
+//! The loop of a headless attempt: a source of motion meets the tissue, and every tick is recorded, in a file or in memory.
+
+use std::io::Write;
+
+use law::operator::Motion;
+use nalgebra::Vector3;
+use tissue::Specimen;
+
+use crate::run::Run;
+pub use crate::run::Simulated;
+use crate::tick::{Attempt, Input};
+use recording::Recording;
+use recording::Session;
+use recording::write::{WriteError, Writer};
+
+/// Anything that moves the needle.
+pub trait MotionSource {
+    /// The motion after `dt_s`, under the last force on the hand, in N, patient frame. A first call with `dt_s` = 0
+    /// asks for the pose to start from.
+    fn step(&mut self, dt_s: f64, force_n: &Vector3<f64>) -> Motion;
+}
+
+impl MotionSource for law::operator::Operator {
+    fn step(&mut self, dt_s: f64, force_n: &Vector3<f64>) -> Motion {
+        Self::step(self, dt_s, force_n)
+    }
+}
+
+/// Rate and length of an attempt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clock {
+    /// Servo rate, in Hz.
+    pub tick_hz: f64,
+    /// Longest simulated time, in s.
+    pub time_limit_s: f64,
+}
+
+impl Clock {
+    fn runs(&self) -> bool {
+        self.tick_hz > 0.0 && self.tick_hz.is_finite()
+    }
+
+    /// Asks the source for its motion, tick by tick, until it is done, the time is up or a tick answers no force.
+    fn drive(&self, source: &mut dyn MotionSource, mut tick: impl FnMut(&Input) -> Option<Vector3<f64>>) {
+        let mut force_n = Vector3::zeros();
+        for i in 0_u64.. {
+            let t_s = i as f64 / self.tick_hz;
+            if t_s > self.time_limit_s || self.time_limit_s.is_nan() {
+                break;
+            }
+            let motion = source.step(if i == 0 { 0.0 } else { 1.0 / self.tick_hz }, &force_n);
+            match tick(&Input::new(t_s, &motion)) {
+                Some(felt_n) if !motion.done => force_n = felt_n,
+                _ => break,
+            }
+        }
+    }
+}
+
+/// Runs until the source is done or `time_limit_s` has passed, at `tick_hz`. The first sample is the start, at 0 s.
+///
+/// # Errors
+/// When the clock has no rate, or the disk refuses.
+pub fn simulate<W: Write>(
+    specimen: &Specimen,
+    source: &mut dyn MotionSource,
+    writer: &mut Writer<W>,
+    clock: &Clock,
+) -> Result<Simulated, WriteError> {
+    if !clock.runs() {
+        return Err(WriteError::invalid("tick_hz", clock.tick_hz, "a finite rate above 0 Hz is allowed"));
+    }
+    let mut run = Run::new(specimen, writer);
+    clock.drive(source, |input| {
+        let force_n = run.tick(input, None).force_n;
+        run.refused().is_none().then_some(force_n)
+    });
+    run.finish()
+}
+
+/// The same in memory, at the session's rate: samples, events and the last ledger. Without a rate above 0 Hz nothing happens.
+#[must_use]
+pub fn rehearse(specimen: &Specimen, source: &mut dyn MotionSource, session: Session, time_limit_s: f64) -> Recording {
+    let clock = Clock { tick_hz: session.tick_hz, time_limit_s };
+    let (attachments, samples, events) = (Vec::new(), Vec::new(), Vec::new());
+    let (energies, tents) = (Vec::new(), Vec::new());
+    let mut recording =
+        Recording { session, attachments, samples, events, energies, tents, signature: None, complete: true };
+    let mut attempt = Attempt::new(specimen);
+    if clock.runs() {
+        clock.drive(source, |input| {
+            let tick = attempt.step(input);
+            recording.samples.push(tick.sample);
+            recording.events.extend(tick.events);
+            recording.tents.extend(tick.tent);
+            Some(tick.force_n)
+        });
+    }
+    let last = recording.samples.last().map(|sample| attempt.energy(sample.t_s));
+    recording.energies.extend(last);
+    recording
+}

@@ -1,0 +1,186 @@
+//! Re-simulates the recorded input and compares every recorded force.
+
+use std::cmp::Ordering;
+
+use tissue::Specimen;
+
+use crate::tick::{Attempt, Input};
+use recording::Recording;
+use recording::Sample;
+use recording::{Event, EventKind};
+use recording::{Follows, Tent};
+
+/// The largest deviation found.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Verification {
+    /// Ticks compared.
+    pub ticks: u64,
+    /// Largest deviation of any force channel, in N, after rounding to f32. The largest f64 where only one side is a
+    /// number.
+    pub largest_deviation_n: f64,
+    /// Time of it, in s.
+    pub at_s: f64,
+    /// Channel of it, for example `friction_n`; empty when there is none.
+    pub channel: String,
+    /// Largest deviation of the tip's axial displacement, depth and bend, in m.
+    pub largest_depth_deviation_m: f64,
+    /// Events of the re-simulation that the recording lacks, or the other way round.
+    pub event_differences: u64,
+    /// Steps of the field compared: 0 in a scene without one, and for a file that is older than the field's topic.
+    pub tents: u64,
+    /// Largest deviation of the field's displacements, in m.
+    pub largest_tent_deviation_m: f64,
+    /// Steps of the field that the recording lacks, or the other way round.
+    pub tent_differences: u64,
+}
+
+impl Verification {
+    /// The recording is, to the bit, what its input makes of this scene.
+    #[must_use]
+    pub fn exact(&self) -> bool {
+        let largest = self.largest_deviation_n.max(self.largest_depth_deviation_m).max(self.largest_tent_deviation_m);
+        largest <= 0.0 && self.event_differences + self.tent_differences == 0
+    }
+}
+
+/// Compares a recording with its own re-simulation.
+///
+/// The force sent to the device is compared where the device takes any force; elsewhere it is what the safety chain
+/// made of it. Coaching and faults are not compared: they come from outside the force law.
+#[must_use]
+pub fn verify(recording: &Recording, specimen: &Specimen) -> Verification {
+    let device_takes_all = recording.session.device_max_force_n.is_infinite();
+    let follows = recording.tents.first().map_or(Follows::Needle, |tent| tent.follows);
+    let mut attempt = Attempt::following(specimen, follows);
+    let mut events = Vec::new();
+    let mut verification = Verification {
+        ticks: recording.samples.len() as u64,
+        largest_deviation_n: 0.0,
+        at_s: 0.0,
+        channel: String::new(),
+        largest_depth_deviation_m: 0.0,
+        event_differences: 0,
+        tents: recording.tents.len() as u64,
+        largest_tent_deviation_m: 0.0,
+        tent_differences: 0,
+    };
+    let mut tents = Vec::new();
+    for recorded in &recording.samples {
+        let tick = attempt.step(&Input::from(recorded));
+        events.extend(tick.events.into_iter().filter(comparable));
+        verification.compare(recorded, &tick.sample, device_takes_all);
+        tents.extend(tick.tent);
+    }
+    let recorded: Vec<&Event> = recording.events.iter().filter(|e| comparable(e)).collect();
+    verification.event_differences = differences(&recorded, &events);
+    if verification.tents > 0 {
+        verification.compare_field(&recording.tents, &tents);
+    }
+    verification
+}
+
+impl Verification {
+    fn compare(&mut self, recorded: &Sample, again: &Sample, device_takes_all: bool) {
+        for ((channel, a), (_, b)) in channels(recorded).into_iter().zip(channels(again)) {
+            if channel.starts_with("device_n") && !device_takes_all {
+                continue;
+            }
+            self.note(deviation(a.into(), b.into()), recorded.t_s, channel);
+        }
+        let depth_m = deviation(recorded.depth_m.into(), again.depth_m.into());
+        let x_m = deviation(recorded.x_m, again.x_m);
+        let bends = recorded.bend_m.into_iter().zip(again.bend_m);
+        let bend_m = bends.map(|(a, b)| deviation(a.into(), b.into())).fold(0.0, f64::max);
+        self.largest_depth_deviation_m = self.largest_depth_deviation_m.max(depth_m).max(x_m).max(bend_m);
+    }
+
+    /// Notes the deviation of a force, in N, if it is the largest so far.
+    fn note(&mut self, deviation_n: f64, at_s: f64, channel: &str) {
+        if deviation_n > self.largest_deviation_n {
+            self.largest_deviation_n = deviation_n;
+            self.at_s = at_s;
+            channel.clone_into(&mut self.channel);
+        }
+    }
+
+    /// Compares the steps of the field one by one. One at another time, or of another scene, is a difference and ends it: what
+    /// follows has nothing to be compared with.
+    fn compare_field(&mut self, recorded: &[Tent], again: &[Tent]) {
+        let alike =
+            |a: &Tent, b: &Tent| a.t_s.total_cmp(&b.t_s).is_eq() && shape(a) == shape(b) && a.follows == b.follows;
+        let same = recorded.iter().zip(again).take_while(|(a, b)| alike(a, b)).count();
+        self.tent_differences = (recorded.len().max(again.len()) - same) as u64;
+        for (a, b) in recorded.iter().zip(again).take(same) {
+            let tent_m = largest(&a.tent_m, &b.tent_m);
+            self.largest_tent_deviation_m = self.largest_tent_deviation_m.max(tent_m);
+            self.note(largest(&a.contactor_n, &b.contactor_n), a.t_s, "contactor_n");
+            self.note(largest(&a.drag_n, &b.drag_n), a.t_s, "drag_n");
+        }
+    }
+}
+
+/// Every force of a sample, in N.
+fn channels(s: &Sample) -> [(&'static str, f32); 14] {
+    [
+        ("tip_n", s.tip_n),
+        ("rim_n", s.rim_n),
+        ("viscous_n", s.viscous_n),
+        ("friction_n", s.friction_n),
+        ("cutting_n", s.cutting_n),
+        ("force_n.x", s.force_n[0]),
+        ("force_n.y", s.force_n[1]),
+        ("force_n.z", s.force_n[2]),
+        ("lateral_n.x", s.lateral_n[0]),
+        ("lateral_n.y", s.lateral_n[1]),
+        ("lateral_n.z", s.lateral_n[2]),
+        ("device_n.x", s.device_n[0]),
+        ("device_n.y", s.device_n[1]),
+        ("device_n.z", s.device_n[2]),
+    ]
+}
+
+/// How many boundaries and layers a step of the field knows.
+fn shape(tent: &Tent) -> [usize; 3] {
+    [tent.tent_m.len(), tent.contactor_n.len(), tent.drag_n.len()]
+}
+
+/// The largest deviation between two lists.
+fn largest(a: &[f32], b: &[f32]) -> f64 {
+    a.iter().zip(b).map(|(&a, &b)| deviation(a.into(), b.into())).fold(0.0, f64::max)
+}
+
+#[expect(clippy::float_cmp, reason = "verification asks for the very same number")]
+fn deviation(a: f64, b: f64) -> f64 {
+    // Comparing first, because the difference of two equal infinities is no number.
+    let same = a == b || (a.is_nan() && b.is_nan());
+    let difference = (a - b).abs();
+    match (same, difference.is_finite()) {
+        (true, _) => 0.0,
+        (false, true) => difference,
+        // JSON has no infinity.
+        (false, false) => f64::MAX,
+    }
+}
+
+fn comparable(event: &Event) -> bool {
+    !matches!(event.kind, EventKind::Coaching | EventKind::Fault | EventKind::Interrupted)
+}
+
+/// Events that only one of two lists in order of time holds.
+fn differences(recorded: &[&Event], again: &[Event]) -> u64 {
+    let (mut i, mut j, mut count) = (0, 0, 0);
+    while let (Some(&a), Some(b)) = (recorded.get(i), again.get(j)) {
+        let order = if a == b { Ordering::Equal } else { a.t_s.total_cmp(&b.t_s) };
+        // Two that differ at the same time are one too many on either side.
+        let differ = a != b;
+        if order != Ordering::Greater {
+            i += 1;
+            count += u64::from(differ);
+        }
+        if order != Ordering::Less {
+            j += 1;
+            count += u64::from(differ);
+        }
+    }
+    count + (recorded.len() - i) as u64 + (again.len() - j) as u64
+}

@@ -1,0 +1,389 @@
+//! Fits of curves whose truth is known: how often a 95 % interval holds it, how often there is none, and wrong minima.
+
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+
+use crate::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
+use documents::Patient;
+use law::axial::AxialSpec;
+use tissue::calibrate::{Estimate, QUANTITIES, Quantity, Standing};
+
+use super::chart::{self, Chart};
+use super::sheet::{self, Sheet};
+use super::{Subject, measured_on, quantile, specimen};
+use crate::clock;
+use crate::error::BenchError;
+use crate::progress::MeasurementProgress;
+
+/// Curves of a group of random layers, of shipped scenes under a trocar, which take seconds each, and of seven layers, which take a
+/// minute; a shortened report has this part of them.
+const CURVES: u64 = 240;
+const SHIPPED_CURVES: u64 = 60;
+const DEEP_CURVES: u64 = 24;
+const QUICK_PART: u64 = 120;
+/// From which seed: none on which a number of the fit was chosen.
+const FIRST_SEED: u64 = 2000;
+/// The least share of intervals that must hold the truth, and the largest of a group's curves whose minimum may be wrong without a word.
+const COVERAGE: f64 = 0.9;
+const SILENT: f64 = 0.02;
+
+/// Curves of one kind.
+struct Group {
+    name: &'static str,
+    curves: u64,
+    disturbance: Disturbance,
+    from: From,
+}
+
+/// Where a group's layers come from.
+enum From {
+    Random { tip_to_rim_m: f64 },
+    Shipped(Vec<AxialSpec>),
+}
+
+/// What came of a curve: the fit beside the truth, or why there is none.
+struct Row {
+    group: &'static str,
+    seed: u64,
+    measurement: Measurement,
+    layers: usize,
+    seconds: f64,
+    outcome: Result<Trialled, String>,
+}
+
+/// How often a parameter's interval held the truth.
+#[derive(Default)]
+struct Tally {
+    held: usize,
+    missed: usize,
+    open: usize,
+    kept: usize,
+}
+
+impl Tally {
+    fn count(&mut self, judged: &Judged) {
+        match judged.is_held() {
+            Some(true) => self.held += 1,
+            Some(false) => self.missed += 1,
+            None if judged.estimate.standing == Standing::Kept => self.kept += 1,
+            None => self.open += 1,
+        }
+    }
+
+    /// How many have an effect on the curve.
+    fn seen(&self) -> usize {
+        self.held + self.missed + self.open
+    }
+
+    /// The share of intervals that hold the truth; none without an interval.
+    fn coverage(&self) -> Option<f64> {
+        let given = self.held + self.missed;
+        (given > 0).then(|| self.held as f64 / given as f64)
+    }
+}
+
+impl Row {
+    fn trialled(&self) -> Option<&Trialled> {
+        self.outcome.as_ref().ok()
+    }
+
+    fn is_silent(&self) -> bool {
+        self.trialled().is_some_and(|trialled| trialled.is_silent)
+    }
+}
+
+/// Fits, and writes `calibrate.{csv,md,svg}`; returns the files written.
+///
+/// # Errors
+/// When the disk refuses, and, once the report is written, when intervals of undisturbed curves hold the truth too seldom or too many of
+/// their wrong minima were not said.
+pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
+    let curves = |group: &Group| if quick { group.curves / QUICK_PART } else { group.curves };
+    let groups = groups()?;
+    let progress = MeasurementProgress::new(groups.iter().map(curves).sum(), "curves");
+    let mut rows = Vec::new();
+    for group in &groups {
+        rows.extend(at_once(group, curves(group), &progress)?);
+    }
+    let table = out.join("calibrate.csv");
+    csv(&rows).write_csv(&table)?;
+    let picture = out.join("calibrate.svg");
+    picture_of(&groups, &rows).draw(&picture)?;
+    let text = sheet::write_text(out.join("calibrate.md"), &markdown(&groups, &rows, quick))?;
+    let failed = failures(&groups, &rows, quick);
+    if failed.is_empty() { Ok(vec![table, text, picture]) } else { Err(BenchError::Work(failed)) }
+}
+
+/// The curves of a group, in the order of their seeds; each thread takes every so manieth.
+fn at_once(group: &Group, curves: u64, progress: &MeasurementProgress) -> Result<Vec<Row>, BenchError> {
+    let threads = std::thread::available_parallelism().map_or(1, NonZero::get);
+    let some = &|first: usize| -> Vec<Row> {
+        let seeds = (FIRST_SEED..FIRST_SEED + curves).skip(first).step_by(threads);
+        let fit = |seed| {
+            let row = row(group, seed);
+            progress.advance(1);
+            row
+        };
+        seeds.filter_map(fit).collect()
+    };
+    let mut rows = std::thread::scope(|scope| {
+        let running: Vec<_> = (0..threads).map(|first| scope.spawn(move || some(first))).collect();
+        let rows = running.into_iter().map(|thread| thread.join().map_err(|_| BenchError::work("a thread stopped")));
+        Ok::<_, BenchError>(rows.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect::<Vec<Row>>())
+    })?;
+    rows.sort_by_key(|row| row.seed);
+    Ok(rows)
+}
+
+fn groups() -> Result<Vec<Group>, BenchError> {
+    let (mut trocars, mut needles) = (Vec::new(), Vec::new());
+    for scene in specimen::shipped()? {
+        let spec = scene.axial_spec(&Patient::nominal(&scene));
+        if spec.tip_to_rim_m > 0.0 { &mut trocars } else { &mut needles }.push(spec);
+    }
+    let random = |name, tip_to_rim_m, disturbance| {
+        let from = From::Random { tip_to_rim_m };
+        Group { name, curves: CURVES, disturbance, from }
+    };
+    let shipped = |name, curves, scenes| {
+        let (disturbance, from) = (Disturbance::None, From::Shipped(scenes));
+        Group { name, curves, disturbance, from }
+    };
+    Ok(vec![
+        random("random layers, needle", 0.0, Disturbance::None),
+        random("random layers, trocar", 0.002, Disturbance::None),
+        shipped("shipped trocar scenes, changed", SHIPPED_CURVES, trocars),
+        shipped("shipped needle scenes, changed", DEEP_CURVES, needles),
+        random("needle, with drift", 0.0, Disturbance::Drift),
+        random("needle, with outliers", 0.0, Disturbance::Outliers),
+    ])
+}
+
+/// A curve of a group; none where no scene serves.
+fn row(group: &Group, seed: u64) -> Option<Row> {
+    let measurement = Measurement::of_seed(seed, group.disturbance);
+    let origin = match &group.from {
+        // One to four layers, two dozen curves each: every noise, spacing and direction.
+        From::Random { tip_to_rim_m } => {
+            Origin::Blind { layers: (seed / 24 % 4 + 1) as usize, tip_to_rim_m: *tip_to_rim_m }
+        }
+        From::Shipped(scenes) => Origin::Changed(scenes.get(seed as usize % scenes.len())?),
+    };
+    let sampled = sample(origin, measurement, seed)?;
+    let begun = clock::instant();
+    let outcome = try_fit(&sampled).map_err(|why| why.to_string());
+    let seconds = begun.elapsed().as_secs_f64();
+    Some(Row { group: group.name, seed, measurement, layers: sampled.truth.layers.len(), seconds, outcome })
+}
+
+fn csv(rows: &[Row]) -> Sheet {
+    let mut sheet = Sheet::new([
+        "group",
+        "seed",
+        "noise_n",
+        "spacing_m",
+        "withdraws",
+        "layers",
+        "drops",
+        "converged",
+        "wrong",
+        "not_said",
+        "layer",
+        "parameter",
+        "truth",
+        "value",
+        "low_95",
+        "high_95",
+        "holds",
+    ]);
+    for row in rows {
+        let Some(trialled) = row.trialled() else { continue };
+        let of_curve = [
+            row.group.to_owned(),
+            row.seed.to_string(),
+            full(row.measurement.noise_n),
+            full(row.measurement.spacing_m),
+            row.measurement.withdraws.to_string(),
+            row.layers.to_string(),
+            trialled.fit.peaks.iter().filter(|peak| peak.measured.is_some()).count().to_string(),
+            trialled.fit.converged.to_string(),
+            trialled.is_wrong.to_string(),
+            trialled.is_silent.to_string(),
+        ];
+        for judged in &trialled.parameters {
+            let estimate = &judged.estimate;
+            let end = |number: Option<f64>| number.map_or_else(String::new, full);
+            let of_number = [
+                (estimate.layer + 1).to_string(),
+                estimate.quantity.words().to_owned(),
+                full(judged.truth),
+                full(estimate.value),
+                end(estimate.interval.map(|interval| interval.low)),
+                end(estimate.interval.map(|interval| interval.high)),
+                judged.is_held().map_or_else(String::new, |held| held.to_string()),
+            ];
+            sheet.row(of_curve.iter().cloned().chain(of_number));
+        }
+    }
+    sheet
+}
+
+fn tally(rows: &[&Row], quantity: Quantity) -> Tally {
+    let mut tally = Tally::default();
+    let judged = rows.iter().filter_map(|row| row.trialled()).flat_map(|trialled| &trialled.parameters);
+    judged.filter(|judged| judged.estimate.quantity == quantity).for_each(|judged| tally.count(judged));
+    tally
+}
+
+fn of_group<'r>(rows: &'r [Row], group: &Group) -> Vec<&'r Row> {
+    rows.iter().filter(|row| row.group == group.name).collect()
+}
+
+fn markdown(groups: &[Group], rows: &[Row], quick: bool) -> String {
+    let mut text = format!(
+        "# Calibration\n\n{}\n\nCurves of known layers, made by the force law in steps of 2 µm: a sample every 0.05, 0.1 or 0.2 mm, white noise \
+         of 5, 10, 20 or 40 mN, the insertion alone or with the withdrawal. Random layers, one to four, are fitted from the curve \
+         alone, and each makes a clear drop; a shipped scene's numbers are changed by up to a quarter, and the fit starts from the scene. Drift \
+         is a wave of five times the noise, 5 to 20 mm long; outliers are one sample in a hundred, off by fifteen times the noise.\n",
+        measured_on(Subject::Calibrate, quick)
+    );
+    text.push_str("\nWhat came of the curves. *Refused*: the fit says that its residual is not noise, and gives no interval. *Wrong*: another number of \
+         layers, a sum of squares above the truth's, or a number far outside its interval. *Said*: refused, or, where the sum of squares alone is wrong, \
+         told to have other readings or boundaries that no drop shows; of the latter no number has an interval.\n\n");
+    text.push_str(&curves(groups, rows).markdown());
+    text.push_str("\nOf the parameters, those of refused curves left out. *Held*: the share of 95 % intervals that hold the truth. *Not determined*: \
+         the share of parameters with an effect on the curve that have no interval. *Without effect*: the curve does not depend on it.\n\n");
+    text.push_str(&parameters(groups, rows).markdown());
+    text.push_str("\n![width of the intervals](calibrate.svg)\n");
+    text
+}
+
+fn curves(groups: &[Group], rows: &[Row]) -> Sheet {
+    let mut sheet = Sheet::new([
+        "curves",
+        "number",
+        "no fit",
+        "refused",
+        "refused, right",
+        "wrong, said",
+        "wrong, not said",
+        "median s",
+        "longest s",
+    ]);
+    for group in groups {
+        let rows = of_group(rows, group);
+        let count = |is: &dyn Fn(&Trialled) -> bool| {
+            rows.iter().filter_map(|row| row.trialled()).filter(|trialled| is(trialled)).count().to_string()
+        };
+        let seconds: Vec<f64> = rows.iter().map(|row| row.seconds).collect();
+        sheet.row([
+            group.name.to_owned(),
+            rows.len().to_string(),
+            rows.iter().filter(|row| row.outcome.is_err()).count().to_string(),
+            count(&|trialled| !trialled.fit.converged),
+            count(&|trialled| !trialled.fit.converged && !trialled.is_wrong),
+            count(&|trialled| trialled.is_wrong && !trialled.is_silent),
+            rows.iter().filter(|row| row.is_silent()).count().to_string(),
+            format!("{:.2}", quantile(&seconds, 0.5)),
+            format!("{:.2}", quantile(&seconds, 1.0)),
+        ]);
+    }
+    sheet
+}
+
+fn parameters(groups: &[Group], rows: &[Row]) -> Sheet {
+    let mut sheet = Sheet::new(["curves", "parameter", "intervals", "held", "not determined", "without effect"]);
+    for group in groups {
+        let rows = settled(&of_group(rows, group));
+        for quantity in QUANTITIES {
+            let tally = tally(&rows, quantity);
+            if tally.seen() == 0 {
+                continue;
+            }
+            let held = tally.coverage().map_or_else(|| "none given".to_owned(), percent);
+            let open = percent(tally.open as f64 / tally.seen() as f64);
+            let (name, given) = (quantity.words().to_owned(), (tally.held + tally.missed).to_string());
+            sheet.row([group.name.to_owned(), name, given, held, open, tally.kept.to_string()]);
+        }
+    }
+    sheet
+}
+
+/// Rows whose fit says that it has converged.
+fn settled<'r>(rows: &[&'r Row]) -> Vec<&'r Row> {
+    rows.iter().copied().filter(|row| row.trialled().is_some_and(|trialled| trialled.fit.converged)).collect()
+}
+
+/// What undisturbed curves must not show. A shortened report has too few curves to judge shares.
+fn failures(groups: &[Group], rows: &[Row], quick: bool) -> Vec<String> {
+    let mut failed = Vec::new();
+    for group in groups.iter().filter(|group| group.disturbance == Disturbance::None) {
+        let rows = of_group(rows, group);
+        let silent: Vec<String> = rows.iter().filter(|row| row.is_silent()).map(|row| row.seed.to_string()).collect();
+        if !quick && silent.len() as f64 > SILENT * rows.len() as f64 {
+            let (name, number, seeds) = (group.name, rows.len(), silent.join(", "));
+            failed.push(format!("{name}: {} of {number} wrong minima were not said, seeds {seeds}", silent.len()));
+        }
+        let settled = settled(&rows);
+        if !rows.is_empty() && settled.is_empty() {
+            failed.push(format!("{}: no fit of {} has converged", group.name, rows.len()));
+        }
+        let may_be_open = matches!(group.from, From::Shipped(_));
+        let uncovered = |quantity| uncovered(&tally(&settled, quantity), quantity, may_be_open);
+        let broken = QUANTITIES.into_iter().filter_map(uncovered);
+        failed.extend(broken.filter(|_| !quick).map(|why| format!("{}, {why}", group.name)));
+    }
+    failed
+}
+
+/// Why the intervals of a quantity are not enough, if they are not: too few hold the truth, or none is given where some must be.
+fn uncovered(tally: &Tally, quantity: Quantity, may_be_open: bool) -> Option<String> {
+    let name = quantity.words();
+    match tally.coverage() {
+        Some(share) if share < COVERAGE => {
+            Some(format!("{name}: intervals hold the truth in {}; {} are asked for", percent(share), percent(COVERAGE)))
+        }
+        None if tally.seen() > 0 && !may_be_open => Some(format!("{name}: none of {} has an interval", tally.seen())),
+        _ => None,
+    }
+}
+
+/// How narrow the intervals of undisturbed random layers are, by the noise: the median of half their width as a share of the value.
+fn picture_of(groups: &[Group], rows: &[Row]) -> Chart {
+    let random = groups.iter().find(|group| matches!(group.from, From::Random { .. }));
+    let rows = random.map_or_else(Vec::new, |group| settled(&of_group(rows, group)));
+    let median = |quantity: Quantity, noise_n: f64| {
+        let at_noise = rows.iter().filter(|row| row.measurement.noise_n.total_cmp(&noise_n).is_eq());
+        let estimates = at_noise.filter_map(|row| row.trialled()).flat_map(|trialled| &trialled.parameters);
+        let half = |judged: &Judged| {
+            let Estimate { interval, value, .. } = &judged.estimate;
+            interval.map(|interval| 50.0 * (interval.high - interval.low) / value.abs())
+        };
+        let halves: Vec<f64> =
+            estimates.filter(|judged| judged.estimate.quantity == quantity).filter_map(half).collect();
+        quantile(&halves, 0.5)
+    };
+    let curve = |quantity: Quantity| {
+        let point = |noise_n: f64| (noise_n * 1e3, median(quantity, noise_n));
+        let points = [0.005, 0.01, 0.02, 0.04].map(point).into_iter().filter(|point| point.1.is_finite()).collect();
+        chart::Curve { name: quantity.words().to_owned(), points }
+    };
+    let curves = QUANTITIES.map(curve).into_iter().filter(|curve| !curve.points.is_empty()).collect();
+    Chart {
+        title: "95 % intervals of random layers under a needle".to_owned(),
+        x: "noise, mN".to_owned(),
+        y: "half width, median, % of the value".to_owned(),
+        curves,
+        beside: Vec::new(),
+        rings: Vec::new(),
+    }
+}
+
+fn percent(part: f64) -> String {
+    format!("{:.1} %", 100.0 * part)
+}
+
+/// Every digit.
+fn full(number: f64) -> String {
+    format!("{number:?}")
+}

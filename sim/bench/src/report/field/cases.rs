@@ -1,0 +1,68 @@
+//! The reference cases, built into the program so that every copy measures the same, and the error against them.
+
+use documents::field_case;
+use serde::Deserialize;
+use tissue::{FieldModel, Problem, relative_distance};
+
+use crate::error::BenchError;
+
+/// The cases.
+pub const NAMES: [&str; 3] = ["homogeneous", "lower_back", "stiff_skin_soft_fat"];
+
+const JSON: [&str; 3] = [
+    include_str!("../../../../../tests/data/field/homogeneous.json"),
+    include_str!("../../../../../tests/data/field/lower_back.json"),
+    include_str!("../../../../../tests/data/field/stiff_skin_soft_fat.json"),
+];
+
+/// One load of a reference case, with what it should come to.
+pub struct Load {
+    /// Name of its case.
+    pub case: &'static str,
+    /// Depth of the load, in m.
+    pub depth_m: f64,
+    /// Size of the load, in N.
+    pub force_n: f64,
+    /// The question.
+    pub problem: Problem,
+    /// Axial displacement, at every sample, in m: depth after depth.
+    reference_m: Vec<f64>,
+}
+
+#[derive(Deserialize)]
+struct Reference {
+    solutions: Vec<Solution>,
+}
+
+#[derive(Deserialize)]
+struct Solution {
+    u_axial_m: Vec<Vec<f64>>,
+}
+
+/// Every load of every case.
+///
+/// # Errors
+/// When a case built in is refused, which a test would have shown.
+pub fn all() -> Result<Vec<Load>, BenchError> {
+    let mut loads = Vec::new();
+    for (case, json) in NAMES.into_iter().zip(JSON) {
+        let parsed = field_case::parse(case, json)?;
+        let reference: Reference = serde_json::from_str(json).map_err(BenchError::work)?;
+        let asked = parsed.problems.into_iter().zip(parsed.load_depths_m).zip(reference.solutions);
+        loads.extend(asked.map(|((problem, depth_m), solution)| Load {
+            case,
+            depth_m,
+            force_n: parsed.force_n,
+            problem,
+            reference_m: solution.u_axial_m.concat(),
+        }));
+    }
+    Ok(loads)
+}
+
+impl Load {
+    /// The relative L2 error of the axial displacement over all samples, for the field's last answer.
+    pub fn error(&self, field: &dyn FieldModel) -> f64 {
+        relative_distance(&self.problem.axial_m(field), &self.reference_m)
+    }
+}

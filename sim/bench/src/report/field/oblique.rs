@@ -1,0 +1,60 @@
+//! An oblique needle: every mesh of the volumetric model against the finest.
+
+use tissue::volumetric::{self, Problem3, Volumetric};
+use tissue::{FieldModel, relative_distance};
+
+use super::cases::Load;
+use super::{human_time, percent};
+use crate::error::BenchError;
+use crate::report::sheet::Sheet;
+use crate::timing::{self, Effort};
+
+const TILT_DEG: f64 = 30.0;
+
+/// A mesh, its answer to the load and its times.
+struct Rung {
+    unknowns: usize,
+    bytes: usize,
+    axial_m: Vec<f64>,
+    setup_s: f64,
+    solve_s: f64,
+}
+
+/// Measures the load on the skin of lower_back.
+///
+/// # Errors
+/// When the model refuses a mesh.
+pub fn measure(loads: &[Load], quick: bool) -> Result<Sheet, BenchError> {
+    let mut sheet = Sheet::new(["unknowns", "difference to the finest", "set-up", "re-solve", "memory"]);
+    let Some(load) = loads.iter().find(|load| load.case == "lower_back" && load.depth_m <= 0.0) else {
+        return Ok(sheet);
+    };
+    let question = Problem3 { tilt_rad: TILT_DEG.to_radians(), ..Problem3::flat(&load.problem) };
+    let mut rungs = Vec::new();
+    for at in 0..if quick { 2 } else { usize::MAX } {
+        let (made, setup_s) = timing::once(|| volumetric::rung(&question, at));
+        let Some(model) = made else { break };
+        rungs.push(Rung::new(load, model.map_err(BenchError::work)?, setup_s));
+    }
+    let Some((finest, coarser)) = rungs.split_last() else { return Ok(sheet) };
+    for rung in coarser {
+        sheet.row([
+            rung.unknowns.to_string(),
+            percent(relative_distance(&rung.axial_m, &finest.axial_m)),
+            human_time(rung.setup_s),
+            human_time(rung.solve_s),
+            format!("{:.1} MB", rung.bytes as f64 / 1e6),
+        ]);
+    }
+    let (unknowns, memory) = (finest.unknowns.to_string(), format!("{:.1} MB", finest.bytes as f64 / 1e6));
+    sheet.row([unknowns, "–".to_owned(), human_time(finest.setup_s), human_time(finest.solve_s), memory]);
+    Ok(sheet)
+}
+
+impl Rung {
+    fn new(load: &Load, mut model: Volumetric, setup_s: f64) -> Self {
+        let solve_s = timing::median_s(Effort::SHORT, || model.solve(load.force_n));
+        let axial_m = load.problem.axial_m(&model);
+        Self { unknowns: model.unknowns(), bytes: model.bytes(), axial_m, setup_s, solve_s }
+    }
+}

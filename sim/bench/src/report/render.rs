@@ -1,0 +1,153 @@
+//! The picture: time of a frame, for every view and quality, on this machine's graphics adapter.
+
+use std::path::{Path, PathBuf};
+
+use render::frame::{Frame, Puncture, Stage, View};
+use render::{Headless, Quality};
+
+use super::chart::{Chart, Curve};
+use super::sheet::{self, Sheet};
+use super::{Program, Subject, measured_on, quantile, specimen};
+use crate::clock;
+use crate::error::BenchError;
+use crate::progress::MeasurementProgress;
+
+/// Size of the pictures, in pixels.
+pub const SIZE: [u32; 2] = [1280, 720];
+/// Frames timed of each kind, after one that is not.
+const FRAMES: usize = 40;
+const QUICK_FRAMES: usize = 2;
+/// What a frame may take with everything on, in ms: software, hardware.
+const BARS_MS: [f64; 2] = [100.0, 4.0];
+
+/// Times of one kind of picture.
+struct Row {
+    what: &'static str,
+    quality: Quality,
+    median_ms: f64,
+    p99_ms: f64,
+}
+
+/// Measures, and writes `render.{csv,md,svg}`; returns the files written.
+///
+/// # Errors
+/// When there is no graphics adapter, or the disk refuses.
+pub fn measure(out: &Path, quick: bool, program: &dyn Program) -> Result<Vec<PathBuf>, BenchError> {
+    let begun = clock::instant();
+    let mut headless = Headless::new(Quality::Full).map_err(BenchError::work)?;
+    let stage = stage(program)?;
+    headless.set_stage(&stage).map_err(BenchError::work)?;
+    let frames = frames(stage.field.loads);
+    headless.draw(&frames[0].1, SIZE).map_err(BenchError::work)?;
+    let start_s = begun.elapsed().as_secs_f64();
+    let rows = rows(&mut headless, &frames, if quick { QUICK_FRAMES } else { FRAMES })?;
+    let (table, plot) = (out.join("render.csv"), out.join("render.svg"));
+    csv(&rows).write_csv(&table)?;
+    chart(&rows).draw(&plot)?;
+    let text = sheet::write_text(out.join("render.md"), &markdown(&rows, &headless, (start_s, quick)))?;
+    Ok(vec![table, plot, text])
+}
+
+fn rows(headless: &mut Headless, frames: &[(&'static str, Frame)], count: usize) -> Result<Vec<Row>, BenchError> {
+    let progress = MeasurementProgress::new((Quality::ALL.len() * frames.len()) as u64, "render");
+    let mut rows = Vec::new();
+    for quality in Quality::ALL {
+        headless.set_quality(quality);
+        for (what, frame) in frames {
+            let times_ms = times(headless, frame, count)?;
+            rows.push(Row { what, quality, median_ms: quantile(&times_ms, 0.5), p99_ms: quantile(&times_ms, 0.99) });
+            progress.set(rows.len() as u64);
+        }
+    }
+    Ok(rows)
+}
+
+/// Times of frames in ms, each waited for; the first, which may compile, is not counted.
+fn times(headless: &mut Headless, frame: &Frame, count: usize) -> Result<Vec<f64>, BenchError> {
+    headless.draw(frame, SIZE).map_err(BenchError::work)?;
+    let mut times_ms = Vec::with_capacity(count);
+    for _ in 0..count {
+        let start = clock::instant();
+        headless.draw(frame, SIZE).map_err(BenchError::work)?;
+        times_ms.push(start.elapsed().as_secs_f64() * 1e3);
+    }
+    Ok(times_ms)
+}
+
+/// A shipped scene with structures and a field, on its nominal patient.
+fn stage(program: &dyn Program) -> Result<Stage, BenchError> {
+    let bundle = specimen::anatomy()?;
+    program.stage(&bundle, &specimen::nominal(&bundle)?)
+}
+
+/// Every view with everything on: needle in the tissue, tents under a field with so many loads, blood, guide.
+fn frames(loads: usize) -> [(&'static str, Frame); 4] {
+    let puncture = Puncture { axis: [0.0, 0.0, -1.0], depth_m: 0.0125, opened: 3, blood: 0.7, ..Puncture::default() };
+    // A contactor of the lowest of the four layers, as it gives way.
+    let loads_n = (0..loads).map(|load| if load == 3 { 1.3 } else { 0.0 }).collect();
+    let whole = Frame {
+        tip_m: [0.0, 0.0, -0.0125],
+        orientation: [1.0, 0.0, 0.0, 0.0],
+        entry_m: Some([0.0; 3]),
+        punctures: vec![puncture],
+        guide: true,
+        loads_n,
+        ..Frame::default()
+    };
+    [
+        ("whole", whole.clone()),
+        ("whole, body faded", Frame { fade: 0.7, ..whole.clone() }),
+        ("tip", Frame { view: View::Tip, ..whole.clone() }),
+        ("section", Frame { view: View::Section, ..whole }),
+    ]
+}
+
+fn csv(rows: &[Row]) -> Sheet {
+    let mut sheet = Sheet::new(["view", "quality", "median_ms", "p99_ms"]);
+    for Row { what, quality, median_ms, p99_ms } in rows {
+        sheet.row([what.to_string(), quality.name().to_owned(), format!("{median_ms:.3}"), format!("{p99_ms:.3}")]);
+    }
+    sheet
+}
+
+/// Time against the step of quality, best first.
+fn chart(rows: &[Row]) -> Chart {
+    let curve = |first: &Row| {
+        let own = rows.iter().filter(|row| row.what == first.what).enumerate();
+        Curve { name: first.what.to_owned(), points: own.map(|(at, row)| ((at + 1) as f64, row.median_ms)).collect() }
+    };
+    Chart {
+        title: format!("A frame at {} × {}", SIZE[0], SIZE[1]),
+        x: "step of quality, 1 full to 5 least".to_owned(),
+        y: "median time, ms".to_owned(),
+        curves: rows.iter().take_while(|row| row.quality == Quality::Full).map(curve).collect(),
+        ..Chart::default()
+    }
+}
+
+fn markdown(rows: &[Row], headless: &Headless, (start_s, quick): (f64, bool)) -> String {
+    let mut sheet = Sheet::new(["view", "quality", "made of", "median", "p99"]);
+    for Row { what, quality, median_ms, p99_ms } in rows {
+        let times = [median_ms, p99_ms].map(|ms| format!("{ms:.1} ms"));
+        sheet.row([
+            what.to_string(),
+            quality.name().to_owned(),
+            quality.in_words(),
+            times[0].clone(),
+            times[1].clone(),
+        ]);
+    }
+    let adapter = headless.adapter();
+    let bar_ms = if adapter.software { BARS_MS[0] } else { BARS_MS[1] };
+    format!(
+        "# Picture\n\n{}\n\nDrawn by {adapter}: {} × {} pixels, {} triangles with the body faded, every frame waited for. From \
+         nothing to the first frame: {start_s:.1} s. The bar on this kind of adapter is {bar_ms} ms at the median; the window \
+         starts at the best quality that its adapter holds, and goes down a step rather than stutter.\n\n{}\n![time of a \
+         frame](render.svg)\n",
+        measured_on(Subject::Render, quick),
+        SIZE[0],
+        SIZE[1],
+        headless.renderer().triangles(),
+        sheet.markdown()
+    )
+}

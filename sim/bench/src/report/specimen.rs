@@ -1,0 +1,159 @@
+//! What is measured: the shipped scenes and an exercise, built into the program so that every copy measures the same.
+
+use std::path::Path;
+
+use ::recording::Session;
+use documents::{ExerciseBundle, Patient, Scene};
+use law::axial::AxialSpec;
+use time::OffsetDateTime;
+use tissue::Specimen;
+use uuid::Uuid;
+
+use crate::error::BenchError;
+
+const EXERCISE: &str = include_str!("../../../../curricula/lower-back-basics/3-reach-the-muscle.toml");
+const PAPER: &str = include_str!("../../../../curricula/scenes/lower-back-paper.toml");
+const TRAINING: &str = include_str!("../../../../curricula/scenes/lower-back-training.toml");
+const VESSEL: &str = include_str!("../../../../curricula/scenes/lower-back-vessel.toml");
+/// Every shipped scene.
+const SHIPPED: [&str; 7] = [
+    PAPER,
+    TRAINING,
+    include_str!("../../../../curricula/scenes/epidural-71kg.toml"),
+    include_str!("../../../../curricula/scenes/lower-back-lean.toml"),
+    include_str!("../../../../curricula/scenes/lower-back-obese.toml"),
+    include_str!("../../../../curricula/scenes/lower-back-thick-needle.toml"),
+    VESSEL,
+];
+
+/// Every shipped exercise, each with its scene by the place it has in [`SHIPPED`].
+const EXERCISES: [(&str, usize); 9] = [
+    (include_str!("../../../../curricula/experiments/paper-insertion.toml"), 0),
+    (include_str!("../../../../curricula/lower-back-basics/1-feel-the-layers.toml"), 1),
+    (include_str!("../../../../curricula/lower-back-basics/2-stop-in-the-fat.toml"), 1),
+    (EXERCISE, 1),
+    (include_str!("../../../../curricula/lower-back-basics/4-thicker-needle.toml"), 5),
+    (include_str!("../../../../curricula/lower-back-basics/5-oblique-approach.toml"), 1),
+    (include_str!("../../../../curricula/lower-back-basics/6-avoid-the-vessel.toml"), 6),
+    (include_str!("../../../../curricula/lower-back-basics/7-thick-fat.toml"), 4),
+    (include_str!("../../../../curricula/lumbar-epidural/1-stop-in-the-epidural-space.toml"), 2),
+];
+
+/// The paper's scene and the training scene, each with the exercise that is measured.
+///
+/// # Errors
+/// When the documents built in are refused, which a test would have shown.
+pub fn both() -> Result<[ExerciseBundle; 2], BenchError> {
+    Ok([bundle(PAPER)?, training()?])
+}
+
+/// The training scene with the exercise that is measured.
+///
+/// # Errors
+/// When the documents built in are refused.
+pub fn training() -> Result<ExerciseBundle, BenchError> {
+    bundle(TRAINING)
+}
+
+/// The scene with the most structures, with the exercise that is measured: what a picture has most to do with.
+///
+/// # Errors
+/// When the documents built in are refused.
+pub fn anatomy() -> Result<ExerciseBundle, BenchError> {
+    bundle(VESSEL)
+}
+
+/// Every shipped scene.
+///
+/// # Errors
+/// When a document built in is refused.
+pub fn shipped() -> Result<Vec<Scene>, BenchError> {
+    SHIPPED.iter().map(|text| Ok(documents::load::read_scene_text(Path::new("shipped scene"), text)?)).collect()
+}
+
+/// Every shipped exercise with its scene.
+///
+/// # Errors
+/// When a document built in is refused.
+pub fn exercises() -> Result<Vec<ExerciseBundle>, BenchError> {
+    let bundle = |(text, scene): &(&str, usize)| -> Result<ExerciseBundle, BenchError> {
+        Ok(ExerciseBundle::from_parts(text.as_bytes(), SHIPPED[*scene].as_bytes(), &[])?)
+    };
+    EXERCISES.iter().map(bundle).collect()
+}
+
+/// The axial law of a scene's nominal patient.
+pub fn axial(scene: &Scene) -> AxialSpec {
+    scene.axial_spec(&Patient::nominal(scene))
+}
+
+/// What an exercise has punctured: the nominal patient of its scene.
+///
+/// # Errors
+/// When the scene is refused.
+pub fn nominal(bundle: &ExerciseBundle) -> Result<Specimen, BenchError> {
+    Specimen::new(bundle.specimen_spec(&Patient::nominal(&bundle.scene))).map_err(BenchError::work)
+}
+
+fn bundle(scene: &str) -> Result<ExerciseBundle, BenchError> {
+    Ok(ExerciseBundle::from_parts(EXERCISE.as_bytes(), scene.as_bytes(), &[])?)
+}
+
+/// The same session every time, at a tick rate in Hz: what is measured must not depend on the clock.
+pub fn session(bundle: &ExerciseBundle, tick_hz: f64) -> Session {
+    Session {
+        session_id: Uuid::nil(),
+        exercise_id: bundle.exercise.id.clone(),
+        exercise_sha256: bundle.exercise.sha256.clone(),
+        scene_sha256: bundle.scene.sha256.clone(),
+        simulator_version: env!("CARGO_PKG_VERSION").to_owned(),
+        git: String::new(),
+        device: "operator:bench".to_owned(),
+        device_max_force_n: f64::INFINITY,
+        law: bundle.scene.law,
+        judging: law::Judging::default(),
+        tick_hz,
+        seed: 0,
+        trainee: String::new(),
+        started_at: OffsetDateTime::UNIX_EPOCH,
+        patient_thickness_mm: Patient::nominal(&bundle.scene).thickness_mm,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn every_shipped_scene_is_measured() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/scenes");
+        let files = fs::read_dir(folder).expect("the shipped scenes").map(|entry| entry.expect("a file").path());
+        let scenes = files.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
+        let on_disk: BTreeSet<String> = scenes.map(|path| fs::read_to_string(path).expect("a scene")).collect();
+        assert_eq!(on_disk, SHIPPED.map(str::to_owned).into());
+    }
+
+    /// The exercises of a folder, by id, with the scene that each names.
+    fn on_disk(folder: &Path) -> BTreeSet<(String, String)> {
+        let mut found = BTreeSet::new();
+        for entry in fs::read_dir(folder).expect("the shipped documents") {
+            let path = entry.expect("a file").path();
+            if path.is_dir() {
+                found.extend(on_disk(&path));
+            } else if let Ok(bundle) = ExerciseBundle::read(&path) {
+                found.insert((bundle.exercise.id, bundle.scene.id));
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn every_shipped_exercise_is_measured_in_its_own_scene() {
+        let bundles = exercises().expect("sound");
+        let measured: BTreeSet<_> = bundles.into_iter().map(|bundle| (bundle.exercise.id, bundle.scene.id)).collect();
+        assert_eq!(on_disk(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula")), measured);
+    }
+}

@@ -1,0 +1,64 @@
+//! How long something takes: medians of many repeats, for machines are noisy.
+
+use tissue::axisymmetric::Superposed;
+use tissue::{FieldModel, Problem};
+
+use crate::clock;
+
+/// Repeats and time spent on one figure.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Fewest repeats.
+    pub least: usize,
+    /// Most repeats.
+    pub most: usize,
+    /// Beyond the fewest repeats, time after which no more are made, in s.
+    pub budget_s: f64,
+}
+
+impl Effort {
+    /// For a figure that a person waits for.
+    pub const SHORT: Self = Self { least: 5, most: 2001, budget_s: 0.05 };
+
+    /// The same for what may take seconds: once is enough of that.
+    pub const SLOW: Self = Self { least: 1, ..Self::SHORT };
+}
+
+/// What `work` returns, and how long it took, in s.
+pub fn once<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    let start = clock::instant();
+    let result = work();
+    (result, start.elapsed().as_secs_f64())
+}
+
+/// Median time of one call, in s. Calls shorter than reading the clock, tens of nanoseconds, are timed in batches.
+pub fn median_s(effort: Effort, mut work: impl FnMut()) -> f64 {
+    /// A batch lasts at least this long, in s, so that reading the clock is less than a hundredth of it.
+    const BATCH_S: f64 = 5e-6;
+    let (_, first_s) = once(&mut work);
+    let batch = (BATCH_S / first_s.max(1e-9)).ceil().max(1.0) as usize;
+    let start = clock::instant();
+    let mut times = Vec::with_capacity(effort.most);
+    while times.len() < effort.most && (times.len() < effort.least || start.elapsed().as_secs_f64() < effort.budget_s) {
+        let ((), time_s) = once(|| (0..batch).for_each(|_| work()));
+        times.push(time_s / batch as f64);
+    }
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
+/// What a tick pays for all samples, in s: responses to unit loads, computed once, times the load.
+pub fn answer_s(field: &mut dyn FieldModel, problem: &Problem, force_n: f64) -> f64 {
+    let points: Vec<[f64; 2]> = points(problem).collect();
+    let superposed = Superposed::new(&mut [field], &points);
+    let mut displacements = vec![[0.0; 2]; points.len()];
+    median_s(Effort::SHORT, || {
+        superposed.answer(&[std::hint::black_box(force_n)], &mut displacements);
+        std::hint::black_box(&displacements);
+    })
+}
+
+/// Radius and depth of every sample, in m, a depth after the other.
+fn points(problem: &Problem) -> impl Iterator<Item = [f64; 2]> {
+    problem.sample_depth_m.iter().flat_map(|&depth_m| problem.sample_r_m.iter().map(move |&r_m| [r_m, depth_m]))
+}

@@ -1,0 +1,170 @@
+//! `stylet bench`: speed against error, as CSV, Markdown and SVG plots. What is measured, and how, is the bench's; here is what this
+//! program adds: the call, and the servo and picture that two of the reports are of.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use ::bench::error::BenchError;
+use ::bench::report::{DeviceAttempt, OngoingAttempt, Program, ReportOrder, Subject, read_peers};
+use ::render::frame::{Frame, Stage};
+use clap::ValueEnum;
+use documents::ExerciseBundle;
+use haptics::device::Device;
+use haptics::mapping::Mapping;
+use haptics::servo::{Driven, Report};
+use tissue::Specimen;
+
+use crate::exit::{Failure, Outcome};
+use crate::live::{Finished, Live, Trial};
+use crate::picture::{Look, Moment};
+use crate::{new_file, output, picture};
+
+/// Measure speed and error, and write CSV, Markdown and plots
+///
+/// force: error of the force law against tick rate and speed, time per tick, force against depth, what an encoder's steps make of
+/// it. field: error of the tissue's displacement against unknowns, set-up and time per solve, for every model, with the planner's
+/// choice marked, and other solvers in the same plots and tables with --peers. estimates: the error that a field claims against the error that it has, on a thousand
+/// random tissues; exit 1 when a bound is exceeded. coupling: error of the force that the field carries against its rate. recording:
+/// size, time to write a tick, speed of simulating, time and memory to read and score. servo: a minute at 1 kHz on the clock, how
+/// late ticks begin and what they take. hiccup: what the hand is given when its device falters or is lost in the tissue. render:
+/// time of a frame, for every view and step of quality. hard-cases: every hard case with its bound and what was measured. soak: ten
+/// minutes of random needle motion on every shipped scene. operators: forces and overshoots of the virtual hands at every shipped
+/// exercise. calibrate: how often the 95 % intervals of fitted curves hold what the curves were made from, and whether wrong minima
+/// are said. metrics: whether the metrics of scores tell virtual experts from novices and agree with themselves, and what tremor
+/// and rate do to them. Use a release build for figures to report.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  stylet bench --out bench")]
+pub struct Args {
+    /// What to measure
+    #[arg(default_value = "all")]
+    what: What,
+    /// Folder for the results; created if need be, older results in it are replaced
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Measure a hundredth of it, to see that it works
+    #[arg(long)]
+    quick: bool,
+    /// With `field` or `all`: what other solvers reach, as tests/peers/run measures it, in the same plots and tables
+    #[arg(long, value_name = "CSV")]
+    peers: Option<PathBuf>,
+}
+
+/// What can be measured.
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+enum What {
+    /// Everything
+    All,
+    /// The force law
+    Force,
+    /// The deforming tissue
+    Field,
+    /// Claimed against true error on random tissues; exit 1 when a bound is exceeded
+    Estimates,
+    /// The force law and the tissue at their two rates
+    Coupling,
+    /// Recordings
+    Recording,
+    /// The interactive servo, on the clock
+    Servo,
+    /// A device that falters or is lost in the tissue
+    Hiccup,
+    /// The picture
+    Render,
+    /// The hard cases; exit 1 when one exceeds its bound
+    HardCases,
+    /// Random needle motion; exit 1 when a bound is exceeded
+    Soak,
+    /// The virtual hands; exit 1 when one goes in beyond the hub
+    Operators,
+    /// Fits of curves whose truth is known; exit 1 when intervals hold it too seldom or a wrong minimum is not said
+    Calibrate,
+    /// The metrics of scores, by virtual novices and experts
+    Metrics,
+}
+
+impl What {
+    /// What is reported on, in the order in which it is.
+    fn subjects(self) -> Vec<Subject> {
+        let one = |subject: &Subject| self.to_possible_value().is_some_and(|value| value.get_name() == subject.name());
+        Subject::ALL.into_iter().filter(|subject| self == Self::All || one(subject)).collect()
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args) -> Outcome {
+    if args.peers.is_some() && !matches!(args.what, What::All | What::Field) {
+        return Err(Failure::input("--peers: other solvers answer the cases of `field` alone"));
+    }
+    let peers = args.peers.as_deref().map_or(Ok(Vec::new()), read_peers)?;
+    new_file::create_folder(&args.out)?;
+    let order = ReportOrder { folder: &args.out, quick: args.quick, peers: &peers, program: &ThisProgram };
+    let mut written = Vec::new();
+    for subject in args.what.subjects() {
+        written.extend(subject.report(&order)?);
+    }
+    output::with(|out| written.iter().try_for_each(|path| writeln!(out, "{}", path.display())))
+}
+
+impl From<BenchError> for Failure {
+    fn from(error: BenchError) -> Self {
+        match error {
+            BenchError::Input(lines) => Self::Input(lines),
+            BenchError::Work(lines) => Self::Work(lines),
+        }
+    }
+}
+
+impl From<Failure> for BenchError {
+    fn from(failure: Failure) -> Self {
+        match failure {
+            Failure::Input(lines) => Self::Input(lines),
+            Failure::Work(lines) => Self::Work(lines),
+            other @ (Failure::Found | Failure::ReaderGone) => Self::work(other),
+        }
+    }
+}
+
+/// Servo and picture as `stylet play` has them.
+struct ThisProgram;
+
+impl Program for ThisProgram {
+    fn stage(&self, bundle: &ExerciseBundle, specimen: &Specimen) -> Result<Stage, BenchError> {
+        Ok(picture::stage(Path::new("shipped scene"), bundle, specimen)?)
+    }
+
+    fn still(&self, bundle: &ExerciseBundle) -> Frame {
+        Moment::before(bundle, &[]).frame(&Look::at(&bundle.scene, true), target_depth_m(bundle))
+    }
+
+    fn begin(&self, attempt: DeviceAttempt, device: Box<dyn Device>) -> Result<Box<dyn OngoingAttempt>, BenchError> {
+        let DeviceAttempt { bundle, specimen, session, path } = attempt;
+        let trial = Trial { bundle, specimen: Arc::new(specimen), session, path, key: None };
+        Ok(Box::new(Live::start(trial, Mapping::in_patient_frame(), Driven::ByTimer(device))?))
+    }
+}
+
+impl OngoingAttempt for Live {
+    fn frame(&self) -> (Frame, f64) {
+        let moment = self.shown().moment.clone();
+        let bundle = &self.trial.bundle;
+        (moment.frame(&Look::at(&bundle.scene, true), target_depth_m(bundle)), moment.sample.t_s)
+    }
+
+    fn latest(&mut self) -> Option<(f64, u64)> {
+        Self::latest(self).map(|tick| (tick.record.t_s, tick.ticks))
+    }
+
+    fn has_ended(&self) -> bool {
+        self.servo().ended().is_some()
+    }
+
+    fn stop(self: Box<Self>) -> Result<Report, BenchError> {
+        let (_, Finished { report, kept }) = Self::stop(*self);
+        kept.map_err(|unsaved| BenchError::work(&unsaved.why))?;
+        report.ok_or_else(|| BenchError::work("the servo was stopped by a defect"))
+    }
+}
+
+fn target_depth_m(bundle: &ExerciseBundle) -> f64 {
+    bundle.exercise.target_depth_mm * 1e-3
+}

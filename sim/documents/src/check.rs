@@ -1,0 +1,188 @@
+//! What `stylet check` asks beyond reading: whether the scenes are sound.
+
+use std::path::{Path, PathBuf};
+
+use law::axial::{AxialSpec, Contactor};
+use law::soundness::{self, Unsound};
+use phrase::{Phrase, phrase};
+use tissue::follow::FollowError;
+
+use crate::describe::{EXERCISE, SCENE};
+use crate::error::{DocumentError, Issue, Remark};
+use crate::load::{Document, ExerciseBundle, beside, read, read_file};
+use crate::model::Scene;
+use crate::patient::Patient;
+use crate::source::Source;
+use crate::walk::Walked;
+
+/// A rupture that would create force or energy, and where.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// In which patient: the nominal, the thinnest or the thickest.
+    pub patient: Phrase,
+    /// On a path at this angle to the surface normal, in degrees.
+    pub angle_deg: f64,
+    /// The rupture.
+    pub unsound: Unsound,
+}
+
+impl Scene {
+    /// Every unsound rupture, each once, in the first place that has it: the nominal patient, the thinnest and the thickest
+    /// of the spread, each met perpendicularly and at `angle_deg` to the surface normal.
+    ///
+    /// # Errors
+    /// When no model of a coupled tissue can be had.
+    pub fn soundness(&self, angle_deg: f64) -> Result<Vec<Finding>, FollowError> {
+        let [thinnest, thickest] = Patient::extremes(self);
+        let patients = [
+            (phrase!("nominal"), Patient::nominal(self)),
+            (phrase!("thinnest"), thinnest),
+            (phrase!("thickest"), thickest),
+        ];
+        let angles_deg = if angle_deg == 0.0 { vec![0.0] } else { vec![0.0, angle_deg] };
+        let mut findings: Vec<Finding> = Vec::new();
+        for (patient, drawn) in patients {
+            for &angle_deg in &angles_deg {
+                let axial = self.coupled_spec(&drawn, angle_deg)?;
+                for unsound in soundness::check(&along_path(axial, angle_deg)) {
+                    let is_same = |f: &Finding| {
+                        (f.unsound.boundary, f.unsound.contactor) == (unsound.boundary, unsound.contactor)
+                    };
+                    if !findings.iter().any(is_same) {
+                        findings.push(Finding { patient: patient.clone(), angle_deg, unsound });
+                    }
+                }
+            }
+        }
+        Ok(findings)
+    }
+}
+
+/// An axial law along a path at an angle to the surface normal, in degrees: every thickness is d/cos θ.
+#[must_use]
+pub fn along_path(mut spec: AxialSpec, angle_deg: f64) -> AxialSpec {
+    let along = 1.0 / libm::cos(angle_deg.to_radians());
+    spec.layers.iter_mut().for_each(|layer| layer.thickness_m *= along);
+    spec
+}
+
+/// Reads a document and all it names, and refuses unsound scenes.
+///
+/// # Errors
+/// Every issue found.
+pub fn check(path: &Path) -> Result<Document, DocumentError> {
+    let document = read(path)?;
+    let issues = unsound(path, &document)?;
+    if issues.is_empty() { Ok(document) } else { Err(DocumentError { issues }) }
+}
+
+/// An issue for each unsound rupture in the scenes of a document that was read from `path`.
+fn unsound(path: &Path, document: &Document) -> Result<Vec<Issue>, DocumentError> {
+    let mut issues: Vec<Issue> = Vec::new();
+    for (path, scene, angle_deg) in scenes(path, document) {
+        let source = || Source::new(&path.display().to_string(), &read_file(&path)?);
+        for issue in unsound_issues(scene, angle_deg, source)? {
+            let is_same = |i: &Issue| (&i.file, i.line, &i.field) == (&issue.file, issue.line, &issue.field);
+            if !issues.iter().any(is_same) {
+                issues.push(issue);
+            }
+        }
+    }
+    Ok(issues)
+}
+
+/// Every scene of a document with its path, and the angle at which it is met.
+fn scenes<'d>(path: &Path, document: &'d Document) -> Vec<(PathBuf, &'d Scene, f64)> {
+    let of_exercise = |path: &Path, bundle: &'d ExerciseBundle| {
+        (beside(path, &bundle.exercise.scene), &bundle.scene, bundle.exercise.angle_deg)
+    };
+    match document {
+        Document::Scene(scene) => vec![(path.to_owned(), scene.as_ref(), 0.0)],
+        Document::Exercise(bundle) => vec![of_exercise(path, bundle)],
+        Document::Curriculum(curriculum, bundles) => {
+            let entries = curriculum.entries.iter().zip(bundles);
+            entries.map(|(entry, bundle)| of_exercise(&beside(path, &entry.file), bundle)).collect()
+        }
+        Document::Instrument(_) => Vec::new(),
+    }
+}
+
+impl ExerciseBundle {
+    /// Remarks with their places in the exercise's document, which is called `file`, in its order.
+    ///
+    /// # Errors
+    /// When the document, read once already, is refused.
+    pub fn place(&self, file: &str, remarks: &[Remark]) -> Result<Vec<Issue>, DocumentError> {
+        if remarks.is_empty() {
+            return Ok(Vec::new());
+        }
+        let doc = Walked::new(Source::new(file, &self.exercise_bytes)?, &EXERCISE)?;
+        let issue = |Remark { field, found, allowed }: &Remark| doc.issue(field, found.clone(), allowed.clone());
+        let mut issues: Vec<Issue> = remarks.iter().map(issue).collect();
+        issues.sort_by_key(|issue| (issue.line, issue.column));
+        Ok(issues)
+    }
+
+    /// Every unsound rupture in its scene, placed in the scene's document.
+    ///
+    /// # Errors
+    /// When the document, read once already, is refused.
+    pub fn unsound(&self) -> Result<Vec<Issue>, DocumentError> {
+        let source = || Source::new("attached scene", &self.scene_bytes);
+        unsound_issues(&self.scene, self.exercise.angle_deg, source)
+    }
+}
+
+fn unsound_issues(
+    scene: &Scene,
+    angle_deg: f64,
+    source: impl FnOnce() -> Result<Source, DocumentError>,
+) -> Result<Vec<Issue>, DocumentError> {
+    let findings = scene.soundness(angle_deg);
+    if findings.as_ref().is_ok_and(Vec::is_empty) {
+        return Ok(Vec::new());
+    }
+    // The scene keeps no places: they are found again, only when there is something to place.
+    let doc = Walked::new(source()?, &SCENE)?;
+    Ok(match findings {
+        Ok(findings) => findings.iter().map(|finding| issue(&doc, scene, finding)).collect(),
+        Err(why) => {
+            let allowed = phrase!("allowed: a tissue that a model can be made of");
+            vec![doc.issue("tissue.coupling", why.in_words(), allowed)]
+        }
+    })
+}
+
+fn issue(doc: &Walked, scene: &Scene, finding: &Finding) -> Issue {
+    let Finding { patient, angle_deg, unsound } = finding;
+    let Unsound { boundary, layer, threshold_n, force_rise_n, energy_rise_mj, largest_sound_n, .. } = unsound;
+    let as_written = scene.layers.get(*boundary);
+    let (key, contactor, written_n) = match unsound.contactor {
+        Contactor::Tip => ("tip_rupture_n", phrase!("tip"), as_written.map(|l| l.tip_rupture_n)),
+        Contactor::Rim => ("rim_rupture_n", phrase!("rim"), as_written.map(|l| l.rim_rupture_n)),
+    };
+    let written_n = written_n.unwrap_or(*threshold_n);
+    // The document speaks of the reference needle and toughness; the rounding is downwards, so that the limit is sound.
+    let limit_n = (largest_sound_n * written_n / threshold_n * 1e4).floor() / 1e4;
+    let what = match scene.is_coupled() {
+        true => phrase!("{written} N is unsound with the field's stiffnesses", written = written_n),
+        false => phrase!("{written} N is unsound", written = written_n),
+    };
+    let found = phrase!(
+        "{what}: when the {contactor} opens boundary {boundary} ({layer}) of the {patient} patient at \
+         {angle}°, the force rises by {force_rise} N and the elastic energy by {energy_rise} mJ",
+        what = what,
+        contactor = contactor,
+        boundary = *boundary,
+        layer = layer.as_str(),
+        patient = patient.clone(),
+        angle = *angle_deg,
+        force_rise = Phrase::number(*force_rise_n, 4),
+        energy_rise = Phrase::number(*energy_rise_mj, 4)
+    );
+    let allowed = phrase!(
+        "the largest sound threshold is {limit} N; or a stiffer boundary, or a softer next layer",
+        limit = limit_n
+    );
+    doc.issue(&format!("layer[{boundary}].{key}"), found, allowed)
+}

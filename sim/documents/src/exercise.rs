@@ -1,0 +1,189 @@
+//! An exercise: what to do in a scene and how it is judged.
+
+use law::operator::Plan;
+use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::feedback::Feedback;
+
+/// One line of a rubric: 100 % at `full`, 0 % at `zero`, linear between, clamped.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RubricLine {
+    /// Metric id, for example `depth_error_mm`.
+    pub metric: String,
+    /// Version of the metric's definition; 1 where the document names none.
+    #[serde(default = "first", skip_serializing_if = "is_first")]
+    pub version: u32,
+    /// Value that earns everything, in the metric's unit. For a range metric, the distance from 0.
+    pub full: f64,
+    /// Value that earns nothing.
+    pub zero: f64,
+    /// Relative weight, > 0.
+    pub weight: f64,
+}
+
+/// A limit that fails the attempt whatever the score.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HardFail {
+    /// Metric id, for example `structure_hits.vessel` or `peak_force_n`.
+    pub metric: String,
+    /// Version of the metric's definition; 1 where the document names none.
+    #[serde(default = "first", skip_serializing_if = "is_first")]
+    pub version: u32,
+    /// The attempt fails when the value is above this.
+    pub above: f64,
+    /// Said to the trainee.
+    pub why: String,
+}
+
+/// The version that a document means which names none: such documents were written when there was no other, and their bytes must
+/// mean the same for ever.
+const fn first() -> u32 {
+    1
+}
+
+/// As serde asks: by reference.
+const fn is_first(version: &u32) -> bool {
+    *version == first()
+}
+
+/// What must have happened in an attempt before it earns anything.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Required {
+    /// Layer whose upper boundary the tip must have opened.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reached: Option<String>,
+    /// Largest distance of the depth at confirm from the target depth, in mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within_mm: Option<f64>,
+    /// The position must have been confirmed with the tip in the body.
+    pub confirmed: bool,
+    /// The needle must have left the body by the end.
+    pub withdrawn: bool,
+}
+
+/// A declarative coaching rule.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct CoachingRule {
+    /// Live quantity: `depth_mm`, `force_n`, `speed_mm_per_s` or `angle_error_deg`.
+    pub quantity: String,
+    /// Said when the quantity rises above this.
+    pub above: f64,
+    /// Armed again when it falls below this.
+    pub rearm_below: f64,
+    /// The message.
+    pub message: String,
+}
+
+/// A checked exercise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exercise {
+    /// Identifier.
+    pub id: String,
+    /// Title shown to people.
+    pub title: String,
+    /// Briefing shown before the attempt.
+    pub briefing: String,
+    /// Path of the scene document, relative to this document, as written.
+    pub scene: String,
+    /// Planned entry on the skin, patient frame, in mm.
+    pub entry_mm: [f64; 2],
+    /// Planned angle to the surface normal, in degrees, 0 ≤ θ ≤ 60.
+    pub angle_deg: f64,
+    /// Direction the needle leans towards, from patient +x to +y, in degrees.
+    pub azimuth_deg: f64,
+    /// Target depth along the axis, in mm.
+    pub target_depth_mm: f64,
+    /// Time limit, in s.
+    pub time_limit_s: f64,
+    /// What the trainee is given.
+    pub feedback: Feedback,
+    /// What must have happened before anything is earned; also: whether a boundary that was never opened earns nothing. Absent in a
+    /// document without the table, which is judged as it was before there was one.
+    pub required: Option<Required>,
+    /// Rubric; at least one line.
+    pub rubric: Vec<RubricLine>,
+    /// Hard fails.
+    pub hard_fails: Vec<HardFail>,
+    /// Score needed to pass, 0–100.
+    pub pass_mark: f64,
+    /// Coaching rules.
+    pub coaching: Vec<CoachingRule>,
+    /// Difficulty, 1–5.
+    pub difficulty: u8,
+    /// Lower-case hexadecimal SHA-256 of the document's bytes.
+    pub sha256: String,
+}
+
+impl Exercise {
+    /// Planned direction into the body, unit length, patient frame.
+    ///
+    /// The tip heads for the azimuth: at azimuth 0 an oblique needle goes in towards +x while its hub leans to −x.
+    #[must_use]
+    pub fn axis(&self) -> Vector3<f64> {
+        let (angle, azimuth) = (self.angle_deg.to_radians(), self.azimuth_deg.to_radians());
+        let sideways = libm::sin(angle);
+        Vector3::new(sideways * libm::cos(azimuth), sideways * libm::sin(azimuth), -libm::cos(angle))
+    }
+
+    /// Planned entry, in m, patient frame.
+    #[must_use]
+    pub fn entry_m(&self) -> Point3<f64> {
+        Point3::new(self.entry_mm[0] * 1e-3, self.entry_mm[1] * 1e-3, 0.0)
+    }
+
+    /// Planned position of the tip at the target, in m, patient frame.
+    #[must_use]
+    pub fn target_m(&self) -> Point3<f64> {
+        self.entry_m() + self.axis() * (self.target_depth_mm * 1e-3)
+    }
+
+    /// What a virtual operator intends: from 10 mm above the skin to the target, a hold of 2 s, and out again.
+    #[must_use]
+    pub fn plan(&self) -> Plan {
+        Plan {
+            entry_m: self.entry_m(),
+            axis: self.axis(),
+            target_x_m: self.target_depth_mm * 1e-3,
+            approach_m: 0.010,
+            hold_s: 2.0,
+            reach_m: f64::INFINITY,
+        }
+    }
+
+    /// Takes over what decides a score from another exercise; what was asked of the trainee stays.
+    pub fn judge_by(&mut self, other: &Self) {
+        self.required.clone_from(&other.required);
+        self.rubric.clone_from(&other.rubric);
+        self.hard_fails.clone_from(&other.hard_fails);
+        self.pass_mark = other.pass_mark;
+    }
+
+    /// Lower-case hexadecimal SHA-256 of the rubric in canonical form: lines, hard fails, pass mark and what is required, and
+    /// nothing else.
+    ///
+    /// Canonical form: compact JSON with its keys in the order of [`Judgement`]'s fields, every number in the shortest
+    /// form that reads back to the same f64; a version of 1 and an absent `[required]` are left out. A comment, a briefing or another order of keys changes nothing.
+    #[must_use]
+    pub fn rubric_sha256(&self) -> String {
+        let judgement = Judgement {
+            rubric: &self.rubric,
+            hard_fail: &self.hard_fails,
+            pass_mark: self.pass_mark,
+            required: self.required.as_ref(),
+        };
+        // A judgement holds only text and numbers under text keys: its serialisation has no way to fail.
+        hex::encode(Sha256::digest(serde_json::to_vec(&judgement).unwrap_or_default()))
+    }
+}
+
+/// What decides a score, in canonical order.
+#[derive(Serialize)]
+struct Judgement<'e> {
+    rubric: &'e [RubricLine],
+    hard_fail: &'e [HardFail],
+    pass_mark: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    required: Option<&'e Required>,
+}

@@ -1,0 +1,46 @@
+//! Documents: scenes, exercises, curricula and instruments in TOML. Parses, refuses with the place, yields the parameters of the law and of the tissue.
+//!
+//! Documents speak millimetres and newtons; [`Scene::specimen_spec`] yields SI.
+
+pub mod check;
+pub mod curriculum;
+pub mod error;
+pub mod exercise;
+mod feedback;
+pub mod field_case;
+pub mod force_case;
+pub mod instrument;
+pub mod load;
+pub mod metrics;
+pub mod model;
+pub mod patient;
+pub mod rewrite;
+pub mod schema;
+
+mod describe;
+#[cfg(test)]
+mod handbook;
+mod json;
+mod mesh;
+mod read_anatomy;
+mod read_curriculum;
+mod read_exercise;
+mod read_instrument;
+mod read_scene;
+mod scaling;
+mod source;
+mod suggest;
+mod tissue;
+mod walk;
+
+pub use check::{along_path, check};
+pub use curriculum::{Curriculum, MasteryRule};
+pub use error::{DocumentError, Issue, Remark};
+pub use exercise::{CoachingRule, Exercise, HardFail, Required, RubricLine};
+pub use feedback::{Channel, Feedback};
+pub use instrument::Instrument;
+pub use law::structures::{Shape, StructureKind, StructureSpec};
+pub use load::{Document, DocumentKind, ExerciseBundle};
+pub use model::{Needle, Scene, SceneLayer, SceneSkin, SceneStructure, TissueOptions};
+pub use patient::Patient;
+pub use schema::schema;

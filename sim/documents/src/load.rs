@@ -1,0 +1,239 @@
+//! From files or attachments to checked documents.
+
+use std::path::{Path, PathBuf};
+
+use law::Judging;
+use law::operator::Plan;
+use phrase::{Phrase, phrase};
+use tissue::SpecimenSpec;
+use toml::de::DeTable;
+
+use crate::curriculum::Curriculum;
+use crate::error::{DocumentError, Issue};
+use crate::exercise::Exercise;
+use crate::instrument::Instrument;
+use crate::model::Scene;
+use crate::patient::Patient;
+use crate::read_curriculum::read_curriculum;
+use crate::read_exercise::read_exercise;
+use crate::read_instrument::read_instrument;
+use crate::read_scene::{Files, read_scene};
+use crate::source::Source;
+use crate::walk::{self, NamedError};
+
+/// The kinds of document.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DocumentKind {
+    /// A scene.
+    Scene,
+    /// An exercise.
+    Exercise,
+    /// A curriculum.
+    Curriculum,
+    /// An instrument (a questionnaire).
+    Instrument,
+}
+
+/// A document of any kind.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Document {
+    /// A scene with its meshes.
+    Scene(Box<Scene>),
+    /// An exercise with its scene.
+    Exercise(Box<ExerciseBundle>),
+    /// A curriculum with its exercises.
+    Curriculum(Box<Curriculum>, Vec<ExerciseBundle>),
+    /// An instrument.
+    Instrument(Box<Instrument>),
+}
+
+/// An exercise, its scene and every byte they were read from: what a recording attaches.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExerciseBundle {
+    /// The exercise.
+    pub exercise: Exercise,
+    /// Its scene.
+    pub scene: Scene,
+    /// The exercise document, byte for byte.
+    pub exercise_bytes: Vec<u8>,
+    /// The scene document, byte for byte.
+    pub scene_bytes: Vec<u8>,
+    /// Each mesh: file name as the scene names it, and its bytes.
+    pub meshes: Vec<(String, Vec<u8>)>,
+}
+
+/// A scene with every byte it was read from.
+struct SceneParts {
+    scene: Scene,
+    bytes: Vec<u8>,
+    meshes: Files,
+}
+
+impl ExerciseBundle {
+    /// Reads an exercise and all it names from disk.
+    ///
+    /// # Errors
+    /// Every issue found.
+    pub fn read(path: &Path) -> Result<Self, DocumentError> {
+        Self::from_disk(path, read_file(path)?)
+    }
+
+    /// What an attempt at it is simulated with, and verified with: the scene for a patient, met at the exercise's angle.
+    #[must_use]
+    pub fn specimen_spec(&self, patient: &Patient) -> SpecimenSpec {
+        self.scene.specimen_spec(patient, self.exercise.angle_deg)
+    }
+
+    /// What a virtual operator intends at it, with the scene's needle in its hand.
+    #[must_use]
+    pub fn plan(&self) -> Plan {
+        Plan { reach_m: self.scene.needle.length_mm * 1e-3, ..self.exercise.plan() }
+    }
+
+    /// What a recording of it is verified with: its field judged as it was when the recording was made.
+    #[must_use]
+    pub fn recorded_spec(&self, patient: &Patient, judging: Judging) -> SpecimenSpec {
+        let mut spec = self.specimen_spec(patient);
+        spec.tissue.iter_mut().for_each(|tissue| tissue.judging = judging);
+        spec
+    }
+
+    fn from_disk(path: &Path, bytes: Vec<u8>) -> Result<Self, DocumentError> {
+        Self::assemble(&path.display().to_string(), bytes, |scene| read_named(path, scene, scene_from_disk))
+    }
+
+    /// Rebuilds it from a recording's attachments.
+    ///
+    /// # Errors
+    /// Every issue found; a mesh that the scene names and `meshes` lacks is one.
+    pub fn from_parts(exercise: &[u8], scene: &[u8], meshes: &[(String, Vec<u8>)]) -> Result<Self, DocumentError> {
+        let find = |file: &str| {
+            let found = meshes.iter().find(|(name, _)| name == file);
+            found.map(|(_, bytes)| bytes.clone()).ok_or_else(|| phrase!("not attached"))
+        };
+        Self::assemble("attached exercise", exercise.to_vec(), |_| {
+            let source = Source::new("attached scene", scene).map_err(NamedError::Refused)?;
+            let (parsed, meshes) = read_scene(source, &find).map_err(NamedError::Refused)?;
+            Ok(SceneParts { scene: parsed, bytes: scene.to_vec(), meshes })
+        })
+    }
+
+    fn assemble(
+        file: &str,
+        exercise_bytes: Vec<u8>,
+        read_scene: impl FnOnce(&str) -> Result<SceneParts, NamedError>,
+    ) -> Result<Self, DocumentError> {
+        let source = Source::new(file, &exercise_bytes)?;
+        let (exercise, parts) = read_exercise(source, read_scene, |parts| &parts.scene)?;
+        let SceneParts { scene, bytes: scene_bytes, meshes } = parts;
+        Ok(Self { exercise, scene, exercise_bytes, scene_bytes, meshes })
+    }
+}
+
+/// Reads a document of any kind, telling the kind from its keys.
+///
+/// # Errors
+/// Every issue found.
+pub fn read(path: &Path) -> Result<Document, DocumentError> {
+    let bytes = read_file(path)?;
+    let source = Source::new(&path.display().to_string(), &bytes)?;
+    match kind_of(&walk::parse(&source)?) {
+        Some(DocumentKind::Scene) => Ok(Document::Scene(Box::new(scene_from_disk(path, bytes)?.scene))),
+        Some(DocumentKind::Exercise) => Ok(Document::Exercise(Box::new(ExerciseBundle::from_disk(path, bytes)?))),
+        Some(DocumentKind::Curriculum) => {
+            let (curriculum, bundles) =
+                read_curriculum(source, |file| read_named(path, file, ExerciseBundle::from_disk))?;
+            Ok(Document::Curriculum(Box::new(curriculum), bundles))
+        }
+        Some(DocumentKind::Instrument) => Ok(Document::Instrument(Box::new(read_instrument(source)?))),
+        None => Err(source
+            .issue(
+                0,
+                "document",
+                phrase!("of no kind that is known"),
+                phrase!(
+                    "a scene has [[layer]], an exercise has scene, a curriculum has [[exercise]], an instrument has [[item]]"
+                ),
+            )
+            .into()),
+    }
+}
+
+/// Reads a scene from a text, as if it stood at `path`: that names it in errors, and its meshes lie beside it.
+///
+/// # Errors
+/// Every issue found.
+pub fn read_scene_text(path: &Path, text: &str) -> Result<Scene, DocumentError> {
+    scene_from_disk(path, text.as_bytes().to_vec()).map(|parts| parts.scene)
+}
+
+/// The kind of a document: the first that has one of its telling keys.
+///
+/// The key that every document of a kind needs comes first; the others tell the kind of one that lacks it, so that the
+/// lack is reported as what it is.
+fn kind_of(document: &DeTable<'_>) -> Option<DocumentKind> {
+    const TELLING: [(DocumentKind, &[&str]); 8] = [
+        (DocumentKind::Scene, &["layer"]),
+        (DocumentKind::Exercise, &["scene"]),
+        (DocumentKind::Curriculum, &["exercise", "exercises"]),
+        (DocumentKind::Instrument, &["item", "items"]),
+        (DocumentKind::Scene, &["layers", "needle", "structure", "tissue", "rate"]),
+        (DocumentKind::Exercise, &["rubric", "target", "entry", "hard_fail", "coaching", "pass_mark"]),
+        (DocumentKind::Curriculum, &["mastery"]),
+        (DocumentKind::Instrument, &["languages", "licence", "scale", "section", "score"]),
+    ];
+    let has = |key: &&str| document.keys().any(|k| k.get_ref() == *key);
+    TELLING.iter().find(|(_, keys)| keys.iter().any(has)).map(|(kind, _)| *kind)
+}
+
+impl Curriculum {
+    /// Reads a curriculum whose exercises are at hand: `find` gives the one that stands under a file's name.
+    ///
+    /// # Errors
+    /// Every issue found; a name that `find` does not know is one.
+    pub fn from_parts(document: &[u8], find: impl Fn(&str) -> Option<ExerciseBundle>) -> Result<Self, DocumentError> {
+        let missing = |file: &str| NamedError::Missing(phrase!("{file}: no exercise of this name", file = file));
+        let source = Source::new("course", document)?;
+        let (curriculum, _) = read_curriculum(source, |file| find(file).ok_or_else(|| missing(file)))?;
+        Ok(curriculum)
+    }
+}
+
+fn scene_from_disk(path: &Path, bytes: Vec<u8>) -> Result<SceneParts, DocumentError> {
+    let source = Source::new(&path.display().to_string(), &bytes)?;
+    let find = |file: &str| std::fs::read(beside(path, file)).map_err(Phrase::data);
+    let (scene, meshes) = read_scene(source, &find)?;
+    Ok(SceneParts { scene, bytes, meshes })
+}
+
+/// Reads a document that another one names.
+fn read_named<T>(
+    naming: &Path,
+    file: &str,
+    read: impl FnOnce(&Path, Vec<u8>) -> Result<T, DocumentError>,
+) -> Result<T, NamedError> {
+    let path = beside(naming, file);
+    let bytes =
+        std::fs::read(&path).map_err(|e| NamedError::Missing(Phrase::data(format_args!("{}: {e}", path.display()))))?;
+    read(&path, bytes).map_err(NamedError::Refused)
+}
+
+/// The path of a file that a document names relative to itself.
+#[must_use]
+pub fn beside(document: &Path, file: &str) -> PathBuf {
+    document.parent().unwrap_or(Path::new("")).join(file)
+}
+
+pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, DocumentError> {
+    std::fs::read(path).map_err(|e| {
+        let issue = Issue {
+            file: path.display().to_string(),
+            line: 1,
+            column: 1,
+            field: "document".to_owned(),
+            found: Phrase::data(e),
+            allowed: phrase!("allowed: a readable TOML document"),
+        };
+        issue.into()
+    })
+}

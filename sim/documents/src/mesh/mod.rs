@@ -1,0 +1,146 @@
+//! Triangle meshes of structures and of the skin: read from a file, turned into the patient frame, checked.
+
+mod axes;
+mod file;
+mod skin;
+mod topology;
+
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+
+use law::structures::{Shape, Surface};
+use nalgebra::{Point3, Vector3};
+use phrase::{Phrase, phrase};
+
+pub(crate) use axes::Axes;
+
+/// What the mesh of a structure must be, in words.
+pub(crate) fn allowed_solid() -> Phrase {
+    phrase!(
+        "allowed: an STL (.stl, binary or text) or OBJ (.obj) file, closed, manifold, counter-clockwise seen from outside, of \
+         0.1 mm to 1000 mm, at most 200000 triangles"
+    )
+}
+
+/// What the mesh of the skin must be, in words.
+pub(crate) fn allowed_skin() -> Phrase {
+    phrase!(
+        "allowed: an STL (.stl, binary or text) or OBJ (.obj) file, manifold, counter-clockwise seen from outside, of 20 mm \
+         to 2000 mm, at most 200000 triangles, within 5 mm of the origin"
+    )
+}
+
+const MOST_TRIANGLES: usize = 200_000;
+const SOLID_SIZE_M: RangeInclusive<f64> = 1e-4..=1.0;
+const SKIN_SIZE_M: RangeInclusive<f64> = 0.02..=2.0;
+
+/// What a file does not say of its coordinates.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Coordinates {
+    /// They are in mm, or else in m.
+    pub in_mm: bool,
+    /// Where they point.
+    pub axes: Axes,
+}
+
+/// Corners and triangles as a file has them.
+struct Raw {
+    corners: Vec<[f32; 3]>,
+    triangles: Vec<[usize; 3]>,
+}
+
+/// The solid in a file, which is known by its name and bytes.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub(crate) fn solid(file: (&str, &[u8]), coordinates: Coordinates) -> Result<Shape, Phrase> {
+    let (vertices_m, triangles) = surface(file, coordinates, &SOLID_SIZE_M)?;
+    let open = topology::check_manifold(&triangles)?;
+    if open > 0 {
+        return Err(phrase!("a mesh that is not closed ({open} open edges)", open = open));
+    }
+    if volume_m3(&vertices_m, &triangles) <= 0.0 {
+        return Err(phrase!("a mesh that is inside out: its triangles run clockwise seen from outside"));
+    }
+    Ok(Shape::Mesh { vertices_m, triangles })
+}
+
+/// The skin in a file, which is known by its name and bytes, with the origin of its mesh at a place in m, patient frame.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub(crate) fn skin(
+    file: (&str, &[u8]),
+    coordinates: Coordinates,
+    position_m: &Vector3<f64>,
+) -> Result<Surface, Phrase> {
+    let (mut vertices_m, triangles) = surface(file, coordinates, &SKIN_SIZE_M)?;
+    topology::check_manifold(&triangles)?;
+    for vertex in &mut vertices_m {
+        *vertex += position_m;
+    }
+    skin::check_over_origin(&vertices_m, &triangles)?;
+    Ok((vertices_m, triangles))
+}
+
+/// Vertices in m along the patient's axes, each once, and triangles.
+fn surface(
+    (name, bytes): (&str, &[u8]),
+    coordinates: Coordinates,
+    allowed_m: &RangeInclusive<f64>,
+) -> Result<Surface, Phrase> {
+    let raw = file::parse(name, bytes)?;
+    if raw.triangles.is_empty() {
+        return Err(phrase!("a mesh without triangles"));
+    }
+    if raw.triangles.len() > MOST_TRIANGLES {
+        return Err(phrase!("{count} triangles", count = raw.triangles.len()));
+    }
+    let per_m = if coordinates.in_mm { 1e3 } else { 1.0 };
+    let turned = |corner: &[f32; 3]| coordinates.axes.to_patient(corner.map(|c| f64::from(c) / per_m));
+    let corners: Vec<Point3<f64>> = raw.corners.iter().map(turned).collect();
+    check_size(&corners, allowed_m)?;
+    let (vertices_m, index) = merge(&corners);
+    Ok((vertices_m, raw.triangles.iter().map(|t| t.map(|corner| index[corner])).collect()))
+}
+
+fn check_size(corners: &[Point3<f64>], allowed_m: &RangeInclusive<f64>) -> Result<(), Phrase> {
+    if let Some(corner) = corners.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
+        return Err(phrase!("a vertex that is not finite (number {number})", number = corner + 1));
+    }
+    let extent = |axis: usize| {
+        let (least, most) =
+            corners.iter().map(|p| p[axis]).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), c| (a.min(c), b.max(c)));
+        most - least
+    };
+    let size_m = (0..3).map(extent).fold(0.0, f64::max);
+    if allowed_m.contains(&size_m) {
+        Ok(())
+    } else {
+        Err(phrase!("a mesh of {size} mm; is its unit right?", size = (size_m * 1e6).round() / 1e3))
+    }
+}
+
+/// Vertices without repetition, and the new index of each old one.
+///
+/// An STL file repeats a vertex in each of its triangles, and its reader takes −0 and 0 for two; an OBJ file repeats
+/// those along the seams of a texture.
+fn merge(corners: &[Point3<f64>]) -> (Vec<Point3<f64>>, Vec<u32>) {
+    let (mut unique, mut known) = (Vec::new(), BTreeMap::new());
+    let index = corners
+        .iter()
+        .map(|p| {
+            *known.entry([p.x, p.y, p.z].map(|c| (c + 0.0).to_bits())).or_insert_with(|| {
+                unique.push(*p);
+                (unique.len() - 1) as u32
+            })
+        })
+        .collect();
+    (unique, index)
+}
+
+/// Volume by the divergence theorem, in m³; positive when triangles run counter-clockwise seen from outside.
+fn volume_m3(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> f64 {
+    let corner = |v: u32| vertices[v as usize].coords;
+    triangles.iter().map(|&[a, b, c]| corner(a).dot(&corner(b).cross(&corner(c))) / 6.0).sum()
+}

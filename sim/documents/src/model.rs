@@ -1,0 +1,142 @@
+//! A scene: layers, needle, structures, tissue options.
+
+use law::axial::ForceLaw;
+use law::structures::{StructureKind, StructureSpec};
+use nalgebra::Point3;
+use serde::Deserialize;
+
+/// A layer as its author wrote it: at 2.0 mm diameter, diamond tip, lubrication 1, toughness 1.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct SceneLayer {
+    /// Name, unique in the scene.
+    pub name: String,
+    /// Thickness, in mm; 0 for a fascia that only has thresholds.
+    pub thickness_mm: f64,
+    /// Spread of the thickness between patients (uniform, ±), in mm.
+    pub thickness_spread_mm: f64,
+    /// Boundary stiffness, in N/m.
+    pub stiffness_n_per_m: f64,
+    /// Damping per inserted length, in N·s/m².
+    pub damping_n_s_per_m2: f64,
+    /// Tip threshold, in N.
+    pub tip_rupture_n: f64,
+    /// Rim threshold, in N; 0 where the needle has no rim and the scene states none.
+    #[serde(default)]
+    pub rim_rupture_n: f64,
+    /// Friction, in N/m.
+    pub friction_n_per_m: f64,
+    /// Cutting force, in N.
+    pub cutting_n: f64,
+    /// Density, in kg/m³.
+    pub density_kg_per_m3: f64,
+    /// Poisson ratio.
+    pub poisson_ratio: f64,
+    /// Young's modulus, in Pa, where the scene states it.
+    pub youngs_modulus_pa: Option<f64>,
+    /// Factor on P, c and f.
+    pub toughness_factor: f64,
+    /// Recoil time, in s, where the scene states it.
+    pub recoil_time_s: Option<f64>,
+    /// Texture for the picture: `skin`, `fat`, `muscle`, `fascia`, ….
+    pub texture: String,
+    /// Where the numbers come from.
+    pub source: String,
+}
+
+/// The needle.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Needle {
+    /// `trocar` or `needle`.
+    pub kind: String,
+    /// Diameter, in mm.
+    pub diameter_mm: f64,
+    /// Exponent p of P, f ∝ D^p.
+    pub diameter_exponent: f64,
+    /// Tip type: diamond, bevel, conical or blunt.
+    pub tip: String,
+    /// Tip-to-rim distance, in mm; 0 is a single contactor.
+    #[serde(default)]
+    pub tip_to_rim_mm: f64,
+    /// Length, in mm.
+    pub length_mm: f64,
+    /// Factor on c: 0.5 lubricated, 1, 1.5 dry.
+    pub lubrication: f64,
+    /// A bending beam on the foundation.
+    pub flexible: bool,
+    /// Young's modulus of the shaft, in Pa. Only a shaft that bends has a use for it.
+    pub youngs_modulus_pa: f64,
+    /// Bore of the shaft, in mm; 0 is solid.
+    pub inner_diameter_mm: f64,
+    /// Presliding stiffness, in N/m.
+    pub presliding_stiffness_n_per_m: f64,
+    /// Window that speed is measured over, in ms; 0 is the last two samples.
+    pub speed_window_ms: f64,
+    /// Lateral foundation, in N/m².
+    pub lateral_stiffness_n_per_m2: f64,
+}
+
+/// A structure inside the body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneStructure {
+    /// Its shape and place, in SI and the patient frame.
+    pub spec: StructureSpec,
+    /// File name of its mesh, for a mesh.
+    pub mesh_file: Option<String>,
+}
+
+impl SceneStructure {
+    /// What it is to the exercise.
+    #[must_use]
+    pub fn kind(&self) -> StructureKind {
+        self.spec.kind
+    }
+}
+
+/// The skin's own shape. It is for the picture: to the force law the skin is the plane z = 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneSkin {
+    /// Vertices, patient frame, in m.
+    pub vertices_m: Vec<Point3<f64>>,
+    /// Triangles, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// File name of the mesh.
+    pub file: String,
+}
+
+/// How the tissue deforms.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct TissueOptions {
+    /// auto, axisymmetric, mass-spring, volumetric or none.
+    pub model: String,
+    /// Tolerated relative error of the field.
+    pub tolerance: f64,
+    /// `none` or `field`.
+    pub coupling: String,
+}
+
+/// A checked scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// Identifier.
+    pub id: String,
+    /// Title shown to people.
+    pub title: String,
+    /// What it is and where it comes from.
+    pub description: String,
+    /// Version of the force law.
+    pub law: ForceLaw,
+    /// Layers from the surface down.
+    pub layers: Vec<SceneLayer>,
+    /// The needle.
+    pub needle: Needle,
+    /// Rate dependence of the thresholds.
+    pub rate: Option<law::axial::RateDependence>,
+    /// Structures.
+    pub structures: Vec<SceneStructure>,
+    /// The skin's own shape, where the scene brings one.
+    pub skin: Option<SceneSkin>,
+    /// Tissue options.
+    pub tissue: TissueOptions,
+    /// Lower-case hexadecimal SHA-256 of the document's bytes.
+    pub sha256: String,
+}

@@ -1,0 +1,125 @@
+//! Reads the anatomy of a scene: the shapes of its structures, its skin, and the files of both.
+
+use law::structures::Shape;
+use nalgebra::Vector3;
+use phrase::{Phrase, phrase};
+use serde_json::Value;
+
+use crate::mesh::{self, Axes, Coordinates};
+use crate::model::SceneSkin;
+use crate::read_scene::{Files, Find};
+use crate::walk::Walked;
+
+/// What a scene has of the body's shape.
+pub(crate) struct Anatomy {
+    /// Meshes, one place a structure.
+    pub meshes: Vec<Option<Shape>>,
+    /// The skin.
+    pub skin: Option<SceneSkin>,
+    /// Every file that was read.
+    pub files: Files,
+}
+
+/// Where meshes come from, and those that did.
+struct Shelf<'f> {
+    find: Find<'f>,
+    files: Files,
+}
+
+/// A mesh as a table names it.
+struct Named {
+    file: String,
+    coordinates: Coordinates,
+}
+
+/// Checks the keys of structures and skin, and reads the meshes they name.
+pub(crate) fn read_anatomy(doc: &mut Walked, find: Find<'_>) -> Anatomy {
+    let mut shelf = Shelf { find, files: Files::new() };
+    let mut meshes = Vec::new();
+    for (at, table) in doc.tables("structure").iter().enumerate() {
+        let path = format!("structure[{at}]");
+        check_shape_keys(doc, table, &path);
+        let named = named(doc, table, &path).filter(|_| table["shape"] == "mesh");
+        let read = named.map(|named| shelf.read(&named, |file| mesh::solid(file, named.coordinates)));
+        meshes.push(read.and_then(|read| accept(doc, &path, mesh::allowed_solid(), read)));
+    }
+    let skin = read_skin(doc, &mut shelf);
+    Anatomy { meshes, skin, files: shelf.files }
+}
+
+fn read_skin(doc: &mut Walked, shelf: &mut Shelf<'_>) -> Option<SceneSkin> {
+    let table = doc.value["skin"].clone();
+    let named = named(doc, &table, "skin")?;
+    let position_m = Vector3::from_fn(|axis, _| table["position_mm"][axis].as_f64().unwrap_or_default() / 1e3);
+    let read = shelf.read(&named, |file| mesh::skin(file, named.coordinates, &position_m));
+    let (vertices_m, triangles) = accept(doc, "skin", mesh::allowed_skin(), read)?;
+    Some(SceneSkin { vertices_m, triangles, file: named.file })
+}
+
+/// The mesh that a table names; nothing where a key that places it was refused.
+fn named(doc: &Walked, table: &Value, path: &str) -> Option<Named> {
+    let is_refused = |key: &&str| table[*key].is_null() && doc.is_written(&format!("{path}.{key}"));
+    if ["axes", "position_mm"].iter().any(is_refused) {
+        return None;
+    }
+    let axes = Axes::of(table["axes"].as_str().unwrap_or_default());
+    let in_mm = table["unit"].as_str()? == "mm";
+    Some(Named { file: table["file"].as_str()?.to_owned(), coordinates: Coordinates { in_mm, axes } })
+}
+
+/// What was read, or its refusal where the file is named.
+fn accept<T>(doc: &mut Walked, path: &str, allowed: Phrase, read: Result<T, Phrase>) -> Option<T> {
+    read.map_err(|why| doc.refuse(&format!("{path}.file"), why, allowed)).ok()
+}
+
+impl Shelf<'_> {
+    /// Finds a mesh, reads it and keeps its bytes.
+    fn read<T>(
+        &mut self,
+        Named { file, .. }: &Named,
+        read: impl FnOnce((&str, &[u8])) -> Result<T, Phrase>,
+    ) -> Result<T, Phrase> {
+        let named = |why: Phrase| phrase!("{file}: {why}", file = Phrase::quoted(file), why = why);
+        let bytes = (self.find)(file).map_err(named)?;
+        let shape = read((file, &bytes)).map_err(named)?;
+        if !self.files.iter().any(|(name, _)| name == file) {
+            self.files.push((file.clone(), bytes));
+        }
+        Ok(shape)
+    }
+}
+
+/// Which keys a shape needs; it may have no others of these.
+const SHAPE_KEYS: [(&str, &[&str]); 4] = [
+    ("sphere", &["radius_mm"]),
+    ("capsule", &["radius_mm", "half_axis_mm"]),
+    ("box", &["half_extents_mm"]),
+    ("mesh", &["file", "unit"]),
+];
+
+fn check_shape_keys(doc: &mut Walked, table: &Value, path: &str) {
+    let Some(&(shape, needed)) = SHAPE_KEYS.iter().find(|(shape, _)| table["shape"] == **shape) else { return };
+    let mut all: Vec<&str> = SHAPE_KEYS.iter().flat_map(|(_, keys)| keys.iter().copied()).collect();
+    all.dedup();
+    if shape != "mesh" {
+        all.push("axes");
+    }
+    for key in all {
+        let field = format!("{path}.{key}");
+        match (needed.contains(&key), table[key].is_null()) {
+            (true, true) if !doc.is_written(&field) => {
+                doc.refuse(&field, phrase!("missing"), phrase!("a {shape} needs it", shape = shape));
+            }
+            (false, false) => {
+                let allowed = phrase!("a {shape} has {keys}", shape = shape, keys = needed.join(", "));
+                doc.refuse(&field, phrase!("not a key of this shape"), allowed);
+            }
+            _ => {}
+        }
+    }
+    let extents = table["half_extents_mm"].as_array();
+    if shape == "box" && extents.is_some_and(|e| e.iter().any(|v| v.as_f64().is_none_or(|v| v <= 0.0))) {
+        let found = phrase!("a half extent of 0 mm or less");
+        doc.refuse(&format!("{path}.half_extents_mm"), found, phrase!("allowed: each above 0 mm"));
+    }
+}

@@ -1,0 +1,114 @@
+//! Puts fitted layers into the text of a scene. Comments, order, needle and structures stay as their author wrote them.
+
+use std::fmt::Write as _;
+use std::ops::Range;
+
+use law::axial::AxialSpec;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::error::DocumentError;
+use crate::model::{Scene, SceneLayer};
+use crate::source::Source;
+use crate::walk;
+
+/// Digits of a written number: a fit knows fewer, and people read them.
+const DIGITS: usize = 6;
+
+/// A replacement in the text.
+struct Edit {
+    at: Range<usize>,
+    with: String,
+}
+
+/// The text of a scene with another id, and the numbers of a law's layers in the document's terms: for the reference needle.
+/// `source` says of each layer where they come from; a layer that has them already keeps what it says.
+///
+/// # Errors
+/// Text that is not TOML.
+pub fn rewrite(
+    text: &str,
+    (scene, spec): (&Scene, &AxialSpec),
+    id: &str,
+    source: &str,
+) -> Result<String, DocumentError> {
+    let parsed = Source::new("scene", text.as_bytes())?;
+    let document = walk::parse(&parsed)?;
+    let has_rim = scene.needle.tip_to_rim_mm > 0.0;
+    let mut edits: Vec<Edit> = edit(&document, "id", &quoted(id)).into_iter().collect();
+    let layers = scene.layers.iter().zip(scene.layers_of(spec));
+    for (table, (old, new)) in tables(&document).zip(layers) {
+        let numbers = numbers(&new, has_rim);
+        if numbers == self::numbers(old, has_rim) {
+            continue;
+        }
+        for (key, value) in numbers {
+            edits.extend(edit(table, key, &format!("{value:?}")));
+        }
+        edits.extend(edit(table, "source", &quoted(source)));
+    }
+    edits.sort_by_key(|edit| std::cmp::Reverse(edit.at.start));
+    let mut rewritten = text.to_owned();
+    edits.into_iter().for_each(|edit| rewritten.replace_range(edit.at, &edit.with));
+    Ok(rewritten)
+}
+
+/// What a fit changes of a layer, as it is written.
+fn numbers(layer: &SceneLayer, has_rim: bool) -> Vec<(&'static str, f64)> {
+    let rim = has_rim.then_some(("rim_rupture_n", layer.rim_rupture_n));
+    let numbers = [
+        ("thickness_mm", layer.thickness_mm),
+        ("stiffness_n_per_m", layer.stiffness_n_per_m),
+        ("tip_rupture_n", layer.tip_rupture_n),
+        ("friction_n_per_m", layer.friction_n_per_m),
+        ("cutting_n", layer.cutting_n),
+    ];
+    numbers.into_iter().chain(rim).map(|(key, value)| (key, rounded(value))).collect()
+}
+
+fn tables<'d, 'i>(document: &'d DeTable<'i>) -> impl Iterator<Item = &'d DeTable<'i>> {
+    let layers = value(document, "layer").and_then(|layers| match layers.get_ref() {
+        DeValue::Array(layers) => Some(layers),
+        _ => None,
+    });
+    layers.into_iter().flat_map(|layers| layers.iter()).filter_map(|layer| match layer.get_ref() {
+        DeValue::Table(table) => Some(table),
+        _ => None,
+    })
+}
+
+fn value<'d, 'i>(table: &'d DeTable<'i>, key: &str) -> Option<&'d Spanned<DeValue<'i>>> {
+    table.iter().find(|(name, _)| name.get_ref() == key).map(|(_, value)| value)
+}
+
+/// A value in the place of another, or a new key below the layer's name.
+fn edit(table: &DeTable<'_>, key: &str, with: &str) -> Option<Edit> {
+    if let Some(old) = value(table, key) {
+        return Some(Edit { at: old.span(), with: with.to_owned() });
+    }
+    let below = value(table, "name")?.span().end;
+    Some(Edit { at: below..below, with: format!("\n{key} = {with}") })
+}
+
+/// A number with so many significant digits.
+fn rounded(value: f64) -> f64 {
+    let text = format!("{value:.*e}", DIGITS - 1);
+    text.parse().unwrap_or(value)
+}
+
+/// A TOML string on one line.
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            c if c.is_control() => {
+                // Writing to a string has no way to fail.
+                let _ = write!(quoted, "\\u{:04x}", u32::from(c));
+            }
+            c => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
+}

@@ -1,0 +1,142 @@
+//! From a scene's numbers to those of its needle, tissue and patient.
+//!
+//! The tables hold at 2.0 mm diameter, diamond tip, lubrication 1 and toughness 1. With another needle, stiffness,
+//! damping and friction go with the diameter, thresholds and cutting with its power p; the tip is a factor on the
+//! thresholds, lubrication on friction, and toughness on thresholds, friction and cutting.
+
+use law::axial::{AxialSpec, Layer, RateDependence};
+use law::beam::tube_n_m2;
+use law::puncture::PunctureSpec;
+use tissue::SpecimenSpec;
+
+use crate::model::{Needle, Scene, SceneLayer};
+use crate::patient::Patient;
+
+/// Diameter at which the scenes' numbers hold, in mm.
+const REFERENCE_DIAMETER_MM: f64 = 2.0;
+
+/// Factors of a needle, each 1 at the reference needle.
+struct Factors {
+    /// On stiffness, damping and friction.
+    diameter: f64,
+    /// On thresholds and cutting.
+    diameter_power: f64,
+    /// On thresholds.
+    tip: f64,
+    /// On friction.
+    lubrication: f64,
+}
+
+impl Factors {
+    fn new(needle: &Needle) -> Self {
+        let diameter = needle.diameter_mm / REFERENCE_DIAMETER_MM;
+        Self {
+            diameter,
+            diameter_power: libm::pow(diameter, needle.diameter_exponent),
+            tip: tip_factor(&needle.tip),
+            lubrication: needle.lubrication,
+        }
+    }
+
+    fn layer(&self, layer: &SceneLayer, thickness_mm: f64) -> Layer {
+        let threshold = self.diameter_power * self.tip * layer.toughness_factor;
+        Layer {
+            name: layer.name.clone(),
+            thickness_m: thickness_mm / 1e3,
+            stiffness_n_per_m: layer.stiffness_n_per_m * self.diameter,
+            damping_n_s_per_m2: layer.damping_n_s_per_m2 * self.diameter,
+            tip_rupture_n: layer.tip_rupture_n * threshold,
+            rim_rupture_n: layer.rim_rupture_n * threshold,
+            friction_n_per_m: layer.friction_n_per_m * (self.diameter * self.lubrication * layer.toughness_factor),
+            cutting_n: layer.cutting_n * (self.diameter_power * layer.toughness_factor),
+        }
+    }
+
+    /// What must be written for [`Factors::layer`] to yield `met`.
+    fn undone(&self, written: &SceneLayer, met: &Layer) -> SceneLayer {
+        let threshold = self.diameter_power * self.tip * written.toughness_factor;
+        SceneLayer {
+            thickness_mm: met.thickness_m * 1e3,
+            stiffness_n_per_m: met.stiffness_n_per_m / self.diameter,
+            damping_n_s_per_m2: met.damping_n_s_per_m2 / self.diameter,
+            tip_rupture_n: met.tip_rupture_n / threshold,
+            rim_rupture_n: met.rim_rupture_n / threshold,
+            friction_n_per_m: met.friction_n_per_m / (self.diameter * self.lubrication * written.toughness_factor),
+            cutting_n: met.cutting_n / (self.diameter_power * written.toughness_factor),
+            ..written.clone()
+        }
+    }
+}
+
+impl Scene {
+    /// The scene's layers as they would have to be written for [`Scene::axial_spec`] to yield `spec`: the factors undone.
+    /// What a specification does not hold (density, texture, spread, …) stays.
+    pub(crate) fn layers_of(&self, spec: &AxialSpec) -> Vec<SceneLayer> {
+        let factors = Factors::new(&self.needle);
+        self.layers.iter().zip(&spec.layers).map(|(written, met)| factors.undone(written, met)).collect()
+    }
+}
+
+/// Factor of a tip on the thresholds.
+fn tip_factor(tip: &str) -> f64 {
+    match tip {
+        "bevel" => 0.85,
+        "conical" => 1.4,
+        "blunt" => 3.0,
+        _ => 1.0,
+    }
+}
+
+impl Needle {
+    /// Bending stiffness EI of the shaft, in N·m²; none for a rigid one.
+    fn bending_n_m2(&self) -> Option<f64> {
+        let (outer_m, inner_m) = (self.diameter_mm / 1e3, self.inner_diameter_mm / 1e3);
+        self.flexible.then(|| tube_n_m2(self.youngs_modulus_pa, outer_m, inner_m))
+    }
+}
+
+impl Scene {
+    /// The specification of a patient to puncture, scaled for the needle and the tissue, in SI; its field is that of a needle at an
+    /// angle to the surface normal, in degrees: the exercise's.
+    #[must_use]
+    pub fn specimen_spec(&self, patient: &Patient, angle_deg: f64) -> SpecimenSpec {
+        let puncture = self.puncture_spec(patient);
+        SpecimenSpec { tissue: self.tissue_under(&puncture.axial, angle_deg), puncture }
+    }
+
+    /// The law's part of it, with the scene's own stiffnesses.
+    #[must_use]
+    pub fn puncture_spec(&self, patient: &Patient) -> PunctureSpec {
+        PunctureSpec {
+            axial: self.axial_spec(patient),
+            lateral_stiffness_n_per_m2: self.needle.lateral_stiffness_n_per_m2,
+            needle_length_m: self.needle.length_mm / 1e3,
+            needle_bending_n_m2: self.needle.bending_n_m2(),
+            structures: self.structures.iter().map(|s| s.spec.clone()).collect(),
+        }
+    }
+
+    /// The axial law for a patient, with the scene's own stiffnesses.
+    ///
+    /// P∞ of a rate dependence is a threshold too: it is scaled for the needle, so that P/P∞ does not depend on it.
+    /// A layer that the patient lacks has its nominal thickness.
+    #[must_use]
+    pub fn axial_spec(&self, patient: &Patient) -> AxialSpec {
+        let factors = Factors::new(&self.needle);
+        let thickness_mm =
+            |at: usize, layer: &SceneLayer| patient.thickness_mm.get(at).copied().unwrap_or(layer.thickness_mm);
+        let layers = self.layers.iter().enumerate().map(|(at, l)| factors.layer(l, thickness_mm(at, l))).collect();
+        let rate = self.rate.map(|r| RateDependence {
+            p_infinity_n: r.p_infinity_n * (factors.diameter_power * factors.tip),
+            v0_m_per_s: r.v0_m_per_s,
+        });
+        AxialSpec {
+            law: self.law,
+            layers,
+            tip_to_rim_m: self.needle.tip_to_rim_mm / 1e3,
+            presliding_stiffness_n_per_m: self.needle.presliding_stiffness_n_per_m,
+            speed_window_s: self.needle.speed_window_ms / 1e3,
+            rate,
+        }
+    }
+}

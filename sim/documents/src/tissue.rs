@@ -1,0 +1,80 @@
+//! From a scene to the tissue that its field is made of.
+
+use law::axial::AxialSpec;
+use tissue::follow::{Field, FollowError, TissueSpec, recoil_time_s};
+use tissue::{ElasticLayer, Judging, Model, Slab};
+
+use crate::model::{Scene, SceneLayer};
+use crate::patient::Patient;
+
+/// A patient's body is held this far from the needle, in m. The field models only what the needle moves of it.
+const BODY_RADIUS_M: f64 = 0.25;
+
+impl Scene {
+    /// The tissue of a patient under a needle at an angle to the surface normal, in degrees, in SI; none where the scene names no model, or no layer of the patient has a thickness.
+    ///
+    /// Young's modulus is that of a flat punch with the needle's footprint, E = k(1 − ν²)/(2a) with the needle's own k and
+    /// a = D/2, unless the scene states it (physics section 4). Since k goes with D, E does not depend on the needle.
+    #[must_use]
+    pub fn tissue_spec(&self, patient: &Patient, angle_deg: f64) -> Option<TissueSpec> {
+        self.tissue_under(&self.axial_spec(patient), angle_deg)
+    }
+
+    /// The tissue of layers that were scaled for the needle.
+    pub(crate) fn tissue_under(&self, axial: &AxialSpec, angle_deg: f64) -> Option<TissueSpec> {
+        if self.tissue.model == "none" || axial.layers.iter().all(|layer| layer.thickness_m <= 0.0) {
+            return None;
+        }
+        let load_radius_m = 0.5e-3 * self.needle.diameter_mm;
+        let elastic = |(written, met): (&SceneLayer, &law::axial::Layer)| ElasticLayer {
+            thickness_m: met.thickness_m,
+            youngs_modulus_pa: written.youngs_modulus_pa.unwrap_or_else(|| {
+                let nu = written.poisson_ratio;
+                met.stiffness_n_per_m * (1.0 - nu * nu) / (2.0 * load_radius_m)
+            }),
+            poisson_ratio: written.poisson_ratio,
+            density_kg_per_m3: written.density_kg_per_m3,
+        };
+        let layers: Vec<ElasticLayer> = self.layers.iter().zip(&axial.layers).map(elastic).collect();
+        let recoil = |(written, layer): (&SceneLayer, &ElasticLayer)| {
+            written.recoil_time_s.unwrap_or_else(|| recoil_time_s(layer, load_radius_m))
+        };
+        let recoil_time_s = self.layers.iter().zip(&layers).map(recoil).collect();
+        let slab = Slab { layers, radius_m: BODY_RADIUS_M };
+        Some(TissueSpec {
+            boundaries_m: slab.boundaries_m(),
+            slab: slab.solid(),
+            load_radius_m,
+            tilt_rad: angle_deg.to_radians(),
+            model: model(&self.tissue.model),
+            tolerance: self.tissue.tolerance,
+            judging: Judging::default(),
+            coupled: self.is_coupled(),
+            recoil_time_s,
+        })
+    }
+
+    /// The axial law of a patient with the stiffnesses that it uses: the scene's, or those of the field where it is coupled,
+    /// under a needle at an angle to the surface normal, in degrees.
+    ///
+    /// # Errors
+    /// When no model of a coupled tissue can be had.
+    pub fn coupled_spec(&self, patient: &Patient, angle_deg: f64) -> Result<AxialSpec, FollowError> {
+        let mut axial = self.axial_spec(patient);
+        if let Some(tissue) = self.tissue_under(&axial, angle_deg).filter(|tissue| tissue.coupled) {
+            Field::new(&tissue)?.couple(&mut axial);
+        }
+        Ok(axial)
+    }
+
+    /// Whether the field sets the stiffness of the boundaries.
+    #[must_use]
+    pub fn is_coupled(&self) -> bool {
+        self.tissue.coupling == "field"
+    }
+}
+
+/// The model that a scene names; none where the planner chooses.
+fn model(name: &str) -> Option<Model> {
+    [Model::Axisymmetric, Model::MassSpring, Model::Volumetric].into_iter().find(|model| model.name() == name)
+}

@@ -1,0 +1,66 @@
+//! Time of one step of the force law: three layers, two contactors. The bar is a median of 500 ns.
+
+use std::hint::black_box;
+
+use bench::scenes::training;
+use criterion::{Criterion, criterion_group, criterion_main};
+use law::axial::{AxialInput, AxialParams, AxialScratch, AxialState, step};
+use law::operator::needle_pose;
+use law::puncture::{PunctureInput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState};
+use nalgebra::{Point3, Vector3};
+
+/// Strokes of 30 mm, 4 s each way at 1 kHz: every stage and both directions.
+fn displacement_m(tick: u32) -> f64 {
+    let phase = tick % 8000;
+    let part = if phase < 4000 { phase } else { 8000 - phase };
+    f64::from(part) * 7.5e-6 - 0.001
+}
+
+fn force(criterion: &mut Criterion) {
+    let Ok(params) = AxialParams::new(training()) else { return };
+    let mut scratch = AxialScratch::new(&params);
+    let mut state = AxialState::new(&params);
+    let mut tick = 0;
+    criterion.bench_function("axial step, three layers, two contactors", |bencher| {
+        bencher.iter(|| {
+            if tick % 8000 == 0 {
+                (state.tip_open, state.rim_open, state.deepest_m) = (0, 0, 0.0);
+            }
+            let input = AxialInput { t_s: f64::from(tick) * 1e-3, x_m: displacement_m(tick), path_factor: 1.0 };
+            tick += 1;
+            step(black_box(&params), &mut state, &mut scratch, black_box(&input))
+        });
+    });
+}
+
+/// What a needle that bends adds to a step of the puncture.
+fn puncture(criterion: &mut Criterion) {
+    let plain = || PunctureSpec {
+        axial: training(),
+        lateral_stiffness_n_per_m2: 10_000.0,
+        needle_length_m: 0.15,
+        needle_bending_n_m2: None,
+        structures: vec![],
+    };
+    let cases = [
+        ("puncture step, three layers, two contactors", plain()),
+        ("puncture step, a needle that bends", PunctureSpec { needle_bending_n_m2: Some(2e-3), ..plain() }),
+    ];
+    for (name, spec) in cases {
+        let Ok(params) = PunctureParams::new(spec) else { return };
+        let (mut state, mut scratch) = (PunctureState::new(&params), PunctureScratch::new(&params));
+        let mut tick = 0;
+        criterion.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                let tip_m = Point3::new(1e-4, 0.0, -displacement_m(tick));
+                let patient_from_needle = needle_pose(&tip_m, &-Vector3::z());
+                let input = PunctureInput { t_s: f64::from(tick) * 1e-3, patient_from_needle };
+                tick += 1;
+                law::puncture::step(black_box(&params), &mut state, &mut scratch, black_box(&input))
+            });
+        });
+    }
+}
+
+criterion_group!(benches, force, puncture);
+criterion_main!(benches);

@@ -1,0 +1,208 @@
+//! What the axial law is made of, and the check that it makes sense.
+
+use serde::{Deserialize, Serialize};
+
+/// Most layers that a specification may hold: keeps a step bounded.
+pub const MAX_LAYERS: usize = 64;
+
+/// Longest window that speed is measured over, in s.
+const LONGEST_SPEED_WINDOW_S: f64 = 0.05;
+
+/// One tissue layer as the force law needs it, already scaled for the needle and the tissue.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Layer {
+    /// Name shown to people, for example `skin`.
+    pub name: String,
+    /// Thickness along the surface normal, in m. May be 0 for a fascia.
+    pub thickness_m: f64,
+    /// Stiffness of the layer's proximal boundary, in N/m.
+    pub stiffness_n_per_m: f64,
+    /// Damping per inserted length, in N·s/m².
+    pub damping_n_s_per_m2: f64,
+    /// Force at which the stylet tip opens the boundary, in N.
+    pub tip_rupture_n: f64,
+    /// Force at which the cannula rim opens the boundary, in N. Unused by a single contactor.
+    pub rim_rupture_n: f64,
+    /// Coulomb friction cap per inserted length, in N/m.
+    pub friction_n_per_m: f64,
+    /// Cutting force, in N: what the tip meets while it advances into new material.
+    pub cutting_n: f64,
+}
+
+/// Rate dependence of the rupture thresholds: P(v) = P∞ + (P0 − P∞)/(1 + |v|/v0).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RateDependence {
+    /// P∞, the threshold that every boundary tends to at high speed, in N.
+    pub p_infinity_n: f64,
+    /// Speed at which half of the change has happened, in m/s.
+    pub v0_m_per_s: f64,
+}
+
+/// Which law a scene was made for. A recording re-simulates by the law that its scene names, so an old one is never edited.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "u32", into = "u32")]
+pub enum ForceLaw {
+    /// Cutting acts in the ticks that advance into new material. On an encoder, where most ticks bring no new position, it rattles.
+    Version1,
+    /// Cutting is a one-sided presliding spring behind a front that advance drags, and speed is taken over a window.
+    #[default]
+    Version2,
+}
+
+/// A number that no force law has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("law {0} is not known: 1 and 2 are")]
+pub struct UnknownForceLaw(pub u32);
+
+impl TryFrom<u32> for ForceLaw {
+    type Error = UnknownForceLaw;
+
+    fn try_from(number: u32) -> Result<Self, UnknownForceLaw> {
+        match number {
+            1 => Ok(Self::Version1),
+            2 => Ok(Self::Version2),
+            other => Err(UnknownForceLaw(other)),
+        }
+    }
+}
+
+impl From<ForceLaw> for u32 {
+    fn from(law: ForceLaw) -> Self {
+        match law {
+            ForceLaw::Version1 => 1,
+            ForceLaw::Version2 => 2,
+        }
+    }
+}
+
+/// What [`AxialParams`] is made of, unchecked.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AxialSpec {
+    /// Which version of the law.
+    #[serde(default)]
+    pub law: ForceLaw,
+    /// Layers from the surface down.
+    pub layers: Vec<Layer>,
+    /// Distance from the stylet tip to the cannula rim, in m. 0 is a single contactor.
+    pub tip_to_rim_m: f64,
+    /// Stiffness of friction and, in version 2, of cutting before they slide, in N/m.
+    pub presliding_stiffness_n_per_m: f64,
+    /// How far back speed is measured, in s, 0 to 0.05: over the newest earlier sample at least so old; 0 takes the last two samples.
+    /// Version 1 knows only 0. Speed lags by half of it.
+    #[serde(default)]
+    pub speed_window_s: f64,
+    /// Optional rate dependence of the thresholds.
+    #[serde(default)]
+    pub rate: Option<RateDependence>,
+}
+
+/// Checked parameters of the axial law, constant for an attempt.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxialParams {
+    spec: AxialSpec,
+}
+
+/// A parameter outside its domain.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{field} = {value} {unit}: {allowed}")]
+pub struct ParamError {
+    /// Which parameter, for example `layers[1].thickness_m`.
+    pub field: String,
+    /// The value found.
+    pub value: f64,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What is allowed, in words.
+    pub allowed: &'static str,
+}
+
+/// The numbers a parameter may be. The upper ends only keep squares and products finite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Domain {
+    /// 0 to 1e9.
+    NotNegative,
+    /// Above 0, to 1e9.
+    Positive,
+    /// −100 to 100: a coordinate, in m.
+    Coordinate,
+    /// 0 to 0.499: a Poisson ratio.
+    Poisson,
+}
+
+impl Domain {
+    /// Checks the value of a field.
+    ///
+    /// # Errors
+    /// When the value is out of the domain.
+    pub fn check(self, field: impl Into<String>, value: f64, unit: &'static str) -> Result<(), ParamError> {
+        let (inside, allowed) = match self {
+            Self::NotNegative => ((0.0..=1e9).contains(&value), "must be a number from 0 to 1e9"),
+            Self::Positive => (value > 0.0 && value <= 1e9, "must be a number above 0, to 1e9"),
+            Self::Coordinate => ((-100.0..=100.0).contains(&value), "must be a number from -100 to 100"),
+            Self::Poisson => ((0.0..=0.499).contains(&value), "must be a number from 0 to 0.499"),
+        };
+        if inside { Ok(()) } else { Err(ParamError { field: field.into(), value, unit, allowed }) }
+    }
+}
+
+impl AxialParams {
+    /// Checks and freezes a specification.
+    ///
+    /// # Errors
+    /// A [`ParamError`] naming the first parameter that is non-finite or out of range.
+    pub fn new(spec: AxialSpec) -> Result<Self, ParamError> {
+        if spec.layers.is_empty() || spec.layers.len() > MAX_LAYERS {
+            return Err(ParamError {
+                field: "layers".into(),
+                value: spec.layers.len() as f64,
+                unit: "layers",
+                allowed: "must be from 1 to 64",
+            });
+        }
+        for (index, layer) in spec.layers.iter().enumerate() {
+            check_layer(index, layer)?;
+        }
+        Domain::NotNegative.check("tip_to_rim_m", spec.tip_to_rim_m, "m")?;
+        Domain::Positive.check("presliding_stiffness_n_per_m", spec.presliding_stiffness_n_per_m, "N/m")?;
+        check_speed_window(&spec)?;
+        if let Some(rate) = &spec.rate {
+            Domain::NotNegative.check("rate.p_infinity_n", rate.p_infinity_n, "N")?;
+            Domain::Positive.check("rate.v0_m_per_s", rate.v0_m_per_s, "m/s")?;
+        }
+        Ok(Self { spec })
+    }
+
+    /// The specification these parameters were made from.
+    #[must_use]
+    pub fn spec(&self) -> &AxialSpec {
+        &self.spec
+    }
+}
+
+fn check_speed_window(spec: &AxialSpec) -> Result<(), ParamError> {
+    let (longest_s, allowed) = match spec.law {
+        ForceLaw::Version1 => (0.0, "must be 0 under version 1 of the law"),
+        ForceLaw::Version2 => (LONGEST_SPEED_WINDOW_S, "must be a number from 0 to 0.05"),
+    };
+    let value = spec.speed_window_s;
+    if (0.0..=longest_s).contains(&value) {
+        Ok(())
+    } else {
+        Err(ParamError { field: "speed_window_s".into(), value, unit: "s", allowed })
+    }
+}
+
+fn check_layer(index: usize, layer: &Layer) -> Result<(), ParamError> {
+    let fields = [
+        ("thickness_m", layer.thickness_m, "m", Domain::NotNegative),
+        ("stiffness_n_per_m", layer.stiffness_n_per_m, "N/m", Domain::Positive),
+        ("damping_n_s_per_m2", layer.damping_n_s_per_m2, "N·s/m²", Domain::NotNegative),
+        ("tip_rupture_n", layer.tip_rupture_n, "N", Domain::NotNegative),
+        ("rim_rupture_n", layer.rim_rupture_n, "N", Domain::NotNegative),
+        ("friction_n_per_m", layer.friction_n_per_m, "N/m", Domain::NotNegative),
+        ("cutting_n", layer.cutting_n, "N", Domain::NotNegative),
+    ];
+    fields
+        .into_iter()
+        .try_for_each(|(name, value, unit, domain)| domain.check(format!("layers[{index}].{name}"), value, unit))
+}

@@ -1,0 +1,22 @@
+//! The law of a puncture: forces, tracks, lateral foundation, bending needle, structures, energy ledger, virtual operators. The part
+//! that may never fail: a tick has no error to return.
+//!
+//! Pure: data in, data out. No clock, thread, file, socket or log; randomness only from a seed it is given.
+//! Everything is in SI units. `+` axial force pushes the needle out of the body; `+` displacement goes in.
+//!
+//! Frames. *Patient*: origin on the planned skin, `+z` out of the body, so tissue lies at z < 0 and the skin is
+//! the plane z = 0. *Needle*: origin at the stylet tip, `+z` from the hub towards the tip.
+
+pub mod axial;
+pub mod beam;
+pub mod closed_form;
+mod judging;
+pub mod ledger;
+pub mod operator;
+pub mod puncture;
+pub mod quasistatic;
+pub mod soundness;
+pub mod stance;
+pub mod structures;
+
+pub use judging::Judging;

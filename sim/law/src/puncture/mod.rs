@@ -1,0 +1,23 @@
+//! The needle in space: contact, latched axis, tracks, lateral foundation and structures around the axial law.
+//!
+//! The skin is the plane z = 0. Contact is the tip crossing it inwards; the entry is where its path crossed. From then
+//! on the needle's axis is latched, x = (tip − entry)·axis, and what the tip is off that line presses sideways on a
+//! Winkler foundation: F⊥ = −k_lat s δ⊥, or what [`crate::beam`] makes of it where the needle bends: then structures
+//! and bone meet the tip that is bent. The needle leaves when its tip is above the skin again. A first sample inside the body enters along its axis.
+//!
+//! Each puncture runs in a track. Entering within 2 mm of a known track's entry takes up its open boundaries and its deepest
+//! point; farther away begins a new one. A perpendicular straight path gives exactly the bits of [`crate::axial::step`].
+//!
+//! Bone is a penalty of 2500 N/m on the tip's penetration; a vessel or an organ may have a wall that does the same until it gives
+//! way. A structure is hit when the tip or the inserted shaft gets
+//! inside it from outside, once until it has left again.
+
+mod contact;
+mod params;
+mod state;
+mod step;
+
+pub use contact::path_factor;
+pub use params::{PunctureParams, PunctureSpec};
+pub use state::{PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, PunctureState};
+pub use step::{intrusion, loads, step};

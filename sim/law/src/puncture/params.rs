@@ -1,0 +1,64 @@
+//! What a puncture is made of, and the check that it makes sense.
+
+use crate::axial::{AxialParams, AxialSpec, Domain, ParamError};
+use crate::beam::{Beam, Bend};
+use crate::structures::{Structure, StructureSpec};
+
+/// What [`PunctureParams`] is made of, unchecked.
+#[derive(Clone, Debug)]
+pub struct PunctureSpec {
+    /// The axial law.
+    pub axial: AxialSpec,
+    /// Lateral foundation per inserted metre, in N/m² (default 10 000).
+    pub lateral_stiffness_n_per_m2: f64,
+    /// Needle length from tip to hub, in m.
+    pub needle_length_m: f64,
+    /// Bending stiffness EI of a needle that bends, in N·m²; none for a rigid one.
+    pub needle_bending_n_m2: Option<f64>,
+    /// Structures in the patient frame.
+    pub structures: Vec<StructureSpec>,
+}
+
+/// Checked parameters, constant for an attempt.
+#[derive(Debug)]
+pub struct PunctureParams {
+    spec: PunctureSpec,
+    pub(super) axial: AxialParams,
+    pub(super) structures: Vec<Structure>,
+    beam: Option<Beam>,
+}
+
+impl PunctureParams {
+    /// Checks and freezes a specification.
+    ///
+    /// # Errors
+    /// The first parameter that is non-finite or out of range, or the first mesh that is not closed.
+    pub fn new(spec: PunctureSpec) -> Result<Self, ParamError> {
+        let axial = AxialParams::new(spec.axial.clone())?;
+        Domain::NotNegative.check("lateral_stiffness_n_per_m2", spec.lateral_stiffness_n_per_m2, "N/m²")?;
+        Domain::Positive.check("needle_length_m", spec.needle_length_m, "m")?;
+        let beam = spec
+            .needle_bending_n_m2
+            .map(|bending| Beam::new(bending, spec.needle_length_m, spec.lateral_stiffness_n_per_m2))
+            .transpose()?;
+        let structures = spec
+            .structures
+            .iter()
+            .enumerate()
+            .map(|(index, spec)| Structure::new(index, spec))
+            .collect::<Result<_, ParamError>>()?;
+        Ok(Self { spec, axial, structures, beam })
+    }
+
+    /// The specification these parameters were made from.
+    #[must_use]
+    pub fn spec(&self) -> &PunctureSpec {
+        &self.spec
+    }
+
+    /// What the needle does sideways when inserted by a length, in m.
+    pub(super) fn bend(&self, inserted_m: f64) -> Bend {
+        let rigid = || Bend::rigid(self.spec.lateral_stiffness_n_per_m2, inserted_m);
+        self.beam.as_ref().map_or_else(rigid, |beam| beam.bend(inserted_m))
+    }
+}

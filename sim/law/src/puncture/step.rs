@@ -1,0 +1,210 @@
+//! One step of the puncture.
+
+use nalgebra::Vector3;
+
+use super::contact::{Latch, believe, enter, free_displacement_m, leave};
+use super::params::PunctureParams;
+use super::state::{LastPose, PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, PunctureState};
+use crate::axial::{self, AxialInput, AxialOutput, Stage};
+use crate::beam::Bend;
+use crate::stance::Intrusion;
+use crate::structures::{Shaft, StructureKind};
+
+/// One step. Never fails: a bad input is held, flagged and reported as an event.
+pub fn step(
+    params: &PunctureParams,
+    state: &mut PunctureState,
+    scratch: &mut PunctureScratch,
+    input: &PunctureInput,
+) -> PunctureOutput {
+    scratch.events.clear();
+    let Some(pose) = believe(state, input) else {
+        scratch.events.push(PunctureEvent::Fault);
+        let axial = AxialOutput { held: true, ..state.axial.last_output() };
+        let side = Side::new(state, params.bend(axial.depth_m));
+        survey(params, state, scratch, &side);
+        return assemble(params, state, scratch, (axial, &side));
+    };
+    let left = cross_skin(state, scratch, &pose);
+    state.last = Some(pose);
+    let axial = advance(params, state, scratch, (input.t_s, left.as_ref()));
+    let bend = params.bend(axial.depth_m);
+    press(params, state, scratch, &bend);
+    if let Some(latch) = left {
+        leave(state, &latch);
+        scratch.events.push(PunctureEvent::SkinExit);
+    }
+    let side = Side::new(state, bend);
+    survey(params, state, scratch, &side);
+    report_hits(state, scratch);
+    open_walls(params, state, &side);
+    assemble(params, state, scratch, (axial, &side))
+}
+
+/// Writes what the needle does to the tissue after the last step into `loads_n`, in N, as [`axial::loads`] does. Never allocates.
+pub fn loads(params: &PunctureParams, state: &PunctureState, scratch: &PunctureScratch, loads_n: &mut [f64]) {
+    axial::loads(&params.axial, &state.axial.standing(), &scratch.axial, loads_n);
+}
+
+/// How far the needle has come into the track that it is in; none in the air.
+#[must_use]
+pub fn intrusion(params: &PunctureParams, state: &PunctureState) -> Option<Intrusion> {
+    state.latch.as_ref().map(|_| Intrusion {
+        tip_m: displacement_m(state),
+        tip_to_rim_m: params.axial.spec().tip_to_rim_m,
+        tip_open: state.axial.tip_open,
+        rim_open: state.axial.rim_open,
+    })
+}
+
+/// The needle sideways: a function of the state after the step, which is why a held sample repeats it.
+struct Side {
+    /// Lateral force on the hand, in N.
+    force_n: Vector3<f64>,
+    /// What the tip is off the place where the hand would have it, in m.
+    bend_m: Vector3<f64>,
+}
+
+impl Side {
+    fn new(state: &PunctureState, bend: Bend) -> Self {
+        let Some(Latch { offset_m, .. }) = state.latch else {
+            return Self { force_n: Vector3::zeros(), bend_m: Vector3::zeros() };
+        };
+        Self { force_n: offset_m * -bend.stiffness_n_per_m, bend_m: offset_m * (bend.tip_share - 1.0) }
+    }
+}
+
+/// Enters or leaves the body where the tip has crossed the skin. Returns the puncture that was just left, if one was.
+fn cross_skin(state: &mut PunctureState, scratch: &mut PunctureScratch, pose: &LastPose) -> Option<Latch> {
+    if state.latch.is_some() && pose.tip_m.z > 0.0 {
+        return state.latch.take();
+    }
+    if state.latch.is_none() && pose.tip_m.z < 0.0 {
+        scratch.events.push(enter(state, pose));
+    }
+    None
+}
+
+/// Steps the axial law on the needle's displacement.
+///
+/// The tick that leaves the body still runs on the track it leaves, with the tip above the skin, so that whatever was
+/// stored there is given back or lost and nothing is carried into the air.
+fn advance(
+    params: &PunctureParams,
+    state: &mut PunctureState,
+    scratch: &mut PunctureScratch,
+    (t_s, left): (f64, Option<&Latch>),
+) -> AxialOutput {
+    let path_factor = state.latch.as_ref().or(left).map_or(1.0, |latch| latch.path_factor);
+    let input = AxialInput { t_s, x_m: displacement_m(state), path_factor };
+    let output = axial::step(&params.axial, &mut state.axial, &mut scratch.axial, &input);
+    scratch.events.extend(scratch.axial.ruptures.iter().copied().map(PunctureEvent::Rupture));
+    output
+}
+
+/// Presses the needle against the sides of its track, and books the work.
+fn press(params: &PunctureParams, state: &mut PunctureState, scratch: &PunctureScratch, bend: &Bend) {
+    if let (Some(latch), Some(last)) = (&mut state.latch, &state.last) {
+        let offset_m = latch.resolve(&last.tip_m).1;
+        let work_j = bend.stiffness_n_per_m * offset_m.norm() * (offset_m - latch.offset_m).norm();
+        latch.offset_m = offset_m;
+        axial::book_lateral(&params.axial, &mut state.axial, &scratch.axial, work_j);
+    }
+}
+
+/// x at the last good sample, in m; 0 before the first.
+fn displacement_m(state: &PunctureState) -> f64 {
+    match (&state.last, &state.latch) {
+        (Some(pose), Some(latch)) => latch.resolve(&pose.tip_m).0,
+        (Some(pose), None) => free_displacement_m(pose),
+        (None, _) => 0.0,
+    }
+}
+
+/// Finds how the needle of the last good sample stands to every structure.
+fn survey(params: &PunctureParams, state: &PunctureState, scratch: &mut PunctureScratch, side: &Side) {
+    scratch.meetings.clear();
+    if let Some(pose) = &state.last {
+        let tip_m = pose.tip_m + side.bend_m;
+        let shaft = Shaft { entry_m: state.latch.as_ref().map_or(tip_m, |latch| latch.entry_m), tip_m };
+        scratch.meetings.extend(params.structures.iter().map(|structure| structure.meet(&shaft)));
+    }
+}
+
+/// Reports each structure that the needle is in now and was not in before.
+fn report_hits(state: &mut PunctureState, scratch: &mut PunctureScratch) {
+    for (structure, (meeting, touching)) in scratch.meetings.iter().zip(&mut state.touching).enumerate() {
+        let touches = meeting.distance_m <= 0.0;
+        if touches && !*touching {
+            scratch.events.push(PunctureEvent::StructureHit { structure, by_tip: meeting.tip_inside });
+        }
+        *touching = touches;
+    }
+}
+
+/// Opens the walls that the tip presses on with what they hold.
+fn open_walls(params: &PunctureParams, state: &mut PunctureState, side: &Side) {
+    if let Some(pose) = &state.last {
+        let tip_m = pose.tip_m + side.bend_m;
+        for (structure, open) in params.structures.iter().zip(&mut state.open_walls) {
+            *open = *open || structure.opens_wall(&tip_m);
+        }
+    }
+}
+
+/// The output as a function of the state after the step, which is why a held sample repeats it.
+fn assemble(
+    params: &PunctureParams,
+    state: &PunctureState,
+    scratch: &PunctureScratch,
+    (axial, side): (AxialOutput, &Side),
+) -> PunctureOutput {
+    let (stage, boundary) = stage(params, state);
+    let structures_n = state.last.as_ref().map_or_else(Vector3::zeros, |pose| {
+        let tip_m = pose.tip_m + side.bend_m;
+        let walls = params.structures.iter().zip(&state.open_walls);
+        walls.map(|(structure, &open)| structure.tip_force_n(&tip_m, open)).sum()
+    });
+    let axis = state.latch.as_ref().map_or_else(Vector3::zeros, |latch| latch.axis);
+    PunctureOutput {
+        x_m: displacement_m(state),
+        axial,
+        lateral_n: side.force_n,
+        bend_m: side.bend_m,
+        structures_n,
+        force_n: axis * -axial.total_n() + side.force_n + structures_n,
+        stage,
+        boundary,
+        inside: state.latch.is_some(),
+        clearance_m: clearance_m(params, scratch),
+    }
+}
+
+fn clearance_m(params: &PunctureParams, scratch: &PunctureScratch) -> f64 {
+    let others = params.structures.iter().zip(&scratch.meetings);
+    others
+        .filter(|(structure, _)| structure.kind() != StructureKind::Target)
+        .map(|(_, meeting)| meeting.distance_m)
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Where the first boundary that is not fully open stands; the last one, when all are. In the air nothing is touched.
+fn stage(params: &PunctureParams, state: &PunctureState) -> (Stage, usize) {
+    let spec = params.axial.spec();
+    let (tip_open, rim_open) = (state.axial.tip_open, state.axial.rim_open);
+    let forces = state.axial.last_output();
+    if state.latch.is_none() {
+        return (Stage::Untouched, 0);
+    }
+    let boundary = if spec.tip_to_rim_m > 0.0 { rim_open } else { tip_open };
+    if boundary >= spec.layers.len() {
+        return (Stage::RimThrough, spec.layers.len() - 1);
+    }
+    let stage = match (tip_open > boundary, forces.tip_n > 0.0, forces.rim_n > 0.0) {
+        (false, false, _) => Stage::Untouched,
+        (false, true, _) => Stage::TipTents,
+        (true, _, false) => Stage::TipThrough,
+        (true, _, true) => Stage::RimTents,
+    };
+    (stage, boundary)
+}

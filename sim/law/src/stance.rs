@@ -1,0 +1,201 @@
+//! How the boundaries stand beside a needle, so that a picture agrees with where the needle is.
+//!
+//! The force law and the field are two models of one tissue. Left to itself the field dents by what its own stiffness makes of the
+//! law's force, and that is where the law's tip is only where the two stiffnesses agree. What is shown is therefore held to what the
+//! law knows: which boundaries tip and rim have opened, and how far they have come. The field has its way between those bounds.
+
+/// How far a needle has come, along itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Intrusion {
+    /// Way of the tip from where its line meets the resting skin, in m; negative above it.
+    pub tip_m: f64,
+    /// From the tip back to the cannula's rim, in m; 0 for a needle without one.
+    pub tip_to_rim_m: f64,
+    /// Boundaries that the tip has opened, from the surface down.
+    pub tip_open: usize,
+    /// Boundaries that the rim has opened, from the surface down.
+    pub rim_open: usize,
+}
+
+/// A boundary that tip or rim presses on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pressed {
+    /// Which one, from 0 at the surface.
+    pub boundary: usize,
+    /// How far it is pressed in along the needle, in m.
+    pub dent_m: f64,
+}
+
+/// A layer between two boundaries keeps this share of its thickness where nothing presses it flatter.
+const KEPT: f64 = 0.125;
+
+impl Intrusion {
+    /// The boundaries that the tip and the rim press on: the first that each has not opened, once it has come that far. `rest_m` holds the
+    /// way along the needle to each resting boundary, in m, from the surface down.
+    #[must_use]
+    pub fn pressed(&self, rest_m: &[f64]) -> [Option<Pressed>; 2] {
+        let by = |boundary: usize, at_m: f64| {
+            let dent_m = at_m - rest_m.get(boundary)?;
+            (dent_m > 0.0).then_some(Pressed { boundary, dent_m })
+        };
+        let rim = self.has_rim() && self.rim_open < self.tip_open;
+        let rim = if rim { by(self.rim_open, self.rim_m()) } else { None };
+        [by(self.tip_open, self.tip_m), rim]
+    }
+
+    fn has_rim(&self) -> bool {
+        self.tip_to_rim_m > 0.0
+    }
+
+    fn rim_m(&self) -> f64 {
+        self.tip_m - self.tip_to_rim_m
+    }
+
+    fn is_finite(&self) -> bool {
+        self.tip_m.is_finite() && self.tip_to_rim_m.is_finite()
+    }
+
+    /// Between which dents a boundary can stand, in m. They rise with the boundary's resting place, so that what is brought between
+    /// them in order stays in order.
+    fn bounds_m(&self, boundary: usize, rest_m: &[f64]) -> [f64; 2] {
+        let Some(&own_m) = rest_m.get(boundary) else { return [f64::NEG_INFINITY, f64::INFINITY] };
+        let pressed = self.pressed(rest_m);
+        if let Some(held) = pressed.iter().flatten().find(|pressed| pressed.boundary == boundary) {
+            return [held.dent_m; 2];
+        }
+        let tip = front(self.tip_m - own_m, boundary < self.tip_open, pressed[0]);
+        // The rim meets only what the tip is through.
+        if !self.has_rim() || boundary >= self.tip_open || own_m > self.tip_m {
+            return tip;
+        }
+        let rim = front(self.rim_m() - own_m, boundary < self.rim_open, pressed[1]);
+        [tip[0].max(rim[0]), tip[1].min(rim[1])]
+    }
+}
+
+/// Between which dents a boundary can stand beside a contactor that is `ahead_m` beyond its resting place, in m. The law lets a contactor
+/// meet each boundary at its resting place, so a boundary moves no farther than the contactor is from there, and stands on its own side.
+fn front(ahead_m: f64, opened: bool, pressed: Option<Pressed>) -> [f64; 2] {
+    match (opened, ahead_m > 0.0) {
+        // Carried along by the boundary that is pressed, no farther than it.
+        (false, true) => [ahead_m, pressed.map_or(ahead_m, |pressed| pressed.dent_m.max(ahead_m))],
+        // Not pressed yet: what is pressed above it may push it as far as itself.
+        (false, false) => [ahead_m, pressed.map_or(-ahead_m, |pressed| pressed.dent_m.max(-ahead_m))],
+        (true, _) => [-ahead_m.abs(), ahead_m.abs()],
+    }
+}
+
+/// Brings the dents of all boundaries, in m along the needle and positive into the body, to where the needle is: what tip and rim press on
+/// ends at them, what they are through lies behind them, what they have not met lies before them, and no boundary passes another. Without a
+/// needle in the tissue only the order is kept. `rest_m` is as in [`Intrusion::pressed`]. Never allocates; what is no number becomes 0.
+pub fn settle(needle: Option<&Intrusion>, rest_m: &[f64], dents_m: &mut [f64]) {
+    for dent_m in dents_m.iter_mut().filter(|dent_m| !dent_m.is_finite()) {
+        *dent_m = 0.0;
+    }
+    let needle = needle.filter(|needle| needle.is_finite());
+    hold(needle, rest_m, dents_m);
+    for boundary in 1..dents_m.len().min(rest_m.len()) {
+        let thickness_m = rest_m[boundary] - rest_m[boundary - 1];
+        dents_m[boundary] = dents_m[boundary].max(dents_m[boundary - 1] - (1.0 - KEPT) * thickness_m);
+    }
+    hold(needle, rest_m, dents_m);
+}
+
+fn hold(needle: Option<&Intrusion>, rest_m: &[f64], dents_m: &mut [f64]) {
+    let Some(needle) = needle else { return };
+    for (boundary, dent_m) in dents_m.iter_mut().enumerate() {
+        let [least_m, most_m] = needle.bounds_m(boundary, rest_m);
+        *dent_m = dent_m.min(most_m).max(least_m);
+    }
+}
+
+#[cfg(test)]
+#[expect(clippy::float_cmp, reason = "what stands where the needle is stands exactly there")]
+mod tests {
+    //! A boundary beside the tip that presses it, one that has passed another, or one that jumps as it is met, shows what did not happen.
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Skin, fat, a membrane without thickness, muscle.
+    const REST_M: [f64; 4] = [0.0, 0.0008, 0.0092, 0.0092];
+
+    fn trocar(tip_mm: f64, tip_open: usize, rim_open: usize) -> Intrusion {
+        Intrusion { tip_m: tip_mm * 1e-3, tip_to_rim_m: 2e-3, tip_open, rim_open }
+    }
+
+    fn settled(needle: &Intrusion, dents_mm: [f64; 4]) -> [f64; 4] {
+        let mut dents_m = dents_mm.map(|mm| mm * 1e-3);
+        settle(Some(needle), &REST_M, &mut dents_m);
+        dents_m.map(|m| (m * 1e6).round() / 1e3)
+    }
+
+    #[test]
+    fn what_is_pressed_ends_at_tip_and_rim() {
+        assert_eq!(settled(&trocar(5.0, 0, 0), [11.1, 9.0, 3.0, 3.0])[0], 5.0, "the skin under the tip");
+        let through = settled(&trocar(4.0, 1, 0), [9.0, 9.0, 3.0, 3.0]);
+        assert_eq!(through[..2], [2.0, 3.2], "the skin under the rim, the fat under the tip");
+        let inside = settled(&trocar(8.0, 2, 2), [5.0, 4.0, 3.0, 3.0]);
+        assert!(inside[2] <= 1.2 + 1e-9, "the membrane keeps clear of a tip that has not met it: {inside:?}");
+    }
+
+    #[test]
+    fn a_deeper_boundary_gives_way_no_farther_than_the_one_that_is_pressed() {
+        let pressed = settled(&trocar(5.0, 0, 0), [11.1, 9.0, 8.0, 7.0]);
+        assert_eq!(pressed, [5.0; 4]);
+    }
+
+    proptest! {
+        #[test]
+        fn nothing_passes_anything(
+            tip_mm in -1.0..30.0_f64,
+            rim in any::<bool>(),
+            opened in (0_usize..=4, 0_usize..=4),
+            dents_mm in proptest::array::uniform4(-20.0..40.0_f64),
+        ) {
+            let tip_to_rim_m = if rim { 2e-3 } else { 0.0 };
+            // A contactor opens only what it has reached.
+            let reached = REST_M.iter().filter(|rest_m| **rest_m <= tip_mm * 1e-3).count();
+            let (tip_open, rim_open) = (opened.0, opened.0.min(opened.1));
+            let needle = Intrusion { tip_m: tip_mm * 1e-3, tip_to_rim_m, tip_open, rim_open };
+            let mut dents_m = dents_mm.map(|mm| mm * 1e-3);
+            settle(Some(&needle), &REST_M, &mut dents_m);
+            let stand: Vec<f64> = REST_M.iter().zip(dents_m).map(|(rest_m, dent_m)| rest_m + dent_m).collect();
+            prop_assert!(stand.windows(2).all(|pair| pair[1] >= pair[0] - 1e-12), "{stand:?}");
+            for (boundary, at_m) in stand.iter().enumerate() {
+                let before = boundary >= tip_open || boundary >= reached;
+                let right = if before { *at_m >= needle.tip_m - 1e-12 } else { *at_m <= needle.tip_m + 1e-12 };
+                prop_assert!(right, "boundary {boundary} of {stand:?} on the wrong side of {needle:?}");
+            }
+            for pressed in needle.pressed(&REST_M).into_iter().flatten() {
+                prop_assert!((dents_m[pressed.boundary] - pressed.dent_m).abs() < 1e-12);
+            }
+        }
+
+        #[test]
+        fn nothing_jumps_while_the_needle_moves_on(
+            tip_mm in 0.0..20.0_f64,
+            opened in (0_usize..=4, 0_usize..=4),
+            dents_mm in proptest::array::uniform4(-3.0..12.0_f64),
+        ) {
+            let at = |tip_mm: f64| {
+                let mut dents_m = dents_mm.map(|mm| mm * 1e-3);
+                settle(Some(&trocar(tip_mm, opened.0, opened.0.min(opened.1))), &REST_M, &mut dents_m);
+                dents_m
+            };
+            for (here, there) in at(tip_mm).iter().zip(at(tip_mm + 0.01)) {
+                prop_assert!((here - there).abs() < 2.1e-5, "{here} m, then {there} m");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_none_are_contained() {
+        let mut dents_m = [f64::NAN, f64::INFINITY, 0.001, -0.001];
+        settle(Some(&trocar(f64::NAN, 0, 0)), &REST_M, &mut dents_m);
+        assert_eq!(dents_m, [0.0, 0.0, 0.001, 0.001]);
+        settle(Some(&trocar(3.0, 9, 9)), &REST_M[..2], &mut dents_m);
+        assert!(dents_m.iter().all(|dent_m| dent_m.is_finite()));
+    }
+}

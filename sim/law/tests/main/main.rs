@@ -1,0 +1,24 @@
+//! What the law promises, shown from outside.
+
+#[cfg(test)]
+mod allocation;
+#[cfg(test)]
+mod beam;
+#[cfg(test)]
+mod cells;
+#[cfg(test)]
+mod energy;
+#[cfg(test)]
+mod operators;
+#[cfg(test)]
+mod properties;
+#[cfg(test)]
+mod puncture;
+#[cfg(test)]
+mod reference;
+#[cfg(test)]
+mod ruptures;
+#[cfg(test)]
+mod soak;
+#[cfg(test)]
+mod structures;

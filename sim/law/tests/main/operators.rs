@@ -1,0 +1,172 @@
+//! Virtual operators against the tissue: how far a hand overshoots a pop, how well it finds its depth, and that a seed
+//! fixes every bit.
+//!
+//! It would fail if a hand's stiffness no longer told a novice from an expert, if a hand shook itself to pieces against bone, or if
+//! anything but the seed, the steps and the forces reached the motion.
+
+use law::axial::{AxialSpec, Contactor};
+use law::operator::{Motion, Operator, Plan, Skill};
+use law::puncture::{PunctureEvent, PunctureOutput};
+use law::structures::{Shape, StructureKind, StructureSpec};
+use nalgebra::{Point3, Vector3};
+
+use bench::needle::Needle;
+use bench::scenes::{paper, training};
+
+const DT: f64 = 1e-3;
+const TARGET_M: f64 = 0.025;
+const SEEDS: u64 = 6;
+
+fn plan() -> Plan {
+    Plan {
+        entry_m: Point3::origin(),
+        axis: -Vector3::z(),
+        target_x_m: TARGET_M,
+        approach_m: 0.01,
+        hold_s: 1.0,
+        reach_m: 0.15,
+    }
+}
+
+struct Tick {
+    motion: Motion,
+    output: PunctureOutput,
+    events: Vec<PunctureEvent>,
+}
+
+/// Runs an operator until it is done, or for two minutes.
+fn perform(operator: &mut Operator, mut needle: Needle) -> Vec<Tick> {
+    let mut ticks: Vec<Tick> = Vec::new();
+    let mut force_n = Vector3::zeros();
+    for _ in 0..120_000 {
+        let motion = operator.step(DT, &force_n);
+        let output = needle.pose(motion.patient_from_needle);
+        force_n = output.force_n;
+        ticks.push(Tick { motion, output, events: needle.scratch.events.clone() });
+        if motion.done {
+            break;
+        }
+    }
+    ticks
+}
+
+fn attempt(skill: &Skill, seed: u64, scene: AxialSpec) -> Vec<Tick> {
+    perform(&mut Operator::skilled(skill, &plan(), seed), Needle::new(scene, vec![]).expect("a valid scene"))
+}
+
+fn confirmed_x_m(ticks: &[Tick]) -> f64 {
+    let confirmed: Vec<_> = ticks.iter().filter(|tick| tick.motion.confirm).collect();
+    assert_eq!(confirmed.len(), 1, "an operator confirms once");
+    confirmed[0].output.x_m
+}
+
+/// Furthest advance within a second after the skin's rim pop, in m.
+fn overshoot_m(ticks: &[Tick]) -> f64 {
+    let popped = |event: &PunctureEvent| matches!(event, PunctureEvent::Rupture(rupture) if rupture.contactor == Contactor::Rim && rupture.boundary == 0);
+    let at = ticks.iter().position(|tick| tick.events.iter().any(popped)).expect("the skin's rim pop");
+    let furthest = ticks[at..(at + 1000).min(ticks.len())].iter().map(|tick| tick.output.x_m).fold(f64::MIN, f64::max);
+    furthest - ticks[at].output.x_m
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+#[test]
+fn hands_overshoot_the_skin_as_their_stiffness_says() {
+    // Physics section 6: relaxed 5–14 mm, normal 2–5 mm, braced 0.8–1.5 mm, of the hand alone: a scene without friction.
+    let cases = [(Skill::novice(), 5.0..=14.0), (Skill::intermediate(), 2.0..=5.0), (Skill::expert(), 0.8..=1.5)];
+    for (skill, range_mm) in cases {
+        let overshoots = (0..SEEDS).map(|seed| overshoot_m(&attempt(&skill, seed, paper())) * 1e3).collect();
+        let typical = median(overshoots);
+        assert!(range_mm.contains(&typical), "{typical} mm is outside {range_mm:?}");
+    }
+}
+
+#[test]
+fn experts_find_their_depth_better_than_novices_and_everybody_comes_back() {
+    let errors_mm = |skill: &Skill| -> Vec<f64> {
+        (0..SEEDS)
+            .map(|seed| {
+                let ticks = attempt(skill, seed, training());
+                let last = ticks.last().expect("ticks");
+                assert!(last.motion.done && !last.output.inside, "seed {seed} did not come back");
+                assert!(last.output.x_m < -0.008, "withdrawn to about where it began");
+                (confirmed_x_m(&ticks) - TARGET_M).abs() * 1e3
+            })
+            .collect()
+    };
+    let (novice, expert) = (errors_mm(&Skill::novice()), errors_mm(&Skill::expert()));
+    assert!(expert.iter().all(|error| *error < 1.3), "{expert:?}");
+    assert!(novice.iter().all(|error| *error < 5.0), "{novice:?}");
+    assert!(median(expert.clone()) < median(novice.clone()), "{expert:?} against {novice:?}");
+}
+
+#[test]
+fn a_seed_fixes_every_bit_and_another_seed_is_another_attempt() {
+    let poses = |seed| -> Vec<_> {
+        attempt(&Skill::novice(), seed, training()).iter().map(|tick| tick.motion.patient_from_needle).collect()
+    };
+    let (first, again, other) = (poses(5), poses(5), poses(6));
+    assert_eq!(first, again);
+    assert_ne!(first[0], other[0]);
+}
+
+#[test]
+fn an_operator_that_meets_bone_pushes_gives_up_and_comes_back() {
+    let bone = StructureSpec {
+        name: "rib".into(),
+        kind: StructureKind::Bone,
+        shape: Shape::Box { half_extents_m: Vector3::new(0.02, 0.02, 0.004) },
+        position_m: Point3::new(0.0, 0.0, -0.014),
+        wall: None,
+    };
+    for skill in [Skill::novice(), Skill::expert()] {
+        let needle = Needle::new(training(), vec![bone.clone()]).expect("a valid scene");
+        let ticks = perform(&mut Operator::skilled(&skill, &plan(), 1), needle);
+        assert!(ticks.last().expect("ticks").motion.done, "it must not push for ever");
+        let hardest_n = ticks.iter().map(|tick| tick.output.structures_n.norm()).fold(0.0, f64::max);
+        assert!((5.0..30.0).contains(&hardest_n), "{hardest_n} N");
+    }
+}
+
+#[test]
+fn a_constant_speed_is_exactly_constant_from_the_start_position_at_time_zero() {
+    let mut operator = Operator::constant(0.002, &plan());
+    let ticks = perform(&mut operator, Needle::new(paper(), vec![]).expect("a valid scene"));
+    for (n, tick) in ticks.iter().take(17_000).enumerate() {
+        let wanted = -0.01 + 0.002 * (n as f64 * DT);
+        assert!((tick.output.x_m - wanted).abs() < 1e-12, "tick {n}: {}", tick.output.x_m);
+    }
+    assert!((confirmed_x_m(&ticks) - TARGET_M).abs() <= 0.002 * DT + 1e-12, "within a tick of leaving the target");
+    let whole_s = 2.0 * 17.5 + 1.0;
+    assert!((ticks.len() as f64 * DT - whole_s).abs() < 0.01, "{}", ticks.len());
+    assert!((ticks.last().expect("ticks").output.x_m + 0.01).abs() < 1e-5);
+}
+
+#[test]
+fn bad_steps_and_forces_do_no_harm() {
+    let mut operator = Operator::skilled(&Skill::expert(), &plan(), 2);
+    let mut last = operator.step(DT, &Vector3::zeros());
+    for dt_s in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert_eq!(operator.step(dt_s, &Vector3::zeros()), last);
+    }
+    for _ in 0..1000 {
+        last = operator.step(DT, &Vector3::new(f64::NAN, 0.0, f64::INFINITY));
+    }
+    assert!(last.patient_from_needle.translation.vector.norm() < 0.02);
+    assert!(Operator::constant(0.0, &plan()).step(DT, &Vector3::zeros()).done);
+    assert!(Operator::constant(f64::NAN, &plan()).step(DT, &Vector3::zeros()).done);
+}
+
+#[test]
+fn a_trainee_between_two_skills_is_between_them() {
+    let (novice, expert) = (Skill::novice(), Skill::expert());
+    assert_eq!(novice.towards(&expert, 0.0), novice);
+    assert_eq!(novice.towards(&expert, 1.0), expert);
+    let quarter = novice.towards(&expert, 0.25);
+    let wanted = 0.75 * novice.stiffness_n_per_m + 0.25 * expert.stiffness_n_per_m;
+    assert!((quarter.stiffness_n_per_m - wanted).abs() < 1e-9);
+    assert!(quarter.lapse < novice.lapse && quarter.depth_sd_m > expert.depth_sd_m);
+}

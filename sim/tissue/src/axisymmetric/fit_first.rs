@@ -1,0 +1,92 @@
+//! How meshes were chosen before judges had a mesh of their own: recordings of that time re-simulate by it.
+//!
+//! Two orders more in every strip divide the error by about nine, so the distance between the two answers is the error of the
+//! lower one to about a tenth, but for what both miss. The first mesh that its judge finds good enough is trimmed against the
+//! same judge.
+
+use super::basis::MAX_ORDER;
+use super::fit::{AIM, BETTER, Fitted, first_level};
+use super::trim::{Rung, Trimming, View};
+use super::{AxisymmetricError, MeshSpec};
+use crate::{Problem, relative_distance};
+
+/// What is judged may be wrong by this many tolerances: its judge is then wrong by a sixth of one.
+const DOUBT: f64 = 1.5;
+
+/// Share of the tolerance that grading to the side may change. Where it changes more, or more than the orders of the
+/// judge do, every mesh is graded to it.
+const SIDE: f64 = 0.5;
+
+/// Finds a mesh whose distance from its judge meets a tolerance, for a checked problem.
+pub(super) fn fit(problem: &Problem, tolerance: f64) -> Result<Fitted, AxisymmetricError> {
+    let level = first_level(tolerance);
+    let mesh = MeshSpec::graded(problem, level as f64);
+    let mut climb = Climb { problem, tolerance, mesh, to_side: false, error: f64::INFINITY };
+    for orders in 0..=MAX_ORDER - BETTER - level {
+        if let Some((enough, judge)) = climb.judged(orders)? {
+            let trimming = Trimming { problem, view: View::Axial, truth: &judge.answer, aim: AIM * tolerance };
+            return Ok(fitted(trimming.trim(enough)?, &judge, tolerance));
+        }
+    }
+    let finest = if climb.to_side { climb.mesh } else { climb.mesh.graded_to_side() }.raised(MAX_ORDER);
+    let judge = Rung::new(problem, finest.clone().halved(), View::Axial)?;
+    Ok(fitted(Rung::new(problem, finest, View::Axial)?, &judge, tolerance))
+}
+
+/// Relative distance of a rung from a better one.
+fn error(rung: &Rung, better: &Rung) -> f64 {
+    relative_distance(&rung.answer, &better.answer)
+}
+
+fn fitted(rung: Rung, better: &Rung, tolerance: f64) -> Fitted {
+    let estimated_relative_error = error(&rung, better);
+    let met = estimated_relative_error <= tolerance;
+    Fitted { model: rung.model, mesh: rung.mesh, estimated_relative_error, met }
+}
+
+/// The search for a mesh that is good enough, and for its judge.
+struct Climb<'a> {
+    problem: &'a Problem,
+    tolerance: f64,
+    /// The mesh to begin with.
+    mesh: MeshSpec,
+    /// Whether it is graded to the side.
+    to_side: bool,
+    /// Error of the last rung.
+    error: f64,
+}
+
+impl Climb<'_> {
+    /// The mesh with so many orders more.
+    fn rung(&self, orders: usize) -> Result<Rung, AxisymmetricError> {
+        Rung::new(self.problem, self.mesh.clone().raised(orders), View::Axial)
+    }
+
+    /// A rung and its judge, if that can be trusted. The side is looked at when it can, and when an order more has not
+    /// halved the error, as it would but for the corner there.
+    fn pair(&mut self, orders: usize) -> Result<Option<(Rung, Rung)>, AxisymmetricError> {
+        let (low, judge) = (self.rung(orders)?, self.rung(orders + BETTER)?);
+        let wrong = error(&low, &judge);
+        let trusted = wrong <= DOUBT * self.tolerance;
+        let stalled = wrong > 0.5 * std::mem::replace(&mut self.error, wrong);
+        if !self.to_side && (trusted || stalled) {
+            let sided = Rung::new(self.problem, low.mesh.clone().graded_to_side(), View::Axial)?;
+            if error(&low, &sided) > if trusted { SIDE * self.tolerance } else { wrong } {
+                self.to_side = true;
+                self.mesh = self.mesh.clone().graded_to_side();
+                return self.pair(orders);
+            }
+        }
+        Ok(trusted.then_some((low, judge)))
+    }
+
+    /// A rung that meets the aim and the judge that shows it: the rung of so many orders more, or the next.
+    fn judged(&mut self, orders: usize) -> Result<Option<(Rung, Rung)>, AxisymmetricError> {
+        let Some((mut rung, judge)) = self.pair(orders)? else { return Ok(None) };
+        let meets = |rung: &Rung| error(rung, &judge) <= AIM * self.tolerance;
+        if !meets(&rung) {
+            rung = self.rung(orders + 1)?;
+        }
+        Ok(if meets(&rung) { Some((rung, judge)) } else { None })
+    }
+}

@@ -1,0 +1,77 @@
+//! The load as forces on the nodes, per radian: its share across the radius times its share down the depth.
+
+use std::f64::consts::PI;
+
+use super::basis::{basis, fine_rule};
+use super::mesh::{Span, Spans, same_depth};
+use crate::Load;
+use crate::quadrature::gauss;
+
+/// Load radii beyond which the traction is nothing: exp(−7²) = 5e-22.
+const REACH: f64 = 7.0;
+
+/// ∫ g(x) φ(x) dx over each strip, summed at the nodes.
+fn weigh(spans: &Spans, within_m: [f64; 2], density: impl Fn(f64) -> f64) -> Vec<f64> {
+    let mut weights = vec![0.0; spans.nodes()];
+    for span in spans.all() {
+        let (from_m, to_m) = (span.from_m.max(within_m[0]), span.to_m.min(within_m[1]));
+        for &(x, weight) in fine_rule().iter().filter(|_| to_m > from_m) {
+            let at_m = 0.5 * (from_m + to_m) + 0.5 * (to_m - from_m) * x;
+            let values = basis(span.order).values((at_m - span.middle_m()) / span.half_m());
+            let scale = 0.5 * (to_m - from_m) * weight * density(at_m);
+            for (node, value) in weights[span.first..=span.first + span.order].iter_mut().zip(values) {
+                *node += scale * value;
+            }
+        }
+    }
+    weights
+}
+
+/// The force of 1 N on every node across the radius, in N per radian: ∫ φ p r dr with p = exp(−(r/a)²)/(πa²).
+pub(super) fn across(radius_m: f64, spans: &Spans) -> Vec<f64> {
+    let scale = 1.0 / (PI * radius_m * radius_m);
+    weigh(spans, [0.0, REACH * radius_m], |r| scale * r * libm::exp(-(r / radius_m) * (r / radius_m)))
+}
+
+/// The share of the load on every node down the depth: all on one of them, or even over a stretch.
+pub(super) fn along(load: &Load, spans: &Spans) -> Vec<f64> {
+    let [from_m, to_m] = load.ends_m();
+    if !same_depth(from_m, to_m) {
+        return weigh(spans, [from_m, to_m], |_| 1.0 / (to_m - from_m));
+    }
+    let mut weights = vec![0.0; spans.nodes()];
+    let begins = |span: &&Span| same_depth(span.from_m, from_m);
+    let node = spans.all().iter().find(begins).map_or(weights.len() - 1, |span| span.first);
+    weights[node] = 1.0;
+    weights
+}
+
+/// A part of a load that leans, on a vertical of its own.
+pub(super) struct Station {
+    /// Where the vertical is, in m.
+    pub x_m: f64,
+    /// Its share of the load on every node down the depth.
+    pub along: Vec<f64>,
+}
+
+/// The load of a needle that goes `tangent` along the skin for each metre down: where it meets a contactor; for a drag so many
+/// stations in each strip, at Gauss's points, each with the density that interpolation gives it.
+pub(super) fn stations(load: &Load, spans: &Spans, tangent: f64, each_strip: usize) -> Vec<Station> {
+    let [from_m, to_m] = load.ends_m();
+    if same_depth(from_m, to_m) {
+        return vec![Station { x_m: from_m * tangent, along: along(load, spans) }];
+    }
+    let points: Vec<f64> = gauss(each_strip).into_iter().map(|(point, _)| point).collect();
+    let dragged = spans.all().iter().filter(|span| (from_m..=to_m).contains(&span.middle_m()));
+    let station = |span: &Span, own: usize| {
+        let others = || points.iter().enumerate().filter(move |&(at, _)| at != own);
+        let share = |depth_m: f64| -> f64 {
+            let x = (depth_m - span.middle_m()) / span.half_m();
+            others().map(|(_, point)| (x - point) / (points[own] - point)).product()
+        };
+        let depth_m = span.middle_m() + span.half_m() * points[own];
+        let along = weigh(spans, [span.from_m, span.to_m], |depth_m| share(depth_m) / (to_m - from_m));
+        Station { x_m: depth_m * tangent, along }
+    };
+    dragged.flat_map(|span| (0..each_strip).map(move |own| (span, own))).map(|(span, own)| station(span, own)).collect()
+}

@@ -1,0 +1,187 @@
+//! The coarsest mesh for an oblique needle that meets a tolerance, with an error that is measured and not hoped for.
+//!
+//! As for a perpendicular needle the judge has a mesh of its own, and more stations along a drag. Nothing is trimmed: an oblique
+//! answer is solved once and kept, so that a re-solve is free.
+
+use super::basis::MAX_ORDER;
+use super::fit::{BETTER, first_level};
+use super::judge::Judge;
+use super::oblique::Shared;
+use super::{Axisymmetric, AxisymmetricError, MeshSpec, Oblique};
+use crate::volumetric::Problem3;
+use crate::{FieldModel, Judging, Load, Problem, Sampled, relative_distance};
+use law::axial::Domain;
+use phrase::{Phrase, phrase};
+
+/// Stations of a drag in each strip, and of its judge.
+const STATIONS: [usize; 2] = [3, 5];
+
+/// A model with what is known of its error.
+#[derive(Clone, Debug)]
+pub struct FittedOblique {
+    /// The model, solved for 1 N.
+    pub model: Oblique,
+    /// Its mesh.
+    pub mesh: MeshSpec,
+    /// Relative L2 error at the problem's depths and at its radii to both sides of the needle, the larger of that of the displacement along it
+    /// and of that across it in its plane.
+    pub estimated_relative_error: f64,
+    /// Whether the estimate meets the tolerance. Where not, this is the most accurate mesh that was judged.
+    pub met: bool,
+}
+
+impl FittedOblique {
+    /// The mesh, for people.
+    #[must_use]
+    pub fn mesh_in_words(&self) -> Phrase {
+        phrase!("{mesh} for each harmonic", mesh = self.mesh.in_words())
+    }
+}
+
+/// Finds the coarsest mesh whose relative error around the needle meets a tolerance.
+///
+/// # Errors
+/// The first number of the question that is out of range, or a tolerance that is not a positive number, or contrasts
+/// beyond double precision.
+pub fn fit_oblique(question: &Problem3, tolerance: f64) -> Result<FittedOblique, AxisymmetricError> {
+    fit_oblique_by(Judging::Second, question, tolerance)
+}
+
+/// The same by a way of judging.
+///
+/// # Errors
+/// As for [`fit_oblique`].
+pub fn fit_oblique_by(
+    judging: Judging,
+    question: &Problem3,
+    tolerance: f64,
+) -> Result<FittedOblique, AxisymmetricError> {
+    question.check()?;
+    Domain::Positive.check("tolerance", tolerance, "")?;
+    match judging {
+        Judging::First => first(question, tolerance),
+        Judging::Second => second(question, tolerance),
+    }
+}
+
+/// What the loads of an attempt come to.
+pub struct Along {
+    /// For each load the displacement along the needle at the question's depths, at its radii towards where the needle leans, in m/N.
+    pub answers_m: Vec<Vec<f64>>,
+    /// What the relative error of each is taken to be.
+    pub doubts: Vec<f64>,
+}
+
+/// Answers a question for several loads of one needle by a mesh of its own, as fine as judging a tolerance needs. The question's own load is a
+/// drag over all of them, for which the mesh is made.
+///
+/// # Errors
+/// As for [`fit_oblique`].
+pub fn along_needle(question: &Problem3, loads: &[Load], tolerance: f64) -> Result<Along, AxisymmetricError> {
+    question.check()?;
+    Domain::Positive.check("tolerance", tolerance, "")?;
+    let [_, more] = STATIONS;
+    let answer = |mesh: &MeshSpec| each_along_needle_m(question, loads, (mesh, more));
+    let worst = |a: &Vec<Vec<f64>>, b: &Vec<Vec<f64>>| {
+        a.iter().zip(b).map(|(a, b)| relative_distance(a, b)).fold(0.0, f64::max)
+    };
+    let judge = Judge::new(&question.flat, tolerance, answer, worst)?;
+    let doubts = (0..loads.len()).map(|at| judge.doubt_of(|a, b| relative_distance(&a[at], &b[at]))).collect();
+    Ok(Along { answers_m: judge.answer, doubts })
+}
+
+/// Displacement along the needle under each load, in m, on one mesh; a drag that leans with so many stations in each strip. Where a sample lies outside the tissue nothing moves.
+pub(crate) fn each_along_needle_m(
+    question: &Problem3,
+    loads: &[Load],
+    (mesh, each_strip): (&MeshSpec, usize),
+) -> Result<Vec<Vec<f64>>, AxisymmetricError> {
+    let mut asked_nowhere = question.clone();
+    asked_nowhere.flat.sample_r_m.clear();
+    asked_nowhere.flat.sample_depth_m.clear();
+    for load in loads {
+        mesh.check(&Problem { load: *load, ..asked_nowhere.flat.clone() })?;
+    }
+    if question.tilt_rad == 0.0 {
+        let mut model = Axisymmetric::new(&asked_nowhere.flat, mesh)?;
+        let answer = |load: &Load| {
+            model.take(load);
+            question.all_along_needle_m(&model)
+        };
+        return Ok(loads.iter().map(answer).collect());
+    }
+    let shared = Shared::new(&asked_nowhere, (mesh, each_strip))?;
+    Ok(loads.iter().map(|load| question.all_along_needle_m(&shared.under(load))).collect())
+}
+
+fn second(question: &Problem3, tolerance: f64) -> Result<FittedOblique, AxisymmetricError> {
+    let [few, more] = STATIONS;
+    let answer = |mesh: &MeshSpec| Ok(sampled(question, &Oblique::new(question, mesh, more)?));
+    let judge = Judge::new(&question.flat, tolerance, answer, Sampled::distance)?;
+    let fitted = |model: Oblique, mesh: MeshSpec| {
+        let estimated_relative_error = sampled(question, &model).distance(&judge.answer) + judge.doubt;
+        FittedOblique { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance }
+    };
+    let level = first_level(tolerance);
+    let (mut mesh, mut before) = (MeshSpec::graded(&question.flat, level as f64), f64::INFINITY);
+    for orders in 0..=MAX_ORDER - level {
+        let raised = mesh.clone().raised(orders);
+        let fitted = fitted(Oblique::new(question, &raised, few)?, raised);
+        let error = fitted.estimated_relative_error;
+        if fitted.met {
+            return Ok(fitted);
+        }
+        // Without a corner at the side in the way, an order halves the error.
+        if error > 0.5 * std::mem::replace(&mut before, error) {
+            mesh = mesh.graded_to_side();
+        }
+    }
+    Ok(fitted(Oblique::new(question, &judge.coarser, more)?, judge.coarser.clone()))
+}
+
+/// By the same mesh with two orders more, graded to the side and with more stations: as recordings were made whose field names
+/// no way of judging.
+fn first(question: &Problem3, tolerance: f64) -> Result<FittedOblique, AxisymmetricError> {
+    let level = first_level(tolerance);
+    let mut first = MeshSpec::graded(&question.flat, level as f64);
+    let mut before = f64::INFINITY;
+    let mut orders = 0;
+    loop {
+        let fitted = judged(question, first.clone().raised(orders), tolerance)?;
+        if fitted.met || level + orders + BETTER >= MAX_ORDER {
+            return Ok(fitted);
+        }
+        // Without a corner at the side in the way, an order halves the error.
+        let error = fitted.estimated_relative_error;
+        if error > 0.5 * std::mem::replace(&mut before, error) {
+            first = first.graded_to_side();
+        }
+        orders += 1;
+    }
+}
+
+fn judged(question: &Problem3, mesh: MeshSpec, tolerance: f64) -> Result<FittedOblique, AxisymmetricError> {
+    let [few, more] = STATIONS;
+    let model = Oblique::new(question, &mesh, few)?;
+    let better = Oblique::new(question, &mesh.clone().graded_to_side().raised(BETTER), more)?;
+    let [found, better] = [&model, &better].map(|model| sampled(question, model));
+    let estimated_relative_error = found.distance_by(Judging::First, &better);
+    let met = estimated_relative_error <= tolerance;
+    Ok(FittedOblique { model, mesh, estimated_relative_error, met })
+}
+
+/// Displacement out of the body along the needle, and across it in its plane away from it, at the problem's depths and at its radii from the
+/// needle to both sides.
+fn sampled(question: &Problem3, model: &Oblique) -> Sampled {
+    let (sine, cosine) = (libm::sin(question.tilt_rad), libm::cos(question.tilt_rad));
+    let mut found = Sampled::default();
+    for &depth_m in &question.flat.sample_depth_m {
+        for x_m in question.flat.sample_r_m.iter().flat_map(|&r_m| [r_m, -r_m]) {
+            let [out_m, along_m] = model.displacement_m(x_m + depth_m * libm::tan(question.tilt_rad), depth_m);
+            let away = if x_m.is_sign_negative() { -1.0 } else { 1.0 };
+            found.axial_m.push(cosine * out_m - sine * along_m);
+            found.radial_m.push(away * (cosine * along_m + sine * out_m));
+        }
+    }
+    found
+}

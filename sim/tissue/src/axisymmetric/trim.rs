@@ -1,0 +1,144 @@
+//! Meshes beside the answers they give, and the orders of one that a tolerance does not need.
+
+use super::{Axisymmetric, AxisymmetricError, MeshSpec};
+use crate::{Problem, Sampled, relative_distance};
+
+/// What of an answer counts, and how much.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum View {
+    /// The axial displacement, as it is.
+    Axial,
+    /// Axial and radial displacement, each as a share of its own size, in m.
+    Both {
+        /// Size of the axial displacement.
+        axial_m: f64,
+        /// Size of the radial displacement; nothing of it counts where it is 0.
+        radial_m: f64,
+    },
+}
+
+impl View {
+    /// Both components, as shares of what they are in an answer.
+    pub fn both(answer: &Sampled) -> Self {
+        let size = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>().sqrt();
+        Self::Both { axial_m: size(&answer.axial_m), radial_m: size(&answer.radial_m) }
+    }
+
+    /// What counts of an answer.
+    pub fn of(self, answer: &Sampled) -> Vec<f64> {
+        let share = |values: &[f64], size: f64| -> Vec<f64> {
+            values.iter().filter(|_| size > 0.0).map(|value| value / size).collect()
+        };
+        match self {
+            Self::Axial => answer.axial_m.clone(),
+            Self::Both { axial_m, radial_m } => {
+                [share(&answer.axial_m, axial_m), share(&answer.radial_m, radial_m)].concat()
+            }
+        }
+    }
+}
+
+/// A mesh, its model and what counts of its answer.
+pub(super) struct Rung {
+    pub mesh: MeshSpec,
+    pub model: Axisymmetric,
+    pub answer: Vec<f64>,
+}
+
+impl Rung {
+    pub fn new(problem: &Problem, mesh: MeshSpec, view: View) -> Result<Self, AxisymmetricError> {
+        let model = Axisymmetric::new(problem, &mesh)?;
+        Ok(Self { answer: view.of(&problem.sampled(&model)), mesh, model })
+    }
+}
+
+/// Attempts at lowering several strips together.
+const TRIES: usize = 3;
+
+/// The search for orders that a tolerance does not need.
+pub(super) struct Trimming<'a> {
+    pub problem: &'a Problem,
+    pub view: View,
+    /// What counts of a better answer.
+    pub truth: &'a [f64],
+    /// The relative distance from it to end below.
+    pub aim: f64,
+}
+
+/// What one order less in one strip does.
+struct Spare {
+    strip: usize,
+    /// Numbers that the factor loses.
+    saved: f64,
+    /// Change of what counts of the answer.
+    change: Vec<f64>,
+}
+
+impl Trimming<'_> {
+    /// Relative distance of a rung from the better answer.
+    pub fn error(&self, rung: &Rung) -> f64 {
+        relative_distance(&rung.answer, self.truth)
+    }
+
+    /// One order less in as many strips as the tolerance allows. Small changes of the mesh add up, so what each does
+    /// alone tells what several do together. That is measured; where it is too much, less is tried.
+    pub fn trim(&self, rung: Rung) -> Result<Rung, AxisymmetricError> {
+        let (spares, mut aim) = (self.spares(&rung)?, self.aim);
+        for _ in 0..TRIES {
+            let picked = self.pick(&rung, &spares, aim);
+            if picked.is_empty() {
+                break;
+            }
+            let trimmed = Rung::new(self.problem, lowered(&rung.mesh, &picked), self.view)?;
+            let error = self.error(&trimmed);
+            if error <= self.aim {
+                return Ok(trimmed);
+            }
+            aim *= self.aim / error;
+        }
+        Ok(rung)
+    }
+
+    fn spares(&self, rung: &Rung) -> Result<Vec<Spare>, AxisymmetricError> {
+        let strips = rung.mesh.radial.iter().chain(&rung.mesh.axial).enumerate();
+        let spare = |(strip, _): (usize, _)| {
+            let lower = Rung::new(self.problem, lowered(&rung.mesh, &[strip]), self.view)?;
+            let saved = rung.model.nonzeros() as f64 - lower.model.nonzeros() as f64;
+            let change = lower.answer.iter().zip(&rung.answer).map(|(a, b)| a - b).collect();
+            Ok(Spare { strip, saved, change })
+        };
+        strips.filter(|(_, strip)| strip.order > 1).map(spare).collect()
+    }
+
+    /// The strips to lower, those first that cost the least accuracy for what they save.
+    fn pick(&self, rung: &Rung, spares: &[Spare], aim: f64) -> Vec<usize> {
+        let mut spares: Vec<&Spare> = spares.iter().collect();
+        let mut answer = rung.answer.clone();
+        let mut picked = Vec::new();
+        loop {
+            let now = relative_distance(&answer, self.truth);
+            let after = |spare: &Spare| relative_distance(&added(&answer, &spare.change), self.truth);
+            let price = |spare: &Spare| (after(spare) * after(spare) - now * now) / spare.saved;
+            let fits = (0..spares.len()).filter(|&at| after(spares[at]) <= aim);
+            let Some(best) = fits.min_by(|&a, &b| price(spares[a]).total_cmp(&price(spares[b]))) else {
+                return picked;
+            };
+            let spare = spares.swap_remove(best);
+            answer = added(&answer, &spare.change);
+            picked.push(spare.strip);
+        }
+    }
+}
+
+fn added(answer: &[f64], change: &[f64]) -> Vec<f64> {
+    answer.iter().zip(change).map(|(a, c)| a + c).collect()
+}
+
+/// A mesh with one order less in some strips, radial ones counted first.
+fn lowered(mesh: &MeshSpec, strips: &[usize]) -> MeshSpec {
+    let mut mesh = mesh.clone();
+    for (at, strip) in mesh.radial.iter_mut().chain(&mut mesh.axial).enumerate() {
+        strip.order -= usize::from(strips.contains(&at));
+    }
+    mesh
+}

@@ -1,0 +1,87 @@
+//! Layers from a measured force–depth curve: least squares with bounds on the force law itself, at slow speed.
+//!
+//! A drop of the force is a boundary that gave way, so the curve shows directly where ruptures are ([`Curve`] and its drops).
+//! With these places held, thickness, stiffness, friction and cutting of every layer, and where in its gap each boundary gives way, are
+//! fitted by Levenberg–Marquardt within bounds, from several starts; thresholds follow from where the boundaries give way. Then each
+//! place is tried in the neighbouring gaps. The result is sound ([`law::soundness`]): where the data ask for a rupture that would create
+//! force or energy, the fit is repeated under that constraint and says so.
+//!
+//! The residual is held against the noise that the curve itself shows: a fit that leaves more has not converged and says so. Where
+//! it leaves only noise, every number gets a 95 % interval by profile likelihood, or is said not to be determined.
+
+mod curve;
+mod descent;
+mod drops;
+mod fit;
+mod guess;
+mod model;
+mod orders;
+mod peaks;
+mod starts;
+mod uncertainty;
+mod verdict;
+mod words;
+
+pub use curve::{Curve, MIN_SAMPLES};
+pub use fit::{Asked, Fit, Start, fit};
+pub use guess::Fresh;
+pub use model::{QUANTITIES, Quantity, residual_rms_n};
+pub use peaks::Peak;
+pub use uncertainty::{Estimate, Interval, Standing};
+pub use verdict::Misfit;
+
+/// Why a curve cannot be fitted.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CalibrateError {
+    /// A depth or force that is not finite.
+    #[error("sample {row}: a depth or force is not finite; finite numbers are allowed")]
+    NotFinite {
+        /// The sample, from 0.
+        row: usize,
+    },
+    /// Too few samples.
+    #[error("samples that move: {found}; at least {needed} are needed")]
+    TooFew {
+        /// Samples that advance or withdraw.
+        found: usize,
+        /// How many are needed.
+        needed: usize,
+    },
+    /// Too few samples that go deeper.
+    #[error(
+        "samples deeper than all before them: {found}; at least {needed} are needed, of an insertion in the order measured"
+    )]
+    NoInsertion {
+        /// Samples deeper than all before them.
+        found: usize,
+        /// How many are needed.
+        needed: usize,
+    },
+    /// More layers than the curve has drops for.
+    #[error(
+        "drops of at least {least_n:.3} N while the tip advances: {found}; {} are needed for layers: {asked}. Fewer layers, or a starting scene laid over the curve, are allowed",
+        asked * per_layer
+    )]
+    TooFewDrops {
+        /// Drops of the curve.
+        found: usize,
+        /// Layers asked for.
+        asked: usize,
+        /// Drops that a layer makes: two with a rim.
+        per_layer: usize,
+        /// The least fall that counts, in N.
+        least_n: f64,
+    },
+    /// The starting scene has no rupture within the curve.
+    #[error("no boundary of the starting scene gives way within the curve's {deepest_mm:.2} mm")]
+    StartBeyondCurve {
+        /// How deep the curve goes, in mm.
+        deepest_mm: f64,
+    },
+    /// The starting scene is of another version of the law than the one fitted.
+    #[error("the starting scene is of law 1, by which cutting depends on the tick; scenes of law 2 are allowed")]
+    OldLaw,
+    /// The starting scene is not one that the law takes.
+    #[error(transparent)]
+    Params(#[from] law::axial::ParamError),
+}

@@ -1,0 +1,309 @@
+//! The fitted variables, and what the law makes of them along a curve.
+//!
+//! A threshold is no variable: the force at a sample jumps when a threshold moves a rupture across it, and no derivative
+//! knows of that. The data show directly between which samples a boundary gave way, so a rupture has a *place*, a gap of the curve, and
+//! where within the gap is the variable x; the threshold follows: P = k (x − D) for the tip, P = k (x − L − D) for the rim. With the
+//! places held, the residual is continuous in every variable, and nothing that is differentiated straddles a drop.
+
+use nalgebra::DMatrix;
+
+use super::curve::Curve;
+use super::descent::{Lowest, Problem, square};
+use super::drops::Front;
+use law::axial::{AxialSpec, Layer};
+use law::closed_form::{self, PredictedRupture};
+use law::quasistatic::quasistatic_forces_n;
+
+/// What is fitted of each layer, in the order of the variables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Thickness, in m.
+    Thickness,
+    /// Stiffness of the layer's boundary, in N/m.
+    Stiffness,
+    /// Friction cap per inserted length, in N/m.
+    Friction,
+    /// Cutting force, in N.
+    Cutting,
+    /// Force at which the tip opens the boundary, in N. It follows from the others and where the boundary gives way.
+    TipThreshold,
+    /// Force at which the rim opens it, in N. It follows likewise.
+    RimThreshold,
+}
+
+/// A layer's quantities in the order of its variables. The thresholds' variables are where the boundary gives way, in m.
+pub const QUANTITIES: [Quantity; 6] = [
+    Quantity::Thickness,
+    Quantity::Stiffness,
+    Quantity::Friction,
+    Quantity::Cutting,
+    Quantity::TipThreshold,
+    Quantity::RimThreshold,
+];
+/// How many of them are variables themselves.
+pub(super) const OWN: usize = 4;
+/// How close to a sample, in gaps, a rupture may come: which side of the sample it is on is its place's to say.
+const EDGE: f64 = 0.05;
+
+impl Quantity {
+    /// Lowest and highest value, and the step of the finite differences. The steps are small beside anything measured
+    /// and large beside round-off: the residual is nearly linear in each.
+    fn range(self) -> (f64, f64, f64) {
+        match self {
+            Self::Thickness => (0.0, 0.5, 1e-8),
+            Self::Stiffness => (1.0, 1e6, 1e-4),
+            Self::Friction => (0.0, 2e3, 1e-4),
+            Self::Cutting => (0.0, 50.0, 1e-6),
+            Self::TipThreshold | Self::RimThreshold => (0.0, 50.0, 1e-8),
+        }
+    }
+
+    pub(super) fn bounds(self) -> (f64, f64) {
+        let (lower, upper, _) = self.range();
+        (lower, upper)
+    }
+
+    /// A size below which it is as good as 0 (choice): 1 mm, 10 N/m, 1 N/m, 0.05 N.
+    pub(super) fn least_size(self) -> f64 {
+        match self {
+            Self::Thickness => 1e-3,
+            Self::Stiffness => 10.0,
+            Self::Friction => 1.0,
+            Self::Cutting | Self::TipThreshold | Self::RimThreshold => 0.05,
+        }
+    }
+
+    /// A value on its lower bound if it is a thousandth of the least size from it, else as it is.
+    pub(super) fn on_its_bound(self, value: f64) -> f64 {
+        const NEXT_TO: f64 = 1e-3;
+        let (lower, _) = self.bounds();
+        if value - lower <= NEXT_TO * self.least_size() { lower } else { value }
+    }
+
+    pub(super) fn get(self, layer: &Layer) -> f64 {
+        match self {
+            Self::Thickness => layer.thickness_m,
+            Self::Stiffness => layer.stiffness_n_per_m,
+            Self::Friction => layer.friction_n_per_m,
+            Self::Cutting => layer.cutting_n,
+            Self::TipThreshold => layer.tip_rupture_n,
+            Self::RimThreshold => layer.rim_rupture_n,
+        }
+    }
+
+    pub(super) fn set(self, layer: &mut Layer, value: f64) {
+        match self {
+            Self::Thickness => layer.thickness_m = value,
+            Self::Stiffness => layer.stiffness_n_per_m = value,
+            Self::Friction => layer.friction_n_per_m = value,
+            Self::Cutting => layer.cutting_n = value,
+            Self::TipThreshold => layer.tip_rupture_n = value,
+            Self::RimThreshold => layer.rim_rupture_n = value,
+        }
+    }
+
+    /// Which contactor's rupture it is the threshold of, by how far that contactor is behind the tip.
+    fn lag_m(self, spec: &AxialSpec) -> Option<f64> {
+        match self {
+            Self::TipThreshold => Some(0.0),
+            Self::RimThreshold => Some(spec.tip_to_rim_m),
+            _ => None,
+        }
+    }
+}
+
+/// In which gap of the front each boundary gives way to the tip and to the rim. Where there is none (the rupture is beyond
+/// the curve, or hidden in another's cascade) the threshold stays as it is.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Places {
+    pub tip: Vec<Option<usize>>,
+    pub rim: Vec<Option<usize>>,
+}
+
+impl Places {
+    /// The place that a threshold follows from.
+    pub fn of(&self, layer: usize, quantity: Quantity) -> Option<usize> {
+        match quantity {
+            Quantity::TipThreshold => self.tip.get(layer).copied().flatten(),
+            Quantity::RimThreshold => self.rim.get(layer).copied().flatten(),
+            _ => None,
+        }
+    }
+}
+
+/// Layers with the places of their ruptures.
+#[derive(Clone, Debug)]
+pub(super) struct Guess {
+    pub spec: AxialSpec,
+    pub places: Places,
+}
+
+/// A curve with what never changes during its fit.
+pub(super) struct Model<'c> {
+    pub curve: &'c Curve,
+    pub front: Front,
+}
+
+/// How strongly an unsound rupture counts: a newton too much counts like ten newtons at every sample.
+const UNSOUND_WEIGHT: f64 = 10.0;
+/// A rupture must leave this part of force and energy less than it found, so that rounding the result leaves it sound.
+const SOUND_MARGIN: f64 = 2e-3;
+
+impl<'c> Model<'c> {
+    pub fn new(curve: &'c Curve) -> Self {
+        Self { curve, front: Front::new(curve) }
+    }
+
+    /// The variables of a guess, those of the layers one after the other.
+    pub fn variables(&self, guess: &Guess) -> Vec<f64> {
+        let mut depth_m = 0.0;
+        let mut variables = Vec::with_capacity(guess.spec.layers.len() * QUANTITIES.len());
+        for (at, layer) in guess.spec.layers.iter().enumerate() {
+            for quantity in QUANTITIES {
+                let value = quantity.get(layer);
+                variables.push(match (quantity.lag_m(&guess.spec), guess.places.of(at, quantity)) {
+                    (None, _) => value,
+                    (Some(_), None) => 0.0,
+                    (Some(lag_m), Some(gap)) => {
+                        let (low_m, high_m) = self.within(gap);
+                        (lag_m + depth_m + value / layer.stiffness_n_per_m).max(low_m).min(high_m)
+                    }
+                });
+            }
+            depth_m += layer.thickness_m;
+        }
+        variables
+    }
+
+    /// The specification that variables stand for, its thresholds put where the places want them.
+    pub fn spec(&self, guess: &Guess, variables: &[f64]) -> AxialSpec {
+        let mut spec = guess.spec.clone();
+        let mut depth_m = 0.0;
+        for (at, values) in variables.chunks(QUANTITIES.len()).enumerate() {
+            for (quantity, &value) in QUANTITIES.iter().zip(values) {
+                let threshold_n = quantity.lag_m(&spec).map(|lag_m| values[1] * (value - lag_m - depth_m).max(0.0));
+                let number = threshold_n.map_or(Some(value), |n| guess.places.of(at, *quantity).map(|_| n));
+                if let (Some(layer), Some(number)) = (spec.layers.get_mut(at), number) {
+                    quantity.set(layer, number);
+                }
+            }
+            depth_m += values[0];
+        }
+        spec
+    }
+
+    /// The number of a quantity that variables stand for: thresholds are no variables.
+    pub fn number(&self, guess: &Guess, variables: &[f64], which: usize) -> f64 {
+        let (at, quantity) = (which / QUANTITIES.len(), QUANTITIES[which % QUANTITIES.len()]);
+        let values = &variables[at * QUANTITIES.len()..];
+        let depth_m = || variables[..at * QUANTITIES.len()].iter().step_by(QUANTITIES.len()).sum::<f64>();
+        match (quantity.lag_m(&guess.spec), guess.places.of(at, quantity)) {
+            (None, _) => variables[which],
+            (Some(_), None) => quantity.get(&guess.spec.layers[at]),
+            (Some(lag_m), Some(_)) => values[1] * (variables[which] - lag_m - depth_m()).max(0.0),
+        }
+    }
+
+    /// The law's force at every sample of the curve.
+    pub fn forces(&self, spec: &AxialSpec) -> Vec<f64> {
+        quasistatic_forces_n(spec, &self.curve.depth_m)
+    }
+
+    /// Law less data at every sample, in N.
+    pub fn misfit(&self, guess: &Guess, variables: &[f64]) -> Vec<f64> {
+        let forces = self.forces(&self.spec(guess, variables));
+        forces.iter().zip(&self.curve.force_n).map(|(law, data)| law - data).collect()
+    }
+
+    /// Goes down from a guess with its places held. Unsound ruptures count as misfit where `sound` is asked for.
+    pub fn descend(&self, guess: &Guess, sound: bool, most: u32) -> Lowest {
+        let residuals = |variables: &[f64]| self.residuals(guess, variables, sound);
+        let (lower, upper) = self.bounds(guess);
+        let step = steps(guess);
+        let enough = self.as_good_as_none();
+        let problem = Problem { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough };
+        problem.descend(&self.variables(guess), most)
+    }
+
+    /// The sum of squares that a guess has as it stands.
+    pub fn cost(&self, guess: &Guess, sound: bool) -> f64 {
+        square(&self.residuals(guess, &self.variables(guess), sound))
+    }
+
+    /// The sum of squares that a specification leaves.
+    pub fn cost_of(&self, spec: &AxialSpec) -> f64 {
+        self.forces(spec).iter().zip(&self.curve.force_n).map(|(law, data)| (law - data) * (law - data)).sum()
+    }
+
+    /// The sum of squares of a millionth of the peak at every sample.
+    pub fn as_good_as_none(&self) -> f64 {
+        const PART: f64 = 1e-6;
+        (PART * self.curve.peak_n()).powi(2) * self.curve.len() as f64
+    }
+
+    /// Law less data at every sample, in N, and what is unsound where `sound` is asked for.
+    pub fn residuals(&self, guess: &Guess, variables: &[f64], sound: bool) -> Vec<f64> {
+        let mut residuals = self.misfit(guess, variables);
+        if sound {
+            let weight = UNSOUND_WEIGHT * (self.curve.len() as f64).sqrt();
+            let spec = self.spec(guess, variables);
+            residuals.extend(closed_form::ruptures(&spec).iter().map(|rupture| weight * excess_n(rupture)));
+        }
+        residuals
+    }
+
+    /// ∂(law)/∂(variables) at a specification, in N per unit of each.
+    pub fn sensitivity(&self, guess: &Guess) -> DMatrix<f64> {
+        let residuals = |variables: &[f64]| self.misfit(guess, variables);
+        let ((lower, upper), step) = (self.bounds(guess), steps(guess));
+        let problem = Problem { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
+        let at = self.variables(guess);
+        problem.jacobian(&at, &residuals(&at))
+    }
+
+    /// Lowest and highest value of every variable. What is no variable here has no room.
+    pub fn bounds(&self, guess: &Guess) -> (Vec<f64>, Vec<f64>) {
+        let range = |which: usize| {
+            let quantity = QUANTITIES[which % QUANTITIES.len()];
+            match (quantity.lag_m(&guess.spec), guess.places.of(which / QUANTITIES.len(), quantity)) {
+                (None, _) => quantity.bounds(),
+                (Some(_), None) => (0.0, 0.0),
+                (Some(_), Some(gap)) => self.within(gap),
+            }
+        };
+        (0..guess.spec.layers.len() * QUANTITIES.len()).map(range).unzip()
+    }
+
+    /// From where to where a rupture with this place can be, in m.
+    fn within(&self, gap: usize) -> (f64, f64) {
+        let edge_m = EDGE * self.front.width_m(gap);
+        (self.front.depth_m[gap] + edge_m, self.front.depth_m[gap + 1] - edge_m)
+    }
+}
+
+/// Steps of the finite differences.
+pub(super) fn steps(guess: &Guess) -> Vec<f64> {
+    guess.spec.layers.iter().flat_map(|_| QUANTITIES.map(|quantity| quantity.range().2)).collect()
+}
+
+/// By how much a rupture leaves too much force or energy, in N; energy as the force that would hold it.
+fn excess_n(rupture: &PredictedRupture) -> f64 {
+    let allowed = 1.0 - SOUND_MARGIN;
+    let force_n = rupture.force_after_n - allowed * rupture.force_before_n;
+    let energy_n = match rupture.energy_before_j > 0.0 {
+        true => {
+            let root = (rupture.energy_after_j / rupture.energy_before_j).sqrt();
+            rupture.force_before_n * (root - allowed)
+        }
+        false => rupture.force_after_n,
+    };
+    force_n.max(energy_n).max(0.0)
+}
+
+/// Root mean square of law less data, in N.
+#[must_use]
+pub fn residual_rms_n(spec: &AxialSpec, curve: &Curve) -> f64 {
+    let forces = quasistatic_forces_n(spec, &curve.depth_m);
+    let squares: f64 = forces.iter().zip(&curve.force_n).map(|(law, data)| (law - data) * (law - data)).sum();
+    (squares / curve.len() as f64).sqrt()
+}

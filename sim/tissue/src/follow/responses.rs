@@ -1,0 +1,100 @@
+//! Unit responses: what 1 N at each place does at each point, computed once.
+
+use super::field::FollowError;
+use super::spec::TissueSpec;
+use crate::volumetric::Problem3;
+use crate::{FieldModel, Load, Problem};
+
+/// Makes a model of one load: the choice of model and mesh is the caller's.
+pub type Fit<'f> = &'f mut dyn FnMut(&Problem3) -> Result<Box<dyn FieldModel>, FollowError>;
+
+/// Displacement along the needle at each point under 1 N of each load.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Responses {
+    loads: usize,
+    /// Point by point, each with one entry per load, in m/N, positive into the body.
+    axial_m_per_n: Vec<f64>,
+}
+
+impl Responses {
+    /// Asks a model of each load of a tissue, in the order of [`law::axial::loads`], for the displacement at each point: a
+    /// distance from the needle, towards where it leans, and a depth, in m.
+    ///
+    /// # Errors
+    /// When the tissue makes no sense or a model cannot be had.
+    pub fn new(tissue: &TissueSpec, points_m: &[[f64; 2]], fit: Fit<'_>) -> Result<Self, FollowError> {
+        tissue.check()?;
+        let loads = tissue.loads();
+        let mut axial_m_per_n = vec![0.0; points_m.len() * loads.len()];
+        for (at, load) in loads.iter().enumerate() {
+            let Some(load) = load else { continue };
+            let question = question(tissue, *load, points_m);
+            let mut model = fit(&question)?;
+            model.solve(1.0);
+            for (response, &[r_m, depth_m]) in axial_m_per_n.iter_mut().skip(at).step_by(loads.len()).zip(points_m) {
+                *response = question.along_needle_m(model.as_ref(), r_m, depth_m);
+            }
+        }
+        Ok(Self { loads: loads.len(), axial_m_per_n })
+    }
+
+    /// Responses on the needle at every boundary of the force law: what the picture's tents are made of.
+    ///
+    /// # Errors
+    /// As [`Responses::new`].
+    pub fn at_boundaries(tissue: &TissueSpec, fit: Fit<'_>) -> Result<Self, FollowError> {
+        Self::new(tissue, &tissue.points_m(), fit)
+    }
+
+    /// Displacement along the needle at a point under loads of these sizes, in m, positive into the body; 0 where there is no such point.
+    /// Never allocates.
+    #[must_use]
+    pub fn axial_m(&self, point: usize, loads_n: &[f64]) -> f64 {
+        let row = self.axial_m_per_n.chunks_exact(self.loads).nth(point).unwrap_or_default();
+        row.iter().zip(loads_n).map(|(response, load_n)| response * load_n).sum()
+    }
+
+    /// Displacement along the needle at every point under 1 N of a load, in m.
+    pub(super) fn under(&self, load: usize) -> Vec<f64> {
+        self.axial_m_per_n.chunks_exact(self.loads).map(|row| row.get(load).copied().unwrap_or(0.0)).collect()
+    }
+
+    /// What a point gives way on 1 N of a load, in m/N; 0 where there is no such point or load. Never allocates.
+    #[must_use]
+    pub fn of_m_per_n(&self, point: usize, load: usize) -> f64 {
+        if load < self.loads { self.axial_m_per_n.get(point * self.loads + load).copied().unwrap_or(0.0) } else { 0.0 }
+    }
+
+    /// Stiffness of each boundary as the field has it, in N/m: F/|u| on the needle under a contactor at that boundary, for the
+    /// responses [`Responses::at_boundaries`]. Infinite at the clamped base.
+    #[must_use]
+    pub fn stiffnesses_n_per_m(&self) -> Vec<f64> {
+        let rows = self.axial_m_per_n.chunks_exact(self.loads).enumerate();
+        rows.map(|(at, row)| row.get(at).map_or(f64::INFINITY, |own| 1.0 / own.abs())).collect()
+    }
+
+    /// Bytes that it holds.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + size_of_val(self.axial_m_per_n.as_slice())
+    }
+}
+
+impl TissueSpec {
+    /// Every boundary on the needle: no distance from it and a depth, in m.
+    pub(super) fn points_m(&self) -> Vec<[f64; 2]> {
+        self.boundaries_m.iter().take(self.layers()).map(|&depth_m| [0.0, depth_m]).collect()
+    }
+}
+
+/// What is asked of a load: its answer at every distance and every depth that a point has.
+pub(super) fn question(tissue: &TissueSpec, load: Load, points_m: &[[f64; 2]]) -> Problem3 {
+    let sorted = |part: usize| {
+        let mut values: Vec<f64> = points_m.iter().map(|point| point[part]).collect();
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        values
+    };
+    let flat = Problem { slab: tissue.slab.clone(), load, sample_r_m: sorted(0), sample_depth_m: sorted(1) };
+    Problem3 { tilt_rad: tissue.tilt_rad, ..Problem3::flat(&flat) }
+}

@@ -1,0 +1,81 @@
+//! The tissue of a scene, as a field needs it.
+
+use crate::{ElasticLayer, Judging, Load, LoadKind, Model, Slab};
+use law::axial::{Domain, ParamError};
+
+/// A slab under a needle, and where the needle loads it. Unchecked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TissueSpec {
+    /// The body: the layers that have a thickness, held at a radius. The field models no more of it than the needle moves.
+    pub slab: Slab,
+    /// Radius of the needle's footprint, in m.
+    pub load_radius_m: f64,
+    /// Angle of the needle to the surface normal, in rad: that of the exercise, whatever the hand then does.
+    pub tilt_rad: f64,
+    /// The model that is asked for by name; the planner chooses without one.
+    pub model: Option<Model>,
+    /// Tolerated relative error of the displacement along the needle, at every boundary, under any load of an attempt.
+    pub tolerance: f64,
+    /// How the error is judged. A recording names its own.
+    pub judging: Judging,
+    /// The field's stiffness replaces the law's own at each boundary (physics section 4).
+    pub coupled: bool,
+    /// Depth of each boundary of the force law and of the base, in m, along the surface normal: one more than it has layers.
+    /// Boundaries of layers without thickness coincide.
+    pub boundaries_m: Vec<f64>,
+    /// Recoil time of each layer of the force law, in s.
+    pub recoil_time_s: Vec<f64>,
+}
+
+/// Recoil time of a layer whose scene states none, in s: the time that an elastic wave of speed √(E/ρ) needs to cross it,
+///
+/// ```text
+/// τ = max(d, 2a) √(ρ/E)
+/// ```
+///
+/// A sheet thinner than the needle takes the tissue around the needle along, hence 2a, the load's radius in m being a.
+#[must_use]
+pub fn recoil_time_s(layer: &ElasticLayer, load_radius_m: f64) -> f64 {
+    layer.thickness_m.max(2.0 * load_radius_m) * (layer.density_kg_per_m3 / layer.youngs_modulus_pa).sqrt()
+}
+
+impl TissueSpec {
+    /// Layers of the force law.
+    #[must_use]
+    pub fn layers(&self) -> usize {
+        self.recoil_time_s.len()
+    }
+
+    /// Every load in the order of [`law::axial::loads`]: contactors, then drags. None where a layer has no length to drag.
+    #[must_use]
+    pub fn loads(&self) -> Vec<Option<Load>> {
+        let load = |kind| Load { kind, radius_m: self.load_radius_m };
+        let contactors =
+            self.boundaries_m.iter().take(self.layers()).map(|&depth_m| Some(LoadKind::Contactor { depth_m }));
+        let drags = self.boundaries_m.windows(2).map(|pair| match pair {
+            &[from_m, to_m] if to_m > from_m => Some(LoadKind::Drag { from_m, to_m }),
+            _ => None,
+        });
+        contactors.chain(drags).map(|kind| kind.map(load)).collect()
+    }
+
+    /// Checks that a field can be made of it.
+    ///
+    /// # Errors
+    /// The first number that is not finite or out of range.
+    pub fn check(&self) -> Result<(), ParamError> {
+        self.slab.check()?;
+        Domain::Positive.check("load_radius_m", self.load_radius_m, "m")?;
+        Domain::Positive.check("tolerance", self.tolerance, "")?;
+        if self.layers() == 0 || self.boundaries_m.len() != self.layers() + 1 {
+            let value = self.boundaries_m.len() as f64;
+            let allowed = "must be one more than there are layers";
+            return Err(ParamError { field: "boundaries_m".into(), value, unit: "boundaries", allowed });
+        }
+        for (at, &depth_m) in self.boundaries_m.iter().enumerate() {
+            Domain::NotNegative.check(format!("boundaries_m[{at}]"), depth_m, "m")?;
+        }
+        let recoil = self.recoil_time_s.iter().enumerate();
+        recoil.into_iter().try_for_each(|(at, &tau)| Domain::Positive.check(format!("recoil_time_s[{at}]"), tau, "s"))
+    }
+}

@@ -1,0 +1,76 @@
+//! The lattice as a model of the tissue: the answer of small strains to one load.
+
+use super::LatticeError;
+use super::grid::Patch;
+use super::kernel::{Field, pull_all};
+use super::lattice::{Damping, Lattice};
+use super::laws::Linear;
+use super::load::NodalLoad;
+use super::relax::{Limit, Relaxation, norm_squared};
+use crate::{FieldModel, Model, Problem};
+
+/// When an answer is at rest: two digits below what any lattice is worth.
+const AT_REST: Limit = Limit { iterations: 5000, relative: 1e-7 };
+
+/// A lattice at rest under one load, solved for 1 N to begin with. A solve lets it come to rest again, from where nothing has moved.
+#[derive(Clone, Debug)]
+pub struct MassSpring {
+    lattice: Lattice,
+    load: NodalLoad,
+    inverse_diagonal: Field,
+    relaxation: Relaxation,
+    displacement_m: Field,
+}
+
+impl MassSpring {
+    /// Calibrates a lattice for a problem and lets it come to rest under 1 N.
+    ///
+    /// # Errors
+    /// As [`Lattice::new`] and [`NodalLoad::new`].
+    pub fn new(problem: &Problem, patch: &Patch) -> Result<Self, LatticeError> {
+        problem.check()?;
+        let lattice = Lattice::new(&problem.slab, patch, Damping::default())?;
+        let load = NodalLoad::new(&lattice, &problem.load)?;
+        let mut inverse_diagonal = lattice.diagonal.clone();
+        for sum in inverse_diagonal.axes.iter_mut().flatten().filter(|sum| **sum > 0.0) {
+            *sum = 1.0 / *sum;
+        }
+        let (relaxation, displacement_m) = (Relaxation::new(&lattice), Field::zeros(lattice.grid.places()));
+        let mut model = Self { lattice, load, inverse_diagonal, relaxation, displacement_m };
+        model.solve(1.0);
+        Ok(model)
+    }
+}
+
+impl FieldModel for MassSpring {
+    fn model(&self) -> Model {
+        Model::MassSpring
+    }
+
+    fn unknowns(&self) -> usize {
+        self.lattice.unknowns()
+    }
+
+    fn bytes(&self) -> usize {
+        self.lattice.bytes() + self.relaxation.bytes() + self.inverse_diagonal.bytes() + self.displacement_m.bytes()
+    }
+
+    /// Displacement of the linearised lattice at rest. What is not a number, or infinite, leaves the last answer.
+    fn solve(&mut self, force_n: f64) {
+        if !force_n.is_finite() {
+            return;
+        }
+        self.displacement_m.clear();
+        self.relaxation.residual.clear();
+        self.load.add(force_n, &mut self.relaxation.residual);
+        let whole = norm_squared(&self.relaxation.residual, &self.inverse_diagonal).sqrt();
+        let lattice = &self.lattice;
+        let apply = |p: &Field, product: &mut Field| pull_all(lattice, &Linear, [p], product);
+        self.relaxation.solve(apply, &self.inverse_diagonal, &mut self.displacement_m, (AT_REST, whole));
+    }
+
+    fn displacement_m(&self, r_m: f64, depth_m: f64) -> [f64; 2] {
+        let [radial_m, _, axial_m] = self.lattice.grid.interpolate(&self.displacement_m, [r_m, 0.0, -depth_m]);
+        [axial_m, radial_m]
+    }
+}

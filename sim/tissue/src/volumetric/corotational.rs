@@ -1,0 +1,284 @@
+//! Large rotations, in equilibrium or in time.
+
+use super::minimiser::{Effort, Energy, Minimiser, Outcome};
+use super::{Body, Patch, VolumetricError, answerable, dot};
+use crate::{FieldModel, Model};
+
+/// A body that turns and moves under forces on its unknowns.
+#[derive(Clone, Debug)]
+pub struct Motion {
+    minimiser: Minimiser,
+    /// Length of a step, in s. Nothing: every step is an equilibrium.
+    step_s: Option<f64>,
+    effort: Effort,
+    u_m: Vec<f64>,
+    v_m_per_s: Vec<f64>,
+    /// Where the unknowns would be without forces.
+    coasting_m: Vec<f64>,
+    start_m: Vec<f64>,
+}
+
+/// Energies of a body, in J.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energies {
+    /// Of its deformation.
+    pub elastic_j: f64,
+    /// Of its motion.
+    pub kinetic_j: f64,
+}
+
+/// Elastic energy, less the work of the load, plus the cost of not coasting (Martin and others 2011).
+struct Incremental<'a> {
+    body: &'a Body,
+    load_n: &'a [f64],
+    coasting_m: &'a [f64],
+    per_s2: f64,
+}
+
+impl Energy for Incremental<'_> {
+    fn at(&mut self, u_m: &[f64], gradient_n: &mut [f64]) -> (f64, f64) {
+        gradient_n.fill(0.0);
+        let elastic_j = self.body.energy_j(u_m, gradient_n);
+        let (mut work_j, mut inertial_j) = (0.0, 0.0);
+        let known = self.load_n.iter().zip(self.coasting_m).zip(self.body.mass_kg());
+        for ((gradient, u), ((load, coasting), mass)) in gradient_n.iter_mut().zip(u_m).zip(known) {
+            let pull = self.per_s2 * mass * (u - coasting);
+            *gradient += pull - load;
+            work_j += load * u;
+            inertial_j += 0.5 * pull * (u - coasting);
+        }
+        (elastic_j + inertial_j - work_j, elastic_j + inertial_j + work_j.abs())
+    }
+}
+
+impl Motion {
+    /// A body at rest. A step is an equilibrium, or backward Euler's for a length in s.
+    ///
+    /// # Errors
+    /// When a part of the body is free to move, or the length is no positive number.
+    pub fn new(body: &Body, step_s: Option<f64>, effort: Effort) -> Result<Self, VolumetricError> {
+        if let Some(step_s) = step_s {
+            law::axial::Domain::Positive.check("step_s", step_s, "s")?;
+        }
+        let per_s2 = step_s.map_or(0.0, |step_s| 1.0 / (step_s * step_s));
+        let minimiser = Minimiser::new(body.factorise(per_s2)?, body.unknowns());
+        let zeros = || vec![0.0; body.unknowns()];
+        let (u_m, v_m_per_s, coasting_m, start_m) = (zeros(), zeros(), zeros(), zeros());
+        Ok(Self { minimiser, step_s, effort, u_m, v_m_per_s, coasting_m, start_m })
+    }
+
+    /// Goes back to where the last step began, without speed.
+    fn retreat(&mut self) {
+        self.u_m.copy_from_slice(&self.start_m);
+        self.v_m_per_s.fill(0.0);
+    }
+
+    /// Displacement of the unknowns, in m.
+    #[must_use]
+    pub fn u_m(&self) -> &[f64] {
+        &self.u_m
+    }
+
+    /// Puts the unknowns somewhere, in m, without speed.
+    pub fn displace(&mut self, u_m: &[f64]) {
+        self.u_m.copy_from_slice(u_m);
+        self.v_m_per_s.fill(0.0);
+    }
+
+    /// One step under forces on the unknowns, in N. Where a force is not finite, nothing moves.
+    ///
+    /// Under a steady load the sum of elastic and kinetic energy less the load's work never grows, however early the
+    /// search ends: it starts where the body is, where the incremental energy is what the body has, and what the
+    /// speed would add to that is taken from the speed.
+    pub fn step(&mut self, body: &Body, load_n: &[f64]) -> Outcome {
+        if !load_n.iter().sum::<f64>().is_finite() {
+            return Outcome { iterations: 0, remaining: f64::INFINITY, converged: false };
+        }
+        let step_s = self.step_s.unwrap_or(0.0);
+        self.start_m.copy_from_slice(&self.u_m);
+        for ((coasting, u), v) in self.coasting_m.iter_mut().zip(&self.u_m).zip(&self.v_m_per_s) {
+            *coasting = u + step_s * v;
+        }
+        let per_s2 = self.step_s.map_or(0.0, |step_s| 1.0 / (step_s * step_s));
+        let mut energy = Incremental { body, load_n, coasting_m: &self.coasting_m, per_s2 };
+        let outcome = self.minimiser.minimise(&mut self.u_m, &mut energy, &self.effort);
+        if self.step_s.is_some() {
+            self.brake(body, load_n, step_s);
+        }
+        outcome
+    }
+
+    /// The speed after a step, less what would raise the total energy.
+    fn brake(&mut self, body: &Body, load_n: &[f64], step_s: f64) {
+        let before = self.kinetic_j(body);
+        let unused = &mut self.coasting_m;
+        let free_j = before + body.energy_j(&self.start_m, unused)
+            - dot(load_n, &self.start_m)
+            - body.energy_j(&self.u_m, unused)
+            + dot(load_n, &self.u_m);
+        for ((v, u), start) in self.v_m_per_s.iter_mut().zip(&self.u_m).zip(&self.start_m) {
+            *v = (u - start) / step_s;
+        }
+        let kinetic = self.kinetic_j(body);
+        if kinetic > free_j {
+            let share = (free_j.max(0.0) / kinetic).sqrt();
+            self.v_m_per_s.iter_mut().for_each(|v| *v *= share);
+        }
+    }
+
+    fn kinetic_j(&self, body: &Body) -> f64 {
+        0.5 * self.v_m_per_s.iter().zip(body.mass_kg()).map(|(v, mass)| mass * v * v).sum::<f64>()
+    }
+
+    /// Energies now.
+    #[must_use]
+    pub fn energies(&self, body: &Body) -> Energies {
+        let elastic_j = body.energy_j(&self.u_m, &mut vec![0.0; self.u_m.len()]);
+        Energies { elastic_j, kinetic_j: self.kinetic_j(body) }
+    }
+
+    fn bytes(&self) -> usize {
+        self.minimiser.bytes() + 8 * 4 * self.u_m.len()
+    }
+}
+
+/// Parts of a load that are tried before it is refused.
+const ATTEMPTS: usize = 10;
+
+/// A load under which no equilibrium was found, and the one that is held instead.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("force_n = {wanted_n} N: no equilibrium was found; the nearest load that was is {held_n} N")]
+pub struct Refused {
+    /// The load that was asked for, in N.
+    pub wanted_n: f64,
+    /// The load that the answer is for, in N.
+    pub held_n: f64,
+}
+
+/// The tissue around a needle, with large rotations.
+#[derive(Clone, Debug)]
+pub struct Corotational {
+    patch: Patch,
+    motion: Motion,
+    load_n: Vec<f64>,
+    last: Outcome,
+    /// The load that acts, in N.
+    held_n: f64,
+    /// The load nearest to it under which no equilibrium was found, in N.
+    lost_n: Option<f64>,
+    refused: Option<Refused>,
+}
+
+impl Corotational {
+    /// A patch at rest. A step is an equilibrium, or backward Euler's for a length in s.
+    ///
+    /// # Errors
+    /// When the length is no positive number.
+    pub fn new(patch: Patch, step_s: Option<f64>, effort: Effort) -> Result<Self, VolumetricError> {
+        let motion = Motion::new(patch.body(), step_s, effort)?;
+        let load_n = vec![0.0; patch.body().unknowns()];
+        Ok(Self { patch, motion, load_n, last: Outcome::default(), held_n: 0.0, lost_n: None, refused: None })
+    }
+
+    /// The tissue.
+    #[must_use]
+    pub fn patch(&self) -> &Patch {
+        &self.patch
+    }
+
+    /// Where it is and how it moves.
+    #[must_use]
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// The same, to be put somewhere.
+    pub fn motion_mut(&mut self) -> &mut Motion {
+        &mut self.motion
+    }
+
+    /// How the last step ended.
+    #[must_use]
+    pub fn last(&self) -> Outcome {
+        self.last
+    }
+
+    /// Whether the last load was more than could be brought to equilibrium. What is answered is then the load nearest
+    /// to it that could. A step in time is never refused: it goes as far as its effort takes it.
+    ///
+    /// # Errors
+    /// The load that was refused, with the one that is held.
+    pub fn check(&self) -> Result<(), Refused> {
+        self.refused.map_or(Ok(()), Err)
+    }
+
+    /// Energies now.
+    #[must_use]
+    pub fn energies(&self) -> Energies {
+        self.motion.energies(self.patch.body())
+    }
+
+    /// One step under a load, in N.
+    fn step(&mut self, force_n: f64) {
+        for (force, unit) in self.load_n.iter_mut().zip(self.patch.load()) {
+            *force = force_n * unit;
+        }
+        self.last = self.motion.step(self.patch.body(), &self.load_n);
+    }
+
+    /// Goes to the equilibrium under a load, in N: at once, else by parts that are halved until one is found.
+    fn approach(&mut self, wanted_n: f64) {
+        let mut part = wanted_n - self.held_n;
+        let beyond =
+            |lost: f64| (lost - self.held_n).signum() == part.signum() && (lost - self.held_n).abs() <= part.abs();
+        let attempts = if self.lost_n.is_some_and(beyond) { 0 } else { ATTEMPTS };
+        for _ in 0..attempts {
+            let left = wanted_n - self.held_n;
+            let whole = left.abs() <= part.abs();
+            let next_n = if whole { wanted_n } else { self.held_n + part };
+            self.step(next_n);
+            if self.last.converged {
+                (self.held_n, self.lost_n) = (next_n, None);
+                if whole {
+                    self.refused = None;
+                    return;
+                }
+            } else {
+                self.motion.retreat();
+                self.lost_n = Some(next_n);
+                part *= 0.5;
+            }
+        }
+        self.refused = Some(Refused { wanted_n, held_n: self.held_n });
+    }
+}
+
+impl FieldModel for Corotational {
+    fn model(&self) -> Model {
+        Model::Volumetric
+    }
+
+    fn unknowns(&self) -> usize {
+        self.load_n.len()
+    }
+
+    fn bytes(&self) -> usize {
+        self.patch.bytes() + self.motion.bytes() + 8 * self.load_n.len()
+    }
+
+    /// One step. A force that cannot be answered, such as NaN, holds the last load; an equilibrium that cannot be
+    /// found is refused, see [`Self::check`].
+    fn solve(&mut self, force_n: f64) {
+        let force_n = if answerable(force_n) { force_n } else { self.held_n };
+        if self.motion.step_s.is_some() {
+            self.held_n = force_n;
+            self.step(force_n);
+        } else {
+            self.approach(force_n);
+        }
+    }
+
+    fn displacement_m(&self, r_m: f64, depth_m: f64) -> [f64; 2] {
+        self.patch.along_x_m(self.motion.u_m(), r_m, depth_m)
+    }
+}

@@ -1,0 +1,218 @@
+//! The cheapest mesh that meets a tolerance, with an error that is measured and not hoped for.
+//!
+//! A ladder of meshes is climbed, and each rung is judged on the problem itself, at the points where an answer is
+//! wanted, by the same mesh with elements of one order more. That has a fraction of the error, so the distance between
+//! the two answers is most of the error of the lower one. A finer rung of the same order is no judge: what a
+//! coarse mesh misses, the next one often misses too.
+
+use nalgebra::{Point3, Vector3};
+
+use super::{Grading, MeshSpec3, Problem3, Symmetry, Volumetric, VolumetricError};
+use crate::{FieldModel, Judging, Sampled};
+use law::axial::Domain;
+use phrase::{Phrase, phrase};
+
+/// A model with what is known of its error.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The model, solved for 1 N.
+    pub model: Volumetric,
+    /// Its mesh.
+    pub mesh: MeshSpec3,
+    /// Relative L2 error over the problem's sample points around the needle, the larger of that of the displacement along it and
+    /// of that across it, in its plane and beside it.
+    pub estimated_relative_error: f64,
+    /// Whether the estimate meets the tolerance. Where not, this is the most accurate mesh that was tried.
+    pub met: bool,
+}
+
+impl Fitted {
+    /// The mesh, for people: "42 hexahedra of order 3 in a quarter of the tissue".
+    #[must_use]
+    pub fn mesh_in_words(&self) -> Phrase {
+        let part = match self.mesh.symmetry {
+            Symmetry::Quarter => phrase!("a quarter of the tissue"),
+            Symmetry::Half => phrase!("half of the tissue"),
+            Symmetry::Full => phrase!("the whole tissue"),
+        };
+        let elements = self.model.patch().body().elements();
+        phrase!(
+            "{elements} hexahedra of order {order} in {part}",
+            elements = elements,
+            order = self.mesh.order,
+            part = part
+        )
+    }
+}
+
+/// Meshes from coarse to fine: the order; size at the load, in load radii, and growth, across and along the needle.
+/// They are among the best of some six hundred for their cost on a layered lower back.
+const RUNGS: [(usize, [f64; 2], [f64; 2]); 7] = [
+    (2, [1.5, 1.5], [0.4, 2.0]),
+    (2, [0.8, 1.0], [0.7, 1.2]),
+    (2, [1.0, 0.7], [0.7, 1.2]),
+    (3, [0.8, 1.0], [0.7, 1.2]),
+    (3, [1.0, 0.7], [0.7, 1.2]),
+    (3, [0.8, 0.4], [0.7, 0.8]),
+    (3, [0.6, 0.4], [0.4, 0.5]),
+];
+
+/// Judges of more unknowns take many seconds to factorise.
+const MOST_UNKNOWNS: usize = 25_000;
+
+/// The patch ends this many load radii away from the load. Of what reaches that far, the rigid rest takes less than
+/// a thousandth of the largest displacement.
+const REACH: f64 = 100.0;
+
+/// Share of the error that the judge sees: it has some itself.
+const SEEN: f64 = 0.85;
+
+/// The same between materials of which one is more than [`CONTRAST`] times as stiff as another: what a mesh misses
+/// where the stiff one is clamped, the same mesh of one order more misses too.
+const SEEN_AT_CONTRAST: f64 = 0.5;
+
+/// Ratio of Young's moduli.
+const CONTRAST: f64 = 3e3;
+
+/// Share of the tolerance that is aimed at: an estimate may be a little too small.
+const AIM: f64 = 0.95;
+
+/// Rungs climbed at once at most: far above the tolerance an estimate tells little of how far there is to go.
+const STRIDE: f64 = 3.0;
+
+impl MeshSpec3 {
+    /// Meshes for a problem, from coarse to fine, of the least part of it that has to be meshed.
+    #[must_use]
+    pub fn ladder(problem: &Problem3) -> [Self; RUNGS.len()] {
+        let radius_m = problem.flat.load.radius_m;
+        let grading = |[near, growth]: [f64; 2]| Grading { near_m: near * radius_m, growth };
+        let rung = |(order, across, along)| Self {
+            symmetry: problem.symmetry(),
+            order,
+            around: 1,
+            across: grading(across),
+            along: grading(along),
+            reach_m: REACH * radius_m,
+        };
+        RUNGS.map(rung)
+    }
+}
+
+/// The model on one mesh of the ladder, from coarse to fine, for a speed–error sweep. Nothing past the last.
+///
+/// # Errors
+/// The first number of the problem that is out of range.
+pub fn rung(problem: &Problem3, at: usize) -> Option<Result<Volumetric, VolumetricError>> {
+    MeshSpec3::ladder(problem).get(at).map(|mesh| Volumetric::new(problem, mesh))
+}
+
+/// Finds the cheapest mesh of the ladder whose relative error over the problem's sample points meets a tolerance.
+///
+/// # Errors
+/// The first number of the problem that is out of range, or a tolerance that is not a positive number.
+pub fn fit(problem: &Problem3, tolerance: f64) -> Result<Fitted, VolumetricError> {
+    fit_by(Judging::Second, problem, tolerance)
+}
+
+/// The same by a way of judging.
+///
+/// # Errors
+/// As for [`fit`].
+pub fn fit_by(judging: Judging, problem: &Problem3, tolerance: f64) -> Result<Fitted, VolumetricError> {
+    problem.check()?;
+    Domain::Positive.check("tolerance", tolerance, "")?;
+    if problem.symmetry() == Symmetry::Quarter {
+        return Ok(climb(problem, (judging, tolerance), 0)?.1);
+    }
+    // A tilt or an inclusion hardly changes how fine a mesh must be, and a quarter of flat layers is tried in no time.
+    let (start, _) = climb(&Problem3::flat(&problem.flat), (judging, tolerance), 0)?;
+    Ok(climb(problem, (judging, tolerance), start)?.1)
+}
+
+/// Climbs the ladder from a rung to the first that is good enough, or to the last whose judge can be afforded.
+fn climb(
+    problem: &Problem3,
+    (judging, tolerance): (Judging, f64),
+    start: usize,
+) -> Result<(usize, Fitted), VolumetricError> {
+    let ladder = MeshSpec3::ladder(problem);
+    let mut last = 0;
+    while last + 1 < ladder.len() && judge(ladder[last + 1]).unknowns(problem)? <= MOST_UNKNOWNS {
+        last += 1;
+    }
+    let mut at = start.min(last);
+    loop {
+        let fitted = judged(problem, ladder[at], (judging, tolerance))?;
+        let excess = fitted.estimated_relative_error / (AIM * tolerance);
+        if excess <= 1.0 || at == last {
+            return Ok((at, fitted));
+        }
+        // A rung about halves the error.
+        let rungs = libm::log2(excess).round().clamp(1.0, STRIDE) as usize;
+        at = (at + rungs).min(last);
+    }
+}
+
+/// The mesh that a mesh is judged by.
+fn judge(mesh: MeshSpec3) -> MeshSpec3 {
+    MeshSpec3 { order: mesh.order + 1, ..mesh }
+}
+
+fn judged(
+    problem: &Problem3,
+    mesh: MeshSpec3,
+    (judging, tolerance): (Judging, f64),
+) -> Result<Fitted, VolumetricError> {
+    let solved = |mesh: &MeshSpec3| {
+        let mut model = Volumetric::new(problem, mesh)?;
+        model.solve(1.0);
+        Ok::<_, VolumetricError>(model)
+    };
+    let better = answer(problem, &solved(&judge(mesh))?);
+    let model = solved(&mesh)?;
+    let estimated_relative_error = answer(problem, &model).distance_by(judging, &better) / seen(problem);
+    Ok(Fitted { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance })
+}
+
+/// Share of a mesh's error that its judge sees.
+fn seen(problem: &Problem3) -> f64 {
+    let layers = problem.flat.slab.layers.iter().filter(|layer| layer.thickness_m > 0.0);
+    let inclusions = problem.inclusions.iter().map(|inclusion| inclusion.material.youngs_modulus_pa);
+    let (softest, stiffest) = layers
+        .map(|layer| layer.youngs_modulus_pa)
+        .chain(inclusions)
+        .fold((f64::INFINITY, 0.0_f64), |(low, high), modulus| (low.min(modulus), high.max(modulus)));
+    if stiffest > CONTRAST * softest { SEEN_AT_CONTRAST } else { SEEN }
+}
+
+/// Displacement at the sample points: out of the body along the needle, and across it away from where they are, in m.
+fn answer(problem: &Problem3, model: &Volumetric) -> Sampled {
+    let (sine, cosine) = (libm::sin(problem.tilt_rad), libm::cos(problem.tilt_rad));
+    let out = Vector3::new(-sine, 0.0, cosine);
+    let mut answer = Sampled::default();
+    for (point, away) in samples_m(problem) {
+        let across = Vector3::new(away.x * cosine, away.y, away.x * sine);
+        let moved = model.displacement_at(&point);
+        answer.axial_m.push(moved.dot(&out));
+        answer.radial_m.push(moved.dot(&across));
+    }
+    answer
+}
+
+/// The points where an answer is wanted, in m, and which way along the skin is away from the needle there: at the problem's
+/// radii around where the needle meets its load, on both sides in its plane and beside it.
+fn samples_m(problem: &Problem3) -> Vec<(Point3<f64>, Vector3<f64>)> {
+    let [_, to_m] = problem.flat.load.ends_m();
+    let centre_m = to_m * libm::tan(problem.tilt_rad);
+    let mut points = Vec::new();
+    for &depth_m in &problem.flat.sample_depth_m {
+        for &r_m in &problem.flat.sample_r_m {
+            let around = [Vector3::x(), -Vector3::x(), Vector3::y()];
+            points.extend(around.map(|away| {
+                let flat = Point3::new(centre_m, 0.0, -depth_m) + r_m * away;
+                (problem.skin.bend(&flat), away)
+            }));
+        }
+    }
+    points
+}

@@ -1,0 +1,220 @@
+//! Corotational finite elements in 3-D, for what has no axis of symmetry: an oblique needle, a curved skin,
+//! inclusions.
+//!
+//! Hexahedra of order 2 to 4 on a disc around the needle, graded towards the load, with a plane of nodes at every
+//! boundary; only the part that the symmetry of the problem leaves is meshed. Quadratic elements do not lock where
+//! linear ones do, and a graded mesh of them needs few unknowns.
+//!
+//! [`Volumetric`] answers for small strains: the stiffness at rest is factorised once, and an answer is one
+//! back-substitution. [`Corotational`] follows large rotations, in equilibrium or in time, with that factor as its
+//! preconditioner.
+
+mod basis;
+mod body;
+mod corotational;
+mod element;
+mod fit;
+mod kernel;
+mod load;
+mod locate;
+mod mesh;
+mod minimiser;
+mod plan;
+mod problem;
+mod rotation;
+
+use nalgebra::{Point3, Vector3};
+
+pub use body::Body;
+pub use corotational::{Corotational, Energies, Motion, Refused};
+pub use fit::{Fitted, fit, fit_by, rung};
+pub use mesh::{Grading, HexMesh, MeshSpec3, ORDERS};
+pub use minimiser::{Effort, Outcome};
+pub use problem::{Inclusion, Material, Problem3, Shape, Skin, Symmetry};
+
+use super::multifrontal::{Cholesky, NotPositiveDefinite};
+use super::{FieldModel, Model};
+use law::axial::ParamError;
+
+/// Why there is no model of a problem.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum VolumetricError {
+    /// A number is out of range.
+    #[error(transparent)]
+    Param(#[from] ParamError),
+    /// Elements of an order that there is not.
+    #[error("mesh.order = {0}: must be from {1} to {2}")]
+    Order(usize, usize, usize),
+    /// The mesh folds over itself.
+    #[error("element {element} is inverted at rest: the determinant of its map is {determinant} m³")]
+    Inverted {
+        /// The element.
+        element: usize,
+        /// Determinant of its map, in m³.
+        determinant: f64,
+    },
+    /// A part of the body is free to move.
+    #[error(transparent)]
+    Free(#[from] NotPositiveDefinite),
+}
+
+/// The tissue around a needle: a body, and the load of 1 N on it.
+#[derive(Clone, Debug)]
+pub struct Patch {
+    problem: Problem3,
+    symmetry: Symmetry,
+    body: Body,
+    /// Forces on the unknowns of a load of 1 N, in N.
+    load: Vec<f64>,
+}
+
+impl Patch {
+    /// Meshes the tissue of a problem.
+    ///
+    /// # Errors
+    /// When a number of the problem or of the mesh is out of range.
+    pub fn new(problem: &Problem3, spec: &MeshSpec3) -> Result<Self, VolumetricError> {
+        problem.check()?;
+        let patch = spec.mesh(problem)?;
+        let per_interval = patch.mesh.elements.len() / patch.mesh.nodes_each() / (patch.planes_m.len() - 1);
+        let depth_m = |element: usize| {
+            let interval = element / per_interval;
+            0.5 * (patch.planes_m[interval] + patch.planes_m[interval + 1])
+        };
+        let material = |element: usize, point: &Point3<f64>| problem.material(depth_m(element), point);
+        let base_m = patch.planes_m[patch.planes_m.len() - 1];
+        let symmetry = spec.symmetry;
+        let held = |node: usize| {
+            let flat = &patch.flat_m[node];
+            let side = libm::hypot(flat.x, flat.y) > patch.radius_m * (1.0 - 1e-9);
+            let clamped = side || flat.z < -base_m * (1.0 - 1e-9);
+            // Nothing crosses a plane of symmetry.
+            let x = symmetry == Symmetry::Quarter && flat.x.abs() < 1e-12;
+            let y = symmetry != Symmetry::Full && flat.y.abs() < 1e-12;
+            [clamped || x, clamped || y, clamped]
+        };
+        let body = Body::new(patch.mesh.clone(), material, held)?;
+        let load = load::unit_load(problem, &patch, &body, symmetry.share());
+        Ok(Self { problem: problem.clone(), symmetry, body, load })
+    }
+
+    /// The body.
+    #[must_use]
+    pub fn body(&self) -> &Body {
+        &self.body
+    }
+
+    /// Forces on the unknowns of a load of 1 N on the whole tissue, in N.
+    #[must_use]
+    pub fn load(&self) -> &[f64] {
+        &self.load
+    }
+
+    /// Displacement, in m, of the point that is at `point` at rest. Zero outside the patch.
+    #[must_use]
+    pub fn displacement_m(&self, u_m: &[f64], point: &Point3<f64>) -> Vector3<f64> {
+        let flip_x = self.symmetry == Symmetry::Quarter && point.x < 0.0;
+        let flip_y = self.symmetry != Symmetry::Full && point.y < 0.0;
+        let signs = Vector3::new(if flip_x { -1.0 } else { 1.0 }, if flip_y { -1.0 } else { 1.0 }, 1.0);
+        let mirrored = Point3::from(point.coords.component_mul(&signs));
+        self.body.displacement_m(u_m, &mirrored).component_mul(&signs)
+    }
+
+    /// Axial and radial displacement, in m, towards `+x`: at a distance along the skin and a depth below it, in m.
+    #[must_use]
+    pub fn along_x_m(&self, u_m: &[f64], r_m: f64, depth_m: f64) -> [f64; 2] {
+        let moved = self.displacement_m(u_m, &self.problem.skin.bend(&Point3::new(r_m, 0.0, -depth_m)));
+        [moved.z, moved.x]
+    }
+
+    /// Bytes that the patch holds.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.body.bytes() + size_of_val(&self.load[..])
+    }
+}
+
+/// The answer for small strains: one back-substitution a load.
+#[derive(Clone, Debug)]
+pub struct Volumetric {
+    patch: Patch,
+    factor: Cholesky,
+    u_m: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+impl Volumetric {
+    /// Meshes and factorises.
+    ///
+    /// # Errors
+    /// When a number of the problem or of the mesh is out of range.
+    pub fn new(problem: &Problem3, spec: &MeshSpec3) -> Result<Self, VolumetricError> {
+        let patch = Patch::new(problem, spec)?;
+        let factor = patch.body.factorise(0.0)?;
+        let (u_m, scratch) = (vec![0.0; patch.body.unknowns()], vec![0.0; factor.scratch_len()]);
+        Ok(Self { patch, factor, u_m, scratch })
+    }
+
+    /// The tissue.
+    #[must_use]
+    pub fn patch(&self) -> &Patch {
+        &self.patch
+    }
+
+    /// Numbers in the factor.
+    #[must_use]
+    pub fn nonzeros(&self) -> usize {
+        self.factor.nonzeros()
+    }
+
+    /// The last answer, in m.
+    #[must_use]
+    pub fn unknowns_m(&self) -> &[f64] {
+        &self.u_m
+    }
+
+    /// Displacement of the last answer, in m, of the point that is at `point` at rest, in the patient frame. Zero
+    /// outside the patch. Never allocates.
+    #[must_use]
+    pub fn displacement_at(&self, point: &Point3<f64>) -> Vector3<f64> {
+        self.patch.displacement_m(&self.u_m, point)
+    }
+}
+
+impl FieldModel for Volumetric {
+    fn model(&self) -> Model {
+        Model::Volumetric
+    }
+
+    fn unknowns(&self) -> usize {
+        self.u_m.len()
+    }
+
+    fn bytes(&self) -> usize {
+        self.patch.bytes() + self.factor.bytes() + 8 * (self.u_m.len() + self.scratch.len())
+    }
+
+    /// A force that cannot be answered leaves the last answer.
+    fn solve(&mut self, force_n: f64) {
+        if !answerable(force_n) {
+            return;
+        }
+        for (u, load) in self.u_m.iter_mut().zip(&self.patch.load) {
+            *u = force_n * load;
+        }
+        self.factor.solve(&mut self.u_m, &mut self.scratch);
+    }
+
+    fn displacement_m(&self, r_m: f64, depth_m: f64) -> [f64; 2] {
+        self.patch.along_x_m(&self.u_m, r_m, depth_m)
+    }
+}
+
+/// Whether a force, in N, is a number that products of it do not overflow.
+fn answerable(force_n: f64) -> bool {
+    force_n.abs() <= 1e9
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

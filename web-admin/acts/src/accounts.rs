@@ -1,0 +1,375 @@
+//! Accounts: who is added, invited, disabled and made anonymous, and by which links passwords are set.
+
+use model::limits::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
+use serde_json::json;
+use sqlx::SqliteConnection;
+use uuid::Uuid;
+
+use crate::error::Error;
+use crate::secret;
+use crate::service::Service;
+use model::directory::{AccountState, DirectoryEntry};
+use model::mail::MailKind;
+use model::{CurrentPerson, Role};
+use store::account_links::{self, Link, NewLink, Purpose};
+use store::audit::{Actor, Entry};
+use store::cohorts::{self, Deed, Membership};
+use store::directory;
+use store::directory::Details;
+use store::mails;
+use store::mails::NewMail;
+use store::people::{self, NewPerson, Person};
+use store::tokens;
+
+/// How long a password is good that somebody else has set, in s: for the first sign-in alone.
+pub const INITIAL_PASSWORD_S: i64 = 3 * 86_400;
+/// How long nobody can have another link sent to somebody who has just been sent one, in s: whoever knows an address could fill its box,
+/// and end the link that its owner is about to follow.
+const ASKED_AGAIN_S: i64 = 600;
+
+/// Somebody to be added.
+#[derive(Clone, Debug)]
+pub struct NewAccount<'a> {
+    /// Name.
+    pub name: &'a str,
+    /// Address.
+    pub email: &'a str,
+    /// Role.
+    pub role: Role,
+    /// Cohort to join.
+    pub cohort: Option<Uuid>,
+}
+
+/// Adds somebody and queues their invitation. `None` when the address cannot be used.
+///
+/// # Errors
+/// When the cohort is not of this school, or the database fails.
+pub async fn add(state: &Service, by: &CurrentPerson, new: &NewAccount<'_>) -> Result<Option<Uuid>, Error> {
+    let (school_id, now) = (by.school_id, state.clock.now());
+    let mut tx = state.db.write().await?;
+    if people::by_email(&mut *tx, new.email).await?.is_some() {
+        return Ok(None);
+    }
+    let person = NewPerson { school_id, role: new.role, email: new.email, display_name: new.name, password_hash: "" };
+    let person = people::add(&mut tx, &person, now).await?;
+    Entry::by(by, "person.added", person.id)
+        .with(json!({ "role": new.role }))
+        .append(&mut tx, state.clock.now())
+        .await?;
+    if let Some(cohort_id) = new.cohort {
+        cohorts::find(&mut *tx, school_id, cohort_id).await?.ok_or(Error::NotFound)?;
+        let membership = Membership { school_id, cohort_id, person_id: person.id, role: new.role };
+        cohorts::join(&mut tx, membership, Deed { by: Some(by.id), at: now }).await?;
+        Entry::by(by, "cohort.joined", person.id)
+            .with(json!({ "cohort": cohort_id }))
+            .append(&mut tx, state.clock.now())
+            .await?;
+    }
+    queue_link(&mut tx, state, (school_id, person.id), Purpose::Invitation).await?;
+    tx.commit().await?;
+    state.mails.notify_one();
+    Ok(Some(person.id))
+}
+
+/// Changes name, address and role. False when the address is somebody else's.
+///
+/// # Errors
+/// When the database fails.
+pub async fn change(
+    state: &Service,
+    by: &CurrentPerson,
+    person: &DirectoryEntry,
+    (details, role): (Details<'_>, Role),
+) -> Result<bool, Error> {
+    let mut tx = state.db.write().await?;
+    if people::by_email(&mut *tx, details.email).await?.is_some_and(|known| known.id != person.id) {
+        return Ok(false);
+    }
+    directory::change(&mut tx, by.school_id, person.id, details).await?;
+    let mut changed = json!({ "name": details.name != person.name, "email": details.email != person.email });
+    if role != person.role {
+        directory::change_role(&mut tx, by.school_id, person.id, role).await?;
+        changed["role"] = json!([person.role, role]);
+    }
+    Entry::by(by, "person.changed", person.id).with(changed).append(&mut tx, state.clock.now()).await?;
+    tx.commit().await?;
+    Ok(true)
+}
+
+/// Queues a mail with a link: an invitation to whoever has no password yet, and another password to everybody else.
+///
+/// # Errors
+/// When they may not sign in, or the database fails.
+pub async fn mail_link(state: &Service, by: &CurrentPerson, person: &DirectoryEntry) -> Result<(), Error> {
+    let purpose = purpose(person)?;
+    let mut tx = state.db.write().await?;
+    queue_link(&mut tx, state, (by.school_id, person.id), purpose).await?;
+    Entry::by(by, "person.link_mailed", person.id).append(&mut tx, state.clock.now()).await?;
+    tx.commit().await?;
+    state.mails.notify_one();
+    Ok(())
+}
+
+/// Makes a link that the administrator hands over, and its lifetime in s.
+///
+/// # Errors
+/// When the person may not sign in, or the database fails.
+pub async fn hand_over_link(
+    state: &Service,
+    by: &CurrentPerson,
+    person: &DirectoryEntry,
+) -> Result<(String, i64), Error> {
+    let purpose = purpose(person)?;
+    let mut tx = state.db.write().await?;
+    let address = make_link(&mut tx, state, (by.school_id, person.id), purpose).await?;
+    Entry::by(by, "person.link_made", person.id).append(&mut tx, state.clock.now()).await?;
+    tx.commit().await?;
+    Ok((address, lifetime_s(purpose)))
+}
+
+fn purpose(person: &DirectoryEntry) -> Result<Purpose, Error> {
+    match person.state {
+        AccountState::Invited => Ok(Purpose::Invitation),
+        AccountState::Active => Ok(Purpose::Reset),
+        AccountState::Disabled | AccountState::Erased => {
+            Err(Error::Conflict(tr!("this account is disabled: enable it first").to_owned()))
+        }
+    }
+}
+
+const fn lifetime_s(purpose: Purpose) -> i64 {
+    match purpose {
+        Purpose::Invitation => INVITATION_LIFETIME_S,
+        Purpose::Reset => RESET_LIFETIME_S,
+    }
+}
+
+/// Makes a link and returns its address, which is nowhere else.
+///
+/// # Errors
+/// When the database fails.
+pub async fn make_link(
+    tx: &mut SqliteConnection,
+    state: &Service,
+    (school_id, person_id): (Uuid, Uuid),
+    purpose: Purpose,
+) -> Result<String, Error> {
+    let expires_at = state.clock.now().plus_s(lifetime_s(purpose));
+    let path = make_path(tx, NewLink { school_id, person_id, purpose, expires_at }).await?;
+    Ok(format!("{}{path}", state.config.address()))
+}
+
+/// Makes a link and returns its path here.
+async fn make_path(tx: &mut SqliteConnection, link: NewLink) -> Result<String, Error> {
+    let token = secret::random_hex()?;
+    account_links::add(tx, link, &secret::token_sha256(&token)).await?;
+    Ok(format!("/join/{token}"))
+}
+
+/// How long whoever has signed in by an initial password may take to choose their own, in s.
+const CHOOSING_S: i64 = 3600;
+
+/// Leads somebody whose initial password was right to where they choose their own, and nowhere else: the path.
+///
+/// # Errors
+/// When the database fails.
+pub async fn use_initial_password(state: &Service, person: &Person) -> Result<String, Error> {
+    let (school_id, person_id, now) = (person.school_id, person.id, state.clock.now());
+    let mut tx = state.db.write().await?;
+    let link = NewLink { school_id, person_id, purpose: Purpose::Reset, expires_at: now.plus_s(CHOOSING_S) };
+    let path = make_path(&mut tx, link).await?;
+    Entry::new(school_id, Actor::Person(person_id), "person.initial_password_used", person_id)
+        .append(&mut tx, now)
+        .await?;
+    tx.commit().await?;
+    Ok(path)
+}
+
+/// Whether a password is the one that somebody else has set for a person.
+///
+/// # Errors
+/// When the database fails.
+pub async fn is_initial_password(state: &Service, email: &str, typed: &str) -> Result<bool, Error> {
+    let known = people::credentials(state.db.reader(), email).await?.filter(|known| known.initial_until.is_some());
+    let Some(hash) = known.and_then(|known| known.password_hash) else { return Ok(false) };
+    let typed = typed.to_owned();
+    state.hash(move || secret::password_fits(&typed, &hash)).await
+}
+
+/// Queues the mail with a link; the link is made when it is sent.
+///
+/// # Errors
+/// When the database fails.
+pub async fn queue_link(
+    tx: &mut SqliteConnection,
+    state: &Service,
+    (school_id, person_id): (Uuid, Uuid),
+    purpose: Purpose,
+) -> Result<(), Error> {
+    let kind = match purpose {
+        Purpose::Invitation => MailKind::Invitation,
+        Purpose::Reset => MailKind::Reset,
+    };
+    let mail = NewMail { school_id, person_id, kind, assignment_id: None };
+    Ok(mails::queue(tx, mail, state.clock.now()).await?)
+}
+
+/// Notes that a link to another password is asked for by an address. Whether somebody has it is looked up later, by
+/// [`answer_asked`]: the time that this takes tells nothing.
+///
+/// # Errors
+/// When the database fails.
+pub async fn ask_for_link(state: &Service, email: &str) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    account_links::ask(&mut tx, email, state.clock.now()).await?;
+    tx.commit().await?;
+    state.mails.notify_one();
+    Ok(())
+}
+
+/// Queues a link for everybody whose address it was asked for by and who has no fresh one, and forgets the other addresses.
+///
+/// # Errors
+/// When the database fails.
+pub async fn answer_asked(state: &Service) -> Result<(), Error> {
+    while let Some(email) = account_links::next_asked(state.db.reader()).await? {
+        let mut tx = state.db.write().await?;
+        if let Some(person) = people::by_email(&mut *tx, &email).await? {
+            answer(&mut tx, state, &person).await?;
+        }
+        account_links::forget_asked(&mut tx, &email).await?;
+        tx.commit().await?;
+    }
+    Ok(())
+}
+
+async fn answer(tx: &mut SqliteConnection, state: &Service, person: &Person) -> Result<(), Error> {
+    let Some(listed) = directory::find(&mut *tx, person.school_id, person.id).await? else { return Ok(()) };
+    let Ok(purpose) = purpose(&listed) else { return Ok(()) };
+    let made_lately = state.clock.now().plus_s(lifetime_s(purpose) - ASKED_AGAIN_S);
+    if account_links::lasts(&mut *tx, (person.id, purpose), made_lately).await? {
+        return Ok(());
+    }
+    queue_link(tx, state, (person.school_id, person.id), purpose).await?;
+    let asked = Entry::new(person.school_id, Actor::Person(person.id), "person.link_asked_for", person.id);
+    Ok(asked.append(tx, state.clock.now()).await?)
+}
+
+/// The link of a token, if it is good.
+///
+/// # Errors
+/// When the database fails.
+pub async fn link(state: &Service, token: &str) -> Result<Option<Link>, Error> {
+    Ok(account_links::valid(state.db.reader(), &secret::token_sha256(token), state.clock.now()).await?)
+}
+
+/// Sets the password that a link allows, which ends the link and every earlier sign-in. False when the link is not good
+/// any more.
+///
+/// # Errors
+/// When the database fails.
+pub async fn set_password_by_link(state: &Service, token: &str, password: &str) -> Result<bool, Error> {
+    let hash = hash(state, password).await?;
+    let mut tx = state.db.write().await?;
+    let known = account_links::valid(&mut *tx, &secret::token_sha256(token), state.clock.now()).await?;
+    let Some(link) = known else { return Ok(false) };
+    set_password(&mut tx, state, (link.school_id, link.person_id), &hash).await?;
+    tx.commit().await?;
+    Ok(true)
+}
+
+/// Whether this is somebody's own password; what is not is written down.
+///
+/// # Errors
+/// When the database fails.
+pub async fn is_own_password(state: &Service, person: &CurrentPerson, typed: &str) -> Result<bool, Error> {
+    let Some(known) = people::by_id(state.db.reader(), person.id).await? else { return Ok(false) };
+    let known = people::credentials(state.db.reader(), &known.email).await?.and_then(|known| known.password_hash);
+    let Some(known) = known else { return Ok(false) };
+    let typed = typed.to_owned();
+    if state.hash(move || secret::password_fits(&typed, &known)).await? {
+        return Ok(true);
+    }
+    let mut tx = state.db.write().await?;
+    Entry::by(person, "person.password_refused", person.id).append(&mut tx, state.clock.now()).await?;
+    tx.commit().await?;
+    Ok(false)
+}
+
+/// Sets somebody's own new password, if the old one is right.
+///
+/// # Errors
+/// When the database fails.
+pub async fn change_own_password(
+    state: &Service,
+    person: &CurrentPerson,
+    (old, new): (&str, &str),
+) -> Result<bool, Error> {
+    if !is_own_password(state, person, old).await? {
+        return Ok(false);
+    }
+    let hash = hash(state, new).await?;
+    let mut tx = state.db.write().await?;
+    set_password(&mut tx, state, (person.school_id, person.id), &hash).await?;
+    tx.commit().await?;
+    Ok(true)
+}
+
+async fn hash(state: &Service, password: &str) -> Result<String, Error> {
+    let (password, cost) = (password.to_owned(), state.config.password_cost);
+    Ok(state.hash(move || secret::hash_password(&password, cost)).await??)
+}
+
+async fn set_password(
+    tx: &mut SqliteConnection,
+    state: &Service,
+    (school_id, person): (Uuid, Uuid),
+    hash: &str,
+) -> Result<(), Error> {
+    people::set_password(tx, person, hash).await?;
+    Ok(Entry::new(school_id, Actor::Person(person), "person.password_set", person)
+        .append(tx, state.clock.now())
+        .await?)
+}
+
+/// Keeps somebody from signing in and revokes their tokens; what they did stays.
+///
+/// # Errors
+/// When the database fails.
+pub async fn disable(state: &Service, by: &CurrentPerson, person: Uuid) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    disable_in(&mut tx, state, by, person).await?;
+    Ok(tx.commit().await?)
+}
+
+/// [`disable`], within a transaction.
+///
+/// # Errors
+/// When the database fails.
+pub async fn disable_in(
+    tx: &mut SqliteConnection,
+    state: &Service,
+    by: &CurrentPerson,
+    person: Uuid,
+) -> Result<(), Error> {
+    if people::disable(tx, person, state.clock.now()).await? {
+        let revoked = tokens::revoke_all(tx, person, state.clock.now()).await?;
+        Entry::by(by, "person.disabled", person)
+            .with(json!({ "tokens_revoked": revoked }))
+            .append(tx, state.clock.now())
+            .await?;
+    }
+    Ok(())
+}
+
+/// Lets somebody sign in again.
+///
+/// # Errors
+/// When the database fails.
+pub async fn enable(state: &Service, by: &CurrentPerson, person: Uuid) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    if directory::enable(&mut tx, by.school_id, person).await? {
+        Entry::by(by, "person.enabled", person).append(&mut tx, state.clock.now()).await?;
+    }
+    Ok(tx.commit().await?)
+}

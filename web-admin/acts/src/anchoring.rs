@@ -1,0 +1,125 @@
+//! The end of the audit log, told outside the database once a day: whoever cuts the log or makes it anew cannot take back what was told.
+//!
+//! A statement says how many rows the log had and by which hash it ended, signed by the key of certificates. It is a file of the data
+//! folder's `statements/`, one for each day, and a letter to whoever keeps them elsewhere. `web-admin verify --statement` holds the log to it.
+
+use std::fs::{DirBuilder, File, OpenOptions};
+use std::io::Write;
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::{Context, ensure};
+use serde::{Deserialize, Serialize};
+
+use crate::certificates;
+use crate::mailer::Letter;
+use crate::service::Service;
+use model::certificate::{self, Certificate};
+use model::new_id;
+use store::audit;
+
+/// The folder of statements in the data folder.
+pub const STATEMENTS_DIR: &str = "statements";
+/// What a statement is of.
+const OF: &str = "the audit log of a Stylet service";
+/// Version of the layout.
+const FORMAT: u32 = 1;
+/// How often it is looked whether today's is made and told.
+const EVERY: Duration = Duration::from_secs(3600);
+
+/// What is stated.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AuditHead {
+    /// Always the same words, by which it is told from whatever else the key signs.
+    of: String,
+    /// Version of this layout.
+    format: u32,
+    /// When, RFC 3339.
+    pub made_at: String,
+    /// How many rows the log had.
+    pub rows: i64,
+    /// Hash of the last of them, hexadecimal; 64 zeros where there was none.
+    pub head: String,
+}
+
+/// Makes today's statement where there is none, and tells it where it was not told. None where both were done.
+///
+/// # Errors
+/// When the database, the key, the disk or the mail fails; the next look tries again.
+pub async fn anchor(state: &Service) -> anyhow::Result<Option<PathBuf>> {
+    let now = state.clock.now();
+    let day = now.to_string().chars().take_while(|c| *c != 'T').collect::<String>();
+    let file = state.config.data_dir.join(STATEMENTS_DIR).join(format!("{day}.json"));
+    let told = file.with_extension("mailed");
+    let made = !tokio::fs::try_exists(&file).await?;
+    if made {
+        let (rows, head) = audit::head(state.db.reader()).await?;
+        let head = AuditHead { of: OF.to_owned(), format: FORMAT, made_at: now.to_string(), rows, head };
+        let (data_dir, place) = (state.config.data_dir.clone(), file.clone());
+        tokio::task::spawn_blocking(move || make(&data_dir, &place, &head)).await??;
+    }
+    if let Some(address) = &state.config.anchor_mail
+        && !tokio::fs::try_exists(&told).await?
+    {
+        let text = tokio::fs::read_to_string(&file).await?;
+        let letter = letter(&day, address, &text);
+        state.mailer.send(Letter { id: new_id(now), ..letter }, now).await.context("the statement was not mailed")?;
+        tokio::fs::write(&told, address).await?;
+        return Ok(Some(file));
+    }
+    Ok(made.then_some(file))
+}
+
+fn letter(day: &str, address: &str, statement: &str) -> Letter {
+    Letter {
+        id: uuid::Uuid::nil(),
+        name: String::new(),
+        email: address.to_owned(),
+        subject: format!("The audit log of Stylet on {day}"),
+        body: format!(
+            "Keep this letter. Whoever asks later whether the audit log is whole saves the lines below as a file and runs\n\n\
+             web-admin verify --statement FILE\n\n{statement}\n"
+        ),
+    }
+}
+
+/// Signs a statement and puts it into a file, whole or not at all. Blocks.
+fn make(data_dir: &Path, place: &Path, head: &AuditHead) -> anyhow::Result<()> {
+    let folder = place.parent().context("a file in a folder")?;
+    DirBuilder::new().recursive(true).mode(0o700).create(folder).context(folder.display().to_string())?;
+    let signed = certificate::sign_text(&certificates::signing_key(data_dir)?, &serde_json::to_string(head)?);
+    let part = place.with_extension("part");
+    let mut file = OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(&part)?;
+    file.write_all(serde_json::to_string_pretty(&signed)?.as_bytes())?;
+    file.sync_all()?;
+    std::fs::rename(&part, place)?;
+    Ok(File::open(folder)?.sync_all()?)
+}
+
+/// Reads a statement, and checks that a key has signed it. A letter as it was mailed will do: the statement stands between braces.
+///
+/// # Errors
+/// When it is none, of another key, or was changed.
+pub fn check(file: &[u8], key: &str) -> anyhow::Result<AuditHead> {
+    let text = std::str::from_utf8(file).context("not a statement")?;
+    let (from, to) = (text.find('{').context("not a statement")?, text.rfind('}').context("not a statement")?);
+    let signed: Certificate =
+        serde_json::from_str(text.get(from..=to).unwrap_or_default()).context("not a statement")?;
+    let head: AuditHead = serde_json::from_str(certificate::checked_text(&signed, key)?).context("not a statement")?;
+    ensure!(head.of == OF && head.format == FORMAT, "a statement of another kind or version");
+    Ok(head)
+}
+
+/// Looks once an hour, until it is dropped.
+pub async fn run(state: Service) {
+    loop {
+        match anchor(&state).await {
+            Ok(Some(file)) => tracing::info!(file = %file.display(), "the end of the audit log is stated"),
+            Ok(None) => {}
+            Err(error) => tracing::warn!(cause = format!("{error:#}"), "the end of the audit log could not be stated"),
+        }
+        tokio::time::sleep(EVERY).await;
+    }
+}

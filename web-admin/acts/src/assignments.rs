@@ -1,0 +1,117 @@
+//! Assignments: made, taken back, judged.
+
+use std::collections::BTreeSet;
+
+use serde_json::json;
+use uuid::Uuid;
+
+use crate::deadlines::Dated;
+use crate::error::Error;
+use crate::service::Service;
+use model::CurrentPerson;
+use model::assignment::{Assigned, Standing, Taught, Tried, sort};
+use store::assignments::{self, Listed, NewAssignment};
+use store::audit::Entry;
+use store::curricula;
+use store::deadlines::{self, Kind};
+use store::{practice, supervisions};
+
+/// Makes an assignment.
+///
+/// # Errors
+/// When the database fails.
+pub async fn make(state: &Service, by: &CurrentPerson, new: &NewAssignment) -> Result<Uuid, Error> {
+    let mut tx = state.db.write().await?;
+    let id = assignments::add(&mut tx, by, new, state.clock.now()).await?;
+    let told =
+        json!({ "cohort": new.cohort_id, "person": new.person_id, "due": new.due.as_ref().map(|(local, _)| local) });
+    Entry::by(by, "assignment.made", id).with(told).append(&mut tx, state.clock.now()).await?;
+    tx.commit().await?;
+    Ok(id)
+}
+
+/// What is put off when an assignment is.
+#[must_use]
+pub fn dated(assignment: &Listed) -> Dated<'_> {
+    Dated {
+        kind: Kind::Assignment,
+        id: assignment.id,
+        due_local: assignment.due_local.as_deref(),
+        time_zone: &assignment.time_zone,
+    }
+}
+
+/// Takes an assignment back.
+///
+/// # Errors
+/// When the database fails.
+pub async fn withdraw(state: &Service, by: &CurrentPerson, assignment: Uuid) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    assignments::withdraw(&mut tx, by.school_id, assignment, state.clock.now()).await?;
+    Entry::by(by, "assignment.withdrawn", assignment).append(&mut tx, state.clock.now()).await?;
+    Ok(tx.commit().await?)
+}
+
+/// The courses of a school, for judging.
+///
+/// # Errors
+/// When the database fails.
+pub async fn taught(state: &Service, school: Uuid) -> Result<Vec<Taught>, Error> {
+    let reader = state.db.reader();
+    let mut taught = Vec::new();
+    for curriculum in curricula::taught(reader, school).await? {
+        let course = curricula::course(reader, school, &curriculum).await?;
+        taught.push(Taught { id: curriculum.curriculum_id, course });
+    }
+    Ok(taught)
+}
+
+/// What is assigned to a trainee and how far they have come, what is due first before.
+///
+/// # Errors
+/// When the database fails.
+pub async fn standings(state: &Service, school: Uuid, person: Uuid) -> Result<Vec<Standing>, Error> {
+    let reader = state.db.reader();
+    let assigned: Vec<Assigned> = assignments::of_trainee(reader, school, person).await?;
+    if assigned.is_empty() {
+        return Ok(Vec::new());
+    }
+    let taught = taught(state, school).await?;
+    let attempts = practice::of_trainee(reader, school, person).await?;
+    let supervised = match assigned.iter().any(|assigned| assigned.supervised) {
+        true => supervisions::of_trainee(reader, school, person).await?,
+        false => Vec::new(),
+    };
+    let supervised = supervised.into_iter().collect();
+    let (now, tried) = (state.clock.now(), Tried { attempts: &attempts, supervised: &supervised });
+    let mut standings: Vec<Standing> =
+        assigned.into_iter().map(|assigned| Standing::of(assigned, &taught, &tried, now)).collect();
+    sort(&mut standings);
+    Ok(standings)
+}
+
+/// How far those have come to whom something was assigned, in the order of `people`, who are some of them.
+///
+/// # Errors
+/// [`Error::NotFound`] when it was taken back.
+pub async fn standings_at(state: &Service, school: Uuid, id: Uuid, people: &[Uuid]) -> Result<Vec<Standing>, Error> {
+    let reader = state.db.reader();
+    let assigned = assignments::find(reader, school, id).await?.ok_or(Error::NotFound)?;
+    let taught = taught(state, school).await?;
+    let practised = practice::of_assignment(reader, school, id).await?;
+    let longer = deadlines::extensions(reader, (school, Kind::Assignment), id).await?;
+    let supervised = match assigned.supervised {
+        true => supervisions::of_assignment(reader, school, id).await?.into_iter().collect(),
+        false => BTreeSet::new(),
+    };
+    let now = state.clock.now();
+    let of = |person: &Uuid| {
+        let mut own = assigned.clone();
+        if let Some(longer) = longer.iter().find(|extension| extension.person_id == *person) {
+            (own.due_at, own.extended_days) = (Some(longer.due_at), longer.days);
+        }
+        let attempts = practised.get(person).map_or(&[][..], Vec::as_slice);
+        Standing::of(own, &taught, &Tried { attempts, supervised: &supervised }, now)
+    };
+    Ok(people.iter().map(of).collect())
+}

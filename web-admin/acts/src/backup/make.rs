@@ -1,0 +1,109 @@
+//! Making a backup.
+
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::ErrorKind;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, ensure};
+use sha2::{Digest, Sha256};
+
+use super::archive::{self, Sources};
+use super::{FORMAT, KEYS, Manifest, Scratch, passphrase};
+use crate::config::Config;
+use crate::erasures::{ERASURES_FILE, ErasureList};
+use crate::killpoints::KillPoint;
+use crate::recordings::hash_file;
+use crate::verification::Report;
+use model::Moment;
+use store::sessions::{self, RecordingFile};
+use store::{Database, audit, tries, uploads};
+
+/// Makes a backup, reads it back, and only then gives it its name. The key of certificates is in it where there is a passphrase to seal it.
+///
+/// # Errors
+/// When the database or a recording is damaged, or a disk refuses. No file of that name is left then.
+pub async fn make(config: &Config, to: &Path, passphrase: Option<&str>, now: Moment) -> anyhow::Result<Report> {
+    let (copy, part) = (Scratch(beside(to, "database")), Scratch(beside(to, "part")));
+    // A backup holds every password hash: it is its owner's alone from the first byte.
+    let file = OpenOptions::new().write(true).create(true).truncate(false).mode(0o600).open(&part.0);
+    let file = file.with_context(|| part.0.display().to_string())?;
+    if file.try_lock().is_err() {
+        std::mem::forget((copy, part));
+        anyhow::bail!("{}: another backup is just being made there", to.display());
+    }
+    // What one that was stopped has left.
+    file.set_len(0)?;
+    remove_if_there(&copy.0)?;
+    let source = Database::open_existing(&config.database_url).await.context("cannot open the database")?;
+    source.copy_to(&copy.0).await.context("cannot copy the database")?;
+    source.close().await;
+    KillPoint::BackupCopied.pass();
+    let (recordings, report) = settle(&copy.0).await?;
+    let (database_sha256, _) = hash_file(&copy.0)?;
+    let program_version = env!("CARGO_PKG_VERSION").to_owned();
+    // After the copy of the database: whoever is erased there is on the list.
+    let small = small_files(config, passphrase)?;
+    let files = small.iter().map(|(name, bytes)| (name.clone(), hex::encode(Sha256::digest(bytes)))).collect();
+    let manifest = Manifest { format: FORMAT, made_at: now.to_string(), program_version, database_sha256, files };
+    let sources = Sources { database: &copy.0, small: &small, recordings_dir: &config.recordings_dir };
+    archive::write(file, &manifest, &sources, &recordings)?;
+    archive::check(&part.0, &manifest, &recordings).context("the backup was read back and is not whole")?;
+    // Nothing of it is left beside what has its name.
+    drop(copy);
+    KillPoint::BackupWritten.pass();
+    std::fs::rename(&part.0, to)?;
+    KillPoint::BackupNamed.pass();
+    File::open(to.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new(".")))?.sync_all()?;
+    Ok(report)
+}
+
+/// The small files of a data folder, those that are there.
+fn small_files(config: &Config, passphrase: Option<&str>) -> anyhow::Result<BTreeMap<String, Vec<u8>>> {
+    let list = ErasureList::of(config);
+    // A list that cannot be read would be of no use in a backup.
+    list.read()?;
+    let erasures = list.bytes()?;
+    let mut small = BTreeMap::from([(ERASURES_FILE.to_owned(), erasures)]);
+    for key in KEYS {
+        let path = config.data_dir.join(key.name);
+        if let Some(passphrase) = passphrase.filter(|_| path.exists()) {
+            let plain = std::fs::read(&path).context(key.name)?;
+            small.insert(key.sealed.to_owned(), passphrase::seal(&plain, passphrase)?);
+        }
+    }
+    small.retain(|_, bytes| !bytes.is_empty());
+    Ok(small)
+}
+
+fn remove_if_there(file: &Path) -> std::io::Result<()> {
+    match std::fs::remove_file(file) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}
+
+fn beside(to: &Path, suffix: &str) -> PathBuf {
+    let mut name = to.as_os_str().to_owned();
+    name.push(".");
+    name.push(suffix);
+    PathBuf::from(name)
+}
+
+/// Checks the copy, takes out of it what is still arriving, and tells which recordings belong to it.
+async fn settle(copy: &Path) -> anyhow::Result<(Vec<RecordingFile>, Report)> {
+    let db = Database::open_existing(&format!("sqlite://{}", copy.display())).await?;
+    let mut tx = db.write().await?;
+    uploads::forget_unfinished(&mut tx).await?;
+    tries::take_back(&mut tx).await?;
+    tx.commit().await?;
+    let recordings = sessions::recordings(db.reader()).await?;
+    let chain = audit::check(db.reader()).await?;
+    let findings = [db.integrity().await?, chain.findings].concat();
+    db.close().await;
+    ensure!(findings.is_empty(), "the database is damaged, and nothing was backed up: {}", findings.join("; "));
+    let report =
+        Report { recordings: recordings.len(), audit_rows: chain.rows, audit_head: chain.head, findings: Vec::new() };
+    Ok((recordings, report))
+}

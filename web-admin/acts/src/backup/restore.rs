@@ -1,0 +1,223 @@
+//! Restoring a backup.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+
+use super::{DATABASE, FORMAT, KEYS, KNOWN, MANIFEST, Manifest, RECORDINGS, Refused, Scratch, archive, passphrase};
+use crate::clock::Clock;
+use crate::config::Config;
+use crate::erasing;
+use crate::erasures::{ERASURES_FILE, Erasure, ErasureList};
+use crate::killpoints::KillPoint;
+use crate::recordings::hash_file;
+use crate::sealing;
+use crate::service::Service;
+use crate::verification::{self, Report};
+use store::Database;
+
+/// Written into the unpacked backup when it was found whole: from then on only its parts are to be moved.
+const WHOLE: &str = "whole.json";
+
+/// What was restored.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Restored {
+    /// What was looked at.
+    pub report: Report,
+    /// How many people were erased again: since the backup was made they had been.
+    pub erased_again: usize,
+    /// What became of the keys.
+    pub keys: KeysRestored,
+}
+
+/// What becomes of the keys ([`super::KEYS`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KeysRestored {
+    /// None is in the backup.
+    NotInIt,
+    /// There was no passphrase to open them.
+    StaySealed,
+    /// They are in their places.
+    Restored,
+}
+
+/// What is wanted of a restore beside what the backup holds.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Wanted {
+    /// Erasures that were noted elsewhere.
+    pub erasures: Vec<Erasure>,
+    /// What the keys are sealed with.
+    pub passphrase: Option<String>,
+}
+
+/// Restores a backup into an empty place: unpacked beside it, checked whole, and moved there last. What a restore that was
+/// stopped has left is gone on with, or done over. Whoever calls holds the place's lock.
+///
+/// Erasures of the backup's own list, of those that are wanted and of a list that is in the place already are carried out at the end; should it be
+/// stopped before, `serve` does so before it serves anybody.
+///
+/// # Errors
+/// When the file is no backup or a damaged one, or something is in the place already; nothing is changed then.
+pub async fn restore(config: &Config, from: &Path, wanted: &Wanted) -> Result<Restored, Refused> {
+    let database = Database::file_of(&config.database_url)?;
+    let staging = staging(config);
+    let refused = |error: anyhow::Error| Refused::Input(format!("{}: {error:#}", from.display()));
+    let manifest = archive::manifest(from).map_err(refused)?;
+    let is_unpacked = unpacked(&staging).as_ref() == Some(&manifest);
+    // The database moves last: one that was killed after that has only to tidy up.
+    if !is_unpacked || staging.join(DATABASE).exists() {
+        refuse_database(&database)?;
+    }
+    let (mut report, mut scratch) = (None, None);
+    if !is_unpacked {
+        refuse_recordings(&config.recordings_dir)?;
+        scratch = Some(Scratch(staging.clone()));
+        report = Some(unpack(from, &staging, &manifest).await?);
+    }
+    KillPoint::RestoreUnpacked.pass();
+    let own = ErasureList::at(&staging.join(ERASURES_FILE)).read().map_err(|error| refused(error.into()))?;
+    let keys = restore_keys(config, &staging, wanted.passphrase.as_deref()).map_err(refused)?;
+    // From here on it is gone on with, also by another process.
+    std::mem::forget(scratch);
+    // Before the database is in its place: whoever serves it then has the list.
+    ErasureList::of(config).merge(&[own, wanted.erasures.clone()].concat())?;
+    put(&staging, &database, &config.recordings_dir)?;
+    drop(Scratch(staging));
+    let erased_again = catch_up(config).await?;
+    let report = match report {
+        Some(report) if erased_again == 0 => report,
+        // What another process has unpacked was checked by it, and is read once more.
+        _ => verified(&database, &config.recordings_dir).await?,
+    };
+    Ok(Restored { report, erased_again, keys })
+}
+
+/// Opens the keys, and puts them into their places where no other ones are.
+fn restore_keys(config: &Config, staging: &Path, passphrase: Option<&str>) -> anyhow::Result<KeysRestored> {
+    let sealed: Vec<_> = KEYS.into_iter().filter(|key| staging.join(key.sealed).exists()).collect();
+    let Some(passphrase) = passphrase else {
+        return Ok(if sealed.is_empty() { KeysRestored::NotInIt } else { KeysRestored::StaySealed });
+    };
+    anyhow::ensure!(!sealed.is_empty(), "no key is in it; restore without --passphrase-file");
+    for key in sealed {
+        let plain = passphrase::open(&std::fs::read(staging.join(key.sealed))?, passphrase).context(key.sealed)?;
+        sealing::restore_file_key(&config.data_dir.join(key.name), std::str::from_utf8(&plain)?)?;
+    }
+    Ok(KeysRestored::Restored)
+}
+
+/// Erases whoever was erased since the backup was made.
+async fn catch_up(config: &Config) -> Result<usize, Refused> {
+    if ErasureList::of(config).read()?.is_empty() {
+        return Ok(0);
+    }
+    let state = Service::open(config.clone(), Clock::system()).await?;
+    let again = erasing::catch_up(&state).await;
+    state.db.close().await;
+    Ok(again?)
+}
+
+/// Where a backup is unpacked before its parts are moved to their places: beside the recordings, so that moving them is a
+/// rename within one file system.
+pub fn staging(config: &Config) -> PathBuf {
+    config.recordings_dir.with_extension("restoring")
+}
+
+/// Of which backup everything has been unpacked and checked, if so.
+fn unpacked(staging: &Path) -> Option<Manifest> {
+    serde_json::from_slice(&std::fs::read(staging.join(WHOLE)).ok()?).ok()
+}
+
+/// Unpacks a backup into a folder of its own, checks it whole, and says so there.
+async fn unpack(from: &Path, staging: &Path, manifest: &Manifest) -> Result<Report, Refused> {
+    if staging.exists() {
+        std::fs::remove_dir_all(staging)?;
+    }
+    std::fs::create_dir_all(staging.join(RECORDINGS))?;
+    let refused = |error: anyhow::Error| Refused::Input(format!("{}: {error:#}", from.display()));
+    archive::unpack(from, staging).map_err(refused)?;
+    check_manifest(staging, manifest).map_err(refused)?;
+    let report = verified(&staging.join(DATABASE), &staging.join(RECORDINGS)).await?;
+    if let Some(first) = report.findings.first() {
+        let more = report.findings.len() - 1;
+        return Err(Refused::Input(format!("{}: damaged: {first} ({more} more findings)", from.display())));
+    }
+    let whole = staging.join(WHOLE);
+    std::fs::write(&whole, serde_json::to_vec(manifest)?)?;
+    std::fs::File::open(&whole)?.sync_all()?;
+    std::fs::File::open(staging)?.sync_all()?;
+    Ok(report)
+}
+
+fn refuse_database(database: &Path) -> Result<(), Refused> {
+    // A log without its database belongs to another one, and would be read into this.
+    for suffix in ["", "-wal", "-shm", "-journal"] {
+        let mut file = database.as_os_str().to_owned();
+        file.push(suffix);
+        let file = PathBuf::from(file);
+        if file.exists() {
+            let words = "exists; a backup is restored into an empty place, never over data";
+            return Err(Refused::Input(format!("{}: {words}", file.display())));
+        }
+    }
+    Ok(())
+}
+
+fn refuse_recordings(recordings: &Path) -> Result<(), Refused> {
+    let holds_something = std::fs::read_dir(recordings).is_ok_and(|mut entries| entries.next().is_some());
+    if holds_something {
+        return Err(Refused::Input(format!("{}: is not empty; restore into an empty folder", recordings.display())));
+    }
+    Ok(())
+}
+
+fn check_manifest(folder: &Path, manifest: &Manifest) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        KNOWN.contains(&manifest.format),
+        "{MANIFEST}: format {}; allowed are 1 to {FORMAT}",
+        manifest.format
+    );
+    let (sha256, _) = hash_file(&folder.join(DATABASE))?;
+    anyhow::ensure!(sha256 == manifest.database_sha256, "{DATABASE}: its bytes are not those that were stored");
+    for (name, expected) in &manifest.files {
+        let (sha256, _) = hash_file(&folder.join(name)).with_context(|| name.clone())?;
+        anyhow::ensure!(sha256 == *expected, "{name}: its bytes are not those that were stored");
+    }
+    Ok(())
+}
+
+async fn verified(database: &Path, recordings: &Path) -> Result<Report, Refused> {
+    let db = Database::open_existing(&format!("sqlite://{}", database.display())).await?;
+    let report = verification::everything(&db, recordings).await;
+    db.close().await;
+    Ok(report?)
+}
+
+/// The database goes last: a restore that is stopped before leaves no service that could start, and is gone on with.
+fn put(staging: &Path, database: &Path, recordings: &Path) -> Result<(), Refused> {
+    let parents = [database.parent(), recordings.parent()].into_iter().flatten();
+    for folder in parents.filter(|folder| !folder.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder)?;
+    }
+    if staging.join(RECORDINGS).exists() {
+        if recordings.exists() {
+            std::fs::remove_dir(recordings)?;
+        }
+        std::fs::rename(staging.join(RECORDINGS), recordings)?;
+    }
+    KillPoint::RestoreMoving.pass();
+    let unpacked: PathBuf = staging.join(DATABASE);
+    if unpacked.exists() && std::fs::rename(&unpacked, database).is_err() {
+        // Another file system: the copy is complete before it takes the name.
+        let part = database.with_extension("part");
+        std::fs::copy(&unpacked, &part)?;
+        std::fs::File::open(&part)?.sync_all()?;
+        std::fs::rename(&part, database)?;
+    }
+    KillPoint::RestoreMoved.pass();
+    for folder in [database.parent(), recordings.parent()].into_iter().flatten() {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        std::fs::File::open(folder)?.sync_all()?;
+    }
+    Ok(())
+}

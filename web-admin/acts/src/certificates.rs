@@ -1,0 +1,41 @@
+//! The key that signs certificates: made when it is first needed, it stays in the data folder.
+
+use std::path::Path;
+
+use ed25519_dalek::SigningKey;
+use model::certificate;
+
+use crate::sealing;
+
+/// The private key's file in the data folder, 64 hexadecimal digits.
+pub const KEY_FILE: &str = "certificate-key";
+
+/// The service's key, which is made where there is none yet.
+///
+/// # Errors
+/// When it cannot be read or made.
+pub fn signing_key(data_dir: &Path) -> anyhow::Result<SigningKey> {
+    Ok(SigningKey::from_bytes(&sealing::file_key(&data_dir.join(KEY_FILE))?))
+}
+
+/// The public key of this service, hexadecimal.
+///
+/// # Errors
+/// When the key cannot be read or made.
+pub fn public_key(data_dir: &Path) -> anyhow::Result<String> {
+    Ok(certificate::public_key(&signing_key(data_dir)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_key_is_made_once_and_for_its_owner_alone() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().expect("a folder");
+        assert_eq!(public_key(folder.path()).expect("made"), public_key(folder.path()).expect("kept"));
+        let mode = std::fs::metadata(folder.path().join(KEY_FILE)).expect("a file").permissions().mode();
+        assert_eq!(mode & 0o777, 0o600);
+    }
+}

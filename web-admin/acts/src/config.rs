@@ -1,0 +1,307 @@
+//! How the service was told to run.
+
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use http::Uri;
+
+use crate::judging::Helper;
+use crate::scanning::Scanner;
+use model::roster::is_email;
+
+/// What it costs to hash a password.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PasswordCost {
+    /// Memory, in KiB.
+    pub memory_kib: u32,
+    /// Passes over the memory.
+    pub passes: u32,
+}
+
+impl PasswordCost {
+    /// OWASP's recommendation for argon2id, which the argon2 crate has as its default: 19 MiB, two passes.
+    pub const RECOMMENDED: Self = Self { memory_kib: 19 * 1024, passes: 2 };
+}
+
+/// Where mail goes.
+#[derive(Clone, PartialEq, Eq)]
+pub enum MailTo {
+    /// Files in a folder.
+    Folder(PathBuf),
+    /// A server, as a `smtp:` or `smtps:` URL.
+    Smtp(String),
+}
+
+impl std::fmt::Debug for MailTo {
+    /// Without the URL, which may hold a password.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Folder(folder) => f.debug_tuple("Folder").field(folder).finish(),
+            Self::Smtp(_) => f.write_str("Smtp(…)"),
+        }
+    }
+}
+
+/// How much may be announced and not have arrived.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UploadQuota {
+    /// Uploads.
+    pub uploads: u64,
+    /// Bytes in all.
+    pub bytes: u64,
+}
+
+/// How the service runs.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Where to listen.
+    pub listen: SocketAddr,
+    /// Folder for everything the service keeps.
+    pub data_dir: PathBuf,
+    /// Database, a `sqlite:` URL.
+    pub database_url: String,
+    /// Folder for recordings.
+    pub recordings_dir: PathBuf,
+    /// A proxy in front speaks TLS and sets `X-Forwarded-For`: cookies are `Secure`, and its word for the client's
+    /// address is believed.
+    pub behind_tls: bool,
+    /// What `/metrics` asks for as a bearer token. Without one it is answered only where no proxy is in front.
+    pub metrics_token: Option<String>,
+    /// Largest upload, in bytes.
+    pub max_upload_bytes: u64,
+    /// How many recordings are judged at once, 1 or more.
+    pub judges: usize,
+    /// Who judges recordings in a process of its own; none where this process does.
+    pub helper: Option<Helper>,
+    /// Longest that looking what a draft comes to may take, where a helper looks.
+    pub preview_time: Duration,
+    /// Who scans what arrives for malware; none where nobody does.
+    pub scanner: Option<Scanner>,
+    /// Free room on the disk, in bytes, below which no upload is taken.
+    pub reserve_bytes: u64,
+    /// Uploads in pieces that an owner may have begun and not ended, and their announced bytes.
+    pub owner_quota: UploadQuota,
+    /// As many of all owners of a school together.
+    pub school_quota: UploadQuota,
+    /// Longest silence within a body before it is given up.
+    pub upload_silence: Duration,
+    /// How long an upload in pieces is kept after its last piece, in s.
+    pub upload_lifetime_s: i64,
+    /// What it costs to hash a password.
+    pub password_cost: PasswordCost,
+    /// Where mail goes.
+    pub mail: MailTo,
+    /// Whom mail is from.
+    pub mail_from: String,
+    /// Who is mailed each day by which hash the audit log ends.
+    pub anchor_mail: Option<String>,
+    /// Where people find this service, without a slash at its end, where it was told.
+    pub public_url: Option<String>,
+    /// Origins whose pages may upload with a token, as a browser names them.
+    pub allowed_origins: Vec<String>,
+}
+
+/// An option whose value cannot be used.
+#[derive(Debug, thiserror::Error)]
+#[error("{option}: \"{value}\"; {allowed}")]
+pub struct ConfigError {
+    /// The option.
+    pub option: &'static str,
+    /// Its value.
+    pub value: String,
+    /// What is allowed.
+    pub allowed: &'static str,
+}
+
+impl Config {
+    /// Everything in one folder, listening on this machine only.
+    #[must_use]
+    pub fn in_folder(data_dir: &Path) -> Self {
+        Self {
+            listen: SocketAddr::from(([127, 0, 0, 1], 8080)),
+            data_dir: data_dir.to_owned(),
+            database_url: sqlite_url(&data_dir.join("stylet.db")),
+            recordings_dir: data_dir.join("recordings"),
+            behind_tls: false,
+            metrics_token: None,
+            max_upload_bytes: 512 * 1024 * 1024,
+            owner_quota: UploadQuota { uploads: 32, bytes: 4_000_000_000 },
+            school_quota: UploadQuota { uploads: 2000, bytes: 100_000_000_000 },
+            judges: 1,
+            helper: None,
+            preview_time: Duration::from_secs(10),
+            scanner: None,
+            reserve_bytes: 1_000_000_000,
+            upload_silence: Duration::from_secs(30),
+            upload_lifetime_s: 48 * 3600,
+            password_cost: PasswordCost::RECOMMENDED,
+            mail: MailTo::Folder(data_dir.join("mail")),
+            mail_from: "Stylet <stylet@localhost>".to_owned(),
+            anchor_mail: None,
+            public_url: None,
+            allowed_origins: Vec::new(),
+        }
+    }
+
+    /// What links begin with that leave the service: where people find it, or else where it listens.
+    #[must_use]
+    pub fn address(&self) -> String {
+        self.public_url.clone().unwrap_or_else(|| format!("http://{}", self.listen))
+    }
+
+    /// Folder for uploads that are not acknowledged yet.
+    #[must_use]
+    pub fn uploads_dir(&self) -> PathBuf {
+        // Beside the recordings, so that a finished upload is moved by a rename within one file system.
+        self.recordings_dir.join(".uploads")
+    }
+
+    /// Folder for what was made of recordings to replay them: it may be deleted at any time, and is made again.
+    #[must_use]
+    pub fn replays_dir(&self) -> PathBuf {
+        self.data_dir.join("replays")
+    }
+}
+
+fn sqlite_url(path: &Path) -> String {
+    format!("sqlite://{}", path.display())
+}
+
+/// A database as given: a `sqlite:` URL or a path.
+///
+/// # Errors
+/// When it is a URL of another database.
+pub fn database_url(given: &str) -> Result<String, ConfigError> {
+    match given.split_once(':') {
+        Some(("sqlite", _)) => Ok(given.to_owned()),
+        Some((scheme, rest)) if rest.starts_with("//") => Err(ConfigError {
+            option: "--database",
+            value: format!("{scheme}://…"),
+            allowed: "allowed is a sqlite: URL or a path",
+        }),
+        _ => Ok(sqlite_url(Path::new(given))),
+    }
+}
+
+/// Where mail goes, as given: a `smtp:` or `smtps:` URL, or a folder.
+///
+/// # Errors
+/// When it is a URL of something else.
+pub fn mail_to(given: &str) -> Result<MailTo, ConfigError> {
+    match given.split_once("://") {
+        Some(("smtp" | "smtps", _)) => Ok(MailTo::Smtp(given.to_owned())),
+        Some((scheme, _)) => Err(ConfigError {
+            option: "--mail",
+            value: format!("{scheme}://…"),
+            allowed: "allowed is a smtp:// or smtps:// URL, or a folder",
+        }),
+        None => Ok(MailTo::Folder(PathBuf::from(given))),
+    }
+}
+
+/// Who is mailed the end of the audit log, as given: an address.
+///
+/// # Errors
+/// When it is none.
+pub fn anchor_mail(given: &str) -> Result<String, ConfigError> {
+    let refused = || ConfigError {
+        option: "--anchor-mail",
+        value: given.to_owned(),
+        allowed: "allowed is an address, as audit@example.org",
+    };
+    if is_email(given) { Ok(given.to_owned()) } else { Err(refused()) }
+}
+
+/// An origin as given, in the words of a browser: `https://lab.example.org`, with a port where it is not the scheme's own.
+///
+/// # Errors
+/// When it is none, or stands for more than one.
+pub fn origin(given: &str) -> Result<String, ConfigError> {
+    let refused = || ConfigError {
+        option: "--allow-origin",
+        value: given.to_owned(),
+        allowed: "allowed is a scheme and a host, as https://lab.example.org or http://localhost:3000, without a path",
+    };
+    let text = given.to_ascii_lowercase();
+    let uri: Uri = text.parse().map_err(|_| refused())?;
+    let (scheme, host) = uri.scheme_str().zip(uri.host()).ok_or_else(refused)?;
+    let own_port = match scheme {
+        "http" => 80,
+        "https" => 443,
+        _ => return Err(refused()),
+    };
+    let port = uri.port_u16().map(|port| format!(":{port}")).unwrap_or_default();
+    if text != format!("{scheme}://{host}{port}") || host.contains('*') {
+        return Err(refused());
+    }
+    Ok(if uri.port_u16() == Some(own_port) { format!("{scheme}://{host}") } else { text })
+}
+
+/// A recordings folder as given: a `file://` URL or a path.
+///
+/// # Errors
+/// When it is a URL of something other than a folder.
+pub fn recordings_dir(given: &str) -> Result<PathBuf, ConfigError> {
+    match given.split_once("://") {
+        Some(("file", path)) => Ok(PathBuf::from(path)),
+        Some((scheme, _)) => Err(ConfigError {
+            option: "--recordings",
+            value: format!("{scheme}://…"),
+            allowed: "allowed is a file:// URL or a path",
+        }),
+        None => Ok(PathBuf::from(given)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_database_is_refused_without_repeating_its_password() {
+        let refused = database_url("postgres://user:secret@host/db").unwrap_err().to_string();
+        assert!(refused.contains("--database") && !refused.contains("secret"), "{refused}");
+        assert_eq!(database_url("/data/x.db").unwrap(), "sqlite:///data/x.db");
+        assert_eq!(database_url("sqlite:x.db").unwrap(), "sqlite:x.db");
+    }
+
+    #[test]
+    fn mail_goes_to_a_server_or_a_folder_and_its_password_is_never_shown() {
+        let smtp = mail_to("smtps://user:secret@mail.example").unwrap();
+        assert!(!format!("{smtp:?}").contains("secret"), "{smtp:?}");
+        assert_eq!(mail_to("out").unwrap(), MailTo::Folder(PathBuf::from("out")));
+        let refused = mail_to("https://user:secret@mail.example").unwrap_err().to_string();
+        assert!(refused.contains("--mail") && !refused.contains("secret"), "{refused}");
+    }
+
+    #[test]
+    fn an_origin_is_one_place_and_written_as_browsers_do() {
+        let written = |given: &str| origin(given).unwrap();
+        assert_eq!(written("https://Lab.Example.org:443"), "https://lab.example.org");
+        assert_eq!(
+            [written("http://localhost:3000"), written("http://[::1]:80")],
+            ["http://localhost:3000", "http://[::1]"]
+        );
+        for nonsense in [
+            "*",
+            "null",
+            "",
+            "lab.example.org",
+            "https://lab.example.org/",
+            "https://a@b.c",
+            "ftp://b.c",
+            "https://*.b.c",
+        ] {
+            let refused = origin(nonsense).unwrap_err().to_string();
+            assert!(refused.contains("--allow-origin") && refused.contains(nonsense), "{refused}");
+        }
+    }
+
+    #[test]
+    fn recordings_are_a_folder() {
+        assert_eq!(recordings_dir("file:///r").unwrap(), PathBuf::from("/r"));
+        assert_eq!(recordings_dir("r").unwrap(), PathBuf::from("r"));
+        assert!(recordings_dir("s3://bucket").is_err());
+    }
+}

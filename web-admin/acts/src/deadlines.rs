@@ -1,0 +1,98 @@
+//! Due dates of assignments and of tasks to mark pops: put off for one trainee, and reminded of.
+
+use std::time::Duration;
+
+use serde_json::json;
+use uuid::Uuid;
+
+use crate::error::Error;
+use crate::service::Service;
+use model::mail::MailKind;
+use model::{CurrentPerson, due};
+use store::audit::Entry;
+use store::deadlines::{self, Kind};
+use store::mails;
+use store::mails::NewMail;
+
+/// How long before it is due somebody is reminded, in s.
+const REMIND_S: i64 = 48 * 3600;
+/// How often it is looked who is to be reminded.
+const EVERY: Duration = Duration::from_secs(600);
+/// Most calendar days of an extension.
+const MAX_DAYS: i64 = 366;
+
+/// Something with a due date.
+#[derive(Clone, Copy, Debug)]
+pub struct Dated<'a> {
+    /// What it is.
+    pub kind: Kind,
+    /// Its id.
+    pub id: Uuid,
+    /// When it is due for everybody, as it was said.
+    pub due_local: Option<&'a str>,
+    /// The time zone in which it was said.
+    pub time_zone: &'a str,
+}
+
+/// Lets one trainee have so many calendar days longer; as long as everybody with 0.
+///
+/// # Errors
+/// When there are too many days, it has no due date, or the database fails.
+pub async fn extend(
+    state: &Service,
+    by: &CurrentPerson,
+    dated: Dated<'_>,
+    (person, days): (Uuid, i64),
+) -> Result<(), Error> {
+    if !(0..=MAX_DAYS).contains(&days) {
+        return Err(Error::Unprocessable(tr!("days: {days}; 0 to {most} are allowed", days = days, most = MAX_DAYS)));
+    }
+    let Some(local) = dated.due_local else {
+        return Err(Error::Conflict(tr!("what has no due date is not extended").to_owned()));
+    };
+    let later = due::extended(local, dated.time_zone, days);
+    let later = later.map_err(|refused| Error::Unprocessable(refused.to_string()))?;
+    let longer = (days > 0).then_some((days, later));
+    let action = match dated.kind {
+        Kind::Assignment => "assignment.extended",
+        Kind::Segments => "segments.extended",
+    };
+    let mut tx = state.db.write().await?;
+    deadlines::extend(&mut tx, (by.school_id, dated.kind), (dated.id, person), longer).await?;
+    let told = json!({ "person": person, "days": days });
+    Entry::by(by, action, dated.id).with(told).append(&mut tx, state.clock.now()).await?;
+    Ok(tx.commit().await?)
+}
+
+/// Queues reminders, now and then.
+pub async fn run(state: Service) {
+    loop {
+        if let Err(error) = remind(&state).await {
+            tracing::warn!(cause = %error, "reminders could not be queued");
+        }
+        tokio::time::sleep(EVERY).await;
+    }
+}
+
+/// Queues a reminder for whatever is due soon; each once.
+///
+/// # Errors
+/// When the database fails.
+pub async fn remind(state: &Service) -> Result<(), Error> {
+    let now = state.clock.now();
+    let soon = (now, now.plus_s(REMIND_S));
+    let mut due = deadlines::to_remind(state.db.reader(), Kind::Assignment, soon).await?;
+    due.extend(deadlines::to_remind(state.db.reader(), Kind::Segments, soon).await?);
+    if due.is_empty() {
+        return Ok(());
+    }
+    let mut tx = state.db.write().await?;
+    for due in due {
+        let (school_id, person_id) = (due.school_id, due.person_id);
+        let mail = NewMail { school_id, person_id, kind: MailKind::Reminder, assignment_id: Some(due.id) };
+        mails::queue(&mut tx, mail, now).await?;
+    }
+    tx.commit().await?;
+    state.mails.notify_one();
+    Ok(())
+}

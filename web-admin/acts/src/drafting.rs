@@ -1,0 +1,346 @@
+//! Writing documents in the browser: drafts, what is wrong with them, and how they become revisions.
+
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
+
+use documents::{Curriculum, ExerciseBundle, Issue};
+use uuid::Uuid;
+
+use crate::error::Error;
+use crate::judging::{DraftQuestion, same_id};
+use crate::previews;
+use crate::publishing::{self, Publisher, Refused};
+use crate::service::Service;
+use model::draft::Verdict;
+use model::progress::Mastery;
+use model::{CurrentPerson, Role};
+use store::audit::{Actor, Entry};
+use store::drafts::{self, By, Draft, DraftKind, NewDraft, Texts};
+use store::exercises::RevisionBytes;
+use store::{curricula, exercises};
+
+/// Longest id of a document, in characters.
+const LONGEST_ID: usize = 64;
+
+/// What a draft comes to.
+#[derive(Debug)]
+pub enum Checked {
+    /// An exercise, which could be published where nothing is wrong.
+    Exercise(Box<Verdict>),
+    /// A course that could be published.
+    Course(Box<Curriculum>, Mastery),
+    /// What is wrong with a course, in the order of the documents.
+    Refused(Vec<Issue>),
+    /// Nobody knows yet, for others of this school are before it; when to ask again, in s.
+    Waiting(u64),
+}
+
+/// What became of a save.
+#[derive(Debug)]
+pub enum Saved {
+    /// The draft as it is now.
+    Kept(Draft),
+    /// Somebody else has saved it since it was seen: nothing was written. Theirs.
+    Elsewhere(Draft),
+}
+
+/// Only those who teach write documents.
+///
+/// # Errors
+/// For a trainee.
+pub fn staff_only(person: &CurrentPerson) -> Result<(), Error> {
+    match person.role {
+        Role::Trainee => Err(Error::Forbidden(tr!("this page is for instructors and administrators"))),
+        Role::Instructor | Role::Administrator => Ok(()),
+    }
+}
+
+/// The draft of an exercise, begun from its current revision where there is none; with `new_id` the draft of another exercise
+/// that begins as a copy of it.
+///
+/// # Errors
+/// When there is no such exercise, or the new id is taken or no id.
+pub async fn exercise(
+    state: &Service,
+    person: &CurrentPerson,
+    exercise_id: &str,
+    new_id: Option<&str>,
+) -> Result<Uuid, Error> {
+    staff_only(person)?;
+    let (reader, school) = (state.db.reader(), person.school_id);
+    let current = exercises::current(reader, school, exercise_id).await?.ok_or(Error::NotFound)?;
+    let bytes = exercises::bytes(reader, school, current.id).await?.ok_or(Error::NotFound)?;
+    let mut texts = Texts { document: text(bytes.exercise)?, scene: text(bytes.scene)? };
+    let document_id = new_id.unwrap_or(exercise_id);
+    if let Some(new_id) = new_id {
+        check_new_id(new_id)?;
+        if exercises::current(reader, school, new_id).await?.is_some() {
+            return Err(Error::Conflict(tr!(
+                "id: “{id}” is an exercise already; choose another, or edit that one",
+                id = new_id
+            )));
+        }
+        texts.document = renamed(&texts.document, new_id);
+    }
+    let draft = NewDraft { kind: DraftKind::Exercise, document_id, based_on: Some(current.id), texts: &texts };
+    begin(state, person, &draft).await
+}
+
+/// The draft of a course, begun from its current revision where there is none.
+///
+/// # Errors
+/// When there is no such course.
+pub async fn course(state: &Service, person: &CurrentPerson, course_id: &str) -> Result<Uuid, Error> {
+    staff_only(person)?;
+    let (reader, school) = (state.db.reader(), person.school_id);
+    let taught = curricula::taught(reader, school).await?;
+    let current = taught.into_iter().find(|course| course.curriculum_id == course_id).ok_or(Error::NotFound)?;
+    let bytes = curricula::bytes(reader, school, current.revision_id).await?.ok_or(Error::NotFound)?;
+    let texts = Texts { document: text(bytes)?, scene: String::new() };
+    let draft = NewDraft { kind: DraftKind::Course, document_id: course_id, based_on: None, texts: &texts };
+    begin(state, person, &draft).await
+}
+
+async fn begin(state: &Service, person: &CurrentPerson, draft: &NewDraft<'_>) -> Result<Uuid, Error> {
+    let by = by(state, person);
+    let mut tx = state.db.write().await?;
+    if let Some(begun) = drafts::of(&mut *tx, by.school, draft.kind, draft.document_id).await? {
+        return Ok(begun);
+    }
+    let id = drafts::begin(&mut tx, by, draft).await?;
+    Entry::new(by.school, Actor::Person(by.person), "draft.begun", draft.document_id).append(&mut tx, by.now).await?;
+    tx.commit().await?;
+    Ok(id)
+}
+
+/// A published document was UTF-8 when it was read.
+fn text(bytes: Vec<u8>) -> Result<String, Error> {
+    String::from_utf8(bytes).map_err(|error| Error::Internal(anyhow::Error::new(error).context("a published document")))
+}
+
+fn check_new_id(id: &str) -> Result<(), Error> {
+    let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    match !id.is_empty() && id.len() <= LONGEST_ID && id.chars().all(allowed) {
+        true => Ok(()),
+        false => Err(Error::Unprocessable(tr!(
+            "id: “{id}”; allowed are 1 to {most} lower-case letters, digits and hyphens",
+            id = id,
+            most = LONGEST_ID
+        ))),
+    }
+}
+
+/// The document under another id: its first line `id = …` is written anew.
+fn renamed(document: &str, id: &str) -> String {
+    let is_id = |line: &str| line.strip_prefix("id").is_some_and(|rest| rest.trim_start().starts_with('='));
+    let place = document.split_inclusive('\n').position(is_id);
+    let line = |(at, line): (usize, &str)| match Some(at) == place {
+        true => format!("id = \"{id}\"\n"),
+        false => line.to_owned(),
+    };
+    document.split_inclusive('\n').enumerate().map(line).collect()
+}
+
+/// Saves a draft over the version that was seen.
+///
+/// # Errors
+/// When there is no such draft, or the database fails.
+pub async fn save(
+    state: &Service,
+    person: &CurrentPerson,
+    (id, seen): (Uuid, i64),
+    texts: &Texts,
+) -> Result<Saved, Error> {
+    staff_only(person)?;
+    let by = by(state, person);
+    let mut tx = state.db.write().await?;
+    let kept = drafts::save(&mut tx, by, (id, seen), texts).await?;
+    let draft = drafts::find(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
+    tx.commit().await?;
+    Ok(if kept { Saved::Kept(draft) } else { Saved::Elsewhere(draft) })
+}
+
+/// Publishes a draft that could be: a new revision, and the draft is gone. Attempts already made keep theirs. False when somebody
+/// has saved the draft meanwhile.
+///
+/// # Errors
+/// When the database fails, or a course's mastery rule cannot be kept.
+pub async fn publish(state: &Service, person: &CurrentPerson, draft: &Draft, checked: &Checked) -> Result<bool, Error> {
+    let by = by(state, person);
+    let publisher = Publisher { school: by.school, by: Actor::Person(by.person), now: by.now };
+    let exercise = match checked {
+        Checked::Exercise(_) => Some(sound(state, by.school, draft).await?),
+        _ => None,
+    };
+    let mut tx = state.db.write().await?;
+    if !drafts::remove(&mut tx, by.school, (draft.id, draft.version)).await? {
+        return Ok(false);
+    }
+    match (checked, exercise) {
+        (Checked::Exercise(_), Some(exercise)) => drop(publishing::exercise(&mut tx, &publisher, &exercise).await?),
+        (Checked::Course(course, _), _) => {
+            let published =
+                publishing::curriculum(&mut tx, &publisher, (course, draft.texts.document.as_bytes())).await;
+            published.map_err(|refused| match refused {
+                Refused::Document(why) => Error::Unprocessable(why),
+                Refused::Work(error) => Error::Internal(error),
+            })?;
+        }
+        _ => return Ok(false),
+    }
+    tx.commit().await?;
+    Ok(true)
+}
+
+/// Throws a draft away in the version that was seen. False when it is another by now.
+///
+/// # Errors
+/// When the database fails.
+pub async fn discard(state: &Service, person: &CurrentPerson, (id, seen): (Uuid, i64)) -> Result<bool, Error> {
+    staff_only(person)?;
+    let by = by(state, person);
+    let mut tx = state.db.write().await?;
+    let draft = drafts::find(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
+    let removed = drafts::remove(&mut tx, by.school, (id, seen)).await?;
+    if removed {
+        Entry::new(by.school, Actor::Person(by.person), "draft.discarded", &draft.document_id)
+            .append(&mut tx, by.now)
+            .await?;
+    }
+    tx.commit().await?;
+    Ok(removed)
+}
+
+/// Reads a draft as publishing would, plans its tissue and tries its rubric. Dropped, the work on an exercise ends.
+///
+/// # Errors
+/// When the database fails, or nobody can be asked.
+pub async fn check(state: &Service, school: Uuid, draft: &Draft) -> Result<Checked, Error> {
+    let checked = match draft.kind {
+        DraftKind::Exercise => {
+            let bytes = bytes(state, school, draft).await?;
+            let language = words::current().code().to_owned();
+            let question = DraftQuestion { id: draft.document_id.clone(), bytes, language };
+            let verdict = previews::examine(state, school, question).await;
+            verdict.map(|verdict| Checked::Exercise(Box::new(verdict)))
+        }
+        DraftKind::Course => course_checked(state, school, draft).await,
+    };
+    match checked {
+        Err(Error::Busy { retry_after_s }) => Ok(Checked::Waiting(retry_after_s)),
+        checked => checked,
+    }
+}
+
+/// A course names exercises that are published, so reading it is bounded work; its school waits for it like for an exercise.
+async fn course_checked(state: &Service, school: Uuid, draft: &Draft) -> Result<Checked, Error> {
+    let place = state.previews.enter(school).await?;
+    let (texts, id) = (draft.texts.clone(), draft.document_id.clone());
+    let known = Known::of(state, school, &id).await?;
+    let check = move || {
+        let _place = place;
+        check_course(&texts, &known, &id)
+    };
+    Ok(tokio::task::spawn_blocking(check).await?)
+}
+
+/// What was written in the draft of an exercise, with the meshes of the revision that it is based on.
+async fn bytes(state: &Service, school: Uuid, draft: &Draft) -> Result<RevisionBytes, Error> {
+    let meshes = match draft.based_on {
+        Some(revision) => exercises::bytes(state.db.reader(), school, revision).await?.map(|bytes| bytes.meshes),
+        None => None,
+    };
+    let Texts { document, scene } = draft.texts.clone();
+    Ok(RevisionBytes { exercise: document.into_bytes(), scene: scene.into_bytes(), meshes: meshes.unwrap_or_default() })
+}
+
+/// The exercise of a draft in which nothing was found wrong.
+async fn sound(state: &Service, school: Uuid, draft: &Draft) -> Result<ExerciseBundle, Error> {
+    let RevisionBytes { exercise, scene, meshes } = bytes(state, school, draft).await?;
+    let read = move || ExerciseBundle::from_parts(&exercise, &scene, &meshes);
+    let read = tokio::task::spawn_blocking(read).await?;
+    Ok(read.map_err(|refused| anyhow::Error::new(refused).context("a draft that could be published"))?)
+}
+
+fn check_course(texts: &Texts, known: &Known, id: &str) -> Checked {
+    let files = known.files();
+    // By the name of the file that it came from, or by its id.
+    let of = |file: &str| files.get(file).cloned().unwrap_or_else(|| file.trim_end_matches(".toml").to_owned());
+    let read = Curriculum::from_parts(texts.document.as_bytes(), |file| known.exercise(&of(file)));
+    let course = match read.and_then(|course| same_id(&course.id, id).map(|()| course)) {
+        Ok(course) => course,
+        Err(refused) => return Checked::Refused(refused.issues),
+    };
+    match Mastery::of(&course.mastery) {
+        Ok(mastery) => Checked::Course(Box::new(course), mastery),
+        Err(why) => Checked::Refused(vec![publishing::no_limit(why)]),
+    }
+}
+
+/// The school's exercises, as a course may name them. Each is read when it is named.
+struct Known {
+    /// By id.
+    documents: BTreeMap<String, RevisionBytes>,
+    /// Those that were read, by id.
+    read: RefCell<BTreeMap<String, Option<ExerciseBundle>>>,
+    /// The course's current revision, and the ids of its exercises in order.
+    published: Option<(Vec<u8>, Vec<String>)>,
+}
+
+impl Known {
+    async fn of(state: &Service, school: Uuid, course_id: &str) -> Result<Self, Error> {
+        let reader = state.db.reader();
+        let documents = exercises::all_documents(reader, school).await?;
+        let taught = curricula::taught(reader, school).await?;
+        let published = match taught.into_iter().find(|course| course.curriculum_id == course_id) {
+            Some(current) => {
+                let ids = curricula::exercise_ids(reader, current.revision_id).await?;
+                curricula::bytes(reader, school, current.revision_id).await?.map(|bytes| (bytes, ids))
+            }
+            None => None,
+        };
+        Ok(Self { documents, read: RefCell::default(), published })
+    }
+
+    /// Ids by the names of files in the course's current revision.
+    fn files(&self) -> BTreeMap<String, String> {
+        let Some((course, ids)) = &self.published else { return BTreeMap::new() };
+        let next = Cell::new(0);
+        let in_order = |_: &str| self.exercise(ids.get(next.replace(next.get() + 1))?);
+        let entries = Curriculum::from_parts(course, in_order).map(|course| course.entries).unwrap_or_default();
+        entries.into_iter().map(|entry| (entry.file, entry.exercise)).collect()
+    }
+
+    fn exercise(&self, id: &str) -> Option<ExerciseBundle> {
+        if let Some(known) = self.read.borrow().get(id) {
+            return known.clone();
+        }
+        let bytes = self.documents.get(id)?;
+        // It was read when it was published, so a refusal now is our fault: then the course names nothing.
+        let read = ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes);
+        let read = read.inspect_err(|error| tracing::error!(id, %error, "a published exercise is refused")).ok();
+        self.read.borrow_mut().insert(id.to_owned(), read.clone());
+        read
+    }
+}
+
+fn by(state: &Service, person: &CurrentPerson) -> By {
+    By { school: person.school_id, person: person.id, now: state.clock.now() }
+}
+
+#[cfg(test)]
+mod tests {
+    //! A copy must be another document, and nothing else in it may change.
+
+    use super::*;
+
+    #[test]
+    fn a_copy_has_another_id_and_no_other_change() {
+        let document = "# about\nid = \"a\"\ntitle = \"T\"\nidle = 1\n[x]\nid = \"b\"\n";
+        assert_eq!(renamed(document, "c-2"), "# about\nid = \"c-2\"\ntitle = \"T\"\nidle = 1\n[x]\nid = \"b\"\n");
+        assert!(check_new_id("c-2").is_ok());
+        for wrong in ["", "C", "a b", "ä", "../x", &"x".repeat(65)] {
+            assert!(check_new_id(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! Erasing somebody: whatever tells who they are goes for good, here and in what is restored later.
+
+use std::io::ErrorKind;
+use std::path::Path;
+
+use serde_json::{Value, json};
+use sqlx::SqliteConnection;
+
+use crate::config::Config;
+use crate::erasures::{Erasure, ErasureList, Wish};
+use crate::error::Error;
+use crate::replays;
+use crate::service::Service;
+use model::CurrentPerson;
+use model::directory::{AccountState, DirectoryEntry};
+use store::audit::{Actor, Entry};
+use store::directory;
+use store::retention;
+use store::second_factors::{self, PersonKey};
+use store::texts::{self, ErasedRecording, Side, Whose};
+use store::{schools, tokens};
+
+/// Who erases, and what the audit log is told beside.
+#[derive(Clone, Debug)]
+pub struct Eraser {
+    /// Who.
+    pub actor: Actor,
+    /// Why, where it is not said by who it is.
+    pub why: Option<Value>,
+}
+
+impl Eraser {
+    /// Somebody who is signed in.
+    #[must_use]
+    pub fn person(person: &CurrentPerson) -> Self {
+        Self { actor: Actor::Person(person.id), why: None }
+    }
+}
+
+/// What goes with somebody: their texts as it is wished, and their recordings if the school's rule says so.
+///
+/// # Errors
+/// When the database fails.
+pub async fn wish_of_school(state: &Service, school: uuid::Uuid, texts: (bool, bool)) -> Result<Wish, Error> {
+    let recordings = schools::erases_recordings(state.db.reader(), school).await?;
+    Ok(Wish { written: texts.0, about: texts.1, recordings })
+}
+
+/// Takes away everything that tells who somebody is, for good. Attempts and scores stay, under the pseudonym.
+///
+/// # Errors
+/// When they are to be kept whatever anybody wishes, or the list of erasures, the mail folder or the database cannot be written; nothing has
+/// changed then.
+pub async fn erase(
+    state: &Service,
+    by: Eraser,
+    person: &DirectoryEntry,
+    (school_id, wish): (uuid::Uuid, Wish),
+) -> Result<(), Error> {
+    let erasure =
+        Erasure { at: state.clock.now(), school_id, person_id: person.id, pseudonym: person.pseudonym.clone(), wish };
+    let list = ErasureList::of(&state.config);
+    let mut tx = state.db.write().await?;
+    if retention::held_at(&mut *tx, school_id, person.id).await?.is_some() {
+        return Err(Error::Conflict(tr!("this person is on legal hold: end the hold first").to_owned()));
+    }
+    let (gone, mut told) = take_away(&mut tx, state, person, &erasure).await?;
+    if let Some(why) = by.why {
+        told["why"] = why;
+    }
+    Entry::new(school_id, by.actor, "person.erased", person.id).with(told).append(&mut tx, erasure.at).await?;
+    // Before the commit: what is committed is never missing from the list.
+    noted(&list, &erasure).await?;
+    if let Err(error) = tx.commit().await {
+        let taken_back = tokio::task::spawn_blocking(move || list.take_back(&erasure)).await?;
+        if let Err(cause) = taken_back {
+            tracing::error!(%cause, person = %person.id, "an erasure failed and stays on the list: the next start carries it out");
+        }
+        return Err(error.into());
+    }
+    let config = state.config.clone();
+    tokio::task::spawn_blocking(move || remove(&config, &gone)).await??;
+    Ok(())
+}
+
+async fn noted(list: &ErasureList, erasure: &Erasure) -> Result<(), Error> {
+    let (list, erasure) = (list.clone(), erasure.clone());
+    Ok(tokio::task::spawn_blocking(move || list.add(&erasure)).await??)
+}
+
+/// Takes away what is in the database, and letters; which recordings are to be removed after the commit, and what the log is told.
+async fn take_away(
+    tx: &mut SqliteConnection,
+    state: &Service,
+    person: &DirectoryEntry,
+    erasure: &Erasure,
+) -> Result<(Vec<ErasedRecording>, Value), Error> {
+    let whose = Whose { school_id: erasure.school_id, person_id: person.id, until: erasure.at };
+    let mut told = json!({});
+    if person.state != AccountState::Erased {
+        let key = PersonKey { school_id: erasure.school_id, person_id: person.id };
+        tokens::revoke_all(tx, person.id, erasure.at).await?;
+        tokens::forget_names(tx, key).await?;
+        second_factors::remove(tx, key).await?;
+        let letters = directory::letters(&mut *tx, person, erasure.school_id).await?;
+        retention::forget_warning(tx, person.id).await?;
+        directory::erase(tx, person, erasure.school_id, erasure.at).await?;
+        // Before the commit: letters that cannot be removed are not forgotten.
+        state.mailer.forget(&letters).await?;
+    }
+    for (wished, side, word) in
+        [(erasure.wish.written, Side::Written, "texts_written"), (erasure.wish.about, Side::About, "texts_about")]
+    {
+        if wished {
+            told[word] = texts::redact(tx, whose, side).await?.into();
+        }
+    }
+    let mut gone = Vec::new();
+    if erasure.wish.recordings {
+        gone = texts::recordings(tx, whose).await?;
+        texts::note_erased_recordings(tx, whose).await?;
+        told["recordings"] = gone.len().into();
+    }
+    Ok((gone, told))
+}
+
+/// Removes recordings and what was made of them. Blocks.
+fn remove(config: &Config, gone: &[ErasedRecording]) -> std::io::Result<()> {
+    for recording in gone {
+        remove_file(&config.recordings_dir.join(&recording.recording_path))?;
+        remove_folder(&replays::folder_of(config, &recording.recording_sha256))?;
+    }
+    Ok(())
+}
+
+fn remove_file(path: &Path) -> std::io::Result<()> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}
+
+fn remove_folder(path: &Path) -> std::io::Result<()> {
+    match std::fs::remove_dir_all(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}
+
+/// Carries out every erasure of the list that the database knows nothing of: it was restored, or the service ended between the two.
+/// How many people were erased again.
+///
+/// # Errors
+/// When the list cannot be read, or the database or the disk fails.
+pub async fn catch_up(state: &Service) -> anyhow::Result<usize> {
+    let mut again = 0;
+    for erasure in ErasureList::of(&state.config).read()? {
+        let Some(person) = outstanding(state, &erasure).await? else { continue };
+        let mut tx = state.db.write().await?;
+        let (_, mut told) = take_away(&mut tx, state, &person, &erasure).await.map_err(anyhow::Error::new)?;
+        told["again"] = true.into();
+        told["first"] = json!(erasure.at);
+        Entry::new(erasure.school_id, Actor::CommandLine, "person.erased", person.id)
+            .with(told)
+            .append(&mut tx, state.clock.now())
+            .await?;
+        tx.commit().await?;
+        again += 1;
+    }
+    // Also what a service that was killed right after its commit has left.
+    remove(&state.config, &texts::all_erased(state.db.reader()).await?)?;
+    Ok(again)
+}
+
+/// Whom an erasure has still something to take from.
+async fn outstanding(state: &Service, erasure: &Erasure) -> Result<Option<DirectoryEntry>, sqlx::Error> {
+    let Erasure { at, school_id, person_id, wish, .. } = erasure;
+    let reader = state.db.reader();
+    let Some(person) = directory::find(reader, *school_id, *person_id).await? else { return Ok(None) };
+    if person.state != AccountState::Erased {
+        return Ok(Some(person));
+    }
+    let whose = Whose { school_id: *school_id, person_id: *person_id, until: *at };
+    let mut left = 0;
+    if wish.written || wish.about {
+        let texts = texts::count(reader, whose).await?;
+        left += if wish.written { texts.written } else { 0 };
+        left += if wish.about { texts.about } else { 0 };
+    }
+    let mut connection = reader.acquire().await?;
+    let kept = if wish.recordings { texts::recordings(&mut connection, whose).await? } else { Vec::new() };
+    Ok((left > 0 || !kept.is_empty()).then_some(person))
+}

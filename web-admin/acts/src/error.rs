@@ -1,0 +1,150 @@
+//! Why something is not done, and how it is said.
+
+use std::io::ErrorKind;
+
+/// Why a request was not done.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// There is no such thing, or it is another school's.
+    #[error("there is nothing here")]
+    NotFound,
+    /// It was there, and is no more.
+    #[error("{0}")]
+    Gone(&'static str),
+    /// Nobody is signed in.
+    #[error("a bearer token is needed")]
+    Unauthorized,
+    /// What somebody shows was good once.
+    #[error("{0}")]
+    Expired(String),
+    /// Somebody is signed in who may not do this.
+    #[error("{0}")]
+    Forbidden(&'static str),
+    /// The request makes no sense.
+    #[error("{0}")]
+    BadRequest(String),
+    /// It contradicts what is stored.
+    #[error("{0}")]
+    Conflict(String),
+    /// Another request is at it.
+    #[error("another request is writing to this upload; try again when it has ended")]
+    Locked,
+    /// The request is in a version of a protocol that is not spoken here.
+    #[error("{0}")]
+    WrongVersion(&'static str),
+    /// The body is not what its checksum says.
+    #[error("the piece is not what Upload-Checksum says: it was not kept")]
+    ChecksumMismatch,
+    /// The body is larger than allowed.
+    #[error("the body is larger than {limit_bytes} bytes, the largest allowed")]
+    TooLarge {
+        /// Largest allowed, in bytes.
+        limit_bytes: u64,
+    },
+    /// The body is of a kind that is not taken.
+    #[error("{0}")]
+    UnsupportedMedia(&'static str),
+    /// There is no score, and there will be none.
+    #[error("this attempt was not scored: {0}")]
+    Unscored(String),
+    /// The body was understood and is wrong.
+    #[error("{0}")]
+    Unprocessable(String),
+    /// The body did not arrive in time.
+    #[error("the body stopped arriving")]
+    Timeout,
+    /// Too many attempts.
+    #[error("too many attempts; try again in {retry_after_s} s")]
+    TooMany {
+        /// When to try again, in s.
+        retry_after_s: u64,
+    },
+    /// Others of the same school are before it.
+    #[error("others of this school are before this; try again in {retry_after_s} s")]
+    Busy {
+        /// When to try again, in s.
+        retry_after_s: u64,
+    },
+    /// The scanner for malware has said nothing of it. The cause goes to the log.
+    #[error("the scanner for malware says nothing of this now, so it was not taken in; send it again later")]
+    Unscanned(#[source] anyhow::Error),
+    /// Whoever worked on it has died of it, or took too long; how. The cause goes to the log.
+    #[error("this could not be worked on to its end; it is tried once more when it is sent again, and then set aside")]
+    Deadly(String),
+    /// More was begun than one may have begun at once.
+    #[error("{0}")]
+    OverQuota(String),
+    /// The disk is full. The cause goes to the log.
+    #[error("{NO_ROOM}")]
+    NoRoom(#[source] anyhow::Error),
+    /// Our fault. The cause goes to the log, never to the user.
+    #[error("something went wrong here; it has been noted")]
+    Internal(#[source] anyhow::Error),
+}
+
+/// Result code of SQLite for a full disk.
+const SQLITE_FULL: &str = "13";
+/// What is said of one.
+const NO_ROOM: &str =
+    "this service has no room left on its disk, so nothing was changed; tell whoever runs it, and try again later";
+
+impl Error {
+    /// What storage said, by whether there is room.
+    fn of_storage(full: bool, cause: anyhow::Error) -> Self {
+        if full { Self::NoRoom(cause) } else { Self::Internal(cause) }
+    }
+
+    /// What is wrong, in the reader's language; whoever refused in words of their own has said them in it.
+    #[must_use]
+    pub fn said(&self) -> String {
+        match self {
+            Self::NotFound => tr!("there is nothing here").to_owned(),
+            Self::TooLarge { limit_bytes } => {
+                tr!("the body is larger than {limit} bytes, the largest allowed", limit = limit_bytes)
+            }
+            Self::Unscored(why) => tr!("this attempt was not scored: {why}", why = why),
+            Self::Timeout => tr!("the body stopped arriving").to_owned(),
+            Self::TooMany { retry_after_s } => tr!("too many attempts; try again in {wait} s", wait = retry_after_s),
+            Self::Busy { retry_after_s } => {
+                tr!("others of this school are before this; try again in {wait} s", wait = retry_after_s)
+            }
+            Self::NoRoom(_) => {
+                tr!("this service has no room left on its disk, so nothing was changed; tell whoever runs it, and try again later").to_owned()
+            }
+            Self::Internal(_) => tr!("something went wrong here; it has been noted").to_owned(),
+            other => other.to_string(),
+        }
+    }
+}
+
+impl From<sqlx::Error> for Error {
+    fn from(error: sqlx::Error) -> Self {
+        let full = matches!(&error, sqlx::Error::Database(told) if told.code().as_deref() == Some(SQLITE_FULL));
+        Self::of_storage(full, anyhow::Error::new(error).context("database"))
+    }
+}
+
+impl From<anyhow::Error> for Error {
+    fn from(error: anyhow::Error) -> Self {
+        Self::Internal(error)
+    }
+}
+
+impl From<std::io::Error> for Error {
+    fn from(error: std::io::Error) -> Self {
+        let full = matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded);
+        Self::of_storage(full, anyhow::Error::new(error).context("file system"))
+    }
+}
+
+impl From<tokio::task::JoinError> for Error {
+    fn from(error: tokio::task::JoinError) -> Self {
+        Self::Internal(anyhow::Error::new(error).context("background task"))
+    }
+}
+
+impl From<tower_sessions::session::Error> for Error {
+    fn from(error: tower_sessions::session::Error) -> Self {
+        Self::Internal(anyhow::Error::new(error).context("web session"))
+    }
+}

@@ -1,0 +1,276 @@
+//! Taking a recording in: from a file that has arrived to a row, a job and an audit entry, all or nothing.
+
+use std::time::Duration;
+
+use recording::signature;
+use serde_json::{Value, json};
+use sqlx::SqliteConnection;
+use uuid::Uuid;
+
+use crate::error::Error;
+use crate::judging::{self, Answer, Question, Told};
+use crate::keys;
+use crate::killpoints::KillPoint;
+use crate::recordings::Received;
+use crate::scanning::Verdict;
+use crate::service::Service;
+use model::began::Claim;
+use model::{Moment, Uncounted};
+use store::audit::{Actor, Entry};
+use store::scores::SessionKey;
+use store::sessions::{self, Session, SessionState};
+use store::stations::{self, Signer};
+use store::{exercises, jobs, people, tries, uploads};
+
+/// Longest wait until it is one's turn to be read.
+const PATIENCE: Duration = Duration::from_secs(20);
+/// What is said of what was fatal twice.
+pub const SET_ASIDE: &str =
+    "whoever read this recording has died of it twice: it is read no more, and whoever runs the service was told";
+
+/// Who brings a recording.
+#[derive(Clone, Debug)]
+pub struct Bearer {
+    /// Their school.
+    pub school_id: Uuid,
+    /// Whose attempt it is; where absent, whoever the recording names by pseudonym.
+    pub trainee_id: Option<Uuid>,
+    /// For the audit log.
+    pub actor: Actor,
+    /// How far their clock is ahead of ours, in µs, where they have told it.
+    pub ahead_us: Option<i64>,
+}
+
+/// A recording that is kept.
+#[derive(Debug)]
+pub enum Kept {
+    /// Since now.
+    Now(Session),
+    /// Since before: these were the same bytes.
+    Before(Session),
+}
+
+impl Kept {
+    /// The session that it is.
+    #[must_use]
+    pub const fn session(&self) -> &Session {
+        match self {
+            Self::Now(session) | Self::Before(session) => session,
+        }
+    }
+}
+
+/// Keeps a recording and queues it. When this returns, file and row are on the disk.
+///
+/// # Errors
+/// When it is no recording, names a trainee who does not exist, contradicts what is stored, or the disk refuses.
+pub async fn take_in(state: &Service, bearer: &Bearer, received: Received) -> Result<Kept, Error> {
+    let told = read(state, bearer, &received).await?;
+    KillPoint::RecordingRead.pass();
+    let session = describe(state, bearer, &received, told).await?;
+    keep(state, bearer, received, session).await
+}
+
+/// What a recording says of itself, read where its death harms nobody and when it is its school's turn.
+async fn read(state: &Service, bearer: &Bearer, received: &Received) -> Result<Told, Error> {
+    let school = bearer.school_id;
+    let place = state.helpers.enter(school, PATIENCE).await;
+    let _place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;
+    scan(state, bearer, received).await?;
+    match received.upload {
+        // Its own row counts its tries.
+        Some(_) => have_read(state, received).await,
+        None => read_counted(state, school, received).await,
+    }
+}
+
+/// Lets a scanner look at it before anything reads it, where there is one. What it finds is in the audit log, and the recording nowhere.
+async fn scan(state: &Service, bearer: &Bearer, received: &Received) -> Result<(), Error> {
+    let Some(scanner) = &state.config.scanner else { return Ok(()) };
+    let Verdict::Found(found) = scanner.scan(received.path()).await.map_err(Error::Unscanned)? else { return Ok(()) };
+    tracing::warn!(school = %bearer.school_id, sha256 = received.sha256, found, "malware was found in a recording, which was refused");
+    let mut tx = state.db.write().await?;
+    Entry::new(bearer.school_id, bearer.actor.clone(), "recording.infected", &received.sha256)
+        .with(json!({ "found": found, "size": received.size }))
+        .append(&mut tx, state.clock.now())
+        .await?;
+    tx.commit().await?;
+    Err(Error::Unprocessable(format!("the scanner for malware has found {found} in this recording: it was not kept")))
+}
+
+/// Reads what came at once. That it is about to be read is written down before the file is touched.
+async fn read_counted(state: &Service, school: Uuid, received: &Received) -> Result<Told, Error> {
+    let mut tx = state.db.write().await?;
+    let deaths = tries::begin_reading(&mut tx, school, &received.sha256, state.clock.now()).await?;
+    if deaths >= tries::MOST_DEATHS {
+        return Err(Error::Unprocessable(SET_ASIDE.to_owned()));
+    }
+    tx.commit().await?;
+    KillPoint::ReadingBegun.pass();
+    let told = have_read(state, received).await;
+    let mut tx = state.db.write().await?;
+    match &told {
+        Err(Error::Deadly(_)) => tries::note_reading_death(&mut tx, school, &received.sha256).await?,
+        _ => tries::end_reading(&mut tx, school, &received.sha256).await?,
+    }
+    tx.commit().await?;
+    told
+}
+
+async fn have_read(state: &Service, received: &Received) -> Result<Told, Error> {
+    match judging::ask(state, Question::Arrival(received.path().to_owned())).await? {
+        Answer::Told(reported) => Ok(Told::try_from(*reported)?),
+        Answer::Permanent(why) => Err(Error::Unprocessable(why)),
+        Answer::Died(how) => Err(Error::Deadly(how)),
+        Answer::Passing(why) => Err(anyhow::anyhow!(why).context("a recording that has just arrived").into()),
+        other => Err(anyhow::anyhow!("a recording was to be read, and this came: {other:?}").into()),
+    }
+}
+
+async fn describe(state: &Service, bearer: &Bearer, received: &Received, told: Told) -> Result<Session, Error> {
+    let (school_id, received_at) = (bearer.school_id, state.clock.now());
+    let trainee_id = trainee(state, bearer, &told.session.trainee).await?;
+    let revision_id = exercises::by_documents(state.db.reader(), school_id, &told.session).await?;
+    let signer = signer(state, school_id, &told).await?;
+    let Told { session: named, duration_s, complete, motion, .. } = told;
+    let claim = Claim {
+        began: Moment::from(named.started_at),
+        duration_s,
+        ahead_us: bearer.ahead_us,
+        paired_at: signer.as_ref().map(|station| station.created_at),
+    };
+    let started_at = claim.believed(received_at);
+    Ok(Session {
+        id: named.session_id,
+        school_id,
+        trainee_id,
+        exercise_id: named.exercise_id,
+        exercise_sha256: named.exercise_sha256,
+        scene_sha256: named.scene_sha256,
+        revision_id,
+        started_at,
+        claimed_started_at: Some(claim.began).filter(|began| *began != started_at),
+        received_at,
+        duration_s,
+        complete,
+        device: named.device,
+        simulator_version: named.simulator_version,
+        seed: named.seed.to_string(),
+        state: SessionState::Pending,
+        refusal: None,
+        recording_path: format!("{school_id}/{}.mcap", named.session_id),
+        recording_sha256: received.sha256.clone(),
+        recording_size: i64::try_from(received.size).unwrap_or(i64::MAX),
+        verify_deviation_n: None,
+        verify_event_differences: None,
+        verify_flagged: None,
+        uncounted: revision_id.is_none().then_some(Uncounted::Unpublished),
+        motion_sha256: motion.map(hex::encode),
+        repeats: None,
+        signed_by: signer.map(|station| station.id),
+        recording_erased_at: None,
+    })
+}
+
+/// Whose attempt it is. A recording that names somebody belongs to them, and nobody else brings it as their own.
+async fn trainee(state: &Service, bearer: &Bearer, named: &str) -> Result<Uuid, Error> {
+    let Some(id) = bearer.trainee_id else { return by_pseudonym(state, bearer.school_id, named).await };
+    let own = people::by_id(state.db.reader(), id).await?.ok_or(Error::NotFound)?.pseudonym;
+    if named.is_empty() || named == own {
+        return Ok(id);
+    }
+    Err(Error::Conflict(format!(
+        "trainee: \"{named}\"; this is an attempt of somebody else: your pseudonym is \"{own}\""
+    )))
+}
+
+/// The station that has signed it, where it is one of this school's that is paired now, and its signature is right.
+async fn signer(state: &Service, school: Uuid, told: &Told) -> Result<Option<Signer>, Error> {
+    let (Some(signature), Some(motion)) = (&told.signature, &told.motion) else { return Ok(None) };
+    let station = stations::signer(state.db.reader(), school, signature.station).await?;
+    let signed = signature::statement(&told.session, signature.station, motion);
+    Ok(station.filter(|station| keys::is_signed(&station.public_key, &signed, &signature.ed25519)))
+}
+
+async fn by_pseudonym(state: &Service, school: Uuid, pseudonym: &str) -> Result<Uuid, Error> {
+    let named = people::by_pseudonym(state.db.reader(), school, pseudonym).await?;
+    named.map(|person| person.id).ok_or_else(|| {
+        Error::Unprocessable(format!("trainee: \"{pseudonym}\"; nobody in this school has this pseudonym"))
+    })
+}
+
+/// Puts the file into its place and stores what tells of it; only then does it go from where it arrived. The write lock is
+/// held across both, so that of two uploads under one id the second finds the first.
+async fn keep(state: &Service, bearer: &Bearer, received: Received, mut session: Session) -> Result<Kept, Error> {
+    let mut tx = state.db.write().await?;
+    let upload = received.upload;
+    if let Some(existing) = sessions::find(&mut *tx, session.school_id, session.id).await? {
+        let kept = same(existing, &session).map(Kept::Before)?;
+        note_upload(&mut tx, upload, &session).await?;
+        tx.commit().await?;
+        return Ok(kept);
+    }
+    find_repeated(&mut tx, &mut session).await?;
+    let place = state.config.recordings_dir.join(&session.recording_path);
+    let received = tokio::task::spawn_blocking(move || received.place(&place).map(|()| received)).await??;
+    KillPoint::RecordingLinked.pass();
+    sessions::insert(&mut tx, &session).await?;
+    jobs::enqueue(&mut tx, SessionKey { school_id: session.school_id, id: session.id }, session.received_at).await?;
+    Entry::new(session.school_id, bearer.actor.clone(), "session.uploaded", session.id)
+        .with(noted(&session))
+        .append(&mut tx, session.received_at)
+        .await?;
+    note_upload(&mut tx, upload, &session).await?;
+    KillPoint::RecordingCommitting.pass();
+    tx.commit().await?;
+    KillPoint::RecordingCommitted.pass();
+    drop(received);
+    state.jobs.notify_one();
+    tracing::info!(session = %session.id, size_bytes = session.recording_size, "recording kept");
+    Ok(Kept::Now(session))
+}
+
+/// Looks whether the same motion was brought before and counts. What counts nowhere anyway repeats nothing.
+async fn find_repeated(tx: &mut SqliteConnection, session: &mut Session) -> Result<(), Error> {
+    let Some(motion) = session.motion_sha256.as_deref().filter(|_| session.uncounted.is_none()) else { return Ok(()) };
+    if let Some(first) = sessions::of_motion(tx, session.school_id, motion).await? {
+        (session.uncounted, session.repeats) = (Some(Uncounted::Duplicate), Some(first));
+    }
+    Ok(())
+}
+
+/// What the audit log is told of an attempt.
+fn noted(session: &Session) -> Value {
+    let mut told = json!({ "sha256": session.recording_sha256, "complete": session.complete });
+    let more = [
+        ("uncounted", session.uncounted.map(|why| why.word().to_owned())),
+        ("repeats", session.repeats.map(|first| first.to_string())),
+        ("signed_by", session.signed_by.map(|station| station.to_string())),
+        ("claimed_started_at", session.claimed_started_at.map(|claimed| claimed.to_string())),
+    ];
+    for (key, value) in more {
+        if let Some(value) = value {
+            told[key] = value.into();
+        }
+    }
+    told
+}
+
+/// Says in the row of an upload in pieces what it has become, in the transaction that makes it so.
+async fn note_upload(tx: &mut SqliteConnection, upload: Option<Uuid>, session: &Session) -> Result<(), Error> {
+    match upload {
+        Some(id) => Ok(uploads::finish(tx, session.school_id, id, session.id).await?),
+        None => Ok(()),
+    }
+}
+
+/// The stored session, when the new upload is the very same.
+fn same(existing: Session, new: &Session) -> Result<Session, Error> {
+    if existing.recording_sha256 != new.recording_sha256 {
+        return Err(Error::Conflict(format!("session {} was uploaded before with other bytes", new.id)));
+    }
+    if existing.trainee_id != new.trainee_id {
+        return Err(Error::Conflict(format!("session {} was uploaded before by another trainee", new.id)));
+    }
+    Ok(existing)
+}

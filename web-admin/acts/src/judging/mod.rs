@@ -1,0 +1,239 @@
+//! Judging a recording: where its death harms nobody. The service asks a helper, this very program in a process of its own with limits
+//! on memory and time; commands and tests, whose own work it is, judge in their own process.
+
+mod arrival;
+mod draft;
+mod helper;
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use assessment::{Assessment, assess, own_exercise};
+use attempt::verify::verify;
+use documents::{ExerciseBundle, Patient};
+use recording::{ReadError, Recording};
+use serde::{Deserialize, Serialize};
+use tissue::Specimen;
+
+use crate::recordings;
+use crate::replays;
+use crate::service::Service;
+use attempt::AttemptCurve;
+use model::draft::Verdict;
+use store::exercises::RevisionBytes;
+use store::sessions::Verified;
+
+pub use arrival::{Reported, Told};
+pub use draft::{DraftQuestion, publishable, same_id};
+pub use helper::{Ended, run_helper};
+
+/// Longest that reading what has just arrived may take.
+const LONGEST_READING: Duration = Duration::from_secs(60);
+
+/// What a helper may cost.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Helper {
+    /// The program: `web-admin`.
+    pub program: PathBuf,
+    /// Most memory, in MB.
+    pub memory_mb: u64,
+    /// Longest time.
+    pub time: Duration,
+}
+
+/// What whoever judges can be asked.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum Question {
+    /// What is made of a recording that is kept.
+    Recording(Brief),
+    /// What a recording says of itself that has just arrived.
+    Arrival(PathBuf),
+    /// What a draft of an exercise comes to.
+    Draft(Box<DraftQuestion>),
+}
+
+/// What is to be made of a recording.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Brief {
+    /// The recording.
+    pub recording: PathBuf,
+    /// SHA-256 of the bytes that were read when it arrived, lower-case hexadecimal.
+    pub sha256: String,
+    /// Where its replay goes.
+    pub replay: PathBuf,
+    /// What else is asked.
+    pub task: Task,
+}
+
+/// What is asked of a recording.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum Task {
+    /// Its score and its re-simulation, by this revision or else by its own exercise; and its replay.
+    Judge(Option<RevisionBytes>),
+    /// Its replay alone.
+    Replay,
+}
+
+/// What was made of a recording.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Outcome {
+    /// Metrics and score.
+    pub assessment: Assessment,
+    /// The re-simulation.
+    pub verified: Verified,
+    /// What the session's page draws.
+    pub curve: AttemptCurve,
+}
+
+/// How a question was answered.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum Answer {
+    /// The recording was judged.
+    Judged(Box<Outcome>),
+    /// Its replay is where it was wanted.
+    Replayed,
+    /// What arrived says this of itself.
+    Told(Box<Reported>),
+    /// The draft comes to this.
+    Examined(Box<Verdict>),
+    /// It never will be answered.
+    Permanent(String),
+    /// It may be, later.
+    Passing(String),
+    /// Whoever worked on it has died of it, or lacked the memory.
+    Died(String),
+}
+
+/// Has a question answered. Dropped, the helper that works on it is ended.
+///
+/// # Errors
+/// When nobody can be asked.
+pub async fn ask(state: &Service, question: Question) -> anyhow::Result<Answer> {
+    ask_within(state, question, Duration::MAX).await
+}
+
+/// Has a question answered, in no more than a time.
+///
+/// # Errors
+/// When nobody can be asked.
+pub async fn ask_within(state: &Service, question: Question, most: Duration) -> anyhow::Result<Answer> {
+    let Some(helper) = &state.config.helper else {
+        let examine_draft = state.examine_draft;
+        return Ok(state.parse(move || answer(question, examine_draft)).await?);
+    };
+    let time = match &question {
+        Question::Recording(_) => helper.time,
+        Question::Arrival(_) => helper.time.min(LONGEST_READING),
+        Question::Draft(_) => state.config.preview_time,
+    };
+    ask_helper(Helper { time: time.min(most), ..helper.clone() }, &question).await
+}
+
+async fn ask_helper(helper: Helper, question: &Question) -> anyhow::Result<Answer> {
+    let input = serde_json::to_vec(question)?;
+    let (time_s, memory_mb) = (helper.time.as_secs(), helper.memory_mb);
+    let ended = run_helper(helper, input).await?;
+    Ok(match ended {
+        Ended::Said(said) => serde_json::from_slice(&said)?,
+        Ended::Late => Answer::Died(format!("it took longer than {time_s} s")),
+        Ended::Died(how) => {
+            Answer::Died(format!("whoever worked on it, with {memory_mb} MB of memory at most, has died: {how}"))
+        }
+    })
+}
+
+/// Looks at a draft: what it comes to is drawn as pages draw it, which whoever judges does not know.
+pub type DraftExaminer = fn(&DraftQuestion) -> Verdict;
+
+/// For whoever looks at no drafts.
+#[must_use]
+pub fn leave_unexamined(_: &DraftQuestion) -> Verdict {
+    Verdict { problems: vec![("draft".to_owned(), "nobody looks at drafts here".to_owned())], ..Verdict::default() }
+}
+
+/// Answers a question. Blocks.
+#[must_use]
+pub fn answer(question: Question, examine_draft: DraftExaminer) -> Answer {
+    match question {
+        Question::Recording(brief) => make_of(brief),
+        Question::Arrival(path) => match recordings::read(&path).map(Told::from) {
+            Ok(told) => match Reported::try_from(&told) {
+                Ok(reported) => Answer::Told(Box::new(reported)),
+                Err(error) => Answer::Permanent(format!("{error:#}")),
+            },
+            Err(ReadError::Io(error)) => Answer::Passing(error.to_string()),
+            Err(scarce @ ReadError::OutOfMemory) => Answer::Died(scarce.to_string()),
+            Err(unreadable) => Answer::Permanent(unreadable.to_string()),
+        },
+        Question::Draft(question) => Answer::Examined(Box::new(examine_draft(&question))),
+    }
+}
+
+/// Makes of a recording what a brief asks for.
+fn make_of(brief: Brief) -> Answer {
+    let recording = match recordings::read(&brief.recording) {
+        Ok(recording) => recording,
+        Err(unreadable) => return not_read(&brief, unreadable),
+    };
+    match brief.task {
+        Task::Judge(published) => match judge(&recording, published) {
+            Ok(outcome) => {
+                keep_replay(&brief.replay, &recording);
+                Answer::Judged(Box::new(outcome))
+            }
+            Err(why) => Answer::Permanent(why),
+        },
+        Task::Replay => match replays::make(&brief.replay, &recording) {
+            Ok(()) => Answer::Replayed,
+            Err(error) => Answer::Passing(format!("{error:#}")),
+        },
+    }
+}
+
+/// Why a recording that is kept was not read. These very bytes were read when they arrived: then it is we who lack something, and no
+/// recording is refused for that.
+fn not_read(brief: &Brief, unreadable: ReadError) -> Answer {
+    match (unreadable, recordings::hash_file(&brief.recording)) {
+        (ReadError::Io(error), _) | (_, Err(error)) => Answer::Passing(error.to_string()),
+        (scarce @ ReadError::OutOfMemory, _) => Answer::Died(scarce.to_string()),
+        (unreadable, Ok((sha256, _))) if sha256 == brief.sha256 => {
+            Answer::Died(format!("it was read when it arrived, and is not now: {unreadable}"))
+        }
+        (unreadable, Ok(_)) => Answer::Permanent(format!("it is not what has arrived: {unreadable}")),
+    }
+}
+
+/// A failure is no reason not to score: it is noted, and the replay made when somebody wants to watch.
+fn keep_replay(folder: &Path, recording: &Recording) {
+    if let Err(error) = replays::make(folder, recording) {
+        tracing::warn!(session = %recording.session.session_id, cause = format!("{error:#}"), "no replay was kept");
+    }
+}
+
+/// Scores and re-simulates. The published exercise judges; the recording's own only where the school has none like it.
+fn judge(recording: &Recording, published: Option<RevisionBytes>) -> Result<Outcome, String> {
+    let bundle = match published {
+        Some(bytes) => ExerciseBundle::from_parts(&bytes.exercise, &bytes.scene, &bytes.meshes)
+            .map_err(|refused| refused.to_string())?,
+        None => own_exercise(recording).map_err(|error| error.to_string())?,
+    };
+    let assessment = assess(recording, &bundle).map_err(|error| error.to_string())?;
+    let verified = resimulate(recording, &bundle)?;
+    Ok(Outcome { assessment, verified, curve: AttemptCurve::draw(recording, &bundle) })
+}
+
+fn resimulate(recording: &Recording, bundle: &ExerciseBundle) -> Result<Verified, String> {
+    let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
+    let (told, layers) = (patient.thickness_mm.len(), bundle.scene.layers.len());
+    if told != layers {
+        return Err(format!("patient_thickness_mm: {told} layers; the scene has {layers}"));
+    }
+    let params = Specimen::new(bundle.recorded_spec(&patient, recording.session.judging))
+        .map_err(|error| format!("the recorded patient: {error}"))?;
+    let found = verify(recording, &params);
+    Ok(Verified {
+        deviation_n: found.largest_deviation_n,
+        event_differences: i64::try_from(found.event_differences).unwrap_or(i64::MAX),
+        exact: found.exact(),
+    })
+}

@@ -1,0 +1,104 @@
+//! Mail: by SMTP where a server was named, else as files in a folder, which anybody can read while trying things out.
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+use anyhow::Context;
+use lettre::message::{Mailbox, Message};
+use lettre::{AsyncSmtpTransport, AsyncTransport, Tokio1Executor};
+use uuid::Uuid;
+
+use crate::config::{Config, MailTo};
+use model::Moment;
+
+/// A letter that is ready.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Letter {
+    /// Stands for it; also the name of its file.
+    pub id: Uuid,
+    /// Name of whom it goes to.
+    pub name: String,
+    /// Where it goes.
+    pub email: String,
+    /// Subject.
+    pub subject: String,
+    /// Plain text.
+    pub body: String,
+}
+
+/// Where letters go out.
+#[derive(Clone, Debug)]
+pub struct Mailer {
+    from: Mailbox,
+    way: Way,
+}
+
+#[derive(Clone, Debug)]
+enum Way {
+    Folder(PathBuf),
+    Smtp(AsyncSmtpTransport<Tokio1Executor>),
+}
+
+impl Mailer {
+    /// As it was configured.
+    ///
+    /// # Errors
+    /// When the sender is no address, or the server's URL cannot be used.
+    pub fn new(config: &Config) -> anyhow::Result<Self> {
+        let from = config.mail_from.parse().with_context(|| format!("--mail-from: \"{}\"", config.mail_from))?;
+        let way = match &config.mail {
+            MailTo::Folder(folder) => Way::Folder(folder.clone()),
+            MailTo::Smtp(url) => {
+                // The URL may hold a password: it is not repeated.
+                let transport = AsyncSmtpTransport::<Tokio1Executor>::from_url(url).context("--mail")?;
+                Way::Smtp(transport.timeout(Some(Duration::from_secs(30))).build())
+            }
+        };
+        Ok(Self { from, way })
+    }
+
+    /// Takes letters out of the folder, where there is one: they name whom they went to. A server's are out of reach.
+    ///
+    /// # Errors
+    /// When a file is there and cannot be removed.
+    pub async fn forget(&self, letters: &[Uuid]) -> std::io::Result<()> {
+        let Way::Folder(folder) = &self.way else { return Ok(()) };
+        for letter in letters {
+            match tokio::fs::remove_file(file_of(folder, *letter)).await {
+                Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Sends a letter.
+    ///
+    /// # Errors
+    /// When the server does not take it, or the file cannot be written.
+    pub async fn send(&self, letter: Letter, now: Moment) -> anyhow::Result<()> {
+        let since = Duration::from_micros(u64::try_from(now.micros()).unwrap_or(0));
+        let message = Message::builder()
+            .from(self.from.clone())
+            .to(Mailbox::new(Some(letter.name), letter.email.parse().context("the address cannot be written to")?))
+            .subject(letter.subject)
+            .date(SystemTime::UNIX_EPOCH + since)
+            .message_id(Some(format!("<{}@{}>", letter.id, self.from.email.domain())))
+            .header(lettre::message::header::ContentType::TEXT_PLAIN)
+            .body(letter.body)?;
+        match &self.way {
+            Way::Smtp(transport) => transport.send(message).await.map(drop).context("the mail server refused it"),
+            Way::Folder(folder) => {
+                tokio::fs::create_dir_all(folder).await.context("the mail folder cannot be made")?;
+                tokio::fs::write(file_of(folder, letter.id), message.formatted())
+                    .await
+                    .context("the mail cannot be written")
+            }
+        }
+    }
+}
+
+fn file_of(folder: &Path, letter: Uuid) -> PathBuf {
+    folder.join(format!("{letter}.eml"))
+}

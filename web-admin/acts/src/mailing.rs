@@ -1,0 +1,141 @@
+//! The queue of letters: what becomes of one, and the links that it carries. What it says is pages' to say, and whoever sends it
+//! notes here how that went.
+
+use model::mail::{Mail, RetentionLetter, SurveyLetter};
+use model::survey::{Identity, PROFESSIONAL, Survey};
+use store::account_links::Purpose;
+use store::surveys::{NewResponse, letters};
+use store::{mails, retention, surveys};
+
+use crate::accounts;
+use crate::error::Error;
+use crate::secret;
+use crate::service::Service;
+use crate::surveys::link_expiry;
+
+/// Waits before the tries after the first, in s; after the last a letter is given up.
+const AGAIN_S: [i64; 6] = [60, 300, 1800, 7200, 21_600, 86_400];
+
+/// How a letter went: sent, or why not.
+pub type Sent = Result<(), String>;
+
+/// When a letter is tried again after so many tries; never after the last.
+fn next_try(state: &Service, tries: i64) -> Option<model::Moment> {
+    let wait_s = usize::try_from(tries).ok().and_then(|tries| AGAIN_S.get(tries));
+    wait_s.map(|wait_s| state.clock.now().plus_s(*wait_s))
+}
+
+/// Notes how a mail went; one that did not go is tried again, or given up.
+///
+/// # Errors
+/// When the database fails.
+pub async fn note_mail(state: &Service, mail: &Mail, sent: Sent) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    match sent {
+        Ok(()) => mails::sent(&mut tx, mail.id, state.clock.now()).await?,
+        Err(error) => {
+            tracing::warn!(mail = %mail.id, tries = mail.tries + 1, cause = error, "a mail was not sent");
+            mails::failed(&mut tx, mail.id, &error, next_try(state, mail.tries)).await?;
+        }
+    }
+    Ok(tx.commit().await?)
+}
+
+/// Takes a mail that is not wanted any more out of the queue.
+///
+/// # Errors
+/// When the database fails.
+pub async fn withdraw_mail(state: &Service, mail: &Mail) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    mails::withdraw(&mut tx, mail.id).await?;
+    Ok(tx.commit().await?)
+}
+
+/// Makes the link that a mail carries; its address.
+///
+/// # Errors
+/// When the database fails.
+pub async fn make_link(state: &Service, mail: &Mail, purpose: Purpose) -> Result<String, Error> {
+    let mut tx = state.db.write().await?;
+    let address = accounts::make_link(&mut tx, state, (mail.school_id, mail.person_id), purpose).await?;
+    tx.commit().await?;
+    Ok(address)
+}
+
+/// Takes a survey's letter out of the queue before it goes, so that a service that dies on the way has written to nobody twice; the
+/// secret of its link.
+///
+/// # Errors
+/// When the database fails.
+pub async fn claim_survey_letter(state: &Service, letter: &SurveyLetter, survey: &Survey) -> Result<String, Error> {
+    let token = secret::random_hex()?;
+    let token_sha256 = secret::token_sha256(&token);
+    let mut tx = state.db.write().await?;
+    let response = match letter.response_id {
+        Some(response) => {
+            surveys::set_token(&mut tx, (survey.school_id, response), &token_sha256).await?;
+            response
+        }
+        None => {
+            let named = survey.identity == Identity::Named;
+            let label = if letter.name.is_empty() { &letter.email } else { &letter.name };
+            let new = NewResponse {
+                school_id: survey.school_id,
+                survey_id: survey.id,
+                token_sha256,
+                role: PROFESSIONAL,
+                label: named.then_some(label),
+                person_id: None,
+                session_id: None,
+                language: "en",
+                consented_at: None,
+                expires_at: Some(link_expiry(survey, state.clock.now())),
+            };
+            surveys::add(&mut tx, &new).await?
+        }
+    };
+    letters::claim(&mut tx, letter, response).await?;
+    tx.commit().await?;
+    Ok(token)
+}
+
+/// Gives up a survey's letter: the survey is over.
+///
+/// # Errors
+/// When the database fails.
+pub async fn give_up_survey_letter(state: &Service, letter: &SurveyLetter, why: &str) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    letters::failed(&mut tx, letter, why, None).await?;
+    Ok(tx.commit().await?)
+}
+
+/// Notes how a survey's letter went; one that did not go is tried again, or given up.
+///
+/// # Errors
+/// When the database fails.
+pub async fn note_survey_letter(state: &Service, letter: &SurveyLetter, sent: Sent) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    match sent {
+        Ok(()) => letters::sent(&mut tx, letter, state.clock.now()).await?,
+        Err(error) => {
+            tracing::warn!(letter = %letter.id, tries = letter.tries + 1, cause = error, "a letter was not sent");
+            letters::failed(&mut tx, letter, &error, next_try(state, letter.tries)).await?;
+        }
+    }
+    Ok(tx.commit().await?)
+}
+
+/// Notes how a warning of erasure went; one that did not go is tried again, or given up.
+///
+/// # Errors
+/// When the database fails.
+pub async fn note_retention_letter(state: &Service, letter: &RetentionLetter, sent: Sent) -> Result<(), Error> {
+    let again = sent.as_ref().err().and_then(|_| next_try(state, letter.tries));
+    if let Err(error) = &sent {
+        tracing::warn!(letter = %letter.id, tries = letter.tries + 1, cause = error, "a letter was not sent");
+    }
+    let mut tx = state.db.write().await?;
+    let error = sent.as_ref().err().map(String::as_str);
+    retention::note_letter(&mut tx, letter.id, (error, again), state.clock.now()).await?;
+    Ok(tx.commit().await?)
+}

@@ -1,0 +1,78 @@
+//! Attempts of before there was a hash of motions are compared, too, when nothing else waits: an old recording that somebody brings
+//! again is found, and of two old ones with one motion the first counts.
+
+use anyhow::Context;
+use serde_json::json;
+use sqlx::SqliteConnection;
+
+use crate::judging::{self, Answer, Question, Told};
+use crate::service::Service;
+use store::audit::{Actor, Entry};
+use store::scores::SessionKey;
+use store::sessions::{self, Session, SessionState};
+use store::{motions, practice};
+
+/// Hashes the motion of one attempt. False where none is left.
+///
+/// # Errors
+/// When the database fails, or nobody can be asked to read.
+pub async fn step(state: &Service) -> anyhow::Result<bool> {
+    let Some(session) = motions::unhashed(state.db.reader()).await? else { return Ok(false) };
+    let motion = read(state, &session).await?;
+    let mut tx = state.db.write().await?;
+    if let Some(motion) = motion {
+        compare(state, &mut tx, (&session, &motion)).await?;
+    }
+    motions::done(&mut tx, session.key()).await?;
+    tx.commit().await?;
+    Ok(true)
+}
+
+/// The hash of an attempt's motion; none without samples, or where the recording cannot be read: it is compared with none then.
+async fn read(state: &Service, session: &Session) -> anyhow::Result<Option<String>> {
+    let path = state.config.recordings_dir.join(&session.recording_path);
+    match judging::ask(state, Question::Arrival(path)).await? {
+        Answer::Told(reported) => Ok(Told::try_from(*reported)?.motion.map(hex::encode)),
+        other => {
+            tracing::warn!(session = %session.id, answer = format!("{other:?}"), "a motion of before is compared with none");
+            Ok(None)
+        }
+    }
+}
+
+/// Sets an attempt's hash. Where another that counts has it, the one that came later repeats the other.
+async fn compare(
+    state: &Service,
+    tx: &mut SqliteConnection,
+    (session, motion): (&Session, &str),
+) -> anyhow::Result<()> {
+    let own = session.key();
+    let same = match session.uncounted {
+        Some(_) => None,
+        None => sessions::of_motion(&mut *tx, own.school_id, motion).await?,
+    };
+    if let Some(same) = same {
+        let other = sessions::find(&mut *tx, own.school_id, same).await?.context("an attempt that is gone")?;
+        let is_first = motions::came_before(&mut *tx, own, other.key()).await?;
+        let (first, later) = if is_first { (session, &other) } else { (&other, session) };
+        repeat(state, tx, (first.key(), later)).await?;
+    }
+    Ok(motions::set(tx, own, motion).await?)
+}
+
+async fn repeat(
+    state: &Service,
+    tx: &mut SqliteConnection,
+    (first, later): (SessionKey, &Session),
+) -> anyhow::Result<()> {
+    motions::mark_repeated(tx, later.key(), first).await?;
+    if later.state == SessionState::Scored {
+        practice::refresh(tx, later.key()).await?;
+    }
+    Entry::new(later.school_id, Actor::Worker, "session.repeats", later.id)
+        .with(json!({ "repeats": first.id }))
+        .append(tx, state.clock.now())
+        .await?;
+    tracing::warn!(session = %later.id, first = %first.id, "an attempt of before repeats another's motion, and counts no more");
+    Ok(())
+}

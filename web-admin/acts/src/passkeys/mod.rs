@@ -1,0 +1,258 @@
+//! Passkeys (WebAuthn) as a second factor: made, asked for a signature, renamed and removed. What was asked is kept here and good
+//! once; everything is in the audit log.
+
+mod ceremonies;
+mod site;
+
+use model::passkey::PasskeyQuestion;
+use std::net::IpAddr;
+
+use serde_json::json;
+use uuid::Uuid;
+use webauthn_rs::prelude::{Passkey, PasskeyAuthentication, PasskeyRegistration};
+
+pub use ceremonies::{Asked, Ceremonies};
+pub use site::{AnswerRefused, Owner, Site};
+
+use crate::config::Config;
+use crate::error::Error;
+use crate::second_factor::{self, Enrolled, Proof};
+use crate::service::Service;
+use crate::tokens::checked_name;
+use model::CurrentPerson;
+use store::audit::Entry;
+use store::passkeys::{self, KeptPasskey, NewPasskey, Signature};
+use store::people;
+use store::second_factors::{self, PersonKey};
+
+/// Most passkeys that somebody has.
+pub const MOST: usize = 20;
+
+/// Where this service has passkeys, and what it waits for.
+#[derive(Debug)]
+pub struct Passkeys {
+    site: Option<Site>,
+    ceremonies: Ceremonies,
+}
+
+impl Passkeys {
+    /// Of a service as it was told to run.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        Self { site: Site::of(config), ceremonies: Ceremonies::default() }
+    }
+
+    /// The site, where browsers have passkeys for it.
+    #[must_use]
+    pub const fn site(&self) -> Option<&Site> {
+        self.site.as_ref()
+    }
+}
+
+/// What a browser has brought.
+#[derive(Clone, Copy, Debug)]
+pub struct Answer<'a> {
+    /// Which question the session holds.
+    pub question: Option<Uuid>,
+    /// The answer, in JSON.
+    pub json: &'a str,
+    /// From which network address.
+    pub from: IpAddr,
+}
+
+/// What came of an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Signed {
+    /// A passkey has signed.
+    Proved(Proof),
+    /// Nothing was asked, it is too late, or it was answered before.
+    Late,
+    /// The answer is refused.
+    Refused(AnswerRefused),
+}
+
+/// What somebody is told where passkeys cannot be used.
+#[must_use]
+pub fn no_site() -> Error {
+    let why =
+        tr!("there are no passkeys here: browsers have them only for https and a host that has a name, or localhost");
+    Error::Conflict(why.to_owned())
+}
+
+/// Asks somebody's passkeys for a signature. None where they have none, or the service has no site.
+///
+/// # Errors
+/// When the question cannot be made, or the database fails.
+pub async fn ask(state: &Service, key: PersonKey) -> Result<Option<PasskeyQuestion>, Error> {
+    let Some(site) = state.passkeys.site() else { return Ok(None) };
+    let known = passkeys::of_person(state.db.reader(), key).await?;
+    if known.is_empty() {
+        return Ok(None);
+    }
+    let known: Vec<Passkey> = known.into_iter().map(|kept| kept.public_key.0).collect();
+    let (options, asked) = site.ask_to_sign(&known)?;
+    let id = state.passkeys.ceremonies.begin(key.person_id, Asked::ToSign(Box::new(asked)), state.clock.now());
+    Ok(Some(PasskeyQuestion { id, options, origin: site.origin().to_owned() }))
+}
+
+/// Whether a passkey has signed what was asked. Each question is good once, and each try is counted.
+///
+/// # Errors
+/// When there were too many tries, or the database fails.
+pub async fn check(state: &Service, key: PersonKey, answer: Answer<'_>) -> Result<Signed, Error> {
+    second_factor::take_try(state, key, answer.from).await?;
+    let site = state.passkeys.site().ok_or_else(no_site)?;
+    let signed = match take(state, key, answer.question) {
+        Some(Asked::ToSign(asked)) => signed(state, (key, site), &asked, answer.json).await?,
+        _ => Signed::Late,
+    };
+    match signed {
+        Signed::Proved(_) => {}
+        Signed::Late => second_factor::note(state, key, "second_factor.refused").await?,
+        Signed::Refused(why) => {
+            tracing::warn!(from = %answer.from, person = %key.person_id, ?why, "an answer of a passkey is refused");
+            let action = match why {
+                AnswerRefused::Wrong => "second_factor.refused",
+                AnswerRefused::Copied => "passkey.counted_backwards",
+            };
+            second_factor::note(state, key, action).await?;
+        }
+    }
+    Ok(signed)
+}
+
+fn take(state: &Service, key: PersonKey, question: Option<Uuid>) -> Option<Asked> {
+    state.passkeys.ceremonies.take(question?, key.person_id, state.clock.now())
+}
+
+async fn signed(
+    state: &Service,
+    (key, site): (PersonKey, &Site),
+    asked: &PasskeyAuthentication,
+    json: &str,
+) -> Result<Signed, Error> {
+    let result = match site.signed(json, asked) {
+        Ok(result) => result,
+        Err(why) => return Ok(Signed::Refused(why)),
+    };
+    let mut tx = state.db.write().await?;
+    let kept = passkeys::of_person(&mut *tx, key).await?;
+    // It may have been removed since it was asked.
+    let Some(kept) = kept.into_iter().find(|kept| kept.public_key.cred_id() == result.cred_id()) else {
+        return Ok(Signed::Refused(AnswerRefused::Wrong));
+    };
+    let mut public_key = kept.public_key.0;
+    public_key.update_credential(&result);
+    let signature = Signature { public_key: &public_key, count: result.counter(), at: state.clock.now() };
+    // By what is kept now: two questions may have been asked at one count.
+    if !passkeys::take(&mut tx, key, kept.id, signature).await? {
+        return Ok(Signed::Refused(AnswerRefused::Copied));
+    }
+    tx.commit().await?;
+    Ok(Signed::Proved(Proof::Passkey))
+}
+
+/// Asks somebody's browser for a new passkey.
+///
+/// # Errors
+/// When the name is not allowed, there are too many, the service has no site, or the database fails.
+pub async fn ask_to_make(state: &Service, person: &CurrentPerson, name: &str) -> Result<PasskeyQuestion, Error> {
+    let site = state.passkeys.site().ok_or_else(no_site)?;
+    let name = checked_name(name)?;
+    let (reader, key) = (state.db.reader(), PersonKey::from(person));
+    let known = passkeys::of_person(reader, key).await?;
+    if known.len() >= MOST {
+        let why = tr!("there are {most} passkeys, the most allowed: remove one that is not used", most = MOST);
+        return Err(Error::Unprocessable(why));
+    }
+    let account = people::by_id(reader, person.id).await?.ok_or(Error::NotFound)?;
+    let owner = Owner { id: person.id, email: &account.email, name: &person.display_name };
+    let known = known.iter().map(|kept| kept.public_key.cred_id().clone()).collect();
+    let (options, asked) = site.ask_to_make(owner, known)?;
+    let asked = Asked::ToMake { name, state: Box::new(asked) };
+    let id = state.passkeys.ceremonies.begin(person.id, asked, state.clock.now());
+    Ok(PasskeyQuestion { id, options, origin: site.origin().to_owned() })
+}
+
+/// Keeps the passkey that was made; the first second factor comes with recovery codes and ends every other sign-in. None where
+/// the answer is refused, late, or was given before.
+///
+/// # Errors
+/// When the passkey is somebody's already, or the database fails.
+pub async fn make(state: &Service, person: &CurrentPerson, answer: Answer<'_>) -> Result<Option<Enrolled>, Error> {
+    let key = PersonKey::from(person);
+    let site = state.passkeys.site().ok_or_else(no_site)?;
+    let made = match take(state, key, answer.question) {
+        Some(Asked::ToMake { name, state }) => read_made(site, answer.json, &state).map(|made| (name, made)),
+        _ => None,
+    };
+    let Some((name, made)) = made else {
+        second_factor::note(state, key, "passkey.refused").await?;
+        return Ok(None);
+    };
+    let first = !second_factors::is_on(state.db.reader(), key).await?;
+    let codes = if first { Some(second_factor::make_codes(state, key).await?) } else { None };
+    let now = state.clock.now();
+    let mut tx = state.db.write().await?;
+    let new = NewPasskey { id: Uuid::new_v4(), name: &name, public_key: &made, made_at: now };
+    if !passkeys::add(&mut tx, key, new).await? {
+        return Err(Error::Conflict(tr!("this passkey is known here already: make another").to_owned()));
+    }
+    let details = json!({ "passkey": new.id, "first": first });
+    Entry::by(person, "passkey.added", person.id).with(details).append(&mut tx, now).await?;
+    let enrolled = match codes {
+        Some((codes, hashes)) => {
+            second_factors::put_recovery_codes(&mut tx, key, &hashes).await?;
+            people::end_sign_ins(&mut tx, key.person_id).await?;
+            Enrolled::First(codes)
+        }
+        None => Enrolled::Another,
+    };
+    tx.commit().await?;
+    Ok(Some(enrolled))
+}
+
+fn read_made(site: &Site, json: &str, state: &PasskeyRegistration) -> Option<Passkey> {
+    site.made(json, state).ok()
+}
+
+/// One of somebody's passkeys.
+///
+/// # Errors
+/// When there is none by this id, or the database fails.
+pub async fn find(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<KeptPasskey, Error> {
+    passkeys::find(state.db.reader(), person.into(), id).await?.ok_or(Error::NotFound)
+}
+
+/// Gives one's passkey another name.
+///
+/// # Errors
+/// When there is none by this id, the name is not allowed, or the database fails.
+pub async fn rename(state: &Service, person: &CurrentPerson, id: Uuid, name: &str) -> Result<(), Error> {
+    let name = checked_name(name)?;
+    let mut tx = state.db.write().await?;
+    if !passkeys::rename(&mut tx, person.into(), id, &name).await? {
+        return Err(Error::NotFound);
+    }
+    let details = json!({ "passkey": id });
+    Entry::by(person, "passkey.renamed", person.id).with(details).append(&mut tx, state.clock.now()).await?;
+    Ok(tx.commit().await?)
+}
+
+/// Removes one's passkey; with the last second factor the recovery codes go, and a mail tells.
+///
+/// # Errors
+/// When there is none by this id, or the database fails.
+pub async fn remove(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<(), Error> {
+    let key = PersonKey::from(person);
+    let mut tx = state.db.write().await?;
+    if !passkeys::remove(&mut tx, key, id).await? {
+        return Err(Error::NotFound);
+    }
+    let details = json!({ "passkey": id });
+    Entry::by(person, "passkey.removed", person.id).with(details).append(&mut tx, state.clock.now()).await?;
+    second_factor::end_if_last(&mut tx, person, state.clock.now()).await?;
+    tx.commit().await?;
+    state.mails.notify_one();
+    Ok(())
+}

@@ -1,0 +1,230 @@
+//! From documents on disk to published revisions.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use assessment::statistics::NotComputable;
+use documents::load::{Document, read};
+use documents::{Curriculum, DocumentError, ExerciseBundle, Issue};
+use phrase::phrase;
+use serde_json::json;
+use sha2::{Digest, Sha256};
+use sqlx::SqliteConnection;
+use uuid::Uuid;
+
+use model::Moment;
+use model::progress::Mastery;
+use store::audit::{Actor, Entry};
+use store::curricula::{self, NewCurriculum, NewEntry};
+use store::exercises::{self, NewRevision};
+
+/// Why a course was not published.
+#[derive(Debug)]
+pub enum Refused {
+    /// A document is wrong, in words that name the place.
+    Document(String),
+    /// The work failed.
+    Work(anyhow::Error),
+}
+
+impl From<DocumentError> for Refused {
+    fn from(error: DocumentError) -> Self {
+        Self::Document(error.to_string())
+    }
+}
+
+impl From<anyhow::Error> for Refused {
+    fn from(error: anyhow::Error) -> Self {
+        Self::Work(error)
+    }
+}
+
+impl From<sqlx::Error> for Refused {
+    fn from(error: sqlx::Error) -> Self {
+        Self::Work(anyhow::Error::new(error).context("database"))
+    }
+}
+
+/// What became of a document.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Published {
+    /// `course` or `exercise`.
+    pub kind: &'static str,
+    /// Its id.
+    pub id: String,
+    /// It was not known before.
+    pub new: bool,
+}
+
+impl fmt::Display for Published {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let word = if self.new { "new" } else { "unchanged" };
+        write!(f, "{word:9} {} {}", self.kind, self.id)
+    }
+}
+
+/// Who publishes, where and when.
+#[derive(Clone, Debug)]
+pub struct Publisher {
+    /// School.
+    pub school: Uuid,
+    /// By whom.
+    pub by: Actor,
+    /// When.
+    pub now: Moment,
+}
+
+impl Publisher {
+    fn did<'a>(&self, action: &'a str, object: &str) -> Entry<'a> {
+        Entry::new(self.school, self.by.clone(), action, object)
+    }
+}
+
+/// Every `course.toml` in a folder or one level below it, in order.
+///
+/// # Errors
+/// When the folder cannot be read.
+pub fn courses_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let mut candidates = vec![folder.join("course.toml")];
+    for entry in std::fs::read_dir(folder)? {
+        candidates.push(entry?.path().join("course.toml"));
+    }
+    candidates.retain(|path| path.is_file());
+    candidates.sort();
+    Ok(candidates)
+}
+
+/// Publishes a course and its exercises. A revision with the very bytes that are known already is left as it is.
+///
+/// # Errors
+/// When a document is wrong, or the database fails.
+pub async fn course(
+    writer: &mut SqliteConnection,
+    school: Uuid,
+    path: &Path,
+    now: Moment,
+) -> Result<Vec<Published>, Refused> {
+    let Document::Curriculum(course, bundles) = read(path)? else {
+        return Err(Refused::Document(format!("{}: not a curriculum", path.display())));
+    };
+    let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
+    let publisher = Publisher { school, by: Actor::CommandLine, now };
+    let mut published = Vec::new();
+    for bundle in &bundles {
+        published.push(exercise(writer, &publisher, bundle).await?);
+    }
+    published.push(curriculum(writer, &publisher, (&course, &bytes)).await?);
+    Ok(published)
+}
+
+/// Publishes an exercise with its scene and meshes.
+///
+/// # Errors
+/// When the database fails.
+pub async fn exercise(
+    writer: &mut SqliteConnection,
+    publisher: &Publisher,
+    bundle: &ExerciseBundle,
+) -> anyhow::Result<Published> {
+    let Publisher { school, now, .. } = *publisher;
+    let bundle_sha256 = bundle_sha256(bundle);
+    let known = exercises::by_bundle(&mut *writer, school, &bundle_sha256).await?;
+    let ExerciseBundle { exercise, scene, exercise_bytes, scene_bytes, meshes } = bundle;
+    let new = NewRevision {
+        exercise_id: &exercise.id,
+        title: &exercise.title,
+        difficulty: exercise.difficulty,
+        pass_mark: exercise.pass_mark,
+        exercise_sha256: &exercise.sha256,
+        scene_sha256: &scene.sha256,
+        bundle_sha256: &bundle_sha256,
+        exercise_bytes,
+        scene_bytes,
+        meshes,
+    };
+    let revision = match known {
+        Some(revision) => revision,
+        None => exercises::publish(writer, school, &new, now).await?,
+    };
+    let before = exercises::current(&mut *writer, school, &exercise.id).await?.map(|current| current.id);
+    if before != Some(revision) {
+        exercises::make_current(writer, school, &exercise.id, revision).await?;
+        let details = json!({ "revision": revision, "sha256": exercise.sha256, "before": before });
+        publisher.did("exercise.published", &exercise.id).with(details).append(writer, publisher.now).await?;
+    }
+    Ok(Published { kind: "exercise", id: exercise.id.clone(), new: known.is_none() })
+}
+
+/// Publishes a course's own document.
+///
+/// # Errors
+/// When its mastery rule cannot be kept, or the database fails.
+pub async fn curriculum(
+    writer: &mut SqliteConnection,
+    publisher: &Publisher,
+    (course, bytes): (&Curriculum, &[u8]),
+) -> Result<Published, Refused> {
+    let Publisher { school, now, .. } = *publisher;
+    let mastery = Mastery::of(&course.mastery)
+        .map_err(|why| Refused::Document(format!("course {}: {}", course.id, no_limit(why))))?;
+    let known = curricula::by_sha256(&mut *writer, school, &course.sha256).await?;
+    let entries: Vec<_> = course.entries.iter().map(entry).collect();
+    let new = NewCurriculum {
+        curriculum_id: &course.id,
+        title: &course.title,
+        description: &course.description,
+        mastery,
+        sha256: &course.sha256,
+        bytes,
+        entries: &entries,
+    };
+    let revision = match known {
+        Some(revision) => revision,
+        None => curricula::publish(writer, school, &new, now).await?,
+    };
+    let taught = curricula::taught(&mut *writer, school).await?;
+    if !taught.iter().any(|current| current.revision_id == revision) {
+        curricula::make_current(writer, school, &course.id, revision).await?;
+        let details = json!({ "revision": revision, "sha256": course.sha256 });
+        publisher.did("curriculum.published", &course.id).with(details).append(writer, publisher.now).await?;
+    }
+    Ok(Published { kind: "course", id: course.id.clone(), new: known.is_none() })
+}
+
+/// What is said of a learning curve whose limit cannot be had.
+#[must_use]
+pub fn no_limit(why: NotComputable) -> Issue {
+    Issue {
+        file: "course".to_owned(),
+        line: 1,
+        column: 1,
+        field: "mastery".to_owned(),
+        found: phrase!("no limit of the learning curve keeps the stated alpha ({why})", why = why.in_words()),
+        allowed: phrase!("allowed: a larger alpha or within, or rates farther apart"),
+    }
+}
+
+fn entry(entry: &documents::curriculum::CurriculumEntry) -> NewEntry {
+    NewEntry {
+        exercise_id: entry.exercise.clone(),
+        prerequisites: entry.prerequisites.clone(),
+        survey: entry.survey.clone(),
+    }
+}
+
+/// SHA-256 over everything an exercise is made of. Lengths go first, so that no byte can move between two parts.
+fn bundle_sha256(bundle: &ExerciseBundle) -> String {
+    let mut hash = Sha256::new();
+    let mut part = |bytes: &[u8]| {
+        hash.update((bytes.len() as u64).to_be_bytes());
+        hash.update(bytes);
+    };
+    part(&bundle.exercise_bytes);
+    part(&bundle.scene_bytes);
+    for (name, bytes) in &bundle.meshes {
+        part(name.as_bytes());
+        part(bytes);
+    }
+    hex::encode(hash.finalize())
+}

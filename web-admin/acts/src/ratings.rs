@@ -1,0 +1,113 @@
+//! Several raters judge the same attempts, each without knowing whose they are, how they were scored, or what the others
+//! said: rounds are made and taken back, ratings saved and finished.
+
+use assessment::questionnaire::Refused;
+use documents::Instrument;
+use serde_json::json;
+use uuid::Uuid;
+
+use crate::error::Error;
+use crate::service::Service;
+use crate::surveys;
+use crate::surveys::answering::read_items;
+use model::CurrentPerson;
+use store::audit::Entry;
+use store::ratings::{self, NewRound, Rating, Round};
+use store::sessions::{self, Session};
+
+fn finished() -> Error {
+    Error::Conflict(tr!("this rating is finished; it can no longer be changed").to_owned())
+}
+
+/// Makes a round.
+///
+/// # Errors
+/// When an attempt, a rater or the instrument is not of the school, or the database fails.
+pub async fn make(state: &Service, by: &CurrentPerson, new: &NewRound) -> Result<Uuid, Error> {
+    let now = state.clock.now();
+    let mut tx = state.db.write().await?;
+    let id = ratings::add(&mut tx, by, new, now).await?;
+    let told = json!({ "revision": new.revision_id, "attempts": new.sessions, "raters": new.raters });
+    Entry::by(by, "ratings.asked", id).with(told).append(&mut tx, state.clock.now()).await?;
+    tx.commit().await?;
+    Ok(id)
+}
+
+/// Takes a round back.
+///
+/// # Errors
+/// When the database fails.
+pub async fn withdraw(state: &Service, by: &CurrentPerson, round: &Round) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    ratings::withdraw(&mut tx, round, state.clock.now()).await?;
+    Entry::by(by, "ratings.withdrawn", round.id).append(&mut tx, state.clock.now()).await?;
+    Ok(tx.commit().await?)
+}
+
+/// A rating that somebody gives, with the instrument that asks.
+#[derive(Clone, Debug)]
+pub struct Rated {
+    /// The rating so far.
+    pub rating: Rating,
+    /// Its round, as the rater sees it.
+    pub round: Round,
+    /// What is asked.
+    pub instrument: Instrument,
+}
+
+/// A rating that a person is asked for.
+///
+/// # Errors
+/// [`Error::NotFound`] for any other.
+pub async fn open(state: &Service, rater: &CurrentPerson, id: Uuid) -> Result<Rated, Error> {
+    let reader = state.db.reader();
+    let mut rating = ratings::rating(reader, rater, id).await?.ok_or(Error::NotFound)?;
+    let round = ratings::find(reader, rater, rating.round_id).await?.ok_or(Error::NotFound)?;
+    let instrument = surveys::revision(state, round.school_id, round.revision_id).await?.ok_or(Error::NotFound)?;
+    rating.answers.resize(instrument.items.len(), None);
+    Ok(Rated { rating, round, instrument })
+}
+
+/// The attempt that a person is asked to rate.
+///
+/// # Errors
+/// [`Error::NotFound`] where they are not asked.
+pub async fn attempt(state: &Service, rater: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
+    let rating = ratings::rating(state.db.reader(), rater, id).await?.ok_or(Error::NotFound)?;
+    sessions::find(state.db.reader(), rating.school_id, rating.session_id).await?.ok_or(Error::NotFound)
+}
+
+impl Rated {
+    /// Reads answers from the fields of a form, `q.` and the item's id. Returns what was refused, by the item's place.
+    pub fn read(&mut self, fields: &[(String, String)]) -> Vec<(usize, Refused)> {
+        let all: Vec<usize> = (0..self.instrument.items.len()).collect();
+        read_items(&self.instrument, &all, fields, &mut self.rating.answers)
+    }
+
+    /// Stores the answers so far.
+    ///
+    /// # Errors
+    /// [`Error::Conflict`] when the rating was finished already.
+    pub async fn save(&self, state: &Service) -> Result<(), Error> {
+        let mut tx = state.db.write().await?;
+        if !ratings::put(&mut tx, &self.rating, None).await? {
+            return Err(finished());
+        }
+        Ok(tx.commit().await?)
+    }
+
+    /// Stores the answers for good.
+    ///
+    /// # Errors
+    /// [`Error::Conflict`] when the rating was finished already.
+    pub async fn finish(&self, state: &Service, rater: &CurrentPerson) -> Result<(), Error> {
+        let mut tx = state.db.write().await?;
+        if !ratings::put(&mut tx, &self.rating, Some(state.clock.now())).await? {
+            return Err(finished());
+        }
+        // The log names the rating, not the attempt: a rater reads their own export.
+        let told = json!({ "round": self.rating.round_id });
+        Entry::by(rater, "rating.finished", self.rating.id).with(told).append(&mut tx, state.clock.now()).await?;
+        Ok(tx.commit().await?)
+    }
+}

@@ -1,0 +1,202 @@
+//! Every attempt at an exercise by another rubric. The worker looks what would change, attempt by attempt; somebody reads that
+//! and confirms it, with a reason; the worker adds the scores that were shown. Each step is stored, so a crash repeats one.
+
+use anyhow::Context;
+use futures::future::join_all;
+use serde_json::json;
+use sha2::{Digest, Sha256};
+use uuid::Uuid;
+
+use super::{By, Rubric, add};
+use crate::drafting::staff_only;
+use crate::error::Error;
+use crate::service::Service;
+use model::regrading::{RegradingOutcome, RegradingState, count_attempts};
+use model::{CurrentPerson, judgement};
+use store::Write;
+use store::audit::{Actor, Entry};
+use store::regradings;
+use store::regradings::{Found, Regrading, Stood};
+use store::scores::{self, SessionKey};
+use store::{exercises, grades, sessions};
+
+/// How long a preview waits to be confirmed, in s.
+pub const PREVIEW_LIFETIME_S: i64 = 86_400;
+/// Attempts that are judged between two looks at the queue of uploads, which come first.
+const LOOKED_AT_ONCE: u32 = 4;
+/// Attempts whose scores are added in one transaction.
+const GRADED_AT_ONCE: u32 = 32;
+/// Scores closer than this are the same, in points.
+const EQUAL: f64 = 1e-9;
+
+/// Begins to look what the rubric of a revision would change, for every attempt at the exercise that somebody may judge.
+///
+/// # Errors
+/// When they may not judge, there is no such revision of the exercise, or no attempt.
+pub async fn look(state: &Service, by: &CurrentPerson, (exercise, revision): (&str, Uuid)) -> Result<Uuid, Error> {
+    staff_only(by)?;
+    let revisions = exercises::revisions(state.db.reader(), by.school_id, exercise).await?;
+    if !revisions.iter().any(|known| known.id == revision) {
+        return Err(Error::NotFound);
+    }
+    let mut tx = state.db.write().await?;
+    let begun = regradings::begin(&mut tx, by, (exercise, revision), state.clock.now()).await?;
+    let nothing = || Error::Conflict(tr!("nobody whom you teach has a scored attempt at this exercise").to_owned());
+    let id = begun.ok_or_else(nothing)?;
+    tx.commit().await?;
+    state.jobs.notify_one();
+    Ok(id)
+}
+
+/// A re-grading that somebody may see.
+///
+/// # Errors
+/// [`Error::NotFound`] for any other.
+pub async fn find(state: &Service, by: &CurrentPerson, id: Uuid) -> Result<Regrading, Error> {
+    staff_only(by)?;
+    regradings::find(state.db.reader(), by, id).await?.ok_or(Error::NotFound)
+}
+
+/// Stands for the attempts and their grades: what is confirmed is what was shown.
+fn digest(regrading: &Regrading, attempts: &[Stood]) -> Result<String, Error> {
+    let shown = serde_json::to_vec(&(regrading.id, attempts)).map_err(anyhow::Error::from)?;
+    Ok(hex::encode(Sha256::digest(shown)))
+}
+
+/// Lets the scores that were shown be added. False where attempts or their grades have changed since: nothing is done.
+///
+/// # Errors
+/// When it does not wait to be confirmed, somebody else has looked, there is no reason, or the database fails.
+pub async fn confirm(
+    state: &Service,
+    by: &CurrentPerson,
+    id: Uuid,
+    (seen, reason): (&str, &str),
+) -> Result<bool, Error> {
+    let mut tx = state.db.write().await?;
+    let regrading = own(&mut tx, by, id).await?;
+    if regrading.state != RegradingState::Shown {
+        return Err(Error::Conflict(tr!("this re-grading does not wait to be confirmed").to_owned()));
+    }
+    let now_standing = regradings::standing(&mut *tx, by, &regrading.exercise_id).await?;
+    if digest(&regrading, &now_standing)? != seen {
+        return Ok(false);
+    }
+    let reason = judgement::reason(reason).map_err(|refused| Error::Unprocessable(refused.to_string()))?;
+    regradings::confirm(&mut tx, &regrading, &reason, state.clock.now()).await?;
+    let told = json!({
+        "regrading": id,
+        "revision": regrading.revision_id,
+        "attempts": now_standing.len(),
+        "passes": count_attempts(&regrading.counts, &[RegradingOutcome::Passes]),
+        "fails": count_attempts(&regrading.counts, &[RegradingOutcome::Fails]),
+        "shown_sha256": seen,
+    });
+    let entry = Entry::by(by, "exercise.regraded", regrading.exercise_id).with(told);
+    entry.append(&mut tx, state.clock.now()).await?;
+    tx.commit().await?;
+    state.jobs.notify_one();
+    Ok(true)
+}
+
+/// A re-grading that somebody has begun themselves.
+async fn own(tx: &mut Write, by: &CurrentPerson, id: Uuid) -> Result<Regrading, Error> {
+    staff_only(by)?;
+    let regrading = regradings::find(&mut **tx, by, id).await?.ok_or(Error::NotFound)?;
+    if regrading.made_by != by.id {
+        return Err(Error::Forbidden(tr!("whoever has looked what would change confirms it")));
+    }
+    Ok(regrading)
+}
+
+/// Throws away what was looked at. The exercise.
+///
+/// # Errors
+/// When it was confirmed, somebody else has looked, or the database fails.
+pub async fn forget(state: &Service, by: &CurrentPerson, id: Uuid) -> Result<String, Error> {
+    let mut tx = state.db.write().await?;
+    let regrading = own(&mut tx, by, id).await?;
+    if !matches!(regrading.state, RegradingState::Looking | RegradingState::Shown) {
+        return Err(Error::Conflict(tr!("this re-grading was confirmed: it is not taken back").to_owned()));
+    }
+    regradings::forget(&mut tx, id).await?;
+    tx.commit().await?;
+    Ok(regrading.exercise_id)
+}
+
+/// Goes on with the oldest re-grading that is under way. False where there is none.
+///
+/// # Errors
+/// When the database fails.
+pub async fn step(state: &Service) -> anyhow::Result<bool> {
+    let Some(regrading) = regradings::under_way(state.db.reader()).await? else { return Ok(false) };
+    match regrading.state {
+        RegradingState::Grading => grade_some(state, &regrading).await?,
+        _ => look_at_some(state, &regrading).await?,
+    }
+    Ok(true)
+}
+
+async fn look_at_some(state: &Service, regrading: &Regrading) -> Result<(), Error> {
+    let next = regradings::to_look(state.db.reader(), regrading.id, LOOKED_AT_ONCE).await?;
+    let rubric = Rubric::of_revision(state, regrading.school_id, regrading.revision_id).await?;
+    let found = join_all(next.iter().map(|session| judge(state, (regrading, &rubric), *session))).await;
+    let mut tx = state.db.write().await?;
+    if next.is_empty() {
+        let shown = digest(regrading, &regradings::stood(&mut *tx, regrading).await?)?;
+        regradings::show(&mut tx, regrading, &shown).await?;
+    }
+    for (session, found) in next.iter().zip(found) {
+        regradings::found(&mut tx, regrading, (*session, &found?)).await?;
+    }
+    Ok(tx.commit().await?)
+}
+
+/// What becomes of an attempt.
+async fn judge(state: &Service, (regrading, rubric): (&Regrading, &Rubric), id: Uuid) -> Result<Found, Error> {
+    let (reader, school) = (state.db.reader(), regrading.school_id);
+    let session = sessions::find(reader, school, id).await?.context("an attempt that is gone")?;
+    let before = scores::newest(reader, session.key()).await?.context("a scored attempt")?;
+    if before.rubric_sha256 == rubric.sha256() {
+        return Ok(Found { outcome: RegradingOutcome::Same, assessment: None, why: None });
+    }
+    let assessment = match rubric.judge(state, &session).await {
+        Ok(assessment) => assessment,
+        Err(error) => {
+            tracing::warn!(session = %id, cause = format!("{error:?}"), "an attempt cannot be graded again");
+            return Ok(Found { outcome: RegradingOutcome::Unreadable, assessment: None, why: Some(error.to_string()) });
+        }
+    };
+    let overridden = grades::of(reader, session.key()).await?.is_some_and(|grade| grade.overridden);
+    let outcome = match (before.passed, assessment.passed) {
+        _ if overridden => RegradingOutcome::Overridden,
+        (false, true) => RegradingOutcome::Passes,
+        (true, false) => RegradingOutcome::Fails,
+        _ if (before.score - assessment.score).abs() < EQUAL => RegradingOutcome::Equal,
+        _ => RegradingOutcome::Changed,
+    };
+    Ok(Found { outcome, assessment: Some(assessment), why: None })
+}
+
+async fn grade_some(state: &Service, regrading: &Regrading) -> Result<(), Error> {
+    let now = state.clock.now();
+    let mut tx = state.db.write().await?;
+    let next = regradings::to_grade(&mut *tx, regrading.id, GRADED_AT_ONCE).await?;
+    if next.is_empty() {
+        regradings::end(&mut tx, regrading, now).await?;
+    }
+    for line in next {
+        let key = SessionKey { school_id: regrading.school_id, id: line.session_id };
+        let score = match line.current {
+            true => {
+                let judged = (line.before, &line.assessment.0);
+                // The reason stands in the re-grading, once for all of its attempts.
+                let by = By { actor: Actor::Person(regrading.made_by), reason: None };
+                Some(add(&mut tx, (key, by), judged, now).await?)
+            }
+            false => None,
+        };
+        regradings::graded(&mut tx, regrading, (line.session_id, score)).await?;
+    }
+    Ok(tx.commit().await?)
+}

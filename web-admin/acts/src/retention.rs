@@ -1,0 +1,148 @@
+//! Retention: whoever does nothing for as long as their school has set is warned, and then erased as by hand. A school that has set nothing
+//! keeps everybody.
+//!
+//! No clock erases anybody: the days between the letter and the end are also counted by how long the service has run.
+
+use std::time::Duration;
+
+use serde_json::json;
+use uuid::Uuid;
+
+use crate::clock;
+use crate::erasing::{self, Eraser};
+use crate::error::Error;
+use crate::service::Service;
+use model::Moment;
+use model::directory::AccountState;
+use model::retention::{Now, Step, step};
+use store::audit::{Actor, Entry};
+use store::directory;
+use store::retention::{self, Idle, Settings};
+use store::schools;
+
+/// How often the time that the service runs is written down.
+const EVERY: Duration = Duration::from_secs(600);
+/// How long the service runs from a look to the next, in s.
+const LOOK_EVERY_S: i64 = 86_400;
+
+/// What is to be done about somebody.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Planned {
+    /// Who.
+    pub idle: Idle,
+    /// What.
+    pub step: Step,
+}
+
+/// What has been done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Done {
+    /// People who were warned.
+    pub warned: usize,
+    /// People whose warning was called off.
+    pub called_off: usize,
+    /// People who were erased.
+    pub erased: usize,
+}
+
+/// What the rule of a school comes to now, and the rule. Nothing is changed.
+///
+/// # Errors
+/// When the database fails.
+pub async fn plan(state: &Service, school: Uuid) -> Result<(Settings, Vec<Planned>), Error> {
+    let reader = state.db.reader();
+    let settings = retention::rule(reader, school).await?;
+    let observed_s = retention::service_time(reader).await?.observed_s;
+    let (now, rule) = (Now { at: state.clock.now(), observed_s }, settings.rule());
+    let since = rule.map_or(Moment::from_micros(0), |rule| rule.warned_since(now.at));
+    let planned = retention::idle(reader, school, since).await?.into_iter().filter_map(|idle| {
+        let step = step(rule, (idle.active_at, idle.held_at.is_some()), idle.warned(), now)?;
+        Some(Planned { idle, step })
+    });
+    Ok((settings, planned.collect()))
+}
+
+/// Does what the rule of a school comes to: warns, calls off and erases.
+///
+/// # Errors
+/// When the database, the list of erasures or the disk fails; what is done until then stays done.
+pub async fn act(state: &Service, school: Uuid) -> Result<Done, Error> {
+    let (settings, planned) = plan(state, school).await?;
+    let mut done = Done::default();
+    let mut tx = state.db.write().await?;
+    for Planned { idle, step } in &planned {
+        let now = state.clock.now();
+        let told = json!({ "active_at": idle.active_at, "months": settings.months });
+        match step {
+            Step::Warn => {
+                retention::warn(&mut tx, school, idle, now).await?;
+                entry(school, "retention.warned", idle).with(told).append(&mut tx, now).await?;
+                done.warned += 1;
+            }
+            Step::CallOff => {
+                retention::forget_warning(&mut tx, idle.id).await?;
+                entry(school, "retention.called_off", idle).with(told).append(&mut tx, now).await?;
+                done.called_off += 1;
+            }
+            Step::Sending | Step::Wait(_) | Step::Erase => {}
+        }
+    }
+    tx.commit().await?;
+    state.mails.notify_one();
+    let wish = erasing::wish_of_school(state, school, (settings.texts, settings.texts)).await?;
+    for Planned { idle, .. } in planned.iter().filter(|planned| planned.step == Step::Erase) {
+        let person = directory::find(state.db.reader(), school, idle.id).await?;
+        let Some(person) = person.filter(|person| person.state != AccountState::Erased) else { continue };
+        let why = json!({ "active_at": idle.active_at, "told_at": idle.told_at, "months": settings.months });
+        let by = Eraser { actor: Actor::Worker, why: Some(why) };
+        erasing::erase(state, by, &person, (school, wish)).await?;
+        done.erased += 1;
+    }
+    Ok(done)
+}
+
+fn entry<'a>(school: Uuid, action: &'a str, idle: &Idle) -> Entry<'a> {
+    Entry::new(school, Actor::Worker, action, idle.id)
+}
+
+/// Looks once a day of the time that the service runs, until it is dropped.
+pub async fn run(state: Service) {
+    let mut last = clock::instant();
+    loop {
+        tokio::time::sleep(EVERY).await;
+        let now = clock::instant();
+        match tick(&state, now.duration_since(last)).await {
+            Ok(()) => last = now,
+            Err(error) => tracing::warn!(cause = format!("{error:?}"), "it could not be looked whom to keep no longer"),
+        }
+    }
+}
+
+/// Adds to how long the service has run, and looks where the last look was a day of that ago.
+///
+/// # Errors
+/// When the database, the list of erasures or the disk fails.
+pub async fn tick(state: &Service, elapsed: Duration) -> Result<(), Error> {
+    let seconds = i64::try_from(elapsed.as_secs()).unwrap_or(0);
+    let mut tx = state.db.write().await?;
+    let time = retention::add_service_time(&mut tx, seconds).await?;
+    tx.commit().await?;
+    if time.looked_s.is_some_and(|looked_s| time.observed_s - looked_s < LOOK_EVERY_S) {
+        return Ok(());
+    }
+    let mut failed = None;
+    for school in schools::all(state.db.reader()).await? {
+        match act(state, school.id).await {
+            Ok(done) if done == Done::default() => {}
+            Ok(done) => tracing::info!(school = %school.id, ?done, "retention"),
+            // The other schools do not wait for this one.
+            Err(error) => failed = Some(error),
+        }
+    }
+    if let Some(error) = failed {
+        return Err(error);
+    }
+    let mut tx = state.db.write().await?;
+    retention::note_look(&mut tx).await?;
+    Ok(tx.commit().await?)
+}

@@ -1,0 +1,204 @@
+//! Rosters, from a file to people: looked at first, then imported exactly as they were shown, all or nothing.
+
+use std::collections::BTreeMap;
+
+use serde_json::json;
+use sha2::{Digest, Sha256};
+use sqlx::SqliteConnection;
+use uuid::Uuid;
+
+use crate::accounts;
+use crate::error::Error;
+use crate::service::Service;
+use model::roster::{self, Change, Difference, Entry, Line, Outcome, Roster, Wanted};
+use model::{CurrentPerson, Role};
+use store::account_links::Purpose;
+use store::audit;
+use store::cohorts::{self, Deed, Membership};
+use store::directory::{self, Details};
+use store::rosters::{self, About, Draft, NewDraft};
+
+/// How long a roster waits to be confirmed, in s.
+pub const DRAFT_LIFETIME_S: i64 = 86_400;
+
+/// A roster that was looked at.
+#[derive(Clone, Debug)]
+pub struct Preview {
+    /// What the file was called.
+    pub file_name: String,
+    /// Headings that mean nothing here.
+    pub ignored: Vec<String>,
+    /// What it would change.
+    pub difference: Difference,
+    /// Stands for the difference: what is confirmed is what was shown.
+    pub digest: String,
+}
+
+/// Keeps a roster to be confirmed, if it can be read.
+///
+/// # Errors
+/// When it cannot be read (422), or the database fails.
+pub async fn keep(
+    state: &Service,
+    by: &CurrentPerson,
+    (file_name, body): (&str, &[u8]),
+    wanted: &Wanted,
+) -> Result<Uuid, Error> {
+    parse(body).await?;
+    let draft = NewDraft { school_id: by.school_id, made_by: by.id, file_name, body, wanted };
+    let mut tx = state.db.write().await?;
+    let id = rosters::keep(&mut tx, &draft, state.clock.now()).await?;
+    tx.commit().await?;
+    Ok(id)
+}
+
+async fn parse(body: &[u8]) -> Result<Roster, Error> {
+    let body = body.to_vec();
+    let parsed = tokio::task::spawn_blocking(move || roster::read(&body)).await?;
+    parsed.map_err(|refused| Error::Unprocessable(refused.to_string()))
+}
+
+/// What a roster that waits would change now.
+///
+/// # Errors
+/// When there is none, or the database fails.
+pub async fn preview(state: &Service, school: Uuid, id: Uuid) -> Result<Preview, Error> {
+    let draft = rosters::find(state.db.reader(), school, id).await?.ok_or(Error::NotFound)?;
+    let mut connection = state.db.reader().acquire().await?;
+    look(&mut connection, school, draft).await
+}
+
+async fn look(connection: &mut SqliteConnection, school: Uuid, draft: Draft) -> Result<Preview, Error> {
+    let roster = parse(&draft.body).await?;
+    let about = about(&roster, &draft.wanted.0);
+    let known = rosters::known(connection, school, &about).await?;
+    let unusable = rosters::taken_elsewhere(connection, school, &about.emails).await?;
+    let difference = Difference::of(&roster, &known, &unusable, &draft.wanted.0);
+    let shown = serde_json::to_vec(&difference).map_err(anyhow::Error::from)?;
+    let digest = hex::encode(Sha256::digest(shown));
+    Ok(Preview { file_name: draft.file_name, ignored: roster.ignored, difference, digest })
+}
+
+/// Whom a roster names, and whoever is in the cohorts that they are to leave where it does not.
+fn about<'a>(roster: &'a Roster, wanted: &'a Wanted) -> About<'a> {
+    let entries = || roster.rows.iter().filter_map(|row| row.entry.as_ref().ok());
+    let filled = entries().filter_map(|entry| entry.cohort.as_ref().or(wanted.cohort.as_ref()));
+    About {
+        emails: entries().map(|entry| entry.email.as_str()).collect(),
+        numbers: entries().filter_map(|entry| entry.registrar_id.as_deref()).collect(),
+        cohorts: filled.filter(|_| wanted.remove_missing).map(String::as_str).collect(),
+    }
+}
+
+/// Imports a roster if it would still change what was shown, and queues invitations where they are wanted. The
+/// difference has changed since: `None`, and nothing is written.
+///
+/// # Errors
+/// When there is no such roster, or the database fails.
+pub async fn confirm(
+    state: &Service,
+    by: &CurrentPerson,
+    id: Uuid,
+    (digest, invite): (&str, bool),
+) -> Result<Option<Difference>, Error> {
+    let mut tx = state.db.write().await?;
+    let draft = rosters::find(&mut *tx, by.school_id, id).await?.ok_or(Error::NotFound)?;
+    let Preview { difference, digest: now, .. } = look(&mut tx, by.school_id, draft).await?;
+    if now != digest {
+        return Ok(None);
+    }
+    let mut import =
+        Import { tx: &mut tx, state, by, cohorts: BTreeMap::new(), added: Vec::new(), changed: Vec::new() };
+    for line in &difference.lines {
+        import.line(line, invite).await?;
+    }
+    for leaving in &difference.leaving {
+        let cohort = import.cohort(&leaving.cohort).await?;
+        let deed = import.deed();
+        cohorts::leave(import.tx, (by.school_id, cohort, leaving.person), deed).await?;
+    }
+    let Import { added, changed, .. } = import;
+    let left: Vec<Uuid> = difference.leaving.iter().map(|leaving| leaving.person).collect();
+    let told = json!({ "added": added, "changed": changed, "left_a_cohort": left, "difference_sha256": digest });
+    audit::Entry::by(by, "roster.imported", id).with(told).append(&mut tx, state.clock.now()).await?;
+    rosters::discard(&mut tx, by.school_id, id).await?;
+    tx.commit().await?;
+    state.mails.notify_one();
+    Ok(Some(difference))
+}
+
+/// An import under way.
+struct Import<'a> {
+    tx: &'a mut SqliteConnection,
+    state: &'a Service,
+    by: &'a CurrentPerson,
+    cohorts: BTreeMap<String, Uuid>,
+    added: Vec<Uuid>,
+    changed: Vec<Uuid>,
+}
+
+impl Import<'_> {
+    async fn line(&mut self, line: &Line, invite: bool) -> Result<(), Error> {
+        let Some(entry) = &line.entry else { return Ok(()) };
+        match &line.outcome {
+            Outcome::New => self.add(entry, invite).await,
+            Outcome::Changed { person, changes } => self.change(entry, *person, changes).await,
+            Outcome::Unchanged | Outcome::Refused(_) => Ok(()),
+        }
+    }
+
+    async fn add(&mut self, entry: &Entry, invite: bool) -> Result<(), Error> {
+        let now = self.state.clock.now();
+        let school = self.by.school_id;
+        let person = rosters::enrol(self.tx, school, entry, now).await?;
+        if let Some(cohort) = &entry.cohort {
+            self.join(person, entry.role.unwrap_or(Role::Trainee), cohort).await?;
+        }
+        if entry.standing == Some(roster::Standing::Gone) {
+            accounts::disable_in(self.tx, self.state, self.by, person).await?;
+        } else if invite {
+            accounts::queue_link(self.tx, self.state, (school, person), Purpose::Invitation).await?;
+        }
+        self.added.push(person);
+        Ok(())
+    }
+
+    async fn change(&mut self, entry: &Entry, person: Uuid, changes: &[Change]) -> Result<(), Error> {
+        let school = self.by.school_id;
+        let details = Details { name: &entry.name, email: &entry.email, registrar_id: entry.registrar_id.as_deref() };
+        directory::change(self.tx, school, person, details).await?;
+        for change in changes {
+            match change {
+                Change::Joins(cohort) => {
+                    let known = directory::find(&mut *self.tx, school, person).await?.ok_or(Error::NotFound)?;
+                    self.join(person, known.role, cohort).await?;
+                }
+                Change::Enabled => drop(directory::enable(self.tx, school, person).await?),
+                Change::Disabled => accounts::disable_in(self.tx, self.state, self.by, person).await?,
+                Change::Name(_) | Change::Email(_) | Change::RegistrarId(_) => {}
+            }
+        }
+        self.changed.push(person);
+        Ok(())
+    }
+
+    async fn join(&mut self, person_id: Uuid, role: Role, cohort: &str) -> Result<(), Error> {
+        let cohort_id = self.cohort(cohort).await?;
+        let membership = Membership { school_id: self.by.school_id, cohort_id, person_id, role };
+        let deed = self.deed();
+        Ok(cohorts::join(self.tx, membership, deed).await?)
+    }
+
+    fn deed(&self) -> Deed {
+        Deed { by: Some(self.by.id), at: self.state.clock.now() }
+    }
+
+    async fn cohort(&mut self, name: &str) -> Result<Uuid, Error> {
+        if let Some(known) = self.cohorts.get(name) {
+            return Ok(*known);
+        }
+        let made = cohorts::find_or_create(self.tx, self.by.school_id, name, self.state.clock.now()).await?;
+        self.cohorts.insert(name.to_owned(), made.id);
+        Ok(made.id)
+    }
+}

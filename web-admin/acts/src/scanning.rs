@@ -1,0 +1,130 @@
+//! Asks a scanner for malware, ClamAV's `clamd`, about a file that has arrived: its protocol `INSTREAM`, over its socket on this machine.
+//!
+//! The file is sent in pieces, each behind its length in four bytes, the first the highest; a length of zero ends it. The answer is
+//! `stream: OK`, `stream: NAME FOUND`, or something that ends in `ERROR`, and ends itself with a zero byte.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use tokio::fs::File;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::UnixStream;
+
+use model::line::on_one_line;
+
+/// Asks for a file to be scanned that follows in pieces; ended by a zero byte, and so is the answer.
+const INSTREAM: &[u8] = b"zINSTREAM\0";
+/// Bytes of a piece.
+const PIECE: usize = 64 * 1024;
+/// Longest answer that is read, in bytes: a name and a few words.
+const LONGEST_ANSWER: u64 = 4096;
+/// Longest name of what was found, in characters.
+const LONGEST_NAME: usize = 200;
+
+/// Where a scanner listens, and how long it may take.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Scanner {
+    /// The socket of `clamd`.
+    pub socket: PathBuf,
+    /// Longest that it may take for a file.
+    pub time: Duration,
+}
+
+/// What a scanner says of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Nothing was found.
+    Clean,
+    /// This was found.
+    Found(String),
+}
+
+impl Scanner {
+    /// What the scanner says of a file.
+    ///
+    /// # Errors
+    /// When it cannot be reached, takes too long, or says that it has not looked at all of it; or when the file cannot be read.
+    pub async fn scan(&self, file: &Path) -> anyhow::Result<Verdict> {
+        let asked = tokio::time::timeout(self.time, self.ask(file)).await;
+        let answer = asked.with_context(|| format!("the scanner has not answered for {} s", self.time.as_secs()))??;
+        verdict(&answer)
+    }
+
+    /// Sends a file; what is answered.
+    async fn ask(&self, file: &Path) -> anyhow::Result<String> {
+        let mut file = File::open(file).await.context("the file that has arrived cannot be read")?;
+        let socket = UnixStream::connect(&self.socket).await;
+        let mut socket = socket.with_context(|| format!("no scanner answers at {}", self.socket.display()))?;
+        let sent = send(&mut file, &mut socket).await;
+        let mut answer = Vec::new();
+        // A scanner that has had enough answers and closes before everything was sent: what it says comes first.
+        let read = (&mut socket).take(LONGEST_ANSWER).read_to_end(&mut answer).await;
+        if answer.is_empty() {
+            sent.context("the scanner does not take the file")?;
+            read.context("the scanner does not answer")?;
+            bail!("the scanner has closed without an answer");
+        }
+        Ok(String::from_utf8_lossy(&answer).trim_end_matches('\0').trim().to_owned())
+    }
+}
+
+/// Sends the command, the file in pieces and its end.
+async fn send(file: &mut File, socket: &mut UnixStream) -> std::io::Result<()> {
+    socket.write_all(INSTREAM).await?;
+    let mut piece = vec![0; PIECE];
+    loop {
+        let length = file.read(&mut piece).await?;
+        // Never more than a piece.
+        let announced = u32::try_from(length).unwrap_or(u32::MAX).to_be_bytes();
+        socket.write_all(&announced).await?;
+        if length == 0 {
+            return socket.flush().await;
+        }
+        socket.write_all(&piece[..length]).await?;
+    }
+}
+
+/// What an answer means. Whatever is not understood is no word for a file.
+fn verdict(answer: &str) -> anyhow::Result<Verdict> {
+    let said = answer.strip_prefix("stream: ").filter(|said| !said.contains('\n'));
+    if said == Some("OK") {
+        return Ok(Verdict::Clean);
+    }
+    match said.and_then(|said| said.strip_suffix(" FOUND")) {
+        Some(name) => Ok(Verdict::Found(on_one_line(name).chars().take(LONGEST_NAME).collect())),
+        None => {
+            bail!("the scanner says \"{}\": is clamd's StreamMaxLength less than --max-upload-mb?", on_one_line(answer))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when an answer that is no word for a file is taken for one.
+
+    use super::*;
+
+    #[test]
+    fn only_a_whole_word_for_a_file_lets_it_in() {
+        assert_eq!(verdict("stream: OK").unwrap(), Verdict::Clean);
+        let found = verdict("stream: Win.Test.EICAR_HDB-1 FOUND").unwrap();
+        assert_eq!(found, Verdict::Found("Win.Test.EICAR_HDB-1".to_owned()));
+        for nothing in [
+            "",
+            "OK",
+            "stream:OK",
+            "stream: OK\nstream: X FOUND",
+            "INSTREAM size limit exceeded. ERROR",
+            "stream: Can't allocate memory ERROR",
+            "COMMAND READ TIMED OUT",
+            "UNKNOWN COMMAND",
+        ] {
+            assert!(verdict(nothing).is_err(), "{nothing}");
+        }
+        let Ok(Verdict::Found(name)) = verdict(&format!("stream: {} FOUND", "x\u{202e}".repeat(500))) else {
+            panic!("something was found")
+        };
+        assert!(name.chars().count() <= LONGEST_NAME && !name.contains('\u{202e}'), "{name}");
+    }
+}

@@ -1,0 +1,147 @@
+//! Scores a recording, and writes down what came of it.
+
+use std::time::Duration;
+
+use anyhow::Context;
+use serde_json::json;
+use store::audit::{Actor, Entry};
+use store::exercises::RevisionBytes;
+use store::jobs::{self, Job};
+use store::sessions::{self, Session};
+use store::{exercises, practice, scores, tries};
+
+use crate::judging::{self, Answer, Outcome, Question, Task};
+use crate::killpoints::KillPoint;
+use crate::replays;
+use crate::service::Service;
+
+/// Tries before a recording is refused whatever the reason.
+const MAX_ATTEMPTS: u32 = 6;
+/// Longest first try: what takes longer has all its time once nobody else waits.
+const FIRST_TRY: Duration = Duration::from_secs(30);
+/// Wait after the first failure, in s; it doubles with each.
+const FIRST_WAIT_S: i64 = 10;
+
+/// Why a recording was not scored.
+#[derive(Debug)]
+enum Failure {
+    /// It never will be.
+    Permanent(String),
+    /// It may be, later.
+    Passing(anyhow::Error),
+    /// Whoever worked on it has died of it; how.
+    Death(String),
+}
+
+impl<E: Into<anyhow::Error>> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self::Passing(error.into())
+    }
+}
+
+/// Has a recording judged, and keeps its score; or writes down why there is none.
+///
+/// # Errors
+/// When the database fails.
+pub async fn score_recording(state: &Service, job: &Job) -> anyhow::Result<()> {
+    match outcome(state, job).await {
+        Ok(outcome) => keep_score(state, job, outcome).await,
+        Err(Failure::Permanent(why)) => refuse(state, job, &why).await,
+        Err(Failure::Passing(error)) => put_off(state, job, &error).await,
+        Err(Failure::Death(how)) => bury(state, job, &how).await,
+    }
+}
+
+async fn outcome(state: &Service, job: &Job) -> Result<Outcome, Failure> {
+    let session = sessions::find(state.db.reader(), job.school_id, job.session_id).await?;
+    let session = session.context("the queue names a session that is not there")?;
+    let task = Task::Judge(published(state, &session).await?);
+    begin(state, job).await?;
+    KillPoint::JobBegun.pass();
+    let question = Question::Recording(replays::brief(state, &session, task));
+    let most = if job.deaths == 0 { FIRST_TRY } else { Duration::MAX };
+    match judging::ask_within(state, question, most).await? {
+        Answer::Judged(outcome) => Ok(*outcome),
+        Answer::Permanent(why) => Err(Failure::Permanent(why)),
+        Answer::Died(how) => Err(Failure::Death(how)),
+        Answer::Passing(why) => Err(Failure::Passing(anyhow::anyhow!(why))),
+        other => Err(Failure::Passing(anyhow::anyhow!("a score was asked for, and this came: {other:?}"))),
+    }
+}
+
+/// Writes down that a job is begun: should it be the end of us, it is known at the next start.
+async fn begin(state: &Service, job: &Job) -> anyhow::Result<()> {
+    let mut tx = state.db.write().await?;
+    tries::begin_job(&mut tx, job.session()).await?;
+    Ok(tx.commit().await?)
+}
+
+/// The exercise as this school published it.
+async fn published(state: &Service, session: &Session) -> anyhow::Result<Option<RevisionBytes>> {
+    let Some(revision) = session.revision_id else { return Ok(None) };
+    Ok(exercises::bytes(state.db.reader(), session.school_id, revision).await?)
+}
+
+async fn keep_score(state: &Service, job: &Job, outcome: Outcome) -> anyhow::Result<()> {
+    KillPoint::JobJudged.pass();
+    let now = state.clock.now();
+    let key = job.session();
+    let mut tx = state.db.write().await?;
+    scores::add(&mut tx, key, &outcome.assessment, now).await?;
+    KillPoint::ScoreAdded.pass();
+    scores::put_curve(&mut tx, key, &outcome.curve).await?;
+    sessions::mark_scored(&mut tx, job.school_id, job.session_id, outcome.verified).await?;
+    practice::refresh(&mut tx, key).await?;
+    jobs::done(&mut tx, key).await?;
+    let details = json!({
+        "score": outcome.assessment.score,
+        "rubric_sha256": outcome.assessment.rubric.sha256,
+        "flagged": outcome.verified.flagged(),
+    });
+    entry(job, "session.scored").with(details).append(&mut tx, now).await?;
+    KillPoint::ScoreCommitting.pass();
+    tx.commit().await?;
+    KillPoint::ScoreCommitted.pass();
+    tracing::info!(session = %job.session_id, flagged = outcome.verified.flagged(), "recording scored");
+    Ok(())
+}
+
+async fn refuse(state: &Service, job: &Job, why: &str) -> anyhow::Result<()> {
+    let mut tx = state.db.write().await?;
+    sessions::mark_refused(&mut tx, job.school_id, job.session_id, why).await?;
+    jobs::done(&mut tx, job.session()).await?;
+    entry(job, "session.refused").with(json!({ "why": why })).append(&mut tx, state.clock.now()).await?;
+    tx.commit().await?;
+    tracing::warn!(session = %job.session_id, why, "recording refused");
+    Ok(())
+}
+
+async fn put_off(state: &Service, job: &Job, error: &anyhow::Error) -> anyhow::Result<()> {
+    let why = format!("{error:#}");
+    if job.attempts + 1 >= MAX_ATTEMPTS {
+        return refuse(state, job, &format!("given up after {MAX_ATTEMPTS} tries; the last: {why}")).await;
+    }
+    let until = state.clock.now().plus_s(FIRST_WAIT_S << job.attempts);
+    let mut tx = state.db.write().await?;
+    jobs::put_off(&mut tx, job.session(), until, &why).await?;
+    tx.commit().await?;
+    tracing::warn!(session = %job.session_id, attempts = job.attempts + 1, why, "scoring put off");
+    Ok(())
+}
+
+/// Puts a job behind those that nobody has died of, or aside where it was fatal before.
+async fn bury(state: &Service, job: &Job, how: &str) -> anyhow::Result<()> {
+    let mut tx = state.db.write().await?;
+    tries::note_death(&mut tx, job.session(), how).await?;
+    let is_last = job.deaths + 1 >= tries::MOST_DEATHS;
+    if is_last {
+        entry(job, "session.set_aside").with(json!({ "why": how })).append(&mut tx, state.clock.now()).await?;
+    }
+    tx.commit().await?;
+    tracing::error!(session = %job.session_id, how, set_aside = is_last, "a recording was fatal to its judge");
+    Ok(())
+}
+
+fn entry<'a>(job: &Job, action: &'a str) -> Entry<'a> {
+    Entry::new(job.school_id, Actor::Worker, action, job.session_id)
+}

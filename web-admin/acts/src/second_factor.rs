@@ -1,0 +1,346 @@
+//! Second factors: enrolled, asked for, turned off and reset. Each code is good once, tries are counted whoever makes them, and
+//! everything is in the audit log.
+
+use std::net::IpAddr;
+
+use serde_json::{Value, json};
+use sqlx::SqliteConnection;
+
+use crate::error::Error;
+use crate::sealing;
+use crate::secret;
+use crate::service::Service;
+use model::mail::MailKind;
+use model::{CurrentPerson, Moment, TotpSecret};
+use store::audit::{Actor, Entry};
+use store::mails;
+use store::mails::NewMail;
+use store::people;
+use store::second_factors::{self, PersonKey};
+
+/// Recovery codes that are made at once.
+const RECOVERY_CODES: usize = 10;
+/// Letters of a recovery code, 5 bits each, behind the brake and a slow hash.
+const RECOVERY_LETTERS: usize = 12;
+/// Letters that stand together.
+const GROUP: usize = 4;
+
+/// By what somebody has shown that they are themselves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Proof {
+    /// A code of their app.
+    App,
+    /// A recovery code, which is used up.
+    RecoveryCode,
+    /// A passkey, by its signature.
+    Passkey,
+}
+
+impl Proof {
+    /// As the audit log says it.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::App => "app",
+            Self::RecoveryCode => "recovery code",
+            Self::Passkey => "passkey",
+        }
+    }
+}
+
+/// What came of a second factor that was made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Enrolled {
+    /// It is the first; the recovery codes, which nobody sees again.
+    First(Vec<String>),
+    /// There was one before, and its recovery codes go on.
+    Another,
+}
+
+/// What somebody has typed, and where.
+#[derive(Clone, Copy, Debug)]
+pub struct Typed<'a> {
+    /// What.
+    pub code: &'a str,
+    /// From which network address.
+    pub from: IpAddr,
+}
+
+/// Offers a secret, in place of one that was offered before. False where a second factor is on already.
+///
+/// # Errors
+/// When the key or the database fails.
+pub async fn offer(state: &Service, person: &CurrentPerson) -> Result<bool, Error> {
+    let bytes = secret::random_bytes::<20>()?;
+    let sealed = sealing::seal(&state.config.data_dir, person.id.as_bytes(), &bytes)?;
+    let (key, now) = (person.into(), state.clock.now());
+    let mut tx = state.db.write().await?;
+    let offered = second_factors::offer(&mut tx, key, &sealed, now).await?;
+    if offered {
+        Entry::by(person, "second_factor.offered", person.id).append(&mut tx, now).await?;
+    }
+    tx.commit().await?;
+    Ok(offered)
+}
+
+/// The secret that is offered and not on yet.
+///
+/// # Errors
+/// When it cannot be opened, or the database fails.
+pub async fn offered(state: &Service, key: PersonKey) -> Result<Option<TotpSecret>, Error> {
+    let found = second_factors::find(state.db.reader(), key).await?.filter(|factor| factor.confirmed_at.is_none());
+    found.map(|factor| opened(state, key, &factor.sealed_secret)).transpose()
+}
+
+/// The secret within a sealed one.
+fn opened(state: &Service, key: PersonKey, sealed: &[u8]) -> Result<TotpSecret, Error> {
+    let opened = sealing::open(&state.config.data_dir, key.person_id.as_bytes(), sealed);
+    let kept = opened.map(|bytes| TotpSecret::from_bytes(&bytes));
+    match kept {
+        Ok(Some(secret)) => Ok(secret),
+        Ok(None) => Err(anyhow::anyhow!("a sealed secret has another length").into()),
+        Err(cause) => {
+            tracing::error!(cause = format!("{cause:#}"), "the code of an app cannot be checked");
+            let why = tr!("codes of the app cannot be checked here now: use a recovery code, or ask an administrator");
+            Err(Error::Conflict(why.to_owned()))
+        }
+    }
+}
+
+/// Turns the offered secret on by one code of it, which ends every other sign-in. None where the code is wrong.
+///
+/// # Errors
+/// When no secret is offered, there were too many tries, or the database fails.
+pub async fn confirm(state: &Service, person: &CurrentPerson, typed: Typed<'_>) -> Result<Option<Enrolled>, Error> {
+    let key = PersonKey::from(person);
+    let secret = offered(state, key).await?.ok_or_else(nothing_offered)?;
+    take_try(state, key, typed.from).await?;
+    let now = state.clock.now();
+    let Some(step) = secret.step_of(&without_spaces(typed.code), now) else {
+        note(state, key, "second_factor.refused").await?;
+        return Ok(None);
+    };
+    let first = !second_factors::is_on(state.db.reader(), key).await?;
+    let codes = if first { Some(make_codes(state, key).await?) } else { None };
+    let mut tx = state.db.write().await?;
+    if !second_factors::confirm(&mut tx, key, step, now).await? {
+        return Err(nothing_offered());
+    }
+    let enrolled = match codes {
+        Some((codes, hashes)) => {
+            second_factors::put_recovery_codes(&mut tx, key, &hashes).await?;
+            Enrolled::First(codes)
+        }
+        None => Enrolled::Another,
+    };
+    people::end_sign_ins(&mut tx, key.person_id).await?;
+    Entry::by(person, "second_factor.on", person.id).append(&mut tx, now).await?;
+    tx.commit().await?;
+    Ok(Some(enrolled))
+}
+
+fn nothing_offered() -> Error {
+    Error::Conflict(tr!("there is no second factor to confirm: begin once more").to_owned())
+}
+
+/// What a code proves that somebody has typed, of the app or a recovery code; either is used up. `None` where it is neither.
+///
+/// # Errors
+/// When there were too many tries, the secret cannot be opened, or the database fails.
+pub async fn check(state: &Service, key: PersonKey, typed: Typed<'_>) -> Result<Option<Proof>, Error> {
+    take_try(state, key, typed.from).await?;
+    let code = without_spaces(typed.code);
+    let proof = if code.bytes().all(|byte| byte.is_ascii_digit()) {
+        take_code(state, key, &code).await?
+    } else {
+        take_recovery_code(state, key, &code).await?
+    };
+    if proof.is_none() {
+        tracing::warn!(from = %typed.from, person = %key.person_id, "a wrong code of a second factor");
+        note(state, key, "second_factor.refused").await?;
+    }
+    Ok(proof)
+}
+
+/// Counts a try, right or wrong.
+///
+/// # Errors
+/// When there were too many, or the database fails.
+pub(crate) async fn take_try(state: &Service, key: PersonKey, from: IpAddr) -> Result<(), Error> {
+    let Err(refused) = state.logins.take_code(key.person_id) else { return Ok(()) };
+    if state.logins.is_worth_noting(from) {
+        tracing::warn!(%from, person = %key.person_id, "codes of a second factor are tried too often");
+        note(state, key, "second_factor.blocked").await?;
+    }
+    Err(refused)
+}
+
+async fn take_code(state: &Service, key: PersonKey, code: &str) -> Result<Option<Proof>, Error> {
+    let found = second_factors::find(state.db.reader(), key).await?.filter(|factor| factor.confirmed_at.is_some());
+    let Some(factor) = found else { return Ok(None) };
+    let Some(step) = opened(state, key, &factor.sealed_secret)?.step_of(code, state.clock.now()) else {
+        return Ok(None);
+    };
+    let mut tx = state.db.write().await?;
+    let taken = second_factors::take_step(&mut tx, key, step).await?;
+    tx.commit().await?;
+    Ok(taken.then_some(Proof::App))
+}
+
+async fn take_recovery_code(state: &Service, key: PersonKey, code: &str) -> Result<Option<Proof>, Error> {
+    let hash = hashes(state, key, vec![secret::plain_code(code)]).await?.pop().unwrap_or_default();
+    let mut tx = state.db.write().await?;
+    if !second_factors::use_recovery_code(&mut tx, key, &hash).await? {
+        return Ok(None);
+    }
+    let left = second_factors::recovery_codes_left(&mut *tx, key).await?;
+    Entry::new(key.school_id, Actor::Person(key.person_id), "recovery_code.used", key.person_id)
+        .with(json!({ "left": left }))
+        .append(&mut tx, state.clock.now())
+        .await?;
+    tx.commit().await?;
+    Ok(Some(Proof::RecoveryCode))
+}
+
+/// Makes recovery codes in place of those of before.
+///
+/// # Errors
+/// When no second factor is on, or the database fails.
+pub async fn remake_codes(state: &Service, person: &CurrentPerson) -> Result<Vec<String>, Error> {
+    let key = PersonKey::from(person);
+    let (codes, hashes) = make_codes(state, key).await?;
+    let mut tx = state.db.write().await?;
+    if !second_factors::is_on(&mut *tx, key).await? {
+        return Err(nothing_on());
+    }
+    second_factors::put_recovery_codes(&mut tx, key, &hashes).await?;
+    Entry::by(person, "recovery_codes.made", person.id).append(&mut tx, state.clock.now()).await?;
+    tx.commit().await?;
+    Ok(codes)
+}
+
+/// What somebody is told who has no second factor that is on.
+#[must_use]
+pub fn nothing_on() -> Error {
+    Error::Conflict(tr!("there is no second factor on this account").to_owned())
+}
+
+/// Recovery codes as they are read, and their hashes.
+///
+/// # Errors
+/// When the system's random source or the hashing fails.
+pub(crate) async fn make_codes(state: &Service, key: PersonKey) -> Result<(Vec<String>, Vec<[u8; 32]>), Error> {
+    let codes = (0..RECOVERY_CODES).map(|_| secret::random_code(RECOVERY_LETTERS));
+    let codes = codes.collect::<anyhow::Result<Vec<String>>>()?;
+    let hashes = hashes(state, key, codes.clone()).await?;
+    Ok((codes.iter().map(|code| in_groups(code)).collect(), hashes))
+}
+
+async fn hashes(state: &Service, key: PersonKey, codes: Vec<String>) -> Result<Vec<[u8; 32]>, Error> {
+    let (cost, realm) = (state.config.password_cost, *key.person_id.as_bytes());
+    let work = move || codes.iter().map(|code| secret::code_hash(code, &realm, cost)).collect::<anyhow::Result<_>>();
+    Ok(state.hash(work).await??)
+}
+
+/// Letters in groups, which are easier to read and to type.
+#[must_use]
+pub fn in_groups(text: &str) -> String {
+    let letters: Vec<char> = text.chars().collect();
+    letters.chunks(GROUP).map(|group| group.iter().collect::<String>()).collect::<Vec<_>>().join("-")
+}
+
+fn without_spaces(typed: &str) -> String {
+    typed.chars().filter(|letter| !letter.is_whitespace()).collect()
+}
+
+/// Turns the codes of one's own app off; with the last second factor the recovery codes go, and a mail tells. False where there was
+/// no app.
+///
+/// # Errors
+/// When the database fails.
+pub async fn turn_off(state: &Service, person: &CurrentPerson) -> Result<bool, Error> {
+    let now = state.clock.now();
+    let mut tx = state.db.write().await?;
+    if !second_factors::remove_app(&mut tx, person.into()).await? {
+        return Ok(false);
+    }
+    if !end_if_last(&mut tx, person, now).await? {
+        Entry::by(person, "second_factor.app_off", person.id).append(&mut tx, now).await?;
+    }
+    tx.commit().await?;
+    state.mails.notify_one();
+    Ok(true)
+}
+
+/// Forgets the recovery codes of somebody who has just removed their last second factor, and tells them by mail. False where one is
+/// left.
+///
+/// # Errors
+/// When the database fails.
+pub(crate) async fn end_if_last(tx: &mut SqliteConnection, person: &CurrentPerson, now: Moment) -> Result<bool, Error> {
+    if second_factors::is_on(&mut *tx, person.into()).await? {
+        return Ok(false);
+    }
+    second_factors::remove(tx, person.into()).await?;
+    note_off(tx, person.into(), Act { by: Actor::Person(person.id), action: "second_factor.off" }, now).await?;
+    Ok(true)
+}
+
+/// Takes somebody's second factor away, who has lost it: they sign in by their password, and are told by mail. False where
+/// none was on.
+///
+/// # Errors
+/// When the database fails.
+pub async fn reset(state: &Service, key: PersonKey, by: Actor) -> Result<bool, Error> {
+    let mut tx = state.db.write().await?;
+    let done = remove(&mut tx, key, Act { by, action: "second_factor.reset" }, state).await?;
+    tx.commit().await?;
+    state.mails.notify_one();
+    Ok(done)
+}
+
+/// Who turns a second factor off, and as what it is written down.
+struct Act {
+    by: Actor,
+    action: &'static str,
+}
+
+async fn remove(tx: &mut SqliteConnection, key: PersonKey, act: Act, state: &Service) -> Result<bool, Error> {
+    if !second_factors::remove(tx, key).await? {
+        return Ok(false);
+    }
+    note_off(tx, key, act, state.clock.now()).await?;
+    Ok(true)
+}
+
+/// Writes down that somebody has no second factor any more, and queues the mail that tells them.
+async fn note_off(tx: &mut SqliteConnection, key: PersonKey, act: Act, now: Moment) -> Result<(), Error> {
+    let PersonKey { school_id, person_id } = key;
+    Entry::new(school_id, act.by, act.action, person_id).append(tx, now).await?;
+    let mail = NewMail { school_id, person_id, kind: MailKind::SecondFactorOff, assignment_id: None };
+    Ok(mails::queue(tx, mail, now).await?)
+}
+
+/// Writes down that somebody has signed in, and by what.
+///
+/// # Errors
+/// When the database fails.
+pub async fn note_sign_in(state: &Service, key: PersonKey, by: Option<Proof>) -> Result<(), Error> {
+    let details = by.map_or_else(|| json!({}), |proof| json!({ "second_factor": proof.word() }));
+    write_down(state, key, "person.signed_in", details).await
+}
+
+/// Writes down what somebody did to their second factor.
+///
+/// # Errors
+/// When the database fails.
+pub(crate) async fn note(state: &Service, key: PersonKey, action: &'static str) -> Result<(), Error> {
+    write_down(state, key, action, json!({})).await
+}
+
+async fn write_down(state: &Service, key: PersonKey, action: &'static str, details: Value) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    let entry = Entry::new(key.school_id, Actor::Person(key.person_id), action, key.person_id);
+    entry.with(details).append(&mut tx, state.clock.now()).await?;
+    Ok(tx.commit().await?)
+}

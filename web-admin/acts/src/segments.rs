@@ -1,0 +1,143 @@
+//! Tasks to mark the moment of each pop on a blinded trace: made, marked, measured.
+
+use model::segments::TraceOutcome;
+use serde_json::json;
+use sqlx::types::Json;
+use uuid::Uuid;
+
+use crate::deadlines::Dated;
+use crate::error::Error;
+use crate::service::Service;
+use model::segments::{Verdict, pops};
+use model::{CurrentPerson, Role};
+use store::audit::Entry;
+use store::deadlines::{self, Kind};
+use store::scores::{self, SessionKey};
+use store::segments::{self, Marks, NewTask, Task, Trace};
+
+/// Makes a task.
+///
+/// # Errors
+/// When an attempt or the cohort is not of the school, or the database fails.
+pub async fn make(state: &Service, by: &CurrentPerson, new: &NewTask) -> Result<Uuid, Error> {
+    let mut tx = state.db.write().await?;
+    let id = segments::add(&mut tx, by, new, state.clock.now()).await?;
+    let told = json!({ "cohort": new.cohort_id, "attempts": new.sessions });
+    Entry::by(by, "segments.assigned", id).with(told).append(&mut tx, state.clock.now()).await?;
+    tx.commit().await?;
+    Ok(id)
+}
+
+/// What is put off when a task is.
+#[must_use]
+pub fn dated(task: &Task) -> Dated<'_> {
+    Dated { kind: Kind::Segments, id: task.id, due_local: task.due_local.as_deref(), time_zone: &task.time_zone }
+}
+
+/// Takes a task back.
+///
+/// # Errors
+/// When the database fails.
+pub async fn withdraw(state: &Service, by: &CurrentPerson, task: Uuid) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    segments::withdraw(&mut tx, by.school_id, task, state.clock.now()).await?;
+    Entry::by(by, "segments.withdrawn", task).append(&mut tx, state.clock.now()).await?;
+    Ok(tx.commit().await?)
+}
+
+/// A task that a person is to do, or that they manage.
+///
+/// # Errors
+/// [`Error::NotFound`] for any other.
+pub async fn task(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<Task, Error> {
+    let reader = state.db.reader();
+    let found = match person.role {
+        Role::Trainee => segments::of_trainee(reader, person.school_id, person.id).await?,
+        Role::Instructor | Role::Administrator => segments::managed(reader, person, Some(id)).await?,
+    };
+    found.into_iter().find(|task| task.id == id).ok_or(Error::NotFound)
+}
+
+/// A trace of such a task. A trainee is never given an attempt of their own: they could read its events elsewhere.
+///
+/// # Errors
+/// [`Error::NotFound`] for any other.
+pub async fn trace(state: &Service, person: &CurrentPerson, id: Uuid) -> Result<(Task, Trace), Error> {
+    let trace = segments::trace(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
+    let task = task(state, person, trace.task_id).await?;
+    if person.role == Role::Trainee && trace.trainee_id == person.id {
+        return Err(Error::NotFound);
+    }
+    Ok((task, trace))
+}
+
+/// Keeps what a trainee has marked, and, where it is sent, for good.
+///
+/// # Errors
+/// [`Error::Conflict`] when marks were sent already.
+pub async fn mark(
+    state: &Service,
+    person: &CurrentPerson,
+    trace: &Trace,
+    (marks, sent): (Vec<f64>, bool),
+) -> Result<(), Error> {
+    let now = state.clock.now();
+    let new = Marks { person_id: person.id, trace_id: trace.id, marks: Json(marks), sent_at: sent.then_some(now) };
+    let mut tx = state.db.write().await?;
+    if !segments::put(&mut tx, person.school_id, &new).await? {
+        return Err(Error::Conflict(tr!("these marks were sent already; the pops have been shown").to_owned()));
+    }
+    if sent {
+        let told = json!({ "task": trace.task_id });
+        Entry::by(person, "segments.marked", trace.id).with(told).append(&mut tx, state.clock.now()).await?;
+    }
+    Ok(tx.commit().await?)
+}
+
+/// The pops of an attempt, in s.
+///
+/// # Errors
+/// When it was not scored, or the database fails.
+pub async fn truth(state: &Service, school_id: Uuid, trace: &Trace) -> Result<Vec<f64>, Error> {
+    let key = SessionKey { school_id, id: trace.session_id };
+    let curve = scores::curve(state.db.reader(), key).await?.ok_or(Error::NotFound)?;
+    Ok(pops(&curve))
+}
+
+/// The outcomes of a task, in the order of `people`.
+///
+/// # Errors
+/// When the database fails.
+pub async fn outcomes(state: &Service, school: Uuid, task: &Task, people: &[Uuid]) -> Result<Vec<TraceOutcome>, Error> {
+    let reader = state.db.reader();
+    let mut traces = Vec::new();
+    for trace in segments::traces(reader, school, task.id).await? {
+        let pops = truth(state, school, &trace).await?;
+        traces.push((trace, pops));
+    }
+    let marks = segments::marks(reader, school, task.id).await?;
+    let longer = deadlines::extensions(reader, (school, Kind::Segments), task.id).await?;
+    let of = |person: &Uuid| {
+        let longer = longer.iter().find(|extension| extension.person_id == *person);
+        let due_at = longer.map_or(task.due_at, |extension| Some(extension.due_at));
+        let begun = TraceOutcome {
+            due_at,
+            extended_days: longer.map_or(0, |extension| extension.days),
+            ..TraceOutcome::default()
+        };
+        outcome(begun, &traces, (&marks, *person))
+    };
+    Ok(people.iter().map(of).collect())
+}
+
+fn outcome(mut outcome: TraceOutcome, traces: &[(Trace, Vec<f64>)], (marks, person): (&[Marks], Uuid)) -> TraceOutcome {
+    for (trace, pops) in traces.iter().filter(|(trace, _)| trace.trainee_id != person) {
+        outcome.traces += 1;
+        let own = marks.iter().find(|marks| marks.person_id == person && marks.trace_id == trace.id);
+        let Some((own, sent_at)) = own.and_then(|own| Some((own, own.sent_at?))) else { continue };
+        outcome.sent += 1;
+        outcome.late |= outcome.due_at.is_some_and(|due| due < sent_at);
+        outcome.verdict = outcome.verdict.join(Verdict::of(pops, &own.marks));
+    }
+    outcome
+}

@@ -1,0 +1,203 @@
+//! Training stations: how one joins a school, and how a trainee signs in at one. Both by codes short enough to type.
+
+use serde_json::json;
+use uuid::Uuid;
+
+use crate::error::Error;
+use crate::keys;
+use crate::secret;
+use crate::service::Service;
+use model::{CurrentPerson, Moment, Role, line};
+use store::audit::{Actor, Entry};
+use store::people::Person;
+use store::stations::{self, PairingCode, WrongCodes};
+use store::tokens::{self, TokenHolder};
+use store::{schools, sign_in_codes};
+
+/// How long a pairing code is good, in s.
+pub const PAIRING_CODE_LIFETIME_S: i64 = 600;
+/// Letters of a pairing code: 40 bits for ten minutes.
+const PAIRING_LETTERS: usize = 8;
+/// Letters of a sign-in code: 30 bits, behind a station's token and its brake.
+const SIGN_IN_LETTERS: usize = 6;
+/// Wrong sign-in codes that a station may pass on in [`LOCKOUT_S`] before it is locked for the rest of them.
+const WRONG_CODES: u32 = 20;
+/// In s.
+const LOCKOUT_S: i64 = 3600;
+/// Longest name of a station, in characters.
+const LONGEST_NAME: usize = 60;
+
+/// A station that has just joined.
+#[derive(Debug)]
+pub struct Paired {
+    /// Id.
+    pub station_id: Uuid,
+    /// Its name.
+    pub name: String,
+    /// The school's name.
+    pub school: String,
+    /// Its token, which nobody sees again.
+    pub token: String,
+}
+
+/// A station that asks for something.
+#[derive(Clone, Debug)]
+pub struct Station {
+    /// Its school.
+    pub school_id: Uuid,
+    /// Id of its token.
+    pub id: Uuid,
+    /// Name.
+    pub name: String,
+}
+
+/// Makes a pairing code, as it is to be read out.
+///
+/// # Errors
+/// When the database fails.
+pub async fn make_pairing_code(state: &Service, maker: &CurrentPerson) -> Result<(String, Moment), Error> {
+    let (now, code) = (state.clock.now(), secret::random_code(PAIRING_LETTERS)?);
+    let row =
+        PairingCode { school_id: maker.school_id, made_by: maker.id, expires_at: now.plus_s(PAIRING_CODE_LIFETIME_S) };
+    let mut tx = state.db.write().await?;
+    stations::add_code(&mut tx, &row, &secret::token_sha256(&code), now).await?;
+    Entry::by(maker, "pairing_code.made", maker.school_id).append(&mut tx, now).await?;
+    tx.commit().await?;
+    Ok((in_groups(&code), row.expires_at))
+}
+
+/// Lets a station join the school that a code leads to, with the public key by which its recordings will be known. The code
+/// is used up, but not by a name that cannot be had.
+///
+/// # Errors
+/// When the code is unknown, used or expired, the name is none or taken, or the key is none.
+pub async fn pair(state: &Service, code: &str, name: &str, public_key: Option<&str>) -> Result<Paired, Error> {
+    let (now, name) = (state.clock.now(), checked_name(name)?);
+    if public_key.is_some_and(|key| keys::public_key(key).is_none()) {
+        return Err(Error::Unprocessable("public_key: allowed is an Ed25519 key, 64 hexadecimal digits".to_owned()));
+    }
+    let mut tx = state.db.write().await?;
+    let code = secret::token_sha256(&secret::plain_code(code));
+    let Some(school_id) = stations::use_code(&mut tx, &code, now).await? else {
+        return Err(Error::Forbidden("this code is unknown, used or expired: the administrator's page makes another"));
+    };
+    if stations::is_taken(&mut *tx, school_id, &name).await? {
+        let why = format!("name: \"{name}\" is a station of this school; choose another name, or revoke that station");
+        return Err(Error::Conflict(why));
+    }
+    let token = secret::random_hex()?;
+    let holder = TokenHolder { school_id, person_id: None, station: Some(name.clone()) };
+    let station_id = tokens::add(&mut tx, &holder, &secret::token_sha256(&token), now).await?;
+    stations::saw(&mut tx, school_id, station_id, now).await?;
+    if let Some(key) = public_key {
+        stations::set_key(&mut tx, school_id, station_id, key).await?;
+    }
+    Entry::new(school_id, Actor::Station(name.clone()), "station.paired", station_id)
+        .with(json!({ "public_key": public_key }))
+        .append(&mut tx, now)
+        .await?;
+    let school = schools::name(&mut *tx, school_id).await?;
+    tx.commit().await?;
+    tracing::info!(station = %station_id, "station paired");
+    Ok(Paired { station_id, name, school, token })
+}
+
+fn checked_name(given: &str) -> Result<String, Error> {
+    let name = given.trim();
+    let length = name.chars().count();
+    if length == 0 || length > LONGEST_NAME {
+        return Err(Error::Unprocessable(format!("name: {length} characters; 1 to {LONGEST_NAME} are allowed")));
+    }
+    if let Some(why) = line::refusal("name", name) {
+        return Err(Error::Unprocessable(why));
+    }
+    Ok(name.to_owned())
+}
+
+/// Takes a station's token from it. False when there is none to take.
+///
+/// # Errors
+/// When the database fails.
+pub async fn revoke(state: &Service, by: &CurrentPerson, station: Uuid) -> Result<bool, Error> {
+    let now = state.clock.now();
+    let mut tx = state.db.write().await?;
+    if !stations::revoke(&mut tx, by.school_id, station, now).await? {
+        return Ok(false);
+    }
+    Entry::by(by, "station.revoked", station).append(&mut tx, now).await?;
+    tx.commit().await?;
+    Ok(true)
+}
+
+/// Makes a trainee's sign-in code, in place of the one they had.
+///
+/// # Errors
+/// When the person is no trainee, or the database fails.
+pub async fn make_sign_in_code(state: &Service, person: &CurrentPerson) -> Result<String, Error> {
+    if person.role != Role::Trainee {
+        return Err(Error::Forbidden("only trainees sign in at a station"));
+    }
+    loop {
+        let code = secret::random_code(SIGN_IN_LETTERS)?;
+        let hash = hash(state, person.school_id, code.clone()).await?;
+        let now = state.clock.now();
+        let mut tx = state.db.write().await?;
+        // One in a million that somebody has it already: then it is another.
+        if sign_in_codes::put(&mut tx, (person.school_id, person.id), &hash, now).await? {
+            Entry::by(person, "sign_in_code.made", person.id).append(&mut tx, now).await?;
+            tx.commit().await?;
+            return Ok(in_groups(&code));
+        }
+    }
+}
+
+/// The trainee whose code this is. A try counts as wrong until it proves right: so of many at once no more are made
+/// than the brake allows, and a right one in between does not loosen it.
+///
+/// # Errors
+/// When the code is nobody's, or the station has passed on too many wrong ones.
+pub async fn sign_in(state: &Service, station: &Station, code: &str) -> Result<Person, Error> {
+    take_try(state, station).await?;
+    let hash = hash(state, station.school_id, secret::plain_code(code)).await?;
+    let mut tx = state.db.write().await?;
+    let known = sign_in_codes::holder(&mut *tx, station.school_id, &hash).await?;
+    let known = known.filter(|person| person.role == Role::Trainee && person.disabled_at.is_none());
+    let Some(person) = known else {
+        return Err(Error::Forbidden("this is nobody's sign-in code; a trainee's own page makes one"));
+    };
+    stations::forgive(&mut tx, station.school_id, station.id).await?;
+    let actor = Actor::Station(station.name.clone());
+    let entry = Entry::new(station.school_id, actor, "trainee.signed_in_at_station", person.id);
+    entry.append(&mut tx, state.clock.now()).await?;
+    tx.commit().await?;
+    Ok(person)
+}
+
+async fn take_try(state: &Service, station: &Station) -> Result<(), Error> {
+    let now = state.clock.now();
+    let mut tx = state.db.write().await?;
+    let told = stations::wrong_codes(&mut *tx, station.school_id, station.id).await?;
+    let wrong = match told.wrong_since {
+        Some(since) if now < since.plus_s(LOCKOUT_S) => told,
+        _ => WrongCodes { wrong_codes: 0, wrong_since: Some(now) },
+    };
+    if wrong.wrong_codes >= WRONG_CODES {
+        let until = wrong.wrong_since.unwrap_or(now).plus_s(LOCKOUT_S);
+        let wait_us = until.micros().saturating_sub(now.micros());
+        return Err(Error::TooMany { retry_after_s: wait_us.unsigned_abs().div_ceil(1_000_000) });
+    }
+    let counted = WrongCodes { wrong_codes: wrong.wrong_codes + 1, ..wrong };
+    stations::set_wrong_codes(&mut tx, station.school_id, station.id, counted).await?;
+    Ok(tx.commit().await?)
+}
+
+async fn hash(state: &Service, school: Uuid, code: String) -> Result<[u8; 32], Error> {
+    let cost = state.config.password_cost;
+    Ok(state.hash(move || secret::code_hash(&code, school.as_bytes(), cost)).await??)
+}
+
+/// A code in two halves, which are easier to read and to type.
+fn in_groups(code: &str) -> String {
+    let (first, second) = code.split_at(code.len() / 2);
+    format!("{first}-{second}")
+}

@@ -1,0 +1,224 @@
+//! Answering: whoever has the address of a response may give it, change it until it is sent, and take it back.
+//!
+//! The address is the only key. It is random, only its hash is kept, and it needs no account; a signed-in person gets one,
+//! too, so that there is one form and one way to save. What is begun leaves no trace in the audit log: only sending and
+//! taking back do, the latter two without a name.
+
+use assessment::questionnaire::{Answer, Refused, asked_pages, is_asked, read_answer};
+use documents::Instrument;
+use sqlx::SqliteConnection;
+use uuid::Uuid;
+
+use crate::error::Error;
+use crate::secret;
+use crate::service::Service;
+use model::survey::ResponseState;
+use model::survey::Survey;
+use model::{CurrentPerson, Moment};
+use store::audit::{Actor, Entry};
+use store::surveys;
+use store::surveys::{NewResponse, Response, Submission};
+
+pub(super) const ANSWERED: &str = "these answers were sent already; they can be taken back, not changed";
+
+/// A response with what it answers.
+#[derive(Clone, Debug)]
+pub struct Answering {
+    /// The response so far.
+    pub response: Response,
+    /// Its survey.
+    pub survey: Survey,
+    /// What the survey asks.
+    pub instrument: Instrument,
+}
+
+/// What is behind an address.
+///
+/// # Errors
+/// [`Error::NotFound`] when nothing is, [`Error::Gone`] when it can be answered no more.
+pub async fn open(state: &Service, token: &str) -> Result<Answering, Error> {
+    let reader = state.db.reader();
+    let found = surveys::by_token(reader, &secret::token_sha256(token)).await?.ok_or(Error::NotFound)?;
+    let survey = surveys::find(reader, found.school_id, found.survey_id).await?.ok_or(Error::NotFound)?;
+    let now = state.clock.now();
+    let open = matches!(found.state, ResponseState::Invited | ResponseState::Begun);
+    if open && found.expires_at.is_some_and(|expires| expires <= now) {
+        return Err(Error::Gone(tr!("this link has expired; ask whoever sent it for another")));
+    }
+    if open && !survey.is_open(now) {
+        return Err(Error::Gone(tr!("this survey is not open; ask whoever sent it")));
+    }
+    let instrument = super::instrument_of(state, &survey).await?;
+    let mut response = found;
+    response.answers.0.resize(instrument.items.len(), None);
+    Ok(Answering { response, survey, instrument })
+}
+
+impl Answering {
+    /// Places of the pages that are asked, given the answers so far.
+    #[must_use]
+    pub fn asked_pages(&self) -> Vec<usize> {
+        asked_pages(&self.instrument, &self.response.answers).into_iter().map(|(page, _)| page).collect()
+    }
+
+    /// Whether an item is asked, given the answers so far; its page is.
+    #[must_use]
+    pub fn asks(&self, item: usize) -> bool {
+        is_asked(&self.instrument, self.instrument.items[item].when.as_ref(), &self.response.answers)
+    }
+
+    /// Drops answers to what is not asked any more.
+    pub(super) fn drop_unasked(&mut self) {
+        let asked: Vec<usize> =
+            asked_pages(&self.instrument, &self.response.answers).into_iter().flat_map(|(_, items)| items).collect();
+        for (at, answer) in self.response.answers.0.iter_mut().enumerate() {
+            if !asked.contains(&at) {
+                *answer = None;
+            }
+        }
+    }
+
+    /// Reads the answers of a page from the fields of a form, `q.` and the item's id. Returns what was refused, by the
+    /// item's place.
+    pub fn read_page(&mut self, page: usize, fields: &[(String, String)]) -> Vec<(usize, Refused)> {
+        let pages = self.instrument.pages();
+        let Some((_, items)) = pages.get(page) else { return Vec::new() };
+        read_items(&self.instrument, items, fields, &mut self.response.answers)
+    }
+
+    /// Stores the answers so far, and with the first of them the consent.
+    ///
+    /// # Errors
+    /// [`Error::Conflict`] when they were sent already.
+    pub async fn save(&mut self, state: &Service) -> Result<(), Error> {
+        self.drop_unasked();
+        let mut tx = state.db.write().await?;
+        self.store(&mut tx, state.clock.now()).await?;
+        Ok(tx.commit().await?)
+    }
+
+    pub(super) async fn store(&self, writer: &mut SqliteConnection, now: Moment) -> Result<(), Error> {
+        match surveys::put_answers(writer, &self.response, now).await? {
+            true => Ok(()),
+            false => Err(Error::Conflict(ANSWERED.to_owned())),
+        }
+    }
+
+    /// Sends the answers.
+    ///
+    /// # Errors
+    /// [`Error::Conflict`] when they were sent already.
+    pub async fn send(&mut self, state: &Service) -> Result<(), Error> {
+        let now = state.clock.now();
+        self.drop_unasked();
+        let mut tx = state.db.write().await?;
+        self.store(&mut tx, now).await?;
+        self.submit(&mut tx, now).await?;
+        Ok(tx.commit().await?)
+    }
+
+    /// Sends what is stored.
+    pub(super) async fn submit(&self, writer: &mut SqliteConnection, now: Moment) -> Result<(), Error> {
+        let submission = Submission { response: &self.response, identity: self.survey.identity, at: now };
+        match surveys::submit(writer, submission).await? {
+            true => self.note(writer, "survey.answered", now).await,
+            false => Err(Error::Conflict(ANSWERED.to_owned())),
+        }
+    }
+
+    /// Forgets what was begun.
+    ///
+    /// # Errors
+    /// When the database fails.
+    pub async fn discard(&self, state: &Service) -> Result<(), Error> {
+        let mut tx = state.db.write().await?;
+        surveys::reset(&mut tx, &self.response).await?;
+        Ok(tx.commit().await?)
+    }
+
+    /// Takes sent answers back.
+    ///
+    /// # Errors
+    /// [`Error::Conflict`] when there are none.
+    pub async fn withdraw(&self, state: &Service) -> Result<(), Error> {
+        let mut tx = state.db.write().await?;
+        if !surveys::withdraw(&mut tx, &self.response).await? {
+            return Err(Error::Conflict(tr!("there are no sent answers to take back").to_owned()));
+        }
+        self.note(&mut tx, "survey.withdrawn", state.clock.now()).await?;
+        Ok(tx.commit().await?)
+    }
+
+    /// Says that it happened, not who did it: the log is read by people who must not learn it.
+    async fn note(&self, writer: &mut SqliteConnection, action: &str, now: Moment) -> Result<(), Error> {
+        Ok(Entry::new(self.survey.school_id, Actor::Respondent, action, self.survey.id).append(writer, now).await?)
+    }
+}
+
+/// Reads the answers to some items, by their places, from the fields of a form into `answers`. Returns what was refused;
+/// the answer before stays then.
+pub fn read_items(
+    instrument: &Instrument,
+    items: &[usize],
+    fields: &[(String, String)],
+    answers: &mut [Option<Answer>],
+) -> Vec<(usize, Refused)> {
+    let mut refused = Vec::new();
+    for &at in items {
+        let item = &instrument.items[at];
+        let name = format!("q.{}", item.id);
+        let said: Vec<&str> = fields.iter().filter(|(key, _)| *key == name).map(|(_, v)| v.as_str()).collect();
+        let Some(scale) = instrument.scale(item) else { continue };
+        match read_answer(item, scale, &said) {
+            Ok(answer) => answers[at] = answer,
+            Err(why) => refused.push((at, why)),
+        }
+    }
+    refused
+}
+
+/// What somebody answers: a survey, for an attempt or not.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'a> {
+    /// The survey.
+    pub survey: &'a Survey,
+    /// After which attempt.
+    pub session: Option<Uuid>,
+    /// In which language.
+    pub language: &'a str,
+}
+
+/// Begins a person's response, who has consented, or goes on with the one they have. Returns the secret of its address.
+///
+/// # Errors
+/// [`Error::Conflict`] when they have sent an anonymous one already.
+pub async fn begin(state: &Service, person: &CurrentPerson, asked: Asked<'_>) -> Result<String, Error> {
+    let Asked { survey, session, language } = asked;
+    let token = secret::random_hex()?;
+    let token_sha256 = secret::token_sha256(&token);
+    let mut tx = state.db.write().await?;
+    let place = (survey.school_id, survey.id);
+    if let Some(begun) = surveys::draft_of(&mut *tx, place, person.id, session).await? {
+        surveys::set_token(&mut tx, (begun.school_id, begun.id), &token_sha256).await?;
+        tx.commit().await?;
+        return Ok(token);
+    }
+    if surveys::answered(&mut *tx, survey, person.id, session).await? {
+        return Err(Error::Conflict(ANSWERED.to_owned()));
+    }
+    let new = NewResponse {
+        school_id: survey.school_id,
+        survey_id: survey.id,
+        token_sha256,
+        role: person.role.as_str(),
+        label: None,
+        person_id: Some(person.id),
+        session_id: session,
+        language,
+        consented_at: Some(state.clock.now()),
+        expires_at: None,
+    };
+    surveys::add(&mut tx, &new).await?;
+    tx.commit().await?;
+    Ok(token)
+}

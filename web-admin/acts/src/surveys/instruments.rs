@@ -1,0 +1,160 @@
+//! Instruments: from documents to published revisions, and between TOML and JSON.
+
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use documents::{DocumentError, Instrument, Issue};
+use phrase::{Phrase, phrase};
+use serde_json::json;
+use sqlx::SqliteConnection;
+use uuid::Uuid;
+
+use crate::publishing::{Published, Refused};
+use model::Moment;
+use model::survey::Identity;
+use store::audit::{Actor, Entry};
+use store::instruments::{self as stored, NewInstrument};
+use store::surveys::{self, NewSurvey};
+
+/// Every document of a folder's `instruments`, or of the folder itself where that is its name, in order.
+///
+/// # Errors
+/// When a folder cannot be read.
+pub fn documents_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let own = folder.file_name().is_some_and(|name| name == "instruments");
+    let folder = if own { folder.to_owned() } else { folder.join("instruments") };
+    if !folder.is_dir() {
+        return Ok(Vec::new());
+    }
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder)? {
+        found.push(entry?.path());
+    }
+    found.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    found.sort();
+    Ok(found)
+}
+
+/// Publishes an instrument from a file. A revision with the very bytes that are known already is left as it is.
+///
+/// # Errors
+/// When the document is wrong, or the database fails.
+pub async fn publish(
+    writer: &mut SqliteConnection,
+    school: Uuid,
+    path: &Path,
+    now: Moment,
+) -> Result<Published, Refused> {
+    let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
+    let instrument = Instrument::from_bytes(&path.display().to_string(), &bytes)?;
+    Ok(publish_text(writer, school, (&instrument, &bytes), (Actor::CommandLine, now)).await?)
+}
+
+/// Publishes an instrument that was read already, with the bytes it was read from.
+///
+/// # Errors
+/// When the database fails.
+pub async fn publish_text(
+    writer: &mut SqliteConnection,
+    school: Uuid,
+    (instrument, bytes): (&Instrument, &[u8]),
+    (actor, now): (Actor, Moment),
+) -> anyhow::Result<Published> {
+    let known = stored::by_sha256(&mut *writer, school, &instrument.sha256).await?;
+    let first = instrument.languages.first().map_or("en", String::as_str);
+    let new = NewInstrument {
+        school_id: school,
+        instrument_id: &instrument.id,
+        title: instrument.title.in_language(first),
+        sha256: &instrument.sha256,
+        bytes,
+    };
+    let revision = match known {
+        Some(revision) => revision,
+        None => stored::publish(writer, &new, now).await?,
+    };
+    let before = stored::current(&mut *writer, school, &instrument.id).await?.map(|current| current.id);
+    if before != Some(revision) {
+        stored::make_current(writer, school, &instrument.id, revision).await?;
+        let details = json!({ "revision": revision, "sha256": instrument.sha256, "before": before });
+        Entry::new(school, actor, "instrument.published", &instrument.id).with(details).append(writer, now).await?;
+    }
+    Ok(Published { kind: "instrument", id: instrument.id.clone(), new: known.is_none() })
+}
+
+/// Makes the surveys that the courses of a school ask for after attempts, where they are missing. One that asks an older
+/// revision closes: its answers keep theirs.
+///
+/// # Errors
+/// When the database fails.
+pub async fn course_surveys(writer: &mut SqliteConnection, school: Uuid, now: Moment) -> anyhow::Result<()> {
+    let asked = surveys::asked_by_courses(&mut *writer, school).await?;
+    let open = surveys::of_course(&mut *writer, school).await?;
+    for survey in open.iter().filter(|survey| !asked.iter().any(|(revision, ..)| *revision == survey.revision_id)) {
+        surveys::close(writer, school, survey.id, Some(now)).await?;
+        entry(school, "survey.closed", survey.id).append(writer, now).await?;
+    }
+    for same in asked.chunk_by(|a, b| a.0 == b.0) {
+        let (revision_id, title, _) = &same[0];
+        let known = open.iter().find(|survey| survey.revision_id == *revision_id).map(|survey| survey.id);
+        let id = match known {
+            Some(id) => id,
+            None => make_for_course(writer, school, (*revision_id, title), now).await?,
+        };
+        for (.., exercise) in same {
+            surveys::add_exercise(writer, school, id, exercise).await?;
+        }
+    }
+    Ok(())
+}
+
+async fn make_for_course(
+    writer: &mut SqliteConnection,
+    school_id: Uuid,
+    (revision_id, title): (Uuid, &str),
+    now: Moment,
+) -> anyhow::Result<Uuid> {
+    let new = NewSurvey {
+        school_id,
+        revision_id,
+        title,
+        owner_id: None,
+        identity: Identity::Pseudonymous,
+        after_attempts: true,
+        generated: false,
+        opens_at: now,
+        closes_at: None,
+    };
+    let id = surveys::insert(writer, &new, now).await?;
+    entry(school_id, "survey.made", id).append(writer, now).await?;
+    Ok(id)
+}
+
+fn entry(school: Uuid, action: &str, survey: Uuid) -> Entry<'_> {
+    Entry::new(school, Actor::CommandLine, action, survey).with(json!({ "by": "a course" }))
+}
+
+/// A document as JSON.
+///
+/// # Errors
+/// When it is no TOML.
+pub fn to_json(bytes: &[u8]) -> anyhow::Result<String> {
+    let table: toml::Table = toml::from_str(std::str::from_utf8(bytes)?)?;
+    Ok(serde_json::to_string_pretty(&table)?)
+}
+
+/// The TOML of an instrument that came as JSON.
+///
+/// # Errors
+/// When it is no JSON, in words with its place.
+pub fn from_json(text: &str) -> Result<String, DocumentError> {
+    let table: toml::Table =
+        serde_json::from_str(text).map_err(|error| no_document((error.line(), error.column()), error))?;
+    toml::to_string_pretty(&table).map_err(|error| no_document((1, 1), error))
+}
+
+fn no_document((line, column): (usize, usize), error: impl Display) -> DocumentError {
+    let [file, field] = ["document", "JSON"].map(str::to_owned);
+    Issue { file, line, column, field, found: Phrase::data(error), allowed: phrase!("not well-formed") }.into()
+}

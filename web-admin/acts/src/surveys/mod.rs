@@ -1,0 +1,52 @@
+//! Surveys: instruments become published revisions, links are made, answers are taken in.
+
+pub mod answering;
+mod instruments;
+mod making;
+mod taking;
+
+pub use instruments::{course_surveys, documents_in, from_json, publish, publish_text, to_json};
+pub use making::{Link, Wanted, close, letters_left, link_expiry, mail_links, make, make_links};
+pub use taking::{Sheet, take};
+
+use documents::Instrument;
+use uuid::Uuid;
+
+use crate::error::Error;
+use crate::service::Service;
+use model::survey::Survey;
+use store::instruments as stored;
+
+/// The instrument that a survey asks, in the revision it has always asked.
+///
+/// # Errors
+/// When the database fails.
+pub async fn instrument_of(state: &Service, survey: &Survey) -> Result<Instrument, Error> {
+    revision(state, survey.school_id, survey.revision_id).await?.ok_or(Error::NotFound)
+}
+
+/// A revision of an instrument. Publishing has checked it, so a refusal now is our fault.
+///
+/// # Errors
+/// When the database fails.
+pub async fn revision(state: &Service, school: Uuid, id: Uuid) -> Result<Option<Instrument>, Error> {
+    Ok(document(state, school, id).await?.map(|(instrument, _)| instrument))
+}
+
+/// A revision of an instrument, and the document that it was read from.
+///
+/// # Errors
+/// When the database fails.
+pub async fn document(state: &Service, school: Uuid, id: Uuid) -> Result<Option<(Instrument, Vec<u8>)>, Error> {
+    let Some(found) = stored::revision(state.db.reader(), school, id).await? else { return Ok(None) };
+    Ok(Some((read(&found.bytes)?, found.bytes)))
+}
+
+/// The instrument of a published document.
+///
+/// # Errors
+/// When this version refuses it.
+pub fn read(document: &[u8]) -> Result<Instrument, Error> {
+    let parsed = Instrument::from_bytes("published instrument", document);
+    Ok(parsed.map_err(|refused| anyhow::Error::new(refused).context("a published instrument is refused"))?)
+}

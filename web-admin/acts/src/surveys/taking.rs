@@ -1,0 +1,131 @@
+//! Answers that a program sends for an attempt: a station in its debriefing, perhaps long after they were given.
+//!
+//! The program makes the secret of the response, so that the same answers, sent twice, are one response. Until they are
+//! final they may come again, changed; then nothing changes them any more.
+
+use std::collections::BTreeMap;
+
+use assessment::questionnaire::{Answer, read_answer};
+use documents::Instrument;
+use sqlx::SqliteConnection;
+use sqlx::types::Json;
+use uuid::Uuid;
+
+use super::answering::{ANSWERED, Answering};
+use crate::error::Error;
+use crate::secret;
+use crate::service::Service;
+use model::Moment;
+use model::survey::ResponseState;
+use model::survey::Survey;
+use store::people;
+use store::sessions::Session;
+use store::surveys;
+use store::surveys::{NewResponse, Practised, Response};
+
+/// Hexadecimal digits of a secret: 256 bits, as ours have.
+const SECRET_DIGITS: usize = 64;
+
+/// What was answered to a survey after an attempt.
+#[derive(Clone, Copy, Debug)]
+pub struct Sheet<'a> {
+    /// The attempt.
+    pub session: &'a Session,
+    /// The survey.
+    pub survey: Uuid,
+    /// The secret that the sender has made for the response.
+    pub secret: &'a str,
+    /// In which language.
+    pub language: &'a str,
+    /// By item, as a form would send it.
+    pub answers: &'a BTreeMap<String, Vec<String>>,
+    /// They are final.
+    pub sent: bool,
+}
+
+/// Takes answers in, and says how far the response has come. What was final before stays as it was.
+///
+/// # Errors
+/// When the survey is not asked after the attempt, an answer is not allowed, or the person has answered elsewhere.
+pub async fn take(state: &Service, sheet: &Sheet<'_>) -> Result<ResponseState, Error> {
+    if sheet.secret.len() != SECRET_DIGITS || !sheet.secret.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+        return Err(Error::Unprocessable(format!("secret: allowed are {SECRET_DIGITS} hexadecimal digits")));
+    }
+    let now = state.clock.now();
+    let survey = asked(state, sheet, now).await?;
+    let instrument = super::instrument_of(state, &survey).await?;
+    let language = instrument.language_for(sheet.language).to_owned();
+    let answers = Json(read(&instrument, sheet.answers)?);
+    let mut tx = state.db.write().await?;
+    let response = response(&mut tx, sheet, (&survey, now)).await?;
+    if matches!(response.state, ResponseState::Submitted | ResponseState::Withdrawn) {
+        return Ok(response.state);
+    }
+    let mut answering = Answering { response: Response { language, answers, ..response }, survey, instrument };
+    answering.drop_unasked();
+    answering.store(&mut tx, now).await?;
+    if sheet.sent {
+        answering.submit(&mut tx, now).await?;
+    }
+    tx.commit().await?;
+    Ok(if sheet.sent { ResponseState::Submitted } else { ResponseState::Begun })
+}
+
+/// The survey, where it is asked after the attempt now, or was when it was made: answers may have waited at a station.
+async fn asked(state: &Service, sheet: &Sheet<'_>, now: Moment) -> Result<Survey, Error> {
+    let (reader, session) = (state.db.reader(), sheet.session);
+    let survey = surveys::find(reader, session.school_id, sheet.survey).await?.ok_or(Error::NotFound)?;
+    for at in [now, session.started_at] {
+        let open = surveys::after_attempt(reader, Practised::by(session), at).await?;
+        if open.iter().any(|open| open.id == survey.id) {
+            return Ok(survey);
+        }
+    }
+    Err(Error::Gone("this survey is not asked after this attempt, or was not open"))
+}
+
+fn read(instrument: &Instrument, given: &BTreeMap<String, Vec<String>>) -> Result<Vec<Option<Answer>>, Error> {
+    if let Some(unknown) = given.keys().find(|id| instrument.item(id).is_none()) {
+        let items: Vec<&str> = instrument.items.iter().map(|item| item.id.as_str()).collect();
+        return Err(Error::Unprocessable(format!("answers.{unknown}: no such item; allowed: {}", items.join(", "))));
+    }
+    let answer = |item: &documents::instrument::Item| {
+        let (Some(said), Some(scale)) = (given.get(&item.id), instrument.scale(item)) else { return Ok(None) };
+        let said: Vec<&str> = said.iter().map(String::as_str).collect();
+        read_answer(item, scale, &said).map_err(|why| Error::Unprocessable(format!("answers.{}: {why}", item.id)))
+    };
+    instrument.items.iter().map(answer).collect()
+}
+
+/// The response of the sheet's secret: as it is, or begun now.
+async fn response(
+    writer: &mut SqliteConnection,
+    sheet: &Sheet<'_>,
+    (survey, now): (&Survey, Moment),
+) -> Result<Response, Error> {
+    let (session, token_sha256) = (sheet.session, secret::token_sha256(sheet.secret));
+    if let Some(known) = surveys::by_token(&mut *writer, &token_sha256).await? {
+        let own = known.survey_id == survey.id && known.session_id.is_none_or(|id| id == session.id);
+        return if own { Ok(known) } else { Err(Error::Conflict("secret: it is another response's".to_owned())) };
+    }
+    let (place, attempt) = ((survey.school_id, survey.id), Some(session.id));
+    let begun = surveys::draft_of(&mut *writer, place, session.trainee_id, attempt).await?;
+    if begun.is_some() || surveys::answered(&mut *writer, survey, session.trainee_id, attempt).await? {
+        return Err(Error::Conflict(ANSWERED.to_owned()));
+    }
+    let person = people::by_id(&mut *writer, session.trainee_id).await?.ok_or(Error::NotFound)?;
+    let new = NewResponse {
+        school_id: survey.school_id,
+        survey_id: survey.id,
+        token_sha256,
+        role: person.role.as_str(),
+        label: None,
+        person_id: Some(person.id),
+        session_id: attempt,
+        language: sheet.language,
+        consented_at: Some(now),
+        expires_at: None,
+    };
+    surveys::add(writer, &new).await?;
+    surveys::by_token(writer, &token_sha256).await?.ok_or(Error::NotFound)
+}

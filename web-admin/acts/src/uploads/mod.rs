@@ -1,0 +1,259 @@
+//! Uploads in pieces, resumable: the part of tus 1.0.0 that is not HTTP. A piece is acknowledged when it is on the disk,
+//! and the whole goes the same way as a recording that came at once: [`crate::intake`].
+
+mod append;
+mod checksum;
+mod turns;
+
+use std::path::PathBuf;
+
+use uuid::Uuid;
+
+use crate::config::UploadQuota;
+use crate::error::Error;
+use crate::intake::{self, Bearer};
+use crate::killpoints::KillPoint;
+use crate::recordings::{self, Received};
+use crate::service::Service;
+use model::new_id;
+use store::audit::Actor;
+use store::uploads::{self, Owner, Unfinished, Upload};
+use store::{stations, tries};
+
+pub use append::{Piece, append};
+pub use checksum::Checksum;
+pub use turns::{Turn, Turns};
+
+/// What the file of an unfinished upload ends in. At the start, `recordings::clear_uploads` deletes `part` files.
+const EXTENSION: &str = "tus";
+
+/// What is said of an upload when it begins.
+#[derive(Clone, Debug)]
+pub struct Announced {
+    /// How long it will be, in bytes.
+    pub length: u64,
+    /// `Upload-Metadata` as it was sent.
+    pub metadata: String,
+    /// How far the sender's clock is ahead of ours, in µs, where it was told.
+    pub ahead_us: Option<i64>,
+}
+
+/// Begins an upload.
+///
+/// # Errors
+/// When the disk or the database refuses.
+pub async fn begin(state: &Service, owner: Owner, announced: Announced) -> Result<Upload, Error> {
+    recordings::ensure_room(state, announced.length)?;
+    let now = state.clock.now();
+    let upload = Upload {
+        id: new_id(now),
+        school_id: owner.school_id,
+        person_id: owner.person_id,
+        station_id: owner.station_id,
+        length: i64::try_from(announced.length).map_err(anyhow::Error::from)?,
+        received: 0,
+        metadata: announced.metadata,
+        expires_at: now.plus_s(state.config.upload_lifetime_s),
+        session_id: None,
+        clock_offset_us: announced.ahead_us,
+        deaths: 0,
+    };
+    // Between the file and its row, tidying must not take the one for left over.
+    let _turn = state.turns.take(upload.id);
+    let mut tx = state.db.write().await?;
+    let whole_school = Owner { person_id: None, station_id: None, ..owner };
+    let counted =
+        [(owner, state.config.owner_quota, "you have"), (whole_school, state.config.school_quota, "this school has")];
+    for (whose, quota, who) in counted {
+        ensure_quota(uploads::unfinished(&mut *tx, whose).await?, announced.length, quota, who)?;
+    }
+    tokio::fs::File::create_new(place(state, upload.id)).await?;
+    tokio::fs::File::open(state.config.uploads_dir()).await?.sync_all().await?;
+    KillPoint::UploadMade.pass();
+    uploads::insert(&mut tx, &upload).await?;
+    tx.commit().await?;
+    Ok(upload)
+}
+
+/// Refuses an upload beyond a quota.
+fn ensure_quota(begun: Unfinished, length: u64, quota: UploadQuota, who: &str) -> Result<(), Error> {
+    let Unfinished { uploads, bytes } = begun;
+    let (count, sum) = (uploads.unsigned_abs() + 1, bytes.unsigned_abs().saturating_add(length));
+    if count <= quota.uploads && sum <= quota.bytes {
+        return Ok(());
+    }
+    let UploadQuota { uploads: most, bytes: most_bytes } = quota;
+    Err(Error::OverQuota(format!(
+        "{who} {uploads} unfinished uploads of {bytes} bytes; with this one of {length} bytes that is more than {most} uploads or \
+         {most_bytes} bytes: finish or end one of them first"
+    )))
+}
+
+/// An upload that its owner may go on with.
+///
+/// # Errors
+/// When there is none, it has expired, or its file has gone.
+pub async fn find(state: &Service, owner: Owner, id: Uuid) -> Result<Upload, Error> {
+    let turn = take_over(state, owner, id).await?;
+    // Whoever keeps the turn may just be moving the file to its place.
+    look(state, owner, id, turn.is_some()).await
+}
+
+/// The turn at an upload of an owner. Whoever writes to it gives way, for the connection may be dead and nobody know it; who is taking it
+/// in does not, and then there is none.
+async fn take_over(state: &Service, owner: Owner, id: Uuid) -> Result<Option<Turn>, Error> {
+    uploads::find(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
+    Ok(state.turns.take_over(id).await)
+}
+
+/// Finds an upload; `resting` where nobody else can be moving its file.
+async fn look(state: &Service, owner: Owner, id: Uuid, resting: bool) -> Result<Upload, Error> {
+    let upload = uploads::find(state.db.reader(), owner, id).await?.ok_or(Error::NotFound)?;
+    let lost = resting && upload.session_id.is_none() && !tokio::fs::try_exists(place(state, id)).await?;
+    if upload.is_set_aside() {
+        return Err(Error::Unprocessable(intake::SET_ASIDE.to_owned()));
+    }
+    if upload.expires_at <= state.clock.now() || lost {
+        return Err(Error::Gone("this upload has expired: begin another"));
+    }
+    Ok(upload)
+}
+
+/// Ends an upload at its owner's wish. What it has become stays.
+///
+/// # Errors
+/// When it is being taken in, or the database fails.
+pub async fn terminate(state: &Service, upload: &Upload) -> Result<(), Error> {
+    let _turn = state.turns.take_over(upload.id).await.ok_or(Error::Locked)?;
+    remove(state, upload).await
+}
+
+/// Makes an attempt of an upload that is whole. One that is refused is forgotten: its bytes will never be better.
+/// Whoever calls has the upload's turn.
+///
+/// # Errors
+/// When the recording is refused, or the disk or the database fails; then it is tried again by [`tidy`].
+async fn complete(state: &Service, upload: Upload) -> Result<Upload, Error> {
+    let id = upload.id;
+    mark(state, id, true).await?;
+    KillPoint::UploadMarked.pass();
+    let taken = take_in(state, upload).await;
+    let noted = match &taken {
+        Err(Error::Deadly(_)) => note_death(state, id).await,
+        _ => mark(state, id, false).await,
+    };
+    if let Err(error) = noted {
+        tracing::warn!(upload = %id, cause = %error, "an upload counts as being read until the service stops");
+    }
+    taken
+}
+
+/// Writes down that an upload is about to be read, or that nobody has died of it.
+async fn mark(state: &Service, id: Uuid, begun: bool) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    tries::mark_upload(&mut tx, id, begun).await?;
+    Ok(tx.commit().await?)
+}
+
+async fn note_death(state: &Service, id: Uuid) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    tries::note_upload_death(&mut tx, id).await?;
+    Ok(tx.commit().await?)
+}
+
+async fn take_in(state: &Service, mut upload: Upload) -> Result<Upload, Error> {
+    let bearer = bearer(state, &upload).await?;
+    let path = place(state, upload.id);
+    let left = path.clone();
+    let received = tokio::task::spawn_blocking(move || Received::of_upload(path, upload.id)).await??;
+    match intake::take_in(state, &bearer, received).await {
+        Ok(kept) => {
+            upload.session_id = Some(kept.session().id);
+            KillPoint::UploadUnlinking.pass();
+            delete(left).await?;
+            Ok(upload)
+        }
+        Err(
+            fault @ (Error::Internal(_)
+            | Error::NoRoom(_)
+            | Error::Busy { .. }
+            | Error::Deadly(_)
+            | Error::Unscanned(_)),
+        ) => Err(fault),
+        Err(refused) => {
+            remove(state, &upload).await?;
+            Err(refused)
+        }
+    }
+}
+
+/// Who brought it. A person's attempts are their own; a station's belong to whoever the recording names.
+async fn bearer(state: &Service, upload: &Upload) -> Result<Bearer, Error> {
+    let actor = match (upload.person_id, upload.station_id) {
+        (Some(person), _) => Actor::Person(person),
+        (None, Some(station)) => {
+            let name = stations::name(state.db.reader(), upload.school_id, station).await?;
+            Actor::Station(name.unwrap_or_default())
+        }
+        (None, None) => return Err(anyhow::anyhow!("an upload without an owner").into()),
+    };
+    let (trainee_id, ahead_us) = (upload.person_id, upload.clock_offset_us);
+    Ok(Bearer { school_id: upload.school_id, trainee_id, actor, ahead_us })
+}
+
+/// Throws away what has expired and what nobody knows, and makes attempts of what was whole when the service stopped.
+///
+/// # Errors
+/// When the disk or the database fails.
+pub async fn tidy(state: &Service) -> Result<(), Error> {
+    for id in uploads::all(state.db.reader()).await? {
+        let Some(_turn) = state.turns.take(id) else { continue };
+        let Some(upload) = uploads::by_id(state.db.reader(), id).await? else { continue };
+        if upload.is_set_aside() {
+            continue;
+        }
+        if upload.expires_at <= state.clock.now() {
+            remove(state, &upload).await?;
+        } else if upload.whole() && upload.session_id.is_none() {
+            match complete(state, upload).await {
+                Ok(_) => tracing::info!(upload = %id, "an upload that was left whole has been taken in"),
+                Err(error) => tracing::warn!(upload = %id, cause = %error, "an upload that is whole was not taken in"),
+            }
+        }
+    }
+    clear_unknown(state).await
+}
+
+/// Deletes files that no row names: a crash came between the two.
+async fn clear_unknown(state: &Service) -> Result<(), Error> {
+    let mut entries = tokio::fs::read_dir(state.config.uploads_dir()).await?;
+    while let Some(entry) = entries.next_entry().await? {
+        let path = entry.path();
+        let ours = path.extension().is_some_and(|extension| extension == EXTENSION);
+        let id = path.file_stem().and_then(|stem| Uuid::parse_str(&stem.to_string_lossy()).ok());
+        let Some(id) = id.filter(|_| ours) else { continue };
+        let Some(_turn) = state.turns.take(id) else { continue };
+        if uploads::by_id(state.db.reader(), id).await?.is_none() {
+            delete(path).await?;
+        }
+    }
+    Ok(())
+}
+
+async fn remove(state: &Service, upload: &Upload) -> Result<(), Error> {
+    delete(place(state, upload.id)).await?;
+    let mut tx = state.db.write().await?;
+    uploads::remove(&mut tx, upload.school_id, upload.id).await?;
+    Ok(tx.commit().await?)
+}
+
+async fn delete(path: PathBuf) -> std::io::Result<()> {
+    match tokio::fs::remove_file(path).await {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}
+
+fn place(state: &Service, id: Uuid) -> PathBuf {
+    state.config.uploads_dir().join(format!("{id}.{EXTENSION}"))
+}

@@ -1,0 +1,227 @@
+//! Is everything still what was written: the database, every recording, the audit log.
+
+use std::collections::BTreeSet;
+use std::io::ErrorKind;
+use std::path::Path;
+
+use anyhow::Context;
+use uuid::Uuid;
+
+use crate::anchoring::AuditHead;
+use crate::backup;
+use crate::config::Config;
+use crate::erasures::{Erasure, ErasureList};
+use crate::recordings::hash_file;
+use model::directory::AccountState;
+use store::Database;
+use store::directory;
+use store::sessions::{self, RecordingFile};
+use store::{audit, grades, scores};
+
+/// What was looked at, and what is wrong with it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Report {
+    /// Recordings whose bytes were read.
+    pub recordings: usize,
+    /// Rows of the audit log.
+    pub audit_rows: usize,
+    /// Hash of the audit log's last row, in hexadecimal.
+    pub audit_head: String,
+    /// What is wrong, each in words that name the place.
+    pub findings: Vec<String>,
+}
+
+/// Checks everything; blocks while it reads the recordings.
+///
+/// # Errors
+/// When the database cannot be read at all.
+pub async fn everything(db: &Database, recordings_dir: &Path) -> anyhow::Result<Report> {
+    let mut findings = db.integrity().await?;
+    let recordings = sessions::recordings(db.reader()).await?;
+    findings.extend(check_files(recordings_dir, &recordings));
+    findings.extend(unnamed(recordings_dir, &recordings)?);
+    findings.extend(db.lost_triggers().await?);
+    let chain = audit::check(db.reader()).await?;
+    findings.extend(chain.findings);
+    findings.extend(contradictions(db).await?);
+    Ok(Report { recordings: recordings.len(), audit_rows: chain.rows, audit_head: chain.head, findings })
+}
+
+/// Checks that the audit log still holds a row by whose hash it once ended, as a backup or `verify` has told it: a log that was
+/// cut since, or made anew, does not.
+///
+/// # Errors
+/// When the database cannot be read at all.
+pub async fn cut_tail(db: &Database, head: &str) -> anyhow::Result<Option<String>> {
+    let finding =
+        || format!("audit log: no row has the hash {head}: the log was cut or made anew since that was its end");
+    Ok((!audit::holds(db.reader(), head).await?).then(finding))
+}
+
+/// Checks that the audit log still holds what a signed statement says of its end.
+///
+/// # Errors
+/// When the database cannot be read at all.
+pub async fn strayed_from(
+    db: &Database,
+    AuditHead { rows, head, made_at, .. }: &AuditHead,
+) -> anyhow::Result<Option<String>> {
+    let finding = || {
+        format!(
+            "audit log: row {rows} has not the hash {head} that was stated at {made_at}: the log was cut or made anew since"
+        )
+    };
+    Ok((*rows > 0 && !audit::holds_at(db.reader(), (*rows, head)).await?).then(finding))
+}
+
+/// People who were erased and are here all the same: a database that was put in its place without `web-admin restore` brings them back.
+///
+/// # Errors
+/// When the database cannot be read.
+pub async fn unerased(db: &Database, list: &ErasureList) -> anyhow::Result<Vec<String>> {
+    let erasures = match list.read() {
+        Ok(erasures) => erasures,
+        Err(unreadable) => return Ok(vec![format!("list of erasures: {unreadable}")]),
+    };
+    let mut findings = Vec::new();
+    for Erasure { at, school_id, person_id, .. } in erasures {
+        let known = directory::find(db.reader(), school_id, person_id).await?;
+        if known.is_some_and(|person| person.state != AccountState::Erased) {
+            findings.push(format!(
+                "person {person_id}: was erased at {at} and is here again; start the service, which erases them"
+            ));
+        }
+    }
+    Ok(findings)
+}
+
+/// Refuses a database whose pages or audit log are damaged, before anything is written to it. One that is not there
+/// yet is fine.
+///
+/// # Errors
+/// When it is damaged, in one line that says how and what to do.
+pub async fn refuse_damage(config: &Config) -> anyhow::Result<()> {
+    const ADVICE: &str = "the database is damaged and is not served; restore a backup with web-admin restore";
+    let Some(db) = Database::open_if_there(&config.database_url).await.context(ADVICE)? else { return Ok(()) };
+    let damage = damage(&db).await.context(ADVICE);
+    db.close().await;
+    match &damage?[..] {
+        [] => Ok(()),
+        [first, rest @ ..] => anyhow::bail!("{ADVICE}: {first} ({} more findings)", rest.len()),
+    }
+}
+
+/// Refuses to make a new database beside recordings: the one that names them is lost, or a restore was stopped in its midst.
+///
+/// # Errors
+/// When there are recordings and no database, with what to do.
+pub fn refuse_lost_database(config: &Config) -> anyhow::Result<()> {
+    let (database, staging) = (Database::file_of(&config.database_url)?, backup::staging(config));
+    anyhow::ensure!(
+        !staging.exists(),
+        "{}: a restore was stopped in its midst; run it again, or remove this folder",
+        staging.display()
+    );
+    let there = std::fs::metadata(&database).is_ok_and(|file| file.len() > 0);
+    if there || recordings_in(&config.recordings_dir)?.is_empty() {
+        return Ok(());
+    }
+    anyhow::bail!(
+        "{}: there is no database, but {} holds recordings; restore a backup, or name an empty folder for recordings",
+        database.display(),
+        config.recordings_dir.display()
+    )
+}
+
+/// Scores that are not those that the audit log tells of, each in words; and grades that are not their score. Attempts that the log
+/// does not name at all were made by `web-admin bench`.
+///
+/// # Errors
+/// When the database cannot be read.
+pub async fn contradictions(db: &Database) -> anyhow::Result<Vec<String>> {
+    let (told, kept) = (audit::told_scores(db.reader()).await?, scores::added(db.reader()).await?);
+    let mut findings: Vec<String> = told
+        .iter()
+        .filter(|(session, told)| !is_same(told, kept.get(*session).map_or(&[][..], Vec::as_slice)))
+        .map(|(session, told)| {
+            let kept = kept.get(session).map_or(&[][..], Vec::as_slice);
+            format!("scores of session {session}: {kept:?}; the audit log tells of {told:?}")
+        })
+        .collect();
+    let strayed = grades::strayed(db.reader()).await?;
+    findings.extend(strayed.iter().map(|session| format!("grade of session {session}: it is not that of its score")));
+    Ok(findings)
+}
+
+/// Whether two lists hold the same scores in the same order, as far as text can tell.
+fn is_same(told: &[f64], kept: &[f64]) -> bool {
+    told.len() == kept.len() && told.iter().zip(kept).all(|(told, kept)| (told - kept).abs() < 1e-9)
+}
+
+/// Recordings that no row names, each in words. A crash between the two leaves one, and so does a database that has lost rows.
+///
+/// # Errors
+/// When the folder cannot be read.
+pub fn unnamed(folder: &Path, named: &[RecordingFile]) -> std::io::Result<Vec<String>> {
+    let named: BTreeSet<&str> = named.iter().map(|recording| &*recording.recording_path).collect();
+    let found = recordings_in(folder)?;
+    let lost = found.iter().filter(|path| !named.contains(path.as_str()));
+    Ok(lost.map(|path| format!("{path}: no attempt names this recording; upload it to take it in")).collect())
+}
+
+/// Every recording in the folders of the schools, as rows name them.
+fn recordings_in(folder: &Path) -> std::io::Result<Vec<String>> {
+    let mut found = Vec::new();
+    for school in entries(folder)?.iter().filter(|name| Uuid::parse_str(name).is_ok()) {
+        let recordings = entries(&folder.join(school))?;
+        found.extend(recordings.iter().filter(|name| name.ends_with(".mcap")).map(|name| format!("{school}/{name}")));
+    }
+    Ok(found)
+}
+
+/// Names in a folder, in order; none of one that is not there.
+fn entries(folder: &Path) -> std::io::Result<Vec<String>> {
+    let entries = match std::fs::read_dir(folder) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+        entries => entries?,
+    };
+    let mut names = entries
+        .map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned()))
+        .collect::<std::io::Result<Vec<_>>>()?;
+    names.sort();
+    Ok(names)
+}
+
+async fn damage(db: &Database) -> anyhow::Result<Vec<String>> {
+    let mut findings = db.damaged_pages().await?;
+    if findings.is_empty() && audit::is_kept(db.reader()).await? {
+        findings.extend(audit::check(db.reader()).await?.findings);
+    }
+    Ok(findings)
+}
+
+fn check_files(folder: &Path, recordings: &[RecordingFile]) -> Vec<String> {
+    let bar = indicatif::ProgressBar::new(recordings.len() as u64);
+    let findings = recordings.iter().filter_map(|recording| {
+        bar.inc(1);
+        check_file(folder, recording)
+    });
+    let findings = findings.collect();
+    bar.finish_and_clear();
+    findings
+}
+
+/// What is wrong with a recording's file, if anything is.
+fn check_file(folder: &Path, recording: &RecordingFile) -> Option<String> {
+    let RecordingFile { id, recording_path, recording_sha256, recording_size } = recording;
+    match hash_file(&folder.join(recording_path)) {
+        Err(error) => Some(format!("recording of session {id}: {recording_path}: {error}")),
+        Ok((_, size)) if i64::try_from(size) != Ok(*recording_size) => {
+            Some(format!("recording of session {id}: {recording_path}: {size} bytes; {recording_size} were stored"))
+        }
+        Ok((sha256, _)) if sha256 != *recording_sha256 => {
+            Some(format!("recording of session {id}: {recording_path}: its bytes are not those that were stored"))
+        }
+        Ok(_) => None,
+    }
+}

@@ -1,0 +1,340 @@
+//! What was assigned, and how far somebody has come with it.
+//!
+//! Pure: attempts and the moment go in. Only scored attempts count.
+
+use std::collections::BTreeSet;
+
+use time::OffsetDateTime;
+use uuid::Uuid;
+
+use super::Moment;
+use super::progress::{Attempt, Course, Progress, StepState};
+
+/// What is to be trained.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Task {
+    /// An exercise, by its id: passed once since it was assigned.
+    Exercise(String),
+    /// A course, by its id: every exercise mastered, whenever.
+    Course(String),
+}
+
+/// An assignment as it concerns one trainee.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Assigned {
+    /// Its id.
+    pub id: Uuid,
+    /// What is to be trained.
+    pub task: Task,
+    /// Title of the exercise or course.
+    pub title: String,
+    /// Since when.
+    pub made_at: Moment,
+    /// Until when, with their extension.
+    pub due_at: Option<Moment>,
+    /// Days by which it was extended for them; 0 for none.
+    pub extended_days: i64,
+    /// Attempts that count, from the first.
+    pub attempt_limit: Option<u32>,
+    /// Under an instructor's eyes.
+    pub supervised: bool,
+    /// The time zone in which it is due.
+    pub time_zone: String,
+}
+
+/// How far somebody has come.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Stage {
+    /// It is done.
+    Done {
+        /// By the attempt of this moment.
+        on: OffsetDateTime,
+        /// After it was due.
+        late: bool,
+    },
+    /// It can be done now.
+    Open {
+        /// Attempts that are left, where they are limited.
+        left: Option<u32>,
+    },
+    /// Other exercises come first.
+    Locked {
+        /// Their titles.
+        missing: Vec<String>,
+    },
+    /// No attempt is left, and none passed.
+    Spent,
+}
+
+/// The attempts of one trainee, in any order.
+#[derive(Clone, Copy, Debug)]
+pub struct Tried<'a> {
+    /// All of them.
+    pub attempts: &'a [Attempt],
+    /// Those at which somebody who teaches was there, as they have confirmed.
+    pub supervised: &'a BTreeSet<Uuid>,
+}
+
+impl Tried<'_> {
+    /// The attempts that count towards an assignment.
+    fn counting(&self, assigned: &Assigned) -> Vec<Attempt> {
+        let counts = |attempt: &&Attempt| !assigned.supervised || self.supervised.contains(&attempt.session);
+        self.attempts.iter().filter(counts).cloned().collect()
+    }
+
+    /// The attempts at what was assigned, since it was, that only lack a confirmation.
+    fn unconfirmed(&self, assigned: &Assigned, taught: &[Taught]) -> Vec<Uuid> {
+        let asked = |exercise: &str| match &assigned.task {
+            Task::Exercise(id) => id == exercise,
+            Task::Course(id) => taught
+                .iter()
+                .any(|taught| taught.id == *id && taught.course.steps.iter().any(|step| step.exercise == exercise)),
+        };
+        let lacks = |attempt: &&Attempt| {
+            assigned.supervised
+                && !self.supervised.contains(&attempt.session)
+                && Moment::from(attempt.at) >= assigned.made_at
+                && asked(&attempt.exercise)
+        };
+        self.attempts.iter().filter(lacks).map(|attempt| attempt.session).collect()
+    }
+}
+
+/// An assignment, how far somebody has come with it, and how it stands to its date.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Standing {
+    /// What was assigned.
+    pub assigned: Assigned,
+    /// How far they have come.
+    pub stage: Stage,
+    /// It is due, and not done.
+    pub overdue: bool,
+    /// Attempts that do not count because nobody has confirmed that they were there.
+    pub unconfirmed: Vec<Uuid>,
+}
+
+/// A course and its id.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Taught {
+    /// The course's id.
+    pub id: String,
+    /// Exercises and rule.
+    pub course: Course,
+}
+
+impl Standing {
+    /// Judges the attempts of one trainee.
+    #[must_use]
+    pub fn of(assigned: Assigned, taught: &[Taught], tried: &Tried<'_>, now: Moment) -> Self {
+        let stage = match &assigned.task {
+            Task::Exercise(exercise) => exercise_stage(&assigned, exercise, taught, tried, now),
+            Task::Course(course) => course_stage(&assigned, course, taught, &tried.counting(&assigned), now),
+        };
+        let done = matches!(stage, Stage::Done { .. });
+        let overdue = !done && assigned.due_at.is_some_and(|due| due < now);
+        let unconfirmed = if done { Vec::new() } else { tried.unconfirmed(&assigned, taught) };
+        Self { assigned, stage, overdue, unconfirmed }
+    }
+
+    /// There is something left to do.
+    #[must_use]
+    pub const fn is_open(&self) -> bool {
+        matches!(self.stage, Stage::Open { .. } | Stage::Locked { .. })
+    }
+}
+
+fn late(on: OffsetDateTime, assigned: &Assigned) -> bool {
+    assigned.due_at.is_some_and(|due| due < Moment::from(on))
+}
+
+fn exercise_stage(assigned: &Assigned, exercise: &str, taught: &[Taught], tried: &Tried<'_>, now: Moment) -> Stage {
+    let counting = tried.counting(assigned);
+    let mut since: Vec<&Attempt> =
+        counting.iter().filter(|a| *a.exercise == *exercise && Moment::from(a.at) >= assigned.made_at).collect();
+    since.sort_by_key(|attempt| attempt.at);
+    let limit = assigned.attempt_limit.map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX));
+    if let Some(passed) = since.iter().take(limit).find(|attempt| attempt.passed) {
+        return Stage::Done { on: passed.at, late: late(passed.at, assigned) };
+    }
+    if since.len() >= limit {
+        return Stage::Spent;
+    }
+    match missing(exercise, taught, tried.attempts, now) {
+        missing if missing.is_empty() => {
+            let used = u32::try_from(since.len()).unwrap_or(u32::MAX);
+            Stage::Open { left: assigned.attempt_limit.map(|limit| limit.saturating_sub(used)) }
+        }
+        missing => Stage::Locked { missing },
+    }
+}
+
+/// What must be mastered before an exercise; nothing where one course that has it opens it, or none has it.
+fn missing(exercise: &str, taught: &[Taught], attempts: &[Attempt], now: Moment) -> Vec<String> {
+    let mut first = Vec::new();
+    for taught in taught {
+        let Some(step) = taught.course.steps.iter().position(|step| step.exercise == exercise) else { continue };
+        match &Progress::of(&taught.course, attempts, now.to_utc()).steps[step].state {
+            StepState::Locked { missing } if first.is_empty() => first.clone_from(missing),
+            StepState::Locked { .. } => {}
+            _ => return Vec::new(),
+        }
+    }
+    first
+}
+
+fn course_stage(assigned: &Assigned, course: &str, taught: &[Taught], attempts: &[Attempt], now: Moment) -> Stage {
+    let Some(taught) = taught.iter().find(|taught| taught.id == course) else { return Stage::Open { left: None } };
+    let progress = Progress::of(&taught.course, attempts, now.to_utc());
+    let mastered = progress.steps.iter().map(|step| match step.state {
+        StepState::Mastered { on } | StepState::Regressing { on, .. } => Some(on),
+        StepState::Open { .. } | StepState::Locked { .. } => None,
+    });
+    match mastered.collect::<Option<Vec<_>>>().and_then(|moments| moments.into_iter().max()) {
+        Some(on) => Stage::Done { on, late: late(on, assigned) },
+        None => Stage::Open { left: None },
+    }
+}
+
+/// Sorts what is to be done before what is done, and by date, those without one last.
+pub fn sort(standings: &mut [Standing]) {
+    standings.sort_by_key(|standing| {
+        let due = standing.assigned.due_at;
+        (!standing.is_open(), due.is_none(), due, standing.assigned.made_at)
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    //! A course of two exercises, the second after the first, mastered by one pass. Fails when an attempt from before the
+    //! assignment does it, when a limit is not kept, or when somebody is sent to a locked exercise.
+
+    use time::Duration;
+    use time::macros::datetime;
+
+    use super::*;
+    use crate::progress::{Mastery, Step};
+
+    const NOW: OffsetDateTime = datetime!(2026-05-20 12:00 UTC);
+
+    fn taught() -> Vec<Taught> {
+        let step = |id: &str, before: &[&str]| Step {
+            exercise: id.to_owned(),
+            title: id.to_uppercase(),
+            prerequisites: before.iter().map(|b| (*b).to_owned()).collect(),
+        };
+        let rule = Mastery::Passes { passes: 1, of: 1 };
+        vec![Taught {
+            id: "course".to_owned(),
+            course: Course { steps: vec![step("a", &[]), step("b", &["a"])], rule },
+        }]
+    }
+
+    fn assigned(task: Task, limit: Option<u32>) -> Assigned {
+        Assigned {
+            id: Uuid::nil(),
+            task,
+            title: String::new(),
+            made_at: Moment::from(NOW - Duration::days(2)),
+            due_at: Some(Moment::from(NOW - Duration::hours(1))),
+            extended_days: 0,
+            attempt_limit: limit,
+            supervised: false,
+            time_zone: "UTC".to_owned(),
+        }
+    }
+
+    /// Attempts so many hours ago.
+    fn standing(task: Task, limit: Option<u32>, tried: &[(&str, i64, bool)]) -> Standing {
+        let attempt = |(exercise, hours, passed): &(&str, i64, bool)| Attempt {
+            session: Uuid::nil(),
+            exercise: (*exercise).into(),
+            at: NOW - Duration::hours(*hours),
+            score: 0.0,
+            passed: *passed,
+            revision: None,
+        };
+        let attempts: Vec<_> = tried.iter().map(attempt).collect();
+        let tried = Tried { attempts: &attempts, supervised: &BTreeSet::new() };
+        Standing::of(assigned(task, limit), &taught(), &tried, Moment::from(NOW))
+    }
+
+    fn exercise(id: &str) -> Task {
+        Task::Exercise(id.to_owned())
+    }
+
+    #[test]
+    fn only_a_pass_since_the_assignment_does_it() {
+        let before = standing(exercise("a"), None, &[("a", 72, true), ("a", 10, false)]);
+        assert_eq!((before.stage, before.overdue), (Stage::Open { left: None }, true));
+        let in_time = standing(exercise("a"), None, &[("a", 5, true), ("a", 10, false)]);
+        assert_eq!(in_time.stage, Stage::Done { on: NOW - Duration::hours(5), late: false });
+        let late = standing(exercise("a"), None, &[("a", 0, true)]);
+        assert_eq!((late.stage, late.overdue), (Stage::Done { on: NOW, late: true }, false));
+    }
+
+    #[test]
+    fn a_limit_counts_attempts_from_the_first() {
+        let tried = [("a", 10, false), ("a", 9, false), ("a", 8, true)];
+        assert_eq!(standing(exercise("a"), Some(2), &tried).stage, Stage::Spent);
+        assert_eq!(standing(exercise("a"), Some(3), &tried[..2]).stage, Stage::Open { left: Some(1) });
+        assert!(matches!(standing(exercise("a"), Some(3), &tried).stage, Stage::Done { .. }));
+    }
+
+    #[test]
+    fn under_supervision_only_confirmed_attempts_count() {
+        let [old, alone, seen] = [1, 2, 3].map(Uuid::from_u128);
+        let attempt = |session, hours, passed| Attempt {
+            session,
+            exercise: "a".into(),
+            at: NOW - Duration::hours(hours),
+            score: 0.0,
+            passed,
+            revision: None,
+        };
+        let attempts = [attempt(old, 90, true), attempt(alone, 10, true), attempt(seen, 5, false)];
+        let judge = |task, confirmed: &[Uuid]| {
+            let supervised = confirmed.iter().copied().collect();
+            let asked = Assigned { supervised: true, ..assigned(task, Some(2)) };
+            Standing::of(asked, &taught(), &Tried { attempts: &attempts, supervised: &supervised }, Moment::from(NOW))
+        };
+        let nobody = judge(exercise("a"), &[]);
+        assert_eq!((nobody.stage, nobody.unconfirmed.len()), (Stage::Open { left: Some(2) }, 2));
+        let one = judge(exercise("a"), &[seen]);
+        assert_eq!((one.stage, one.unconfirmed), (Stage::Open { left: Some(1) }, vec![alone]));
+        let done = judge(exercise("a"), &[seen, alone]);
+        assert!(matches!(done.stage, Stage::Done { late: false, .. }) && done.unconfirmed.is_empty());
+        let course = judge(Task::Course("course".to_owned()), &[]);
+        assert_eq!(course.unconfirmed, [alone, seen]);
+    }
+
+    #[test]
+    fn prerequisites_come_first() {
+        assert_eq!(standing(exercise("b"), None, &[]).stage, Stage::Locked { missing: vec!["A".to_owned()] });
+        assert_eq!(standing(exercise("b"), None, &[("a", 90, true)]).stage, Stage::Open { left: None });
+        assert_eq!(standing(exercise("elsewhere"), None, &[]).stage, Stage::Open { left: None });
+    }
+
+    #[test]
+    fn a_course_is_done_when_all_of_it_is_mastered() {
+        let course = || Task::Course("course".to_owned());
+        assert_eq!(standing(course(), None, &[("a", 90, true)]).stage, Stage::Open { left: None });
+        let done = standing(course(), None, &[("a", 90, true), ("b", 4, true)]).stage;
+        assert_eq!(done, Stage::Done { on: NOW - Duration::hours(4), late: false });
+    }
+
+    #[test]
+    fn what_is_due_first_comes_first_and_what_is_done_last() {
+        let mut list = vec![
+            standing(exercise("a"), None, &[("a", 5, true)]),
+            Standing {
+                assigned: Assigned { due_at: None, ..assigned(exercise("a"), None) },
+                ..standing(exercise("a"), None, &[])
+            },
+            standing(exercise("a"), None, &[]),
+        ];
+        sort(&mut list);
+        let order: Vec<_> =
+            list.iter().map(|standing| (standing.is_open(), standing.assigned.due_at.is_some())).collect();
+        assert_eq!(order, [(true, true), (true, false), (false, true)]);
+    }
+}

@@ -1,0 +1,170 @@
+//! A comment on a moment or an interval of an attempt.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+/// Most characters of a comment.
+pub const MOST_CHARACTERS: usize = 2000;
+
+/// What a comment is meant as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
+#[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "sqlx", sqlx(rename_all = "lowercase"))]
+pub enum CommentKind {
+    /// This was done well.
+    Praise,
+    /// This was wrong.
+    Error,
+    /// Somebody asks.
+    Question,
+    /// This is worth knowing.
+    Teaching,
+}
+
+impl CommentKind {
+    /// All of them, in the order of a form.
+    pub const ALL: [Self; 4] = [Self::Praise, Self::Error, Self::Question, Self::Teaching];
+
+    /// Its name in forms, files and the database.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Praise => "praise",
+            Self::Error => "error",
+            Self::Question => "question",
+            Self::Teaching => "teaching",
+        }
+    }
+}
+
+/// A comment as somebody typed it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, ToSchema)]
+pub struct Typed {
+    /// praise, error, question or teaching.
+    #[serde(default)]
+    pub kind: String,
+    /// The moment, or the beginning of the interval, in s since the start of the attempt.
+    #[serde(default)]
+    pub from_s: String,
+    /// The end of the interval, in s; empty for a moment.
+    #[serde(default)]
+    pub to_s: String,
+    /// What is said.
+    #[serde(default)]
+    pub body: String,
+}
+
+/// A comment that may be kept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comment {
+    /// What it is meant as.
+    pub kind: CommentKind,
+    /// The moment, or the beginning of the interval, in s.
+    pub from_s: f64,
+    /// The end of the interval, in s.
+    pub to_s: Option<f64>,
+    /// What is said.
+    pub body: String,
+}
+
+/// A comment that may not be kept: field, value, what is allowed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Refused(String);
+
+impl Comment {
+    /// Checks what somebody typed against the attempt, which lasts `duration_s`, in s.
+    ///
+    /// # Errors
+    /// When there are no words or too many, or a moment is not within the attempt.
+    pub fn parse(typed: &Typed, duration_s: f64) -> Result<Self, Refused> {
+        let kind = CommentKind::ALL.into_iter().find(|kind| kind.name() == typed.kind);
+        let kind = kind.ok_or_else(|| {
+            Refused(format!("kind: \"{}\"; allowed are praise, error, question and teaching", typed.kind))
+        })?;
+        let from_s = moment("from", &typed.from_s, (0.0, duration_s))?;
+        let to_s = match typed.to_s.trim() {
+            "" => None,
+            to_s => Some(moment("to", to_s, (from_s, duration_s))?),
+        };
+        Ok(Self { kind, from_s, to_s, body: words(&typed.body)? })
+    }
+}
+
+fn moment(field: &str, typed: &str, (least_s, most_s): (f64, f64)) -> Result<f64, Refused> {
+    let typed = typed.trim();
+    let seconds = typed.replace(',', ".").parse::<f64>().ok().filter(|s| (least_s..=most_s).contains(s));
+    seconds.ok_or_else(|| {
+        // Rounded inwards, so that what is named as allowed is.
+        let (least_s, most_s) = ((least_s * 100.0).ceil() / 100.0, (most_s * 100.0).floor() / 100.0);
+        Refused(tr!(
+            "{field}: “{typed}”; allowed is {least} to {most} s, which is within the attempt",
+            field = field,
+            typed = typed,
+            least = least_s,
+            most = most_s
+        ))
+    })
+}
+
+/// The words of a comment or an answer.
+///
+/// # Errors
+/// When there are none, or too many, or U+0000 among them, where a text ends for SQLite.
+pub fn words(typed: &str) -> Result<String, Refused> {
+    let body = typed.trim();
+    if body.contains('\0') {
+        return Err(Refused(tr!("comment: it holds the character U+0000, which no text does").to_owned()));
+    }
+    match body.chars().count() {
+        0 => Err(Refused(tr!("comment: empty; say something").to_owned())),
+        1..=MOST_CHARACTERS => Ok(body.to_owned()),
+        count => {
+            Err(Refused(tr!("comment: {count} characters; allowed are {most}", count = count, most = MOST_CHARACTERS)))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a comment lands outside the attempt, or its words are changed.
+    use super::*;
+
+    fn typed(from_s: &str, to_s: &str) -> Typed {
+        Typed { kind: "praise".into(), from_s: from_s.into(), to_s: to_s.into(), body: " Well <b>held</b>. ".into() }
+    }
+
+    #[test]
+    fn a_moment_and_an_interval_within_the_attempt_are_kept() {
+        let kept = Comment::parse(&typed("1,5", ""), 10.0).expect("a comma is a point to half of the world");
+        assert_eq!((kept.from_s.to_bits(), kept.to_s), (1.5_f64.to_bits(), None));
+        assert_eq!(kept.body, "Well <b>held</b>.");
+        assert!(Comment::parse(&typed("0", "10"), 10.0).is_ok());
+    }
+
+    #[test]
+    fn what_lies_outside_or_backwards_is_refused_with_what_is_allowed() {
+        for (from_s, to_s, word) in [
+            ("10.1", "", "from: “10.1”; allowed is 0 to 10 s"),
+            ("-1", "", "from"),
+            ("", "", "from"),
+            ("NaN", "", "from"),
+            ("5", "4", "to: “4”; allowed is 5 to 10 s"),
+            ("5", "11", "to"),
+            ("5", "inf", "to"),
+        ] {
+            let refused = Comment::parse(&typed(from_s, to_s), 10.0).expect_err(from_s).to_string();
+            assert!(refused.contains(word), "{refused}");
+        }
+    }
+
+    #[test]
+    fn no_words_too_many_words_and_an_unknown_kind_are_refused() {
+        assert!(words(" \n ").is_err());
+        assert!(words(&"ä".repeat(MOST_CHARACTERS)).is_ok());
+        assert!(words(&"ä".repeat(MOST_CHARACTERS + 1)).is_err());
+        let odd = Typed { kind: "shout".into(), ..typed("1", "") };
+        assert!(Comment::parse(&odd, 10.0).expect_err("no such kind").to_string().contains("shout"));
+    }
+}

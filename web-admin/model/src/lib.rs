@@ -1,0 +1,43 @@
+//! What the service knows, free of storage and pages.
+
+#[macro_use(sentence, tr)]
+extern crate words;
+
+pub mod assignment;
+pub mod attempt_place;
+pub mod began;
+pub mod certificate;
+pub mod cohort;
+pub mod comment;
+pub mod corridor;
+pub mod directory;
+pub mod draft;
+pub mod due;
+pub mod judgement;
+pub mod limits;
+pub mod line;
+pub mod mail;
+pub mod membership;
+pub mod moment;
+pub mod passkey;
+pub mod password_refused;
+pub mod person;
+pub mod progress;
+pub mod proof;
+pub mod rating;
+pub mod regrading;
+pub mod replay;
+pub mod retention;
+pub mod roster;
+pub mod second_factor;
+pub mod segments;
+pub mod series;
+pub mod survey;
+pub mod texts;
+
+pub use attempt_place::AttemptPlace;
+pub use moment::{Moment, new_id};
+pub use person::{CurrentPerson, Role};
+pub use proof::{Needed, Proof, Uncounted};
+pub use replay::Replay;
+pub use second_factor::{FactorRule, TotpSecret};

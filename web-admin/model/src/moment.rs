@@ -1,0 +1,75 @@
+//! A moment in time as the database keeps it.
+
+use std::fmt;
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use time::OffsetDateTime;
+use time::format_description::well_known::Rfc3339;
+use uuid::{NoContext, Timestamp, Uuid};
+
+/// A moment, in µs since 1970 UTC: an integer sorts and compares the same in every database, which RFC 3339 text
+/// with its optional fraction does not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
+#[cfg_attr(feature = "sqlx", sqlx(transparent))]
+pub struct Moment(i64);
+
+impl Moment {
+    /// From µs since 1970 UTC.
+    #[must_use]
+    pub const fn from_micros(us: i64) -> Self {
+        Self(us)
+    }
+
+    /// µs since 1970 UTC.
+    #[must_use]
+    pub const fn micros(self) -> i64 {
+        self.0
+    }
+
+    /// This moment moved by `seconds`, in s.
+    #[must_use]
+    pub const fn plus_s(self, seconds: i64) -> Self {
+        Self(self.0.saturating_add(seconds.saturating_mul(1_000_000)))
+    }
+
+    /// As a calendar date and time in UTC; beyond the calendar, its first moment.
+    #[must_use]
+    pub fn to_utc(self) -> OffsetDateTime {
+        OffsetDateTime::from_unix_timestamp_nanos(i128::from(self.0) * 1000).unwrap_or(OffsetDateTime::UNIX_EPOCH)
+    }
+}
+
+/// A fresh id that sorts by the moment it was made.
+#[must_use]
+pub fn new_id(now: Moment) -> Uuid {
+    let (seconds, rest_us) = (now.0.div_euclid(1_000_000), now.0.rem_euclid(1_000_000));
+    let nanoseconds = u32::try_from(rest_us * 1000).unwrap_or(0);
+    Uuid::new_v7(Timestamp::from_unix(NoContext, u64::try_from(seconds).unwrap_or(0), nanoseconds))
+}
+
+impl From<OffsetDateTime> for Moment {
+    fn from(t: OffsetDateTime) -> Self {
+        Self(i64::try_from(t.unix_timestamp_nanos() / 1000).unwrap_or(0))
+    }
+}
+
+impl fmt::Display for Moment {
+    /// RFC 3339 in UTC.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.to_utc().format(&Rfc3339).map_err(|_| fmt::Error)?)
+    }
+}
+
+impl Serialize for Moment {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Moment {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        OffsetDateTime::parse(&text, &Rfc3339).map(Self::from).map_err(serde::de::Error::custom)
+    }
+}

@@ -1,0 +1,82 @@
+//! Who somebody is to a school.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+use uuid::Uuid;
+
+use words::Language;
+
+/// What a person may do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema, clap::ValueEnum)]
+#[cfg_attr(feature = "sqlx", derive(sqlx::Type))]
+#[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "sqlx", sqlx(rename_all = "lowercase"))]
+pub enum Role {
+    /// Trains; sees their own attempts.
+    Trainee,
+    /// Teaches cohorts; sees the attempts of their trainees.
+    Instructor,
+    /// Sees the whole school.
+    Administrator,
+}
+
+impl Role {
+    /// The word for it in the database and in addresses.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Trainee => "trainee",
+            Self::Instructor => "instructor",
+            Self::Administrator => "administrator",
+        }
+    }
+
+    /// The word for it on pages.
+    #[must_use]
+    pub fn said(self) -> &'static str {
+        match self {
+            Self::Trainee => tr!("trainee"),
+            Self::Instructor => tr!("instructor"),
+            Self::Administrator => tr!("administrator"),
+        }
+    }
+}
+
+impl fmt::Display for Role {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// A role that does not exist.
+#[derive(Debug, thiserror::Error)]
+#[error("role: \"{0}\"; allowed are trainee, instructor and administrator")]
+pub struct UnknownRole(String);
+
+impl FromStr for Role {
+    type Err = UnknownRole;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        [Self::Trainee, Self::Instructor, Self::Administrator]
+            .into_iter()
+            .find(|role| role.as_str() == text)
+            .ok_or_else(|| UnknownRole(text.to_owned()))
+    }
+}
+
+/// The signed-in person, known to be enabled at the time of the request.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CurrentPerson {
+    /// Who.
+    pub id: Uuid,
+    /// Their school; every query is limited to it.
+    pub school_id: Uuid,
+    /// What they may do.
+    pub role: Role,
+    /// Their name, for the page's head; never for a log.
+    pub display_name: String,
+    /// The language that they have chosen, if any.
+    pub language: Option<Language>,
+}

@@ -1,0 +1,170 @@
+//! A course of three exercises, each after the one before, mastered by 2 passes of 3. Fails when somebody is sent
+//! to a locked exercise, or when an instructor is called for no reason, or not called for a good one.
+
+use documents::MasteryRule;
+use time::Duration;
+use time::macros::datetime;
+
+use super::*;
+
+const NOW: OffsetDateTime = datetime!(2026-05-20 12:00 UTC);
+
+fn course() -> Course {
+    let step = |id: &str, before: &[&str]| Step {
+        exercise: id.to_owned(),
+        title: id.to_uppercase(),
+        prerequisites: before.iter().map(|b| (*b).to_owned()).collect(),
+    };
+    Course {
+        steps: vec![step("a", &[]), step("b", &["a"]), step("c", &["b"])],
+        rule: Mastery::Passes { passes: 2, of: 3 },
+    }
+}
+
+/// Attempts one hour apart, the last one hour ago; a score of 60 passes.
+fn attempts(tried: &[(&str, f64)]) -> Vec<Attempt> {
+    let hours = |i: usize| i64::try_from(tried.len() - i).expect("few");
+    let attempt = |(i, (exercise, score)): (usize, &(&str, f64))| Attempt {
+        session: Uuid::from_u128(i as u128),
+        exercise: (*exercise).into(),
+        at: NOW - Duration::hours(hours(i)),
+        score: *score,
+        passed: *score >= 60.0,
+        revision: None,
+    };
+    tried.iter().enumerate().map(attempt).collect()
+}
+
+fn progress(tried: &[(&str, f64)]) -> Progress {
+    Progress::of(&course(), &attempts(tried), NOW)
+}
+
+#[test]
+fn a_newcomer_starts_with_the_first_exercise_and_has_not_started() {
+    let progress = progress(&[]);
+    assert_eq!(progress.next, Some(0));
+    assert_eq!(progress.concerns, [Concern::NotStarted]);
+    assert_eq!(progress.steps[1].state, StepState::Locked { missing: vec!["A".to_owned()] });
+}
+
+#[test]
+fn mastery_opens_the_next_exercise_and_only_that() {
+    let progress = progress(&[("a", 70.0), ("a", 30.0), ("a", 80.0)]);
+    assert_eq!(progress.mastered(), 1);
+    assert_eq!(progress.next, Some(1));
+    assert_eq!(progress.steps[1].state, StepState::Open { passes: 0 });
+    assert!(matches!(progress.steps[2].state, StepState::Locked { .. }));
+}
+
+#[test]
+fn passes_too_far_apart_do_not_count_together() {
+    let progress = progress(&[("a", 70.0), ("a", 30.0), ("a", 30.0), ("a", 80.0)]);
+    assert_eq!(progress.mastered(), 0);
+    assert_eq!(progress.steps[0].state, StepState::Open { passes: 1 });
+}
+
+#[test]
+fn mastery_once_reached_stays() {
+    let progress = progress(&[("a", 70.0), ("a", 80.0), ("a", 10.0), ("a", 10.0), ("a", 10.0)]);
+    assert_eq!(progress.mastered(), 1);
+}
+
+#[test]
+fn three_straight_fails_on_the_current_exercise_are_stuck_and_two_are_not() {
+    let fails = [("a", 70.0), ("a", 70.0), ("b", 20.0), ("b", 30.0)];
+    assert!(progress(&fails).concerns.is_empty());
+    let stuck = progress(&[&fails[..], &[("b", 41.0)]].concat()).concerns;
+    assert_eq!(stuck, [Concern::Stuck { title: "B".to_owned(), fails: 3, last_score: 41.0 }]);
+}
+
+#[test]
+fn fourteen_days_of_silence_are_borne_and_fifteen_are_not() {
+    let old = |days| {
+        let mut attempts = attempts(&[("a", 70.0)]);
+        attempts[0].at = NOW - Duration::days(days);
+        Progress::of(&course(), &attempts, NOW).concerns
+    };
+    assert!(old(14).is_empty());
+    assert_eq!(old(15), [Concern::Inactive { days: 15 }]);
+}
+
+#[test]
+fn who_has_finished_may_rest() {
+    let mut attempts = attempts(&[("a", 70.0), ("a", 70.0), ("b", 70.0), ("b", 70.0), ("c", 70.0), ("c", 70.0)]);
+    attempts.iter_mut().for_each(|a| a.at -= Duration::days(100));
+    let progress = Progress::of(&course(), &attempts, NOW);
+    assert!(progress.complete() && progress.next.is_none() && progress.concerns.is_empty());
+}
+
+#[test]
+fn a_fall_within_one_exercise_is_a_decline_and_a_harder_exercise_is_not() {
+    let fall = progress(&[("a", 90.0), ("a", 90.0), ("a", 90.0), ("a", 70.0), ("a", 75.0), ("a", 80.0)]);
+    assert_eq!(fall.concerns, [Concern::Declining { title: "A".to_owned(), from: 90.0, to: 75.0 }]);
+    let harder = progress(&[("a", 90.0), ("a", 90.0), ("a", 90.0), ("b", 61.0), ("b", 59.0), ("b", 61.0)]);
+    assert!(harder.concerns.is_empty());
+}
+
+/// Fails at 10 % are borne, at 40 % not: five successes in a row are not enough, eleven are.
+fn by_curve(within: Option<u32>) -> Course {
+    let rule = MasteryRule::Cusum { within, p0: 0.1, p1: 0.4, alpha: 0.1, beta: 0.1 };
+    Course { rule: Mastery::of(&rule).expect("the rule has lines"), ..course() }
+}
+
+#[test]
+fn a_learning_curve_declares_watches_and_withdraws() {
+    for within in [None, Some(30)] {
+        let course = by_curve(within);
+        let judged = |tried: &[(&str, f64)]| Progress::of(&course, &attempts(tried), NOW);
+        let begun = judged(&[("a", 90.0); 2]);
+        let needed = begun.steps[0].curve.as_ref().expect("a curve").successes_needed;
+        assert!((2..12).contains(&needed) && begun.mastered() == 0, "{needed} more");
+        let done = vec![("a", 90.0); 2 + needed as usize];
+        assert_eq!((judged(&done).mastered(), judged(&done).next), (1, Some(1)), "{within:?}");
+        let lost = judged(&[&done[..], &[("a", 10.0); 4]].concat());
+        assert!(matches!(lost.steps[0].state, StepState::Regressing { .. }), "{:?}", lost.steps[0].state);
+        assert!(matches!(lost.concerns[..], [Concern::Stuck { .. }, Concern::Regressing { .. }, ..]));
+        assert_eq!((lost.mastered(), lost.next), (0, Some(0)), "practised again");
+        assert!(matches!(lost.steps[1].state, StepState::Open { .. }), "what was opened stays open");
+    }
+}
+
+#[test]
+fn a_change_of_revision_within_an_exercise_is_seen() {
+    let mut tried = attempts(&[("a", 70.0), ("a", 70.0), ("b", 70.0)]);
+    let mixes = |tried: &[Attempt]| Progress::of(&course(), tried, NOW).steps[0].mixes_revisions();
+    tried[2].revision = Some(Uuid::from_u128(2));
+    assert!(!mixes(&tried));
+    tried[1].revision = Some(Uuid::from_u128(1));
+    assert!(mixes(&tried));
+}
+
+#[test]
+fn attempts_on_other_courses_change_nothing() {
+    assert_eq!(progress(&[("elsewhere", 90.0)]).concerns, [Concern::NotStarted]);
+}
+
+/// The same cases hold for what the simulator tells whoever practises without a school.
+#[test]
+fn mastery_is_what_the_simulator_calls_mastered_without_a_school() {
+    let cases = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/mastery/cases.json");
+    let cases: Vec<serde_json::Value> = serde_json::from_slice(&std::fs::read(cases).unwrap()).unwrap();
+    assert!(cases.len() > 10);
+    for case in cases {
+        let (rule, number) = (&case["rule"], |key: &str| case["rule"][key].as_f64());
+        let count = |key: &str| rule[key].as_u64().and_then(|count| u32::try_from(count).ok());
+        let rule = match (count("passes"), count("of")) {
+            (Some(passes), Some(of)) => MasteryRule::Passes { passes, of },
+            _ => {
+                let [p0, p1, alpha, beta] = ["p0", "p1", "alpha", "beta"].map(|key| number(key).unwrap());
+                MasteryRule::Cusum { within: count("within"), p0, p1, alpha, beta }
+            }
+        };
+        let course = Course { rule: Mastery::of(&rule).unwrap(), ..course() };
+        let tried: Vec<_> =
+            case["attempts"].as_str().unwrap().chars().map(|c| ("a", if c == 'P' { 90.0 } else { 10.0 })).collect();
+        let [first, next, _] = &Progress::of(&course, &attempts(&tried), NOW).steps[..] else { panic!("three steps") };
+        assert_eq!(first.mastered(), case["mastered"] == true, "{case}: {:?}", first.state);
+        let locked = matches!(next.state, StepState::Locked { .. });
+        assert_eq!(!locked, case["opens"] == true, "{case}: {:?}", next.state);
+    }
+}

@@ -1,0 +1,110 @@
+//! What several raters said of the same attempts: scores by the instrument's key, means, and how far they agree.
+
+use std::collections::BTreeMap;
+
+use assessment::questionnaire::{self, Answer};
+use assessment::statistics::{IntraclassCorrelation, NotComputable, intraclass_correlation};
+use documents::Instrument;
+use documents::instrument::ScoreKey;
+use uuid::Uuid;
+
+/// A rating: the attempt, the rater, and, once it is finished, the answers in the order of the instrument's items.
+#[derive(Clone, Copy, Debug)]
+pub struct Given<'a> {
+    /// The attempt.
+    pub session: Uuid,
+    /// The rater.
+    pub rater: Uuid,
+    /// Absent until it is finished.
+    pub answers: Option<&'a [Option<Answer>]>,
+}
+
+/// A score of the instrument over all attempts and raters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScoreTable {
+    /// Title.
+    pub title: String,
+    /// The least and the largest it can be.
+    pub range: (f64, f64),
+    /// A row for each attempt with a score for each rater, where there is one.
+    pub rows: Vec<Vec<Option<f64>>>,
+    /// Agreement over the attempts that every rater has scored.
+    pub agreement: Result<IntraclassCorrelation, NotComputable>,
+}
+
+impl ScoreTable {
+    /// Attempts that every rater has scored, and those that lack a score.
+    #[must_use]
+    pub fn complete_and_missing(&self) -> (usize, usize) {
+        let complete = self.rows.iter().filter(|row| row.iter().all(Option::is_some)).count();
+        (complete, self.rows.len() - complete)
+    }
+}
+
+/// The scores of an instrument, a table each; attempts and raters in the order of the slices.
+#[must_use]
+pub fn tables(instrument: &Instrument, (attempts, raters): (&[Uuid], &[Uuid]), given: &[Given<'_>]) -> Vec<ScoreTable> {
+    let finished: BTreeMap<(Uuid, Uuid), &[Option<Answer>]> =
+        given.iter().filter_map(|given| Some(((given.session, given.rater), given.answers?))).collect();
+    let score = |key: &ScoreKey| {
+        let cell = |attempt: Uuid, rater: &Uuid| {
+            finished.get(&(attempt, *rater)).and_then(|answers| questionnaire::score(instrument, key, answers).ok())
+        };
+        let row = |attempt: &Uuid| raters.iter().map(|rater| cell(*attempt, rater)).collect();
+        let rows: Vec<Vec<Option<f64>>> = attempts.iter().map(row).collect();
+        ScoreTable {
+            title: key.title.in_language("en").to_owned(),
+            range: questionnaire::range(instrument, key),
+            agreement: intraclass_correlation(&rows),
+            rows,
+        }
+    };
+    instrument.scores.iter().map(score).collect()
+}
+
+/// The mean of the scores that there are, and how many they are.
+#[must_use]
+pub fn mean(scores: &[Option<f64>]) -> Option<(f64, usize)> {
+    let given: Vec<f64> = scores.iter().flatten().copied().collect();
+    let n = u32::try_from(given.len()).ok().filter(|n| *n > 0)?;
+    Some((given.iter().sum::<f64>() / f64::from(n), given.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when an unfinished rating counts, or a missing one is taken for 0.
+
+    use super::*;
+
+    const INSTRUMENT: &str = include_str!("../../../curricula/instruments/global-rating-puncture.toml");
+
+    fn answers(points: [u32; 7]) -> Vec<Option<Answer>> {
+        points.into_iter().map(|p| Some(Answer::Number(f64::from(p)))).collect()
+    }
+
+    #[test]
+    fn what_is_missing_is_left_out_and_counted() {
+        let instrument = Instrument::from_bytes("test", INSTRUMENT.as_bytes()).expect("a shipped instrument");
+        let (attempts, raters) = ([1, 2, 3].map(Uuid::from_u128), [11, 12].map(Uuid::from_u128));
+        let said = [[1; 7], [2; 7], [4; 7], [5; 7], [3; 7]].map(answers);
+        let given =
+            |attempt: usize, rater: usize, answers| Given { session: attempts[attempt], rater: raters[rater], answers };
+        let list = [
+            given(0, 0, Some(&said[0][..])),
+            given(0, 1, Some(&said[1])),
+            given(1, 0, Some(&said[2])),
+            given(1, 1, Some(&said[3])),
+            given(2, 0, Some(&said[4])),
+            given(2, 1, None),
+        ];
+        let table = &tables(&instrument, (&attempts, &raters), &list)[0];
+        assert_eq!(table.rows, [vec![Some(7.0), Some(14.0)], vec![Some(28.0), Some(35.0)], vec![Some(21.0), None]]);
+        assert_eq!(table.complete_and_missing(), (2, 1));
+        let agreement = table.agreement.expect("two attempts, two raters");
+        assert_eq!((agreement.n, agreement.raters, agreement.missing), (2, 2, 1));
+        assert_eq!(mean(&table.rows[2]), Some((21.0, 1)));
+        assert_eq!(mean(&[None]), None);
+        let lonely = &tables(&instrument, (&attempts, &raters[..1]), &list)[0];
+        assert_eq!(lonely.agreement, Err(NotComputable::TooFewItems { found: 1, needed: 2 }));
+    }
+}

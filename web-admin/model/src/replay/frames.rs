@@ -1,0 +1,206 @@
+//! The moving part of a replay: so many pictures a second of needle and tents, small enough to be sent before play.
+
+use attempt::Dents;
+use attempt::{needle_axis, patient_thicknesses_m};
+use documents::ExerciseBundle;
+use recording::{Recording, Sample};
+
+use crate::series::lateral_n;
+
+/// What each frame holds before its tents. Lengths in mm, forces in N, times in s; the axis points from hub to tip.
+pub const COLUMNS: [&str; 11] =
+    ["t_s", "x_mm", "y_mm", "z_mm", "axis_x", "axis_y", "axis_z", "advance_mm", "depth_mm", "force_n", "lateral_n"];
+
+/// Pictures a second where there is room: what a screen shows.
+const MOST_HZ: f64 = 60.0;
+/// Room for all frames, in bytes.
+const MOST_BYTES: usize = 1_200_000;
+
+/// Frames at even times, as the rows of a table of little-endian 32-bit floats.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Frames {
+    /// Number of boundaries whose tents each frame holds.
+    boundaries: usize,
+    bytes: Vec<u8>,
+}
+
+impl Frames {
+    /// The frames of a recording: each is the last sample before its time, and where every boundary stands beside it.
+    #[must_use]
+    pub fn of(recording: &Recording, bundle: &ExerciseBundle) -> Self {
+        let boundaries = bundle.scene.layers.len();
+        let thicknesses_m = patient_thicknesses_m(recording, bundle);
+        let mut dents = Dents::new(thicknesses_m, bundle.scene.needle.tip_to_rim_mm * 1e-3);
+        let (mut events, mut tents) = (recording.events.iter().peekable(), recording.tents.iter().peekable());
+        let mut frames = Self { boundaries, bytes: Vec::new() };
+        let (Some(first), Some(last)) = (recording.samples.first(), recording.samples.last()) else { return frames };
+        let count = frames.count(last.t_s - first.t_s, recording.samples.len());
+        for k in 0..count {
+            let share = k as f64 / (count - 1).max(1) as f64;
+            let t_s = first.t_s + share * (last.t_s - first.t_s);
+            let at = recording.samples.partition_point(|sample| sample.t_s <= t_s).saturating_sub(1);
+            let sample = &recording.samples[at];
+            while let Some(event) = events.next_if(|event| event.t_s <= sample.t_s) {
+                dents.event(event);
+            }
+            while let Some(tent) = tents.next_if(|tent| tent.t_s <= t_s) {
+                dents.tent(tent);
+            }
+            frames.push(sample, &dents.at(sample));
+        }
+        frames
+    }
+
+    fn count(&self, duration_s: f64, samples: usize) -> usize {
+        let room = MOST_BYTES / (4 * self.width());
+        // A duration is finite: the times of samples are.
+        ((duration_s * MOST_HZ).ceil() as usize + 1).min(room).min(samples)
+    }
+
+    fn push(&mut self, sample: &Sample, dents_m: &[f32]) {
+        let tip_mm = sample.tip_m().map(|part| part * 1e3);
+        let axis = needle_axis(sample);
+        let measured = [sample.x_m * 1e3, f64::from(sample.depth_m) * 1e3, sample.axial_n(), lateral_n(sample)];
+        let row = [sample.t_s].into_iter().chain(tip_mm).chain(axis.iter().copied()).chain(measured);
+        let row = row.map(|value| value as f32).chain(dents_m.iter().map(|dent_m| dent_m * 1e3));
+        // A browser draws nothing at a place that is no number, and everything else with it.
+        let finite = row.map(|value| if value.is_finite() { value } else { 0.0 });
+        self.bytes.extend(finite.flat_map(f32::to_le_bytes));
+    }
+
+    fn width(&self) -> usize {
+        COLUMNS.len() + self.boundaries
+    }
+
+    /// What each frame holds, in order.
+    #[must_use]
+    pub fn columns(&self) -> Vec<String> {
+        let tents = (0..self.boundaries).map(|boundary| format!("tent_{boundary}_mm"));
+        COLUMNS.map(str::to_owned).into_iter().chain(tents).collect()
+    }
+
+    /// As a file holds them.
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when an hour would not fit, a frame tells of the future, or the axis points the wrong way.
+    use attempt::simulate::{Clock, simulate};
+    use documents::Patient;
+    use law::operator::{Operator, Plan};
+    use recording::{Tent, Writer};
+    use tissue::Specimen;
+
+    use super::*;
+
+    fn bundle() -> ExerciseBundle {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../curricula/lower-back-basics/1-feel-the-layers.toml");
+        ExerciseBundle::read(std::path::Path::new(file)).expect("a shipped exercise")
+    }
+
+    fn numbers(frames: &Frames) -> Vec<Vec<f32>> {
+        let numbers: Vec<f32> = frames.bytes().as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+        numbers.chunks(frames.columns().len()).map(<[f32]>::to_vec).collect()
+    }
+
+    fn recording(seconds: u32, hz: u32) -> Recording {
+        let down = [1.0, 0.0, 0.0, 0.0];
+        let sample = |i: u32| Sample {
+            t_s: f64::from(i) / f64::from(hz),
+            orientation: down,
+            x_m: f64::from(i) * 1e-6,
+            ..Sample::default()
+        };
+        let tents =
+            (0..seconds * 120).map(|i| Tent { t_s: f64::from(i) / 120.0, tent_m: vec![0.001; 4], ..Tent::default() });
+        Recording {
+            session: super::super::stage::tests::session(),
+            attachments: vec![],
+            samples: (0..=seconds * hz).map(sample).collect(),
+            events: vec![],
+            energies: vec![],
+            tents: tents.collect(),
+            signature: None,
+            complete: true,
+        }
+    }
+
+    #[test]
+    fn a_short_attempt_has_a_frame_for_each_picture() {
+        let rows = numbers(&Frames::of(&recording(2, 1000), &bundle()));
+        assert_eq!((rows.len(), rows[0].len()), (121, 15));
+        assert!((rows[60][0] - 1.0).abs() < 2e-3, "{:?}", rows[60]);
+        assert!((rows[120][7] - 2.0).abs() < 1e-6 && (rows[120][11] - 1.0).abs() < 1e-6, "{:?}", rows[120]);
+        assert!((rows[5][6] + 1.0).abs() < 1e-6, "a needle straight down points along -z: {:?}", rows[5]);
+    }
+
+    #[test]
+    fn ten_minutes_still_fit() {
+        let frames = Frames::of(&recording(600, 100), &bundle());
+        assert!(frames.bytes().len() <= MOST_BYTES, "{}", frames.bytes().len());
+        assert!(numbers(&frames).len() > 12_000, "{}", frames.bytes().len());
+    }
+
+    /// In past every boundary at 5 mm/s, and out.
+    fn attempt(bundle: &ExerciseBundle) -> Recording {
+        let params = Specimen::new(bundle.specimen_spec(&Patient::nominal(&bundle.scene))).expect("a shipped scene");
+        let path = documents::along_path(params.spec().axial.clone(), bundle.exercise.angle_deg);
+        let last_m = law::closed_form::ruptures(&path).last().expect("a boundary").x_m;
+        let plan = Plan { target_x_m: last_m + 0.004, approach_m: 0.001, hold_s: 0.2, ..bundle.exercise.plan() };
+        let (exercise_sha256, scene_sha256) = (bundle.exercise.sha256.clone(), bundle.scene.sha256.clone());
+        let session = recording::Session { exercise_sha256, scene_sha256, ..super::super::stage::tests::session() };
+        let attachments = assessment::attachments(bundle);
+        let mut writer = Writer::create(Vec::new(), &session, &attachments, &Default::default()).expect("memory");
+        let clock = Clock { tick_hz: 1000.0, time_limit_s: 60.0 };
+        simulate(&params, &mut Operator::constant(0.005, &plan), &mut writer, &clock).expect("memory");
+        Recording::read(writer.finish().expect("memory").as_slice()).expect("just written")
+    }
+
+    /// The largest disagreement of needle and tissue in the frames of a recording, in mm: from the columns alone, as a browser draws them.
+    fn disagreement_mm(recording: &Recording, bundle: &ExerciseBundle) -> f64 {
+        let mut dents = Dents::new(
+            bundle.scene.layers.iter().map(|layer| layer.thickness_mm * 1e-3),
+            bundle.scene.needle.tip_to_rim_mm * 1e-3,
+        );
+        let mut events = recording.events.iter().peekable();
+        let mut most_mm = 0.0_f64;
+        for row in numbers(&Frames::of(recording, bundle)) {
+            let at = recording.samples.partition_point(|sample| sample.t_s as f32 <= row[0]) - 1;
+            let sample = &recording.samples[at];
+            while let Some(event) = events.next_if(|event| event.t_s <= sample.t_s) {
+                dents.event(event);
+            }
+            let shown_m: Vec<f32> = row[COLUMNS.len()..].iter().map(|mm| mm * 1e-3).collect();
+            assert_eq!(shown_m.len(), bundle.scene.layers.len());
+            most_mm = most_mm.max(1e3 * dents.disagreement_m(sample, &shown_m));
+        }
+        most_mm
+    }
+
+    #[test]
+    fn tip_and_tissue_agree_in_every_frame_of_every_shipped_exercise() {
+        let curricula = concat!(env!("CARGO_MANIFEST_DIR"), "/../../curricula");
+        let files = ["lower-back-basics", "lumbar-epidural", "experiments"]
+            .into_iter()
+            .flat_map(|course| std::fs::read_dir(format!("{curricula}/{course}")).expect("a shipped course").flatten());
+        let found: Vec<ExerciseBundle> = files.filter_map(|file| ExerciseBundle::read(&file.path()).ok()).collect();
+        assert!(found.len() >= 9, "{} exercises", found.len());
+        for bundle in &found {
+            let off_mm = disagreement_mm(&attempt(bundle), bundle);
+            assert!(off_mm < 0.1, "{}: {off_mm} mm", bundle.exercise.id);
+        }
+    }
+
+    #[test]
+    fn an_empty_recording_and_broken_numbers_are_contained() {
+        let empty = Recording { samples: vec![], ..recording(0, 1) };
+        assert!(Frames::of(&empty, &bundle()).bytes().is_empty());
+        let mut broken = recording(1, 10);
+        broken.samples[3].position_m = [f64::NAN; 3];
+        assert!(numbers(&Frames::of(&broken, &bundle())).iter().flatten().all(|value| value.is_finite()));
+    }
+}

@@ -1,0 +1,38 @@
+//! What a replay in the browser needs of a recording, made once: the stage, constant for the attempt, the frames that
+//! move on it, and the pyramid of what is plotted.
+
+mod frames;
+mod stage;
+
+use documents::ExerciseBundle;
+use recording::Recording;
+
+use super::series::Pyramid;
+use attempt::AttemptCurve;
+pub use frames::{COLUMNS, Frames};
+pub use stage::Stage;
+
+/// A recording, taken apart for the browser.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    /// What does not move.
+    pub stage: Stage,
+    /// What moves.
+    pub frames: Frames,
+    /// What is plotted.
+    pub pyramid: Pyramid,
+}
+
+impl Replay {
+    /// Takes a recording apart; `bundle` is the exercise that it carries.
+    #[must_use]
+    pub fn of(recording: &Recording, bundle: &ExerciseBundle) -> Self {
+        let frames = Frames::of(recording, bundle);
+        let curve = AttemptCurve::draw(recording, bundle);
+        Self {
+            stage: Stage::of(recording, bundle, (curve, frames.columns())),
+            pyramid: Pyramid::of(&recording.samples),
+            frames,
+        }
+    }
+}

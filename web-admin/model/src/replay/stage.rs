@@ -1,0 +1,220 @@
+//! What does not move in a replay: layers, needle, structures, events.
+
+use attempt::{AttemptCurve, CurveMark, LayerSpan, MarkKind, patient_thicknesses_m};
+use documents::ExerciseBundle;
+use law::structures::{StructureKind, StructureSpec};
+use recording::Recording;
+use serde::Serialize;
+use utoipa::ToSchema;
+
+/// Most triangles of a structure that are sent; a finer mesh is shown as the box around it.
+const MOST_TRIANGLES: usize = 4000;
+
+/// What does not move. Lengths in mm in the patient frame, +z out of the body; along the needle where that is said.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct Stage {
+    /// Title of the exercise.
+    pub title: String,
+    /// Length of the attempt, in s.
+    pub duration_s: f64,
+    /// What each frame holds, in order.
+    pub columns: Vec<String>,
+    /// Layers from the surface down.
+    pub layers: Vec<Layer>,
+    /// Where the needle should enter.
+    pub entry_mm: [f64; 3],
+    /// Where its tip should stop.
+    pub target_mm: [f64; 3],
+    /// How far in that is, along the needle, in mm.
+    pub target_depth_mm: f64,
+    /// The needle.
+    pub needle: Needle,
+    /// Structures inside the body.
+    pub structures: Vec<Structure>,
+    /// What happened, in order of time.
+    pub events: Vec<Happening>,
+}
+
+/// A layer.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct Layer {
+    /// Name.
+    pub name: String,
+    /// The texture, which chooses its colour.
+    pub texture: String,
+    /// Where it begins below the skin, in mm, straight down.
+    pub top_mm: f64,
+    /// Where it ends below the skin, in mm, straight down.
+    pub bottom_mm: f64,
+    /// Where it begins along the needle, in mm.
+    pub along_top_mm: f64,
+    /// Where it ends along the needle, in mm.
+    pub along_bottom_mm: f64,
+}
+
+/// The needle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, ToSchema)]
+pub struct Needle {
+    /// Diameter, in mm.
+    pub diameter_mm: f64,
+    /// Length, in mm.
+    pub length_mm: f64,
+    /// From the tip of the stylet to the rim of the cannula, in mm; 0 where there is no rim.
+    pub tip_to_rim_mm: f64,
+}
+
+/// A structure.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct Structure {
+    /// Name.
+    pub name: String,
+    /// target, vessel, nerve, bone or organ.
+    #[schema(value_type = String)]
+    pub kind: StructureKind,
+    /// Corners, three numbers each, in mm.
+    pub vertices_mm: Vec<f64>,
+    /// Triangles, three corners each.
+    pub triangles: Vec<u32>,
+}
+
+/// An event.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+pub struct Happening {
+    /// contact, tip_rupture, rim_rupture, structure_hit, skin_exit or confirm.
+    #[schema(value_type = String)]
+    pub kind: MarkKind,
+    /// When, in s.
+    pub t_s: f64,
+    /// Where, in mm along the needle.
+    pub advance_mm: f64,
+    /// Axial force on the hand just before, in N.
+    pub force_n: f64,
+    /// The layer or structure concerned, or empty.
+    pub name: String,
+}
+
+impl Stage {
+    /// The stage of a recording, from its curve and its frames' columns.
+    #[must_use]
+    pub fn of(recording: &Recording, bundle: &ExerciseBundle, (curve, columns): (AttemptCurve, Vec<String>)) -> Self {
+        let needle = &bundle.scene.needle;
+        let (entry, target) = (bundle.exercise.entry_m(), bundle.exercise.target_m());
+        Self {
+            title: bundle.exercise.title.clone(),
+            duration_s: curve.duration_s,
+            columns,
+            layers: layers(recording, bundle, &curve.bands),
+            entry_mm: [entry.x, entry.y, entry.z].map(to_mm),
+            target_mm: [target.x, target.y, target.z].map(to_mm),
+            target_depth_mm: curve.target_depth_mm,
+            needle: Needle {
+                diameter_mm: needle.diameter_mm,
+                length_mm: needle.length_mm,
+                tip_to_rim_mm: needle.tip_to_rim_mm,
+            },
+            structures: bundle.scene.structures.iter().map(|s| structure(&s.spec)).collect(),
+            events: curve.marks.into_iter().map(happening).collect(),
+        }
+    }
+}
+
+/// To the hundredth of a millimetre, far below what a picture shows.
+fn to_mm(metres: f64) -> f64 {
+    (metres * 1e5).round() / 1e2
+}
+
+fn layers(recording: &Recording, bundle: &ExerciseBundle, bands: &[LayerSpan]) -> Vec<Layer> {
+    let mut top_mm = 0.0;
+    let mut layers = Vec::with_capacity(bands.len());
+    for (thickness_m, band) in patient_thicknesses_m(recording, bundle).into_iter().zip(bands) {
+        let bottom_mm = top_mm + thickness_m * 1e3;
+        layers.push(Layer {
+            name: band.name.clone(),
+            texture: band.texture.clone(),
+            top_mm,
+            bottom_mm,
+            along_top_mm: band.top_mm,
+            along_bottom_mm: band.bottom_mm,
+        });
+        top_mm = bottom_mm;
+    }
+    layers
+}
+
+fn structure(spec: &StructureSpec) -> Structure {
+    let (corners, triangles) = spec.surface();
+    let vertices_mm: Vec<f64> = corners.iter().flat_map(|c| [c.x, c.y, c.z]).map(to_mm).collect();
+    let (vertices_mm, triangles) = match triangles.len() {
+        ..=MOST_TRIANGLES => (vertices_mm, triangles.into_iter().flatten().collect()),
+        _ => around(&vertices_mm),
+    };
+    Structure { name: spec.name.clone(), kind: spec.kind, vertices_mm, triangles }
+}
+
+/// The box around some corners: eight corners, twelve triangles.
+fn around(vertices_mm: &[f64]) -> (Vec<f64>, Vec<u32>) {
+    let along = |axis: usize| vertices_mm.iter().skip(axis).step_by(3).copied();
+    let ends = [0, 1, 2].map(|axis| {
+        let ends = along(axis).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        [ends.0, ends.1]
+    });
+    let corners = (0..8_usize).flat_map(|c| [ends[0][c & 1], ends[1][c >> 1 & 1], ends[2][c >> 2 & 1]]);
+    const FACES: [[u32; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = FACES.iter().flat_map(|&[a, b, c, d]| [a, b, c, a, c, d]);
+    (corners.collect(), triangles.collect())
+}
+
+fn happening(mark: CurveMark) -> Happening {
+    let CurveMark { kind, t_s, advance_mm, axial_n, name } = mark;
+    Happening { kind, t_s, advance_mm, force_n: axial_n, name }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    //! Fails when a mesh of any size would be sent, or a box does not reach around it.
+    use law::structures::Shape;
+    use nalgebra::Point3;
+
+    use super::*;
+
+    pub(in crate::replay) fn session() -> recording::Session {
+        recording::Session {
+            session_id: uuid::Uuid::nil(),
+            exercise_id: String::new(),
+            exercise_sha256: String::new(),
+            scene_sha256: String::new(),
+            simulator_version: String::new(),
+            git: String::new(),
+            device: String::new(),
+            device_max_force_n: 1.0,
+            law: law::axial::ForceLaw::Version2,
+            judging: law::Judging::default(),
+            tick_hz: 1000.0,
+            seed: 0,
+            trainee: String::new(),
+            started_at: time::OffsetDateTime::UNIX_EPOCH,
+            patient_thickness_mm: vec![],
+        }
+    }
+
+    #[test]
+    fn a_fine_mesh_is_shown_as_the_box_around_it() {
+        let spec = |triangles| StructureSpec {
+            name: "lump".to_owned(),
+            kind: StructureKind::Organ,
+            shape: Shape::Mesh {
+                vertices_m: vec![Point3::new(-0.001, 0.0, -0.02), Point3::new(0.003, 0.002, -0.01), Point3::origin()],
+                triangles: vec![[0, 1, 2]; triangles],
+            },
+            position_m: Point3::origin(),
+            wall: None,
+        };
+        assert_eq!(structure(&spec(12)).triangles.len(), 36);
+        let boxed = structure(&spec(MOST_TRIANGLES + 1));
+        assert_eq!((boxed.vertices_mm.len(), boxed.triangles.len()), (24, 36));
+        let reach = |axis: usize, seed: f64, pick: fn(f64, f64) -> f64| {
+            boxed.vertices_mm.iter().skip(axis).step_by(3).copied().fold(seed, pick)
+        };
+        assert!((reach(0, 0.0, f64::max) - 3.0).abs() < 1e-9 && (reach(2, 0.0, f64::min) + 20.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,156 @@
+//! Rosters as they come. Fails when a file that a registrar would call fine is refused, when one that is not slips
+//! through, or when a difference tells of a change that is none, or keeps one quiet.
+
+use std::collections::BTreeSet;
+
+use uuid::Uuid;
+
+use super::*;
+
+fn entries(text: &str) -> Vec<Entry> {
+    read(text.as_bytes()).unwrap().rows.into_iter().map(|row| row.entry.unwrap()).collect()
+}
+
+fn refusals(text: &str) -> Vec<(u64, Refusal)> {
+    let rows = read(text.as_bytes()).unwrap().rows;
+    rows.into_iter().filter_map(|row| Some((row.line, row.entry.err()?.1))).collect()
+}
+
+#[test]
+fn excel_in_german() {
+    let file = "\u{feff}Matrikelnummer;Nachname;Vorname;E-Mail-Adresse;Gruppe\r\n\
+                4711;\"Müller; Dr.\";Jörg;J.Mueller@Example.ORG;\"Jahr 4, A\"\r\n;;;;\r\n";
+    let [entry] = entries(file).try_into().unwrap();
+    assert_eq!((entry.name.as_str(), entry.email.as_str()), ("Jörg Müller; Dr.", "j.mueller@example.org"));
+    assert_eq!((entry.registrar_id.as_deref(), entry.cohort.as_deref()), (Some("4711"), Some("Jahr 4, A")));
+}
+
+#[test]
+fn canvas() {
+    let file = "user_id,login_id,password,first_name,last_name,email,status\n\
+                U1,ana1,,Ana,Lindqvist,ana@example.org,active\nU2,bo@example.org,,Bo,Ek,,deleted\n";
+    let roster = read(file.as_bytes()).unwrap();
+    assert_eq!(roster.ignored, ["password"]);
+    let entries = entries(file);
+    assert_eq!(entries[0].standing, Some(Standing::Active));
+    assert_eq!((entries[1].email.as_str(), entries[1].standing), ("bo@example.org", Some(Standing::Gone)));
+}
+
+#[test]
+fn a_missing_column_is_named_with_what_was_found_and_what_would_do() {
+    let words = read(b"Vorname;Nachname\nA;B\n").unwrap_err().to_string();
+    assert!(words.contains("email address") && words.contains("“Vorname”") && words.contains("login_id"), "{words}");
+    let words = read(b"email,first_name\na@b.c,A\n").unwrap_err().to_string();
+    assert!(words.contains("for the name") && words.contains("last_name"), "{words}");
+    assert!(matches!(read(b"email,mail,name\n"), Err(Unreadable::Twice(..))));
+    assert_eq!(
+        read(b""),
+        Err(Unreadable::MissingColumn {
+            missing: "email address",
+            found: String::new(),
+            allowed: "“email”, “e-mail” or “login_id”",
+        })
+    );
+    assert_eq!(read(b"email,name\n"), Err(Unreadable::Empty));
+}
+
+#[test]
+fn a_line_that_is_wrong_is_refused_with_its_place_and_the_others_stay() {
+    let file = "email,name,role,status\na@b.c,Ana,,\nA@B.C,Again,,\nnobody,Bo,,\nd@b.c,,,\n,Cy,,\n\
+                e@b.c,=HYPERLINK(1),,\nf@b.c,\"-2+3\",,\ng@b.c,Gil,king,\nh@b.c,Hal,student,asleep\ni@b.c,Ida,teacher,aktiv\n";
+    let formula = |text: &str| Refusal::Formula(text.to_owned());
+    assert_eq!(
+        refusals(file),
+        [
+            (3, Refusal::SameEmail(2)),
+            (4, Refusal::BadEmail("nobody".to_owned())),
+            (5, Refusal::NoName),
+            (6, Refusal::NoEmail),
+            (7, formula("=HYPERLINK(1)")),
+            (8, formula("-2+3")),
+            (9, Refusal::BadRole("king".to_owned())),
+            (10, Refusal::BadStatus("asleep".to_owned())),
+        ]
+    );
+}
+
+#[test]
+fn a_hundred_thousand_lines_are_too_many() {
+    let lines: String = (0..100_000).map(|n| format!("p{n}@example.org,Person {n}\n")).collect();
+    assert_eq!(read(format!("email,name\n{lines}").as_bytes()), Err(Unreadable::TooLong));
+}
+
+fn known(number: u128, registrar: Option<&str>, email: &str, cohorts: &[&str]) -> Known {
+    Known {
+        id: Uuid::from_u128(number),
+        registrar_id: registrar.map(str::to_owned),
+        email: email.to_owned(),
+        name: "Ana Ek".to_owned(),
+        role: Role::Trainee,
+        enabled: true,
+        cohorts: cohorts.iter().map(|cohort| (*cohort).to_owned()).collect(),
+    }
+}
+
+fn outcomes(file: &str, people: &[Known], wanted: &Wanted) -> Vec<Outcome> {
+    let unusable = BTreeSet::from(["elsewhere@b.c".to_owned()]);
+    let difference = Difference::of(&read(file.as_bytes()).unwrap(), people, &unusable, wanted);
+    difference.lines.into_iter().map(|line| line.outcome).collect()
+}
+
+#[test]
+fn the_number_finds_a_person_whose_address_and_name_are_new() {
+    let people = [known(1, Some("7"), "ana@b.c", &["A"]), known(2, None, "bo@b.c", &[])];
+    let file = "id,email,name,cohort\n7,ana.new@b.c,Ana Berg,A\n,bo@b.c,Ana Ek,\n8,bo@b.c,Ana Ek,\n9,new@b.c,New,B\n";
+    let [moved, same, _, new] = outcomes(file, &people, &Wanted::default()).try_into().unwrap();
+    let changes = vec![Change::Name("Ana Ek".to_owned()), Change::Email("ana@b.c".to_owned())];
+    assert_eq!(moved, Outcome::Changed { person: Uuid::from_u128(1), changes });
+    assert_eq!((same, new), (Outcome::Unchanged, Outcome::New));
+}
+
+#[test]
+fn nobody_is_taken_for_somebody_else() {
+    let mut people = [known(1, Some("7"), "ana@b.c", &[]), known(2, None, "bo@b.c", &[])];
+    people[1].role = Role::Administrator;
+    let file = "id,email,name\n7,bo@b.c,Ana Ek\n,elsewhere@b.c,Ana Ek\n";
+    let expected = [Refusal::EmailOfAnother, Refusal::EmailUnusable].map(Outcome::Refused);
+    assert_eq!(outcomes(file, &people, &Wanted::default()), expected);
+    let administrator = outcomes("email,name\nbo@b.c,Bo\n", &people, &Wanted::default());
+    assert_eq!(administrator, [Outcome::Refused(Refusal::OtherRole(Role::Administrator))]);
+}
+
+#[test]
+fn nobody_leaves_by_omission_unless_that_is_asked_and_then_only_the_cohorts_of_the_file() {
+    let people = [known(1, None, "ana@b.c", &["A", "B"]), known(2, None, "bo@b.c", &["A"])];
+    let roster = read(b"email,name\nbo@b.c,Ana Ek\n").unwrap();
+    let leaving = |remove_missing| {
+        let wanted = Wanted { cohort: Some("A".to_owned()), remove_missing };
+        Difference::of(&roster, &people, &BTreeSet::new(), &wanted).leaving
+    };
+    assert_eq!(leaving(false), []);
+    let [only] = leaving(true).try_into().unwrap();
+    assert_eq!((only.person, only.cohort.as_str()), (Uuid::from_u128(1), "A"));
+}
+
+#[test]
+fn a_line_has_the_number_that_an_editor_shows_whatever_ends_it() {
+    for end in ["\n", "\r\n"] {
+        let file = ["email,name", "a@b.c,Ana", "", "b@b.c,Bo", "no address,Cy", ""].join(end);
+        for (head, more) in [(String::new(), 0), (format!("sep=,{end}"), 1)] {
+            let rows = read(format!("{head}{file}").as_bytes()).unwrap().rows;
+            let lines: Vec<u64> = rows.iter().map(|row| row.line - more).collect();
+            assert_eq!(lines, [2, 4, 5], "{end:?}");
+        }
+    }
+}
+
+#[test]
+fn every_roster_that_is_a_bomb_is_answered() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fuzz/bombs/roster");
+    let bombs: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    assert!(bombs.len() >= 4, "{bombs:?}");
+    for path in bombs {
+        let told = read(&std::fs::read(&path).unwrap());
+        assert!(told.is_err() || told.is_ok_and(|roster| roster.rows.len() <= 1000), "{}", path.display());
+    }
+}

@@ -1,0 +1,417 @@
+//! What a survey found: distributions, scores, reliability, agreement and content validity, group by group.
+//!
+//! Answers of different roles are never pooled into one mean. Only what measures the instrument itself (α, agreement,
+//! content validity) is computed over all groups, too.
+
+use assessment::questionnaire::{self, Answer, Scorer};
+use assessment::statistics::{self, NotComputable};
+use documents::Instrument;
+use documents::instrument::{Item, ScaleKind, ScoreKey};
+use phrase::Phrase;
+use serde::Serialize;
+use uuid::Uuid;
+
+use super::groups::Groups;
+
+/// A response, as it is analysed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row<'a> {
+    /// The response: random, and all that is known of an anonymous one.
+    pub id: Uuid,
+    /// `professional`, or the person's role.
+    pub role: &'a str,
+    /// The attempt's exercise, device and simulator.
+    pub attempt: [Option<&'a str>; 3],
+    /// Year and month in which it was sent.
+    pub month: String,
+    /// In the order of the instrument's items.
+    pub answers: &'a [Option<Answer>],
+    /// In the order of the instrument's scores.
+    pub scores: Vec<Option<f64>>,
+}
+
+impl Row<'_> {
+    fn number_at(&self, item: usize) -> Option<f64> {
+        self.answers.get(item)?.as_ref()?.number()
+    }
+}
+
+/// A figure, or why there is none.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Figure<T> {
+    /// It.
+    Value(T),
+    /// Why there is none.
+    None {
+        /// In words.
+        not_computable: Phrase,
+    },
+}
+
+impl<T> Figure<T> {
+    fn of<U>(found: Result<U, NotComputable>, take: impl FnOnce(U) -> T) -> Self {
+        match found {
+            Ok(value) => Self::Value(take(value)),
+            Err(why) => Self::None { not_computable: why.in_words() },
+        }
+    }
+
+    /// The figure, where there is one.
+    #[must_use]
+    pub const fn value(&self) -> Option<&T> {
+        match self {
+            Self::Value(value) => Some(value),
+            Self::None { .. } => None,
+        }
+    }
+}
+
+/// Median and quartiles.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Quartiles {
+    /// Lower quartile.
+    pub lower: f64,
+    /// Median.
+    pub median: f64,
+    /// Upper quartile.
+    pub upper: f64,
+}
+
+/// A value with its 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Interval {
+    /// The value.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    /// How many it rests on.
+    pub n: usize,
+}
+
+impl From<statistics::Estimate> for Interval {
+    fn from(e: statistics::Estimate) -> Self {
+        Self { value: e.value, low: e.low, high: e.high, n: e.n }
+    }
+}
+
+fn quartiles(values: &[f64]) -> Figure<Quartiles> {
+    Figure::of(statistics::summary(values), |s| Quartiles {
+        lower: s.lower_quartile,
+        median: s.median,
+        upper: s.upper_quartile,
+    })
+}
+
+/// What was found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Results {
+    /// Roles and how many answered.
+    pub groups: Vec<(String, usize)>,
+    /// Answers in groups that are hidden.
+    pub hidden: usize,
+    /// Every item but texts.
+    pub items: Vec<ItemResult>,
+    /// Every score.
+    pub scores: Vec<ScoreResult>,
+    /// Mean of the items' content validity, over all groups; absent where no item is judged for it.
+    pub scale_content_validity: Option<Figure<Interval>>,
+}
+
+/// How an item was answered.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ItemResult {
+    /// Its id.
+    pub id: String,
+    /// Its short name, or the question.
+    pub name: String,
+    /// The question.
+    pub text: String,
+    /// How it is answered.
+    pub kind: &'static str,
+    /// Its section's heading.
+    pub section: String,
+    /// What can be answered, where that is a list.
+    pub labels: Vec<String>,
+    /// Role by role.
+    pub groups: Vec<ItemGroup>,
+    /// Share of all who answered that call it relevant.
+    pub content_validity: Option<Figure<Interval>>,
+}
+
+/// How a group answered an item.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ItemGroup {
+    /// The role.
+    pub group: String,
+    /// Answers.
+    pub n: usize,
+    /// People who left it out.
+    pub missing: usize,
+    /// How often each label was given.
+    pub counts: Vec<usize>,
+    /// Of answers that are numbers.
+    pub quartiles: Figure<Quartiles>,
+}
+
+/// How a score came out.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ScoreResult {
+    /// Its id.
+    pub id: String,
+    /// Its title.
+    pub title: String,
+    /// The least and the largest it can be.
+    pub range: (f64, f64),
+    /// Role by role.
+    pub groups: Vec<ScoreGroup>,
+    /// Cronbach's α: of each role, then of all.
+    pub alpha: Vec<(String, Figure<Alpha>)>,
+    /// Agreement of all who answered every item about the items.
+    pub agreement: Figure<Agreement>,
+}
+
+/// The scores of a group.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ScoreGroup {
+    /// The role, or what else the group is.
+    pub group: String,
+    /// Scores.
+    pub n: usize,
+    /// Responses without a score.
+    pub without: usize,
+    /// Mean with its interval.
+    pub mean: Figure<Interval>,
+    /// Median and quartiles.
+    pub quartiles: Figure<Quartiles>,
+}
+
+/// Cronbach's α.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Alpha {
+    /// α.
+    pub alpha: f64,
+    /// Items.
+    pub items: usize,
+    /// Complete responses.
+    pub n: usize,
+    /// Responses that are not.
+    pub missing: usize,
+}
+
+/// Intraclass correlations: items as objects, people as raters.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Agreement {
+    /// ICC(2,1).
+    pub icc_2_1: f64,
+    /// ICC(2,k), where it can be computed.
+    pub icc_2_k: Option<f64>,
+    /// ICC(3,1).
+    pub icc_3_1: f64,
+    /// ICC(3,k).
+    pub icc_3_k: f64,
+    /// Items.
+    pub items: usize,
+    /// People who answered all of them.
+    pub raters: usize,
+    /// People who did not.
+    pub missing: usize,
+}
+
+impl Results {
+    /// What the rows of a survey say, small groups hidden unless the reader may see the whole.
+    #[must_use]
+    pub fn new(instrument: &Instrument, rows: &[&Row<'_>], whole: bool) -> Self {
+        let groups = Groups::new(rows, |row: &Row<'_>| Some(row.role.to_owned()), whole);
+        let pages = instrument.pages();
+        let headed = pages.iter().flat_map(|(section, items)| items.iter().map(move |at| (*section, *at)));
+        let items: Vec<ItemResult> = headed
+            .filter_map(|(section, at)| {
+                let heading = section.map_or("", |section| section.title.in_language("en"));
+                item(instrument, at, heading, &groups)
+            })
+            .collect();
+        Self {
+            groups: groups.shown.iter().map(|(name, rows)| (name.clone(), rows.len())).collect(),
+            hidden: groups.hidden,
+            scale_content_validity: scale_content_validity(instrument, &groups.all()),
+            scores: instrument
+                .scores
+                .iter()
+                .enumerate()
+                .map(|(at, key)| score(instrument, (at, key), &groups))
+                .collect(),
+            items,
+        }
+    }
+}
+
+/// What can be answered, where that is a list: id and label.
+#[must_use]
+pub fn answers_of(instrument: &Instrument, item: &Item) -> Vec<(String, String)> {
+    match instrument.scale(item) {
+        Some(ScaleKind::Likert { points, labels, .. }) => (1..=*points)
+            .zip(labels.iter().map(Some).chain(std::iter::repeat(None)))
+            .map(|(point, label)| {
+                let label = label.map_or_else(|| point.to_string(), |l| format!("{point} {}", l.in_language("en")));
+                (point.to_string(), label)
+            })
+            .collect(),
+        Some(ScaleKind::Pair) => {
+            let named = |id: &String| {
+                instrument.item(id).map(|(_, item)| (id.clone(), item.short().in_language("en").to_owned()))
+            };
+            item.pair.iter().filter_map(named).collect()
+        }
+        Some(scale) => scale.options().iter().map(|o| (o.id.clone(), o.text.in_language("en").to_owned())).collect(),
+        None => Vec::new(),
+    }
+}
+
+/// The item's distribution; none for a text.
+fn item(instrument: &Instrument, at: usize, section: &str, groups: &Groups<'_, Row<'_>>) -> Option<ItemResult> {
+    let item = &instrument.items[at];
+    let scale = instrument.scale(item)?;
+    if matches!(scale, ScaleKind::Text { .. }) {
+        return None;
+    }
+    let answers = answers_of(instrument, item);
+    let ids: Vec<&str> = answers.iter().map(|(id, _)| id.as_str()).collect();
+    Some(ItemResult {
+        id: item.id.clone(),
+        name: item.short().in_language("en").to_owned(),
+        text: item.text.in_language("en").to_owned(),
+        kind: scale.word(),
+        section: section.to_owned(),
+        groups: groups.shown.iter().map(|(name, rows)| item_group(name, rows, at, &ids)).collect(),
+        content_validity: relevant_from(scale).map(|from| {
+            let ratings = ratings(&groups.all(), at, from);
+            Figure::of(statistics::content_validity(&ratings), |found| interval_of_share(found.value, found.n))
+        }),
+        labels: answers.into_iter().map(|(_, label)| label).collect(),
+    })
+}
+
+fn item_group(name: &str, rows: &[&Row<'_>], at: usize, ids: &[&str]) -> ItemGroup {
+    let mut counts = vec![0; ids.len()];
+    let mut numbers = Vec::new();
+    let mut n = 0;
+    for answer in rows.iter().filter_map(|row| row.answers.get(at)?.as_ref()) {
+        n += 1;
+        match answer {
+            Answer::Number(number) => {
+                numbers.push(*number);
+                // Points count from 1; what is no list has no counts.
+                if let Some(count) = counts.get_mut((*number as usize).wrapping_sub(1)) {
+                    *count += 1;
+                }
+            }
+            Answer::Text(id) => count(&mut counts, ids, id),
+            Answer::Several(chosen) => chosen.iter().for_each(|id| count(&mut counts, ids, id)),
+        }
+    }
+    ItemGroup { group: name.to_owned(), n, missing: rows.len() - n, counts, quartiles: quartiles(&numbers) }
+}
+
+fn count(counts: &mut [usize], ids: &[&str], id: &str) {
+    if let Some(at) = ids.iter().position(|known| *known == id) {
+        counts[at] += 1;
+    }
+}
+
+fn relevant_from(scale: &ScaleKind) -> Option<f64> {
+    match scale {
+        ScaleKind::Likert { relevant_from, .. } => relevant_from.map(f64::from),
+        _ => None,
+    }
+}
+
+/// Ratings as the index counts them: 4 for relevant, 1 for not.
+fn ratings(rows: &[&Row<'_>], at: usize, from: f64) -> Vec<Option<u8>> {
+    rows.iter().map(|row| row.number_at(at).map(|number| if number >= from { 4 } else { 1 })).collect()
+}
+
+/// A share with Wilson's interval.
+fn interval_of_share(share: f64, n: usize) -> Interval {
+    let relevant = (share * n as f64).round() as usize;
+    match statistics::wilson(relevant, n) {
+        Ok(estimate) => Interval { value: share, ..estimate.into() },
+        Err(_) => Interval { value: share, low: share, high: share, n },
+    }
+}
+
+fn scale_content_validity(instrument: &Instrument, rows: &[&Row<'_>]) -> Option<Figure<Interval>> {
+    let judged = instrument.items.iter().enumerate();
+    let judged = judged.filter_map(|(at, item)| Some((at, relevant_from(instrument.scale(item)?)?)));
+    let items: Vec<Vec<Option<u8>>> = judged.map(|(at, from)| ratings(rows, at, from)).collect();
+    if items.is_empty() {
+        return None;
+    }
+    // A mean of shares: it has no interval of its own.
+    let found = statistics::scale_content_validity(&items);
+    Some(Figure::of(found, |found| Interval { value: found.value, low: found.value, high: found.value, n: found.n }))
+}
+
+fn score(instrument: &Instrument, (at, key): (usize, &ScoreKey), groups: &Groups<'_, Row<'_>>) -> ScoreResult {
+    let (all, scorer) = (groups.all(), Scorer::new(instrument, key));
+    let mut alpha: Vec<(String, Figure<Alpha>)> =
+        groups.shown.iter().map(|(name, rows)| (name.clone(), alpha_of(&scorer, rows))).collect();
+    if groups.shown.len() != 1 {
+        alpha.push(("all".to_owned(), alpha_of(&scorer, &all)));
+    }
+    ScoreResult {
+        id: key.id.clone(),
+        title: key.title.in_language("en").to_owned(),
+        range: questionnaire::range(instrument, key),
+        groups: groups.shown.iter().map(|(name, rows)| score_group(name, rows, at)).collect(),
+        alpha,
+        agreement: agreement((&scorer, key.items.len()), &all),
+    }
+}
+
+/// The scores of a group, by the place of the score in the instrument.
+#[must_use]
+pub fn score_group(name: &str, rows: &[&Row<'_>], at: usize) -> ScoreGroup {
+    let values: Vec<f64> = rows.iter().filter_map(|row| row.scores[at]).collect();
+    ScoreGroup {
+        group: name.to_owned(),
+        n: values.len(),
+        without: rows.len() - values.len(),
+        mean: Figure::of(statistics::mean(&values), Interval::from),
+        quartiles: quartiles(&values),
+    }
+}
+
+fn alpha_of(scorer: &Scorer<'_>, rows: &[&Row<'_>]) -> Figure<Alpha> {
+    let table: Vec<Vec<Option<f64>>> = rows.iter().map(|row| scorer.item_counts(row.answers)).collect();
+    Figure::of(statistics::cronbach_alpha(&table), |found| Alpha {
+        alpha: found.alpha,
+        items: found.items,
+        n: found.n,
+        missing: found.missing,
+    })
+}
+
+fn agreement((scorer, items): (&Scorer<'_>, usize), rows: &[&Row<'_>]) -> Figure<Agreement> {
+    let given = rows.iter().map(|row| scorer.item_counts(row.answers));
+    let complete: Vec<Vec<Option<f64>>> = given.filter(|counts| counts.iter().all(Option::is_some)).collect();
+    let by_item: Vec<Vec<Option<f64>>> =
+        (0..items).map(|item| complete.iter().map(|counts| counts[item]).collect()).collect();
+    Figure::of(statistics::intraclass_correlation(&by_item), |found| Agreement {
+        icc_2_1: found.single_random,
+        icc_2_k: found.average_random,
+        icc_3_1: found.single_fixed,
+        icc_3_k: found.average_fixed,
+        items: found.n,
+        raters: found.raters,
+        missing: rows.len() - complete.len(),
+    })
+}
+
+/// Spearman's ρ of scores with a figure of the attempts behind them.
+#[must_use]
+pub fn correlation(pairs: &[(f64, f64)]) -> Figure<Interval> {
+    Figure::of(statistics::spearman(pairs), Interval::from)
+}

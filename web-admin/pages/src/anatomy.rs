@@ -1,0 +1,77 @@
+//! Layers, structures and targets by the names that scenes give them, in the reader's language.
+//!
+//! A scene's author names them in one language. The names of the scenes that come along are known in others; any other is
+//! shown as it is written.
+
+use std::collections::BTreeMap;
+
+use attempt::{AttemptCurve, BoundaryStage};
+use words::Language;
+
+/// Names in the scenes that come along.
+const NAMES: [&str; 12] = [
+    sentence!("skin"),
+    sentence!("fat"),
+    sentence!("fascia"),
+    sentence!("muscle"),
+    sentence!("supraspinous ligament"),
+    sentence!("interspinous ligament"),
+    sentence!("ligamentum flavum"),
+    sentence!("epidural space"),
+    sentence!("dura"),
+    sentence!("transverse process"),
+    sentence!("lumbar vessel"),
+    sentence!("target"),
+];
+
+/// A name in the reader's language.
+#[must_use]
+pub fn said(name: &str) -> String {
+    if NAMES.contains(&name) { words::known(name) } else { name.to_owned() }
+}
+
+/// A curve whose layers, events and structures are named in the reader's language.
+#[must_use]
+pub fn curve(curve: &AttemptCurve) -> AttemptCurve {
+    let mut curve = curve.clone();
+    curve.bands.iter_mut().for_each(|band| band.name = said(&band.name));
+    curve.marks.iter_mut().for_each(|mark| mark.name = said(&mark.name));
+    curve
+}
+
+/// What a stage of a boundary means, in words.
+#[must_use]
+pub fn stage_meaning(stage: BoundaryStage) -> &'static str {
+    match stage {
+        BoundaryStage::I => tr!("the tip presses the boundary in"),
+        BoundaryStage::II => tr!("the tip is through, the rim not yet there"),
+        BoundaryStage::III => tr!("the rim presses the boundary in"),
+        BoundaryStage::IV => tr!("the rim is through"),
+    }
+}
+
+/// What a script calls them, as JSON from the scene's name to the reader's; empty in English, where they are the same.
+#[must_use]
+pub fn names_for_scripts() -> String {
+    let names = NAMES.into_iter().filter(|_| words::current() != Language::ENGLISH);
+    let names: BTreeMap<&str, &str> = names.map(|name| (name, words::say(name))).collect();
+    // A map of strings always has a JSON.
+    serde_json::to_string(&names).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    //! A name that comes along is translated, one of a school's own is left alone.
+
+    use super::*;
+
+    #[test]
+    fn known_names_are_said_and_others_left() {
+        let german = Language::named("de").expect("German");
+        let names = words::within(german, || [said("skin"), said("my own layer")]);
+        assert_eq!(names, ["Haut", "my own layer"]);
+        assert_eq!(said("skin"), "skin");
+        assert!(words::within(german, names_for_scripts).contains("\"fat\":\"Fett\""));
+        assert_eq!(names_for_scripts(), "{}");
+    }
+}

@@ -1,0 +1,240 @@
+//! Assignments: what a trainee is to do, and who has done it.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use uuid::Uuid;
+
+use super::people::Choice;
+use super::{Shell, Status, format};
+use model::Role;
+use model::assignment::{Stage, Standing, Task};
+use model::due::{Local, local};
+
+/// A trainee's assignments.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "assignments/own.html")]
+pub struct OwnAssignmentsPage {
+    /// Frame.
+    pub shell: Shell,
+    /// What is due first comes first, what is done last.
+    pub rows: Vec<Row>,
+}
+
+/// An assignment and how somebody stands to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// What is assigned, or who, where the list is of people.
+    pub title: String,
+    /// Its page.
+    pub href: String,
+    /// When it is due.
+    pub due: Option<Local>,
+    /// Days by which it was extended.
+    pub extended_days: i64,
+    /// How far it has come.
+    pub stage: Stage,
+    /// It is due, and not done.
+    pub overdue: bool,
+    /// Attempts that count.
+    pub limit: Option<u32>,
+    /// Under an instructor's eyes.
+    pub supervised: bool,
+    /// The trainee's id, where the list is of people.
+    pub person: String,
+    /// Attempts that wait for somebody to confirm that they were there.
+    pub unconfirmed: Vec<Uuid>,
+}
+
+/// What somebody has assigned.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "assignments/managed.html")]
+pub struct ManagedAssignmentsPage {
+    /// Frame.
+    pub shell: Shell,
+    /// The latest first.
+    pub rows: Vec<ManagedRow>,
+    /// The form.
+    pub form: AssignForm,
+}
+
+/// An assignment that was made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ManagedRow {
+    /// Its page.
+    pub href: String,
+    /// What.
+    pub title: String,
+    /// To whom.
+    pub to: String,
+    /// Until when.
+    pub due: Option<Local>,
+    /// Attempts that count.
+    pub limit: Option<u32>,
+    /// Under an instructor's eyes.
+    pub supervised: bool,
+}
+
+/// What was typed to assign something.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct AssignForm {
+    /// Courses and exercises to choose from.
+    pub tasks: Vec<Choice>,
+    /// Cohorts to choose from.
+    pub cohorts: Vec<Choice>,
+    /// Address of one trainee.
+    pub email: String,
+    /// Due date.
+    pub due: String,
+    /// Attempts.
+    pub limit: String,
+    /// Under an instructor's eyes.
+    pub supervised: bool,
+    /// The school's time zone.
+    pub time_zone: String,
+    /// Why it was refused.
+    pub refused: Option<String>,
+}
+
+/// An assignment and everybody's standing.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "assignments/one.html")]
+pub struct AssignmentPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Its id.
+    pub id: Uuid,
+    /// The assignment.
+    pub assignment: ManagedRow,
+    /// Trainees by name.
+    pub rows: Vec<Row>,
+}
+
+impl Row {
+    /// A row under a title of its own.
+    #[must_use]
+    pub fn new(standing: Standing, (title, href): (String, String), person: String) -> Self {
+        let Standing { assigned, stage, overdue, unconfirmed } = standing;
+        Self {
+            title,
+            href,
+            due: assigned.due_at.map(|at| local(at, &assigned.time_zone)),
+            extended_days: assigned.extended_days,
+            stage,
+            overdue,
+            limit: assigned.attempt_limit,
+            supervised: assigned.supervised,
+            person,
+            unconfirmed,
+        }
+    }
+
+    /// A trainee's own row.
+    #[must_use]
+    pub fn own(standing: Standing) -> Self {
+        let href = match &standing.assigned.task {
+            Task::Exercise(id) => super::trainee::exercise_href(id),
+            Task::Course(_) => "/curricula".to_owned(),
+        };
+        let title = standing.assigned.title.clone();
+        Self::new(standing, (title, href), String::new())
+    }
+
+    /// How it stands, as a badge.
+    #[must_use]
+    pub fn badge(&self) -> String {
+        match (&self.stage, self.overdue) {
+            (Stage::Done { late: false, .. }, _) => Status::Passed.badge_saying(tr!("Done")),
+            (Stage::Done { late: true, .. }, _) => Status::Passed.badge_saying(tr!("Done late")),
+            (Stage::Spent, _) => Status::Failed.badge_saying(tr!("No attempts left")),
+            (_, true) => Status::Help.badge_saying(tr!("Late")),
+            (Stage::Locked { .. }, false) => Status::Locked.badge(),
+            (Stage::Open { .. }, false) => Status::Open.badge_saying(tr!("To do")),
+        }
+    }
+}
+
+impl AssignmentPage {
+    fn done(&self) -> usize {
+        self.rows.iter().filter(|row| matches!(row.stage, Stage::Done { .. })).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a trainee cannot see what is late, or an instructor who it is.
+
+    use super::*;
+    use crate::samples;
+    use model::Moment;
+    use model::assignment::Assigned;
+
+    fn standing(stage: Stage, overdue: bool) -> Standing {
+        let assigned = Assigned {
+            id: Uuid::nil(),
+            task: Task::Exercise("stop-in-the-fat".to_owned()),
+            title: "Stop in the <fat>".to_owned(),
+            made_at: Moment::from(samples::NOW),
+            due_at: Some(Moment::from(samples::NOW)),
+            extended_days: 3,
+            attempt_limit: Some(5),
+            supervised: true,
+            time_zone: "Europe/Berlin".to_owned(),
+        };
+        Standing { assigned, stage, overdue, unconfirmed: vec![Uuid::from_u128(1)] }
+    }
+
+    fn rows() -> Vec<Row> {
+        let stages = [
+            (Stage::Open { left: Some(2) }, true),
+            (Stage::Open { left: None }, false),
+            (Stage::Locked { missing: vec!["Feel the layers".to_owned()] }, false),
+            (Stage::Spent, false),
+            (Stage::Done { on: samples::NOW, late: true }, false),
+        ];
+        stages.into_iter().map(|(stage, overdue)| Row::own(standing(stage, overdue))).collect()
+    }
+
+    #[test]
+    fn a_trainee_sees_what_is_due_on_the_schools_clock() {
+        let page = OwnAssignmentsPage { shell: samples::shell(Role::Trainee), rows: rows() };
+        let html = samples::keep("assignments-own", &page);
+        for words in
+            ["Late", "2 attempts left", "Feel the layers", "No attempts left", "Done late", "11:30", "UTC+02:00"]
+        {
+            assert!(html.contains(words), "{words} is missing in {html}");
+        }
+        assert!(html.contains("1 attempt waits for your instructor"), "{html}");
+        assert!(html.contains("3 days longer") && html.contains("&#60;fat&#62;"), "{html}");
+        let empty = OwnAssignmentsPage { shell: samples::shell(Role::Trainee), rows: vec![] };
+        assert!(samples::keep("assignments-none", &empty).contains("Nothing is assigned"));
+    }
+
+    #[test]
+    fn an_instructor_sees_who_has_done_it_and_what_was_typed() {
+        let managed = ManagedRow {
+            href: "/assignments/1".to_owned(),
+            title: "Stop in the fat".to_owned(),
+            to: "Spring".to_owned(),
+            due: Some(local(Moment::from(samples::NOW), "Europe/Berlin")),
+            limit: Some(5),
+            supervised: false,
+        };
+        let form = AssignForm {
+            due: "2026-03-29T02:30".to_owned(),
+            time_zone: "Europe/Berlin".to_owned(),
+            refused: Some("the due date: skipped".to_owned()),
+            ..AssignForm::default()
+        };
+        let shell = samples::shell(Role::Instructor);
+        let page = ManagedAssignmentsPage { shell: shell.clone(), rows: vec![managed.clone()], form };
+        let html = samples::keep("assignments-managed", &page);
+        assert!(html.contains("value=\"2026-03-29T02:30\"") && html.contains("The due date: skipped"), "{html}");
+        let page = AssignmentPage { shell, id: Uuid::nil(), assignment: managed, rows: rows() };
+        let html = samples::keep("assignment", &page);
+        assert!(
+            html.contains("/sessions/00000000-0000-0000-0000-000000000001/supervision") && html.contains("I was there"),
+            "{html}"
+        );
+        assert!(html.contains("<strong>1</strong> of 5 have done it") && html.contains("Give longer"), "{html}");
+    }
+}

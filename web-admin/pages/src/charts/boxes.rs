@@ -1,0 +1,67 @@
+//! Medians with quartiles, and means with intervals, a row for each group on one axis.
+
+use super::plot::Plot;
+use super::svg::{Area, Caption, Svg};
+use super::{Size, labels};
+use crate::format;
+
+/// A row of the chart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BoxRow {
+    /// What it is of.
+    pub label: String,
+    /// Lower quartile, median, upper quartile.
+    pub quartiles: Option<(f64, f64, f64)>,
+    /// Mean and the ends of its interval.
+    pub mean: Option<(f64, f64, f64)>,
+}
+
+const ROW: f64 = 40.0;
+const FOOT: f64 = 38.0;
+
+/// Boxes on an axis over `range`. `key` makes the ids unique on the page.
+#[must_use]
+pub fn boxes(rows: &[BoxRow], range: (f64, f64), (key, title): (&str, &str), size: Size) -> String {
+    let id = format!("{key}-{}", size.name());
+    let description = rows.iter().map(describe).collect::<Vec<_>>().join(" ");
+    let caption = Caption { id: &id, class: size.name(), title, description: &description };
+    let height = ROW * rows.len() as f64;
+    let area = Area { x: 10.0, y: 0.0, width: size.width() - 24.0, height };
+    let plot = Plot::rising(area, range, (0.0, 1.0));
+    let mut svg = Svg::new(size.width(), height + FOOT, &caption);
+    plot.draw_x_axis(&mut svg, size.ticks(), "");
+    for (row, top) in rows.iter().zip((0..).map(|row| ROW * f64::from(row))) {
+        draw(&mut svg, &plot, row, top);
+    }
+    svg.finish()
+}
+
+fn draw(svg: &mut Svg, plot: &Plot, row: &BoxRow, top: f64) {
+    svg.text("bar-name", (plot.area.x, top + 14.0), &labels::shorten(&row.label, plot.area.width));
+    let middle = top + 27.0;
+    if let Some((lower, median, upper)) = row.quartiles {
+        let (left, right) = (plot.x.at(lower), plot.x.at(upper));
+        svg.rect("box", Area { x: left, y: middle - 8.0, width: (right - left).max(2.0), height: 16.0 });
+        let at = plot.x.at(median);
+        svg.line("median", (at, middle - 9.0), (at, middle + 9.0));
+    }
+    if let Some((mean, low, high)) = row.mean {
+        svg.line("interval", (plot.x.at(low), middle), (plot.x.at(high), middle));
+        svg.circle("mean", (plot.x.at(mean), middle), 3.5);
+    }
+}
+
+fn describe(row: &BoxRow) -> String {
+    match row.quartiles {
+        Some((lower, median, upper)) => {
+            tr!(
+                "{label}: median {median}, quartiles {lower} and {upper}.",
+                label = row.label,
+                median = format::fixed(median, 1),
+                lower = format::fixed(lower, 1),
+                upper = format::fixed(upper, 1)
+            )
+        }
+        None => tr!("{label}: nothing to show.", label = row.label),
+    }
+}

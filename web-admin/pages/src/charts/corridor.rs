@@ -1,0 +1,57 @@
+//! Force against depth on the way in, over the experts' corridor.
+
+use attempt::AttemptCurve;
+use model::corridor::Corridor;
+
+use super::Size;
+use super::plot::{Plot, extent};
+use super::svg::{Area, Caption, Svg};
+
+/// Draws an attempt's way in over the corridor.
+#[must_use]
+pub fn corridor(curve: &AttemptCurve, corridor: &Corridor, size: Size) -> String {
+    let id = format!("corridor-{}", size.name());
+    let title = tr!("Force against depth on the way in, and the experts' corridor");
+    let caption = Caption { id: &id, class: size.name(), title, description: &describe(corridor) };
+    let deepest = corridor.places.iter().map(|place| place.advance_mm).fold(1.0, f64::max) * 1.05;
+    let forces = curve.points.iter().map(|p| p.force_n).chain(corridor.places.iter().map(|p| p.high_n));
+    let (low, high) = extent(forces).unwrap_or((0.0, 1.0));
+    let area = Area { x: 46.0, y: 12.0, width: size.width() - 58.0, height: 230.0 };
+    let plot = Plot::rising(area, (0.0, deepest), (low * 1.05, (high * 1.05).max(0.1)));
+    let mut svg = Svg::new(size.width(), area.bottom() + 40.0, &caption);
+    plot.draw_x_axis(&mut svg, size.ticks(), tr!("depth of the tip along the needle (mm)"));
+    plot.draw_y_axis(&mut svg, 6, tr!("force (N)"));
+    let upper = corridor.places.iter().map(|p| plot.at(p.advance_mm, p.high_n));
+    let lower = corridor.places.iter().rev().map(|p| plot.at(p.advance_mm, p.low_n));
+    svg.polygon("corridor", &upper.chain(lower).collect::<Vec<_>>());
+    let median: Vec<_> = corridor.places.iter().map(|p| plot.at(p.advance_mm, p.median_n)).collect();
+    svg.polyline("curve over", &median);
+    let turned = curve.points.iter().enumerate().max_by(|a, b| a.1.advance_mm.total_cmp(&b.1.advance_mm));
+    let way_in = &curve.points[..turned.map_or(0, |(index, _)| index + 1)];
+    let inside = way_in.iter().filter(|p| plot.x.contains(p.advance_mm));
+    svg.polyline("curve", &inside.map(|p| plot.at(p.advance_mm, p.force_n)).collect::<Vec<_>>());
+    svg.finish()
+}
+
+fn describe(corridor: &Corridor) -> String {
+    tr!(
+        "The solid line is this attempt. The band holds eight in ten of {n} experts, the dashed line is their median; both \
+         are aligned by the crossing of each layer.",
+        n = corridor.experts
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples;
+    use model::corridor::corridor as of;
+
+    #[test]
+    fn draws_band_median_and_attempt() {
+        let curve = samples::curve();
+        let made = of(&curve, &vec![curve.clone(); 5]).expect("five are enough");
+        let markup = corridor(&curve, &made, Size::Wide);
+        assert!(markup.contains("class=\"corridor\"") && markup.matches("<polyline").count() == 2, "{markup}");
+    }
+}

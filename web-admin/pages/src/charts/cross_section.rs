@@ -1,0 +1,296 @@
+//! The exercise as a cross-section in the plane of the needle: layers, structures, planned path and target.
+
+use super::Size;
+use super::force_depth::texture_class;
+use super::labels::Labels;
+use super::plot::Plot;
+use super::svg::{Area, Caption, Svg, text_width};
+use crate::format;
+
+/// What is drawn, in mm: across is along the needle's lean, from the entry; depth is below the skin.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Section {
+    /// Name, texture and thickness in mm of each layer, from the surface down.
+    pub layers: Vec<(String, String, f64)>,
+    /// Angle of the needle to the surface normal, in degrees.
+    pub angle_deg: f64,
+    /// Target depth along the needle, in mm.
+    pub target_depth_mm: f64,
+    /// Structures, projected onto the plane.
+    pub structures: Vec<Structure>,
+}
+
+/// A structure in the plane.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Structure {
+    /// Name.
+    pub name: String,
+    /// target, vessel, nerve, bone or organ: its class.
+    pub kind: &'static str,
+    /// Its shape.
+    pub outline: Outline,
+}
+
+/// A shape in the plane, in mm: (across, depth).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outline {
+    /// A ball.
+    Circle {
+        /// Centre.
+        centre: (f64, f64),
+        /// Radius, in mm.
+        radius_mm: f64,
+    },
+    /// A box, or the bounds of a mesh.
+    Rect {
+        /// Least across and depth.
+        from: (f64, f64),
+        /// Greatest across and depth.
+        to: (f64, f64),
+    },
+    /// A rod with round ends.
+    Capsule {
+        /// One end's centre.
+        from: (f64, f64),
+        /// The other end's centre.
+        to: (f64, f64),
+        /// Radius, in mm.
+        radius_mm: f64,
+    },
+}
+
+impl Outline {
+    /// The greatest depth, in mm.
+    fn bottom(&self) -> f64 {
+        match *self {
+            Self::Circle { centre, radius_mm } => centre.1 + radius_mm,
+            Self::Rect { to, .. } => to.1,
+            Self::Capsule { from, to, radius_mm } => from.1.max(to.1) + radius_mm,
+        }
+    }
+
+    /// Points around it.
+    fn points(&self) -> Vec<(f64, f64)> {
+        match *self {
+            Self::Circle { centre, radius_mm } => rod(centre, centre, radius_mm),
+            Self::Rect { from, to } => vec![from, (to.0, from.1), to, (from.0, to.1)],
+            Self::Capsule { from, to, radius_mm } => rod(from, to, radius_mm),
+        }
+    }
+}
+
+/// Half a circle about each end, turned along the rod.
+fn rod(from: (f64, f64), to: (f64, f64), radius: f64) -> Vec<(f64, f64)> {
+    let turn = libm::atan2(to.1 - from.1, to.0 - from.0);
+    let half = |centre: (f64, f64), start: f64| {
+        (0..=18_u32).map(move |i| {
+            let angle = start + std::f64::consts::PI * f64::from(i) / 18.0;
+            (centre.0 + radius * libm::cos(angle), centre.1 + radius * libm::sin(angle))
+        })
+    };
+    let quarter = std::f64::consts::FRAC_PI_2;
+    half(to, turn - quarter).chain(half(from, turn + quarter)).collect()
+}
+
+/// Skin to be seen above, in mm.
+const ABOVE: f64 = 16.0;
+const LEFT: f64 = 46.0;
+
+/// Draws the section at one scale in both directions.
+#[must_use]
+pub fn cross_section(section: &Section, size: Size) -> String {
+    let id = format!("section-{}", size.name());
+    let title = tr!("Cross-section along the needle");
+    let caption = Caption { id: &id, class: size.name(), title, description: &describe(section) };
+    let height = if size == Size::Wide { 360.0 } else { 320.0 };
+    let area = Area { x: LEFT, y: 8.0, width: size.width() - LEFT - 8.0, height };
+    let plot = plot(section, area);
+    let mut svg = Svg::new(size.width(), area.bottom() + 14.0, &caption);
+    draw_layers(&mut svg, &plot, section);
+    draw_depths(&mut svg, &plot);
+    let shapes: Vec<Area> = section.structures.iter().map(|s| draw_structure(&mut svg, &plot, s)).collect();
+    draw_needle(&mut svg, &plot, section);
+    draw_names(&mut svg, &plot, section, &shapes);
+    svg.finish()
+}
+
+fn describe(section: &Section) -> String {
+    let layers: Vec<String> =
+        section.layers.iter().map(|(name, _, mm)| format!("{name} {} mm", format::fixed(*mm, 1))).collect();
+    let structures: Vec<&str> = section.structures.iter().map(|s| s.name.as_str()).collect();
+    let besides =
+        if structures.is_empty() { String::new() } else { tr!("Structures: {names}.", names = structures.join(", ")) };
+    let needle = tr!(
+        "Layers from the skin down: {layers}. The needle goes in at {angle} to the surface normal, {depth} to the target.",
+        layers = layers.join(", "),
+        angle = format!("{:.0}°", section.angle_deg),
+        depth = format::stated(section.target_depth_mm, "mm")
+    );
+    format!("{needle} {besides}").trim_end().to_owned()
+}
+
+/// (across, depth) of a point on the needle's line, in mm.
+fn on_needle(section: &Section, along_mm: f64) -> (f64, f64) {
+    let angle = section.angle_deg.to_radians();
+    (along_mm * libm::sin(angle), along_mm * libm::cos(angle))
+}
+
+fn plot(section: &Section, area: Area) -> Plot {
+    let target = on_needle(section, section.target_depth_mm);
+    let lowest = section.structures.iter().map(|s| s.outline.bottom()).fold(target.1, f64::max);
+    let depth = (-ABOVE, lowest.max(10.0) * 1.12 + 4.0);
+    let mm_per_unit = (depth.1 - depth.0) / area.height;
+    let half_width = area.width * mm_per_unit / 2.0;
+    let middle = target.0 / 2.0;
+    Plot::falling(area, (middle - half_width, middle + half_width), depth)
+}
+
+fn draw_layers(svg: &mut Svg, plot: &Plot, section: &Section) {
+    let mut top_mm = 0.0;
+    let mut names = Vec::new();
+    for (name, texture, thickness_mm) in &section.layers {
+        let row = plot.row(top_mm, top_mm + thickness_mm);
+        if plot.y.contains(top_mm) {
+            svg.rect(&format!("band {}", texture_class(texture)), row);
+            svg.line("boundary", (row.x, row.y), (row.right(), row.y));
+            names.push((name, row));
+        }
+        top_mm += thickness_mm;
+    }
+    let mut free_from = 0.0;
+    for (name, row) in names {
+        // A thin layer's name moves down until it has room, as the one above it pushes.
+        let baseline = (row.y + 13.0).max(free_from);
+        svg.text("layer-name", (row.x + 8.0, baseline), name);
+        free_from = baseline + 14.0;
+    }
+}
+
+fn draw_depths(svg: &mut Svg, plot: &Plot) {
+    let ticks: Vec<f64> = plot.y.ticks(9).into_iter().filter(|t| *t >= 0.0).collect();
+    for tick in &ticks {
+        let y = plot.y.at(*tick);
+        svg.line("axis", (LEFT - 4.0, y), (LEFT, y));
+        svg.text("tick end", (LEFT - 7.0, y + 4.0), &format!("{tick:.0}"));
+    }
+    svg.text_upwards(
+        "axis-title middle",
+        (12.0, plot.area.y + plot.area.height / 2.0),
+        tr!("depth below the skin (mm)"),
+    );
+}
+
+/// Draws a structure, and says what room it takes.
+fn draw_structure(svg: &mut Svg, plot: &Plot, structure: &Structure) -> Area {
+    let points: Vec<_> = structure.outline.points().iter().map(|(u, z)| plot.at(*u, *z)).collect();
+    svg.polygon(&format!("structure {}", structure.kind), &points);
+    let ends = |pick: fn(&(f64, f64)) -> f64| {
+        let values = || points.iter().map(pick);
+        (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
+    };
+    let ((left, right), (top, bottom)) = (ends(|p| p.0), ends(|p| p.1));
+    Area { x: left, y: top, width: right - left, height: bottom - top }
+}
+
+fn draw_needle(svg: &mut Svg, plot: &Plot, section: &Section) {
+    let place = |along_mm: f64| {
+        let (u, z) = on_needle(section, along_mm);
+        plot.at(u, z)
+    };
+    let hub_mm = -ABOVE * 0.9;
+    svg.line("needle", place(hub_mm), place(0.0));
+    svg.line("path", place(0.0), place(section.target_depth_mm));
+    let (x, y) = place(section.target_depth_mm);
+    svg.circle("aim", (x, y), 7.0);
+    svg.line("aim", (x - 11.0, y), (x + 11.0, y));
+    svg.line("aim", (x, y - 11.0), (x, y + 11.0));
+    let (x, y) = place(hub_mm);
+    let name = tr!("needle, {angle} to the normal", angle = format!("{:.0}°", section.angle_deg));
+    let fits = x + 10.0 + text_width(&name) <= plot.area.right();
+    let (class, x) = if fits { ("needle-name", x + 10.0) } else { ("needle-name end", x - 10.0) };
+    svg.text(class, (x, y + 12.0), &name);
+}
+
+/// Names of the target and the structures, clear of the shapes, of each other and of the planned path.
+fn draw_names(svg: &mut Svg, plot: &Plot, section: &Section, shapes: &[Area]) {
+    let around =
+        |(x, y): (f64, f64), reach: f64| Area { x: x - reach, y: y - reach, width: 2.0 * reach, height: 2.0 * reach };
+    let place = |share: f64| {
+        let (u, z) = on_needle(section, section.target_depth_mm * share);
+        plot.at(u, z)
+    };
+    let target = around(place(1.0), 12.0);
+    let mut labels = Labels::new(plot.area);
+    shapes.iter().for_each(|shape| labels.avoid(*shape));
+    labels.avoid(target);
+    (0..20).for_each(|i| labels.avoid(around(place(f64::from(i) / 20.0), 3.0)));
+    labels.place(
+        svg,
+        "target-name",
+        (&tr!("target at {depth}", depth = format::stated(section.target_depth_mm, "mm")), target),
+    );
+    for (structure, shape) in section.structures.iter().zip(shapes) {
+        labels.place(svg, "structure-name", (&structure.name, *shape));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! The drawing must be to scale, hold every layer and structure, and point the needle where the exercise says.
+
+    use super::*;
+
+    fn section(angle_deg: f64) -> Section {
+        let layer = |name: &str, mm| (name.to_owned(), name.to_owned(), mm);
+        let outline = Outline::Circle { centre: (12.0, 18.0), radius_mm: 4.0 };
+        Section {
+            layers: vec![layer("skin", 0.8), layer("fat", 8.4), layer("muscle", 39.0)],
+            angle_deg,
+            target_depth_mm: 20.0,
+            structures: vec![Structure { name: "artery <1>".to_owned(), kind: "vessel", outline }],
+        }
+    }
+
+    #[test]
+    fn shows_every_layer_structure_and_the_target() {
+        let markup = cross_section(&section(30.0), Size::Wide);
+        for wanted in [
+            "band skin",
+            "band fat",
+            "band muscle",
+            "structure vessel",
+            "artery &lt;1&gt;",
+            "class=\"aim\"",
+            "target at 20\u{a0}mm",
+        ] {
+            assert!(markup.contains(wanted), "{wanted} is missing");
+        }
+    }
+
+    #[test]
+    fn a_millimetre_is_as_long_across_as_down() {
+        let area = Area { x: 0.0, y: 0.0, width: 600.0, height: 300.0 };
+        let plot = plot(&section(30.0), area);
+        let (across, down) = (plot.x.at(5.0) - plot.x.at(0.0), plot.y.at(5.0) - plot.y.at(0.0));
+        assert!((across - down).abs() < 1e-9, "{across} against {down}");
+    }
+
+    #[test]
+    fn the_needle_leans_by_its_angle() {
+        let (across, down) = on_needle(&section(30.0), 20.0);
+        assert!((across - 10.0).abs() < 1e-9 && (down - 17.320_508).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_rod_is_as_long_as_its_ends_and_as_thick_as_its_radius() {
+        let points = rod((0.0, 5.0), (10.0, 5.0), 2.0);
+        let bounds = |pick: fn(&(f64, f64)) -> f64| {
+            let values = || points.iter().map(pick);
+            (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
+        };
+        let ((left, right), (top, bottom)) = (bounds(|p| p.0), bounds(|p| p.1));
+        for (value, wanted) in [(left, -2.0), (right, 12.0), (top, 3.0), (bottom, 7.0)] {
+            assert!((value - wanted).abs() < 1e-9, "{value} is not {wanted}");
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! Charts as SVG, drawn on the server: data in, markup out.
+//!
+//! Colours are classes that the style sheet resolves, so that one chart serves light, dark and print, and no inline
+//! style is needed. Every chart has a title and a description, and every difference of colour has a second cue.
+
+mod bars;
+mod boxes;
+mod corridor;
+mod cross_section;
+mod damage;
+mod force_depth;
+mod labels;
+mod learning;
+mod likert;
+mod marks;
+mod plot;
+mod progress;
+mod scale;
+mod scatter;
+mod svg;
+mod time;
+mod trace;
+
+pub use bars::{among, by_day, spread};
+pub use boxes::{BoxRow, boxes};
+pub use corridor::corridor;
+pub use cross_section::{Outline, Section, Structure, cross_section};
+pub use damage::{LayerDamage, damage};
+pub use force_depth::force_depth;
+pub use learning::learning_curve;
+pub use likert::{Bar, diverging};
+pub use marks::numbered;
+pub use progress::{ScorePoint, mastery_strip, score_bar, scores, share_bar, sparkline};
+pub use scatter::scatter;
+pub use time::force_and_depth;
+pub use trace::{LEFT as TRACE_LEFT, RIGHT as TRACE_RIGHT, Strip, trace};
+
+/// For which width a chart is drawn. Text in an SVG shrinks with it, so a phone gets a drawing of its own; the style
+/// sheet shows one of the two.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Size {
+    /// A desk or paper.
+    Wide,
+    /// A phone.
+    Narrow,
+}
+
+impl Size {
+    /// Class of the drawing, and suffix of its ids.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Wide => "wide",
+            Self::Narrow => "narrow",
+        }
+    }
+
+    /// Width of the drawing, in its own units: CSS pixels at its natural size.
+    #[must_use]
+    pub fn width(self) -> f64 {
+        match self {
+            Self::Wide => 760.0,
+            Self::Narrow => 340.0,
+        }
+    }
+
+    /// How many ticks an axis along the width may have.
+    fn ticks(self) -> usize {
+        match self {
+            Self::Wide => 10,
+            Self::Narrow => 5,
+        }
+    }
+}
+
+/// A chart for both widths.
+pub fn both(draw: impl Fn(Size) -> String) -> String {
+    draw(Size::Wide) + &draw(Size::Narrow)
+}
+
+#[cfg(test)]
+mod tests {
+    //! Drawings are made in the reader's language, down to what only a screen reader says.
+
+    use assessment::learning::{CusumParams, Rule, curve as learning};
+
+    use super::*;
+    use crate::forgotten::check_drawing;
+    use crate::{anatomy, samples};
+    use model::corridor::corridor as corridor_of;
+
+    #[test]
+    fn drawings_of_an_attempt_speak_the_readers_language() {
+        let curve = samples::curve();
+        let experts = corridor_of(&curve, &vec![curve.clone(); 5]).expect("five are enough");
+        check_drawing("force over depth", &(&curve, "III", "IV"), || force_depth(&anatomy::curve(&curve), Size::Wide));
+        check_drawing("force and depth", &curve, || force_and_depth(&anatomy::curve(&curve), Size::Wide));
+        check_drawing("corridor", &curve, || corridor(&curve, &experts, Size::Wide));
+        let layers = [LayerDamage { name: "skin".to_owned(), rupture_mj: 1.0, ..LayerDamage::default() }];
+        check_drawing("damage", &layers, || damage(&layers, Size::Wide));
+    }
+
+    #[test]
+    fn drawings_of_progress_speak_the_readers_language() {
+        let rule = Rule::new(&CusumParams { p0: 0.1, p1: 0.4, alpha: 0.1, beta: 0.1 }, Some(30)).expect("a rule");
+        let points = learning(&rule, &[false; 40]).points;
+        check_drawing("learning curve", &"CUSUM", || learning_curve(&points, &rule, ("x", "CUSUM")));
+        for points in [vec![], vec![ScorePoint { at: samples::NOW, score: 70.0, passed: true }]] {
+            check_drawing("scores", &"CUSUM", || scores(&points, 60.0, ("x", "CUSUM")));
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! Progress: scores over time, and the small drawings that stand in tables.
+
+use time::OffsetDateTime;
+
+use super::plot::Plot;
+use super::scale::Scale;
+use super::svg::{Area, Caption, Svg};
+use crate::format;
+
+/// A scored attempt on a chart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScorePoint {
+    /// When.
+    pub at: OffsetDateTime,
+    /// 0–100.
+    pub score: f64,
+    /// Passed.
+    pub passed: bool,
+}
+
+const WIDTH: f64 = 360.0;
+const HEIGHT: f64 = 190.0;
+/// Dates along the axis.
+const DATES: u32 = 3;
+
+/// Scores over time, with the pass mark. `key` makes the ids unique on the page.
+#[must_use]
+pub fn scores(points: &[ScorePoint], pass_mark: f64, (key, title): (&str, &str)) -> String {
+    let id = format!("scores-{key}");
+    let caption = Caption { id: &id, class: "scores", title, description: &describe(points, pass_mark) };
+    let area = Area { x: 40.0, y: 10.0, width: WIDTH - 96.0, height: HEIGHT - 44.0 };
+    let plot = Plot::rising(area, times(points), (0.0, 100.0));
+    let mut svg = Svg::new(WIDTH, HEIGHT, &caption);
+    plot.draw_y_axis(&mut svg, 6, tr!("score"));
+    draw_dates(&mut svg, &plot, points);
+    let y = plot.y.at(pass_mark);
+    svg.line("pass-mark", (area.x, y), (area.right(), y));
+    // Beside the plot, where no attempt can lie under it.
+    svg.text("pass-name", (area.right() + 5.0, y + 4.0), &tr!("pass {score}", score = format::points(pass_mark)));
+    let line: Vec<_> = points.iter().map(|p| plot.at(seconds(p.at), p.score)).collect();
+    svg.polyline("score-line", &line);
+    for point in points {
+        draw_point(&mut svg, plot.at(seconds(point.at), point.score), point.passed);
+    }
+    svg.finish()
+}
+
+/// A pass is a full disc, a fail a cross.
+fn draw_point(svg: &mut Svg, (x, y): (f64, f64), passed: bool) {
+    if passed {
+        svg.circle("point pass", (x, y), 3.5);
+    } else {
+        svg.line("point fail", (x - 3.5, y - 3.5), (x + 3.5, y + 3.5));
+        svg.line("point fail", (x - 3.5, y + 3.5), (x + 3.5, y - 3.5));
+    }
+}
+
+fn describe(points: &[ScorePoint], pass_mark: f64) -> String {
+    let passed = points.iter().filter(|p| p.passed).count();
+    match (points.first(), points.last()) {
+        (Some(first), Some(last)) => tr!(
+            "Attempts: {all}, of them passed at the mark of {mark}: {passed}. The first scored {first}, the last {last}.",
+            all = points.len(),
+            mark = format::points(pass_mark),
+            passed = passed,
+            first = format::points(first.score),
+            last = format::points(last.score)
+        ),
+        _ => tr!("No scored attempt yet.").to_owned(),
+    }
+}
+
+/// The span of time shown; attempts of one moment get an hour to either side.
+fn times(points: &[ScorePoint]) -> (f64, f64) {
+    let from = points.iter().map(|p| seconds(p.at)).fold(f64::INFINITY, f64::min);
+    let to = points.iter().map(|p| seconds(p.at)).fold(f64::NEG_INFINITY, f64::max);
+    if !from.is_finite() {
+        return (0.0, 1.0);
+    }
+    let margin = ((to - from) * 0.04).max(3600.0);
+    (from - margin, to + margin)
+}
+
+/// Seconds since 1970: exact in a double for a few hundred million years.
+fn seconds(at: OffsetDateTime) -> f64 {
+    at.unix_timestamp() as f64
+}
+
+fn draw_dates(svg: &mut Svg, plot: &Plot, points: &[ScorePoint]) {
+    let area = plot.area;
+    svg.line("axis", (area.x, area.bottom()), (area.right(), area.bottom()));
+    if points.is_empty() {
+        return;
+    }
+    let (from, to) = plot.x.domain();
+    let mut before = String::new();
+    for i in 0..DATES {
+        let share = f64::from(i) / f64::from(DATES - 1);
+        let x = area.x + share * area.width;
+        let day = OffsetDateTime::from_unix_timestamp((from + share * (to - from)) as i64).map(|t| t.date());
+        let label = day.map_or(String::new(), format::short_date);
+        // A week of one day would print the same date three times.
+        if label != before {
+            let anchor = ["", " middle", " end"][i as usize];
+            svg.text(&format!("tick{anchor}"), (x, area.bottom() + 16.0), &label);
+            before = label;
+        }
+    }
+}
+
+/// A line of scores, the last one marked. It repeats what the table says, so it is not read out.
+#[must_use]
+pub fn sparkline(points: &[ScorePoint], pass_mark: f64) -> String {
+    let mut svg = Svg::ornament(120.0, 28.0, "spark");
+    let last = points.len().saturating_sub(1);
+    let x = Scale::new((0.0, last.max(1) as f64), (4.0, 116.0));
+    let y = Scale::new((0.0, 100.0), (25.0, 3.0));
+    svg.line("pass-mark", (0.0, y.at(pass_mark)), (120.0, y.at(pass_mark)));
+    let line: Vec<_> = points.iter().enumerate().map(|(i, p)| (x.at(i as f64), y.at(p.score))).collect();
+    svg.polyline("score-line", &line);
+    if let (Some(point), Some(at)) = (points.last(), line.last()) {
+        draw_point(&mut svg, *at, point.passed);
+    }
+    svg.finish()
+}
+
+/// One square per exercise: full with a tick when mastered, half when begun, empty otherwise. The count stands beside it.
+#[must_use]
+pub fn mastery_strip(mastered_begun: &[(bool, bool)]) -> String {
+    let mut svg = Svg::ornament(mastered_begun.len() as f64 * 16.0, 14.0, "strip");
+    for (i, (mastered, begun)) in mastered_begun.iter().enumerate() {
+        let square = Area { x: i as f64 * 16.0 + 1.0, y: 1.0, width: 12.0, height: 12.0 };
+        svg.rect(if *mastered { "cell full" } else { "cell" }, square);
+        if *mastered {
+            svg.polyline("tick-mark", &[(square.x + 3.0, 7.0), (square.x + 5.0, 9.5), (square.x + 9.0, 4.5)]);
+        } else if *begun {
+            svg.rect("cell half", Area { y: 7.0, height: 6.0, ..square });
+        }
+    }
+    svg.finish()
+}
+
+/// A share of a whole as a bar, 0–1. The number stands beside it.
+#[must_use]
+pub fn share_bar(share: f64) -> String {
+    let mut svg = Svg::ornament(96.0, 8.0, "share");
+    let width = Scale::new((0.0, 1.0), (0.0, 96.0)).at(share);
+    svg.rect("whole", Area { x: 0.0, y: 0.0, width: 96.0, height: 8.0 });
+    svg.rect("filled", Area { x: 0.0, y: 0.0, width, height: 8.0 });
+    svg.finish()
+}
+
+/// A score as a bar with the pass mark on it. The numbers stand beside it.
+#[must_use]
+pub fn score_bar(score: f64, pass_mark: Option<f64>) -> String {
+    let scale = Scale::new((0.0, 100.0), (0.0, 240.0));
+    let mut svg = Svg::ornament(240.0, 18.0, "score-bar");
+    svg.rect("whole", Area { x: 0.0, y: 4.0, width: 240.0, height: 10.0 });
+    svg.rect("filled", Area { x: 0.0, y: 4.0, width: scale.at(score), height: 10.0 });
+    if let Some(mark) = pass_mark {
+        svg.line("pass-mark", (scale.at(mark), 0.0), (scale.at(mark), 18.0));
+    }
+    svg.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    //! Every attempt must be on the chart, passes and fails apart; no attempt, and one, must be drawn too.
+
+    use super::*;
+    use time::Duration;
+    use time::macros::datetime;
+
+    fn points(scores: &[f64]) -> Vec<ScorePoint> {
+        let at = |i: usize| datetime!(2026-03-02 09:00 UTC) + Duration::days(i64::try_from(i).expect("few"));
+        let point = |(i, score): (usize, &f64)| ScorePoint { at: at(i), score: *score, passed: *score >= 70.0 };
+        scores.iter().enumerate().map(point).collect()
+    }
+
+    #[test]
+    fn passes_are_discs_and_fails_are_crosses() {
+        let markup = scores(&points(&[40.0, 65.0, 82.0]), 70.0, ("x", "Scores"));
+        assert_eq!(markup.matches("point pass").count(), 1);
+        assert_eq!(markup.matches("point fail").count(), 4, "two strokes per fail");
+        assert!(markup.contains(">1 Mar<") || markup.contains(">2 Mar<"), "{markup}");
+        assert!(markup.contains("The first scored 40, the last 82."));
+    }
+
+    #[test]
+    fn none_and_one_are_drawn_without_nonsense() {
+        for few in [points(&[]), points(&[50.0])] {
+            for markup in [scores(&few, 70.0, ("x", "Scores")), sparkline(&few, 70.0)] {
+                assert!(!markup.contains("NaN") && !markup.contains("polyline"), "{markup}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_strip_has_a_square_per_exercise() {
+        let markup = mastery_strip(&[(true, true), (false, true), (false, false)]);
+        assert_eq!(markup.matches("\"cell\"").count(), 2);
+        assert_eq!(markup.matches("tick-mark").count(), 1);
+        assert_eq!(markup.matches("cell half").count(), 1);
+    }
+
+    #[test]
+    fn a_share_stays_in_its_bar() {
+        assert!(share_bar(7.0).contains("filled\" x=\"0\" y=\"0\" width=\"96\""));
+        assert!(!share_bar(0.0).contains("filled"));
+    }
+}

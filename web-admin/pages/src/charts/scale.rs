@@ -1,0 +1,119 @@
+//! From values to places, and the round values in between.
+
+/// A linear map from a domain of values to a range of places. Never divides by nothing: an empty domain is widened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    domain: (f64, f64),
+    range: (f64, f64),
+}
+
+impl Scale {
+    /// Maps `domain` onto `range`.
+    #[must_use]
+    pub fn new(domain: (f64, f64), range: (f64, f64)) -> Self {
+        let (from, to) = domain;
+        let usable = from.is_finite() && to.is_finite() && to > from;
+        let start = if from.is_finite() { from } else { 0.0 };
+        Self { domain: if usable { domain } else { (start, start + 1.0) }, range }
+    }
+
+    /// The place of a value; outside the domain, the nearer end. Not-a-number goes to the start.
+    #[must_use]
+    pub fn at(&self, value: f64) -> f64 {
+        let (from, to) = self.domain;
+        let share = ((value - from) / (to - from)).clamp(0.0, 1.0);
+        let share = if share.is_nan() { 0.0 } else { share };
+        self.range.0 + share * (self.range.1 - self.range.0)
+    }
+
+    /// The value lies in the domain.
+    #[must_use]
+    pub fn contains(&self, value: f64) -> bool {
+        (self.domain.0..=self.domain.1).contains(&value)
+    }
+
+    /// The domain.
+    #[must_use]
+    pub fn domain(&self) -> (f64, f64) {
+        self.domain
+    }
+
+    /// Round values inside the domain, a step of 1, 2 or 5 times a power of ten apart, at most `most` of them.
+    #[must_use]
+    pub fn ticks(&self, most: usize) -> Vec<f64> {
+        let (from, to) = self.domain;
+        let step = step(to - from, most);
+        let first = (from / step).ceil();
+        let count = ((to / step + 1e-9).floor() - first).max(0.0);
+        // The bound keeps a broken domain from filling the page.
+        (0..=100).map(f64::from).take_while(|i| *i <= count).map(|i| (first + i) * step).collect()
+    }
+}
+
+/// The smallest of 1, 2, 5 × 10ⁿ that needs at most `most` ticks.
+fn step(span: f64, most: usize) -> f64 {
+    let least = span / f64::from(u32::try_from(most.max(2)).unwrap_or(u32::MAX) - 1);
+    let power = 10_f64.powi(exponent(least));
+    let factor = [1.0, 2.0, 5.0].into_iter().find(|f| f * power >= least * (1.0 - 1e-9));
+    factor.unwrap_or(10.0) * power
+}
+
+/// The power of ten at or below a positive number.
+fn exponent(value: f64) -> i32 {
+    let digits = libm::log10(value).floor();
+    // A double's exponent fits with room to spare; anything else is a broken domain.
+    if digits.is_finite() { digits.clamp(-300.0, 300.0) as i32 } else { 0 }
+}
+
+/// A tick's value in words, with as many decimals as its step needs.
+#[must_use]
+pub fn tick_label(value: f64, ticks: &[f64]) -> String {
+    let step = ticks.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+    let decimals = if step.is_finite() && step < 1.0 { usize::try_from(-exponent(step)).unwrap_or(0) } else { 0 };
+    // Negative zero would read as −0.
+    words::decimal(&format!("{:.decimals$}", value + 0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    //! A reader trusts the axis: it must be monotone, round, inside the domain, and survive nonsense.
+    #![expect(clippy::float_cmp, reason = "these values are exact")]
+
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_rise_and_stay_inside() {
+        for (domain, most) in [((0.0, 31.7), 8), ((-0.3, 2.2), 6), ((0.0, 0.013), 5), ((0.0, 1e6), 10), ((7.0, 7.5), 4)]
+        {
+            let ticks = Scale::new(domain, (0.0, 100.0)).ticks(most);
+            assert!((2..=most).contains(&ticks.len()), "{domain:?} gives {ticks:?}");
+            assert!(ticks.windows(2).all(|w| w[0] < w[1]));
+            assert!(ticks.iter().all(|t| *t >= domain.0 - 1e-9 && *t <= domain.1 + 1e-9), "{domain:?} gives {ticks:?}");
+        }
+        assert_eq!(Scale::new((0.0, 10.0), (0.0, 1.0)).ticks(6), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
+    }
+
+    #[test]
+    fn places_rise_with_values_and_stay_on_the_paper() {
+        let scale = Scale::new((2.0, 4.0), (300.0, 20.0));
+        assert_eq!([scale.at(2.0), scale.at(3.0), scale.at(4.0)], [300.0, 160.0, 20.0]);
+        assert_eq!([scale.at(-9.0), scale.at(9.0)], [300.0, 20.0]);
+    }
+
+    #[test]
+    fn nonsense_gives_numbers() {
+        for domain in [(1.0, 1.0), (f64::NAN, 1.0), (0.0, f64::INFINITY), (5.0, -5.0)] {
+            let scale = Scale::new(domain, (0.0, 100.0));
+            assert!(scale.at(f64::NAN).is_finite() && scale.at(3.0).is_finite());
+            assert!(!scale.ticks(5).is_empty() && scale.ticks(5).len() <= 5);
+        }
+    }
+
+    #[test]
+    fn labels_have_the_decimals_of_their_step() {
+        assert_eq!(tick_label(0.5, &[0.0, 0.5, 1.0]), "0.5");
+        assert_eq!(tick_label(20.0, &[0.0, 20.0]), "20");
+        assert_eq!(tick_label(-0.02, &[-0.02, 0.0, 0.02]), "−0.02");
+        assert_eq!(tick_label(-0.0, &[-1.0, -0.0]), "0");
+    }
+}

@@ -1,0 +1,311 @@
+//! Cohorts: who is where, and who needs help.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use time::OffsetDateTime;
+
+use super::concern::concern;
+use super::trainee::{CourseFacts, exercise_href, score_points};
+use super::{Shell, Status, charts, format};
+use model::Role;
+use model::cohort::CohortSummary;
+use model::progress::{Progress, StepProgress, StepState};
+
+/// The page of a cohort.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "cohort.html")]
+pub struct CohortPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Its page.
+    pub href: String,
+    /// The cohort's name.
+    pub name: String,
+    /// Names of those who teach it.
+    pub instructors: Vec<String>,
+    /// Trainees by name.
+    pub trainees: Vec<TraineeRow>,
+    /// How the cohort stands on each exercise, by course.
+    pub courses: Vec<CourseShare>,
+    /// Now, for "… days ago".
+    pub now: OffsetDateTime,
+}
+
+/// The list of cohorts.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "cohorts.html")]
+pub struct CohortsPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Cohorts by name.
+    pub cohorts: Vec<CohortLine>,
+    /// This is not the first page.
+    pub later: bool,
+    /// The next page.
+    pub next: Option<String>,
+}
+
+/// A cohort in a list.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CohortLine {
+    /// Its page.
+    pub href: String,
+    /// Its name.
+    pub name: String,
+    /// Trainees in it.
+    pub trainees: i64,
+    /// Their scored attempts.
+    pub attempts: i64,
+    /// Share of them that passed, 0–1; none where there are no attempts.
+    passed: Option<f64>,
+}
+
+impl CohortLine {
+    /// A cohort in a list.
+    #[must_use]
+    pub fn new(cohort: CohortSummary) -> Self {
+        let CohortSummary { id, name, trainees, attempts, passes } = cohort;
+        let passed = (attempts > 0).then(|| passes as f64 / attempts as f64);
+        Self { href: format!("/cohorts/{id}"), name, trainees, attempts, passed }
+    }
+
+    /// The share that passed, as a bar and in words.
+    #[must_use]
+    pub fn passed(&self) -> Option<(String, String)> {
+        self.passed.map(|share| (charts::share_bar(share), format!("{}\u{a0}%", format::fixed(share * 100.0, 0))))
+    }
+}
+
+/// A cohort in short.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CohortCard {
+    /// Its page.
+    pub href: String,
+    /// Its name.
+    pub name: String,
+    /// How many trainees are in it.
+    pub trainees: usize,
+    /// How many of them have mastered their course.
+    pub complete: usize,
+    /// How many may need help.
+    pub help: usize,
+    /// Share of all exercises of all trainees that are mastered, 0–1.
+    pub mastered: f64,
+}
+
+/// A trainee of a cohort.
+#[derive(Clone, Debug)]
+pub struct TraineeRow {
+    /// Their page.
+    pub href: String,
+    /// Their name.
+    pub name: String,
+    /// Exercises mastered, and how many there are.
+    pub mastered: (usize, usize),
+    /// One square per exercise.
+    pub strip: String,
+    /// What they are working on: title and page.
+    pub doing: Option<(String, String)>,
+    /// Scored attempts.
+    pub attempts: usize,
+    /// When they last tried.
+    pub last_at: Option<OffsetDateTime>,
+    /// Scores on what they are working on, where there are any.
+    pub spark: Option<String>,
+    /// How they stand.
+    pub status: Status,
+    /// Why they may need help: kind and reason.
+    pub concerns: Vec<(&'static str, String)>,
+}
+
+/// How a cohort stands in a course.
+#[derive(Clone, Debug)]
+pub struct CourseShare {
+    /// The course's title.
+    pub title: String,
+    /// Its exercises in order.
+    pub exercises: Vec<ExerciseShare>,
+}
+
+/// How a cohort stands on an exercise.
+#[derive(Clone, Debug)]
+pub struct ExerciseShare {
+    /// Its page.
+    pub href: String,
+    /// Its title.
+    pub title: String,
+    /// Trainees who mastered it.
+    pub mastered: usize,
+    /// That share as a bar.
+    pub bar: String,
+    /// Names of those who are working on it.
+    pub here: Vec<String>,
+    /// Scored attempts.
+    pub attempts: usize,
+    /// Attempts passed.
+    pub passes: usize,
+}
+
+impl CohortPage {
+    /// Trainees who may need help, the most reasons first.
+    #[must_use]
+    pub fn help(&self) -> Vec<&TraineeRow> {
+        let mut rows: Vec<&TraineeRow> = self.trainees.iter().filter(|t| !t.concerns.is_empty()).collect();
+        rows.sort_by_key(|t| std::cmp::Reverse(t.concerns.len()));
+        rows
+    }
+
+    /// Scored attempts of all.
+    #[must_use]
+    pub fn attempts(&self) -> usize {
+        self.trainees.iter().map(|t| t.attempts).sum()
+    }
+
+    /// Trainees who have mastered their course.
+    #[must_use]
+    pub fn complete(&self) -> usize {
+        self.trainees.iter().filter(|t| t.status == Status::Complete).count()
+    }
+}
+
+impl TraineeRow {
+    /// A trainee's standing in the course they are on.
+    #[must_use]
+    pub fn new((href, name): (String, String), facts: &CourseFacts<'_>, progress: &Progress) -> Self {
+        let doing = progress.next.map(|i| &facts.course.steps[i]);
+        let current = progress.next.map(|i| &progress.steps[i]);
+        let strip =
+            progress.steps.iter().map(|s| (matches!(s.state, StepState::Mastered { .. }), !s.attempts.is_empty()));
+        let mark = progress.next.and_then(|i| facts.pass_marks.get(i)).copied().unwrap_or(0.0);
+        Self {
+            href,
+            name,
+            mastered: (progress.mastered(), progress.steps.len()),
+            strip: charts::mastery_strip(&strip.collect::<Vec<_>>()),
+            doing: doing.map(|step| (step.title.clone(), exercise_href(&step.exercise))),
+            attempts: progress.attempts(),
+            last_at: progress.last_at,
+            spark: current
+                .filter(|s| !s.attempts.is_empty())
+                .map(|s| charts::sparkline(&score_points(&s.attempts), mark)),
+            status: standing(progress),
+            concerns: progress.concerns.iter().map(|c| concern(c)).collect(),
+        }
+    }
+}
+
+fn standing(progress: &Progress) -> Status {
+    if !progress.concerns.is_empty() {
+        Status::Help
+    } else if progress.complete() {
+        Status::Complete
+    } else {
+        Status::OnTrack
+    }
+}
+
+impl CourseShare {
+    /// The standing of named trainees in a course.
+    #[must_use]
+    pub fn new(facts: &CourseFacts<'_>, trainees: &[(&str, &Progress)]) -> Self {
+        let exercises = (0..facts.course.steps.len()).map(|i| exercise_share(facts, trainees, i)).collect();
+        Self { title: facts.title.to_owned(), exercises }
+    }
+}
+
+fn exercise_share(facts: &CourseFacts<'_>, trainees: &[(&str, &Progress)], index: usize) -> ExerciseShare {
+    let step = &facts.course.steps[index];
+    let done = || trainees.iter().map(|(_, progress)| &progress.steps[index]);
+    let mastered = done().filter(|s| matches!(s.state, StepState::Mastered { .. })).count();
+    let here = trainees.iter().filter(|(_, p)| p.next == Some(index)).map(|(name, _)| (*name).to_owned()).collect();
+    ExerciseShare {
+        href: exercise_href(&step.exercise),
+        title: step.title.clone(),
+        mastered,
+        bar: charts::share_bar(mastered as f64 / trainees.len().max(1) as f64),
+        here,
+        attempts: done().map(|s| s.attempts.len()).sum(),
+        passes: done().map(StepProgress::passes).sum(),
+    }
+}
+
+impl CohortCard {
+    /// A cohort in short, from the standing of its trainees.
+    #[must_use]
+    pub fn new<'a>((href, name): (String, String), trainees: impl Iterator<Item = &'a Progress>) -> Self {
+        let mut card = Self { href, name, trainees: 0, complete: 0, help: 0, mastered: 0.0 };
+        let (mut mastered, mut all) = (0, 0);
+        for progress in trainees {
+            (mastered, all) = (mastered + progress.mastered(), all + progress.steps.len());
+            card.trainees += 1;
+            card.complete += usize::from(standing(progress) == Status::Complete);
+            card.help += usize::from(!progress.concerns.is_empty());
+        }
+        card.mastered = mastered as f64 / all.max(1) as f64;
+        card
+    }
+
+    /// The share as a bar.
+    #[must_use]
+    pub fn bar(&self) -> String {
+        charts::share_bar(self.mastered)
+    }
+
+    /// How many may need help, in words.
+    #[must_use]
+    pub fn help_words(&self) -> String {
+        trn!("{n} needs help", "{n} need help", self.help)
+    }
+
+    /// The share in words.
+    #[must_use]
+    pub fn percent(&self) -> String {
+        format!("{}\u{a0}%", format::fixed(self.mastered * 100.0, 0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! An instructor must see who needs help and why without opening thirty pages.
+
+    use super::*;
+    use crate::samples;
+
+    #[test]
+    fn tells_who_is_where_and_who_needs_help() {
+        let page = samples::cohort_page();
+        let html = samples::keep("cohort", &page);
+        assert!(!page.help().is_empty());
+        for row in page.help() {
+            assert!(html.contains(&row.concerns[0].1), "the reason of {}", row.name);
+        }
+        assert!(html.contains("Needs help") && html.contains("On track") && html.contains("<caption"));
+    }
+
+    #[test]
+    fn a_cohort_without_trainees_says_what_to_do() {
+        let page = CohortPage { trainees: vec![], courses: vec![], ..samples::cohort_page() };
+        assert!(samples::keep("cohort-empty", &page).contains("Nobody is in this cohort yet"));
+    }
+
+    #[test]
+    fn the_list_links_each_cohort() {
+        let line = |name: &str, attempts| {
+            let id = uuid::Uuid::nil();
+            CohortLine::new(CohortSummary { id, name: name.to_owned(), trainees: 12, attempts, passes: attempts / 2 })
+        };
+        let page = CohortsPage {
+            shell: samples::shell(Role::Instructor),
+            cohorts: vec![line("Spring <1>", 40), line("Summer", 0)],
+            later: true,
+            next: Some("/cohorts?after=Summer".to_owned()),
+        };
+        let html = samples::keep("cohorts", &page);
+        assert!(
+            html.contains(r#"href="/cohorts/0000"#) && html.contains("50\u{a0}%") && html.contains("More"),
+            "{html}"
+        );
+        let empty = CohortsPage { cohorts: vec![], later: false, next: None, ..page };
+        assert!(samples::keep("cohorts-empty", &empty).contains("No cohorts yet"));
+    }
+}

@@ -1,0 +1,91 @@
+//! The curricula a school teaches.
+
+use askama::Template;
+use askama_web::WebTemplate;
+
+use super::{Shell, Status};
+
+/// The list of curricula.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "curricula.html")]
+pub struct CurriculaPage {
+    /// Frame.
+    pub shell: Shell,
+    /// The visitor may write documents.
+    pub staff: bool,
+    /// Curricula.
+    pub courses: Vec<CourseCard>,
+}
+
+/// A curriculum.
+#[derive(Clone, Debug)]
+pub struct CourseCard {
+    /// Id in its document.
+    pub id: String,
+    /// Title.
+    pub title: String,
+    /// What it teaches.
+    pub description: String,
+    /// The mastery rule in words.
+    pub rule: String,
+    /// Its exercises in order.
+    pub exercises: Vec<ExerciseLine>,
+}
+
+/// An exercise of a curriculum.
+#[derive(Clone, Debug)]
+pub struct ExerciseLine {
+    /// Its page.
+    pub href: String,
+    /// Its title.
+    pub title: String,
+    /// Difficulty, 1–5.
+    pub difficulty: u8,
+    /// Titles of the exercises to master first.
+    pub prerequisites: Vec<String>,
+    /// How the visitor stands, for a trainee.
+    pub status: Option<Status>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples;
+    use model::Role;
+
+    fn page() -> CurriculaPage {
+        let line = |title: &str, id: &str, difficulty, before: &[&str], status| ExerciseLine {
+            href: format!("/exercises/{id}"),
+            title: title.to_owned(),
+            difficulty,
+            prerequisites: before.iter().map(|b| (*b).to_owned()).collect(),
+            status: Some(status),
+        };
+        CurriculaPage {
+            shell: samples::shell(Role::Trainee),
+            staff: false,
+            courses: vec![CourseCard {
+                id: "lower-back-basics".to_owned(),
+                title: "Lower back: first punctures".to_owned(),
+                description: "Exercises with a trocar on the lower back.".to_owned(),
+                rule: "mastered with 3 passes among 5 attempts in a row".to_owned(),
+                exercises: vec![
+                    line("Feel the layers", "feel-the-layers", 1, &[], Status::Mastered),
+                    line("Stop in the fat", "stop-in-the-fat", 2, &["Feel the layers"], Status::Current),
+                    line("Reach 20 mm in muscle", "reach-the-muscle", 2, &["Stop in the fat"], Status::Locked),
+                ],
+            }],
+        }
+    }
+
+    #[test]
+    fn lists_exercises_with_what_comes_before_them() {
+        let html = samples::keep("curricula", &page());
+        assert!(
+            html.contains("after Feel the layers") && html.contains(r#"href="/exercises/stop-in-the-fat""#),
+            "{html}"
+        );
+        let empty = CurriculaPage { shell: samples::shell(Role::Administrator), staff: true, courses: vec![] };
+        assert!(samples::keep("curricula-empty", &empty).contains("No curricula yet"));
+    }
+}

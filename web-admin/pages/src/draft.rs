@@ -1,0 +1,311 @@
+//! Documents being written, and how revisions differ.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use documents::{Curriculum, ExerciseBundle, Issue};
+use model::draft::Verdict;
+use time::OffsetDateTime;
+use tissue::follow::FieldPlan;
+use uuid::Uuid;
+
+use super::diff::DiffLine;
+use super::exercise::ExerciseView;
+use super::trainee::rule_in_words;
+use super::{Shell, assets, format};
+use model::draft::Publishable;
+use model::progress::Mastery;
+
+/// The drafts of a school.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "drafts.html")]
+pub struct DraftsPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Drafts.
+    pub drafts: Vec<DraftRow>,
+    /// Id and title of the exercises that may be copied.
+    pub exercises: Vec<(String, String)>,
+}
+
+/// A draft in the list.
+#[derive(Clone, Debug)]
+pub struct DraftRow {
+    /// Its page.
+    pub href: String,
+    /// `exercise` or `course`.
+    pub kind: &'static str,
+    /// Of what it will be a revision.
+    pub document_id: String,
+    /// Who saved it last.
+    pub saved_by: String,
+    /// When.
+    pub saved_at: OffsetDateTime,
+}
+
+/// The page where a draft is written.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "draft.html")]
+pub struct DraftPage {
+    /// Frame.
+    pub shell: Shell,
+    /// The draft.
+    pub draft: DraftRow,
+    /// The exercise or the course, as it was typed.
+    pub document: String,
+    /// The scene of an exercise, as it was typed.
+    pub scene: Option<String>,
+    /// The version that was seen.
+    pub seen: i64,
+    /// What somebody else has saved meanwhile, against what was typed here.
+    pub conflict: Option<Vec<Vec<DiffLine>>>,
+    /// What was just asked for and not done, because of the problems or, until the author insists, the advice.
+    pub refused: bool,
+    /// What it comes to.
+    pub verdict: Verdict,
+}
+
+impl DraftPage {
+    /// The address of the script that keeps the verdict up with what is typed.
+    #[must_use]
+    pub fn script(&self) -> String {
+        assets::address("draft.js")
+    }
+}
+
+/// The verdict alone, to be put into the page while somebody types.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "parts/verdict.html")]
+pub struct VerdictPart {
+    /// What the draft comes to.
+    pub verdict: Verdict,
+}
+
+/// The verdict on an exercise that could be published.
+#[must_use]
+pub fn verdict_of_exercise(exercise: &Publishable) -> Verdict {
+    let Publishable { bundle, plan, advice } = exercise;
+    let view = ExerciseView::new(bundle);
+    let mut facts = view.facts;
+    facts.extend(tissue(bundle, plan.as_ref()));
+    let facts = named(facts);
+    let advice = advice.iter().map(problem).collect();
+    Verdict { advice, drawing: Some(view.drawing), facts, ..Verdict::default() }
+}
+
+/// The verdict on a course that could be published.
+#[must_use]
+pub fn verdict_of_course(course: &Curriculum, mastery: &Mastery) -> Verdict {
+    let line = |entry: &documents::curriculum::CurriculumEntry| match entry.prerequisites.as_slice() {
+        [] => entry.exercise.clone(),
+        first => tr!("{exercise}, after {missing}", exercise = entry.exercise, missing = first.join(", ")),
+    };
+    Verdict {
+        facts: named(vec![(tr!("Title"), course.title.clone()), (tr!("An exercise is"), rule_in_words(mastery))]),
+        exercises: course.entries.iter().map(line).collect(),
+        ..Verdict::default()
+    }
+}
+
+/// The verdict on a draft that is refused.
+#[must_use]
+pub fn verdict_of_refused(issues: &[Issue]) -> Verdict {
+    Verdict { problems: issues.iter().map(problem).collect(), ..Verdict::default() }
+}
+
+/// The verdict on a draft that nobody has looked at yet; when to ask again, in s.
+#[must_use]
+pub fn verdict_while_waiting(retry_after_s: u64) -> Verdict {
+    let what = tr!("others of this school are before this; try again in {wait} s", wait = retry_after_s);
+    Verdict { problems: vec![(tr!("Not looked at yet").to_owned(), what)], ..Verdict::default() }
+}
+
+/// Facts under their names.
+fn named(facts: Vec<(&'static str, String)>) -> Vec<(String, String)> {
+    facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+/// What is wrong in a document: where, and what.
+#[must_use]
+pub fn problem(issue: &Issue) -> (String, String) {
+    let Issue { file, line, column, field, found, allowed } = issue;
+    let place = if file == "attached scene" {
+        tr!("Scene, line {line}, column {column}", line = line, column = column)
+    } else {
+        tr!("Document, line {line}, column {column}", line = line, column = column)
+    };
+    (place, format!("{field}: {}; {}", words::phrase(found), words::phrase(allowed)))
+}
+
+/// The planner's verdict.
+fn tissue(bundle: &ExerciseBundle, plan: Option<&FieldPlan>) -> Vec<(&'static str, String)> {
+    let Some(plan) = plan else {
+        return vec![(tr!("Tissue"), tr!("the force law alone: the scene names no model").to_owned())];
+    };
+    let error = tr!(
+        "{expected} % expected, {allowed} % allowed",
+        expected = format::fixed(100.0 * plan.expected_relative_error, 1),
+        allowed = format::fixed(100.0 * bundle.scene.tissue.tolerance, 1)
+    );
+    let size = tr!(
+        "{unknowns} unknowns, {size} MB",
+        unknowns = plan.unknowns,
+        size = format::fixed(plan.bytes as f64 * 1e-6, 2)
+    );
+    vec![
+        (tr!("Tissue"), format!("{}: {}", plan.model.name(), words::phrase(&plan.reason))),
+        (tr!("Tissue's error"), error),
+        (tr!("Tissue's size"), size),
+    ]
+}
+
+/// The revisions of a document, two of them compared.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "revisions.html")]
+pub struct RevisionsPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Title of the document.
+    pub title: String,
+    /// Page of the document.
+    pub href: String,
+    /// Revisions, newest first.
+    pub revisions: Vec<RevisionRow>,
+    /// The older of the two that are compared.
+    pub from: Uuid,
+    /// The newer of the two.
+    pub to: Uuid,
+    /// What differs, by document; empty where there is but one revision.
+    pub parts: Vec<(&'static str, Vec<Vec<DiffLine>>)>,
+}
+
+/// A revision in the list.
+#[derive(Clone, Debug)]
+pub struct RevisionRow {
+    /// Its id.
+    pub id: Uuid,
+    /// Its title.
+    pub title: String,
+    /// The beginning of its hash.
+    pub hash: String,
+    /// When it was published.
+    pub published_at: OffsetDateTime,
+    /// Trainees are given this one.
+    pub current: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    //! A person must see what is wrong and where, and never lose what they typed.
+
+    use phrase::{Phrase, phrase};
+
+    use super::*;
+    use crate::diff::diff;
+    use crate::samples;
+    use model::Role;
+
+    fn row() -> DraftRow {
+        DraftRow {
+            href: "/drafts/1".to_owned(),
+            kind: "exercise",
+            document_id: "stop-in-the-fat".to_owned(),
+            saved_by: "Dr Peter Osei".to_owned(),
+            saved_at: samples::NOW,
+        }
+    }
+
+    fn page(verdict: Verdict) -> DraftPage {
+        DraftPage {
+            shell: samples::shell(Role::Instructor),
+            draft: row(),
+            document: "id = \"<b>\"\n".to_owned(),
+            scene: Some("id = \"s\"\n".to_owned()),
+            seen: 3,
+            conflict: None,
+            refused: false,
+            verdict,
+        }
+    }
+
+    #[test]
+    fn what_is_written_can_be_seen_and_what_is_wrong_has_a_place() {
+        let exercise = Publishable { bundle: samples::bundle(), plan: None, advice: Vec::new() };
+        let html = samples::keep("draft", &page(verdict_of_exercise(&exercise)));
+        for wanted in ["id = &#34;", "<svg", "the force law alone", "name=\"seen\" value=\"3\"", "Publish"] {
+            assert!(html.contains(wanted), "{wanted} is missing");
+        }
+        let issue = Issue {
+            file: "attached scene".to_owned(),
+            line: 7,
+            column: 2,
+            field: "layer[0].thickness_mm".to_owned(),
+            found: Phrase::data("-1 mm"),
+            allowed: phrase!("allowed: a number from {min} to {most}", min = 0.0, most = "200 mm"),
+        };
+        let refused = DraftPage { refused: true, ..page(verdict_of_refused(&[issue])) };
+        let html = samples::keep("draft-refused", &refused);
+        assert!(html.contains("Scene, line 7, column 2") && html.contains("not published"), "{html}");
+    }
+
+    #[test]
+    fn advice_is_shown_before_publishing_and_may_be_overruled_only_afterwards() {
+        let issue = Issue {
+            file: "document".to_owned(),
+            line: 40,
+            column: 1,
+            field: "rubric[1].full".to_owned(),
+            found: phrase!("full {full}, zero {zero}", full = 5.0, zero = 0.5),
+            allowed: phrase!("of {metric} less is better: full must be below zero", metric = "overshoot_mm"),
+        };
+        let exercise = Publishable { bundle: samples::bundle(), plan: None, advice: vec![issue] };
+        let html = samples::keep("draft-advice", &page(verdict_of_exercise(&exercise)));
+        assert!(html.contains("Document, line 40, column 1") && html.contains("<svg"), "{html}");
+        assert!(!html.contains("not published") && !html.contains("value=\"insist\""), "{html}");
+        let held = DraftPage { refused: true, ..page(verdict_of_exercise(&exercise)) };
+        let html = samples::keep("draft-held", &held);
+        assert!(html.contains("not published") && html.contains("value=\"insist\""), "{html}");
+    }
+
+    #[test]
+    fn a_conflict_shows_both_texts() {
+        let conflict = Some(diff("pass_mark = 70\n", "pass_mark = 75\n"));
+        let html = samples::keep("draft-conflict", &DraftPage { conflict, ..page(Verdict::default()) });
+        assert!(
+            html.contains("pass_mark = 70") && html.contains("pass_mark = 75") && html.contains("not saved"),
+            "{html}"
+        );
+    }
+
+    #[test]
+    fn drafts_are_listed_or_it_says_how_to_begin() {
+        let exercises = vec![("stop-in-the-fat".to_owned(), "Stop in the fat".to_owned())];
+        let empty =
+            DraftsPage { shell: samples::shell(Role::Instructor), drafts: vec![], exercises: exercises.clone() };
+        assert!(samples::keep("drafts-empty", &empty).contains("No drafts"));
+        let full = DraftsPage { shell: samples::shell(Role::Instructor), drafts: vec![row()], exercises };
+        assert!(samples::keep("drafts", &full).contains("href=\"/drafts/1\""));
+    }
+
+    #[test]
+    fn revisions_are_compared() {
+        let [older, newer] = [1, 2].map(Uuid::from_u128);
+        let revision = |id, current| RevisionRow {
+            id,
+            title: "Stop in the fat".to_owned(),
+            hash: "0123abcd".to_owned(),
+            published_at: samples::NOW,
+            current,
+        };
+        let page = RevisionsPage {
+            shell: samples::shell(Role::Instructor),
+            title: "Stop in the fat".to_owned(),
+            href: "/exercises/stop-in-the-fat".to_owned(),
+            revisions: vec![revision(newer, true), revision(older, false)],
+            from: older,
+            to: newer,
+            parts: vec![("Exercise", diff("pass_mark = 70\n", "pass_mark = 75\n")), ("Scene", vec![])],
+        };
+        let html = samples::keep("revisions", &page);
+        assert!(html.contains("pass_mark = 75") && html.contains("No difference"), "{html}");
+    }
+}

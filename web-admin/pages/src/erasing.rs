@@ -1,0 +1,96 @@
+//! Before somebody is erased: what goes, what stays, and where their name may stand besides.
+
+use askama::Template;
+use askama_web::WebTemplate;
+
+use super::Shell;
+use model::directory::DirectoryEntry;
+use model::texts::{MOST_MENTIONS, TextCounts};
+
+/// The page on which somebody is erased.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "people/erase.html")]
+pub struct ErasePage {
+    /// Frame.
+    pub shell: Shell,
+    /// Who.
+    pub person: DirectoryEntry,
+    /// Free texts, by who wrote them.
+    pub texts: TextCounts,
+    /// By the school's rule their recordings go, too.
+    pub recordings: bool,
+    /// TextCounts of others about others in which their name may stand: the attempt's page, and the text.
+    pub mentions: Vec<(String, String)>,
+    /// They are kept whatever anybody wishes.
+    pub held: bool,
+    /// What was typed to confirm is not their address.
+    pub unconfirmed: bool,
+}
+
+impl ErasePage {
+    fn more(&self) -> bool {
+        self.mentions.len() >= MOST_MENTIONS
+    }
+
+    fn written(&self) -> String {
+        let written = self.texts.written;
+        trn!("Make {n} text of theirs unreadable", "Make {n} texts of theirs unreadable", written)
+    }
+
+    fn about(&self) -> String {
+        let about = self.texts.about;
+        trn!("Make {n} text of others about them unreadable", "Make {n} texts of others about them unreadable", about)
+    }
+
+    fn sealed(&self) -> String {
+        let sealed = self.texts.sealed;
+        trn!(
+            "{n} reason stays in the audit log, which never changes.",
+            "{n} reasons stay in the audit log, which never changes.",
+            sealed
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples;
+    use model::Role;
+    use model::directory::AccountState;
+
+    fn page(held: bool, mentions: Vec<(String, String)>) -> ErasePage {
+        let person = DirectoryEntry {
+            id: uuid::Uuid::nil(),
+            name: "Ana Ek".to_owned(),
+            email: "ana@example.org".to_owned(),
+            role: Role::Trainee,
+            state: AccountState::Active,
+            pseudonym: "p-1".to_owned(),
+            registrar_id: None,
+            cohorts: String::new(),
+        };
+        ErasePage {
+            shell: samples::shell(Role::Administrator),
+            person,
+            texts: TextCounts { written: 3, about: 1, sealed: 2 },
+            recordings: held,
+            mentions,
+            held,
+            unconfirmed: !held,
+        }
+    }
+
+    #[test]
+    fn it_is_said_what_goes_and_what_stays() {
+        let mentions = vec![("/sessions/1".to_owned(), "Do as Ana <does>".to_owned())];
+        let html = samples::keep("erase", &page(false, mentions));
+        assert!(html.contains("3 texts of theirs") && html.contains("1 text of others"), "{html}");
+        assert!(
+            html.contains("Ana &#60;does&#62;") && html.contains("Recordings stay") && html.contains("2 reasons stay")
+        );
+        assert!(html.contains("not this person’s email address"), "{html}");
+        let held = samples::keep("erase-held", &page(true, vec![]));
+        assert!(held.contains("legal hold") && !held.contains("name=\"confirm\""), "{held}");
+    }
+}

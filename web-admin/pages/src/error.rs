@@ -1,0 +1,71 @@
+//! A request that was not done.
+
+use askama::Template;
+use askama_web::WebTemplate;
+
+use super::{assets, format};
+
+/// The page of an error.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "error.html")]
+pub struct ErrorPage {
+    /// HTTP status.
+    pub status: u16,
+    /// What is wrong with this request.
+    pub message: String,
+}
+
+impl ErrorPage {
+    /// What happened, in a reader's words.
+    #[must_use]
+    pub fn heading(&self) -> &'static str {
+        match self.status {
+            403 => tr!("You may not do this"),
+            404 => tr!("There is nothing here"),
+            429 => tr!("Too many attempts"),
+            500.. => tr!("Something went wrong on our side"),
+            _ => tr!("This did not work"),
+        }
+    }
+
+    /// What is wrong with this request, as a sentence; empty where the heading has said it.
+    #[must_use]
+    pub fn explanation(&self) -> String {
+        if self.status == 404 { String::new() } else { format::sentence(self.message.trim_end_matches('.')) + "." }
+    }
+
+    /// What to do now.
+    #[must_use]
+    pub fn advice(&self) -> &'static str {
+        match self.status {
+            403 => tr!("If you think you should be able to, ask your school's administrator."),
+            404 => tr!("The address may be mistyped, or the page belongs to somebody whose records you cannot see."),
+            429 => tr!("Wait a little, then try again."),
+            500.. => {
+                tr!(
+                    "It has been noted. Try again; if it happens again, tell your school's administrator when it happened."
+                )
+            }
+            _ => tr!("Go back and try again."),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples;
+
+    #[test]
+    fn every_error_says_what_happened_and_what_to_do() {
+        for status in [403, 404, 429, 500] {
+            let page = ErrorPage { status, message: "the <cause>".to_owned() };
+            let html = samples::keep(&format!("error-{status}"), &page);
+            assert!(
+                html.contains(page.heading()) && html.contains(page.advice().split('\'').next().unwrap_or_default())
+            );
+            assert_eq!(html.contains("The &#60;cause&#62;."), status != 404, "{html}");
+            assert!(html.contains(r#"href="/""#), "there is a way back");
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! An exercise: what to do, where, and how it is judged.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use documents::{Exercise, ExerciseBundle, SceneStructure};
+use law::structures::{Shape, StructureKind};
+
+use super::charts::{self, Outline, Section, Structure};
+use super::trainee::AttemptRow;
+use super::{Shell, Status, anatomy, format, metric};
+
+/// The page of an exercise.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "exercise.html")]
+pub struct ExercisePage {
+    /// Frame.
+    pub shell: Shell,
+    /// What to do and how it is judged.
+    pub exercise: ExerciseView,
+    /// Where it stands in each course.
+    pub contexts: Vec<Context>,
+    /// Attempts, newest first: the trainee's own, or those the visitor may see.
+    pub attempts: Vec<AttemptRow>,
+    /// The visitor is a trainee.
+    pub own: bool,
+    /// Score over time, for a trainee with attempts.
+    pub chart: Option<String>,
+}
+
+/// Where an exercise stands in a course.
+#[derive(Clone, Debug)]
+pub struct Context {
+    /// The course's title.
+    pub course: String,
+    /// Place in the course, from 1, and how many exercises there are.
+    pub place: (usize, usize),
+    /// The mastery rule in words.
+    pub rule: String,
+    /// What comes first: title and page.
+    pub prerequisites: Vec<(String, String)>,
+    /// What this opens: title and page.
+    pub opens: Vec<(String, String)>,
+    /// How the visitor stands, for a trainee.
+    pub status: Option<Status>,
+}
+
+/// An exercise as people read it.
+#[derive(Clone, Debug)]
+pub struct ExerciseView {
+    /// Id in its document.
+    pub id: String,
+    /// Title.
+    pub title: String,
+    /// Briefing, by paragraph.
+    pub briefing: Vec<String>,
+    /// Cross-section, for both widths.
+    pub drawing: String,
+    /// Name and thickness in mm of each layer.
+    pub layers: Vec<(String, f64)>,
+    /// Name and kind of each structure.
+    pub structures: Vec<(String, &'static str)>,
+    /// Name and value.
+    pub facts: Vec<(&'static str, String)>,
+    /// Lines of the rubric.
+    pub rubric: Vec<RubricLineView>,
+    /// Limits that fail the attempt: metric and limit, and what is said.
+    pub hard_fails: Vec<(String, String)>,
+    /// What must have happened before anything is earned.
+    pub required: Vec<String>,
+    /// Score needed to pass, 0–100.
+    pub pass_mark: f64,
+}
+
+/// A line of the rubric.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RubricLineView {
+    /// What is measured.
+    pub label: String,
+    /// How it is defined.
+    pub definition: String,
+    /// What earns everything, with its unit.
+    pub full: String,
+    /// What earns nothing, with its unit.
+    pub zero: String,
+    /// Points to be had, of 100.
+    pub points: f64,
+}
+
+impl ExerciseView {
+    /// Puts an exercise into words and a drawing.
+    #[must_use]
+    pub fn new(bundle: &ExerciseBundle) -> Self {
+        let exercise = &bundle.exercise;
+        let weights: f64 = exercise.rubric.iter().map(|l| l.weight).sum();
+        let section = section(bundle);
+        Self {
+            id: exercise.id.clone(),
+            title: exercise.title.clone(),
+            briefing: paragraphs(&exercise.briefing),
+            drawing: charts::both(|size| charts::cross_section(&section, size)),
+            layers: bundle.scene.layers.iter().map(|l| (anatomy::said(&l.name), l.thickness_mm)).collect(),
+            structures: bundle.scene.structures.iter().map(|s| (anatomy::said(&s.spec.name), kind(s.kind()))).collect(),
+            facts: facts(bundle),
+            rubric: exercise.rubric.iter().map(|l| rubric_line(l, weights)).collect(),
+            hard_fails: exercise.hard_fails.iter().map(hard_fail).collect(),
+            required: exercise.required.as_ref().map(required).unwrap_or_default(),
+            pass_mark: exercise.pass_mark,
+        }
+    }
+}
+
+/// An empty line ends a paragraph.
+fn paragraphs(text: &str) -> Vec<String> {
+    text.split("\n\n").map(|p| p.trim().replace('\n', " ")).filter(|p| !p.is_empty()).collect()
+}
+
+fn facts(bundle: &ExerciseBundle) -> Vec<(&'static str, String)> {
+    let Exercise { difficulty, pass_mark, time_limit_s, target_depth_mm, angle_deg, sha256, .. } = &bundle.exercise;
+    let needle = &bundle.scene.needle;
+    vec![
+        (tr!("Scene"), bundle.scene.title.clone()),
+        (
+            tr!("Needle"),
+            tr!(
+                "{diameter} {kind}, {tip} tip",
+                diameter = format::stated(needle.diameter_mm, "mm"),
+                kind = words::known(&needle.kind),
+                tip = words::known(&needle.tip)
+            ),
+        ),
+        (tr!("Target"), tr!("{depth} along the needle", depth = format::stated(target_depth_mm, "mm"))),
+        (tr!("Angle to the surface normal"), format::stated(angle_deg, "°")),
+        (tr!("Time limit"), format::span(*time_limit_s)),
+        (tr!("Pass mark"), tr!("{score} of 100", score = format::points(*pass_mark))),
+        (tr!("Difficulty"), tr!("{difficulty} of 5", difficulty = difficulty)),
+        (tr!("Revision"), format::short_hash(sha256).to_owned()),
+    ]
+}
+
+fn rubric_line(line: &documents::RubricLine, weights: f64) -> RubricLineView {
+    let (label, definition, unit) = metric_words(&line.metric, line.version);
+    RubricLineView {
+        label,
+        definition,
+        full: format::stated(line.full, unit),
+        zero: format::stated(line.zero, unit),
+        points: if weights > 0.0 { line.weight / weights * 100.0 } else { 0.0 },
+    }
+}
+
+/// What must have happened before anything is earned, in words.
+fn required(required: &documents::Required) -> Vec<String> {
+    let reached =
+        required.reached.as_ref().map(|layer| tr!("the tip has opened {layer}", layer = anatomy::said(layer)));
+    let within = required
+        .within_mm
+        .map(|mm| tr!("the position is within {distance} of the target depth", distance = format::stated(mm, "mm")));
+    let confirmed = required.confirmed.then(|| tr!("the position was confirmed in the body").to_owned());
+    let withdrawn = required.withdrawn.then(|| tr!("the needle was withdrawn").to_owned());
+    [reached, within, confirmed, withdrawn].into_iter().flatten().collect()
+}
+
+fn hard_fail(limit: &documents::HardFail) -> (String, String) {
+    let (label, _, unit) = metric_words(&limit.metric, limit.version);
+    (tr!("{label} above {limit}", label = label, limit = format::stated(limit.above, unit)), limit.why.clone())
+}
+
+/// Label, definition and unit of a version of a metric, plain or split.
+fn metric_words(id: &str, version: u32) -> (String, String, &'static str) {
+    let unit = assessment::catalogue::definition(id, version).map_or("", |definition| definition.unit);
+    (metric::label(id), metric::definition(id, version), unit)
+}
+
+/// The plane through the planned needle, seen from the side.
+fn section(bundle: &ExerciseBundle) -> Section {
+    let exercise = &bundle.exercise;
+    let layers = bundle.scene.layers.iter();
+    Section {
+        layers: layers.map(|l| (anatomy::said(&l.name), l.texture.clone(), l.thickness_mm)).collect(),
+        angle_deg: exercise.angle_deg,
+        target_depth_mm: exercise.target_depth_mm,
+        structures: bundle.scene.structures.iter().map(|s| structure(s, exercise)).collect(),
+    }
+}
+
+fn structure(structure: &SceneStructure, exercise: &Exercise) -> Structure {
+    let spec = &structure.spec;
+    let at = [spec.position_m.x, spec.position_m.y, spec.position_m.z];
+    Structure { name: anatomy::said(&spec.name), kind: kind(spec.kind), outline: outline(&spec.shape, at, exercise) }
+}
+
+fn outline(shape: &Shape, at: [f64; 3], exercise: &Exercise) -> Outline {
+    let seen = |offset: [f64; 3]| in_plane([at[0] + offset[0], at[1] + offset[1], at[2] + offset[2]], exercise);
+    match shape {
+        Shape::Sphere { radius_m } => Outline::Circle { centre: seen([0.0; 3]), radius_mm: radius_m * 1e3 },
+        Shape::Capsule { half_axis_m: h, radius_m } => {
+            Outline::Capsule { from: seen([-h.x, -h.y, -h.z]), to: seen([h.x, h.y, h.z]), radius_mm: radius_m * 1e3 }
+        }
+        Shape::Box { half_extents_m: h } => {
+            let signs = (0..8_u8).map(|c| [0, 1, 2].map(|axis| if c >> axis & 1 == 0 { -1.0 } else { 1.0 }));
+            bounds(signs.map(|s: [f64; 3]| seen([s[0] * h.x, s[1] * h.y, s[2] * h.z])))
+        }
+        Shape::Mesh { vertices_m, .. } => bounds(vertices_m.iter().map(|v| seen([v.x, v.y, v.z]))),
+    }
+}
+
+/// A point in m of the patient frame, as (across, depth) in mm: across along the needle's lean, from the entry.
+fn in_plane([x, y, z]: [f64; 3], exercise: &Exercise) -> (f64, f64) {
+    let azimuth = exercise.azimuth_deg.to_radians();
+    let (dx, dy) = (x * 1e3 - exercise.entry_mm[0], y * 1e3 - exercise.entry_mm[1]);
+    (dx * libm::cos(azimuth) + dy * libm::sin(azimuth), -z * 1e3)
+}
+
+fn bounds(points: impl Iterator<Item = (f64, f64)>) -> Outline {
+    let (mut from, mut to) = ((f64::INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::NEG_INFINITY));
+    for (u, z) in points {
+        (from, to) = ((from.0.min(u), from.1.min(z)), (to.0.max(u), to.1.max(z)));
+    }
+    Outline::Rect { from, to }
+}
+
+fn kind(kind: StructureKind) -> &'static str {
+    match kind {
+        StructureKind::Target => "target",
+        StructureKind::Vessel => "vessel",
+        StructureKind::Nerve => "nerve",
+        StructureKind::Bone => "bone",
+        StructureKind::Organ => "organ",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! The page must tell a trainee what to do and what will be judged; the drawing must show the scene's own places.
+
+    use super::*;
+    use crate::samples;
+
+    #[test]
+    fn shows_briefing_drawing_and_rubric() {
+        let html = samples::keep("exercise", &samples::exercise_page());
+        for wanted in
+            ["Stop in the fat", "<svg", "Depth error", "0.5\u{a0}mm", "lumbar vessel", "out of 100", "example"]
+        {
+            assert!(html.contains(wanted), "{wanted} is missing");
+        }
+    }
+
+    #[test]
+    fn without_attempts_it_says_how_to_begin() {
+        let page = ExercisePage { attempts: vec![], chart: None, ..samples::exercise_page() };
+        assert!(samples::keep("exercise-untried", &page).contains("No attempts yet"));
+    }
+
+    #[test]
+    fn a_structure_is_seen_along_the_lean_of_the_needle() {
+        let mut exercise = samples::bundle().exercise;
+        exercise.entry_mm = [10.0, 0.0];
+        exercise.azimuth_deg = 90.0;
+        let (across, depth) = in_plane([0.010, 0.007, -0.018], &exercise);
+        assert!((across - 7.0).abs() < 1e-9 && (depth - 18.0).abs() < 1e-9, "{across}, {depth}");
+    }
+
+    #[test]
+    fn a_box_is_seen_by_its_bounds() {
+        let exercise = samples::bundle().exercise;
+        let shape = Shape::Box { half_extents_m: nalgebra::Vector3::new(0.002, 0.003, 0.004) };
+        let Outline::Rect { from, to } = outline(&shape, [0.0, 0.0, -0.010], &exercise) else { panic!("a box") };
+        for (value, wanted) in [(from.0, -2.0), (to.0, 2.0), (from.1, 6.0), (to.1, 14.0)] {
+            assert!((value - wanted).abs() < 1e-9, "{value} is not {wanted}");
+        }
+    }
+
+    #[test]
+    fn paragraphs_are_split_at_empty_lines() {
+        assert_eq!(paragraphs("One\nline.\n\nTwo.\n\n"), ["One line.", "Two."]);
+    }
+}

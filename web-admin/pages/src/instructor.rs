@@ -1,0 +1,47 @@
+//! An instructor's home: who needs help, the cohorts, what came in last.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use time::OffsetDateTime;
+
+use super::cohort::{CohortCard, TraineeRow};
+use super::trainee::AttemptRow;
+use super::{Shell, Status, format};
+
+/// An instructor's home.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "instructor.html")]
+pub struct InstructorPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Cohorts they teach.
+    pub cohorts: Vec<CohortCard>,
+    /// Trainees who may need help, each with the cohort's name.
+    pub help: Vec<(String, TraineeRow)>,
+    /// Latest attempts of those cohorts.
+    pub recent: Vec<AttemptRow>,
+    /// Now, for "… days ago".
+    pub now: OffsetDateTime,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples;
+    use model::Role;
+
+    #[test]
+    fn help_comes_first_and_an_empty_home_tells_the_next_step() {
+        let cohort = samples::cohort_page();
+        let help = cohort.help().into_iter().map(|row| ("Spring 2026".to_owned(), row.clone())).collect();
+        let progress = samples::progress();
+        let card = CohortCard::new(("/cohorts/1".to_owned(), "Spring 2026".to_owned()), [&progress].into_iter());
+        let shell = samples::shell(Role::Instructor);
+        let recent = samples::attempts();
+        let page = InstructorPage { shell: shell.clone(), cohorts: vec![card], help, recent, now: samples::NOW };
+        let html = samples::keep("instructor-home", &page);
+        assert!(html.find("Who needs help") < html.find("Your cohorts"));
+        let empty = InstructorPage { shell, cohorts: vec![], help: vec![], recent: vec![], now: samples::NOW };
+        assert!(samples::keep("instructor-empty", &empty).contains("You teach no cohort yet"));
+    }
+}

@@ -1,0 +1,162 @@
+//! What mails say: a subject in the first line, an empty line, the text.
+
+use askama::Template;
+use model::mail::RetentionLetter;
+
+use crate::format;
+use model::Moment;
+use model::assignment::Stage;
+use model::due::{Local, local};
+use model::limits::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
+use model::line::on_one_line;
+use model::mail::Mail;
+use model::mail::SurveyLetter;
+use model::survey::Survey;
+
+const DAY_S: i64 = 86_400;
+
+#[derive(Template)]
+#[template(path = "mail/invitation.txt")]
+struct Invitation<'a> {
+    name: &'a str,
+    school: &'a str,
+    link: &'a str,
+    days: i64,
+}
+
+#[derive(Template)]
+#[template(path = "mail/reset.txt")]
+struct Reset<'a> {
+    name: &'a str,
+    school: &'a str,
+    link: &'a str,
+    days: i64,
+}
+
+#[derive(Template)]
+#[template(path = "mail/second_factor_off.txt")]
+struct SecondFactorOff<'a> {
+    name: &'a str,
+    school: &'a str,
+    link: &'a str,
+}
+
+#[derive(Template)]
+#[template(path = "mail/reminder.txt")]
+struct Reminder<'a> {
+    name: &'a str,
+    title: &'a str,
+    due: &'a Local,
+    stage: &'a Stage,
+    link: &'a str,
+}
+
+/// What somebody is reminded of.
+#[derive(Clone, Copy, Debug)]
+pub struct Reminded<'a> {
+    /// Title.
+    pub title: &'a str,
+    /// When it is due for them.
+    pub due_at: Moment,
+    /// The time zone in which it is due.
+    pub time_zone: &'a str,
+    /// How far they have come.
+    pub stage: &'a Stage,
+}
+
+/// Subject and text of a reminder.
+#[must_use]
+pub fn reminder(mail: &Mail, of: Reminded<'_>, link: &str) -> (String, String) {
+    let due = &local(of.due_at, of.time_zone);
+    parts(&Reminder { name: &mail.name, title: &on_one_line(of.title), due, stage: of.stage, link })
+}
+
+#[derive(Template)]
+#[template(path = "mail/survey.txt")]
+struct SurveyInvitation<'a> {
+    letter: &'a SurveyLetter,
+    title: String,
+    link: &'a str,
+    minutes: f64,
+    until: String,
+}
+
+/// Subject and text of a letter with a survey's link: how long it takes, in min, and until when the link is good.
+#[must_use]
+pub fn survey(letter: &SurveyLetter, survey: &Survey, (link, minutes, until): (&str, f64, Moment)) -> (String, String) {
+    parts(&SurveyInvitation {
+        letter,
+        title: on_one_line(&survey.title),
+        link,
+        minutes,
+        until: format::date(until.to_utc()),
+    })
+}
+
+/// Subject and text of an invitation.
+#[must_use]
+pub fn invitation(mail: &Mail, link: &str) -> (String, String) {
+    parts(&Invitation { name: &mail.name, school: &mail.school, link, days: INVITATION_LIFETIME_S / DAY_S })
+}
+
+/// Subject and text of a mail with a link to another password.
+#[must_use]
+pub fn reset(mail: &Mail, link: &str) -> (String, String) {
+    parts(&Reset { name: &mail.name, school: &mail.school, link, days: RESET_LIFETIME_S / DAY_S })
+}
+
+/// Subject and text of a mail that tells that a second factor was turned off; `link` leads to where one is made.
+#[must_use]
+pub fn second_factor_off(mail: &Mail, link: &str) -> (String, String) {
+    parts(&SecondFactorOff { name: &mail.name, school: &mail.school, link })
+}
+
+#[derive(Template)]
+#[template(path = "mail/retention.txt")]
+struct Retention<'a> {
+    letter: &'a RetentionLetter,
+    months: u32,
+    link: &'a str,
+}
+
+/// Subject and text of a letter to somebody who is to be erased, for they have done nothing for so many months.
+#[must_use]
+pub fn retention(letter: &RetentionLetter, months: u32, link: &str) -> (String, String) {
+    parts(&Retention { letter, months, link })
+}
+
+fn parts(letter: &impl Template) -> (String, String) {
+    // Rendering into a String fails for no data we can hold.
+    let text = letter.render().unwrap_or_default();
+    let (subject, body) = text.split_once("\n\n").unwrap_or((&text, ""));
+    (subject.to_owned(), body.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use model::mail::MailKind;
+
+    #[test]
+    fn a_letter_has_a_subject_a_name_and_the_whole_link() {
+        let mail = Mail {
+            id: uuid::Uuid::nil(),
+            school_id: uuid::Uuid::nil(),
+            person_id: uuid::Uuid::nil(),
+            kind: MailKind::Invitation,
+            assignment_id: None,
+            tries: 0,
+            name: "Ana <Ek>".to_owned(),
+            email: "ana@example.org".to_owned(),
+            school: "North & South".to_owned(),
+            time_zone: "UTC".to_owned(),
+            language: None,
+            enabled: true,
+        };
+        let link = "https://a.example/join/1";
+        for (subject, body) in [invitation(&mail, link), reset(&mail, link), second_factor_off(&mail, link)] {
+            assert!(subject.ends_with("at North & South") && !subject.contains('\n'), "{subject}");
+            assert!(body.starts_with("Dear Ana <Ek>,") && body.contains("\nhttps://a.example/join/1\n"), "{body}");
+        }
+    }
+}

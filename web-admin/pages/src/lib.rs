@@ -1,0 +1,57 @@
+//! What pages look like: one struct beside each template, plain data in, HTML out.
+
+#[macro_use(sentence, tr, trn)]
+extern crate words;
+
+pub mod account;
+pub mod admin;
+pub mod anatomy;
+pub mod assets;
+pub mod assignments;
+pub mod certificate;
+pub mod charts;
+pub mod cohort;
+pub mod concern;
+pub mod consent;
+pub mod curricula;
+pub mod diff;
+pub mod draft;
+pub mod erasing;
+pub mod error;
+pub mod exercise;
+#[cfg(test)]
+mod forgotten;
+pub mod format;
+pub mod instructor;
+pub mod judgement;
+pub mod letters;
+pub mod links;
+pub mod login;
+#[cfg(test)]
+mod markup;
+pub mod metric;
+pub mod origins;
+pub mod passkeys;
+pub mod people;
+pub mod progress;
+pub mod qr;
+pub mod rating;
+pub mod regrading;
+pub mod replay;
+pub mod retention;
+pub mod review;
+pub mod roster;
+#[cfg(test)]
+mod samples;
+pub mod second_factor;
+pub mod segments;
+pub mod service;
+pub mod session;
+pub mod shell;
+pub mod status;
+pub mod survey;
+pub mod tokens;
+pub mod trainee;
+
+pub use shell::{Place, Shell};
+pub use status::Status;

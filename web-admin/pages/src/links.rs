@@ -1,0 +1,43 @@
+//! Addresses that open a recording in a viewer elsewhere.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use uuid::Uuid;
+
+use super::Shell;
+
+/// Addresses that were made for a recording, shown this once.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "links.html")]
+pub struct LinksPage {
+    /// Frame.
+    pub shell: Shell,
+    /// The attempt.
+    pub session: Uuid,
+    /// Name and address of each viewer, with the recording.
+    pub viewers: Vec<(&'static str, String)>,
+    /// The recording's own address.
+    pub recording: String,
+    /// How long they work, in minutes.
+    pub minutes: i64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples;
+    use model::Role;
+
+    #[test]
+    fn says_how_long_the_addresses_work() {
+        let page = LinksPage {
+            shell: samples::shell(Role::Trainee),
+            session: Uuid::nil(),
+            viewers: vec![("Foxglove", "https://app.foxglove.dev/?x=1&y=2".to_owned())],
+            recording: "https://school.example/recordings/a/b.mcap".to_owned(),
+            minutes: 15,
+        };
+        let html = samples::keep("links", &page);
+        assert!(html.contains("15 minutes") && html.contains("Foxglove") && html.contains("x=1&#38;y=2"), "{html}");
+    }
+}

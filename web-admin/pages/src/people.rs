@@ -1,0 +1,314 @@
+//! The people of a school, as its administrator sees and changes them.
+
+use std::borrow::Borrow;
+
+use askama::Template;
+use askama_web::WebTemplate;
+
+use super::{Shell, Status, format, people};
+use model::Role;
+use model::directory::{AccountState, DirectoryEntry};
+use model::membership::MembershipRequest;
+
+/// Every role, to choose from.
+pub const ROLES: [Role; 3] = [Role::Trainee, Role::Instructor, Role::Administrator];
+
+/// A choice of a list: value, word, and whether it is chosen.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// What is sent.
+    pub value: String,
+    /// What is read.
+    pub label: String,
+    /// It is chosen.
+    pub chosen: bool,
+}
+
+/// The list of people.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "people/list.html")]
+pub struct PeoplePage {
+    /// Frame.
+    pub shell: Shell,
+    /// What is looked for in name and address.
+    pub words: String,
+    /// Roles to choose from.
+    pub roles: Vec<Choice>,
+    /// States to choose from.
+    pub states: Vec<Choice>,
+    /// Cohorts to choose from.
+    pub cohorts: Vec<Choice>,
+    /// The people found, by name.
+    pub rows: Vec<DirectoryEntry>,
+    /// The page after this one.
+    pub next: Option<String>,
+    /// This is not the first page.
+    pub later: bool,
+    /// Something is looked for.
+    pub filtered: bool,
+    /// How many a roster has just added and changed.
+    pub imported: Option<(usize, usize)>,
+    /// Somebody to be added, and why they were not.
+    pub form: PersonForm,
+}
+
+/// What was typed about somebody.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PersonForm {
+    /// Name.
+    pub name: String,
+    /// Address.
+    pub email: String,
+    /// Roles to choose from.
+    pub roles: Vec<Choice>,
+    /// Cohorts to choose from.
+    pub cohorts: Vec<Choice>,
+    /// Why it was refused.
+    pub refused: Option<PersonRefused>,
+}
+
+/// Why somebody was not added or changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PersonRefused {
+    /// This is no name.
+    Name,
+    /// This is no address.
+    Email,
+    /// The address cannot be used.
+    Taken,
+    /// Nobody takes the administrator's role from themselves.
+    OwnRole,
+}
+
+/// What was just done to somebody.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Done {
+    /// Added.
+    Added,
+    /// Changed.
+    Changed,
+    /// A mail with a link is on its way.
+    Mailed,
+    /// Disabled.
+    Disabled,
+    /// Enabled.
+    Enabled,
+    /// Made anonymous.
+    Erased,
+    /// Without a second factor now.
+    Unfactored,
+}
+
+/// The page of a person.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "people/person.html")]
+pub struct PersonPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Who.
+    pub person: DirectoryEntry,
+    /// It is the visitor.
+    pub own: bool,
+    /// They are kept whatever a rule of retention says.
+    pub held: bool,
+    /// What was just done.
+    pub done: Option<Done>,
+    /// How their last mail went.
+    pub delivery: Option<String>,
+    /// They have a second factor.
+    pub second_factor: bool,
+    /// Name, address and role to be changed.
+    pub form: PersonForm,
+}
+
+/// A link that an administrator hands over, shown this once.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "people/link.html")]
+pub struct LinkPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Whose.
+    pub person: DirectoryEntry,
+    /// The link.
+    pub link: String,
+    /// How long it is good, in days.
+    pub days: i64,
+}
+
+/// Who is in a cohort.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "people/cohort.html")]
+pub struct CohortPeoplePage {
+    /// Frame.
+    pub shell: Shell,
+    /// The cohort's page.
+    pub href: String,
+    /// Its name.
+    pub name: String,
+    /// Instructors, then trainees: id, name, role.
+    pub members: Vec<(String, String, Role)>,
+    /// Who is asked for, and has not answered.
+    pub requests: Vec<MembershipRequest>,
+    /// The address that was typed.
+    pub email: String,
+    /// Nobody who can be added has it.
+    pub unknown: bool,
+}
+
+impl Choice {
+    /// The roles, one of them chosen.
+    #[must_use]
+    pub fn roles(chosen: Option<Role>) -> Vec<Self> {
+        let choice = |role: Role| Self {
+            value: role.to_string(),
+            label: format::sentence(role.said()),
+            chosen: chosen == Some(role),
+        };
+        ROLES.into_iter().map(choice).collect()
+    }
+
+    /// The states of an account, one of them chosen.
+    #[must_use]
+    pub fn states(chosen: Option<AccountState>) -> Vec<Self> {
+        let all = [
+            (AccountState::Active, "active"),
+            (AccountState::Invited, "invited"),
+            (AccountState::Disabled, "disabled"),
+            (AccountState::Erased, "erased"),
+        ];
+        let choice = |(state, value): (AccountState, &str)| Self {
+            value: value.to_owned(),
+            label: badge_word(state).to_owned(),
+            chosen: chosen == Some(state),
+        };
+        all.into_iter().map(choice).collect()
+    }
+}
+
+impl PersonPage {
+    fn erased(&self) -> bool {
+        self.person.state == AccountState::Erased
+    }
+
+    fn disabled(&self) -> bool {
+        self.person.state == AccountState::Disabled
+    }
+
+    fn invited(&self) -> bool {
+        self.person.state == AccountState::Invited
+    }
+}
+
+fn badge_word(state: AccountState) -> &'static str {
+    match state {
+        AccountState::Active => tr!("Active"),
+        AccountState::Invited => tr!("Invited"),
+        AccountState::Disabled => tr!("Disabled"),
+        AccountState::Erased => tr!("Anonymous"),
+    }
+}
+
+/// The badge of an account's state.
+#[must_use]
+pub fn state_badge(state: impl Borrow<AccountState>) -> String {
+    let state = *state.borrow();
+    let status = match state {
+        AccountState::Active => Status::OnTrack,
+        AccountState::Invited => Status::Waiting,
+        AccountState::Disabled => Status::Refused,
+        AccountState::Erased => Status::Locked,
+    };
+    status.badge_saying(badge_word(state))
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when an administrator is not told what comes next, or what was typed is lost or runs.
+
+    use super::*;
+    use crate::samples;
+
+    fn listed(name: &str, state: AccountState) -> DirectoryEntry {
+        DirectoryEntry {
+            id: uuid::Uuid::nil(),
+            name: name.to_owned(),
+            email: "ana@example.org".to_owned(),
+            role: Role::Trainee,
+            state,
+            pseudonym: "p-1".to_owned(),
+            registrar_id: Some("4711".to_owned()),
+            cohorts: "Spring 2026".to_owned(),
+        }
+    }
+
+    fn list(rows: Vec<DirectoryEntry>, filtered: bool) -> PeoplePage {
+        PeoplePage {
+            shell: samples::shell(Role::Administrator),
+            words: "<ana".to_owned(),
+            roles: Choice::roles(Some(Role::Trainee)),
+            states: Choice::states(None),
+            cohorts: vec![],
+            next: Some("/people?after=x".to_owned()),
+            later: true,
+            filtered,
+            imported: Some((3, 1)),
+            form: PersonForm {
+                refused: Some(PersonRefused::Taken),
+                roles: Choice::roles(None),
+                ..PersonForm::default()
+            },
+            rows,
+        }
+    }
+
+    #[test]
+    fn the_list_shows_states_and_keeps_what_was_typed() {
+        let states = [AccountState::Active, AccountState::Invited, AccountState::Disabled, AccountState::Erased];
+        let html = samples::keep("people", &list(states.map(|state| listed("Ana", state)).to_vec(), true));
+        assert!(
+            html.contains("value=\"&#60;ana\"") && html.contains("Invited") && html.contains("Anonymous"),
+            "{html}"
+        );
+        assert!(html.contains("3 people added, 1 changed") && html.contains("cannot be used"), "{html}");
+        assert!(samples::keep("people-none", &list(vec![], true)).contains("Nobody is found"));
+        assert!(samples::keep("people-empty", &list(vec![], false)).contains("Import a roster"));
+    }
+
+    #[test]
+    fn a_person_can_be_invited_disabled_or_enabled_as_they_stand() {
+        let page = |state, own| PersonPage {
+            shell: samples::shell(Role::Administrator),
+            person: listed("Ana", state),
+            own,
+            held: own,
+            done: Some(Done::Mailed),
+            delivery: Some("the mail server refused it".to_owned()),
+            second_factor: true,
+            form: PersonForm { name: "Ana".to_owned(), roles: Choice::roles(None), ..PersonForm::default() },
+        };
+        let invited = samples::keep("person-invited", &page(AccountState::Invited, false));
+        assert!(invited.contains("Send the invitation again") && invited.contains("refused it"), "{invited}");
+        let disabled = samples::keep("person-disabled", &page(AccountState::Disabled, false));
+        assert!(disabled.contains("/enable\"") && !disabled.contains("/disable\""), "{disabled}");
+        let own = samples::keep("person-own", &page(AccountState::Active, true));
+        assert!(disabled.contains("second-factor/reset") && !own.contains("second-factor/reset"), "{own}");
+        assert!(!own.contains("/disable\"") && !own.contains("/erase\""), "nobody locks themselves out: {own}");
+        let erased = samples::keep("person-erased", &page(AccountState::Erased, false));
+        assert!(!erased.contains("/change\""), "{erased}");
+    }
+
+    #[test]
+    fn a_link_and_a_cohort_render() {
+        let shell = samples::shell(Role::Administrator);
+        let person = listed("Ana", AccountState::Invited);
+        let link = LinkPage { shell: shell.clone(), person, link: "https://x/join/1".to_owned(), days: 14 };
+        assert!(samples::keep("person-link", &link).contains("https://x/join/1"));
+        let members = vec![("1".to_owned(), "Ana <b>".to_owned(), Role::Trainee)];
+        let (href, name) = ("/cohorts/1".to_owned(), "Spring".to_owned());
+        let requests = vec![samples::request()];
+        let page = CohortPeoplePage { shell, href, name, members, requests, email: "x@y.z".to_owned(), unknown: true };
+        let html = samples::keep("cohort-people", &page);
+        assert!(html.contains("Ana &#60;b&#62;") && html.contains("value=\"x@y.z\""), "{html}");
+    }
+}

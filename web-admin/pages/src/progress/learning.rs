@@ -1,0 +1,247 @@
+//! One exercise of one trainee: scores, learning curve, habits, and how the cohort does.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use assessment::learning::{Crossing, CurvePoint, Standing};
+use assessment::statistics::{Estimate, Summary};
+use time::OffsetDateTime;
+
+use crate::{Shell, Status, charts, format, metric};
+use model::progress::{Attempt, CurveRule, Habits, Line, StepProgress};
+
+/// The page.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "progress/learning.html")]
+pub struct LearningPage {
+    /// Frame.
+    pub shell: Shell,
+    /// The trainee's name and page.
+    pub trainee: (String, String),
+    /// The trainee is the visitor.
+    pub own: bool,
+    /// The exercise's title and page.
+    pub exercise: (String, String),
+    /// The course's title, and its mastery rule in words.
+    pub course: (String, String),
+    /// How it stands.
+    pub status: Status,
+    /// Scores over time.
+    pub scores: String,
+    /// The learning curve: the course's rule, or an example beside it.
+    pub curve: Option<CurveFacts>,
+    /// Attempts on different revisions are mixed.
+    pub mixed: bool,
+    /// Share of attempts passed.
+    pub passed: Option<Estimate>,
+    /// What costs most, and what costs nothing.
+    pub habits: HabitsView,
+    /// The others of the cohort, where there are enough.
+    pub comparison: Option<Comparison>,
+    /// Attempts, newest first.
+    pub rows: Vec<CurveRow>,
+}
+
+/// A learning curve and its parameters.
+#[derive(Clone, Debug)]
+pub struct CurveFacts {
+    /// The drawing.
+    pub drawing: String,
+    /// What the course states, and the lines that follow.
+    pub rule: CurveRule,
+    /// It is the course's rule. An example else, which decides nothing.
+    pub decides: bool,
+    /// What it says now.
+    pub standing: Standing,
+    /// Straight successes still needed.
+    pub needed: u32,
+    /// Attempts so far.
+    pub attempts: usize,
+}
+
+impl CurveFacts {
+    /// A curve as it stands, by a rule that decides or does not. `title` is what the drawing is called.
+    #[must_use]
+    pub fn new(step: &StepProgress, (rule, decides): (CurveRule, bool), title: &str) -> Option<Self> {
+        let curve = step.curve.as_ref()?;
+        Some(Self {
+            drawing: charts::learning_curve(&curve.points, &rule.rule, ("own", title)),
+            rule,
+            decides,
+            standing: curve.standing,
+            needed: curve.successes_needed,
+            attempts: curve.points.len(),
+        })
+    }
+
+    /// More attempts than the stated error holds for, where that is limited.
+    #[must_use]
+    pub fn beyond(&self) -> Option<u32> {
+        self.rule.within.filter(|within| self.attempts > usize::try_from(*within).unwrap_or(usize::MAX))
+    }
+}
+
+/// What costs points, with links to the attempts.
+#[derive(Clone, Debug, Default)]
+pub struct HabitsView {
+    /// Attempts looked at.
+    pub attempts: usize,
+    /// Dearest first.
+    pub habits: Vec<HabitRow>,
+    /// Names of what costs next to nothing.
+    pub strengths: Vec<String>,
+}
+
+/// A habit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HabitRow {
+    /// Name of what is measured.
+    pub label: String,
+    /// Mean of the points lost an attempt.
+    pub points: f64,
+    /// Attempts in which it cost points, and in which it was judged.
+    pub costly: (usize, usize),
+    /// What to do about it.
+    pub advice: String,
+    /// Page of the attempt that it cost most.
+    pub worst: String,
+}
+
+impl HabitsView {
+    /// Habits over attempts, whose pages stand in the same order.
+    #[must_use]
+    pub fn new(found: Habits, pages: &[String]) -> Self {
+        let row = |line: Line| HabitRow {
+            label: metric::label(&line.metric),
+            points: line.mean_points,
+            costly: (line.costly, line.judged),
+            advice: words::known(line.advice),
+            worst: pages.get(line.worst).cloned().unwrap_or_default(),
+        };
+        Self {
+            attempts: pages.len(),
+            strengths: found.strengths.into_iter().map(|line| metric::label(&line.metric)).collect(),
+            habits: found.habits.into_iter().map(row).collect(),
+        }
+    }
+}
+
+/// The best scores of the others in a cohort.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comparison {
+    /// The cohort's name.
+    pub cohort: String,
+    /// The trainee's best score, 0–100.
+    pub own: f64,
+    /// Those of the others, 0–100.
+    pub others: Summary,
+}
+
+impl Comparison {
+    /// The score among those of the others.
+    #[must_use]
+    pub fn drawing(&self) -> String {
+        charts::among(self.own, &self.others)
+    }
+}
+
+/// What a curve said after an attempt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Said {
+    /// Nothing new.
+    Nothing,
+    /// Competent.
+    Competent,
+    /// Still competent: the CUSUM reached its lower line.
+    StillCompetent,
+    /// Too many failures, after competence.
+    Lost,
+    /// Too many failures, before any competence.
+    TooMany,
+}
+
+/// An attempt with its place on the curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurveRow {
+    /// Its number, from 1.
+    pub number: usize,
+    /// Its page.
+    pub href: String,
+    /// When it began.
+    pub at: OffsetDateTime,
+    /// 0–100.
+    pub score: f64,
+    /// Passed.
+    pub passed: bool,
+    /// The sum after it.
+    pub value: Option<f64>,
+    /// The LC-CUSUM was in charge, else the CUSUM.
+    pub learning: bool,
+    /// What the curve said.
+    pub said: Said,
+}
+
+impl CurveRow {
+    /// The attempts of a step, newest first.
+    #[must_use]
+    pub fn all(step: &StepProgress) -> Vec<Self> {
+        let points = step.curve.as_ref().map_or(&[][..], |curve| &curve.points);
+        let row = |(i, attempt): (usize, &Attempt)| Self {
+            number: i + 1,
+            href: format!("/sessions/{}", attempt.session),
+            at: attempt.at,
+            score: attempt.score,
+            passed: attempt.passed,
+            value: points.get(i).map(|p| p.value),
+            learning: points.get(i).is_some_and(|p| p.learning),
+            said: said(points, i),
+        };
+        step.attempts.iter().enumerate().map(row).rev().collect()
+    }
+}
+
+fn said(points: &[CurvePoint], at: usize) -> Said {
+    let before = at.checked_sub(1).and_then(|i| points.get(i)).map_or(Standing::NotYet, |p| p.standing);
+    match (points.get(at).and_then(|p| p.crossed), before) {
+        (None, _) => Said::Nothing,
+        (Some(Crossing::Acceptable), Standing::Competent) => Said::StillCompetent,
+        (Some(Crossing::Acceptable), _) => Said::Competent,
+        (Some(Crossing::Unacceptable), Standing::Competent) => Said::Lost,
+        (Some(Crossing::Unacceptable), _) => Said::TooMany,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! The page must say what the curve says, what it takes, and when its error no longer holds.
+
+    use crate::progress::samples as made;
+    use crate::samples;
+
+    #[test]
+    fn a_curve_says_state_parameters_and_what_is_needed() {
+        let html = samples::keep("learning", &made::learning_page(9));
+        for words in ["more straight successes", "LC-CUSUM", "revisions", "Overshoot", "/sessions/0", "attempts.csv"] {
+            assert!(html.contains(words), "{words}: {html}");
+        }
+        assert!(!html.contains("no longer holds"));
+    }
+
+    #[test]
+    fn a_curve_beside_another_rule_says_that_it_decides_nothing() {
+        let html = samples::keep("learning-beside", &made::learning_beside_passes(9));
+        for words in ["3 passes", "it decides nothing in this course", "more straight successes", "an example"] {
+            assert!(html.contains(words), "{words}: {html}");
+        }
+        assert!(!samples::keep("learning", &made::learning_page(9)).contains("decides nothing"));
+    }
+
+    #[test]
+    fn beyond_its_attempts_the_stated_error_no_longer_holds() {
+        assert!(samples::keep("learning-beyond", &made::learning_page(60)).contains("no longer holds"));
+    }
+
+    #[test]
+    fn without_an_attempt_the_page_says_what_to_do() {
+        assert!(samples::keep("learning-empty", &made::learning_page(0)).contains("No scored attempt yet"));
+    }
+}

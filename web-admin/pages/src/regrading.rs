@@ -1,0 +1,374 @@
+//! Every attempt at an exercise by another rubric: chosen, looked at, confirmed.
+
+use std::borrow::Borrow;
+
+use askama::Template;
+use askama_web::WebTemplate;
+use serde::Deserialize;
+use time::OffsetDateTime;
+use uuid::Uuid;
+
+use super::people::Choice;
+use super::{Shell, Status, format};
+use model::regrading::{OutcomeCount, RegradingLine, RegradingOutcome, RegradingState, count_attempts};
+
+/// Where a rubric is chosen.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "regrading/choose.html")]
+pub struct ChooseRubricPage {
+    /// Frame.
+    pub shell: Shell,
+    /// The exercise: title and page.
+    pub exercise: (String, String),
+    /// Revisions to choose from, the newest first.
+    pub revisions: Vec<Choice>,
+    /// What was done before, the latest first.
+    pub earlier: Vec<Earlier>,
+    /// The visitor's attempts are all of the school's.
+    pub whole_school: bool,
+}
+
+/// A re-grading in a list.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Earlier {
+    /// Its page.
+    pub href: String,
+    /// When somebody looked.
+    pub at: OffsetDateTime,
+    /// Who.
+    pub by: String,
+    /// How far it is.
+    pub state: RegradingState,
+    /// Why it was done.
+    pub reason: Option<String>,
+}
+
+/// Which attempts are listed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Shown {
+    /// Those that get another score.
+    #[default]
+    Changes,
+    /// Those that pass and did not.
+    Passes,
+    /// Those that no longer pass.
+    Fails,
+    /// Those with another score and the same result.
+    Changed,
+    /// Those whose override goes on counting.
+    Overridden,
+    /// Those whose score stays as it is.
+    Kept,
+    /// Those that are left alone.
+    Left,
+}
+
+impl Shown {
+    const ALL: [Self; 6] = [Self::Passes, Self::Fails, Self::Changed, Self::Overridden, Self::Kept, Self::Left];
+
+    /// The outcomes that it stands for.
+    #[must_use]
+    pub const fn outcomes(self) -> &'static [RegradingOutcome] {
+        match self {
+            Self::Changes => &[
+                RegradingOutcome::Passes,
+                RegradingOutcome::Fails,
+                RegradingOutcome::Changed,
+                RegradingOutcome::Overridden,
+            ],
+            Self::Passes => &[RegradingOutcome::Passes],
+            Self::Fails => &[RegradingOutcome::Fails],
+            Self::Changed => &[RegradingOutcome::Changed],
+            Self::Overridden => &[RegradingOutcome::Overridden],
+            Self::Kept => &[RegradingOutcome::Equal, RegradingOutcome::Same],
+            Self::Left => &[RegradingOutcome::Unreadable, RegradingOutcome::Overtaken],
+        }
+    }
+
+    /// Its word in an address.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Changes => "changes",
+            Self::Passes => "passes",
+            Self::Fails => "fails",
+            Self::Changed => "changed",
+            Self::Overridden => "overridden",
+            Self::Kept => "kept",
+            Self::Left => "left",
+        }
+    }
+
+    fn label(self) -> &'static str {
+        match self {
+            Self::Changes => tr!("Another score or result"),
+            Self::Passes => tr!("Pass, and did not before"),
+            Self::Fails => tr!("No longer pass"),
+            Self::Changed => tr!("Another score, same result"),
+            Self::Overridden => tr!("Overridden: still count as they did"),
+            Self::Kept => tr!("Same score"),
+            Self::Left => tr!("Left alone"),
+        }
+    }
+}
+
+/// A figure that opens the attempts it counts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Tile {
+    /// What is counted.
+    pub label: &'static str,
+    /// The word in the address.
+    pub word: &'static str,
+    /// How many.
+    pub attempts: i64,
+    /// It is shown below.
+    pub current: bool,
+}
+
+/// A re-grading: how far it is, what it would change or has changed.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "regrading/one.html")]
+pub struct RegradingPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Id.
+    pub id: Uuid,
+    /// The exercise: title and page.
+    pub exercise: (String, String),
+    /// When the revision was published whose rubric judges, and the beginning of its hash.
+    pub revision: (OffsetDateTime, String),
+    /// How far it is.
+    pub state: RegradingState,
+    /// Who looked, and when.
+    pub looked: (String, OffsetDateTime),
+    /// Why it was done, and when it was all done.
+    pub reason: Option<String>,
+    /// When it was all done.
+    pub ended_at: Option<OffsetDateTime>,
+    /// How many attempts there are of each outcome.
+    pub counts: Vec<OutcomeCount>,
+    /// Work that is done, of all.
+    pub progress: (i64, i64),
+    /// Which attempts are listed.
+    pub shown: Shown,
+    /// They.
+    pub lines: Vec<RegradingLine>,
+    /// The attempt after which the next page begins.
+    pub next: Option<Uuid>,
+    /// This is not the first page.
+    pub further: bool,
+    /// Stands for what is shown.
+    pub digest: String,
+    /// The visitor may confirm it.
+    pub own: bool,
+    /// Attempts have changed since it was looked at.
+    pub stale: bool,
+    /// The reason as it was typed, and why it was refused.
+    pub typed: (String, Option<String>),
+}
+
+/// Attempts that get a score by the rubric.
+#[must_use]
+pub fn graded(counts: &[OutcomeCount]) -> i64 {
+    count_attempts(counts, Shown::Changes.outcomes()) + count_attempts(counts, &[RegradingOutcome::Equal])
+}
+
+impl RegradingPage {
+    fn of(&self, shown: Shown) -> i64 {
+        count_attempts(&self.counts, shown.outcomes())
+    }
+
+    fn attempts(&self) -> i64 {
+        self.counts.iter().map(|count| count.attempts).sum()
+    }
+
+    fn graded(&self) -> i64 {
+        graded(&self.counts)
+    }
+
+    /// Mean of the computed scores before and after, 0–100.
+    fn means(&self) -> (f64, f64) {
+        let mean =
+            |sum: fn(&OutcomeCount) -> f64| self.counts.iter().map(sum).sum::<f64>() / self.attempts().max(1) as f64;
+        (mean(|count| count.before), mean(|count| count.after))
+    }
+
+    fn before(&self) -> String {
+        format::fixed(self.means().0, 1)
+    }
+
+    fn after(&self) -> String {
+        format::fixed(self.means().1, 1)
+    }
+
+    /// It was not confirmed yet, and whoever has looked looks again.
+    fn may_forget(&self) -> bool {
+        self.own && !self.stale && matches!(self.state, RegradingState::Looking | RegradingState::Shown)
+    }
+
+    /// The change of the mean, with its sign.
+    fn change(&self) -> String {
+        let (before, after) = self.means();
+        let sign = if after - before >= 0.05 { "+" } else { "" };
+        format!("{sign}{}", format::fixed(after - before, 1))
+    }
+
+    /// What is counted; of the rarer outcomes only those that there are.
+    fn tiles(&self) -> Vec<Tile> {
+        let tile = |shown: Shown| Tile {
+            label: shown.label(),
+            word: shown.word(),
+            attempts: self.of(shown),
+            current: self.shown == shown,
+        };
+        let always = |tile: &Tile| tile.attempts > 0 || matches!(tile.word, "passes" | "fails" | "changed");
+        Shown::ALL.into_iter().map(tile).filter(always).collect()
+    }
+}
+
+/// A result as a badge.
+#[must_use]
+pub fn result(passed: impl Borrow<bool>) -> String {
+    if *passed.borrow() { Status::Passed.badge() } else { Status::Failed.badge() }
+}
+
+/// Score and result of an attempt by the rubric.
+fn after(line: &RegradingLine) -> Option<(f64, bool)> {
+    line.after.zip(line.passed_after)
+}
+
+/// How far a re-grading is, as a badge.
+#[must_use]
+pub fn badge(state: impl Borrow<RegradingState>) -> String {
+    match state.borrow() {
+        RegradingState::Looking => Status::Waiting.badge_saying(tr!("Being looked at")),
+        RegradingState::Shown => Status::Open.badge_saying(tr!("Waits to be confirmed")),
+        RegradingState::Grading => Status::Current.badge_saying(tr!("Being graded")),
+        RegradingState::Done => Status::Passed.badge_saying(tr!("Done")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when somebody confirms without having seen who passes and who no longer does, when an override's safety is not
+    //! said, or when a mean has the wrong sign.
+
+    use super::*;
+    use crate::samples;
+    use model::{Moment, Role};
+
+    fn count(outcome: RegradingOutcome, attempts: i64, before: f64, after: f64) -> OutcomeCount {
+        OutcomeCount { outcome, attempts, before, after }
+    }
+
+    fn line(outcome: RegradingOutcome, before: f64, after: Option<f64>) -> RegradingLine {
+        RegradingLine {
+            session_id: Uuid::nil(),
+            started_at: Moment::from(samples::NOW),
+            trainee: "Ana <Lindqvist>".to_owned(),
+            before,
+            passed_before: before >= 70.0,
+            after,
+            passed_after: after.map(|after| after >= 70.0),
+            overridden: (outcome == RegradingOutcome::Overridden).then_some(90.0),
+            outcome,
+            why: (outcome == RegradingOutcome::Unreadable).then(|| "nothing to score".to_owned()),
+        }
+    }
+
+    fn page() -> RegradingPage {
+        RegradingPage {
+            shell: samples::shell(Role::Instructor),
+            id: Uuid::nil(),
+            exercise: ("Stop in the fat".to_owned(), "/exercises/stop-in-the-fat".to_owned()),
+            revision: (samples::NOW, "abc123".to_owned()),
+            state: RegradingState::Shown,
+            looked: ("Dr Osei".to_owned(), samples::NOW),
+            reason: None,
+            ended_at: None,
+            counts: vec![
+                count(RegradingOutcome::Passes, 2, 130.0, 150.0),
+                count(RegradingOutcome::Fails, 1, 72.0, 61.0),
+                count(RegradingOutcome::Overridden, 1, 40.0, 50.0),
+                count(RegradingOutcome::Same, 5, 350.0, 350.0),
+                count(RegradingOutcome::Unreadable, 1, 50.0, 50.0),
+            ],
+            progress: (0, 0),
+            shown: Shown::Changes,
+            lines: vec![
+                line(RegradingOutcome::Passes, 65.0, Some(75.0)),
+                line(RegradingOutcome::Fails, 72.0, Some(61.0)),
+                line(RegradingOutcome::Overridden, 40.0, Some(50.0)),
+                line(RegradingOutcome::Unreadable, 50.0, None),
+            ],
+            next: Some(Uuid::nil()),
+            further: false,
+            digest: "d1gest".to_owned(),
+            own: true,
+            stale: false,
+            typed: (String::new(), None),
+        }
+    }
+
+    #[test]
+    fn what_would_change_is_read_before_it_is_confirmed() {
+        let html = samples::keep("regrading", &page());
+        for wanted in
+            ["Pass, and did not before", "No longer pass", "d1gest", "Ana &#60;Lindqvist&#62;", "+1.9", "abc123"]
+        {
+            assert!(html.contains(wanted), "{wanted} is missing in {html}");
+        }
+        assert!(html.contains("an override goes on counting") && html.contains("Grade 4 attempts again"), "{html}");
+        assert!(html.contains("?show=changes&amp;after=") && html.contains("nothing to score"));
+        let other = RegradingPage { own: false, ..page() };
+        assert!(!samples::keep("regrading-other", &other).contains("d1gest"), "only whoever has looked confirms");
+    }
+
+    #[test]
+    fn a_refusal_keeps_what_was_typed() {
+        let typed = ("x < y".to_owned(), Some("reason: empty".to_owned()));
+        let html = samples::keep("regrading-refused", &RegradingPage { typed, ..page() });
+        assert!(html.contains("x &#60; y") && html.contains("reason: empty"));
+        let html = samples::keep("regrading-stale", &RegradingPage { stale: true, ..page() });
+        assert!(html.contains("role=\"alert\"") && !html.contains("d1gest"), "{html}");
+    }
+
+    #[test]
+    fn work_under_way_says_how_far_it_is() {
+        let looking = RegradingPage { state: RegradingState::Looking, progress: (10, 20), counts: vec![], ..page() };
+        let html = samples::keep("regrading-looking", &looking);
+        assert!(html.contains("10 of 20") && !html.contains("d1gest"), "{html}");
+        let reason = || Some("Milder <now>".to_owned());
+        let html = samples::keep(
+            "regrading-grading",
+            &RegradingPage { state: RegradingState::Grading, progress: (3, 4), reason: reason(), ..page() },
+        );
+        assert!(html.contains("3 of 4") && html.contains("Milder &#60;now&#62;"), "{html}");
+        let done =
+            RegradingPage { state: RegradingState::Done, reason: reason(), ended_at: Some(samples::NOW), ..page() };
+        assert!(samples::keep("regrading-done", &done).contains("4 attempts were graded again"));
+        let counts = vec![count(RegradingOutcome::Same, 5, 350.0, 350.0)];
+        let same = RegradingPage { counts, lines: vec![], next: None, ..page() };
+        assert!(samples::keep("regrading-same", &same).contains("by this rubric already"));
+    }
+
+    #[test]
+    fn a_rubric_is_chosen_among_revisions() {
+        let page = ChooseRubricPage {
+            shell: samples::shell(Role::Administrator),
+            exercise: page().exercise,
+            revisions: vec![Choice { value: "1".to_owned(), label: "20 May 2026, abc".to_owned(), chosen: true }],
+            earlier: vec![Earlier {
+                href: "/regradings/1".to_owned(),
+                at: samples::NOW,
+                by: "Dr Osei".to_owned(),
+                state: RegradingState::Done,
+                reason: Some("Milder".to_owned()),
+            }],
+            whole_school: true,
+        };
+        let html = samples::keep("regrading-choose", &page);
+        assert!(html.contains("/regradings/1") && html.contains("Milder") && html.contains("20 May 2026, abc"));
+    }
+}

@@ -1,0 +1,115 @@
+//! How long the school keeps whoever does nothing any more, and whom its rule is about to take.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use time::OffsetDateTime;
+
+use super::{Shell, format};
+use model::Role;
+use model::retention::Step;
+
+/// The page.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "retention.html")]
+pub struct RetentionPage {
+    /// Frame.
+    pub shell: Shell,
+    /// What is set, or was typed.
+    pub form: RetentionForm,
+    /// The rule was just saved.
+    pub saved: bool,
+    /// Whom the rule is about to take.
+    pub rows: Vec<IdleRow>,
+    /// How many more there are.
+    pub more: usize,
+    /// Who is kept whatever the rule says: page and name.
+    pub held: Vec<(String, String)>,
+}
+
+/// What is typed about the rule.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct RetentionForm {
+    /// Months, empty for ever.
+    pub months: String,
+    /// Days.
+    pub warn_days: String,
+    /// Free texts go with whoever is erased by the rule.
+    pub texts: bool,
+    /// Recordings go with whoever is erased.
+    pub recordings: bool,
+    /// Why it was refused.
+    pub refused: Option<String>,
+}
+
+/// Somebody whom the rule is about to take.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct IdleRow {
+    /// Their page.
+    pub href: String,
+    /// Their name.
+    pub name: String,
+    /// Their role.
+    pub role: Role,
+    /// When they last did anything.
+    pub active_at: OffsetDateTime,
+    /// When their letter was out.
+    pub told_at: Option<OffsetDateTime>,
+    /// Why it was not.
+    pub error: Option<String>,
+    /// What comes next.
+    pub step: Step,
+}
+
+impl IdleRow {
+    fn next(&self) -> String {
+        match self.step {
+            Step::Warn => tr!("is warned").to_owned(),
+            Step::Sending => tr!("was warned; the letter is not out yet").to_owned(),
+            Step::Wait(days) => {
+                trn!("is erased in {n} day at the earliest", "is erased in {n} days at the earliest", days)
+            }
+            Step::Erase => tr!("is erased").to_owned(),
+            Step::CallOff => tr!("stays: the warning is called off").to_owned(),
+        }
+    }
+}
+
+impl RetentionPage {
+    fn more_words(&self) -> String {
+        let more = i64::try_from(self.more).unwrap_or(i64::MAX);
+        trn!("And {n} more.", "And {n} more.", more)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples;
+
+    #[test]
+    fn whom_the_rule_takes_is_listed_with_why_and_when() {
+        let steps = [Step::Warn, Step::Sending, Step::Wait(12), Step::Erase, Step::CallOff];
+        let row = |step| IdleRow {
+            href: "/people/1".to_owned(),
+            name: "Ana <Ek>".to_owned(),
+            role: Role::Trainee,
+            active_at: samples::NOW,
+            told_at: Some(samples::NOW),
+            error: Some("the mail server refused it".to_owned()),
+            step,
+        };
+        let mut page = RetentionPage {
+            shell: samples::shell(Role::Administrator),
+            form: RetentionForm { months: "x".to_owned(), refused: Some("no".to_owned()), ..RetentionForm::default() },
+            saved: true,
+            rows: steps.map(row).to_vec(),
+            more: 3,
+            held: vec![("/people/2".to_owned(), "Bo".to_owned())],
+        };
+        let html = samples::keep("retention", &page);
+        assert!(html.contains("12 days at the earliest") && html.contains("And 3 more"), "{html}");
+        assert!(html.contains("/people/2") && html.contains("Ana &#60;Ek&#62;"), "{html}");
+        (page.rows, page.more, page.held, page.saved) = (vec![], 0, vec![], false);
+        assert!(samples::keep("retention-none", &page).contains("Nobody"), "an empty list says so");
+    }
+}

@@ -1,0 +1,234 @@
+//! A roster: sent, looked at, confirmed.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use uuid::Uuid;
+
+use super::{Shell, Status, roster};
+use model::roster::{Change, Difference, Leaving, Line, Outcome, Refusal};
+
+/// Lines on one page of a difference.
+pub const PER_PAGE: usize = 200;
+
+/// Where a roster is sent from.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "roster/new.html")]
+pub struct RosterPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Why the last file was refused.
+    pub refused: Option<String>,
+    /// The cohort that was typed.
+    pub cohort: String,
+    /// The cohorts there are.
+    pub cohorts: Vec<String>,
+    /// Whoever is missing was to leave.
+    pub remove_missing: bool,
+}
+
+/// Which lines are shown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Shown {
+    /// Those that change something or are refused.
+    #[default]
+    Changes,
+    /// Those that add somebody.
+    New,
+    /// Those that change somebody.
+    Changed,
+    /// Those that change nothing.
+    Unchanged,
+    /// Those that are left out.
+    Refused,
+}
+
+/// What a roster would change.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "roster/preview.html")]
+pub struct RosterPreviewPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Of the roster that waits.
+    pub id: Uuid,
+    /// What the file was called.
+    pub file_name: String,
+    /// Headings that mean nothing here.
+    pub ignored: Vec<String>,
+    /// Lines that add, change, leave as it is, and are refused.
+    pub counts: [usize; 4],
+    /// Nothing would happen.
+    pub empty: bool,
+    /// Which lines are shown.
+    pub shown: Shown,
+    /// The lines of this page.
+    pub lines: Vec<Line>,
+    /// This page, from 1, and the last one.
+    pub pages: (usize, usize),
+    /// Who leaves a cohort.
+    pub leaving: Vec<Leaving>,
+    /// Stands for the difference.
+    pub digest: String,
+    /// People have changed since this was shown.
+    pub stale: bool,
+}
+
+impl RosterPreviewPage {
+    /// The lines of a page.
+    #[must_use]
+    pub fn lines(difference: &Difference, shown: Shown, page: usize) -> (Vec<Line>, (usize, usize)) {
+        let fits = |outcome: &Outcome| match shown {
+            Shown::Changes => *outcome != Outcome::Unchanged,
+            Shown::New => *outcome == Outcome::New,
+            Shown::Changed => matches!(outcome, Outcome::Changed { .. }),
+            Shown::Unchanged => *outcome == Outcome::Unchanged,
+            Shown::Refused => matches!(outcome, Outcome::Refused(_)),
+        };
+        let fitting: Vec<&Line> = difference.lines.iter().filter(|line| fits(&line.outcome)).collect();
+        let last = fitting.len().div_ceil(PER_PAGE).max(1);
+        let page = page.clamp(1, last);
+        let lines = fitting.into_iter().skip((page - 1) * PER_PAGE).take(PER_PAGE).cloned().collect();
+        (lines, (page, last))
+    }
+
+    /// The lists to choose from: what is in them, their word in the address, how many lines, and whether they are shown.
+    fn lists(&self) -> [(&'static str, &'static str, usize, bool); 4] {
+        let [new, changed, unchanged, refused] = self.counts;
+        [
+            (tr!("New"), "new", new, self.shown == Shown::New),
+            (tr!("Changed"), "changed", changed, self.shown == Shown::Changed),
+            (tr!("Unchanged"), "unchanged", unchanged, self.shown == Shown::Unchanged),
+            (tr!("Left out"), "refused", refused, self.shown == Shown::Refused),
+        ]
+    }
+
+    fn added(&self) -> usize {
+        self.counts[0]
+    }
+
+    fn importing(&self) -> usize {
+        self.counts[0] + self.counts[1]
+    }
+
+    fn refused(&self) -> usize {
+        self.counts[3]
+    }
+
+    fn word(&self) -> &'static str {
+        match self.shown {
+            Shown::Changes => "changes",
+            Shown::New => "new",
+            Shown::Changed => "changed",
+            Shown::Unchanged => "unchanged",
+            Shown::Refused => "refused",
+        }
+    }
+}
+
+/// The badge of what comes of a line.
+#[must_use]
+pub fn badge(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::New => Status::Passed.badge_saying(tr!("New")),
+        Outcome::Changed { .. } => Status::Current.badge_saying(tr!("Changed")),
+        Outcome::Unchanged => Status::OnTrack.badge_saying(tr!("Unchanged")),
+        Outcome::Refused(_) => Status::Refused.badge_saying(tr!("Left out")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a line says nothing about why, or what stands in a file runs.
+
+    use super::*;
+    use crate::samples;
+    use model::Role;
+    use model::roster::{Entry, Known, Wanted, read};
+
+    fn difference() -> Difference {
+        let known = Known {
+            id: Uuid::nil(),
+            registrar_id: None,
+            email: "ana@example.org".to_owned(),
+            name: "Ana Ek".to_owned(),
+            role: Role::Trainee,
+            enabled: true,
+            cohorts: vec!["Spring".to_owned()],
+        };
+        let bo = Known { id: Uuid::max(), email: "bo@example.org".to_owned(), name: "Bo".to_owned(), ..known.clone() };
+        let file = "email,name,id,status\nana@example.org,Ana Berg,7,deleted\nnew@example.org,<b>New,,\nx,X,,\n\
+                    f@example.org,=1+1,,\nn@example.org,,,\nnew@example.org,N,,\nk@example.org,K,,asleep\n";
+        let wanted = Wanted { cohort: Some("Spring".to_owned()), remove_missing: true };
+        Difference::of(&read(file.as_bytes()).expect("a roster"), &[known, bo], &Default::default(), &wanted)
+    }
+
+    fn page(shown: Shown) -> RosterPreviewPage {
+        let difference = difference();
+        let (lines, pages) = RosterPreviewPage::lines(&difference, shown, 1);
+        RosterPreviewPage {
+            shell: samples::shell(Role::Administrator),
+            id: Uuid::nil(),
+            file_name: "spring.csv".to_owned(),
+            ignored: vec!["colour".to_owned()],
+            counts: difference.counts(),
+            empty: difference.is_empty(),
+            shown,
+            lines,
+            pages,
+            leaving: difference.leaving,
+            digest: "d".to_owned(),
+            stale: true,
+        }
+    }
+
+    #[test]
+    fn every_line_says_what_comes_of_it_and_why() {
+        let html = samples::keep("roster-preview", &page(Shown::Changes));
+        for words in [
+            "name was “Ana Ek”",
+            "no longer sign in",
+            "not an email address",
+            "&#60;b&#62;New",
+            "a spreadsheet would run",
+            "line 3 has this address",
+            "no name",
+            "“asleep”",
+            "Import 2 lines",
+            "colour",
+            "People have changed since",
+        ] {
+            assert!(html.contains(words), "{words} is missing in {html}");
+        }
+        assert!(html.contains("Bo") && html.contains("leave"), "who is missing leaves");
+        assert_eq!(page(Shown::New).lines.len(), 1);
+    }
+
+    #[test]
+    fn the_form_keeps_what_was_typed() {
+        let page = RosterPage {
+            shell: samples::shell(Role::Administrator),
+            refused: Some("no column for the <email>".to_owned()),
+            cohort: "Spring".to_owned(),
+            cohorts: vec!["Autumn".to_owned()],
+            remove_missing: true,
+        };
+        let html = samples::keep("roster", &page);
+        assert!(html.contains("&#60;email&#62;") && html.contains("value=\"Spring\"") && html.contains("checked"));
+    }
+
+    #[test]
+    fn long_lists_come_in_pages() {
+        let entry = Entry {
+            email: String::new(),
+            name: String::new(),
+            registrar_id: None,
+            cohort: None,
+            role: None,
+            standing: None,
+        };
+        let line = |line| Line { line, shown: String::new(), entry: Some(entry.clone()), outcome: Outcome::New };
+        let long = Difference { lines: (1..=450).map(line).collect(), leaving: vec![] };
+        let (lines, pages) = RosterPreviewPage::lines(&long, Shown::Changes, 9);
+        assert_eq!((lines.len(), lines[0].line, pages), (50, 401, (3, 3)));
+    }
+}

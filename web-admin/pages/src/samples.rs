@@ -1,0 +1,450 @@
+//! Sample data for the pages' own tests, drawn from one invented school.
+
+use assessment::{Deduction, DeductionCause, Direction, Metric};
+use documents::{Exercise, ExerciseBundle, HardFail, RubricLine};
+use time::{Duration, OffsetDateTime, macros::datetime};
+use uuid::Uuid;
+
+use super::cohort::{CohortPage, CourseShare, TraineeRow};
+use super::exercise::{Context, ExercisePage, ExerciseView};
+use super::judgement::{Graded, Judgement};
+use super::progress::HabitsView;
+use super::session::{Drawing, Outcome, SessionPage, Verification};
+use super::trainee::{AttemptRow, CourseFacts, CourseView, Pages, TraineePage};
+use super::{Place, Shell, Status, shell::Visitor};
+use attempt::{AttemptCurve, BoundaryStage, CurveMark, CurvePoint, LayerSpan, MarkKind, StageSpan};
+use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
+use model::progress::{Attempt, Course, Mastery, Progress, Step};
+use model::{Moment, Role, Uncounted};
+
+mod tissue;
+
+/// The moment at which the samples are seen.
+pub(super) const NOW: OffsetDateTime = datetime!(2026-05-20 09:30 UTC);
+
+/// Renders a page, and keeps it in `target/pages` when `STYLET_KEEP_PAGES` is set, to be looked at in a browser.
+pub(super) fn keep(name: &str, page: &(impl askama::Template + std::fmt::Debug)) -> String {
+    super::forgotten::check(name, page);
+    let html = page.render().expect("the page renders");
+    super::markup::check(name, &html);
+    let scripts = html.replace("<script src=\"/assets/", "").replace("<script type=\"module\" src=\"/assets/", "");
+    let inline = html.contains("style=") || html.contains("<style") || scripts.contains("<script");
+    assert!(!inline, "the policy forbids it");
+    assert!(!html.contains("NaN"), "{name} holds a number that is none");
+    if std::env::var_os("STYLET_KEEP_PAGES").is_some() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        let folder = root.join("../target/pages");
+        std::fs::create_dir_all(folder.join("assets")).expect("a folder");
+        for asset in ["style.css", "icon.svg"] {
+            std::fs::copy(root.join("assets").join(asset), folder.join("assets").join(asset)).expect("an asset");
+        }
+        let html = html.replace("\"/assets/", "\"assets/");
+        std::fs::write(folder.join(format!("{name}.html")), html).expect("a page");
+    }
+    html
+}
+
+pub(super) fn shell(role: Role) -> Shell {
+    let name = match role {
+        Role::Trainee => "Ana Lindqvist",
+        Role::Instructor => "Dr Peter Osei",
+        Role::Administrator => "Maria Keller",
+    };
+    Shell { visitor: Visitor { name: name.to_owned(), role }, csrf: "token".to_owned(), place: Place::Home }
+}
+
+/// An insertion through three layers with a trocar, a stop, and the way out.
+pub(super) fn curve() -> AttemptCurve {
+    let band = |name: &str, top_mm, bottom_mm| LayerSpan {
+        name: name.to_owned(),
+        texture: name.to_owned(),
+        top_mm,
+        bottom_mm,
+    };
+    AttemptCurve {
+        bands: vec![band("skin", 0.0, 0.8), band("fat", 0.8, 9.2), band("muscle", 9.2, 48.2)],
+        points: curve_points(),
+        marks: curve_marks(),
+        stages: curve_stages(),
+        target_depth_mm: 20.0,
+        duration_s: 26.0,
+    }
+}
+
+/// Boundaries in turn: where the tip meets one, its stiffness in N/mm, where tip and rim go through.
+const BOUNDARIES: [(f64, f64, f64, f64); 3] =
+    [(0.0, 0.331, 3.02, 5.93), (0.8, 0.083, 6.82, 10.03), (9.2, 0.497, 12.22, 15.02)];
+
+fn force_at(x_mm: f64) -> f64 {
+    let elastic = BOUNDARIES.iter().enumerate().map(|(i, (top, k, tip, rim))| {
+        let before = i.checked_sub(1).map_or(0.0, |b| BOUNDARIES[b].2);
+        let tip_force = if x_mm >= before && x_mm < *tip { k * (x_mm - top).max(0.0) } else { 0.0 };
+        let rim_force = if x_mm >= *tip && x_mm < *rim { k * (x_mm - 2.0 - top).max(0.0) } else { 0.0 };
+        tip_force + rim_force
+    });
+    elastic.sum::<f64>() + 0.03 * x_mm.max(0.0)
+}
+
+fn curve_points() -> Vec<CurvePoint> {
+    let inward = (0..380_u32).map(|i| {
+        let t_s = f64::from(i) * 0.045;
+        let advance_mm = -6.0 + t_s * 1.642;
+        CurvePoint { t_s, advance_mm, force_n: force_at(advance_mm) }
+    });
+    let hold = (0..60_u32).map(|i| CurvePoint { t_s: 17.1 + f64::from(i) * 0.05, advance_mm: 21.93, force_n: 0.66 });
+    let outward = (0..120_u32).map(|i| {
+        let t_s = 20.1 + f64::from(i) * 0.049;
+        let advance_mm = 21.93 - (t_s - 20.1) * 4.7;
+        CurvePoint { t_s, advance_mm, force_n: if advance_mm > 0.0 { -0.02 * advance_mm } else { 0.0 } }
+    });
+    inward.chain(hold).chain(outward).collect()
+}
+
+fn curve_marks() -> Vec<CurveMark> {
+    let mark = |kind, advance_mm: f64, name: &str| CurveMark {
+        kind,
+        t_s: (advance_mm + 6.0) / 1.642,
+        advance_mm,
+        axial_n: force_at(advance_mm - 0.01),
+        name: name.to_owned(),
+    };
+    vec![
+        mark(MarkKind::Contact, 0.0, "skin"),
+        mark(MarkKind::TipRupture, 3.02, "skin"),
+        mark(MarkKind::RimRupture, 5.93, "skin"),
+        mark(MarkKind::TipRupture, 6.82, "fat"),
+        mark(MarkKind::RimRupture, 10.03, "fat"),
+        mark(MarkKind::TipRupture, 12.22, "muscle"),
+        mark(MarkKind::RimRupture, 15.02, "muscle"),
+        CurveMark { t_s: 19.0, ..mark(MarkKind::Confirm, 21.93, "") },
+    ]
+}
+
+fn curve_stages() -> Vec<StageSpan> {
+    let span = |boundary, stage, from_mm, to_mm| StageSpan { boundary, stage, from_mm, to_mm };
+    let spans = BOUNDARIES.iter().enumerate().flat_map(|(i, (top, _, tip, rim))| {
+        let meets = (top + 2.0).max(*tip);
+        [
+            span(i, BoundaryStage::I, *top, *tip),
+            span(i, BoundaryStage::II, *tip, meets),
+            span(i, BoundaryStage::III, meets, *rim),
+            span(i, BoundaryStage::IV, *rim, 21.93),
+        ]
+    });
+    spans.filter(|s| s.to_mm > s.from_mm).collect()
+}
+
+/// "Stop in the fat" on a lower back with a vessel.
+pub(super) fn bundle() -> ExerciseBundle {
+    let line =
+        |metric: &str, full, zero, weight| RubricLine { metric: metric.to_owned(), version: 1, full, zero, weight };
+    let exercise = Exercise {
+        id: "stop-in-the-fat".to_owned(),
+        title: "Stop in the fat".to_owned(),
+        briefing: "Go through the skin and stop in the middle of the fat.\n\nBrace your hand: the skin gives twice."
+            .to_owned(),
+        scene: "../scenes/lower-back.toml".to_owned(),
+        entry_mm: [0.0, 0.0],
+        angle_deg: 15.0,
+        azimuth_deg: 0.0,
+        target_depth_mm: 20.0,
+        time_limit_s: 180.0,
+        feedback: documents::Feedback::Both,
+        required: Some(documents::Required {
+            reached: Some("fat".to_owned()),
+            within_mm: Some(8.0),
+            confirmed: true,
+            withdrawn: true,
+        }),
+        rubric: vec![
+            line("depth_error_mm", 0.5, 8.0, 5.0),
+            line("overshoot_mm", 0.5, 6.0, 3.0),
+            line("peak_force_n", 1.8, 6.0, 2.0),
+            line("lateral_work_mj", 0.3, 4.0, 2.0),
+        ],
+        hard_fails: vec![HardFail {
+            metric: "structure_hits.vessel".to_owned(),
+            version: 1,
+            above: 0.0,
+            why: "The needle hit the vessel.".to_owned(),
+        }],
+        pass_mark: 70.0,
+        coaching: vec![],
+        difficulty: 2,
+        sha256: "5f1c0a9be2d47c31".repeat(4),
+    };
+    ExerciseBundle { exercise, scene: tissue::scene(), exercise_bytes: vec![], scene_bytes: vec![], meshes: vec![] }
+}
+
+pub(super) fn metrics() -> Vec<Metric> {
+    let values: [(&str, Option<f64>); 26] = [
+        ("depth_error_mm", Some(1.93)),
+        ("overshoot_mm", Some(1.93)),
+        ("tip_error_mm", Some(2.4)),
+        ("entry_error_mm", Some(0.8)),
+        ("angle_error_deg", Some(2.1)),
+        ("peak_force_n", Some(2.27)),
+        ("peak_force_layer_n.skin", Some(1.73)),
+        ("peak_force_layer_n.muscle", Some(2.27)),
+        ("rupture_force_n", Some(1.9)),
+        ("over_insertion_mm", Some(1.6)),
+        ("stop_time_s", None),
+        ("rupture_energy_mj", Some(9.94)),
+        ("rupture_energy_mj.skin", Some(3.82)),
+        ("rupture_energy_mj.fat", Some(1.62)),
+        ("rupture_energy_mj.muscle", Some(4.5)),
+        ("cutting_energy_mj.skin", Some(0.2)),
+        ("cutting_energy_mj.fat", Some(0.8)),
+        ("cutting_energy_mj.muscle", Some(2.9)),
+        ("friction_energy_mj.fat", Some(0.6)),
+        ("friction_energy_mj.muscle", Some(1.1)),
+        ("lateral_work_mj", Some(0.9)),
+        ("lateral_work_mj.muscle", Some(0.9)),
+        ("sweep_area_mm2", Some(12.4)),
+        ("skin_entries", Some(1.0)),
+        ("structure_hits", Some(0.0)),
+        ("time_total_s", Some(26.0)),
+    ];
+    values.map(|(id, value)| metric(id, value)).to_vec()
+}
+
+fn metric(id: &str, value: Option<f64>) -> Metric {
+    let definition = assessment::catalogue::newest(id);
+    let label = definition.map_or_else(String::new, |d| {
+        id.split_once('.').map_or_else(|| d.label.to_owned(), |(_, part)| d.label_of(part))
+    });
+    // Read from JSON, so that a field added to the type does not break the sample.
+    serde_json::from_value(serde_json::json!({
+        "id": id, "version": 1, "value": value, "unit": definition.map_or("", |d| d.unit),
+        "direction": definition.map_or(Direction::Lower, |d| d.direction), "applies": value.is_some(), "label": label,
+    }))
+    .expect("a metric")
+}
+
+pub(super) fn judgement() -> Judgement {
+    let deduction = |metric: &str, points: f64, value: f64, (full, zero): (f64, f64)| Deduction {
+        metric: metric.to_owned(),
+        version: 1,
+        points,
+        cause: DeductionCause::Measured { value, full, zero },
+    };
+    let deductions = [
+        deduction("depth_error_mm", 7.95, 1.93, (0.5, 5.0)),
+        deduction("overshoot_mm", 6.5, 1.9, (0.5, 5.0)),
+        deduction("peak_force_n", 4.8, 2.3, (1.8, 4.0)),
+        deduction("lateral_work_mj", 0.0, 0.9, (2.0, 10.0)),
+    ];
+    let bundle = bundle();
+    Judgement::new(&Graded {
+        score: 80.75,
+        passed: true,
+        deductions: &deductions,
+        hard_fails: &[],
+        metrics: &metrics(),
+        exercise: Some(&bundle.exercise),
+    })
+}
+
+pub(super) fn session_page() -> SessionPage {
+    SessionPage {
+        shell: shell(Role::Instructor),
+        exercise: "Stop in the fat".to_owned(),
+        exercise_href: Some("/exercises/stop-in-the-fat".to_owned()),
+        trainee: Some(("Ana Lindqvist".to_owned(), "/trainees/1".to_owned())),
+        started_at: NOW,
+        replay_href: "/sessions/0190/replay".to_owned(),
+        grade_href: "/sessions/0190/grade".to_owned(),
+        outcome: Outcome::Scored(Box::new(judgement())),
+        ruling: None,
+        drawing: Some(Drawing::new(&curve())),
+        uncounted: Some((Uncounted::Duplicate, Some("/sessions/0180".to_owned()))),
+        verification: Verification::Same,
+        signed_by: Some("Skills lab 2".to_owned()),
+        supervised_by: None,
+        surveys: vec![("How was it for you?".to_owned(), "/surveys/1?session=2".to_owned(), 1.0)],
+        facts: vec![
+            ("Duration", "26.0 s".to_owned()),
+            ("Device", "operator:intermediate".to_owned()),
+            ("Simulator", "0.1.0".to_owned()),
+            ("Seed", "1234".to_owned()),
+            ("Recording", "1.4 MB, complete".to_owned()),
+            ("Exercise revision", "5f1c0a9be2d4".to_owned()),
+        ],
+    }
+}
+
+/// Four exercises, each after the one before, mastered by three passes of five.
+pub(super) fn course() -> Course {
+    let step = |id: &str, title: &str, before: &[&str]| Step {
+        exercise: id.to_owned(),
+        title: title.to_owned(),
+        prerequisites: before.iter().map(|b| (*b).to_owned()).collect(),
+    };
+    Course {
+        steps: vec![
+            step("feel-the-layers", "Feel the layers", &[]),
+            step("stop-in-the-fat", "Stop in the fat", &["feel-the-layers"]),
+            step("reach-the-muscle", "Reach 20 mm in muscle", &["stop-in-the-fat"]),
+            step("oblique-approach", "Oblique approach", &["reach-the-muscle"]),
+        ],
+        rule: Mastery::Passes { passes: 3, of: 5 },
+    }
+}
+
+pub(super) const PASS_MARKS: [f64; 4] = [60.0, 70.0, 70.0, 70.0];
+const COURSE_TITLE: &str = "Lower back: first punctures";
+
+/// Attempts two days apart, the last so many days ago.
+pub(super) fn history(scores: &[(&str, f64)], days_ago: i64) -> Vec<Attempt> {
+    let count = i64::try_from(scores.len()).expect("few");
+    let attempt = |(i, (exercise, score)): (i64, &(&str, f64))| Attempt {
+        session: Uuid::from_u128(u128::from(i.unsigned_abs())),
+        exercise: (*exercise).into(),
+        at: NOW - Duration::days(days_ago + 2 * (count - 1 - i)) + Duration::hours(i % 7),
+        score: *score,
+        passed: *score >= 70.0,
+        revision: None,
+    };
+    (0..).zip(scores).map(attempt).collect()
+}
+
+pub(super) fn ana() -> Vec<Attempt> {
+    let scores = [
+        ("feel-the-layers", 52.0),
+        ("feel-the-layers", 71.0),
+        ("feel-the-layers", 78.0),
+        ("feel-the-layers", 85.0),
+        ("stop-in-the-fat", 41.0),
+        ("stop-in-the-fat", 58.0),
+        ("stop-in-the-fat", 74.0),
+        ("stop-in-the-fat", 66.0),
+        ("stop-in-the-fat", 80.7),
+    ];
+    history(&scores, 16)
+}
+
+pub(super) fn facts(course: &Course) -> CourseFacts<'_> {
+    CourseFacts {
+        trainee: Some("/trainees/1"),
+        id: "lower-back-basics",
+        title: COURSE_TITLE,
+        course,
+        pass_marks: &PASS_MARKS,
+    }
+}
+
+pub(super) fn attempts() -> Vec<AttemptRow> {
+    let row = |(exercise, status, score, note, flagged): (&str, Status, Option<f64>, &str, bool)| AttemptRow {
+        href: "/sessions/0190".to_owned(),
+        at: NOW - Duration::days(16),
+        trainee: None,
+        exercise: exercise.to_owned(),
+        status,
+        score,
+        computed: (status == Status::Passed).then_some(64.2),
+        note: note.to_owned(),
+        flagged,
+        uncounted: flagged.then_some(Uncounted::Unpublished),
+    };
+    [
+        ("Stop in the fat", Status::Waiting, None, "", false),
+        ("Stop in the fat", Status::Passed, Some(80.7), "1.9 mm too deep", false),
+        ("Stop in the fat", Status::Failed, Some(66.2), "4.1 mm too deep", true),
+        ("Feel the layers", Status::Refused, None, "the recording holds no samples", false),
+    ]
+    .map(row)
+    .to_vec()
+}
+
+pub(super) fn progress() -> Progress {
+    Progress::of(&course(), &ana(), NOW)
+}
+
+pub(super) fn request() -> MembershipRequest {
+    MembershipRequest {
+        cohort_id: Uuid::from_u128(3),
+        cohort: "Spring".to_owned(),
+        person_id: Uuid::from_u128(4),
+        person: "Ana Lindqvist".to_owned(),
+        role: Role::Trainee,
+        asked_by: "Ben Okafor".to_owned(),
+        asked_at: Moment::from(NOW),
+    }
+}
+
+pub(super) fn noted(act: MembershipAct) -> MembershipEvent {
+    MembershipEvent { cohort: "Spring".to_owned(), act, by: Some("Ben Okafor".to_owned()), done_at: Moment::from(NOW) }
+}
+
+pub(super) fn trainee_page(own: bool) -> TraineePage {
+    let (course, progress) = (course(), progress());
+    TraineePage {
+        requests: if own { vec![request()] } else { vec![] },
+        shell: shell(if own { Role::Trainee } else { Role::Instructor }),
+        name: "Ana Lindqvist".to_owned(),
+        own,
+        due: vec![],
+        cohorts: vec!["Spring 2026".to_owned()],
+        courses: vec![CourseView::new(&facts(&course), &progress, 0)],
+        habits: HabitsView::default(),
+        attempts: attempts(),
+        pages: Pages { page: 1, last: 2, entries: 34 },
+        sign_in_code: own.then_some(None),
+    }
+}
+
+pub(super) fn newcomer_page() -> TraineePage {
+    let course = course();
+    let progress = Progress::of(&course, &[], NOW);
+    let courses = vec![CourseView::new(&facts(&course), &progress, 0)];
+    TraineePage { courses, attempts: vec![], pages: Pages::default(), ..trainee_page(true) }
+}
+
+pub(super) fn cohort_page() -> CohortPage {
+    let course = course();
+    let first = [("feel-the-layers", 75.0), ("feel-the-layers", 82.0), ("feel-the-layers", 88.0)];
+    let second = [("stop-in-the-fat", 71.0), ("stop-in-the-fat", 75.0), ("stop-in-the-fat", 79.0)];
+    let third = [("reach-the-muscle", 38.0), ("reach-the-muscle", 44.0), ("reach-the-muscle", 41.0)];
+    let fourth = [("reach-the-muscle", 84.0), ("reach-the-muscle", 90.0), ("reach-the-muscle", 88.0)];
+    let last = [("oblique-approach", 81.0), ("oblique-approach", 93.0), ("oblique-approach", 90.0)];
+    let people = [
+        ("Ana Lindqvist", ana()),
+        ("Bruno Ferrari", history(&[&first[..], &second, &third].concat(), 1)),
+        ("Chen Wei", history(&[&first[..], &second, &fourth, &last].concat(), 3)),
+        ("Dorothea Achterberg-Nakamura", history(&[&first[..], &second[..1]].concat(), 0)),
+        ("Emeka Obi", vec![]),
+        ("Fatima Zahra", history(&[&first[..], &second].concat(), 2)),
+    ];
+    let standing = people.map(|(name, attempts)| (name.to_owned(), Progress::of(&course, &attempts, NOW)));
+    let row = |(name, progress): &(String, Progress)| {
+        TraineeRow::new(("/trainees/1".to_owned(), name.clone()), &facts(&course), progress)
+    };
+    CohortPage {
+        shell: shell(Role::Instructor),
+        href: "/cohorts/1".to_owned(),
+        name: "Spring 2026".to_owned(),
+        instructors: vec!["Dr Peter Osei".to_owned()],
+        trainees: standing.iter().map(row).collect(),
+        courses: vec![CourseShare::new(&facts(&course), &standing.each_ref().map(|(name, p)| (name.as_str(), p)))],
+        now: NOW,
+    }
+}
+
+pub(super) fn exercise_page() -> ExercisePage {
+    let link = |title: &str, id: &str| (title.to_owned(), format!("/exercises/{id}"));
+    ExercisePage {
+        shell: shell(Role::Trainee),
+        exercise: ExerciseView::new(&bundle()),
+        contexts: vec![Context {
+            course: COURSE_TITLE.to_owned(),
+            place: (2, 4),
+            rule: "mastered with 3 passes among 5 attempts in a row".to_owned(),
+            prerequisites: vec![link("Feel the layers", "feel-the-layers")],
+            opens: vec![link("Reach 20 mm in muscle", "reach-the-muscle")],
+            status: Some(Status::Current),
+        }],
+        attempts: attempts(),
+        own: true,
+        chart: None,
+    }
+}

@@ -1,0 +1,203 @@
+//! Marking pops: tasks, the form that makes one, and how everybody has done.
+
+mod trace;
+
+pub use trace::{Found, StripView, TracePage};
+
+use askama::Template;
+use askama_web::WebTemplate;
+use time::OffsetDateTime;
+use uuid::Uuid;
+
+use super::people::Choice;
+use super::{Shell, Status, format};
+use model::due::Local;
+use model::segments::TraceOutcome;
+
+/// Tasks of a visitor.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "segments/list.html")]
+pub struct SegmentsPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Tasks.
+    pub tasks: Vec<TaskRow>,
+    /// The visitor makes tasks.
+    pub teaches: bool,
+}
+
+/// A task in a list.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TaskRow {
+    /// Its page.
+    pub href: String,
+    /// Title.
+    pub title: String,
+    /// The cohort's name.
+    pub cohort: String,
+    /// When it is due.
+    pub due: Option<Local>,
+    /// Days by which it was extended for the visitor.
+    pub extended_days: i64,
+    /// It is due, and not done.
+    pub late: bool,
+    /// Traces.
+    pub traces: u32,
+    /// Of these, sent by the visitor.
+    pub sent: u32,
+}
+
+/// The form that makes a task.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "segments/new.html")]
+pub struct NewTaskPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Title, as it was typed.
+    pub title: String,
+    /// Due date, as it was typed.
+    pub due: String,
+    /// The school's time zone.
+    pub time_zone: String,
+    /// Cohorts to choose from.
+    pub cohorts: Vec<Choice>,
+    /// Attempts to choose from.
+    pub attempts: Vec<Choice>,
+    /// Why it was refused.
+    pub refused: Option<String>,
+}
+
+/// A task as a trainee sees it: their traces.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "segments/own.html")]
+pub struct OwnTaskPage {
+    /// Frame.
+    pub shell: Shell,
+    /// The task.
+    pub task: TaskRow,
+    /// Page of each trace, and whether it was sent.
+    pub traces: Vec<(String, bool)>,
+    /// How they have done.
+    pub outcome: TraceOutcome,
+}
+
+/// A task as whoever teaches sees it: everybody's results.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "segments/task.html")]
+pub struct TaskPage {
+    /// Frame.
+    pub shell: Shell,
+    /// The task.
+    pub task: TaskRow,
+    /// Page of each trace, of its attempt, and how many pops it has.
+    pub traces: Vec<(String, String, usize)>,
+    /// Trainees by name.
+    pub rows: Vec<ResultRow>,
+}
+
+/// How a trainee has done.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResultRow {
+    /// Who.
+    pub id: Uuid,
+    /// Their name.
+    pub name: String,
+    /// When it is due for them.
+    pub due: Option<Local>,
+    /// Over all traces that they sent.
+    pub outcome: TraceOutcome,
+}
+
+/// Milliseconds in words; a dash for none.
+#[must_use]
+pub fn ms(error_ms: Option<f64>) -> String {
+    error_ms.map_or_else(|| "–".to_owned(), |ms| format!("{} ms", format::fixed(ms, 0)))
+}
+
+/// When something was, for a list of attempts.
+#[must_use]
+pub fn attempt_label(trainee: &str, exercise: &str, at: OffsetDateTime) -> String {
+    format!("{trainee} · {exercise} · {}", format::date_time(at))
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a trainee cannot see what is to be done, or a missing figure is shown as 0.
+
+    use super::*;
+    use crate::samples;
+    use model::Role;
+    use model::segments::Verdict;
+
+    fn task() -> TaskRow {
+        TaskRow {
+            href: "/segments/1".to_owned(),
+            title: "Where are the <pops>?".to_owned(),
+            cohort: "Spring".to_owned(),
+            due: Some(model::due::local(model::Moment::from(samples::NOW), "Europe/Berlin")),
+            extended_days: 2,
+            late: true,
+            traces: 3,
+            sent: 1,
+        }
+    }
+
+    fn outcome() -> TraceOutcome {
+        let verdict = Verdict::of(&[1.0, 2.0, 3.0], &[1.05, 2.1, 7.0]);
+        TraceOutcome { sent: 1, traces: 3, verdict, late: true, extended_days: 2, ..TraceOutcome::default() }
+    }
+
+    #[test]
+    fn a_trainee_sees_what_is_left_and_an_instructor_makes_more() {
+        let page = SegmentsPage { shell: samples::shell(Role::Trainee), tasks: vec![task()], teaches: false };
+        let html = samples::keep("segments-own", &page);
+        assert!(
+            html.contains("1 of 3")
+                && html.contains("2 days longer for you")
+                && html.contains("&#60;pops&#62;")
+                && html.contains("Late"),
+            "{html}"
+        );
+        let own = OwnTaskPage {
+            shell: samples::shell(Role::Trainee),
+            task: task(),
+            traces: vec![("/segments/traces/1".to_owned(), true), ("/segments/traces/2".to_owned(), false)],
+            outcome: outcome(),
+        };
+        let html = samples::keep("segments-task-own", &own);
+        assert!(html.contains("<strong>2</strong> of 3 pops") && html.contains("75 ms"), "{html}");
+        let page = SegmentsPage { shell: samples::shell(Role::Instructor), tasks: vec![], teaches: true };
+        assert!(samples::keep("segments-none", &page).contains("/segments/new"));
+    }
+
+    #[test]
+    fn results_are_by_trainee() {
+        let row = |name: &str, outcome| ResultRow { id: Uuid::nil(), name: name.to_owned(), due: task().due, outcome };
+        let page = TaskPage {
+            shell: samples::shell(Role::Instructor),
+            task: task(),
+            traces: vec![("/segments/traces/1".to_owned(), "/sessions/1/replay".to_owned(), 3)],
+            rows: vec![row("Ada", outcome()), row("Ben", TraceOutcome { traces: 3, ..TraceOutcome::default() })],
+        };
+        let html = samples::keep("segments-task", &page);
+        assert!(
+            html.contains("100 ms") && html.contains("name=\"days\"") && html.contains("0 of 3") && html.contains("–"),
+            "{html}"
+        );
+    }
+
+    #[test]
+    fn a_refused_task_keeps_what_was_typed() {
+        let page = NewTaskPage {
+            shell: samples::shell(Role::Instructor),
+            title: "x \"y\"".to_owned(),
+            due: "2026-03-29T02:30".to_owned(),
+            time_zone: "Europe/Berlin".to_owned(),
+            cohorts: vec![Choice { value: "2".to_owned(), label: "Spring".to_owned(), chosen: false }],
+            attempts: vec![Choice { value: "1".to_owned(), label: "Ada".to_owned(), chosen: true }],
+            refused: Some("the due date: skipped".to_owned()),
+        };
+        let html = samples::keep("segments-new", &page);
+        assert!(html.contains("x &#34;y&#34;") && html.contains("2026-03-29T02:30") && html.contains("skipped"));
+    }
+}

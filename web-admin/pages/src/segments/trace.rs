@@ -1,0 +1,200 @@
+//! A trace to be marked, and afterwards beside the truth.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use uuid::Uuid;
+
+use crate::charts::{self, Strip, TRACE_LEFT, TRACE_RIGHT};
+use crate::segments::{TaskRow, ms};
+use crate::{Shell, assets, format};
+use model::segments::{MOST_MARKS, TOLERANCE_S, Verdict};
+use model::series::Span;
+
+/// Empty fields beside those that are filled in.
+const SPARE: usize = 4;
+
+/// A trace.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "segments/trace.html")]
+pub struct TracePage {
+    /// Frame.
+    pub shell: Shell,
+    /// The task.
+    pub task: TaskRow,
+    /// The trace.
+    pub trace: Uuid,
+    /// Which of the visitor's traces this is, and of how many.
+    pub place: (usize, usize),
+    /// Length of the attempt, in s.
+    pub duration_s: f64,
+    /// The trace.
+    pub strips: Vec<StripView>,
+    /// Marks, as they were typed.
+    pub typed: Vec<String>,
+    /// Why they were refused.
+    pub refused: Option<String>,
+    /// The truth; absent until it may be shown.
+    pub found: Option<Found>,
+    /// The next trace that is not sent.
+    pub next: Option<String>,
+}
+
+/// A strip of the trace.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StripView {
+    /// Beginning, in s.
+    pub from_s: f64,
+    /// End, in s.
+    pub to_s: f64,
+    /// Drawings for both widths.
+    pub drawing: String,
+}
+
+/// The truth beside what was marked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// Marks against pops; absent where whoever teaches looks at the pops.
+    pub verdict: Option<Verdict>,
+    /// The pops, in s.
+    pub pops: Vec<f64>,
+}
+
+/// A row of the table of pops and marks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Line {
+    pop_s: Option<f64>,
+    mark_s: Option<f64>,
+}
+
+impl Line {
+    fn moment_s(&self) -> f64 {
+        self.pop_s.or(self.mark_s).unwrap_or(0.0)
+    }
+
+    /// How far the mark is from the pop, with its sign, in ms.
+    fn error(&self) -> Option<String> {
+        let error_ms = self.pop_s.zip(self.mark_s).map(|(pop, mark)| (mark - pop) * 1e3)?;
+        let sign = if error_ms > 0.0 { "+" } else { "" };
+        Some(format!("{sign}{} ms", format::fixed(error_ms, 0)))
+    }
+}
+
+impl StripView {
+    /// The strips of a trace, with marks and, once they may be shown, pops.
+    #[must_use]
+    pub fn all(spans: &[Vec<Span>], strips: &[(f64, f64)], (marks, pops): (&[f64], &[f64])) -> Vec<Self> {
+        let ends = |pick: fn(&Span) -> f64| spans.iter().flatten().map(pick);
+        let low = ends(|span| span.force_min_n).fold(0.0, f64::min);
+        let high = ends(|span| span.force_max_n).fold(0.0, f64::max);
+        let view = |(at, (from_s, to_s)): (usize, &(f64, f64))| {
+            let strip = Strip {
+                number: at + 1,
+                from_to_s: (*from_s, *to_s),
+                force_n: (low, high),
+                spans: spans.get(at).map_or(&[], Vec::as_slice),
+                marks,
+                pops,
+            };
+            Self { from_s: *from_s, to_s: *to_s, drawing: charts::both(|size| charts::trace(&strip, size)) }
+        };
+        strips.iter().enumerate().map(view).collect()
+    }
+}
+
+impl TracePage {
+    /// What is in each field, and some empty ones.
+    fn fields(&self) -> Vec<String> {
+        let wanted = (self.typed.len() + SPARE).min(MOST_MARKS);
+        let mut fields: Vec<String> = self.typed.iter().take(MOST_MARKS).cloned().collect();
+        fields.resize(wanted, String::new());
+        fields
+    }
+
+    fn edges(&self) -> (f64, f64) {
+        (TRACE_LEFT, TRACE_RIGHT)
+    }
+
+    fn tolerance_ms(&self) -> String {
+        format::fixed(TOLERANCE_S * 1e3, 0)
+    }
+
+    fn script(&self) -> String {
+        assets::address("segments.js")
+    }
+
+    /// Pops, hit or missed, and marks that hit none, in order of time.
+    fn lines(&self) -> Vec<Line> {
+        let Some(found) = &self.found else { return Vec::new() };
+        let alone = |pop: &f64| Line { pop_s: Some(*pop), mark_s: None };
+        let Some(verdict) = &found.verdict else { return found.pops.iter().map(alone).collect() };
+        let mut lines: Vec<Line> =
+            verdict.hits.iter().map(|(pop, mark)| Line { pop_s: Some(*pop), mark_s: Some(*mark) }).collect();
+        lines.extend(verdict.missed.iter().map(alone));
+        lines.extend(verdict.false_marks.iter().map(|mark| Line { pop_s: None, mark_s: Some(*mark) }));
+        lines.sort_by(|a, b| a.moment_s().total_cmp(&b.moment_s()));
+        lines
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when the truth is in the page before the marks were sent, or a figure lacks its unit afterwards.
+
+    use super::*;
+    use crate::samples;
+    use model::Role;
+
+    fn page(found: Option<Found>) -> TracePage {
+        let span = |n: u32| Span {
+            t_s: f64::from(n) * 0.1,
+            depth_min_mm: 0.0,
+            depth_max_mm: 0.0,
+            force_min_n: 0.2,
+            force_max_n: 1.0 + f64::from(n % 7) * 0.2,
+            lateral_max_n: 0.0,
+        };
+        let spans = [(0..50).map(span).collect(), (50..80).map(span).collect()];
+        let pops = found.as_ref().map_or(&[][..], |found| &found.pops);
+        TracePage {
+            shell: samples::shell(Role::Trainee),
+            task: TaskRow {
+                href: "/segments/1".to_owned(),
+                title: "Where are the pops?".to_owned(),
+                cohort: "Spring".to_owned(),
+                due: None,
+                extended_days: 0,
+                late: false,
+                traces: 3,
+                sent: 1,
+            },
+            trace: Uuid::nil(),
+            place: (2, 3),
+            duration_s: 8.0,
+            strips: StripView::all(&spans, &[(0.0, 5.0), (5.0, 10.0)], (&[2.0, 6.1], pops)),
+            typed: vec!["2".to_owned(), "6.1".to_owned()],
+            refused: None,
+            found: found.clone(),
+            next: None,
+        }
+    }
+
+    #[test]
+    fn a_trace_is_marked_with_numbers_alone_and_tells_nothing() {
+        let html = samples::keep("segments-trace", &page(None));
+        assert_eq!(html.matches("name=\"mark\"").count(), 6, "{html}");
+        assert!(!html.contains("class=\"pop") && html.contains("value=\"6.1\""), "{html}");
+        let refused = TracePage { refused: Some("pop 1: “x”".to_owned()), ..page(None) };
+        assert!(samples::keep("segments-trace-refused", &refused).contains("role=\"alert\""));
+    }
+
+    #[test]
+    fn afterwards_pops_stand_beside_the_marks() {
+        let pops = vec![2.1, 4.0];
+        let verdict = Verdict::of(&pops, &[2.0, 6.1]);
+        let html = samples::keep("segments-trace-sent", &page(Some(Found { verdict: Some(verdict), pops })));
+        for wanted in ["class=\"pop\"", "1 of 2", "−100 ms", "missed", "no pop here"] {
+            assert!(html.contains(wanted), "{wanted} is missing in {html}");
+        }
+        assert!(!html.contains("name=\"mark\""));
+    }
+}

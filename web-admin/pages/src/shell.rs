@@ -1,0 +1,122 @@
+//! What every page has around it: head, navigation, who is signed in.
+
+use super::assets;
+use model::{CurrentPerson, Role};
+
+/// Where a page belongs in the navigation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// `/`
+    Home,
+    /// `/cohorts`
+    Cohorts,
+    /// `/review`
+    Review,
+    /// `/curricula`
+    Curricula,
+    /// `/surveys`
+    Surveys,
+    /// `/assignments`
+    Assignments,
+    /// `/people`
+    People,
+    /// `/admin`
+    Administration,
+    /// `/account`
+    Account,
+    /// `/account/second-factor`, for whoever may do nothing else yet: without the navigation.
+    Enrolment,
+    /// Below none of them.
+    Elsewhere,
+}
+
+/// An entry of the navigation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NavItem {
+    /// Address.
+    pub href: &'static str,
+    /// Word.
+    pub label: &'static str,
+    /// The page belongs here.
+    pub current: bool,
+}
+
+/// Who sees the page.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Visitor {
+    /// Name.
+    pub name: String,
+    /// Role.
+    pub role: Role,
+}
+
+/// The frame around a page.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Shell {
+    /// Who is signed in.
+    pub visitor: Visitor,
+    /// Token for the sign-out form.
+    pub csrf: String,
+    /// Where the page belongs.
+    pub place: Place,
+}
+
+impl Shell {
+    /// The frame for a person.
+    #[must_use]
+    pub fn new(person: &CurrentPerson, csrf: &str, place: Place) -> Self {
+        let visitor = Visitor { name: person.display_name.clone(), role: person.role };
+        Self { visitor, csrf: csrf.to_owned(), place }
+    }
+
+    /// The address of the style sheet.
+    #[must_use]
+    pub fn style(&self) -> &'static str {
+        assets::style_sheet()
+    }
+
+    /// The pages this visitor may open.
+    #[must_use]
+    pub fn nav(&self) -> Vec<NavItem> {
+        let all = [
+            (Place::Home, "/", tr!("Home")),
+            (Place::Cohorts, "/cohorts", tr!("Cohorts")),
+            (Place::Review, "/review", tr!("Review")),
+            (Place::Curricula, "/curricula", tr!("Curricula")),
+            (Place::Surveys, "/surveys", tr!("Surveys")),
+            (Place::Assignments, "/assignments", tr!("Assignments")),
+            (Place::People, "/people", tr!("People")),
+            (Place::Administration, "/admin", tr!("Administration")),
+        ];
+        let allowed = |place| match place {
+            _ if self.place == Place::Enrolment => false,
+            Place::Cohorts | Place::Review => self.visitor.role != Role::Trainee,
+            Place::People | Place::Administration => self.visitor.role == Role::Administrator,
+            _ => true,
+        };
+        all.into_iter()
+            .filter(|(place, ..)| allowed(*place))
+            .map(|(place, href, label)| NavItem { href, label, current: place == self.place })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! A visitor must not be led to pages that would refuse them.
+
+    use super::*;
+
+    #[test]
+    fn each_role_sees_its_own_pages() {
+        let hrefs = |role| -> Vec<&str> {
+            let visitor = Visitor { name: "x".to_owned(), role };
+            let shell = Shell { visitor, csrf: String::new(), place: Place::Home };
+            shell.nav().iter().map(|n| n.href).collect()
+        };
+        assert_eq!(hrefs(Role::Trainee), ["/", "/curricula", "/surveys", "/assignments"]);
+        let instructor = ["/", "/cohorts", "/review", "/curricula", "/surveys", "/assignments"];
+        assert_eq!(hrefs(Role::Instructor), instructor);
+        assert_eq!(hrefs(Role::Administrator), [&instructor[..], &["/people", "/admin"]].concat());
+    }
+}

@@ -1,0 +1,377 @@
+//! The form of an instrument: questions as fields, in the language of whoever answers.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use assessment::questionnaire::{Allowed, Answer, Found, Refused};
+use axum::response::{IntoResponse, Response};
+use documents::Instrument;
+use documents::instrument::{Item, ScaleKind, Words};
+
+use crate::{assets, format};
+use model::survey::Identity;
+use words::Language;
+
+/// Most places of a row of marks; a finer scale is a field for a number.
+const MOST_MARKS: f64 = 21.0;
+
+/// Before the first question: what is asked, what becomes of it, and whether one agrees.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "survey/consent.html")]
+pub struct ConsentPage {
+    /// What everybody is told.
+    pub terms: Terms,
+    /// Where the form is sent.
+    pub action: String,
+    /// Fields that go along unseen.
+    pub hidden: Vec<(&'static str, String)>,
+    /// Codes and addresses of the languages.
+    pub languages: Vec<(String, String)>,
+    /// The box was not ticked.
+    pub refused: bool,
+    /// Answers were begun or sent already: nothing is to be agreed to again.
+    pub begun: bool,
+}
+
+/// What somebody is told before the first question.
+#[derive(Clone, Debug)]
+pub struct Terms {
+    /// Code of the language.
+    pub language: String,
+    /// The survey's title.
+    pub title: String,
+    /// What the instrument says of itself.
+    pub intro: String,
+    /// How long it takes, in min.
+    pub duration_min: f64,
+    /// How many questions there are.
+    pub questions: usize,
+    /// Whether answers lead to who gave them.
+    pub identity: Identity,
+    /// It is asked after an attempt.
+    pub after_attempt: bool,
+}
+
+/// What somebody is told at a station before the first question: a paragraph a line.
+#[derive(Debug, Template)]
+#[template(path = "survey/station.txt")]
+struct StationTerms<'a> {
+    terms: &'a Terms,
+}
+
+impl Terms {
+    /// What somebody is told at a station before the first question, paragraph by paragraph.
+    #[must_use]
+    pub fn at_a_station(&self) -> Vec<String> {
+        // Rendering into a String fails for no data we can hold.
+        let language = Language::named(&self.language).unwrap_or(Language::ENGLISH);
+        let text = words::within(language, || StationTerms { terms: self }.render()).unwrap_or_default();
+        text.lines().map(str::trim).filter(|line| !line.is_empty()).map(str::to_owned).collect()
+    }
+}
+
+/// A page of the form.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "survey/form.html")]
+pub struct FormPage {
+    /// Code of the language.
+    pub language: String,
+    /// The survey's title.
+    pub title: String,
+    /// The page's heading and text.
+    pub heading: Option<(String, String)>,
+    /// Number of this page, and how many there are.
+    pub step: (usize, usize),
+    /// Place of this page in the instrument.
+    pub page: usize,
+    /// Its questions.
+    pub questions: Vec<Question>,
+    /// Where the form is sent.
+    pub action: String,
+}
+
+/// The end: answers were sent, or taken back.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "survey/end.html")]
+pub struct EndPage {
+    /// Code of the language.
+    pub language: String,
+    /// The survey's title.
+    pub title: String,
+    /// What became of the answers.
+    pub end: End,
+    /// Whether answers lead to who gave them.
+    pub identity: Identity,
+    /// Where taking back is asked for.
+    pub action: String,
+}
+
+/// What became of answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// They were sent.
+    Sent,
+    /// They were taken back, and are gone.
+    Withdrawn,
+    /// Nothing was sent, and nothing is left of what was begun.
+    Discarded,
+}
+
+/// A question as it is asked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Question {
+    /// Name of its field.
+    pub name: String,
+    /// Its short name.
+    pub short: Option<String>,
+    /// The question.
+    pub text: String,
+    /// How it is answered.
+    pub field: Field,
+    /// What is wrong with what was typed.
+    pub refusal: Option<String>,
+}
+
+/// How a question is answered.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Field {
+    /// A row of points between two ends.
+    Row {
+        /// Class for so many points.
+        class: &'static str,
+        /// The points.
+        points: Vec<Choice>,
+        /// What the ends mean.
+        ends: Option<(String, String)>,
+        /// Nothing is chosen.
+        none: bool,
+    },
+    /// A list to choose one from.
+    One {
+        /// The options.
+        options: Vec<Choice>,
+        /// Nothing is chosen.
+        none: bool,
+    },
+    /// A list to choose several from.
+    Several(Vec<Choice>),
+    /// A number.
+    Number {
+        /// What was typed.
+        value: String,
+        /// What is allowed, in words.
+        allowed: String,
+    },
+    /// A text.
+    Text {
+        /// What was typed.
+        value: String,
+        /// How long it may be, in characters.
+        most: usize,
+    },
+}
+
+/// Something to choose.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// What is sent.
+    pub value: String,
+    /// What is read.
+    pub label: String,
+    /// It is chosen.
+    pub checked: bool,
+}
+
+/// Shows a page of the form in the language that its questions are asked in, or in English where the pages have not that
+/// one.
+pub fn shown(language: &str, page: impl IntoResponse) -> Response {
+    spoken(language, || page.into_response())
+}
+
+/// Says what belongs on a page of the form in the language of its questions.
+pub fn spoken<T>(language: &str, say: impl FnOnce() -> T) -> T {
+    words::within(Language::named(language).unwrap_or(Language::ENGLISH), say)
+}
+
+impl FormPage {
+    /// How many questions were refused.
+    #[must_use]
+    pub fn refused(&self) -> usize {
+        self.questions.iter().filter(|question| question.refusal.is_some()).count()
+    }
+
+    /// The last page.
+    #[must_use]
+    pub fn is_last(&self) -> bool {
+        self.step.0 == self.step.1
+    }
+
+    /// The address of the script that saves while one answers.
+    #[must_use]
+    pub fn script(&self) -> String {
+        assets::address("survey.js")
+    }
+}
+
+/// Why an answer was refused: what was said, and what is allowed.
+fn refusal(refused: &Refused) -> String {
+    let found = match &refused.found {
+        Found::Said(said) => said.clone(),
+        Found::Characters(count) => tr!("{n} characters", n = count),
+    };
+    let allowed = match &refused.allowed {
+        Allowed::Points(most) => tr!("a whole number from 1 to {most}", most = most),
+        Allowed::Steps(min, max, step) => tr!(
+            "{min} to {max} in steps of {step}",
+            min = format::stated(min, ""),
+            max = format::stated(max, ""),
+            step = format::stated(step, "")
+        ),
+        Allowed::Range(min, max, unit) => {
+            tr!("a number from {min} to {max}", min = format::stated(min, ""), max = format::stated(max, unit))
+        }
+        Allowed::OneOf(ids) => ids.join(", "),
+        Allowed::Characters(most) => tr!("at most {most} characters", most = most),
+    };
+    tr!("{found}; allowed: {allowed}", found = found, allowed = allowed)
+}
+
+/// Answers that were refused: the item's place, what was typed and the reason.
+#[derive(Clone, Debug, Default)]
+pub struct Refusals(Vec<(usize, String, String)>);
+
+impl Refusals {
+    /// In the language that is spoken here, from the fields of a form and what was refused of them, by the item's place.
+    #[must_use]
+    pub fn new(instrument: &Instrument, fields: &[(String, String)], refused: &[(usize, Refused)]) -> Self {
+        let typed = |at: usize| {
+            let name = format!("q.{}", instrument.items[at].id);
+            fields.iter().find(|(key, _)| *key == name).map_or_else(String::new, |(_, value)| value.clone())
+        };
+        Self(refused.iter().map(|(at, why)| (*at, typed(*at), refusal(why))).collect())
+    }
+
+    /// What was typed at an item's place and refused, and why.
+    #[must_use]
+    pub fn at(&self, item: usize) -> Option<(String, String)> {
+        self.0.iter().find(|(at, ..)| *at == item).map(|(_, typed, why)| (typed.clone(), why.clone()))
+    }
+}
+
+/// What was typed for an item, where it was refused; else the answer so far.
+#[derive(Clone, Debug, Default)]
+pub struct Given<'a> {
+    /// The answer so far.
+    pub answer: Option<&'a Answer>,
+    /// What was typed and refused, and why.
+    pub refused: Option<(String, String)>,
+}
+
+impl Question {
+    /// A question of an instrument.
+    #[must_use]
+    pub fn new(instrument: &Instrument, item: &Item, language: &str, given: &Given<'_>) -> Self {
+        let read = |words: &Words| words.in_language(language).to_owned();
+        let field = instrument.scale(item).map(|scale| Asked { instrument, item, language }.field(scale, given));
+        Self {
+            name: format!("q.{}", item.id),
+            short: item.name.as_ref().map(read),
+            text: read(&item.text),
+            field: field.unwrap_or(Field::Several(Vec::new())),
+            refusal: given.refused.as_ref().map(|(_, why)| why.clone()),
+        }
+    }
+}
+
+struct Asked<'a> {
+    instrument: &'a Instrument,
+    item: &'a Item,
+    language: &'a str,
+}
+
+impl Asked<'_> {
+    fn read(&self, words: &Words) -> String {
+        words.in_language(self.language).to_owned()
+    }
+
+    fn ends(&self, first: Option<&Words>, last: Option<&Words>) -> Option<(String, String)> {
+        (first.is_some() || last.is_some()).then(|| {
+            (first.map_or_else(String::new, |w| self.read(w)), last.map_or_else(String::new, |w| self.read(w)))
+        })
+    }
+
+    fn field(&self, scale: &ScaleKind, given: &Given<'_>) -> Field {
+        let typed = || given.refused.as_ref().map(|(typed, _)| typed.clone()).or_else(|| given.answer.map(written));
+        match scale {
+            ScaleKind::Likert { points, labels, first, last, .. } => {
+                let marks = (1..=*points).map(f64::from).collect();
+                let row = self.row(marks, self.ends(first.as_ref(), last.as_ref()), given);
+                if labels.is_empty() { row } else { self.labelled(row, labels) }
+            }
+            ScaleKind::Slider { min, max, step, first, last } if (max - min) / step < MOST_MARKS => {
+                let marks = (0..).map(|n| min + f64::from(n) * step).take_while(|mark| *mark <= max + step * 1e-6);
+                self.row(marks.collect(), self.ends(first.as_ref(), last.as_ref()), given)
+            }
+            ScaleKind::Slider { min, max, .. } => {
+                Field::Number { value: typed().unwrap_or_default(), allowed: format!("{min} – {max}") }
+            }
+            ScaleKind::Number { min, max, unit } => {
+                Field::Number { value: typed().unwrap_or_default(), allowed: format!("{min} – {max} {unit}") }
+            }
+            ScaleKind::Pair => {
+                let named =
+                    |id: &String| self.instrument.item(id).map(|(_, item)| (id.clone(), self.read(item.short())));
+                one(self.item.pair.iter().filter_map(named), given)
+            }
+            ScaleKind::Choice { options } => {
+                one(options.iter().map(|option| (option.id.clone(), self.read(&option.text))), given)
+            }
+            ScaleKind::Choices { options } => {
+                let chosen = |id: &String| matches!(given.answer, Some(Answer::Several(ids)) if ids.contains(id));
+                let choice = |option: &documents::instrument::ChoiceOption| Choice {
+                    value: option.id.clone(),
+                    label: self.read(&option.text),
+                    checked: chosen(&option.id),
+                };
+                Field::Several(options.iter().map(choice).collect())
+            }
+            ScaleKind::Text { max_characters } => {
+                Field::Text { value: typed().unwrap_or_default(), most: *max_characters }
+            }
+        }
+    }
+
+    fn row(&self, marks: Vec<f64>, ends: Option<(String, String)>, given: &Given<'_>) -> Field {
+        let chosen = given.answer.and_then(Answer::number);
+        let point = |mark: f64| Choice {
+            value: mark.to_string(),
+            label: format::stated(mark, ""),
+            checked: chosen.is_some_and(|chosen| (chosen - mark).abs() < 1e-9),
+        };
+        let class = if marks.len() > 11 { "marks" } else { "points" };
+        Field::Row { class, points: marks.into_iter().map(point).collect(), ends, none: chosen.is_none() }
+    }
+
+    /// Points with a label each read as a list.
+    fn labelled(&self, row: Field, labels: &[Words]) -> Field {
+        let Field::Row { points, none, .. } = row else { return row };
+        let options = points.into_iter().zip(labels);
+        let named = options
+            .map(|(point, label)| Choice { label: format!("{} – {}", point.label, self.read(label)), ..point });
+        Field::One { options: named.collect(), none }
+    }
+}
+
+fn one(options: impl Iterator<Item = (String, String)>, given: &Given<'_>) -> Field {
+    let chosen = |id: &str| matches!(given.answer, Some(Answer::Text(text)) if text == id);
+    let choice = |(value, label): (String, String)| Choice { checked: chosen(&value), value, label };
+    Field::One { options: options.map(choice).collect(), none: given.answer.is_none() }
+}
+
+/// An answer as it is typed.
+fn written(answer: &Answer) -> String {
+    match answer {
+        Answer::Number(number) => number.to_string(),
+        Answer::Text(text) => text.clone(),
+        Answer::Several(ids) => ids.join(" "),
+    }
+}

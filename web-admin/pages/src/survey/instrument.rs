@@ -1,0 +1,130 @@
+//! Instruments: their list, one with a preview, and the editor.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use documents::Instrument;
+use time::OffsetDateTime;
+
+use super::form::{Field, Given, Question};
+use crate::{Shell, format};
+
+/// Every instrument of the school.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "survey/instruments.html")]
+pub struct InstrumentsPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Title, page, id and date of each.
+    pub instruments: Vec<(String, String, String, OffsetDateTime)>,
+}
+
+/// An instrument as it is asked, with where it comes from.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "survey/instrument.html")]
+pub struct InstrumentPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Its address.
+    pub href: String,
+    /// What it looks like.
+    pub preview: Preview,
+    /// Whether the visitor may change it.
+    pub editable: bool,
+}
+
+/// The editor: the document as text.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "survey/edit.html")]
+pub struct EditPage {
+    /// Frame.
+    pub shell: Shell,
+    /// Title of the page.
+    pub heading: &'static str,
+    /// Where it is sent.
+    pub action: String,
+    /// The document, TOML or JSON.
+    pub text: String,
+    /// What is wrong with it, a line each.
+    pub issues: Vec<String>,
+    /// What it looks like, where nothing is wrong.
+    pub preview: Option<Preview>,
+}
+
+/// What an instrument looks like to whoever answers.
+#[derive(Clone, Debug)]
+pub struct Preview {
+    /// Title.
+    pub title: String,
+    /// Id.
+    pub id: String,
+    /// Languages by their own names.
+    pub languages: String,
+    /// How long it takes, in min.
+    pub duration_min: f64,
+    /// Who made it.
+    pub source: String,
+    /// Under which terms.
+    pub licence: String,
+    /// Heading and questions of each page.
+    pub pages: Vec<(String, Vec<Question>)>,
+    /// Title and rule of each score.
+    pub scores: Vec<(String, String)>,
+}
+
+impl Preview {
+    /// An instrument in its first language.
+    #[must_use]
+    pub fn new(instrument: &Instrument) -> Self {
+        let language = instrument.languages.first().map_or("en", String::as_str);
+        let question = |at: &usize| Question::new(instrument, &instrument.items[*at], language, &Given::default());
+        let page = |(section, items): (Option<&documents::instrument::Section>, Vec<usize>)| {
+            let heading = section.map_or_else(String::new, |section| section.title.in_language(language).to_owned());
+            (heading, items.iter().map(question).collect())
+        };
+        Self {
+            title: instrument.title.in_language(language).to_owned(),
+            id: instrument.id.clone(),
+            languages: instrument.languages.iter().map(|code| words::own_name(code)).collect::<Vec<_>>().join(", "),
+            duration_min: instrument.duration_min,
+            source: instrument.source.clone(),
+            licence: instrument.licence.clone(),
+            pages: instrument.pages().into_iter().map(page).collect(),
+            scores: instrument
+                .scores
+                .iter()
+                .map(|key| (key.title.in_language(language).to_owned(), rule(key)))
+                .collect(),
+        }
+    }
+}
+
+/// A scoring key as arithmetic.
+fn rule(key: &documents::instrument::ScoreKey) -> String {
+    use documents::instrument::{Combine, Missing};
+    let items = key.items.len();
+    let mut words = match key.combine {
+        Combine::Sum => trn!("sum of {n} item", "sum of {n} items", items),
+        Combine::Mean => trn!("mean of {n} item", "mean of {n} items", items),
+        Combine::PairWeighted => {
+            trn!("mean, weighted by the pairs, of {n} item", "mean, weighted by the pairs, of {n} items", items)
+        }
+    };
+    if !key.reversed.is_empty() {
+        words += &format!(", {}", tr!("{count} reversed", count = key.reversed.len()));
+    }
+    if key.shift != 0.0 {
+        words += &format!(", {}", tr!("each {shift}", shift = format!("{:+}", key.shift)));
+    }
+    if (key.factor - 1.0).abs() > 0.0 {
+        words += &format!(", × {}", key.factor);
+    }
+    if key.offset != 0.0 {
+        words += &format!(", {:+}", key.offset);
+    }
+    match (key.missing, key.least_answered) {
+        (Missing::MeanOfAnswered, Some(least)) => {
+            words + "; " + &tr!("at least {least} must be answered", least = least)
+        }
+        _ => words + "; " + tr!("no score where one is missing"),
+    }
+}

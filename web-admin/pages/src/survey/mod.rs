@@ -1,0 +1,21 @@
+//! Surveys: their list, a survey for those who asked, instruments, the form and the results.
+
+pub mod figures;
+pub mod form;
+pub mod instrument;
+pub mod manage;
+pub mod results;
+#[cfg(test)]
+mod samples;
+
+use model::survey::Identity;
+
+/// What an identity means to whoever reads results.
+#[must_use]
+pub fn identity_words(identity: Identity) -> &'static str {
+    match identity {
+        Identity::Anonymous => tr!("Anonymous: neither names nor attempts are kept"),
+        Identity::Pseudonymous => tr!("Pseudonymous: tied to attempts, without names"),
+        Identity::Named => tr!("Named"),
+    }
+}

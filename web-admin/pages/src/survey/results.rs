@@ -1,0 +1,217 @@
+//! Results of a survey: every picture is a table, too.
+
+use std::borrow::Borrow;
+
+use askama::Template;
+use askama_web::WebTemplate;
+
+use super::figures;
+use crate::charts::{self, Bar, BoxRow};
+use crate::{Shell, format};
+use model::survey::Identity;
+use model::survey::results::{Figure, Interval, ItemGroup, ItemResult, Results, ScoreGroup, ScoreResult};
+
+/// The results of a survey.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "survey/results.html")]
+pub struct ResultsPage {
+    /// Frame.
+    pub shell: Shell,
+    /// The survey's title and page.
+    pub survey: (String, String),
+    /// The instrument's title.
+    pub instrument: String,
+    /// Whether answers lead to who gave them.
+    pub identity: Identity,
+    /// The answers were made by a program.
+    pub generated: bool,
+    /// The visitor owns the survey: nothing is hidden.
+    pub owner: bool,
+    /// Who was asked, and how many answered.
+    pub asked: Vec<AskedLine>,
+    /// What was found.
+    pub results: Results,
+    /// Scores split by something else than the role.
+    pub split: Split,
+    /// Scores against a figure of the attempts.
+    pub against: Against,
+    /// Comments.
+    pub comments: Vec<CommentBlock>,
+    /// Every theme, and how often.
+    pub tags: Vec<(String, usize)>,
+}
+
+/// Who was asked, and how many answered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AskedLine {
+    /// Who.
+    pub who: &'static str,
+    /// How many were asked.
+    pub asked: i64,
+    /// How many answered.
+    pub answered: i64,
+}
+
+impl AskedLine {
+    /// The share that answered, in words.
+    #[must_use]
+    pub fn rate(&self) -> String {
+        if self.asked == 0 {
+            return "–".to_owned();
+        }
+        format!("{}\u{a0}%", format::fixed(self.answered as f64 / self.asked as f64 * 100.0, 0))
+    }
+}
+
+/// Scores split by something else than the role.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Split {
+    /// Word and title of what can be split by, and whether it is.
+    pub ways: Vec<(&'static str, &'static str, bool)>,
+    /// Title and groups of each score.
+    pub scores: Vec<(String, (f64, f64), Vec<ScoreGroup>)>,
+    /// Answers in groups that are hidden.
+    pub hidden: usize,
+}
+
+/// Title of a score, its points against another figure, and Spearman's ρ of them.
+pub type Scatter = (String, Vec<(f64, f64)>, Figure<Interval>);
+
+/// Scores against a figure of the attempts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Against {
+    /// Word and title of each figure, and whether it is chosen.
+    pub metrics: Vec<(&'static str, &'static str, bool)>,
+    /// Each score; points only where there are enough to show.
+    pub scores: Vec<Scatter>,
+}
+
+/// The comments to an item.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CommentBlock {
+    /// The item's id.
+    pub item: String,
+    /// The question.
+    pub text: String,
+    /// The comments; none where they are hidden.
+    pub comments: Option<Vec<Comment>>,
+}
+
+/// A comment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Comment {
+    /// The response.
+    pub response: String,
+    /// Who, as the survey allows.
+    pub who: String,
+    /// As it was typed.
+    pub text: String,
+    /// Its themes.
+    pub tags: Vec<String>,
+}
+
+/// Items of a section that share their points, drawn together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block<'a> {
+    /// The section's heading.
+    pub heading: &'a str,
+    /// The picture, where there is one.
+    pub drawing: String,
+    /// The items.
+    pub items: Vec<&'a ItemResult>,
+}
+
+impl ResultsPage {
+    /// Items by section and by points.
+    #[must_use]
+    pub fn blocks(&self) -> Vec<Block<'_>> {
+        let alike = |a: &ItemResult, b: &ItemResult| {
+            (&a.section, a.kind, a.labels.len()) == (&b.section, b.kind, b.labels.len())
+        };
+        self.results.items.chunk_by(alike).enumerate().map(|(at, items)| block(at, items)).collect()
+    }
+
+    /// The scores of the groups as boxes.
+    #[must_use]
+    pub fn score_boxes(&self, score: &ScoreResult) -> String {
+        let key = format!("score-{}", score.id);
+        score_boxes(&score.groups, score.range, (&key, &score.title))
+    }
+
+    /// The scores of another split as boxes.
+    #[must_use]
+    pub fn split_boxes(
+        &self,
+        (title, range, groups): &(String, (f64, f64), Vec<ScoreGroup>),
+        at: impl Borrow<usize>,
+    ) -> String {
+        score_boxes(groups, *range, (&format!("split-{}", at.borrow()), title))
+    }
+
+    /// Scores against the chosen figure as points.
+    #[must_use]
+    pub fn points(
+        &self,
+        (title, points, _): &(String, Vec<(f64, f64)>, Figure<Interval>),
+        at: impl Borrow<usize>,
+    ) -> String {
+        let metric = self.against.metrics.iter().find(|(.., chosen)| *chosen).map_or("", |(_, title, _)| title);
+        let key = format!("against-{}", at.borrow());
+        charts::both(|size| charts::scatter(points, (metric, title), &key, size))
+    }
+}
+
+fn block(at: usize, items: &[ItemResult]) -> Block<'_> {
+    let key = format!("items-{at}");
+    let heading = items.first().map_or("", |item| item.section.as_str());
+    let drawing = match items.first().map(|item| item.kind) {
+        Some("likert") => likert(items, (&key, heading)),
+        Some("slider") => profile(items, (&key, heading)),
+        _ => String::new(),
+    };
+    Block { heading, drawing, items: items.iter().collect() }
+}
+
+fn likert(items: &[ItemResult], caption: (&str, &str)) -> String {
+    let bar = |item: &ItemResult| {
+        let name = item.name.clone();
+        let of = move |group: &ItemGroup| Bar {
+            label: format!("{name} · {} ({})", words::known(&group.group), group.n),
+            counts: group.counts.clone(),
+        };
+        item.groups.iter().map(of).collect::<Vec<_>>()
+    };
+    let bars: Vec<Bar> = items.iter().flat_map(bar).collect();
+    if bars.is_empty() { String::new() } else { charts::both(|size| charts::diverging(&bars, caption, size)) }
+}
+
+/// Sliders side by side: the profile of a workload.
+fn profile(items: &[ItemResult], caption: (&str, &str)) -> String {
+    let mut rows = Vec::new();
+    let (mut low, mut high) = (0.0_f64, 100.0_f64);
+    for (item, group) in items.iter().flat_map(|item| item.groups.iter().map(move |group| (item, group))) {
+        let quartiles = group.quartiles.value().map(|q| (q.lower, q.median, q.upper));
+        if let Some((lower, _, upper)) = quartiles {
+            (low, high) = (low.min(lower), high.max(upper));
+        }
+        rows.push(BoxRow {
+            label: format!("{} · {} ({})", item.name, words::known(&group.group), group.n),
+            quartiles,
+            mean: None,
+        });
+    }
+    if rows.is_empty() {
+        return String::new();
+    }
+    charts::both(|size| charts::boxes(&rows, (low, high), caption, size))
+}
+
+fn score_boxes(groups: &[ScoreGroup], range: (f64, f64), caption: (&str, &str)) -> String {
+    let row = |group: &ScoreGroup| BoxRow {
+        label: format!("{} ({})", words::known(&group.group), group.n),
+        quartiles: group.quartiles.value().map(|q| (q.lower, q.median, q.upper)),
+        mean: group.mean.value().map(|m| (m.value, m.low, m.high)),
+    };
+    let rows: Vec<BoxRow> = groups.iter().map(row).collect();
+    if rows.is_empty() { String::new() } else { charts::both(|size| charts::boxes(&rows, range, caption, size)) }
+}

@@ -1,0 +1,290 @@
+//! Every page of a survey, rendered from the shipped instruments. Fails when a page breaks, asks in the wrong language, or
+//! lets what people type become markup.
+
+use assessment::questionnaire::{Answer, Scorer};
+use documents::Instrument;
+use uuid::Uuid;
+
+use super::form::{ConsentPage, End, EndPage, FormPage, Given, Question, Terms};
+use super::instrument::{EditPage, InstrumentPage, InstrumentsPage, Preview};
+use super::manage::{AskedRow, LinksPage, ListPage, ManagePage, NewPage, SurveyRow, Typed};
+use super::results::{Against, AskedLine, Comment, CommentBlock, ResultsPage, Split};
+use crate::samples::{NOW, keep, shell};
+use model::mail::LetterDelivery;
+use model::survey::Identity;
+use model::survey::results::{Results, Row, correlation, score_group};
+use model::{Moment, Role};
+use words::Language;
+
+fn shipped(name: &str) -> Instrument {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/instruments").join(name);
+    Instrument::from_bytes(name, &std::fs::read(path).unwrap()).unwrap()
+}
+
+fn form(instrument: &Instrument, language: &str, page: usize) -> FormPage {
+    let pages = instrument.pages();
+    let refused = |at: usize| (at == 0).then(|| ("<b>9</b>".to_owned(), "\"<b>9</b>\"; allowed: 1 to 5".to_owned()));
+    let question = |at: &usize| {
+        let given = Given { answer: None, refused: refused(*at) };
+        Question::new(instrument, &instrument.items[*at], language, &given)
+    };
+    FormPage {
+        language: language.to_owned(),
+        title: instrument.title.in_language(language).to_owned(),
+        heading: pages[page].0.map(|s| (s.title.in_language(language).to_owned(), String::new())),
+        step: (page + 1, pages.len()),
+        page,
+        questions: pages[page].1.iter().map(question).collect(),
+        action: "/survey/secret".to_owned(),
+    }
+}
+
+#[test]
+fn the_form_asks_in_both_languages_and_escapes_what_was_typed() {
+    for name in ["sus.toml", "nasa-tlx-weighted.toml", "simulator-validity.toml", "free-comment.toml"] {
+        let instrument = shipped(name);
+        for page in 0..instrument.pages().len() {
+            let english = keep(&format!("survey-{}-{page}", instrument.id), &form(&instrument, "en", page));
+            let german = || keep(&format!("survey-{}-{page}-de", instrument.id), &form(&instrument, "de", page));
+            let german = words::within(Language::named("de").expect("German"), german);
+            assert!(english.contains("<html lang=\"en\">") && german.contains("<html lang=\"de\">"));
+            assert!(german.contains("Aufhören") && !german.contains("Save and go on"), "{german}");
+            assert!(!english.contains("<b>9"), "{english}");
+        }
+    }
+}
+
+#[test]
+fn before_the_first_question_it_is_said_what_leads_to_a_person() {
+    for (identity, says) in
+        [(Identity::Anonymous, "are anonymous"), (Identity::Pseudonymous, "pseudonym"), (Identity::Named, "your name")]
+    {
+        let terms = Terms {
+            language: "en".to_owned(),
+            title: "What do you think?".to_owned(),
+            intro: "A few questions.".to_owned(),
+            duration_min: 1.5,
+            questions: 10,
+            identity,
+            after_attempt: true,
+        };
+        let page = ConsentPage {
+            terms,
+            action: "/survey/secret".to_owned(),
+            hidden: vec![("csrf", "token".to_owned())],
+            languages: vec![("en".to_owned(), "?lang=en".to_owned()), ("de".to_owned(), "?lang=de".to_owned())],
+            refused: identity == Identity::Named,
+            begun: false,
+        };
+        let html = keep(&format!("survey-consent-{}", identity.as_str()), &page);
+        assert!(html.contains(says) && html.contains("voluntary") && html.contains("Deutsch"), "{html}");
+    }
+}
+
+#[test]
+fn the_end_says_what_became_of_the_answers() {
+    for (end, says) in [(End::Sent, "were sent"), (End::Withdrawn, "are deleted"), (End::Discarded, "Nothing was sent")]
+    {
+        let (language, title, action) = ("en".to_owned(), "Survey".to_owned(), "/survey/secret".to_owned());
+        let page = EndPage { language, title, end, identity: Identity::Anonymous, action };
+        assert!(keep(&format!("survey-end-{end:?}").to_lowercase(), &page).contains(says));
+    }
+}
+
+/// A letter that is out, one that waits, one that was refused, and one of which nobody knows.
+fn letters() -> Vec<LetterDelivery> {
+    let at = Moment::from(NOW);
+    let letter = |name: &str, sent_at, error: Option<&str>, next_run_at| LetterDelivery {
+        name: name.to_owned(),
+        email: "dr@example.org".to_owned(),
+        sent_at,
+        error: error.map(str::to_owned),
+        next_run_at,
+    };
+    vec![
+        letter("Dr A", Some(at), None, None),
+        letter("", None, None, Some(at)),
+        letter("Dr C", None, Some("no such mailbox <x>"), Some(at)),
+        letter("Dr D", None, Some("the address cannot be written to"), None),
+        letter("Dr E", None, None, None),
+    ]
+}
+
+#[test]
+fn lists_and_the_page_of_a_survey() {
+    let row = SurveyRow {
+        title: "Validity <2026>".to_owned(),
+        href: "/surveys/1".to_owned(),
+        instrument: "Face and content validity".to_owned(),
+        open: true,
+        generated: true,
+        created_at: NOW,
+    };
+    let page = ListPage { shell: shell(Role::Instructor), asked: vec![], surveys: Some(vec![row]) };
+    let html = keep("surveys", &page);
+    assert!(html.contains("Generated answers") && !html.contains("<2026>"), "{html}");
+    let asked = AskedRow {
+        title: "Usability".to_owned(),
+        href: "/surveys/1".to_owned(),
+        duration_min: 1.5,
+        answered: false,
+        closes_at: Some(NOW),
+    };
+    let page = ListPage { shell: shell(Role::Trainee), asked: vec![asked], surveys: None };
+    assert!(keep("surveys-trainee", &page).contains("Answer"));
+    let page = ManagePage {
+        shell: shell(Role::Instructor),
+        title: "Validity".to_owned(),
+        href: "/surveys/1".to_owned(),
+        instrument: ("Face and content validity".to_owned(), "/surveys/instruments/x".to_owned()),
+        identity: Identity::Anonymous,
+        facts: vec![("Links", "12, of which 3 answered".to_owned())],
+        open: true,
+        owner: true,
+        refusal: Some(("0 lines; allowed: 1 to 200".to_owned(), " ".to_owned())),
+        letters: letters(),
+        letters_left: 298,
+        mailed: Some((2, 1)),
+    };
+    let html = keep("survey-manage", &page);
+    assert!(html.contains("shown once") && html.contains("1 had been written to before"), "{html}");
+    for words in ["Sent", "Waits", "no such mailbox &#60;x&#62;", "It may have gone out"] {
+        assert!(html.contains(words), "{words}: {html}");
+    }
+    let links = vec![("Dr <A>".to_owned(), "https://x.example/survey/abc".to_owned())];
+    let page = LinksPage {
+        shell: shell(Role::Instructor),
+        title: "Validity".to_owned(),
+        href: "/surveys/1".to_owned(),
+        links,
+    };
+    assert!(keep("survey-links", &page).contains("1 link"));
+}
+
+#[test]
+fn a_new_survey_keeps_what_was_typed() {
+    let typed = Typed {
+        title: "My \"study\"".to_owned(),
+        identity: "named".to_owned(),
+        after_attempts: true,
+        opens: String::new(),
+        closes: "2026-06-01".to_owned(),
+    };
+    let page = NewPage {
+        shell: shell(Role::Instructor),
+        instruments: vec![("sus".to_owned(), "Usability".to_owned(), true)],
+        cohorts: vec![("1".to_owned(), "Spring".to_owned(), true)],
+        typed,
+        refusal: Some("last day: 2026-06-01; allowed: a day that is not over".to_owned()),
+    };
+    let html = keep("survey-new", &page);
+    assert!(html.contains("2026-06-01") && html.contains("checked") && html.contains("&#34;study&#34;"), "{html}");
+}
+
+#[test]
+fn instruments_are_listed_shown_and_edited() {
+    let rows = vec![("Usability".to_owned(), "/surveys/instruments/sus".to_owned(), "sus".to_owned(), NOW)];
+    assert!(
+        keep("instruments", &InstrumentsPage { shell: shell(Role::Instructor), instruments: rows }).contains("sus")
+    );
+    let preview = Preview::new(&shipped("simulator-validity.toml"));
+    let href = "/surveys/instruments/simulator-validity".to_owned();
+    let page = InstrumentPage { shell: shell(Role::Instructor), href, preview: preview.clone(), editable: true };
+    assert!(keep("instrument", &page).contains("at least 4 must be answered"));
+    let page = EditPage {
+        shell: shell(Role::Instructor),
+        heading: "Edit an instrument",
+        action: "/surveys/instruments/x/edit".to_owned(),
+        text: "</textarea><script>".to_owned(),
+        issues: vec!["document:1:1: id: missing".to_owned()],
+        preview: Some(preview),
+    };
+    assert!(!keep("instrument-edit", &page).contains("</textarea><script>"));
+}
+
+/// Twenty-four people: answers that a formula spreads over the points.
+fn answers(instrument: &Instrument, n: usize) -> Vec<Vec<Option<Answer>>> {
+    let answer = |person: usize, at: usize| {
+        let scale = instrument.scale(&instrument.items[at])?;
+        match scale.range() {
+            Some((least, largest)) => {
+                let share = ((person * 7 + at * 3) % 5 + person % 3 + at % 2) as f64 / 7.0;
+                Some(Answer::Number((least + share * (largest - least)).round()))
+            }
+            None => scale.options().get(person % 3).map(|option| Answer::Text(option.id.clone())),
+        }
+    };
+    (0..n).map(|person| (0..instrument.items.len()).map(|at| answer(person, at)).collect()).collect()
+}
+
+fn results_page(instrument: &Instrument, owner: bool) -> ResultsPage {
+    let given = answers(instrument, 24);
+    let rows: Vec<Row<'_>> = given
+        .iter()
+        .enumerate()
+        .map(|(n, answers)| Row {
+            id: Uuid::from_u128(n as u128),
+            role: if n % 2 == 0 { "professional" } else { "trainee" },
+            attempt: [Some("stop-in-the-fat"), None, None],
+            month: "2026-05".to_owned(),
+            scores: Scorer::all(instrument).iter().map(|scorer| scorer.score(answers).ok()).collect(),
+            answers,
+        })
+        .collect();
+    let rows: Vec<&Row<'_>> = rows.iter().collect();
+    let points: Vec<(f64, f64)> =
+        rows.iter().zip(1..).filter_map(|(row, n)| Some((f64::from(n), row.scores[0]?))).collect();
+    let comment = Comment {
+        response: Uuid::nil().to_string(),
+        who: "professional".to_owned(),
+        text: "<script>alert(1)</script>".to_owned(),
+        tags: vec!["picture".to_owned()],
+    };
+    ResultsPage {
+        shell: shell(Role::Instructor),
+        survey: ("Validity".to_owned(), "/surveys/1".to_owned()),
+        instrument: "Face and content validity".to_owned(),
+        identity: Identity::Pseudonymous,
+        generated: true,
+        owner,
+        asked: vec![AskedLine { who: "Professionals, by link", asked: 15, answered: 12 }],
+        results: Results::new(instrument, &rows, owner),
+        split: Split {
+            ways: vec![("month", "month", true), ("device", "device", false)],
+            scores: vec![("Realism".to_owned(), (1.0, 5.0), vec![score_group("2026-05 · trainee", &rows, 0)])],
+            hidden: 3,
+        },
+        against: Against {
+            metrics: vec![("peak_force_n", "peak force (N)", true)],
+            scores: vec![("Realism".to_owned(), points.clone(), correlation(&points))],
+        },
+        comments: vec![
+            CommentBlock {
+                item: "comment".to_owned(),
+                text: "What is missing?".to_owned(),
+                comments: Some(vec![comment]),
+            },
+            CommentBlock { item: "else".to_owned(), text: "What else?".to_owned(), comments: None },
+        ],
+        tags: vec![("picture".to_owned(), 1)],
+    }
+}
+
+#[test]
+fn results_show_pictures_tables_and_why_something_is_missing() {
+    let html = keep("survey-results", &results_page(&shipped("simulator-validity.toml"), true));
+    for wanted in ["S-CVI/Ave", "ICC(2,1)", "Spearman", "80\u{a0}%", "generated by a program", "fewer than five people"]
+    {
+        assert!(html.contains(wanted), "{wanted} is not in {html}");
+    }
+    assert!(!html.contains("<script>alert"), "{html}");
+    keep("survey-results-tlx", &results_page(&shipped("nasa-tlx.toml"), false));
+}
+
+#[test]
+fn alpha_of_one_item_is_not_computable_and_says_so() {
+    let mut one = shipped("nasa-tlx.toml");
+    one.scores[0].items.truncate(1);
+    let html = keep("survey-results-one", &results_page(&one, true));
+    assert!(html.contains("not computable: 1 items, at least 2 needed"), "{html}");
+}

@@ -1,0 +1,114 @@
+//! One's own tokens for programs.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use time::OffsetDateTime;
+
+use super::{Shell, Status, format};
+use model::limits::{LONGEST_NAME, TOKEN_LIFETIMES_DAYS};
+
+/// The page.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "account/tokens.html")]
+pub struct TokensPage {
+    /// Frame.
+    pub shell: Shell,
+    /// The tokens that were not revoked, the newest first.
+    pub rows: Vec<TokenRow>,
+    /// The name that was typed.
+    pub name: String,
+    /// The time that is chosen, in days.
+    pub days: i64,
+    /// Why none was made.
+    pub refused: Option<String>,
+}
+
+impl TokensPage {
+    /// Times to choose from: days, words, and whether it is the one chosen.
+    fn lifetimes(&self) -> Vec<(i64, String, bool)> {
+        let choice = |days| (days, trn!("{n} day", "{n} days", days), days == self.days);
+        TOKEN_LIFETIMES_DAYS.into_iter().map(choice).collect()
+    }
+}
+
+/// A token of a list.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TokenRow {
+    /// What it is called, if anything.
+    pub name: Option<String>,
+    /// When it was made.
+    pub made: OffsetDateTime,
+    /// When it was last used, to the hour.
+    pub used: Option<OffsetDateTime>,
+    /// When it ends or ended; never, where there is none.
+    pub expires: Option<OffsetDateTime>,
+    /// It has ended.
+    pub ended: bool,
+    /// Where it is revoked.
+    pub revoke_href: String,
+}
+
+impl TokenRow {
+    fn said(&self) -> &str {
+        self.name.as_deref().unwrap_or(tr!("without a name"))
+    }
+}
+
+/// A token that was made, shown this once.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "account/token.html")]
+pub struct MadeTokenPage {
+    /// Frame.
+    pub shell: Shell,
+    /// What it is called.
+    pub name: String,
+    /// The token.
+    pub token: String,
+    /// When it ends.
+    pub expires: OffsetDateTime,
+}
+
+#[cfg(test)]
+mod tests {
+    //! Fails when a token is listed as good that is not, or cannot be revoked.
+
+    use super::*;
+    use crate::samples;
+    use model::Role;
+
+    #[test]
+    fn each_token_says_how_long_it_is_good() {
+        let row = |name: Option<&str>, expires, ended| TokenRow {
+            name: name.map(str::to_owned),
+            made: samples::NOW,
+            used: name.map(|_| samples::NOW),
+            expires,
+            ended,
+            revoke_href: "/account/tokens/1/revoke".to_owned(),
+        };
+        let rows = vec![
+            row(Some("Analysis <b>"), Some(samples::NOW), false),
+            row(Some("Old laptop"), Some(samples::NOW), true),
+            row(None, None, false),
+        ];
+        let shell = samples::shell(Role::Instructor);
+        let page = TokensPage { shell, rows, name: "x".to_owned(), days: 90, refused: Some("no".to_owned()) };
+        let html = samples::keep("tokens", &page);
+        assert!(
+            html.contains("Analysis &#60;b&#62;") && html.contains("no expiry") && html.contains("never"),
+            "{html}"
+        );
+        assert_eq!((html.matches("Expired").count(), html.matches("/revoke\"").count()), (1, 3), "{html}");
+        let shell = samples::shell(Role::Instructor);
+        let none = TokensPage { shell, rows: vec![], name: String::new(), days: 90, refused: None };
+        assert!(samples::keep("tokens-none", &none).contains("no tokens"));
+    }
+
+    #[test]
+    fn a_token_is_shown_with_what_to_do_with_it() {
+        let (shell, name) = (samples::shell(Role::Trainee), "Analysis".to_owned());
+        let page = MadeTokenPage { shell, name, token: "abc".repeat(21), expires: samples::NOW };
+        let html = samples::keep("token", &page);
+        assert!(html.contains(&"abc".repeat(21)) && html.contains("not shown again"), "{html}");
+    }
+}

@@ -1,0 +1,370 @@
+//! A trainee's training: their own home, and what an instructor sees of it.
+
+use askama::Template;
+use askama_web::WebTemplate;
+use time::OffsetDateTime;
+
+use super::charts::{self, ScorePoint};
+use super::concern::concern;
+use super::progress::HabitsView;
+use super::session::uncounted_in_short;
+use super::{Shell, Status, format};
+use model::assignment::Stage;
+use model::membership::MembershipRequest;
+use model::progress::{Attempt, Course, CurveRule, Mastery, Progress, StepProgress, StepState};
+use model::{Needed, Role, Uncounted};
+
+/// A trainee's home.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "trainee.html")]
+pub struct TraineePage {
+    /// Frame.
+    pub shell: Shell,
+    /// The trainee's name.
+    pub name: String,
+    /// The trainee is the visitor.
+    pub own: bool,
+    /// What is assigned to the visitor and not done, what is due first before.
+    pub due: Vec<super::assignments::Row>,
+    /// Who asks to have the visitor in a cohort.
+    pub requests: Vec<MembershipRequest>,
+    /// Cohorts, by name.
+    pub cohorts: Vec<String>,
+    /// Courses, the one in progress first.
+    pub courses: Vec<CourseView>,
+    /// What costs most, and what costs nothing, over the latest attempts.
+    pub habits: HabitsView,
+    /// Latest attempts, newest first.
+    pub attempts: Vec<AttemptRow>,
+    /// Which stretch of the attempts this is.
+    pub pages: Pages,
+    /// On the visitor's own page: since when they have had a sign-in code, if they have one.
+    pub sign_in_code: Option<Option<OffsetDateTime>>,
+}
+
+/// A trainee's sign-in code, shown this once.
+#[derive(Debug, Template, WebTemplate)]
+#[template(path = "sign_in_code.html")]
+pub struct SignInCodePage {
+    /// Frame.
+    pub shell: Shell,
+    /// The code.
+    pub code: String,
+}
+
+/// How far a trainee has come in a course.
+#[derive(Clone, Debug)]
+pub struct CourseView {
+    /// Title.
+    pub title: String,
+    /// Where a certificate is issued, once everything is mastered.
+    pub certificate: Option<String>,
+    /// What must be proved of the attempts that certify, in words, where everything is mastered and too little is proved.
+    pub unproved: Option<&'static str>,
+    /// The mastery rule in words.
+    pub rule: String,
+    /// What to do next.
+    pub next: Option<NextStep>,
+    /// Exercises mastered.
+    pub mastered: usize,
+    /// Everything is mastered.
+    pub complete: bool,
+    /// Why help may be needed.
+    pub concerns: Vec<(&'static str, String)>,
+    /// Exercises in order.
+    pub steps: Vec<StepRow>,
+    /// Score over time, title and drawing, one per exercise tried.
+    pub charts: Vec<(String, String)>,
+}
+
+/// What to do next.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NextStep {
+    /// Page of the exercise.
+    pub href: String,
+    /// Its title.
+    pub title: String,
+    /// Why this one, and how far it is from mastery.
+    pub why: String,
+}
+
+/// An exercise of a course.
+#[derive(Clone, Debug)]
+pub struct StepRow {
+    /// Page of the exercise.
+    pub href: String,
+    /// Page of the trainee's learning curve on it, once there is one.
+    pub curve_href: Option<String>,
+    /// Its title.
+    pub title: String,
+    /// How it stands.
+    pub status: Status,
+    /// More about how it stands.
+    pub detail: String,
+    /// Scored attempts.
+    pub attempts: usize,
+    /// Attempts passed.
+    pub passes: usize,
+    /// Best score, 0–100.
+    pub best: Option<f64>,
+    /// Scores as a small line.
+    pub spark: String,
+}
+
+/// An attempt in a list.
+#[derive(Clone, Debug)]
+pub struct AttemptRow {
+    /// Page of the attempt.
+    pub href: String,
+    /// When it began.
+    pub at: OffsetDateTime,
+    /// Who tried, where the list mixes people.
+    pub trainee: Option<String>,
+    /// Title of the exercise.
+    pub exercise: String,
+    /// How it stands.
+    pub status: Status,
+    /// 0–100, once scored.
+    pub score: Option<f64>,
+    /// The computed score, 0–100, where somebody has put another in its place.
+    pub computed: Option<f64>,
+    /// What cost most.
+    pub note: String,
+    /// The re-simulation differs.
+    pub flagged: bool,
+    /// Why it counts nowhere; absent where it counts.
+    pub uncounted: Option<Uncounted>,
+}
+
+/// A stretch of a long list.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Pages {
+    /// This stretch, from 1.
+    pub page: u32,
+    /// How many stretches there are.
+    pub last: u32,
+    /// How many entries there are in all.
+    pub entries: u32,
+}
+
+/// What a course view is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct CourseFacts<'a> {
+    /// The trainee's page, where the facts are for one trainee.
+    pub trainee: Option<&'a str>,
+    /// The course's id.
+    pub id: &'a str,
+    /// Title.
+    pub title: &'a str,
+    /// Exercises and rule.
+    pub course: &'a Course,
+    /// The pass mark of each exercise, 0–100, in the course's order.
+    pub pass_marks: &'a [f64],
+}
+
+impl AttemptRow {
+    /// Why it counts nowhere, in a few words.
+    #[must_use]
+    pub fn uncounted_words(&self) -> Option<&'static str> {
+        self.uncounted.map(uncounted_in_short)
+    }
+}
+
+impl TraineePage {
+    /// What the table of attempts is called.
+    #[must_use]
+    pub fn attempts_caption(&self) -> String {
+        trn!("{n} attempt in all, newest first", "{n} attempts in all, newest first", self.pages.entries)
+    }
+}
+
+impl CourseView {
+    /// Puts progress into words and drawings. `key` keeps the drawings' ids apart between courses.
+    #[must_use]
+    pub fn new(facts: &CourseFacts<'_>, progress: &Progress, key: usize) -> Self {
+        let steps = (0..progress.steps.len()).map(|i| step_row(facts, progress, i)).collect();
+        let tried = |i: &usize| !progress.steps[*i].attempts.is_empty();
+        let charts = (0..progress.steps.len()).filter(tried).map(|i| chart(facts, progress, (key, i))).collect();
+        Self {
+            title: facts.title.to_owned(),
+            certificate: facts
+                .trainee
+                .filter(|_| progress.complete())
+                .map(|trainee| format!("{trainee}/certificates/{}", facts.id)),
+            unproved: None,
+            rule: rule_in_words(&facts.course.rule),
+            next: progress.next.map(|i| next_step(facts.course, progress, i)),
+            mastered: progress.mastered(),
+            complete: progress.complete(),
+            concerns: progress.concerns.iter().map(|c| concern(c)).collect(),
+            steps,
+            charts,
+        }
+    }
+}
+
+/// What a school asks to be proved of an attempt that certifies, in words.
+#[must_use]
+pub fn needed_in_words(needed: Needed) -> &'static str {
+    match needed {
+        Needed::Nothing => tr!("every attempt that counts"),
+        Needed::Resimulated => tr!("attempts whose re-simulation is identical"),
+        Needed::SignedOrSupervised => tr!("attempts that a paired station has signed, or that were supervised"),
+        Needed::Supervised => tr!("attempts that were supervised"),
+    }
+}
+
+/// The mastery rule in words.
+#[must_use]
+pub fn rule_in_words(rule: &Mastery) -> String {
+    match *rule {
+        Mastery::Passes { passes, of } if passes == of => {
+            trn!("mastered with {n} pass in a row", "mastered with {n} passes in a row", passes)
+        }
+        Mastery::Passes { passes, of } => {
+            tr!("mastered with {passes} passes among {of} attempts in a row", passes = passes, of = of)
+        }
+        Mastery::Curve(curve) => curve_in_words(&curve),
+    }
+}
+
+fn curve_in_words(CurveRule { params, within, .. }: &CurveRule) -> String {
+    let percent = |share: f64| format::fixed(share * 100.0, 0);
+    let kind = if within.is_some() { "LC-CUSUM" } else { "CUSUM" };
+    tr!(
+        "mastered when its learning curve ({kind}) shows at most {acceptable} % failures rather than {unacceptable} %",
+        kind = kind,
+        acceptable = percent(params.p0),
+        unacceptable = percent(params.p1)
+    )
+}
+
+fn next_step(course: &Course, progress: &Progress, index: usize) -> NextStep {
+    let step = &course.steps[index];
+    let done = &progress.steps[index];
+    let why = match (&done.state, &course.rule, &done.curve) {
+        (StepState::Open { passes }, Mastery::Passes { passes: needed, of }, _) if !done.attempts.is_empty() => {
+            tr!(
+                "{passes} of the last {of} attempts passed; {needed} are needed.",
+                passes = passes,
+                of = of,
+                needed = needed
+            )
+        }
+        (StepState::Regressing { .. }, _, Some(curve)) => {
+            trn!(
+                "Mastered before, and lost again: one more success will show it anew.",
+                "Mastered before, and lost again: {n} more straight successes will show it anew.",
+                curve.successes_needed
+            )
+        }
+        (_, _, Some(curve)) if !done.attempts.is_empty() => {
+            trn!(
+                "One more success will show mastery.",
+                "{n} more straight successes will show mastery.",
+                curve.successes_needed
+            )
+        }
+        _ => tr!("Not tried yet.").to_owned(),
+    };
+    NextStep { href: exercise_href(&step.exercise), title: step.title.clone(), why }
+}
+
+/// The page of an exercise.
+#[must_use]
+pub fn exercise_href(exercise: &str) -> String {
+    format!("/exercises/{exercise}")
+}
+
+/// The points of a score chart.
+#[must_use]
+pub fn score_points(attempts: &[Attempt]) -> Vec<ScorePoint> {
+    attempts.iter().map(|a| ScorePoint { at: a.at, score: a.score, passed: a.passed }).collect()
+}
+
+fn step_row(facts: &CourseFacts<'_>, progress: &Progress, index: usize) -> StepRow {
+    let (step, done) = (&facts.course.steps[index], &progress.steps[index]);
+    let (status, detail) = match &done.state {
+        StepState::Mastered { on } => (Status::Mastered, tr!("on {date}", date = format::date(*on))),
+        StepState::Open { .. } if progress.next == Some(index) => (Status::Current, still_needed(done)),
+        StepState::Open { .. } => (Status::Open, still_needed(done)),
+        StepState::Locked { missing } => (Status::Locked, tr!("after {missing}", missing = missing.join(", "))),
+        StepState::Regressing { since, .. } => (Status::Regressing, tr!("since {date}", date = format::date(*since))),
+    };
+    let curve = facts.trainee.filter(|_| !done.attempts.is_empty());
+    StepRow {
+        href: exercise_href(&step.exercise),
+        curve_href: curve.map(|trainee| format!("{trainee}/exercises/{}", step.exercise)),
+        title: step.title.clone(),
+        status,
+        detail,
+        attempts: done.attempts.len(),
+        passes: done.passes(),
+        best: done.best(),
+        spark: charts::sparkline(&score_points(&done.attempts), pass_mark(facts, index)),
+    }
+}
+
+/// What a learning curve still asks for.
+fn still_needed(done: &StepProgress) -> String {
+    done.curve.as_ref().map_or_else(String::new, |curve| {
+        trn!("one more success", "{n} more straight successes", curve.successes_needed)
+    })
+}
+
+fn pass_mark(facts: &CourseFacts<'_>, index: usize) -> f64 {
+    facts.pass_marks.get(index).copied().unwrap_or(0.0)
+}
+
+fn chart(facts: &CourseFacts<'_>, progress: &Progress, (key, index): (usize, usize)) -> (String, String) {
+    let points = score_points(&progress.steps[index].attempts);
+    let title = facts.course.steps[index].title.clone();
+    let drawing = charts::scores(&points, pass_mark(facts, index), (&format!("{key}-{index}"), &title));
+    (title, drawing)
+}
+
+#[cfg(test)]
+mod tests {
+    //! The home must tell what to do next and why, and be useful before the first attempt.
+
+    use super::*;
+    use crate::samples;
+
+    #[test]
+    fn the_own_home_says_what_is_next() {
+        let html = samples::keep("trainee-home", &samples::trainee_page(true));
+        assert!(html.contains("Do next") && html.contains("2 of the last 5 attempts passed; 3 are needed."), "{html}");
+        assert!(html.contains("<caption"));
+    }
+
+    #[test]
+    fn an_instructor_sees_the_reasons_for_help() {
+        let html = samples::keep("trainee-for-instructor", &samples::trainee_page(false));
+        assert!(html.contains("Ana Lindqvist") && html.contains("no attempt for"), "{html}");
+    }
+
+    #[test]
+    fn a_newcomer_is_told_how_to_start() {
+        let html = samples::keep("trainee-newcomer", &samples::newcomer_page());
+        assert!(html.contains("Not tried yet.") && html.contains("No attempts yet"), "{html}");
+    }
+
+    #[test]
+    fn a_sign_in_code_is_offered_to_its_owner_alone() {
+        let own = |made| TraineePage { sign_in_code: Some(made), ..samples::trainee_page(true) };
+        assert!(samples::keep("trainee-without-code", &own(None)).contains("Make a sign-in code"));
+        assert!(samples::keep("trainee-with-code", &own(Some(samples::NOW))).contains("Replace the code"));
+        let seen = samples::keep("trainee-for-instructor", &samples::trainee_page(false));
+        assert!(!seen.contains("sign-in-code"), "{seen}");
+        let page = SignInCodePage { shell: samples::shell(Role::Trainee), code: "ABC-DEF".to_owned() };
+        assert!(samples::keep("sign-in-code", &page).contains("ABC-DEF"));
+    }
+
+    #[test]
+    fn rules_are_said_in_words() {
+        let rule = |passes, of| rule_in_words(&Mastery::Passes { passes, of });
+        assert_eq!(rule(3, 5), "mastered with 3 passes among 5 attempts in a row");
+        assert_eq!(rule(3, 3), "mastered with 3 passes in a row");
+        assert_eq!(rule(1, 1), "mastered with 1 pass in a row");
+    }
+}

@@ -1,0 +1,16 @@
+//! What a draft comes to: its judgement as pages draw it.
+
+use acts::judging::{DraftQuestion, publishable};
+use model::draft::Verdict;
+use pages::draft::{verdict_of_exercise, verdict_of_refused};
+use words::Language;
+
+/// What a draft comes to, in the words of its language. Blocks, and may take long.
+#[must_use]
+pub fn examine_draft(question: &DraftQuestion) -> Verdict {
+    let language = Language::named(&question.language).unwrap_or(Language::ENGLISH);
+    words::within(language, || match publishable(question) {
+        Ok(exercise) => verdict_of_exercise(&exercise),
+        Err(refused) => verdict_of_refused(&refused.issues),
+    })
+}

@@ -1,0 +1,43 @@
+//! Letters with a survey's link. Each goes out at most once: it leaves the queue before it is handed over.
+
+use acts::error::Error;
+use acts::mailer::Letter;
+use acts::mailing;
+use acts::surveys::{instrument_of, link_expiry};
+use model::mail::SurveyLetter;
+use pages::letters;
+use store::surveys;
+
+use super::BATCH;
+use crate::AppState;
+
+/// Sends the letters that are due.
+///
+/// # Errors
+/// When the database fails; a letter that cannot be sent waits for its next try.
+pub(super) async fn work_off(state: &AppState) -> Result<(), Error> {
+    loop {
+        let due = surveys::letters::due(state.db.reader(), state.clock.now(), BATCH).await?;
+        if due.is_empty() {
+            return Ok(());
+        }
+        for letter in due {
+            deliver(state, &letter).await?;
+        }
+    }
+}
+
+async fn deliver(state: &AppState, letter: &SurveyLetter) -> Result<(), Error> {
+    let now = state.clock.now();
+    let survey = surveys::find(state.db.reader(), letter.school_id, letter.survey_id).await?.ok_or(Error::NotFound)?;
+    if !survey.is_open(now) {
+        return mailing::give_up_survey_letter(state, letter, "the survey was not open").await;
+    }
+    let token = mailing::claim_survey_letter(state, letter, &survey).await?;
+    let link = format!("{}/survey/{token}", state.config.address());
+    let minutes = instrument_of(state, &survey).await?.duration_min;
+    let (subject, body) = letters::survey(letter, &survey, (&link, minutes, link_expiry(&survey, now)));
+    let (name, email) = (letter.name.clone(), letter.email.clone());
+    let sent = state.mailer.send(Letter { id: letter.id, name, email, subject, body }, now).await;
+    mailing::note_survey_letter(state, letter, sent.map_err(|error| format!("{error:#}"))).await
+}

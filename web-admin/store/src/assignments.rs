@@ -1,0 +1,216 @@
+//! What was assigned, to whom, until when.
+
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use model::assignment::{Assigned, Task};
+use model::{CurrentPerson, Moment, Role, new_id};
+
+/// An assignment to be made.
+#[derive(Clone, Debug)]
+pub struct NewAssignment {
+    /// What is to be trained.
+    pub task: Task,
+    /// The cohort, or
+    pub cohort_id: Option<Uuid>,
+    /// the trainee.
+    pub person_id: Option<Uuid>,
+    /// Under an instructor's eyes.
+    pub supervised: bool,
+    /// Attempts that count.
+    pub attempt_limit: Option<u32>,
+    /// When it is due, as it was said and as it is meant.
+    pub due: Option<(String, Moment)>,
+    /// The school's time zone.
+    pub time_zone: String,
+}
+
+/// Makes an assignment.
+///
+/// # Errors
+/// When exercise, course, cohort or person are not of the school, or the database fails.
+pub async fn add(writer: &mut SqliteConnection, by: &CurrentPerson, new: &NewAssignment, now: Moment) -> Result<Uuid> {
+    let (exercise, course) = match &new.task {
+        Task::Exercise(id) => (Some(id), None),
+        Task::Course(id) => (None, Some(id)),
+    };
+    sqlx::query_scalar(
+        "INSERT INTO assignments (id, school_id, exercise_id, curriculum_id, cohort_id, person_id, supervised,
+           attempt_limit, due_local, time_zone, due_at, made_by, made_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13) RETURNING id",
+    )
+    .bind(new_id(now))
+    .bind(by.school_id)
+    .bind(exercise)
+    .bind(course)
+    .bind(new.cohort_id)
+    .bind(new.person_id)
+    .bind(new.supervised)
+    .bind(new.attempt_limit)
+    .bind(new.due.as_ref().map(|(local, _)| local))
+    .bind(&new.time_zone)
+    .bind(new.due.as_ref().map(|(_, at)| *at))
+    .bind(by.id)
+    .bind(now)
+    .fetch_one(writer)
+    .await
+}
+
+#[derive(FromRow)]
+struct AssignedRow {
+    id: Uuid,
+    exercise_id: Option<String>,
+    curriculum_id: Option<String>,
+    title: String,
+    made_at: Moment,
+    due_at: Option<Moment>,
+    extended_days: i64,
+    attempt_limit: Option<u32>,
+    supervised: bool,
+    time_zone: String,
+}
+
+impl From<AssignedRow> for Assigned {
+    fn from(row: AssignedRow) -> Self {
+        let task = match (row.exercise_id, row.curriculum_id) {
+            (Some(exercise), _) => Task::Exercise(exercise),
+            (None, course) => Task::Course(course.unwrap_or_default()),
+        };
+        Self {
+            id: row.id,
+            task,
+            title: row.title,
+            made_at: row.made_at,
+            due_at: row.due_at,
+            extended_days: row.extended_days,
+            attempt_limit: row.attempt_limit,
+            supervised: row.supervised,
+            time_zone: row.time_zone,
+        }
+    }
+}
+
+/// Assignments of a school, $1, as they concern the trainee $2.
+macro_rules! assigned {
+    ($which:literal) => {
+        concat!(
+            "SELECT a.id, a.exercise_id, a.curriculum_id, coalesce(r.title, c.title, '') AS title, a.made_at,
+               coalesce(x.due_at, a.due_at) AS due_at, coalesce(x.days, 0) AS extended_days, a.attempt_limit,
+               a.supervised, a.time_zone
+             FROM assignments a
+             LEFT JOIN assignment_extensions x ON x.assignment_id = a.id AND x.person_id = $2
+             LEFT JOIN exercises e ON e.school_id = a.school_id AND e.exercise_id = a.exercise_id
+             LEFT JOIN exercise_revisions r ON r.id = e.revision_id
+             LEFT JOIN curricula u ON u.school_id = a.school_id AND u.curriculum_id = a.curriculum_id
+             LEFT JOIN curriculum_revisions c ON c.id = u.revision_id
+             WHERE a.school_id = $1 AND a.withdrawn_at IS NULL AND a.id ",
+            $which
+        )
+    };
+}
+
+/// An assignment as it concerns whoever has no longer than everybody.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Assigned>> {
+    let row: Option<AssignedRow> =
+        sqlx::query_as(assigned!("= $3")).bind(school).bind(None::<Uuid>).bind(id).fetch_optional(executor).await?;
+    Ok(row.map(Assigned::from))
+}
+
+/// What is assigned to a trainee, by themselves or in their cohorts, with their extensions.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Vec<Assigned>> {
+    let rows: Vec<AssignedRow> = sqlx::query_as(assigned!(
+        "IN (SELECT id FROM assignments WHERE person_id = $2
+             UNION SELECT b.id FROM cohort_members m JOIN assignments b ON b.cohort_id = m.cohort_id
+                   WHERE m.person_id = $2 AND m.role = 'trainee')
+         ORDER BY a.made_at, a.id"
+    ))
+    .bind(school)
+    .bind(person)
+    .fetch_all(executor)
+    .await?;
+    Ok(rows.into_iter().map(Assigned::from).collect())
+}
+
+/// An assignment as those who made it see it.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Listed {
+    /// Its id.
+    pub id: Uuid,
+    /// Title of the exercise or course.
+    pub title: String,
+    /// The cohort, or
+    pub cohort_id: Option<Uuid>,
+    /// the trainee.
+    pub person_id: Option<Uuid>,
+    /// Name of the cohort or trainee.
+    pub to: String,
+    /// As it was said.
+    pub due_local: Option<String>,
+    /// When it is due.
+    pub due_at: Option<Moment>,
+    /// The time zone in which it was said.
+    pub time_zone: String,
+    /// Attempts that count.
+    pub attempt_limit: Option<u32>,
+    /// Under an instructor's eyes.
+    pub supervised: bool,
+}
+
+/// Assignments of the cohorts that somebody teaches and of those cohorts' trainees; all of the school's for an
+/// administrator. The latest come first.
+///
+/// # Errors
+/// When the database fails.
+pub async fn managed(
+    executor: impl SqliteExecutor<'_>,
+    by: &CurrentPerson,
+    only: Option<Uuid>,
+    limit: u32,
+) -> Result<Vec<Listed>> {
+    sqlx::query_as(
+        "SELECT a.id, coalesce(r.title, c.title, '') AS title, a.cohort_id, a.person_id,
+           coalesce(k.name, p.display_name, '') AS \"to\", a.due_local, a.due_at, a.time_zone, a.attempt_limit,
+           a.supervised
+         FROM assignments a
+         LEFT JOIN cohorts k ON k.id = a.cohort_id
+         LEFT JOIN people p ON p.id = a.person_id
+         LEFT JOIN exercises e ON e.school_id = a.school_id AND e.exercise_id = a.exercise_id
+         LEFT JOIN exercise_revisions r ON r.id = e.revision_id
+         LEFT JOIN curricula u ON u.school_id = a.school_id AND u.curriculum_id = a.curriculum_id
+         LEFT JOIN curriculum_revisions c ON c.id = u.revision_id
+         WHERE a.school_id = $1 AND a.withdrawn_at IS NULL AND ($4 IS NULL OR a.id = $4)
+           AND ($2 OR EXISTS (
+             SELECT 1 FROM cohort_members t
+             WHERE t.person_id = $3 AND t.role = 'instructor' AND (t.cohort_id = a.cohort_id OR t.cohort_id IN (
+               SELECT o.cohort_id FROM cohort_members o WHERE o.person_id = a.person_id AND o.role = 'trainee'))))
+         ORDER BY a.made_at DESC, a.id DESC LIMIT $5",
+    )
+    .bind(by.school_id)
+    .bind(by.role == Role::Administrator)
+    .bind(by.id)
+    .bind(only)
+    .bind(limit)
+    .fetch_all(executor)
+    .await
+}
+
+/// Takes an assignment back.
+///
+/// # Errors
+/// When the database fails.
+pub async fn withdraw(writer: &mut SqliteConnection, school: Uuid, id: Uuid, now: Moment) -> Result<()> {
+    sqlx::query("UPDATE assignments SET withdrawn_at = $3 WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .bind(now)
+        .execute(writer)
+        .await
+        .map(drop)
+}

@@ -1,0 +1,261 @@
+//! Cohorts, who is in them, and who is asked for.
+
+use model::membership::{MembershipAct, MembershipEvent, MembershipRequest};
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use model::{Moment, Role, new_id};
+
+/// A cohort.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Cohort {
+    /// Id.
+    pub id: Uuid,
+    /// Name, unique in the school.
+    pub name: String,
+}
+
+/// The cohort of a name in a school, made where it is missing.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find_or_create(writer: &mut SqliteConnection, school: Uuid, name: &str, now: Moment) -> Result<Cohort> {
+    sqlx::query_as(
+        "INSERT INTO cohorts (id, school_id, name, created_at) VALUES ($1, $2, $3, $4)
+         ON CONFLICT (school_id, name) DO UPDATE SET name = excluded.name RETURNING id, name",
+    )
+    .bind(new_id(now))
+    .bind(school)
+    .bind(name)
+    .bind(now)
+    .fetch_one(writer)
+    .await
+}
+
+/// A cohort of a school.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Cohort>> {
+    sqlx::query_as("SELECT id, name FROM cohorts WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .fetch_optional(executor)
+        .await
+}
+
+/// The cohorts of a school, by name.
+///
+/// # Errors
+/// When the database fails.
+pub async fn all(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Cohort>> {
+    sqlx::query_as("SELECT id, name FROM cohorts WHERE school_id = $1 ORDER BY name")
+        .bind(school)
+        .fetch_all(executor)
+        .await
+}
+
+/// Who joins which cohort.
+#[derive(Clone, Copy, Debug)]
+pub struct Membership {
+    /// The school of both.
+    pub school_id: Uuid,
+    /// The cohort.
+    pub cohort_id: Uuid,
+    /// The person.
+    pub person_id: Uuid,
+    /// As trainee or instructor.
+    pub role: Role,
+}
+
+/// Who does something about somebody's place in a cohort, and when.
+#[derive(Clone, Copy, Debug)]
+pub struct Deed {
+    /// Who; absent on the command line.
+    pub by: Option<Uuid>,
+    /// When.
+    pub at: Moment,
+}
+
+/// Puts a person into a cohort, or changes what they are in it. Nobody waits for a yes any longer.
+///
+/// # Errors
+/// When either is of another school, the role is neither trainee nor instructor, or the database fails.
+pub async fn join(writer: &mut SqliteConnection, membership: Membership, deed: Deed) -> Result<()> {
+    let Membership { school_id, cohort_id, person_id, role } = membership;
+    sqlx::query(
+        "INSERT INTO cohort_members (school_id, cohort_id, person_id, role) VALUES ($1, $2, $3, $4)
+         ON CONFLICT (cohort_id, person_id) DO UPDATE SET role = excluded.role",
+    )
+    .bind(school_id)
+    .bind(cohort_id)
+    .bind(person_id)
+    .bind(role)
+    .execute(&mut *writer)
+    .await?;
+    forget_request(writer, (school_id, cohort_id, person_id)).await?;
+    note(writer, (school_id, cohort_id, person_id), (MembershipAct::Joined, deed)).await
+}
+
+/// Takes a person out of a cohort. False when they were not in it.
+///
+/// # Errors
+/// When the database fails.
+pub async fn leave(
+    writer: &mut SqliteConnection,
+    (school, cohort, person): (Uuid, Uuid, Uuid),
+    deed: Deed,
+) -> Result<bool> {
+    let left = sqlx::query("DELETE FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND person_id = $3")
+        .bind(school)
+        .bind(cohort)
+        .bind(person)
+        .execute(&mut *writer)
+        .await?;
+    if left.rows_affected() == 0 {
+        return Ok(false);
+    }
+    note(writer, (school, cohort, person), (MembershipAct::Left, deed)).await?;
+    Ok(true)
+}
+
+/// Asks for somebody. False where they are in the cohort, or were asked for already.
+///
+/// # Errors
+/// When somebody is of another school, or the database fails.
+pub async fn ask(
+    writer: &mut SqliteConnection,
+    (school, cohort, person): (Uuid, Uuid, Uuid),
+    (by, at): (Uuid, Moment),
+) -> Result<bool> {
+    let asked = sqlx::query(
+        "INSERT INTO cohort_requests (school_id, cohort_id, person_id, asked_by, asked_at)
+         SELECT $1, $2, $3, $4, $5 WHERE NOT EXISTS (
+           SELECT 1 FROM cohort_members WHERE cohort_id = $2 AND person_id = $3)
+         ON CONFLICT (cohort_id, person_id) DO NOTHING",
+    )
+    .bind(school)
+    .bind(cohort)
+    .bind(person)
+    .bind(by)
+    .bind(at)
+    .execute(&mut *writer)
+    .await?;
+    if asked.rows_affected() == 0 {
+        return Ok(false);
+    }
+    note(writer, (school, cohort, person), (MembershipAct::Asked, Deed { by: Some(by), at })).await?;
+    Ok(true)
+}
+
+/// Answers no, or takes back that somebody was asked for. False where nobody asked.
+///
+/// # Errors
+/// When the database fails.
+pub async fn decline(
+    writer: &mut SqliteConnection,
+    (school, cohort, person): (Uuid, Uuid, Uuid),
+    deed: Deed,
+) -> Result<bool> {
+    if !forget_request(writer, (school, cohort, person)).await? {
+        return Ok(false);
+    }
+    note(writer, (school, cohort, person), (MembershipAct::Declined, deed)).await?;
+    Ok(true)
+}
+
+async fn forget_request(writer: &mut SqliteConnection, (school, cohort, person): (Uuid, Uuid, Uuid)) -> Result<bool> {
+    sqlx::query("DELETE FROM cohort_requests WHERE school_id = $1 AND cohort_id = $2 AND person_id = $3")
+        .bind(school)
+        .bind(cohort)
+        .bind(person)
+        .execute(writer)
+        .await
+        .map(|done| done.rows_affected() == 1)
+}
+
+async fn note(
+    writer: &mut SqliteConnection,
+    (school, cohort, person): (Uuid, Uuid, Uuid),
+    (act, deed): (MembershipAct, Deed),
+) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO cohort_acts (id, school_id, cohort_id, person_id, act, done_by, done_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7)",
+    )
+    .bind(new_id(deed.at))
+    .bind(school)
+    .bind(cohort)
+    .bind(person)
+    .bind(act)
+    .bind(deed.by)
+    .bind(deed.at)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Who is asked for in a school, the longest waiting first: everybody, those for one cohort, or one person.
+///
+/// # Errors
+/// When the database fails.
+pub async fn requests(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    (cohort, person): (Option<Uuid>, Option<Uuid>),
+) -> Result<Vec<MembershipRequest>> {
+    sqlx::query_as(
+        "SELECT q.cohort_id, c.name AS cohort, q.person_id, p.display_name AS person, p.role,
+           a.display_name AS asked_by, q.asked_at
+         FROM cohort_requests q
+         JOIN cohorts c ON c.school_id = q.school_id AND c.id = q.cohort_id
+         JOIN people p ON p.school_id = q.school_id AND p.id = q.person_id AND p.disabled_at IS NULL
+         JOIN people a ON a.school_id = q.school_id AND a.id = q.asked_by
+         WHERE q.school_id = $1 AND ($2 IS NULL OR q.cohort_id = $2) AND ($3 IS NULL OR q.person_id = $3)
+         ORDER BY q.asked_at, q.person_id LIMIT 200",
+    )
+    .bind(school)
+    .bind(cohort)
+    .bind(person)
+    .fetch_all(executor)
+    .await
+}
+
+/// What was done about a person's places in cohorts, the latest first; at most 50 acts.
+///
+/// # Errors
+/// When the database fails.
+pub async fn acts(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Vec<MembershipEvent>> {
+    sqlx::query_as(
+        "SELECT c.name AS cohort, d.act, p.display_name AS \"by\", d.done_at FROM cohort_acts d
+         JOIN cohorts c ON c.school_id = d.school_id AND c.id = d.cohort_id
+         LEFT JOIN people p ON p.school_id = d.school_id AND p.id = d.done_by
+         WHERE d.school_id = $1 AND d.person_id = $2 ORDER BY d.done_at DESC, d.id DESC LIMIT 50",
+    )
+    .bind(school)
+    .bind(person)
+    .fetch_all(executor)
+    .await
+}
+
+/// Cohorts in which a person is, in a role, by name.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_person(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    person: Uuid,
+    role: Role,
+) -> Result<Vec<Cohort>> {
+    sqlx::query_as(
+        "SELECT c.id, c.name FROM cohorts c JOIN cohort_members m ON m.cohort_id = c.id
+         WHERE c.school_id = $1 AND m.person_id = $2 AND m.role = $3 ORDER BY c.name",
+    )
+    .bind(school)
+    .bind(person)
+    .bind(role)
+    .fetch_all(executor)
+    .await
+}

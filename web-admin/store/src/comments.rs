@@ -1,0 +1,139 @@
+//! Comments on attempts, and their answers.
+
+use serde::Serialize;
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use super::Result;
+use super::scores::SessionKey;
+use model::comment::{Comment, CommentKind};
+use model::{Moment, Role, new_id};
+
+/// A comment or an answer as it is kept.
+#[derive(Clone, Debug, PartialEq, FromRow, Serialize, ToSchema)]
+pub struct Kept {
+    /// Id.
+    pub id: Uuid,
+    /// The comment that it answers.
+    pub answers: Option<Uuid>,
+    /// Who said it.
+    pub author_id: Uuid,
+    /// Their name.
+    pub author: String,
+    /// Their role.
+    pub author_role: Role,
+    /// What it is meant as; absent for an answer.
+    pub kind: Option<CommentKind>,
+    /// The moment, or the beginning of the interval, in s; absent for an answer.
+    pub from_s: Option<f64>,
+    /// The end of the interval, in s.
+    pub to_s: Option<f64>,
+    /// What is said.
+    pub body: String,
+    /// When it was said.
+    #[schema(value_type = String, format = DateTime)]
+    pub made_at: Moment,
+}
+
+/// Adds a comment.
+///
+/// # Errors
+/// When attempt or author are of another school, or the database fails.
+pub async fn add(
+    writer: &mut SqliteConnection,
+    (session, author): (SessionKey, Uuid),
+    comment: &Comment,
+    now: Moment,
+) -> Result<Uuid> {
+    let id = new_id(now);
+    sqlx::query(
+        "INSERT INTO comments (id, school_id, session_id, author_id, kind, from_s, to_s, body, made_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
+    )
+    .bind(id)
+    .bind(session.school_id)
+    .bind(session.id)
+    .bind(author)
+    .bind(comment.kind)
+    .bind(comment.from_s)
+    .bind(comment.to_s)
+    .bind(&comment.body)
+    .bind(now)
+    .execute(writer)
+    .await?;
+    Ok(id)
+}
+
+/// Answers a comment of the same attempt that is neither an answer nor taken back. None where there is no such one.
+///
+/// # Errors
+/// When the author is of another school, or the database fails.
+pub async fn answer(
+    writer: &mut SqliteConnection,
+    (session, author): (SessionKey, Uuid),
+    (comment, body): (Uuid, &str),
+    now: Moment,
+) -> Result<Option<Uuid>> {
+    let id = new_id(now);
+    let done = sqlx::query(
+        "INSERT INTO comments (id, school_id, session_id, author_id, answers, body, made_at)
+         SELECT $1, school_id, session_id, $4, id, $6, $7 FROM comments
+         WHERE school_id = $2 AND session_id = $3 AND id = $5 AND answers IS NULL AND withdrawn_at IS NULL",
+    )
+    .bind(id)
+    .bind(session.school_id)
+    .bind(session.id)
+    .bind(author)
+    .bind(comment)
+    .bind(body)
+    .bind(now)
+    .execute(writer)
+    .await?;
+    Ok((done.rows_affected() == 1).then_some(id))
+}
+
+/// Takes back what somebody said themselves. False where there is no such thing.
+///
+/// # Errors
+/// When the database fails.
+pub async fn withdraw(
+    writer: &mut SqliteConnection,
+    (session, author): (SessionKey, Uuid),
+    comment: Uuid,
+    now: Moment,
+) -> Result<bool> {
+    sqlx::query(
+        "UPDATE comments SET withdrawn_at = $5
+         WHERE school_id = $1 AND session_id = $2 AND id = $3 AND author_id = $4 AND withdrawn_at IS NULL",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .bind(comment)
+    .bind(author)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// What was said about an attempt: comments by their moment, then answers by the time they were given. Answers to a
+/// comment that was taken back are gone with it.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_session(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Kept>> {
+    sqlx::query_as(
+        "SELECT c.id, c.answers, c.author_id, p.display_name AS author, p.role AS author_role, c.kind, c.from_s,
+           c.to_s, c.body, c.made_at
+         FROM comments c
+         JOIN people p ON p.school_id = c.school_id AND p.id = c.author_id
+         LEFT JOIN comments q ON q.school_id = c.school_id AND q.session_id = c.session_id AND q.id = c.answers
+         WHERE c.school_id = $1 AND c.session_id = $2 AND c.withdrawn_at IS NULL AND q.withdrawn_at IS NULL
+         ORDER BY c.from_s IS NULL, c.from_s, c.made_at, c.id",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .fetch_all(executor)
+    .await
+}

@@ -1,0 +1,246 @@
+//! Curricula as they were published, and how far a trainee has come in them.
+
+use sqlx::types::Json;
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use model::progress::{Course, CurveRule, Mastery, Step};
+use model::{Moment, new_id};
+
+/// A curriculum to be published.
+#[derive(Clone, Debug)]
+pub struct NewCurriculum<'a> {
+    /// Curriculum id.
+    pub curriculum_id: &'a str,
+    /// Title shown to people.
+    pub title: &'a str,
+    /// What it teaches.
+    pub description: &'a str,
+    /// Mastery rule.
+    pub mastery: Mastery,
+    /// SHA-256 of the document.
+    pub sha256: &'a str,
+    /// The document, byte for byte.
+    pub bytes: &'a [u8],
+    /// Its exercises in order.
+    pub entries: &'a [NewEntry],
+}
+
+/// An exercise of a curriculum to be published.
+#[derive(Clone, Debug)]
+pub struct NewEntry {
+    /// Exercise id.
+    pub exercise_id: String,
+    /// Ids of the exercises to master first.
+    pub prerequisites: Vec<String>,
+    /// Instrument shown after each attempt.
+    pub survey: Option<String>,
+}
+
+/// A curriculum that is taught.
+#[derive(Clone, Debug, PartialEq, FromRow)]
+pub struct Curriculum {
+    /// Id of its current revision.
+    pub revision_id: Uuid,
+    /// Curriculum id.
+    pub curriculum_id: String,
+    /// Title shown to people.
+    pub title: String,
+    /// What it teaches.
+    pub description: String,
+    /// SHA-256 of the document.
+    pub sha256: String,
+    /// Passes needed …
+    mastery_passes: u32,
+    /// … of how many of the last attempts, where there is no curve.
+    mastery_of: u32,
+    mastery_curve: Option<Json<CurveRule>>,
+}
+
+impl Curriculum {
+    /// Its mastery rule.
+    #[must_use]
+    pub fn mastery(&self) -> Mastery {
+        match &self.mastery_curve {
+            Some(Json(curve)) => Mastery::Curve(*curve),
+            None => Mastery::Passes { passes: self.mastery_passes, of: self.mastery_of },
+        }
+    }
+}
+
+#[derive(FromRow)]
+struct StepRow {
+    exercise_id: String,
+    title: String,
+    prerequisites: Json<Vec<String>>,
+}
+
+/// The curriculum revision with these bytes, if it was ever published.
+///
+/// # Errors
+/// When the database fails.
+pub async fn by_sha256(executor: impl SqliteExecutor<'_>, school: Uuid, sha256: &str) -> Result<Option<Uuid>> {
+    sqlx::query_scalar("SELECT id FROM curriculum_revisions WHERE school_id = $1 AND sha256 = $2")
+        .bind(school)
+        .bind(sha256)
+        .fetch_optional(executor)
+        .await
+}
+
+/// Stores a revision and its entries.
+///
+/// # Errors
+/// When it was published before, or the database fails.
+pub async fn publish(
+    writer: &mut SqliteConnection,
+    school: Uuid,
+    curriculum: &NewCurriculum<'_>,
+    now: Moment,
+) -> Result<Uuid> {
+    let id = new_id(now);
+    let (passes, of, curve) = match curriculum.mastery {
+        Mastery::Passes { passes, of } => (passes, of, None),
+        Mastery::Curve(curve) => (0, 0, Some(Json(curve))),
+    };
+    sqlx::query(
+        "INSERT INTO curriculum_revisions (id, school_id, curriculum_id, title, description, mastery_passes,
+         mastery_of, mastery_curve, sha256, bytes, published_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
+    )
+    .bind(id)
+    .bind(school)
+    .bind(curriculum.curriculum_id)
+    .bind(curriculum.title)
+    .bind(curriculum.description)
+    .bind(passes)
+    .bind(of)
+    .bind(curve)
+    .bind(curriculum.sha256)
+    .bind(curriculum.bytes)
+    .bind(now)
+    .execute(&mut *writer)
+    .await?;
+    for (position, entry) in (0_i64..).zip(curriculum.entries) {
+        insert_entry(writer, id, position, entry).await?;
+    }
+    Ok(id)
+}
+
+async fn insert_entry(writer: &mut SqliteConnection, revision: Uuid, position: i64, entry: &NewEntry) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO curriculum_entries (revision_id, position, exercise_id, prerequisites, survey)
+         VALUES ($1, $2, $3, $4, $5)",
+    )
+    .bind(revision)
+    .bind(position)
+    .bind(&entry.exercise_id)
+    .bind(Json(&entry.prerequisites))
+    .bind(&entry.survey)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Makes a revision the one that is taught.
+///
+/// # Errors
+/// When the database fails.
+pub async fn make_current(writer: &mut SqliteConnection, school: Uuid, id: &str, revision: Uuid) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO curricula (school_id, curriculum_id, revision_id) VALUES ($1, $2, $3)
+         ON CONFLICT (school_id, curriculum_id) DO UPDATE SET revision_id = excluded.revision_id",
+    )
+    .bind(school)
+    .bind(id)
+    .bind(revision)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// The curricula a school teaches, by id.
+///
+/// # Errors
+/// When the database fails.
+pub async fn taught(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Curriculum>> {
+    sqlx::query_as(
+        "SELECT r.id AS revision_id, r.curriculum_id, r.title, r.description, r.sha256, r.mastery_passes, r.mastery_of, r.mastery_curve
+         FROM curricula c JOIN curriculum_revisions r ON r.id = c.revision_id
+         WHERE c.school_id = $1 ORDER BY c.curriculum_id",
+    )
+    .bind(school)
+    .fetch_all(executor)
+    .await
+}
+
+/// A revision of a curriculum as a list shows it.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Listed {
+    /// Id of the revision.
+    pub id: Uuid,
+    /// Title shown to people.
+    pub title: String,
+    /// SHA-256 of the document.
+    pub sha256: String,
+    /// When it was published.
+    pub published_at: Moment,
+}
+
+/// Every revision of a curriculum, newest first.
+///
+/// # Errors
+/// When the database fails.
+pub async fn revisions(executor: impl SqliteExecutor<'_>, school: Uuid, id: &str) -> Result<Vec<Listed>> {
+    sqlx::query_as(
+        "SELECT id, title, sha256, published_at FROM curriculum_revisions
+         WHERE school_id = $1 AND curriculum_id = $2 ORDER BY rowid DESC",
+    )
+    .bind(school)
+    .bind(id)
+    .fetch_all(executor)
+    .await
+}
+
+/// The document of a revision, byte for byte.
+///
+/// # Errors
+/// When the database fails.
+pub async fn bytes(executor: impl SqliteExecutor<'_>, school: Uuid, revision: Uuid) -> Result<Option<Vec<u8>>> {
+    sqlx::query_scalar("SELECT bytes FROM curriculum_revisions WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(revision)
+        .fetch_optional(executor)
+        .await
+}
+
+/// The ids of a revision's exercises, in order.
+///
+/// # Errors
+/// When the database fails.
+pub async fn exercise_ids(executor: impl SqliteExecutor<'_>, revision: Uuid) -> Result<Vec<String>> {
+    sqlx::query_scalar("SELECT exercise_id FROM curriculum_entries WHERE revision_id = $1 ORDER BY position")
+        .bind(revision)
+        .fetch_all(executor)
+        .await
+}
+
+/// The exercises of a taught curriculum, in order, each under its title in the revision that trainees are given.
+///
+/// # Errors
+/// When the database fails.
+pub async fn course(executor: impl SqliteExecutor<'_>, school: Uuid, curriculum: &Curriculum) -> Result<Course> {
+    let rows: Vec<StepRow> = sqlx::query_as(
+        "SELECT e.exercise_id, r.title, e.prerequisites
+         FROM curriculum_entries e
+         JOIN exercises x ON x.school_id = $1 AND x.exercise_id = e.exercise_id
+         JOIN exercise_revisions r ON r.id = x.revision_id
+         WHERE e.revision_id = $2 ORDER BY e.position",
+    )
+    .bind(school)
+    .bind(curriculum.revision_id)
+    .fetch_all(executor)
+    .await?;
+    let step = |row: StepRow| Step { exercise: row.exercise_id, title: row.title, prerequisites: row.prerequisites.0 };
+    Ok(Course { steps: rows.into_iter().map(step).collect(), rule: curriculum.mastery() })
+}

@@ -1,0 +1,152 @@
+//! What has a due date: who has longer, and who is to be reminded. An assignment and a task to mark pops are put off alike.
+
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use model::Moment;
+
+/// What has a due date.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// An assignment.
+    Assignment,
+    /// A task to mark pops.
+    Segments,
+}
+
+/// Somebody who has longer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
+pub struct Extension {
+    /// Who.
+    pub person_id: Uuid,
+    /// Calendar days.
+    pub days: i64,
+    /// Until when.
+    pub due_at: Moment,
+}
+
+/// Somebody who is to be reminded of something.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
+pub struct Due {
+    /// School.
+    pub school_id: Uuid,
+    /// Who.
+    pub person_id: Uuid,
+    /// Of what: an assignment or a task.
+    pub id: Uuid,
+}
+
+macro_rules! shorten {
+    ($extensions:literal, $of:literal) => {
+        concat!("DELETE FROM ", $extensions, " WHERE school_id = $1 AND ", $of, " = $2 AND person_id = $3")
+    };
+}
+
+macro_rules! lengthen {
+    ($extensions:literal, $of:literal) => {
+        concat!(
+            "INSERT INTO ",
+            $extensions,
+            " (school_id, ",
+            $of,
+            ", person_id, days, due_at) VALUES ($1, $2, $3, $4, $5)"
+        )
+    };
+}
+
+// CROSS: what is due soon is little, and read before the members of its cohorts.
+macro_rules! to_remind {
+    ($dated:literal, $extensions:literal, $of:literal, $and:literal) => {
+        concat!(
+            "SELECT d.school_id, m.person_id, d.id FROM ",
+            $dated,
+            " d CROSS JOIN cohort_members m
+             WHERE m.cohort_id = d.cohort_id AND m.role = 'trainee'
+               AND d.due_at > $1 AND d.due_at <= $2 AND d.withdrawn_at IS NULL
+               AND NOT EXISTS (SELECT 1 FROM mails s WHERE s.assignment_id = d.id AND s.person_id = m.person_id)
+               AND NOT EXISTS (SELECT 1 FROM ",
+            $extensions,
+            " x WHERE x.",
+            $of,
+            " = d.id AND x.person_id = m.person_id)
+             UNION SELECT x.school_id, x.person_id, d.id FROM ",
+            $extensions,
+            " x JOIN ",
+            $dated,
+            " d ON d.id = x.",
+            $of,
+            " WHERE x.due_at > $1 AND x.due_at <= $2 AND d.withdrawn_at IS NULL
+               AND NOT EXISTS (SELECT 1 FROM mails s WHERE s.assignment_id = d.id AND s.person_id = x.person_id) ",
+            $and
+        )
+    };
+}
+
+/// Lets one trainee have longer, or, with `None`, as long as everybody.
+///
+/// # Errors
+/// When the database fails.
+pub async fn extend(
+    writer: &mut SqliteConnection,
+    (school, kind): (Uuid, Kind),
+    (id, person): (Uuid, Uuid),
+    longer: Option<(i64, Moment)>,
+) -> Result<()> {
+    let shorten = match kind {
+        Kind::Assignment => shorten!("assignment_extensions", "assignment_id"),
+        Kind::Segments => shorten!("segment_extensions", "task_id"),
+    };
+    sqlx::query(shorten).bind(school).bind(id).bind(person).execute(&mut *writer).await?;
+    let Some((days, due_at)) = longer else { return Ok(()) };
+    let lengthen = match kind {
+        Kind::Assignment => lengthen!("assignment_extensions", "assignment_id"),
+        Kind::Segments => lengthen!("segment_extensions", "task_id"),
+    };
+    sqlx::query(lengthen).bind(school).bind(id).bind(person).bind(days).bind(due_at).execute(writer).await.map(drop)
+}
+
+/// Whoever has something of a kind due between two moments and was not reminded of it.
+///
+/// # Errors
+/// When the database fails.
+pub async fn to_remind(
+    executor: impl SqliteExecutor<'_>,
+    kind: Kind,
+    (from, to): (Moment, Moment),
+) -> Result<Vec<Due>> {
+    let due = match kind {
+        Kind::Assignment => to_remind!(
+            "assignments",
+            "assignment_extensions",
+            "assignment_id",
+            "UNION SELECT a.school_id, a.person_id, a.id FROM assignments a
+             WHERE a.person_id IS NOT NULL AND a.due_at > $1 AND a.due_at <= $2 AND a.withdrawn_at IS NULL
+               AND NOT EXISTS (SELECT 1 FROM mails s WHERE s.assignment_id = a.id AND s.person_id = a.person_id)
+               AND NOT EXISTS (SELECT 1 FROM assignment_extensions x
+                               WHERE x.assignment_id = a.id AND x.person_id = a.person_id)"
+        ),
+        Kind::Segments => to_remind!("segment_tasks", "segment_extensions", "task_id", ""),
+    };
+    sqlx::query_as(due).bind(from).bind(to).fetch_all(executor).await
+}
+
+/// Everybody who has longer for an assignment or a task.
+///
+/// # Errors
+/// When the database fails.
+pub async fn extensions(
+    executor: impl SqliteExecutor<'_>,
+    (school, kind): (Uuid, Kind),
+    id: Uuid,
+) -> Result<Vec<Extension>> {
+    let longer = match kind {
+        Kind::Assignment => {
+            "SELECT person_id, days, due_at FROM assignment_extensions WHERE school_id = $1 AND assignment_id = $2"
+        }
+        Kind::Segments => {
+            "SELECT person_id, days, due_at FROM segment_extensions WHERE school_id = $1 AND task_id = $2"
+        }
+    };
+    sqlx::query_as(longer).bind(school).bind(id).fetch_all(executor).await
+}

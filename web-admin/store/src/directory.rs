@@ -1,0 +1,236 @@
+//! The people of a school as its administrator looks them up and changes them.
+
+use model::directory::{AccountState, DirectoryEntry};
+use sqlx::{SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::{Result, account_links};
+use model::{Moment, Role};
+
+/// Which people are looked for.
+#[derive(Clone, Debug, Default)]
+pub struct Filter {
+    /// Part of the name or address, in lower case; empty for all.
+    pub words: String,
+    /// Role.
+    pub role: Option<Role>,
+    /// State of the account.
+    pub state: Option<AccountState>,
+    /// Cohort they are in.
+    pub cohort: Option<Uuid>,
+    /// Name and id of the last one seen.
+    pub after: Option<(String, Uuid)>,
+}
+
+/// People by name.
+///
+/// # Errors
+/// When the database fails.
+pub async fn list(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    filter: &Filter,
+    limit: u32,
+) -> Result<Vec<DirectoryEntry>> {
+    let (name, id) = filter.after.clone().unwrap_or_default();
+    sqlx::query_as(
+        "SELECT * FROM (
+           SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.registrar_id,
+             CASE WHEN p.erased_at IS NOT NULL THEN 'erased' WHEN p.disabled_at IS NOT NULL THEN 'disabled'
+                  WHEN p.password_hash = '' THEN 'invited' ELSE 'active' END AS state,
+             coalesce((SELECT group_concat(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
+                       WHERE m.person_id = p.id), '') AS cohorts
+           FROM people p
+           WHERE p.school_id = $1 AND (p.display_name, p.id) > ($2, $3) AND ($4 = '' OR instr(p.search, $4) > 0)
+             AND ($5 IS NULL OR p.role = $5)
+             AND ($6 IS NULL OR EXISTS (SELECT 1 FROM cohort_members m WHERE m.cohort_id = $6 AND m.person_id = p.id)))
+         WHERE $7 IS NULL OR state = $7 ORDER BY name, id LIMIT $8",
+    )
+    .bind(school)
+    .bind(name)
+    .bind(id)
+    .bind(&filter.words)
+    .bind(filter.role)
+    .bind(filter.cohort)
+    .bind(filter.state)
+    .bind(limit)
+    .fetch_all(executor)
+    .await
+}
+
+/// A person of a school.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<DirectoryEntry>> {
+    sqlx::query_as(
+        "SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.registrar_id,
+           CASE WHEN p.erased_at IS NOT NULL THEN 'erased' WHEN p.disabled_at IS NOT NULL THEN 'disabled'
+                WHEN p.password_hash = '' THEN 'invited' ELSE 'active' END AS state,
+           coalesce((SELECT group_concat(c.name, ', ') FROM cohort_members m JOIN cohorts c ON c.id = m.cohort_id
+                     WHERE m.person_id = p.id), '') AS cohorts
+         FROM people p WHERE p.school_id = $1 AND p.id = $2",
+    )
+    .bind(school)
+    .bind(id)
+    .fetch_optional(executor)
+    .await
+}
+
+/// Who somebody is said to be.
+#[derive(Clone, Copy, Debug)]
+pub struct Details<'a> {
+    /// Name.
+    pub name: &'a str,
+    /// Address.
+    pub email: &'a str,
+    /// What the registrar knows them by; `None` leaves it as it is.
+    pub registrar_id: Option<&'a str>,
+}
+
+/// Changes who somebody is said to be. Another address ends every link and code.
+///
+/// # Errors
+/// When the address or the number is taken, or the database fails.
+pub async fn change(writer: &mut SqliteConnection, school: Uuid, id: Uuid, details: Details<'_>) -> Result<()> {
+    let moved: Option<bool> = sqlx::query_scalar("SELECT email <> $3 FROM people WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .bind(details.email.to_lowercase())
+        .fetch_optional(&mut *writer)
+        .await?;
+    if moved == Some(true) {
+        account_links::end_all(writer, id).await?;
+    }
+    sqlx::query(
+        "UPDATE people SET display_name = $3, email = $4, search = $5, registrar_id = coalesce($6, registrar_id)
+         WHERE school_id = $1 AND id = $2",
+    )
+    .bind(school)
+    .bind(id)
+    .bind(details.name)
+    .bind(details.email.to_lowercase())
+    .bind(search(details.name, details.email))
+    .bind(details.registrar_id)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// What people are looked up by.
+pub(super) fn search(name: &str, email: &str) -> String {
+    format!("{name} {email}").to_lowercase()
+}
+
+/// Changes what somebody may do, and with it what they are in their cohorts: an administrator is in none.
+///
+/// # Errors
+/// When the database fails.
+pub async fn change_role(writer: &mut SqliteConnection, school: Uuid, id: Uuid, role: Role) -> Result<()> {
+    sqlx::query("UPDATE people SET role = $3 WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .bind(role)
+        .execute(&mut *writer)
+        .await?;
+    if role == Role::Administrator {
+        return leave_all(writer, school, id).await;
+    }
+    sqlx::query("UPDATE cohort_members SET role = $3 WHERE school_id = $1 AND person_id = $2")
+        .bind(school)
+        .bind(id)
+        .bind(role)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+async fn leave_all(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<()> {
+    sqlx::query("DELETE FROM cohort_members WHERE school_id = $1 AND person_id = $2")
+        .bind(school)
+        .bind(id)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Lets somebody sign in again.
+///
+/// # Errors
+/// When the database fails.
+pub async fn enable(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<bool> {
+    sqlx::query(
+        "UPDATE people SET disabled_at = NULL
+         WHERE school_id = $1 AND id = $2 AND disabled_at IS NOT NULL AND erased_at IS NULL",
+    )
+    .bind(school)
+    .bind(id)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// Every letter to somebody, sent or not, by its id.
+///
+/// # Errors
+/// When the database fails.
+pub async fn letters(executor: impl SqliteExecutor<'_>, person: &DirectoryEntry, school: Uuid) -> Result<Vec<Uuid>> {
+    sqlx::query_scalar(
+        "SELECT id FROM mails WHERE school_id = $1 AND person_id = $2
+         UNION ALL SELECT id FROM survey_letters WHERE school_id = $1 AND email = $3
+         UNION ALL SELECT id FROM retention_warnings WHERE person_id = $2",
+    )
+    .bind(school)
+    .bind(person.id)
+    .bind(&person.email)
+    .fetch_all(executor)
+    .await
+}
+
+/// Takes away everything that tells who somebody is. The attempts and scores stay, under the pseudonym.
+///
+/// # Errors
+/// When the database fails.
+pub async fn erase(writer: &mut SqliteConnection, person: &DirectoryEntry, school: Uuid, now: Moment) -> Result<()> {
+    let email = format!("{}@erased.invalid", person.pseudonym);
+    account_links::end_all(writer, person.id).await?;
+    account_links::forget_asked(writer, &person.email).await?;
+    sqlx::query("DELETE FROM mails WHERE school_id = $1 AND person_id = $2")
+        .bind(school)
+        .bind(person.id)
+        .execute(&mut *writer)
+        .await?;
+    // A letter to an address of theirs, with a survey's link, names them too.
+    sqlx::query("DELETE FROM survey_letters WHERE school_id = $1 AND email = $2")
+        .bind(school)
+        .bind(&person.email)
+        .execute(&mut *writer)
+        .await?;
+    // An uploaded list that waits to be confirmed may name anybody.
+    sqlx::query("DELETE FROM rosters WHERE school_id = $1").bind(school).execute(&mut *writer).await?;
+    sqlx::query(
+        "UPDATE people SET display_name = pseudonym, email = $3, search = $4, registrar_id = NULL, password_hash = '',
+           credential_version = credential_version + 1, disabled_at = coalesce(disabled_at, $5), erased_at = $5
+         WHERE school_id = $1 AND id = $2",
+    )
+    .bind(school)
+    .bind(person.id)
+    .bind(&email)
+    .bind(search(&person.pseudonym, ""))
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// When somebody came into being here.
+///
+/// # Errors
+/// When the database fails.
+pub async fn created_at(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Moment>> {
+    sqlx::query_scalar("SELECT created_at FROM people WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .fetch_optional(executor)
+        .await
+}

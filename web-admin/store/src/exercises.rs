@@ -1,0 +1,266 @@
+//! Exercises as they were published: revisions that never change.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use model::{Moment, new_id};
+
+/// A revision to be published.
+#[derive(Clone, Debug)]
+pub struct NewRevision<'a> {
+    /// Exercise id.
+    pub exercise_id: &'a str,
+    /// Title shown to people.
+    pub title: &'a str,
+    /// Difficulty, 1–5.
+    pub difficulty: u8,
+    /// Score needed to pass, 0–100.
+    pub pass_mark: f64,
+    /// SHA-256 of the exercise document.
+    pub exercise_sha256: &'a str,
+    /// SHA-256 of the scene document.
+    pub scene_sha256: &'a str,
+    /// SHA-256 over the exercise, the scene and every mesh.
+    pub bundle_sha256: &'a str,
+    /// The exercise document, byte for byte.
+    pub exercise_bytes: &'a [u8],
+    /// The scene document, byte for byte.
+    pub scene_bytes: &'a [u8],
+    /// Each mesh: its name in the scene, and its bytes.
+    pub meshes: &'a [(String, Vec<u8>)],
+}
+
+/// A published revision, without its bytes.
+#[derive(Clone, Debug, PartialEq, FromRow)]
+pub struct Revision {
+    /// Id of the revision.
+    pub id: Uuid,
+    /// Exercise id.
+    pub exercise_id: String,
+    /// Title shown to people.
+    pub title: String,
+    /// Difficulty, 1–5.
+    pub difficulty: u8,
+    /// Score needed to pass, 0–100.
+    pub pass_mark: f64,
+    /// SHA-256 of the exercise document.
+    pub exercise_sha256: String,
+    /// SHA-256 of the scene document.
+    pub scene_sha256: String,
+    /// When it was published.
+    pub published_at: Moment,
+}
+
+/// The bytes of a revision.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RevisionBytes {
+    /// The exercise document.
+    pub exercise: Vec<u8>,
+    /// The scene document.
+    pub scene: Vec<u8>,
+    /// Each mesh: its name in the scene, and its bytes.
+    pub meshes: Vec<(String, Vec<u8>)>,
+}
+
+/// The revision with these bytes, if it was ever published.
+///
+/// # Errors
+/// When the database fails.
+pub async fn by_bundle(executor: impl SqliteExecutor<'_>, school: Uuid, bundle_sha256: &str) -> Result<Option<Uuid>> {
+    sqlx::query_scalar("SELECT id FROM exercise_revisions WHERE school_id = $1 AND bundle_sha256 = $2")
+        .bind(school)
+        .bind(bundle_sha256)
+        .fetch_optional(executor)
+        .await
+}
+
+/// The newest revision that a recording's metadata names: of this exercise, made of these two documents.
+///
+/// # Errors
+/// When the database fails.
+pub async fn by_documents(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    session: &recording::Session,
+) -> Result<Option<Uuid>> {
+    sqlx::query_scalar(
+        "SELECT id FROM exercise_revisions
+         WHERE school_id = $1 AND exercise_sha256 = $2 AND scene_sha256 = $3 AND exercise_id = $4
+         ORDER BY rowid DESC LIMIT 1",
+    )
+    .bind(school)
+    .bind(&session.exercise_sha256)
+    .bind(&session.scene_sha256)
+    .bind(&session.exercise_id)
+    .fetch_optional(executor)
+    .await
+}
+
+/// Stores a revision and its meshes.
+///
+/// # Errors
+/// When it was published before, or the database fails.
+pub async fn publish(
+    writer: &mut SqliteConnection,
+    school: Uuid,
+    revision: &NewRevision<'_>,
+    now: Moment,
+) -> Result<Uuid> {
+    let id = new_id(now);
+    sqlx::query(
+        "INSERT INTO exercise_revisions (id, school_id, exercise_id, title, difficulty, pass_mark, exercise_sha256,
+         scene_sha256, bundle_sha256, exercise_bytes, scene_bytes, published_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)",
+    )
+    .bind(id)
+    .bind(school)
+    .bind(revision.exercise_id)
+    .bind(revision.title)
+    .bind(revision.difficulty)
+    .bind(revision.pass_mark)
+    .bind(revision.exercise_sha256)
+    .bind(revision.scene_sha256)
+    .bind(revision.bundle_sha256)
+    .bind(revision.exercise_bytes)
+    .bind(revision.scene_bytes)
+    .bind(now)
+    .execute(&mut *writer)
+    .await?;
+    for (position, (name, bytes)) in (0_i64..).zip(revision.meshes) {
+        insert_mesh(writer, (id, position), name, bytes).await?;
+    }
+    Ok(id)
+}
+
+async fn insert_mesh(writer: &mut SqliteConnection, at: (Uuid, i64), name: &str, bytes: &[u8]) -> Result<()> {
+    sqlx::query("INSERT INTO exercise_meshes (revision_id, position, name, bytes) VALUES ($1, $2, $3, $4)")
+        .bind(at.0)
+        .bind(at.1)
+        .bind(name)
+        .bind(bytes)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Makes a revision the one that trainees are given.
+///
+/// # Errors
+/// When the database fails.
+pub async fn make_current(
+    writer: &mut SqliteConnection,
+    school: Uuid,
+    exercise_id: &str,
+    revision: Uuid,
+) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO exercises (school_id, exercise_id, revision_id) VALUES ($1, $2, $3)
+         ON CONFLICT (school_id, exercise_id) DO UPDATE SET revision_id = excluded.revision_id",
+    )
+    .bind(school)
+    .bind(exercise_id)
+    .bind(revision)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// The revision of an exercise that trainees are given.
+///
+/// # Errors
+/// When the database fails.
+pub async fn current(executor: impl SqliteExecutor<'_>, school: Uuid, exercise_id: &str) -> Result<Option<Revision>> {
+    sqlx::query_as(
+        "SELECT r.id, r.exercise_id, r.title, r.difficulty, r.pass_mark, r.exercise_sha256, r.scene_sha256,
+         r.published_at
+         FROM exercises e JOIN exercise_revisions r ON r.id = e.revision_id
+         WHERE e.school_id = $1 AND e.exercise_id = $2",
+    )
+    .bind(school)
+    .bind(exercise_id)
+    .fetch_optional(executor)
+    .await
+}
+
+/// Every revision of an exercise, newest first.
+///
+/// # Errors
+/// When the database fails.
+pub async fn revisions(executor: impl SqliteExecutor<'_>, school: Uuid, exercise_id: &str) -> Result<Vec<Revision>> {
+    sqlx::query_as(
+        "SELECT id, exercise_id, title, difficulty, pass_mark, exercise_sha256, scene_sha256, published_at
+         FROM exercise_revisions WHERE school_id = $1 AND exercise_id = $2 ORDER BY rowid DESC",
+    )
+    .bind(school)
+    .bind(exercise_id)
+    .fetch_all(executor)
+    .await
+}
+
+/// The revisions that trainees of a school are given, by difficulty and title.
+///
+/// # Errors
+/// When the database fails.
+pub async fn all_current(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Revision>> {
+    sqlx::query_as(
+        "SELECT r.id, r.exercise_id, r.title, r.difficulty, r.pass_mark, r.exercise_sha256, r.scene_sha256,
+         r.published_at
+         FROM exercises e JOIN exercise_revisions r ON r.id = e.revision_id
+         WHERE e.school_id = $1 ORDER BY r.difficulty, r.title, r.exercise_id",
+    )
+    .bind(school)
+    .fetch_all(executor)
+    .await
+}
+
+/// The bytes of a revision.
+///
+/// # Errors
+/// When the database fails.
+pub async fn bytes(reader: &sqlx::SqlitePool, school: Uuid, revision: Uuid) -> Result<Option<RevisionBytes>> {
+    let documents: Option<(Vec<u8>, Vec<u8>)> =
+        sqlx::query_as("SELECT exercise_bytes, scene_bytes FROM exercise_revisions WHERE school_id = $1 AND id = $2")
+            .bind(school)
+            .bind(revision)
+            .fetch_optional(reader)
+            .await?;
+    let Some((exercise, scene)) = documents else { return Ok(None) };
+    let meshes = sqlx::query_as("SELECT name, bytes FROM exercise_meshes WHERE revision_id = $1 ORDER BY position")
+        .bind(revision)
+        .fetch_all(reader)
+        .await?;
+    Ok(Some(RevisionBytes { exercise, scene, meshes }))
+}
+
+/// The bytes of every revision that trainees of a school are given, by exercise: two queries, however many there are.
+///
+/// # Errors
+/// When the database fails.
+pub async fn all_documents(reader: &sqlx::SqlitePool, school: Uuid) -> Result<BTreeMap<String, RevisionBytes>> {
+    let documents: Vec<(String, Vec<u8>, Vec<u8>)> = sqlx::query_as(
+        "SELECT e.exercise_id, r.exercise_bytes, r.scene_bytes
+         FROM exercises e JOIN exercise_revisions r ON r.id = e.revision_id WHERE e.school_id = $1",
+    )
+    .bind(school)
+    .fetch_all(reader)
+    .await?;
+    let meshes: Vec<(String, String, Vec<u8>)> = sqlx::query_as(
+        "SELECT e.exercise_id, m.name, m.bytes FROM exercises e JOIN exercise_meshes m ON m.revision_id = e.revision_id
+         WHERE e.school_id = $1 ORDER BY e.exercise_id, m.position",
+    )
+    .bind(school)
+    .fetch_all(reader)
+    .await?;
+    let own = |(id, exercise, scene)| (id, RevisionBytes { exercise, scene, meshes: Vec::new() });
+    let mut all: BTreeMap<String, RevisionBytes> = documents.into_iter().map(own).collect();
+    for (id, name, bytes) in meshes {
+        if let Some(revision) = all.get_mut(&id) {
+            revision.meshes.push((name, bytes));
+        }
+    }
+    Ok(all)
+}

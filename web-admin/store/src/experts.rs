@@ -1,0 +1,146 @@
+//! Experts who let their attempts be shown to others, as one curve among at least five.
+
+use sqlx::types::Json;
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use attempt::AttemptCurve;
+use model::{Moment, new_id};
+
+/// Most experts whose attempts are taken together.
+const MOST: u32 = 50;
+
+/// A consent to be recorded.
+#[derive(Clone, Copy, Debug)]
+pub struct NewDeclaration<'a> {
+    /// What was agreed to.
+    pub wording: &'a str,
+    /// How it was given.
+    pub how: &'a str,
+    /// When.
+    pub given_at: Moment,
+    /// Themselves, or the administrator to whom they gave it.
+    pub recorded_by: Uuid,
+}
+
+/// A consent as it was recorded, and perhaps taken back.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Declaration {
+    /// What was agreed to.
+    pub wording: String,
+    /// How it was given.
+    pub how: String,
+    /// When.
+    pub given_at: Moment,
+    /// Name of whoever recorded it.
+    pub recorded_by: String,
+    /// When it was taken back.
+    pub withdrawn_at: Option<Moment>,
+    /// Name of whoever recorded that.
+    pub withdrawn_by: Option<String>,
+}
+
+/// Records that somebody consents. False where they already do.
+///
+/// # Errors
+/// When somebody is of another school, or the database fails.
+pub async fn consent(
+    writer: &mut SqliteConnection,
+    (school, person): (Uuid, Uuid),
+    new: NewDeclaration<'_>,
+    now: Moment,
+) -> Result<bool> {
+    sqlx::query(
+        "INSERT INTO expert_declarations (id, school_id, person_id, wording, how, given_at, recorded_by)
+         VALUES ($1, $2, $3, $4, $5, $6, $7) ON CONFLICT (school_id, person_id) WHERE withdrawn_at IS NULL DO NOTHING",
+    )
+    .bind(new_id(now))
+    .bind(school)
+    .bind(person)
+    .bind(new.wording)
+    .bind(new.how)
+    .bind(new.given_at)
+    .bind(new.recorded_by)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// Takes a consent back; what was recorded stays. False where there is none.
+///
+/// # Errors
+/// When the database fails.
+pub async fn withdraw(
+    writer: &mut SqliteConnection,
+    (school, person): (Uuid, Uuid),
+    by: Uuid,
+    now: Moment,
+) -> Result<bool> {
+    sqlx::query(
+        "UPDATE expert_declarations SET withdrawn_at = $3, withdrawn_by = $4
+         WHERE school_id = $1 AND person_id = $2 AND withdrawn_at IS NULL",
+    )
+    .bind(school)
+    .bind(person)
+    .bind(now)
+    .bind(by)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// When somebody consented, if they do.
+///
+/// # Errors
+/// When the database fails.
+pub async fn consented(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<Moment>> {
+    sqlx::query_scalar(
+        "SELECT given_at FROM expert_declarations WHERE school_id = $1 AND person_id = $2 AND withdrawn_at IS NULL",
+    )
+    .bind(school)
+    .bind(person)
+    .fetch_optional(executor)
+    .await
+}
+
+/// Everything that was recorded about somebody's consent, the latest first.
+///
+/// # Errors
+/// When the database fails.
+pub async fn declarations(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Vec<Declaration>> {
+    sqlx::query_as(
+        "SELECT d.wording, d.how, d.given_at, r.display_name AS recorded_by, d.withdrawn_at,
+           w.display_name AS withdrawn_by
+         FROM expert_declarations d
+         JOIN people r ON r.school_id = d.school_id AND r.id = d.recorded_by
+         LEFT JOIN people w ON w.school_id = d.school_id AND w.id = d.withdrawn_by
+         WHERE d.school_id = $1 AND d.person_id = $2 ORDER BY d.given_at DESC, d.id DESC",
+    )
+    .bind(school)
+    .bind(person)
+    .fetch_all(executor)
+    .await
+}
+
+/// The newest passed attempt of each consenting expert at an exercise.
+///
+/// # Errors
+/// When the database fails.
+pub async fn curves(executor: impl SqliteExecutor<'_>, school: Uuid, exercise: &str) -> Result<Vec<AttemptCurve>> {
+    let curves: Vec<Json<AttemptCurve>> = sqlx::query_scalar(
+        "SELECT c.body FROM expert_declarations e
+         JOIN session_curves c ON c.school_id = e.school_id AND c.session_id = (
+           SELECT s.id FROM sessions s JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
+           WHERE s.school_id = e.school_id AND s.trainee_id = e.person_id AND s.exercise_id = $2 AND g.passed = 1
+             AND s.uncounted IS NULL
+           ORDER BY s.started_at DESC LIMIT 1)
+         WHERE e.school_id = $1 AND e.withdrawn_at IS NULL ORDER BY e.person_id LIMIT $3",
+    )
+    .bind(school)
+    .bind(exercise)
+    .bind(MOST)
+    .fetch_all(executor)
+    .await?;
+    Ok(curves.into_iter().map(|json| json.0).collect())
+}

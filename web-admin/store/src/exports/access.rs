@@ -1,0 +1,55 @@
+//! What lets somebody in, for themselves: never the secrets.
+
+use serde::Serialize;
+use sqlx::{FromRow, SqlitePool};
+
+use super::Result;
+use crate::passkeys::{self, KeptPasskey};
+use crate::second_factors::{self, PersonKey};
+use model::Moment;
+
+/// What lets somebody in besides their password.
+#[derive(Clone, Debug, Serialize)]
+pub struct AccessFacts {
+    second_factor_since: Option<Moment>,
+    recovery_codes_left: i64,
+    passkeys: Vec<PasskeyFacts>,
+    tokens: Vec<TokenFacts>,
+}
+
+/// A token for a program.
+#[derive(Clone, Debug, Serialize, FromRow)]
+pub struct TokenFacts {
+    name: Option<String>,
+    created_at: Moment,
+    last_used_at: Option<Moment>,
+    expires_at: Option<Moment>,
+    revoked_at: Option<Moment>,
+}
+
+/// A passkey; its public key is of use to nobody else.
+#[derive(Clone, Debug, Serialize)]
+pub struct PasskeyFacts {
+    name: String,
+    made_at: Moment,
+    last_used_at: Option<Moment>,
+}
+
+impl PasskeyFacts {
+    fn of(kept: KeptPasskey) -> Self {
+        Self { name: kept.name, made_at: kept.made_at, last_used_at: kept.last_used_at }
+    }
+}
+
+pub(super) async fn of(reader: &SqlitePool, key: PersonKey) -> Result<AccessFacts> {
+    let tokens = sqlx::query_as(
+        "SELECT name, created_at, last_seen_at AS last_used_at, expires_at, revoked_at FROM api_tokens
+         WHERE person_id = $1 AND school_id = $2 ORDER BY created_at, id",
+    );
+    Ok(AccessFacts {
+        second_factor_since: second_factors::find(reader, key).await?.and_then(|factor| factor.confirmed_at),
+        recovery_codes_left: second_factors::recovery_codes_left(reader, key).await?,
+        passkeys: passkeys::of_person(reader, key).await?.into_iter().map(PasskeyFacts::of).collect(),
+        tokens: tokens.bind(key.person_id).bind(key.school_id).fetch_all(reader).await?,
+    })
+}

@@ -1,0 +1,238 @@
+//! What else is held about somebody, a kind at a time: rows as they are, without what is a secret's hash.
+//!
+//! A column says by its name how it is to be read: `…_at` is a moment, `is_…` is true or false, `…_json` is JSON.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+use sqlx::sqlite::SqliteRow;
+use sqlx::{Column, Row, SqlitePool, TypeInfo, ValueRef};
+use uuid::Uuid;
+
+use super::super::Result;
+use model::Moment;
+
+/// A kind of rows, by school and person.
+struct Kind {
+    key: &'static str,
+    rows: &'static str,
+}
+
+const fn kind(key: &'static str, rows: &'static str) -> Kind {
+    Kind { key, rows }
+}
+
+/// What others did about them, and what stands in their name.
+const ABOUT: [Kind; 19] = [
+    kind(
+        "overrides",
+        "SELECT o.session_id, o.score, o.passed AS is_pass, o.reason, p.display_name AS made_by, o.made_at
+         FROM sessions s CROSS JOIN score_overrides o ON o.school_id = s.school_id AND o.session_id = s.id
+         JOIN people p ON p.id = o.made_by WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY o.made_at, o.id",
+    ),
+    kind(
+        "regrades",
+        "SELECT w.session_id, w.score_id, w.reason, p.display_name AS made_by, w.made_at
+         FROM sessions s CROSS JOIN regrade_reasons w ON w.school_id = s.school_id AND w.session_id = s.id
+         LEFT JOIN people p ON p.id = w.made_by WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY w.made_at",
+    ),
+    kind(
+        "reviews",
+        "SELECT r.session_id, p.display_name AS reviewed_by, r.reviewed_at
+         FROM sessions s CROSS JOIN reviews r ON r.school_id = s.school_id AND r.session_id = s.id
+         JOIN people p ON p.id = r.reviewed_by WHERE s.school_id = $1 AND s.trainee_id = $2 ORDER BY r.reviewed_at",
+    ),
+    kind(
+        "supervisions",
+        "SELECT v.session_id, p.display_name AS confirmed_by, v.confirmed_at FROM supervisions v
+         JOIN people p ON p.id = v.confirmed_by WHERE v.school_id = $1 AND v.trainee_id = $2 ORDER BY v.confirmed_at",
+    ),
+    kind(
+        "consents",
+        "SELECT d.wording, d.how, d.given_at, r.display_name AS recorded_by, d.withdrawn_at, w.display_name AS withdrawn_by
+         FROM expert_declarations d JOIN people r ON r.id = d.recorded_by LEFT JOIN people w ON w.id = d.withdrawn_by
+         WHERE d.school_id = $1 AND d.person_id = $2 ORDER BY d.given_at, d.id",
+    ),
+    kind(
+        "cohort_requests",
+        "SELECT q.cohort_id, c.name AS cohort, p.display_name AS asked_by, q.asked_at FROM cohort_requests q
+         JOIN cohorts c ON c.id = q.cohort_id JOIN people p ON p.id = q.asked_by
+         WHERE q.school_id = $1 AND q.person_id = $2 ORDER BY q.asked_at",
+    ),
+    kind(
+        "cohort_acts",
+        "SELECT d.cohort_id, c.name AS cohort, d.act, p.display_name AS done_by, d.done_at FROM cohort_acts d
+         JOIN cohorts c ON c.id = d.cohort_id LEFT JOIN people p ON p.id = d.done_by
+         WHERE d.school_id = $1 AND d.person_id = $2 ORDER BY d.done_at, d.id",
+    ),
+    kind(
+        "assignment_extensions",
+        "SELECT assignment_id, days, due_at FROM assignment_extensions WHERE school_id = $1 AND person_id = $2",
+    ),
+    kind(
+        "task_extensions",
+        "SELECT task_id, days, due_at FROM segment_extensions WHERE school_id = $1 AND person_id = $2",
+    ),
+    kind(
+        "signed_in_until",
+        "SELECT w.expires_at AS ends_at FROM people p JOIN web_sessions w
+         ON w.data ->> '$.person.person_id' = lower(substr(hex(p.id), 1, 8) || '-' || substr(hex(p.id), 9, 4) || '-'
+           || substr(hex(p.id), 13, 4) || '-' || substr(hex(p.id), 17, 4) || '-' || substr(hex(p.id), 21))
+         WHERE p.school_id = $1 AND p.id = $2",
+    ),
+    kind("password_links", "SELECT purpose, expires_at FROM account_links WHERE school_id = $1 AND person_id = $2"),
+    kind("sign_in_codes", "SELECT made_at FROM sign_in_codes WHERE school_id = $1 AND person_id = $2"),
+    kind(
+        "recording_links",
+        "SELECT session_id, expires_at FROM recording_links WHERE school_id = $1 AND made_by = $2",
+    ),
+    kind(
+        "letters",
+        "SELECT kind, assignment_id, tries, next_run_at, sent_at, error FROM mails
+         WHERE school_id = $1 AND person_id = $2 ORDER BY id",
+    ),
+    kind(
+        "retention_warnings",
+        "SELECT active_at, warned_at, told_at, tries, next_run_at, error FROM retention_warnings
+         WHERE school_id = $1 AND person_id = $2",
+    ),
+    kind(
+        "survey_letters",
+        "SELECT u.title AS survey, l.name, l.email, l.sent_at, l.error FROM people p
+         JOIN survey_letters l ON l.school_id = p.school_id AND l.email = p.email JOIN surveys u ON u.id = l.survey_id
+         WHERE p.school_id = $1 AND p.id = $2",
+    ),
+    kind(
+        "surveys_answered",
+        "SELECT u.title AS survey, x.session_id FROM survey_participations x JOIN surveys u ON u.id = x.survey_id
+         WHERE x.school_id = $1 AND x.person_id = $2",
+    ),
+    kind(
+        "answers_begun",
+        "SELECT u.title AS survey, r.session_id, r.state, r.label, r.role, r.device, r.language, r.answers AS answers_json,
+           r.consented_at, r.expires_at FROM survey_responses r JOIN surveys u ON u.id = r.survey_id
+         WHERE r.school_id = $1 AND r.person_id = $2 AND r.submitted_at IS NULL",
+    ),
+    kind(
+        "unfinished_uploads",
+        "SELECT id, length AS length_bytes, received AS received_bytes, session_id, expires_at FROM uploads
+         WHERE school_id = $1 AND person_id = $2",
+    ),
+];
+
+/// What they did themselves, to others' or to the school's things.
+const DONE: [Kind; 17] = [
+    kind(
+        "comments_made",
+        "SELECT id, session_id, answers, kind, from_s, to_s, body, made_at, withdrawn_at FROM comments
+         WHERE school_id = $1 AND author_id = $2 ORDER BY made_at, id",
+    ),
+    kind(
+        "overrides_made",
+        "SELECT session_id, score, passed AS is_pass, reason, made_at FROM score_overrides
+         WHERE school_id = $1 AND made_by = $2 ORDER BY made_at, id",
+    ),
+    kind(
+        "regrades_made",
+        "SELECT session_id, score_id, reason, made_at FROM regrade_reasons WHERE school_id = $1 AND made_by = $2",
+    ),
+    kind(
+        "reviews_made",
+        "SELECT session_id, reviewed_at FROM reviews WHERE school_id = $1 AND reviewed_by = $2 ORDER BY reviewed_at",
+    ),
+    kind(
+        "supervisions_confirmed",
+        "SELECT session_id, confirmed_at FROM supervisions WHERE school_id = $1 AND confirmed_by = $2 ORDER BY confirmed_at",
+    ),
+    kind(
+        "consents_recorded",
+        "SELECT person_id, wording, how, given_at, recorded_by, withdrawn_at, withdrawn_by FROM expert_declarations
+         WHERE school_id = $1 AND (recorded_by = $2 OR withdrawn_by = $2) ORDER BY given_at, id",
+    ),
+    kind(
+        "cohort_requests_made",
+        "SELECT cohort_id, person_id, asked_at FROM cohort_requests WHERE school_id = $1 AND asked_by = $2",
+    ),
+    kind(
+        "cohort_acts_done",
+        "SELECT cohort_id, person_id, act, done_at FROM cohort_acts WHERE school_id = $1 AND done_by = $2 ORDER BY done_at",
+    ),
+    kind(
+        "assignments_made",
+        "SELECT id, exercise_id, curriculum_id, cohort_id, person_id, due_at, made_at, withdrawn_at FROM assignments
+         WHERE school_id = $1 AND made_by = $2 ORDER BY made_at",
+    ),
+    kind(
+        "tasks_made",
+        "SELECT id, title, cohort_id, due_at, made_at, withdrawn_at FROM segment_tasks
+         WHERE school_id = $1 AND made_by = $2 ORDER BY made_at",
+    ),
+    kind(
+        "rounds_made",
+        "SELECT id, title, made_at, withdrawn_at FROM rating_rounds WHERE school_id = $1 AND made_by = $2 ORDER BY made_at",
+    ),
+    kind(
+        "ratings_given",
+        "SELECT id, round_id, answers AS answers_json, may_know AS is_known, finished_at FROM ratings
+         WHERE school_id = $1 AND rater_id = $2 ORDER BY id",
+    ),
+    kind(
+        "surveys_made",
+        "SELECT id, title, identity, opens_at, closes_at, created_at FROM surveys WHERE school_id = $1 AND owner_id = $2",
+    ),
+    kind(
+        "regradings_made",
+        "SELECT id, exercise_id, reason, made_at, confirmed_at FROM regradings WHERE school_id = $1 AND made_by = $2",
+    ),
+    kind(
+        "drafts_saved",
+        "SELECT id, kind, document_id, document, scene, saved_at FROM drafts WHERE school_id = $1 AND saved_by = $2",
+    ),
+    kind("rosters_sent", "SELECT id, file_name, made_at FROM rosters WHERE school_id = $1 AND made_by = $2"),
+    kind("pairing_codes_made", "SELECT expires_at FROM pairing_codes WHERE school_id = $1 AND made_by = $2"),
+];
+
+/// All of it, by kind.
+pub(super) async fn of_person(
+    reader: &SqlitePool,
+    school: Uuid,
+    person: Uuid,
+) -> Result<BTreeMap<&'static str, Vec<Value>>> {
+    let mut held = BTreeMap::new();
+    for kind in ABOUT.iter().chain(&DONE) {
+        let statement = kind.rows;
+        let rows = sqlx::query(statement).bind(school).bind(person).fetch_all(reader).await?;
+        held.insert(kind.key, rows.iter().map(object).collect::<Result<_>>()?);
+    }
+    Ok(held)
+}
+
+/// A row as an object of JSON.
+fn object(row: &SqliteRow) -> Result<Value> {
+    let mut object = serde_json::Map::new();
+    for (at, column) in row.columns().iter().enumerate() {
+        let name = column.name();
+        object.insert(name.strip_suffix("_json").unwrap_or(name).to_owned(), value(row, (at, name))?);
+    }
+    Ok(Value::Object(object))
+}
+
+fn value(row: &SqliteRow, (at, name): (usize, &str)) -> Result<Value> {
+    let raw = row.try_get_raw(at)?;
+    if raw.is_null() {
+        return Ok(Value::Null);
+    }
+    let kind = raw.type_info().name().to_owned();
+    Ok(match kind.as_str() {
+        "INTEGER" if name.ends_with("_at") => row.try_get::<Moment, _>(at)?.to_string().into(),
+        "INTEGER" if name.starts_with("is_") => (row.try_get::<i64, _>(at)? != 0).into(),
+        "INTEGER" => row.try_get::<i64, _>(at)?.into(),
+        "REAL" => row.try_get::<f64, _>(at)?.into(),
+        "BLOB" => row.try_get::<Uuid, _>(at)?.to_string().into(),
+        _ if name.ends_with("_json") => {
+            let text: String = row.try_get(at)?;
+            serde_json::from_str(&text).unwrap_or(Value::String(text))
+        }
+        _ => row.try_get::<String, _>(at)?.into(),
+    })
+}

@@ -1,0 +1,138 @@
+//! Instruments in their published revisions.
+
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use model::{Moment, new_id};
+
+/// A revision of an instrument.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct InstrumentRevision {
+    /// The revision.
+    pub id: Uuid,
+    /// The instrument's id.
+    pub instrument_id: String,
+    /// Its title, in its first language.
+    pub title: String,
+    /// Hash of the document.
+    pub sha256: String,
+    /// The document.
+    pub bytes: Vec<u8>,
+    /// Since when.
+    pub published_at: Moment,
+}
+
+/// A revision to be added.
+#[derive(Clone, Copy, Debug)]
+pub struct NewInstrument<'a> {
+    /// Its school.
+    pub school_id: Uuid,
+    /// The instrument's id.
+    pub instrument_id: &'a str,
+    /// Its title, in its first language.
+    pub title: &'a str,
+    /// Hash of the document.
+    pub sha256: &'a str,
+    /// The document.
+    pub bytes: &'a [u8],
+}
+
+/// The revision with these very bytes, if there is one.
+///
+/// # Errors
+/// When the database fails.
+pub async fn by_sha256(executor: impl SqliteExecutor<'_>, school: Uuid, sha256: &str) -> Result<Option<Uuid>> {
+    sqlx::query_scalar("SELECT id FROM instrument_revisions WHERE school_id = $1 AND sha256 = $2")
+        .bind(school)
+        .bind(sha256)
+        .fetch_optional(executor)
+        .await
+}
+
+/// Adds a revision.
+///
+/// # Errors
+/// When the bytes are known already, or the database fails.
+pub async fn publish(writer: &mut SqliteConnection, new: &NewInstrument<'_>, now: Moment) -> Result<Uuid> {
+    sqlx::query_scalar(
+        "INSERT INTO instrument_revisions (id, school_id, instrument_id, title, sha256, bytes, published_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7) RETURNING id",
+    )
+    .bind(new_id(now))
+    .bind(new.school_id)
+    .bind(new.instrument_id)
+    .bind(new.title)
+    .bind(new.sha256)
+    .bind(new.bytes)
+    .bind(now)
+    .fetch_one(writer)
+    .await
+}
+
+/// Makes a revision the one that new surveys ask.
+///
+/// # Errors
+/// When there is no such revision, or the database fails.
+pub async fn make_current(writer: &mut SqliteConnection, school: Uuid, instrument: &str, revision: Uuid) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO instruments (school_id, instrument_id, revision_id) VALUES ($1, $2, $3)
+         ON CONFLICT (school_id, instrument_id) DO UPDATE SET revision_id = excluded.revision_id",
+    )
+    .bind(school)
+    .bind(instrument)
+    .bind(revision)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// An instrument in the revision that new surveys ask.
+///
+/// # Errors
+/// When the database fails.
+pub async fn current(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    instrument: &str,
+) -> Result<Option<InstrumentRevision>> {
+    sqlx::query_as(
+        "SELECT r.id, r.instrument_id, r.title, r.sha256, r.bytes, r.published_at FROM instruments i
+         JOIN instrument_revisions r ON r.school_id = i.school_id AND r.id = i.revision_id
+         WHERE i.school_id = $1 AND i.instrument_id = $2",
+    )
+    .bind(school)
+    .bind(instrument)
+    .fetch_optional(executor)
+    .await
+}
+
+/// Every instrument in the revision that new surveys ask, by title.
+///
+/// # Errors
+/// When the database fails.
+pub async fn all_current(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<InstrumentRevision>> {
+    sqlx::query_as(
+        "SELECT r.id, r.instrument_id, r.title, r.sha256, r.bytes, r.published_at FROM instruments i
+         JOIN instrument_revisions r ON r.school_id = i.school_id AND r.id = i.revision_id
+         WHERE i.school_id = $1 ORDER BY r.title, r.instrument_id",
+    )
+    .bind(school)
+    .fetch_all(executor)
+    .await
+}
+
+/// A revision, whether it is current or not.
+///
+/// # Errors
+/// When the database fails.
+pub async fn revision(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<InstrumentRevision>> {
+    sqlx::query_as(
+        "SELECT id, instrument_id, title, sha256, bytes, published_at FROM instrument_revisions
+         WHERE school_id = $1 AND id = $2",
+    )
+    .bind(school)
+    .bind(id)
+    .fetch_optional(executor)
+    .await
+}

@@ -1,0 +1,122 @@
+//! What is to be mailed, and what was.
+
+use model::mail::{Mail, MailKind};
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use model::{Moment, new_id};
+
+/// To whom, and what about.
+#[derive(Clone, Copy, Debug)]
+pub struct NewMail {
+    /// School.
+    pub school_id: Uuid,
+    /// To whom.
+    pub person_id: Uuid,
+    /// What about.
+    pub kind: MailKind,
+    /// The assignment or task of a reminder.
+    pub assignment_id: Option<Uuid>,
+}
+
+/// Queues a mail. A reminder that was queued before is not queued again; an invitation or a reset that waits stands for
+/// the new one.
+///
+/// # Errors
+/// When the database fails.
+pub async fn queue(writer: &mut SqliteConnection, mail: NewMail, now: Moment) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO mails (id, school_id, person_id, kind, assignment_id, next_run_at)
+         SELECT $1, $2, $3, $4, $5, $6
+         WHERE NOT EXISTS (SELECT 1 FROM mails WHERE school_id = $2 AND person_id = $3 AND kind = $4
+                           AND assignment_id IS $5 AND (next_run_at IS NOT NULL OR kind = 'reminder'))",
+    )
+    .bind(new_id(now))
+    .bind(mail.school_id)
+    .bind(mail.person_id)
+    .bind(mail.kind)
+    .bind(mail.assignment_id)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// The mails that are due, oldest first.
+///
+/// # Errors
+/// When the database fails.
+pub async fn due(executor: impl SqliteExecutor<'_>, now: Moment, limit: u32) -> Result<Vec<Mail>> {
+    sqlx::query_as(
+        "SELECT m.id, m.school_id, m.person_id, m.kind, m.assignment_id, m.tries, p.display_name AS name, p.email,
+           s.name AS school, s.time_zone, p.language, p.disabled_at IS NULL AS enabled
+         FROM mails m JOIN people p ON p.id = m.person_id JOIN schools s ON s.id = m.school_id
+         WHERE m.next_run_at <= $1 ORDER BY m.next_run_at LIMIT $2",
+    )
+    .bind(now)
+    .bind(limit)
+    .fetch_all(executor)
+    .await
+}
+
+/// Notes that a mail was sent.
+///
+/// # Errors
+/// When the database fails.
+pub async fn sent(writer: &mut SqliteConnection, id: Uuid, now: Moment) -> Result<()> {
+    sqlx::query("UPDATE mails SET sent_at = $2, next_run_at = NULL, error = NULL WHERE id = $1")
+        .bind(id)
+        .bind(now)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Notes that a mail could not be sent, and when to try again; never, where that is `None`.
+///
+/// # Errors
+/// When the database fails.
+pub async fn failed(writer: &mut SqliteConnection, id: Uuid, error: &str, again: Option<Moment>) -> Result<()> {
+    sqlx::query("UPDATE mails SET tries = tries + 1, error = $2, next_run_at = $3 WHERE id = $1")
+        .bind(id)
+        .bind(error)
+        .bind(again)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Takes back a mail that is no longer wanted.
+///
+/// # Errors
+/// When the database fails.
+pub async fn withdraw(writer: &mut SqliteConnection, id: Uuid) -> Result<()> {
+    sqlx::query("DELETE FROM mails WHERE id = $1").bind(id).execute(writer).await.map(drop)
+}
+
+/// How a person's latest invitation or reset went.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Delivery {
+    /// What it was about.
+    pub kind: MailKind,
+    /// When it was sent.
+    pub sent_at: Option<Moment>,
+    /// Why it was not.
+    pub error: Option<String>,
+}
+
+/// The latest mail with a link to a person.
+///
+/// # Errors
+/// When the database fails.
+pub async fn latest(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<Delivery>> {
+    sqlx::query_as(
+        "SELECT kind, sent_at, error FROM mails WHERE school_id = $1 AND person_id = $2 AND kind IN ('invitation', 'reset')
+         ORDER BY id DESC LIMIT 1",
+    )
+    .bind(school)
+    .bind(person)
+    .fetch_optional(executor)
+    .await
+}

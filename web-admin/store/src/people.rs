@@ -1,0 +1,260 @@
+//! People and their passwords' hashes.
+
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use super::account_links;
+use super::directory::search;
+use model::{CurrentPerson, Moment, Role, new_id};
+use words::Language;
+
+/// A person, without what they sign in with.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Person {
+    /// Id.
+    pub id: Uuid,
+    /// Their school.
+    pub school_id: Uuid,
+    /// What they may do.
+    pub role: Role,
+    /// Address, in lower case.
+    pub email: String,
+    /// Name for people.
+    pub display_name: String,
+    /// Name for recordings.
+    pub pseudonym: String,
+    /// Grows with each new password.
+    pub credential_version: i64,
+    /// Since when they may not sign in.
+    pub disabled_at: Option<Moment>,
+    /// The language that they have chosen, by its code.
+    pub language: Option<String>,
+}
+
+impl Person {
+    /// As the signed-in person, unless disabled.
+    #[must_use]
+    pub fn into_current(self) -> Option<CurrentPerson> {
+        self.disabled_at.is_none().then_some(CurrentPerson {
+            id: self.id,
+            school_id: self.school_id,
+            role: self.role,
+            display_name: self.display_name,
+            language: self.language.as_deref().and_then(Language::named),
+        })
+    }
+}
+
+/// A person to be added.
+#[derive(Clone, Debug)]
+pub struct NewPerson<'a> {
+    /// Their school.
+    pub school_id: Uuid,
+    /// What they may do.
+    pub role: Role,
+    /// Address; kept in lower case.
+    pub email: &'a str,
+    /// Name for people.
+    pub display_name: &'a str,
+    /// Argon2id hash in PHC form; empty for somebody who is to set a password by a link.
+    pub password_hash: &'a str,
+}
+
+/// What signing in compares with.
+#[derive(Clone, Debug, FromRow)]
+pub struct Credentials {
+    /// Whose.
+    pub id: Uuid,
+    /// Argon2id hash in PHC form; absent for somebody who was invited and has none yet.
+    pub password_hash: Option<String>,
+    /// Kept in the signed-in session; a newer one ends it.
+    pub credential_version: i64,
+    /// Since when they may not sign in.
+    pub disabled_at: Option<Moment>,
+    /// Until when the password is good, for one sign-in, where somebody else has set it; absent where it is their own.
+    pub initial_until: Option<Moment>,
+}
+
+/// Adds a person with a fresh pseudonym.
+///
+/// # Errors
+/// When the address is taken, or the database fails.
+pub async fn add(writer: &mut SqliteConnection, person: &NewPerson<'_>, now: Moment) -> Result<Person> {
+    let id = new_id(now);
+    // The last 48 bits of a UUIDv7 are random: the pseudonym tells neither the name nor the order of enrolment.
+    let pseudonym = format!("p-{}", &id.simple().to_string()[20..]);
+    sqlx::query_as(
+        "INSERT INTO people (id, school_id, role, email, display_name, pseudonym, password_hash, created_at, search)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)
+         RETURNING id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language",
+    )
+    .bind(id)
+    .bind(person.school_id)
+    .bind(person.role)
+    .bind(person.email.to_lowercase())
+    .bind(person.display_name)
+    .bind(pseudonym)
+    .bind(person.password_hash)
+    .bind(now)
+    .bind(search(person.display_name, person.email))
+    .fetch_one(writer)
+    .await
+}
+
+/// How many people there are, in every school.
+///
+/// # Errors
+/// When the database fails.
+pub async fn count(executor: impl SqliteExecutor<'_>) -> Result<i64> {
+    sqlx::query_scalar("SELECT count(*) FROM people").fetch_one(executor).await
+}
+
+/// A person of any school: for the session cookie, which names no school.
+///
+/// # Errors
+/// When the database fails.
+pub async fn by_id(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Person>> {
+    sqlx::query_as(
+        "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
+         FROM people WHERE id = $1",
+    )
+    .bind(id)
+    .fetch_optional(executor)
+    .await
+}
+
+/// A person of any school by address, whatever its case.
+///
+/// # Errors
+/// When the database fails.
+pub async fn by_email(executor: impl SqliteExecutor<'_>, email: &str) -> Result<Option<Person>> {
+    sqlx::query_as(
+        "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
+         FROM people WHERE email = $1",
+    )
+    .bind(email.to_lowercase())
+    .fetch_optional(executor)
+    .await
+}
+
+/// A person of a school by pseudonym.
+///
+/// # Errors
+/// When the database fails.
+pub async fn by_pseudonym(executor: impl SqliteExecutor<'_>, school: Uuid, name: &str) -> Result<Option<Person>> {
+    sqlx::query_as(
+        "SELECT id, school_id, role, email, display_name, pseudonym, credential_version, disabled_at, language
+         FROM people WHERE school_id = $1 AND pseudonym = $2",
+    )
+    .bind(school)
+    .bind(name)
+    .fetch_optional(executor)
+    .await
+}
+
+/// What signing in with an address compares with.
+///
+/// # Errors
+/// When the database fails.
+pub async fn credentials(executor: impl SqliteExecutor<'_>, email: &str) -> Result<Option<Credentials>> {
+    sqlx::query_as(
+        "SELECT id, nullif(password_hash, '') AS password_hash, credential_version, disabled_at,
+           password_initial_until AS initial_until
+         FROM people WHERE email = $1",
+    )
+    .bind(email.to_lowercase())
+    .fetch_optional(executor)
+    .await
+}
+
+/// Sets a new password, which is their own, and ends every earlier sign-in, link and code. False when there is no such person.
+///
+/// # Errors
+/// When the database fails.
+pub async fn set_password(writer: &mut SqliteConnection, person: Uuid, password_hash: &str) -> Result<bool> {
+    account_links::end_all(writer, person).await?;
+    sqlx::query(
+        "UPDATE people SET password_hash = $2, credential_version = credential_version + 1, password_initial_until = NULL
+         WHERE id = $1",
+    )
+    .bind(person)
+    .bind(password_hash)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// Makes a person's password one that somebody else has set: good until then, for one sign-in.
+///
+/// # Errors
+/// When the database fails.
+pub async fn make_initial(writer: &mut SqliteConnection, person: Uuid, until: Moment) -> Result<()> {
+    sqlx::query("UPDATE people SET password_initial_until = $2 WHERE id = $1")
+        .bind(person)
+        .bind(until)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// The language that a person of a school has chosen to read in.
+///
+/// # Errors
+/// When the database fails.
+pub async fn language(executor: impl SqliteExecutor<'_>, (school, person): (Uuid, Uuid)) -> Result<Option<Language>> {
+    let chosen: Option<Option<String>> =
+        sqlx::query_scalar("SELECT language FROM people WHERE school_id = $1 AND id = $2")
+            .bind(school)
+            .bind(person)
+            .fetch_optional(executor)
+            .await?;
+    Ok(chosen.flatten().as_deref().and_then(Language::named))
+}
+
+/// Sets the language that a person reads in; none for what their browser asks for. False when there is no such person.
+///
+/// # Errors
+/// When the database fails.
+pub async fn set_language(
+    writer: &mut SqliteConnection,
+    (school, person): (Uuid, Uuid),
+    language: Option<Language>,
+) -> Result<bool> {
+    sqlx::query("UPDATE people SET language = $3 WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(person)
+        .bind(language.map(Language::code))
+        .execute(writer)
+        .await
+        .map(|done| done.rows_affected() == 1)
+}
+
+/// Ends every sign-in of a person in a browser.
+///
+/// # Errors
+/// When the database fails.
+pub async fn end_sign_ins(writer: &mut SqliteConnection, person: Uuid) -> Result<()> {
+    sqlx::query("UPDATE people SET credential_version = credential_version + 1 WHERE id = $1")
+        .bind(person)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Keeps a person from signing in, from now on, and ends every sign-in, link and code. False when they already were.
+///
+/// # Errors
+/// When the database fails.
+pub async fn disable(writer: &mut SqliteConnection, person: Uuid, now: Moment) -> Result<bool> {
+    account_links::end_all(writer, person).await?;
+    sqlx::query(
+        "UPDATE people SET disabled_at = $2, credential_version = credential_version + 1
+         WHERE id = $1 AND disabled_at IS NULL",
+    )
+    .bind(person)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}

@@ -1,0 +1,220 @@
+//! What trainees have practised, summed up: a row for each trainee and exercise. Sums by month are [`super::tallies`].
+//!
+//! [`refresh`] belongs into every transaction that changes which score counts: scoring, re-grading, an override.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use sqlx::types::Json;
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use super::scores::SessionKey;
+use super::tallies::{self, Sums};
+use model::Moment;
+use model::progress::Attempt;
+
+/// An attempt in a history: session, start in µs, score, passed, revision.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct Past(Uuid, i64, f64, bool, Option<Uuid>);
+
+impl Past {
+    fn attempt(self, exercise: &Arc<str>) -> Attempt {
+        let Self(session, at, score, passed, revision) = self;
+        let at = Moment::from_micros(at).to_utc();
+        Attempt { session, exercise: Arc::clone(exercise), at, score, passed, revision }
+    }
+}
+
+#[derive(FromRow)]
+struct PastRow {
+    id: Uuid,
+    started_at: Moment,
+    score: f64,
+    passed: bool,
+    revision_id: Option<Uuid>,
+}
+
+#[derive(FromRow)]
+struct PracticeRow {
+    trainee_id: Uuid,
+    exercise_id: String,
+    history: Json<Vec<Past>>,
+}
+
+impl PracticeRow {
+    fn attempts(self) -> impl Iterator<Item = Attempt> {
+        let exercise_id: Arc<str> = self.exercise_id.into();
+        self.history.0.into_iter().map(move |past| past.attempt(&exercise_id))
+    }
+}
+
+/// Scored attempts by the trainee who made them, those at one exercise in order of time.
+pub type ByTrainee = BTreeMap<Uuid, Vec<Attempt>>;
+
+fn by_trainee(rows: Vec<PracticeRow>) -> ByTrainee {
+    let mut attempts = ByTrainee::new();
+    for row in rows {
+        attempts.entry(row.trainee_id).or_default().extend(row.attempts());
+    }
+    attempts
+}
+
+/// What some trainees have practised: of their `person_id`s, which $1, the school, and $2 limit, to their practice.
+macro_rules! practised {
+    ($trainees:literal, $rest:literal) => {
+        concat!(
+            "SELECT p.trainee_id, p.exercise_id, p.history FROM (",
+            $trainees,
+            ") trained CROSS JOIN practice p ON p.school_id = $1 AND p.trainee_id = trained.person_id ",
+            $rest
+        )
+    };
+}
+
+/// The attempt whose counting score has changed.
+#[derive(FromRow)]
+struct Changed {
+    trainee_id: Uuid,
+    exercise_id: String,
+    started_at: Moment,
+}
+
+/// Brings the sums up to date with the score that counts for an attempt.
+///
+/// # Errors
+/// When the database fails.
+pub async fn refresh(writer: &mut SqliteConnection, session: SessionKey) -> Result<()> {
+    let changed: Changed =
+        sqlx::query_as("SELECT trainee_id, exercise_id, started_at FROM sessions WHERE school_id = $1 AND id = $2")
+            .bind(session.school_id)
+            .bind(session.id)
+            .fetch_one(&mut *writer)
+            .await?;
+    let before = sums(&mut *writer, session.school_id, &changed).await?;
+    let history = history(&mut *writer, session.school_id, &changed).await?;
+    let after = Sums {
+        attempts: i64::try_from(history.len()).unwrap_or(i64::MAX),
+        passes: history.iter().map(|past| i64::from(past.3)).sum(),
+        points: history.iter().map(|past| past.2).sum(),
+    };
+    put(writer, session.school_id, &changed, (after, &history)).await?;
+    let difference = Sums {
+        attempts: after.attempts - before.attempts,
+        passes: after.passes - before.passes,
+        points: after.points - before.points,
+    };
+    tallies::add(writer, (session.school_id, changed.trainee_id), changed.started_at, difference).await
+}
+
+async fn sums(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &Changed) -> Result<Sums> {
+    let sums: Option<Sums> = sqlx::query_as(
+        "SELECT attempts, passes, points FROM practice WHERE school_id = $1 AND trainee_id = $2 AND exercise_id = $3",
+    )
+    .bind(school)
+    .bind(changed.trainee_id)
+    .bind(&changed.exercise_id)
+    .fetch_optional(executor)
+    .await?;
+    Ok(sums.unwrap_or_default())
+}
+
+/// Every scored attempt of the same trainee at the same exercise that counts, each by the score that counts.
+async fn history(executor: impl SqliteExecutor<'_>, school: Uuid, changed: &Changed) -> Result<Vec<Past>> {
+    let rows: Vec<PastRow> = sqlx::query_as(
+        "SELECT s.id, s.started_at, g.score, g.passed, s.revision_id FROM sessions s
+         JOIN grades g ON g.school_id = s.school_id AND g.session_id = s.id
+         WHERE s.school_id = $1 AND s.trainee_id = $2 AND s.exercise_id = $3 AND s.state = 'scored'
+           AND s.uncounted IS NULL
+         ORDER BY s.started_at, s.id",
+    )
+    .bind(school)
+    .bind(changed.trainee_id)
+    .bind(&changed.exercise_id)
+    .fetch_all(executor)
+    .await?;
+    Ok(rows.into_iter().map(|r| Past(r.id, r.started_at.micros(), r.score, r.passed, r.revision_id)).collect())
+}
+
+async fn put(
+    writer: &mut SqliteConnection,
+    school: Uuid,
+    changed: &Changed,
+    (sums, history): (Sums, &[Past]),
+) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO practice (school_id, trainee_id, exercise_id, attempts, passes, points, history)
+         VALUES ($1, $2, $3, $4, $5, $6, $7) ON CONFLICT (school_id, trainee_id, exercise_id) DO UPDATE SET
+         attempts = excluded.attempts, passes = excluded.passes, points = excluded.points, history = excluded.history",
+    )
+    .bind(school)
+    .bind(changed.trainee_id)
+    .bind(&changed.exercise_id)
+    .bind(sums.attempts)
+    .bind(sums.passes)
+    .bind(sums.points)
+    .bind(Json(history))
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// The scored attempts of a trainee in order of time, each by the score that counts.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, trainee: Uuid) -> Result<Vec<Attempt>> {
+    let rows: Vec<PracticeRow> = sqlx::query_as(
+        "SELECT trainee_id, exercise_id, history FROM practice WHERE school_id = $1 AND trainee_id = $2",
+    )
+    .bind(school)
+    .bind(trainee)
+    .fetch_all(executor)
+    .await?;
+    let mut attempts: Vec<Attempt> = rows.into_iter().flat_map(PracticeRow::attempts).collect();
+    attempts.sort_by_key(|attempt| (attempt.at, attempt.session));
+    Ok(attempts)
+}
+
+/// Every scored attempt of a cohort's trainees.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_cohort(executor: impl SqliteExecutor<'_>, school: Uuid, cohort: Uuid) -> Result<ByTrainee> {
+    let rows = sqlx::query_as(practised!(
+        "SELECT person_id FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND role = 'trainee'",
+        ""
+    ));
+    Ok(by_trainee(rows.bind(school).bind(cohort).fetch_all(executor).await?))
+}
+
+/// Every scored attempt of a cohort's trainees at an exercise.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_cohort_at(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    (cohort, exercise): (Uuid, &str),
+) -> Result<ByTrainee> {
+    let rows = sqlx::query_as(practised!(
+        "SELECT person_id FROM cohort_members WHERE school_id = $1 AND cohort_id = $2 AND role = 'trainee'",
+        "AND p.exercise_id = $3"
+    ));
+    Ok(by_trainee(rows.bind(school).bind(cohort).bind(exercise).fetch_all(executor).await?))
+}
+
+/// Every scored attempt of those to whom something was assigned.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, assignment: Uuid) -> Result<ByTrainee> {
+    let rows = sqlx::query_as(practised!(
+        "SELECT m.person_id FROM assignments a JOIN cohort_members m ON m.cohort_id = a.cohort_id AND m.role = 'trainee'
+         WHERE a.id = $2 UNION ALL SELECT person_id FROM assignments WHERE id = $2 AND person_id IS NOT NULL",
+        ""
+    ));
+    Ok(by_trainee(rows.bind(school).bind(assignment).fetch_all(executor).await?))
+}

@@ -1,0 +1,48 @@
+//! What is proved of attempts.
+
+use std::collections::BTreeSet;
+
+use sqlx::{FromRow, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use super::scores::SessionKey;
+use model::{Needed, Proof};
+
+/// What is proved of an attempt.
+///
+/// # Errors
+/// When there is no such attempt, or the database fails.
+pub async fn of(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Proof> {
+    sqlx::query_as("SELECT signed, resimulated, supervised FROM proofs WHERE school_id = $1 AND session_id = $2")
+        .bind(session.school_id)
+        .bind(session.id)
+        .fetch_one(executor)
+        .await
+}
+
+#[derive(FromRow)]
+struct Proved {
+    session_id: Uuid,
+    #[sqlx(flatten)]
+    proof: Proof,
+}
+
+/// The attempts of a trainee of which enough is proved.
+///
+/// # Errors
+/// When the database fails.
+pub async fn enough(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    (trainee, needed): (Uuid, Needed),
+) -> Result<BTreeSet<Uuid>> {
+    let proved: Vec<Proved> = sqlx::query_as(
+        "SELECT session_id, signed, resimulated, supervised FROM proofs WHERE school_id = $1 AND trainee_id = $2",
+    )
+    .bind(school)
+    .bind(trainee)
+    .fetch_all(executor)
+    .await?;
+    Ok(proved.into_iter().filter(|one| needed.met_by(one.proof)).map(|one| one.session_id).collect())
+}

@@ -1,0 +1,79 @@
+//! Who can be asked to rate, and which attempts.
+
+use sqlx::{FromRow, SqliteExecutor};
+use uuid::Uuid;
+
+use crate::Result;
+use model::Moment;
+
+/// Most attempts that are offered at once.
+const OFFERED: u32 = 100;
+
+/// Somebody who can be asked.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Rater {
+    /// Who.
+    pub id: Uuid,
+    /// Their name.
+    pub name: String,
+}
+
+/// An attempt that can be rated.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Candidate {
+    /// The attempt.
+    pub id: Uuid,
+    /// Who tried.
+    pub trainee: String,
+    /// Title of the exercise, or its id.
+    pub exercise: String,
+    /// When it began.
+    pub started_at: Moment,
+}
+
+/// The instructors of a school who can sign in, by name.
+///
+/// # Errors
+/// When the database fails.
+pub async fn raters(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Rater>> {
+    sqlx::query_as(
+        "SELECT id, display_name AS name FROM people
+         WHERE school_id = $1 AND role = 'instructor' AND disabled_at IS NULL AND erased_at IS NULL
+         ORDER BY display_name, id",
+    )
+    .bind(school)
+    .fetch_all(executor)
+    .await
+}
+
+/// The scored attempts at what was assigned, by those to whom it was and since it was, the latest first. For a course
+/// those at any of its exercises.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Vec<Candidate>> {
+    sqlx::query_as(
+        "SELECT s.id, p.display_name AS trainee, coalesce(x.title, s.exercise_id) AS exercise, s.started_at
+         FROM (SELECT n.id FROM (
+             SELECT m.person_id FROM assignments b
+               JOIN cohort_members m ON m.cohort_id = b.cohort_id AND m.role = 'trainee' WHERE b.id = $2
+             UNION ALL SELECT c.person_id FROM assignments c WHERE c.id = $2 AND c.person_id IS NOT NULL) trained
+           CROSS JOIN (SELECT exercise_id, made_at FROM assignments WHERE id = $2 AND exercise_id IS NOT NULL
+             UNION ALL SELECT e.exercise_id, d.made_at FROM assignments d
+               JOIN curricula u ON u.school_id = d.school_id AND u.curriculum_id = d.curriculum_id
+               JOIN curriculum_entries e ON e.revision_id = u.revision_id WHERE d.id = $2) task
+           CROSS JOIN sessions n ON n.school_id = $1 AND n.trainee_id = trained.person_id
+             AND n.exercise_id = task.exercise_id AND n.started_at >= task.made_at AND n.state = 'scored'
+             AND n.uncounted IS NULL
+           ORDER BY n.started_at DESC, n.id LIMIT $3) chosen
+         CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id
+         JOIN people p ON p.school_id = s.school_id AND p.id = s.trainee_id
+         LEFT JOIN exercise_revisions x ON x.id = s.revision_id
+         ORDER BY s.started_at DESC, s.id",
+    )
+    .bind(school)
+    .bind(id)
+    .bind(OFFERED)
+    .fetch_all(executor)
+    .await
+}

@@ -1,0 +1,144 @@
+//! Cohorts and trainees that a person may see.
+
+use model::cohort::CohortSummary;
+use std::collections::BTreeMap;
+
+use sqlx::{FromRow, SqliteExecutor};
+use uuid::Uuid;
+
+use crate::Result;
+use model::{CurrentPerson, Role};
+
+/// A name and what it belongs to.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Named {
+    /// Id of a person or a cohort.
+    pub id: Uuid,
+    /// Name.
+    pub name: String,
+}
+
+/// Cohorts of a school, $1, that the person $2 teaches, or any where $3.
+macro_rules! cohorts {
+    ($rest:literal) => {
+        concat!(
+            "SELECT c.id, c.name FROM cohorts c WHERE c.school_id = $1 AND ($3 OR EXISTS (SELECT 1 FROM cohort_members m
+               WHERE m.cohort_id = c.id AND m.person_id = $2 AND m.role = 'instructor')) ",
+            $rest
+        )
+    };
+}
+
+/// The cohorts that a person may see: those they teach, or all of the school for an administrator.
+///
+/// # Errors
+/// When the database fails.
+pub async fn cohorts(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson) -> Result<Vec<Named>> {
+    sqlx::query_as(cohorts!("ORDER BY c.name"))
+        .bind(viewer.school_id)
+        .bind(viewer.id)
+        .bind(viewer.role == Role::Administrator)
+        .fetch_all(executor)
+        .await
+}
+
+/// One of [`cohorts`].
+///
+/// # Errors
+/// When the database fails.
+pub async fn cohort(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: Uuid) -> Result<Option<Named>> {
+    sqlx::query_as(cohorts!("AND c.id = $4"))
+        .bind(viewer.school_id)
+        .bind(viewer.id)
+        .bind(viewer.role == Role::Administrator)
+        .bind(id)
+        .fetch_optional(executor)
+        .await
+}
+
+/// The cohorts that a person may see, by name, from the first after `after`: what there is to a page of them.
+///
+/// # Errors
+/// When the database fails.
+pub async fn cohorts_in_short(
+    executor: impl SqliteExecutor<'_>,
+    viewer: &CurrentPerson,
+    (after, limit): (&str, u32),
+) -> Result<Vec<CohortSummary>> {
+    sqlx::query_as(
+        "SELECT c.id, c.name,
+           (SELECT count(*) FROM cohort_members m WHERE m.cohort_id = c.id AND m.role = 'trainee') AS trainees,
+           (SELECT coalesce(sum(t.attempts), 0) FROM tallies t
+             WHERE t.school_id = c.school_id AND t.cohort_id = c.id) AS attempts,
+           (SELECT coalesce(sum(t.passes), 0) FROM tallies t
+             WHERE t.school_id = c.school_id AND t.cohort_id = c.id) AS passes
+         FROM cohorts c WHERE c.school_id = $1 AND c.name > $4 AND ($3 OR EXISTS (SELECT 1 FROM cohort_members m
+           WHERE m.cohort_id = c.id AND m.person_id = $2 AND m.role = 'instructor')) ORDER BY c.name LIMIT $5",
+    )
+    .bind(viewer.school_id)
+    .bind(viewer.id)
+    .bind(viewer.role == Role::Administrator)
+    .bind(after)
+    .bind(limit)
+    .fetch_all(executor)
+    .await
+}
+
+/// The people of a cohort in a role, by name.
+///
+/// # Errors
+/// When the database fails.
+pub async fn members(executor: impl SqliteExecutor<'_>, school: Uuid, cohort: Uuid, role: Role) -> Result<Vec<Named>> {
+    sqlx::query_as(
+        "SELECT p.id, p.display_name AS name FROM cohort_members m
+         JOIN people p ON p.school_id = m.school_id AND p.id = m.person_id
+         WHERE m.school_id = $1 AND m.cohort_id = $2 AND m.role = $3 AND p.disabled_at IS NULL
+         ORDER BY p.display_name, p.id",
+    )
+    .bind(school)
+    .bind(cohort)
+    .bind(role)
+    .fetch_all(executor)
+    .await
+}
+
+/// The pseudonyms of a cohort's trainees: what tells namesakes apart in a file, and finds their recordings.
+///
+/// # Errors
+/// When the database fails.
+pub async fn pseudonyms(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    cohort: Uuid,
+) -> Result<BTreeMap<Uuid, String>> {
+    let found: Vec<(Uuid, String)> = sqlx::query_as(
+        "SELECT p.id, p.pseudonym FROM cohort_members m
+         JOIN people p ON p.school_id = m.school_id AND p.id = m.person_id
+         WHERE m.school_id = $1 AND m.cohort_id = $2 AND m.role = 'trainee'",
+    )
+    .bind(school)
+    .bind(cohort)
+    .fetch_all(executor)
+    .await?;
+    Ok(found.into_iter().collect())
+}
+
+/// A trainee whom a person may see: themselves, a trainee of a cohort they teach, or any for an administrator.
+///
+/// # Errors
+/// When the database fails.
+pub async fn trainee(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: Uuid) -> Result<Option<Named>> {
+    sqlx::query_as(
+        "SELECT p.id, p.display_name AS name FROM people p
+         WHERE p.school_id = $1 AND p.id = $3 AND p.role = 'trainee' AND ($4 OR p.id = $2 OR EXISTS (
+           SELECT 1 FROM cohort_members teacher
+           JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
+           WHERE teacher.person_id = $2 AND teacher.role = 'instructor' AND learner.person_id = p.id))",
+    )
+    .bind(viewer.school_id)
+    .bind(viewer.id)
+    .bind(id)
+    .bind(viewer.role == Role::Administrator)
+    .fetch_optional(executor)
+    .await
+}

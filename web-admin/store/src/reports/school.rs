@@ -1,0 +1,110 @@
+//! A school as a whole: exercises, counts, people.
+
+use sqlx::{FromRow, SqliteExecutor};
+use uuid::Uuid;
+
+use crate::Result;
+use crate::tries::MOST_DEATHS;
+use model::Moment;
+
+/// An exercise in short, in the revision that trainees are given.
+#[derive(Clone, Debug, PartialEq, FromRow)]
+pub struct ExerciseInShort {
+    /// Exercise id.
+    pub exercise_id: String,
+    /// Score needed to pass, 0–100.
+    pub pass_mark: f64,
+    /// Difficulty, 1–5.
+    pub difficulty: u8,
+}
+
+/// The exercises a school gives to trainees.
+///
+/// # Errors
+/// When the database fails.
+pub async fn exercises(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<ExerciseInShort>> {
+    sqlx::query_as(
+        "SELECT e.exercise_id, r.pass_mark, r.difficulty FROM exercises e
+         JOIN exercise_revisions r ON r.id = e.revision_id WHERE e.school_id = $1",
+    )
+    .bind(school)
+    .fetch_all(executor)
+    .await
+}
+
+/// The school at a glance.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Counts {
+    /// The school's name.
+    pub school: String,
+    /// People who may sign in, by role.
+    pub trainees: i64,
+    /// As `trainees`.
+    pub instructors: i64,
+    /// As `trainees`.
+    pub administrators: i64,
+    /// Scored attempts.
+    pub attempts: i64,
+    /// Attempts begun since a moment.
+    pub recent: i64,
+    /// Recordings in the queue.
+    pub waiting: i64,
+    /// Recordings that could not be scored.
+    pub refused: i64,
+    /// Recordings whose re-simulation differs.
+    pub flagged: i64,
+}
+
+/// Counts of a school; `since` bounds the recent ones.
+///
+/// # Errors
+/// When the database fails.
+pub async fn counts(executor: impl SqliteExecutor<'_>, school: Uuid, since: Moment) -> Result<Counts> {
+    sqlx::query_as(
+        "SELECT s.name AS school,
+           (SELECT count(*) FROM people p WHERE p.school_id = s.id AND p.role = 'trainee' AND p.disabled_at IS NULL)
+             AS trainees,
+           (SELECT count(*) FROM people p WHERE p.school_id = s.id AND p.role = 'instructor' AND p.disabled_at IS NULL)
+             AS instructors,
+           (SELECT count(*) FROM people p
+             WHERE p.school_id = s.id AND p.role = 'administrator' AND p.disabled_at IS NULL) AS administrators,
+           (SELECT coalesce(sum(t.attempts), 0) FROM tallies t
+             WHERE t.school_id = s.id AND t.cohort_id = zeroblob(16)) AS attempts,
+           (SELECT count(*) FROM sessions a WHERE a.school_id = s.id AND a.started_at >= $2) AS recent,
+           (SELECT count(*) FROM jobs j WHERE j.school_id = s.id) AS waiting,
+           (SELECT count(*) FROM sessions a WHERE a.school_id = s.id AND a.state = 'refused') AS refused,
+           (SELECT count(*) FROM sessions a WHERE a.school_id = s.id AND a.verify_flagged = 1) AS flagged
+         FROM schools s WHERE s.id = $1",
+    )
+    .bind(school)
+    .bind(since)
+    .fetch_one(executor)
+    .await
+}
+
+/// A job that was tried and is not done.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct FailingJob {
+    /// Session.
+    pub session_id: Uuid,
+    /// How often it was tried.
+    pub attempts: i64,
+    /// What went wrong last.
+    pub error: String,
+}
+
+/// The jobs of a school that failed at least once, at most 50.
+///
+/// # Errors
+/// When the database fails.
+pub async fn failing_jobs(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<FailingJob>> {
+    sqlx::query_as(
+        "SELECT session_id, attempts,
+                concat_ws('; ', error, iif(deaths >= $2, 'set aside: web-admin retry tries it again', NULL)) AS error
+         FROM jobs WHERE school_id = $1 AND attempts > 0 ORDER BY deaths DESC, next_run_at, session_id LIMIT 50",
+    )
+    .bind(school)
+    .bind(MOST_DEATHS)
+    .fetch_all(executor)
+    .await
+}

@@ -1,0 +1,288 @@
+//! How long a school keeps whoever does nothing any more: its rule, who was warned, and how long the service has run since.
+
+use model::mail::RetentionLetter;
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use model::retention::{Rule, Warned};
+use model::{Moment, Role, new_id};
+
+/// The rule of a school; none where everybody is kept for ever.
+///
+/// # Errors
+/// When there is no such school, or the database fails.
+pub async fn rule(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Settings> {
+    sqlx::query_as(
+        "SELECT retention_months AS months, retention_warn_days AS warn_days, retention_texts AS texts,
+           erase_recordings AS recordings FROM schools WHERE id = $1",
+    )
+    .bind(school)
+    .fetch_one(executor)
+    .await
+}
+
+/// What a school has set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
+pub struct Settings {
+    /// Months after which whoever does nothing is erased; none: never.
+    pub months: Option<u32>,
+    /// Days before that they are warned.
+    pub warn_days: u32,
+    /// Their free texts, and others' about them, go with them.
+    pub texts: bool,
+    /// Recordings go with whoever is erased, by this rule or by hand.
+    pub recordings: bool,
+}
+
+impl Settings {
+    /// The rule, where there is one.
+    #[must_use]
+    pub fn rule(&self) -> Option<Rule> {
+        self.months.map(|months| Rule { months, warn_days: self.warn_days })
+    }
+}
+
+/// Sets the rule of a school.
+///
+/// # Errors
+/// When the database fails.
+pub async fn set(writer: &mut SqliteConnection, school: Uuid, settings: Settings) -> Result<()> {
+    sqlx::query(
+        "UPDATE schools SET retention_months = $2, retention_warn_days = $3, retention_texts = $4, erase_recordings = $5
+         WHERE id = $1",
+    )
+    .bind(school)
+    .bind(settings.months)
+    .bind(settings.warn_days)
+    .bind(settings.texts)
+    .bind(settings.recordings)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Somebody who has done nothing for long, or was warned.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Idle {
+    /// Id.
+    pub id: Uuid,
+    /// Name.
+    pub name: String,
+    /// Address.
+    pub email: String,
+    /// Role.
+    pub role: Role,
+    /// What recordings say instead of a name.
+    pub pseudonym: String,
+    /// Since when they are kept whatever the rule says.
+    pub held_at: Option<Moment>,
+    /// When they last did anything: signed in, trained, said something; or were added.
+    pub active_at: Moment,
+    /// When they were warned.
+    pub warned_at: Option<Moment>,
+    /// When their letter was out, or given up.
+    pub told_at: Option<Moment>,
+    /// The same by the time that the service has run, in s.
+    pub told_observed_s: Option<i64>,
+    /// Why the letter did not go out.
+    pub error: Option<String>,
+}
+
+impl Idle {
+    /// What is known of their warning.
+    #[must_use]
+    pub fn warned(&self) -> Option<Warned> {
+        self.warned_at.map(|_| Warned { told: self.told_at.zip(self.told_observed_s) })
+    }
+}
+
+/// Who of a school has done nothing since a moment, and who was warned, the longest idle first. Administrators and whoever was
+/// erased are not among them. That a link was asked for is nobody's deed: any stranger may do so.
+///
+/// # Errors
+/// When the database fails.
+pub async fn idle(executor: impl SqliteExecutor<'_>, school: Uuid, since: Moment) -> Result<Vec<Idle>> {
+    sqlx::query_as(
+        "WITH everybody AS (
+           SELECT p.id, p.display_name AS name, p.email, p.role, p.pseudonym, p.held_at, w.warned_at, w.told_at, w.told_observed_s,
+             w.error, max(p.created_at,
+               coalesce((SELECT s.received_at FROM sessions s WHERE s.school_id = p.school_id AND s.trainee_id = p.id
+                         ORDER BY s.started_at DESC LIMIT 1), 0),
+               coalesce((SELECT a.at FROM audit_log a WHERE a.actor = lower(substr(hex(p.id), 1, 8) || '-'
+                   || substr(hex(p.id), 9, 4) || '-' || substr(hex(p.id), 13, 4) || '-' || substr(hex(p.id), 17, 4) || '-'
+                   || substr(hex(p.id), 21)) AND a.action <> 'person.link_asked_for' ORDER BY a.seq DESC LIMIT 1), 0)) AS active_at
+           FROM people p LEFT JOIN retention_warnings w ON w.person_id = p.id
+           WHERE p.school_id = $1 AND p.erased_at IS NULL AND p.role <> 'administrator')
+         SELECT * FROM everybody WHERE active_at < $2 OR warned_at IS NOT NULL ORDER BY active_at, id",
+    )
+    .bind(school)
+    .bind(since)
+    .fetch_all(executor)
+    .await
+}
+
+/// Notes that somebody is warned, and queues their letter.
+///
+/// # Errors
+/// When they were warned before, or the database fails.
+pub async fn warn(writer: &mut SqliteConnection, school: Uuid, idle: &Idle, now: Moment) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO retention_warnings (id, school_id, person_id, active_at, warned_at, next_run_at)
+         VALUES ($1, $2, $3, $4, $5, $5)",
+    )
+    .bind(new_id(now))
+    .bind(school)
+    .bind(idle.id)
+    .bind(idle.active_at)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Forgets that somebody was warned.
+///
+/// # Errors
+/// When the database fails.
+pub async fn forget_warning(writer: &mut SqliteConnection, person: Uuid) -> Result<()> {
+    sqlx::query("DELETE FROM retention_warnings WHERE person_id = $1").bind(person).execute(writer).await.map(drop)
+}
+
+/// The letters that are due.
+///
+/// # Errors
+/// When the database fails.
+pub async fn due_letters(executor: impl SqliteExecutor<'_>, now: Moment, limit: u32) -> Result<Vec<RetentionLetter>> {
+    sqlx::query_as(
+        "SELECT w.id, w.tries, p.display_name AS name, p.email, s.name AS school, p.language, s.retention_months AS months,
+           s.retention_warn_days AS warn_days
+         FROM retention_warnings w JOIN people p ON p.id = w.person_id JOIN schools s ON s.id = w.school_id
+         WHERE w.next_run_at <= $1 ORDER BY w.next_run_at LIMIT $2",
+    )
+    .bind(now)
+    .bind(limit)
+    .fetch_all(executor)
+    .await
+}
+
+/// Notes what became of a letter: out, to be tried again, or given up. From the first or the last on the days count.
+///
+/// # Errors
+/// When the database fails.
+pub async fn note_letter(
+    writer: &mut SqliteConnection,
+    letter: Uuid,
+    (error, again): (Option<&str>, Option<Moment>),
+    now: Moment,
+) -> Result<()> {
+    sqlx::query(
+        "UPDATE retention_warnings SET tries = tries + 1, error = $2, next_run_at = $3,
+           told_at = CASE WHEN $3 IS NULL THEN $4 END,
+           told_observed_s = CASE WHEN $3 IS NULL THEN (SELECT observed_s FROM service_time) END
+         WHERE id = $1",
+    )
+    .bind(letter)
+    .bind(error)
+    .bind(again)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// How long the service has run, and at which of that time it last looked whom to erase.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
+pub struct ServiceTime {
+    /// In s.
+    pub observed_s: i64,
+    /// In s.
+    pub looked_s: Option<i64>,
+}
+
+/// How long the service has run.
+///
+/// # Errors
+/// When the database fails.
+pub async fn service_time(executor: impl SqliteExecutor<'_>) -> Result<ServiceTime> {
+    sqlx::query_as("SELECT observed_s, looked_s FROM service_time").fetch_one(executor).await
+}
+
+/// Adds to how long the service has run, in s.
+///
+/// # Errors
+/// When the database fails.
+pub async fn add_service_time(writer: &mut SqliteConnection, seconds: i64) -> Result<ServiceTime> {
+    sqlx::query_as("UPDATE service_time SET observed_s = observed_s + $1 RETURNING observed_s, looked_s")
+        .bind(seconds)
+        .fetch_one(writer)
+        .await
+}
+
+/// Notes that it was looked whom to erase.
+///
+/// # Errors
+/// When the database fails.
+pub async fn note_look(writer: &mut SqliteConnection) -> Result<()> {
+    sqlx::query("UPDATE service_time SET looked_s = observed_s").execute(writer).await.map(drop)
+}
+
+/// Since when somebody is kept whatever the rule says, if they are.
+///
+/// # Errors
+/// When the database fails.
+pub async fn held_at(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<Moment>> {
+    let held: Option<Option<Moment>> =
+        sqlx::query_scalar("SELECT held_at FROM people WHERE school_id = $1 AND id = $2")
+            .bind(school)
+            .bind(person)
+            .fetch_optional(executor)
+            .await?;
+    Ok(held.flatten())
+}
+
+/// Keeps somebody whatever the rule says, or no longer. False where nothing changes.
+///
+/// # Errors
+/// When the database fails.
+pub async fn hold(
+    writer: &mut SqliteConnection,
+    (school, person): (Uuid, Uuid),
+    since: Option<Moment>,
+) -> Result<bool> {
+    sqlx::query(
+        "UPDATE people SET held_at = $3 WHERE school_id = $1 AND id = $2 AND (held_at IS NULL) <> ($3 IS NULL)
+           AND erased_at IS NULL",
+    )
+    .bind(school)
+    .bind(person)
+    .bind(since)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// Who of a school is kept whatever the rule says: id and name, by name.
+///
+/// # Errors
+/// When the database fails.
+pub async fn held(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(Uuid, String)>> {
+    sqlx::query_as(
+        "SELECT id, display_name FROM people WHERE school_id = $1 AND held_at > 0 AND erased_at IS NULL
+         ORDER BY display_name",
+    )
+    .bind(school)
+    .fetch_all(executor)
+    .await
+}
+
+/// How many people of a school were warned.
+///
+/// # Errors
+/// When the database fails.
+pub async fn count_warned(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<i64> {
+    sqlx::query_scalar("SELECT count(*) FROM retention_warnings WHERE school_id = $1")
+        .bind(school)
+        .fetch_one(executor)
+        .await
+}

@@ -1,0 +1,203 @@
+//! Rosters that wait to be confirmed, and what an import reads and writes.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use sqlx::types::Json;
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::{Result, directory, people};
+use model::roster::{Entry, Known, Wanted};
+use model::{Moment, Role, new_id};
+
+/// A roster that waits.
+#[derive(Clone, Debug, FromRow)]
+pub struct Draft {
+    /// What the file was called.
+    pub file_name: String,
+    /// The file.
+    pub body: Vec<u8>,
+    /// What is asked.
+    pub wanted: Json<Wanted>,
+    /// When it came.
+    pub made_at: Moment,
+}
+
+/// Whose roster, and what is asked.
+#[derive(Clone, Debug)]
+pub struct NewDraft<'a> {
+    /// School.
+    pub school_id: Uuid,
+    /// Who sent it.
+    pub made_by: Uuid,
+    /// What the file was called.
+    pub file_name: &'a str,
+    /// The file.
+    pub body: &'a [u8],
+    /// What is asked.
+    pub wanted: &'a Wanted,
+}
+
+/// Keeps a roster until it is confirmed.
+///
+/// # Errors
+/// When the database fails.
+pub async fn keep(writer: &mut SqliteConnection, draft: &NewDraft<'_>, now: Moment) -> Result<Uuid> {
+    let id = new_id(now);
+    sqlx::query(
+        "INSERT INTO rosters (id, school_id, made_by, file_name, body, wanted, made_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7)",
+    )
+    .bind(id)
+    .bind(draft.school_id)
+    .bind(draft.made_by)
+    .bind(draft.file_name)
+    .bind(draft.body)
+    .bind(Json(draft.wanted))
+    .bind(now)
+    .execute(writer)
+    .await?;
+    Ok(id)
+}
+
+/// A roster of a school that waits.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Draft>> {
+    sqlx::query_as("SELECT file_name, body, wanted, made_at FROM rosters WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .fetch_optional(executor)
+        .await
+}
+
+/// Throws a roster away. False when it was gone.
+///
+/// # Errors
+/// When the database fails.
+pub async fn discard(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<bool> {
+    sqlx::query("DELETE FROM rosters WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .execute(writer)
+        .await
+        .map(|done| done.rows_affected() == 1)
+}
+
+/// Throws away what was sent before a moment and never confirmed.
+///
+/// # Errors
+/// When the database fails.
+pub async fn forget_before(writer: &mut SqliteConnection, moment: Moment) -> Result<()> {
+    sqlx::query("DELETE FROM rosters WHERE made_at < $1").bind(moment).execute(writer).await.map(drop)
+}
+
+#[derive(FromRow)]
+struct KnownRow {
+    id: Uuid,
+    registrar_id: Option<String>,
+    email: String,
+    display_name: String,
+    role: Role,
+    enabled: bool,
+}
+
+/// Whom a roster may be about.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct About<'a> {
+    /// Whoever has one of these addresses,
+    pub emails: BTreeSet<&'a str>,
+    /// or one of these numbers of the registrar's,
+    pub numbers: BTreeSet<&'a str>,
+    /// or is in a cohort of one of these names.
+    pub cohorts: BTreeSet<&'a str>,
+}
+
+/// The people of a school whom a roster may be about, with their cohorts; those made anonymous are nobody.
+///
+/// # Errors
+/// When the database fails.
+pub async fn known(connection: &mut SqliteConnection, school: Uuid, about: &About<'_>) -> Result<Vec<Known>> {
+    let rows: Vec<KnownRow> = sqlx::query_as(
+        "SELECT p.id, p.registrar_id, p.email, p.display_name, p.role, p.disabled_at IS NULL AS enabled
+         FROM (SELECT e.id FROM json_each($2) asked CROSS JOIN people e ON e.email = asked.value
+           UNION SELECT n.id FROM json_each($3) asked
+             CROSS JOIN people n ON n.school_id = $1 AND n.registrar_id = asked.value
+           UNION SELECT m.person_id FROM json_each($4) asked
+             CROSS JOIN cohorts c ON c.school_id = $1 AND c.name = asked.value
+             CROSS JOIN cohort_members m ON m.cohort_id = c.id) named
+         CROSS JOIN people p ON p.school_id = $1 AND p.id = named.id
+         WHERE p.erased_at IS NULL ORDER BY p.display_name, p.id",
+    )
+    .bind(school)
+    .bind(Json(&about.emails))
+    .bind(Json(&about.numbers))
+    .bind(Json(&about.cohorts))
+    .fetch_all(&mut *connection)
+    .await?;
+    let ids: Vec<Uuid> = rows.iter().map(|row| row.id).collect();
+    let memberships: Vec<(Uuid, String)> = sqlx::query_as(
+        "SELECT m.person_id, c.name FROM json_each($2) asked
+         CROSS JOIN cohort_members m ON m.person_id = unhex(asked.value, '-')
+         CROSS JOIN cohorts c ON c.school_id = $1 AND c.id = m.cohort_id ORDER BY c.name",
+    )
+    .bind(school)
+    .bind(Json(&ids))
+    .fetch_all(connection)
+    .await?;
+    let mut cohorts: BTreeMap<Uuid, Vec<String>> = BTreeMap::new();
+    for (person, cohort) in memberships {
+        cohorts.entry(person).or_default().push(cohort);
+    }
+    let person = |row: KnownRow| Known {
+        cohorts: cohorts.remove(&row.id).unwrap_or_default(),
+        id: row.id,
+        registrar_id: row.registrar_id,
+        email: row.email,
+        name: row.display_name,
+        role: row.role,
+        enabled: row.enabled,
+    };
+    Ok(rows.into_iter().map(person).collect())
+}
+
+/// Which of these addresses people of other schools have.
+///
+/// # Errors
+/// When the database fails.
+pub async fn taken_elsewhere(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    emails: &BTreeSet<&str>,
+) -> Result<BTreeSet<String>> {
+    let taken: Vec<String> = sqlx::query_scalar(
+        "SELECT p.email FROM json_each($2) asked JOIN people p ON p.email = asked.value WHERE p.school_id <> $1",
+    )
+    .bind(school)
+    .bind(Json(emails))
+    .fetch_all(executor)
+    .await?;
+    Ok(taken.into_iter().collect())
+}
+
+/// Adds the person of a line, without a password.
+///
+/// # Errors
+/// When the address or the number is taken, or the database fails.
+pub async fn enrol(writer: &mut SqliteConnection, school: Uuid, entry: &Entry, now: Moment) -> Result<Uuid> {
+    let new = people::NewPerson {
+        school_id: school,
+        role: entry.role.unwrap_or(Role::Trainee),
+        email: &entry.email,
+        display_name: &entry.name,
+        password_hash: "",
+    };
+    let person = people::add(writer, &new, now).await?;
+    if let Some(number) = &entry.registrar_id {
+        let details =
+            directory::Details { name: &entry.name, email: &entry.email, registrar_id: Some(number.as_str()) };
+        directory::change(writer, school, person.id, details).await?;
+    }
+    Ok(person.id)
+}

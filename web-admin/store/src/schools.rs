@@ -1,0 +1,101 @@
+//! Schools.
+
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use model::{Moment, Needed, new_id};
+
+/// A school.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct School {
+    /// Id.
+    pub id: Uuid,
+    /// Name, unique.
+    pub name: String,
+}
+
+/// Every school, by name.
+///
+/// # Errors
+/// When the database fails.
+pub async fn all(executor: impl SqliteExecutor<'_>) -> Result<Vec<School>> {
+    sqlx::query_as("SELECT id, name FROM schools ORDER BY name").fetch_all(executor).await
+}
+
+/// The name of a school.
+///
+/// # Errors
+/// When there is none, or the database fails.
+pub async fn name(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<String> {
+    sqlx::query_scalar("SELECT name FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
+}
+
+/// The time zone of a school, a name of the IANA database.
+///
+/// # Errors
+/// When there is none, or the database fails.
+pub async fn time_zone(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<String> {
+    sqlx::query_scalar("SELECT time_zone FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
+}
+
+/// Sets the time zone of a school.
+///
+/// # Errors
+/// When the database fails.
+pub async fn set_time_zone(writer: &mut SqliteConnection, id: Uuid, zone: &str) -> Result<()> {
+    sqlx::query("UPDATE schools SET time_zone = $2 WHERE id = $1").bind(id).bind(zone).execute(writer).await.map(drop)
+}
+
+/// What must be proved of an attempt for it to count towards a certificate of a school.
+///
+/// # Errors
+/// When there is none, or the database fails.
+pub async fn certificate_needs(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<Needed> {
+    sqlx::query_scalar("SELECT certificate_needs FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
+}
+
+/// Sets what must be proved of an attempt for it to count towards a certificate.
+///
+/// # Errors
+/// When the database fails.
+pub async fn set_certificate_needs(writer: &mut SqliteConnection, id: Uuid, needed: Needed) -> Result<()> {
+    sqlx::query("UPDATE schools SET certificate_needs = $2 WHERE id = $1")
+        .bind(id)
+        .bind(needed)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Whether the recordings of a school go with whoever made them.
+///
+/// # Errors
+/// When there is none, or the database fails.
+pub async fn erases_recordings(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<bool> {
+    sqlx::query_scalar("SELECT erase_recordings FROM schools WHERE id = $1").bind(id).fetch_one(executor).await
+}
+
+/// The school of a name, made where it is missing.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find_or_create(writer: &mut SqliteConnection, name: &str, now: Moment) -> Result<School> {
+    sqlx::query_as(
+        "INSERT INTO schools (id, name, created_at) VALUES ($1, $2, $3)
+         ON CONFLICT (name) DO UPDATE SET name = excluded.name RETURNING id, name",
+    )
+    .bind(new_id(now))
+    .bind(name)
+    .bind(now)
+    .fetch_one(writer)
+    .await
+}
+
+/// Whether there is more than one.
+///
+/// # Errors
+/// When the database fails.
+pub async fn are_several(executor: impl SqliteExecutor<'_>) -> Result<bool> {
+    sqlx::query_scalar("SELECT count(*) > 1 FROM (SELECT 1 FROM schools LIMIT 2)").fetch_one(executor).await
+}

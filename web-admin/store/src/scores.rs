@@ -1,0 +1,286 @@
+//! Metrics, scores and curves: what the worker makes of a recording.
+
+use std::collections::BTreeMap;
+
+use assessment::{Absent, Assessment, Deduction, Direction, HardFailure, Metric};
+use serde::Deserialize;
+use sqlx::types::Json;
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::{ExactNumber, Result};
+use attempt::AttemptCurve;
+use model::{Moment, new_id};
+
+/// A grading of an attempt.
+#[derive(Clone, Debug, PartialEq, FromRow)]
+pub struct Score {
+    /// Id.
+    pub id: Uuid,
+    /// 0–100.
+    pub score: f64,
+    /// At or above the pass mark and no hard fail.
+    pub passed: bool,
+    /// Exercise whose rubric judged.
+    pub rubric_id: String,
+    /// SHA-256 of the rubric.
+    pub rubric_sha256: String,
+    /// Points lost, per line of the rubric.
+    pub deductions: Json<Vec<Deduction>>,
+    /// Why it failed whatever its points.
+    pub hard_fails: Json<Vec<HardFailure>>,
+    /// Version of the simulator that recorded the attempt.
+    pub simulator_version: String,
+    /// When it was computed.
+    pub computed_at: Moment,
+}
+
+#[derive(FromRow)]
+struct MetricRow {
+    id: String,
+    version: u32,
+    value: Option<f64>,
+    unit: String,
+    direction: String,
+    applies: bool,
+    label: String,
+    absent: String,
+}
+
+impl From<MetricRow> for Metric {
+    fn from(row: MetricRow) -> Self {
+        let direction = match row.direction.as_str() {
+            "higher" => Direction::Higher,
+            "range" => Direction::Range,
+            _ => Direction::Lower,
+        };
+        let MetricRow { id, version, value, unit, applies, label, absent, .. } = row;
+        let absent = Absent::from_stored(&absent);
+        Self { id, version, value, unit, direction, applies, label, absent }
+    }
+}
+
+const fn direction_word(direction: Direction) -> &'static str {
+    match direction {
+        Direction::Lower => "lower",
+        Direction::Higher => "higher",
+        Direction::Range => "range",
+    }
+}
+
+/// The attempt that something belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SessionKey {
+    /// School.
+    pub school_id: Uuid,
+    /// Session.
+    pub id: Uuid,
+}
+
+/// Adds a grading; earlier ones stay. Its id.
+///
+/// # Errors
+/// When the database fails.
+pub async fn add(
+    writer: &mut SqliteConnection,
+    session: SessionKey,
+    assessment: &Assessment,
+    now: Moment,
+) -> Result<Uuid> {
+    for (position, metric) in (0_i64..).zip(&assessment.metrics) {
+        insert_metric(writer, session, position, metric).await?;
+    }
+    let id = new_id(now);
+    sqlx::query(
+        "INSERT INTO scores (id, school_id, session_id, score, passed, rubric_id, rubric_sha256, deductions,
+         hard_fails, simulator_version, computed_at) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
+    )
+    .bind(id)
+    .bind(session.school_id)
+    .bind(session.id)
+    .bind(assessment.score)
+    .bind(assessment.passed)
+    .bind(&assessment.rubric.id)
+    .bind(&assessment.rubric.sha256)
+    .bind(Json(&assessment.deductions))
+    .bind(Json(&assessment.hard_fails))
+    .bind(&assessment.simulator_version)
+    .bind(now)
+    .execute(writer)
+    .await?;
+    Ok(id)
+}
+
+async fn insert_metric(
+    writer: &mut SqliteConnection,
+    session: SessionKey,
+    position: i64,
+    metric: &Metric,
+) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO metrics (school_id, session_id, position, id, version, value, unit, direction, applies, label,
+         absent) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11) ON CONFLICT (school_id, session_id, id, version) DO NOTHING",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .bind(position)
+    .bind(&metric.id)
+    .bind(metric.version)
+    .bind(metric.value)
+    .bind(&metric.unit)
+    .bind(direction_word(metric.direction))
+    .bind(metric.applies)
+    .bind(&metric.label)
+    .bind(metric.absent.map_or("", Absent::code))
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Every computed score of an attempt, in the order in which they were added: a clock may have been set back between two.
+///
+/// # Errors
+/// When the database fails.
+pub async fn all(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Score>> {
+    sqlx::query_as(
+        "SELECT id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
+         FROM scores WHERE school_id = $1 AND session_id = $2 ORDER BY rowid",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .fetch_all(executor)
+    .await
+}
+
+/// The computed scores of every attempt, each in the order in which they were added, 0–100.
+///
+/// # Errors
+/// When the database fails.
+pub async fn added(executor: impl SqliteExecutor<'_>) -> Result<BTreeMap<Uuid, Vec<f64>>> {
+    let rows: Vec<(Uuid, f64)> =
+        sqlx::query_as("SELECT session_id, score FROM scores ORDER BY rowid").fetch_all(executor).await?;
+    let mut added: BTreeMap<Uuid, Vec<f64>> = BTreeMap::new();
+    for (session, score) in rows {
+        added.entry(session).or_default().push(score);
+    }
+    Ok(added)
+}
+
+/// The score that was added last, as the grade names it. Whether it counts is said by [`super::grades::of`].
+///
+/// # Errors
+/// When the database fails.
+pub async fn newest(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Score>> {
+    sqlx::query_as(
+        "SELECT id, score, passed, rubric_id, rubric_sha256, deductions, hard_fails, simulator_version, computed_at
+         FROM scores WHERE id = (SELECT score_id FROM grades WHERE school_id = $1 AND session_id = $2)",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .fetch_optional(executor)
+    .await
+}
+
+/// The metrics of an attempt, in the catalogue's order.
+///
+/// # Errors
+/// When the database fails.
+pub async fn metrics(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Vec<Metric>> {
+    let rows: Vec<MetricRow> = sqlx::query_as(
+        "SELECT id, version, value, unit, direction, applies, label, absent FROM metrics
+         WHERE school_id = $1 AND session_id = $2 ORDER BY position, version",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .fetch_all(executor)
+    .await?;
+    Ok(rows.into_iter().map(Metric::from).collect())
+}
+
+/// A metric in several attempts.
+#[derive(Clone, Debug, PartialEq, FromRow)]
+pub struct MetricOfMany {
+    /// Its id.
+    pub id: String,
+    /// Its version.
+    pub version: u32,
+    /// Its unit.
+    pub unit: String,
+    /// Its name.
+    pub label: String,
+    /// What it is in each attempt that has it, by no telling order.
+    pub found: Json<Vec<FoundMetric>>,
+}
+
+/// A metric in one of several attempts: the attempt's place among them, the value where there is one, and why there is none.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct FoundMetric(pub usize, ExactNumber, pub String);
+
+impl FoundMetric {
+    /// The value, in the metric's unit.
+    #[must_use]
+    pub const fn value(&self) -> Option<f64> {
+        self.1.0
+    }
+
+    /// Why there is none.
+    #[must_use]
+    pub fn absent(&self) -> Option<Absent> {
+        Absent::from_stored(&self.2)
+    }
+}
+
+/// The metrics of several attempts of a school, in the catalogue's order.
+///
+/// A row for each metric: what SQLite hands over costs by the cell, and thirty attempts have twenty thousand.
+///
+/// # Errors
+/// When the database fails.
+pub async fn metrics_of_many(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    sessions: &[Uuid],
+) -> Result<Vec<MetricOfMany>> {
+    // A cross join keeps this order: from the attempts to their metrics, however many the school has.
+    sqlx::query_as(
+        "SELECT m.id, m.version, min(m.unit) AS unit, min(m.label) AS label,
+           json_group_array(json_array(asked.key, iif(m.value IS NULL, NULL, printf('%!.17g', m.value)), m.absent)) AS found
+         FROM json_each($2) asked CROSS JOIN metrics m ON m.school_id = $1 AND m.session_id = unhex(asked.value, '-')
+         GROUP BY m.id, m.version ORDER BY min(m.position), m.version",
+    )
+    .bind(school)
+    .bind(Json(sessions))
+    .fetch_all(executor)
+    .await
+}
+
+/// Stores what a page draws of an attempt.
+///
+/// # Errors
+/// When the database fails.
+pub async fn put_curve(writer: &mut SqliteConnection, session: SessionKey, curve: &AttemptCurve) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO session_curves (school_id, session_id, body) VALUES ($1, $2, $3)
+         ON CONFLICT (school_id, session_id) DO UPDATE SET body = excluded.body",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .bind(Json(curve))
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// What a page draws of an attempt.
+///
+/// # Errors
+/// When the database fails.
+pub async fn curve(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<AttemptCurve>> {
+    let body: Option<Json<AttemptCurve>> =
+        sqlx::query_scalar("SELECT body FROM session_curves WHERE school_id = $1 AND session_id = $2")
+            .bind(session.school_id)
+            .bind(session.id)
+            .fetch_optional(executor)
+            .await?;
+    Ok(body.map(|json| json.0))
+}

@@ -1,0 +1,254 @@
+//! Tasks to mark pops: their traces, and what trainees have marked.
+
+use sqlx::types::Json;
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use model::{CurrentPerson, Moment, Role, new_id};
+
+/// A task to be made.
+#[derive(Clone, Debug)]
+pub struct NewTask {
+    /// Title.
+    pub title: String,
+    /// For whom.
+    pub cohort_id: Uuid,
+    /// When it is due, as it was said and as it is meant.
+    pub due: Option<(String, Moment)>,
+    /// The school's time zone.
+    pub time_zone: String,
+    /// The attempts, in order.
+    pub sessions: Vec<Uuid>,
+}
+
+/// A task as a visitor sees it.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Task {
+    /// Id.
+    pub id: Uuid,
+    /// Title.
+    pub title: String,
+    /// The cohort.
+    pub cohort_id: Uuid,
+    /// Its name.
+    pub cohort: String,
+    /// When it is due for everybody, as it was said.
+    pub due_local: Option<String>,
+    /// When it is due, for a trainee with their extension.
+    pub due_at: Option<Moment>,
+    /// Calendar days by which it was extended for them; 0 for none.
+    pub extended_days: i64,
+    /// The time zone in which it was said.
+    pub time_zone: String,
+    /// Traces; without a trainee's own attempts.
+    pub traces: u32,
+    /// Of these, how many the visitor has sent.
+    pub sent: u32,
+}
+
+/// A trace of a task.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Trace {
+    /// Id: random.
+    pub id: Uuid,
+    /// Its task.
+    pub task_id: Uuid,
+    /// The attempt.
+    pub session_id: Uuid,
+    /// Who tried.
+    pub trainee_id: Uuid,
+    /// Its place in the task, from 1.
+    pub position: u32,
+}
+
+/// What somebody has marked on a trace.
+#[derive(Clone, Debug, PartialEq, FromRow)]
+pub struct Marks {
+    /// Who.
+    pub person_id: Uuid,
+    /// The trace.
+    pub trace_id: Uuid,
+    /// Moments in order, in s.
+    pub marks: Json<Vec<f64>>,
+    /// Since when they stay.
+    pub sent_at: Option<Moment>,
+}
+
+/// Makes a task.
+///
+/// # Errors
+/// When an attempt or the cohort is not of the school, or the database fails.
+pub async fn add(writer: &mut SqliteConnection, by: &CurrentPerson, new: &NewTask, now: Moment) -> Result<Uuid> {
+    let task: Uuid = sqlx::query_scalar(
+        "INSERT INTO segment_tasks (id, school_id, title, cohort_id, due_local, time_zone, due_at, made_by, made_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9) RETURNING id",
+    )
+    .bind(new_id(now))
+    .bind(by.school_id)
+    .bind(&new.title)
+    .bind(new.cohort_id)
+    .bind(new.due.as_ref().map(|(local, _)| local))
+    .bind(&new.time_zone)
+    .bind(new.due.as_ref().map(|(_, at)| *at))
+    .bind(by.id)
+    .bind(now)
+    .fetch_one(&mut *writer)
+    .await?;
+    for (session, position) in new.sessions.iter().zip(1_u32..) {
+        sqlx::query(
+            "INSERT INTO segment_traces (id, school_id, task_id, session_id, position) VALUES ($1, $2, $3, $4, $5)",
+        )
+        .bind(Uuid::new_v4())
+        .bind(by.school_id)
+        .bind(task)
+        .bind(session)
+        .bind(position)
+        .execute(&mut *writer)
+        .await?;
+    }
+    Ok(task)
+}
+
+/// The tasks of the cohorts that somebody teaches, all of the school's for an administrator; the latest first, at most
+/// 100.
+///
+/// # Errors
+/// When the database fails.
+pub async fn managed(executor: impl SqliteExecutor<'_>, by: &CurrentPerson, only: Option<Uuid>) -> Result<Vec<Task>> {
+    sqlx::query_as(
+        "SELECT k.id, k.title, k.cohort_id, c.name AS cohort, k.due_local, k.due_at, 0 AS extended_days,
+           k.time_zone, (SELECT count(*) FROM segment_traces r WHERE r.task_id = k.id) AS traces, 0 AS sent
+         FROM segment_tasks k JOIN cohorts c ON c.school_id = k.school_id AND c.id = k.cohort_id
+         WHERE k.school_id = $1 AND k.withdrawn_at IS NULL AND ($4 IS NULL OR k.id = $4) AND ($2 OR EXISTS (
+           SELECT 1 FROM cohort_members m
+           WHERE m.cohort_id = k.cohort_id AND m.person_id = $3 AND m.role = 'instructor'))
+         ORDER BY k.made_at DESC, k.id DESC LIMIT 100",
+    )
+    .bind(by.school_id)
+    .bind(by.role == Role::Administrator)
+    .bind(by.id)
+    .bind(only)
+    .fetch_all(executor)
+    .await
+}
+
+/// What a trainee is to mark, by date; without tasks of nothing but their own attempts.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Vec<Task>> {
+    sqlx::query_as(
+        "SELECT k.id, k.title, k.cohort_id, c.name AS cohort, k.due_local, coalesce(x.due_at, k.due_at) AS due_at,
+           coalesce(x.days, 0) AS extended_days, k.time_zone, count(*) AS traces, count(a.sent_at) AS sent
+         FROM cohort_members m
+         JOIN segment_tasks k ON k.cohort_id = m.cohort_id AND k.withdrawn_at IS NULL
+         JOIN cohorts c ON c.school_id = k.school_id AND c.id = k.cohort_id
+         JOIN segment_traces r ON r.task_id = k.id
+         JOIN sessions s ON s.school_id = r.school_id AND s.id = r.session_id AND s.trainee_id <> $2
+         LEFT JOIN segment_marks a ON a.trace_id = r.id AND a.person_id = $2
+         LEFT JOIN segment_extensions x ON x.task_id = k.id AND x.person_id = $2
+         WHERE m.person_id = $2 AND m.role = 'trainee' AND k.school_id = $1
+         GROUP BY k.id ORDER BY k.due_at IS NULL, coalesce(x.due_at, k.due_at), k.made_at",
+    )
+    .bind(school)
+    .bind(person)
+    .fetch_all(executor)
+    .await
+}
+
+/// The traces of a task, in order.
+///
+/// # Errors
+/// When the database fails.
+pub async fn traces(executor: impl SqliteExecutor<'_>, school: Uuid, task: Uuid) -> Result<Vec<Trace>> {
+    sqlx::query_as(
+        "SELECT r.id, r.task_id, r.session_id, s.trainee_id, r.position FROM segment_traces r
+         JOIN sessions s ON s.school_id = r.school_id AND s.id = r.session_id
+         WHERE r.school_id = $1 AND r.task_id = $2 ORDER BY r.position",
+    )
+    .bind(school)
+    .bind(task)
+    .fetch_all(executor)
+    .await
+}
+
+/// A trace of a school.
+///
+/// # Errors
+/// When the database fails.
+pub async fn trace(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Trace>> {
+    sqlx::query_as(
+        "SELECT r.id, r.task_id, r.session_id, s.trainee_id, r.position FROM segment_traces r
+         JOIN sessions s ON s.school_id = r.school_id AND s.id = r.session_id
+         WHERE r.school_id = $1 AND r.id = $2",
+    )
+    .bind(school)
+    .bind(id)
+    .fetch_optional(executor)
+    .await
+}
+
+/// Everybody's marks on the traces of a task.
+///
+/// # Errors
+/// When the database fails.
+pub async fn marks(executor: impl SqliteExecutor<'_>, school: Uuid, task: Uuid) -> Result<Vec<Marks>> {
+    sqlx::query_as(
+        "SELECT a.person_id, a.trace_id, a.marks, a.sent_at FROM segment_traces r
+         JOIN segment_marks a ON a.trace_id = r.id
+         WHERE r.school_id = $1 AND r.task_id = $2 ORDER BY r.position",
+    )
+    .bind(school)
+    .bind(task)
+    .fetch_all(executor)
+    .await
+}
+
+/// What somebody has marked on a trace so far.
+///
+/// # Errors
+/// When the database fails.
+pub async fn marks_of(executor: impl SqliteExecutor<'_>, trace: Uuid, person: Uuid) -> Result<Option<Marks>> {
+    sqlx::query_as(
+        "SELECT person_id, trace_id, marks, sent_at FROM segment_marks WHERE trace_id = $1 AND person_id = $2",
+    )
+    .bind(trace)
+    .bind(person)
+    .fetch_optional(executor)
+    .await
+}
+
+/// Keeps marks. False where others were sent already.
+///
+/// # Errors
+/// When the database fails.
+pub async fn put(writer: &mut SqliteConnection, school: Uuid, new: &Marks) -> Result<bool> {
+    sqlx::query(
+        "INSERT INTO segment_marks (school_id, trace_id, person_id, marks, sent_at) VALUES ($1, $2, $3, $4, $5)
+         ON CONFLICT (trace_id, person_id) DO UPDATE SET marks = excluded.marks, sent_at = excluded.sent_at
+         WHERE segment_marks.sent_at IS NULL",
+    )
+    .bind(school)
+    .bind(new.trace_id)
+    .bind(new.person_id)
+    .bind(&new.marks)
+    .bind(new.sent_at)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// Takes a task back.
+///
+/// # Errors
+/// When the database fails.
+pub async fn withdraw(writer: &mut SqliteConnection, school: Uuid, id: Uuid, now: Moment) -> Result<()> {
+    sqlx::query("UPDATE segment_tasks SET withdrawn_at = $3 WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .bind(now)
+        .execute(writer)
+        .await
+        .map(drop)
+}

@@ -1,0 +1,61 @@
+//! The codes by which trainees sign in at a station: only their hashes are here.
+
+use sqlx::{SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use super::people::Person;
+use model::Moment;
+
+/// Gives a person a code, in place of the one they had. False when somebody of the school has the same.
+///
+/// # Errors
+/// When the database fails.
+pub async fn put(
+    writer: &mut SqliteConnection,
+    (school, person): (Uuid, Uuid),
+    code_hash: &[u8; 32],
+    now: Moment,
+) -> Result<bool> {
+    sqlx::query(
+        "INSERT INTO sign_in_codes (school_id, person_id, code_hash, made_at) VALUES ($1, $2, $3, $4)
+         ON CONFLICT (person_id) DO UPDATE SET code_hash = excluded.code_hash, made_at = excluded.made_at
+         ON CONFLICT (school_id, code_hash) DO NOTHING",
+    )
+    .bind(school)
+    .bind(person)
+    .bind(code_hash.as_slice())
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// Whose code this is.
+///
+/// # Errors
+/// When the database fails.
+pub async fn holder(executor: impl SqliteExecutor<'_>, school: Uuid, code_hash: &[u8; 32]) -> Result<Option<Person>> {
+    sqlx::query_as(
+        "SELECT p.id, p.school_id, p.role, p.email, p.display_name, p.pseudonym, p.credential_version, p.disabled_at,
+           p.language
+         FROM sign_in_codes c JOIN people p ON p.school_id = c.school_id AND p.id = c.person_id
+         WHERE c.school_id = $1 AND c.code_hash = $2",
+    )
+    .bind(school)
+    .bind(code_hash.as_slice())
+    .fetch_optional(executor)
+    .await
+}
+
+/// Since when a person has had their code.
+///
+/// # Errors
+/// When the database fails.
+pub async fn made_at(executor: impl SqliteExecutor<'_>, school: Uuid, person: Uuid) -> Result<Option<Moment>> {
+    sqlx::query_scalar("SELECT made_at FROM sign_in_codes WHERE school_id = $1 AND person_id = $2")
+        .bind(school)
+        .bind(person)
+        .fetch_optional(executor)
+        .await
+}

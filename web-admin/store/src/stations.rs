@@ -1,0 +1,232 @@
+//! Training stations: the codes they join with, when they were last seen, and the wrong sign-in codes they passed on.
+//! A station is a row of `api_tokens`.
+
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use model::Moment;
+
+/// A station that has, or had, a token.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Station {
+    /// Id of its token.
+    pub id: Uuid,
+    /// Name.
+    pub station: String,
+    /// Since when.
+    pub created_at: Moment,
+    /// When it last asked for anything.
+    pub last_seen_at: Option<Moment>,
+    /// The token was revoked.
+    pub revoked: bool,
+    /// It has a key, and signs what is recorded at it.
+    pub signs: bool,
+}
+
+/// A code by which a station may join.
+#[derive(Clone, Copy, Debug)]
+pub struct PairingCode {
+    /// School.
+    pub school_id: Uuid,
+    /// The administrator who made it.
+    pub made_by: Uuid,
+    /// Until when it is good.
+    pub expires_at: Moment,
+}
+
+/// Wrong sign-in codes that a station has passed on.
+#[derive(Clone, Copy, Debug, FromRow)]
+pub struct WrongCodes {
+    /// How many …
+    pub wrong_codes: u32,
+    /// … since when.
+    pub wrong_since: Option<Moment>,
+}
+
+/// The stations of a school, by name.
+///
+/// # Errors
+/// When the database fails.
+pub async fn all(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Station>> {
+    sqlx::query_as(
+        "SELECT id, station, created_at, last_seen_at, revoked_at IS NOT NULL AS revoked,
+           public_key IS NOT NULL AS signs FROM api_tokens
+         WHERE school_id = $1 AND station IS NOT NULL ORDER BY station, created_at",
+    )
+    .bind(school)
+    .fetch_all(executor)
+    .await
+}
+
+/// The name of a station of a school, revoked or not.
+///
+/// # Errors
+/// When the database fails.
+pub async fn name(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<String>> {
+    sqlx::query_scalar("SELECT station FROM api_tokens WHERE school_id = $1 AND id = $2 AND station IS NOT NULL")
+        .bind(school)
+        .bind(id)
+        .fetch_optional(executor)
+        .await
+}
+
+/// A station that may sign recordings.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Signer {
+    /// Id of its token.
+    pub id: Uuid,
+    /// Since when it is paired.
+    pub created_at: Moment,
+    /// Its Ed25519 public key, 64 hexadecimal digits.
+    pub public_key: String,
+}
+
+/// The station of a school that is paired now and has a key.
+///
+/// # Errors
+/// When the database fails.
+pub async fn signer(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Signer>> {
+    sqlx::query_as(
+        "SELECT id, created_at, public_key FROM api_tokens
+         WHERE school_id = $1 AND id = $2 AND station IS NOT NULL AND revoked_at IS NULL AND public_key IS NOT NULL",
+    )
+    .bind(school)
+    .bind(id)
+    .fetch_optional(executor)
+    .await
+}
+
+/// Registers the key of a station that has just been paired.
+///
+/// # Errors
+/// When the database fails.
+pub async fn set_key(writer: &mut SqliteConnection, school: Uuid, id: Uuid, public_key: &str) -> Result<()> {
+    sqlx::query("UPDATE api_tokens SET public_key = $3 WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .bind(public_key)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Whether a station of a school that may still be used has this name.
+///
+/// # Errors
+/// When the database fails.
+pub async fn is_taken(executor: impl SqliteExecutor<'_>, school: Uuid, name: &str) -> Result<bool> {
+    sqlx::query_scalar(
+        "SELECT EXISTS (SELECT 1 FROM api_tokens WHERE school_id = $1 AND station = $2 AND revoked_at IS NULL)",
+    )
+    .bind(school)
+    .bind(name)
+    .fetch_one(executor)
+    .await
+}
+
+/// Notes that a token was seen, of a station or a person.
+///
+/// # Errors
+/// When the database fails.
+pub async fn saw(writer: &mut SqliteConnection, school: Uuid, id: Uuid, now: Moment) -> Result<()> {
+    sqlx::query("UPDATE api_tokens SET last_seen_at = $3 WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .bind(now)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Revokes the token of a station. False when there is none to revoke.
+///
+/// # Errors
+/// When the database fails.
+pub async fn revoke(writer: &mut SqliteConnection, school: Uuid, id: Uuid, now: Moment) -> Result<bool> {
+    sqlx::query(
+        "UPDATE api_tokens SET revoked_at = $3
+         WHERE school_id = $1 AND id = $2 AND station IS NOT NULL AND revoked_at IS NULL",
+    )
+    .bind(school)
+    .bind(id)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// Keeps the hash of a pairing code, and forgets those that have expired.
+///
+/// # Errors
+/// When the database fails.
+pub async fn add_code(
+    writer: &mut SqliteConnection,
+    code: &PairingCode,
+    code_sha256: &[u8; 32],
+    now: Moment,
+) -> Result<()> {
+    sqlx::query("DELETE FROM pairing_codes WHERE expires_at <= $1").bind(now).execute(&mut *writer).await?;
+    sqlx::query("INSERT INTO pairing_codes (code_sha256, school_id, made_by, expires_at) VALUES ($1, $2, $3, $4)")
+        .bind(code_sha256.as_slice())
+        .bind(code.school_id)
+        .bind(code.made_by)
+        .bind(code.expires_at)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Takes a code that is still good: it is so no longer. The school that it leads to.
+///
+/// # Errors
+/// When the database fails.
+pub async fn use_code(writer: &mut SqliteConnection, code_sha256: &[u8; 32], now: Moment) -> Result<Option<Uuid>> {
+    sqlx::query_scalar("DELETE FROM pairing_codes WHERE code_sha256 = $1 AND expires_at > $2 RETURNING school_id")
+        .bind(code_sha256.as_slice())
+        .bind(now)
+        .fetch_optional(writer)
+        .await
+}
+
+/// Wrong sign-in codes that a station has passed on.
+///
+/// # Errors
+/// When the database fails.
+pub async fn wrong_codes(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<WrongCodes> {
+    sqlx::query_as("SELECT wrong_codes, wrong_since FROM api_tokens WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .fetch_one(executor)
+        .await
+}
+
+/// Notes how many wrong sign-in codes a station has passed on.
+///
+/// # Errors
+/// When the database fails.
+pub async fn set_wrong_codes(writer: &mut SqliteConnection, school: Uuid, id: Uuid, wrong: WrongCodes) -> Result<()> {
+    sqlx::query("UPDATE api_tokens SET wrong_codes = $3, wrong_since = $4 WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .bind(wrong.wrong_codes)
+        .bind(wrong.wrong_since)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Takes back one wrong code: it was right.
+///
+/// # Errors
+/// When the database fails.
+pub async fn forgive(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<()> {
+    sqlx::query(
+        "UPDATE api_tokens SET wrong_codes = wrong_codes - 1 WHERE school_id = $1 AND id = $2 AND wrong_codes > 0",
+    )
+    .bind(school)
+    .bind(id)
+    .execute(writer)
+    .await
+    .map(drop)
+}

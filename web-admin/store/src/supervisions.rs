@@ -1,0 +1,95 @@
+//! Attempts at which somebody who teaches was there, as they have confirmed.
+
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use super::scores::SessionKey;
+use crate::sessions::Session;
+use model::Moment;
+
+/// Somebody was there.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Supervision {
+    /// The name of whoever it was.
+    pub by: String,
+    /// When they said so.
+    pub confirmed_at: Moment,
+}
+
+/// Confirms that somebody was there. False where that was confirmed already.
+///
+/// # Errors
+/// When they are of another school, or the database fails.
+pub async fn confirm(writer: &mut SqliteConnection, session: &Session, by: Uuid, now: Moment) -> Result<bool> {
+    sqlx::query(
+        "INSERT INTO supervisions (school_id, session_id, trainee_id, confirmed_by, confirmed_at)
+         VALUES ($1, $2, $3, $4, $5) ON CONFLICT (school_id, session_id) DO NOTHING",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .bind(session.trainee_id)
+    .bind(by)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// Takes a confirmation back. False where there is none.
+///
+/// # Errors
+/// When the database fails.
+pub async fn withdraw(writer: &mut SqliteConnection, session: SessionKey) -> Result<bool> {
+    sqlx::query("DELETE FROM supervisions WHERE school_id = $1 AND session_id = $2")
+        .bind(session.school_id)
+        .bind(session.id)
+        .execute(writer)
+        .await
+        .map(|done| done.rows_affected() == 1)
+}
+
+/// Who was there at an attempt.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of(executor: impl SqliteExecutor<'_>, session: SessionKey) -> Result<Option<Supervision>> {
+    sqlx::query_as(
+        "SELECT p.display_name AS \"by\", v.confirmed_at FROM supervisions v
+         JOIN people p ON p.school_id = v.school_id AND p.id = v.confirmed_by
+         WHERE v.school_id = $1 AND v.session_id = $2",
+    )
+    .bind(session.school_id)
+    .bind(session.id)
+    .fetch_optional(executor)
+    .await
+}
+
+/// The attempts of a trainee at which somebody was there.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_trainee(executor: impl SqliteExecutor<'_>, school: Uuid, trainee: Uuid) -> Result<Vec<Uuid>> {
+    sqlx::query_scalar("SELECT session_id FROM supervisions WHERE school_id = $1 AND trainee_id = $2")
+        .bind(school)
+        .bind(trainee)
+        .fetch_all(executor)
+        .await
+}
+
+/// The attempts of those to whom something was assigned, at which somebody was there.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_assignment(executor: impl SqliteExecutor<'_>, school: Uuid, assignment: Uuid) -> Result<Vec<Uuid>> {
+    sqlx::query_scalar(
+        "SELECT v.session_id FROM (
+           SELECT m.person_id FROM assignments a JOIN cohort_members m ON m.cohort_id = a.cohort_id AND m.role = 'trainee'
+           WHERE a.id = $2 UNION ALL SELECT person_id FROM assignments WHERE id = $2 AND person_id IS NOT NULL) trained
+         CROSS JOIN supervisions v ON v.school_id = $1 AND v.trainee_id = trained.person_id",
+    )
+    .bind(school)
+    .bind(assignment)
+    .fetch_all(executor)
+    .await
+}

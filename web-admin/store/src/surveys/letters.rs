@@ -1,0 +1,133 @@
+//! Letters with a survey's link to people without an account.
+
+use model::mail::{LetterDelivery, SurveyLetter};
+use sqlx::{SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use crate::Result;
+use model::survey::Survey;
+use model::{Moment, new_id};
+
+/// Queues a letter. False when somebody of that address was written to before.
+///
+/// # Errors
+/// When the database fails.
+pub async fn queue(
+    writer: &mut SqliteConnection,
+    survey: &Survey,
+    (name, email): (&str, &str),
+    now: Moment,
+) -> Result<bool> {
+    sqlx::query(
+        "INSERT INTO survey_letters (id, school_id, survey_id, name, email, next_run_at) VALUES ($1, $2, $3, $4, $5, $6)
+         ON CONFLICT (survey_id, email) DO NOTHING",
+    )
+    .bind(new_id(now))
+    .bind(survey.school_id)
+    .bind(survey.id)
+    .bind(name)
+    .bind(email)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// How many letters of a school were queued since a moment. Their ids tell when.
+///
+/// # Errors
+/// When the database fails.
+pub async fn queued_since(executor: impl SqliteExecutor<'_>, school: Uuid, since: Moment) -> Result<i64> {
+    let milliseconds = u64::try_from(since.micros() / 1000).unwrap_or(0);
+    let first = Uuid::from_u128(u128::from(milliseconds) << 80);
+    sqlx::query_scalar("SELECT count(*) FROM survey_letters WHERE school_id = $1 AND id >= $2")
+        .bind(school)
+        .bind(first)
+        .fetch_one(executor)
+        .await
+}
+
+/// The letters that are due, oldest first.
+///
+/// # Errors
+/// When the database fails.
+pub async fn due(executor: impl SqliteExecutor<'_>, now: Moment, limit: u32) -> Result<Vec<SurveyLetter>> {
+    sqlx::query_as(
+        "SELECT l.id, l.school_id, l.survey_id, l.name, l.email, l.response_id, l.tries, s.name AS school
+         FROM survey_letters l JOIN schools s ON s.id = l.school_id
+         WHERE l.next_run_at <= $1 ORDER BY l.next_run_at LIMIT $2",
+    )
+    .bind(now)
+    .bind(limit)
+    .fetch_all(executor)
+    .await
+}
+
+/// Takes a letter from the queue before it goes out: whatever happens then, it does not go out again by itself.
+///
+/// # Errors
+/// When the database fails.
+pub async fn claim(writer: &mut SqliteConnection, letter: &SurveyLetter, response: Uuid) -> Result<()> {
+    sqlx::query(
+        "UPDATE survey_letters SET next_run_at = NULL, tries = tries + 1, response_id = $3
+         WHERE school_id = $1 AND id = $2",
+    )
+    .bind(letter.school_id)
+    .bind(letter.id)
+    .bind(response)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Notes that a letter is out; it no longer leads to the answer.
+///
+/// # Errors
+/// When the database fails.
+pub async fn sent(writer: &mut SqliteConnection, letter: &SurveyLetter, now: Moment) -> Result<()> {
+    sqlx::query(
+        "UPDATE survey_letters SET sent_at = $3, response_id = NULL, next_run_at = NULL, error = NULL
+         WHERE school_id = $1 AND id = $2",
+    )
+    .bind(letter.school_id)
+    .bind(letter.id)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Notes why a letter did not go out, and when to try again; never, where that is `None`.
+///
+/// # Errors
+/// When the database fails.
+pub async fn failed(
+    writer: &mut SqliteConnection,
+    letter: &SurveyLetter,
+    error: &str,
+    again: Option<Moment>,
+) -> Result<()> {
+    sqlx::query("UPDATE survey_letters SET error = $3, next_run_at = $4 WHERE school_id = $1 AND id = $2")
+        .bind(letter.school_id)
+        .bind(letter.id)
+        .bind(error)
+        .bind(again)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// How the letters of a survey went, by address.
+///
+/// # Errors
+/// When the database fails.
+pub async fn deliveries(executor: impl SqliteExecutor<'_>, survey: &Survey) -> Result<Vec<LetterDelivery>> {
+    sqlx::query_as(
+        "SELECT name, email, sent_at, error, next_run_at FROM survey_letters
+         WHERE school_id = $1 AND survey_id = $2 ORDER BY email",
+    )
+    .bind(survey.school_id)
+    .bind(survey.id)
+    .fetch_all(executor)
+    .await
+}

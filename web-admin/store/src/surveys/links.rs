@@ -1,0 +1,257 @@
+//! What a survey is tied to: cohorts, exercises, courses, themes of comments; and who is asked to answer it.
+
+use sqlx::{SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::survey;
+use crate::Result;
+use crate::sessions::Session;
+use model::Moment;
+use model::survey::Survey;
+
+/// Sends a survey to a cohort.
+///
+/// # Errors
+/// When either is of another school, or the database fails.
+pub async fn add_cohort(writer: &mut SqliteConnection, school: Uuid, survey: Uuid, cohort: Uuid) -> Result<()> {
+    sqlx::query("INSERT INTO survey_cohorts (school_id, survey_id, cohort_id) VALUES ($1, $2, $3)")
+        .bind(school)
+        .bind(survey)
+        .bind(cohort)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Names of the cohorts that a survey was sent to.
+///
+/// # Errors
+/// When the database fails.
+pub async fn cohort_names(executor: impl SqliteExecutor<'_>, school: Uuid, survey: Uuid) -> Result<Vec<String>> {
+    sqlx::query_scalar(
+        "SELECT c.name FROM survey_cohorts sc CROSS JOIN cohorts c ON c.school_id = sc.school_id AND c.id = sc.cohort_id
+         WHERE sc.school_id = $1 AND sc.survey_id = $2 ORDER BY c.name",
+    )
+    .bind(school)
+    .bind(survey)
+    .fetch_all(executor)
+    .await
+}
+
+/// Asks a survey after an exercise.
+///
+/// # Errors
+/// When the database fails.
+pub async fn add_exercise(writer: &mut SqliteConnection, school: Uuid, survey: Uuid, exercise: &str) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO survey_exercises (school_id, survey_id, exercise_id) VALUES ($1, $2, $3)
+         ON CONFLICT (survey_id, exercise_id) DO NOTHING",
+    )
+    .bind(school)
+    .bind(survey)
+    .bind(exercise)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// Which instruments the courses of a school ask for, after which exercises: the instrument's id, the revision that is
+/// current, its title, and the exercise. Instruments that were never published are left out.
+///
+/// # Errors
+/// When the database fails.
+pub async fn asked_by_courses(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(Uuid, String, String)>> {
+    sqlx::query_as(
+        "SELECT r.id, r.title, e.exercise_id FROM curricula c
+         JOIN curriculum_entries e ON e.revision_id = c.revision_id
+         JOIN instruments i ON i.school_id = c.school_id AND i.instrument_id = e.survey
+         JOIN instrument_revisions r ON r.school_id = i.school_id AND r.id = i.revision_id
+         WHERE c.school_id = $1 ORDER BY r.id, e.exercise_id",
+    )
+    .bind(school)
+    .fetch_all(executor)
+    .await
+}
+
+/// The open surveys that courses have asked for: those without an owner.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_course(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Survey>> {
+    sqlx::query_as(survey!(
+        "WHERE s.school_id = $1 AND s.after_attempts = 1 AND s.owner_id IS NULL AND s.closes_at IS NULL"
+    ))
+    .bind(school)
+    .fetch_all(executor)
+    .await
+}
+
+/// Sets when a survey closes; `None` opens it again for good.
+///
+/// # Errors
+/// When the database fails.
+pub async fn close(writer: &mut SqliteConnection, school: Uuid, survey: Uuid, at: Option<Moment>) -> Result<()> {
+    sqlx::query("UPDATE surveys SET closes_at = $3 WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(survey)
+        .bind(at)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// The open surveys that a person is asked once, by a cohort they are in as a trainee.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_person(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    person: Uuid,
+    now: Moment,
+) -> Result<Vec<Survey>> {
+    sqlx::query_as(survey!(
+        "WHERE s.school_id = $1 AND s.after_attempts = 0 AND s.opens_at <= $3
+           AND (s.closes_at IS NULL OR s.closes_at > $3) AND s.id IN (
+             SELECT sc.survey_id FROM cohort_members m JOIN survey_cohorts sc ON sc.cohort_id = m.cohort_id
+             WHERE m.person_id = $2 AND m.role = 'trainee')
+         ORDER BY s.opens_at"
+    ))
+    .bind(school)
+    .bind(person)
+    .bind(now)
+    .fetch_all(executor)
+    .await
+}
+
+/// Who has practised what: an attempt, or whatever they may practise.
+#[derive(Clone, Copy, Debug)]
+pub struct Practised<'a> {
+    /// Their school.
+    pub school: Uuid,
+    /// The trainee.
+    pub trainee: Uuid,
+    /// The exercise; none: any.
+    pub exercise: Option<&'a str>,
+}
+
+impl<'a> Practised<'a> {
+    /// An attempt.
+    #[must_use]
+    pub fn by(session: &'a Session) -> Self {
+        Self { school: session.school_id, trainee: session.trainee_id, exercise: Some(&session.exercise_id) }
+    }
+}
+
+/// The open surveys that are asked after an attempt.
+///
+/// # Errors
+/// When the database fails.
+pub async fn after_attempt(
+    executor: impl SqliteExecutor<'_>,
+    practised: Practised<'_>,
+    now: Moment,
+) -> Result<Vec<Survey>> {
+    sqlx::query_as(survey!(
+        "WHERE s.school_id = $1 AND s.after_attempts = 1 AND s.opens_at <= $4
+           AND (s.closes_at IS NULL OR s.closes_at > $4)
+           AND ($3 IS NULL OR NOT EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = s.id)
+             OR EXISTS (SELECT 1 FROM survey_exercises e WHERE e.survey_id = s.id AND e.exercise_id = $3))
+           AND (NOT EXISTS (SELECT 1 FROM survey_cohorts sc WHERE sc.survey_id = s.id)
+             OR EXISTS (SELECT 1 FROM survey_cohorts sc JOIN cohort_members m ON m.cohort_id = sc.cohort_id
+               WHERE sc.survey_id = s.id AND m.person_id = $2 AND m.role = 'trainee'))
+         ORDER BY s.created_at"
+    ))
+    .bind(practised.school)
+    .bind(practised.trainee)
+    .bind(practised.exercise)
+    .bind(now)
+    .fetch_all(executor)
+    .await
+}
+
+/// The exercises after which surveys of a school are asked: survey and exercise. A survey without one is asked after all.
+///
+/// # Errors
+/// When the database fails.
+pub async fn exercises(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(Uuid, String)>> {
+    sqlx::query_as(
+        "SELECT e.survey_id, e.exercise_id FROM surveys s JOIN survey_exercises e ON e.survey_id = s.id
+         WHERE s.school_id = $1 AND s.after_attempts = 1 ORDER BY e.survey_id, e.exercise_id",
+    )
+    .bind(school)
+    .fetch_all(executor)
+    .await
+}
+
+/// Whether a person has answered a survey, for an attempt or at all.
+///
+/// # Errors
+/// When the database fails.
+pub async fn answered(
+    executor: impl SqliteExecutor<'_>,
+    survey: &Survey,
+    person: Uuid,
+    session: Option<Uuid>,
+) -> Result<bool> {
+    sqlx::query_scalar(
+        "SELECT EXISTS (SELECT 1 FROM survey_participations WHERE school_id = $1 AND survey_id = $2
+           AND person_id = $3 AND coalesce(session_id, x'') = coalesce($4, x''))",
+    )
+    .bind(survey.school_id)
+    .bind(survey.id)
+    .bind(person)
+    .bind(session)
+    .fetch_one(executor)
+    .await
+}
+
+/// Puts a theme on a comment. False when there is no such comment in the survey.
+///
+/// # Errors
+/// When the database fails.
+pub async fn add_tag(
+    writer: &mut SqliteConnection,
+    survey: &Survey,
+    (response, item): (Uuid, &str),
+    tag: &str,
+) -> Result<bool> {
+    sqlx::query(
+        "INSERT INTO survey_tags (school_id, survey_id, response_id, item_id, tag)
+         SELECT school_id, survey_id, id, $4, $5 FROM survey_responses
+         WHERE school_id = $1 AND survey_id = $2 AND id = $3 AND state = 'submitted'
+         ON CONFLICT (response_id, item_id, tag) DO UPDATE SET tag = excluded.tag",
+    )
+    .bind(survey.school_id)
+    .bind(survey.id)
+    .bind(response)
+    .bind(item)
+    .bind(tag)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// Takes a theme from a comment. False when it was not there.
+///
+/// # Errors
+/// When the database fails.
+pub async fn remove_tag(
+    writer: &mut SqliteConnection,
+    survey: &Survey,
+    (response, item): (Uuid, &str),
+    tag: &str,
+) -> Result<bool> {
+    sqlx::query(
+        "DELETE FROM survey_tags WHERE school_id = $1 AND survey_id = $2 AND response_id = $3 AND item_id = $4
+           AND tag = $5",
+    )
+    .bind(survey.school_id)
+    .bind(survey.id)
+    .bind(response)
+    .bind(item)
+    .bind(tag)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}

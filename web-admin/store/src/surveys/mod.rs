@@ -1,0 +1,103 @@
+//! Surveys, whom they are for, and what they were answered.
+
+pub mod letters;
+mod links;
+mod responses;
+mod results;
+
+pub use links::{
+    Practised, add_cohort, add_exercise, add_tag, after_attempt, answered, asked_by_courses, close, cohort_names,
+    exercises, of_course, of_person, remove_tag,
+};
+pub use responses::{
+    NewResponse, Response, Submission, add, by_token, draft_of, put_answers, reset, set_token, submit, withdraw,
+};
+pub use results::{Attempt, Counts, Submitted, Tag, attempts, counts, submitted, tags};
+
+use model::survey::Survey;
+use sqlx::{SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use model::survey::Identity;
+use model::{Moment, new_id};
+
+/// A survey to be added.
+#[derive(Clone, Copy, Debug)]
+pub struct NewSurvey<'a> {
+    /// Its school.
+    pub school_id: Uuid,
+    /// The revision that it asks.
+    pub revision_id: Uuid,
+    /// Title.
+    pub title: &'a str,
+    /// Whose it is; none: the administrators'.
+    pub owner_id: Option<Uuid>,
+    /// Whether answers lead to who gave them.
+    pub identity: Identity,
+    /// Asked after each attempt.
+    pub after_attempts: bool,
+    /// The answers are made by a program.
+    pub generated: bool,
+    /// From when on it can be answered.
+    pub opens_at: Moment,
+    /// Until when.
+    pub closes_at: Option<Moment>,
+}
+
+/// Adds a survey.
+///
+/// # Errors
+/// When there is no such revision, or the database fails.
+pub async fn insert(writer: &mut SqliteConnection, new: &NewSurvey<'_>, now: Moment) -> Result<Uuid> {
+    sqlx::query_scalar(
+        "INSERT INTO surveys (id, school_id, revision_id, title, owner_id, identity, after_attempts, generated,
+           opens_at, closes_at, created_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11) RETURNING id",
+    )
+    .bind(new_id(now))
+    .bind(new.school_id)
+    .bind(new.revision_id)
+    .bind(new.title)
+    .bind(new.owner_id)
+    .bind(new.identity)
+    .bind(new.after_attempts)
+    .bind(new.generated)
+    .bind(new.opens_at)
+    .bind(new.closes_at)
+    .bind(now)
+    .fetch_one(writer)
+    .await
+}
+
+/// Columns of a survey, whatever limits the list.
+macro_rules! survey {
+    ($rest:literal) => {
+        concat!(
+            "SELECT s.id, s.school_id, s.revision_id, r.title AS instrument, s.title, s.owner_id, s.identity,
+               s.after_attempts, s.generated, s.opens_at, s.closes_at, s.created_at
+             FROM surveys s JOIN instrument_revisions r ON r.school_id = s.school_id AND r.id = s.revision_id ",
+            $rest
+        )
+    };
+}
+pub(crate) use survey;
+
+/// A survey of a school.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> Result<Option<Survey>> {
+    sqlx::query_as(survey!("WHERE s.school_id = $1 AND s.id = $2")).bind(school).bind(id).fetch_optional(executor).await
+}
+
+/// Every survey of a school, newest first, at most 200.
+///
+/// # Errors
+/// When the database fails.
+pub async fn all(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<Survey>> {
+    sqlx::query_as(survey!("WHERE s.school_id = $1 ORDER BY s.created_at DESC, s.id DESC LIMIT 200"))
+        .bind(school)
+        .fetch_all(executor)
+        .await
+}

@@ -1,0 +1,109 @@
+//! Sums over the attempts of a month: of each cohort, and of the whole school.
+
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use model::Moment;
+
+/// The cohort in `tallies` that stands for the whole school.
+const WHOLE_SCHOOL: Uuid = Uuid::nil();
+
+/// How many attempts, how many passed, the sum of their scores.
+#[derive(Clone, Copy, Debug, Default, PartialEq, FromRow)]
+pub struct Sums {
+    /// Scored attempts.
+    pub attempts: i64,
+    /// Attempts passed.
+    pub passes: i64,
+    /// Sum of the scores, each 0–100.
+    pub points: f64,
+}
+
+/// Adds a difference to the school's month and to that of each cohort the trainee is in.
+pub(super) async fn add(
+    writer: &mut SqliteConnection,
+    (school, trainee): (Uuid, Uuid),
+    at: Moment,
+    by: Sums,
+) -> Result<()> {
+    let cohorts: Vec<Uuid> = sqlx::query_scalar(
+        "SELECT cohort_id FROM cohort_members WHERE person_id = $2 AND role = 'trainee' AND school_id = $1",
+    )
+    .bind(school)
+    .bind(trainee)
+    .fetch_all(&mut *writer)
+    .await?;
+    let at = at.to_utc();
+    let month = i64::from(at.year()) * 12 + i64::from(u8::from(at.month())) - 1;
+    for cohort in cohorts.into_iter().chain([WHOLE_SCHOOL]) {
+        sqlx::query(
+            "INSERT INTO tallies (school_id, cohort_id, month, attempts, passes, points)
+             VALUES ($1, $2, $3, $4, $5, $6) ON CONFLICT (school_id, cohort_id, month) DO UPDATE SET
+             attempts = attempts + excluded.attempts, passes = passes + excluded.passes,
+             points = points + excluded.points",
+        )
+        .bind(school)
+        .bind(cohort)
+        .bind(month)
+        .bind(by.attempts)
+        .bind(by.passes)
+        .bind(by.points)
+        .execute(&mut *writer)
+        .await?;
+    }
+    Ok(())
+}
+
+/// Sums of a cohort over a year.
+#[derive(Clone, Debug, PartialEq, FromRow)]
+pub struct YearOfCohort {
+    /// The cohort.
+    pub cohort_id: Uuid,
+    /// Its name.
+    pub cohort: String,
+    /// Its sums.
+    #[sqlx(flatten)]
+    pub sums: Sums,
+}
+
+/// Sums over a year, UTC, of the cohorts that have practised in it, by name, from the first after `after`; `limit` of them at most.
+///
+/// # Errors
+/// When the database fails.
+pub async fn in_year(
+    executor: impl SqliteExecutor<'_>,
+    school: Uuid,
+    year: i64,
+    (after, limit): (&str, u32),
+) -> Result<Vec<YearOfCohort>> {
+    sqlx::query_as(
+        "SELECT c.id AS cohort_id, c.name AS cohort, sum(t.attempts) AS attempts, sum(t.passes) AS passes,
+           sum(t.points) AS points
+         FROM cohorts c CROSS JOIN tallies t ON t.school_id = c.school_id AND t.cohort_id = c.id
+           AND t.month >= 12 * $2 AND t.month < 12 * $2 + 12
+         WHERE c.school_id = $1 AND c.name > $3 GROUP BY c.name, c.id ORDER BY c.name, c.id LIMIT $4",
+    )
+    .bind(school)
+    .bind(year)
+    .bind(after)
+    .bind(limit)
+    .fetch_all(executor)
+    .await
+}
+
+/// Sums of the whole school by month, the earliest first: 12 × year + month − 1, and the sums.
+///
+/// # Errors
+/// When the database fails.
+pub async fn by_month(executor: impl SqliteExecutor<'_>, school: Uuid) -> Result<Vec<(i64, Sums)>> {
+    let rows: Vec<(i64, i64, i64, f64)> = sqlx::query_as(
+        "SELECT month, attempts, passes, points FROM tallies WHERE school_id = $1 AND cohort_id = $2 ORDER BY month",
+    )
+    .bind(school)
+    .bind(WHOLE_SCHOOL)
+    .fetch_all(executor)
+    .await?;
+    let sums = |(month, attempts, passes, points)| (month, Sums { attempts, passes, points });
+    Ok(rows.into_iter().map(sums).collect())
+}

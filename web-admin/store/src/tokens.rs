@@ -1,0 +1,184 @@
+//! Bearer tokens of the API: only their hashes are here.
+
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use super::second_factors::PersonKey;
+use model::{Moment, new_id};
+
+/// Whom a token stands for.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct TokenHolder {
+    /// School.
+    pub school_id: Uuid,
+    /// The person, or
+    pub person_id: Option<Uuid>,
+    /// the station, by name.
+    pub station: Option<String>,
+}
+
+/// A token that was not revoked.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Token {
+    /// Its own id.
+    pub id: Uuid,
+    /// School.
+    pub school_id: Uuid,
+    /// The person it stands for, or
+    pub person_id: Option<Uuid>,
+    /// the station, by name.
+    pub station: Option<String>,
+    /// When it was last used.
+    pub last_seen_at: Option<Moment>,
+    /// When it ends, or ended.
+    pub expires_at: Option<Moment>,
+}
+
+/// A token of a person, with a name and an end.
+#[derive(Clone, Copy, Debug)]
+pub struct NewToken<'a> {
+    /// Whose.
+    pub owner: PersonKey,
+    /// What they call it.
+    pub name: &'a str,
+    /// When it ends.
+    pub expires_at: Moment,
+}
+
+/// A token as its owner sees it.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct OwnToken {
+    /// Id.
+    pub id: Uuid,
+    /// What they call it; tokens of before have no name.
+    pub name: Option<String>,
+    /// When it was made.
+    pub created_at: Moment,
+    /// When it was last used, to the hour.
+    pub last_seen_at: Option<Moment>,
+    /// When it ends, or ended; tokens of before do not.
+    pub expires_at: Option<Moment>,
+}
+
+/// Keeps the hash of a new token without an end.
+///
+/// # Errors
+/// When the database fails.
+pub async fn add(
+    writer: &mut SqliteConnection,
+    holder: &TokenHolder,
+    token_sha256: &[u8; 32],
+    now: Moment,
+) -> Result<Uuid> {
+    sqlx::query_scalar(
+        "INSERT INTO api_tokens (id, school_id, person_id, station, token_sha256, created_at)
+         VALUES ($1, $2, $3, $4, $5, $6) RETURNING id",
+    )
+    .bind(new_id(now))
+    .bind(holder.school_id)
+    .bind(holder.person_id)
+    .bind(&holder.station)
+    .bind(token_sha256.as_slice())
+    .bind(now)
+    .fetch_one(writer)
+    .await
+}
+
+/// Keeps the hash of a new token of a person.
+///
+/// # Errors
+/// When the database fails.
+pub async fn add_named(
+    writer: &mut SqliteConnection,
+    new: NewToken<'_>,
+    token_sha256: &[u8; 32],
+    now: Moment,
+) -> Result<Uuid> {
+    sqlx::query_scalar(
+        "INSERT INTO api_tokens (id, school_id, person_id, name, expires_at, token_sha256, created_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7) RETURNING id",
+    )
+    .bind(new_id(now))
+    .bind(new.owner.school_id)
+    .bind(new.owner.person_id)
+    .bind(new.name)
+    .bind(new.expires_at)
+    .bind(token_sha256.as_slice())
+    .bind(now)
+    .fetch_one(writer)
+    .await
+}
+
+/// The token with this hash, unless it was revoked. It may have ended.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find(executor: impl SqliteExecutor<'_>, token_sha256: &[u8; 32]) -> Result<Option<Token>> {
+    sqlx::query_as(
+        "SELECT id, school_id, person_id, station, last_seen_at, expires_at FROM api_tokens
+         WHERE token_sha256 = $1 AND revoked_at IS NULL",
+    )
+    .bind(token_sha256.as_slice())
+    .fetch_optional(executor)
+    .await
+}
+
+/// The tokens of a person that were not revoked, the newest first.
+///
+/// # Errors
+/// When the database fails.
+pub async fn of_person(executor: impl SqliteExecutor<'_>, owner: PersonKey) -> Result<Vec<OwnToken>> {
+    sqlx::query_as(
+        "SELECT id, name, created_at, last_seen_at, expires_at FROM api_tokens
+         WHERE person_id = $1 AND school_id = $2 AND revoked_at IS NULL ORDER BY created_at DESC, id DESC",
+    )
+    .bind(owner.person_id)
+    .bind(owner.school_id)
+    .fetch_all(executor)
+    .await
+}
+
+/// Revokes a token of a person. False where there is none to revoke.
+///
+/// # Errors
+/// When the database fails.
+pub async fn revoke(writer: &mut SqliteConnection, owner: PersonKey, id: Uuid, now: Moment) -> Result<bool> {
+    sqlx::query(
+        "UPDATE api_tokens SET revoked_at = $4
+         WHERE id = $3 AND person_id = $1 AND school_id = $2 AND revoked_at IS NULL",
+    )
+    .bind(owner.person_id)
+    .bind(owner.school_id)
+    .bind(id)
+    .bind(now)
+    .execute(writer)
+    .await
+    .map(|done| done.rows_affected() == 1)
+}
+
+/// Revokes every token of a person; says how many there were.
+///
+/// # Errors
+/// When the database fails.
+pub async fn revoke_all(writer: &mut SqliteConnection, person: Uuid, now: Moment) -> Result<u64> {
+    sqlx::query("UPDATE api_tokens SET revoked_at = $2 WHERE person_id = $1 AND revoked_at IS NULL")
+        .bind(person)
+        .bind(now)
+        .execute(writer)
+        .await
+        .map(|done| done.rows_affected())
+}
+
+/// Forgets what somebody called their tokens.
+///
+/// # Errors
+/// When the database fails.
+pub async fn forget_names(writer: &mut SqliteConnection, owner: PersonKey) -> Result<()> {
+    sqlx::query("UPDATE api_tokens SET name = NULL WHERE person_id = $1 AND school_id = $2")
+        .bind(owner.person_id)
+        .bind(owner.school_id)
+        .execute(writer)
+        .await
+        .map(drop)
+}

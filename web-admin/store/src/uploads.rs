@@ -1,0 +1,191 @@
+//! Uploads that arrive in pieces: how far each has come, and what became of it.
+
+use sqlx::{FromRow, SqliteConnection, SqliteExecutor};
+use uuid::Uuid;
+
+use super::Result;
+use super::tries::MOST_DEATHS;
+use model::Moment;
+
+/// Who began an upload, and alone may go on with it: a person, or a station by its token's id.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Owner {
+    /// School.
+    pub school_id: Uuid,
+    /// The person, or
+    pub person_id: Option<Uuid>,
+    /// the station.
+    pub station_id: Option<Uuid>,
+}
+
+/// An upload.
+#[derive(Clone, Debug, PartialEq, Eq, FromRow)]
+pub struct Upload {
+    /// Id.
+    pub id: Uuid,
+    /// School.
+    pub school_id: Uuid,
+    /// The person who began it, or
+    pub person_id: Option<Uuid>,
+    /// the station that did.
+    pub station_id: Option<Uuid>,
+    /// Length of the whole, in bytes.
+    pub length: i64,
+    /// Bytes that are on the disk.
+    pub received: i64,
+    /// `Upload-Metadata` as it was sent.
+    pub metadata: String,
+    /// When it is thrown away.
+    pub expires_at: Moment,
+    /// The attempt it has become.
+    pub session_id: Option<Uuid>,
+    /// How far the sender's clock was ahead of ours when it began, in µs, where it was told.
+    pub clock_offset_us: Option<i64>,
+    /// How often whoever read it as a recording has died of it.
+    pub deaths: i64,
+}
+
+impl Upload {
+    /// Every byte is there.
+    #[must_use]
+    pub const fn whole(&self) -> bool {
+        self.received == self.length
+    }
+
+    /// It is read no more: [`super::tries`].
+    #[must_use]
+    pub const fn is_set_aside(&self) -> bool {
+        self.deaths >= MOST_DEATHS && self.session_id.is_none()
+    }
+}
+
+/// Begins an upload.
+///
+/// # Errors
+/// When the database fails.
+pub async fn insert(writer: &mut SqliteConnection, upload: &Upload) -> Result<()> {
+    sqlx::query(
+        "INSERT INTO uploads (id, school_id, person_id, station_id, length, metadata, expires_at, clock_offset_us)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8)",
+    )
+    .bind(upload.id)
+    .bind(upload.school_id)
+    .bind(upload.person_id)
+    .bind(upload.station_id)
+    .bind(upload.length)
+    .bind(&upload.metadata)
+    .bind(upload.expires_at)
+    .bind(upload.clock_offset_us)
+    .execute(writer)
+    .await
+    .map(drop)
+}
+
+/// What is announced and has not become an attempt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, FromRow)]
+pub struct Unfinished {
+    /// Uploads.
+    pub uploads: i64,
+    /// Bytes in all, whether they have arrived or not.
+    pub bytes: i64,
+}
+
+/// What an owner has begun, or with neither person nor station what all of a school have.
+///
+/// # Errors
+/// When the database fails.
+pub async fn unfinished(executor: impl SqliteExecutor<'_>, owner: Owner) -> Result<Unfinished> {
+    sqlx::query_as(
+        "SELECT count(*) AS uploads, coalesce(sum(length), 0) AS bytes FROM uploads
+         WHERE school_id = $1 AND session_id IS NULL
+         AND ($2 IS NULL OR person_id = $2) AND ($3 IS NULL OR station_id = $3)",
+    )
+    .bind(owner.school_id)
+    .bind(owner.person_id)
+    .bind(owner.station_id)
+    .fetch_one(executor)
+    .await
+}
+
+/// An upload of an owner.
+///
+/// # Errors
+/// When the database fails.
+pub async fn find(executor: impl SqliteExecutor<'_>, owner: Owner, id: Uuid) -> Result<Option<Upload>> {
+    sqlx::query_as(
+        "SELECT * FROM uploads WHERE school_id = $1 AND id = $2
+         AND person_id IS NOT DISTINCT FROM $3 AND station_id IS NOT DISTINCT FROM $4",
+    )
+    .bind(owner.school_id)
+    .bind(id)
+    .bind(owner.person_id)
+    .bind(owner.station_id)
+    .fetch_optional(executor)
+    .await
+}
+
+/// Notes how many bytes are on the disk, and the new time limit.
+///
+/// # Errors
+/// When the database fails.
+pub async fn advance(writer: &mut SqliteConnection, upload: &Upload) -> Result<()> {
+    sqlx::query("UPDATE uploads SET received = $3, expires_at = $4 WHERE school_id = $1 AND id = $2")
+        .bind(upload.school_id)
+        .bind(upload.id)
+        .bind(upload.received)
+        .bind(upload.expires_at)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Notes which attempt an upload has become.
+///
+/// # Errors
+/// When the database fails.
+pub async fn finish(writer: &mut SqliteConnection, school: Uuid, id: Uuid, session: Uuid) -> Result<()> {
+    sqlx::query("UPDATE uploads SET session_id = $3 WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .bind(session)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Forgets an upload.
+///
+/// # Errors
+/// When the database fails.
+pub async fn remove(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -> Result<()> {
+    sqlx::query("DELETE FROM uploads WHERE school_id = $1 AND id = $2")
+        .bind(school)
+        .bind(id)
+        .execute(writer)
+        .await
+        .map(drop)
+}
+
+/// Ids of every school's uploads: for tidying.
+///
+/// # Errors
+/// When the database fails.
+pub async fn all(executor: impl SqliteExecutor<'_>) -> Result<Vec<Uuid>> {
+    sqlx::query_scalar("SELECT id FROM uploads ORDER BY id").fetch_all(executor).await
+}
+
+/// An upload of any school: for tidying.
+///
+/// # Errors
+/// When the database fails.
+pub async fn by_id(executor: impl SqliteExecutor<'_>, id: Uuid) -> Result<Option<Upload>> {
+    sqlx::query_as("SELECT * FROM uploads WHERE id = $1").bind(id).fetch_optional(executor).await
+}
+
+/// Forgets every upload that has not become an attempt: in a copy of the database, whose pieces are not beside it.
+///
+/// # Errors
+/// When the database fails.
+pub async fn forget_unfinished(writer: &mut SqliteConnection) -> Result<()> {
+    sqlx::query("DELETE FROM uploads WHERE session_id IS NULL").execute(writer).await.map(drop)
+}

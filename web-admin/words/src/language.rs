@@ -1,0 +1,111 @@
+//! Which languages there are, and which one somebody asks for.
+
+use std::fmt;
+use std::str::FromStr;
+
+use super::catalogue;
+
+/// A language that the pages are written in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Language(&'static str);
+
+impl Language {
+    /// The language of the sentences in the code, which needs no catalogue.
+    pub const ENGLISH: Self = Self("en");
+
+    /// Everything in brackets, so that a test finds what is not.
+    pub const PSEUDO: Self = Self("zxx");
+
+    /// Its code: `de`.
+    #[must_use]
+    pub const fn code(self) -> &'static str {
+        self.0
+    }
+
+    /// Its own name for itself: Deutsch.
+    #[must_use]
+    pub fn own_name(self) -> &'static str {
+        own_name(self.0)
+    }
+
+    /// Every language, English first.
+    pub fn all() -> impl Iterator<Item = Self> {
+        std::iter::once(Self::ENGLISH).chain(catalogue::codes().map(Self))
+    }
+
+    /// The language of a code, whatever the region: `de-AT` is `de`.
+    #[must_use]
+    pub fn named(code: &str) -> Option<Self> {
+        let main = code.split(['-', '_']).next().unwrap_or_default();
+        Self::all().find(|language| language.0.eq_ignore_ascii_case(main))
+    }
+
+    /// The one that a browser likes best, by its header `Accept-Language`.
+    #[must_use]
+    pub fn preferred(header: &str) -> Option<Self> {
+        let wishes = header.split(',').filter_map(|wish| {
+            let (code, quality) = wish.split_once(';').unwrap_or((wish, "q=1"));
+            let quality: f32 = quality.trim().strip_prefix("q=")?.parse().ok()?;
+            Some((Self::named(code.trim())?, quality)).filter(|_| quality > 0.0)
+        });
+        // The first of equals: browsers list by preference.
+        wishes.reduce(|best, wish| if wish.1 > best.1 { wish } else { best }).map(|(language, _)| language)
+    }
+}
+
+/// A language by its own name; one without a name here, by its code.
+#[must_use]
+pub fn own_name(code: &str) -> &str {
+    match code {
+        "en" => "English",
+        "de" => "Deutsch",
+        "es" => "Español",
+        "fr" => "Français",
+        "it" => "Italiano",
+        "nl" => "Nederlands",
+        "pt" => "Português",
+        other => other,
+    }
+}
+
+impl fmt::Display for Language {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.0)
+    }
+}
+
+/// A language that the pages are not written in.
+#[derive(Debug, thiserror::Error)]
+#[error("language: \"{0}\"; there is no catalogue of it")]
+pub struct UnknownLanguage(String);
+
+impl FromStr for Language {
+    type Err = UnknownLanguage;
+
+    fn from_str(code: &str) -> Result<Self, Self::Err> {
+        Self::named(code).ok_or_else(|| UnknownLanguage(code.to_owned()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    //! A browser's wish is read as browsers write it; what nobody has translated falls through to the next wish.
+
+    use super::*;
+
+    #[test]
+    fn the_best_wish_that_can_be_met_is() {
+        let code = |header| Language::preferred(header).map_or("none", Language::code);
+        assert_eq!(code("de-CH,de;q=0.9,en;q=0.8"), "de");
+        assert_eq!(code("en;q=0.5, de;q=0.7"), "de");
+        assert_eq!(code("fi, sv;q=0.9, en-GB;q=0.1"), "en");
+        assert_eq!([code("fi"), code(""), code("de;q=0"), code("de;q=x, *")], ["none"; 4]);
+    }
+
+    #[test]
+    fn a_region_is_its_language() {
+        assert_eq!(Language::named("DE_at").map(Language::code), Some("de"));
+        assert!(Language::named("tlh").is_none() && Language::named("").is_none());
+        assert!("xx".parse::<Language>().is_err_and(|refused| refused.to_string().contains("xx")));
+    }
+}
