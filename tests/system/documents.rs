@@ -20,27 +20,6 @@ fn named_paths(text: &str) -> Vec<&str> {
 /// What a page names that is made on a machine and lies in no tree.
 const MADE: [&str; 3] = ["tests/fuzz/artifacts", "tests/browser/node_modules", "target"];
 
-/// Paths of the house that is being built, as docs/recipes.md has them, and where their contents lie until then.
-const MOVING: [(&str, &str); 12] = [
-    ("sim/law/src", "sim/mechanics/src"),
-    ("sim/law/tests", "sim/mechanics/tests"),
-    ("sim/tissue/src", "sim/mechanics/src/tissue"),
-    ("sim/documents/", "sim/scene/"),
-    ("web-admin/model/src", "web-admin/src/domain"),
-    ("web-admin/store/src", "web-admin/src/storage"),
-    ("web-admin/acts/src", "web-admin/src"),
-    ("web-admin/pages/src", "web-admin/src/views"),
-    ("web-admin/pages/templates", "web-admin/templates"),
-    ("web-admin/words/src", "web-admin/src/words"),
-    ("web-admin/words/locales", "web-admin/locales"),
-    ("web-admin/demo/src", "web-admin/src/demo"),
-];
-
-fn exists(path: &str) -> bool {
-    let moved = MOVING.iter().find_map(|(to, from)| Some(format!("{from}{}", path.strip_prefix(to)?)));
-    root().join(path).exists() || moved.is_some_and(|path| root().join(path).exists())
-}
-
 #[test]
 fn every_path_that_a_page_names_exists() {
     let mut count = 0;
@@ -49,7 +28,7 @@ fn every_path_that_a_page_names_exists() {
         let paths = named_paths(&text);
         count += paths.len();
         let is_made = |path: &str| MADE.iter().any(|made| path.starts_with(made));
-        let gone: Vec<_> = paths.iter().filter(|path| !exists(path) && !is_made(path)).collect();
+        let gone: Vec<_> = paths.iter().filter(|path| !root().join(path).exists() && !is_made(path)).collect();
         assert!(gone.is_empty(), "{page} names what is gone: {gone:?}");
     }
     assert!(count > 300, "only {count} paths were found in all pages");
