@@ -36,8 +36,8 @@ const STANDS_FOR: [(&str, &str); 2] =
 /// Asks the parser: with `--help` behind it a command is read up to its last flag, and nothing is done or missed.
 fn complaint(command: &str) -> Option<String> {
     let told = PROGRAMS.map(|name| format!("{name}() {{ '{}' \"$@\" --help >&3; }}", program(name).display()));
-    let script =
-        format!("set -f; exec 3>/dev/null; {}; {}", told.join("; "), command.trim_start_matches("target/release/"));
+    let filled = STANDS_FOR.iter().fold(command.to_owned(), |text, (word, value)| text.replace(word, value));
+    let script = format!("set -f; exec 3>/dev/null; {}; {}", told.join("; "), filled.trim_start_matches("target/release/"));
     let folder = tempfile::tempdir().expect("a folder");
     let output = Command::new("bash").args(["-c", &script]).current_dir(folder.path()).output().expect("bash runs");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
