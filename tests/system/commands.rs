@@ -30,14 +30,17 @@ fn named_commands(text: &str) -> Vec<String> {
 }
 
 /// Words of pages that stand for a value which the parser looks at.
-const STANDS_FOR: [(&str, &str); 2] =
-    [(" URL", " https://training.example.org"), (" HASH", " 0000000000000000000000000000000000000000000000000000000000000000")];
+const STANDS_FOR: [(&str, &str); 2] = [
+    (" URL", " https://training.example.org"),
+    (" HASH", " 0000000000000000000000000000000000000000000000000000000000000000"),
+];
 
 /// Asks the parser: with `--help` behind it a command is read up to its last flag, and nothing is done or missed.
 fn complaint(command: &str) -> Option<String> {
     let told = PROGRAMS.map(|name| format!("{name}() {{ '{}' \"$@\" --help >&3; }}", program(name).display()));
     let filled = STANDS_FOR.iter().fold(command.to_owned(), |text, (word, value)| text.replace(word, value));
-    let script = format!("set -f; exec 3>/dev/null; {}; {}", told.join("; "), filled.trim_start_matches("target/release/"));
+    let script =
+        format!("set -f; exec 3>/dev/null; {}; {}", told.join("; "), filled.trim_start_matches("target/release/"));
     let folder = tempfile::tempdir().expect("a folder");
     let output = Command::new("bash").args(["-c", &script]).current_dir(folder.path()).output().expect("bash runs");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();

@@ -41,7 +41,7 @@ const OF_ADMINISTRATORS: [Picture; 2] = [
     Picture { name: "administration", path: "/admin", presses: &[], height: 900 },
 ];
 
-const NEXT_EVENT: &str = "main button[data-step='1']";
+const NEXT_EVENT: &str = "main button[data-part='after']";
 
 const OF_INSTRUCTORS: [Picture; 11] = [
     Picture { name: "teaching", path: "/", presses: &[], height: 700 },
@@ -141,7 +141,8 @@ async fn pages_are_drawn() {
 
 #[test]
 fn every_picture_is_there_and_small() {
-    let size = |name: &str| std::fs::metadata(root().join(format!("docs/pictures/{name}"))).map_or(0, |file| file.len());
+    let size =
+        |name: &str| std::fs::metadata(root().join(format!("docs/pictures/{name}"))).map_or(0, |file| file.len());
     for picture in PICTURES.iter().flat_map(|(_, pictures)| *pictures) {
         assert!(size(&format!("{}.webp", picture.name)) > 0, "docs/pictures/{}.webp is missing", picture.name);
     }
