@@ -2,7 +2,7 @@
 //! when ARCHITECTURE.md misses a member, when a comment of the simulator cites a section that docs/physics.md has not, or when the
 //! README grows.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use tests::{pages, root};
 
@@ -22,16 +22,19 @@ const MADE: [&str; 3] = ["tests/fuzz/artifacts", "tests/browser/node_modules", "
 
 #[test]
 fn every_path_that_a_page_names_exists() {
-    let mut count = 0;
+    let (mut count, mut gone) = (0, Vec::new());
     for page in pages() {
         let text = std::fs::read_to_string(root().join(&page)).expect("a readable page");
-        let paths = named_paths(&text);
-        count += paths.len();
         let is_made = |path: &str| MADE.iter().any(|made| path.starts_with(made));
-        let gone: Vec<_> = paths.iter().filter(|path| !root().join(path).exists() && !is_made(path)).collect();
-        assert!(gone.is_empty(), "{page} names what is gone: {gone:?}");
+        for path in named_paths(&text) {
+            count += 1;
+            if !root().join(path).exists() && !is_made(path) {
+                gone.push(format!("{page}: {path}"));
+            }
+        }
     }
     assert!(count > 300, "only {count} paths were found in all pages");
+    assert!(gone.is_empty(), "pages name what is gone: {gone:#?}");
 }
 
 /// Where a page's links lead, from the page's own folder; those to other sites are left out.
@@ -52,24 +55,34 @@ fn anchors(text: &str) -> Vec<String> {
     headings.map(|heading| heading.chars().filter_map(letter).collect()).collect()
 }
 
+/// What is wrong with a link of a page, if anything.
+fn broken(page: &str, text: &str, link: &str) -> Option<String> {
+    let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
+    let folder = root().join(page).parent().map(Path::to_path_buf).unwrap_or_default();
+    let target = if file.is_empty() { root().join(page) } else { folder.join(file) };
+    if !target.exists() {
+        return Some(format!("{page}: {link} is not there"));
+    }
+    let there = if file.is_empty() || anchor.is_empty() {
+        text.to_owned()
+    } else {
+        std::fs::read_to_string(&target).expect("a readable page")
+    };
+    let known = anchor.is_empty() || anchors(&there).iter().any(|known| known == anchor);
+    (!known).then(|| format!("{page}: {link} is no heading"))
+}
+
 #[test]
 fn every_link_within_the_tree_leads_somewhere() {
-    let mut count = 0;
+    let (mut count, mut wrong) = (0, Vec::new());
     for page in pages() {
         let text = std::fs::read_to_string(root().join(&page)).expect("a readable page");
-        let folder = root().join(&page).parent().map(Path::to_path_buf).unwrap_or_default();
-        for link in relative_links(&text) {
-            let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
-            let target: PathBuf = if file.is_empty() { root().join(&page) } else { folder.join(file) };
-            assert!(target.exists(), "{page} links to {link}, which is not there");
-            if !anchor.is_empty() {
-                let there = std::fs::read_to_string(&target).expect("a readable page");
-                assert!(anchors(&there).iter().any(|known| known == anchor), "{page} links to {link}: no such heading");
-            }
-            count += 1;
-        }
+        let links = relative_links(&text);
+        count += links.len();
+        wrong.extend(links.iter().filter_map(|link| broken(&page, &text, link)));
     }
     assert!(count > 50, "only {count} links were found in all pages");
+    assert!(wrong.is_empty(), "pages link to what is gone: {wrong:#?}");
 }
 
 /// Other people's books that comments cite by section, too.

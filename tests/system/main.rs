@@ -14,6 +14,7 @@ mod independent_reader;
 mod journeys;
 mod licences;
 mod logs;
+mod metrics;
 mod other_programs;
 mod passkey;
 mod readme;
