@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use acts::clock;
 use acts::config::Config;
-use acts::recordings::hash_file;
+use acts::recording_files::hash_file;
 use anyhow::{Context, bail};
 use store::scores::{self, SessionKey};
 use store::{Database, jobs, schools, sessions};

@@ -23,6 +23,7 @@ mod screenshots;
 mod second_factor;
 mod station;
 mod statistics;
+mod style;
 mod surveys;
 mod visitor;
 mod whole_path;

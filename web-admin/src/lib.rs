@@ -10,6 +10,7 @@ pub mod demo;
 pub mod error;
 mod examining;
 pub mod export;
+pub mod monitoring;
 pub mod outbox;
 mod refusals;
 pub mod routes;

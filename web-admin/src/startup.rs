@@ -10,8 +10,8 @@ use acts::config::Config;
 use model::Moment;
 
 use crate::examining::examine_draft;
+use crate::monitoring::{Counters, Pulse};
 use crate::refusals::RefusalLog;
-use crate::routes::health::{Counters, Pulse};
 
 /// What every handler may use: what acts use, reached as if it lay here, and what only requests need.
 #[derive(Clone, Debug)]

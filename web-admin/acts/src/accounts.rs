@@ -3,7 +3,9 @@
 use model::limits::{INVITATION_LIFETIME_S, RESET_LIFETIME_S};
 use serde_json::json;
 use sqlx::SqliteConnection;
+use store::second_factors::PersonKey;
 use uuid::Uuid;
+use words::Language;
 
 use crate::error::Error;
 use crate::secret;
@@ -121,7 +123,8 @@ pub async fn hand_over_link(
 ) -> Result<(String, i64), Error> {
     let purpose = purpose(person)?;
     let mut tx = state.db.write().await?;
-    let address = make_link(&mut tx, state, (by.school_id, person.id), purpose).await?;
+    let address =
+        make_link_within(&mut tx, state, PersonKey { school_id: by.school_id, person_id: person.id }, purpose).await?;
     Entry::by(by, "person.link_made", person.id).append(&mut tx, state.clock.now()).await?;
     tx.commit().await?;
     Ok((address, lifetime_s(purpose)))
@@ -148,10 +151,18 @@ const fn lifetime_s(purpose: Purpose) -> i64 {
 ///
 /// # Errors
 /// When the database fails.
-pub async fn make_link(
+pub async fn make_link(state: &Service, whose: PersonKey, purpose: Purpose) -> Result<String, Error> {
+    let mut tx = state.db.write().await?;
+    let address = make_link_within(&mut tx, state, whose, purpose).await?;
+    tx.commit().await?;
+    Ok(address)
+}
+
+/// Makes a link within a transaction.
+pub(crate) async fn make_link_within(
     tx: &mut SqliteConnection,
     state: &Service,
-    (school_id, person_id): (Uuid, Uuid),
+    PersonKey { school_id, person_id }: PersonKey,
     purpose: Purpose,
 ) -> Result<String, Error> {
     let expires_at = state.clock.now().plus_s(lifetime_s(purpose));
@@ -371,5 +382,17 @@ pub async fn enable(state: &Service, by: &CurrentPerson, person: Uuid) -> Result
     if directory::enable(&mut tx, by.school_id, person).await? {
         Entry::by(by, "person.enabled", person).append(&mut tx, state.clock.now()).await?;
     }
+    Ok(tx.commit().await?)
+}
+
+/// Sets the language that somebody reads in; none for what their browser asks for.
+///
+/// # Errors
+/// When the database fails.
+pub async fn set_language(state: &Service, person: &CurrentPerson, chosen: Option<Language>) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    people::set_language(&mut tx, (person.school_id, person.id), chosen).await?;
+    let told = json!({ "language": chosen.map(Language::code) });
+    Entry::by(person, "person.language_set", person.id).with(told).append(&mut tx, state.clock.now()).await?;
     Ok(tx.commit().await?)
 }

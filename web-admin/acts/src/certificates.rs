@@ -3,9 +3,15 @@
 use std::path::Path;
 
 use ed25519_dalek::SigningKey;
-use model::certificate;
+use model::{CurrentPerson, certificate};
+use serde_json::json;
+use store::audit::Entry;
+use store::curricula::Curriculum;
+use uuid::Uuid;
 
+use crate::error::Error;
 use crate::sealing;
+use crate::service::Service;
 
 /// The private key's file in the data folder, 64 hexadecimal digits.
 pub const KEY_FILE: &str = "certificate-key";
@@ -24,6 +30,19 @@ pub fn signing_key(data_dir: &Path) -> anyhow::Result<SigningKey> {
 /// When the key cannot be read or made.
 pub fn public_key(data_dir: &Path) -> anyhow::Result<String> {
     Ok(certificate::public_key(&signing_key(data_dir)?))
+}
+
+/// Writes down that a certificate was issued to a trainee.
+///
+/// # Errors
+/// When the database fails.
+pub async fn note_issued(state: &Service, by: &CurrentPerson, trainee: Uuid, course: &Curriculum) -> Result<(), Error> {
+    let mut tx = state.db.write().await?;
+    Entry::by(by, "certificate.issued", trainee)
+        .with(json!({ "curriculum_id": course.curriculum_id, "sha256": course.sha256 }))
+        .append(&mut tx, state.clock.now())
+        .await?;
+    Ok(tx.commit().await?)
 }
 
 #[cfg(test)]

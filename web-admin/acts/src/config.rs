@@ -1,28 +1,15 @@
 //! How the service was told to run.
 
+use crate::secret::PasswordCost;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use http::Uri;
 
-use crate::judging::Helper;
+use crate::helper::Helper;
 use crate::scanning::Scanner;
 use model::roster::is_email;
-
-/// What it costs to hash a password.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PasswordCost {
-    /// Memory, in KiB.
-    pub memory_kib: u32,
-    /// Passes over the memory.
-    pub passes: u32,
-}
-
-impl PasswordCost {
-    /// OWASP's recommendation for argon2id, which the argon2 crate has as its default: 19 MiB, two passes.
-    pub const RECOMMENDED: Self = Self { memory_kib: 19 * 1024, passes: 2 };
-}
 
 /// Where mail goes.
 #[derive(Clone, PartialEq, Eq)]
@@ -155,6 +142,13 @@ impl Config {
     pub fn uploads_dir(&self) -> PathBuf {
         // Beside the recordings, so that a finished upload is moved by a rename within one file system.
         self.recordings_dir.join(".uploads")
+    }
+
+    /// Where a backup is unpacked before its parts are moved to their places: beside the recordings, so that moving them is a
+    /// rename within one file system.
+    #[must_use]
+    pub fn restoring_dir(&self) -> PathBuf {
+        self.recordings_dir.with_extension("restoring")
     }
 
     /// Folder for what was made of recordings to replay them: it may be deleted at any time, and is made again.

@@ -6,14 +6,14 @@ use std::collections::BTreeMap;
 use documents::{Curriculum, ExerciseBundle, Issue};
 use uuid::Uuid;
 
-use crate::error::Error;
-use crate::judging::{DraftQuestion, same_id};
-use crate::previews;
+use crate::asking;
+use crate::error::{Error, refuse_trainees};
+use crate::judging::{Answer, DraftQuestion, Question, same_id};
 use crate::publishing::{self, Publisher, Refused};
 use crate::service::Service;
+use model::CurrentPerson;
 use model::draft::Verdict;
 use model::progress::Mastery;
-use model::{CurrentPerson, Role};
 use store::audit::{Actor, Entry};
 use store::drafts::{self, By, Draft, DraftKind, NewDraft, Texts};
 use store::exercises::RevisionBytes;
@@ -44,17 +44,6 @@ pub enum Saved {
     Elsewhere(Draft),
 }
 
-/// Only those who teach write documents.
-///
-/// # Errors
-/// For a trainee.
-pub fn staff_only(person: &CurrentPerson) -> Result<(), Error> {
-    match person.role {
-        Role::Trainee => Err(Error::Forbidden(tr!("this page is for instructors and administrators"))),
-        Role::Instructor | Role::Administrator => Ok(()),
-    }
-}
-
 /// The draft of an exercise, begun from its current revision where there is none; with `new_id` the draft of another exercise
 /// that begins as a copy of it.
 ///
@@ -66,7 +55,7 @@ pub async fn exercise(
     exercise_id: &str,
     new_id: Option<&str>,
 ) -> Result<Uuid, Error> {
-    staff_only(person)?;
+    refuse_trainees(person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let current = exercises::current(reader, school, exercise_id).await?.ok_or(Error::NotFound)?;
     let bytes = exercises::bytes(reader, school, current.id).await?.ok_or(Error::NotFound)?;
@@ -91,7 +80,7 @@ pub async fn exercise(
 /// # Errors
 /// When there is no such course.
 pub async fn course(state: &Service, person: &CurrentPerson, course_id: &str) -> Result<Uuid, Error> {
-    staff_only(person)?;
+    refuse_trainees(person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let taught = curricula::taught(reader, school).await?;
     let current = taught.into_iter().find(|course| course.curriculum_id == course_id).ok_or(Error::NotFound)?;
@@ -151,7 +140,7 @@ pub async fn save(
     (id, seen): (Uuid, i64),
     texts: &Texts,
 ) -> Result<Saved, Error> {
-    staff_only(person)?;
+    refuse_trainees(person)?;
     let by = by(state, person);
     let mut tx = state.db.write().await?;
     let kept = drafts::save(&mut tx, by, (id, seen), texts).await?;
@@ -197,7 +186,7 @@ pub async fn publish(state: &Service, person: &CurrentPerson, draft: &Draft, che
 /// # Errors
 /// When the database fails.
 pub async fn discard(state: &Service, person: &CurrentPerson, (id, seen): (Uuid, i64)) -> Result<bool, Error> {
-    staff_only(person)?;
+    refuse_trainees(person)?;
     let by = by(state, person);
     let mut tx = state.db.write().await?;
     let draft = drafts::find(&mut *tx, by.school, id).await?.ok_or(Error::NotFound)?;
@@ -221,7 +210,7 @@ pub async fn check(state: &Service, school: Uuid, draft: &Draft) -> Result<Check
             let bytes = bytes(state, school, draft).await?;
             let language = words::current().code().to_owned();
             let question = DraftQuestion { id: draft.document_id.clone(), bytes, language };
-            let verdict = previews::examine(state, school, question).await;
+            let verdict = examine(state, school, question).await;
             verdict.map(|verdict| Checked::Exercise(Box::new(verdict)))
         }
         DraftKind::Course => course_checked(state, school, draft).await,
@@ -326,6 +315,46 @@ impl Known {
 
 fn by(state: &Service, person: &CurrentPerson) -> By {
     By { school: person.school_id, person: person.id, now: state.clock.now() }
+}
+
+/// What a draft of an exercise comes to. Dropped, the work on it ends.
+///
+/// # Errors
+/// [`Error::Busy`] when its school's turn does not come in time; else when nobody can be asked.
+pub async fn examine(state: &Service, school: Uuid, question: DraftQuestion) -> Result<Verdict, Error> {
+    let (previews, key) = (&state.previews, question.sha256());
+    if let Some(told) = previews.told(&key) {
+        return Ok(told);
+    }
+    let _place = previews.enter(school).await?;
+    // Whoever was before may have asked the same.
+    if let Some(told) = previews.told(&key) {
+        return Ok(told);
+    }
+    match asking::ask(state, Question::Draft(Box::new(question))).await? {
+        Answer::Examined(verdict) => {
+            previews.keep(key, &verdict);
+            Ok(*verdict)
+        }
+        Answer::Died(how) => {
+            tracing::warn!(%school, how, "a draft costs more than a preview may");
+            Ok(too_costly(state))
+        }
+        other => Err(anyhow::anyhow!("a draft was to be looked at, and this came: {other:?}").into()),
+    }
+}
+
+/// What is said of a draft that costs more than it may.
+fn too_costly(state: &Service) -> Verdict {
+    let budget_s = state.config.preview_time.as_secs();
+    let memory_mb = state.config.helper.as_ref().map_or(0, |helper| helper.memory_mb);
+    let what = tr!(
+        "to find out what it comes to takes more than {seconds} s or {memory} MB; allowed: what takes less. A larger \
+         tissue.tolerance, fewer layers and a shorter time limit cost less",
+        seconds = budget_s,
+        memory = memory_mb
+    );
+    Verdict { problems: vec![(tr!("Too costly").to_owned(), what)], ..Verdict::default() }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Erasing somebody: whatever tells who they are goes for good, here and in what is restored later.
 
+use crate::replay_files;
 use std::io::ErrorKind;
 use std::path::Path;
 
@@ -9,7 +10,6 @@ use sqlx::SqliteConnection;
 use crate::config::Config;
 use crate::erasures::{Erasure, ErasureList, Wish};
 use crate::error::Error;
-use crate::replays;
 use crate::service::Service;
 use model::CurrentPerson;
 use model::directory::{AccountState, DirectoryEntry};
@@ -128,7 +128,7 @@ async fn take_away(
 fn remove(config: &Config, gone: &[ErasedRecording]) -> std::io::Result<()> {
     for recording in gone {
         remove_file(&config.recordings_dir.join(&recording.recording_path))?;
-        remove_folder(&replays::folder_of(config, &recording.recording_sha256))?;
+        remove_folder(&replay_files::folder_of(config, &recording.recording_sha256))?;
     }
     Ok(())
 }

@@ -2,6 +2,8 @@
 
 use std::io::ErrorKind;
 
+use model::CurrentPerson;
+
 /// Why a request was not done.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -114,6 +116,17 @@ impl Error {
             Self::Internal(_) => tr!("something went wrong here; it has been noted").to_owned(),
             other => other.to_string(),
         }
+    }
+}
+
+/// Some acts are for those who teach, whoever asks for them.
+///
+/// # Errors
+/// [`Error::Forbidden`] for a trainee.
+pub fn refuse_trainees(person: &CurrentPerson) -> Result<(), Error> {
+    match person.role.teaches() {
+        true => Ok(()),
+        false => Err(Error::Forbidden(tr!("this page is for those who teach"))),
     }
 }
 

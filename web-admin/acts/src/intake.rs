@@ -1,5 +1,6 @@
 //! Taking a recording in: from a file that has arrived to a row, a job and an audit entry, all or nothing.
 
+use crate::asking;
 use std::time::Duration;
 
 use recording::signature;
@@ -8,7 +9,7 @@ use sqlx::SqliteConnection;
 use uuid::Uuid;
 
 use crate::error::Error;
-use crate::judging::{self, Answer, Question, Told};
+use crate::judging::{Answer, Question, Told};
 use crate::keys;
 use crate::killpoints::KillPoint;
 use crate::recordings::Received;
@@ -118,7 +119,7 @@ async fn read_counted(state: &Service, school: Uuid, received: &Received) -> Res
 }
 
 async fn have_read(state: &Service, received: &Received) -> Result<Told, Error> {
-    match judging::ask(state, Question::Arrival(received.path().to_owned())).await? {
+    match asking::ask(state, Question::Arrival(received.path().to_owned())).await? {
         Answer::Told(reported) => Ok(Told::try_from(*reported)?),
         Answer::Permanent(why) => Err(Error::Unprocessable(why)),
         Answer::Died(how) => Err(Error::Deadly(how)),

@@ -4,6 +4,7 @@
 use model::mail::{Mail, RetentionLetter, SurveyLetter};
 use model::survey::{Identity, PROFESSIONAL, Survey};
 use store::account_links::Purpose;
+use store::second_factors::PersonKey;
 use store::surveys::{NewResponse, letters};
 use store::{mails, retention, surveys};
 
@@ -56,10 +57,7 @@ pub async fn withdraw_mail(state: &Service, mail: &Mail) -> Result<(), Error> {
 /// # Errors
 /// When the database fails.
 pub async fn make_link(state: &Service, mail: &Mail, purpose: Purpose) -> Result<String, Error> {
-    let mut tx = state.db.write().await?;
-    let address = accounts::make_link(&mut tx, state, (mail.school_id, mail.person_id), purpose).await?;
-    tx.commit().await?;
-    Ok(address)
+    accounts::make_link(state, PersonKey { school_id: mail.school_id, person_id: mail.person_id }, purpose).await
 }
 
 /// Takes a survey's letter out of the queue before it goes, so that a service that dies on the way has written to nobody twice; the

@@ -1,11 +1,12 @@
 //! Attempts of before there was a hash of motions are compared, too, when nothing else waits: an old recording that somebody brings
 //! again is found, and of two old ones with one motion the first counts.
 
+use crate::asking;
 use anyhow::Context;
 use serde_json::json;
 use sqlx::SqliteConnection;
 
-use crate::judging::{self, Answer, Question, Told};
+use crate::judging::{Answer, Question, Told};
 use crate::service::Service;
 use store::audit::{Actor, Entry};
 use store::scores::SessionKey;
@@ -31,7 +32,7 @@ pub async fn step(state: &Service) -> anyhow::Result<bool> {
 /// The hash of an attempt's motion; none without samples, or where the recording cannot be read: it is compared with none then.
 async fn read(state: &Service, session: &Session) -> anyhow::Result<Option<String>> {
     let path = state.config.recordings_dir.join(&session.recording_path);
-    match judging::ask(state, Question::Arrival(path)).await? {
+    match asking::ask(state, Question::Arrival(path)).await? {
         Answer::Told(reported) => Ok(Told::try_from(*reported)?.motion.map(hex::encode)),
         other => {
             tracing::warn!(session = %session.id, answer = format!("{other:?}"), "a motion of before is compared with none");

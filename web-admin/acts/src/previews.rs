@@ -9,9 +9,7 @@ use std::time::Duration;
 use uuid::Uuid;
 
 use crate::error::Error;
-use crate::judging::{self, Answer, DraftQuestion, Question};
 use crate::lines::{Lines, Place};
-use crate::service::Service;
 use model::draft::Verdict;
 
 /// Longest wait for one's turn.
@@ -44,11 +42,11 @@ impl Previews {
         place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })
     }
 
-    fn told(&self, key: &[u8; 32]) -> Option<Verdict> {
+    pub(crate) fn told(&self, key: &[u8; 32]) -> Option<Verdict> {
         self.known().get(key).cloned()
     }
 
-    fn keep(&self, key: [u8; 32], verdict: &Verdict) {
+    pub(crate) fn keep(&self, key: [u8; 32], verdict: &Verdict) {
         let mut known = self.known();
         if known.len() >= MOST {
             known.clear();
@@ -60,44 +58,4 @@ impl Previews {
     fn known(&self) -> MutexGuard<'_, BTreeMap<[u8; 32], Verdict>> {
         self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-/// What a draft of an exercise comes to. Dropped, the work on it ends.
-///
-/// # Errors
-/// [`Error::Busy`] when its school's turn does not come in time; else when nobody can be asked.
-pub async fn examine(state: &Service, school: Uuid, question: DraftQuestion) -> Result<Verdict, Error> {
-    let (previews, key) = (&state.previews, question.sha256());
-    if let Some(told) = previews.told(&key) {
-        return Ok(told);
-    }
-    let _place = previews.enter(school).await?;
-    // Whoever was before may have asked the same.
-    if let Some(told) = previews.told(&key) {
-        return Ok(told);
-    }
-    match judging::ask(state, Question::Draft(Box::new(question))).await? {
-        Answer::Examined(verdict) => {
-            previews.keep(key, &verdict);
-            Ok(*verdict)
-        }
-        Answer::Died(how) => {
-            tracing::warn!(%school, how, "a draft costs more than a preview may");
-            Ok(too_costly(state))
-        }
-        other => Err(anyhow::anyhow!("a draft was to be looked at, and this came: {other:?}").into()),
-    }
-}
-
-/// What is said of a draft that costs more than it may.
-fn too_costly(state: &Service) -> Verdict {
-    let budget_s = state.config.preview_time.as_secs();
-    let memory_mb = state.config.helper.as_ref().map_or(0, |helper| helper.memory_mb);
-    let what = tr!(
-        "to find out what it comes to takes more than {seconds} s or {memory} MB; allowed: what takes less. A larger \
-         tissue.tolerance, fewer layers and a shorter time limit cost less",
-        seconds = budget_s,
-        memory = memory_mb
-    );
-    Verdict { problems: vec![(tr!("Too costly").to_owned(), what)], ..Verdict::default() }
 }

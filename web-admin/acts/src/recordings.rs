@@ -1,27 +1,25 @@
 //! Recordings on disk: taken in piece by piece, kept only when they are whole on the disk, read a few at a time.
 
+use crate::recording_files::{hash_file, read};
 use std::fs::File;
-use std::io::{BufReader, BufWriter, ErrorKind, Read, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use bytes::Bytes;
 use futures::StreamExt;
 use futures::stream::BoxStream;
 use recording::annotate::{Remark, annotate};
-use recording::{Budget, ReadError, Recording};
+use recording::{ReadError, Recording};
 use sha2::{Digest, Sha256};
 use tokio::io::AsyncWriteExt;
 use uuid::Uuid;
 
+use crate::checksum::Checksum;
 use crate::error::Error;
 use crate::service::Service;
-use crate::uploads::Checksum;
 use model::comment::CommentKind;
 use store::comments;
 use store::sessions::Session;
-
-/// What a recording may cost when it is read: half an hour at 1 kHz. As many are read at once as `Service::parsing` lets through.
-const BUDGET: Budget = Budget { kept_bytes: 384 << 20, unpacked_bytes: 1 << 30, messages: 3_000_000 };
 
 /// A file that is deleted unless it is kept.
 #[derive(Debug)]
@@ -174,14 +172,6 @@ pub async fn with<T: Send + 'static>(
     state.parse(move || read(&path).map(make)).await
 }
 
-/// Reads a stranger's recording, within what one may cost. Blocks.
-///
-/// # Errors
-/// When it cannot be read.
-pub fn read(path: &Path) -> Result<Recording, ReadError> {
-    Recording::read_within(BufReader::new(File::open(path)?), BUDGET)
-}
-
 /// The file of an attempt's recording.
 ///
 /// # Errors
@@ -251,22 +241,4 @@ pub fn clear_uploads(folder: &Path) -> std::io::Result<usize> {
         }
     }
     Ok(cleared)
-}
-
-/// SHA-256 of a file, lower-case hexadecimal, and its size in bytes. Blocks.
-///
-/// # Errors
-/// When it cannot be read.
-pub fn hash_file(path: &Path) -> std::io::Result<(String, u64)> {
-    let (mut file, mut hash, mut size) = (File::open(path)?, Sha256::new(), 0);
-    let mut piece = vec![0; 1 << 16];
-    loop {
-        match file.read(&mut piece)? {
-            0 => return Ok((hex::encode(hash.finalize()), size)),
-            read => {
-                hash.update(&piece[..read]);
-                size += read as u64;
-            }
-        }
-    }
 }

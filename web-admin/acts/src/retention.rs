@@ -3,6 +3,7 @@
 //!
 //! No clock erases anybody: the days between the letter and the end are also counted by how long the service has run.
 
+use model::CurrentPerson;
 use std::time::Duration;
 
 use serde_json::json;
@@ -144,5 +145,18 @@ pub async fn tick(state: &Service, elapsed: Duration) -> Result<(), Error> {
     }
     let mut tx = state.db.write().await?;
     retention::note_look(&mut tx).await?;
+    Ok(tx.commit().await?)
+}
+
+/// Keeps somebody whatever the rule says, or no longer.
+///
+/// # Errors
+/// When the database fails.
+pub async fn set_held(state: &Service, by: &CurrentPerson, person: Uuid, held: bool) -> Result<(), Error> {
+    let (now, mut tx) = (state.clock.now(), state.db.write().await?);
+    let (since, action) = if held { (Some(now), "person.held") } else { (None, "person.released") };
+    if retention::hold(&mut tx, (by.school_id, person), since).await? {
+        Entry::by(by, action, person).append(&mut tx, now).await?;
+    }
     Ok(tx.commit().await?)
 }

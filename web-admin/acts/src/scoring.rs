@@ -1,5 +1,6 @@
 //! Scores a recording, and writes down what came of it.
 
+use crate::asking;
 use std::time::Duration;
 
 use anyhow::Context;
@@ -10,7 +11,7 @@ use store::jobs::{self, Job};
 use store::sessions::{self, Session};
 use store::{exercises, practice, scores, tries};
 
-use crate::judging::{self, Answer, Outcome, Question, Task};
+use crate::judging::{Answer, Outcome, Question, Task};
 use crate::killpoints::KillPoint;
 use crate::replays;
 use crate::service::Service;
@@ -60,7 +61,7 @@ async fn outcome(state: &Service, job: &Job) -> Result<Outcome, Failure> {
     KillPoint::JobBegun.pass();
     let question = Question::Recording(replays::brief(state, &session, task));
     let most = if job.deaths == 0 { FIRST_TRY } else { Duration::MAX };
-    match judging::ask_within(state, question, most).await? {
+    match asking::ask_within(state, question, most).await? {
         Answer::Judged(outcome) => Ok(*outcome),
         Answer::Permanent(why) => Err(Failure::Permanent(why)),
         Answer::Died(how) => Err(Failure::Death(how)),

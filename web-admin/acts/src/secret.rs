@@ -7,8 +7,6 @@ use argon2::password_hash::try_generate_salt;
 use argon2::{Algorithm, Argon2, Block, Params, Version};
 use sha2::{Digest, Sha256};
 
-use crate::config::PasswordCost;
-
 /// 32 random bytes from the operating system, in hexadecimal.
 ///
 /// # Errors
@@ -136,6 +134,20 @@ fn hash_of(password: &str, like: &PasswordHash) -> Option<Output> {
     let hash = hash.get_mut(..like.hash?.len())?;
     hash_into(&argon2, (password.as_bytes(), &salt), hash).ok()?;
     Output::new(hash).ok()
+}
+
+/// What it costs to hash a password.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PasswordCost {
+    /// Memory, in KiB.
+    pub memory_kib: u32,
+    /// Passes over the memory.
+    pub passes: u32,
+}
+
+impl PasswordCost {
+    /// OWASP's recommendation for argon2id, which the argon2 crate has as its default: 19 MiB, two passes.
+    pub const RECOMMENDED: Self = Self { memory_kib: 19 * 1024, passes: 2 };
 }
 
 #[cfg(test)]

@@ -14,9 +14,9 @@ use crate::error::Error;
 use crate::judging::{DraftExaminer, leave_unexamined};
 use crate::lines::Lines;
 use crate::mailer::Mailer;
-use crate::passkeys::Passkeys;
+use crate::passkey_site::Passkeys;
 use crate::previews::Previews;
-use crate::uploads::Turns;
+use crate::turns::Turns;
 use store::Database;
 
 /// What every act may use.

@@ -11,7 +11,7 @@ use model::{CurrentPerson, Moment, Role, line};
 use store::audit::{Actor, Entry};
 use store::people::Person;
 use store::stations::{self, PairingCode, WrongCodes};
-use store::tokens::{self, TokenHolder};
+use store::tokens::{self, Token, TokenHolder};
 use store::{schools, sign_in_codes};
 
 /// How long a pairing code is good, in s.
@@ -24,6 +24,9 @@ const SIGN_IN_LETTERS: usize = 6;
 const WRONG_CODES: u32 = 20;
 /// In s.
 const LOCKOUT_S: i64 = 3600;
+/// How exactly it is noted when a station was seen, in s.
+const SIGHT_S: i64 = 60;
+const HOUR_S: i64 = 3600;
 /// Longest name of a station, in characters.
 const LONGEST_NAME: usize = 60;
 
@@ -200,4 +203,33 @@ async fn hash(state: &Service, school: Uuid, code: String) -> Result<[u8; 32], E
 fn in_groups(code: &str) -> String {
     let (first, second) = code.split_at(code.len() / 2);
     format!("{first}-{second}")
+}
+
+/// Notes when a token of a person was used, to the hour: its owner sees whether it is needed, and not what they did when.
+///
+/// # Errors
+/// When the database fails.
+pub async fn note_token_use(state: &Service, token: &Token) -> Result<(), Error> {
+    let now = state.clock.now();
+    if token.last_seen_at.is_some_and(|seen| now < seen.plus_s(HOUR_S)) {
+        return Ok(());
+    }
+    let hour = Moment::from_micros(now.micros() - now.micros().rem_euclid(HOUR_S * 1_000_000));
+    let mut tx = state.db.write().await?;
+    stations::saw(&mut tx, token.school_id, token.id, hour).await?;
+    Ok(tx.commit().await?)
+}
+
+/// Notes when a station was seen, to the minute: a write for each request would slow uploads down.
+///
+/// # Errors
+/// When the database fails.
+pub async fn note_station_sight(state: &Service, token: &Token) -> Result<(), Error> {
+    let now = state.clock.now();
+    if token.last_seen_at.is_some_and(|seen| now < seen.plus_s(SIGHT_S)) {
+        return Ok(());
+    }
+    let mut tx = state.db.write().await?;
+    stations::saw(&mut tx, token.school_id, token.id, now).await?;
+    Ok(tx.commit().await?)
 }

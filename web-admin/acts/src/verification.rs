@@ -8,10 +8,9 @@ use anyhow::Context;
 use uuid::Uuid;
 
 use crate::anchoring::AuditHead;
-use crate::backup;
 use crate::config::Config;
 use crate::erasures::{Erasure, ErasureList};
-use crate::recordings::hash_file;
+use crate::recording_files::hash_file;
 use model::directory::AccountState;
 use store::Database;
 use store::directory;
@@ -116,7 +115,7 @@ pub async fn refuse_damage(config: &Config) -> anyhow::Result<()> {
 /// # Errors
 /// When there are recordings and no database, with what to do.
 pub fn refuse_lost_database(config: &Config) -> anyhow::Result<()> {
-    let (database, staging) = (Database::file_of(&config.database_url)?, backup::staging(config));
+    let (database, staging) = (Database::file_of(&config.database_url)?, config.restoring_dir());
     anyhow::ensure!(
         !staging.exists(),
         "{}: a restore was stopped in its midst; run it again, or remove this folder",

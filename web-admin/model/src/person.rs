@@ -33,6 +33,15 @@ impl Role {
         }
     }
 
+    /// Whether they may see and judge what others do.
+    #[must_use]
+    pub const fn teaches(self) -> bool {
+        match self {
+            Self::Trainee => false,
+            Self::Instructor | Self::Administrator => true,
+        }
+    }
+
     /// The word for it on pages.
     #[must_use]
     pub fn said(self) -> &'static str {

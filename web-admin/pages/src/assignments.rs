@@ -132,7 +132,7 @@ impl Row {
     #[must_use]
     pub fn own(standing: Standing) -> Self {
         let href = match &standing.assigned.task {
-            Task::Exercise(id) => super::trainee::exercise_href(id),
+            Task::Exercise(id) => super::addresses::exercise_href(id),
             Task::Course(_) => "/curricula".to_owned(),
         };
         let title = standing.assigned.title.clone();

@@ -5,8 +5,9 @@ use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
 use super::concern::concern;
-use super::trainee::{CourseFacts, exercise_href, score_points};
+use super::trainee::{CourseFacts, score_points};
 use super::{Shell, Status, charts, format};
+use crate::addresses::exercise_href;
 use model::Role;
 use model::cohort::CohortSummary;
 use model::progress::{Progress, StepProgress, StepState};

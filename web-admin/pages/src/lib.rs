@@ -4,6 +4,7 @@
 extern crate words;
 
 pub mod account;
+pub mod addresses;
 pub mod admin;
 pub mod anatomy;
 pub mod assets;
@@ -34,6 +35,7 @@ pub mod origins;
 pub mod passkeys;
 pub mod people;
 pub mod progress;
+pub mod proving;
 pub mod qr;
 pub mod rating;
 pub mod regrading;

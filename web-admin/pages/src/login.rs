@@ -4,7 +4,8 @@ use askama::Template;
 use askama_web::WebTemplate;
 
 use super::assets;
-use super::passkeys::{self, AskPart};
+use super::passkeys;
+use crate::proving::AskPart;
 use model::passkey::PasskeyQuestion;
 
 /// The sign-in page.

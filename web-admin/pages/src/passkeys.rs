@@ -1,11 +1,13 @@
 //! Passkeys: what a browser is to ask of them, one's own, and a new one.
 
+use crate::proving::AskPart;
+use crate::proving::ProofAsked;
 use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
-use super::second_factor::FactorRefused;
 use super::{Shell, assets, format};
+use crate::proving::FactorRefused;
 use model::limits::LONGEST_NAME;
 use model::passkey::PasskeyQuestion;
 
@@ -13,67 +15,6 @@ use model::passkey::PasskeyQuestion;
 #[must_use]
 pub fn script() -> String {
     assets::address("passkey.js")
-}
-
-/// The part of a form that asks a passkey.
-#[derive(Debug, Template)]
-#[template(path = "account/ask.html")]
-pub(super) struct AskPart<'a> {
-    /// What is asked.
-    pub question: &'a PasskeyQuestion,
-    /// What the button says.
-    pub label: &'a str,
-    /// It is what one came for.
-    pub lead: bool,
-    /// The browser asks without the button.
-    pub at_once: bool,
-}
-
-impl AskPart<'_> {
-    /// As HTML.
-    pub(super) fn html(&self) -> String {
-        // Rendering into a String fails for no data we can hold.
-        self.render().unwrap_or_default()
-    }
-}
-
-/// What is asked for before a second factor is changed.
-#[derive(Clone, Debug)]
-pub struct ProofAsked {
-    /// One is on: besides the password it is asked for itself.
-    pub on: bool,
-    /// Codes of an app are good.
-    pub app: bool,
-    /// What passkeys are asked.
-    pub question: Option<PasskeyQuestion>,
-}
-
-impl ProofAsked {
-    /// The fields of a form, and its buttons: `id` begins those of the fields.
-    pub(super) fn fields(&self, id: &str, label: &str, quiet: bool) -> String {
-        ProofPart { on: self.on, app: self.app, question: self.question.as_ref(), id, label, quiet }
-            .render()
-            .unwrap_or_default()
-    }
-}
-
-#[derive(Debug, Template)]
-#[template(path = "account/proof.html")]
-struct ProofPart<'a> {
-    on: bool,
-    app: bool,
-    question: Option<&'a PasskeyQuestion>,
-    id: &'a str,
-    label: &'a str,
-    quiet: bool,
-}
-
-impl ProofPart<'_> {
-    fn ask(&self) -> Option<String> {
-        let question = self.question?;
-        let label = tr!("{act}, by passkey", act = self.label);
-        Some(AskPart { question, label: &label, lead: false, at_once: false }.html())
-    }
 }
 
 /// A passkey of a list.

@@ -1,11 +1,14 @@
 //! One's own second factor: made, confirmed, turned off; recovery codes, shown once.
 
+use crate::proving::FactorRefused;
 use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
 
-use super::passkeys::{self, PasskeyRow, ProofAsked};
+use super::passkeys;
+use super::passkeys::PasskeyRow;
 use super::{Shell, Status, format};
+use crate::proving::ProofAsked;
 use model::limits::LONGEST_NAME;
 
 /// Below this many recovery codes new ones are called for.
@@ -28,50 +31,6 @@ pub enum FactorState {
         /// Since when.
         since: OffsetDateTime,
     },
-}
-
-/// Why nothing was changed.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum FactorRefused {
-    /// The password is wrong.
-    Password,
-    /// The code is wrong.
-    Code,
-    /// The passkey was not asked, is too late, or has answered before.
-    Late,
-    /// The passkey has not answered what was asked.
-    Answer,
-    /// The passkey has counted fewer signatures than before.
-    Copied,
-    /// No new passkey came of it.
-    NotMade,
-    /// Something else, which is said.
-    Other(String),
-}
-
-impl FactorRefused {
-    /// Why, in a sentence.
-    #[must_use]
-    pub fn said(&self) -> String {
-        let fixed = match self {
-            Self::Password => tr!("This is not your password of now."),
-            Self::Code => {
-                tr!("This code is wrong, was used before, or is too old. Is the clock of your device right?")
-            }
-            Self::Late => tr!("The passkey has answered too late, or twice. Try it once more."),
-            Self::Answer => {
-                tr!("This passkey was refused: its answer does not fit what was asked of this account here.")
-            }
-            Self::Copied => {
-                tr!(
-                    "This passkey was refused: it has counted fewer signatures than before, so there may be a copy of it. Sign in by a code, and remove it."
-                )
-            }
-            Self::NotMade => tr!("No passkey was added: the answer was too late, or does not fit what was asked."),
-            Self::Other(why) => return format::sentence(why),
-        };
-        fixed.to_owned()
-    }
 }
 
 /// The page.

@@ -1,5 +1,6 @@
 //! A trainee's training: their own home, and what an instructor sees of it.
 
+use crate::addresses::exercise_href;
 use askama::Template;
 use askama_web::WebTemplate;
 use time::OffsetDateTime;
@@ -268,12 +269,6 @@ fn next_step(course: &Course, progress: &Progress, index: usize) -> NextStep {
         _ => tr!("Not tried yet.").to_owned(),
     };
     NextStep { href: exercise_href(&step.exercise), title: step.title.clone(), why }
-}
-
-/// The page of an exercise.
-#[must_use]
-pub fn exercise_href(exercise: &str) -> String {
-    format!("/exercises/{exercise}")
 }
 
 /// The points of a score chart.

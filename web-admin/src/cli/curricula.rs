@@ -1,13 +1,12 @@
 //! `web-admin curricula`: publishing documents.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::user::choose_school;
 use super::{Failure, Storage, say};
+use acts::importing;
 use acts::publishing;
-use acts::publishing::Refused;
 use acts::surveys;
 
 /// `web-admin curricula …`
@@ -43,46 +42,13 @@ pub(super) async fn run(command: &CurriculaCommand) -> Result<(), Failure> {
         )));
     }
     let state = args.storage.open().await?;
+    let school = args.school.as_deref();
     if !instruments.is_empty() {
-        import_instruments(&state, &instruments, args.school.as_deref()).await?;
+        importing::import_instruments(&state, school, &instruments).await?.iter().for_each(say);
     }
     for course in courses {
-        import(&state, &course, args.school.as_deref()).await?;
+        importing::import_course(&state, school, &course).await?.iter().for_each(say);
     }
     state.db.close().await;
     Ok(())
-}
-
-/// Publishes one course, all of it or nothing.
-async fn import(state: &crate::AppState, course: &Path, school: Option<&str>) -> Result<(), Failure> {
-    let mut tx = state.db.write().await?;
-    let school = choose_school(&mut tx, state, school).await?;
-    let published = publishing::course(&mut tx, school.id, course, state.clock.now()).await;
-    let published = published.map_err(failure)?;
-    surveys::course_surveys(&mut tx, school.id, state.clock.now()).await?;
-    tx.commit().await?;
-    published.iter().for_each(say);
-    Ok(())
-}
-
-/// Publishes instruments, all of them or none.
-async fn import_instruments(state: &crate::AppState, files: &[PathBuf], school: Option<&str>) -> Result<(), Failure> {
-    let mut tx = state.db.write().await?;
-    let school = choose_school(&mut tx, state, school).await?;
-    let mut published = Vec::new();
-    for file in files {
-        let done = surveys::publish(&mut tx, school.id, file, state.clock.now()).await;
-        published.push(done.map_err(failure)?);
-    }
-    surveys::course_surveys(&mut tx, school.id, state.clock.now()).await?;
-    tx.commit().await?;
-    published.iter().for_each(say);
-    Ok(())
-}
-
-fn failure(refused: Refused) -> Failure {
-    match refused {
-        Refused::Document(words) => Failure::Usage(words),
-        Refused::Work(error) => Failure::Work(error),
-    }
 }

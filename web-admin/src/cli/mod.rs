@@ -10,7 +10,8 @@ use crate::AppState;
 use acts::clock::Clock;
 use acts::config;
 use acts::config::Config;
-use store::tries;
+use acts::registry::RegistryError;
+use acts::upkeep;
 
 mod backup;
 mod bench;
@@ -132,6 +133,15 @@ impl From<anyhow::Error> for Failure {
     }
 }
 
+impl From<RegistryError> for Failure {
+    fn from(error: RegistryError) -> Self {
+        match error {
+            RegistryError::Usage(words) => Self::Usage(words),
+            RegistryError::Work(error) => Self::Work(error),
+        }
+    }
+}
+
 impl From<sqlx::Error> for Failure {
     fn from(error: sqlx::Error) -> Self {
         Self::Work(anyhow::Error::new(error).context("database"))
@@ -200,10 +210,7 @@ async fn run(command: Command) -> Result<(), Failure> {
         Command::Rescore(args) => rescore::run(&args).await,
         Command::Retry(storage) => {
             let state = storage.open().await?;
-            let mut tx = state.db.write().await?;
-            let until = state.clock.now().plus_s(state.config.upload_lifetime_s);
-            let forgiven = tries::forgive(&mut tx, until).await?;
-            tx.commit().await?;
+            let forgiven = upkeep::forgive_deaths(&state).await.map_err(anyhow::Error::from)?;
             state.db.close().await;
             say(format_args!("{forgiven} recordings and uploads are tried again by the service, within ten minutes"));
             Ok(())

@@ -3,9 +3,9 @@
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::user::choose_school;
 use super::{Failure, Storage, say};
 use crate::AppState;
+use acts::registry;
 use acts::regrading;
 use acts::regrading::{By, Rubric};
 use model::judgement;
@@ -36,10 +36,7 @@ pub(super) async fn run(args: &RescoreArgs) -> Result<(), Failure> {
     let reason = args.reason.as_deref().map(judgement::reason).transpose();
     let reason = reason.map_err(|refused| Failure::Usage(refused.to_string()))?;
     let state = args.storage.open().await?;
-    let mut tx = state.db.write().await?;
-    let school = choose_school(&mut tx, &state, args.school.as_deref()).await?;
-    // Nothing was written: a school that is missing here is made by no re-grading.
-    tx.rollback().await?;
+    let school = registry::find_school(&state, args.school.as_deref()).await?;
     let attempts = sessions::scored_at(state.db.reader(), school.id, &args.exercise).await?;
     if attempts.is_empty() {
         return Err(Failure::Usage(format!("{}: {} has no scored attempt at it", args.exercise, school.name)));

@@ -19,21 +19,16 @@ use crate::serving::{self, ConnectionLimits};
 use crate::{outbox, routes, worker};
 use acts::clock::Clock;
 use acts::config::{UploadQuota, anchor_mail, mail_to, origin};
-use acts::judging::Helper;
+use acts::helper::Helper;
 use acts::locks::DataLock;
-use acts::regrading::exercise::PREVIEW_LIFETIME_S;
-use acts::roster_import::DRAFT_LIFETIME_S;
 use acts::scanning::Scanner;
+use acts::upkeep::{self, SetAside};
 use acts::web_sessions::WebSessions;
 use acts::{anchoring, deadlines, erasing, recordings, retention, uploads, verification};
-use store::tries::SetAside;
-use store::{account_links, people, regradings, rosters, tries};
+use store::people;
 
 /// How often what has expired is thrown away.
 const TIDY_EVERY: Duration = Duration::from_secs(600);
-
-/// How long it is remembered which bytes were fatal to their reader, in s.
-const READING_LIFETIME_S: i64 = 90 * 24 * 3600;
 
 /// How to serve.
 #[derive(Debug, Args)]
@@ -144,10 +139,10 @@ pub(super) async fn run(args: &ServeArgs) -> Result<(), Failure> {
     if erased > 0 {
         tracing::warn!(people = erased, "erased again: they had been erased, and were in the database");
     }
-    count_deaths(&state).await?;
+    tell_deaths(&state).await?;
     greet(&state).await?;
     serve(&state).await?;
-    take_back(&state).await?;
+    upkeep::take_back_begun(&state).await.map_err(anyhow::Error::from)?;
     state.db.close().await;
     Ok(())
 }
@@ -159,21 +154,11 @@ fn default_judges() -> usize {
 }
 
 /// Tells of what is tried no more, for it was fatal twice.
-async fn count_deaths(state: &AppState) -> Result<(), Failure> {
-    let mut tx = state.db.write().await?;
-    let set_aside = tries::count_deaths(&mut tx).await?;
-    tx.commit().await?;
-    for SetAside { kind, id } in set_aside {
+async fn tell_deaths(state: &AppState) -> Result<(), Failure> {
+    for SetAside { kind, id } in upkeep::count_deaths(state).await.map_err(anyhow::Error::from)? {
         tracing::error!(%id, "the service has died of this {kind} twice: it is set aside; web-admin retry tries it again");
     }
     Ok(())
-}
-
-/// What is cut off now was fatal to nobody.
-async fn take_back(state: &AppState) -> Result<(), Failure> {
-    let mut tx = state.db.write().await?;
-    tries::take_back(&mut tx).await?;
-    Ok(tx.commit().await?)
 }
 
 /// How an entry of the log is written.
@@ -259,7 +244,7 @@ async fn tidy(state: AppState) {
         if let Err(error) = uploads::tidy(&state).await {
             tracing::warn!(cause = %error, "unfinished uploads could not be tidied");
         }
-        if let Err(error) = forget_expired(&state).await {
+        if let Err(error) = upkeep::forget_expired(&state).await {
             tracing::warn!(cause = %error, "what has expired could not be deleted");
         }
         state.logins.tidy();
@@ -267,15 +252,4 @@ async fn tidy(state: AppState) {
         state.refusals.tidy();
         tokio::time::sleep(TIDY_EVERY).await;
     }
-}
-
-/// Throws away links that are no longer good, and rosters and re-gradings that nobody confirmed.
-async fn forget_expired(state: &AppState) -> Result<(), sqlx::Error> {
-    let now = state.clock.now();
-    let mut tx = state.db.write().await?;
-    account_links::forget_expired(&mut tx, now).await?;
-    rosters::forget_before(&mut tx, now.plus_s(-DRAFT_LIFETIME_S)).await?;
-    tries::forget_readings(&mut tx, now.plus_s(-READING_LIFETIME_S)).await?;
-    regradings::forget_before(&mut tx, now.plus_s(-PREVIEW_LIFETIME_S)).await?;
-    tx.commit().await
 }

@@ -1,27 +1,20 @@
 //! `web-admin user`: adding people and giving them access.
 
-use clap::{Args, Subcommand};
-use serde_json::json;
-use sqlx::SqliteConnection;
-
-use super::{Failure, Storage, say};
-use crate::AppState;
-use acts::accounts::INITIAL_PASSWORD_S;
-use acts::passwords;
-use acts::second_factor;
-use acts::secret;
-use acts::tokens as own_tokens;
+use acts::registry::{self, AddedAccount, NewAccount};
 use acts::tokens::{LONGEST_DAYS, Wanted};
+use acts::{passwords, second_factor, secret};
+use clap::{Args, Subcommand};
 use model::line::on_one_line;
 use model::password_refused::PasswordRefused;
 use model::roster::is_name;
 use model::{Moment, Role};
-use store::audit::{Actor, Entry};
-use store::cohorts::{self, Deed, Membership};
-use store::people::{self, NewPerson, Person};
-use store::schools::{self, School};
+use store::audit::Actor;
+use store::people::{self, Person};
+use store::schools;
 use store::second_factors::PersonKey;
-use store::tokens::{self, NewToken, TokenHolder};
+
+use super::{Failure, Storage, say};
+use crate::AppState;
 
 /// `web-admin user …`
 #[derive(Debug, Subcommand)]
@@ -128,67 +121,29 @@ async fn add(args: &AddArgs) -> Result<(), Failure> {
     let own = [args.name.as_str(), &args.who.email, args.school.as_deref().unwrap_or_default()];
     let (password, told) = password(args.password.as_deref(), &own)?;
     let state = args.who.storage.open().await?;
-    let password_hash = secret::hash_password(&password, state.config.password_cost)?;
-    let mut tx = state.db.write().await?;
-    if people::by_email(&mut *tx, &args.who.email).await?.is_some() {
-        return Err(Failure::Usage(format!("--email: \"{}\"; somebody has this address already", args.who.email)));
-    }
-    let school = choose_school(&mut tx, &state, args.school.as_deref()).await?;
-    let new = NewPerson {
-        school_id: school.id,
-        role: args.role,
+    let new = NewAccount {
         email: &args.who.email,
-        display_name: &args.name,
-        password_hash: &password_hash,
+        name: &args.name,
+        role: args.role,
+        school: args.school.as_deref(),
+        cohort: args.cohort.as_deref(),
+        password: &password,
+        token: args.token.then_some(Wanted { name: COMMAND_LINE, days: LONGEST_DAYS }),
     };
-    let person = people::add(&mut tx, &new, state.clock.now()).await?;
-    let until = state.clock.now().plus_s(INITIAL_PASSWORD_S);
-    people::make_initial(&mut tx, person.id, until).await?;
-    Entry::new(person.school_id, Actor::CommandLine, "person.added", person.id)
-        .with(json!({ "role": args.role }))
-        .append(&mut tx, state.clock.now())
-        .await?;
-    if let Some(cohort) = &args.cohort {
-        join(&mut tx, &state, &person, cohort).await?;
-    }
-    let wanted = Wanted { name: COMMAND_LINE, days: LONGEST_DAYS };
-    let token = if args.token { Some(give_token(&mut tx, &state, &person, wanted).await?) } else { None };
-    tx.commit().await?;
-    say(format_args!("{} {} added to {}; pseudonym {}", person.role, person.email, school.name, person.pseudonym));
+    let AddedAccount { person, school, until, token } = registry::add_person(&state, new).await?;
+    say(format_args!("{} {} added to {school}; pseudonym {}", person.role, person.email, person.pseudonym));
     told.into_iter().for_each(say);
     say(good_until(until));
     token.into_iter().for_each(|token| say(format_args!("token: {token}")));
     Ok(())
 }
 
-async fn join(tx: &mut SqliteConnection, state: &AppState, person: &Person, cohort: &str) -> Result<(), Failure> {
-    if person.role == Role::Administrator {
-        return Err(Failure::Usage("--cohort: an administrator neither teaches nor learns; leave it out".to_owned()));
-    }
-    let cohort = cohorts::find_or_create(tx, person.school_id, cohort, state.clock.now()).await?;
-    let membership =
-        Membership { school_id: person.school_id, cohort_id: cohort.id, person_id: person.id, role: person.role };
-    cohorts::join(tx, membership, Deed { by: None, at: state.clock.now() }).await?;
-    Ok(Entry::new(person.school_id, Actor::CommandLine, "cohort.joined", person.id)
-        .with(json!({ "cohort": cohort.id }))
-        .append(tx, state.clock.now())
-        .await?)
-}
-
 async fn reset_password(args: &ResetArgs) -> Result<(), Failure> {
     let state = args.who.storage.open().await?;
-    let mut tx = state.db.write().await?;
-    let person = find(&mut tx, &args.who.email).await?;
-    let school = schools::name(&mut *tx, person.school_id).await?;
+    let person = find(&state, &args.who.email).await?;
+    let school = schools::name(state.db.reader(), person.school_id).await?;
     let (password, told) = password(args.password.as_deref(), &[&person.display_name, &person.email, &school])?;
-    let hash = secret::hash_password(&password, state.config.password_cost)?;
-    people::set_password(&mut tx, person.id, &hash).await?;
-    let until = state.clock.now().plus_s(INITIAL_PASSWORD_S);
-    people::make_initial(&mut tx, person.id, until).await?;
-    Entry::new(person.school_id, Actor::CommandLine, "person.password_reset", person.id)
-        .append(&mut tx, state.clock.now())
-        .await?;
-    tx.commit().await?;
+    let until = registry::reset_password(&state, &person, &password).await?;
     say(format_args!("{} has a new password and is signed out everywhere", person.email));
     told.into_iter().for_each(say);
     say(good_until(until));
@@ -202,26 +157,17 @@ fn good_until(until: Moment) -> String {
 
 async fn disable(args: &WhoArgs) -> Result<(), Failure> {
     let state = args.storage.open().await?;
-    let mut tx = state.db.write().await?;
-    let person = find(&mut tx, &args.email).await?;
-    if !people::disable(&mut tx, person.id, state.clock.now()).await? {
-        say(format_args!("{} was disabled before", person.email));
-        return Ok(());
+    let person = find(&state, &args.email).await?;
+    match registry::disable_person(&state, &person).await? {
+        Some(revoked) => say(format_args!("{} is disabled; {revoked} tokens revoked", person.email)),
+        None => say(format_args!("{} was disabled before", person.email)),
     }
-    let revoked = tokens::revoke_all(&mut tx, person.id, state.clock.now()).await?;
-    Entry::new(person.school_id, Actor::CommandLine, "person.disabled", person.id)
-        .with(json!({ "tokens_revoked": revoked }))
-        .append(&mut tx, state.clock.now())
-        .await?;
-    tx.commit().await?;
-    say(format_args!("{} is disabled; {revoked} tokens revoked", person.email));
     Ok(())
 }
 
 async fn reset_second_factor(args: &WhoArgs) -> Result<(), Failure> {
     let state = args.storage.open().await?;
-    let person = people::by_email(state.db.reader(), &args.email).await?;
-    let person = person.ok_or_else(|| nobody(&args.email))?;
+    let person = find(&state, &args.email).await?;
     let key = PersonKey { school_id: person.school_id, person_id: person.id };
     let had_one = second_factor::reset(&state, key, Actor::CommandLine).await.map_err(anyhow::Error::from)?;
     let told = if had_one { "has no second factor any more; a mail tells them" } else { "had no second factor" };
@@ -231,89 +177,25 @@ async fn reset_second_factor(args: &WhoArgs) -> Result<(), Failure> {
 
 async fn token(args: &TokenArgs) -> Result<(), Failure> {
     let state = args.storage.open().await?;
-    let mut tx = state.db.write().await?;
     let token = match (&args.email, &args.station) {
         (Some(email), _) => {
-            let person = find(&mut tx, email).await?;
-            give_token(&mut tx, &state, &person, Wanted { name: &args.name, days: args.days }).await?
+            let person = find(&state, email).await?;
+            registry::give_token(&state, &person, Wanted { name: &args.name, days: args.days }).await?
         }
         (None, station) => {
             check_name("--station", station.as_deref())?;
             check_name("--school", args.school.as_deref())?;
-            let school = choose_school(&mut tx, &state, args.school.as_deref()).await?;
-            let holder = TokenHolder { school_id: school.id, person_id: None, station: station.clone() };
-            make_token(&mut tx, &state, &holder).await?
+            registry::give_station_token(&state, args.school.as_deref(), station.as_deref()).await?
         }
     };
-    tx.commit().await?;
     // Nothing else: `> token` makes a file that `stylet upload --token-file` reads.
     say(token);
     Ok(())
 }
 
-async fn give_token(
-    tx: &mut SqliteConnection,
-    state: &AppState,
-    person: &Person,
-    wanted: Wanted<'_>,
-) -> Result<String, Failure> {
-    let name = own_tokens::checked_name(wanted.name).map_err(|why| Failure::Usage(format!("--{why}")))?;
-    let (now, token) = (state.clock.now(), secret::random_hex()?);
-    let owner = PersonKey { school_id: person.school_id, person_id: person.id };
-    let new = NewToken { owner, name: &name, expires_at: own_tokens::end(now, wanted.days) };
-    let id = tokens::add_named(tx, new, &secret::token_sha256(&token), now).await?;
-    Entry::new(person.school_id, Actor::CommandLine, "token.made", id)
-        .with(json!({ "person": person.id, "expires_at": new.expires_at }))
-        .append(tx, now)
-        .await?;
-    Ok(token)
-}
-
-async fn make_token(tx: &mut SqliteConnection, state: &AppState, holder: &TokenHolder) -> Result<String, Failure> {
-    let token = secret::random_hex()?;
-    let now = state.clock.now();
-    let id = tokens::add(tx, holder, &secret::token_sha256(&token), now).await?;
-    Entry::new(holder.school_id, Actor::CommandLine, "token.made", id)
-        .with(json!({ "person": holder.person_id, "station": holder.station }))
-        .append(tx, now)
-        .await?;
-    Ok(token)
-}
-
-/// The named school; the only one there is where none is named; a first one where there is none.
-pub(super) async fn choose_school(
-    tx: &mut SqliteConnection,
-    state: &AppState,
-    name: Option<&str>,
-) -> Result<School, Failure> {
-    let existing = schools::all(&mut *tx).await?;
-    let name = match (name, existing.as_slice()) {
-        (Some(name), _) => name,
-        (None, []) => "School",
-        (None, [only]) => return Ok(only.clone()),
-        (None, several) => {
-            let names: Vec<_> = several.iter().map(|school| school.name.as_str()).collect();
-            return Err(Failure::Usage(format!("--school is needed; there are: {}", names.join(", "))));
-        }
-    };
-    if let Some(known) = existing.iter().find(|school| school.name == name) {
-        return Ok(known.clone());
-    }
-    let school = schools::find_or_create(tx, name, state.clock.now()).await?;
-    Entry::new(school.id, Actor::CommandLine, "school.added", school.id)
-        .with(json!({ "name": school.name }))
-        .append(tx, state.clock.now())
-        .await?;
-    Ok(school)
-}
-
-async fn find(tx: &mut SqliteConnection, email: &str) -> Result<Person, Failure> {
-    let found = people::by_email(tx, email).await?;
-    found.ok_or_else(|| nobody(email))
-}
-
-fn nobody(email: &str) -> Failure {
-    Failure::Usage(format!("--email: \"{email}\"; nobody has this address"))
+async fn find(state: &AppState, email: &str) -> Result<Person, Failure> {
+    let found = people::by_email(state.db.reader(), email).await?;
+    found.ok_or_else(|| Failure::Usage(format!("--email: \"{email}\"; nobody has this address")))
 }
 
 /// The password to set, and a line that tells it where it was made here. `own` is who it is for.

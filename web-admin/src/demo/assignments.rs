@@ -1,6 +1,7 @@
 //! What the demonstration's instructors have asked for: something due soon, and something that is late, with more time
 //! for one trainee.
 
+use super::school::ADMINISTRATOR;
 use anyhow::Context;
 use uuid::Uuid;
 
@@ -10,10 +11,11 @@ use crate::AppState;
 use crate::outbox;
 use acts::assignments;
 use acts::deadlines;
+use acts::schools;
 use model::assignment::Task;
 use model::{CurrentPerson, Moment, due};
 use store::assignments::{self as stored, NewAssignment};
-use store::{cohorts, people, schools};
+use store::{cohorts, people};
 
 /// Where the school is.
 const TIME_ZONE: &str = "Europe/Berlin";
@@ -22,10 +24,9 @@ const TIME_ZONE: &str = "Europe/Berlin";
 ///
 /// # Errors
 /// When the people are missing, or the database fails.
-pub async fn assign(state: &AppState, school: Uuid, now: Moment) -> anyhow::Result<()> {
-    let mut tx = state.db.write().await?;
-    schools::set_time_zone(&mut tx, school, TIME_ZONE).await?;
-    tx.commit().await?;
+pub async fn assign(state: &AppState, now: Moment) -> anyhow::Result<()> {
+    let administrator = person(state, ADMINISTRATOR).await?.into_current().context("an administrator")?;
+    schools::set_time_zone(state, &administrator, TIME_ZONE).await?;
     let instructor = person(state, COHORTS[0].instructor).await?.into_current().context("an instructor")?;
     let course = Task::Course(super::COURSE.to_owned());
     make(state, &instructor, course, (now, now.plus_s(DAY_S))).await?;

@@ -2,15 +2,14 @@
 
 use anyhow::Context;
 use indicatif::ProgressBar;
-use serde_json::json;
 use uuid::Uuid;
 
 use super::people::Trainee;
 use super::{DAY_S, Demonstration};
 use crate::AppState;
+use acts::generating;
 use acts::secret;
-use store::audit::{Actor, Entry};
-use store::generated::{self, Crowd};
+use store::generated::Crowd;
 use store::practice;
 
 /// Attempts of each trainee of the crowd.
@@ -36,32 +35,15 @@ pub(super) async fn gather(state: &AppState, trainee: &Trainee, wanted: &Demonst
         every_us: DAY_S * DAYS * 1_000_000 / i64::from(ATTEMPTS_EACH),
         model: latest(state, trainee).await?,
     };
-    let mut tx = state.db.write().await?;
-    generated::found(&mut tx, &crowd).await?;
-    tx.commit().await?;
+    generating::found_crowd(state, &crowd).await?;
     let progress = ProgressBar::new(u64::from(wanted.crowd));
     for first in (0..wanted.crowd).step_by(BLOCK as usize) {
         let after = wanted.crowd.min(first.saturating_add(BLOCK));
-        block(state, &crowd, first..after).await?;
+        generating::practise_crowd(state, &crowd, first..after).await?;
         progress.inc(u64::from(after - first));
     }
     progress.finish_and_clear();
-    let mut tx = state.db.write().await?;
-    generated::conclude(&mut tx, &crowd).await?;
-    Ok(tx.commit().await?)
-}
-
-/// The attempts of some trainees, and ten acts of each in the audit log.
-async fn block(state: &AppState, crowd: &Crowd<'_>, trainees: std::ops::Range<u32>) -> anyhow::Result<()> {
-    let mut tx = state.db.write().await?;
-    generated::practise(&mut tx, crowd, trainees.clone()).await?;
-    for place in trainees.flat_map(|place| [place; 10]) {
-        Entry::new(crowd.school_id, Actor::CommandLine, "session.generated", format!("generated-{place}"))
-            .with(json!({ "attempts": ATTEMPTS_EACH / 10 }))
-            .append(&mut tx, state.clock.now())
-            .await?;
-    }
-    Ok(tx.commit().await?)
+    generating::conclude_crowd(state, &crowd).await
 }
 
 async fn latest(state: &AppState, trainee: &Trainee) -> anyhow::Result<Uuid> {

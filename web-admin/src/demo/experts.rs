@@ -1,5 +1,7 @@
 //! The experts of the demonstration: those who teach show each exercise once, and consent to be part of the corridor.
 
+use acts::consents;
+use acts::reviewing;
 use anyhow::Context;
 use law::operator::{Occasion, Skill};
 use tokio::task::JoinSet;
@@ -9,7 +11,7 @@ use super::attempt::{self, Task};
 use super::school::{self, ADMINISTRATOR, COHORTS, EXPERTS};
 use super::{COURSE, Made, current_bundle, take_in};
 use crate::AppState;
-use crate::routes::pages::{consents, review};
+
 use model::corridor::WORDING;
 use model::progress::Course;
 use model::{CurrentPerson, Moment};
@@ -58,7 +60,7 @@ pub(super) async fn demonstrate(state: &AppState, school: Uuid, seed: u64) -> an
         look_through(state, &administrator, expert).await?;
         let how = "signed on paper, in the department’s folder";
         let new = NewDeclaration { wording: WORDING, how, given_at: state.clock.now(), recorded_by: administrator.id };
-        consents::keep(state, &administrator, expert.id, new).await?;
+        consents::record_consent(state, &administrator, expert.id, new).await?;
     }
     Ok(())
 }
@@ -113,7 +115,7 @@ async fn show(
 async fn look_through(state: &AppState, administrator: &CurrentPerson, expert: &Person) -> anyhow::Result<()> {
     for attempt in practice::of_trainee(state.db.reader(), expert.school_id, expert.id).await? {
         let session = sessions::find(state.db.reader(), expert.school_id, attempt.session).await?;
-        review::set_reviewed(state, administrator, &session.context("an expert’s attempt")?, true).await?;
+        reviewing::set_reviewed(state, administrator, &session.context("an expert’s attempt")?, true).await?;
     }
     Ok(())
 }

@@ -1,11 +1,12 @@
 //! What an instructor of the demonstration has said and judged: comments, an answer, an override, reviews.
 
+use acts::comments;
+use acts::reviewing;
 use anyhow::Context;
 use uuid::Uuid;
 
 use super::school::{self, COHORTS};
 use crate::AppState;
-use crate::routes::pages::{replay, review};
 use attempt::{AttemptCurve, MarkKind};
 use model::comment::{Comment, CommentKind};
 use model::{CurrentPerson, Role};
@@ -35,7 +36,7 @@ pub async fn teach(state: &AppState) -> anyhow::Result<()> {
         }
         for old in &waiting[..waiting.len() - LEFT] {
             let session = attempt(state, &instructor, old.id).await?;
-            review::set_reviewed(state, &instructor, &session, true).await?;
+            reviewing::set_reviewed(state, &instructor, &session, true).await?;
         }
     }
     let latest = reports::latest_taught(reader, &instructor).await?;
@@ -47,7 +48,7 @@ pub async fn teach(state: &AppState) -> anyhow::Result<()> {
         let session = attempt(state, &instructor, second.id).await?;
         let reason = "Held still for a question of mine: the time does not count. Seen at the station.";
         let new = NewOverride { grade: Some((75.0, true)), reason, made_by: instructor.id };
-        review::keep(state, &instructor, &session, &new).await?;
+        reviewing::override_grade(state, &instructor, &session, &new).await?;
     }
     Ok(())
 }
@@ -75,7 +76,8 @@ async fn comment_on(state: &AppState, instructor: &CurrentPerson, session: &Sess
     ];
     for (who, kind, from_s, body) in said {
         let Some(from_s) = from_s.filter(|from_s| *from_s <= session.duration_s) else { continue };
-        replay::add(state, who, session, &Comment { kind, from_s, to_s: None, body: body.to_owned() }).await?;
+        comments::add_comment(state, who, session, &Comment { kind, from_s, to_s: None, body: body.to_owned() })
+            .await?;
     }
     Ok(())
 }

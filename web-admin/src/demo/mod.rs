@@ -24,10 +24,10 @@ use uuid::Uuid;
 
 use crate::AppState;
 use crate::worker;
+use acts::importing;
 use acts::intake;
 use acts::intake::Bearer;
 use acts::publishing;
-use acts::publishing::Refused;
 use acts::recordings::Received;
 use acts::surveys;
 use attempt::Task;
@@ -89,7 +89,7 @@ pub async fn make(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Ve
     let monday = last_monday(now).plus_s(-7 * DAY_S * i64::from(wanted.weeks));
     let past = state.at(monday);
     let (school, trainees, accounts) = found(&past, &wanted.password).await?;
-    publish(&past, school).await?;
+    publish(&past).await?;
     experts::demonstrate(&past, school, wanted.seed).await?;
     let slots = schedule(monday, wanted.weeks);
     let mut tried = vec![0; trainees.len()];
@@ -106,7 +106,7 @@ pub async fn make(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Ve
     rubric::change(&past).await?;
     raters::rate(&past).await?;
     study::hold(&past, school, &trainees).await?;
-    assignments::assign(&past, school, now).await?;
+    assignments::assign(&past, now).await?;
     raters::mark_pops(&past, now).await?;
     assignments::remind(&past, now).await?;
     if wanted.crowd > 0 {
@@ -221,7 +221,7 @@ async fn take_in(state: &AppState, school_id: Uuid, made: Made) -> anyhow::Resul
 }
 
 /// Publishes the shipped curricula.
-async fn publish(state: &AppState, school: Uuid) -> anyhow::Result<()> {
+async fn publish(state: &AppState) -> anyhow::Result<()> {
     let folder = state.config.data_dir.join("curricula");
     for name in Curricula::iter() {
         let file = Curricula::get(&name).context("an embedded document")?;
@@ -229,25 +229,14 @@ async fn publish(state: &AppState, school: Uuid) -> anyhow::Result<()> {
         std::fs::create_dir_all(path.parent().context("a folder")?)?;
         std::fs::write(&path, &file.data).with_context(|| path.display().to_string())?;
     }
-    let mut tx = state.db.write().await?;
-    let now = state.clock.now();
-    for instrument in surveys::documents_in(&folder)? {
-        surveys::publish(&mut tx, school, &instrument, now).await.map_err(in_words)?;
-    }
+    let instruments = surveys::documents_in(&folder)?;
+    importing::import_instruments(state, None, &instruments).await?;
     let courses = publishing::courses_in(&folder)?;
     ensure!(!courses.is_empty(), "no course is shipped");
     for course in courses {
-        publishing::course(&mut tx, school, &course, now).await.map_err(in_words)?;
+        importing::import_course(state, None, &course).await?;
     }
-    surveys::course_surveys(&mut tx, school, now).await?;
-    Ok(tx.commit().await?)
-}
-
-fn in_words(refused: Refused) -> anyhow::Error {
-    match refused {
-        Refused::Document(words) => anyhow::anyhow!(words),
-        Refused::Work(error) => error,
-    }
+    Ok(())
 }
 
 #[cfg(test)]

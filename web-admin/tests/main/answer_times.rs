@@ -5,7 +5,7 @@
 use std::time::{Duration, Instant};
 
 use acts::clock::Clock;
-use acts::config::PasswordCost;
+use acts::secret::PasswordCost;
 use axum::body::Body;
 use axum::http::{Request, header};
 use model::Role;

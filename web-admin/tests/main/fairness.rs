@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use acts::clock::Clock;
-use acts::judging::Helper;
+use acts::helper::Helper;
 use model::Role;
 use store::scores::SessionKey;
 use store::sessions::{self, SessionState};

@@ -8,8 +8,9 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use acts::clock::Clock;
+use acts::helper::Helper;
 use acts::judging;
-use acts::judging::{Answer, Brief, Helper, Question, Task};
+use acts::judging::{Answer, Brief, Question, Task};
 use acts::killpoints;
 use acts::killpoints::KillPoint;
 use acts::uploads;

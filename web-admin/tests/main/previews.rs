@@ -6,7 +6,7 @@ use std::net::SocketAddr;
 use std::time::Duration;
 
 use acts::clock::Clock;
-use acts::judging::Helper;
+use acts::helper::Helper;
 use model::Role;
 use tokio::net::TcpListener;
 use web_admin::serving::{self, ConnectionLimits};

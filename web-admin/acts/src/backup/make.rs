@@ -14,7 +14,7 @@ use super::{FORMAT, KEYS, Manifest, Scratch, passphrase};
 use crate::config::Config;
 use crate::erasures::{ERASURES_FILE, ErasureList};
 use crate::killpoints::KillPoint;
-use crate::recordings::hash_file;
+use crate::recording_files::hash_file;
 use crate::verification::Report;
 use model::Moment;
 use store::sessions::{self, RecordingFile};

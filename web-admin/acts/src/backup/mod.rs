@@ -17,7 +17,7 @@ use crate::erasures::ERASURES_FILE;
 use crate::{certificates, sealing};
 
 pub use make::make;
-pub use restore::{KeysRestored, Restored, Wanted, restore, staging};
+pub use restore::{KeysRestored, Restored, Wanted, restore};
 
 /// Name of the manifest, the first file of an archive.
 const MANIFEST: &str = "manifest.json";

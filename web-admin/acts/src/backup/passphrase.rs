@@ -5,8 +5,8 @@ use chacha20poly1305::aead::{Aead, KeyInit};
 use chacha20poly1305::{XChaCha20Poly1305, XNonce};
 use serde::{Deserialize, Serialize};
 
-use crate::config::PasswordCost;
 use crate::secret;
+use crate::secret::PasswordCost;
 
 /// Least characters of a passphrase.
 pub const MIN_PASSPHRASE: usize = 12;

@@ -10,7 +10,7 @@ use crate::config::Config;
 use crate::erasing;
 use crate::erasures::{ERASURES_FILE, Erasure, ErasureList};
 use crate::killpoints::KillPoint;
-use crate::recordings::hash_file;
+use crate::recording_files::hash_file;
 use crate::sealing;
 use crate::service::Service;
 use crate::verification::{self, Report};
@@ -60,7 +60,7 @@ pub struct Wanted {
 /// When the file is no backup or a damaged one, or something is in the place already; nothing is changed then.
 pub async fn restore(config: &Config, from: &Path, wanted: &Wanted) -> Result<Restored, Refused> {
     let database = Database::file_of(&config.database_url)?;
-    let staging = staging(config);
+    let staging = config.restoring_dir();
     let refused = |error: anyhow::Error| Refused::Input(format!("{}: {error:#}", from.display()));
     let manifest = archive::manifest(from).map_err(refused)?;
     let is_unpacked = unpacked(&staging).as_ref() == Some(&manifest);
@@ -115,12 +115,6 @@ async fn catch_up(config: &Config) -> Result<usize, Refused> {
     let again = erasing::catch_up(&state).await;
     state.db.close().await;
     Ok(again?)
-}
-
-/// Where a backup is unpacked before its parts are moved to their places: beside the recordings, so that moving them is a
-/// rename within one file system.
-pub fn staging(config: &Config) -> PathBuf {
-    config.recordings_dir.with_extension("restoring")
 }
 
 /// Of which backup everything has been unpacked and checked, if so.

@@ -3,10 +3,9 @@
 
 mod arrival;
 mod draft;
-mod helper;
 
+use crate::{recording_files, replay_files};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use assessment::{Assessment, assess, own_exercise};
 use attempt::verify::verify;
@@ -15,9 +14,6 @@ use recording::{ReadError, Recording};
 use serde::{Deserialize, Serialize};
 use tissue::Specimen;
 
-use crate::recordings;
-use crate::replays;
-use crate::service::Service;
 use attempt::AttemptCurve;
 use model::draft::Verdict;
 use store::exercises::RevisionBytes;
@@ -25,21 +21,6 @@ use store::sessions::Verified;
 
 pub use arrival::{Reported, Told};
 pub use draft::{DraftQuestion, publishable, same_id};
-pub use helper::{Ended, run_helper};
-
-/// Longest that reading what has just arrived may take.
-const LONGEST_READING: Duration = Duration::from_secs(60);
-
-/// What a helper may cost.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Helper {
-    /// The program: `web-admin`.
-    pub program: PathBuf,
-    /// Most memory, in MB.
-    pub memory_mb: u64,
-    /// Longest time.
-    pub time: Duration,
-}
 
 /// What whoever judges can be asked.
 #[derive(Debug, Serialize, Deserialize)]
@@ -104,44 +85,6 @@ pub enum Answer {
     Died(String),
 }
 
-/// Has a question answered. Dropped, the helper that works on it is ended.
-///
-/// # Errors
-/// When nobody can be asked.
-pub async fn ask(state: &Service, question: Question) -> anyhow::Result<Answer> {
-    ask_within(state, question, Duration::MAX).await
-}
-
-/// Has a question answered, in no more than a time.
-///
-/// # Errors
-/// When nobody can be asked.
-pub async fn ask_within(state: &Service, question: Question, most: Duration) -> anyhow::Result<Answer> {
-    let Some(helper) = &state.config.helper else {
-        let examine_draft = state.examine_draft;
-        return Ok(state.parse(move || answer(question, examine_draft)).await?);
-    };
-    let time = match &question {
-        Question::Recording(_) => helper.time,
-        Question::Arrival(_) => helper.time.min(LONGEST_READING),
-        Question::Draft(_) => state.config.preview_time,
-    };
-    ask_helper(Helper { time: time.min(most), ..helper.clone() }, &question).await
-}
-
-async fn ask_helper(helper: Helper, question: &Question) -> anyhow::Result<Answer> {
-    let input = serde_json::to_vec(question)?;
-    let (time_s, memory_mb) = (helper.time.as_secs(), helper.memory_mb);
-    let ended = run_helper(helper, input).await?;
-    Ok(match ended {
-        Ended::Said(said) => serde_json::from_slice(&said)?,
-        Ended::Late => Answer::Died(format!("it took longer than {time_s} s")),
-        Ended::Died(how) => {
-            Answer::Died(format!("whoever worked on it, with {memory_mb} MB of memory at most, has died: {how}"))
-        }
-    })
-}
-
 /// Looks at a draft: what it comes to is drawn as pages draw it, which whoever judges does not know.
 pub type DraftExaminer = fn(&DraftQuestion) -> Verdict;
 
@@ -156,7 +99,7 @@ pub fn leave_unexamined(_: &DraftQuestion) -> Verdict {
 pub fn answer(question: Question, examine_draft: DraftExaminer) -> Answer {
     match question {
         Question::Recording(brief) => make_of(brief),
-        Question::Arrival(path) => match recordings::read(&path).map(Told::from) {
+        Question::Arrival(path) => match recording_files::read(&path).map(Told::from) {
             Ok(told) => match Reported::try_from(&told) {
                 Ok(reported) => Answer::Told(Box::new(reported)),
                 Err(error) => Answer::Permanent(format!("{error:#}")),
@@ -171,7 +114,7 @@ pub fn answer(question: Question, examine_draft: DraftExaminer) -> Answer {
 
 /// Makes of a recording what a brief asks for.
 fn make_of(brief: Brief) -> Answer {
-    let recording = match recordings::read(&brief.recording) {
+    let recording = match recording_files::read(&brief.recording) {
         Ok(recording) => recording,
         Err(unreadable) => return not_read(&brief, unreadable),
     };
@@ -183,7 +126,7 @@ fn make_of(brief: Brief) -> Answer {
             }
             Err(why) => Answer::Permanent(why),
         },
-        Task::Replay => match replays::make(&brief.replay, &recording) {
+        Task::Replay => match replay_files::make(&brief.replay, &recording) {
             Ok(()) => Answer::Replayed,
             Err(error) => Answer::Passing(format!("{error:#}")),
         },
@@ -193,7 +136,7 @@ fn make_of(brief: Brief) -> Answer {
 /// Why a recording that is kept was not read. These very bytes were read when they arrived: then it is we who lack something, and no
 /// recording is refused for that.
 fn not_read(brief: &Brief, unreadable: ReadError) -> Answer {
-    match (unreadable, recordings::hash_file(&brief.recording)) {
+    match (unreadable, recording_files::hash_file(&brief.recording)) {
         (ReadError::Io(error), _) | (_, Err(error)) => Answer::Passing(error.to_string()),
         (scarce @ ReadError::OutOfMemory, _) => Answer::Died(scarce.to_string()),
         (unreadable, Ok((sha256, _))) if sha256 == brief.sha256 => {
@@ -205,7 +148,7 @@ fn not_read(brief: &Brief, unreadable: ReadError) -> Answer {
 
 /// A failure is no reason not to score: it is noted, and the replay made when somebody wants to watch.
 fn keep_replay(folder: &Path, recording: &Recording) {
-    if let Err(error) = replays::make(folder, recording) {
+    if let Err(error) = replay_files::make(folder, recording) {
         tracing::warn!(session = %recording.session.session_id, cause = format!("{error:#}"), "no replay was kept");
     }
 }

@@ -8,8 +8,7 @@ use sha2::{Digest, Sha256};
 use uuid::Uuid;
 
 use super::{By, Rubric, add};
-use crate::drafting::staff_only;
-use crate::error::Error;
+use crate::error::{Error, refuse_trainees};
 use crate::service::Service;
 use model::regrading::{RegradingOutcome, RegradingState, count_attempts};
 use model::{CurrentPerson, judgement};
@@ -34,7 +33,7 @@ const EQUAL: f64 = 1e-9;
 /// # Errors
 /// When they may not judge, there is no such revision of the exercise, or no attempt.
 pub async fn look(state: &Service, by: &CurrentPerson, (exercise, revision): (&str, Uuid)) -> Result<Uuid, Error> {
-    staff_only(by)?;
+    refuse_trainees(by)?;
     let revisions = exercises::revisions(state.db.reader(), by.school_id, exercise).await?;
     if !revisions.iter().any(|known| known.id == revision) {
         return Err(Error::NotFound);
@@ -53,7 +52,7 @@ pub async fn look(state: &Service, by: &CurrentPerson, (exercise, revision): (&s
 /// # Errors
 /// [`Error::NotFound`] for any other.
 pub async fn find(state: &Service, by: &CurrentPerson, id: Uuid) -> Result<Regrading, Error> {
-    staff_only(by)?;
+    refuse_trainees(by)?;
     regradings::find(state.db.reader(), by, id).await?.ok_or(Error::NotFound)
 }
 
@@ -101,7 +100,7 @@ pub async fn confirm(
 
 /// A re-grading that somebody has begun themselves.
 async fn own(tx: &mut Write, by: &CurrentPerson, id: Uuid) -> Result<Regrading, Error> {
-    staff_only(by)?;
+    refuse_trainees(by)?;
     let regrading = regradings::find(&mut **tx, by, id).await?.ok_or(Error::NotFound)?;
     if regrading.made_by != by.id {
         return Err(Error::Forbidden(tr!("whoever has looked what would change confirms it")));

@@ -1,5 +1,8 @@
 //! Instruments: from documents to published revisions, and between TOML and JSON.
 
+use crate::error::Error;
+use crate::service::Service;
+use model::CurrentPerson;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
@@ -157,4 +160,24 @@ pub fn from_json(text: &str) -> Result<String, DocumentError> {
 fn no_document((line, column): (usize, usize), error: impl Display) -> DocumentError {
     let [file, field] = ["document", "JSON"].map(str::to_owned);
     Issue { file, line, column, field, found: Phrase::data(error), allowed: phrase!("not well-formed") }.into()
+}
+
+/// Publishes an instrument that was written in the browser. False where it is to be `new` and there is one of its id.
+///
+/// # Errors
+/// When the database fails.
+pub async fn publish_written(
+    state: &Service,
+    by: &CurrentPerson,
+    (instrument, bytes): (&Instrument, &[u8]),
+    new: bool,
+) -> Result<bool, Error> {
+    let (now, school, mut tx) = (state.clock.now(), by.school_id, state.db.write().await?);
+    if new && stored::current(&mut *tx, school, &instrument.id).await?.is_some() {
+        return Ok(false);
+    }
+    publish_text(&mut tx, school, (instrument, bytes), (Actor::Person(by.id), now)).await?;
+    course_surveys(&mut tx, school, now).await?;
+    tx.commit().await?;
+    Ok(true)
 }

@@ -4,10 +4,12 @@ pub mod answering;
 mod instruments;
 mod making;
 mod taking;
+mod themes;
 
-pub use instruments::{course_surveys, documents_in, from_json, publish, publish_text, to_json};
+pub use instruments::{course_surveys, documents_in, from_json, publish, publish_text, publish_written, to_json};
 pub use making::{Link, Wanted, close, letters_left, link_expiry, mail_links, make, make_links};
 pub use taking::{Sheet, take};
+pub use themes::{Theme, set_theme};
 
 use documents::Instrument;
 use uuid::Uuid;

@@ -8,11 +8,13 @@ use tokio::fs::File;
 use tokio::io::{AsyncSeekExt, AsyncWriteExt};
 use uuid::Uuid;
 
-use super::{Checksum, Turn, complete, look, place, take_over};
+use super::{complete, look, place, take_over};
+use crate::checksum::Checksum;
 use crate::error::Error;
 use crate::killpoints::KillPoint;
 use crate::recordings::Chunks;
 use crate::service::Service;
+use crate::turns::Turn;
 use store::uploads::{self, Owner, Upload};
 
 /// A piece without a checksum is acknowledged to ourselves this often, in bytes: so much is sent again after a crash.

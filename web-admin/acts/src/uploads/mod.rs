@@ -2,9 +2,8 @@
 //! and the whole goes the same way as a recording that came at once: [`crate::intake`].
 
 mod append;
-mod checksum;
-mod turns;
 
+use crate::turns::Turn;
 use std::path::PathBuf;
 
 use uuid::Uuid;
@@ -21,8 +20,6 @@ use store::uploads::{self, Owner, Unfinished, Upload};
 use store::{stations, tries};
 
 pub use append::{Piece, append};
-pub use checksum::Checksum;
-pub use turns::{Turn, Turns};
 
 /// What the file of an unfinished upload ends in. At the start, `recordings::clear_uploads` deletes `part` files.
 const EXTENSION: &str = "tus";

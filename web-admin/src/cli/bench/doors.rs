@@ -86,10 +86,7 @@ async fn rate(state: &AppState, instructor: &CurrentPerson) -> anyhow::Result<St
 
 /// A link to choose a password by, which nobody follows.
 async fn invitation(state: &AppState, administrator: &CurrentPerson) -> anyhow::Result<String> {
-    let mut tx = state.db.write().await?;
-    let whose = (administrator.school_id, administrator.id);
-    let address = accounts::make_link(&mut tx, state, whose, Purpose::Reset).await?;
-    tx.commit().await?;
+    let address = accounts::make_link(state, administrator.into(), Purpose::Reset).await?;
     Ok(address.strip_prefix(state.config.address().as_str()).unwrap_or(&address).to_owned())
 }
 

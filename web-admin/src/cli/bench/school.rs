@@ -1,13 +1,10 @@
 //! The school that pages are measured on: the demonstration, a generated crowd, and a survey with many answers.
 
+use acts::generating::{self, GeneratedSurvey};
 use std::fmt::Write;
 use std::path::Path;
 
 use anyhow::Context;
-use assessment::questionnaire::Answer;
-use documents::Instrument;
-use sqlx::types::Json;
-use uuid::Uuid;
 
 use super::PASSWORD;
 use super::doors::{self, Doors};
@@ -17,13 +14,8 @@ use crate::demo::{self, Demonstration};
 use crate::routes;
 use acts::clock::Clock;
 use acts::config::Config;
-use acts::secret;
-use acts::surveys;
-use model::survey::{Identity, ResponseState};
-use store::audit::Actor;
 use store::people;
-use store::surveys::{self as stored, NewResponse, NewSurvey, Response, Submission};
-use store::{Write as Transaction, instruments};
+use store::surveys::{self as stored};
 
 /// Responses to the survey.
 pub(super) const RESPONSES: usize = 5_000;
@@ -75,9 +67,8 @@ async fn make(folder: &Path, trainees: u32) -> anyhow::Result<()> {
     let wanted = Demonstration { weeks: 1, password: PASSWORD.to_owned(), seed: 1, crowd: trainees };
     demo::make(&state, &wanted).await?;
     let owner = administrator(&state).await?;
-    let mut tx = state.db.write().await?;
-    ask(&state, &mut tx, &owner).await?;
-    tx.commit().await?;
+    let survey = GeneratedSurvey { owner: &owner, title: TITLE, document: &document(), responses: RESPONSES };
+    generating::ask_nobody(&state, survey).await?;
     state.db.close().await;
     std::fs::rename(&unfinished, folder).context("the finished school cannot be given its name")
 }
@@ -99,65 +90,4 @@ fn document() -> String {
         let _ = write!(text, "{head}items = [{items}]\ncombine = \"mean\"\n");
     }
     text
-}
-
-/// A survey of the administrator's, and its answers.
-async fn ask(state: &AppState, tx: &mut Transaction, owner: &people::Person) -> anyhow::Result<()> {
-    let (now, text, school_id) = (state.clock.now(), document(), owner.school_id);
-    let instrument = Instrument::from_bytes("long", text.as_bytes())?;
-    let published = (&instrument, text.as_bytes());
-    surveys::publish_text(tx, school_id, published, (Actor::CommandLine, now)).await?;
-    let revision = instruments::current(&mut **tx, school_id, "long").await?.context("what was just published")?;
-    let new = NewSurvey {
-        school_id,
-        revision_id: revision.id,
-        title: TITLE,
-        owner_id: Some(owner.id),
-        identity: Identity::Anonymous,
-        after_attempts: false,
-        generated: true,
-        opens_at: now,
-        closes_at: None,
-    };
-    let survey_id = stored::insert(tx, &new, now).await?;
-    for place in 0..RESPONSES {
-        answer(state, tx, (school_id, survey_id), place).await?;
-    }
-    Ok(())
-}
-
-async fn answer(
-    state: &AppState,
-    tx: &mut Transaction,
-    (school_id, survey_id): (Uuid, Uuid),
-    place: usize,
-) -> anyhow::Result<()> {
-    let now = state.clock.now();
-    let new = NewResponse {
-        school_id,
-        survey_id,
-        token_sha256: secret::token_sha256(&format!("generated {place}")),
-        role: if place.is_multiple_of(2) { "professional" } else { "trainee" },
-        label: None,
-        person_id: None,
-        session_id: None,
-        language: "en",
-        consented_at: Some(now),
-        expires_at: None,
-    };
-    let point = |item: usize| Some(Answer::Number(((place * 7 + item * place) % 5 + 1) as f64));
-    let response = Response {
-        id: stored::add(tx, &new).await?,
-        school_id,
-        survey_id,
-        state: ResponseState::Begun,
-        person_id: None,
-        session_id: None,
-        language: "en".to_owned(),
-        answers: Json((0..ITEMS).map(point).collect()),
-        expires_at: None,
-    };
-    stored::put_answers(tx, &response, now).await?;
-    stored::submit(tx, Submission { response: &response, identity: Identity::Anonymous, at: now }).await?;
-    Ok(())
 }

@@ -17,16 +17,11 @@ use crate::routes::auth::person_of;
 use acts::error::Error;
 use acts::secret;
 use acts::stations::Station;
-use model::{CurrentPerson, Moment};
+use model::CurrentPerson;
 use store::audit::Actor;
 use store::people::{self, Person};
-use store::stations;
 use store::tokens::{self, Token};
 use store::uploads::Owner;
-
-/// How exactly it is noted when a station was seen, in s.
-const SIGHT_S: i64 = 60;
-const HOUR_S: i64 = 3600;
 
 /// Who is calling.
 #[derive(Clone, Debug)]
@@ -133,38 +128,15 @@ async fn by_token(state: &AppState, token: &str) -> Result<Option<Caller>, Error
     }
     if let Some(id) = token.person_id {
         // Whoever only reads is not kept from it by a disk that takes no writes.
-        if let Err(error) = note_use(state, &token).await {
+        if let Err(error) = acts::stations::note_token_use(state, &token).await {
             tracing::warn!(cause = %error, "the use of a token was not noted");
         }
         let person = people::by_id(state.db.reader(), id).await?;
         return Ok(person.and_then(Person::into_current).map(Caller::Person));
     }
-    note_sight(state, &token).await?;
+    acts::stations::note_station_sight(state, &token).await?;
     let Token { id, school_id, station, .. } = token;
     Ok(Some(Caller::Station(Station { school_id, id, name: station.unwrap_or_default() })))
-}
-
-/// Notes when a token of a person was used, to the hour: its owner sees whether it is needed, and not what they did when.
-async fn note_use(state: &AppState, token: &Token) -> Result<(), Error> {
-    let now = state.clock.now();
-    if token.last_seen_at.is_some_and(|seen| now < seen.plus_s(HOUR_S)) {
-        return Ok(());
-    }
-    let hour = Moment::from_micros(now.micros() - now.micros().rem_euclid(HOUR_S * 1_000_000));
-    let mut tx = state.db.write().await?;
-    stations::saw(&mut tx, token.school_id, token.id, hour).await?;
-    Ok(tx.commit().await?)
-}
-
-/// Notes when a station was seen, to the minute: a write for each request would slow uploads down.
-async fn note_sight(state: &AppState, token: &Token) -> Result<(), Error> {
-    let now = state.clock.now();
-    if token.last_seen_at.is_some_and(|seen| now < seen.plus_s(SIGHT_S)) {
-        return Ok(());
-    }
-    let mut tx = state.db.write().await?;
-    stations::saw(&mut tx, token.school_id, token.id, now).await?;
-    Ok(tx.commit().await?)
 }
 
 impl<S: Send + Sync> FromRequestParts<S> for Caller {

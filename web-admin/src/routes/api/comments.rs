@@ -1,5 +1,6 @@
 //! What was said about an attempt.
 
+use acts::comments as said;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -12,7 +13,6 @@ use super::sessions::find;
 use super::{Id, Said};
 use crate::AppState;
 use crate::error::{ApiError, Problem};
-use crate::routes::pages::replay;
 use acts::error::Error;
 use model::comment::{Comment, Typed};
 use store::comments::{self, Kept};
@@ -68,6 +68,6 @@ pub(super) async fn add(
     let typed = Typed { kind: new.kind, from_s: new.from_s.to_string(), to_s, body: new.body };
     let comment = Comment::parse(&typed, session.duration_s);
     let comment = comment.map_err(|refused| Error::Unprocessable(refused.to_string()))?;
-    let id = replay::add(&state, caller.person()?, &session, &comment).await?;
+    let id = said::add_comment(&state, caller.person()?, &session, &comment).await?;
     Ok((StatusCode::CREATED, Json(Added { id })))
 }

@@ -1,5 +1,6 @@
 //! What a replay draws: the stage, the frames, and what is plotted over time.
 
+use acts::replay_files;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, Request, State};
@@ -117,9 +118,9 @@ pub(super) async fn frames(
 /// A file of a replay and its media type.
 pub(super) type Part = (&'static str, &'static str);
 /// What does not move.
-pub(super) const STAGE: Part = (replays::STAGE, "application/json");
+pub(super) const STAGE: Part = (replay_files::STAGE, "application/json");
 /// What moves.
-pub(super) const FRAMES: Part = (replays::FRAMES, "application/octet-stream");
+pub(super) const FRAMES: Part = (replay_files::FRAMES, "application/octet-stream");
 
 /// A part of the replay of a session that somebody may see.
 pub(super) async fn serve(

@@ -18,9 +18,10 @@ use super::{Id, cors};
 use crate::AppState;
 use crate::error::{ApiError, Problem};
 use crate::routes::Routes;
+use acts::checksum::Checksum;
 use acts::error::Error;
 use acts::uploads;
-use acts::uploads::{Announced, Checksum, Piece};
+use acts::uploads::{Announced, Piece};
 use model::Moment;
 use store::uploads::Upload;
 

@@ -13,11 +13,11 @@ use super::caller::Caller;
 use super::sessions::SessionView;
 use crate::AppState;
 use crate::error::{ApiError, Problem};
+use acts::checksum::Checksum;
 use acts::error::Error;
 use acts::intake;
 use acts::intake::{Bearer, Kept};
 use acts::recordings::{self, Arriving};
-use acts::uploads::Checksum;
 use model::Moment;
 
 /// Takes in a recording. The same one again is acknowledged again; another one under its id is refused, and so is one that

@@ -16,7 +16,7 @@ use crate::refusals::Known;
 use crate::routes::language;
 use acts::error::Error;
 use acts::web_sessions::{SIGNED_IN_KEY, SignedIn};
-use model::{CurrentPerson, Moment};
+use model::{CurrentPerson, Moment, Role};
 use store::{people, second_factors};
 
 /// How long somebody stays signed in, in s.
@@ -125,4 +125,40 @@ impl<S: Send + Sync> FromRequestParts<S> for Visitor {
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Self::Rejection> {
         parts.extensions.get().cloned().map(Self).ok_or_else(|| Redirect::to("/login").into_response())
     }
+}
+
+/// Whoever is signed in and teaches, or administers the school.
+#[derive(Clone, Debug)]
+pub struct Teacher(pub CurrentPerson);
+
+impl<S: Send + Sync> FromRequestParts<S> for Teacher {
+    type Rejection = Response;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Self::Rejection> {
+        let Visitor(person) = Visitor::from_request_parts(parts, state).await?;
+        match person.role {
+            Role::Instructor | Role::Administrator => Ok(Self(person)),
+            Role::Trainee => Err(refuse(tr!("this page is for those who teach"))),
+        }
+    }
+}
+
+/// Whoever is signed in and administers the school.
+#[derive(Clone, Debug)]
+pub struct Administrator(pub CurrentPerson);
+
+impl<S: Send + Sync> FromRequestParts<S> for Administrator {
+    type Rejection = Response;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Self::Rejection> {
+        let Visitor(person) = Visitor::from_request_parts(parts, state).await?;
+        match person.role {
+            Role::Administrator => Ok(Self(person)),
+            Role::Instructor | Role::Trainee => Err(refuse(tr!("this page is for administrators"))),
+        }
+    }
+}
+
+fn refuse(why: &'static str) -> Response {
+    PageError(Error::Forbidden(why)).into_response()
 }

@@ -20,7 +20,7 @@ use acts::error::Error;
 use acts::second_factor;
 use model::Moment;
 use pages::login::CodePage;
-use pages::second_factor::FactorRefused;
+use pages::proving::FactorRefused;
 use store::people::{self, Person};
 use store::second_factors::{self, PersonKey};
 

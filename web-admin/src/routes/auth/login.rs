@@ -1,14 +1,13 @@
 //! The sign-in page, and signing out.
 
 use crate::routes::auth::Visitor;
-use std::net::IpAddr;
+use acts::signing_in::{note_refused_sign_in, note_way_in};
 
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
 use tower_sessions::Session;
-use uuid::Uuid;
 
 use super::address::ClientAddress;
 use super::csrf::{Csrf, CsrfForm, NoFields};
@@ -21,7 +20,6 @@ use acts::accounts;
 use acts::error::Error;
 use acts::secret;
 use pages::login::LoginPage;
-use store::audit::{Actor, Entry};
 use store::people::{self, Credentials};
 
 /// `/login` and the ways to a password, for anybody.
@@ -72,12 +70,12 @@ async fn sign_in(
 ) -> Result<Response, PageError> {
     if let Err(refused) = state.logins.take(address, &form.email) {
         if state.logins.is_worth_noting(address) {
-            note_refusal(&state, &form.email, (address, "sign_in.blocked")).await?;
+            note_refused_sign_in(&state, &form.email, address, "sign_in.blocked").await?;
         }
         return again(&csrf, &form, refused);
     }
     let Some(known) = check(&state, &form).await? else {
-        note_refusal(&state, &form.email, (address, "sign_in.failed")).await?;
+        note_refused_sign_in(&state, &form.email, address, "sign_in.failed").await?;
         return again(&csrf, &form, Error::Unauthorized);
     };
     state.logins.welcome(address, &form.email);
@@ -123,26 +121,6 @@ fn again(csrf: &Csrf, form: &LoginForm, why: Error) -> Result<Response, PageErro
     Ok(dress(&why, (status_of(&why), page).into_response()))
 }
 
-async fn note(state: &AppState, person: Uuid, action: &str) -> Result<(), Error> {
-    let school_id = people::by_id(state.db.reader(), person).await?.map(|p| p.school_id);
-    let mut tx = state.db.write().await?;
-    Entry::new(school_id, Actor::Person(person), action, person).append(&mut tx, state.clock.now()).await?;
-    Ok(tx.commit().await?)
-}
-
-/// Writes down that somebody did not get in: in the log with the network address, in the audit log, which keeps for ever, without.
-/// An address that nobody has is told by its hash alone: passwords are typed into the wrong field. Costs the same for both.
-async fn note_refusal(state: &AppState, email: &str, (from, action): (IpAddr, &str)) -> Result<(), Error> {
-    let mut tx = state.db.write().await?;
-    let person = people::by_email(&mut *tx, email).await?;
-    let school_id = person.as_ref().map(|person| person.school_id);
-    let hash = hex::encode(secret::token_sha256(&email.to_lowercase()));
-    let object = person.map_or_else(|| format!("address {}", &hash[..16]), |person| person.id.to_string());
-    tracing::warn!(%from, action, object, "somebody did not get in");
-    Entry::new(school_id, Actor::Stranger, action, object).append(&mut tx, state.clock.now()).await?;
-    Ok(tx.commit().await?)
-}
-
 /// Signs out: the session is gone, here and in the browser.
 async fn sign_out(
     State(state): State<AppState>,
@@ -151,7 +129,7 @@ async fn sign_out(
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     session.flush().await?;
-    note(&state, person.id, "person.signed_out").await?;
+    note_way_in(&state, person.id, "person.signed_out").await?;
     Ok(Redirect::to("/login"))
 }
 

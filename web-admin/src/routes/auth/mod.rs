@@ -12,7 +12,7 @@ mod upload;
 
 pub(crate) use address::{ClientAddress, asked_by};
 pub use csrf::{Csrf, CsrfForm, NoFields};
-pub use current::{Visitor, require_person};
+pub use current::{Administrator, Teacher, Visitor, require_person};
 pub(crate) use current::{person_of, start_session};
 pub(crate) use login::own_path;
 pub use login::{router, signed_in};

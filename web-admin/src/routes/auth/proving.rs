@@ -9,12 +9,13 @@ use uuid::Uuid;
 
 use crate::AppState;
 use acts::error::Error;
+use acts::passkey_site::AnswerRefused;
 use acts::passkeys;
-use acts::passkeys::{Answer, AnswerRefused, Signed};
+use acts::passkeys::{Answer, Signed};
 use acts::second_factor;
 use acts::second_factor::{Proof, Typed};
 use model::passkey::PasskeyQuestion;
-use pages::second_factor::FactorRefused;
+use pages::proving::FactorRefused;
 use store::second_factors::PersonKey;
 
 const KEY: &str = "passkey";

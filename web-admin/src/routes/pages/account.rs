@@ -4,7 +4,6 @@ use axum::extract::State;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use serde_json::json;
 use tower_sessions::Session;
 
 use crate::AppState;
@@ -18,7 +17,6 @@ use model::CurrentPerson;
 use model::password_refused::PasswordRefused;
 use pages::account::AccountPage;
 use pages::{Place, Shell};
-use store::audit::Entry;
 use store::{cohorts, directory, exports, people, schools, second_factors};
 use words::Language;
 
@@ -92,11 +90,7 @@ pub(super) async fn set_language(
     let code = form.language.as_str();
     let chosen = Some(code).filter(|code| !code.is_empty());
     let chosen = chosen.map(|code| Language::named(code).ok_or_else(|| language::unknown(code))).transpose()?;
-    let mut tx = state.db.write().await?;
-    people::set_language(&mut tx, (person.school_id, person.id), chosen).await?;
-    let told = json!({ "language": chosen.map(Language::code) });
-    Entry::by(&person, "person.language_set", person.id).with(told).append(&mut tx, state.clock.now()).await?;
-    tx.commit().await?;
+    accounts::set_language(&state, &person, chosen).await?;
     Ok(Redirect::to("/account"))
 }
 

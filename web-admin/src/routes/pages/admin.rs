@@ -3,19 +3,17 @@
 use axum::extract::State;
 use axum::response::Redirect;
 use serde::Deserialize;
-use serde_json::json;
 use uuid::Uuid;
 
 use super::{Id, cohorts};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields};
 use acts::error::Error;
 use acts::stations as pairing;
-use model::{CurrentPerson, Moment, Needed, Role};
+use model::{CurrentPerson, Moment, Needed};
 use pages::admin::{AdminHomePage, AdminPage, PairingCodePage, Queue, StationRow};
 use pages::{Place, Shell};
-use store::audit::Entry;
 use store::reports::{self, Counts};
 use store::stations::{self, Station};
 use store::{cohorts as cohort_storage, retention, schools, second_factors};
@@ -46,10 +44,9 @@ pub(super) async fn home(state: &AppState, shell: Shell, person: &CurrentPerson)
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     csrf: Csrf,
 ) -> Result<AdminPage, PageError> {
-    administrators_only(&person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let counts = counts(&state, school).await?;
     Ok(AdminPage {
@@ -64,21 +61,13 @@ pub(super) async fn show(
     })
 }
 
-pub(super) fn administrators_only(person: &CurrentPerson) -> Result<(), PageError> {
-    match person.role {
-        Role::Administrator => Ok(()),
-        _ => Err(PageError(Error::Forbidden(tr!("this page is for administrators")))),
-    }
-}
-
 /// Makes a pairing code and shows it. Not by a redirect: it would have to be kept to be shown.
 pub(super) async fn make_pairing_code(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     csrf: Csrf,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<PairingCodePage, PageError> {
-    administrators_only(&person)?;
     let (code, expires_at) = pairing::make_pairing_code(&state, &person).await?;
     Ok(PairingCodePage {
         shell: Shell::new(&person, csrf.token(), Place::Administration),
@@ -96,32 +85,24 @@ pub(super) struct NeededForm {
 /// Sets what must be proved of an attempt for it to count towards a certificate.
 pub(super) async fn set_needed(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     CsrfForm(form): CsrfForm<NeededForm>,
 ) -> Result<Redirect, PageError> {
-    administrators_only(&person)?;
     let needed = Needed::of_word(&form.needed).ok_or_else(|| {
         let allowed = Needed::ALL.map(Needed::word).join(", ");
         Error::BadRequest(format!("needed: \"{}\"; allowed are {allowed}", form.needed))
     })?;
-    let mut tx = state.db.write().await?;
-    schools::set_certificate_needs(&mut tx, person.school_id, needed).await?;
-    Entry::by(&person, "school.certificate_needs_set", person.school_id)
-        .with(json!({ "needed": needed.word() }))
-        .append(&mut tx, state.clock.now())
-        .await?;
-    tx.commit().await.map_err(Error::from)?;
+    acts::schools::set_certificate_needs(&state, &person, needed).await?;
     Ok(Redirect::to("/admin#certificates"))
 }
 
 /// Takes a station's token from it.
 pub(super) async fn revoke_station(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     Id(station): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
-    administrators_only(&person)?;
     match pairing::revoke(&state, &person, station).await? {
         true => Ok(Redirect::to("/admin#stations")),
         false => Err(Error::NotFound.into()),

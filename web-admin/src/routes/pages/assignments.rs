@@ -7,10 +7,9 @@ use serde::Deserialize;
 use uuid::Uuid;
 
 use super::Id;
-use super::admin::administrators_only;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Teacher, Visitor};
 use acts::assignments as teaching;
 use acts::deadlines;
 use acts::error::Error;
@@ -21,7 +20,6 @@ use pages::assignments::{AssignForm, AssignmentPage, ManagedAssignmentsPage, Man
 use pages::people::Choice;
 use pages::{Place, Shell};
 use store::assignments::{self, Listed, NewAssignment};
-use store::audit::Entry;
 use store::reports::{self, Named};
 use store::{curricula, exercises, people, schools};
 
@@ -107,11 +105,10 @@ pub(super) struct TypedAssignment {
 
 pub(super) async fn make(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<TypedAssignment>,
 ) -> Result<Response, PageError> {
-    instructors_only(&person)?;
     let new = match read(&state, &person, &typed).await {
         Err(Error::Unprocessable(why)) => {
             let shell = Shell::new(&person, csrf.token(), Place::Assignments);
@@ -123,13 +120,6 @@ pub(super) async fn make(
     };
     let id = teaching::make(&state, &person, &new).await?;
     Ok(Redirect::to(&format!("/assignments/{id}")).into_response())
-}
-
-fn instructors_only(person: &CurrentPerson) -> Result<(), Error> {
-    match person.role {
-        Role::Trainee => Err(Error::Forbidden(tr!("assignments are made by those who teach"))),
-        Role::Instructor | Role::Administrator => Ok(()),
-    }
 }
 
 /// What was typed, as an assignment. A cohort, trainee, exercise or course that the visitor may not see is none: 404.
@@ -279,19 +269,14 @@ pub(super) struct ZoneForm {
 /// Sets the school's time zone. What was assigned before keeps the one in which it was said.
 pub(super) async fn set_zone(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     CsrfForm(form): CsrfForm<ZoneForm>,
 ) -> Result<Redirect, PageError> {
-    administrators_only(&person)?;
     let zone = form.time_zone.trim();
     if !is_zone(zone) {
         let why = tr!("the time zone: “{zone}”; a name like Europe/Berlin is needed", zone = zone);
         return Err(Error::Unprocessable(why).into());
     }
-    let mut tx = state.db.write().await?;
-    schools::set_time_zone(&mut tx, person.school_id, zone).await?;
-    let told = serde_json::json!({ "time_zone": zone });
-    Entry::by(&person, "school.time_zone_set", person.school_id).with(told).append(&mut tx, state.clock.now()).await?;
-    tx.commit().await.map_err(Error::from)?;
+    acts::schools::set_time_zone(&state, &person, zone).await?;
     Ok(Redirect::to("/assignments"))
 }

@@ -7,7 +7,7 @@ use super::standing::{self, Taught};
 use super::{Id, in_query};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, Visitor};
+use crate::routes::auth::{Csrf, Teacher, Visitor};
 use acts::error::Error;
 use model::{CurrentPerson, Role};
 use pages::cohort::{CohortLine, CohortPage, CohortsPage, CourseShare};
@@ -44,13 +44,10 @@ pub(super) struct After {
 
 pub(super) async fn list(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     csrf: Csrf,
     Query(After { after }): Query<After>,
 ) -> Result<CohortsPage, PageError> {
-    if person.role == Role::Trainee {
-        return Err(PageError(Error::Forbidden(tr!("cohorts are shown to those who teach them"))));
-    }
     let (cohorts, next) = in_short(&state, &person, (&after, PER_PAGE)).await?;
     Ok(CohortsPage {
         shell: Shell::new(&person, csrf.token(), Place::Cohorts),

@@ -1,28 +1,26 @@
 //! `/people/{id}/consent`: an administrator records that somebody who teaches lets their attempts be part of the experts'
 //! corridor, in which words, and that they took it back.
 
+use acts::consents;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
-use serde_json::json;
 use time::format_description::well_known::Iso8601;
 use time::{Date, Time};
 use uuid::Uuid;
 
 use super::Id;
-use super::admin::administrators_only;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields};
 use acts::error::Error;
 use model::directory::DirectoryEntry;
 use model::{CurrentPerson, Moment, Role, corridor};
 use pages::consent::{ConsentOfExpertPage, Recorded};
 use pages::{Place, Shell, format};
-use store::audit::Entry;
 use store::directory;
 use store::experts::{self, NewDeclaration};
 
@@ -47,7 +45,6 @@ pub(super) struct Typed {
 
 /// Somebody of the administrator's school who teaches.
 async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<DirectoryEntry, PageError> {
-    administrators_only(visitor)?;
     let person = directory::find(state.db.reader(), visitor.school_id, id).await.map_err(Error::from)?;
     let person = person.ok_or(Error::NotFound)?;
     if person.role == Role::Trainee {
@@ -60,7 +57,7 @@ async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<Dir
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(visitor): Visitor,
+    Administrator(visitor): Administrator,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<ConsentOfExpertPage, PageError> {
@@ -98,7 +95,7 @@ async fn page(
 
 pub(super) async fn record(
     State(state): State<AppState>,
-    Visitor(visitor): Visitor,
+    Administrator(visitor): Administrator,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<Typed>,
@@ -111,27 +108,8 @@ pub(super) async fn record(
             return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
         }
     };
-    keep(&state, &visitor, id, new).await?;
+    consents::record_consent(&state, &visitor, id, new).await?;
     Ok(back(id))
-}
-
-/// Keeps a consent and the audit entry that tells of it.
-///
-/// # Errors
-/// [`Error::Conflict`] when one stands already.
-pub(crate) async fn keep(
-    state: &AppState,
-    visitor: &CurrentPerson,
-    person: Uuid,
-    new: NewDeclaration<'_>,
-) -> Result<(), Error> {
-    let (now, mut tx) = (state.clock.now(), state.db.write().await?);
-    if !experts::consent(&mut tx, (visitor.school_id, person), new, now).await? {
-        return Err(Error::Conflict(tr!("a consent stands already; it is taken back first").to_owned()));
-    }
-    let told = json!({ "wording": new.wording, "given_at": new.given_at.to_string() });
-    Entry::by(visitor, "expert.consented", person).with(told).append(&mut tx, now).await?;
-    Ok(tx.commit().await?)
 }
 
 /// What was typed, as a consent; or what is wrong with it.
@@ -158,16 +136,12 @@ fn words<'a>(field: &str, typed: &'a str, most: usize) -> Result<&'a str, String
 
 pub(super) async fn withdraw(
     State(state): State<AppState>,
-    Visitor(visitor): Visitor,
+    Administrator(visitor): Administrator,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     find(&state, &visitor, id).await?;
-    let (now, mut tx) = (state.clock.now(), state.db.write().await?);
-    if experts::withdraw(&mut tx, (visitor.school_id, id), visitor.id, now).await? {
-        Entry::by(&visitor, "expert.consent_withdrawn", id).append(&mut tx, now).await?;
-    }
-    tx.commit().await.map_err(Error::from)?;
+    consents::withdraw_consent(&state, &visitor, id).await?;
     Ok(back(id))
 }
 

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use super::{Id, unix_lines};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
 use acts::drafting;
 use acts::drafting::{Checked, Saved};
 use acts::error::Error;
@@ -67,10 +67,9 @@ pub(super) struct SeenForm {
 
 pub(super) async fn list(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     csrf: Csrf,
 ) -> Result<DraftsPage, PageError> {
-    drafting::staff_only(&person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let exercises = exercises::all_current(reader, school).await?;
     Ok(DraftsPage {
@@ -83,7 +82,7 @@ pub(super) async fn list(
 /// Begins a copy of an exercise.
 pub(super) async fn copy(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     CsrfForm(CopyForm { exercise, id }): CsrfForm<CopyForm>,
 ) -> Result<Redirect, PageError> {
     let draft = drafting::exercise(&state, &person, &exercise, Some(id.trim())).await?;
@@ -93,7 +92,7 @@ pub(super) async fn copy(
 /// Opens the draft of an exercise.
 pub(super) async fn of_exercise(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Path(id): Path<String>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
@@ -104,7 +103,7 @@ pub(super) async fn of_exercise(
 /// Opens the draft of a course.
 pub(super) async fn of_course(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Path(id): Path<String>,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
@@ -114,11 +113,10 @@ pub(super) async fn of_course(
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<Response, PageError> {
-    drafting::staff_only(&person)?;
     let draft = drafts::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let checked = drafting::check(&state, person.school_id, &draft).await?;
     Ok(answered(&checked, page(Shell::new(&person, csrf.token(), Place::Curricula), draft, &checked)))
@@ -138,7 +136,7 @@ fn answered(checked: &Checked, body: impl IntoResponse) -> Response {
 /// seen it and insists.
 pub(super) async fn write(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DraftForm>,
@@ -173,11 +171,10 @@ pub(super) async fn write(
 /// What a draft would come to as it is typed; nothing is saved.
 pub(super) async fn preview(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     CsrfForm(typed): CsrfForm<TypedForm>,
 ) -> Result<Response, PageError> {
-    drafting::staff_only(&person)?;
     let draft = drafts::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
     let texts = Texts { document: unix_lines(&typed.document), scene: unix_lines(&typed.scene) };
     let checked = drafting::check(&state, person.school_id, &Draft { texts, ..draft }).await?;
@@ -187,7 +184,7 @@ pub(super) async fn preview(
 /// Throws a draft away.
 pub(super) async fn discard(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     CsrfForm(SeenForm { seen }): CsrfForm<SeenForm>,
 ) -> Result<Redirect, PageError> {

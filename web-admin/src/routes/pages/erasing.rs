@@ -9,7 +9,7 @@ use super::Id;
 use super::people::{find, nobody_themselves};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm};
 use acts::erasing;
 use acts::erasing::Eraser;
 use acts::error::Error;
@@ -22,7 +22,7 @@ use store::{retention, schools};
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(visitor): Visitor,
+    Administrator(visitor): Administrator,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<ErasePage, PageError> {
@@ -71,7 +71,7 @@ pub(super) struct EraseForm {
 
 pub(super) async fn erase(
     State(state): State<AppState>,
-    Visitor(visitor): Visitor,
+    Administrator(visitor): Administrator,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<EraseForm>,

@@ -11,9 +11,10 @@ use crate::routes::auth::{Csrf, Visitor};
 use acts::error::Error;
 use model::progress::{Progress, Step, StepState};
 use model::{CurrentPerson, Role};
+use pages::addresses::exercise_href;
 use pages::curricula::{CourseCard, CurriculaPage, ExerciseLine};
 use pages::exercise::{Context, ExercisePage, ExerciseView};
-use pages::trainee::{exercise_href, rule_in_words, score_points};
+use pages::trainee::{rule_in_words, score_points};
 use pages::{Place, Shell, Status, charts};
 use store::{exercises, practice, reports};
 

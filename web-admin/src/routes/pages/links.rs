@@ -1,9 +1,9 @@
 //! Recordings for viewers elsewhere: short-lived addresses, readable in ranges from exactly those viewers' pages.
 
+use acts::recording_links::{self, LINK_LIFETIME_S};
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use serde_json::json;
 use tower::ServiceExt;
 use tower_http::services::ServeFile;
 
@@ -16,11 +16,9 @@ use acts::recordings;
 use acts::secret;
 use pages::links::LinksPage;
 use pages::{Place, Shell};
-use store::audit::Entry;
 use store::{links, sessions};
 
 /// How long an address works, in s.
-const LIFETIME_S: i64 = 15 * 60;
 /// Viewers: name, origin, and the address that a recording's own is appended to.
 const VIEWERS: [(&str, &str, &str); 3] = [
     ("Foxglove", "https://app.foxglove.dev", "https://app.foxglove.dev/~/view?ds=remote-file&ds.url="),
@@ -41,12 +39,7 @@ pub(super) async fn make(
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<LinksPage, PageError> {
     let session = sessions::visible(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
-    let (now, token) = (state.clock.now(), secret::random_hex()?);
-    let mut tx = state.db.write().await?;
-    let lasts = (now, now.plus_s(LIFETIME_S));
-    links::add(&mut tx, (session.key(), person.id), &secret::token_sha256(&token), lasts).await?;
-    Entry::by(&person, "recording.linked", id).with(json!({ "until": lasts.1 })).append(&mut tx, now).await?;
-    tx.commit().await?;
+    let token = recording_links::make_recording_link(&state, &person, &session).await?;
     let recording = format!("{}/recordings/{token}/{id}.mcap", own_address(&state, &headers));
     let opened = |(name, _, address): (&'static str, _, &str)| (name, format!("{address}{}", in_query(&recording)));
     Ok(LinksPage {
@@ -54,7 +47,7 @@ pub(super) async fn make(
         session: id,
         viewers: VIEWERS.map(opened).to_vec(),
         recording,
-        minutes: LIFETIME_S / 60,
+        minutes: LINK_LIFETIME_S / 60,
     })
 }
 

@@ -1,20 +1,18 @@
 //! `/admin/origins`: other sites whose pages may upload to the school with a token.
 
+use acts::schools;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use serde_json::json;
 
-use super::admin::administrators_only;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm};
 use acts::config;
 use acts::error::Error;
 use pages::origins::OriginsPage;
 use pages::{Place, Shell};
-use store::audit::Entry;
 use store::origins;
 
 /// Most origins that a school allows.
@@ -22,10 +20,9 @@ const MOST: usize = 20;
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     csrf: Csrf,
 ) -> Result<OriginsPage, PageError> {
-    administrators_only(&person)?;
     let allowed = origins::of_school(state.db.reader(), person.school_id).await.map_err(Error::from)?;
     let shell = Shell::new(&person, csrf.token(), Place::Administration);
     Ok(OriginsPage {
@@ -43,11 +40,10 @@ pub(super) struct OriginsForm {
 
 pub(super) async fn set(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<OriginsForm>,
 ) -> Result<Response, PageError> {
-    administrators_only(&person)?;
     let allowed = match parse(&form.origins) {
         Ok(allowed) => allowed,
         Err(refused) => {
@@ -57,13 +53,7 @@ pub(super) async fn set(
             return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
         }
     };
-    let mut tx = state.db.write().await?;
-    origins::replace(&mut tx, person.school_id, &allowed).await.map_err(Error::from)?;
-    Entry::by(&person, "school.origins_set", person.school_id)
-        .with(json!({ "origins": allowed }))
-        .append(&mut tx, state.clock.now())
-        .await?;
-    tx.commit().await.map_err(Error::from)?;
+    schools::set_origins(&state, &person, &allowed).await?;
     Ok(Redirect::to("/admin/origins").into_response())
 }
 

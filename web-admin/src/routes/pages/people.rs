@@ -6,11 +6,10 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::admin::administrators_only;
 use super::{Id, in_query};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields};
 use acts::accounts;
 use acts::accounts::NewAccount;
 use acts::error::Error;
@@ -77,11 +76,10 @@ impl PeopleQuery {
 
 pub(super) async fn list(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     csrf: Csrf,
     Query(query): Query<PeopleQuery>,
 ) -> Result<PeoplePage, PageError> {
-    administrators_only(&person)?;
     let shell = Shell::new(&person, csrf.token(), Place::People);
     Ok(page(&state, shell, person.school_id, (query, NewPersonForm::default(), None)).await?)
 }
@@ -156,11 +154,10 @@ fn refusal(name: &str, email: &str) -> Option<PersonRefused> {
 
 pub(super) async fn add(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<NewPersonForm>,
 ) -> Result<Response, PageError> {
-    administrators_only(&person)?;
     let (name, email) = (form.name.trim(), form.email.trim());
     let mut refused = refusal(name, email);
     if refused.is_none() {
@@ -185,7 +182,7 @@ pub(super) struct DoneQuery {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(visitor): Visitor,
+    Administrator(visitor): Administrator,
     Id(id): Id,
     csrf: Csrf,
     Query(DoneQuery { done }): Query<DoneQuery>,
@@ -197,7 +194,6 @@ pub(super) async fn show(
 
 /// Somebody of the administrator's school.
 pub(super) async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<DirectoryEntry, PageError> {
-    administrators_only(visitor)?;
     Ok(directory::find(state.db.reader(), visitor.school_id, id).await?.ok_or(Error::NotFound)?)
 }
 
@@ -231,7 +227,7 @@ pub(super) struct ChangeForm {
 
 pub(super) async fn change(
     State(state): State<AppState>,
-    Visitor(visitor): Visitor,
+    Administrator(visitor): Administrator,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ChangeForm>,
@@ -267,7 +263,7 @@ fn done(id: Uuid, what: &str) -> Response {
 
 pub(super) async fn mail_link(
     State(state): State<AppState>,
-    Visitor(visitor): Visitor,
+    Administrator(visitor): Administrator,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
@@ -279,7 +275,7 @@ pub(super) async fn mail_link(
 /// Makes a link and shows it. Not by a redirect: it would have to be kept to be shown.
 pub(super) async fn link(
     State(state): State<AppState>,
-    Visitor(visitor): Visitor,
+    Administrator(visitor): Administrator,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
@@ -292,7 +288,7 @@ pub(super) async fn link(
 
 pub(super) async fn disable(
     State(state): State<AppState>,
-    Visitor(visitor): Visitor,
+    Administrator(visitor): Administrator,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
@@ -311,7 +307,7 @@ pub(super) fn nobody_themselves(visitor: &CurrentPerson, id: Uuid) -> Result<(),
 
 pub(super) async fn enable(
     State(state): State<AppState>,
-    Visitor(visitor): Visitor,
+    Administrator(visitor): Administrator,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {

@@ -11,15 +11,14 @@ use super::Id;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
-use acts::drafting::staff_only;
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
 use acts::error::Error;
 use acts::regrading::exercise as regrading;
 use model::regrading::RegradingState as Standing;
 use model::{CurrentPerson, Role};
+use pages::addresses::exercise_href;
 use pages::people::Choice;
 use pages::regrading::{self as views, ChooseRubricPage, Earlier, RegradingPage, Shown};
-use pages::trainee::exercise_href;
 use pages::{Place, Shell, format};
 use store::exercises;
 use store::regradings;
@@ -37,11 +36,10 @@ pub(super) fn router() -> Routes {
 
 async fn choose(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Path(id): Path<String>,
     csrf: Csrf,
 ) -> Result<ChooseRubricPage, PageError> {
-    staff_only(&person)?;
     let reader = state.db.reader();
     let current = exercises::current(reader, person.school_id, &id).await?.ok_or(Error::NotFound)?;
     let revisions = exercises::revisions(reader, person.school_id, &id).await?.into_iter();
@@ -88,11 +86,10 @@ struct LookForm {
 
 async fn look(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Path(id): Path<String>,
     CsrfForm(form): CsrfForm<LookForm>,
 ) -> Result<Redirect, PageError> {
-    staff_only(&person)?;
     let revision = form.revision.parse().map_err(|_| Error::NotFound)?;
     let id = regrading::look(&state, &person, (&id, revision)).await?;
     Ok(Redirect::to(&href(id)))
@@ -108,7 +105,7 @@ struct LinesQuery {
 
 async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     csrf: Csrf,
     Query(query): Query<LinesQuery>,
@@ -177,7 +174,7 @@ struct ConfirmForm {
 
 async fn confirm(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConfirmForm>,
@@ -196,7 +193,7 @@ async fn confirm(
 
 async fn forget(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {

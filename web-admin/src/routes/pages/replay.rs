@@ -1,10 +1,11 @@
 //! `/sessions/{id}/replay`: an attempt to be watched again, and what is said about it.
 
+use acts::comments as said;
+use acts::consents;
 use axum::extract::{Path, Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use serde_json::json;
 use uuid::Uuid;
 
 use super::{Id, sessions as attempts};
@@ -18,9 +19,8 @@ use model::{CurrentPerson, Moment, Role, corridor};
 use pages::replay::{CommentForm, CommentView, Other, ReplayPage, Said};
 use pages::session::Drawing;
 use pages::{Place, Shell, charts, format};
-use store::audit::Entry;
 use store::comments::{self, Kept};
-use store::experts::{self, NewDeclaration};
+use store::experts::{self};
 use store::reports;
 use store::scores::{self};
 use store::sessions::{self, Session};
@@ -103,24 +103,14 @@ pub(super) async fn consent(
     if person.role == Role::Trainee {
         return Err(Error::Forbidden(tr!("the corridor is of those who teach")).into());
     }
-    let (now, mut tx) = (state.clock.now(), state.db.write().await?);
-    let own = (person.school_id, person.id);
-    let (changed, action) = match form.consent.as_str() {
-        "given" => {
-            let (wording, how) = (words::say(corridor::WORDING), "given by themselves, signed in");
-            let new = NewDeclaration { wording, how, given_at: now, recorded_by: person.id };
-            (experts::consent(&mut tx, own, new, now).await?, "expert.consented")
-        }
-        "withdrawn" => (experts::withdraw(&mut tx, own, person.id, now).await?, "expert.consent_withdrawn"),
+    match form.consent.as_str() {
+        "given" => consents::give_own_consent(&state, &person, words::say(corridor::WORDING)).await?,
+        "withdrawn" => consents::withdraw_consent(&state, &person, person.id).await?,
         other => {
             let why = format!("consent: \"{other}\"; allowed are given and withdrawn");
             return Err(Error::BadRequest(why).into());
         }
-    };
-    if changed {
-        Entry::by(&person, action, person.id).append(&mut tx, now).await?;
     }
-    tx.commit().await?;
     Ok(Redirect::to("/review"))
 }
 
@@ -167,7 +157,7 @@ pub(super) async fn comment(
     let session = find(&state, &person, id).await?;
     match Comment::parse(&typed, session.duration_s) {
         Ok(comment) => {
-            let made = add(&state, &person, &session, &comment).await?;
+            let made = said::add_comment(&state, &person, &session, &comment).await?;
             Ok(back(id, made))
         }
         Err(refused) => {
@@ -175,27 +165,6 @@ pub(super) async fn comment(
             again(&state, (&person, &csrf), &session, form).await
         }
     }
-}
-
-/// Keeps a comment and the audit entry that tells of it.
-///
-/// # Errors
-/// When the database fails.
-pub(crate) async fn add(
-    state: &AppState,
-    person: &CurrentPerson,
-    session: &Session,
-    comment: &Comment,
-) -> Result<Uuid, Error> {
-    let now = state.clock.now();
-    let mut tx = state.db.write().await?;
-    let made = comments::add(&mut tx, (session.key(), person.id), comment, now).await?;
-    Entry::by(person, "comment.added", session.id)
-        .with(json!({ "comment": made }))
-        .append(&mut tx, state.clock.now())
-        .await?;
-    tx.commit().await?;
-    Ok(made)
 }
 
 #[derive(Debug, Deserialize)]
@@ -222,14 +191,7 @@ pub(super) async fn answer(
             return again(&state, (&person, &csrf), &session, form).await;
         }
     };
-    let mut tx = state.db.write().await?;
-    let made = comments::answer(&mut tx, (session.key(), person.id), (comment, &body), state.clock.now()).await?;
-    let made = made.ok_or(Error::NotFound)?;
-    Entry::by(&person, "comment.answered", session.id)
-        .with(json!({ "comment": made }))
-        .append(&mut tx, state.clock.now())
-        .await?;
-    tx.commit().await?;
+    let made = said::answer_comment(&state, &person, &session, comment, &body).await?;
     Ok(back(id, made))
 }
 
@@ -242,15 +204,7 @@ pub(super) async fn withdraw(
 ) -> Result<Response, PageError> {
     let Path((id, comment)) = path.map_err(|_| Error::NotFound)?;
     let session = find(&state, &person, id).await?;
-    let mut tx = state.db.write().await?;
-    if !comments::withdraw(&mut tx, (session.key(), person.id), comment, state.clock.now()).await? {
-        return Err(Error::NotFound.into());
-    }
-    Entry::by(&person, "comment.withdrawn", session.id)
-        .with(json!({ "comment": comment }))
-        .append(&mut tx, state.clock.now())
-        .await?;
-    tx.commit().await?;
+    said::withdraw_comment(&state, &person, &session, comment).await?;
     Ok(Redirect::to(&format!("/sessions/{id}/replay#comments")).into_response())
 }
 

@@ -1,23 +1,21 @@
 //! `/admin/retention`: how long the school keeps people, and whom it takes next. `/people/{id}/hold`: who is kept whatever the rule says.
 
+use acts::schools;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use serde_json::json;
 
 use super::Id;
-use super::admin::administrators_only;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm};
 use acts::error::Error;
 use acts::retention as retaining;
 use acts::retention::Planned;
 use model::{CurrentPerson, Moment};
 use pages::retention::{IdleRow, RetentionForm, RetentionPage};
 use pages::{Place, Shell};
-use store::audit::Entry;
 use store::directory;
 use store::retention::{self, Settings};
 
@@ -36,11 +34,10 @@ pub(super) struct SavedQuery {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     csrf: Csrf,
     Query(SavedQuery { saved }): Query<SavedQuery>,
 ) -> Result<RetentionPage, PageError> {
-    administrators_only(&person)?;
     let page = page(&state, (&person, &csrf), None).await?;
     Ok(RetentionPage { saved, ..page })
 }
@@ -116,11 +113,10 @@ impl RuleForm {
 /// Sets the rule.
 pub(super) async fn set(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<RuleForm>,
 ) -> Result<Response, PageError> {
-    administrators_only(&person)?;
     let settings = match form.settings() {
         Ok(settings) => settings,
         Err(refused) => {
@@ -136,16 +132,7 @@ pub(super) async fn set(
             return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
         }
     };
-    let mut tx = state.db.write().await?;
-    retention::set(&mut tx, person.school_id, settings).await?;
-    let told = json!({
-        "months": settings.months,
-        "warn_days": settings.warn_days,
-        "texts": settings.texts,
-        "recordings": settings.recordings,
-    });
-    Entry::by(&person, "retention.set", person.school_id).with(told).append(&mut tx, state.clock.now()).await?;
-    tx.commit().await?;
+    schools::set_retention(&state, &person, settings).await?;
     Ok(Redirect::to("/admin/retention?saved=true").into_response())
 }
 
@@ -157,22 +144,16 @@ pub(super) struct HoldForm {
 /// Keeps somebody whatever the rule says, or no longer.
 pub(super) async fn hold(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     Id(id): Id,
     CsrfForm(form): CsrfForm<HoldForm>,
 ) -> Result<Redirect, PageError> {
-    administrators_only(&person)?;
     directory::find(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?;
-    let now = state.clock.now();
-    let (since, action) = match form.hold.as_str() {
-        "yes" => (Some(now), "person.held"),
-        "no" => (None, "person.released"),
+    let held = match form.hold.as_str() {
+        "yes" => true,
+        "no" => false,
         other => return Err(Error::BadRequest(format!("hold: \"{other}\"; allowed are yes and no")).into()),
     };
-    let mut tx = state.db.write().await?;
-    if retention::hold(&mut tx, (person.school_id, id), since).await? {
-        Entry::by(&person, action, id).append(&mut tx, now).await?;
-    }
-    tx.commit().await?;
+    acts::retention::set_held(&state, &person, id, held).await?;
     Ok(Redirect::to(&format!("/people/{id}?done=changed")))
 }

@@ -1,27 +1,27 @@
 //! `/review`, and the pages of a grade: who judged what, when, why.
 
+use acts::reviewing;
 use assessment::{Assessment, questionnaire};
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
-use serde_json::json;
 use uuid::Uuid;
 
 use super::{Id, sessions as attempts};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visitor};
 use acts::error::Error;
 use acts::regrading;
 use acts::regrading::{By, Rubric};
 use acts::surveys;
 use model::judgement::{self, Override, TypedOverride};
 use model::rating::mean;
-use model::{CurrentPerson, Role};
+use model::CurrentPerson;
 use pages::review::{self as views, Act, GradePage, Judged, RatedMean, RegradePage, ReviewPage, WaitingRow};
 use pages::{Place, Shell, Status, format};
-use store::audit::{Actor, Entry};
+use store::audit::Actor;
 use store::grades::{self, NewOverride};
 use store::ratings;
 use store::regradings;
@@ -32,23 +32,15 @@ use store::supervisions;
 
 pub(super) async fn queue(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     csrf: Csrf,
 ) -> Result<ReviewPage, PageError> {
-    judges_only(&person)?;
     let mut waiting = reviews::queue(state.db.reader(), &person).await?;
     let more = waiting.len() > reviews::LISTED as usize;
     waiting.truncate(reviews::LISTED as usize);
     let shell = Shell::new(&person, csrf.token(), Place::Review);
     let to_rate = ratings::count_open(state.db.reader(), &person).await?;
     Ok(ReviewPage { shell, waiting: waiting.into_iter().map(row).collect(), more, to_rate })
-}
-
-pub(super) fn judges_only(person: &CurrentPerson) -> Result<(), Error> {
-    match person.role {
-        Role::Instructor | Role::Administrator => Ok(()),
-        _ => Err(Error::Forbidden(tr!("attempts are reviewed by those who teach"))),
-    }
 }
 
 fn row(waiting: Waiting) -> WaitingRow {
@@ -72,7 +64,6 @@ async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Sess
 /// An attempt that a person may judge, which is scored.
 pub(super) async fn find_scored(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Session, Error> {
     let session = find(state, person, id).await?;
-    judges_only(person)?;
     match grades::of(state.db.reader(), session.key()).await? {
         Some(_) => Ok(session),
         None => Err(Error::Conflict(tr!("this attempt has not been scored yet").to_owned())),
@@ -111,7 +102,7 @@ async fn grade_page(
         reviewed: review.map(|review| (review.by, review.reviewed_at.to_utc())),
         supervised: supervised.map(|known| (known.by, known.confirmed_at.to_utc())),
         ratings: rated(state, person, session).await?,
-        judge: judges_only(person).is_ok(),
+        judge: person.role.teaches(),
         form,
     })
 }
@@ -171,7 +162,7 @@ fn history(computed: &[Score], regraded: &[regradings::Act], overrides: Vec<grad
 /// Puts another score in place of the computed one. Without a reason it is refused, and what was typed stays.
 pub(super) async fn put_override(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<TypedOverride>,
@@ -180,7 +171,7 @@ pub(super) async fn put_override(
     match Override::parse(&typed) {
         Ok(Override { score, passed, reason }) => {
             let new = NewOverride { grade: Some((score, passed)), reason: &reason, made_by: person.id };
-            keep(&state, &person, &session, &new).await?;
+            reviewing::override_grade(&state, &person, &session, &new).await?;
             Ok(to_grade(id))
         }
         Err(refused) => again(&state, (&person, &csrf), &session, (typed, refused.to_string())).await,
@@ -196,7 +187,7 @@ pub(super) struct ReasonForm {
 /// Lets the computed score count again.
 pub(super) async fn withdraw_override(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<ReasonForm>,
@@ -205,32 +196,13 @@ pub(super) async fn withdraw_override(
     match judgement::reason(&typed.reason) {
         Ok(reason) => {
             let new = NewOverride { grade: None, reason: &reason, made_by: person.id };
-            keep(&state, &person, &session, &new).await?;
+            reviewing::override_grade(&state, &person, &session, &new).await?;
             Ok(to_grade(id))
         }
         Err(refused) => {
             again(&state, (&person, &csrf), &session, (TypedOverride::default(), refused.to_string())).await
         }
     }
-}
-
-/// Keeps an override and the audit entry that tells of it.
-///
-/// # Errors
-/// When the database fails.
-pub(crate) async fn keep(
-    state: &AppState,
-    person: &CurrentPerson,
-    session: &Session,
-    new: &NewOverride<'_>,
-) -> Result<(), Error> {
-    let now = state.clock.now();
-    let mut tx = state.db.write().await?;
-    grades::put(&mut tx, session.key(), new, now).await?;
-    let action = if new.grade.is_some() { "grade.overridden" } else { "grade.override_withdrawn" };
-    let details = json!({ "score": new.grade.map(|(score, _)| score), "passed": new.grade.map(|(_, passed)| passed) });
-    Entry::by(person, action, session.id).with(details).append(&mut tx, state.clock.now()).await?;
-    Ok(tx.commit().await?)
 }
 
 #[derive(Debug, Deserialize)]
@@ -242,7 +214,7 @@ pub(super) struct MarkForm {
 /// Marks an attempt as looked at, or puts it back into the queue.
 pub(super) async fn mark(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     CsrfForm(form): CsrfForm<MarkForm>,
 ) -> Result<Response, PageError> {
@@ -255,36 +227,14 @@ pub(super) async fn mark(
             return Err(Error::BadRequest(why).into());
         }
     };
-    set_reviewed(&state, &person, &session, reviewed).await?;
+    reviewing::set_reviewed(&state, &person, &session, reviewed).await?;
     Ok(to_grade(id))
-}
-
-/// Marks an attempt as looked at, or puts it back, with the audit entry that tells of it.
-///
-/// # Errors
-/// When the database fails.
-pub(crate) async fn set_reviewed(
-    state: &AppState,
-    person: &CurrentPerson,
-    session: &Session,
-    reviewed: bool,
-) -> Result<(), Error> {
-    let (now, mut tx) = (state.clock.now(), state.db.write().await?);
-    let (changed, action) = if reviewed {
-        (reviews::mark(&mut tx, session.key(), person.id, now).await?, "session.reviewed")
-    } else {
-        (reviews::unmark(&mut tx, session.key()).await?, "session.review_withdrawn")
-    };
-    if changed {
-        Entry::by(person, action, session.id).append(&mut tx, state.clock.now()).await?;
-    }
-    Ok(tx.commit().await?)
 }
 
 /// What the attempt would score by the rubric of today.
 pub(super) async fn preview(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<RegradePage, PageError> {
@@ -322,7 +272,7 @@ async fn by_today(state: &AppState, session: &Session) -> Result<Assessment, Err
 /// Grades the attempt by the rubric of today. Without a reason it is refused, and what was typed stays.
 pub(super) async fn regrade(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(typed): CsrfForm<ReasonForm>,

@@ -6,12 +6,11 @@ use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, Visitor};
-use acts::drafting;
+use crate::routes::auth::{Csrf, Teacher};
 use acts::error::Error;
+use pages::addresses::exercise_href;
 use pages::diff::{DiffLine, diff};
 use pages::draft::{RevisionRow, RevisionsPage};
-use pages::trainee::exercise_href;
 use pages::{Place, Shell, format};
 use store::{curricula, exercises};
 
@@ -36,11 +35,10 @@ impl Compared {
 
 pub(super) async fn of_exercise(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     (Path(id), Query(compared)): (Path<String>, Query<Compared>),
     csrf: Csrf,
 ) -> Result<RevisionsPage, PageError> {
-    drafting::staff_only(&person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let current = exercises::current(reader, school, &id).await?.ok_or(Error::NotFound)?;
     let row = |revision: exercises::Revision| RevisionRow {
@@ -64,11 +62,10 @@ pub(super) async fn of_exercise(
 
 pub(super) async fn of_course(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     (Path(id), Query(compared)): (Path<String>, Query<Compared>),
     csrf: Csrf,
 ) -> Result<RevisionsPage, PageError> {
-    drafting::staff_only(&person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let taught = curricula::taught(reader, school).await?;
     let current = taught.into_iter().find(|course| course.curriculum_id == id).ok_or(Error::NotFound)?;

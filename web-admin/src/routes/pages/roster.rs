@@ -7,10 +7,9 @@ use serde::Deserialize;
 use uuid::Uuid;
 
 use super::Id;
-use super::admin::administrators_only;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, CsrfUpload, Visitor};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, CsrfUpload};
 use acts::error::Error;
 use acts::roster_import;
 use acts::roster_import::Preview;
@@ -25,10 +24,9 @@ pub(super) const MAX_BYTES: usize = 8_000_000;
 
 pub(super) async fn new(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     csrf: Csrf,
 ) -> Result<RosterPage, PageError> {
-    administrators_only(&person)?;
     Ok(form(&state, (&person, &csrf), &Wanted::default()).await?)
 }
 
@@ -45,11 +43,10 @@ async fn form(state: &AppState, (person, csrf): (&CurrentPerson, &Csrf), wanted:
 
 pub(super) async fn send(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     csrf: Csrf,
     upload: CsrfUpload,
 ) -> Result<Response, PageError> {
-    administrators_only(&person)?;
     let cohort = Some(upload.field("cohort").to_owned()).filter(|cohort| !cohort.is_empty());
     let wanted = Wanted { cohort, remove_missing: upload.field("remove_missing") == "yes" };
     let (name, body) = &upload.file;
@@ -81,12 +78,11 @@ pub(super) struct LinesQuery {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     Id(id): Id,
     csrf: Csrf,
     Query(query): Query<LinesQuery>,
 ) -> Result<RosterPreviewPage, PageError> {
-    administrators_only(&person)?;
     let shell = Shell::new(&person, csrf.token(), Place::People);
     Ok(preview(&state, shell, (person.school_id, id), query).await?)
 }
@@ -125,12 +121,11 @@ pub(super) struct ConfirmForm {
 
 pub(super) async fn confirm(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConfirmForm>,
 ) -> Result<Response, PageError> {
-    administrators_only(&person)?;
     match roster_import::confirm(&state, &person, id, (&form.digest, form.invite == "yes")).await? {
         Some(difference) => {
             let [added, changed, ..] = difference.counts();

@@ -8,25 +8,26 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
-use serde_json::json;
 use tower_sessions::Session;
 
-use super::admin::administrators_only;
 use super::{Id, passkeys};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Asked, ClientAddress, Csrf, CsrfForm, NoFields, Shown, Visitor, start_session};
+use crate::routes::auth::{
+    Administrator, Asked, ClientAddress, Csrf, CsrfForm, NoFields, Shown, Visitor, start_session,
+};
 use acts::accounts;
 use acts::error::Error;
 use acts::second_factor;
 use acts::second_factor::{Enrolled, Typed};
 use model::{CurrentPerson, FactorRule};
-use pages::passkeys::ProofAsked;
+use pages::proving::FactorRefused;
+use pages::proving::ProofAsked;
 use pages::qr;
-use pages::second_factor::{FactorRefused, FactorState, RecoveryCodesPage, SecondFactorPage};
+use pages::second_factor::{FactorState, RecoveryCodesPage, SecondFactorPage};
 use pages::{Place, Shell};
-use store::audit::{Actor, Entry};
+use store::audit::Actor;
 use store::passkeys as stored;
 use store::second_factors::{self, PersonKey};
 use store::{directory, people, schools};
@@ -259,11 +260,10 @@ async fn turn_off(
 /// Takes the second factor of somebody away who has lost it.
 async fn reset(
     State(state): State<AppState>,
-    Visitor(visitor): Visitor,
+    Administrator(visitor): Administrator,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
-    administrators_only(&visitor)?;
     let person = directory::find(state.db.reader(), visitor.school_id, id).await?.ok_or(Error::NotFound)?;
     if person.id == visitor.id {
         let why = tr!("one's own second factor is turned off on one's own account's page, by a code");
@@ -284,20 +284,13 @@ struct RuleForm {
 /// Sets of whom the school asks for a second factor.
 async fn set_rule(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     CsrfForm(form): CsrfForm<RuleForm>,
 ) -> Result<Redirect, PageError> {
-    administrators_only(&person)?;
     let rule = FactorRule::of_word(&form.rule).ok_or_else(|| {
         let allowed = FactorRule::ALL.map(FactorRule::word).join(", ");
         Error::BadRequest(format!("rule: \"{}\"; allowed are {allowed}", form.rule))
     })?;
-    let mut tx = state.db.write().await?;
-    second_factors::set_rule(&mut tx, person.school_id, rule).await?;
-    Entry::by(&person, "school.second_factor_set", person.school_id)
-        .with(json!({ "asked_of": rule.word() }))
-        .append(&mut tx, state.clock.now())
-        .await?;
-    tx.commit().await.map_err(Error::from)?;
+    acts::schools::set_second_factor_rule(&state, &person, rule).await?;
     Ok(Redirect::to("/admin#second-factor"))
 }

@@ -3,10 +3,10 @@
 use axum::extract::{Query, State};
 use serde::Deserialize;
 
-use super::admin::{self, administrators_only};
+use super::admin::{self};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, Visitor};
+use crate::routes::auth::{Administrator, Csrf};
 use pages::service::{ActRow, ServicePage};
 use pages::{Place, Shell};
 use store::service::{self, Act};
@@ -24,11 +24,10 @@ pub(super) struct Before {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     csrf: Csrf,
     Query(query): Query<Before>,
 ) -> Result<ServicePage, PageError> {
-    administrators_only(&person)?;
     let reader = state.db.reader();
     let counts = admin::counts(&state, person.school_id).await?;
     let failing = reports::failing_jobs(reader, person.school_id).await?.len();

@@ -9,9 +9,10 @@ pub mod service;
 use std::path::{Path, PathBuf};
 
 use acts::clock::Clock;
-use acts::config::{Config, PasswordCost};
+use acts::config::Config;
 use acts::publishing;
 use acts::secret;
+use acts::secret::PasswordCost;
 use axum::Router;
 use model::Role;
 use sqlx::SqliteConnection;

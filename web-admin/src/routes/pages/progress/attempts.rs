@@ -1,6 +1,6 @@
 //! Every attempt of a school as a file, for its administrators.
 
-use crate::routes::auth::Visitor;
+use crate::routes::auth::Administrator;
 use std::time::Duration;
 
 use assessment::words::failure_in_words;
@@ -12,7 +12,6 @@ use uuid::Uuid;
 use crate::AppState;
 use crate::error::PageError;
 use crate::export::{self, Cell};
-use crate::routes::pages::admin::administrators_only;
 use acts::error::Error;
 use model::AttemptPlace;
 use pages::format;
@@ -53,8 +52,10 @@ const NAMES: [&str; 25] = [
     "supervised",
 ];
 
-pub(super) async fn export(State(state): State<AppState>, Visitor(person): Visitor) -> Result<Response, PageError> {
-    administrators_only(&person)?;
+pub(super) async fn export(
+    State(state): State<AppState>,
+    Administrator(person): Administrator,
+) -> Result<Response, PageError> {
     let school = person.school_id;
     let place = state.exports.enter(school, PATIENCE).await;
     let place = place.ok_or(Error::Busy { retry_after_s: PATIENCE.as_secs() })?;

@@ -4,7 +4,6 @@ use askama::Template;
 use axum::extract::{Path, State};
 use axum::http::header::{CONTENT_DISPOSITION, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
-use serde_json::json;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
@@ -20,7 +19,6 @@ use model::{CurrentPerson, Needed};
 use pages::certificate::CertificatePage;
 use pages::format;
 use pages::trainee::{needed_in_words, rule_in_words};
-use store::audit::Entry;
 use store::curricula::{self, Curriculum};
 use store::reports::{self, Named};
 use store::{people, practice, schools};
@@ -46,7 +44,7 @@ pub(super) async fn issue(
     let language = theirs.unwrap_or_else(words::current);
     let file = format!("certificate-{}.html", curriculum.curriculum_id);
     let page = words::within(language, || earned.page(&certificate, &file))?;
-    note(&state, &person, (&trainee, &curriculum)).await?;
+    certificates::note_issued(&state, &person, trainee.id, &curriculum).await?;
     let disposition = format!("attachment; filename=\"{file}\"");
     Ok(([(CONTENT_TYPE, "text/html; charset=utf-8".to_owned()), (CONTENT_DISPOSITION, disposition)], page)
         .into_response())
@@ -119,17 +117,4 @@ fn mastered(course: &Course, progress: &Progress) -> Vec<(String, OffsetDateTime
         _ => None,
     });
     mastered.collect()
-}
-
-async fn note(
-    state: &AppState,
-    person: &CurrentPerson,
-    (trainee, curriculum): (&Named, &Curriculum),
-) -> Result<(), Error> {
-    let mut tx = state.db.write().await?;
-    Entry::by(person, "certificate.issued", trainee.id)
-        .with(json!({ "curriculum_id": curriculum.curriculum_id, "sha256": curriculum.sha256 }))
-        .append(&mut tx, state.clock.now())
-        .await?;
-    Ok(tx.commit().await?)
 }

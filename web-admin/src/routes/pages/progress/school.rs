@@ -8,8 +8,7 @@ use serde::Deserialize;
 use crate::AppState;
 use crate::error::PageError;
 use crate::export::{self, Cell};
-use crate::routes::auth::{Csrf, Visitor};
-use crate::routes::pages::admin::administrators_only;
+use crate::routes::auth::{Administrator, Csrf};
 use crate::routes::pages::in_query;
 use pages::progress::{MonthRow, SchoolProgressPage, YearRow};
 use pages::{Place, Shell, charts};
@@ -51,11 +50,10 @@ fn years(months: &[(i64, Sums)]) -> Vec<i64> {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     csrf: Csrf,
     Query(query): Query<YearQuery>,
 ) -> Result<SchoolProgressPage, PageError> {
-    administrators_only(&person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let months = tallies::by_month(reader, school).await?;
     let years = years(&months);
@@ -98,10 +96,9 @@ fn month_row((month, sums): (i64, Sums)) -> MonthRow {
 
 pub(super) async fn export(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Administrator(person): Administrator,
     Query(query): Query<YearQuery>,
 ) -> Result<Response, PageError> {
-    administrators_only(&person)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let year = query.chosen(&years(&tallies::by_month(reader, school).await?));
     let cohorts = tallies::in_year(reader, school, year, ("", u32::MAX)).await?;

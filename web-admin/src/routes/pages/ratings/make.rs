@@ -6,10 +6,9 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::raters_only;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, Teacher};
 use acts::error::Error;
 use acts::ratings;
 use acts::surveys;
@@ -33,11 +32,10 @@ pub(super) struct NewQuery {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     csrf: Csrf,
     Query(from): Query<NewQuery>,
 ) -> Result<NewRoundPage, PageError> {
-    raters_only(&person)?;
     let form = NewForm(vec![("assignment".to_owned(), from.assignment)]);
     let mut page = page(&state, (&person, &csrf), (&form, None)).await?;
     // What was assigned is rated whole, unless somebody takes an attempt away.
@@ -136,11 +134,10 @@ async fn scored_instruments(state: &AppState, school: Uuid, form: &NewForm) -> R
 
 pub(super) async fn make(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<NewForm>,
 ) -> Result<Response, PageError> {
-    raters_only(&person)?;
     match wanted(&state, &person, &form).await {
         Ok(new) => {
             let id = ratings::make(&state, &person, &new).await?;

@@ -12,7 +12,7 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::export::{self, Cell as Column};
 use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
 use acts::error::Error;
 use acts::ratings;
 use acts::surveys;
@@ -35,15 +35,7 @@ pub(super) fn router() -> Routes {
         .route("/rate/{id}", get(rate::show).post(rate::act))
 }
 
-fn raters_only(person: &CurrentPerson) -> Result<(), Error> {
-    match person.role {
-        Role::Trainee => Err(Error::Forbidden(tr!("attempts are rated by those who teach"))),
-        Role::Instructor | Role::Administrator => Ok(()),
-    }
-}
-
-async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csrf) -> Result<RatingsPage, PageError> {
-    raters_only(&person)?;
+async fn list(State(state): State<AppState>, Teacher(person): Teacher, csrf: Csrf) -> Result<RatingsPage, PageError> {
     let rounds = stored::all(state.db.reader(), &person).await?;
     let row = |round: Round| RoundRow {
         href: href(round.id),
@@ -65,7 +57,6 @@ fn href(round: Uuid) -> String {
 
 /// A round that the visitor asked for or takes part in.
 async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Round, Error> {
-    raters_only(person)?;
     stored::find(state.db.reader(), person, id).await?.ok_or(Error::NotFound)
 }
 
@@ -85,7 +76,7 @@ fn own_ratings(ratings: &[Rating], current: Option<Uuid>) -> Vec<OwnRating> {
 
 async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<RoundPage, PageError> {
@@ -177,7 +168,7 @@ fn known(owner: bool, cell: &Cell) -> bool {
 }
 
 /// A row for each rating, with every answer and score.
-async fn csv(State(state): State<AppState>, Visitor(person): Visitor, Id(id): Id) -> Result<Response, PageError> {
+async fn csv(State(state): State<AppState>, Teacher(person): Teacher, Id(id): Id) -> Result<Response, PageError> {
     let round = find(&state, &person, id).await?;
     if round.own_open > 0 {
         let why = tr!("your own ratings come first: what the others gave is shown when you have finished yours");
@@ -230,7 +221,7 @@ fn line(instrument: &Instrument, cell: &Cell, shown: Result<Moment, usize>) -> V
 
 async fn withdraw(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {

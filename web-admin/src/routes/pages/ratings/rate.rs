@@ -7,10 +7,10 @@ use axum::response::{IntoResponse, Redirect, Response};
 use documents::instrument::Item;
 use serde::Deserialize;
 
-use super::{href, own_ratings, raters_only};
+use super::{href, own_ratings};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, Teacher};
 use crate::routes::pages::{Id, sessions as attempts};
 use acts::error::Error;
 use acts::ratings;
@@ -24,11 +24,10 @@ use store::{ratings as stored, scores};
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     csrf: Csrf,
 ) -> Result<RatePage, PageError> {
-    raters_only(&person)?;
     let rated = ratings::open(&state, &person, id).await?;
     Ok(page(&state, (&person, &csrf), &rated, &Refusals::default()).await?)
 }
@@ -76,12 +75,11 @@ impl RateForm {
 
 pub(super) async fn act(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<RateForm>,
 ) -> Result<Response, PageError> {
-    raters_only(&person)?;
     let mut rated = ratings::open(&state, &person, id).await?;
     let refused = rated.read(&form.0);
     if !refused.is_empty() {

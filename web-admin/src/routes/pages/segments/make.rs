@@ -6,10 +6,9 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::teachers_only;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, Teacher};
 use acts::error::Error;
 use acts::segments;
 use model::{CurrentPerson, Moment, due, line};
@@ -31,11 +30,10 @@ pub(super) struct NewQuery {
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     csrf: Csrf,
     Query(from): Query<NewQuery>,
 ) -> Result<NewTaskPage, PageError> {
-    teachers_only(&person)?;
     let form = NewForm(from.session.map(|id| ("attempt".to_owned(), id)).into_iter().collect());
     Ok(page(&state, (&person, &csrf), (&form, None)).await?)
 }
@@ -109,11 +107,10 @@ async fn offered(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Re
 
 pub(super) async fn make(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<NewForm>,
 ) -> Result<Response, PageError> {
-    teachers_only(&person)?;
     match wanted(&state, &person, &form).await {
         Ok(new) => {
             let id = segments::make(&state, &person, &new).await?;

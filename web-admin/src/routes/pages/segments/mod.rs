@@ -12,7 +12,7 @@ use crate::AppState;
 use crate::error::PageError;
 use crate::export::{self, Cell};
 use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visitor};
 use acts::deadlines;
 use acts::error::Error;
 use acts::segments;
@@ -36,13 +36,6 @@ pub(super) fn router() -> Routes {
         .route("/segments/{id}/extend", post(extend))
         .route("/segments/{id}/withdraw", post(withdraw))
         .route("/segments/traces/{id}", get(trace::show).post(trace::mark))
-}
-
-fn teachers_only(person: &CurrentPerson) -> Result<(), Error> {
-    match person.role {
-        Role::Trainee => Err(Error::Forbidden(tr!("tasks are made and judged by those who teach"))),
-        Role::Instructor | Role::Administrator => Ok(()),
-    }
 }
 
 async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csrf) -> Result<SegmentsPage, PageError> {
@@ -134,8 +127,7 @@ async fn results(state: &AppState, person: &CurrentPerson, task: &Task) -> Resul
     Ok(named.map(row).collect())
 }
 
-async fn csv(State(state): State<AppState>, Visitor(person): Visitor, Id(id): Id) -> Result<Response, PageError> {
-    teachers_only(&person)?;
+async fn csv(State(state): State<AppState>, Teacher(person): Teacher, Id(id): Id) -> Result<Response, PageError> {
     let task = segments::task(&state, &person, id).await?;
     let pseudonyms = reports::pseudonyms(state.db.reader(), person.school_id, task.cohort_id).await?;
     let row = |row: ResultRow| {
@@ -183,11 +175,10 @@ fn line(row: ResultRow) -> Vec<Cell> {
 
 async fn extend(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     CsrfForm(form): CsrfForm<ExtensionForm>,
 ) -> Result<Redirect, PageError> {
-    teachers_only(&person)?;
     let task = segments::task(&state, &person, id).await?;
     if !trainees(&state, &person, &task).await?.iter().any(|trainee| trainee.id == form.person) {
         return Err(Error::NotFound.into());
@@ -198,11 +189,10 @@ async fn extend(
 
 async fn withdraw(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Id(id): Id,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
-    teachers_only(&person)?;
     segments::task(&state, &person, id).await?;
     segments::withdraw(&state, &person, id).await?;
     Ok(Redirect::to("/segments").into_response())

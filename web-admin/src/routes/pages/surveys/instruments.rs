@@ -7,10 +7,9 @@ use axum::response::{IntoResponse, Redirect, Response};
 use documents::{DocumentError, Instrument, Issue};
 use serde::Deserialize;
 
-use super::teachers_only;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, Teacher};
 use crate::routes::pages::unix_lines;
 use acts::error::Error;
 use acts::surveys;
@@ -18,7 +17,6 @@ use model::CurrentPerson;
 use pages::draft::problem;
 use pages::survey::instrument::{EditPage, InstrumentPage, InstrumentsPage, Preview};
 use pages::{Place, Shell};
-use store::audit::Actor;
 use store::instruments::{self, InstrumentRevision};
 
 /// Where somebody who writes a new one may begin.
@@ -54,10 +52,9 @@ fn href(id: &str) -> String {
 
 pub(super) async fn list(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     csrf: Csrf,
 ) -> Result<InstrumentsPage, PageError> {
-    teachers_only(&person)?;
     let all = instruments::all_current(state.db.reader(), person.school_id).await?;
     let row = |i: InstrumentRevision| (i.title, href(&i.instrument_id), i.instrument_id, i.published_at.to_utc());
     Ok(InstrumentsPage {
@@ -67,13 +64,12 @@ pub(super) async fn list(
 }
 
 async fn current(state: &AppState, person: &CurrentPerson, id: &str) -> Result<InstrumentRevision, PageError> {
-    teachers_only(person)?;
     Ok(instruments::current(state.db.reader(), person.school_id, id).await?.ok_or(Error::NotFound)?)
 }
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Path(id): Path<String>,
     csrf: Csrf,
 ) -> Result<InstrumentPage, PageError> {
@@ -90,7 +86,7 @@ pub(super) async fn show(
 /// The document as it was published, or as JSON.
 pub(super) async fn document(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Path((id, file)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
     let found = current(&state, &person, &id).await?;
@@ -106,14 +102,13 @@ pub(super) async fn document(
     Ok(([(CONTENT_TYPE, media_type), (CONTENT_DISPOSITION, &disposition)], body).into_response())
 }
 
-pub(super) async fn new(Visitor(person): Visitor, csrf: Csrf) -> Result<EditPage, PageError> {
-    teachers_only(&person)?;
+pub(super) async fn new(Teacher(person): Teacher, csrf: Csrf) -> Result<EditPage, PageError> {
     Ok(editor(&person, &csrf, (None, BLANK.to_owned())))
 }
 
 pub(super) async fn edit(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Path(id): Path<String>,
     csrf: Csrf,
 ) -> Result<EditPage, PageError> {
@@ -142,17 +137,16 @@ pub(super) struct DocumentForm {
 
 pub(super) async fn add(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DocumentForm>,
 ) -> Result<Response, PageError> {
-    teachers_only(&person)?;
     store(&state, &person, &csrf, (None, form)).await
 }
 
 pub(super) async fn change(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     Path(id): Path<String>,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DocumentForm>,
@@ -179,16 +173,10 @@ async fn store(
     if form.step != "publish" {
         return Ok(EditPage { preview: Some(Preview::new(&instrument)), ..page }.into_response());
     }
-    let now = state.clock.now();
-    let mut tx = state.db.write().await?;
-    let school = person.school_id;
-    if id.is_none() && instruments::current(&mut *tx, school, &instrument.id).await?.is_some() {
+    if !surveys::publish_written(state, person, (&instrument, &bytes), id.is_none()).await? {
         let issues = vec![tr!("id: “{id}”; there is an instrument of that id: edit it", id = instrument.id)];
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, EditPage { issues, ..page }).into_response());
     }
-    surveys::publish_text(&mut tx, school, (&instrument, &bytes), (Actor::Person(person.id), now)).await?;
-    surveys::course_surveys(&mut tx, school, now).await?;
-    tx.commit().await?;
     Ok(Redirect::to(&href(&instrument.id)).into_response())
 }
 

@@ -9,10 +9,10 @@ use time::format_description::well_known::Iso8601;
 use time::{Date, Time};
 use uuid::Uuid;
 
-use super::{of_school, owns, teachers_only};
+use super::{of_school, owns};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visitor};
 use crate::routes::pages::Id;
 use acts::error::Error;
 use acts::surveys;
@@ -143,21 +143,19 @@ async fn page(
 
 pub(super) async fn show(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     csrf: Csrf,
 ) -> Result<NewPage, PageError> {
-    teachers_only(&person)?;
     let blank = NewForm(vec![("identity".to_owned(), "pseudonymous".to_owned())]);
     Ok(page(&state, &person, &csrf, (&blank, None)).await?)
 }
 
 pub(super) async fn make(
     State(state): State<AppState>,
-    Visitor(person): Visitor,
+    Teacher(person): Teacher,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<NewForm>,
 ) -> Result<Response, PageError> {
-    teachers_only(&person)?;
     match wanted(&state, &person, &form).await? {
         Ok(wanted) => {
             let id = surveys::make(&state, &person, &wanted).await?;

@@ -64,14 +64,6 @@ fn owns(person: &CurrentPerson, survey: &Survey) -> bool {
     survey.owner_id.map_or(person.role == Role::Administrator, |owner| owner == person.id)
 }
 
-/// Trainees are answered; for those who teach, `Ok`.
-fn teachers_only(person: &CurrentPerson) -> Result<(), PageError> {
-    match person.role {
-        Role::Trainee => Err(PageError(Error::Forbidden(tr!("this page is for those who teach")))),
-        Role::Instructor | Role::Administrator => Ok(()),
-    }
-}
-
 async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csrf) -> Result<ListPage, PageError> {
     let shell = Shell::new(&person, csrf.token(), Place::Surveys);
     if person.role == Role::Trainee {

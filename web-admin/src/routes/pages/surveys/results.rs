@@ -1,5 +1,7 @@
 //! `/surveys/{id}/results`, and the themes of comments.
 
+use acts::surveys;
+use acts::surveys::Theme;
 use std::collections::BTreeMap;
 
 use assessment::questionnaire::{Answer, Scorer};
@@ -9,7 +11,6 @@ use axum::response::{IntoResponse, Redirect, Response};
 use documents::Instrument;
 use documents::instrument::ScaleKind;
 use serde::Deserialize;
-use serde_json::json;
 use time::OffsetDateTime;
 use uuid::Uuid;
 
@@ -26,7 +27,6 @@ use model::survey::groups::{Groups, LEAST};
 use model::survey::results::{Results, Row, correlation, score_group};
 use pages::survey::results::{Against, AskedLine, Comment, CommentBlock, ResultsPage, Split};
 use pages::{Place, Shell};
-use store::audit::{Actor, Entry};
 use store::surveys as stored;
 use store::surveys::{Submitted, Tag};
 
@@ -247,20 +247,8 @@ pub(super) async fn tag(
     if !(1..=60).contains(&length) {
         return Err(Error::BadRequest(tr!("theme: {length} characters; allowed: 1 to 60", length = length)).into());
     }
-    let place = (form.response, form.item.as_str());
-    let mut tx = state.db.write().await?;
-    let (done, action) = if form.step == "remove" {
-        (stored::remove_tag(&mut tx, &survey, place, &tag).await?, "survey.tag_removed")
-    } else {
-        (stored::add_tag(&mut tx, &survey, place, &tag).await?, "survey.tagged")
-    };
-    if !done {
-        return Err(Error::NotFound.into());
-    }
-    Entry::new(survey.school_id, Actor::Person(person.id), action, id)
-        .with(json!({ "response": form.response, "item": form.item, "tag": tag }))
-        .append(&mut tx, state.clock.now())
-        .await?;
-    tx.commit().await?;
+    let _place = (form.response, form.item.as_str());
+    let theme = Theme { response: form.response, item: &form.item, tag: &tag };
+    surveys::set_theme(&state, &person, &survey, theme, form.step != "remove").await?;
     Ok((StatusCode::SEE_OTHER, Redirect::to(&format!("/surveys/{id}/results#comments"))).into_response())
 }

@@ -77,8 +77,8 @@ fn forget_oldest(waiting: &mut BTreeMap<Uuid, Waiting>, whose: impl Fn(&Waiting)
 mod tests {
     //! An answer that is good twice, late, or for somebody else is one that can be stolen.
 
+    use super::super::tests::asked_to_make;
     use super::*;
-    use crate::passkeys::site::tests::asked_to_make;
 
     fn begin(all: &Ceremonies, person: Uuid, at_s: i64) -> Uuid {
         all.begin(person, asked_to_make(), Moment::from_micros(0).plus_s(at_s))

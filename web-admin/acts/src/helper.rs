@@ -1,6 +1,7 @@
 //! A process that works for us, within its limits, and is ended when nobody waits for it any more.
 
 use std::io::{Read, Write};
+use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,10 +10,19 @@ use std::time::Duration;
 
 use crate::clock;
 
-use super::Helper;
-
 /// How long between two looks whether a helper has ended.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
+
+/// What a helper may cost.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Helper {
+    /// The program: `web-admin`.
+    pub program: PathBuf,
+    /// Most memory, in MB.
+    pub memory_mb: u64,
+    /// Longest time.
+    pub time: Duration,
+}
 
 /// How a helper has ended.
 #[derive(Clone, Debug, PartialEq, Eq)]

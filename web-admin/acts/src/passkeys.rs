@@ -1,9 +1,7 @@
 //! Passkeys (WebAuthn) as a second factor: made, asked for a signature, renamed and removed. What was asked is kept here and good
 //! once; everything is in the audit log.
 
-mod ceremonies;
-mod site;
-
+use crate::passkey_site::{AnswerRefused, Asked, Owner, Site};
 use model::passkey::PasskeyQuestion;
 use std::net::IpAddr;
 
@@ -11,10 +9,6 @@ use serde_json::json;
 use uuid::Uuid;
 use webauthn_rs::prelude::{Passkey, PasskeyAuthentication, PasskeyRegistration};
 
-pub use ceremonies::{Asked, Ceremonies};
-pub use site::{AnswerRefused, Owner, Site};
-
-use crate::config::Config;
 use crate::error::Error;
 use crate::second_factor::{self, Enrolled, Proof};
 use crate::service::Service;
@@ -27,27 +21,6 @@ use store::second_factors::{self, PersonKey};
 
 /// Most passkeys that somebody has.
 pub const MOST: usize = 20;
-
-/// Where this service has passkeys, and what it waits for.
-#[derive(Debug)]
-pub struct Passkeys {
-    site: Option<Site>,
-    ceremonies: Ceremonies,
-}
-
-impl Passkeys {
-    /// Of a service as it was told to run.
-    #[must_use]
-    pub fn new(config: &Config) -> Self {
-        Self { site: Site::of(config), ceremonies: Ceremonies::default() }
-    }
-
-    /// The site, where browsers have passkeys for it.
-    #[must_use]
-    pub const fn site(&self) -> Option<&Site> {
-        self.site.as_ref()
-    }
-}
 
 /// What a browser has brought.
 #[derive(Clone, Copy, Debug)]

@@ -1,5 +1,7 @@
 //! Whose passkeys they are: a passkey belongs to the name of a host, and answers to its pages alone.
 
+mod ceremonies;
+
 use anyhow::Context;
 use serde::de::DeserializeOwned;
 use uuid::Uuid;
@@ -10,6 +12,8 @@ use webauthn_rs::{Webauthn, WebauthnBuilder};
 
 use crate::config::Config;
 
+pub use ceremonies::{Asked, Ceremonies};
+
 /// What browsers are told of us.
 const NAME: &str = "Stylet";
 
@@ -18,6 +22,27 @@ const NAME: &str = "Stylet";
 pub struct Site {
     webauthn: Webauthn,
     origin: String,
+}
+
+/// Where this service has passkeys, and what it waits for.
+#[derive(Debug)]
+pub struct Passkeys {
+    site: Option<Site>,
+    pub(crate) ceremonies: Ceremonies,
+}
+
+impl Passkeys {
+    /// Of a service as it was told to run.
+    #[must_use]
+    pub fn new(config: &Config) -> Self {
+        Self { site: Site::of(config), ceremonies: Ceremonies::default() }
+    }
+
+    /// The site, where browsers have passkeys for it.
+    #[must_use]
+    pub const fn site(&self) -> Option<&Site> {
+        self.site.as_ref()
+    }
 }
 
 /// Why an answer was not taken.
@@ -123,12 +148,12 @@ fn refused(why: WebauthnError) -> AnswerRefused {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     //! A site of a wrong name or origin would take answers that were made for another.
 
     use std::path::Path;
 
-    use super::super::ceremonies::Asked;
+    use super::ceremonies::Asked;
     use super::*;
 
     fn site(public_url: Option<&str>, listen: &str) -> Option<Site> {
@@ -137,7 +162,7 @@ pub(super) mod tests {
     }
 
     /// A passkey to be made.
-    pub(in crate::passkeys) fn asked_to_make() -> Asked {
+    pub(super) fn asked_to_make() -> Asked {
         let owner = Owner { id: Uuid::from_u128(1), email: "ada@example.org", name: "Ada" };
         let (_, state) = site(None, "127.0.0.1:8080").unwrap().ask_to_make(owner, Vec::new()).unwrap();
         Asked::ToMake { name: "Key".to_owned(), state: Box::new(state) }

@@ -1,0 +1,48 @@
+//! Asks whoever judges: a helper, or where there is none this very process.
+
+use std::time::Duration;
+
+use crate::helper::{Ended, Helper, run_helper};
+use crate::judging::{Answer, Question, answer};
+use crate::service::Service;
+
+/// Longest that reading what has just arrived may take.
+const LONGEST_READING: Duration = Duration::from_secs(60);
+
+/// Has a question answered. Dropped, the helper that works on it is ended.
+///
+/// # Errors
+/// When nobody can be asked.
+pub async fn ask(state: &Service, question: Question) -> anyhow::Result<Answer> {
+    ask_within(state, question, Duration::MAX).await
+}
+
+/// Has a question answered, in no more than a time.
+///
+/// # Errors
+/// When nobody can be asked.
+pub async fn ask_within(state: &Service, question: Question, most: Duration) -> anyhow::Result<Answer> {
+    let Some(helper) = &state.config.helper else {
+        let examine_draft = state.examine_draft;
+        return Ok(state.parse(move || answer(question, examine_draft)).await?);
+    };
+    let time = match &question {
+        Question::Recording(_) => helper.time,
+        Question::Arrival(_) => helper.time.min(LONGEST_READING),
+        Question::Draft(_) => state.config.preview_time,
+    };
+    ask_helper(Helper { time: time.min(most), ..helper.clone() }, &question).await
+}
+
+async fn ask_helper(helper: Helper, question: &Question) -> anyhow::Result<Answer> {
+    let input = serde_json::to_vec(question)?;
+    let (time_s, memory_mb) = (helper.time.as_secs(), helper.memory_mb);
+    let ended = run_helper(helper, input).await?;
+    Ok(match ended {
+        Ended::Said(said) => serde_json::from_slice(&said)?,
+        Ended::Late => Answer::Died(format!("it took longer than {time_s} s")),
+        Ended::Died(how) => {
+            Answer::Died(format!("whoever worked on it, with {memory_mb} MB of memory at most, has died: {how}"))
+        }
+    })
+}

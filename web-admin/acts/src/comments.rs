@@ -1,0 +1,66 @@
+//! What people say about an attempt.
+
+use model::CurrentPerson;
+use model::comment::Comment;
+use serde_json::json;
+use store::audit::Entry;
+use store::comments;
+use store::sessions::Session;
+use uuid::Uuid;
+
+use crate::error::Error;
+use crate::service::Service;
+
+/// Adds a comment; its id.
+///
+/// # Errors
+/// When the database fails.
+pub async fn add_comment(
+    service: &Service,
+    by: &CurrentPerson,
+    session: &Session,
+    comment: &Comment,
+) -> Result<Uuid, Error> {
+    let (now, mut tx) = (service.clock.now(), service.db.write().await?);
+    let made = comments::add(&mut tx, (session.key(), by.id), comment, now).await?;
+    Entry::by(by, "comment.added", session.id).with(json!({ "comment": made })).append(&mut tx, now).await?;
+    tx.commit().await?;
+    Ok(made)
+}
+
+/// Answers a comment; the answer's id.
+///
+/// # Errors
+/// [`Error::NotFound`] when there is no such comment; else when the database fails.
+pub async fn answer_comment(
+    service: &Service,
+    by: &CurrentPerson,
+    session: &Session,
+    comment: Uuid,
+    body: &str,
+) -> Result<Uuid, Error> {
+    let (now, mut tx) = (service.clock.now(), service.db.write().await?);
+    let made = comments::answer(&mut tx, (session.key(), by.id), (comment, body), now).await?;
+    let made = made.ok_or(Error::NotFound)?;
+    Entry::by(by, "comment.answered", session.id).with(json!({ "comment": made })).append(&mut tx, now).await?;
+    tx.commit().await?;
+    Ok(made)
+}
+
+/// Takes back what somebody said themselves.
+///
+/// # Errors
+/// [`Error::NotFound`] when they have said no such thing; else when the database fails.
+pub async fn withdraw_comment(
+    service: &Service,
+    by: &CurrentPerson,
+    session: &Session,
+    comment: Uuid,
+) -> Result<(), Error> {
+    let (now, mut tx) = (service.clock.now(), service.db.write().await?);
+    if !comments::withdraw(&mut tx, (session.key(), by.id), comment, now).await? {
+        return Err(Error::NotFound);
+    }
+    Entry::by(by, "comment.withdrawn", session.id).with(json!({ "comment": comment })).append(&mut tx, now).await?;
+    Ok(tx.commit().await?)
+}

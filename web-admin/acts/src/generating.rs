@@ -1,0 +1,194 @@
+//! Schools that nobody goes to: the demonstration's people, a crowd to measure pages on, answers to a survey that nobody gave.
+
+use std::ops::Range;
+
+use anyhow::Context;
+use assessment::questionnaire::Answer;
+use documents::Instrument;
+use model::survey::{Identity, ResponseState};
+use model::{Moment, Role};
+use serde_json::json;
+use sqlx::SqliteConnection;
+use sqlx::types::Json;
+use store::audit::{Actor, Entry};
+use store::cohorts::{self, Deed, Membership};
+use store::generated::{self, Crowd};
+use store::people::{self, NewPerson, Person};
+use store::surveys::{self as stored, NewResponse, NewSurvey, Response, Submission};
+use store::{instruments, schools};
+use uuid::Uuid;
+
+use crate::secret;
+use crate::service::Service;
+use crate::surveys;
+
+/// Somebody of a generated school.
+#[derive(Clone, Debug)]
+pub struct GeneratedPerson {
+    /// Name.
+    pub name: &'static str,
+    /// Address to sign in with.
+    pub email: String,
+    /// What they may do.
+    pub role: Role,
+    /// The name of their cohort.
+    pub cohort: Option<&'static str>,
+}
+
+/// Founds a school with its people, all of them or none; who they are, in order. Their password is no first one: it stays theirs.
+///
+/// # Errors
+/// When an address is taken, or the database fails.
+pub async fn found_school(
+    service: &Service,
+    name: &str,
+    people: &[GeneratedPerson],
+    password: &str,
+) -> anyhow::Result<Vec<Person>> {
+    let hash = secret::hash_password(password, service.config.password_cost)?;
+    let (now, mut tx) = (service.clock.now(), service.db.write().await?);
+    let school_id = schools::find_or_create(&mut tx, name, now).await?.id;
+    let mut founded = Vec::new();
+    for person in people {
+        founded.push(add_generated(&mut tx, school_id, person, &hash, now).await?);
+    }
+    tx.commit().await?;
+    Ok(founded)
+}
+
+async fn add_generated(
+    tx: &mut SqliteConnection,
+    school_id: Uuid,
+    who: &GeneratedPerson,
+    password_hash: &str,
+    now: Moment,
+) -> anyhow::Result<Person> {
+    let new = NewPerson { school_id, role: who.role, email: &who.email, display_name: who.name, password_hash };
+    let person = people::add(tx, &new, now).await?;
+    let entry = Entry::new(school_id, Actor::CommandLine, "person.added", person.id);
+    entry.with(json!({ "role": who.role })).append(tx, now).await?;
+    if let Some(cohort) = who.cohort {
+        let cohort_id = cohorts::find_or_create(tx, school_id, cohort, now).await?.id;
+        let membership = Membership { school_id, cohort_id, person_id: person.id, role: who.role };
+        cohorts::join(tx, membership, Deed { by: None, at: now }).await?;
+    }
+    Ok(person)
+}
+
+/// Adds the people of a crowd.
+///
+/// # Errors
+/// When the database fails.
+pub async fn found_crowd(service: &Service, crowd: &Crowd<'_>) -> anyhow::Result<()> {
+    let mut tx = service.db.write().await?;
+    generated::found(&mut tx, crowd).await?;
+    Ok(tx.commit().await?)
+}
+
+/// Adds the attempts of some trainees of a crowd, and ten acts of each to the audit log.
+///
+/// # Errors
+/// When the database fails.
+pub async fn practise_crowd(service: &Service, crowd: &Crowd<'_>, trainees: Range<u32>) -> anyhow::Result<()> {
+    const ENTRIES_EACH: usize = 10;
+    let (now, mut tx) = (service.clock.now(), service.db.write().await?);
+    generated::practise(&mut tx, crowd, trainees.clone()).await?;
+    for place in trainees.flat_map(|place| [place; ENTRIES_EACH]) {
+        Entry::new(crowd.school_id, Actor::CommandLine, "session.generated", format!("generated-{place}"))
+            .with(json!({ "attempts": crowd.attempts_each / 10 }))
+            .append(&mut tx, now)
+            .await?;
+    }
+    Ok(tx.commit().await?)
+}
+
+/// Brings what the database sums up to date with a crowd's attempts.
+///
+/// # Errors
+/// When the database fails.
+pub async fn conclude_crowd(service: &Service, crowd: &Crowd<'_>) -> anyhow::Result<()> {
+    let mut tx = service.db.write().await?;
+    generated::conclude(&mut tx, crowd).await?;
+    Ok(tx.commit().await?)
+}
+
+/// A survey that nobody answers.
+#[derive(Clone, Copy, Debug)]
+pub struct GeneratedSurvey<'a> {
+    /// Whose it is.
+    pub owner: &'a Person,
+    /// Title.
+    pub title: &'a str,
+    /// The document of its instrument.
+    pub document: &'a str,
+    /// How many responses.
+    pub responses: usize,
+}
+
+/// Adds a survey with responses, each item answered by a number from 1 to 5.
+///
+/// # Errors
+/// When the document is wrong, or the database fails.
+pub async fn ask_nobody(service: &Service, survey: GeneratedSurvey<'_>) -> anyhow::Result<()> {
+    let GeneratedSurvey { owner, title, document, responses } = survey;
+    let (now, school_id, mut tx) = (service.clock.now(), owner.school_id, service.db.write().await?);
+    let instrument = Instrument::from_bytes("generated", document.as_bytes())?;
+    let published = (&instrument, document.as_bytes());
+    surveys::publish_text(&mut tx, school_id, published, (Actor::CommandLine, now)).await?;
+    let revision = instruments::current(&mut *tx, school_id, &instrument.id).await?;
+    let new = NewSurvey {
+        school_id,
+        revision_id: revision.context("what was just published")?.id,
+        title,
+        owner_id: Some(owner.id),
+        identity: Identity::Anonymous,
+        after_attempts: false,
+        generated: true,
+        opens_at: now,
+        closes_at: None,
+    };
+    let asked = AskedSurvey { school_id, survey_id: stored::insert(&mut tx, &new, now).await?, now };
+    for place in 0..responses {
+        answer(&mut tx, asked, place, instrument.items.len()).await?;
+    }
+    Ok(tx.commit().await?)
+}
+
+/// What is answered, and when.
+#[derive(Clone, Copy)]
+struct AskedSurvey {
+    school_id: Uuid,
+    survey_id: Uuid,
+    now: Moment,
+}
+
+async fn answer(tx: &mut SqliteConnection, asked: AskedSurvey, place: usize, items: usize) -> anyhow::Result<()> {
+    let AskedSurvey { school_id, survey_id, now } = asked;
+    let new = NewResponse {
+        school_id,
+        survey_id,
+        token_sha256: secret::token_sha256(&format!("generated {place}")),
+        role: if place.is_multiple_of(2) { "professional" } else { "trainee" },
+        label: None,
+        person_id: None,
+        session_id: None,
+        language: "en",
+        consented_at: Some(now),
+        expires_at: None,
+    };
+    let point = |item: usize| Some(Answer::Number(((place * 7 + item * place) % 5 + 1) as f64));
+    let response = Response {
+        id: stored::add(tx, &new).await?,
+        school_id,
+        survey_id,
+        state: ResponseState::Begun,
+        person_id: None,
+        session_id: None,
+        language: "en".to_owned(),
+        answers: Json((0..items).map(point).collect()),
+        expires_at: None,
+    };
+    stored::put_answers(tx, &response, now).await?;
+    stored::submit(tx, Submission { response: &response, identity: Identity::Anonymous, at: now }).await?;
+    Ok(())
+}

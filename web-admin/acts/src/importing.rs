@@ -1,0 +1,54 @@
+//! Publishing documents from a folder: a course whole or not at all, and instruments likewise.
+
+use std::path::{Path, PathBuf};
+
+use crate::publishing::{self, Published, Refused};
+use crate::registry::{RegistryError, choose_in};
+use crate::service::Service;
+use crate::surveys;
+
+impl From<Refused> for RegistryError {
+    fn from(refused: Refused) -> Self {
+        match refused {
+            Refused::Document(words) => Self::Usage(words),
+            Refused::Work(error) => Self::Work(error),
+        }
+    }
+}
+
+/// Publishes the course of a folder at the named school, or the only one there is.
+///
+/// # Errors
+/// When a document is wrong, the school is not clear, or the database fails.
+pub async fn import_course(
+    service: &Service,
+    school: Option<&str>,
+    course: &Path,
+) -> Result<Vec<Published>, RegistryError> {
+    let (now, mut tx) = (service.clock.now(), service.db.write().await?);
+    let school = choose_in(&mut tx, school, now).await?;
+    let published = publishing::course(&mut tx, school.id, course, now).await?;
+    surveys::course_surveys(&mut tx, school.id, now).await?;
+    tx.commit().await?;
+    Ok(published)
+}
+
+/// Publishes instruments at the named school, or the only one there is.
+///
+/// # Errors
+/// When a document is wrong, the school is not clear, or the database fails.
+pub async fn import_instruments(
+    service: &Service,
+    school: Option<&str>,
+    files: &[PathBuf],
+) -> Result<Vec<Published>, RegistryError> {
+    let (now, mut tx) = (service.clock.now(), service.db.write().await?);
+    let school = choose_in(&mut tx, school, now).await?;
+    let mut published = Vec::new();
+    for file in files {
+        published.push(surveys::publish(&mut tx, school.id, file, now).await?);
+    }
+    surveys::course_surveys(&mut tx, school.id, now).await?;
+    tx.commit().await?;
+    Ok(published)
+}

@@ -1,0 +1,28 @@
+//! Addresses by which a viewer in the browser opens a recording without signing in, for a short time.
+
+use model::CurrentPerson;
+use serde_json::json;
+use store::audit::Entry;
+use store::links;
+use store::sessions::Session;
+
+use crate::error::Error;
+use crate::secret;
+use crate::service::Service;
+
+/// How long an address is good, in s.
+pub const LINK_LIFETIME_S: i64 = 15 * 60;
+
+/// Makes an address for a recording; the secret in it.
+///
+/// # Errors
+/// When the database or the source of randomness fails.
+pub async fn make_recording_link(service: &Service, by: &CurrentPerson, session: &Session) -> Result<String, Error> {
+    let (now, token) = (service.clock.now(), secret::random_hex()?);
+    let until = now.plus_s(LINK_LIFETIME_S);
+    let mut tx = service.db.write().await?;
+    links::add(&mut tx, (session.key(), by.id), &secret::token_sha256(&token), (now, until)).await?;
+    Entry::by(by, "recording.linked", session.id).with(json!({ "until": until })).append(&mut tx, now).await?;
+    tx.commit().await?;
+    Ok(token)
+}

@@ -1,0 +1,76 @@
+//! What somebody who teaches does with an attempt: they were there, they have looked at it, they grade it otherwise.
+
+use model::CurrentPerson;
+use serde_json::json;
+use store::audit::Entry;
+use store::grades::{self, NewOverride};
+use store::sessions::Session;
+use store::{reviews, supervisions};
+
+use crate::error::Error;
+use crate::service::Service;
+
+/// Says that somebody who teaches was there during an attempt, or takes that back.
+///
+/// # Errors
+/// [`Error::Forbidden`] for one's own attempt; else when the database fails.
+pub async fn set_supervised(
+    service: &Service,
+    by: &CurrentPerson,
+    session: &Session,
+    was_there: bool,
+) -> Result<(), Error> {
+    if session.trainee_id == by.id {
+        return Err(Error::Forbidden(tr!("nobody confirms their own attempt")));
+    }
+    let (now, mut tx) = (service.clock.now(), service.db.write().await?);
+    let (changed, action) = if was_there {
+        (supervisions::confirm(&mut tx, session, by.id, now).await?, "session.supervised")
+    } else {
+        (supervisions::withdraw(&mut tx, session.key()).await?, "session.supervision_withdrawn")
+    };
+    if changed {
+        Entry::by(by, action, session.id).append(&mut tx, now).await?;
+    }
+    Ok(tx.commit().await?)
+}
+
+/// Puts a grade in the place of the computed one, or lets the computed one count again.
+///
+/// # Errors
+/// When the database fails.
+pub async fn override_grade(
+    service: &Service,
+    by: &CurrentPerson,
+    session: &Session,
+    new: &NewOverride<'_>,
+) -> Result<(), Error> {
+    let (now, mut tx) = (service.clock.now(), service.db.write().await?);
+    grades::put(&mut tx, session.key(), new, now).await?;
+    let action = if new.grade.is_some() { "grade.overridden" } else { "grade.override_withdrawn" };
+    let details = json!({ "score": new.grade.map(|(score, _)| score), "passed": new.grade.map(|(_, passed)| passed) });
+    Entry::by(by, action, session.id).with(details).append(&mut tx, now).await?;
+    Ok(tx.commit().await?)
+}
+
+/// Marks an attempt as looked at, or puts it back into the queue.
+///
+/// # Errors
+/// When the database fails.
+pub async fn set_reviewed(
+    service: &Service,
+    by: &CurrentPerson,
+    session: &Session,
+    reviewed: bool,
+) -> Result<(), Error> {
+    let (now, mut tx) = (service.clock.now(), service.db.write().await?);
+    let (changed, action) = if reviewed {
+        (reviews::mark(&mut tx, session.key(), by.id, now).await?, "session.reviewed")
+    } else {
+        (reviews::unmark(&mut tx, session.key()).await?, "session.review_withdrawn")
+    };
+    if changed {
+        Entry::by(by, action, session.id).append(&mut tx, now).await?;
+    }
+    Ok(tx.commit().await?)
+}
