@@ -150,7 +150,7 @@ fn every_member_and_dependency_is_named() {
         assert!(text.contains(&format!("`{member}")), "ARCHITECTURE.md misses the member {member}");
     }
     let section = manifest.split("[workspace.dependencies]").nth(1).and_then(|s| s.split("\n[").next());
-    let ours = |name: &str| ["sim", "tests"].iter().any(|folder| root().join(folder).join(name).is_dir());
+    let ours = |name: &str| ["sim", "tests", "web-admin"].iter().any(|folder| root().join(folder).join(name).is_dir());
     for line in section.unwrap_or_default().lines().filter(|l| l.contains(" = ")) {
         let name = line.split(" = ").next().unwrap_or_default();
         let known = ours(name)
