@@ -165,6 +165,30 @@ pub fn documents() -> Vec<String> {
     found
 }
 
+/// Every page of the tree that people read, relative to the root, in a stable order.
+///
+/// # Panics
+/// When a folder cannot be read.
+#[must_use]
+pub fn pages() -> Vec<String> {
+    let mut found = Vec::new();
+    let mut open = vec![root()];
+    while let Some(folder) = open.pop() {
+        let entries = std::fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+        for entry in entries.flatten() {
+            let (path, name) = (entry.path(), entry.file_name());
+            let is_ours = !name.to_string_lossy().starts_with(['.']) && name != "target" && name != "node_modules";
+            if path.is_dir() && is_ours {
+                open.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "md") {
+                found.extend(path.strip_prefix(root()).ok().map(|page| page.to_string_lossy().into_owned()));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
 /// The first exercise of the first shipped course, relative to the root.
 ///
 /// # Panics

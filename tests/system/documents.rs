@@ -1,7 +1,10 @@
-//! ARCHITECTURE.md describes the tree that is here, and SECURITY.md what shows that it holds. Fails when one names a path or an attack
-//! that is gone, or misses a member.
+//! What is written for people agrees with the tree that is here. Fails when a page names a path, a heading or an attack that is gone,
+//! when ARCHITECTURE.md misses a member, when a comment of the simulator cites a section that docs/physics.md has not, or when the
+//! README grows.
 
-use tests::root;
+use std::path::Path;
+
+use tests::{pages, root};
 
 fn architecture() -> String {
     std::fs::read_to_string(root().join("ARCHITECTURE.md")).expect("ARCHITECTURE.md")
@@ -11,16 +14,130 @@ fn architecture() -> String {
 fn named_paths(text: &str) -> Vec<&str> {
     let top = ["sim/", "web-admin/", "migrations", "curricula", "tests/", "deploy/", ".ci/", "docs/"];
     let quoted = text.split('`').skip(1).step_by(2);
-    quoted.filter(|word| top.iter().any(|t| word.starts_with(t)) && !word.contains([' ', '*', '<', '{'])).collect()
+    quoted.filter(|word| top.iter().any(|t| word.starts_with(t)) && !word.contains([' ', '*', '<', '{', '…'])).collect()
+}
+
+/// What a page names that is made on a machine and lies in no tree.
+const MADE: [&str; 3] = ["tests/fuzz/artifacts", "tests/browser/node_modules", "target"];
+
+#[test]
+fn every_path_that_a_page_names_exists() {
+    let (mut count, mut gone) = (0, Vec::new());
+    for page in pages() {
+        let text = std::fs::read_to_string(root().join(&page)).expect("a readable page");
+        let is_made = |path: &str| MADE.iter().any(|made| path.starts_with(made));
+        for path in named_paths(&text) {
+            count += 1;
+            if !root().join(path).exists() && !is_made(path) {
+                gone.push(format!("{page}: {path}"));
+            }
+        }
+    }
+    assert!(count > 300, "only {count} paths were found in all pages");
+    assert!(gone.is_empty(), "pages name what is gone: {gone:#?}");
+}
+
+/// Where a page's links lead, from the page's own folder; those to other sites are left out.
+fn relative_links(text: &str) -> Vec<&str> {
+    let outside = |target: &str| target.contains("://") || target.starts_with("mailto:") || target.starts_with('/');
+    let targets = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    targets.filter(|target| !outside(target) && !target.contains(' ')).collect()
+}
+
+/// The names by which headings are linked to.
+fn anchors(text: &str) -> Vec<String> {
+    let headings = text.lines().filter(|line| line.starts_with('#')).map(|line| line.trim_start_matches('#').trim());
+    let letter = |c: char| match c {
+        ' ' => Some('-'),
+        c if c.is_alphanumeric() || c == '-' || c == '_' => Some(c.to_ascii_lowercase()),
+        _ => None,
+    };
+    headings.map(|heading| heading.chars().filter_map(letter).collect()).collect()
+}
+
+/// What is wrong with a link of a page, if anything.
+fn broken(page: &str, text: &str, link: &str) -> Option<String> {
+    let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
+    let folder = root().join(page).parent().map(Path::to_path_buf).unwrap_or_default();
+    let target = if file.is_empty() { root().join(page) } else { folder.join(file) };
+    if !target.exists() {
+        return Some(format!("{page}: {link} is not there"));
+    }
+    let there = if file.is_empty() || anchor.is_empty() {
+        text.to_owned()
+    } else {
+        std::fs::read_to_string(&target).expect("a readable page")
+    };
+    let known = anchor.is_empty() || anchors(&there).iter().any(|known| known == anchor);
+    (!known).then(|| format!("{page}: {link} is no heading"))
 }
 
 #[test]
-fn every_path_it_names_exists() {
-    let text = architecture();
-    let paths = named_paths(&text);
-    assert!(paths.len() > 20, "only {} paths were found in ARCHITECTURE.md", paths.len());
-    let gone: Vec<_> = paths.iter().filter(|p| !root().join(p).exists()).collect();
-    assert!(gone.is_empty(), "ARCHITECTURE.md names what is gone: {gone:?}");
+fn every_link_within_the_tree_leads_somewhere() {
+    let (mut count, mut wrong) = (0, Vec::new());
+    for page in pages() {
+        let text = std::fs::read_to_string(root().join(&page)).expect("a readable page");
+        let links = relative_links(&text);
+        count += links.len();
+        wrong.extend(links.iter().filter_map(|link| broken(&page, &text, link)));
+    }
+    assert!(count > 50, "only {count} links were found in all pages");
+    assert!(wrong.is_empty(), "pages link to what is gone: {wrong:#?}");
+}
+
+/// Other people's books that comments cite by section, too.
+const BOOKS: [&str; 4] = ["Hetényi", "Oppenheim", "Ericson", "assessment"];
+
+/// The sections of docs/physics.md that a source cites. A bare "section 4" is of the physics unless the file cites a book.
+fn cited_sections(source: &str) -> Vec<u32> {
+    let cites_books = BOOKS.iter().any(|book| source.contains(book));
+    let lower = source.to_lowercase();
+    let ours = |before: &str| {
+        before.ends_with("physics ") || before.ends_with("physics, ") || before.ends_with("physics.md, ")
+    };
+    let mut sections = Vec::new();
+    for (at, _) in lower.match_indices("section ") {
+        let (before, rest) = (&lower[..at], &lower[at + "section ".len()..]);
+        let number: String = rest.chars().take_while(char::is_ascii_digit).collect();
+        if let Ok(number) = number.parse()
+            && (ours(before) || !cites_books)
+        {
+            sections.push(number);
+        }
+    }
+    sections
+}
+
+#[test]
+fn every_section_that_a_comment_cites_is_a_heading_of_the_physics() {
+    assert_eq!(cited_sections("/// (physics section 7), as Hetényi, section 13, has it"), [7]);
+    let physics = std::fs::read_to_string(root().join("docs/physics.md")).expect("docs/physics.md");
+    let (mut open, mut count) = (vec![root().join("sim")], 0);
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(folder).expect("a readable folder").flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                let source = std::fs::read_to_string(&path).expect("a readable source");
+                for section in cited_sections(&source) {
+                    let heading = format!("\n## {section} ");
+                    assert!(physics.contains(&heading), "{} cites section {section}", path.display());
+                    count += 1;
+                }
+            }
+        }
+    }
+    assert!(count > 20, "only {count} citations were found");
+}
+
+#[test]
+fn the_readme_is_one_that_is_read() {
+    let text = std::fs::read_to_string(root().join("README.md")).expect("the README");
+    assert!(text.lines().count() <= 110, "README.md has {} lines", text.lines().count());
+    let run = std::fs::read_to_string(root().join("deploy/run")).expect("deploy/run");
+    let packages = run.lines().find_map(|line| line.strip_prefix("need_programs_or_packages ")).expect("its packages");
+    assert!(text.contains(&format!("apt install {packages}\n")), "README.md asks for other packages than deploy/run");
 }
 
 #[test]
@@ -33,7 +150,7 @@ fn every_member_and_dependency_is_named() {
         assert!(text.contains(&format!("`{member}")), "ARCHITECTURE.md misses the member {member}");
     }
     let section = manifest.split("[workspace.dependencies]").nth(1).and_then(|s| s.split("\n[").next());
-    let ours = |name: &str| ["sim", "tests"].iter().any(|folder| root().join(folder).join(name).is_dir());
+    let ours = |name: &str| ["sim", "tests", "web-admin"].iter().any(|folder| root().join(folder).join(name).is_dir());
     for line in section.unwrap_or_default().lines().filter(|l| l.contains(" = ")) {
         let name = line.split(" = ").next().unwrap_or_default();
         let known = ours(name)
@@ -69,10 +186,6 @@ fn what_is_said_of_security_names_attacks_and_files_that_exist() {
     assert!(named.len() > 40, "only {} attacks are named", named.len());
     let gone: Vec<_> = named.iter().filter(|name| attacks.iter().all(|attack| attack != *name)).collect();
     assert!(gone.is_empty(), "SECURITY.md names attacks that are gone: {gone:?}");
-    let paths = named_paths(&text);
-    assert!(paths.len() > 20, "only {} paths were found in SECURITY.md", paths.len());
-    let gone: Vec<_> = paths.iter().filter(|path| !root().join(path).exists()).collect();
-    assert!(gone.is_empty(), "SECURITY.md names what is gone: {gone:?}");
     for chapter in 1..=17 {
         assert!(text.contains(&format!("\n| V{chapter} ")), "SECURITY.md says nothing of chapter V{chapter} of ASVS");
     }

@@ -4,6 +4,7 @@
 
 mod attack;
 mod browser;
+mod commands;
 mod deploy;
 mod documents;
 mod every_page;
@@ -13,10 +14,12 @@ mod independent_reader;
 mod journeys;
 mod licences;
 mod logs;
+mod metrics;
 mod other_programs;
 mod passkey;
 mod readme;
 mod replay_drawing;
+mod screenshots;
 mod second_factor;
 mod station;
 mod statistics;

@@ -18,6 +18,8 @@ pub mod rewrite;
 pub mod schema;
 
 mod describe;
+#[cfg(test)]
+mod handbook;
 mod json;
 mod mesh;
 mod read_anatomy;
