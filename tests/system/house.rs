@@ -180,6 +180,15 @@ fn only_the_store_speaks_sql() {
 }
 
 #[test]
+fn only_acts_open_a_write_transaction() {
+    for (path, text) in service_but("acts") {
+        let opens = text.contains("db.write()") || text.contains(".write().await");
+        let is_store = path.starts_with("web-admin/store");
+        assert!(!opens || is_store, "{} opens a write transaction: that is an act", path.display());
+    }
+}
+
+#[test]
 fn only_the_clock_reads_the_clock() {
     for (path, text) in sources() {
         let name = path.file_name().unwrap_or_default();

@@ -19,7 +19,7 @@ mod text;
 pub(crate) use curriculum::CURRICULUM;
 pub(crate) use exercise::EXERCISE;
 pub(crate) use instrument::INSTRUMENT;
-pub(crate) use documents::SCENE;
+pub(crate) use scene::SCENE;
 pub(crate) use text::Text;
 
 /// A TOML table: the fields it may hold, in the order people write them.
