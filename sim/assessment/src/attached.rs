@@ -6,7 +6,7 @@ use documents::ExerciseBundle;
 use recording::session::{EXERCISE_ATTACHMENT, MESH_PREFIX, SCENE_ATTACHMENT};
 use recording::{Attachment, Recording};
 
-use crate::score::AssessError;
+use crate::error::AssessError;
 
 /// Every document that an attempt depends on, byte for byte, as a recording attaches it.
 #[must_use]

@@ -6,8 +6,8 @@ use nalgebra::{Point3, Vector3};
 use recording::{Contactor, Event, EventKind, Recording, Sample};
 
 use crate::absent::Absent;
-use crate::motion::{Motion, Timeline};
-use crate::score::AssessError;
+use crate::error::AssessError;
+use crate::motion::{Timeline, TipMotion};
 use crate::signal::{CUTOFF_HZ, INTENT_HZ};
 
 /// A metric's value, or why there is none.
@@ -15,7 +15,7 @@ pub(crate) type Outcome = Result<f64, Absent>;
 
 /// A boundary gave way.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rupture {
+pub(crate) struct RecordedRupture {
     /// When, in s.
     pub(crate) t_s: f64,
     /// Which boundary, from 0; the layer below it has the same index.
@@ -50,11 +50,11 @@ pub(crate) struct Attempt<'a> {
     /// Thickness of each layer of the patient, in m, along the surface normal.
     pub(crate) thickness_m: Vec<f64>,
     /// Ruptures in order of time.
-    pub(crate) ruptures: Vec<Rupture>,
+    pub(crate) ruptures: Vec<RecordedRupture>,
     /// Contacts with the skin in order of time.
     pub(crate) insertions: Vec<Insertion>,
-    motion: Option<Motion>,
-    intent: Option<Motion>,
+    motion: Option<TipMotion>,
+    intent: Option<TipMotion>,
     inside: bool,
 }
 
@@ -67,8 +67,8 @@ impl<'a> Attempt<'a> {
             thickness_m: patient_thicknesses_m(recording, bundle),
             ruptures: ruptures(recording, bundle.scene.layers.len()),
             insertions: find_insertions(&recording.events, timeline.samples().iter().copied()),
-            motion: Motion::behind(CUTOFF_HZ, &timeline),
-            intent: Motion::behind(INTENT_HZ, &timeline),
+            motion: TipMotion::behind(CUTOFF_HZ, &timeline),
+            intent: TipMotion::behind(INTENT_HZ, &timeline),
             inside: timeline.samples().iter().any(|s| s.depth_m > 0.0),
             timeline,
         })
@@ -86,12 +86,12 @@ impl<'a> Attempt<'a> {
     }
 
     /// The motion, where it is long enough for a derivative.
-    pub(crate) fn motion(&self) -> Result<&Motion, Absent> {
+    pub(crate) fn motion(&self) -> Result<&TipMotion, Absent> {
         self.motion.as_ref().ok_or(Absent::TooShort)
     }
 
     /// The motion that was meant: without the tremor.
-    pub(crate) fn intent(&self) -> Result<&Motion, Absent> {
+    pub(crate) fn intent(&self) -> Result<&TipMotion, Absent> {
         self.intent.as_ref().ok_or(Absent::TooShort)
     }
 
@@ -142,14 +142,14 @@ impl<'a> Attempt<'a> {
     }
 }
 
-fn ruptures(recording: &Recording, layers: usize) -> Vec<Rupture> {
+fn ruptures(recording: &Recording, layers: usize) -> Vec<RecordedRupture> {
     let rupture = |e: &Event| {
         let contactor = e.kind.contactor()?;
         let boundary = usize::try_from(e.boundary?).ok().filter(|b| *b < layers)?;
         let finite = e.t_s.is_finite() && e.x_m.is_finite() && e.force_n.is_finite();
-        finite.then_some(Rupture { t_s: e.t_s, boundary, contactor, x_m: e.x_m, force_n: e.force_n })
+        finite.then_some(RecordedRupture { t_s: e.t_s, boundary, contactor, x_m: e.x_m, force_n: e.force_n })
     };
-    let mut ruptures: Vec<Rupture> = recording.events.iter().filter_map(rupture).collect();
+    let mut ruptures: Vec<RecordedRupture> = recording.events.iter().filter_map(rupture).collect();
     ruptures.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
     ruptures
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use recording::Sample;
 
-use crate::score::AssessError;
+use crate::error::AssessError;
 use crate::signal::{CUTOFF_HZ, RATE_HZ, derivative, low_pass};
 
 /// Longest recording that is scored, in s: it bounds the memory that a hostile time stamp can ask for.
@@ -112,7 +112,7 @@ fn axis_of([x, y, z, w]: [f64; 4]) -> Vector3<f64> {
 }
 
 /// Low-passed motion at [`RATE_HZ`]: as it was at 20 Hz, or what was meant, behind 4 Hz.
-pub(crate) struct Motion {
+pub(crate) struct TipMotion {
     position_m: [Vec<f64>; 3],
     orientation: [Vec<f64>; 4],
     /// Axial displacement from the skin entry, in m.
@@ -121,7 +121,7 @@ pub(crate) struct Motion {
     pub(crate) inside: Vec<bool>,
 }
 
-impl Motion {
+impl TipMotion {
     /// The motion behind a low-pass at a cut-off in Hz; `None` where the recording is too short for a derivative.
     pub(crate) fn behind(cutoff_hz: f64, timeline: &Timeline) -> Option<Self> {
         let samples = timeline.samples();

@@ -5,7 +5,7 @@ use documents::{Exercise, Required};
 use serde::{Deserialize, Serialize};
 
 use crate::catalogue::{Metric, first};
-use crate::rubric::{find, untouched};
+use crate::catalogue::{find_metric, is_untouched};
 
 /// Something that is required and did not happen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -77,11 +77,11 @@ pub(crate) fn asked(exercise: &Exercise) -> impl Iterator<Item = String> {
 }
 
 /// What is required and did not happen. Nothing of a needle that never touched the skin: that is reason enough by itself.
-pub(crate) fn unmet(exercise: &Exercise, metrics: &[Metric]) -> Vec<UnmetRequirement> {
+pub(crate) fn find_unmet(exercise: &Exercise, metrics: &[Metric]) -> Vec<UnmetRequirement> {
     let is_met = |Demand { metric, least, most, .. }: &Demand| {
-        let size = find(metrics, metric, first()).and_then(|found| found.value).map(f64::abs);
+        let size = find_metric(metrics, metric, first()).and_then(|found| found.value).map(f64::abs);
         size.is_some_and(|size| (*least..=*most).contains(&size))
     };
-    let required = exercise.required.iter().filter(|_| !untouched(metrics));
+    let required = exercise.required.iter().filter(|_| !is_untouched(metrics));
     required.flat_map(demands).filter(|demand| !is_met(demand)).map(|demand| demand.unmet).collect()
 }

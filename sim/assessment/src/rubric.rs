@@ -1,16 +1,17 @@
 //! What each rubric line earns, and which limits were broken.
 
+use crate::catalogue::{find_metric, is_untouched};
 use documents::{Exercise, RubricLine};
 
 use crate::absent::Absent;
-use crate::catalogue::{Direction, Metric, definition, first};
+use crate::catalogue::{Direction, Metric, first};
 use crate::cause::{Deduction, DeductionCause, FailureCause, HardFailure};
+use crate::error::AssessError;
 use crate::required::{self, UnmetRequirement};
-use crate::score::AssessError;
 
 /// How a rubric line's metric came out.
 #[derive(Clone, Copy)]
-pub(crate) enum Finding<'a> {
+pub(crate) enum LineFinding<'a> {
     /// It has a value.
     Value(&'a Metric, f64),
     /// It does not apply, for a reason.
@@ -25,20 +26,14 @@ pub(crate) enum Finding<'a> {
 /// defined today. Where it was not, the recording has to be measured again.
 #[must_use]
 pub fn suffices(exercise: &Exercise, metrics: &[Metric]) -> bool {
-    let known = |id: &str, version| find(metrics, id, version).is_some();
+    let known = |id: &str, version| find_metric(metrics, id, version).is_some();
     let lines = exercise.rubric.iter().all(|line| known(&line.metric, line.version));
     let limits = exercise.hard_fails.iter().all(|limit| known(&limit.metric, limit.version));
     lines && limits && required::asked(exercise).all(|id| known(&id, first()))
 }
 
-/// The version of the metric is one of the catalogue's, and its reason for having no value is one of today's.
-fn is_current(metric: &Metric) -> bool {
-    let defined = definition(&metric.id, metric.version).is_some();
-    defined && (metric.value.is_some() || metric.absent.is_some_and(|absent| absent != Absent::OfAnotherVersion))
-}
-
 /// One deduction per rubric line, the dearest first; what they leave of 100 points is the score.
-pub(crate) fn deductions(exercise: &Exercise, metrics: &[Metric]) -> Result<Vec<Deduction>, AssessError> {
+pub(crate) fn find_deductions(exercise: &Exercise, metrics: &[Metric]) -> Result<Vec<Deduction>, AssessError> {
     let total: f64 = exercise.rubric.iter().map(weight).sum();
     if total <= 0.0 || !total.is_finite() {
         return Err(AssessError::Document(format!(
@@ -46,7 +41,7 @@ pub(crate) fn deductions(exercise: &Exercise, metrics: &[Metric]) -> Result<Vec<
             exercise.id
         )));
     }
-    let unmet = required::unmet(exercise, metrics);
+    let unmet = required::find_unmet(exercise, metrics);
     let mut deductions: Vec<Deduction> = exercise
         .rubric
         .iter()
@@ -62,12 +57,12 @@ pub(crate) fn deductions(exercise: &Exercise, metrics: &[Metric]) -> Result<Vec<
     Ok(deductions)
 }
 
-fn cause(line: &RubricLine, finding: &Finding) -> DeductionCause {
+fn cause(line: &RubricLine, finding: &LineFinding) -> DeductionCause {
     match *finding {
-        Finding::Value(_, value) => DeductionCause::Measured { value, full: line.full, zero: line.zero },
-        Finding::Absent(reason) => DeductionCause::Absent { reason },
-        Finding::Unearned(unmet) => DeductionCause::Required { unmet },
-        Finding::Unknown => DeductionCause::NoSuchMetric,
+        LineFinding::Value(_, value) => DeductionCause::Measured { value, full: line.full, zero: line.zero },
+        LineFinding::Absent(reason) => DeductionCause::Absent { reason },
+        LineFinding::Unearned(unmet) => DeductionCause::Required { unmet },
+        LineFinding::Unknown => DeductionCause::NoSuchMetric,
     }
 }
 
@@ -75,35 +70,25 @@ fn weight(line: &RubricLine) -> f64 {
     if line.weight > 0.0 { line.weight } else { 0.0 }
 }
 
-/// A version of a metric, as the catalogue defines it.
-pub(crate) fn find<'a>(metrics: &'a [Metric], id: &str, version: u32) -> Option<&'a Metric> {
-    metrics.iter().find(|metric| metric.id == id && metric.version == version && is_current(metric))
-}
-
-/// The attempt never reached the skin.
-pub(crate) fn untouched(metrics: &[Metric]) -> bool {
-    metrics.iter().any(|metric| metric.absent == Some(Absent::Untouched))
-}
-
 /// An attempt that never reached the skin earns nothing, not even for being quick; nor does one that lacks what is required.
-fn finding<'a>(line: &RubricLine, metrics: &'a [Metric], unmet: Option<&UnmetRequirement>) -> Finding<'a> {
-    let Some(found) = find(metrics, &line.metric, line.version) else { return Finding::Unknown };
+fn finding<'a>(line: &RubricLine, metrics: &'a [Metric], unmet: Option<&UnmetRequirement>) -> LineFinding<'a> {
+    let Some(found) = find_metric(metrics, &line.metric, line.version) else { return LineFinding::Unknown };
     match (found.value, found.absent) {
-        _ if untouched(metrics) => Finding::Absent(Absent::Untouched),
-        _ if let Some(unmet) = unmet => Finding::Unearned(*unmet),
-        (Some(value), _) => Finding::Value(found, value),
-        (None, Some(absent)) => Finding::Absent(absent),
-        (None, None) => Finding::Unknown,
+        _ if is_untouched(metrics) => LineFinding::Absent(Absent::Untouched),
+        _ if let Some(unmet) = unmet => LineFinding::Unearned(*unmet),
+        (Some(value), _) => LineFinding::Value(found, value),
+        (None, Some(absent)) => LineFinding::Absent(absent),
+        (None, None) => LineFinding::Unknown,
     }
 }
 
 /// Share of the line's points that the attempt earned, 0–1. What was not met earns everything in documents of before there was a
 /// table of what is required, and nothing since.
-fn earned(line: &RubricLine, finding: &Finding, unmet_earns: bool) -> f64 {
+fn earned(line: &RubricLine, finding: &LineFinding, unmet_earns: bool) -> f64 {
     match finding {
-        Finding::Value(metric, value) => linear(line, judged(metric.direction, *value)),
-        Finding::Absent(absent) if absent.is_harmless() && unmet_earns => 1.0,
-        Finding::Absent(_) | Finding::Unearned(_) | Finding::Unknown => 0.0,
+        LineFinding::Value(metric, value) => linear(line, judged(metric.direction, *value)),
+        LineFinding::Absent(absent) if absent.is_harmless() && unmet_earns => 1.0,
+        LineFinding::Absent(_) | LineFinding::Unearned(_) | LineFinding::Unknown => 0.0,
     }
 }
 
@@ -123,10 +108,10 @@ fn linear(line: &RubricLine, value: f64) -> f64 {
 }
 
 /// Whatever is required and did not happen, and each limit that was broken.
-pub(crate) fn failures(exercise: &Exercise, metrics: &[Metric]) -> Vec<HardFailure> {
-    let unmet = required::unmet(exercise, metrics).into_iter().map(|unmet| FailureCause::Required { unmet });
+pub(crate) fn find_failures(exercise: &Exercise, metrics: &[Metric]) -> Vec<HardFailure> {
+    let unmet = required::find_unmet(exercise, metrics).into_iter().map(|unmet| FailureCause::Required { unmet });
     let broken = exercise.hard_fails.iter().filter_map(|limit| {
-        let found = find(metrics, &limit.metric, limit.version)?;
+        let found = find_metric(metrics, &limit.metric, limit.version)?;
         let value = found.value.filter(|value| *value > limit.above)?;
         let (words, metric, version) = (limit.why.clone(), limit.metric.clone(), limit.version);
         Some(FailureCause::Limit { words, metric, version, value, limit: limit.above })

@@ -1,5 +1,6 @@
 //! From metrics to a score with reasons.
 
+use crate::error::AssessError;
 use documents::{Exercise, ExerciseBundle};
 use recording::Recording;
 use serde::{Deserialize, Serialize};
@@ -7,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::attempt::Attempt;
 use crate::catalogue::{Metric, first};
 use crate::cause::{Deduction, HardFailure};
-use crate::void::{self, Void};
+use crate::void::{self};
 use crate::{metrics, rubric};
 
 /// Which rubric judged.
@@ -36,28 +37,6 @@ pub struct Assessment {
     pub rubric: RubricRef,
     /// Version of the simulator that recorded the attempt.
     pub simulator_version: String,
-}
-
-/// An attempt that cannot be judged.
-#[derive(Debug, thiserror::Error)]
-pub enum AssessError {
-    /// The recording holds no samples.
-    #[error("the recording holds no usable samples: there is nothing to score")]
-    NoSamples,
-    /// The recording's times span more than an attempt can last.
-    #[error("the recording spans {duration_s} s; at most {longest_s} s are scored")]
-    TooLong {
-        /// Time from the first sample to the last, in s.
-        duration_s: f64,
-        /// Longest allowed, in s.
-        longest_s: f64,
-    },
-    /// It tells nothing of whoever made it, and counts nowhere.
-    #[error("void: {0}")]
-    Void(Void),
-    /// The exercise or scene inside is missing or refused.
-    #[error("{0}")]
-    Document(String),
 }
 
 /// Damage to tissue, by part. A part that does not apply to the attempt is absent.
@@ -111,7 +90,7 @@ impl Assessment {
 /// # Errors
 /// When the attempt is void, there is nothing to judge, or nothing to judge by.
 pub fn assess(recording: &Recording, bundle: &ExerciseBundle) -> Result<Assessment, AssessError> {
-    if let Some(why) = void::reason(recording) {
+    if let Some(why) = void::find_void_reason(recording) {
         return Err(AssessError::Void(why));
     }
     let metrics = metrics::measure(&Attempt::new(recording, bundle)?);
@@ -124,8 +103,8 @@ pub fn assess(recording: &Recording, bundle: &ExerciseBundle) -> Result<Assessme
 /// # Errors
 /// When there is nothing to judge by.
 pub fn judge(metrics: Vec<Metric>, exercise: &Exercise, simulator_version: &str) -> Result<Assessment, AssessError> {
-    let deductions = rubric::deductions(exercise, &metrics)?;
-    let hard_fails = rubric::failures(exercise, &metrics);
+    let deductions = rubric::find_deductions(exercise, &metrics)?;
+    let hard_fails = rubric::find_failures(exercise, &metrics);
     let score = (100.0 - deductions.iter().map(|d| d.points).sum::<f64>()).clamp(0.0, 100.0);
     Ok(Assessment {
         score,

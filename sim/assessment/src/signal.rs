@@ -14,12 +14,12 @@ pub(crate) const INTENT_HZ: f64 = 4.0;
 const PAD_PERIODS: f64 = 8.0;
 
 /// Coefficients of a second-order section with `a0 = 1`.
-struct Section {
+struct FilterSection {
     b: [f64; 3],
     a: [f64; 2],
 }
 
-impl Section {
+impl FilterSection {
     /// Second-order Butterworth low-pass by the bilinear transform with pre-warping
     /// (Oppenheim and Schafer, Discrete-Time Signal Processing, section 7.1).
     fn low_pass(cutoff_hz: f64) -> Self {
@@ -56,7 +56,7 @@ pub(crate) fn low_pass(column: &[f64], cutoff_hz: f64) -> Vec<f64> {
     padded.extend((1..=pad).rev().map(|i| 2.0 * first - column[i]));
     padded.extend_from_slice(column);
     padded.extend((1..=pad).map(|i| 2.0 * last - column[column.len() - 1 - i]));
-    let section = Section::low_pass(cutoff_hz);
+    let section = FilterSection::low_pass(cutoff_hz);
     section.run(&mut padded);
     padded.reverse();
     section.run(&mut padded);

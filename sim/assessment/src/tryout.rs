@@ -5,7 +5,8 @@ use documents::{ExerciseBundle, Patient};
 use recording::{Recording, Session};
 use tissue::Specimen;
 
-use crate::score::{AssessError, Assessment, assess};
+use crate::error::AssessError;
+use crate::score::{Assessment, assess};
 
 /// An exercise on a patient, for hands to try.
 #[derive(Debug)]

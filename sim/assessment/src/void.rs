@@ -46,7 +46,7 @@ impl fmt::Display for Void {
 
 /// Why an attempt is void; `None` where it may be judged.
 #[must_use]
-pub fn reason(recording: &Recording) -> Option<Void> {
+pub fn find_void_reason(recording: &Recording) -> Option<Void> {
     interrupted(recording).or_else(|| unfelt(recording))
 }
 

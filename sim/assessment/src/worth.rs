@@ -6,8 +6,9 @@ use law::operator::{Operator, Plan};
 use phrase::{Phrase, phrase};
 use recording::{Contactor, EventKind, Recording};
 
+use crate::error::AssessError;
 use crate::review::review;
-use crate::score::{AssessError, Assessment};
+use crate::score::Assessment;
 use crate::tryout::Tryout;
 
 /// Most points of 100 for next to nothing: an untouched needle, a prick, a lunge.

@@ -4,7 +4,7 @@
 //! each takes the last of both and has the boundaries settled to where its needle is. The same makes right what recordings of before say, whose
 //! field followed the force law's forces.
 
-use law::stance::{Intrusion, settle};
+use law::stance::{Intrusion, settle_dents};
 
 use recording::Tent;
 use recording::sample::{Sample, flags};
@@ -87,7 +87,7 @@ impl Dents {
         let rest_m = self.rest_m(sample);
         let field = self.field_m.iter().map(|&dent_m| f64::from(dent_m)).chain(std::iter::repeat(0.0));
         let mut dents_m: Vec<f64> = field.take(rest_m.len()).collect();
-        settle(self.needle(sample).as_ref(), &rest_m, &mut dents_m);
+        settle_dents(self.needle(sample).as_ref(), &rest_m, &mut dents_m);
         dents_m.into_iter().map(|dent_m| dent_m as f32).collect()
     }
 

@@ -1,15 +1,15 @@
 //! The field of the tissue as it follows the needle.
 
-use law::puncture::{PunctureParams, PunctureScratch, PunctureState, intrusion, loads};
-use law::stance::settle;
+use law::puncture::{PunctureParams, PunctureScratch, PunctureState, measure_intrusion, write_loads};
+use law::stance::settle_dents;
 use recording::rate::{Ticker, nanoseconds};
 use recording::{Follows, Tent};
 use tissue::Specimen;
-use tissue::follow::{self, FIELD_HZ, Field, FollowState, press};
+use tissue::follow::{self, FIELD_HZ, Field, FollowState, press_loads};
 
 /// The field behind a force law: takes its latest state, [`FIELD_HZ`] times a second.
 #[derive(Debug)]
-pub struct Follower<'a> {
+pub struct FieldFollower<'a> {
     law: &'a PunctureParams,
     field: &'a Field,
     follows: Follows,
@@ -23,7 +23,7 @@ pub struct Follower<'a> {
     last_s: f64,
 }
 
-impl<'a> Follower<'a> {
+impl<'a> FieldFollower<'a> {
     /// Tissue that nothing has touched; none where the scene has no field.
     pub fn new(specimen: &'a Specimen, follows: Follows) -> Option<Self> {
         let (law, field) = (specimen.law(), specimen.field()?);
@@ -38,8 +38,8 @@ impl<'a> Follower<'a> {
         if !self.steps.due(nanoseconds(t_s)) {
             return None;
         }
-        loads(self.law, state, scratch, &mut self.latest_n);
-        let needle = intrusion(self.law, state).filter(|_| self.follows == Follows::Needle);
+        write_loads(self.law, state, scratch, &mut self.latest_n);
+        let needle = measure_intrusion(self.law, state).filter(|_| self.follows == Follows::Needle);
         let rest_m = scratch.boundaries_m();
         if self.follows == Follows::Needle {
             // What presses is found below, from how far it has pressed.
@@ -48,13 +48,13 @@ impl<'a> Follower<'a> {
         follow::step(self.field.follow(), &mut self.state, t_s - self.last_s, &self.latest_n);
         self.last_s = t_s;
         if let Some(needle) = &needle {
-            press(self.field.on_axis(), &needle.pressed(rest_m), &mut self.state.loads_n);
+            press_loads(self.field.on_axis(), &needle.pressed(rest_m), &mut self.state.loads_n);
         }
         for (boundary, dent_m) in self.dents_m.iter_mut().enumerate() {
             *dent_m = self.field.on_axis().axial_m(boundary, &self.state.loads_n);
         }
         if self.follows == Follows::Needle {
-            settle(needle.as_ref(), rest_m, &mut self.dents_m);
+            settle_dents(needle.as_ref(), rest_m, &mut self.dents_m);
         }
         Some(self.tent(t_s))
     }

@@ -4,9 +4,10 @@ use std::io::Write;
 
 use tissue::Specimen;
 
-use crate::tick::{Attempt, Input, Tick};
+use crate::tick::{Tick, TickInput, TickedAttempt};
+use recording::error::WriteError;
 use recording::rate::{Ticker, nanoseconds};
-use recording::write::{WriteError, Writer};
+use recording::write::Writer;
 use recording::{Event, EventKind};
 
 /// Rate of the ledger, in Hz; it is also recorded at each rupture and at the end.
@@ -36,7 +37,7 @@ pub struct Sent {
 
 /// An attempt on its way into a recording.
 pub struct Run<'a, W: Write> {
-    attempt: Attempt<'a>,
+    attempt: TickedAttempt<'a>,
     writer: &'a mut Writer<W>,
     ledgers: Ticker,
     /// The last tick's ledger has not been written.
@@ -50,7 +51,7 @@ impl<'a, W: Write> Run<'a, W> {
     /// Nothing has been recorded yet.
     pub fn new(specimen: &'a Specimen, writer: &'a mut Writer<W>) -> Self {
         let so_far = Simulated { duration_s: 0.0, ticks: 0, ruptures: 0 };
-        let (attempt, ledgers) = (Attempt::new(specimen), Ticker::new(LEDGER_HZ, 0));
+        let (attempt, ledgers) = (TickedAttempt::new(specimen), Ticker::new(LEDGER_HZ, 0));
         Self { attempt, writer, ledgers, owed: false, so_far, written: Ok(()) }
     }
 
@@ -67,7 +68,7 @@ impl<'a, W: Write> Run<'a, W> {
     }
 
     /// Asks the law and records the tick. Without a servo the device takes the whole force.
-    pub fn tick(&mut self, input: &Input, sent: Option<&Sent>) -> Tick {
+    pub fn tick(&mut self, input: &TickInput, sent: Option<&Sent>) -> Tick {
         let mut tick = self.attempt.step(input);
         if let Some(&Sent { device_n, flags, lateness_us }) = sent {
             tick.sample.device_n = device_n;

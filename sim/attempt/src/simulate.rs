@@ -8,10 +8,11 @@ use tissue::Specimen;
 
 use crate::run::Run;
 pub use crate::run::Simulated;
-use crate::tick::{Attempt, Input};
+use crate::tick::{TickInput, TickedAttempt};
 use recording::Recording;
 use recording::Session;
-use recording::write::{WriteError, Writer};
+use recording::error::WriteError;
+use recording::write::Writer;
 
 /// Anything that moves the needle.
 pub trait MotionSource {
@@ -41,7 +42,7 @@ impl Clock {
     }
 
     /// Asks the source for its motion, tick by tick, until it is done, the time is up or a tick answers no force.
-    fn drive(&self, source: &mut dyn MotionSource, mut tick: impl FnMut(&Input) -> Option<Vector3<f64>>) {
+    fn drive(&self, source: &mut dyn MotionSource, mut tick: impl FnMut(&TickInput) -> Option<Vector3<f64>>) {
         let mut force_n = Vector3::zeros();
         for i in 0_u64.. {
             let t_s = i as f64 / self.tick_hz;
@@ -49,7 +50,7 @@ impl Clock {
                 break;
             }
             let motion = source.step(if i == 0 { 0.0 } else { 1.0 / self.tick_hz }, &force_n);
-            match tick(&Input::new(t_s, &motion)) {
+            match tick(&TickInput::new(t_s, &motion)) {
                 Some(felt_n) if !motion.done => force_n = felt_n,
                 _ => break,
             }
@@ -86,7 +87,7 @@ pub fn rehearse(specimen: &Specimen, source: &mut dyn MotionSource, session: Ses
     let (energies, tents) = (Vec::new(), Vec::new());
     let mut recording =
         Recording { session, attachments, samples, events, energies, tents, signature: None, complete: true };
-    let mut attempt = Attempt::new(specimen);
+    let mut attempt = TickedAttempt::new(specimen);
     if clock.runs() {
         clock.drive(source, |input| {
             let tick = attempt.step(input);

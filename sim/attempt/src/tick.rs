@@ -13,11 +13,11 @@ use recording::sample::{Energy, Sample, flags};
 use recording::{Event, EventKind};
 use recording::{Follows, Tent};
 
-use crate::follower::Follower;
+use crate::follower::FieldFollower;
 
 /// What drives a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Input {
+pub struct TickInput {
     /// Time since the start, in s.
     pub t_s: f64,
     /// Tip position, in m, patient frame.
@@ -28,7 +28,7 @@ pub struct Input {
     pub confirm: bool,
 }
 
-impl Input {
+impl TickInput {
     /// The input that a motion makes at a time in s.
     #[must_use]
     pub fn new(t_s: f64, motion: &Motion) -> Self {
@@ -49,7 +49,7 @@ impl Input {
     }
 }
 
-impl From<&Sample> for Input {
+impl From<&Sample> for TickInput {
     fn from(sample: &Sample) -> Self {
         Self {
             t_s: sample.t_s,
@@ -75,25 +75,25 @@ pub struct Tick {
 
 /// The tissue of one attempt, as it is being punctured.
 #[derive(Debug)]
-pub struct Attempt<'a> {
+pub struct TickedAttempt<'a> {
     specimen: &'a Specimen,
     state: PunctureState,
     scratch: PunctureScratch,
     /// The field behind the law, if the scene has one.
-    follower: Option<Follower<'a>>,
-    last: Option<Input>,
+    follower: Option<FieldFollower<'a>>,
+    last: Option<TickInput>,
     /// Axial force of the last tick, in N.
     axial_n: f64,
 }
 
-impl<'a> Attempt<'a> {
+impl<'a> TickedAttempt<'a> {
     /// Nothing has been touched yet.
     #[must_use]
     pub fn new(specimen: &'a Specimen) -> Self {
         Self::following(specimen, Follows::Needle)
     }
 
-    /// As [`Attempt::new`], with a field that follows what that of a recording does.
+    /// As [`TickedAttempt::new`], with a field that follows what that of a recording does.
     #[must_use]
     pub fn following(specimen: &'a Specimen, follows: Follows) -> Self {
         let law = specimen.law();
@@ -101,14 +101,14 @@ impl<'a> Attempt<'a> {
             specimen,
             state: PunctureState::new(law),
             scratch: PunctureScratch::new(law),
-            follower: Follower::new(specimen, follows),
+            follower: FieldFollower::new(specimen, follows),
             last: None,
             axial_n: 0.0,
         }
     }
 
     /// Advances by one tick.
-    pub fn step(&mut self, input: &Input) -> Tick {
+    pub fn step(&mut self, input: &TickInput) -> Tick {
         let puncture = PunctureInput { t_s: input.t_s, patient_from_needle: input.pose() };
         let output = step(self.specimen.law(), &mut self.state, &mut self.scratch, &puncture);
         let sample = self.sample(input, &output);
@@ -125,7 +125,7 @@ impl<'a> Attempt<'a> {
         Energy { t_s, ledger: self.state.ledger().clone() }
     }
 
-    fn sample(&self, input: &Input, output: &PunctureOutput) -> Sample {
+    fn sample(&self, input: &TickInput, output: &PunctureOutput) -> Sample {
         let axial = &output.axial;
         let faulty = self.scratch.events.contains(&PunctureEvent::Fault);
         let flag = |on: bool, bit: u32| if on { bit } else { 0 };
@@ -153,13 +153,13 @@ impl<'a> Attempt<'a> {
     }
 
     /// Backward difference of the position, in m/s; 0 at the first tick.
-    fn velocity(&self, input: &Input) -> [f64; 3] {
+    fn velocity(&self, input: &TickInput) -> [f64; 3] {
         let Some(last) = &self.last else { return [0.0; 3] };
         let dt_s = input.t_s - last.t_s;
         if dt_s > 0.0 { std::array::from_fn(|i| (input.position_m[i] - last.position_m[i]) / dt_s) } else { [0.0; 3] }
     }
 
-    fn events(&self, input: &Input, output: &PunctureOutput) -> Vec<Event> {
+    fn events(&self, input: &TickInput, output: &PunctureOutput) -> Vec<Event> {
         let mut events: Vec<Event> = self.scratch.events.iter().map(|e| self.event(e, input, output)).collect();
         if input.confirm && !self.last.is_some_and(|last| last.confirm) {
             events.push(self.plain(EventKind::Confirm, input, output));
@@ -168,7 +168,7 @@ impl<'a> Attempt<'a> {
     }
 
     /// An event of a kind, as it is without anything of its own.
-    fn plain(&self, kind: EventKind, input: &Input, output: &PunctureOutput) -> Event {
+    fn plain(&self, kind: EventKind, input: &TickInput, output: &PunctureOutput) -> Event {
         Event {
             t_s: input.t_s,
             kind,
@@ -183,7 +183,7 @@ impl<'a> Attempt<'a> {
         }
     }
 
-    fn event(&self, event: &PunctureEvent, input: &Input, output: &PunctureOutput) -> Event {
+    fn event(&self, event: &PunctureEvent, input: &TickInput, output: &PunctureOutput) -> Event {
         let spec = self.specimen.spec();
         let plain = |kind| self.plain(kind, input, output);
         match *event {

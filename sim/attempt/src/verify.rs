@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use tissue::Specimen;
 
-use crate::tick::{Attempt, Input};
+use crate::tick::{TickInput, TickedAttempt};
 use recording::Recording;
 use recording::Sample;
 use recording::{Event, EventKind};
@@ -51,7 +51,7 @@ impl Verification {
 pub fn verify(recording: &Recording, specimen: &Specimen) -> Verification {
     let device_takes_all = recording.session.device_max_force_n.is_infinite();
     let follows = recording.tents.first().map_or(Follows::Needle, |tent| tent.follows);
-    let mut attempt = Attempt::following(specimen, follows);
+    let mut attempt = TickedAttempt::following(specimen, follows);
     let mut events = Vec::new();
     let mut verification = Verification {
         ticks: recording.samples.len() as u64,
@@ -66,7 +66,7 @@ pub fn verify(recording: &Recording, specimen: &Specimen) -> Verification {
     };
     let mut tents = Vec::new();
     for recorded in &recording.samples {
-        let tick = attempt.step(&Input::from(recorded));
+        let tick = attempt.step(&TickInput::from(recorded));
         events.extend(tick.events.into_iter().filter(comparable));
         verification.compare(recorded, &tick.sample, device_takes_all);
         tents.extend(tick.tent);

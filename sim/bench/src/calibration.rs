@@ -4,12 +4,12 @@
 //! are of random layers, and the fit is told nothing of them; others are of a scene with its numbers changed, and the fit starts from
 //! the scene as it was. A blind scene's boundaries each make a clear drop, as the fit of a curve alone takes for granted.
 
-use super::scenes::{Run, layer, needle_through};
+use super::scenes::{AxialRun, make_layer, needle_through};
 use law::axial::AxialSpec;
 use law::closed_form::ruptures;
 use law::operator::Draw;
 use law::soundness;
-use tissue::calibrate::{CalibrateError, Curve, Estimate, Fit, Fresh, Quantity, Start, fit, residual_rms_n};
+use tissue::calibrate::{CalibrateError, Curve, Fit, Fresh, ParameterEstimate, Quantity, Start, fit, residual_rms_n};
 
 /// Steps of the needle, in m.
 const STEP_M: f64 = 2e-6;
@@ -63,7 +63,7 @@ pub struct Measurement {
 
 /// A curve and what it was made from.
 #[derive(Clone, Debug)]
-pub struct Sampled {
+pub struct SampledCurve {
     /// The layers.
     pub truth: AxialSpec,
     /// Where the fit starts, if not from the curve alone.
@@ -78,7 +78,7 @@ pub struct Sampled {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
     /// What was found.
-    pub estimate: Estimate,
+    pub estimate: ParameterEstimate,
     /// In SI.
     pub truth: f64,
 }
@@ -118,7 +118,7 @@ impl Judged {
     }
 
     fn is_far(&self) -> bool {
-        let Estimate { interval, value, .. } = self.estimate;
+        let ParameterEstimate { interval, value, .. } = self.estimate;
         interval.is_some_and(|interval| {
             let half = if self.truth > value { interval.high - value } else { value - interval.low };
             (self.truth - value).abs() > FAR * half.max(0.1 * (interval.high - interval.low))
@@ -128,11 +128,11 @@ impl Judged {
 
 /// A curve from a seed; none where no scene serves, or the scene's first rupture is not within it.
 #[must_use]
-pub fn sample(origin: Origin<'_>, measurement: Measurement, seed: u64) -> Option<Sampled> {
+pub fn sample(origin: Origin<'_>, measurement: Measurement, seed: u64) -> Option<SampledCurve> {
     let mut draw = Draw::new(seed);
     for _ in 0..DRAWS {
         let truth = match origin {
-            Origin::Blind { layers, tip_to_rim_m } => random_layers((layers, tip_to_rim_m), &mut draw),
+            Origin::Blind { layers, tip_to_rim_m } => random_layers(layers, tip_to_rim_m, &mut draw),
             Origin::Changed(scene) => changed(scene, &mut draw),
         };
         if !soundness::check(&truth).is_empty() {
@@ -147,7 +147,7 @@ pub fn sample(origin: Origin<'_>, measurement: Measurement, seed: u64) -> Option
             Origin::Blind { .. } => None,
             Origin::Changed(scene) => Some(scene.clone()),
         };
-        return Some(Sampled { truth, start, measurement, samples: disturbed(clean, &measurement, &mut draw) });
+        return Some(SampledCurve { truth, start, measurement, samples: disturbed(clean, &measurement, &mut draw) });
     }
     None
 }
@@ -156,13 +156,13 @@ pub fn sample(origin: Origin<'_>, measurement: Measurement, seed: u64) -> Option
 ///
 /// # Errors
 /// What the fit refuses.
-pub fn try_fit(sampled: &Sampled) -> Result<Trialled, CalibrateError> {
+pub fn try_fit(sampled: &SampledCurve) -> Result<Trialled, CalibrateError> {
     let curve = Curve::new(&sampled.samples)?;
     let fresh = Fresh { layers: None, tip_to_rim_m: sampled.truth.tip_to_rim_m };
     let start = sampled.start.as_ref().map_or(Start::Fresh(fresh), Start::Scene);
     let fit = fit(&curve, start, &mut |_| ())?;
     let is_whole = fit.spec.layers.len() == sampled.truth.layers.len();
-    let of_truth = |estimate: &Estimate| {
+    let of_truth = |estimate: &ParameterEstimate| {
         let truth = true_value(&sampled.truth, estimate)?;
         Some(Judged { estimate: estimate.clone(), truth })
     };
@@ -177,7 +177,7 @@ pub fn try_fit(sampled: &Sampled) -> Result<Trialled, CalibrateError> {
     Ok(Trialled { fit, parameters, is_wrong, is_silent })
 }
 
-fn true_value(truth: &AxialSpec, estimate: &Estimate) -> Option<f64> {
+fn true_value(truth: &AxialSpec, estimate: &ParameterEstimate) -> Option<f64> {
     truth.layers.get(estimate.layer).map(|layer| match estimate.quantity {
         Quantity::Thickness => layer.thickness_m,
         Quantity::Stiffness => layer.stiffness_n_per_m,
@@ -197,7 +197,7 @@ fn scaled(draw: &mut Draw, low: f64, high: f64) -> f64 {
     libm::exp(between(draw, libm::log(low), libm::log(high)))
 }
 
-fn random_layers((count, tip_to_rim_m): (usize, f64), draw: &mut Draw) -> AxialSpec {
+fn random_layers(count: usize, tip_to_rim_m: f64, draw: &mut Draw) -> AxialSpec {
     let name = |at: usize| format!("layer {}", at + 1);
     let layers = (0..count).map(|at| {
         let thickness_mm = if at + 1 == count { 200.0 } else { between(draw, 2.0, 14.0) };
@@ -205,7 +205,7 @@ fn random_layers((count, tip_to_rim_m): (usize, f64), draw: &mut Draw) -> AxialS
         let threshold_n = scaled(draw, 0.4, 5.0);
         let friction = scaled(draw, 5.0, 80.0);
         let rim_n = threshold_n * between(draw, 1.1, 1.6);
-        layer(&name(at), [thickness_mm, stiffness, 0.0, threshold_n, rim_n, friction, between(draw, 0.05, 0.5)])
+        make_layer(&name(at), [thickness_mm, stiffness, 0.0, threshold_n, rim_n, friction, between(draw, 0.05, 0.5)])
     });
     AxialSpec { tip_to_rim_m, ..needle_through(layers.collect()) }
 }
@@ -236,7 +236,7 @@ fn track(truth: &AxialSpec, measurement: &Measurement, beyond_m: f64) -> Option<
     let deepest_m = ruptures(&slow).last()?.x_m + beyond_m;
     let steps = (measurement.spacing_m / STEP_M).round().max(1.0) as u32;
     let samples = (deepest_m / measurement.spacing_m).round() as u32;
-    let mut run = Run::new(slow).ok()?;
+    let mut run = AxialRun::new(slow).ok()?;
     let (mut time_s, mut taken) = (0.0, Vec::new());
     let inwards = 0..=samples * steps;
     let outwards = (0..if measurement.withdraws { samples * steps } else { 0 }).rev();

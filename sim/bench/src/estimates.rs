@@ -14,7 +14,7 @@ pub const TOLERANCES: [f64; 5] = [0.05, 0.02, 0.01, 0.005, 0.001];
 
 /// A drawn question, and what it is to be answered to.
 #[derive(Clone, Debug)]
-pub struct Drawn {
+pub struct DrawnTissue {
     /// Its number: the same number draws the same question.
     pub number: u32,
     /// The question.
@@ -25,7 +25,7 @@ pub struct Drawn {
 
 /// A fit beside the truth.
 #[derive(Clone, Copy, Debug)]
-pub struct Estimate {
+pub struct JudgedEstimate {
     /// What the fit says of itself.
     pub estimated: f64,
     /// Relative error of the axial displacement over the samples, against a far finer mesh.
@@ -38,7 +38,7 @@ pub struct Estimate {
     pub unknowns: usize,
 }
 
-impl Estimate {
+impl JudgedEstimate {
     /// The larger of both errors: what is estimated.
     #[must_use]
     pub fn error(&self) -> f64 {
@@ -54,7 +54,7 @@ impl Estimate {
 
 /// Draws the question of a number.
 #[must_use]
-pub fn draw(number: u32) -> Drawn {
+pub fn draw(number: u32) -> DrawnTissue {
     let mut draw = Draw::new(0x7155_0000 + u64::from(number));
     let radius_m = between(&mut draw, 2e-4, 2.5e-3);
     let layers: Vec<ElasticLayer> = (0..below(&mut draw, 6) + 1).map(|_| draw_layer(&mut draw)).collect();
@@ -74,7 +74,7 @@ pub fn draw(number: u32) -> Drawn {
     }
     let load = Load { kind, radius_m };
     let tolerance = TOLERANCES[below(&mut draw, TOLERANCES.len())];
-    Drawn { number, problem: Problem { slab, load, sample_r_m, sample_depth_m }, tolerance }
+    DrawnTissue { number, problem: Problem { slab, load, sample_r_m, sample_depth_m }, tolerance }
 }
 
 /// A whole number from 0 to below this.
@@ -112,10 +112,10 @@ fn draw_kind(draw: &mut Draw, boundaries_m: &[f64]) -> LoadKind {
 ///
 /// # Errors
 /// When a model cannot be had of it.
-pub fn measure(drawn: &Drawn) -> Result<Estimate, AxisymmetricError> {
+pub fn measure(drawn: &DrawnTissue) -> Result<JudgedEstimate, AxisymmetricError> {
     let fitted = fit(&drawn.problem, drawn.tolerance)?;
     let (found, truth) = (drawn.problem.sampled(&fitted.model), truth(&drawn.problem)?);
-    Ok(Estimate {
+    Ok(JudgedEstimate {
         estimated: fitted.estimated_relative_error,
         axial: relative_distance(&found.axial_m, &truth.axial_m),
         radial: relative_distance(&found.radial_m, &truth.radial_m),

@@ -36,7 +36,7 @@ pub type Measured = Result<f64, Box<dyn Error>>;
 
 /// A hard case, one of the things that must hold in it, and how that is measured.
 #[derive(Clone, Copy, Debug)]
-pub struct Trial {
+pub struct HardCaseTrial {
     /// The model it concerns.
     pub model: &'static str,
     /// Its name within the model: that of the function that measures, and of the test.
@@ -53,7 +53,7 @@ pub struct Trial {
     pub measure: fn() -> Measured,
 }
 
-impl Trial {
+impl HardCaseTrial {
     /// Whether a measured value keeps the bound. What is not a number does not.
     #[must_use]
     pub fn passes(&self, measured: f64) -> bool {
@@ -63,7 +63,7 @@ impl Trial {
 
 /// Every trial of every model.
 #[must_use]
-pub fn all() -> Vec<Trial> {
+pub fn all_trials() -> Vec<HardCaseTrial> {
     [force_law::trials(), axisymmetric::trials(), mass_spring::trials(), volumetric::trials()].concat()
 }
 
@@ -71,8 +71,8 @@ pub fn all() -> Vec<Trial> {
 macro_rules! trials {
     ($model:literal: $($name:path, $case:expr, $measures:literal, <= $bound:literal $unit:literal;)+) => {
         /// The trials of this model.
-        pub(super) fn trials() -> Vec<super::Trial> {
-            vec![$(super::Trial {
+        pub(super) fn trials() -> Vec<super::HardCaseTrial> {
+            vec![$(super::HardCaseTrial {
                 model: $model,
                 name: stringify!($name),
                 case: $case,

@@ -15,7 +15,7 @@ pub const DT: f64 = 1e-3;
 pub const SPEED_M_PER_S: f64 = 0.02;
 
 /// A needle driven pose by pose at 1 kHz.
-pub struct Needle {
+pub struct DrivenNeedle {
     /// The scene.
     pub params: PunctureParams,
     /// The puncture so far.
@@ -26,7 +26,7 @@ pub struct Needle {
     pub tick: u32,
 }
 
-impl Needle {
+impl DrivenNeedle {
     /// A rigid needle in the air over a scene with structures.
     ///
     /// # Errors
@@ -38,7 +38,7 @@ impl Needle {
     /// A needle of a bending stiffness, in N·m², or a rigid one.
     ///
     /// # Errors
-    /// As [`Needle::new`].
+    /// As [`DrivenNeedle::new`].
     pub fn bending(
         axial: AxialSpec,
         structures: Vec<StructureSpec>,
@@ -68,20 +68,20 @@ impl Needle {
     }
 
     /// Moves the tip along a line at [`SPEED_M_PER_S`], returning every output with its events.
-    pub fn travel(&mut self, axis: Vector3<f64>, from: Point3<f64>, to: Point3<f64>) -> Vec<Tick> {
+    pub fn travel(&mut self, axis: Vector3<f64>, from: Point3<f64>, to: Point3<f64>) -> Vec<NeedleTick> {
         let ticks = ((to - from).norm() / (SPEED_M_PER_S * DT)).ceil() as u32;
         (1..=ticks)
             .map(|tick| {
                 let tip_m = from + (to - from) * (f64::from(tick) / f64::from(ticks));
                 let output = self.pose(needle_pose(&tip_m, &axis));
-                Tick { tip_m, output, events: self.scratch.events.clone() }
+                NeedleTick { tip_m, output, events: self.scratch.events.clone() }
             })
             .collect()
     }
 }
 
 /// What came of one pose.
-pub struct Tick {
+pub struct NeedleTick {
     /// Where the tip was, in m.
     pub tip_m: Point3<f64>,
     /// The forces.

@@ -8,7 +8,7 @@ use law::axial::{
 /// A layer from its numbers: thickness in mm, stiffness in N/m, damping in N·s/m², tip and rim threshold in N, friction in
 /// N/m, cutting in N.
 #[must_use]
-pub fn layer(name: &str, numbers: [f64; 7]) -> Layer {
+pub fn make_layer(name: &str, numbers: [f64; 7]) -> Layer {
     let [thickness_mm, stiffness, damping, tip, rim, friction, cutting] = numbers;
     Layer {
         name: name.into(),
@@ -43,26 +43,26 @@ pub fn needle_through(layers: Vec<Layer>) -> AxialSpec {
 
 /// The paper's lower back with the thresholds of section 2: no friction, no cutting.
 #[must_use]
-pub fn paper() -> AxialSpec {
+pub fn paper_axial_spec() -> AxialSpec {
     trocar_through(vec![
-        layer("skin", [0.8, 331.0, 3.0, 1.0, 1.3, 0.0, 0.0]),
-        layer("fat", [8.4, 83.0, 1.0, 0.5, 0.6, 0.0, 0.0]),
-        layer("muscle", [39.0, 497.0, 3.0, 1.5, 1.9, 0.0, 0.0]),
+        make_layer("skin", [0.8, 331.0, 3.0, 1.0, 1.3, 0.0, 0.0]),
+        make_layer("fat", [8.4, 83.0, 1.0, 0.5, 0.6, 0.0, 0.0]),
+        make_layer("muscle", [39.0, 497.0, 3.0, 1.5, 1.9, 0.0, 0.0]),
     ])
 }
 
 /// The training lower back of section 2.
 #[must_use]
-pub fn training() -> AxialSpec {
+pub fn training_axial_spec() -> AxialSpec {
     trocar_through(vec![
-        layer("skin", [0.8, 331.0, 300.0, 1.0, 1.3, 100.0, 0.3]),
-        layer("fat", [8.4, 83.0, 100.0, 0.5, 0.6, 15.0, 0.1]),
-        layer("muscle", [39.0, 497.0, 300.0, 1.5, 1.9, 40.0, 0.3]),
+        make_layer("skin", [0.8, 331.0, 300.0, 1.0, 1.3, 100.0, 0.3]),
+        make_layer("fat", [8.4, 83.0, 100.0, 0.5, 0.6, 15.0, 0.1]),
+        make_layer("muscle", [39.0, 497.0, 300.0, 1.5, 1.9, 40.0, 0.3]),
     ])
 }
 
 /// The force law running on one trajectory.
-pub struct Run {
+pub struct AxialRun {
     /// The scene.
     pub params: AxialParams,
     /// The track so far.
@@ -73,7 +73,7 @@ pub struct Run {
     pub path_factor: f64,
 }
 
-impl Run {
+impl AxialRun {
     /// A needle above the skin of a scene, perpendicular to it.
     ///
     /// # Errors

@@ -5,14 +5,14 @@ use tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab, relative_d
 
 /// A layer of a thickness in m, a modulus in Pa and a Poisson ratio.
 #[must_use]
-pub fn layer(thickness_m: f64, youngs_modulus_pa: f64, poisson_ratio: f64) -> ElasticLayer {
+pub fn make_elastic_layer(thickness_m: f64, youngs_modulus_pa: f64, poisson_ratio: f64) -> ElasticLayer {
     ElasticLayer { thickness_m, youngs_modulus_pa, poisson_ratio, density_kg_per_m3: 1000.0 }
 }
 
 /// A contactor of radius 1 mm at a depth of layers 50 mm wide, asked where the reference cases are: at each boundary,
 /// out to 20 mm.
 #[must_use]
-pub fn contactor(layers: Vec<ElasticLayer>, depth_m: f64) -> Problem {
+pub fn ask_contactor(layers: Vec<ElasticLayer>, depth_m: f64) -> Problem {
     let slab = Slab { layers, radius_m: 0.05 };
     let sample_depth_m = slab.boundaries_m()[..slab.layers.len()].to_vec();
     let sample_r_m = (0..=40).map(|at| 0.0005 * f64::from(at)).collect();
@@ -23,7 +23,7 @@ pub fn contactor(layers: Vec<ElasticLayer>, depth_m: f64) -> Problem {
 ///
 /// # Errors
 /// As for [`Axisymmetric::new`].
-pub fn exact(problem: &Problem) -> Result<Axisymmetric, AxisymmetricError> {
+pub fn solve_exactly(problem: &Problem) -> Result<Axisymmetric, AxisymmetricError> {
     Axisymmetric::new(problem, &MeshSpec::graded(problem, MAX_ORDER as f64))
 }
 
@@ -31,13 +31,13 @@ pub fn exact(problem: &Problem) -> Result<Axisymmetric, AxisymmetricError> {
 ///
 /// # Errors
 /// As for [`Axisymmetric::new`].
-pub fn overkill(problem: &Problem) -> Result<Axisymmetric, AxisymmetricError> {
+pub fn solve_beyond_need(problem: &Problem) -> Result<Axisymmetric, AxisymmetricError> {
     let top = MeshSpec::graded(problem, MAX_ORDER as f64);
     Axisymmetric::new(problem, &top.graded_to_side().graded_to_side().halved())
 }
 
 /// Relative L2 distance of the axial displacement at the problem's sample points from that of another model.
 #[must_use]
-pub fn distance(problem: &Problem, model: &dyn FieldModel, truth: &dyn FieldModel) -> f64 {
+pub fn relative_distance_of_models(problem: &Problem, model: &dyn FieldModel, truth: &dyn FieldModel) -> f64 {
     relative_distance(&problem.axial_m(model), &problem.axial_m(truth))
 }

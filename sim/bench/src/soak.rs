@@ -11,8 +11,8 @@ use law::ledger::Ledger;
 use law::operator::Draw;
 use law::operator::needle_pose;
 use law::puncture::{
-    PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, loads,
-    step,
+    PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureSpec, PunctureState, step,
+    write_loads,
 };
 use tissue::follow::{self, Field, FollowState};
 
@@ -63,7 +63,7 @@ const ROUND_OFF: f64 = 1e-12;
 #[must_use]
 pub fn soak(params: &PunctureParams, field: Option<&Field>, ticks: u32, seed: u64) -> Soaked {
     let (mut state, mut scratch) = (PunctureState::new(params), PunctureScratch::new(params));
-    let mut hand = Hand::new(params.spec(), seed);
+    let mut hand = SeededHand::new(params.spec(), seed);
     let mut seen = Soaked { ticks, force_bound_n: force_bound_n(params.spec()), ..Soaked::default() };
     let mut tissue = field.map(Tissue::new);
     let mut dissipated_j = 0.0;
@@ -72,7 +72,7 @@ pub fn soak(params: &PunctureParams, field: Option<&Field>, ticks: u32, seed: u6
         let output = step(params, &mut state, &mut scratch, &input);
         seen.tick(&output, state.ledger(), &mut dissipated_j);
         if let Some(tissue) = tissue.as_mut().filter(|_| tick % FIELD_TICKS == 0) {
-            loads(params, &state, &scratch, &mut tissue.latest_n);
+            write_loads(params, &state, &scratch, &mut tissue.latest_n);
             seen.tents(tissue);
         }
         seen.ruptures += scratch.events.iter().filter(|event| matches!(event, PunctureEvent::Rupture(_))).count();
@@ -151,7 +151,7 @@ enum Piece {
 }
 
 /// A hand that draws its motion from a seed.
-struct Hand {
+struct SeededHand {
     draw: Draw,
     deepest_m: f64,
     piece: Piece,
@@ -162,7 +162,7 @@ struct Hand {
     done: u32,
 }
 
-impl Hand {
+impl SeededHand {
     fn new(spec: &PunctureSpec, seed: u64) -> Self {
         let deepest_m = 0.01 + spec.axial.layers.iter().map(|layer| layer.thickness_m).sum::<f64>();
         let from_m = Point3::new(0.0, 0.0, 0.001);

@@ -7,7 +7,7 @@ use crate::clock;
 
 /// Repeats and time spent on one figure.
 #[derive(Clone, Copy, Debug)]
-pub struct Effort {
+pub struct TimingEffort {
     /// Fewest repeats.
     pub least: usize,
     /// Most repeats.
@@ -16,7 +16,7 @@ pub struct Effort {
     pub budget_s: f64,
 }
 
-impl Effort {
+impl TimingEffort {
     /// For a figure that a person waits for.
     pub const SHORT: Self = Self { least: 5, most: 2001, budget_s: 0.05 };
 
@@ -32,7 +32,7 @@ pub fn once<T>(work: impl FnOnce() -> T) -> (T, f64) {
 }
 
 /// Median time of one call, in s. Calls shorter than reading the clock, tens of nanoseconds, are timed in batches.
-pub fn median_s(effort: Effort, mut work: impl FnMut()) -> f64 {
+pub fn median_s(effort: TimingEffort, mut work: impl FnMut()) -> f64 {
     /// A batch lasts at least this long, in s, so that reading the clock is less than a hundredth of it.
     const BATCH_S: f64 = 5e-6;
     let (_, first_s) = once(&mut work);
@@ -52,7 +52,7 @@ pub fn answer_s(field: &mut dyn FieldModel, problem: &Problem, force_n: f64) -> 
     let points: Vec<[f64; 2]> = points(problem).collect();
     let superposed = Superposed::new(&mut [field], &points);
     let mut displacements = vec![[0.0; 2]; points.len()];
-    median_s(Effort::SHORT, || {
+    median_s(TimingEffort::SHORT, || {
         superposed.answer(&[std::hint::black_box(force_n)], &mut displacements);
         std::hint::black_box(&displacements);
     })

@@ -15,37 +15,37 @@ pub struct DeviceArgs {
     #[arg(long, value_name = "NAME", env = "STYLET_OPENHAPTICS_DEVICE")]
     openhaptics_device: Option<String>,
     /// Address of the Haply Inverse Service
-    #[arg(long, value_name = "URL", env = "STYLET_INVERSE3", default_value_t = inverse3::Options::default().url)]
+    #[arg(long, value_name = "URL", env = "STYLET_INVERSE3", default_value_t = inverse3::Inverse3Options::default().url)]
     inverse3: String,
     /// Identifier of the Inverse3; the first one if absent
     #[arg(long, value_name = "ID", env = "STYLET_INVERSE3_DEVICE")]
     inverse3_device: Option<String>,
     /// Largest force of the Inverse3, in N
-    #[arg(long, value_name = "N", default_value_t = inverse3::Options::default().max_force_n, value_parser = force_n)]
+    #[arg(long, value_name = "N", default_value_t = inverse3::Inverse3Options::default().max_force_n, value_parser = force_n)]
     inverse3_max_force: f64,
 }
 
 impl DeviceArgs {
     /// Which OpenHaptics device to open.
-    pub fn openhaptics(&self) -> openhaptics::Options {
-        let standard = openhaptics::Options::default();
+    pub fn openhaptics(&self) -> openhaptics::OpenHapticsOptions {
+        let standard = openhaptics::OpenHapticsOptions::default();
         let library = self.openhaptics.clone().map_or(standard.library, PathBuf::into_os_string);
-        openhaptics::Options { library, device: self.openhaptics_device.clone() }
+        openhaptics::OpenHapticsOptions { library, device: self.openhaptics_device.clone() }
     }
 
     /// Which Inverse3 to open.
-    pub fn inverse3(&self) -> inverse3::Options {
-        inverse3::Options {
+    pub fn inverse3(&self) -> inverse3::Inverse3Options {
+        inverse3::Inverse3Options {
             url: self.inverse3.clone(),
             device_id: self.inverse3_device.clone(),
             max_force_n: self.inverse3_max_force,
-            ..inverse3::Options::default()
+            ..inverse3::Inverse3Options::default()
         }
     }
 }
 
 fn force_n(text: &str) -> Result<f64, String> {
-    let greatest_n = inverse3::Options::default().max_force_n;
+    let greatest_n = inverse3::Inverse3Options::default().max_force_n;
     match text.parse::<f64>() {
         Ok(force_n) if force_n > 0.0 && force_n <= greatest_n => Ok(force_n),
         _ => Err(format!("a force in N above 0, at most {greatest_n}")),

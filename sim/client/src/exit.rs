@@ -2,11 +2,8 @@
 
 use std::fmt::{self, Display};
 use std::path::Path;
-use std::process::ExitCode;
 
 use documents::DocumentError;
-
-use crate::output;
 
 /// Why a command did not do what it was asked.
 #[derive(Debug)]
@@ -56,18 +53,4 @@ impl From<DocumentError> for Failure {
     fn from(error: DocumentError) -> Self {
         Self::Input(error.issues.iter().map(ToString::to_string).collect())
     }
-}
-
-/// Says on standard error what went wrong and turns the outcome into the exit status.
-pub fn report(outcome: Outcome) -> ExitCode {
-    let (lines, status) = match outcome {
-        Ok(()) | Err(Failure::ReaderGone) => (Vec::new(), 0),
-        Err(Failure::Found) => (Vec::new(), 1),
-        Err(Failure::Work(lines)) => (lines, 1),
-        Err(Failure::Input(lines)) => (lines, 2),
-    };
-    for line in &lines {
-        output::error(line);
-    }
-    ExitCode::from(status)
 }

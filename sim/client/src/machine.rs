@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 /// What this machine is called, or `station`.
-pub fn name() -> String {
+pub fn machine_name() -> String {
     let told = fs::read_to_string("/proc/sys/kernel/hostname").or_else(|_| fs::read_to_string("/etc/hostname")).ok();
     let told = told.or_else(|| std::env::var("COMPUTERNAME").ok());
     told.map(|name| name.trim().to_owned()).filter(|name| !name.is_empty()).unwrap_or_else(|| "station".to_owned())

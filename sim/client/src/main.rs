@@ -19,6 +19,7 @@ mod picture;
 mod progress;
 mod service;
 mod shelf;
+mod sources;
 mod station;
 mod trajectory;
 mod window;
@@ -26,5 +27,5 @@ mod window;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    exit::report(cli::parse(std::env::args_os()).and_then(|command| command.run()))
+    output::report(cli::parse(std::env::args_os()).and_then(|command| command.run()))
 }

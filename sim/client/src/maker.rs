@@ -18,7 +18,7 @@ use crate::motion::Playback;
 
 /// Who moves the needle.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Hand {
+pub enum HandChoice {
     /// A virtual operator of a preset, by its name.
     Preset(&'static str, Skill),
     /// A perfectly stiff hand at a constant speed, in mm/s.
@@ -27,7 +27,7 @@ pub enum Hand {
     File(PathBuf),
 }
 
-impl FromStr for Hand {
+impl FromStr for HandChoice {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -53,7 +53,7 @@ fn constant(speed: &str) -> Result<f64, String> {
     }
 }
 
-impl Hand {
+impl HandChoice {
     /// The hand's name as the recording keeps it.
     pub fn device(&self) -> String {
         match self {
@@ -116,14 +116,15 @@ impl Maker<'_> {
 ///
 /// # Errors
 /// When the disk refuses.
-pub fn writer<W: Write>(
+pub fn begin_recording<W: Write>(
     file: W,
     session: &Session,
     bundle: &ExerciseBundle,
     path: &Path,
 ) -> Result<Writer<BufWriter<W>>, Failure> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
-    let drawing = SceneDrawing::of(&bundle.scene.puncture_spec(&patient), bundle.scene.needle.diameter_mm * 0.5e-3);
+    let drawing =
+        SceneDrawing::from_spec(&bundle.scene.puncture_spec(&patient), bundle.scene.needle.diameter_mm * 0.5e-3);
     Writer::create(BufWriter::new(file), session, &attachments(bundle), &drawing)
         .map_err(|error| Failure::work(format_args!("{}: {error}", path.display())))
 }

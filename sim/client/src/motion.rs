@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use crate::exit::Failure;
 use crate::progress::Progress;
-use crate::trajectory::{self, Table};
+use crate::trajectory::{self, TrajectoryTable};
 
 /// How many ticks pass between two looks at the progress bar.
 const TICKS_PER_UPDATE: u64 = 1000;
@@ -29,7 +29,7 @@ impl Playback {
     /// # Errors
     /// When the file is no such table.
     pub fn read(path: &Path, plan: &Plan) -> Result<Self, Failure> {
-        let table = Table::read(path)?;
+        let table = TrajectoryTable::read(path)?;
         let rows = match (table.column("x_m")?, table.column("px_m")?) {
             (Some(_), _) => along_axis(path, plan)?,
             (None, Some(_)) => poses(&table, plan)?,
@@ -88,7 +88,7 @@ fn along_axis(path: &Path, plan: &Plan) -> Result<Vec<(f64, Isometry3<f64>)>, Fa
     Ok(trajectory::read_axial(path)?.iter().map(|sample| (sample.t_s, pose(sample.x_m))).collect())
 }
 
-fn poses(table: &Table, plan: &Plan) -> Result<Vec<(f64, Isometry3<f64>)>, Failure> {
+fn poses(table: &TrajectoryTable, plan: &Plan) -> Result<Vec<(f64, Isometry3<f64>)>, Failure> {
     let positions = table.numbers(table.columns(["px_m", "py_m", "pz_m"])?)?;
     let orientations = match table.column("qx")? {
         Some(_) => quaternions(table)?,
@@ -101,7 +101,7 @@ fn poses(table: &Table, plan: &Plan) -> Result<Vec<(f64, Isometry3<f64>)>, Failu
         .collect())
 }
 
-fn quaternions(table: &Table) -> Result<Vec<UnitQuaternion<f64>>, Failure> {
+fn quaternions(table: &TrajectoryTable) -> Result<Vec<UnitQuaternion<f64>>, Failure> {
     let rows = table.numbers(table.columns(["qx", "qy", "qz", "qw"])?)?;
     rows.into_iter()
         .enumerate()
@@ -118,13 +118,13 @@ fn quaternions(table: &Table) -> Result<Vec<UnitQuaternion<f64>>, Failure> {
 }
 
 /// A source of motion that moves a progress bar.
-pub struct Watched {
+pub struct WatchedSource {
     source: Box<dyn MotionSource>,
     progress: Progress,
     ticks: u64,
 }
 
-impl Watched {
+impl WatchedSource {
     /// Watches a source that may take as long as the clock allows.
     pub fn new(source: Box<dyn MotionSource>, clock: &Clock) -> Self {
         let most = (clock.time_limit_s * clock.tick_hz) as u64;
@@ -132,7 +132,7 @@ impl Watched {
     }
 }
 
-impl MotionSource for Watched {
+impl MotionSource for WatchedSource {
     fn step(&mut self, dt_s: f64, force_n: &Vector3<f64>) -> Motion {
         self.ticks += 1;
         if self.ticks.is_multiple_of(TICKS_PER_UPDATE) {

@@ -2,6 +2,7 @@
 
 use std::fmt::{Arguments, Display};
 use std::io::{self, BufWriter, ErrorKind, Write};
+use std::process::ExitCode;
 
 use serde::Serialize;
 
@@ -49,4 +50,18 @@ fn say(kind: &str, text: impl Display) {
 pub fn one_line(text: &str) -> String {
     let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Says on standard error what went wrong and turns the outcome into the exit status.
+pub fn report(outcome: Outcome) -> ExitCode {
+    let (lines, status) = match outcome {
+        Ok(()) | Err(Failure::ReaderGone) => (Vec::new(), 0),
+        Err(Failure::Found) => (Vec::new(), 1),
+        Err(Failure::Work(lines)) => (lines, 1),
+        Err(Failure::Input(lines)) => (lines, 2),
+    };
+    for line in &lines {
+        error(line);
+    }
+    ExitCode::from(status)
 }

@@ -100,7 +100,7 @@ impl Shelf {
         match document {
             Document::Exercise(bundle) => self.offer(Offer { bundle: *bundle, course: None }),
             Document::Curriculum(course, bundles) => {
-                let mastery = Mastery::of(&course.mastery);
+                let mastery = Mastery::from_rule(&course.mastery);
                 for bundle in bundles {
                     let course = mastery.ok().and_then(|mastery| place(&course, &bundle.exercise.id, mastery));
                     self.offer(Offer { bundle, course });

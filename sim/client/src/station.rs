@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use data_encoding::{HEXLOWER, HEXLOWER_PERMISSIVE};
 use ed25519_dalek::{Signer, SigningKey};
-use recording::{Motion, Session, Signature, signature};
+use recording::{MotionDigest, Session, Signature, signature};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use tempfile::Builder;
@@ -120,7 +120,7 @@ impl StationKey {
     }
 
     /// Signs what a hand has done in a session.
-    pub fn sign(&self, session: &Session, motion: &Motion) -> Option<Signature> {
+    pub fn sign(&self, session: &Session, motion: &MotionDigest) -> Option<Signature> {
         let key = SigningKey::from_bytes(&seed(&self.key)?);
         let signed = key.sign(&signature::statement(session, self.station, &motion.sha256()));
         Some(Signature { station: self.station, ed25519: HEXLOWER.encode(&signed.to_bytes()) })
@@ -144,7 +144,7 @@ impl NewKey {
     }
 
     /// The key of a station.
-    pub fn of(self, station: Uuid) -> StationKey {
+    pub fn for_station(self, station: Uuid) -> StationKey {
         StationKey { station, key: HEXLOWER.encode(&self.0) }
     }
 }

@@ -20,13 +20,13 @@ pub struct AxialSample {
 }
 
 /// A CSV file in memory, with its columns by name.
-pub struct Table {
+pub struct TrajectoryTable {
     file: String,
     header: StringRecord,
     rows: Vec<StringRecord>,
 }
 
-impl Table {
+impl TrajectoryTable {
     /// Reads a file with a header and at least one row; lines that start with # are comments.
     ///
     /// # Errors
@@ -148,9 +148,9 @@ impl Table {
 /// Reads `t_s` and `x_m`; other columns are ignored.
 ///
 /// # Errors
-/// When the file is no such table; see [`Table::numbers`].
+/// When the file is no such table; see [`TrajectoryTable::numbers`].
 pub fn read_axial(path: &Path) -> Result<Vec<AxialSample>, Failure> {
-    let table = Table::read(path)?;
+    let table = TrajectoryTable::read(path)?;
     let columns = table.columns(["x_m"])?;
     Ok(table.numbers(columns)?.into_iter().map(|(t_s, [x_m])| AxialSample { t_s, x_m }).collect())
 }

@@ -28,7 +28,7 @@ pub struct FieldCase {
 /// The file as it stands. Its words are for people.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawCase {
+struct RawFieldCase {
     #[serde(rename = "name")]
     _name: Option<IgnoredAny>,
     #[serde(rename = "note")]
@@ -39,7 +39,7 @@ struct RawCase {
     _boundary: Option<IgnoredAny>,
     #[serde(rename = "load")]
     _load: Option<IgnoredAny>,
-    layers: Vec<RawLayer>,
+    layers: Vec<RawElasticLayer>,
     radius_m: f64,
     load_radius_m: f64,
     force_n: f64,
@@ -52,7 +52,7 @@ struct RawCase {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawLayer {
+struct RawElasticLayer {
     #[serde(rename = "name")]
     _name: Option<IgnoredAny>,
     thickness_m: f64,
@@ -78,10 +78,10 @@ struct RawSolution {
 /// The first issue found, with line and column.
 pub fn parse(file: &str, json: &str) -> Result<FieldCase, DocumentError> {
     let json = Json { file, text: json };
-    json.read::<RawCase>("reference/field/*.json")?.into_case().map_err(|error| json.refused(error))
+    json.read::<RawFieldCase>("reference/field/*.json")?.into_case().map_err(|error| json.refused(error))
 }
 
-impl RawCase {
+impl RawFieldCase {
     fn into_case(self) -> Result<FieldCase, ParamError> {
         let refused =
             |field: &str, value, unit, allowed| Err(ParamError { field: field.to_owned(), value, unit, allowed });
@@ -112,7 +112,7 @@ impl RawCase {
     }
 }
 
-fn layer(raw: RawLayer) -> ElasticLayer {
+fn layer(raw: RawElasticLayer) -> ElasticLayer {
     ElasticLayer {
         thickness_m: raw.thickness_m,
         youngs_modulus_pa: raw.youngs_modulus_pa,

@@ -37,13 +37,13 @@ struct RawCase {
     law: ForceLaw,
     #[serde(default)]
     speed_window_s: f64,
-    rate: Option<RawRate>,
+    rate: Option<RawCaseRate>,
     layers: Vec<RawLayer>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawRate {
+struct RawCaseRate {
     p_infinity_n: f64,
     v0_m_per_s: f64,
 }

@@ -5,7 +5,7 @@ use phrase::{Phrase, phrase};
 use serde::de::DeserializeOwned;
 
 use crate::error::{DocumentError, Issue};
-use crate::source::position;
+use crate::source::find_position;
 
 /// A case's text, with the name people know it by.
 #[derive(Clone, Copy, Debug)]
@@ -23,18 +23,18 @@ impl Json<'_> {
     /// The first thing that is not of that form, with line and column.
     pub(crate) fn read<T: DeserializeOwned>(self, form: &str) -> Result<T, DocumentError> {
         serde_json::from_str(self.text).map_err(|error| {
-            let place = (error.line(), error.column().max(1));
-            self.issue(place, "case", [Phrase::data(error), phrase!("allowed: the form of {form}", form = form)])
+            let (line, column) = (error.line(), error.column().max(1));
+            self.issue(line, column, "case", [Phrase::data(error), phrase!("allowed: the form of {form}", form = form)])
         })
     }
 
     /// A number that cannot be, placed where it is written.
     pub(crate) fn refused(self, ParamError { field, value, unit, allowed }: ParamError) -> DocumentError {
-        let place = position(self.text, offset(self.text, &field));
-        self.issue(place, &field, [Phrase::data(format_args!("{value} {unit}")), Phrase::data(allowed)])
+        let (line, column) = find_position(self.text, offset(self.text, &field));
+        self.issue(line, column, &field, [Phrase::data(format_args!("{value} {unit}")), Phrase::data(allowed)])
     }
 
-    fn issue(self, (line, column): (usize, usize), field: &str, [found, allowed]: [Phrase; 2]) -> DocumentError {
+    fn issue(self, line: usize, column: usize, field: &str, [found, allowed]: [Phrase; 2]) -> DocumentError {
         let (file, field) = (self.file.to_owned(), field.to_owned());
         DocumentError::from(Issue { file, line, column, field, found, allowed })
     }

@@ -14,10 +14,11 @@ use crate::exercise::Exercise;
 use crate::instrument::Instrument;
 use crate::model::Scene;
 use crate::patient::Patient;
-use crate::read_curriculum::read_curriculum;
+use crate::read_curriculum::{NamedExercise, read_curriculum};
 use crate::read_exercise::read_exercise;
 use crate::read_instrument::read_instrument;
-use crate::read_scene::{Files, read_scene};
+use crate::read_scene::read_scene;
+use crate::source::Files;
 use crate::source::Source;
 use crate::walk::{self, NamedError};
 
@@ -142,7 +143,7 @@ pub fn read(path: &Path) -> Result<Document, DocumentError> {
         Some(DocumentKind::Exercise) => Ok(Document::Exercise(Box::new(ExerciseBundle::from_disk(path, bytes)?))),
         Some(DocumentKind::Curriculum) => {
             let (curriculum, bundles) =
-                read_curriculum(source, |file| read_named(path, file, ExerciseBundle::from_disk))?;
+                read_curriculum(source, |file| read_named(path, file, ExerciseBundle::from_disk).map(named))?;
             Ok(Document::Curriculum(Box::new(curriculum), bundles))
         }
         Some(DocumentKind::Instrument) => Ok(Document::Instrument(Box::new(read_instrument(source)?))),
@@ -186,6 +187,10 @@ fn kind_of(document: &DeTable<'_>) -> Option<DocumentKind> {
     TELLING.iter().find(|(_, keys)| keys.iter().any(has)).map(|(kind, _)| *kind)
 }
 
+fn named(exercise: ExerciseBundle) -> NamedExercise<ExerciseBundle> {
+    NamedExercise { id: exercise.exercise.id.clone(), exercise }
+}
+
 impl Curriculum {
     /// Reads a curriculum whose exercises are at hand: `find` gives the one that stands under a file's name.
     ///
@@ -194,7 +199,7 @@ impl Curriculum {
     pub fn from_parts(document: &[u8], find: impl Fn(&str) -> Option<ExerciseBundle>) -> Result<Self, DocumentError> {
         let missing = |file: &str| NamedError::Missing(phrase!("{file}: no exercise of this name", file = file));
         let source = Source::new("course", document)?;
-        let (curriculum, _) = read_curriculum(source, |file| find(file).ok_or_else(|| missing(file)))?;
+        let (curriculum, _) = read_curriculum(source, |file| find(file).map(named).ok_or_else(|| missing(file)))?;
         Ok(curriculum)
     }
 }

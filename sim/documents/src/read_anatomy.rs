@@ -5,9 +5,9 @@ use nalgebra::Vector3;
 use phrase::{Phrase, phrase};
 use serde_json::Value;
 
-use crate::mesh::{self, Axes, Coordinates};
+use crate::mesh::{self, Axes, Coordinates, MeshFile};
 use crate::model::SceneSkin;
-use crate::read_scene::{Files, Find};
+use crate::source::{Files, Find};
 use crate::walk::Walked;
 
 /// What a scene has of the body's shape.
@@ -21,7 +21,7 @@ pub(crate) struct Anatomy {
 }
 
 /// Where meshes come from, and those that did.
-struct Shelf<'f> {
+struct MeshShelf<'f> {
     find: Find<'f>,
     files: Files,
 }
@@ -34,24 +34,24 @@ struct Named {
 
 /// Checks the keys of structures and skin, and reads the meshes they name.
 pub(crate) fn read_anatomy(doc: &mut Walked, find: Find<'_>) -> Anatomy {
-    let mut shelf = Shelf { find, files: Files::new() };
+    let mut shelf = MeshShelf { find, files: Files::new() };
     let mut meshes = Vec::new();
     for (at, table) in doc.tables("structure").iter().enumerate() {
         let path = format!("structure[{at}]");
         check_shape_keys(doc, table, &path);
         let named = named(doc, table, &path).filter(|_| table["shape"] == "mesh");
-        let read = named.map(|named| shelf.read(&named, |file| mesh::solid(file, named.coordinates)));
+        let read = named.map(|named| shelf.read(&named, |file| mesh::read_solid(file, named.coordinates)));
         meshes.push(read.and_then(|read| accept(doc, &path, mesh::allowed_solid(), read)));
     }
     let skin = read_skin(doc, &mut shelf);
     Anatomy { meshes, skin, files: shelf.files }
 }
 
-fn read_skin(doc: &mut Walked, shelf: &mut Shelf<'_>) -> Option<SceneSkin> {
+fn read_skin(doc: &mut Walked, shelf: &mut MeshShelf<'_>) -> Option<SceneSkin> {
     let table = doc.value["skin"].clone();
     let named = named(doc, &table, "skin")?;
     let position_m = Vector3::from_fn(|axis, _| table["position_mm"][axis].as_f64().unwrap_or_default() / 1e3);
-    let read = shelf.read(&named, |file| mesh::skin(file, named.coordinates, &position_m));
+    let read = shelf.read(&named, |file| mesh::read_skin_mesh(file, named.coordinates, &position_m));
     let (vertices_m, triangles) = accept(doc, "skin", mesh::allowed_skin(), read)?;
     Some(SceneSkin { vertices_m, triangles, file: named.file })
 }
@@ -62,7 +62,7 @@ fn named(doc: &Walked, table: &Value, path: &str) -> Option<Named> {
     if ["axes", "position_mm"].iter().any(is_refused) {
         return None;
     }
-    let axes = Axes::of(table["axes"].as_str().unwrap_or_default());
+    let axes = Axes::named(table["axes"].as_str().unwrap_or_default());
     let in_mm = table["unit"].as_str()? == "mm";
     Some(Named { file: table["file"].as_str()?.to_owned(), coordinates: Coordinates { in_mm, axes } })
 }
@@ -72,16 +72,16 @@ fn accept<T>(doc: &mut Walked, path: &str, allowed: Phrase, read: Result<T, Phra
     read.map_err(|why| doc.refuse(&format!("{path}.file"), why, allowed)).ok()
 }
 
-impl Shelf<'_> {
+impl MeshShelf<'_> {
     /// Finds a mesh, reads it and keeps its bytes.
     fn read<T>(
         &mut self,
         Named { file, .. }: &Named,
-        read: impl FnOnce((&str, &[u8])) -> Result<T, Phrase>,
+        read: impl FnOnce(MeshFile<'_>) -> Result<T, Phrase>,
     ) -> Result<T, Phrase> {
         let named = |why: Phrase| phrase!("{file}: {why}", file = Phrase::quoted(file), why = why);
         let bytes = (self.find)(file).map_err(named)?;
-        let shape = read((file, &bytes)).map_err(named)?;
+        let shape = read(MeshFile { name: file, bytes: &bytes }).map_err(named)?;
         if !self.files.iter().any(|(name, _)| name == file) {
             self.files.push((file.clone(), bytes));
         }

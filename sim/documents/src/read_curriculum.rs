@@ -7,7 +7,6 @@ use serde_json::Value;
 use crate::curriculum::{Curriculum, CurriculumEntry, MasteryRule};
 use crate::describe::{CURRICULUM, one_of};
 use crate::error::DocumentError;
-use crate::load::ExerciseBundle;
 use crate::source::Source;
 use crate::walk::{NamedError, Walked};
 
@@ -18,7 +17,7 @@ struct RawCurriculum {
     title: String,
     description: String,
     mastery: RawMastery,
-    exercise: Vec<RawEntry>,
+    exercise: Vec<RawCurriculumEntry>,
 }
 
 #[derive(Default, Deserialize)]
@@ -38,36 +37,46 @@ struct RawMastery {
 const WITHIN: u32 = 50;
 
 #[derive(Deserialize)]
-struct RawEntry {
+struct RawCurriculumEntry {
     file: String,
     prerequisites: Vec<String>,
     survey: Option<String>,
+}
+
+/// An exercise that a curriculum names.
+pub(crate) struct NamedExercise<E> {
+    /// Its id.
+    pub id: String,
+    /// The exercise.
+    pub exercise: E,
 }
 
 /// Reads a curriculum; `read_exercise` turns each path it names into an exercise.
 ///
 /// # Errors
 /// Every issue found, in the curriculum, its exercises and their scenes.
-pub(crate) fn read_curriculum(
+pub(crate) fn read_curriculum<E>(
     source: Source,
-    read_exercise: impl Fn(&str) -> Result<ExerciseBundle, NamedError>,
-) -> Result<(Curriculum, Vec<ExerciseBundle>), DocumentError> {
+    read_exercise: impl Fn(&str) -> Result<NamedExercise<E>, NamedError>,
+) -> Result<(Curriculum, Vec<E>), DocumentError> {
     let sha256 = source.sha256.clone();
     let mut doc = Walked::new(source, &CURRICULUM)?;
     doc.refuse_duplicates("exercise", "file");
     check_mastery(&mut doc);
     let entries = doc.tables("exercise");
-    let mut bundles = Vec::new();
+    let mut named_exercises = Vec::new();
     for (at, entry) in entries.iter().enumerate() {
         let named = entry["file"].as_str().map(&read_exercise);
-        bundles.extend(named.and_then(|named| doc.accept(&format!("exercise[{at}].file"), named)));
+        named_exercises.extend(named.and_then(|named| doc.accept(&format!("exercise[{at}].file"), named)));
     }
-    if bundles.len() == entries.len() {
-        let ids: Vec<&str> = bundles.iter().map(|b| b.exercise.id.as_str()).collect();
+    if named_exercises.len() == entries.len() {
+        let ids: Vec<&str> = named_exercises.iter().map(|named| named.id.as_str()).collect();
         check_order(&mut doc, &entries, &ids);
     }
     let raw = doc.finish()?;
-    Ok((curriculum(raw, &bundles, sha256), bundles))
+    let ids: Vec<String> = named_exercises.iter().map(|named| named.id.clone()).collect();
+    let exercises = named_exercises.into_iter().map(|named| named.exercise).collect();
+    Ok((curriculum(raw, ids, sha256), exercises))
 }
 
 /// Unique ids, prerequisites that exist, and none that needs itself.
@@ -152,10 +161,10 @@ fn check_mastery(doc: &mut Walked) {
     }
 }
 
-fn curriculum(raw: RawCurriculum, bundles: &[ExerciseBundle], sha256: String) -> Curriculum {
-    let entry = |(entry, bundle): (RawEntry, &ExerciseBundle)| CurriculumEntry {
+fn curriculum(raw: RawCurriculum, ids: Vec<String>, sha256: String) -> Curriculum {
+    let entry = |(entry, exercise): (RawCurriculumEntry, String)| CurriculumEntry {
         file: entry.file,
-        exercise: bundle.exercise.id.clone(),
+        exercise,
         prerequisites: entry.prerequisites,
         survey: entry.survey,
     };
@@ -165,7 +174,7 @@ fn curriculum(raw: RawCurriculum, bundles: &[ExerciseBundle], sha256: String) ->
         id: raw.id,
         title: raw.title,
         description: raw.description.trim().to_owned(),
-        entries: raw.exercise.into_iter().zip(bundles).map(entry).collect(),
+        entries: raw.exercise.into_iter().zip(ids).map(entry).collect(),
         mastery: match rule.as_str() {
             "passes" => MasteryRule::Passes { passes, of },
             _ => MasteryRule::Cusum { within, p0, p1, alpha, beta },

@@ -176,7 +176,7 @@ fn check_items(doc: &mut Walked) {
             }
             (None, _) => {}
         }
-        check_pair(doc, &path, item, (&items, &scales));
+        check_pair(doc, &path, item, &items, &scales);
         check_condition(doc, &format!("{path}.when"), &item["when"], position_of(&sections, &item["section"]));
     }
     for (at, section) in sections.iter().enumerate() {
@@ -199,7 +199,7 @@ fn scale_of<'v>(item: &Value, scales: &'v [Value]) -> Option<&'v Value> {
     scales.iter().find(|scale| scale["id"] == item["scale"])
 }
 
-fn check_pair(doc: &mut Walked, path: &str, item: &Value, (items, scales): (&[Value], &[Value])) {
+fn check_pair(doc: &mut Walked, path: &str, item: &Value, items: &[Value], scales: &[Value]) {
     let is_pair = scale_of(item, scales).is_some_and(|scale| scale["kind"] == "pair");
     let pair = texts(item, "pair");
     let field = format!("{path}.pair");

@@ -1,5 +1,6 @@
 //! Reads a scene: what relates its fields and meshes to each other, then the typed document.
 
+use crate::source::{Files, Find};
 use law::axial::{ForceLaw, RateDependence};
 use law::structures::{Shape, StructureKind, StructureSpec, Wall};
 use nalgebra::{Point3, Vector3};
@@ -12,12 +13,6 @@ use crate::model::{Needle, Scene, SceneLayer, SceneStructure, TissueOptions};
 use crate::read_anatomy::read_anatomy;
 use crate::source::Source;
 use crate::walk::Walked;
-
-/// Finds the bytes of a file that a document names, or says why not.
-pub(crate) type Find<'f> = &'f dyn Fn(&str) -> Result<Vec<u8>, Phrase>;
-
-/// The files that a document named, with their bytes.
-pub(crate) type Files = Vec<(String, Vec<u8>)>;
 
 /// A scene as its keys stand in TOML.
 #[derive(Deserialize)]

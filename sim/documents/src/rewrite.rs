@@ -26,12 +26,7 @@ struct Edit {
 ///
 /// # Errors
 /// Text that is not TOML.
-pub fn rewrite(
-    text: &str,
-    (scene, spec): (&Scene, &AxialSpec),
-    id: &str,
-    source: &str,
-) -> Result<String, DocumentError> {
+pub fn rewrite(text: &str, scene: &Scene, spec: &AxialSpec, id: &str, source: &str) -> Result<String, DocumentError> {
     let parsed = Source::new("scene", text.as_bytes())?;
     let document = walk::parse(&parsed)?;
     let has_rim = scene.needle.tip_to_rim_mm > 0.0;

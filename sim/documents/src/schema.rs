@@ -2,7 +2,9 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::describe::{CURRICULUM, EXERCISE, Field, INSTRUMENT, Kind, Presence, SCENE, Table, Text};
+use crate::describe::{
+    CURRICULUM, DescribedField, DescribedTable, EXERCISE, FieldKind, INSTRUMENT, Presence, SCENE, Text,
+};
 use crate::load::DocumentKind;
 
 /// The schema of a kind of document.
@@ -23,7 +25,7 @@ pub fn schema(kind: DocumentKind) -> Value {
     schema
 }
 
-fn table(table: &Table) -> Value {
+fn table(table: &DescribedTable) -> Value {
     let required: Vec<_> =
         table.fields.iter().filter(|f| matches!(f.presence, Presence::Required)).map(|f| f.key).collect();
     let properties: Map<_, _> = table.fields.iter().map(|f| (f.key.to_owned(), field(f))).collect();
@@ -36,14 +38,14 @@ fn table(table: &Table) -> Value {
     })
 }
 
-fn field(field: &Field) -> Value {
+fn field(field: &DescribedField) -> Value {
     let mut schema = kind(&field.kind);
     schema["description"] = match field.unit() {
         "" => json!(format!("{}.", field.doc)),
         unit => json!(format!("{}; in {unit}.", field.doc)),
     };
     match field.presence {
-        Presence::Number(n) if matches!(field.kind, Kind::Integer { .. }) => schema["default"] = json!(n as i64),
+        Presence::Number(n) if matches!(field.kind, FieldKind::Integer { .. }) => schema["default"] = json!(n as i64),
         Presence::Number(n) => schema["default"] = json!(n),
         Presence::Text(t) => schema["default"] = json!(t),
         Presence::Flag(f) => schema["default"] = json!(f),
@@ -52,19 +54,19 @@ fn field(field: &Field) -> Value {
     schema
 }
 
-fn kind(kind: &Kind) -> Value {
+fn kind(kind: &FieldKind) -> Value {
     match kind {
-        Kind::Number { min, max, .. } => range(*min, *max),
-        Kind::Integer { min, max } => json!({"type": "integer", "minimum": min, "maximum": max}),
-        Kind::Flag => json!({"type": "boolean"}),
-        Kind::Text(form) => text(form),
-        Kind::Choice(words) => json!({"enum": words}),
-        Kind::Vector { len, min, max, .. } => {
+        FieldKind::Number { min, max, .. } => range(*min, *max),
+        FieldKind::Integer { min, max } => json!({"type": "integer", "minimum": min, "maximum": max}),
+        FieldKind::Flag => json!({"type": "boolean"}),
+        FieldKind::Text(form) => text(form),
+        FieldKind::Choice(words) => json!({"enum": words}),
+        FieldKind::Vector { len, min, max, .. } => {
             json!({"type": "array", "items": range(*min, *max), "minItems": len, "maxItems": len})
         }
-        Kind::Texts(form) => json!({"type": "array", "items": text(form)}),
-        Kind::Table(inner) => table(inner),
-        Kind::Tables { table: inner, min, max } => {
+        FieldKind::Texts(form) => json!({"type": "array", "items": text(form)}),
+        FieldKind::Table(inner) => table(inner),
+        FieldKind::Tables { table: inner, min, max } => {
             json!({"type": "array", "items": table(inner), "minItems": min, "maxItems": max})
         }
     }

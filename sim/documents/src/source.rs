@@ -49,7 +49,7 @@ impl Source {
 
     /// An issue at a byte offset.
     pub(crate) fn issue(&self, offset: usize, field: &str, found: Phrase, allowed: Phrase) -> Issue {
-        let (line, column) = position(&self.text, offset);
+        let (line, column) = find_position(&self.text, offset);
         Issue { file: self.file.clone(), line, column, field: field.to_owned(), found, allowed }
     }
 
@@ -63,24 +63,30 @@ impl Source {
 }
 
 /// Line and column of a byte offset, both from 1, the column in characters.
-pub(crate) fn position(text: &str, offset: usize) -> (usize, usize) {
+pub(crate) fn find_position(text: &str, offset: usize) -> (usize, usize) {
     let before = text.get(..offset).unwrap_or(text);
     let start = before.rfind('\n').map_or(0, |at| at + 1);
     (1 + before.matches('\n').count(), 1 + before[start..].chars().count())
 }
 
+/// Finds the bytes of a file that a document names, or says why not.
+pub(crate) type Find<'f> = &'f dyn Fn(&str) -> Result<Vec<u8>, Phrase>;
+
+/// The files that a document named, with their bytes.
+pub(crate) type Files = Vec<(String, Vec<u8>)>;
+
 #[cfg(test)]
 mod tests {
     //! Would fail if columns counted bytes, or lines were off by one.
 
-    use super::position;
+    use super::find_position;
 
     #[test]
     fn positions_count_from_one_in_characters() {
         let text = "a = 1\nµm = 2\n";
-        assert_eq!(position(text, 0), (1, 1));
-        assert_eq!(position(text, 6), (2, 1));
-        assert_eq!(position(text, text.find('2').unwrap()), (2, 6));
-        assert_eq!(position(text, 999), (3, 1));
+        assert_eq!(find_position(text, 0), (1, 1));
+        assert_eq!(find_position(text, 6), (2, 1));
+        assert_eq!(find_position(text, text.find('2').unwrap()), (2, 6));
+        assert_eq!(find_position(text, 999), (3, 1));
     }
 }

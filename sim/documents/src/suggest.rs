@@ -1,10 +1,10 @@
 //! The known key nearest to an unknown one, so that a slip of a unit or a letter is answered with the right key.
 
-use crate::describe::{Field, Table};
+use crate::describe::{DescribedField, DescribedTable};
 
 /// The field whose key is nearest to `key`: close in spelling, or with the same first word (`thickness_m`).
-pub(crate) fn nearest<'t>(key: &str, table: &'t Table) -> Option<&'t Field> {
-    let distance = |f: &&Field| (first_word(f.key) != first_word(key), edit_distance(f.key, key));
+pub(crate) fn find_nearest_key<'t>(key: &str, table: &'t DescribedTable) -> Option<&'t DescribedField> {
+    let distance = |f: &&DescribedField| (first_word(f.key) != first_word(key), edit_distance(f.key, key));
     let field = table.fields.iter().min_by_key(distance)?;
     let (other_word, edits) = distance(&field);
     (!other_word || edits <= 1 + key.len() / 4).then_some(field)
@@ -34,12 +34,12 @@ fn edit_distance(a: &str, b: &str) -> usize {
 mod tests {
     //! Would fail if a wrong unit led to another quantity's key, or a stranger to any key at all.
 
-    use super::{edit_distance, nearest};
-    use crate::describe::{Kind, SCENE, Table};
+    use super::{edit_distance, find_nearest_key};
+    use crate::describe::{DescribedTable, FieldKind, SCENE};
 
-    fn layer() -> &'static Table {
+    fn layer() -> &'static DescribedTable {
         match SCENE.fields.iter().find(|f| f.key == "layer").map(|f| f.kind) {
-            Some(Kind::Tables { table, .. }) => table,
+            Some(FieldKind::Tables { table, .. }) => table,
             _ => panic!("a scene has layers"),
         }
     }
@@ -56,13 +56,13 @@ mod tests {
             ("tip_ruptur_n", "tip_rupture_n"),
             ("nmae", "name"),
         ] {
-            assert_eq!(nearest(wrong, layer()).map(|f| f.key), Some(right), "{wrong}");
+            assert_eq!(find_nearest_key(wrong, layer()).map(|f| f.key), Some(right), "{wrong}");
         }
     }
 
     #[test]
     fn a_stranger_gets_no_suggestion() {
-        assert!(nearest("viscosity_model", layer()).is_none());
+        assert!(find_nearest_key("viscosity_model", layer()).is_none());
     }
 
     #[test]

@@ -11,10 +11,10 @@ use serde_json::{Map, Value};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::describe::{Field, Kind, Presence, Table, measure, one_of};
+use crate::describe::{DescribedField, DescribedTable, FieldKind, Presence, measure, one_of};
 use crate::error::{DocumentError, Issue};
 use crate::source::Source;
-use crate::suggest::nearest;
+use crate::suggest::find_nearest_key;
 
 /// A document that was walked: its values, where they stand, and what is wrong so far.
 #[derive(Debug)]
@@ -54,7 +54,7 @@ impl Walked {
     ///
     /// # Errors
     /// Text that is not TOML. What the description refuses is kept for [`Walked::finish`].
-    pub(crate) fn new(source: Source, description: &'static Table) -> Result<Self, DocumentError> {
+    pub(crate) fn new(source: Source, description: &'static DescribedTable) -> Result<Self, DocumentError> {
         let (value, walker) = {
             let table = parse(&source)?;
             let mut walker = Walker { source: &source, places: BTreeMap::new(), issues: Vec::new() };
@@ -147,7 +147,7 @@ struct Walker<'s> {
 }
 
 impl Walker<'_> {
-    fn table(&mut self, table: &'static Table, found: &DeTable<'_>, path: &str, offset: usize) -> Value {
+    fn table(&mut self, table: &'static DescribedTable, found: &DeTable<'_>, path: &str, offset: usize) -> Value {
         for key in found.keys() {
             if !table.fields.iter().any(|f| f.key == key.get_ref().as_ref()) {
                 let issue = self.source.issue(
@@ -176,7 +176,7 @@ impl Walker<'_> {
         Value::Object(checked)
     }
 
-    fn absent(&mut self, field: &Field, path: &str, offset: usize) -> Option<Value> {
+    fn absent(&mut self, field: &DescribedField, path: &str, offset: usize) -> Option<Value> {
         match field.presence {
             Presence::Required => {
                 self.issues.push(self.source.issue(offset, path, phrase!("missing"), field.kind.allowed()));
@@ -187,29 +187,31 @@ impl Walker<'_> {
             Presence::Text(text) => Some(text.into()),
             Presence::Flag(flag) => Some(flag.into()),
             Presence::Empty => Some(match field.kind {
-                Kind::Table(table) => self.table(table, &DeTable::new(), path, offset),
+                FieldKind::Table(table) => self.table(table, &DeTable::new(), path, offset),
                 _ => Value::Array(Vec::new()),
             }),
         }
     }
 
-    fn value(&mut self, field: &Field, value: &Spanned<DeValue<'_>>, path: &str) -> Option<Value> {
+    fn value(&mut self, field: &DescribedField, value: &Spanned<DeValue<'_>>, path: &str) -> Option<Value> {
         let checked = match (&field.kind, value.get_ref()) {
-            (Kind::Number { min, max, .. }, found) => number(found, *min, *max),
-            (Kind::Integer { min, max }, DeValue::Integer(i)) => {
+            (FieldKind::Number { min, max, .. }, found) => number(found, *min, *max),
+            (FieldKind::Integer { min, max }, DeValue::Integer(i)) => {
                 parse_integer(i.as_str(), i.radix()).filter(|i| (min..=max).contains(&i)).map(Value::from)
             }
-            (Kind::Flag, DeValue::Boolean(flag)) => Some(Value::from(*flag)),
-            (Kind::Text(text), DeValue::String(s)) => text.admits(s).then(|| s.as_ref().into()),
-            (Kind::Choice(words), DeValue::String(s)) => words.contains(&s.as_ref()).then(|| s.as_ref().into()),
-            (Kind::Table(table), DeValue::Table(t)) => return Some(self.table(table, t, path, value.span().start)),
-            (Kind::Tables { table, min, max }, DeValue::Array(a)) if (min..=max).contains(&&a.len()) => {
+            (FieldKind::Flag, DeValue::Boolean(flag)) => Some(Value::from(*flag)),
+            (FieldKind::Text(text), DeValue::String(s)) => text.admits(s).then(|| s.as_ref().into()),
+            (FieldKind::Choice(words), DeValue::String(s)) => words.contains(&s.as_ref()).then(|| s.as_ref().into()),
+            (FieldKind::Table(table), DeValue::Table(t)) => {
+                return Some(self.table(table, t, path, value.span().start));
+            }
+            (FieldKind::Tables { table, min, max }, DeValue::Array(a)) if (min..=max).contains(&&a.len()) => {
                 return self.tables(table, a.iter(), path);
             }
-            (Kind::Vector { len, min, max, .. }, DeValue::Array(a)) if a.len() == *len => {
+            (FieldKind::Vector { len, min, max, .. }, DeValue::Array(a)) if a.len() == *len => {
                 a.iter().map(|e| number(e.get_ref(), *min, *max)).collect::<Option<Vec<_>>>().map(Value::Array)
             }
-            (Kind::Texts(text), DeValue::Array(a)) => a
+            (FieldKind::Texts(text), DeValue::Array(a)) => a
                 .iter()
                 .map(|e| e.get_ref().as_str().filter(|s| text.admits(s)).map(Value::from))
                 .collect::<Option<Vec<_>>>()
@@ -224,7 +226,7 @@ impl Walker<'_> {
 
     fn tables<'t, 'i: 't>(
         &mut self,
-        table: &'static Table,
+        table: &'static DescribedTable,
         found: impl Iterator<Item = &'t Spanned<DeValue<'i>>>,
         path: &str,
     ) -> Option<Value> {
@@ -245,9 +247,9 @@ impl Walker<'_> {
         Some(Value::Array(checked))
     }
 
-    fn refuse_value(&mut self, field: &Field, value: &Spanned<DeValue<'_>>, path: &str) {
+    fn refuse_value(&mut self, field: &DescribedField, value: &Spanned<DeValue<'_>>, path: &str) {
         let found = match value.get_ref() {
-            DeValue::Array(a) if matches!(field.kind, Kind::Tables { .. }) => {
+            DeValue::Array(a) if matches!(field.kind, FieldKind::Tables { .. }) => {
                 phrase!("{count} tables", count = a.len())
             }
             _ => Phrase::Data(measure(self.source.excerpt(value.span()), field.unit())),
@@ -257,8 +259,8 @@ impl Walker<'_> {
 }
 
 /// What to say of an unknown key.
-fn suggestion(key: &str, table: &Table) -> Phrase {
-    match nearest(key, table) {
+fn suggestion(key: &str, table: &DescribedTable) -> Phrase {
+    match find_nearest_key(key, table) {
         Some(field) if !field.unit().is_empty() => {
             phrase!("did you mean `{key}`? the unit is in the key", key = field.key)
         }
@@ -270,10 +272,10 @@ fn suggestion(key: &str, table: &Table) -> Phrase {
     }
 }
 
-fn default_number(field: &Field, number: f64) -> Option<Value> {
+fn default_number(field: &DescribedField, number: f64) -> Option<Value> {
     match field.kind {
         // A default is a small whole number here, so the cast is exact.
-        Kind::Integer { .. } => Some(Value::from(number as i64)),
+        FieldKind::Integer { .. } => Some(Value::from(number as i64)),
         _ => serde_json::Number::from_f64(number).map(Value::Number),
     }
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::safety::clamp;
+use crate::clamp;
 
 /// What a device is and can do.
 #[derive(Clone, Debug, PartialEq)]

@@ -34,7 +34,7 @@
 //! // Wherever the handle is first read, the needle is 20 mm above the planned entry.
 //! let home = Home::above(Point3::origin(), -Vector3::z_axis(), 0.02);
 //! let mapping = Mapping::at_home(home, Pointing::Planned);
-//! let setup = Setup::new(params, mapping, driven.info(), (0.015, rate_hz));
+//! let setup = Setup::new(params, mapping, driven.info(), 0.015, rate_hz);
 //! println!("{}", setup.scaling);
 //!
 //! let mut started = servo::start(setup, driven)?;
@@ -55,6 +55,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod clamp;
 mod clock;
 pub mod device;
 pub mod devices;

@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use bench::scenes::training;
+use bench::scenes::training_axial_spec;
 use criterion::{Criterion, criterion_group, criterion_main};
 use law::axial::{AxialInput, AxialParams, AxialScratch, AxialState, step};
 use law::operator::needle_pose;
@@ -17,7 +17,7 @@ fn displacement_m(tick: u32) -> f64 {
 }
 
 fn force(criterion: &mut Criterion) {
-    let Ok(params) = AxialParams::new(training()) else { return };
+    let Ok(params) = AxialParams::new(training_axial_spec()) else { return };
     let mut scratch = AxialScratch::new(&params);
     let mut state = AxialState::new(&params);
     let mut tick = 0;
@@ -36,7 +36,7 @@ fn force(criterion: &mut Criterion) {
 /// What a needle that bends adds to a step of the puncture.
 fn puncture(criterion: &mut Criterion) {
     let plain = || PunctureSpec {
-        axial: training(),
+        axial: training_axial_spec(),
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.15,
         needle_bending_n_m2: None,

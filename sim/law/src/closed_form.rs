@@ -30,7 +30,7 @@ pub fn ruptures(spec: &AxialSpec) -> Vec<PredictedRupture> {
     let mut boundaries_m = Vec::with_capacity(spec.layers.len() + 1);
     lay_boundaries(&spec.layers, 1.0, &mut boundaries_m);
     let path = Path::new(spec, &boundaries_m, 1.0);
-    let events = positions(spec, &boundaries_m);
+    let events = predict_positions(spec, &boundaries_m);
     let mut open = Open { tip: 0, rim: 0 };
     let mut predicted = Vec::with_capacity(events.len());
     for cascade in events.chunk_by(|a, b| a.x_m.total_cmp(&b.x_m).is_eq()) {
@@ -47,23 +47,23 @@ pub fn ruptures(spec: &AxialSpec) -> Vec<PredictedRupture> {
 }
 
 /// Where a contactor opens a boundary.
-pub(crate) struct Event {
+pub(crate) struct Opening {
     pub x_m: f64,
     pub contactor: Contactor,
     boundary: usize,
 }
 
 /// Every rupture with its position, sorted by position; at one position tips come before rims, each in boundary order.
-pub(crate) fn positions(spec: &AxialSpec, boundaries_m: &[f64]) -> Vec<Event> {
+pub(crate) fn predict_positions(spec: &AxialSpec, boundaries_m: &[f64]) -> Vec<Opening> {
     let lag_m = spec.tip_to_rim_m;
     let (mut tip_m, mut rim_m) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     let (mut tips, mut rims) = (Vec::new(), Vec::new());
     for (boundary, (layer, depth_m)) in spec.layers.iter().zip(boundaries_m).enumerate() {
         tip_m = tip_m.max(depth_m + reach_m(layer, layer.tip_rupture_n));
-        tips.push(Event { x_m: tip_m, contactor: Contactor::Tip, boundary });
+        tips.push(Opening { x_m: tip_m, contactor: Contactor::Tip, boundary });
         if lag_m > 0.0 {
             rim_m = rim_m.max(tip_m).max(depth_m + lag_m + reach_m(layer, layer.rim_rupture_n));
-            rims.push(Event { x_m: rim_m, contactor: Contactor::Rim, boundary });
+            rims.push(Opening { x_m: rim_m, contactor: Contactor::Rim, boundary });
         }
     }
     tips.append(&mut rims);
@@ -76,7 +76,7 @@ fn reach_m(layer: &Layer, threshold_n: f64) -> f64 {
     threshold_n / layer.stiffness_n_per_m
 }
 
-fn predict(path: &Path<'_>, event: &Event, before: Open, after: Open) -> PredictedRupture {
+fn predict(path: &Path<'_>, event: &Opening, before: Open, after: Open) -> PredictedRupture {
     let x_m = event.x_m;
     let force_n = |open: Open| path.tip(open, x_m).force_n + path.rim(open, x_m).force_n;
     PredictedRupture {

@@ -5,7 +5,7 @@
 //! exact at any spacing of the samples; [`crate::axial::step`] on ever shorter ticks tends to it, which a test shows.
 
 use crate::axial::{AxialSpec, Contactor, Open, Path, lay_boundaries};
-use crate::closed_form::{Event, positions};
+use crate::closed_form::{Opening, predict_positions};
 
 /// A needle on its way along a curve.
 struct Walk<'p> {
@@ -23,7 +23,7 @@ struct Walk<'p> {
 pub fn quasistatic_forces_n(spec: &AxialSpec, track_m: &[f64]) -> Vec<f64> {
     let mut boundaries_m = Vec::with_capacity(spec.layers.len() + 1);
     lay_boundaries(&spec.layers, 1.0, &mut boundaries_m);
-    let events = positions(spec, &boundaries_m);
+    let events = predict_positions(spec, &boundaries_m);
     let mut ahead = events.iter().peekable();
     let mut walk = Walk {
         path: Path::new(spec, &boundaries_m, 1.0),
@@ -45,7 +45,7 @@ pub fn quasistatic_forces_n(spec: &AxialSpec, track_m: &[f64]) -> Vec<f64> {
 
 impl Walk<'_> {
     /// Goes to where a boundary gives way, and opens it.
-    fn pass(&mut self, event: &Event) {
+    fn pass(&mut self, event: &Opening) {
         if event.x_m > self.x_m {
             self.go(event.x_m);
         }

@@ -88,7 +88,7 @@ fn front(ahead_m: f64, opened: bool, pressed: Option<Pressed>) -> [f64; 2] {
 /// Brings the dents of all boundaries, in m along the needle and positive into the body, to where the needle is: what tip and rim press on
 /// ends at them, what they are through lies behind them, what they have not met lies before them, and no boundary passes another. Without a
 /// needle in the tissue only the order is kept. `rest_m` is as in [`Intrusion::pressed`]. Never allocates; what is no number becomes 0.
-pub fn settle(needle: Option<&Intrusion>, rest_m: &[f64], dents_m: &mut [f64]) {
+pub fn settle_dents(needle: Option<&Intrusion>, rest_m: &[f64], dents_m: &mut [f64]) {
     for dent_m in dents_m.iter_mut().filter(|dent_m| !dent_m.is_finite()) {
         *dent_m = 0.0;
     }
@@ -127,7 +127,7 @@ mod tests {
 
     fn settled(needle: &Intrusion, dents_mm: [f64; 4]) -> [f64; 4] {
         let mut dents_m = dents_mm.map(|mm| mm * 1e-3);
-        settle(Some(needle), &REST_M, &mut dents_m);
+        settle_dents(Some(needle), &REST_M, &mut dents_m);
         dents_m.map(|m| (m * 1e6).round() / 1e3)
     }
 
@@ -160,7 +160,7 @@ mod tests {
             let (tip_open, rim_open) = (opened.0, opened.0.min(opened.1));
             let needle = Intrusion { tip_m: tip_mm * 1e-3, tip_to_rim_m, tip_open, rim_open };
             let mut dents_m = dents_mm.map(|mm| mm * 1e-3);
-            settle(Some(&needle), &REST_M, &mut dents_m);
+            settle_dents(Some(&needle), &REST_M, &mut dents_m);
             let stand: Vec<f64> = REST_M.iter().zip(dents_m).map(|(rest_m, dent_m)| rest_m + dent_m).collect();
             prop_assert!(stand.windows(2).all(|pair| pair[1] >= pair[0] - 1e-12), "{stand:?}");
             for (boundary, at_m) in stand.iter().enumerate() {
@@ -181,7 +181,7 @@ mod tests {
         ) {
             let at = |tip_mm: f64| {
                 let mut dents_m = dents_mm.map(|mm| mm * 1e-3);
-                settle(Some(&trocar(tip_mm, opened.0, opened.0.min(opened.1))), &REST_M, &mut dents_m);
+                settle_dents(Some(&trocar(tip_mm, opened.0, opened.0.min(opened.1))), &REST_M, &mut dents_m);
                 dents_m
             };
             for (here, there) in at(tip_mm).iter().zip(at(tip_mm + 0.01)) {
@@ -193,9 +193,9 @@ mod tests {
     #[test]
     fn numbers_that_are_none_are_contained() {
         let mut dents_m = [f64::NAN, f64::INFINITY, 0.001, -0.001];
-        settle(Some(&trocar(f64::NAN, 0, 0)), &REST_M, &mut dents_m);
+        settle_dents(Some(&trocar(f64::NAN, 0, 0)), &REST_M, &mut dents_m);
         assert_eq!(dents_m, [0.0, 0.0, 0.001, 0.001]);
-        settle(Some(&trocar(3.0, 9, 9)), &REST_M[..2], &mut dents_m);
+        settle_dents(Some(&trocar(3.0, 9, 9)), &REST_M[..2], &mut dents_m);
         assert!(dents_m.iter().all(|dent_m| dent_m.is_finite()));
     }
 }

@@ -5,16 +5,17 @@ use std::io::Write;
 use mcap::records::op;
 use prost::Message;
 
+use crate::error::ReadError;
 use crate::event::{Event, EventKind};
 use crate::rate::nanoseconds;
-use crate::read::{ReadError, Recording};
-use crate::recover::{Copy, find};
+use crate::read::Recording;
+use crate::recover::{Copy, find_records};
 use crate::wire::EventMessage;
 use crate::write::start_ns;
 
 /// Something that was said about a moment.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Remark {
+pub struct Annotation {
     /// The moment since the start, in s.
     pub t_s: f64,
     /// What was said, by whom: a role or a pseudonym, never a name.
@@ -26,10 +27,10 @@ pub struct Remark {
 ///
 /// # Errors
 /// When it is no recording, or the disk refuses.
-pub fn annotate<W: Write>(bytes: &[u8], sink: W, remarks: &[Remark]) -> Result<W, ReadError> {
+pub fn annotate<W: Write>(bytes: &[u8], sink: W, remarks: &[Annotation]) -> Result<W, ReadError> {
     let recording = Recording::read(bytes)?;
     let start_ns = start_ns(&recording.session).map_err(|error| ReadError::missing("started_at", error))?;
-    let found = find(bytes)?;
+    let found = find_records(bytes)?;
     let mut copy = Copy::new(sink)?;
     copy.remarks = remarks
         .iter()
@@ -47,7 +48,7 @@ pub fn annotate<W: Write>(bytes: &[u8], sink: W, remarks: &[Remark]) -> Result<W
 }
 
 /// The event, where the needle was at that moment.
-fn event(recording: &Recording, remark: &Remark) -> Event {
+fn event(recording: &Recording, remark: &Annotation) -> Event {
     let before = recording.samples.partition_point(|sample| sample.t_s <= remark.t_s).saturating_sub(1);
     let sample = recording.samples.get(before).copied().unwrap_or_default();
     Event {

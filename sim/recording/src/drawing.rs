@@ -44,7 +44,7 @@ pub struct SceneDrawing {
 impl SceneDrawing {
     /// What there is to draw of a puncture with a needle of a radius, in m.
     #[must_use]
-    pub fn of(spec: &PunctureSpec, needle_radius_m: f64) -> Self {
+    pub fn from_spec(spec: &PunctureSpec, needle_radius_m: f64) -> Self {
         let layers = spec.axial.layers.iter();
         Self {
             layers: layers.map(|layer| (layer.name.clone(), layer.thickness_m)).collect(),
@@ -56,7 +56,7 @@ impl SceneDrawing {
 }
 
 /// A Unix time in ns as viewers want it; the last one they can hold where it is later.
-pub(crate) fn timestamp(unix_ns: u64) -> Timestamp {
+pub(crate) fn stamp_time(unix_ns: u64) -> Timestamp {
     let sec = u32::try_from(unix_ns / NS_PER_S).ok();
     let nsec = u32::try_from(unix_ns % NS_PER_S).unwrap_or_default();
     sec.and_then(|sec| Timestamp::new_checked(sec, nsec)).unwrap_or(Timestamp::MAX)
@@ -80,9 +80,9 @@ fn rgba(r: f64, g: f64, b: f64, a: f64) -> Option<Color> {
 }
 
 /// The needle's pose.
-pub(crate) fn pose(sample: &Sample, unix_ns: u64) -> PoseInFrame {
+pub(crate) fn draw_pose(sample: &Sample, unix_ns: u64) -> PoseInFrame {
     PoseInFrame {
-        timestamp: Some(timestamp(unix_ns)),
+        timestamp: Some(stamp_time(unix_ns)),
         frame_id: PATIENT.to_owned(),
         pose: Some(Pose { position: vector(sample.position_m), orientation: quaternion(sample.orientation) }),
     }
@@ -91,7 +91,7 @@ pub(crate) fn pose(sample: &Sample, unix_ns: u64) -> PoseInFrame {
 fn transform(parent: &str, child: &str, pose: Option<Pose>, unix_ns: u64) -> FrameTransform {
     let Pose { position, orientation } = pose.unwrap_or_default();
     FrameTransform {
-        timestamp: Some(timestamp(unix_ns)),
+        timestamp: Some(stamp_time(unix_ns)),
         parent_frame_id: parent.to_owned(),
         child_frame_id: child.to_owned(),
         translation: position,
@@ -102,7 +102,7 @@ fn transform(parent: &str, child: &str, pose: Option<Pose>, unix_ns: u64) -> Fra
 /// Every frame there is: the patient at the world's origin, the needle in the patient.
 ///
 /// A viewer that jumps back forgets the frames and reads the last message of a topic, so each message holds them all.
-pub(crate) fn transforms(sample: &Sample, unix_ns: u64) -> FrameTransforms {
+pub(crate) fn draw_transforms(sample: &Sample, unix_ns: u64) -> FrameTransforms {
     let pose = Pose { position: vector(sample.position_m), orientation: quaternion(sample.orientation) };
     let patient = transform(WORLD, PATIENT, at([0.0; 3]), unix_ns);
     FrameTransforms { transforms: vec![patient, transform(PATIENT, NEEDLE, Some(pose), unix_ns)] }
@@ -124,7 +124,7 @@ pub(crate) fn log_line(event: &Event, unix_ns: u64) -> Log {
         message += &format!(": {}", event.text);
     }
     Log {
-        timestamp: Some(timestamp(unix_ns)),
+        timestamp: Some(stamp_time(unix_ns)),
         level: level.into(),
         message,
         name: "stylet".to_owned(),
@@ -133,12 +133,12 @@ pub(crate) fn log_line(event: &Event, unix_ns: u64) -> Log {
 }
 
 /// The scene at a time: layers as translucent slabs, structures, and the needle in its own frame.
-pub(crate) fn scene(drawing: &SceneDrawing, unix_ns: u64) -> SceneUpdate {
+pub(crate) fn draw_scene(drawing: &SceneDrawing, unix_ns: u64) -> SceneUpdate {
     let mut entities = vec![needle(drawing)];
     entities.extend(layers(drawing));
     entities.extend(drawing.structures.iter().enumerate().map(|(i, s)| structure(i, s)));
     for entity in &mut entities {
-        entity.timestamp = Some(timestamp(unix_ns));
+        entity.timestamp = Some(stamp_time(unix_ns));
         entity.frame_locked = true;
     }
     SceneUpdate { deletions: Vec::new(), entities }

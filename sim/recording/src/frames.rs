@@ -7,8 +7,8 @@ use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError};
 
-use crate::read::ReadError;
-use crate::write::MOST_RECORD_BYTES;
+use crate::error::ReadError;
+use crate::topics::MOST_RECORD_BYTES;
 
 /// Opcode and length before each record, in bytes.
 pub(crate) const PREFIX_BYTES: usize = 9;
@@ -16,20 +16,20 @@ pub(crate) const PREFIX_BYTES: usize = 9;
 const READ_BYTES: usize = 1 << 20;
 
 /// A record: where it begins in the file, what it is, and its bytes behind opcode and length.
-pub(crate) struct Frame<'a> {
+pub(crate) struct RecordFrame<'a> {
     pub(crate) offset: u64,
     pub(crate) opcode: u8,
     pub(crate) data: &'a [u8],
 }
 
-impl Frame<'_> {
+impl RecordFrame<'_> {
     pub(crate) fn damaged(&self, why: impl Display) -> ReadError {
         ReadError::damaged(self.offset, why)
     }
 }
 
 /// Where the walk through a file has come to.
-struct Walk {
+struct FileWalk {
     /// Bytes read.
     read: u64,
     /// Where the next record begins.
@@ -44,7 +44,7 @@ struct Walk {
 /// byte; `false` where it was cut, or is damaged behind its data.
 pub(crate) fn walk(
     mut source: impl Read,
-    mut visit: impl FnMut(Frame<'_>) -> Result<(), ReadError>,
+    mut visit: impl FnMut(RecordFrame<'_>) -> Result<(), ReadError>,
 ) -> Result<bool, ReadError> {
     let options = LinearReaderOptions::default()
         .with_emit_chunks(true)
@@ -53,7 +53,7 @@ pub(crate) fn walk(
         .with_check_finishes_after_end_magic(true)
         .with_record_length_limit(MOST_RECORD_BYTES);
     let mut reader = LinearReader::new_with_options(options);
-    let mut walk = Walk { read: 0, next: MAGIC.len() as u64, tail: [0; MAGIC.len()], data_ended: false };
+    let mut walk = FileWalk { read: 0, next: MAGIC.len() as u64, tail: [0; MAGIC.len()], data_ended: false };
     while let Some(event) = reader.next_event() {
         match event {
             Ok(LinearReadEvent::ReadRequest(wanted)) => {
@@ -68,7 +68,7 @@ pub(crate) fn walk(
                 let offset = std::mem::replace(&mut walk.next, walk.read);
                 walk.data_ended |= opcode == op::DATA_END;
                 if !walk.data_ended {
-                    visit(Frame { offset, opcode, data })?;
+                    visit(RecordFrame { offset, opcode, data })?;
                 }
             }
             Err(_) if walk.data_ended => return Ok(false),
@@ -78,7 +78,7 @@ pub(crate) fn walk(
     Ok(true)
 }
 
-impl Walk {
+impl FileWalk {
     fn fill(&mut self, source: &mut impl Read, buffer: &mut [u8]) -> Result<usize, ReadError> {
         let count = loop {
             match source.read(buffer) {
@@ -147,10 +147,10 @@ impl ChunkReader {
     /// Shows the records of a chunk to `visit`, after its checksum was found right. They have the chunk's place.
     pub(crate) fn walk(
         &mut self,
-        chunk: &Frame<'_>,
-        mut visit: impl FnMut(Frame<'_>) -> Result<(), ReadError>,
+        chunk: &RecordFrame<'_>,
+        mut visit: impl FnMut(RecordFrame<'_>) -> Result<(), ReadError>,
     ) -> Result<(), ReadError> {
-        let &Frame { offset, data, .. } = chunk;
+        let &RecordFrame { offset, data, .. } = chunk;
         check_chunk(data).map_err(|error| chunk.damaged(error))?;
         let buffer = self.reader.insert(PREFIX_BYTES + data.len());
         buffer[0] = op::CHUNK;
@@ -159,7 +159,7 @@ impl ChunkReader {
         self.reader.notify_read(PREFIX_BYTES + data.len());
         loop {
             let result = match self.reader.next_event() {
-                Some(Ok(LinearReadEvent::Record { opcode, data })) => visit(Frame { offset, opcode, data }),
+                Some(Ok(LinearReadEvent::Record { opcode, data })) => visit(RecordFrame { offset, opcode, data }),
                 // It wants the next record: this chunk has been shown to its end.
                 None | Some(Ok(LinearReadEvent::ReadRequest(_))) => return Ok(()),
                 Some(Err(error)) => Err(broken(offset, error)),

@@ -3,6 +3,7 @@
 pub mod annotate;
 pub mod budget;
 mod drawing;
+pub mod error;
 pub mod event;
 mod frames;
 mod metadata;
@@ -22,10 +23,11 @@ mod wire;
 pub mod write;
 
 pub use budget::Budget;
+pub use error::{ReadError, WriteError};
 pub use event::{Event, EventKind};
 pub use law::axial::Contactor;
-pub use motion::Motion;
-pub use read::{ReadError, Recording};
+pub use motion::MotionDigest;
+pub use read::Recording;
 pub use sample::{Energy, Sample};
 pub use session::{Attachment, Session};
 pub use signature::Signature;

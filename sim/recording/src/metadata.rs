@@ -10,9 +10,9 @@ use law::axial::ForceLaw;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
-use crate::read::ReadError;
+use crate::error::ReadError;
+use crate::error::WriteError;
 use crate::session::Session;
-use crate::write::WriteError;
 
 /// Name of the metadata record.
 pub(crate) const RECORD: &str = "stylet.session";
@@ -25,6 +25,24 @@ const LONGEST_NAME: usize = 256;
 const NAME: &str = "a text of at most 256 bytes in one line";
 /// Most layers of a patient.
 const MOST_LAYERS: usize = 256;
+
+impl Session {
+    /// As it stands in a recording.
+    ///
+    /// # Errors
+    /// When it holds what no recording may.
+    pub fn to_text(&self) -> Result<BTreeMap<String, String>, WriteError> {
+        to_text(self)
+    }
+
+    /// Out of what stands in a recording.
+    ///
+    /// # Errors
+    /// When something is missing or is not what is allowed; which, and what is.
+    pub fn from_text(text: &BTreeMap<String, String>) -> Result<Self, ReadError> {
+        from_text(text)
+    }
+}
 
 /// The session as text.
 pub(crate) fn to_text(session: &Session) -> Result<BTreeMap<String, String>, WriteError> {

@@ -6,12 +6,12 @@ use crate::sample::{Sample, flags};
 
 /// The hash of a motion while it is being made.
 #[derive(Clone, Debug, Default)]
-pub struct Motion(Sha256);
+pub struct MotionDigest(Sha256);
 
-impl Motion {
+impl MotionDigest {
     /// The motion of samples in order of time.
     #[must_use]
-    pub fn of(samples: &[Sample]) -> Self {
+    pub fn from_samples(samples: &[Sample]) -> Self {
         let mut motion = Self::default();
         samples.iter().for_each(|sample| motion.add(sample));
         motion
@@ -39,7 +39,7 @@ mod tests {
     #[test]
     fn a_motion_is_what_the_law_was_fed_and_nothing_else() {
         let sample = Sample { t_s: 0.001, orientation: [0.0, 0.0, 0.0, 1.0], ..Sample::default() };
-        let motion = |sample: Sample| Motion::of(&[Sample::default(), sample]).sha256();
+        let motion = |sample: Sample| MotionDigest::from_samples(&[Sample::default(), sample]).sha256();
         let whole = motion(sample);
         let answered = Sample { tip_n: 3.0, force_n: [1.0; 3], flags: flags::INSIDE, lateness_us: 9.0, ..sample };
         assert_eq!(motion(answered), whole);
@@ -51,6 +51,6 @@ mod tests {
         ] {
             assert_ne!(motion(moved), whole);
         }
-        assert_ne!(Motion::of(&[sample]).sha256(), whole, "a tick is missing");
+        assert_ne!(MotionDigest::from_samples(&[sample]).sha256(), whole, "a tick is missing");
     }
 }

@@ -1,7 +1,7 @@
 //! Reading a recording, whole or cut, in one pass and bounded memory.
 
+use crate::error::ReadError;
 use std::collections::BTreeMap;
-use std::fmt::Display;
 use std::io::{BufReader, Read};
 
 use mcap::records::{Channel, Record, SchemaHeader, op};
@@ -10,55 +10,15 @@ use sha2::{Digest, Sha256};
 
 use crate::budget::{Budget, Purse};
 use crate::event::Event;
-use crate::frames::{ChunkReader, Frame, PREFIX_BYTES, attachment, record, walk};
+use crate::frames::{ChunkReader, PREFIX_BYTES, RecordFrame, attachment, record, walk};
 use crate::metadata;
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, EXERCISE_ATTACHMENT, SCENE_ATTACHMENT, Session};
 use crate::signature::{self, Signature};
 use crate::tent::Tent;
+use crate::topics::PROFILE;
 use crate::topics::Topic;
 use crate::wire::{EnergyLedger, EventMessage, NeedleSample, TissueTent};
-use crate::write::PROFILE;
-
-/// Why a file is not a usable recording.
-#[derive(Debug, thiserror::Error)]
-pub enum ReadError {
-    /// Not an MCAP file, or nothing in it.
-    #[error("not a recording: {0}")]
-    NotARecording(String),
-    /// Metadata, an attachment or a topic is missing or malformed.
-    #[error("{what}: {why}")]
-    Missing {
-        /// What is missing.
-        what: String,
-        /// What was found.
-        why: String,
-    },
-    /// A record is damaged.
-    #[error("damaged at byte {offset}: {why}")]
-    Damaged {
-        /// Offset in the file.
-        offset: u64,
-        /// What is wrong.
-        why: String,
-    },
-    /// There was not enough memory to unpack it; nothing is said of the file.
-    #[error("not enough memory to unpack a chunk")]
-    OutOfMemory,
-    /// The disk said no.
-    #[error(transparent)]
-    Io(#[from] std::io::Error),
-}
-
-impl ReadError {
-    pub(crate) fn missing(what: impl Display, why: impl Display) -> Self {
-        Self::Missing { what: what.to_string(), why: why.to_string() }
-    }
-
-    pub(crate) fn damaged(offset: u64, why: impl Display) -> Self {
-        Self::Damaged { offset, why: why.to_string() }
-    }
-}
 
 /// A recording in memory.
 #[derive(Clone, Debug, PartialEq)]
@@ -219,7 +179,7 @@ impl Contents {
         }
     }
 
-    fn take(&mut self, frame: &Frame<'_>) -> Result<(), ReadError> {
+    fn take(&mut self, frame: &RecordFrame<'_>) -> Result<(), ReadError> {
         self.purse.unpack(PREFIX_BYTES + frame.data.len()).map_err(|why| frame.damaged(why))?;
         if frame.opcode == op::ATTACHMENT {
             let found = attachment(frame.data).map_err(|e| frame.damaged(e))?;
@@ -248,7 +208,7 @@ impl Contents {
         }
     }
 
-    fn take_attachment(&mut self, frame: &Frame<'_>, found: mcap::Attachment<'_>) -> Result<(), ReadError> {
+    fn take_attachment(&mut self, frame: &RecordFrame<'_>, found: mcap::Attachment<'_>) -> Result<(), ReadError> {
         once(self.attachments.iter().all(|a| a.name != found.name), &found.name)?;
         let mcap::Attachment { name, media_type, data, .. } = found;
         let found = Attachment { name, media_type, data: data.into_owned() };

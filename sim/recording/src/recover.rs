@@ -10,9 +10,10 @@ use mcap::records::{MessageHeader, Record, op};
 use mcap::write::{Metadata, NoSeek};
 use mcap::{MAGIC, McapError};
 
-use crate::frames::{ChunkReader, Frame, PREFIX_BYTES, attachment, chunk_header_bytes, record};
+use crate::error::ReadError;
+use crate::frames::{ChunkReader, PREFIX_BYTES, RecordFrame, attachment, chunk_header_bytes, record};
 use crate::metadata;
-use crate::read::{Contents, ReadError};
+use crate::read::Contents;
 use crate::topics::{Topic, declare};
 use crate::write;
 
@@ -39,7 +40,7 @@ pub fn recover<W: Read + Write + Seek>(mut source: impl Read, sink: W) -> Result
     // Held whole: finding the next good chunk means looking at every byte behind a bad one.
     let mut bytes = Vec::new();
     source.read_to_end(&mut bytes)?;
-    let found = find(&bytes)?;
+    let found = find_records(&bytes)?;
     let damage = found.damage(&bytes);
     let mut copy = Copy::new(sink)?;
     for frame in found.frames.iter().filter(|f| f.opcode != op::CHUNK) {
@@ -65,17 +66,17 @@ pub fn recover<W: Read + Write + Seek>(mut source: impl Read, sink: W) -> Result
 
 /// The good records of a file that are worth copying, and what lies between.
 #[derive(Default)]
-pub(crate) struct Found<'a> {
-    pub(crate) frames: Vec<Frame<'a>>,
+pub(crate) struct FoundRecords<'a> {
+    pub(crate) frames: Vec<RecordFrame<'a>>,
     /// First byte and length of each stretch that is no good record.
     gaps: Vec<(u64, u64)>,
 }
 
-pub(crate) fn find(bytes: &[u8]) -> Result<Found<'_>, ReadError> {
+pub(crate) fn find_records(bytes: &[u8]) -> Result<FoundRecords<'_>, ReadError> {
     if bytes.is_empty() {
         return Err(ReadError::NotARecording("the file is empty".to_owned()));
     }
-    let mut found = Found::default();
+    let mut found = FoundRecords::default();
     let (mut chunks, mut seen) = (ChunkReader::new(), BTreeSet::new());
     let mut at = if bytes.starts_with(MAGIC) { MAGIC.len() } else { 0 };
     while at < bytes.len() {
@@ -102,7 +103,7 @@ pub(crate) fn find(bytes: &[u8]) -> Result<Found<'_>, ReadError> {
 }
 
 /// The record that begins here, with its length, if there is a good one.
-fn good_record<'a>(bytes: &'a [u8], offset: u64, chunks: &mut ChunkReader) -> Option<(Frame<'a>, usize)> {
+fn good_record<'a>(bytes: &'a [u8], offset: u64, chunks: &mut ChunkReader) -> Option<(RecordFrame<'a>, usize)> {
     let (&opcode, rest) = bytes.split_first()?;
     let (length, rest) = rest.split_first_chunk::<8>()?;
     let data = usize::try_from(u64::from_le_bytes(*length)).ok().and_then(|length| rest.get(..length));
@@ -110,7 +111,7 @@ fn good_record<'a>(bytes: &'a [u8], offset: u64, chunks: &mut ChunkReader) -> Op
         // The header inside a chunk says how long it is, and its checksum that this is so.
         op::CHUNK => {
             let data = chunk_data(rest)?;
-            let frame = Frame { offset, opcode, data };
+            let frame = RecordFrame { offset, opcode, data };
             return chunks.walk(&frame, |_| Ok(())).is_ok().then_some((frame, PREFIX_BYTES + data.len()));
         }
         op::ATTACHMENT => attachment(data?).is_ok(),
@@ -122,7 +123,7 @@ fn good_record<'a>(bytes: &'a [u8], offset: u64, chunks: &mut ChunkReader) -> Op
         _ => false,
     };
     let data = data?;
-    good.then_some((Frame { offset, opcode, data }, PREFIX_BYTES + data.len()))
+    good.then_some((RecordFrame { offset, opcode, data }, PREFIX_BYTES + data.len()))
 }
 
 /// Whether the entries of a message index fill it exactly: channel, length of the entries, entries.
@@ -144,7 +145,7 @@ fn chunk_data(bytes: &[u8]) -> Option<&[u8]> {
     bytes.get(..header.len().checked_add(usize::try_from(size).ok()?)?)
 }
 
-impl Found<'_> {
+impl FoundRecords<'_> {
     fn skip(&mut self, at: u64) {
         match self.gaps.last_mut() {
             Some((start, length)) if *start + *length == at => *length += 1,
@@ -192,7 +193,7 @@ impl<W: Write> Copy<W> {
     }
 
     /// Copies metadata or an attachment.
-    pub(crate) fn document(&mut self, frame: &Frame<'_>) -> Result<(), ReadError> {
+    pub(crate) fn document(&mut self, frame: &RecordFrame<'_>) -> Result<(), ReadError> {
         if frame.opcode == op::ATTACHMENT {
             let attachment = attachment(frame.data).map_err(|e| frame.damaged(e))?;
             return self.out.attach(&attachment).map_err(disk);
@@ -209,7 +210,7 @@ impl<W: Write> Copy<W> {
     }
 
     /// Copies the messages of every chunk.
-    pub(crate) fn messages(&mut self, frames: &[Frame<'_>]) -> Result<(), ReadError> {
+    pub(crate) fn messages(&mut self, frames: &[RecordFrame<'_>]) -> Result<(), ReadError> {
         // Channels are declared once, in the first chunk. Where that is lost, their fixed order still tells them apart.
         for (channel, topic) in (1..).zip(Topic::ALL) {
             self.channels.insert(channel, declare(&mut self.out, topic).map_err(disk)?);
@@ -221,7 +222,7 @@ impl<W: Write> Copy<W> {
         Ok(())
     }
 
-    fn record(&mut self, frame: &Frame<'_>) -> Result<(), ReadError> {
+    fn record(&mut self, frame: &RecordFrame<'_>) -> Result<(), ReadError> {
         match record(frame.opcode, frame.data).map_err(|e| frame.damaged(e))? {
             Record::Schema { header, data } => {
                 self.schemas.insert(header.id, (header.name, header.encoding, data.into_owned()));

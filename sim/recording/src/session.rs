@@ -1,14 +1,8 @@
 //! Who, what and with which program: the metadata record `stylet.session`, and the attachments.
 
-use std::collections::BTreeMap;
-
 use law::Judging;
 use law::axial::ForceLaw;
 use uuid::Uuid;
-
-use crate::metadata;
-use crate::read::ReadError;
-use crate::write::WriteError;
 
 /// Name of the attachment that holds the exercise.
 pub const EXERCISE_ATTACHMENT: &str = "exercise.toml";
@@ -54,22 +48,6 @@ pub struct Session {
 }
 
 impl Session {
-    /// As it stands in a recording.
-    ///
-    /// # Errors
-    /// When it holds what no recording may.
-    pub fn to_text(&self) -> Result<BTreeMap<String, String>, WriteError> {
-        metadata::to_text(self)
-    }
-
-    /// Out of what stands in a recording.
-    ///
-    /// # Errors
-    /// When something is missing or is not what is allowed; which, and what is.
-    pub fn from_text(text: &BTreeMap<String, String>) -> Result<Self, ReadError> {
-        metadata::from_text(text)
-    }
-
     /// Of an attempt that stays in memory: nobody's, at no time, of no document, at 1 kHz.
     #[must_use]
     pub fn in_memory(law: ForceLaw, patient_thickness_mm: Vec<f64>) -> Self {

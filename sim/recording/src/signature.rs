@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use uuid::Uuid;
 
-use crate::read::ReadError;
+use crate::error::ReadError;
 use crate::session::Session;
 
 /// Name of the metadata record.

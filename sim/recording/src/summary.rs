@@ -5,13 +5,13 @@ use crate::wire::{NeedleSummary, Range};
 
 /// Running least, largest and mean value.
 #[derive(Clone, Copy, Debug)]
-struct Running {
+struct RunningRange {
     min: f32,
     max: f32,
     sum: f64,
 }
 
-impl Running {
+impl RunningRange {
     const EMPTY: Self = Self { min: f32::INFINITY, max: f32::NEG_INFINITY, sum: 0.0 };
 
     fn add(&mut self, value: f64) {
@@ -27,22 +27,22 @@ impl Running {
 
 /// What has been seen of the current window of 10 ms.
 #[derive(Debug)]
-pub(crate) struct Window {
+pub(crate) struct SummaryWindow {
     start_s: f64,
     ticks: u32,
-    axial_n: Running,
-    depth_m: Running,
-    speed_m_per_s: Running,
+    axial_n: RunningRange,
+    depth_m: RunningRange,
+    speed_m_per_s: RunningRange,
 }
 
-impl Window {
+impl SummaryWindow {
     /// Nothing yet.
     pub(crate) const EMPTY: Self = Self {
         start_s: 0.0,
         ticks: 0,
-        axial_n: Running::EMPTY,
-        depth_m: Running::EMPTY,
-        speed_m_per_s: Running::EMPTY,
+        axial_n: RunningRange::EMPTY,
+        depth_m: RunningRange::EMPTY,
+        speed_m_per_s: RunningRange::EMPTY,
     };
 
     pub(crate) fn add(&mut self, sample: &Sample) {

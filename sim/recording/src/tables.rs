@@ -8,8 +8,9 @@ use std::io::{self, BufReader, Read};
 use mcap::records::{Record, op};
 use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, MessageDescriptor, ReflectMessage, Value};
 
-use crate::frames::{ChunkReader, Frame, record, walk};
-use crate::read::{Channels, ReadError, check_profile};
+use crate::error::ReadError;
+use crate::frames::{ChunkReader, RecordFrame, record, walk};
+use crate::read::{Channels, check_profile};
 use crate::topics::Topic;
 use crate::wire::DESCRIPTORS;
 
@@ -150,7 +151,7 @@ impl<'a, S: TableSink> TableReader<'a, S> {
         Ok(Self { sink, channels: Channels::default(), messages, begun: [None; Table::ALL.len()] })
     }
 
-    fn take(&mut self, frame: &Frame<'_>) -> Result<(), ReadError> {
+    fn take(&mut self, frame: &RecordFrame<'_>) -> Result<(), ReadError> {
         if frame.opcode == op::ATTACHMENT {
             return Ok(());
         }
@@ -173,7 +174,7 @@ impl<'a, S: TableSink> TableReader<'a, S> {
         }
     }
 
-    fn add(&mut self, table: Table, message: &DynamicMessage, frame: &Frame<'_>) -> Result<(), ReadError> {
+    fn add(&mut self, table: Table, message: &DynamicMessage, frame: &RecordFrame<'_>) -> Result<(), ReadError> {
         let begun = self.begun[table as usize];
         let mut row = Row { naming: begun.is_none(), ..Row::default() };
         row.message("", message);

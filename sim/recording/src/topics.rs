@@ -87,3 +87,9 @@ pub(crate) fn declare<W: Write + Seek>(writer: &mut mcap::Writer<W>, topic: Topi
     let schema_id = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
     writer.add_channel(schema_id, topic.name(), "protobuf", &BTreeMap::new())
 }
+
+/// The file's profile, and the first thing a reader checks.
+pub(crate) const PROFILE: &str = "stylet";
+
+/// Largest record that is written or read, in bytes. A file that claims a larger one is damaged.
+pub(crate) const MOST_RECORD_BYTES: usize = 64 << 20;

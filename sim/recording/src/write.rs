@@ -1,7 +1,8 @@
 //! Writing a recording.
 
+use crate::error::WriteError;
+use crate::topics::{MOST_RECORD_BYTES, PROFILE};
 use std::collections::BTreeMap;
-use std::fmt::Display;
 use std::io::Write;
 
 use mcap::records::MessageHeader;
@@ -10,60 +11,21 @@ use mcap::{Compression, WriteOptions};
 use prost::Message;
 
 pub use crate::drawing::SceneDrawing;
-use crate::drawing::{log_line, pose, scene, transforms};
+use crate::drawing::{draw_pose, draw_scene, draw_transforms, log_line};
 use crate::event::Event;
 use crate::metadata;
-use crate::motion::Motion;
+use crate::motion::MotionDigest;
 use crate::rate::{Ticker, nanoseconds};
 use crate::sample::{Energy, Sample};
 use crate::session::{Attachment, Session};
 use crate::signature::{self, Signature};
-use crate::summary::Window;
+use crate::summary::SummaryWindow;
 use crate::tent::Tent;
 use crate::topics::{Topic, declare};
 use crate::wire::{EnergyLedger, EventMessage, NeedleSample, TissueTent};
 
-/// The file's profile, and the first thing a reader checks.
-pub(crate) const PROFILE: &str = "stylet";
 /// Uncompressed size at which a chunk is closed even before its half second is over, in bytes.
 const CHUNK_BYTES: u64 = 1 << 20;
-/// Largest record that is written or read, in bytes. A file that claims a larger one is damaged.
-pub(crate) const MOST_RECORD_BYTES: usize = 64 << 20;
-
-/// A recording could not be written.
-#[derive(Debug, thiserror::Error)]
-pub enum WriteError {
-    /// The MCAP library or the disk said no.
-    #[error("recording: {}", words(.0))]
-    Mcap(#[from] mcap::McapError),
-    /// Something that a recording cannot hold.
-    #[error("recording: {field} = {value}: {allowed}")]
-    Invalid {
-        /// What it is.
-        field: String,
-        /// The value found.
-        value: String,
-        /// What is allowed, in words.
-        allowed: String,
-    },
-}
-
-/// The disk's own words, where it was the disk.
-fn words(error: &mcap::McapError) -> String {
-    match error {
-        mcap::McapError::Io(error) => error.to_string(),
-        other => other.to_string(),
-    }
-}
-
-impl WriteError {
-    /// That a field's value cannot be written.
-    #[must_use]
-    pub fn invalid(field: impl Display, value: impl Display, allowed: impl Display) -> Self {
-        Self::Invalid { field: field.to_string(), value: value.to_string(), allowed: allowed.to_string() }
-    }
-}
-
 /// Writes one attempt. Derives the slower topics from the samples it is given.
 ///
 /// Every half second of recorded time it closes the chunk and flushes the sink, so that a program killed at any moment
@@ -75,8 +37,8 @@ pub struct Writer<W: Write> {
     sequences: [u32; Topic::ALL.len()],
     start_ns: u64,
     drawing: SceneDrawing,
-    window: Window,
-    motion: Motion,
+    window: SummaryWindow,
+    motion: MotionDigest,
     /// Time of the last sample since the start, in ns.
     elapsed_ns: u64,
     flushes: Ticker,
@@ -127,8 +89,8 @@ impl<W: Write> Writer<W> {
             sequences: [0; Topic::ALL.len()],
             start_ns,
             drawing: drawing.clone(),
-            window: Window::EMPTY,
-            motion: Motion::default(),
+            window: SummaryWindow::EMPTY,
+            motion: MotionDigest::default(),
             elapsed_ns: 0,
             flushes: Ticker::new(2, 1),
             summaries: Ticker::new(100, 1),
@@ -161,8 +123,8 @@ impl<W: Write> Writer<W> {
         }
         if self.poses.due(now_ns) {
             let unix_ns = self.start_ns.saturating_add(now_ns);
-            self.put(Topic::Pose, now_ns, &pose(sample, unix_ns))?;
-            self.put(Topic::Tf, now_ns, &transforms(sample, unix_ns))?;
+            self.put(Topic::Pose, now_ns, &draw_pose(sample, unix_ns))?;
+            self.put(Topic::Tf, now_ns, &draw_transforms(sample, unix_ns))?;
         }
         Ok(())
     }
@@ -203,7 +165,7 @@ impl<W: Write> Writer<W> {
 
     /// What the hand has done so far.
     #[must_use]
-    pub fn motion(&self) -> &Motion {
+    pub fn motion(&self) -> &MotionDigest {
         &self.motion
     }
 
@@ -230,7 +192,7 @@ impl<W: Write> Writer<W> {
     /// The drawing, which viewers want before anything else and again each second.
     fn put_drawing(&mut self) -> Result<(), WriteError> {
         let unix_ns = self.start_ns.saturating_add(self.elapsed_ns);
-        self.put(Topic::Scene, self.elapsed_ns, &scene(&self.drawing, unix_ns))
+        self.put(Topic::Scene, self.elapsed_ns, &draw_scene(&self.drawing, unix_ns))
     }
 
     /// The summary of the window that has ended, at the time of its last tick.

@@ -18,7 +18,7 @@ const CLOSE_M: f32 = 0.0105;
 const STEEPEST_RAD: f32 = 1.45;
 
 /// What a view looks at.
-struct Aim {
+struct CameraAim {
     /// Middle of the picture, in m.
     target: Vec3,
     /// Half the height that is seen there, in m.
@@ -49,11 +49,11 @@ pub struct Camera {
 impl Camera {
     /// Of a frame; `aspect` is width by height.
     #[must_use]
-    pub fn of(stage: &Stage, frame: &Frame, place: &Placement, aspect: f32) -> Self {
+    pub fn for_frame(stage: &Stage, frame: &Frame, place: &Placement, aspect: f32) -> Self {
         let aspect = aspect.clamp(0.1, 10.0);
         let depth_m = stage.depth_m();
         let aim = match frame.view {
-            View::Whole => Aim {
+            View::Whole => CameraAim {
                 // What is not cut open comes nearer.
                 target: place.point(0.0, if frame.closed { -0.03 } else { 0.012 }, 0.5 * (ABOVE_M - depth_m) - 0.019),
                 half_m: if frame.closed { 0.62 } else { 0.53 } * (depth_m + ABOVE_M) * (1.6 / aspect).max(1.0),
@@ -63,15 +63,15 @@ impl Camera {
             View::Tip => {
                 let half_m = CLOSE_M * (stage.needle.diameter_m / 0.002).clamp(0.6, 2.0);
                 let target = place.tip - place.axis * 0.25 * half_m;
-                Aim { target, half_m, turn_rad: [-0.42, 0.20], extent_m: 0.045 }
+                CameraAim { target, half_m, turn_rad: [-0.42, 0.20], extent_m: 0.045 }
             }
             View::Section => return Self::flat(place, depth_m, turned(frame.orbit, [0.0; 2]).distance, aspect),
         };
         Self::around(place, &aim, turned(frame.orbit, aim.turn_rad), aspect)
     }
 
-    fn around(place: &Placement, aim: &Aim, orbit: Orbit, aspect: f32) -> Self {
-        let Aim { target, half_m, extent_m, .. } = *aim;
+    fn around(place: &Placement, aim: &CameraAim, orbit: Orbit, aspect: f32) -> Self {
+        let CameraAim { target, half_m, extent_m, .. } = *aim;
         let away_m = half_m / (0.5 * ANGLE_RAD).tan() * orbit.distance;
         let (yaw, pitch) = (orbit.yaw_rad, orbit.pitch_rad.clamp(-STEEPEST_RAD, STEEPEST_RAD));
         let level = place.across * yaw.sin() - place.away * yaw.cos();

@@ -14,7 +14,7 @@ const MARGIN_M: f32 = 0.02;
 
 /// Rows of a grid over the picture, of so many from its lower edge up, in which shadows can fall on the drape.
 #[must_use]
-pub fn shaded_rows(stage: &Stage, frame: &Frame, (place, camera): (&Placement, &Camera), rows: u32) -> Range<u32> {
+pub fn shaded_rows(stage: &Stage, frame: &Frame, place: &Placement, camera: &Camera, rows: u32) -> Range<u32> {
     let mut corners = needle(stage, place).to_vec();
     if casts(frame.fade) {
         corners.extend(block(stage, frame, place));

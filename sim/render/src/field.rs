@@ -1,7 +1,7 @@
 //! The field's table as the graphics card reads it, its loads, and where the boundaries stand on the needle's line.
 
 use crate::frame::FieldTable;
-use crate::scene_block::MOST_LAYERS;
+use crate::frame::MOST_LAYERS;
 
 /// Samples along the radius, close to each other near the axis: sample i lies at reach (i/(n-1))².
 pub const SAMPLES: usize = 256;
@@ -10,7 +10,7 @@ pub const MOST_LOADS: usize = 48;
 
 /// Responses of every boundary to 1 N of every load.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Responses {
+pub struct DrawnResponses {
     /// Boundaries.
     pub boundaries: usize,
     /// Loads.
@@ -21,10 +21,10 @@ pub struct Responses {
     pub samples: Vec<f32>,
 }
 
-impl Responses {
+impl DrawnResponses {
     /// Resamples a table. Without one nothing gives way.
     #[must_use]
-    pub fn of(table: &FieldTable, boundaries: usize) -> Self {
+    pub fn resampled(table: &FieldTable, boundaries: usize) -> Self {
         let (radii, loads) = (&table.radii_m, table.loads);
         let reach_m = radii.last().copied().unwrap_or(0.0);
         let rows = table.axial_m_per_n.chunks_exact(radii.len().max(1)).take(boundaries * loads);
@@ -63,7 +63,7 @@ fn at(radii: &[f32], row: &[f32], radius_m: f32) -> f32 {
 
 /// The frame's loads, in N: as many as a picture takes, and 0 for what is no number.
 #[must_use]
-pub fn loads(responses: &Responses, loads_n: &[f32]) -> [f32; MOST_LOADS] {
+pub fn pack_loads(responses: &DrawnResponses, loads_n: &[f32]) -> [f32; MOST_LOADS] {
     let mut loads = [0.0; MOST_LOADS];
     for (load, newton) in loads.iter_mut().zip(loads_n).take(responses.loads) {
         *load = if newton.is_finite() { *newton } else { 0.0 };
@@ -74,7 +74,7 @@ pub fn loads(responses: &Responses, loads_n: &[f32]) -> [f32; MOST_LOADS] {
 /// Where every boundary stands on the needle's line, in m: as the frame says, and as the field has it under these loads (N) where the frame
 /// says nothing.
 #[must_use]
-pub fn dents(responses: &Responses, loads_n: &[f32], dents_m: &[f32]) -> [f32; MOST_LAYERS] {
+pub fn pack_dents(responses: &DrawnResponses, loads_n: &[f32], dents_m: &[f32]) -> [f32; MOST_LAYERS] {
     let mut dents = [0.0; MOST_LAYERS];
     for (boundary, dent) in dents.iter_mut().enumerate().take(responses.boundaries) {
         let told = dents_m.get(boundary).copied().filter(|dent_m| dent_m.is_finite());

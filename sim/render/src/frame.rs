@@ -6,11 +6,11 @@
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stage {
     /// Layers from the skin down.
-    pub layers: Vec<Layer>,
+    pub layers: Vec<DrawnLayer>,
     /// The needle.
-    pub needle: Needle,
+    pub needle: DrawnNeedle,
     /// Structures inside the body.
-    pub structures: Vec<Structure>,
+    pub structures: Vec<DrawnStructure>,
     /// How every boundary gives way under the field's loads.
     pub field: FieldTable,
     /// Planned entry on the skin, in m.
@@ -33,11 +33,11 @@ impl Stage {
 
 /// A layer.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Layer {
+pub struct DrawnLayer {
     /// Name shown beside its band.
     pub name: String,
     /// What it is made of.
-    pub material: Material,
+    pub material: DrawnMaterial,
     /// Depth of its upper boundary, in m.
     pub top_m: f32,
     /// Thickness, in m; 0 for a membrane.
@@ -46,7 +46,7 @@ pub struct Layer {
 
 /// What a layer or structure looks like.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Material {
+pub enum DrawnMaterial {
     /// Skin.
     #[default]
     Skin,
@@ -64,7 +64,7 @@ pub enum Material {
 
 /// The needle: a cannula, and inside it a stylet whose tip stands out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Needle {
+pub struct DrawnNeedle {
     /// Length from tip to hub, in m.
     pub length_m: f32,
     /// Outer diameter of the cannula, in m.
@@ -91,18 +91,18 @@ pub enum Tip {
 
 /// Something inside the body.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Structure {
+pub struct DrawnStructure {
     /// Name shown beside it.
     pub name: String,
     /// What it is to the exercise.
-    pub kind: StructureKind,
+    pub kind: DrawnStructureKind,
     /// Its surface, in m, patient frame.
     pub mesh: Mesh,
 }
 
 /// What a structure is to the exercise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StructureKind {
+pub enum DrawnStructureKind {
     /// What should be reached.
     Target,
     /// A blood vessel.
@@ -155,7 +155,7 @@ pub struct Frame {
     /// Where the needle went in, the last one open.
     pub entry_m: Option<[f32; 3]>,
     /// Every puncture so far, the open ones too.
-    pub punctures: Vec<Puncture>,
+    pub punctures: Vec<DrawnPuncture>,
     /// How far the body is faded to show what is inside: 0 opaque, 1 as clear as it gets.
     pub fade: f32,
     /// Draw the planned line, entry and target.
@@ -183,7 +183,7 @@ pub struct Ghost {
 
 /// A hole that the needle made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Puncture {
+pub struct DrawnPuncture {
     /// On the skin, in m.
     pub entry_m: [f32; 3],
     /// Direction of its track into the body, unit length.
@@ -224,3 +224,6 @@ impl Default for Orbit {
         Self { yaw_rad: 0.0, pitch_rad: 0.0, distance: 1.0 }
     }
 }
+
+/// Layers that a picture takes.
+pub const MOST_LAYERS: usize = 16;

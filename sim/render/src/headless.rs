@@ -8,7 +8,7 @@ use wgpu::{
 };
 
 use crate::frame::{Frame, Stage};
-use crate::gpu::textures::{Plan, view};
+use crate::gpu::textures::{TexturePlan, view};
 use crate::quality::Quality;
 use crate::renderer::{Renderer, StageError};
 
@@ -73,11 +73,11 @@ pub struct Headless {
     device: Device,
     queue: Queue,
     renderer: Renderer,
-    picture: Option<Canvas>,
+    picture: Option<CardPicture>,
 }
 
 /// A picture on the card, and where it is copied to be read.
-struct Canvas {
+struct CardPicture {
     texture: Texture,
     bytes: Buffer,
     size: [u32; 2],
@@ -164,7 +164,7 @@ impl Headless {
         }
         if self.picture.as_ref().is_none_or(|canvas| canvas.size != size) {
             self.renderer.resize(size, self.renderer.quality());
-            self.picture = Some(Canvas::new(&self.device, size));
+            self.picture = Some(CardPicture::new(&self.device, size));
         }
         Ok(())
     }
@@ -188,10 +188,10 @@ impl Headless {
     }
 }
 
-impl Canvas {
+impl CardPicture {
     fn new(device: &Device, size: [u32; 2]) -> Self {
         let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
-        let texture = Plan::flat(size, crate::FORMAT).empty(device, usage);
+        let texture = TexturePlan::flat(size, crate::FORMAT).empty(device, usage);
         let bytes = device.create_buffer(&BufferDescriptor {
             label: Some("picture"),
             size: u64::from(row_bytes(size[0])) * u64::from(size[1]),

@@ -7,7 +7,6 @@ pub mod frame;
 mod gpu;
 mod headless;
 mod meshes;
-mod passes;
 mod placement;
 mod quality;
 mod renderer;

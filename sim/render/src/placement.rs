@@ -41,7 +41,7 @@ pub struct Placement {
 impl Placement {
     /// Of a frame. The cut contains the needle's axis, so that needle and tents lie in the cut face.
     #[must_use]
-    pub fn of(stage: &Stage, frame: &Frame) -> Self {
+    pub fn for_frame(stage: &Stage, frame: &Frame) -> Self {
         let planned = down_or(Vec3::from(stage.axis));
         let across = cut_direction(planned);
         let away = Vec3::Z.cross(across);

@@ -1,18 +1,17 @@
 //! A frame's numbers, laid out as `scene.wgsl` reads them.
 
+use crate::frame::MOST_LAYERS;
 use bytemuck::{Pod, Zeroable};
 use glam::camera::rh;
 use glam::{Mat4, Quat, Vec3, Vec4};
 
 use crate::camera::Camera;
-use crate::field::{self, MOST_LOADS, Responses, SAMPLES};
-use crate::frame::{Frame, Puncture, Stage, View};
+use crate::field::{self, DrawnResponses, MOST_LOADS, SAMPLES};
+use crate::frame::{DrawnPuncture, Frame, Stage, View};
 use crate::placement::{BEHIND_M, HALF_WIDTH_M, Placement, smooth, unit};
 use crate::quality::Quality;
 use crate::skin;
 
-/// Layers that a picture takes.
-pub const MOST_LAYERS: usize = 16;
 /// Punctures that a picture takes: the latest.
 pub const MOST_PUNCTURES: usize = 16;
 /// Where the lamp stands, seen from the focus: to the right, away and up.
@@ -64,7 +63,7 @@ pub struct SceneBlock {
 }
 
 /// What a block is made from.
-pub struct Moment<'a> {
+pub struct ShaderMoment<'a> {
     /// What is constant.
     pub stage: &'a Stage,
     /// The moment.
@@ -74,7 +73,7 @@ pub struct Moment<'a> {
     /// From where.
     pub camera: &'a Camera,
     /// The field.
-    pub responses: &'a Responses,
+    pub responses: &'a DrawnResponses,
     /// The quality.
     pub quality: Quality,
 }
@@ -82,9 +81,9 @@ pub struct Moment<'a> {
 impl SceneBlock {
     /// Of a moment.
     #[must_use]
-    pub fn of(moment: &Moment<'_>) -> Self {
-        let Moment { stage, frame, place, camera, responses, quality } = *moment;
-        let loads = field::loads(responses, &frame.loads_n);
+    pub fn at_moment(moment: &ShaderMoment<'_>) -> Self {
+        let ShaderMoment { stage, frame, place, camera, responses, quality } = *moment;
+        let loads = field::pack_loads(responses, &frame.loads_n);
         let shadow_texels = quality.shadow_texels();
         let lamp = lamp(place);
         let ghost = frame
@@ -131,7 +130,7 @@ impl SceneBlock {
             count: [stage.layers.len() as u32, punctures.len() as u32, SAMPLES as u32, responses.loads as u32],
             layers: layers(stage, frame),
             punctures: holes(stage, punctures),
-            dents: field::dents(responses, &loads, &frame.dents_m),
+            dents: field::pack_dents(responses, &loads, &frame.dents_m),
             loads,
         }
     }
@@ -173,15 +172,15 @@ fn shadow_strength(fade: f32) -> f32 {
 
 /// The punctures that a picture takes.
 #[must_use]
-pub fn latest(punctures: &[Puncture]) -> &[Puncture] {
+pub fn latest(punctures: &[DrawnPuncture]) -> &[DrawnPuncture] {
     &punctures[punctures.len().saturating_sub(MOST_PUNCTURES)..]
 }
 
 /// A track ends at the boundary that is still closed: what is beyond it was only pushed.
-fn holes(stage: &Stage, punctures: &[Puncture]) -> [Hole; MOST_PUNCTURES] {
+fn holes(stage: &Stage, punctures: &[DrawnPuncture]) -> [Hole; MOST_PUNCTURES] {
     let mut holes = [Hole::zeroed(); MOST_PUNCTURES];
     for (hole, puncture) in holes.iter_mut().zip(punctures) {
-        let Puncture { entry_m, axis, depth_m, opened, blood } = *puncture;
+        let DrawnPuncture { entry_m, axis, depth_m, opened, blood } = *puncture;
         let closed_m =
             stage.layers.get(opened as usize).map_or(f32::INFINITY, |layer| layer.top_m / (-axis[2]).max(0.1));
         *hole = Hole { entry: entry_m, depth: depth_m.min(closed_m), axis, blood: blood.clamp(0.0, 1.0) };
@@ -201,7 +200,7 @@ fn layers(stage: &Stage, frame: &Frame) -> [Vec4; MOST_LAYERS] {
 
 /// The puncture that the needle is in: the latest one at the frame's entry.
 #[must_use]
-pub fn open_puncture(frame: &Frame) -> Option<&Puncture> {
+pub fn open_puncture(frame: &Frame) -> Option<&DrawnPuncture> {
     let entry = Vec3::from(frame.entry_m?);
     frame.punctures.iter().rev().find(|puncture| Vec3::from(puncture.entry_m).distance(entry) < 1e-4)
 }

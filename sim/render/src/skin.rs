@@ -32,7 +32,7 @@ pub fn shape(stage: &Stage) -> Vec<[f32; 4]> {
 fn heights(stage: &Stage) -> Vec<f32> {
     let entry = Vec2::new(stage.entry_m[0], stage.entry_m[1]);
     let place = |i: usize| 2.0 * HALF_M * (i as f32 / (SAMPLES - 1) as f32 - 0.5);
-    let own = stage.skin.as_ref().map(|mesh| Raster::of(mesh, entry));
+    let own = stage.skin.as_ref().map(|mesh| Raster::from_mesh(mesh, entry));
     let mut heights = Vec::with_capacity(SAMPLES * SAMPLES);
     for y in 0..SAMPLES {
         for x in 0..SAMPLES {
@@ -60,7 +60,7 @@ struct Raster {
 }
 
 impl Raster {
-    fn of(mesh: &Mesh, entry: Vec2) -> Self {
+    fn from_mesh(mesh: &Mesh, entry: Vec2) -> Self {
         let mut raster = Self { heights: vec![f32::NEG_INFINITY; SAMPLES * SAMPLES] };
         for triangle in &mesh.triangles {
             let corners = triangle.map(|at| mesh.positions_m.get(at as usize).map(|p| Vec3::from(*p)));

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::frame::{Puncture, Stage};
+use crate::frame::{DrawnPuncture, Stage};
 use crate::placement::Placement;
 
 /// How far the rim of a pool of blood is from the needle's surface, and how far a trickle reaches, at most, in m.
@@ -13,8 +13,8 @@ const TRACK: f32 = 4.0;
 
 /// Distance from the middle of the cut within which holes and blood lie on the skin, in m; 0 without punctures.
 #[must_use]
-pub fn on_skin(stage: &Stage, place: &Placement, punctures: &[Puncture]) -> f32 {
-    let reach = |puncture: &Puncture| {
+pub fn on_skin(stage: &Stage, place: &Placement, punctures: &[DrawnPuncture]) -> f32 {
+    let reach = |puncture: &DrawnPuncture| {
         let blood = puncture.blood.clamp(0.0, 1.0);
         beside(place, puncture) + 0.5 * stage.needle.diameter_m + POOL_M * blood + TRICKLE_M * blood * blood
     };
@@ -23,8 +23,8 @@ pub fn on_skin(stage: &Stage, place: &Placement, punctures: &[Puncture]) -> f32 
 
 /// Distance from the middle of the cut, to both sides, within which tracks lie in the cut, in m; 0 without punctures.
 #[must_use]
-pub fn on_cut(stage: &Stage, place: &Placement, punctures: &[Puncture]) -> f32 {
-    let reach = |puncture: &Puncture| {
+pub fn on_cut(stage: &Stage, place: &Placement, punctures: &[DrawnPuncture]) -> f32 {
+    let reach = |puncture: &DrawnPuncture| {
         let axis = Vec3::from(puncture.axis);
         let steep = (-axis.z).max(0.1);
         // Where the track leaves the direction that the cut goes down in.
@@ -34,6 +34,6 @@ pub fn on_cut(stage: &Stage, place: &Placement, punctures: &[Puncture]) -> f32 {
     punctures.iter().map(reach).fold(0.0, f32::max)
 }
 
-fn beside(place: &Placement, puncture: &Puncture) -> f32 {
+fn beside(place: &Placement, puncture: &DrawnPuncture) -> f32 {
     (Vec3::from(puncture.entry_m) - place.focus).truncate().length()
 }

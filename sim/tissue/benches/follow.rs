@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use bench::scenes::training;
+use bench::scenes::training_axial_spec;
 use criterion::{Criterion, criterion_group, criterion_main};
 use law::Judging;
 use law::axial::{AxialSpec, Layer};
@@ -44,7 +44,7 @@ fn tissue(axial: &AxialSpec) -> TissueSpec {
 /// A law coupled to the field, and the field behind it.
 fn coupled(criterion: &mut Criterion) {
     let puncture = PunctureSpec {
-        axial: training(),
+        axial: training_axial_spec(),
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.15,
         needle_bending_n_m2: None,
@@ -65,7 +65,7 @@ fn coupled(criterion: &mut Criterion) {
         });
     });
     if let Some(field) = specimen.field() {
-        follow(criterion, field, |loads_n| law::puncture::loads(params, &state, &scratch, loads_n));
+        follow(criterion, field, |loads_n| law::puncture::write_loads(params, &state, &scratch, loads_n));
     }
 }
 

@@ -3,7 +3,7 @@
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use tissue::mass_spring::explicit::{self, ExplicitScratch};
 use tissue::mass_spring::implicit::{self, ImplicitScratch};
-use tissue::mass_spring::{Damping, Lattice, MassSpring, Motion, NodalLoad, Patch, Symmetry};
+use tissue::mass_spring::{Damping, Lattice, LatticeMotion, LatticePatch, LatticeSymmetry, MassSpring, NodalLoad};
 use tissue::{ElasticLayer, Load, LoadKind, Problem, Slab};
 
 /// The lower back of physics section 2, 12 mm around a needle on its skin.
@@ -22,8 +22,8 @@ fn lower_back() -> Problem {
     }
 }
 
-fn patch(spacing_m: f64) -> Patch {
-    Patch { spacing_m, radius_m: 0.012, depth_m: 0.012, symmetry: Symmetry::Quarter }
+fn patch(spacing_m: f64) -> LatticePatch {
+    LatticePatch { spacing_m, radius_m: 0.012, depth_m: 0.012, symmetry: LatticeSymmetry::Quarter }
 }
 
 fn lattice(criterion: &mut Criterion) {
@@ -31,7 +31,7 @@ fn lattice(criterion: &mut Criterion) {
     for spacing_m in [1.1e-3, 0.56e-3, 0.28e-3] {
         let Ok(lattice) = Lattice::new(&problem.slab, &patch(spacing_m), Damping::default()) else { continue };
         let Ok(load) = NodalLoad::new(&lattice, &problem.load) else { continue };
-        let mut motion = Motion::new(&lattice, load);
+        let mut motion = LatticeMotion::new(&lattice, load);
         motion.push(0.05);
         let unknowns = lattice.unknowns();
         let mut group = criterion.benchmark_group("lattice");

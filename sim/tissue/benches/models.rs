@@ -2,17 +2,25 @@
 
 use std::hint::black_box;
 
-use bench::slabs::{contactor, layer};
+use bench::slabs::{ask_contactor, make_elastic_layer};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use tissue::axisymmetric::{Axisymmetric, Fitted, MeshSpec, Superposed, fit};
+use tissue::axisymmetric::{Axisymmetric, FittedAxisymmetric, MeshSpec, Superposed, fit};
 use tissue::{FieldModel, Problem};
 
 /// The contactors of lower_back and of stiff_skin_soft_fat, asked at the boundaries.
 fn problems() -> Vec<(String, Problem)> {
-    let lower_back = vec![layer(0.0008, 132e3, 0.45), layer(0.0084, 33.1e3, 0.45), layer(0.039, 198e3, 0.45)];
-    let stiff_skin = vec![layer(0.002, 1e6, 0.48), layer(0.02, 5e3, 0.48), layer(0.03, 60e3, 0.48)];
+    let lower_back = vec![
+        make_elastic_layer(0.0008, 132e3, 0.45),
+        make_elastic_layer(0.0084, 33.1e3, 0.45),
+        make_elastic_layer(0.039, 198e3, 0.45),
+    ];
+    let stiff_skin = vec![
+        make_elastic_layer(0.002, 1e6, 0.48),
+        make_elastic_layer(0.02, 5e3, 0.48),
+        make_elastic_layer(0.03, 60e3, 0.48),
+    ];
     let at = |name: &str, layers: &[_], depth_m: f64| {
-        (format!("{name} at {} mm", 1e3 * depth_m), contactor(layers.to_vec(), depth_m))
+        (format!("{name} at {} mm", 1e3 * depth_m), ask_contactor(layers.to_vec(), depth_m))
     };
     let backs = [0.0, 0.0008, 0.0092].map(|depth_m| at("lower_back", &lower_back, depth_m));
     let skins = [0.0, 0.002].map(|depth_m| at("stiff_skin_soft_fat", &stiff_skin, depth_m));
@@ -26,7 +34,7 @@ fn axisymmetric(criterion: &mut Criterion) {
         for (name, problem) in problems() {
             let id = |what: &str| BenchmarkId::new(format!("{what}, tolerance {tolerance}"), &name);
             group.bench_function(id("set-up"), |bencher| bencher.iter(|| fit(black_box(&problem), tolerance)));
-            let Ok(Fitted { mut model, .. }) = fit(&problem, tolerance) else { continue };
+            let Ok(FittedAxisymmetric { mut model, .. }) = fit(&problem, tolerance) else { continue };
             group.bench_function(id("re-solve"), |bencher| bencher.iter(|| model.solve(black_box(0.05))));
         }
     }

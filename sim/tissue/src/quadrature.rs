@@ -17,7 +17,7 @@ fn legendre(degree: usize, x: f64) -> [f64; 2] {
 
 /// Points and weights of Gauss and Legendre's quadrature, ascending.
 #[must_use]
-pub fn gauss(count: usize) -> Vec<(f64, f64)> {
+pub fn gauss_rule(count: usize) -> Vec<(f64, f64)> {
     let point = |at: usize| {
         let mut x = -libm::cos(PI * (at as f64 + 0.75) / (count as f64 + 0.5));
         for _ in 0..NEWTON {
@@ -33,7 +33,7 @@ pub fn gauss(count: usize) -> Vec<(f64, f64)> {
 /// Points and weights of Gauss and Lobatto's quadrature, ascending: ±1 and the extrema of Legendre's polynomial of an
 /// order, 1 or more. They are the nodes of an element of this order, which keeps high orders well conditioned.
 #[must_use]
-pub fn lobatto(order: usize) -> Vec<(f64, f64)> {
+pub fn lobatto_rule(order: usize) -> Vec<(f64, f64)> {
     let n = order as f64;
     let end = 2.0 / (n * (n + 1.0));
     let inside = |at: usize| {

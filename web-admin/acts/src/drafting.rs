@@ -260,7 +260,7 @@ fn check_course(texts: &Texts, known: &Known, id: &str) -> Checked {
         Ok(course) => course,
         Err(refused) => return Checked::Refused(refused.issues),
     };
-    match Mastery::of(&course.mastery) {
+    match Mastery::from_rule(&course.mastery) {
         Ok(mastery) => Checked::Course(Box::new(course), mastery),
         Err(why) => Checked::Refused(vec![publishing::no_limit(why)]),
     }

@@ -166,7 +166,7 @@ pub async fn curriculum(
     (course, bytes): (&Curriculum, &[u8]),
 ) -> Result<Published, Refused> {
     let Publisher { school, now, .. } = *publisher;
-    let mastery = Mastery::of(&course.mastery)
+    let mastery = Mastery::from_rule(&course.mastery)
         .map_err(|why| Refused::Document(format!("course {}: {}", course.id, no_limit(why))))?;
     let known = curricula::by_sha256(&mut *writer, school, &course.sha256).await?;
     let entries: Vec<_> = course.entries.iter().map(entry).collect();

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use bytes::Bytes;
 use futures::StreamExt;
 use futures::stream::BoxStream;
-use recording::annotate::{Remark, annotate};
+use recording::annotate::{Annotation, annotate};
 use recording::{ReadError, Recording};
 use sha2::{Digest, Sha256};
 use tokio::io::AsyncWriteExt;
@@ -216,13 +216,13 @@ pub async fn with_comments(state: &Service, session: &Session) -> Result<Copied,
 }
 
 /// Comments as remarks; an answer stands where its comment does.
-fn remarks(said: &[comments::Kept]) -> Vec<Remark> {
+fn remarks(said: &[comments::Kept]) -> Vec<Annotation> {
     let asked = |id: Option<Uuid>| said.iter().find(|comment| Some(comment.id) == id);
     let remark = |comment: &comments::Kept| {
         let kind = comment.kind.map_or("answer", CommentKind::name);
         let t_s = comment.from_s.or_else(|| asked(comment.answers)?.from_s)?;
         let until = comment.to_s.map_or_else(String::new, |to_s| format!(" (to {to_s} s)"));
-        Some(Remark { t_s, text: format!("{kind} by {}{until}: {}", comment.author_role, comment.body) })
+        Some(Annotation { t_s, text: format!("{kind} by {}{until}: {}", comment.author_role, comment.body) })
     };
     said.iter().filter_map(remark).collect()
 }

@@ -43,7 +43,7 @@ pub fn perform(task: &Task, path: &Path) -> anyhow::Result<f64> {
     let ExerciseBundle { exercise, scene, .. } = &task.bundle;
     let patient = Patient::draw(scene, task.seed);
     let spec = task.bundle.specimen_spec(&patient);
-    let drawing = SceneDrawing::of(&spec.puncture, scene.needle.diameter_mm * 0.5e-3);
+    let drawing = SceneDrawing::from_spec(&spec.puncture, scene.needle.diameter_mm * 0.5e-3);
     let params = Specimen::new(spec)?;
     let session = session(task, patient);
     let mut operator = Operator::on(&task.skill, &task.bundle.plan(), &task.occasion);

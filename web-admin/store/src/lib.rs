@@ -1,7 +1,7 @@
 //! Everything that is SQL. Functions that read take any executor; functions that write take a connection, which only
 //! [`Database::write`] hands out, so that a writer always holds `BEGIN IMMEDIATE`.
 //!
-//! Statements are written so that PostgreSQL would take them too: `$1`, `RETURNING`, `ON CONFLICT`.
+//! What a viewer may see of trainees is in one place, the view `taught_trainees`.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;

@@ -220,9 +220,7 @@ pub async fn find(executor: impl SqliteExecutor<'_>, school: Uuid, id: Uuid) -> 
 pub async fn visible(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, id: Uuid) -> Result<Option<Session>> {
     sqlx::query_as(
         "SELECT * FROM sessions s WHERE s.school_id = $1 AND s.id = $2 AND (s.trainee_id = $3 OR $4 OR EXISTS (
-           SELECT 1 FROM cohort_members teacher
-           JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
-           WHERE teacher.person_id = $3 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id))",
+           SELECT 1 FROM taught_trainees taught WHERE taught.teacher_id = $3 AND taught.trainee_id = s.trainee_id))",
     )
     .bind(viewer.school_id)
     .bind(id)
@@ -244,14 +242,12 @@ pub async fn visible_after(
 ) -> Result<Vec<Session>> {
     let statement = match viewer.role {
         Role::Administrator => {
-            "SELECT * FROM sessions WHERE school_id = $1 AND $2 = $2 AND (started_at, id) < ($3, $4)
+            "SELECT * FROM sessions WHERE school_id = $1 AND (started_at, id) < ($3, $4)
              ORDER BY started_at DESC, id DESC LIMIT $5"
         }
         // From whoever is seen to the newest of each, and from these to the newest of all.
         Role::Instructor | Role::Trainee => {
-            "SELECT s.* FROM (SELECT n.id FROM (SELECT learner.person_id FROM cohort_members teacher
-                 JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
-                 WHERE teacher.person_id = $2 AND teacher.role = 'instructor' UNION SELECT $2) seen
+            "SELECT s.* FROM (SELECT n.id FROM (SELECT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2 UNION SELECT $2) seen
                CROSS JOIN sessions n ON n.school_id = $1 AND n.id IN (
                  SELECT l.id FROM sessions l WHERE l.school_id = $1 AND l.trainee_id = seen.person_id
                    AND (l.started_at, l.id) < ($3, $4) ORDER BY l.started_at DESC, l.id DESC LIMIT $5)

@@ -130,6 +130,22 @@ pub(crate) const fn first() -> u32 {
     1
 }
 
+/// A version of a metric, as the catalogue defines it.
+pub(crate) fn find_metric<'a>(metrics: &'a [Metric], id: &str, version: u32) -> Option<&'a Metric> {
+    metrics.iter().find(|metric| metric.id == id && metric.version == version && is_current(metric))
+}
+
+/// The attempt never reached the skin.
+pub(crate) fn is_untouched(metrics: &[Metric]) -> bool {
+    metrics.iter().any(|metric| metric.absent == Some(Absent::Untouched))
+}
+
+/// The version of the metric is one of the catalogue's, and its reason for having no value is one of today's.
+fn is_current(metric: &Metric) -> bool {
+    let defined = definition(&metric.id, metric.version).is_some();
+    defined && (metric.value.is_some() || metric.absent.is_some_and(|absent| absent != Absent::OfAnotherVersion))
+}
+
 #[cfg(test)]
 mod tests {
     //! The catalogue holds what the specification lists, each row complete and found by its id.

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use documents::MasteryRule;
 use serde::{Deserialize, Serialize};
 
-use super::{Curve, CusumParams, Rule, Standing, curve};
+use super::{CusumParams, LearningCurve, Rule, Standing, curve};
 use crate::statistics::NotComputable;
 
 /// The rule by which an exercise of a course counts as mastered.
@@ -78,7 +78,7 @@ impl CurveRule {
 
     /// The curve over attempts in order of time; `true` is a pass.
     #[must_use]
-    pub fn over(&self, passed: &[bool]) -> Curve {
+    pub fn over(&self, passed: &[bool]) -> LearningCurve {
         let failures: Vec<bool> = passed.iter().map(|passed| !passed).collect();
         curve(&self.rule, &failures)
     }
@@ -89,7 +89,7 @@ impl Mastery {
     ///
     /// # Errors
     /// When no limit is rare enough for the stated error, or the parameters have no meaning.
-    pub fn of(rule: &MasteryRule) -> Result<Self, NotComputable> {
+    pub fn from_rule(rule: &MasteryRule) -> Result<Self, NotComputable> {
         match *rule {
             MasteryRule::Passes { passes, of } => Ok(Self::Passes { passes, of }),
             MasteryRule::Cusum { within, p0, p1, alpha, beta } => {
@@ -100,7 +100,7 @@ impl Mastery {
 
     /// How far attempts in order of time have come, `true` for a pass, and the curve where the rule is one. Void attempts are none.
     #[must_use]
-    pub fn judge(&self, passed: &[bool]) -> (Reached, Option<Curve>) {
+    pub fn judge(&self, passed: &[bool]) -> (Reached, Option<LearningCurve>) {
         match self {
             Self::Passes { passes, of } => (by_passes(passed, *passes, *of), None),
             Self::Curve(rule) => {
@@ -112,7 +112,7 @@ impl Mastery {
 }
 
 /// Mastered while the curve says competent. What a curve has declared opens the next exercise for good, as with passes.
-fn by_curve(passed: &[bool], curve: &Curve) -> Reached {
+fn by_curve(passed: &[bool], curve: &LearningCurve) -> Reached {
     let lost = || curve.points.iter().rposition(|p| p.standing == Standing::Competent).map_or(0, |last| last + 1);
     match (curve.standing, curve.competent_at) {
         (Standing::Competent, Some(by)) => Reached::Mastered { by },

@@ -9,7 +9,7 @@ mod standing;
 pub use cusum::{Crossing, Cusum, CusumParams, CusumPoint};
 pub use lc_cusum::{LcCusum, LcCusumParams};
 pub use mastery::{CurveRule, Mastery, Reached};
-pub use standing::{Curve, CurvePoint, Rule, Standing, curve};
+pub use standing::{LearningCurve, LearningPoint, Rule, Standing, curve};
 
 use crate::statistics::NotComputable;
 

@@ -39,7 +39,7 @@ impl Rule {
 
 /// A curve after one attempt.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct CurvePoint {
+pub struct LearningPoint {
     /// S of the LC-CUSUM while `learning`, else the count of the CUSUM.
     pub value: f64,
     /// The LC-CUSUM was in charge.
@@ -52,9 +52,9 @@ pub struct CurvePoint {
 
 /// A whole curve and what it says now.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Curve {
+pub struct LearningCurve {
     /// One point an attempt.
-    pub points: Vec<CurvePoint>,
+    pub points: Vec<LearningPoint>,
     /// What it says now.
     pub standing: Standing,
     /// More straight successes until it says competent; 0 when it does.
@@ -74,19 +74,19 @@ struct State {
 ///
 /// After a regression an LC-CUSUM learns anew from 0: competence has to be shown again.
 #[must_use]
-pub fn curve(rule: &Rule, failures: &[bool]) -> Curve {
+pub fn curve(rule: &Rule, failures: &[bool]) -> LearningCurve {
     let mut state = State { value: 0.0, learning: rule.learning.is_some(), standing: Standing::NotYet };
-    let points: Vec<CurvePoint> = failures.iter().map(|failed| step(rule, &mut state, *failed)).collect();
+    let points: Vec<LearningPoint> = failures.iter().map(|failed| step(rule, &mut state, *failed)).collect();
     let successes_needed = match (state.standing, rule.learning) {
         (Standing::Competent, _) => 0,
         (_, Some(learning)) => learning.successes_needed(state.value),
         (_, None) => rule.monitor.successes_needed(state.value),
     };
     let competent_at = points.iter().position(|p| p.standing == Standing::Competent);
-    Curve { points, standing: state.standing, successes_needed, competent_at }
+    LearningCurve { points, standing: state.standing, successes_needed, competent_at }
 }
 
-fn step(rule: &Rule, state: &mut State, failed: bool) -> CurvePoint {
+fn step(rule: &Rule, state: &mut State, failed: bool) -> LearningPoint {
     let learning = state.learning;
     let (value, crossed) = match rule.learning {
         Some(lc) if learning => {
@@ -105,5 +105,5 @@ fn step(rule: &Rule, state: &mut State, failed: bool) -> CurvePoint {
         (before, _) => before,
     };
     state.learning = rule.learning.is_some() && state.standing != Standing::Competent;
-    CurvePoint { value, learning, crossed, standing: state.standing }
+    LearningPoint { value, learning, crossed, standing: state.standing }
 }

@@ -2,10 +2,10 @@
 
 use recording::Contactor;
 
-use super::Sheet;
+use super::MetricSheet;
 use crate::attempt::{Attempt, Outcome};
 
-pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
+pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
     sheet.put("depth_error_mm", depth_error_mm(attempt));
     sheet.put("overshoot_mm", overshoot_mm(attempt));
     sheet.put("tip_error_mm", tip_error_mm(attempt));

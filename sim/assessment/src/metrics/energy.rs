@@ -1,10 +1,10 @@
 //! The energy ledger's parts, as the recording last stated them.
 
-use super::Sheet;
+use super::MetricSheet;
 use crate::absent::Absent;
 use crate::attempt::{Attempt, Outcome};
 
-pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
+pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
     put(attempt, sheet, "rupture_energy_mj", 0);
     put(attempt, sheet, "cutting_energy_mj", 1);
     put(attempt, sheet, "friction_energy_mj", 2);
@@ -12,7 +12,7 @@ pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
 }
 
 /// Puts down one of [`parts_mj`], summed over the layers and for each.
-fn put(attempt: &Attempt, sheet: &mut Sheet, id: &str, part: usize) {
+fn put(attempt: &Attempt, sheet: &mut MetricSheet, id: &str, part: usize) {
     let parts = parts_mj(attempt);
     let part_of = |layer: Option<usize>| -> Outcome {
         let parts = parts.as_ref().map_err(|absent| *absent)?;

@@ -7,15 +7,15 @@ use std::slice::Iter;
 use ::attempt::{Insertion, raise_to_rupture_n};
 use recording::{Contactor, Sample};
 
-use super::Sheet;
+use super::MetricSheet;
 use crate::absent::Absent;
-use crate::attempt::{Attempt, Outcome, Rupture};
+use crate::attempt::{Attempt, Outcome, RecordedRupture};
 use crate::signal::{RATE_HZ, derivative};
 
 /// How near to a rupture the force rate is not looked at, in s: what a fall leaves in the filter is gone by then.
 const BESIDE_RUPTURE_S: f64 = 0.05;
 
-pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
+pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
     let axial_n = attempt.axial_n();
     sheet.put("force_impulse_ns", impulse_ns(attempt, &axial_n));
     sheet.put("force_rate_peak_n_per_s", rate_peak_n_per_s(attempt, &axial_n));
@@ -97,7 +97,7 @@ fn raise_before_ruptures(attempt: &Attempt, mut axial_n: Vec<f64>) -> Vec<f64> {
 
 fn layer_peaks_n(attempt: &Attempt, peaks_n: &[f64]) -> Vec<Option<f64>> {
     let mut peaks: Vec<Option<f64>> = vec![None; attempt.thickness_m.len()];
-    let mut tip = Tip::new(attempt);
+    let mut tip = TipWay::new(attempt);
     for ((sample, insertion), force_n) in attempt.ticks().zip(peaks_n) {
         let layer = insertion.and_then(|insertion| tip.layer(sample, insertion));
         if let Some(peak) = layer.and_then(|layer| peaks.get_mut(layer)) {
@@ -108,14 +108,14 @@ fn layer_peaks_n(attempt: &Attempt, peaks_n: &[f64]) -> Vec<Option<f64>> {
 }
 
 /// Follows the tip through the layers, sample by sample.
-struct Tip<'a> {
+struct TipWay<'a> {
     thickness_m: &'a [f64],
-    ruptures: Peekable<Iter<'a, Rupture>>,
+    ruptures: Peekable<Iter<'a, RecordedRupture>>,
     /// How many boundaries the tip has opened, by track.
     opened: BTreeMap<u32, usize>,
 }
 
-impl<'a> Tip<'a> {
+impl<'a> TipWay<'a> {
     fn new(attempt: &'a Attempt) -> Self {
         Self {
             thickness_m: &attempt.thickness_m,

@@ -38,11 +38,11 @@ impl<'a> Id<'a> {
 
 /// Collects what the themes measure.
 #[derive(Default)]
-struct Sheet {
+struct MetricSheet {
     rows: Vec<(usize, Metric)>,
 }
 
-impl Sheet {
+impl MetricSheet {
     /// Puts down the first version of a plain metric.
     fn put(&mut self, id: &str, outcome: Outcome) {
         self.enter(Id::first(id), outcome);
@@ -91,7 +91,7 @@ impl Sheet {
 
 /// Every version of every metric of the catalogue, in its order; the plain form first, then the scene's layers or structures.
 pub(crate) fn measure(attempt: &Attempt) -> Vec<Metric> {
-    let mut sheet = Sheet::default();
+    let mut sheet = MetricSheet::default();
     depth::measure(attempt, &mut sheet);
     force::measure(attempt, &mut sheet);
     rupture::measure(attempt, &mut sheet);

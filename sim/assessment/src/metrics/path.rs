@@ -2,10 +2,10 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::Sheet;
+use super::MetricSheet;
 use crate::absent::Absent;
 use crate::attempt::{Attempt, Outcome};
-use crate::motion::Motion;
+use crate::motion::TipMotion;
 use crate::signal::RATE_HZ;
 use crate::sparc::{SPARC_HZ, spectral_arc_length};
 
@@ -15,11 +15,11 @@ const REDIRECTED_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// A direction is held while the axis turns slower than this, in rad/s.
 const HELD_RAD_PER_S: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
-pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
+pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
     let (motion, intent) = (attempt.motion(), attempt.intent());
     sheet.put("path_length_mm", motion.map(|motion| path_mm(motion, |_| true)));
     sheet.put_anew("path_length_mm", intent.map(|intent| path_mm(intent, |_| true)));
-    let inside = |of: Result<&Motion, Absent>, metric: fn(&Motion) -> f64| attempt.inside().and(of.map(metric));
+    let inside = |of: Result<&TipMotion, Absent>, metric: fn(&TipMotion) -> f64| attempt.inside().and(of.map(metric));
     sheet.put("path_in_tissue_mm", inside(motion, path_in_tissue_mm));
     sheet.put_anew("path_in_tissue_mm", inside(intent, path_in_tissue_mm));
     sheet.put("axis_travel_mm", motion.map(axis_travel_mm));
@@ -32,25 +32,25 @@ pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
 }
 
 /// Both ends of the step that leads to a grid point are in tissue.
-fn step_inside(motion: &Motion, k: usize) -> bool {
+fn step_inside(motion: &TipMotion, k: usize) -> bool {
     motion.inside[k - 1] && motion.inside[k]
 }
 
-fn path_mm(motion: &Motion, counts: impl Fn(usize) -> bool) -> f64 {
+fn path_mm(motion: &TipMotion, counts: impl Fn(usize) -> bool) -> f64 {
     let step = |k: usize| (motion.position(k) - motion.position(k - 1)).norm();
     (1..motion.len()).filter(|k| counts(*k)).map(step).sum::<f64>() * 1e3
 }
 
-fn path_in_tissue_mm(motion: &Motion) -> f64 {
+fn path_in_tissue_mm(motion: &TipMotion) -> f64 {
     path_mm(motion, |k| step_inside(motion, k))
 }
 
-fn axis_travel_mm(motion: &Motion) -> f64 {
+fn axis_travel_mm(motion: &TipMotion) -> f64 {
     let step = |k: usize| (motion.position(k) - motion.position(k - 1)).dot(&motion.axis(k)).abs();
     (1..motion.len()).map(step).sum::<f64>() * 1e3
 }
 
-fn sweep_area_mm2(motion: &Motion) -> f64 {
+fn sweep_area_mm2(motion: &TipMotion) -> f64 {
     let shaft_at = |k: usize| shaft(motion.position(k), &motion.axis(k));
     let swept = |k: usize| {
         let ((entry, tip), (next_entry, next_tip)) = (shaft_at(k - 1), shaft_at(k));
@@ -74,7 +74,7 @@ fn triangle_m2(a: Point3<f64>, b: Point3<f64>, c: Point3<f64>) -> f64 {
 }
 
 /// Counts each time the axis leaves the direction it held; the next direction is the one in which it comes to be held.
-fn redirections(motion: &Motion) -> f64 {
+fn redirections(motion: &TipMotion) -> f64 {
     let turning_rad_per_s = motion.turning_rad_per_s();
     let mut held = None;
     let mut turning = false;

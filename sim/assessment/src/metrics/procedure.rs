@@ -3,10 +3,10 @@
 use ::attempt::is_inserted;
 use recording::{Contactor, EventKind};
 
-use super::Sheet;
+use super::MetricSheet;
 use crate::attempt::{Attempt, Outcome};
 
-pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
+pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
     for (i, layer) in attempt.bundle.scene.layers.iter().enumerate() {
         let opened = attempt.ruptures.iter().any(|r| r.boundary == i && r.contactor == Contactor::Tip);
         sheet.put_for("reached", &layer.name, attempt.touched().map(|_| one_if(opened)));

@@ -2,9 +2,9 @@
 
 use recording::Contactor;
 
-use super::{Id, Sheet};
+use super::{Id, MetricSheet};
 use crate::absent::Absent;
-use crate::attempt::{Attempt, Outcome, Rupture};
+use crate::attempt::{Attempt, Outcome, RecordedRupture};
 use crate::signal::{RATE_HZ, derivative};
 
 /// How long after a rupture its advance is watched, in s.
@@ -17,19 +17,19 @@ const STOPPED_M_PER_S: f64 = 0.5e-3;
 const BAND_M: f64 = 0.1e-3;
 const STANDS_S: f64 = 0.2;
 
-pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
+pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
     put(attempt, sheet, Id::first("rupture_force_n"), &|rupture| Ok(rupture.force_n));
     put(attempt, sheet, Id::first("over_insertion_mm"), &|rupture| Ok(over_insertion_mm(attempt, rupture)));
     let speeds = attempt.motion().map(|motion| derivative(&motion.axial_m));
-    let stop = |rupture: &Rupture| stop_time_s(attempt, speeds.as_ref().map_err(|absent| *absent)?, rupture);
+    let stop = |rupture: &RecordedRupture| stop_time_s(attempt, speeds.as_ref().map_err(|absent| *absent)?, rupture);
     put(attempt, sheet, Id::first("stop_time_s"), &stop);
     let stands = stands(attempt);
-    let stop = |rupture: &Rupture| stands_after_s(attempt, stands.as_ref().map_err(|absent| *absent)?, rupture);
+    let stop = |rupture: &RecordedRupture| stands_after_s(attempt, stands.as_ref().map_err(|absent| *absent)?, rupture);
     put(attempt, sheet, Id::second("stop_time_s"), &stop);
 }
 
 /// Puts down the largest over all ruptures, and over those of each boundary and contactor.
-fn put(attempt: &Attempt, sheet: &mut Sheet, id: Id<'_>, of: &dyn Fn(&Rupture) -> Outcome) {
+fn put(attempt: &Attempt, sheet: &mut MetricSheet, id: Id<'_>, of: &dyn Fn(&RecordedRupture) -> Outcome) {
     sheet.enter(id, largest(attempt, of, |_| true));
     let rim = attempt.bundle.scene.needle.tip_to_rim_mm > 0.0;
     for (i, layer) in attempt.bundle.scene.layers.iter().enumerate() {
@@ -42,14 +42,18 @@ fn put(attempt: &Attempt, sheet: &mut Sheet, id: Id<'_>, of: &dyn Fn(&Rupture) -
 }
 
 /// The largest over the chosen ruptures; one of them without a value leaves the whole without.
-fn largest(attempt: &Attempt, of: &dyn Fn(&Rupture) -> Outcome, chosen: impl Fn(&Rupture) -> bool) -> Outcome {
+fn largest(
+    attempt: &Attempt,
+    of: &dyn Fn(&RecordedRupture) -> Outcome,
+    chosen: impl Fn(&RecordedRupture) -> bool,
+) -> Outcome {
     attempt.inside()?;
     let values: Result<Vec<f64>, Absent> = attempt.ruptures.iter().filter(|r| chosen(r)).map(of).collect();
     values?.into_iter().reduce(f64::max).ok_or(Absent::NoRupture)
 }
 
 /// A recording that ends sooner is watched to its end.
-fn over_insertion_mm(attempt: &Attempt, rupture: &Rupture) -> f64 {
+fn over_insertion_mm(attempt: &Attempt, rupture: &RecordedRupture) -> f64 {
     let samples = attempt.timeline.samples();
     let until_s = rupture.t_s + WATCHED_S;
     let from = samples.partition_point(|s| s.t_s < rupture.t_s);
@@ -60,7 +64,7 @@ fn over_insertion_mm(attempt: &Attempt, rupture: &Rupture) -> f64 {
 
 /// From the rupture to where the speed, linear between grid points, falls to the limit. A needle that turns back has
 /// stopped on the way, though no grid point may have seen it.
-fn stop_time_s(attempt: &Attempt, speed_m_per_s: &[f64], rupture: &Rupture) -> Outcome {
+fn stop_time_s(attempt: &Attempt, speed_m_per_s: &[f64], rupture: &RecordedRupture) -> Outcome {
     let since_s = rupture.t_s - attempt.timeline.start_s();
     let from = (since_s * RATE_HZ).ceil().max(0.0) as usize;
     if speed_m_per_s.get(from).is_some_and(|speed| speed.abs() < STOPPED_M_PER_S) {
@@ -86,7 +90,7 @@ fn stands(attempt: &Attempt) -> Result<Vec<bool>, Absent> {
     Ok(advance_m.windows((STANDS_S * RATE_HZ) as usize + 1).map(within).collect())
 }
 
-fn stands_after_s(attempt: &Attempt, stands: &[bool], rupture: &Rupture) -> Outcome {
+fn stands_after_s(attempt: &Attempt, stands: &[bool], rupture: &RecordedRupture) -> Outcome {
     let since_s = rupture.t_s - attempt.timeline.start_s();
     let from = (since_s * RATE_HZ).ceil().max(0.0) as usize;
     let stop = stands.iter().enumerate().skip(from).find(|(_, stands)| **stands);

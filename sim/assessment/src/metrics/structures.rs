@@ -5,7 +5,7 @@ use documents::{SceneStructure, StructureKind};
 use nalgebra::Point3;
 use recording::EventKind;
 
-use super::Sheet;
+use super::MetricSheet;
 use crate::attempt::{Attempt, Outcome};
 use crate::catalogue::Direction;
 use crate::distance::{Segment, resolution_m, to_structure_m};
@@ -18,7 +18,7 @@ const KINDS: [(StructureKind, &str); 5] = [
     (StructureKind::Target, "target"),
 ];
 
-pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
+pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
     sheet.put("structure_hits", hits(attempt, |kind| kind != Some(StructureKind::Target)));
     for (kind, name) in KINDS {
         sheet.put_for("structure_hits", name, hits(attempt, |hit| hit == Some(kind)));

@@ -1,9 +1,9 @@
 //! Time, idleness and actions.
 
-use super::Sheet;
+use super::MetricSheet;
 use crate::absent::Absent;
 use crate::attempt::{Attempt, Outcome};
-use crate::motion::Motion;
+use crate::motion::TipMotion;
 use crate::signal::RATE_HZ;
 
 /// Slower than this is idle, in m/s.
@@ -19,11 +19,12 @@ const TURNING_RAD_PER_S: f64 = 50.0 * std::f64::consts::PI / 180.0;
 /// An action lasts longer than this, in s.
 const ACTION_S: f64 = 0.2;
 
-pub(super) fn measure(attempt: &Attempt, sheet: &mut Sheet) {
+pub(super) fn measure(attempt: &Attempt, sheet: &mut MetricSheet) {
     sheet.put("time_total_s", time_total_s(attempt));
     sheet.put("time_in_tissue_s", time_in_tissue_s(attempt));
     let (motion, intent) = (attempt.motion(), attempt.intent());
-    let idle = |of: Result<&Motion, Absent>, below| attempt.inside().and(of.map(|motion| idle_fraction(motion, below)));
+    let idle =
+        |of: Result<&TipMotion, Absent>, below| attempt.inside().and(of.map(|motion| idle_fraction(motion, below)));
     sheet.put("idle_fraction", idle(motion, IDLE_M_PER_S));
     sheet.put_anew("idle_fraction", idle(intent, IDLE_INTENT_M_PER_S));
     sheet.put("translational_actions", motion.map(|motion| runs(&motion.speed_m_per_s(), MOVING_M_PER_S)));
@@ -46,7 +47,7 @@ fn time_in_tissue_s(attempt: &Attempt) -> Outcome {
     Ok(steps.map(|s| (s[1].t_s - s[0].t_s) * (share(s[0].depth_m) + share(s[1].depth_m))).sum())
 }
 
-fn idle_fraction(motion: &Motion, below_m_per_s: f64) -> f64 {
+fn idle_fraction(motion: &TipMotion, below_m_per_s: f64) -> f64 {
     let speeds = motion.speed_m_per_s();
     let in_tissue = || speeds.iter().zip(&motion.inside).filter(|(_, inside)| **inside);
     in_tissue().filter(|(speed, _)| **speed < below_m_per_s).count() as f64 / in_tissue().count() as f64

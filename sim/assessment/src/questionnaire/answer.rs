@@ -153,8 +153,8 @@ pub fn read_answer(item: &Item, scale: &ScaleKind, said: &[&str]) -> Result<Opti
     let Some(first) = said.first() else { return Ok(None) };
     let answer = match scale {
         ScaleKind::Likert { points, .. } => whole(first, *points)?,
-        ScaleKind::Slider { min, max, step, .. } => mark(first, (*min, *max), *step)?,
-        ScaleKind::Number { min, max, unit } => number(first, (*min, *max), unit)?,
+        ScaleKind::Slider { min, max, step, .. } => mark(first, *min, *max, *step)?,
+        ScaleKind::Number { min, max, unit } => number(first, *min, *max, unit)?,
         ScaleKind::Pair => Answer::Text(one_of(first, item.pair.iter().map(String::as_str))?),
         ScaleKind::Choice { options } => Answer::Text(one_of(first, options.iter().map(|o| o.id.as_str()))?),
         ScaleKind::Choices { options } => {
@@ -179,7 +179,7 @@ fn whole(said: &str, points: u32) -> Result<Answer, Refused> {
     point.map(|point| Answer::Number(f64::from(point))).ok_or_else(|| Refused::new(said, Allowed::Points(points)))
 }
 
-fn mark(said: &str, (min, max): (f64, f64), step: f64) -> Result<Answer, Refused> {
+fn mark(said: &str, min: f64, max: f64, step: f64) -> Result<Answer, Refused> {
     let on_a_step = |number: &f64| {
         let steps = (number - min) / step;
         (min..=max).contains(number) && (steps - steps.round()).abs() < 1e-6
@@ -187,7 +187,7 @@ fn mark(said: &str, (min, max): (f64, f64), step: f64) -> Result<Answer, Refused
     parse(said).filter(on_a_step).map(Answer::Number).ok_or_else(|| Refused::new(said, Allowed::Steps(min, max, step)))
 }
 
-fn number(said: &str, (min, max): (f64, f64), unit: &str) -> Result<Answer, Refused> {
+fn number(said: &str, min: f64, max: f64, unit: &str) -> Result<Answer, Refused> {
     parse(said)
         .filter(|number| (min..=max).contains(number))
         .map(Answer::Number)

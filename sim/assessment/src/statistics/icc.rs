@@ -46,7 +46,7 @@ struct MeanSquares {
 /// With fewer than two raters or complete rows, where nothing rated differs from the rest, or for rows of different
 /// lengths.
 pub fn intraclass_correlation(rows: &[Vec<Option<f64>>]) -> Result<IntraclassCorrelation, NotComputable> {
-    let table = Complete::of(rows)?;
+    let table = Complete::from_rows(rows)?;
     table.at_least_two()?;
     let squares = mean_squares(&table);
     let MeanSquares { rows: msr, columns: msc, error: mse } = squares;
@@ -55,7 +55,7 @@ pub fn intraclass_correlation(rows: &[Vec<Option<f64>>]) -> Result<IntraclassCor
         return Err(NotComputable::NoVariance);
     }
     let single_random = ratio(msr - mse, msr + (k - 1.0) * mse + k * (msc - mse) / n)?;
-    let interval = interval(&squares, single_random, (n, k));
+    let interval = interval(&squares, single_random, n, k);
     Ok(IntraclassCorrelation {
         single_random,
         average_random: of_mean(single_random, k),
@@ -70,7 +70,7 @@ pub fn intraclass_correlation(rows: &[Vec<Option<f64>>]) -> Result<IntraclassCor
 }
 
 /// The interval of ICC(2,1), with Satterthwaite's degrees of freedom for what raters and error share.
-fn interval(squares: &MeanSquares, single: f64, (n, k): (f64, f64)) -> Option<(f64, f64)> {
+fn interval(squares: &MeanSquares, single: f64, n: f64, k: f64) -> Option<(f64, f64)> {
     let MeanSquares { rows: msr, columns: msc, error: mse } = *squares;
     let a = k * single / (n * (1.0 - single));
     let b = 1.0 + k * single * (n - 1.0) / (n * (1.0 - single));

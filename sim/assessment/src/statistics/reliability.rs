@@ -21,7 +21,7 @@ pub struct Reliability {
 /// # Errors
 /// With fewer than two items or complete rows, with no variance of the sums, or rows of different lengths.
 pub fn cronbach_alpha(rows: &[Vec<Option<f64>>]) -> Result<Reliability, NotComputable> {
-    let table = Complete::of(rows)?;
+    let table = Complete::from_rows(rows)?;
     table.at_least_two()?;
     let sums: Vec<f64> = table.rows.iter().map(|row| row.iter().sum()).collect();
     let of_sums = variance(&sums);

@@ -14,7 +14,7 @@ pub(super) struct Complete {
 
 impl Complete {
     /// Takes the complete rows.
-    pub(super) fn of(rows: &[Vec<Option<f64>>]) -> Result<Self, NotComputable> {
+    pub(super) fn from_rows(rows: &[Vec<Option<f64>>]) -> Result<Self, NotComputable> {
         let columns = rows.first().map_or(0, Vec::len);
         if rows.iter().any(|row| row.len() != columns) {
             return Err(NotComputable::Ragged);

@@ -2,7 +2,7 @@
 //!
 //! It would fail on a lost device that is judged as a needle too shallow, and on a hiccup that voids an attempt it hardly touched.
 
-use assessment::void::{MOST_UNFELT, reason};
+use assessment::void::{MOST_UNFELT, find_void_reason};
 use assessment::{AssessError, Void, assess};
 use recording::sample::flags;
 use recording::{EventKind, Recording};
@@ -22,7 +22,7 @@ fn unfelt(part: f64) -> Recording {
 #[test]
 fn a_lost_device_is_not_the_trainees_failure() {
     let mut recording = unfelt(0.0);
-    assert_eq!(reason(&recording), None);
+    assert_eq!(find_void_reason(&recording), None);
     let last = *recording.samples.last().expect("samples");
     let mut lost = event(EventKind::Interrupted, &last, None);
     "device lost: the device is gone".clone_into(&mut lost.text);
@@ -40,5 +40,5 @@ fn what_was_not_felt_for_too_long_is_not_judged() {
     assert!((unfelt_s - 0.22).abs() < 0.01 && (inside_s - 2.0).abs() < 0.01, "{unfelt_s} s of {inside_s} s");
     let mut outside = unfelt(1.0);
     outside.samples.iter_mut().for_each(|sample| sample.flags &= !flags::INSIDE);
-    assert_eq!(reason(&outside), None, "in the air there is nothing to feel");
+    assert_eq!(find_void_reason(&outside), None, "in the air there is nothing to feel");
 }

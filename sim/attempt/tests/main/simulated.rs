@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use attempt::simulate::{Clock, MotionSource, Simulated, rehearse, simulate};
 use attempt::verify::{Verification, verify};
-use bench::scenes::training;
+use bench::scenes::training_axial_spec;
 use law::closed_form::ruptures;
 use law::operator::{Motion, Operator, Plan, Skill};
 use law::puncture::PunctureSpec;
@@ -36,7 +36,7 @@ fn bending(needle_bending_n_m2: Option<f64>) -> Specimen {
         wall: None,
     };
     let puncture = PunctureSpec {
-        axial: training(),
+        axial: training_axial_spec(),
         lateral_stiffness_n_per_m2: 10_000.0,
         needle_length_m: 0.1,
         needle_bending_n_m2,

@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use crate::slabs::{contactor, exact, layer, overkill};
+use crate::slabs::{ask_contactor, make_elastic_layer, solve_beyond_need, solve_exactly};
 use crate::{Measured, largest};
 use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, MeshSpec, Side};
-use tissue::quadrature::gauss;
+use tissue::quadrature::gauss_rule;
 use tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
 
 /// Points of the rule for integrals over a load: they leave 1e-9.
@@ -13,7 +13,7 @@ const POINTS: usize = 32;
 
 /// A block as deep as it is wide, pushed on its skin: what a half-space becomes as it grows.
 fn block(radius_m: f64, modulus_pa: f64, poisson: f64, load_radius_m: f64) -> Problem {
-    let slab = Slab { layers: vec![layer(radius_m, modulus_pa, poisson)], radius_m };
+    let slab = Slab { layers: vec![make_elastic_layer(radius_m, modulus_pa, poisson)], radius_m };
     let load = Load { kind: LoadKind::Contactor { depth_m: 0.0 }, radius_m: load_radius_m };
     Problem { slab, load, sample_r_m: vec![], sample_depth_m: vec![] }
 }
@@ -22,7 +22,7 @@ fn block(radius_m: f64, modulus_pa: f64, poisson: f64, load_radius_m: f64) -> Pr
 /// it, on a block of so many load radii.
 fn half_space_shortfall(radii: f64) -> Result<f64, AxisymmetricError> {
     let (e, nu, a) = (50e3, 0.3, 0.001);
-    let model = exact(&block(radii * a, e, nu, a))?;
+    let model = solve_exactly(&block(radii * a, e, nu, a))?;
     Ok(1.0 - (1.0 / model.stiffness_n_per_m()) / ((1.0 - nu * nu) / (e * a * PI.sqrt())))
 }
 
@@ -38,7 +38,7 @@ pub(super) fn half_space_rate() -> Measured {
 
 /// 1 N on 50 kPa, ν 0.45: F(1 − ν²)/(πEr) = 0.5077 mm at 10 mm.
 pub(super) fn boussinesq_error() -> Measured {
-    let model = exact(&block(5.0, 50e3, 0.45, 0.001))?;
+    let model = solve_exactly(&block(5.0, 50e3, 0.45, 0.001))?;
     Ok((-model.displacement_m(0.01, 0.0)[0] / 0.5077e-3 - 1.0).abs())
 }
 
@@ -49,28 +49,35 @@ pub(super) fn boussinesq_error() -> Measured {
 /// the integral is ∫ u(a sin θ) sin θ dθ from 0 to π/2, without a singularity.
 pub(super) fn punch_error() -> Measured {
     let a = 0.5 * 0.00127;
-    let model = exact(&block(5.0, 50e3, 0.45, a / 6.0))?;
+    let model = solve_exactly(&block(5.0, 50e3, 0.45, a / 6.0))?;
     let sinks_by = |(x, weight): (f64, f64)| {
         let sine = libm::sin(0.25 * PI * (1.0 + x));
         -0.25 * PI * weight * sine * model.displacement_m(a * sine, 0.0)[0]
     };
-    let stiffness_n_per_m = 1.0 / gauss(POINTS).into_iter().map(sinks_by).sum::<f64>();
+    let stiffness_n_per_m = 1.0 / gauss_rule(POINTS).into_iter().map(sinks_by).sum::<f64>();
     Ok((stiffness_n_per_m / 79.62 - 1.0).abs())
 }
 
 /// Three layers in a smooth tube, pressed evenly: Σ d/(M A), M = E(1 − ν)/((1 + ν)(1 − 2ν)), of what is below.
 pub(super) fn column_error() -> Measured {
-    confined_error(vec![layer(0.002, 1e6, 0.3), layer(0.01, 5e3, 0.45), layer(0.03, 60e3, 0.499)], &[0.0, 0.002, 0.012])
+    confined_error(
+        vec![
+            make_elastic_layer(0.002, 1e6, 0.3),
+            make_elastic_layer(0.01, 5e3, 0.45),
+            make_elastic_layer(0.03, 60e3, 0.499),
+        ],
+        &[0.0, 0.002, 0.012],
+    )
 }
 
 /// A linear displacement, anywhere in a column whose elements differ in size and order.
 pub(super) fn patch_error() -> Measured {
-    confined_error(vec![layer(0.03, 50e3, 0.3)], &[0.0, 0.0003, 0.004, 0.0111, 0.02, 0.0299])
+    confined_error(vec![make_elastic_layer(0.03, 50e3, 0.3)], &[0.0, 0.0003, 0.004, 0.0111, 0.02, 0.0299])
 }
 
 /// Largest relative error at these depths of a column of layers in a smooth tube, pressed evenly.
 pub(super) fn confined_error(layers: Vec<ElasticLayer>, depths_m: &[f64]) -> Measured {
-    let mut problem = contactor(layers, 0.0);
+    let mut problem = ask_contactor(layers, 0.0);
     problem.slab.radius_m = 0.01;
     problem.sample_r_m.clear();
     let mesh = MeshSpec::graded(&problem, 6.0);
@@ -99,10 +106,14 @@ pub(super) fn confined_error(layers: Vec<ElasticLayer>, depths_m: &[f64]) -> Mea
 /// What load one does where load two acts, against what load two does where load one acts, both averaged with the
 /// Gaussian of a contactor: the same, says Betti, though the two are solved on different meshes.
 pub(super) fn mutual_error() -> Measured {
-    let layers = [layer(0.0008, 132e3, 0.45), layer(0.0084, 33.1e3, 0.45), layer(0.039, 198e3, 0.45)];
+    let layers = [
+        make_elastic_layer(0.0008, 132e3, 0.45),
+        make_elastic_layer(0.0084, 33.1e3, 0.45),
+        make_elastic_layer(0.039, 198e3, 0.45),
+    ];
     let loaded = |depth_m: f64| {
-        let problem = contactor(layers.to_vec(), depth_m);
-        Ok::<_, AxisymmetricError>((overkill(&problem)?, problem.load.radius_m, depth_m))
+        let problem = ask_contactor(layers.to_vec(), depth_m);
+        Ok::<_, AxisymmetricError>((solve_beyond_need(&problem)?, problem.load.radius_m, depth_m))
     };
     let loads = [loaded(0.0)?, loaded(0.0008)?, loaded(0.0092)?];
     let felt = |by: usize, of: usize| -> f64 {
@@ -112,7 +123,7 @@ pub(super) fn mutual_error() -> Measured {
             let radii = 3.0 * (1.0 + x);
             6.0 * weight * radii * libm::exp(-radii * radii) * model.displacement_m(a * radii, *felt_m)[0]
         };
-        gauss(POINTS).into_iter().map(at).sum()
+        gauss_rule(POINTS).into_iter().map(at).sum()
     };
     Ok(largest([(0, 1), (0, 2), (1, 2)].map(|(one, two)| (felt(one, two) / felt(two, one) - 1.0).abs())))
 }

@@ -1,8 +1,8 @@
 //! Layers that make an element model give way: contrasts, near incompressibility, slivers and nothing at all.
 
-use crate::slabs::{contactor, distance, layer, overkill};
+use crate::slabs::{ask_contactor, make_elastic_layer, relative_distance_of_models, solve_beyond_need};
 use crate::{Measured, largest};
-use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, Fitted, MeshSpec, fit};
+use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, FittedAxisymmetric, MeshSpec, fit};
 use tissue::{ElasticLayer, Problem};
 
 const TOLERANCE: f64 = 1e-3;
@@ -13,13 +13,20 @@ const RATIOS: [f64; 4] = [1e2, 1e3, 1e4, 1e5];
 /// A load on the upper boundary of a layer that is so many times as stiff as its neighbours.
 fn contrast(ratio: f64) -> Problem {
     let (outer, inner) = if ratio > 1.0 { (1e4, 1e4 * ratio) } else { (1e4 / ratio, 1e4) };
-    contactor(vec![layer(0.002, outer, 0.45), layer(0.01, inner, 0.48), layer(0.03, outer, 0.45)], 0.002)
+    ask_contactor(
+        vec![
+            make_elastic_layer(0.002, outer, 0.45),
+            make_elastic_layer(0.01, inner, 0.48),
+            make_elastic_layer(0.03, outer, 0.45),
+        ],
+        0.002,
+    )
 }
 
 /// True error of a fit to the tolerance; infinite when the tolerance is not met.
 fn fitted_error(problem: &Problem) -> Result<f64, AxisymmetricError> {
-    let Fitted { model, met, .. } = fit(problem, TOLERANCE)?;
-    Ok(if met { distance(problem, &model, &overkill(problem)?) } else { f64::INFINITY })
+    let FittedAxisymmetric { model, met, .. } = fit(problem, TOLERANCE)?;
+    Ok(if met { relative_distance_of_models(problem, &model, &solve_beyond_need(problem)?) } else { f64::INFINITY })
 }
 
 /// The largest of them.
@@ -41,7 +48,7 @@ pub(super) fn contrast_estimate() -> Measured {
     let factor = |ratio: f64| -> Measured {
         let problem = contrast(ratio);
         let fitted = fit(&problem, TOLERANCE)?;
-        let error = problem.sampled(&fitted.model).distance(&problem.sampled(&overkill(&problem)?));
+        let error = problem.sampled(&fitted.model).distance(&problem.sampled(&solve_beyond_need(&problem)?));
         Ok(largest([error / fitted.estimated_relative_error, fitted.estimated_relative_error / error]))
     };
     let factors: Result<Vec<f64>, _> = [1e-5, 1e-2, 1e2, 1e5].into_iter().map(factor).collect();
@@ -50,11 +57,16 @@ pub(super) fn contrast_estimate() -> Measured {
 
 /// The muscle's stiffness under a skin that is a fiftieth of its depth.
 pub(super) fn skin_error() -> Measured {
-    worst([0.0, 0.0008].map(|depth_m| contactor(vec![layer(0.0008, 132e3, 0.45), layer(0.039, 198e3, 0.45)], depth_m)))
+    worst([0.0, 0.0008].map(|depth_m| {
+        ask_contactor(vec![make_elastic_layer(0.0008, 132e3, 0.45), make_elastic_layer(0.039, 198e3, 0.45)], depth_m)
+    }))
 }
 
 fn skin_on_fat(poisson_ratio: f64) -> Problem {
-    contactor(vec![layer(0.002, 1e6, poisson_ratio), layer(0.04, 2e4, poisson_ratio)], 0.0)
+    ask_contactor(
+        vec![make_elastic_layer(0.002, 1e6, poisson_ratio), make_elastic_layer(0.04, 2e4, poisson_ratio)],
+        0.0,
+    )
 }
 
 pub(super) fn incompressible_error() -> Measured {
@@ -66,39 +78,47 @@ pub(super) fn incompressible_locking() -> Measured {
     let error = |poisson_ratio: f64| -> Measured {
         let problem = skin_on_fat(poisson_ratio);
         let model = Axisymmetric::new(&problem, &MeshSpec::graded(&problem, 7.0).graded_to_side())?;
-        Ok(distance(&problem, &model, &overkill(&problem)?))
+        Ok(relative_distance_of_models(&problem, &model, &solve_beyond_need(&problem)?))
     };
     Ok(error(0.499)? / error(0.45)?)
 }
 
 /// The layers asked about at the skin only, so that all versions of a problem are asked the same.
 fn at_skin(layers: Vec<ElasticLayer>) -> Problem {
-    let mut problem = contactor(layers, 0.0);
+    let mut problem = ask_contactor(layers, 0.0);
     problem.sample_depth_m.truncate(1);
     problem
 }
 
 /// How far the fits of two problems are apart.
 fn change(one: &Problem, other: &Problem) -> Measured {
-    Ok(distance(one, &fit(one, TOLERANCE)?.model, &fit(other, TOLERANCE)?.model))
+    Ok(relative_distance_of_models(one, &fit(one, TOLERANCE)?.model, &fit(other, TOLERANCE)?.model))
 }
 
 /// Both fits are to 0.1 %; the mesh around a sliver must be as good as one without.
 pub(super) fn film_error() -> Measured {
-    let whole = at_skin(vec![layer(0.03, 2e4, 0.45)]);
-    let film = at_skin(vec![layer(0.002, 2e4, 0.45), layer(1e-6, 2e4, 0.45), layer(0.027_999, 2e4, 0.45)]);
+    let whole = at_skin(vec![make_elastic_layer(0.03, 2e4, 0.45)]);
+    let film = at_skin(vec![
+        make_elastic_layer(0.002, 2e4, 0.45),
+        make_elastic_layer(1e-6, 2e4, 0.45),
+        make_elastic_layer(0.027_999, 2e4, 0.45),
+    ]);
     change(&whole, &film)
 }
 
 /// A linear field in a column with a film in it, which its elements must carry exactly but for rounding.
 pub(super) fn film_patch() -> Measured {
-    let layers = vec![layer(0.002, 1e5, 0.3), layer(1e-6, 2e4, 0.45), layer(0.02, 6e4, 0.48)];
+    let layers = vec![
+        make_elastic_layer(0.002, 1e5, 0.3),
+        make_elastic_layer(1e-6, 2e4, 0.45),
+        make_elastic_layer(0.02, 6e4, 0.48),
+    ];
     super::closed_forms::confined_error(layers, &[0.0, 0.001, 0.002, 0.002_001, 0.01])
 }
 
 /// An element's end before its beginning, at it, at the axis, and nowhere.
 pub(super) fn inverted_accepted() -> Measured {
-    let problem = contactor(vec![layer(0.03, 2e4, 0.45)], 0.0);
+    let problem = ask_contactor(vec![make_elastic_layer(0.03, 2e4, 0.45)], 0.0);
     let good = MeshSpec::graded(&problem, 4.0);
     let accepted = |end_m: f64| {
         let [mut radial, mut axial] = [good.clone(), good.clone()];
@@ -112,20 +132,27 @@ pub(super) fn inverted_accepted() -> Measured {
 
 /// To the last bit.
 pub(super) fn sheets_change() -> Measured {
-    let solid = at_skin(vec![layer(0.001, 1e5, 0.45), layer(0.03, 2e4, 0.45)]);
+    let solid = at_skin(vec![make_elastic_layer(0.001, 1e5, 0.45), make_elastic_layer(0.03, 2e4, 0.45)]);
     let mut sheeted = solid.clone();
-    sheeted.slab.layers.insert(1, layer(0.0, 1e6, 0.3));
-    sheeted.slab.layers.insert(0, layer(0.0, 1e6, 0.3));
+    sheeted.slab.layers.insert(1, make_elastic_layer(0.0, 1e6, 0.3));
+    sheeted.slab.layers.insert(0, make_elastic_layer(0.0, 1e6, 0.3));
     change(&solid, &sheeted)
 }
 
 pub(super) fn duplicate_change() -> Measured {
-    let (fat, half) = (layer(0.01, 2e4, 0.45), layer(0.005, 2e4, 0.45));
-    change(&at_skin(vec![layer(0.002, 1e5, 0.45), fat]), &at_skin(vec![layer(0.002, 1e5, 0.45), half, half]))
+    let (fat, half) = (make_elastic_layer(0.01, 2e4, 0.45), make_elastic_layer(0.005, 2e4, 0.45));
+    change(
+        &at_skin(vec![make_elastic_layer(0.002, 1e5, 0.45), fat]),
+        &at_skin(vec![make_elastic_layer(0.002, 1e5, 0.45), half, half]),
+    )
 }
 
 /// A thin fascia, pressed from above and from below.
 pub(super) fn thin_error() -> Measured {
-    let layers = [layer(0.002, 1e5, 0.45), layer(0.0002, 1e6, 0.45), layer(0.03, 2e4, 0.45)];
-    worst([0.002, 0.0022].map(|depth_m| contactor(layers.to_vec(), depth_m)))
+    let layers = [
+        make_elastic_layer(0.002, 1e5, 0.45),
+        make_elastic_layer(0.0002, 1e6, 0.45),
+        make_elastic_layer(0.03, 2e4, 0.45),
+    ];
+    worst([0.002, 0.0022].map(|depth_m| ask_contactor(layers.to_vec(), depth_m)))
 }

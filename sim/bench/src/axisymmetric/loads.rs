@@ -1,13 +1,17 @@
 //! Forces that jump, stay, or are none. The model has no memory, so no force may leave a trace.
 
-use crate::slabs::{contactor, layer};
+use crate::slabs::{ask_contactor, make_elastic_layer};
 use crate::{Measured, largest};
 use tissue::FieldModel;
 use tissue::axisymmetric::{Axisymmetric, AxisymmetricError, fit};
 
 fn lower_back() -> Result<Axisymmetric, AxisymmetricError> {
-    let layers = vec![layer(0.0008, 132e3, 0.45), layer(0.0084, 33.1e3, 0.45), layer(0.039, 198e3, 0.45)];
-    Ok(fit(&contactor(layers, 0.0), 1e-2)?.model)
+    let layers = vec![
+        make_elastic_layer(0.0008, 132e3, 0.45),
+        make_elastic_layer(0.0084, 33.1e3, 0.45),
+        make_elastic_layer(0.039, 198e3, 0.45),
+    ];
+    Ok(fit(&ask_contactor(layers, 0.0), 1e-2)?.model)
 }
 
 /// Axial and radial displacement in m at places all over the tissue.

@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 
 use super::{DT, lateness_m, latest_m};
-use crate::needle::{Needle, Tick};
-use crate::scenes::{Leg, Run, in_hold_out_in, layer, paper, training, trocar_through};
+use crate::needle::{DrivenNeedle, NeedleTick};
+use crate::scenes::{AxialRun, Leg, in_hold_out_in, make_layer, paper_axial_spec, training_axial_spec, trocar_through};
 use crate::{Measured, largest};
 use law::axial::{AxialSpec, Contactor, ParamError, Rupture};
 use law::closed_form;
@@ -17,8 +17,8 @@ fn insertion(to_m: f64, tick_m: f64) -> Leg {
 
 /// Three times the same fascia at the skin, and fat at the same depth.
 fn coincident() -> AxialSpec {
-    let fascia = layer("fascia", [0.0, 400.0, 0.0, 0.8, 1.0, 0.0, 0.2]);
-    let fat = layer("fat", [9.0, 80.0, 0.0, 0.3, 0.4, 0.0, 0.0]);
+    let fascia = make_layer("fascia", [0.0, 400.0, 0.0, 0.8, 1.0, 0.0, 0.2]);
+    let fat = make_layer("fat", [9.0, 80.0, 0.0, 0.3, 0.4, 0.0, 0.0]);
     trocar_through(vec![fascia.clone(), fascia.clone(), fascia, fat])
 }
 
@@ -28,29 +28,29 @@ pub(super) fn coincident_lateness() -> Measured {
 
 pub(super) fn coincident_cutting() -> Measured {
     let mut cutting_n = Vec::new();
-    Run::new(coincident())?.travel(&insertion(0.02, 2e-6), |_, _, output| cutting_n.push(output.cutting_n));
+    AxialRun::new(coincident())?.travel(&insertion(0.02, 2e-6), |_, _, output| cutting_n.push(output.cutting_n));
     Ok(largest(cutting_n))
 }
 
 /// Three layers of 0.3 mm under a rim that follows by 2 mm.
 pub(super) fn thin_lateness() -> Measured {
-    let thin = |name| layer(name, [0.3, 1000.0, 0.0, 0.2, 0.3, 0.0, 0.0]);
+    let thin = |name| make_layer(name, [0.3, 1000.0, 0.0, 0.2, 0.3, 0.0, 0.0]);
     Ok(lateness_m(trocar_through(vec![thin("a"), thin("b"), thin("c")]), &insertion(0.005, 1e-6))? * 1e6)
 }
 
 /// A skin so strong that whatever lies below it has reached its own threshold when it gives way.
 pub(super) fn cascade_lateness() -> Measured {
     let spec = trocar_through(vec![
-        layer("skin", [1.0, 400.0, 0.0, 2.0, 3.0, 0.0, 0.0]),
-        layer("fascia", [0.0, 300.0, 0.0, 0.4, 0.5, 0.0, 0.0]),
-        layer("fat", [0.5, 200.0, 0.0, 0.3, 0.4, 0.0, 0.0]),
+        make_layer("skin", [1.0, 400.0, 0.0, 2.0, 3.0, 0.0, 0.0]),
+        make_layer("fascia", [0.0, 300.0, 0.0, 0.4, 0.5, 0.0, 0.0]),
+        make_layer("fat", [0.5, 200.0, 0.0, 0.3, 0.4, 0.0, 0.0]),
     ]);
     Ok(lateness_m(spec, &insertion(0.06, 2e-6))? * 1e6)
 }
 
 /// Everything in one tick: every tip in boundary order, then every rim.
 pub(super) fn cascade_order() -> Measured {
-    let mut run = Run::new(paper())?;
+    let mut run = AxialRun::new(paper_axial_spec())?;
     run.step(0.0, -0.001);
     run.step(DT, 0.05);
     let wanted = [Contactor::Tip, Contactor::Rim].into_iter().flat_map(|contactor| (0..3).map(move |b| (contactor, b)));
@@ -61,13 +61,13 @@ pub(super) fn cascade_order() -> Measured {
 
 /// No device holds 12.1 N; the law reaches them as stated all the same. The scaling to a device is not its business.
 pub(super) fn threshold_excess() -> Measured {
-    let mut spec = paper();
+    let mut spec = paper_axial_spec();
     spec.layers.truncate(1);
     for layer in &mut spec.layers {
         layer.tip_rupture_n = 12.1;
     }
     let mut first_n = None;
-    Run::new(spec)?.travel(&insertion(0.04, 2e-6), |run, _, _| {
+    AxialRun::new(spec)?.travel(&insertion(0.04, 2e-6), |run, _, _| {
         first_n = first_n.or(run.ruptures().first().map(|rupture| rupture.force_n));
     });
     let excess_n = first_n.map_or(f64::INFINITY, |force_n| force_n - 12.1);
@@ -76,7 +76,7 @@ pub(super) fn threshold_excess() -> Measured {
 
 /// In and out again of the training scene.
 pub(super) fn withdrawn_energy() -> Measured {
-    let mut run = Run::new(training())?;
+    let mut run = AxialRun::new(training_axial_spec())?;
     for leg in &in_hold_out_in()[..3] {
         run.travel(leg, |_, _, _| ());
     }
@@ -84,17 +84,17 @@ pub(super) fn withdrawn_energy() -> Measured {
 }
 
 /// In to 30 mm and out; then in again so far beside the first entry, in m. The ticks of the second insertion.
-fn enter_again(beside_m: f64) -> Result<Vec<Tick>, ParamError> {
+fn enter_again(beside_m: f64) -> Result<Vec<NeedleTick>, ParamError> {
     let at = |x_m, z_m| Point3::new(x_m, 0.0, z_m);
     let down = -Vector3::z();
-    let mut needle = Needle::new(paper(), vec![])?;
+    let mut needle = DrivenNeedle::new(paper_axial_spec(), vec![])?;
     needle.travel(down, at(0.0, 0.003), at(0.0, -0.03));
     needle.travel(down, at(0.0, -0.03), at(0.0, 0.003));
     needle.travel(down, at(0.0, 0.003), at(beside_m, 0.003));
     Ok(needle.travel(down, at(beside_m, 0.003), at(beside_m, -0.03)))
 }
 
-fn ruptures(ticks: &[Tick]) -> Vec<Rupture> {
+fn ruptures(ticks: &[NeedleTick]) -> Vec<Rupture> {
     let rupture =
         |event: &PunctureEvent| if let PunctureEvent::Rupture(rupture) = event { Some(*rupture) } else { None };
     ticks.iter().flat_map(|tick| &tick.events).filter_map(rupture).collect()
@@ -108,12 +108,12 @@ pub(super) fn same_track_ruptures() -> Measured {
 }
 
 pub(super) fn same_track_force() -> Measured {
-    let elastic_n = |tick: Tick| tick.output.axial.tip_n + tick.output.axial.rim_n;
+    let elastic_n = |tick: NeedleTick| tick.output.axial.tip_n + tick.output.axial.rim_n;
     Ok(largest(enter_again(SAME_TRACK_M)?.into_iter().map(elastic_n)))
 }
 
 pub(super) fn beside_intact() -> Measured {
-    let wanted = closed_form::ruptures(&paper()).len();
+    let wanted = closed_form::ruptures(&paper_axial_spec()).len();
     Ok(wanted.abs_diff(ruptures(&enter_again(0.003)?).len()) as f64)
 }
 
@@ -122,8 +122,8 @@ pub(super) fn oblique_lateness() -> Measured {
     let angle = core::f64::consts::FRAC_PI_3;
     let axis = Vector3::new(libm::sin(angle), 0.0, -libm::cos(angle));
     let entry = Point3::new(0.01, 0.02, 0.0);
-    let ticks = Needle::new(paper(), vec![])?.travel(axis, entry - axis * 0.002, entry + axis * 0.05);
-    let mut doubled = paper();
+    let ticks = DrivenNeedle::new(paper_axial_spec(), vec![])?.travel(axis, entry - axis * 0.002, entry + axis * 0.05);
+    let mut doubled = paper_axial_spec();
     for layer in &mut doubled.layers {
         layer.thickness_m *= 2.0;
     }

@@ -18,7 +18,7 @@ use motion::{
 };
 use samples::{bad_first_sample, bad_samples, missing_samples, no_time};
 
-use super::scenes::{Leg, Run};
+use super::scenes::{AxialRun, Leg};
 use super::{case, largest};
 use law::axial::{AxialSpec, ParamError, Rupture};
 use law::closed_form::{self, PredictedRupture};
@@ -71,7 +71,7 @@ const ROUND_OFF_M: f64 = 1e-12;
 pub fn lateness_m(spec: AxialSpec, leg: &Leg) -> Result<f64, ParamError> {
     let predicted = closed_form::ruptures(&spec);
     let mut found = Vec::with_capacity(predicted.len());
-    Run::new(spec)?.travel(leg, |run, _, _| found.extend_from_slice(run.ruptures()));
+    AxialRun::new(spec)?.travel(leg, |run, _, _| found.extend_from_slice(run.ruptures()));
     Ok(latest_m(&found, &predicted))
 }
 
@@ -87,8 +87,8 @@ fn latest_m(found: &[Rupture], predicted: &[PredictedRupture]) -> f64 {
 }
 
 /// A needle inserted at 10 mm/s and 1 kHz from the skin to a depth in m.
-fn inserted(spec: AxialSpec, to_m: f64) -> Result<Run, ParamError> {
-    let mut run = Run::new(spec)?;
+fn inserted(spec: AxialSpec, to_m: f64) -> Result<AxialRun, ParamError> {
+    let mut run = AxialRun::new(spec)?;
     run.travel(&Leg { start_s: 0.0, duration_s: to_m / 0.01, dt_s: DT, from_m: 0.0, to_m }, |_, _, _| ());
     Ok(run)
 }

@@ -1,7 +1,7 @@
 //! Motions that no careful hand makes, and motions that last.
 
 use super::{DT, inserted, lateness_m};
-use crate::scenes::{Leg, Run, in_hold_out_in, training};
+use crate::scenes::{AxialRun, Leg, in_hold_out_in, training_axial_spec};
 use crate::{Measured, largest};
 use law::axial::{AxialOutput, ParamError};
 
@@ -9,14 +9,14 @@ use law::axial::{AxialOutput, ParamError};
 const STAB: Leg = Leg { start_s: 0.0, duration_s: 0.045, dt_s: DT, from_m: -0.002, to_m: 0.043 };
 
 pub(super) fn stab_lateness() -> Measured {
-    Ok(lateness_m(training(), &STAB)? * 1e3)
+    Ok(lateness_m(training_axial_spec(), &STAB)? * 1e3)
 }
 
 /// The bound, in N: the largest pair of thresholds, Σ b l · 1 m/s, Σ c l and the largest cutting force, for l down to
 /// 43 mm: 1.5 + 1.9, 0.24 + 0.84 + 10.14, 0.08 + 0.126 + 1.352 and 0.3.
 pub(super) fn stab_force() -> Measured {
     let mut forces_n = Vec::new();
-    Run::new(training())?.travel(&STAB, |_, _, output| forces_n.push(output.total_n()));
+    AxialRun::new(training_axial_spec())?.travel(&STAB, |_, _, output| forces_n.push(output.total_n()));
     Ok(largest(forces_n))
 }
 
@@ -24,10 +24,10 @@ pub(super) fn stab_force() -> Measured {
 const TELEPORTS_M: [f64; 3] = [0.05, 0.0122, 0.0041];
 
 /// The largest of what `of` tells of a needle after its teleport, given where it went.
-fn teleport(of: impl Fn(Run, f64) -> f64) -> Measured {
+fn teleport(of: impl Fn(AxialRun, f64) -> f64) -> Measured {
     let mut found = Vec::with_capacity(TELEPORTS_M.len());
     for target_m in TELEPORTS_M {
-        let mut run = Run::new(training())?;
+        let mut run = AxialRun::new(training_axial_spec())?;
         run.step(0.0, -0.0001);
         run.step(DT, target_m);
         found.push(of(run, target_m));
@@ -56,7 +56,7 @@ pub(super) fn teleport_force() -> Measured {
 
 /// A handle of 45 g let go at rest at a displacement: where it is after two seconds, in m, and the most energy that it
 /// and the tissue ever had, in J.
-fn release(run: &mut Run, x_m: f64) -> (f64, f64) {
+fn release(run: &mut AxialRun, x_m: f64) -> (f64, f64) {
     let start_s = x_m / 0.01;
     let (mut x_m, mut v, mut force_n) = (x_m, 0.0_f64, run.state.last_output().total_n());
     let energy_j = |tick: u32| {
@@ -73,24 +73,24 @@ fn release(run: &mut Run, x_m: f64) -> (f64, f64) {
 const TENTED_M: f64 = 0.0029;
 
 pub(super) fn release_energy() -> Measured {
-    let mut tented = inserted(training(), TENTED_M)?;
+    let mut tented = inserted(training_axial_spec(), TENTED_M)?;
     let stored_j = tented.state.ledger.elastic_j();
     Ok(release(&mut tented, TENTED_M).1 / stored_j)
 }
 
 pub(super) fn release_depth() -> Measured {
-    let (x_m, _) = release(&mut inserted(training(), TENTED_M)?, TENTED_M);
+    let (x_m, _) = release(&mut inserted(training_axial_spec(), TENTED_M)?, TENTED_M);
     Ok(libm::fmaximum(x_m, 0.0) * 1e3)
 }
 
 pub(super) fn release_inserted() -> Measured {
-    let (x_m, _) = release(&mut inserted(training(), 0.03)?, 0.03);
+    let (x_m, _) = release(&mut inserted(training_axial_spec(), 0.03)?, 0.03);
     Ok((x_m - 0.03).abs() * 1e3)
 }
 
 /// Back by 0.2 mm and in again from 30 mm, handing each tick to `see` with its way back in m. The friction's cap there is
 /// 1.04 N or so, the presliding zone 1.04 mm wide from end to end.
-fn reverse(run: &mut Run, mut see: impl FnMut(f64, &AxialOutput)) {
+fn reverse(run: &mut AxialRun, mut see: impl FnMut(f64, &AxialOutput)) {
     for tick in 1..=400_u32 {
         let back_m = f64::from(tick.min(400 - tick)) * 1e-6;
         see(back_m, &run.step(3.0 + f64::from(tick) * DT, 0.03 - back_m));
@@ -98,7 +98,7 @@ fn reverse(run: &mut Run, mut see: impl FnMut(f64, &AxialOutput)) {
 }
 
 pub(super) fn reversal_force() -> Measured {
-    let mut run = inserted(training(), 0.03)?;
+    let mut run = inserted(training_axial_spec(), 0.03)?;
     let start_n = run.state.last_output().friction_n;
     let mut errors_n = Vec::with_capacity(400);
     reverse(&mut run, |back_m, output| errors_n.push((output.friction_n - (start_n - 2000.0 * back_m)).abs()));
@@ -106,16 +106,16 @@ pub(super) fn reversal_force() -> Measured {
 }
 
 pub(super) fn reversal_loss() -> Measured {
-    let mut run = inserted(training(), 0.03)?;
-    let friction_j = |run: &Run| run.state.ledger.layers.iter().map(|layer| layer.friction_j).sum::<f64>();
+    let mut run = inserted(training_axial_spec(), 0.03)?;
+    let friction_j = |run: &AxialRun| run.state.ledger.layers.iter().map(|layer| layer.friction_j).sum::<f64>();
     let before_j = friction_j(&run);
     reverse(&mut run, |_, _| ());
     Ok(friction_j(&run) - before_j)
 }
 
 /// Ten minutes at 20 mm after an insertion and half a second of rest; the largest change of what `of` tells.
-fn hold(of: impl Fn(&Run) -> f64) -> Measured {
-    let mut run = inserted(training(), 0.02)?;
+fn hold(of: impl Fn(&AxialRun) -> f64) -> Measured {
+    let mut run = inserted(training_axial_spec(), 0.02)?;
     run.step(2.5, 0.02);
     let settled = of(&run);
     Ok(largest((1..=600_000_u32).map(|tick| {
@@ -136,8 +136,8 @@ pub(super) fn hold_energy() -> Measured {
 
 /// Eight hours of strokes of 20 s at 100 Hz, in to 30 mm and out; the forces of the second and of the last, in N. The first
 /// opens and cuts; from the second on nothing new happens.
-fn hours() -> Result<(Run, [Vec<f64>; 2]), ParamError> {
-    let mut run = Run::new(training())?;
+fn hours() -> Result<(AxialRun, [Vec<f64>; 2]), ParamError> {
+    let mut run = AxialRun::new(training_axial_spec())?;
     let mut stroke = |number: u32| -> Vec<f64> {
         let force_n = |tick: u32| {
             let x_m = 0.015 - 0.016 * libm::cos(f64::from(tick) * core::f64::consts::TAU / 2000.0);
@@ -166,7 +166,7 @@ pub(super) fn hours_ledger() -> Measured {
 
 /// Every force of in–hold–out–in at a tick rate, at the instants of 1 kHz. The legs are whole milliseconds.
 fn at_rate(ticks_per_ms: u32) -> Result<Vec<AxialOutput>, ParamError> {
-    let mut run = Run::new(training())?;
+    let mut run = AxialRun::new(training_axial_spec())?;
     let mut outputs = Vec::new();
     for leg in in_hold_out_in() {
         let leg = Leg { dt_s: DT / f64::from(ticks_per_ms), ..leg };

@@ -1,7 +1,7 @@
 //! What a broken device sends: none of it may leave a trace.
 
 use super::{DT, inserted};
-use crate::scenes::{Run, training};
+use crate::scenes::{AxialRun, training_axial_spec};
 use crate::{Measured, largest};
 use law::axial::{AxialInput, AxialOutput, step};
 
@@ -11,7 +11,7 @@ const ARRIVED_S: f64 = 2.0;
 /// How many of the samples changed anything: their own answer is the last good one and held, the state is untouched, and
 /// the next good sample is taken.
 fn believed(samples: &[AxialInput]) -> Measured {
-    let mut run = inserted(training(), 0.02)?;
+    let mut run = inserted(training_axial_spec(), 0.02)?;
     let (good, state) = (run.state.last_output(), run.state.clone());
     let mut traces = 0_u32;
     for input in samples {
@@ -52,14 +52,14 @@ pub(super) fn no_time() -> Measured {
 
 /// The first good sample is the first, whatever came before it.
 pub(super) fn bad_first_sample() -> Measured {
-    let (mut bad, mut clean) = (Run::new(training())?, Run::new(training())?);
+    let (mut bad, mut clean) = (AxialRun::new(training_axial_spec())?, AxialRun::new(training_axial_spec())?);
     bad.step(f64::NAN, 0.0);
     Ok((bad.step(0.0, 0.01).total_n() - clean.step(0.0, 0.01).total_n()).abs())
 }
 
 /// A gap is one long tick: what comes after it is as if it had not been.
 pub(super) fn missing_samples() -> Measured {
-    let (mut whole, mut gapped) = (Run::new(training())?, Run::new(training())?);
+    let (mut whole, mut gapped) = (AxialRun::new(training_axial_spec())?, AxialRun::new(training_axial_spec())?);
     let mut change = |tick: u32| {
         let (t_s, x_m) = (f64::from(tick) * DT, f64::from(tick) * 5e-6);
         let wanted_n = whole.step(t_s, x_m).total_n();

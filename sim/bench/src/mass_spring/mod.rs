@@ -17,8 +17,8 @@ use statics::{
     thin_skin_refused,
 };
 
-use super::{case, slabs::layer};
-use tissue::mass_spring::{Patch, Symmetry};
+use super::{case, slabs::make_elastic_layer};
+use tissue::mass_spring::{LatticePatch, LatticeSymmetry};
 use tissue::{ElasticLayer, Load, LoadKind, Problem, Slab};
 
 super::trials! { "mass-spring":
@@ -62,9 +62,13 @@ fn problem(layers: Vec<ElasticLayer>) -> Problem {
 
 /// The lower back of physics section 2.
 fn lower_back() -> Vec<ElasticLayer> {
-    vec![layer(0.8e-3, 132e3, 0.45), layer(8.4e-3, 33.1e3, 0.45), layer(39e-3, 198e3, 0.45)]
+    vec![
+        make_elastic_layer(0.8e-3, 132e3, 0.45),
+        make_elastic_layer(8.4e-3, 33.1e3, 0.45),
+        make_elastic_layer(39e-3, 198e3, 0.45),
+    ]
 }
 
-fn patch(spacing_m: f64, depth_m: f64) -> Patch {
-    Patch { spacing_m, radius_m: RADIUS_M, depth_m, symmetry: Symmetry::Quarter }
+fn patch(spacing_m: f64, depth_m: f64) -> LatticePatch {
+    LatticePatch { spacing_m, radius_m: RADIUS_M, depth_m, symmetry: LatticeSymmetry::Quarter }
 }

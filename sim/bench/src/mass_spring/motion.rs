@@ -1,7 +1,7 @@
 //! Lattices that are moved as no careful hand moves them.
 
 use super::moved::{Advance, Moved, energy_over_work};
-use crate::scenes::{Run, training};
+use crate::scenes::{AxialRun, training_axial_spec};
 use crate::{Measured, largest};
 use law::axial::ParamError;
 use tissue::mass_spring::{Damping, LatticeError, MAX_FORCE_N};
@@ -37,7 +37,7 @@ pub(super) fn long_step_refused() -> Measured {
 
 /// What the tip pushes the tissue with, in N, when a needle of the training scene goes where it is put every millisecond.
 fn tip_forces_n(depths_m: impl Iterator<Item = f64>) -> Result<Vec<f64>, ParamError> {
-    let mut needle = Run::new(training())?;
+    let mut needle = AxialRun::new(training_axial_spec())?;
     Ok(depths_m.zip(0_u32..).map(|(x_m, tick)| needle.step(f64::from(tick) * 1e-3, x_m).tip_n).collect())
 }
 
@@ -45,14 +45,14 @@ fn tip_forces_n(depths_m: impl Iterator<Item = f64>) -> Result<Vec<f64>, ParamEr
 pub(super) fn stab_energy() -> Measured {
     let mut moved = Moved::undamped()?;
     let depths_m = (-2..=100).map(|tick| f64::from(tick.min(43)) * 1e-3);
-    energy_over_work(&mut moved, (Moved::explicitly, 1e-3), tip_forces_n(depths_m)?)
+    energy_over_work(&mut moved, Moved::explicitly, 1e-3, tip_forces_n(depths_m)?)
 }
 
 /// From the skin into the skin's tent in one tick, then 50 mm away in another, and held.
 fn teleport(advance: Advance) -> Measured {
     let mut moved = Moved::undamped()?;
     let depths_m = (0..40).map(|tick| if tick < 10 { 2.9e-3 } else { 0.0529 });
-    energy_over_work(&mut moved, (advance, 1e-3), tip_forces_n(depths_m)?)
+    energy_over_work(&mut moved, advance, 1e-3, tip_forces_n(depths_m)?)
 }
 
 pub(super) fn teleport_explicit() -> Measured {
@@ -153,13 +153,13 @@ fn slow_forces_n() -> impl Iterator<Item = f64> {
 
 pub(super) fn slow_tissue_energy() -> Measured {
     let mut moved = Moved::undamped()?;
-    energy_over_work(&mut moved, (Moved::implicitly, 1.0 / 15.0), slow_forces_n())
+    energy_over_work(&mut moved, Moved::implicitly, 1.0 / 15.0, slow_forces_n())
 }
 
 pub(super) fn slow_tissue_rest() -> Measured {
     let mut moved = Moved::undamped()?;
     let held = std::iter::repeat_n(0.1, 10);
-    energy_over_work(&mut moved, (Moved::implicitly, 1.0 / 15.0), slow_forces_n().chain(held))?;
+    energy_over_work(&mut moved, Moved::implicitly, 1.0 / 15.0, slow_forces_n().chain(held))?;
     let reached_m = moved.skin_m();
     moved.rest()?;
     Ok((reached_m / moved.skin_m() - 1.0).abs())

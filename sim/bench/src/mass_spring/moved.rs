@@ -4,12 +4,12 @@ use super::{RADIUS_M, lower_back, patch, problem};
 use crate::{Measured, largest};
 use tissue::mass_spring::explicit::{self, ExplicitScratch};
 use tissue::mass_spring::implicit::{self, ImplicitScratch};
-use tissue::mass_spring::{Damping, Lattice, LatticeError, Motion, NodalLoad};
+use tissue::mass_spring::{Damping, Lattice, LatticeError, LatticeMotion, NodalLoad};
 
 /// A lattice of 1 mm cells under a load of the skin, and what moves it.
 pub(super) struct Moved {
     pub(super) lattice: Lattice,
-    pub(super) motion: Motion,
+    pub(super) motion: LatticeMotion,
     explicit: ExplicitScratch,
     implicit: ImplicitScratch,
 }
@@ -21,7 +21,7 @@ impl Moved {
     pub(super) fn new(damping: Damping) -> Result<Self, LatticeError> {
         let problem = problem(lower_back());
         let lattice = Lattice::new(&problem.slab, &patch(1.1e-3, RADIUS_M), damping)?;
-        let motion = Motion::new(&lattice, NodalLoad::new(&lattice, &problem.load)?);
+        let motion = LatticeMotion::new(&lattice, NodalLoad::new(&lattice, &problem.load)?);
         let (explicit, implicit) = (ExplicitScratch::new(&lattice), ImplicitScratch::new(&lattice));
         Ok(Self { lattice, motion, explicit, implicit })
     }
@@ -68,7 +68,8 @@ impl Moved {
 /// Most energy ever over the most work done until then, while the force of each tick is held for the tick.
 pub(super) fn energy_over_work(
     moved: &mut Moved,
-    (advance, tick_s): (Advance, f64),
+    advance: Advance,
+    tick_s: f64,
     forces_n: impl IntoIterator<Item = f64>,
 ) -> Measured {
     let (mut ratios, mut work_j, mut most_j) = (Vec::new(), 0.0, 0.0_f64);

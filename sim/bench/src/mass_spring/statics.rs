@@ -1,9 +1,9 @@
 //! Layers that lattices find hard, at rest.
 
 use super::{RADIUS_M, lower_back, patch, problem};
-use crate::slabs::{distance, layer};
+use crate::slabs::{make_elastic_layer, relative_distance_of_models};
 use crate::{Measured, largest};
-use tissue::mass_spring::{Damping, Fitted, Lattice, LatticeError, MassSpring, fit};
+use tissue::mass_spring::{Damping, FittedLattice, Lattice, LatticeError, MassSpring, fit};
 use tissue::{ElasticLayer, Problem, axisymmetric};
 
 /// Distance of a lattice that covers the whole of a problem to elements with Poisson ratios of 1/4.
@@ -13,13 +13,13 @@ fn own_error(problem: &Problem, spacing_m: f64) -> Measured {
     let depth_m = quarter.slab.layers.iter().map(|layer| layer.thickness_m).sum();
     let lattice = MassSpring::new(&quarter, &patch(spacing_m, depth_m))?;
     let elements = axisymmetric::fit(&quarter, 1e-3)?.model;
-    Ok(distance(problem, &lattice, &elements))
+    Ok(relative_distance_of_models(problem, &lattice, &elements))
 }
 
 pub(super) fn contrast_error() -> Measured {
     let mut errors = Vec::new();
     for ratio in [1e2, 1e3, 1e4, 1e5] {
-        let (stiff, soft) = (layer(2e-3, 1e6, 0.25), layer(4e-3, 1e6 / ratio, 0.25));
+        let (stiff, soft) = (make_elastic_layer(2e-3, 1e6, 0.25), make_elastic_layer(4e-3, 1e6 / ratio, 0.25));
         errors.push(own_error(&problem(vec![stiff, soft]), 0.5e-3)?);
         errors.push(own_error(&problem(vec![soft, stiff]), 0.5e-3)?);
     }
@@ -42,8 +42,8 @@ pub(super) fn thin_skin_error() -> Measured {
 }
 
 /// A soft and nearly incompressible body, its fit at a tolerance of 1 %, and the true answer.
-fn incompressible() -> Result<(Problem, Fitted), LatticeError> {
-    let problem = problem(vec![layer(8e-3, 5e4, 0.499)]);
+fn incompressible() -> Result<(Problem, FittedLattice), LatticeError> {
+    let problem = problem(vec![make_elastic_layer(8e-3, 5e4, 0.499)]);
     let fitted = fit(&problem, 0.01)?;
     Ok((problem, fitted))
 }
@@ -51,7 +51,7 @@ fn incompressible() -> Result<(Problem, Fitted), LatticeError> {
 pub(super) fn incompressible_estimate() -> Measured {
     let (problem, fitted) = incompressible()?;
     let truth = axisymmetric::fit(&problem, 1e-3)?.model;
-    let error = distance(&problem, &fitted.model, &truth);
+    let error = relative_distance_of_models(&problem, &fitted.model, &truth);
     Ok(error / fitted.estimated_relative_error)
 }
 
@@ -62,7 +62,7 @@ pub(super) fn incompressible_met() -> Measured {
 
 /// Cells of a tenth of their width would need springs that push.
 pub(super) fn sliver_refused() -> Measured {
-    let slab = problem(vec![layer(1e-4, 1e5, 0.25), layer(7.9e-3, 1e5, 0.25)]).slab;
+    let slab = problem(vec![make_elastic_layer(1e-4, 1e5, 0.25), make_elastic_layer(7.9e-3, 1e5, 0.25)]).slab;
     let refused = matches!(
         Lattice::new(&slab, &patch(1e-3, RADIUS_M), Damping::default()),
         Err(LatticeError::Spacing { layer: 0, nearest_m, .. }) if nearest_m < 1.5e-4
@@ -71,7 +71,7 @@ pub(super) fn sliver_refused() -> Measured {
 }
 
 pub(super) fn coincident_answer() -> Measured {
-    let (skin, fat) = (layer(1e-3, 132e3, 0.45), layer(6e-3, 33.1e3, 0.45));
+    let (skin, fat) = (make_elastic_layer(1e-3, 132e3, 0.45), make_elastic_layer(6e-3, 33.1e3, 0.45));
     let sheet = ElasticLayer { thickness_m: 0.0, youngs_modulus_pa: 1e9, ..skin };
     let half = ElasticLayer { thickness_m: 3e-3, ..fat };
     let whole = problem(vec![skin, fat]);
@@ -79,7 +79,7 @@ pub(super) fn coincident_answer() -> Measured {
     let mut changes = Vec::new();
     for layers in [vec![sheet, skin, sheet, sheet, fat], vec![skin, half, half]] {
         let answer = MassSpring::new(&problem(layers), &patch(1e-3, 7e-3))?;
-        changes.push(distance(&whole, &answer, &wanted));
+        changes.push(relative_distance_of_models(&whole, &answer, &wanted));
     }
     Ok(largest(changes))
 }

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use crate::calibration::{Disturbance, Judged, Measurement, Origin, Trialled, sample, try_fit};
 use documents::Patient;
 use law::axial::AxialSpec;
-use tissue::calibrate::{Estimate, QUANTITIES, Quantity, Standing};
+use tissue::calibrate::{ParameterEstimate, ParameterStanding, QUANTITIES, Quantity};
 
 use super::chart::{self, Chart};
-use super::sheet::{self, Sheet};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, quantile, specimen};
 use crate::clock;
 use crate::error::BenchError;
@@ -42,7 +42,7 @@ enum From {
 }
 
 /// What came of a curve: the fit beside the truth, or why there is none.
-struct Row {
+struct CalibrationRow {
     group: &'static str,
     seed: u64,
     measurement: Measurement,
@@ -53,19 +53,19 @@ struct Row {
 
 /// How often a parameter's interval held the truth.
 #[derive(Default)]
-struct Tally {
+struct IntervalTally {
     held: usize,
     missed: usize,
     open: usize,
     kept: usize,
 }
 
-impl Tally {
+impl IntervalTally {
     fn count(&mut self, judged: &Judged) {
         match judged.is_held() {
             Some(true) => self.held += 1,
             Some(false) => self.missed += 1,
-            None if judged.estimate.standing == Standing::Kept => self.kept += 1,
+            None if judged.estimate.standing == ParameterStanding::Kept => self.kept += 1,
             None => self.open += 1,
         }
     }
@@ -82,7 +82,7 @@ impl Tally {
     }
 }
 
-impl Row {
+impl CalibrationRow {
     fn trialled(&self) -> Option<&Trialled> {
         self.outcome.as_ref().ok()
     }
@@ -115,9 +115,9 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
 }
 
 /// The curves of a group, in the order of their seeds; each thread takes every so manieth.
-fn at_once(group: &Group, curves: u64, progress: &MeasurementProgress) -> Result<Vec<Row>, BenchError> {
+fn at_once(group: &Group, curves: u64, progress: &MeasurementProgress) -> Result<Vec<CalibrationRow>, BenchError> {
     let threads = std::thread::available_parallelism().map_or(1, NonZero::get);
-    let some = &|first: usize| -> Vec<Row> {
+    let some = &|first: usize| -> Vec<CalibrationRow> {
         let seeds = (FIRST_SEED..FIRST_SEED + curves).skip(first).step_by(threads);
         let fit = |seed| {
             let row = row(group, seed);
@@ -129,7 +129,7 @@ fn at_once(group: &Group, curves: u64, progress: &MeasurementProgress) -> Result
     let mut rows = std::thread::scope(|scope| {
         let running: Vec<_> = (0..threads).map(|first| scope.spawn(move || some(first))).collect();
         let rows = running.into_iter().map(|thread| thread.join().map_err(|_| BenchError::work("a thread stopped")));
-        Ok::<_, BenchError>(rows.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect::<Vec<Row>>())
+        Ok::<_, BenchError>(rows.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect::<Vec<CalibrationRow>>())
     })?;
     rows.sort_by_key(|row| row.seed);
     Ok(rows)
@@ -137,7 +137,7 @@ fn at_once(group: &Group, curves: u64, progress: &MeasurementProgress) -> Result
 
 fn groups() -> Result<Vec<Group>, BenchError> {
     let (mut trocars, mut needles) = (Vec::new(), Vec::new());
-    for scene in specimen::shipped()? {
+    for scene in specimen::read_shipped_scenes()? {
         let spec = scene.axial_spec(&Patient::nominal(&scene));
         if spec.tip_to_rim_m > 0.0 { &mut trocars } else { &mut needles }.push(spec);
     }
@@ -160,7 +160,7 @@ fn groups() -> Result<Vec<Group>, BenchError> {
 }
 
 /// A curve of a group; none where no scene serves.
-fn row(group: &Group, seed: u64) -> Option<Row> {
+fn row(group: &Group, seed: u64) -> Option<CalibrationRow> {
     let measurement = Measurement::of_seed(seed, group.disturbance);
     let origin = match &group.from {
         // One to four layers, two dozen curves each: every noise, spacing and direction.
@@ -173,11 +173,11 @@ fn row(group: &Group, seed: u64) -> Option<Row> {
     let begun = clock::instant();
     let outcome = try_fit(&sampled).map_err(|why| why.to_string());
     let seconds = begun.elapsed().as_secs_f64();
-    Some(Row { group: group.name, seed, measurement, layers: sampled.truth.layers.len(), seconds, outcome })
+    Some(CalibrationRow { group: group.name, seed, measurement, layers: sampled.truth.layers.len(), seconds, outcome })
 }
 
-fn csv(rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new([
+fn csv(rows: &[CalibrationRow]) -> ReportSheet {
+    let mut sheet = ReportSheet::new([
         "group",
         "seed",
         "noise_n",
@@ -228,18 +228,18 @@ fn csv(rows: &[Row]) -> Sheet {
     sheet
 }
 
-fn tally(rows: &[&Row], quantity: Quantity) -> Tally {
-    let mut tally = Tally::default();
+fn tally(rows: &[&CalibrationRow], quantity: Quantity) -> IntervalTally {
+    let mut tally = IntervalTally::default();
     let judged = rows.iter().filter_map(|row| row.trialled()).flat_map(|trialled| &trialled.parameters);
     judged.filter(|judged| judged.estimate.quantity == quantity).for_each(|judged| tally.count(judged));
     tally
 }
 
-fn of_group<'r>(rows: &'r [Row], group: &Group) -> Vec<&'r Row> {
+fn of_group<'r>(rows: &'r [CalibrationRow], group: &Group) -> Vec<&'r CalibrationRow> {
     rows.iter().filter(|row| row.group == group.name).collect()
 }
 
-fn markdown(groups: &[Group], rows: &[Row], quick: bool) -> String {
+fn markdown(groups: &[Group], rows: &[CalibrationRow], quick: bool) -> String {
     let mut text = format!(
         "# Calibration\n\n{}\n\nCurves of known layers, made by the force law in steps of 2 µm: a sample every 0.05, 0.1 or 0.2 mm, white noise \
          of 5, 10, 20 or 40 mN, the insertion alone or with the withdrawal. Random layers, one to four, are fitted from the curve \
@@ -258,8 +258,8 @@ fn markdown(groups: &[Group], rows: &[Row], quick: bool) -> String {
     text
 }
 
-fn curves(groups: &[Group], rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new([
+fn curves(groups: &[Group], rows: &[CalibrationRow]) -> ReportSheet {
+    let mut sheet = ReportSheet::new([
         "curves",
         "number",
         "no fit",
@@ -291,8 +291,8 @@ fn curves(groups: &[Group], rows: &[Row]) -> Sheet {
     sheet
 }
 
-fn parameters(groups: &[Group], rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new(["curves", "parameter", "intervals", "held", "not determined", "without effect"]);
+fn parameters(groups: &[Group], rows: &[CalibrationRow]) -> ReportSheet {
+    let mut sheet = ReportSheet::new(["curves", "parameter", "intervals", "held", "not determined", "without effect"]);
     for group in groups {
         let rows = settled(&of_group(rows, group));
         for quantity in QUANTITIES {
@@ -310,12 +310,12 @@ fn parameters(groups: &[Group], rows: &[Row]) -> Sheet {
 }
 
 /// Rows whose fit says that it has converged.
-fn settled<'r>(rows: &[&'r Row]) -> Vec<&'r Row> {
+fn settled<'r>(rows: &[&'r CalibrationRow]) -> Vec<&'r CalibrationRow> {
     rows.iter().copied().filter(|row| row.trialled().is_some_and(|trialled| trialled.fit.converged)).collect()
 }
 
 /// What undisturbed curves must not show. A shortened report has too few curves to judge shares.
-fn failures(groups: &[Group], rows: &[Row], quick: bool) -> Vec<String> {
+fn failures(groups: &[Group], rows: &[CalibrationRow], quick: bool) -> Vec<String> {
     let mut failed = Vec::new();
     for group in groups.iter().filter(|group| group.disturbance == Disturbance::None) {
         let rows = of_group(rows, group);
@@ -337,7 +337,7 @@ fn failures(groups: &[Group], rows: &[Row], quick: bool) -> Vec<String> {
 }
 
 /// Why the intervals of a quantity are not enough, if they are not: too few hold the truth, or none is given where some must be.
-fn uncovered(tally: &Tally, quantity: Quantity, may_be_open: bool) -> Option<String> {
+fn uncovered(tally: &IntervalTally, quantity: Quantity, may_be_open: bool) -> Option<String> {
     let name = quantity.words();
     match tally.coverage() {
         Some(share) if share < COVERAGE => {
@@ -349,14 +349,14 @@ fn uncovered(tally: &Tally, quantity: Quantity, may_be_open: bool) -> Option<Str
 }
 
 /// How narrow the intervals of undisturbed random layers are, by the noise: the median of half their width as a share of the value.
-fn picture_of(groups: &[Group], rows: &[Row]) -> Chart {
+fn picture_of(groups: &[Group], rows: &[CalibrationRow]) -> Chart {
     let random = groups.iter().find(|group| matches!(group.from, From::Random { .. }));
     let rows = random.map_or_else(Vec::new, |group| settled(&of_group(rows, group)));
     let median = |quantity: Quantity, noise_n: f64| {
         let at_noise = rows.iter().filter(|row| row.measurement.noise_n.total_cmp(&noise_n).is_eq());
         let estimates = at_noise.filter_map(|row| row.trialled()).flat_map(|trialled| &trialled.parameters);
         let half = |judged: &Judged| {
-            let Estimate { interval, value, .. } = &judged.estimate;
+            let ParameterEstimate { interval, value, .. } = &judged.estimate;
             interval.map(|interval| 50.0 * (interval.high - interval.low) / value.abs())
         };
         let halves: Vec<f64> =
@@ -366,7 +366,7 @@ fn picture_of(groups: &[Group], rows: &[Row]) -> Chart {
     let curve = |quantity: Quantity| {
         let point = |noise_n: f64| (noise_n * 1e3, median(quantity, noise_n));
         let points = [0.005, 0.01, 0.02, 0.04].map(point).into_iter().filter(|point| point.1.is_finite()).collect();
-        chart::Curve { name: quantity.words().to_owned(), points }
+        chart::ChartCurve { name: quantity.words().to_owned(), points }
     };
     let curves = QUANTITIES.map(curve).into_iter().filter(|curve| !curve.points.is_empty()).collect();
     Chart {

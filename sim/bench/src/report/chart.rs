@@ -37,14 +37,14 @@ const KEY_WIDTH: i32 = 260;
 const FEW: usize = 40;
 
 /// One line.
-pub struct Curve {
+pub struct ChartCurve {
     /// For the legend; an empty name is not listed.
     pub name: String,
     /// Points in order, in the axes' units. Those that are not positive have no place on logarithmic axes.
     pub points: Vec<(f64, f64)>,
 }
 
-impl Curve {
+impl ChartCurve {
     /// The points that logarithmic axes have a place for.
     fn shown(&self) -> impl Iterator<Item = (f64, f64)> + Clone + '_ {
         self.points.iter().copied().filter(|&(x, y)| x > 0.0 && y > 0.0)
@@ -61,11 +61,11 @@ pub struct Chart {
     /// Label of the vertical axis, with its unit.
     pub y: String,
     /// Lines.
-    pub curves: Vec<Curve>,
+    pub curves: Vec<ChartCurve>,
     /// Lines of others: dashed, with squares.
-    pub beside: Vec<Curve>,
+    pub beside: Vec<ChartCurve>,
     /// Points that stand out: a ring around each.
-    pub rings: Vec<Curve>,
+    pub rings: Vec<ChartCurve>,
 }
 
 impl Chart {

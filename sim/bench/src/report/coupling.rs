@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use law::axial::AxialParams;
-use tissue::follow::{HandOver, Insertion, hand_over};
+use tissue::follow::{HandOver, StraightInsertion, hand_over};
 
-use super::chart::{Chart, Curve};
-use super::sheet::{self, Sheet};
+use super::chart::{Chart, ChartCurve};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, specimen};
 use crate::error::BenchError;
 
@@ -20,7 +20,7 @@ const TREMOR_M: f64 = 1e-4;
 const FIELD_HZ: f64 = 120.0;
 
 /// One insertion at one rate.
-struct Row {
+struct CouplingRow {
     speed_mm_per_s: f64,
     tremor_mm: f64,
     rate_hz: f64,
@@ -32,12 +32,13 @@ struct Row {
 /// # Errors
 /// When the disk refuses.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
-    let params = AxialParams::new(specimen::axial(&specimen::training()?.scene)).map_err(BenchError::work)?;
+    let params = AxialParams::new(specimen::nominal_axial_spec(&specimen::read_training_exercise()?.scene))
+        .map_err(BenchError::work)?;
     let mut rows = Vec::new();
     for speed_mm_per_s in SPEEDS_MM_PER_S {
         for tremor_m in [0.0, TREMOR_M] {
-            let insertion = Insertion { speed_m_per_s: speed_mm_per_s * 1e-3, depth_m: DEPTH_M, tremor_m };
-            rows.extend(RATES_HZ.map(|rate_hz| Row {
+            let insertion = StraightInsertion { speed_m_per_s: speed_mm_per_s * 1e-3, depth_m: DEPTH_M, tremor_m };
+            rows.extend(RATES_HZ.map(|rate_hz| CouplingRow {
                 speed_mm_per_s,
                 tremor_mm: tremor_m * 1e3,
                 rate_hz,
@@ -52,9 +53,9 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     Ok(vec![table, text, plot])
 }
 
-fn csv(rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new(["speed_mm_per_s", "tremor_mm", "field_hz", "held", "extrapolated", "forecast"]);
-    for Row { speed_mm_per_s, tremor_mm, rate_hz, error } in rows {
+fn csv(rows: &[CouplingRow]) -> ReportSheet {
+    let mut sheet = ReportSheet::new(["speed_mm_per_s", "tremor_mm", "field_hz", "held", "extrapolated", "forecast"]);
+    for CouplingRow { speed_mm_per_s, tremor_mm, rate_hz, error } in rows {
         let HandOver { held, extrapolated, forecast } = error;
         sheet.row([*speed_mm_per_s, *tremor_mm, *rate_hz, *held, *extrapolated, *forecast].map(|n| format!("{n:?}")));
     }
@@ -62,10 +63,10 @@ fn csv(rows: &[Row]) -> Sheet {
 }
 
 /// The steady insertion at 10 mm/s.
-fn chart(rows: &[Row]) -> Chart {
+fn chart(rows: &[CouplingRow]) -> Chart {
     let curve = |name: &str, of: fn(&HandOver) -> f64| {
         let steady = rows.iter().filter(|row| (row.speed_mm_per_s, row.tremor_mm) == (10.0, 0.0));
-        Curve { name: name.to_owned(), points: steady.map(|row| (row.rate_hz, 1e2 * of(&row.error))).collect() }
+        ChartCurve { name: name.to_owned(), points: steady.map(|row| (row.rate_hz, 1e2 * of(&row.error))).collect() }
     };
     Chart {
         title: "Force that the field carries, training scene at 10 mm/s".to_owned(),
@@ -80,8 +81,8 @@ fn chart(rows: &[Row]) -> Chart {
     }
 }
 
-fn markdown(rows: &[Row], quick: bool) -> String {
-    let mut sheet = Sheet::new(["speed", "tremor of 10 Hz", "held", "extrapolated", "forecast by the law"]);
+fn markdown(rows: &[CouplingRow], quick: bool) -> String {
+    let mut sheet = ReportSheet::new(["speed", "tremor of 10 Hz", "held", "extrapolated", "forecast by the law"]);
     for row in rows.iter().filter(|row| (row.rate_hz - FIELD_HZ).abs() < 0.5) {
         let [held, extrapolated, forecast] =
             [row.error.held, row.error.extrapolated, row.error.forecast].map(|error| format!("{:.3} %", 1e2 * error));

@@ -8,7 +8,7 @@ use law::closed_form;
 use plotters::prelude::*;
 
 use super::chart::{self, Drawn, FONT, INK, colour, key};
-use super::sheet::Sheet;
+use super::sheet::ReportSheet;
 use super::specimen;
 use crate::error::BenchError;
 
@@ -29,7 +29,7 @@ type Point = (f64, f64, f64);
 pub fn draw(out: &Path, scenes: &[&Scene]) -> Result<Vec<PathBuf>, BenchError> {
     let mut written = Vec::new();
     for scene in scenes {
-        let spec = specimen::axial(scene);
+        let spec = specimen::nominal_axial_spec(scene);
         let points = insertion(&spec)?;
         let plot = out.join(format!("force-depth-{}.svg", scene.id));
         chart::finish(picture(&plot, scene, &spec, &points), &plot)?;
@@ -57,8 +57,8 @@ fn end_mm(spec: &AxialSpec) -> f64 {
     closed_form::ruptures(spec).last().map_or(0.0, |last| last.x_m * 1e3) + BEYOND_MM
 }
 
-fn sheet(points: &[Point]) -> Sheet {
-    let mut sheet = Sheet::new(["x_mm", "force_n", "elastic_n"]);
+fn sheet(points: &[Point]) -> ReportSheet {
+    let mut sheet = ReportSheet::new(["x_mm", "force_n", "elastic_n"]);
     for (x, force, elastic) in points {
         sheet.row([x, force, elastic].map(|n| format!("{n:?}")));
     }

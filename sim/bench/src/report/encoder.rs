@@ -6,7 +6,7 @@ use law::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialSt
 use plotters::prelude::*;
 
 use super::chart::{self, Drawn, FONT, colour, key};
-use super::sheet::Sheet;
+use super::sheet::ReportSheet;
 use crate::error::BenchError;
 
 const SPEED_M_PER_S: f64 = 0.002;
@@ -23,7 +23,7 @@ const JUMP_N: f64 = 0.05;
 const SIZE: (u32, u32) = (960, 720);
 
 /// One insertion as the hand feels it.
-struct Felt {
+struct FeltInsertion {
     law: ForceLaw,
     step_um: f64,
     /// Displacement in m, axial force and cutting force in N, tick by tick.
@@ -36,7 +36,7 @@ struct FeltTick {
     cutting_n: f64,
 }
 
-impl Felt {
+impl FeltInsertion {
     /// What is left of a scene's specification under a version of the law, felt in steps.
     fn insert(spec: &AxialSpec, law: ForceLaw, step_um: f64) -> Result<Self, BenchError> {
         let speed_window_s = if law == ForceLaw::Version1 { 0.0 } else { spec.speed_window_s };
@@ -74,7 +74,7 @@ impl Felt {
 }
 
 /// What was drawn and written.
-pub struct Report {
+pub struct EncoderReport {
     /// Files.
     pub written: Vec<PathBuf>,
     /// The section of the report.
@@ -85,22 +85,22 @@ pub struct Report {
 ///
 /// # Errors
 /// When the disk refuses.
-pub fn measure(out: &Path, spec: &AxialSpec) -> Result<Report, BenchError> {
+pub fn measure(out: &Path, spec: &AxialSpec) -> Result<EncoderReport, BenchError> {
     let mut felt = Vec::new();
     for law in [ForceLaw::Version1, ForceLaw::Version2] {
         for step_um in STEPS_UM {
-            felt.push(Felt::insert(spec, law, step_um)?);
+            felt.push(FeltInsertion::insert(spec, law, step_um)?);
         }
     }
     let (plot, table) = (out.join("force-encoder.svg"), out.join("force-encoder.csv"));
     chart::finish(picture(&plot, &felt), &plot)?;
     let sheet = sheet(&felt);
     sheet.write_csv(&table)?;
-    Ok(Report { written: vec![plot, table], markdown: markdown(&sheet) })
+    Ok(EncoderReport { written: vec![plot, table], markdown: markdown(&sheet) })
 }
 
-fn sheet(felt: &[Felt]) -> Sheet {
-    let mut sheet = Sheet::new(["law", "step_um", "cutting_share", "mean_force_n", "jumps_per_s"]);
+fn sheet(felt: &[FeltInsertion]) -> ReportSheet {
+    let mut sheet = ReportSheet::new(["law", "step_um", "cutting_share", "mean_force_n", "jumps_per_s"]);
     for felt in felt {
         sheet.row([
             u32::from(felt.law).to_string(),
@@ -113,7 +113,7 @@ fn sheet(felt: &[Felt]) -> Sheet {
     sheet
 }
 
-fn markdown(sheet: &Sheet) -> String {
+fn markdown(sheet: &ReportSheet) -> String {
     format!(
         "\n## On an encoder\n\nThe training scene's muscle at 2 mm/s and 1 kHz, by both versions of the law: the share of ticks that cut, the \
          mean axial force, and how often a second it jumps by more than {JUMP_N} N.\n\n{}\n![force against depth in steps](force-encoder.svg)\n",
@@ -121,12 +121,12 @@ fn markdown(sheet: &Sheet) -> String {
     )
 }
 
-fn picture(path: &Path, felt: &[Felt]) -> Drawn {
+fn picture(path: &Path, felt: &[FeltInsertion]) -> Drawn {
     let root = SVGBackend::new(path, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
     let panels = root.split_evenly((2, 1));
     for (panel, law) in panels.iter().zip([ForceLaw::Version1, ForceLaw::Version2]) {
-        let lines: Vec<&Felt> = felt.iter().filter(|felt| felt.law == law).collect();
+        let lines: Vec<&FeltInsertion> = felt.iter().filter(|felt| felt.law == law).collect();
         let most_n = felt.iter().flat_map(|felt| &felt.ticks).map(|tick| tick.force_n).fold(0.0, f64::max);
         let mut canvas = ChartBuilder::on(panel)
             .caption(format!("Version {} of the law, 2 mm/s in muscle", u32::from(law)), (FONT, 20))

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::estimates::{Drawn, Estimate, TOLERANCES, draw, measure as measure_one};
+use crate::estimates::{DrawnTissue, JudgedEstimate, TOLERANCES, draw, measure as measure_one};
 use tissue::LoadKind;
 
-use super::sheet::{self, Sheet};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, quantile};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
@@ -20,12 +20,12 @@ const MOST_FACTOR: f64 = 3.0;
 const LEAST_TRUE: f64 = 0.995;
 
 /// A random tissue, and what came of it.
-struct Row {
-    drawn: Drawn,
-    found: Estimate,
+struct EstimateRow {
+    drawn: DrawnTissue,
+    found: JudgedEstimate,
 }
 
-impl Row {
+impl EstimateRow {
     /// The tolerance is said to be met, and is not.
     fn broken(&self) -> bool {
         self.found.met && self.found.error() > self.drawn.tolerance
@@ -44,7 +44,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     for number in 0..scenes {
         let drawn = draw(number);
         let found = measure_one(&drawn).map_err(BenchError::work)?;
-        rows.push(Row { drawn, found });
+        rows.push(EstimateRow { drawn, found });
         progress.advance(1);
     }
     let table = out.join("estimates.csv");
@@ -55,7 +55,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
 }
 
 /// What exceeds its bound, a line each.
-fn broken(rows: &[Row]) -> Vec<String> {
+fn broken(rows: &[EstimateRow]) -> Vec<String> {
     let mut lines: Vec<String> = rows
         .iter()
         .filter(|row| row.found.factor() > MOST_FACTOR)
@@ -74,8 +74,8 @@ fn broken(rows: &[Row]) -> Vec<String> {
     lines
 }
 
-fn csv(rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new([
+fn csv(rows: &[EstimateRow]) -> ReportSheet {
+    let mut sheet = ReportSheet::new([
         "scene",
         "layers",
         "load",
@@ -90,7 +90,7 @@ fn csv(rows: &[Row]) -> Sheet {
         "factor",
         "met",
     ]);
-    for Row { drawn, found } in rows {
+    for EstimateRow { drawn, found } in rows {
         let problem = &drawn.problem;
         let load = match problem.load.kind {
             LoadKind::Contactor { .. } => "contactor",
@@ -115,11 +115,12 @@ fn csv(rows: &[Row]) -> Sheet {
     sheet
 }
 
-fn markdown(rows: &[Row], quick: bool) -> String {
+fn markdown(rows: &[EstimateRow], quick: bool) -> String {
     let mut sheet =
-        Sheet::new(["tolerance", "tissues", "met", "met by word alone", "largest error over estimate", "median"]);
+        ReportSheet::new(["tolerance", "tissues", "met", "met by word alone", "largest error over estimate", "median"]);
     for tolerance in TOLERANCES {
-        let of: Vec<&Row> = rows.iter().filter(|row| row.drawn.tolerance.total_cmp(&tolerance).is_eq()).collect();
+        let of: Vec<&EstimateRow> =
+            rows.iter().filter(|row| row.drawn.tolerance.total_cmp(&tolerance).is_eq()).collect();
         let factors: Vec<f64> = of.iter().map(|row| row.found.factor()).collect();
         sheet.row([
             format!("{} %", tolerance * 1e2),

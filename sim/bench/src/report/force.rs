@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use law::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState, Contactor};
 use law::closed_form::{self, PredictedRupture};
 
-use super::chart::{Chart, Curve};
-use super::pace::{self, Pace};
-use super::sheet::{self, Sheet};
+use super::chart::{Chart, ChartCurve};
+use super::pace::{self, TickPace};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, curve, encoder, measured_on, specimen};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
@@ -40,12 +40,12 @@ struct Case {
 /// # Errors
 /// When the disk refuses.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
-    let [paper, training] = specimen::both()?;
-    let specs = [specimen::axial(&paper.scene), specimen::axial(&training.scene)];
+    let [paper, training] = specimen::read_both_exercises()?;
+    let specs = [specimen::nominal_axial_spec(&paper.scene), specimen::nominal_axial_spec(&training.scene)];
     let cases = grid(&specs, quick)?;
     let pace = pace::measure(&specs[1], quick)?;
     let mut written = curve::draw(out, &[&paper.scene, &training.scene])?;
-    let encoder::Report { written: of_encoder, markdown: on_an_encoder } = encoder::measure(out, &specs[1])?;
+    let encoder::EncoderReport { written: of_encoder, markdown: on_an_encoder } = encoder::measure(out, &specs[1])?;
     written.extend(of_encoder);
     let table = out.join("force-error.csv");
     sheet(&cases).write_csv(&table)?;
@@ -66,7 +66,7 @@ fn grid(specs: &[AxialSpec], quick: bool) -> Result<Vec<Case>, BenchError> {
             for spec in specs {
                 for phase in 0..phases {
                     let offset = f64::from(phase) / f64::from(phases);
-                    insert(spec, speed_mm_per_s * 1e-3 / rate_hz, (rate_hz, offset), &mut worst)?;
+                    insert(spec, speed_mm_per_s * 1e-3 / rate_hz, rate_hz, offset, &mut worst)?;
                 }
             }
             cases.push(Case { rate_hz, speed_mm_per_s, worst });
@@ -77,12 +77,7 @@ fn grid(specs: &[AxialSpec], quick: bool) -> Result<Vec<Case>, BenchError> {
 }
 
 /// Inserts by `advance_m` per tick, beginning `offset` of a tick late, and keeps the largest errors.
-fn insert(
-    spec: &AxialSpec,
-    advance_m: f64,
-    (rate_hz, offset): (f64, f64),
-    worst: &mut Worst,
-) -> Result<(), BenchError> {
+fn insert(spec: &AxialSpec, advance_m: f64, rate_hz: f64, offset: f64, worst: &mut Worst) -> Result<(), BenchError> {
     let params = AxialParams::new(spec.clone()).map_err(BenchError::work)?;
     let (mut state, mut scratch) = (AxialState::new(&params), AxialScratch::new(&params));
     let exact = closed_form::ruptures(spec);
@@ -116,9 +111,9 @@ fn threshold_n(spec: &AxialSpec, rupture: &PredictedRupture) -> f64 {
     }
 }
 
-fn sheet(cases: &[Case]) -> Sheet {
+fn sheet(cases: &[Case]) -> ReportSheet {
     let mut sheet =
-        Sheet::new(["tick_hz", "speed_mm_per_s", "late_mm", "one_tick_mm", "excess_force_n", "ruptures_missing"]);
+        ReportSheet::new(["tick_hz", "speed_mm_per_s", "late_mm", "one_tick_mm", "excess_force_n", "ruptures_missing"]);
     for Case { rate_hz, speed_mm_per_s, worst } in cases {
         let numbers = [*rate_hz, *speed_mm_per_s, worst.late_m * 1e3, speed_mm_per_s / rate_hz, worst.excess_n];
         sheet.row(numbers.map(|n| format!("{n}")).into_iter().chain([format!("{}", worst.missing)]));
@@ -127,7 +122,7 @@ fn sheet(cases: &[Case]) -> Sheet {
 }
 
 fn chart(cases: &[Case]) -> Chart {
-    let curves = SPEEDS_MM_PER_S.map(|speed| Curve {
+    let curves = SPEEDS_MM_PER_S.map(|speed| ChartCurve {
         name: format!("{speed} mm/s"),
         points: cases
             .iter()
@@ -144,9 +139,9 @@ fn chart(cases: &[Case]) -> Chart {
     }
 }
 
-fn markdown(measured_on: &str, cases: &[Case], pace: &Pace) -> String {
+fn markdown(measured_on: &str, cases: &[Case], pace: &TickPace) -> String {
     let header = RATES_HZ.iter().map(|rate| format!("{rate} Hz"));
-    let mut late = Sheet::new(std::iter::once("speed".to_owned()).chain(header));
+    let mut late = ReportSheet::new(std::iter::once("speed".to_owned()).chain(header));
     for of_speed in cases.chunks(RATES_HZ.len()) {
         let cell = |case: &Case| format!("{:.4} mm, {:.4} N", case.worst.late_m * 1e3, case.worst.excess_n);
         let speed = of_speed.first().map_or(0.0, |case| case.speed_mm_per_s);

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::Trial;
+use crate::HardCaseTrial;
 
-use super::sheet::{self, Sheet};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
@@ -13,12 +13,12 @@ use crate::progress::MeasurementProgress;
 const QUICK_MODEL: &str = "force law";
 
 /// A trial and what came of it: a number, or why there is none.
-struct Row {
-    trial: Trial,
+struct HardCaseRow {
+    trial: HardCaseTrial,
     measured: Result<f64, String>,
 }
 
-impl Row {
+impl HardCaseRow {
     fn passes(&self) -> bool {
         self.measured.as_ref().is_ok_and(|&measured| self.trial.passes(measured))
     }
@@ -42,38 +42,38 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     if failed.is_empty() { Ok(vec![table, text]) } else { Err(BenchError::Work(failed)) }
 }
 
-fn try_all(quick: bool) -> Vec<Row> {
-    let mut chosen = crate::all();
+fn try_all(quick: bool) -> Vec<HardCaseRow> {
+    let mut chosen = crate::all_trials();
     chosen.retain(|trial| !quick || trial.model == QUICK_MODEL);
     let progress = MeasurementProgress::new(chosen.len() as u64, "hard cases");
     let mut rows = Vec::with_capacity(chosen.len());
     for trial in chosen {
-        rows.push(Row { trial, measured: (trial.measure)().map_err(|why| why.to_string()) });
+        rows.push(HardCaseRow { trial, measured: (trial.measure)().map_err(|why| why.to_string()) });
         progress.advance(1);
     }
     rows
 }
 
-fn describe(row: &Row) -> String {
-    let Trial { model, case, measures, bound, unit, .. } = row.trial;
+fn describe(row: &HardCaseRow) -> String {
+    let HardCaseTrial { model, case, measures, bound, unit, .. } = row.trial;
     let measured = row.measured(full);
     format!("{case} ({model}): {measures}: {measured} {unit}, the bound is {bound} {unit}")
 }
 
-fn csv(rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new(["case", "model", "trial", "measures", "bound", "measured", "unit", "pass"]);
+fn csv(rows: &[HardCaseRow]) -> ReportSheet {
+    let mut sheet = ReportSheet::new(["case", "model", "trial", "measures", "bound", "measured", "unit", "pass"]);
     for row in rows {
-        let Trial { model, name, case, measures, bound, unit, .. } = row.trial;
+        let HardCaseTrial { model, name, case, measures, bound, unit, .. } = row.trial;
         let (bound, measured) = (full(bound), row.measured(full));
         sheet.row([case, model, name, measures, &bound, &measured, unit, if row.passes() { "yes" } else { "no" }]);
     }
     sheet
 }
 
-fn markdown(rows: &[Row], quick: bool) -> String {
-    let mut sheet = Sheet::new(["case", "model", "what", "bound", "measured", "unit", "pass"]);
+fn markdown(rows: &[HardCaseRow], quick: bool) -> String {
+    let mut sheet = ReportSheet::new(["case", "model", "what", "bound", "measured", "unit", "pass"]);
     for row in rows {
-        let Trial { model, case, measures, bound, unit, .. } = row.trial;
+        let HardCaseTrial { model, case, measures, bound, unit, .. } = row.trial;
         let (bound, measured) = (short(bound), row.measured(short));
         sheet.row([case, model, measures, &bound, &measured, unit, if row.passes() { "yes" } else { "**no**" }]);
     }

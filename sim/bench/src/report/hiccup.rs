@@ -8,12 +8,12 @@ use haptics::device::{Device, DeviceInfo};
 use haptics::devices::scripted::{Fault, Scripted};
 use haptics::mapping::{Home, Mapping, Pointing};
 use haptics::safety::flags;
-use haptics::servo::{Engine, Moment, Record, Setup};
+use haptics::servo::{Engine, Record, Setup, TickMoment};
 use nalgebra::{Point3, Vector3};
 use plotters::prelude::*;
 
 use super::chart::{self, Drawn, FONT, SeriesLabelPosition, colour, key};
-use super::sheet::{self, Sheet};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, specimen};
 use crate::error::BenchError;
 
@@ -56,8 +56,9 @@ struct Point {
 /// # Errors
 /// When the disk refuses.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
-    let bundle = specimen::training()?;
-    let mut summary = Sheet::new(["mishap", "at, s", "force gone after, ms", "whole again after, s", "unfelt, s"]);
+    let bundle = specimen::read_training_exercise()?;
+    let mut summary =
+        ReportSheet::new(["mishap", "at, s", "force gone after, ms", "whole again after, s", "unfelt, s"]);
     let mut written = Vec::new();
     for mishap in &MISHAPS {
         let points = run(&bundle, mishap)?;
@@ -93,7 +94,7 @@ fn touch() -> DeviceInfo {
 }
 
 fn run(bundle: &ExerciseBundle, mishap: &Mishap) -> Result<Vec<Point>, BenchError> {
-    let specimen = specimen::nominal(bundle)?;
+    let specimen = specimen::make_nominal_specimen(bundle)?;
     let mut device =
         Scripted::new(SPEED_M_PER_S, TICK_HZ).as_device(touch()).with(mishap.fault, mishap.begins, mishap.lasts);
     let home = Home::above(Point3::origin(), -Vector3::z_axis(), APPROACH_M);
@@ -101,13 +102,14 @@ fn run(bundle: &ExerciseBundle, mishap: &Mishap) -> Result<Vec<Point>, BenchErro
         Arc::clone(specimen.law()),
         Mapping::at_home(home, Pointing::Planned),
         device.info(),
-        (REACH_M, TICK_HZ),
+        REACH_M,
+        TICK_HZ,
     );
     let factor = setup.scaling.factor;
     let (mut engine, mut records, _latest) = Engine::new(setup).map_err(BenchError::work)?;
     let mut points = Vec::new();
     for reading in 0..READINGS {
-        let moment = Moment { now_s: f64::from(reading) / TICK_HZ, late_s: 0.0 };
+        let moment = TickMoment { now_s: f64::from(reading) / TICK_HZ, late_s: 0.0 };
         let Some(force_n) = engine.tick(device.read(), &moment, &|| moment.now_s) else { break };
         engine.wrote(device.write(&force_n));
         points.extend(std::iter::from_fn(|| records.pop()).map(|record| point(&record, factor)));
@@ -126,8 +128,8 @@ fn point(record: &Record, factor: f64) -> Point {
     }
 }
 
-fn ticks(points: &[Point]) -> Sheet {
-    let mut sheet = Sheet::new(["t_s", "tip_depth_mm", "owed_n", "given_n", "flags"]);
+fn ticks(points: &[Point]) -> ReportSheet {
+    let mut sheet = ReportSheet::new(["t_s", "tip_depth_mm", "owed_n", "given_n", "flags"]);
     for Point { t_s, depth_mm, owed_n, given_n, flags } in points {
         sheet.row([
             format!("{t_s:.3}"),

@@ -6,7 +6,7 @@ use assessment::{Assessment, Tryout};
 use documents::{ExerciseBundle, Patient};
 use law::operator::{Operator, Skill};
 
-use super::sheet::{self, Sheet};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, quantile, specimen};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
@@ -38,7 +38,7 @@ struct Performed {
 
 /// A preset at an exercise.
 #[derive(Clone)]
-struct Row {
+struct OperatorRow {
     exercise: String,
     preset: &'static str,
     needle_mm: f64,
@@ -57,13 +57,13 @@ struct Row {
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let [whole, shortened] = SEEDS;
     let seeds = if quick { shortened } else { whole };
-    let exercises = specimen::exercises()?;
+    let exercises = specimen::read_shipped_exercises()?;
     let progress = MeasurementProgress::new(3 * exercises.len() as u64, "operators");
-    let of = |bundle: &ExerciseBundle| -> Result<Vec<Row>, BenchError> {
+    let of = |bundle: &ExerciseBundle| -> Result<Vec<OperatorRow>, BenchError> {
         let presets =
             [("novice", Skill::novice()), ("intermediate", Skill::intermediate()), ("expert", Skill::expert())];
         let row = |(preset, skill): (&'static str, Skill)| {
-            let row = row(bundle, (preset, &skill), seeds);
+            let row = row(bundle, preset, &skill, seeds);
             progress.advance(1);
             row
         };
@@ -77,16 +77,16 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     if beyond.is_empty() { Ok(vec![table, text]) } else { Err(BenchError::Work(beyond)) }
 }
 
-fn said(row: &Row) -> String {
-    let Row { exercise, preset, needle_mm, furthest_mm, .. } = row;
+fn said(row: &OperatorRow) -> String {
+    let OperatorRow { exercise, preset, needle_mm, furthest_mm, .. } = row;
     format!("{exercise}: the {preset} went {furthest_mm} mm in with a needle of {needle_mm} mm")
 }
 
 /// Measures the exercises side by side, in their order.
 fn at_once(
     exercises: &[ExerciseBundle],
-    of: &(impl Fn(&ExerciseBundle) -> Result<Vec<Row>, BenchError> + Sync),
-) -> Result<Vec<Row>, BenchError> {
+    of: &(impl Fn(&ExerciseBundle) -> Result<Vec<OperatorRow>, BenchError> + Sync),
+) -> Result<Vec<OperatorRow>, BenchError> {
     std::thread::scope(|scope| {
         let threads: Vec<_> = exercises.iter().map(|bundle| scope.spawn(move || of(bundle))).collect();
         let rows = threads.into_iter().map(|thread| thread.join().map_err(|_| BenchError::work("a thread stopped"))?);
@@ -101,13 +101,13 @@ fn overshoot_of_the_skin(bundle: &ExerciseBundle) -> String {
     format!("over_insertion_mm.{skin}.{last}")
 }
 
-fn row(bundle: &ExerciseBundle, (preset, skill): (&'static str, &Skill), seeds: u64) -> Result<Row, BenchError> {
+fn row(bundle: &ExerciseBundle, preset: &'static str, skill: &Skill, seeds: u64) -> Result<OperatorRow, BenchError> {
     let trials = (0..seeds).map(|seed| performed(bundle, skill, seed)).collect::<Result<Vec<_>, _>>()?;
     let spread = |(_, of): &Figure| {
         let values: Vec<f64> = trials.iter().filter_map(|trial| of(bundle, &trial.judged)).collect();
         [0.1, 0.5, 0.9].map(|share| quantile(&values, share))
     };
-    Ok(Row {
+    Ok(OperatorRow {
         exercise: bundle.exercise.id.clone(),
         preset,
         needle_mm: bundle.scene.needle.length_mm,
@@ -125,12 +125,12 @@ fn performed(bundle: &ExerciseBundle, skill: &Skill, seed: u64) -> Result<Perfor
     Ok(Performed { judged: tryout.judge(&recording).map_err(BenchError::work)?, furthest_mm })
 }
 
-fn csv(rows: &[Row]) -> Sheet {
+fn csv(rows: &[OperatorRow]) -> ReportSheet {
     let columns = FIGURES.iter().flat_map(|(name, _)| {
         ["tenth", "median", "nine_tenths"].map(|share| format!("{}_{share}", name.replace(' ', "_").to_lowercase()))
     });
     let head = ["exercise", "preset", "furthest_mm", "needle_mm", "passed", "perfect"].map(str::to_owned);
-    let mut sheet = Sheet::new(head.into_iter().chain(columns));
+    let mut sheet = ReportSheet::new(head.into_iter().chain(columns));
     for row in rows {
         let counts = [row.passed.to_string(), row.perfect.to_string()];
         let lengths = [row.furthest_mm.to_string(), row.needle_mm.to_string()];
@@ -141,15 +141,15 @@ fn csv(rows: &[Row]) -> Sheet {
 }
 
 /// The expert's median peak at an exercise, in N.
-fn expert_n(rows: &[Row], exercise: &str) -> f64 {
+fn expert_n(rows: &[OperatorRow], exercise: &str) -> f64 {
     let expert = rows.iter().find(|row| row.exercise == exercise && row.preset == "expert");
     expert.and_then(|row| row.figures.first()).map_or(f64::NAN, |[_, median, _]| *median)
 }
 
-fn markdown(rows: &[Row], seeds: u64, quick: bool) -> String {
+fn markdown(rows: &[OperatorRow], seeds: u64, quick: bool) -> String {
     let head = ["exercise", "preset", "peak to the expert's"].into_iter();
     let mut sheet =
-        Sheet::new(head.chain(FIGURES.iter().map(|(name, _)| *name)).chain(["passed", "perfect", "furthest mm"]));
+        ReportSheet::new(head.chain(FIGURES.iter().map(|(name, _)| *name)).chain(["passed", "perfect", "furthest mm"]));
     for row in rows {
         let peak_n = row.figures.first().map_or(f64::NAN, |[_, median, _]| *median);
         let ratio = format!("{:.2}", peak_n / expert_n(rows, &row.exercise));

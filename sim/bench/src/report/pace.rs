@@ -3,7 +3,7 @@
 use law::axial::{self, AxialInput, AxialParams, AxialScratch, AxialSpec, AxialState};
 
 use super::quantile;
-use super::sheet::Sheet;
+use super::sheet::ReportSheet;
 use crate::clock;
 use crate::error::BenchError;
 
@@ -17,7 +17,7 @@ const PERIOD: u32 = 40_000;
 const DEEPEST_M: f64 = 0.03;
 
 /// Time per tick, in ns.
-pub struct Pace {
+pub struct TickPace {
     layers: usize,
     median_ns: f64,
     p99_ns: f64,
@@ -28,7 +28,7 @@ pub struct Pace {
 ///
 /// # Errors
 /// When the specification is refused.
-pub fn measure(spec: &AxialSpec, quick: bool) -> Result<Pace, BenchError> {
+pub fn measure(spec: &AxialSpec, quick: bool) -> Result<TickPace, BenchError> {
     let params = AxialParams::new(spec.clone()).map_err(BenchError::work)?;
     let (mut state, mut scratch) = (AxialState::new(&params), AxialScratch::new(&params));
     let reserve = scratch.ruptures.capacity();
@@ -45,7 +45,7 @@ pub fn measure(spec: &AxialSpec, quick: bool) -> Result<Pace, BenchError> {
             start.elapsed().as_secs_f64() * 1e9 / f64::from(BATCH)
         })
         .collect();
-    Ok(Pace {
+    Ok(TickPace {
         layers: spec.layers.len(),
         median_ns: quantile(&ns_per_tick, 0.5),
         p99_ns: quantile(&ns_per_tick, 0.99),
@@ -60,10 +60,10 @@ fn motion_m(tick: u32) -> f64 {
     DEEPEST_M * depth - 0.001
 }
 
-impl Pace {
+impl TickPace {
     /// For people.
     pub fn markdown(&self) -> String {
-        let mut sheet = Sheet::new(["what", "ns per tick"]);
+        let mut sheet = ReportSheet::new(["what", "ns per tick"]);
         sheet.row(["median".to_owned(), format!("{:.0}", self.median_ns)]);
         sheet.row(["p99".to_owned(), format!("{:.0}", self.p99_ns)]);
         let allocation = match self.reserve_kept {

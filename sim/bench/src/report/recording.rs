@@ -9,9 +9,9 @@ use ::recording::{Recording, Session, Writer};
 use attempt::simulate::{self, Clock};
 use documents::{ExerciseBundle, Patient};
 
-use super::chart::{Chart, Curve};
+use super::chart::{Chart, ChartCurve};
 use super::motion::Rehearsal;
-use super::sheet::{self, Sheet};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, quantile, specimen};
 use crate::error::BenchError;
 use crate::{clock, machine};
@@ -23,7 +23,7 @@ const ATTEMPT_S: f64 = 30.0;
 const LONG_S: f64 = 600.0;
 
 /// Everything measured.
-struct Measured {
+struct MeasuredRecording {
     times_real_time: f64,
     bytes_per_s: f64,
     /// Time to write each tick, in µs, sorted.
@@ -41,7 +41,7 @@ struct Measured {
 /// When the disk refuses.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let share = if quick { 0.01 } else { 1.0 };
-    let bundle = specimen::training()?;
+    let bundle = specimen::read_training_exercise()?;
     let scratch = tempfile::tempdir_in(out).map_err(|error| BenchError::refused(out, error))?;
     let file = scratch.path().join("attempt.mcap");
     let attempt_s = (ATTEMPT_S * share).max(1.0);
@@ -53,7 +53,7 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let long_bytes = size(&file)?;
     machine::reset_peak_memory();
     let (read_s, score_s) = read_and_score(&file)?;
-    let measured = Measured {
+    let measured = MeasuredRecording {
         times_real_time: attempt_s / wall_s,
         bytes_per_s: bytes as f64 / attempt_s,
         tick_us,
@@ -68,12 +68,12 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
 
 /// Simulates and records an attempt of a length; returns the wall time, in s.
 fn simulate_into(path: &Path, bundle: &ExerciseBundle, length_s: f64) -> Result<f64, BenchError> {
-    let specimen = specimen::nominal(bundle)?;
+    let specimen = specimen::make_nominal_specimen(bundle)?;
     let pace = Clock { tick_hz: TICK_HZ, time_limit_s: length_s };
     let mut hand = Rehearsal::new(bundle.exercise.plan(), length_s);
     let start = clock::instant();
     let mut file = create(path)?;
-    let mut writer = writer(&mut file, &specimen::session(bundle, TICK_HZ), bundle, path)?;
+    let mut writer = writer(&mut file, &specimen::make_session(bundle, TICK_HZ), bundle, path)?;
     simulate::simulate(&specimen, &mut hand, &mut writer, &pace)
         .and_then(|_| writer.finish().map(drop))
         .map_err(|error| BenchError::work(format_args!("{}: {error}", path.display())))?;
@@ -88,7 +88,8 @@ fn writer<W: Write>(
     path: &Path,
 ) -> Result<Writer<BufWriter<W>>, BenchError> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
-    let drawing = SceneDrawing::of(&bundle.scene.puncture_spec(&patient), bundle.scene.needle.diameter_mm * 0.5e-3);
+    let drawing =
+        SceneDrawing::from_spec(&bundle.scene.puncture_spec(&patient), bundle.scene.needle.diameter_mm * 0.5e-3);
     Writer::create(BufWriter::new(file), session, &assessment::attachments(bundle), &drawing)
         .map_err(|error| BenchError::work(format_args!("{}: {error}", path.display())))
 }
@@ -135,7 +136,7 @@ fn size(path: &Path) -> Result<u64, BenchError> {
     fs::metadata(path).map(|metadata| metadata.len()).map_err(|error| BenchError::refused(path, error))
 }
 
-fn report(out: &Path, measured_on: &str, measured: &Measured) -> Result<Vec<PathBuf>, BenchError> {
+fn report(out: &Path, measured_on: &str, measured: &MeasuredRecording) -> Result<Vec<PathBuf>, BenchError> {
     let sheet = sheet(measured);
     let (table, plot) = (out.join("recording.csv"), out.join("recording.svg"));
     sheet.write_csv(&table)?;
@@ -150,11 +151,11 @@ fn report(out: &Path, measured_on: &str, measured: &Measured) -> Result<Vec<Path
     Ok(vec![table, plot, sheet::write_text(out.join("recording.md"), &text)?])
 }
 
-fn sheet(measured: &Measured) -> Sheet {
+fn sheet(measured: &MeasuredRecording) -> ReportSheet {
     let ticks = &measured.tick_us;
     let mean_us = ticks.iter().sum::<f64>() / ticks.len().max(1) as f64;
     let long = format!("{:.0} s recording", measured.long_s);
-    let mut sheet = Sheet::new(["what", "value", "unit", "bar"]);
+    let mut sheet = ReportSheet::new(["what", "value", "unit", "bar"]);
     let mut row = |what: &str, value: f64, unit: &str, bar: &str| {
         sheet.row([what, &format!("{value:.2}"), unit, bar]);
     };
@@ -185,7 +186,7 @@ fn chart(sorted_us: &[f64]) -> Chart {
         title: "Time to write one tick".to_owned(),
         x: "time, µs".to_owned(),
         y: "share of ticks that take longer".to_owned(),
-        curves: vec![Curve { name: String::new(), points: points.collect() }],
+        curves: vec![ChartCurve { name: String::new(), points: points.collect() }],
         ..Chart::default()
     }
 }

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use render::frame::{Frame, Puncture, Stage, View};
+use render::frame::{DrawnPuncture, Frame, Stage, View};
 use render::{Headless, Quality};
 
-use super::chart::{Chart, Curve};
-use super::sheet::{self, Sheet};
+use super::chart::{Chart, ChartCurve};
+use super::sheet::{self, ReportSheet};
 use super::{Program, Subject, measured_on, quantile, specimen};
 use crate::clock;
 use crate::error::BenchError;
@@ -21,7 +21,7 @@ const QUICK_FRAMES: usize = 2;
 const BARS_MS: [f64; 2] = [100.0, 4.0];
 
 /// Times of one kind of picture.
-struct Row {
+struct FrameRow {
     what: &'static str,
     quality: Quality,
     median_ms: f64,
@@ -44,18 +44,23 @@ pub fn measure(out: &Path, quick: bool, program: &dyn Program) -> Result<Vec<Pat
     let (table, plot) = (out.join("render.csv"), out.join("render.svg"));
     csv(&rows).write_csv(&table)?;
     chart(&rows).draw(&plot)?;
-    let text = sheet::write_text(out.join("render.md"), &markdown(&rows, &headless, (start_s, quick)))?;
+    let text = sheet::write_text(out.join("render.md"), &markdown(&rows, &headless, start_s, quick))?;
     Ok(vec![table, plot, text])
 }
 
-fn rows(headless: &mut Headless, frames: &[(&'static str, Frame)], count: usize) -> Result<Vec<Row>, BenchError> {
+fn rows(headless: &mut Headless, frames: &[(&'static str, Frame)], count: usize) -> Result<Vec<FrameRow>, BenchError> {
     let progress = MeasurementProgress::new((Quality::ALL.len() * frames.len()) as u64, "render");
     let mut rows = Vec::new();
     for quality in Quality::ALL {
         headless.set_quality(quality);
         for (what, frame) in frames {
             let times_ms = times(headless, frame, count)?;
-            rows.push(Row { what, quality, median_ms: quantile(&times_ms, 0.5), p99_ms: quantile(&times_ms, 0.99) });
+            rows.push(FrameRow {
+                what,
+                quality,
+                median_ms: quantile(&times_ms, 0.5),
+                p99_ms: quantile(&times_ms, 0.99),
+            });
             progress.set(rows.len() as u64);
         }
     }
@@ -76,13 +81,14 @@ fn times(headless: &mut Headless, frame: &Frame, count: usize) -> Result<Vec<f64
 
 /// A shipped scene with structures and a field, on its nominal patient.
 fn stage(program: &dyn Program) -> Result<Stage, BenchError> {
-    let bundle = specimen::anatomy()?;
-    program.stage(&bundle, &specimen::nominal(&bundle)?)
+    let bundle = specimen::read_anatomy_exercise()?;
+    program.stage(&bundle, &specimen::make_nominal_specimen(&bundle)?)
 }
 
 /// Every view with everything on: needle in the tissue, tents under a field with so many loads, blood, guide.
 fn frames(loads: usize) -> [(&'static str, Frame); 4] {
-    let puncture = Puncture { axis: [0.0, 0.0, -1.0], depth_m: 0.0125, opened: 3, blood: 0.7, ..Puncture::default() };
+    let puncture =
+        DrawnPuncture { axis: [0.0, 0.0, -1.0], depth_m: 0.0125, opened: 3, blood: 0.7, ..DrawnPuncture::default() };
     // A contactor of the lowest of the four layers, as it gives way.
     let loads_n = (0..loads).map(|load| if load == 3 { 1.3 } else { 0.0 }).collect();
     let whole = Frame {
@@ -102,19 +108,22 @@ fn frames(loads: usize) -> [(&'static str, Frame); 4] {
     ]
 }
 
-fn csv(rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new(["view", "quality", "median_ms", "p99_ms"]);
-    for Row { what, quality, median_ms, p99_ms } in rows {
+fn csv(rows: &[FrameRow]) -> ReportSheet {
+    let mut sheet = ReportSheet::new(["view", "quality", "median_ms", "p99_ms"]);
+    for FrameRow { what, quality, median_ms, p99_ms } in rows {
         sheet.row([what.to_string(), quality.name().to_owned(), format!("{median_ms:.3}"), format!("{p99_ms:.3}")]);
     }
     sheet
 }
 
 /// Time against the step of quality, best first.
-fn chart(rows: &[Row]) -> Chart {
-    let curve = |first: &Row| {
+fn chart(rows: &[FrameRow]) -> Chart {
+    let curve = |first: &FrameRow| {
         let own = rows.iter().filter(|row| row.what == first.what).enumerate();
-        Curve { name: first.what.to_owned(), points: own.map(|(at, row)| ((at + 1) as f64, row.median_ms)).collect() }
+        ChartCurve {
+            name: first.what.to_owned(),
+            points: own.map(|(at, row)| ((at + 1) as f64, row.median_ms)).collect(),
+        }
     };
     Chart {
         title: format!("A frame at {} × {}", SIZE[0], SIZE[1]),
@@ -125,9 +134,9 @@ fn chart(rows: &[Row]) -> Chart {
     }
 }
 
-fn markdown(rows: &[Row], headless: &Headless, (start_s, quick): (f64, bool)) -> String {
-    let mut sheet = Sheet::new(["view", "quality", "made of", "median", "p99"]);
-    for Row { what, quality, median_ms, p99_ms } in rows {
+fn markdown(rows: &[FrameRow], headless: &Headless, start_s: f64, quick: bool) -> String {
+    let mut sheet = ReportSheet::new(["view", "quality", "made of", "median", "p99"]);
+    for FrameRow { what, quality, median_ms, p99_ms } in rows {
         let times = [median_ms, p99_ms].map(|ms| format!("{ms:.1} ms"));
         sheet.row([
             what.to_string(),

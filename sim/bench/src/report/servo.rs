@@ -15,10 +15,10 @@ use haptics::servo::{self, Priority, Report, Times};
 use nalgebra::Vector3;
 use tissue::Specimen;
 
-use super::chart::{Chart, Curve};
+use super::chart::{Chart, ChartCurve};
 use super::motion::Rehearsal;
 use super::render::SIZE;
-use super::sheet::{self, Sheet};
+use super::sheet::{self, ReportSheet};
 use super::{DeviceAttempt, OngoingAttempt, Program, Subject, measured_on, quantile, specimen};
 use crate::clock;
 use crate::error::BenchError;
@@ -38,7 +38,7 @@ const BAR_FRAMES: u32 = 2;
 /// # Errors
 /// When the disk refuses, or the system gives no thread.
 pub fn measure(out: &Path, quick: bool, program: &dyn Program) -> Result<Vec<PathBuf>, BenchError> {
-    let bundle = specimen::training()?;
+    let bundle = specimen::read_training_exercise()?;
     let scratch = tempfile::tempdir_in(out).map_err(|error| BenchError::refused(out, error))?;
     let file = scratch.path().join("attempt.mcap");
     let length_s = if quick { QUICK_S } else { LENGTH_S };
@@ -47,7 +47,7 @@ pub fn measure(out: &Path, quick: bool, program: &dyn Program) -> Result<Vec<Pat
 }
 
 /// What was measured beside one picture.
-struct Measured {
+struct MeasuredServo {
     servo: Report,
     /// How late a thread is that does nothing: what the machine gives.
     bare: Times,
@@ -56,12 +56,17 @@ struct Measured {
 }
 
 /// Runs an attempt of a length in s on the clock, recorded and drawn as any is, then as many ticks of nothing.
-fn run(bundle: &ExerciseBundle, length_s: f64, file: &Path, program: &dyn Program) -> Result<Measured, BenchError> {
-    let specimen = specimen::nominal(bundle)?;
+fn run(
+    bundle: &ExerciseBundle,
+    length_s: f64,
+    file: &Path,
+    program: &dyn Program,
+) -> Result<MeasuredServo, BenchError> {
+    let specimen = specimen::make_nominal_specimen(bundle)?;
     let mut picture = Picture::new(bundle, &specimen, program);
     let device = Trajectory::new("operator:bench", readings(bundle, length_s), TICK_HZ);
     let done = device.done();
-    let session = specimen::session(bundle, TICK_HZ);
+    let session = specimen::make_session(bundle, TICK_HZ);
     let attempt = DeviceAttempt { bundle: bundle.clone(), specimen, session, path: file.to_owned() };
     let mut live = program.begin(attempt, Box::new(device))?;
     let progress = MeasurementProgress::new((length_s * TICK_HZ) as u64, "servo");
@@ -71,7 +76,7 @@ fn run(bundle: &ExerciseBundle, length_s: f64, file: &Path, program: &dyn Progra
     }
     let servo = live.stop()?;
     let bare = beside(&mut picture, || servo::bare(TICK_HZ, (length_s * TICK_HZ) as u32));
-    Ok(Measured { servo, bare: bare.map_err(BenchError::work)?, picture })
+    Ok(MeasuredServo { servo, bare: bare.map_err(BenchError::work)?, picture })
 }
 
 /// Runs something beside a picture that is drawn as fast as it can be.
@@ -157,12 +162,12 @@ fn readings(bundle: &ExerciseBundle, length_s: f64) -> Vec<Reading> {
     (0..ticks).map(reading).collect()
 }
 
-fn report(out: &Path, measured_on: &str, measured: &Measured) -> Result<Vec<PathBuf>, BenchError> {
+fn report(out: &Path, measured_on: &str, measured: &MeasuredServo) -> Result<Vec<PathBuf>, BenchError> {
     let sheet = sheet(measured);
     let (table, plot) = (out.join("servo.csv"), out.join("servo.svg"));
     sheet.write_csv(&table)?;
     chart(measured).draw(&plot)?;
-    let Measured { servo, picture, .. } = measured;
+    let MeasuredServo { servo, picture, .. } = measured;
     let drawn = picture.as_ref().map_or_else(|none| format!("no picture: {none}"), ToString::to_string);
     let priority = match servo.priority {
         Priority::Ordinary => format!("**{}: {}.**", servo.priority, servo.priority.advice()),
@@ -181,9 +186,9 @@ fn report(out: &Path, measured_on: &str, measured: &Measured) -> Result<Vec<Path
     Ok(vec![table, plot, sheet::write_text(out.join("servo.md"), &text)?])
 }
 
-fn sheet(Measured { servo, bare, picture }: &Measured) -> Sheet {
+fn sheet(MeasuredServo { servo, bare, picture }: &MeasuredServo) -> ReportSheet {
     let Report { counts, lateness, compute, .. } = servo;
-    let mut sheet = Sheet::new(["what", "value", "unit", "bar"]);
+    let mut sheet = ReportSheet::new(["what", "value", "unit", "bar"]);
     let bar = format!("≤ {BAR_US}");
     for (name, times, (p99_bar, p999_bar)) in [
         ("lateness", lateness, (&*bar, "")),
@@ -219,9 +224,9 @@ fn sheet(Measured { servo, bare, picture }: &Measured) -> Sheet {
 }
 
 /// How many ticks are later, or take longer, than a time.
-fn chart(Measured { servo, bare, .. }: &Measured) -> Chart {
-    let curve = |name: &str, times: &Times| Curve { name: name.to_owned(), points: times.exceeded() };
-    let ring = |name: &str, share: f64| Curve { name: name.to_owned(), points: vec![(BAR_US, share)] };
+fn chart(MeasuredServo { servo, bare, .. }: &MeasuredServo) -> Chart {
+    let curve = |name: &str, times: &Times| ChartCurve { name: name.to_owned(), points: times.exceeded() };
+    let ring = |name: &str, share: f64| ChartCurve { name: name.to_owned(), points: vec![(BAR_US, share)] };
     Chart {
         title: "Servo at 1 kHz".to_owned(),
         x: "time, µs".to_owned(),

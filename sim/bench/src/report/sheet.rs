@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use crate::error::BenchError;
 
 /// A table of results. Column names carry their units.
-pub struct Sheet {
+pub struct ReportSheet {
     columns: Vec<String>,
     rows: Vec<Vec<String>>,
 }
 
-impl Sheet {
+impl ReportSheet {
     /// An empty table.
     pub fn new(columns: impl IntoIterator<Item = impl Into<String>>) -> Self {
         Self { columns: columns.into_iter().map(Into::into).collect(), rows: Vec::new() }

@@ -6,7 +6,7 @@ use crate::Soaked;
 use documents::Patient;
 use tissue::Specimen;
 
-use super::sheet::{self, Sheet};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on, specimen};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
@@ -17,7 +17,7 @@ const TICKS: u32 = 600_000;
 const SEED: u64 = 1;
 
 /// A scene and what its soak came to.
-struct Row {
+struct SoakRow {
     scene: String,
     seen: Soaked,
 }
@@ -28,13 +28,13 @@ struct Row {
 /// When the disk refuses, and, once the report is written, when a bound is exceeded: each scene is named.
 pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     let ticks = if quick { TICKS / 100 } else { TICKS };
-    let scenes = specimen::shipped()?;
+    let scenes = specimen::read_shipped_scenes()?;
     let progress = MeasurementProgress::new(scenes.len() as u64, "soak");
     let mut rows = Vec::with_capacity(scenes.len());
     for scene in scenes {
         let spec = scene.specimen_spec(&Patient::nominal(&scene), 0.0);
         let specimen = Specimen::new(spec).map_err(BenchError::work)?;
-        rows.push(Row { seen: crate::soak(specimen.law(), specimen.field(), ticks, SEED), scene: scene.id });
+        rows.push(SoakRow { seen: crate::soak(specimen.law(), specimen.field(), ticks, SEED), scene: scene.id });
         progress.advance(1);
     }
     let table = out.join("soak.csv");
@@ -45,8 +45,8 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     if failed.is_empty() { Ok(vec![table, text]) } else { Err(BenchError::Work(failed)) }
 }
 
-fn csv(rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new([
+fn csv(rows: &[SoakRow]) -> ReportSheet {
+    let mut sheet = ReportSheet::new([
         "scene",
         "ticks",
         "tracks",
@@ -59,7 +59,7 @@ fn csv(rows: &[Row]) -> Sheet {
         "ticks_not_finite",
         "pass",
     ]);
-    for Row { scene, seen } in rows {
+    for SoakRow { scene, seen } in rows {
         let numbers = [seen.force_n, seen.force_bound_n, seen.closure, seen.undone_j, seen.tent_m]
             .map(|number| format!("{number:?}"));
         let [force, bound, closure, undone, tent] = numbers;
@@ -75,8 +75,8 @@ fn yes(seen: &Soaked) -> String {
     if seen.passes() { "yes" } else { "**no**" }.to_owned()
 }
 
-fn markdown(rows: &[Row], quick: bool) -> String {
-    let mut sheet = Sheet::new([
+fn markdown(rows: &[SoakRow], quick: bool) -> String {
+    let mut sheet = ReportSheet::new([
         "scene",
         "tracks",
         "ruptures",
@@ -87,7 +87,7 @@ fn markdown(rows: &[Row], quick: bool) -> String {
         "not finite",
         "pass",
     ]);
-    for Row { scene, seen } in rows {
+    for SoakRow { scene, seen } in rows {
         sheet.row([
             scene.clone(),
             seen.tracks.to_string(),

@@ -43,15 +43,15 @@ const EXERCISES: [(&str, usize); 9] = [
 ///
 /// # Errors
 /// When the documents built in are refused, which a test would have shown.
-pub fn both() -> Result<[ExerciseBundle; 2], BenchError> {
-    Ok([bundle(PAPER)?, training()?])
+pub fn read_both_exercises() -> Result<[ExerciseBundle; 2], BenchError> {
+    Ok([bundle(PAPER)?, read_training_exercise()?])
 }
 
 /// The training scene with the exercise that is measured.
 ///
 /// # Errors
 /// When the documents built in are refused.
-pub fn training() -> Result<ExerciseBundle, BenchError> {
+pub fn read_training_exercise() -> Result<ExerciseBundle, BenchError> {
     bundle(TRAINING)
 }
 
@@ -59,7 +59,7 @@ pub fn training() -> Result<ExerciseBundle, BenchError> {
 ///
 /// # Errors
 /// When the documents built in are refused.
-pub fn anatomy() -> Result<ExerciseBundle, BenchError> {
+pub fn read_anatomy_exercise() -> Result<ExerciseBundle, BenchError> {
     bundle(VESSEL)
 }
 
@@ -67,7 +67,7 @@ pub fn anatomy() -> Result<ExerciseBundle, BenchError> {
 ///
 /// # Errors
 /// When a document built in is refused.
-pub fn shipped() -> Result<Vec<Scene>, BenchError> {
+pub fn read_shipped_scenes() -> Result<Vec<Scene>, BenchError> {
     SHIPPED.iter().map(|text| Ok(documents::load::read_scene_text(Path::new("shipped scene"), text)?)).collect()
 }
 
@@ -75,7 +75,7 @@ pub fn shipped() -> Result<Vec<Scene>, BenchError> {
 ///
 /// # Errors
 /// When a document built in is refused.
-pub fn exercises() -> Result<Vec<ExerciseBundle>, BenchError> {
+pub fn read_shipped_exercises() -> Result<Vec<ExerciseBundle>, BenchError> {
     let bundle = |(text, scene): &(&str, usize)| -> Result<ExerciseBundle, BenchError> {
         Ok(ExerciseBundle::from_parts(text.as_bytes(), SHIPPED[*scene].as_bytes(), &[])?)
     };
@@ -83,7 +83,7 @@ pub fn exercises() -> Result<Vec<ExerciseBundle>, BenchError> {
 }
 
 /// The axial law of a scene's nominal patient.
-pub fn axial(scene: &Scene) -> AxialSpec {
+pub fn nominal_axial_spec(scene: &Scene) -> AxialSpec {
     scene.axial_spec(&Patient::nominal(scene))
 }
 
@@ -91,7 +91,7 @@ pub fn axial(scene: &Scene) -> AxialSpec {
 ///
 /// # Errors
 /// When the scene is refused.
-pub fn nominal(bundle: &ExerciseBundle) -> Result<Specimen, BenchError> {
+pub fn make_nominal_specimen(bundle: &ExerciseBundle) -> Result<Specimen, BenchError> {
     Specimen::new(bundle.specimen_spec(&Patient::nominal(&bundle.scene))).map_err(BenchError::work)
 }
 
@@ -100,7 +100,7 @@ fn bundle(scene: &str) -> Result<ExerciseBundle, BenchError> {
 }
 
 /// The same session every time, at a tick rate in Hz: what is measured must not depend on the clock.
-pub fn session(bundle: &ExerciseBundle, tick_hz: f64) -> Session {
+pub fn make_session(bundle: &ExerciseBundle, tick_hz: f64) -> Session {
     Session {
         session_id: Uuid::nil(),
         exercise_id: bundle.exercise.id.clone(),
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn every_shipped_exercise_is_measured_in_its_own_scene() {
-        let bundles = exercises().expect("sound");
+        let bundles = read_shipped_exercises().expect("sound");
         let measured: BTreeSet<_> = bundles.into_iter().map(|bundle| (bundle.exercise.id, bundle.scene.id)).collect();
         assert_eq!(on_disk(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula")), measured);
     }

@@ -3,13 +3,13 @@
 use super::{block, coarse, lower_back, problem};
 use crate::{Measured, largest};
 use tissue::FieldModel;
-use tissue::volumetric::{Corotational, Effort, Motion, Patch, Problem3, VolumetricError};
+use tissue::volumetric::{Corotational, Effort, Patch, Problem3, TissueMotion, VolumetricError};
 
 /// What a step may take.
 const EFFORT: Effort = Effort { iterations: 30, tolerance: 1e-4 };
 
 /// The tissue in time, with what its energy has done.
-struct Watched {
+struct WatchedTissue {
     tissue: Corotational,
     /// The most energy that there has been, in J.
     most_j: f64,
@@ -17,7 +17,7 @@ struct Watched {
     growth: f64,
 }
 
-impl Watched {
+impl WatchedTissue {
     /// The lower back at rest, stepped so often, in s.
     fn new(step_s: f64) -> Result<Self, VolumetricError> {
         let problem = Problem3::flat(&problem(lower_back()));
@@ -48,7 +48,7 @@ impl Watched {
 
 /// Skin of 331 N/m met at 1 m/s and 1 kHz, which gives way at 1 N; 0.2 s.
 pub(super) fn stab_growth() -> Measured {
-    let mut back = Watched::new(1e-3)?;
+    let mut back = WatchedTissue::new(1e-3)?;
     for tick in 0..200 {
         let force_n = 0.331 * f64::from(tick);
         back.step(if force_n < 1.0 { force_n } else { 0.0 });
@@ -58,7 +58,7 @@ pub(super) fn stab_growth() -> Measured {
 
 /// From nothing to 5 N in one step, and 0.1 s of it.
 pub(super) fn teleport_growth() -> Measured {
-    let mut back = Watched::new(1e-3)?;
+    let mut back = WatchedTissue::new(1e-3)?;
     for _ in 0..100 {
         back.step(5.0);
     }
@@ -84,8 +84,8 @@ pub(super) fn teleport_refused() -> Measured {
 }
 
 /// 0.3 N for 0.1 s, then nothing for 0.2 s.
-fn released() -> Result<(Watched, f64), VolumetricError> {
-    let mut back = Watched::new(1e-3)?;
+fn released() -> Result<(WatchedTissue, f64), VolumetricError> {
+    let mut back = WatchedTissue::new(1e-3)?;
     for _ in 0..100 {
         back.step(0.3);
     }
@@ -107,7 +107,7 @@ pub(super) fn release_left() -> Measured {
 
 /// Ten minutes at 5 Hz under the same load, less the first ten seconds.
 pub(super) fn hold_moving() -> Measured {
-    let mut tissue = Watched::new(0.2)?.tissue;
+    let mut tissue = WatchedTissue::new(0.2)?.tissue;
     for _ in 0..50 {
         tissue.solve(0.3);
     }
@@ -123,10 +123,10 @@ pub(super) fn hold_moving() -> Measured {
 /// A block turned inside out and let go: the share of its energy that is left, and the most that a step added, of all.
 fn inverted() -> Result<[f64; 2], VolumetricError> {
     let body = block([0.02, 0.02, 0.02], true)?;
-    let mut motion = Motion::new(&body, Some(5e-3), EFFORT)?;
+    let mut motion = TissueMotion::new(&body, Some(5e-3), EFFORT)?;
     motion.displace(&body.interpolate_m(|point| nalgebra::Vector3::new(0.3 * point.z, 0.0, -1.7 * point.z)));
     let nothing = vec![0.0; body.unknowns()];
-    let energy_j = |motion: &Motion| {
+    let energy_j = |motion: &TissueMotion| {
         let energies = motion.energies(&body);
         energies.elastic_j + energies.kinetic_j
     };
@@ -150,8 +150,8 @@ pub(super) fn inverted_growth() -> Measured {
 }
 
 /// A load that grows at 1 kHz to 0.3 N in 0.5 s and stays for 1 s, seen at 15 Hz.
-fn rated() -> Result<Watched, VolumetricError> {
-    let mut back = Watched::new(1.0 / 15.0)?;
+fn rated() -> Result<WatchedTissue, VolumetricError> {
+    let mut back = WatchedTissue::new(1.0 / 15.0)?;
     let mut seen = 0;
     for tick in 0..1500_u32 {
         let latest_n = 0.3 * (f64::from(tick) / 500.0).min(1.0);

@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use super::{block, coarse, layer, lower_back, problem};
-use crate::slabs::distance;
+use crate::slabs::relative_distance_of_models;
 use crate::{Measured, largest};
 use tissue::volumetric::{Corotational, Effort, MeshSpec3, Patch, Problem3, Volumetric, fit};
 use tissue::{ElasticLayer, FieldModel, axisymmetric};
@@ -13,7 +13,7 @@ fn error(layers: Vec<ElasticLayer>, tolerance: f64) -> Measured {
     let problem = problem(layers);
     let found = fit(&Problem3::flat(&problem), tolerance)?;
     let better = axisymmetric::fit(&problem, 0.005)?;
-    Ok(distance(&problem, &found.model, &better.model))
+    Ok(relative_distance_of_models(&problem, &found.model, &better.model))
 }
 
 /// A skin of 2 mm that is 100 to 100 000 times as stiff as what it lies on.

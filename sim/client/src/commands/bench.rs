@@ -15,7 +15,7 @@ use haptics::servo::{Driven, Report};
 use tissue::Specimen;
 
 use crate::exit::{Failure, Outcome};
-use crate::live::{Finished, Live, Trial};
+use crate::live::{Finished, Live, LiveTrial};
 use crate::picture::{Look, Moment};
 use crate::{new_file, output, picture};
 
@@ -34,7 +34,7 @@ use crate::{new_file, output, picture};
 /// and rate do to them. Use a release build for figures to report.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet bench --out bench")]
-pub struct Args {
+pub struct BenchArgs {
     /// What to measure
     #[arg(default_value = "all")]
     what: What,
@@ -91,7 +91,7 @@ impl What {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &BenchArgs) -> Outcome {
     if args.peers.is_some() && !matches!(args.what, What::All | What::Field) {
         return Err(Failure::input("--peers: other solvers answer the cases of `field` alone"));
     }
@@ -129,7 +129,7 @@ struct ThisProgram;
 
 impl Program for ThisProgram {
     fn stage(&self, bundle: &ExerciseBundle, specimen: &Specimen) -> Result<Stage, BenchError> {
-        Ok(picture::stage(Path::new("shipped scene"), bundle, specimen)?)
+        Ok(picture::build_stage(Path::new("shipped scene"), bundle, specimen)?)
     }
 
     fn still(&self, bundle: &ExerciseBundle) -> Frame {
@@ -138,7 +138,7 @@ impl Program for ThisProgram {
 
     fn begin(&self, attempt: DeviceAttempt, device: Box<dyn Device>) -> Result<Box<dyn OngoingAttempt>, BenchError> {
         let DeviceAttempt { bundle, specimen, session, path } = attempt;
-        let trial = Trial { bundle, specimen: Arc::new(specimen), session, path, key: None };
+        let trial = LiveTrial { bundle, specimen: Arc::new(specimen), session, path, key: None };
         Ok(Box::new(Live::start(trial, Mapping::in_patient_frame(), Driven::ByTimer(device))?))
     }
 }

@@ -1,5 +1,6 @@
 //! `stylet force`: the force law alone.
 
+use crate::sources;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -7,9 +8,9 @@ use law::axial::{self, AxialInput, AxialOutput, AxialParams, AxialScratch, Axial
 use law::soundness;
 
 use crate::exit::{Failure, Outcome};
+use crate::output;
 use crate::progress::Progress;
 use crate::trajectory::{self, AxialSample};
-use crate::{commands, output};
 
 /// Columns of the table on standard output; those of the reference tables, in their order.
 const HEADER: &str = "t_s,x_m,v_m_per_s,F_n,F_tip_n,F_rim_n,F_viscous_n,F_friction_n,F_cutting_n,depth_m,events";
@@ -23,7 +24,7 @@ const ROWS_PER_UPDATE: usize = 4096;
 /// table of the force and its parts. Numbers read back to the same bits. An unsound scene is warned of and computed.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet force trocar.json --trajectory slow.csv > forces.csv")]
-pub struct Args {
+pub struct ForceArgs {
     /// Layers and needle at their effective values, in SI
     #[arg(value_name = "SCENE.json")]
     scene: PathBuf,
@@ -33,8 +34,8 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
-    let json = commands::read_text(&args.scene)?;
+pub fn run(args: &ForceArgs) -> Outcome {
+    let json = sources::read_text(&args.scene)?;
     let case = documents::force_case::parse(&args.scene.display().to_string(), &json)?;
     let params = AxialParams::new(case.spec).map_err(|error| Failure::refused(&args.scene, error))?;
     let trajectory = trajectory::read_axial(&args.trajectory)?;

@@ -27,9 +27,9 @@ const WATCH_EVERY: Duration = Duration::from_secs(2);
 #[command(
     after_help = "Examples:\n  stylet outbox\n  stylet outbox send --watch\n  stylet outbox discard 3f2a9c0b12d4e5f6"
 )]
-pub struct Args {
+pub struct OutboxArgs {
     #[command(subcommand)]
-    command: Option<Command>,
+    command: Option<OutboxCommand>,
     /// Folder of the outbox [default: the user's own]
     #[arg(long, value_name = "DIR", env = "STYLET_OUTBOX", global = true)]
     outbox: Option<PathBuf>,
@@ -39,7 +39,7 @@ pub struct Args {
 }
 
 #[derive(Subcommand)]
-enum Command {
+enum OutboxCommand {
     Send(SendArgs),
     Discard(DiscardArgs),
 }
@@ -74,13 +74,13 @@ struct DiscardArgs {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &OutboxArgs) -> Outcome {
     let outbox = Outbox::open(args.outbox.as_deref())?;
     match &args.command {
         None => list(&outbox, args.json),
-        Some(Command::Send(send)) if send.watch => watch(&outbox, send, args.json),
-        Some(Command::Send(send)) => send_now(&outbox, send, args.json),
-        Some(Command::Discard(discard)) => {
+        Some(OutboxCommand::Send(send)) if send.watch => watch(&outbox, send, args.json),
+        Some(OutboxCommand::Send(send)) => send_now(&outbox, send, args.json),
+        Some(OutboxCommand::Discard(discard)) => {
             for entry in named(&outbox, &discard.ids)? {
                 entry.remove().map_err(|error| Failure::work(format_args!("{}: {error}", entry.file.display())))?;
                 output::line(format_args!("{}: discarded", entry.note.name))?;

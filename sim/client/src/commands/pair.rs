@@ -19,7 +19,7 @@ use crate::{machine, output};
 /// pairing of this user is replaced, with its key.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet pair --server https://training.example.org --name 'Skills lab 2'")]
-pub struct Args {
+pub struct PairArgs {
     /// Address of the service, http or https
     #[arg(long, value_name = "URL", value_parser = service::server)]
     server: Uri,
@@ -44,7 +44,7 @@ struct Joined<'a> {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &PairArgs) -> Outcome {
     if service::is_in_the_clear(&args.server) {
         let warning = "http is not encrypted: others on the network can read the station's token";
         output::warning(format_args!("{}: {warning}", args.server));
@@ -55,7 +55,7 @@ pub fn run(args: &Args) -> Outcome {
         Some(code) => code.clone(),
         None => ask()?,
     };
-    let name = args.name.clone().unwrap_or_else(machine::name);
+    let name = args.name.clone().unwrap_or_else(machine::machine_name);
     let (pairing, key) = join(&args.server, &code, &name)?;
     key.save()?;
     pairing.save()?;
@@ -91,7 +91,7 @@ fn join(server: &Uri, code: &str, name: &str) -> Result<(Pairing, StationKey), F
     let station = member("station_id").and_then(|id| id.parse().ok());
     match (reply.status, station.zip(member("token")), member("school"), member("name")) {
         (201, Some((station, token)), Some(school), Some(name)) if service::bearer(&token).is_some() => {
-            Ok((Pairing { server, school, name, token }, key.of(station)))
+            Ok((Pairing { server, school, name, token }, key.for_station(station)))
         }
         _ => Err(Failure::work(format_args!("{address}: not paired: {}", reply.words()))),
     }

@@ -23,13 +23,13 @@ use crate::window::{self, Station};
     stylet play curricula/lower-back-basics/1-feel-the-layers.toml\n  \
     stylet play curricula/lower-back-basics --device mouse\n  \
     stylet play exercise.toml --device operator:expert")]
-pub struct Args {
+pub struct PlayArgs {
     /// Exercises, curricula, or folders that hold them
     #[arg(value_name = "EXERCISE.toml", required = true)]
     exercises: Vec<PathBuf>,
     /// auto, mouse, gamepad, openhaptics, inverse3 or operator:NAME
     #[arg(long, value_name = "DEVICE", default_value = "auto")]
-    device: open::Choice,
+    device: open::DeviceChoice,
     /// Hide the planned line, entry and target
     #[arg(long)]
     free: bool,
@@ -47,7 +47,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &PlayArgs) -> Outcome {
     let shelf = Shelf::read(&args.exercises)?;
     for broken in &shelf.broken {
         output::warning(format_args!("passed over: {}", broken.why));

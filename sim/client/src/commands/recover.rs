@@ -1,22 +1,23 @@
 //! `stylet recover`: every valid message out of a cut or damaged recording.
 
+use crate::sources;
 use std::io::BufReader;
 use std::path::PathBuf;
 
-use recording::read::ReadError;
+use recording::error::ReadError;
 use recording::recover;
 
 use crate::exit::{Failure, Outcome};
 use crate::new_file::NewFile;
+use crate::output;
 use crate::progress::Progress;
-use crate::{commands, output};
 
 /// Copy every valid message of a cut or damaged recording into a whole one
 ///
 /// The input is only read. The output is reopened and checked before it gets its name.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet recover cut.mcap --out fixed.mcap")]
-pub struct Args {
+pub struct RecoverArgs {
     /// The recording to read
     #[arg(value_name = "REC.mcap")]
     recording: PathBuf,
@@ -32,8 +33,8 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
-    let file = commands::open(&args.recording)?;
+pub fn run(args: &RecoverArgs) -> Outcome {
+    let file = sources::open(&args.recording)?;
     let progress = Progress::new(file.metadata().map_or(0, |metadata| metadata.len()), "recovering");
     let source = BufReader::new(progress.watch(file));
     let mut fixed = NewFile::create(&args.out, args.force)?;

@@ -1,5 +1,6 @@
 //! `stylet render`: one picture of a recording or an exercise, or the frames of a film, without a window.
 
+use crate::sources;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
@@ -8,7 +9,6 @@ use documents::{ExerciseBundle, Patient};
 use render::frame::{Frame, Stage, View};
 use render::{Headless, PictureError, Quality};
 
-use crate::commands;
 use crate::exit::{Failure, Outcome};
 use crate::new_file::create_folder;
 use crate::output;
@@ -25,7 +25,7 @@ const MOST_PIXELS: u32 = 8192;
 #[command(after_help = "Examples:\n  \
     stylet render attempt.mcap --at 4.2 --view tip --out pop.png\n  \
     stylet render attempt.mcap --frames film --fps 30")]
-pub struct Args {
+pub struct RenderArgs {
     /// A recording or an exercise
     #[arg(value_name = "REC.mcap|EXERCISE.toml")]
     what: PathBuf,
@@ -34,7 +34,7 @@ pub struct Args {
     at: f64,
     /// Size of the picture, in pixels
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720")]
-    size: Size,
+    size: PictureSize,
     /// whole, tip or section
     #[arg(long, value_name = "VIEW", default_value = "whole", value_parser = view)]
     view: View,
@@ -54,9 +54,9 @@ pub struct Args {
 
 /// Width and height, in pixels.
 #[derive(Clone, Copy)]
-struct Size([u32; 2]);
+struct PictureSize([u32; 2]);
 
-impl FromStr for Size {
+impl FromStr for PictureSize {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -85,11 +85,11 @@ struct Film {
     stage: Stage,
     target_depth_m: f64,
     look: Look,
-    source: Source,
+    source: MomentSource,
 }
 
 /// Where the moments come from.
-enum Source {
+enum MomentSource {
     /// A recording of a length, in s.
     Recording(Box<Telling>, f64),
     /// An exercise: the needle at its start.
@@ -99,22 +99,22 @@ enum Source {
 impl Film {
     fn frame(&mut self, t_s: f64) -> Frame {
         let moment = match &mut self.source {
-            Source::Recording(telling, _) => telling.at(t_s),
-            Source::Exercise(moment) => moment,
+            MomentSource::Recording(telling, _) => telling.at(t_s),
+            MomentSource::Exercise(moment) => moment,
         };
         moment.frame(&self.look, self.target_depth_m)
     }
 
     fn duration_s(&self) -> f64 {
         match self.source {
-            Source::Recording(_, duration_s) => duration_s,
-            Source::Exercise(_) => 0.0,
+            MomentSource::Recording(_, duration_s) => duration_s,
+            MomentSource::Exercise(_) => 0.0,
         }
     }
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &RenderArgs) -> Outcome {
     let mut film = if args.what.extension().is_some_and(|extension| extension == "toml") {
         of_exercise(args)?
     } else {
@@ -133,34 +133,34 @@ pub fn run(args: &Args) -> Outcome {
     }
 }
 
-fn of_exercise(args: &Args) -> Result<Film, Failure> {
+fn of_exercise(args: &RenderArgs) -> Result<Film, Failure> {
     let path = args.what.as_path();
     let bundle = ExerciseBundle::read(path)?;
-    let specimen = commands::prepare_specimen(path, &bundle, &Patient::nominal(&bundle.scene))?;
-    let stage = picture::stage(path, &bundle, &specimen)?;
-    let source = Source::Exercise(Box::new(Moment::before(&bundle, &[])));
+    let specimen = sources::prepare_specimen(path, &bundle, &Patient::nominal(&bundle.scene))?;
+    let stage = picture::build_stage(path, &bundle, &specimen)?;
+    let source = MomentSource::Exercise(Box::new(Moment::before(&bundle, &[])));
     let look = Look { view: args.view, ..Look::at(&bundle.scene, !args.free) };
     Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })
 }
 
-fn of_recording(args: &Args) -> Result<Film, Failure> {
+fn of_recording(args: &RenderArgs) -> Result<Film, Failure> {
     let path = args.what.as_path();
-    let recording = commands::read_recording(path)?;
-    let bundle = commands::own_exercise(path, &recording)?;
+    let recording = sources::read_recording(path)?;
+    let bundle = sources::own_exercise(path, &recording)?;
     let stage = picture::stage_of_recording(path, &bundle, &recording)?;
     let duration_s = recording.samples.last().map_or(0.0, |sample| sample.t_s);
     let look = Look { view: args.view, ..Look::at(&bundle.scene, !args.free) };
-    let source = Source::Recording(Box::new(Telling::new(Arc::new(recording), &bundle)), duration_s);
+    let source = MomentSource::Recording(Box::new(Telling::new(Arc::new(recording), &bundle)), duration_s);
     Ok(Film { stage, target_depth_m: bundle.exercise.target_depth_mm * 1e-3, look, source })
 }
 
-fn still(headless: &mut Headless, frame: &Frame, Size(size): Size, out: &Path) -> Outcome {
+fn still(headless: &mut Headless, frame: &Frame, PictureSize(size): PictureSize, out: &Path) -> Outcome {
     let picture = headless.next(frame, size).map_err(|error| failure(&error))?;
     picture.save_with_format(out, image::ImageFormat::Png).map_err(|error| cannot_write(out, &error))?;
     output::line(format_args!("{}: {} × {} pixels on {}", out.display(), size[0], size[1], headless.adapter()))
 }
 
-fn frames(headless: &mut Headless, film: &mut Film, args: &Args, folder: &Path) -> Outcome {
+fn frames(headless: &mut Headless, film: &mut Film, args: &RenderArgs, folder: &Path) -> Outcome {
     create_folder(folder)?;
     let count = (film.duration_s() * f64::from(args.fps)).floor() as u64 + 1;
     let progress = Progress::new(count, "drawing");

@@ -1,8 +1,8 @@
 //! `stylet replay`: a recording in a window, with timeline, plots and scrubbing.
 
+use crate::sources;
 use std::path::PathBuf;
 
-use crate::commands;
 use crate::exit::Outcome;
 use crate::window;
 
@@ -11,7 +11,7 @@ use crate::window;
 #[command(after_help = "Examples:\n  \
     stylet replay attempt.mcap\n  \
     stylet replay attempt.mcap --compare expert.mcap")]
-pub struct Args {
+pub struct ReplayArgs {
     /// The recording
     #[arg(value_name = "REC.mcap")]
     recording: PathBuf,
@@ -21,8 +21,8 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
-    let recording = commands::read_recording(&args.recording)?;
-    let other = args.compare.as_deref().map(commands::read_recording).transpose()?;
+pub fn run(args: &ReplayArgs) -> Outcome {
+    let recording = sources::read_recording(&args.recording)?;
+    let other = args.compare.as_deref().map(sources::read_recording).transpose()?;
     window::watch(&args.recording, recording, other)
 }

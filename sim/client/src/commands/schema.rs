@@ -8,14 +8,14 @@ use crate::output;
 /// Print the JSON Schema of a kind of document
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet schema scene > scene.schema.json")]
-pub struct Args {
+pub struct SchemaArgs {
     /// Which document
-    kind: Kind,
+    kind: SchemaKind,
 }
 
 /// The documents that have a schema.
 #[derive(Clone, Copy, ValueEnum)]
-enum Kind {
+enum SchemaKind {
     /// Layers, needle and structures
     Scene,
     /// What to do in a scene and how it is judged
@@ -27,12 +27,12 @@ enum Kind {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &SchemaArgs) -> Outcome {
     let kind = match args.kind {
-        Kind::Scene => documents::DocumentKind::Scene,
-        Kind::Exercise => documents::DocumentKind::Exercise,
-        Kind::Curriculum => documents::DocumentKind::Curriculum,
-        Kind::Instrument => documents::DocumentKind::Instrument,
+        SchemaKind::Scene => documents::DocumentKind::Scene,
+        SchemaKind::Exercise => documents::DocumentKind::Exercise,
+        SchemaKind::Curriculum => documents::DocumentKind::Curriculum,
+        SchemaKind::Instrument => documents::DocumentKind::Instrument,
     };
     output::json(&documents::schema(kind))
 }

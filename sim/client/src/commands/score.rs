@@ -1,5 +1,6 @@
 //! `stylet score`: metrics, score and reasons of a recording.
 
+use crate::sources;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -9,7 +10,7 @@ use documents::ExerciseBundle;
 use serde_json::json;
 
 use crate::exit::{Failure, Outcome};
-use crate::{commands, output};
+use crate::output;
 
 /// Judge a recorded attempt: metrics, score and what cost points
 ///
@@ -17,7 +18,7 @@ use crate::{commands, output};
 /// or the hand was not given the tissue's force for more than a tenth of the time in the body, is void: exit 1.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  stylet score attempt.mcap\n  stylet score attempt.mcap --json | jq .score")]
-pub struct Args {
+pub struct ScoreArgs {
     /// The recording
     #[arg(value_name = "REC.mcap")]
     recording: PathBuf,
@@ -30,11 +31,11 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
-    let recording = commands::read_recording(&args.recording)?;
+pub fn run(args: &ScoreArgs) -> Outcome {
+    let recording = sources::read_recording(&args.recording)?;
     let bundle = match &args.exercise {
         Some(path) => ExerciseBundle::read(path)?,
-        None => commands::own_exercise(&args.recording, &recording)?,
+        None => sources::own_exercise(&args.recording, &recording)?,
     };
     let judged = match assessment::assess(&recording, &bundle) {
         Ok(judged) => judged,

@@ -1,5 +1,6 @@
 //! `stylet simulate`: an attempt without a window, faster than real time.
 
+use crate::sources;
 use std::fs;
 use std::path::PathBuf;
 
@@ -15,10 +16,10 @@ use tissue::SpecimenError;
 use uuid::Uuid;
 
 use crate::exit::{Failure, Outcome};
-use crate::maker::{self, Hand, Maker};
-use crate::motion::Watched;
+use crate::maker::{self, HandChoice, Maker};
+use crate::motion::WatchedSource;
 use crate::new_file::NewFile;
-use crate::{clock, commands, output};
+use crate::{clock, output};
 
 /// Let a virtual operator perform an exercise and record it
 ///
@@ -28,14 +29,14 @@ use crate::{clock, commands, output};
 #[command(after_help = "Examples:\n  \
     stylet simulate exercise.toml --operator expert --seed 7 --out attempt.mcap\n  \
     stylet simulate exercise.toml --operator constant:2 --out slow.mcap")]
-pub struct Args {
+pub struct SimulateArgs {
     /// The exercise
     #[arg(value_name = "EXERCISE.toml")]
     exercise: PathBuf,
     /// Who moves the needle: novice, intermediate, expert, constant:MM_S (a stiff hand at that speed), or a CSV file
     /// with t_s and either x_m along the planned axis or px_m, py_m, pz_m and optionally qx, qy, qz, qw
     #[arg(long, value_name = "NAME|constant:MM_S|FILE.csv", default_value = "expert")]
-    operator: Hand,
+    operator: HandChoice,
     /// Draws the patient and the operator's hand
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
@@ -64,7 +65,7 @@ pub struct Args {
 
 /// What is said of an attempt.
 #[derive(Serialize)]
-struct Summary {
+struct SimulationSummary {
     recording: String,
     session_id: Uuid,
     exercise_id: String,
@@ -80,13 +81,13 @@ struct Summary {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &SimulateArgs) -> Outcome {
     let bundle = ExerciseBundle::read(&args.exercise)?;
     let session = session(args, &bundle);
     let started = clock::instant();
     let simulated = record(args, &session, &bundle)?;
     let wall_s = started.elapsed().as_secs_f64();
-    let summary = Summary {
+    let summary = SimulationSummary {
         recording: args.out.display().to_string(),
         session_id: session.session_id,
         exercise_id: session.exercise_id,
@@ -107,9 +108,9 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 /// Simulates and writes, under a temporary name until all is on disk.
-fn record(args: &Args, session: &Session, bundle: &ExerciseBundle) -> Result<Simulated, Failure> {
+fn record(args: &SimulateArgs, session: &Session, bundle: &ExerciseBundle) -> Result<Simulated, Failure> {
     let patient = Patient { thickness_mm: session.patient_thickness_mm.clone() };
-    let specimen = commands::prepare_specimen(&args.exercise, bundle, &patient)?;
+    let specimen = sources::prepare_specimen(&args.exercise, bundle, &patient)?;
     for unsound in soundness::check(&documents::along_path(specimen.spec().axial.clone(), bundle.exercise.angle_deg)) {
         if bundle.scene.is_coupled() {
             return Err(Failure::refused(&args.exercise, SpecimenError::Unsound(unsound)));
@@ -118,9 +119,9 @@ fn record(args: &Args, session: &Session, bundle: &ExerciseBundle) -> Result<Sim
     }
     let source = args.operator.source(bundle, args.seed)?;
     let clock = Clock { tick_hz: session.tick_hz, time_limit_s: bundle.exercise.time_limit_s };
-    let mut watched = Watched::new(source, &clock);
+    let mut watched = WatchedSource::new(source, &clock);
     let mut file = NewFile::create(&args.out, args.force)?;
-    let mut writer = maker::writer(file.file(), session, bundle, &args.out)?;
+    let mut writer = maker::begin_recording(file.file(), session, bundle, &args.out)?;
     let simulated = simulate::simulate(&specimen, &mut watched, &mut writer, &clock)
         .and_then(|simulated| writer.finish().map(|_| simulated))
         .map_err(|error| Failure::work(format_args!("{}: {error}", args.out.display())))?;
@@ -128,7 +129,7 @@ fn record(args: &Args, session: &Session, bundle: &ExerciseBundle) -> Result<Sim
     Ok(simulated)
 }
 
-fn session(args: &Args, bundle: &ExerciseBundle) -> Session {
+fn session(args: &SimulateArgs, bundle: &ExerciseBundle) -> Session {
     let maker = Maker {
         device: &args.operator.device(),
         device_max_force_n: f64::INFINITY,
@@ -144,8 +145,8 @@ fn session(args: &Args, bundle: &ExerciseBundle) -> Session {
     }
 }
 
-fn report(summary: &Summary) -> Outcome {
-    let Summary { recording, session_id, duration_s, ruptures, wall_s, times_real_time, .. } = summary;
+fn report(summary: &SimulationSummary) -> Outcome {
+    let SimulationSummary { recording, session_id, duration_s, ruptures, wall_s, times_real_time, .. } = summary;
     let megabytes = summary.bytes as f64 * 1e-6;
     output::line(format_args!(
         "{recording}: {duration_s:.2} s simulated in {wall_s:.2} s ({times_real_time:.0} × real time), \

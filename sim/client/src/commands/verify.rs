@@ -1,5 +1,6 @@
 //! `stylet verify`: a recording against its own re-simulation.
 
+use crate::sources;
 use std::path::PathBuf;
 
 use attempt::verify::{self, Verification};
@@ -7,7 +8,7 @@ use documents::Patient;
 use tissue::Specimen;
 
 use crate::exit::{Failure, Outcome};
-use crate::{commands, output};
+use crate::output;
 
 /// Re-simulate a recording's input and compare every recorded force and tent
 ///
@@ -15,7 +16,7 @@ use crate::{commands, output};
 /// the same to the bit, 1 when anything differs.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet verify attempt.mcap")]
-pub struct Args {
+pub struct VerifyArgs {
     /// The recording
     #[arg(value_name = "REC.mcap")]
     recording: PathBuf,
@@ -25,9 +26,9 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
-    let recording = commands::read_recording(&args.recording)?;
-    let bundle = commands::own_exercise(&args.recording, &recording)?;
+pub fn run(args: &VerifyArgs) -> Outcome {
+    let recording = sources::read_recording(&args.recording)?;
+    let bundle = sources::own_exercise(&args.recording, &recording)?;
     let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
     let (drawn, layers) = (patient.thickness_mm.len(), bundle.scene.layers.len());
     if drawn != layers {

@@ -16,7 +16,7 @@ use time::format_description::well_known::Rfc3339;
 use uuid::Uuid;
 
 use crate::exit::Failure;
-use crate::outbox::{Access, Outbox, Patience, Sheet};
+use crate::outbox::{Access, AnswerSheet, Outbox, Patience};
 use crate::service::{self, answer};
 use crate::station::Pairing;
 
@@ -31,7 +31,7 @@ pub struct SignedIn {
     pub exercises: Vec<Listed>,
     /// What the school asks after attempts.
     #[serde(default, deserialize_with = "readable")]
-    pub surveys: Vec<Arc<Asked>>,
+    pub surveys: Vec<Arc<AskedSurvey>>,
 }
 
 /// An exercise of the school.
@@ -58,8 +58,8 @@ impl Listed {
 
 /// A survey that the school asks after attempts.
 #[derive(Debug, Deserialize)]
-#[serde(try_from = "Told")]
-pub struct Asked {
+#[serde(try_from = "ToldSurvey")]
+pub struct AskedSurvey {
     /// Its id.
     pub id: Uuid,
     /// Its title.
@@ -76,7 +76,7 @@ pub struct Asked {
 
 /// A survey as the service tells it.
 #[derive(Deserialize)]
-struct Told {
+struct ToldSurvey {
     survey_id: Uuid,
     title: String,
     identity: String,
@@ -85,28 +85,28 @@ struct Told {
     exercises: Vec<String>,
 }
 
-impl TryFrom<Told> for Asked {
+impl TryFrom<ToldSurvey> for AskedSurvey {
     type Error = DocumentError;
 
-    fn try_from(told: Told) -> Result<Self, DocumentError> {
+    fn try_from(told: ToldSurvey) -> Result<Self, DocumentError> {
         let instrument = Instrument::from_bytes("survey", told.instrument_toml.as_bytes())?;
         let anonymous = told.identity == "anonymous";
-        let Told { survey_id: id, title, terms, exercises, .. } = told;
+        let ToldSurvey { survey_id: id, title, terms, exercises, .. } = told;
         Ok(Self { id, title, anonymous, terms, instrument, exercises })
     }
 }
 
 /// The surveys that this program can ask. One that is newer than the program is asked on the school's pages only.
-fn readable<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Arc<Asked>>, D::Error> {
+fn readable<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Arc<AskedSurvey>>, D::Error> {
     let told = Vec::<serde_json::Value>::deserialize(from)?;
     Ok(told.into_iter().filter_map(|told| serde_json::from_value(told).ok().map(Arc::new)).collect())
 }
 
 impl SignedIn {
     /// What is asked at the station after an exercise: a minute at most. Longer surveys wait on the school's pages.
-    pub fn asked_after(&self, exercise: &str) -> Option<Arc<Asked>> {
+    pub fn asked_after(&self, exercise: &str) -> Option<Arc<AskedSurvey>> {
         const LONGEST_MIN: f64 = 1.0;
-        let fits = |asked: &&Arc<Asked>| {
+        let fits = |asked: &&Arc<AskedSurvey>| {
             let after = asked.exercises.is_empty() || asked.exercises.iter().any(|id| id == exercise);
             after && asked.instrument.duration_min <= LONGEST_MIN
         };
@@ -116,7 +116,7 @@ impl SignedIn {
 
 /// What has come of a call so far.
 #[derive(Clone, Debug)]
-pub enum Answer<T> {
+pub enum DeskAnswer<T> {
     /// Nothing yet.
     Waiting,
     /// This.
@@ -126,23 +126,23 @@ pub enum Answer<T> {
 }
 
 /// A call that is under way.
-pub type Call<T> = Arc<Mutex<Answer<T>>>;
+pub type Call<T> = Arc<Mutex<DeskAnswer<T>>>;
 
 /// What a call has come to.
-pub fn read<T: Clone>(call: &Call<T>) -> Answer<T> {
+pub fn read<T: Clone>(call: &Call<T>) -> DeskAnswer<T> {
     call.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }
 
 /// Asks in a thread of its own.
 fn ask<T: Send + 'static>(work: impl FnOnce() -> Result<T, String> + Send + 'static) -> Call<T> {
-    let call = Arc::new(Mutex::new(Answer::Waiting));
+    let call = Arc::new(Mutex::new(DeskAnswer::Waiting));
     let theirs = Arc::clone(&call);
     let started = thread::Builder::new().name("desk".to_owned()).spawn(move || {
-        let answer = work().map_or_else(Answer::Refused, Answer::Came);
+        let answer = work().map_or_else(DeskAnswer::Refused, DeskAnswer::Came);
         *theirs.lock().unwrap_or_else(PoisonError::into_inner) = answer;
     });
     if let Err(error) = started {
-        *call.lock().unwrap_or_else(PoisonError::into_inner) = Answer::Refused(error.to_string());
+        *call.lock().unwrap_or_else(PoisonError::into_inner) = DeskAnswer::Refused(error.to_string());
     }
     call
 }
@@ -173,7 +173,7 @@ pub fn deliver(outbox: &Outbox, recording: &Path, pairing: Pairing) -> Result<Ca
 ///
 /// # Errors
 /// When the outbox refuses them: they stay as they were saved.
-pub fn hand_in(outbox: &Outbox, sheet: &Sheet, pairing: Pairing) -> Result<Call<String>, Failure> {
+pub fn hand_in(outbox: &Outbox, sheet: &AnswerSheet, pairing: Pairing) -> Result<Call<String>, Failure> {
     let kept = outbox.keep_answers(sheet, &pairing.server)?;
     Ok(send(outbox.clone(), kept.id, pairing))
 }

@@ -29,7 +29,7 @@ pub struct Tally {
 
 /// An attempt that was judged.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Tried {
+struct JudgedTry {
     at: OffsetDateTime,
     session: Uuid,
     passed: bool,
@@ -40,7 +40,7 @@ struct Tried {
 #[derive(Clone, Default)]
 pub struct History {
     trainee: String,
-    tried: Arc<Mutex<BTreeMap<String, Vec<Tried>>>>,
+    tried: Arc<Mutex<BTreeMap<String, Vec<JudgedTry>>>>,
 }
 
 impl History {
@@ -76,7 +76,7 @@ impl History {
         if session.trainee != self.trainee {
             return;
         }
-        let tried = Tried {
+        let tried = JudgedTry {
             at: session.started_at,
             session: session.session_id,
             passed: assessment.passed,

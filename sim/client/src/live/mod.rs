@@ -23,10 +23,10 @@ use crate::exit::Failure;
 use crate::station::StationKey;
 
 pub use recorder::{Kept, Unsaved, recover_left_behind};
-pub use shown::{Phase, Said, Shown};
+pub use shown::{AttemptView, Phase, SpokenEvent};
 
 /// What an attempt is made of. Shared with the recorder's thread.
-pub struct Trial {
+pub struct LiveTrial {
     /// The exercise and its scene.
     pub bundle: ExerciseBundle,
     /// What is punctured: the session's patient.
@@ -42,7 +42,7 @@ pub struct Trial {
 /// An attempt in progress. Dropped, it stops with zero force on the device, and what was recorded is kept.
 pub struct Live {
     /// What it is made of.
-    pub trial: Arc<Trial>,
+    pub trial: Arc<LiveTrial>,
     /// What the device is and can do.
     pub info: DeviceInfo,
     /// What the device makes of the scene's forces.
@@ -65,11 +65,11 @@ impl Live {
     ///
     /// # Errors
     /// When the recording cannot be begun, or the system gives no thread.
-    pub fn start(trial: Trial, mapping: Mapping, driven: Driven) -> Result<Self, Failure> {
+    pub fn start(trial: LiveTrial, mapping: Mapping, driven: Driven) -> Result<Self, Failure> {
         let exercise = &trial.bundle.exercise;
-        let reach = (exercise.target_depth_mm * 1e-3, trial.session.tick_hz);
+        let target_x_m = exercise.target_depth_mm * 1e-3;
         let info = driven.info().clone();
-        let mut setup = Setup::new(Arc::clone(trial.specimen.law()), mapping, &info, reach);
+        let mut setup = Setup::new(Arc::clone(trial.specimen.law()), mapping, &info, target_x_m, trial.session.tick_hz);
         if !exercise.feedback.gives(Channel::Force) {
             setup.scaling.factor = 0.0;
         }
@@ -82,7 +82,7 @@ impl Live {
     }
 
     /// What there is to see of the attempt so far.
-    pub fn shown(&self) -> MutexGuard<'_, Shown> {
+    pub fn shown(&self) -> MutexGuard<'_, AttemptView> {
         lock(self.recorder.shown())
     }
 
@@ -97,7 +97,7 @@ impl Live {
     }
 
     /// Stops with zero force on the device and finishes the recording.
-    pub fn stop(self) -> (Arc<Trial>, Finished) {
+    pub fn stop(self) -> (Arc<LiveTrial>, Finished) {
         let report = self.running.stop();
         let kept = self.recorder.finish(report.as_ref());
         (self.trial, Finished { report, kept })
@@ -105,7 +105,7 @@ impl Live {
 }
 
 /// What a thread that panicked left in it is still true: every change is one whole tick.
-fn lock(shown: &Mutex<Shown>) -> MutexGuard<'_, Shown> {
+fn lock(shown: &Mutex<AttemptView>) -> MutexGuard<'_, AttemptView> {
     shown.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -122,11 +122,10 @@ pub mod tests {
     use haptics::devices::scripted::{Fault, Scripted};
     use haptics::mapping::{Home, Pointing};
     use nalgebra::{Point3, Vector3};
-    use recording::{EventKind, Motion, Recording, signature};
+    use recording::{EventKind, MotionDigest, Recording, signature};
     use uuid::Uuid;
 
     use super::*;
-    use crate::commands;
     use crate::maker::Maker;
     use crate::station::NewKey;
 
@@ -138,20 +137,20 @@ pub mod tests {
             Path::new(env!("CARGO_MANIFEST_DIR")).join("../../curricula/lower-back-basics/1-feel-the-layers.toml");
         let bundle = ExerciseBundle::read(&file).expect("a shipped exercise");
         let patient = Patient::draw(&bundle.scene, 1);
-        let specimen = Arc::new(commands::prepare_specimen(&file, &bundle, &patient).expect("a force law"));
+        let specimen = Arc::new(crate::sources::prepare_specimen(&file, &bundle, &patient).expect("a force law"));
         let maker = Maker { device: "scripted", device_max_force_n: 3.3, seed: 1, tick_hz: TICK_HZ };
         let session = maker.session(&bundle);
         let path = folder.join("attempt.mcap");
         let device = Scripted::new(0.02, TICK_HZ).with(fault, 300, u64::MAX);
         let home = Home::above(Point3::origin(), -Vector3::z_axis(), 0.001);
         let mapping = Mapping::at_home(home, Pointing::Planned);
-        let trial = Trial { bundle: bundle.clone(), specimen, session, path: path.clone(), key };
+        let trial = LiveTrial { bundle: bundle.clone(), specimen, session, path: path.clone(), key };
         let live = Live::start(trial, mapping, Driven::ByTimer(Box::new(device))).expect("it begins");
         while live.servo().ended().is_none() && live.shown().moment.sample.t_s < 0.5 {
             std::thread::sleep(std::time::Duration::from_millis(5));
         }
         assert!(live.stop().1.kept.is_ok());
-        (commands::read_recording(&path).expect("a recording"), bundle)
+        (crate::sources::read_recording(&path).expect("a recording"), bundle)
     }
 
     #[test]
@@ -170,9 +169,9 @@ pub mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let key = NewKey::random();
         let (public, station) = (key.public(), Uuid::new_v4());
-        let (recording, bundle) = recorded(Fault::None, Some(Arc::new(key.of(station))), folder.path());
+        let (recording, bundle) = recorded(Fault::None, Some(Arc::new(key.for_station(station))), folder.path());
         let signature = recording.signature.clone().expect("the station has signed it");
-        let motion = Motion::of(&recording.samples).sha256();
+        let motion = MotionDigest::from_samples(&recording.samples).sha256();
         let signed = signature::statement(&recording.session, station, &motion);
         let key = HEXLOWER.decode(public.as_bytes()).ok().and_then(|key| VerifyingKey::try_from(&key[..]).ok());
         let bytes = HEXLOWER.decode(signature.ed25519.as_bytes()).expect("hexadecimal");

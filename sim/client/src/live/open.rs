@@ -16,11 +16,11 @@ use nalgebra::Unit;
 
 use crate::devices::DeviceArgs;
 use crate::exit::Failure;
-use crate::maker::Hand;
+use crate::maker::HandChoice;
 
 /// Which device.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Choice {
+pub enum DeviceChoice {
     /// The first haptic device that is there, and the mouse without one.
     Auto,
     /// Mouse and keyboard.
@@ -32,10 +32,10 @@ pub enum Choice {
     /// Haply Inverse3.
     Inverse3,
     /// A virtual operator.
-    Operator(Hand),
+    Operator(HandChoice),
 }
 
-impl FromStr for Choice {
+impl FromStr for DeviceChoice {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -46,7 +46,9 @@ impl FromStr for Choice {
             "openhaptics" => Ok(Self::OpenHaptics),
             "inverse3" => Ok(Self::Inverse3),
             _ => match text.strip_prefix("operator:").map(str::parse) {
-                Some(Ok(Hand::File(_))) => Err("a file is no operator of play; stylet simulate plays it".to_owned()),
+                Some(Ok(HandChoice::File(_))) => {
+                    Err("a file is no operator of play; stylet simulate plays it".to_owned())
+                }
                 Some(hand) => hand.map(Self::Operator),
                 None => Err("auto, mouse, gamepad, openhaptics, inverse3 or operator:NAME is allowed".to_owned()),
             },
@@ -54,7 +56,7 @@ impl FromStr for Choice {
     }
 }
 
-impl Display for Choice {
+impl Display for DeviceChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Auto => f.write_str("the haptic device that is there, or mouse and keyboard"),
@@ -78,7 +80,7 @@ pub enum Steered {
 }
 
 /// A device that is ready, and what belongs to it.
-pub struct Opened {
+pub struct OpenedDevice {
     /// The device.
     pub driven: Driven,
     /// From the device to the patient.
@@ -89,14 +91,14 @@ pub struct Opened {
     pub passed_over: Vec<String>,
 }
 
-impl Opened {
+impl OpenedDevice {
     /// The choice that leads to this device again; none where any will do. A hand that has held an arm is not given the mouse instead
     /// because a cable came loose.
     #[must_use]
-    pub fn again(&self) -> Option<Choice> {
+    pub fn again(&self) -> Option<DeviceChoice> {
         match &self.driven {
-            Driven::ByDevice(_) => Some(Choice::OpenHaptics),
-            Driven::ByTimer(device) if !device.info().is_virtual => Some(Choice::Inverse3),
+            Driven::ByDevice(_) => Some(DeviceChoice::OpenHaptics),
+            Driven::ByTimer(device) if !device.info().is_virtual => Some(DeviceChoice::Inverse3),
             Driven::ByTimer(_) => None,
         }
     }
@@ -107,37 +109,38 @@ impl Opened {
 /// # Errors
 /// When the device is not there or refuses.
 pub fn open(
-    choice: &Choice,
+    choice: &DeviceChoice,
     args: &DeviceArgs,
     bundle: &ExerciseBundle,
-    (seed, rate_hz): (u64, f64),
-) -> Result<Opened, Failure> {
+    seed: u64,
+    rate_hz: f64,
+) -> Result<OpenedDevice, Failure> {
     let exercise = &bundle.exercise;
     match choice {
-        Choice::Auto => Ok(first(args, exercise, rate_hz)),
-        Choice::Mouse => Ok(mouse(exercise, rate_hz)),
-        Choice::Gamepad => gamepad(exercise, rate_hz).map_err(Failure::work),
-        Choice::OpenHaptics => openhaptics(args, exercise).map_err(Failure::work),
-        Choice::Inverse3 => inverse3(args, exercise).map_err(Failure::work),
-        Choice::Operator(hand) => Ok(operator(hand, bundle, (seed, rate_hz))),
+        DeviceChoice::Auto => Ok(first(args, exercise, rate_hz)),
+        DeviceChoice::Mouse => Ok(mouse(exercise, rate_hz)),
+        DeviceChoice::Gamepad => gamepad(exercise, rate_hz).map_err(Failure::work),
+        DeviceChoice::OpenHaptics => openhaptics(args, exercise).map_err(Failure::work),
+        DeviceChoice::Inverse3 => inverse3(args, exercise).map_err(Failure::work),
+        DeviceChoice::Operator(hand) => Ok(operator(hand, bundle, seed, rate_hz)),
     }
 }
 
 /// The first haptic device there is, else a gamepad; the mouse is always there.
-fn first(args: &DeviceArgs, exercise: &Exercise, rate_hz: f64) -> Opened {
+fn first(args: &DeviceArgs, exercise: &Exercise, rate_hz: f64) -> OpenedDevice {
     let mut passed_over = Vec::new();
-    let tries: [&dyn Fn() -> Result<Opened, String>; 3] =
+    let tries: [&dyn Fn() -> Result<OpenedDevice, String>; 3] =
         [&|| openhaptics(args, exercise), &|| inverse3(args, exercise), &|| gamepad(exercise, rate_hz)];
     let found = tries.iter().find_map(|open| open().map_err(|why| passed_over.push(why)).ok());
-    Opened { passed_over, ..found.unwrap_or_else(|| mouse(exercise, rate_hz)) }
+    OpenedDevice { passed_over, ..found.unwrap_or_else(|| mouse(exercise, rate_hz)) }
 }
 
-fn openhaptics(args: &DeviceArgs, exercise: &Exercise) -> Result<Opened, String> {
+fn openhaptics(args: &DeviceArgs, exercise: &Exercise) -> Result<OpenedDevice, String> {
     let device = OpenHaptics::open(&args.openhaptics()).map_err(|why| said("openhaptics", &why))?;
     Ok(with_arm(Driven::ByDevice(Box::new(device)), exercise))
 }
 
-fn inverse3(args: &DeviceArgs, exercise: &Exercise) -> Result<Opened, String> {
+fn inverse3(args: &DeviceArgs, exercise: &Exercise) -> Result<OpenedDevice, String> {
     let device = Inverse3::open(&args.inverse3()).map_err(|why| said("inverse3", &why))?;
     Ok(with_arm(Driven::ByTimer(Box::new(device)), exercise))
 }
@@ -147,22 +150,22 @@ fn said(device: &str, why: &dyn Display) -> String {
 }
 
 /// A device in its own workspace. Where it measures no orientation the needle points as planned.
-fn with_arm(driven: Driven, exercise: &Exercise) -> Opened {
+fn with_arm(driven: Driven, exercise: &Exercise) -> OpenedDevice {
     let pointing = if driven.info().measures_orientation { Pointing::Handle } else { Pointing::Planned };
     let mapping = Mapping::at_home(home(exercise), pointing);
-    Opened { driven, mapping, steered: Steered::Itself, passed_over: Vec::new() }
+    OpenedDevice { driven, mapping, steered: Steered::Itself, passed_over: Vec::new() }
 }
 
-fn mouse(exercise: &Exercise, rate_hz: f64) -> Opened {
+fn mouse(exercise: &Exercise, rate_hz: f64) -> OpenedDevice {
     let (hand, aim) = VirtualHand::new("mouse", &VirtualHand::braced(), rate_hz);
-    Opened { steered: Steered::Window(aim), ..with_arm(Driven::ByTimer(Box::new(hand)), exercise) }
+    OpenedDevice { steered: Steered::Window(aim), ..with_arm(Driven::ByTimer(Box::new(hand)), exercise) }
 }
 
-fn gamepad(exercise: &Exercise, rate_hz: f64) -> Result<Opened, String> {
+fn gamepad(exercise: &Exercise, rate_hz: f64) -> Result<OpenedDevice, String> {
     let (hand, aim) = VirtualHand::new("gamepad", &VirtualHand::braced(), rate_hz);
     let feed = GamepadFeed::start(aim).map_err(|why| said("gamepad", &why))?;
     let driven = Driven::ByTimer(Box::new(hand.never_turned()));
-    Ok(Opened { steered: Steered::Gamepad(feed), ..with_arm(driven, exercise) })
+    Ok(OpenedDevice { steered: Steered::Gamepad(feed), ..with_arm(driven, exercise) })
 }
 
 fn home(exercise: &Exercise) -> Home {
@@ -170,15 +173,15 @@ fn home(exercise: &Exercise) -> Home {
     Home::above(plan.entry_m, Unit::new_normalize(plan.axis), plan.approach_m)
 }
 
-fn operator(hand: &Hand, bundle: &ExerciseBundle, (seed, rate_hz): (u64, f64)) -> Opened {
+fn operator(hand: &HandChoice, bundle: &ExerciseBundle, seed: u64, rate_hz: f64) -> OpenedDevice {
     let plan = bundle.plan();
     let operator = match hand {
-        Hand::Preset(_, skill) => Operator::skilled(skill, &plan, seed),
-        Hand::Constant(mm_per_s) => Operator::constant(mm_per_s * 1e-3, &plan),
-        // Never chosen: `Choice` refuses files.
-        Hand::File(_) => Operator::skilled(&Skill::expert(), &plan, seed),
+        HandChoice::Preset(_, skill) => Operator::skilled(skill, &plan, seed),
+        HandChoice::Constant(mm_per_s) => Operator::constant(mm_per_s * 1e-3, &plan),
+        // Never chosen: `DeviceChoice` refuses files.
+        HandChoice::File(_) => Operator::skilled(&Skill::expert(), &plan, seed),
     };
     let device = OperatorDevice::new(&hand.device(), operator, rate_hz);
     let driven = Driven::ByTimer(Box::new(device));
-    Opened { driven, mapping: Mapping::in_patient_frame(), steered: Steered::Itself, passed_over: Vec::new() }
+    OpenedDevice { driven, mapping: Mapping::in_patient_frame(), steered: Steered::Itself, passed_over: Vec::new() }
 }

@@ -15,7 +15,7 @@ use std::time::Duration;
 
 use assessment::Coach;
 use attempt::run::{Run, Sent, Simulated};
-use attempt::tick::Input;
+use attempt::tick::TickInput;
 use documents::Channel;
 use haptics::safety;
 use haptics::servo::{Ended, Record, Records, Report, flags as servo_flags};
@@ -24,8 +24,8 @@ use recording::sample::flags;
 use recording::{EventKind, Writer};
 
 use super::faults::Faults;
-use super::shown::Shown;
-use super::{Trial, lock};
+use super::shown::AttemptView;
+use super::{LiveTrial, lock};
 use crate::exit::Failure;
 use crate::maker;
 use crate::new_file::NewFile;
@@ -50,7 +50,7 @@ pub struct Kept {
 pub struct Unsaved {
     /// Why.
     pub why: String,
-    trial: Arc<Trial>,
+    trial: Arc<LiveTrial>,
     records: Vec<Record>,
     epilogue: Epilogue,
 }
@@ -66,7 +66,7 @@ struct Epilogue {
 
 /// The recorder's thread.
 pub struct Recorder {
-    shown: Arc<Mutex<Shown>>,
+    shown: Arc<Mutex<AttemptView>>,
     report: Sender<Epilogue>,
     thread: JoinHandle<Result<Kept, Box<Unsaved>>>,
 }
@@ -79,13 +79,13 @@ type Draft = Writer<BufWriter<File>>;
 ///
 /// # Errors
 /// When the disk refuses, or the recording exists.
-pub fn begin(trial: &Trial, path: &Path) -> Result<Draft, Failure> {
+pub fn begin(trial: &LiveTrial, path: &Path) -> Result<Draft, Failure> {
     let unfinished = unfinished(path);
     let file = File::create_new(&unfinished)
         .map_err(|error| Failure::refused(&unfinished, format_args!("cannot be created: {error}")))?;
     // As long as it is locked it is not left behind.
     file.lock().map_err(|error| Failure::refused(&unfinished, error))?;
-    maker::writer(file, &trial.session, &trial.bundle, path)
+    maker::begin_recording(file, &trial.session, &trial.bundle, path)
 }
 
 fn unfinished(path: &Path) -> PathBuf {
@@ -97,19 +97,19 @@ impl Recorder {
     ///
     /// # Errors
     /// When the system gives no thread.
-    pub fn start(trial: Arc<Trial>, records: Records, draft: Draft) -> Result<Self, Failure> {
-        let shown = Arc::new(Mutex::new(Shown::new(&trial)));
+    pub fn start(trial: Arc<LiveTrial>, records: Records, draft: Draft) -> Result<Self, Failure> {
+        let shown = Arc::new(Mutex::new(AttemptView::new(&trial)));
         let (report, awaited) = mpsc::channel();
         let theirs = Arc::clone(&shown);
         let thread = thread::Builder::new()
             .name("recorder".to_owned())
-            .spawn(move || record(trial, Ticks { records, taken: Vec::new() }, draft, (&theirs, &awaited)))
+            .spawn(move || record(trial, Ticks { records, taken: Vec::new() }, draft, &theirs, &awaited))
             .map_err(|error| Failure::work(format_args!("no thread for the recorder: {error}")))?;
         Ok(Self { shown, report, thread })
     }
 
     /// What the window shows.
-    pub fn shown(&self) -> &Mutex<Shown> {
+    pub fn shown(&self) -> &Mutex<AttemptView> {
         &self.shown
     }
 
@@ -145,15 +145,16 @@ impl Ticks {
 
 /// The thread: everything the servo does, until it is gone.
 fn record(
-    trial: Arc<Trial>,
+    trial: Arc<LiveTrial>,
     mut ticks: Ticks,
     draft: Draft,
-    (shown, report): (&Mutex<Shown>, &Receiver<Epilogue>),
+    shown: &Mutex<AttemptView>,
+    report: &Receiver<Epilogue>,
 ) -> Result<Kept, Box<Unsaved>> {
     let mut epilogue = Epilogue::default();
     // Nobody left to report means that the attempt was dropped: what there is of it is kept all the same.
     let told = || report.recv().unwrap_or_default();
-    let kept = write(&trial, draft, (&mut || ticks.next(), Some(shown)), &mut || {
+    let kept = write(&trial, draft, &mut || ticks.next(), Some(shown), &mut || {
         epilogue = told();
         epilogue.clone()
     });
@@ -163,9 +164,10 @@ fn record(
 
 /// Writes every tick that comes, and at the end how the servo did. The disk is asked for nothing more once it has refused.
 fn write(
-    trial: &Trial,
+    trial: &LiveTrial,
     mut draft: Draft,
-    (next, shown): (&mut dyn FnMut() -> Option<Record>, Option<&Mutex<Shown>>),
+    next: &mut dyn FnMut() -> Option<Record>,
+    shown: Option<&Mutex<AttemptView>>,
     epilogue: &mut dyn FnMut() -> Epilogue,
 ) -> Result<Simulated, String> {
     let exercise = &trial.bundle.exercise;
@@ -180,7 +182,7 @@ fn write(
         faulty.iter().for_each(|text| run.note(EventKind::Fault, &tick, text));
         if let Some(shown) = shown {
             let mut shown = lock(shown);
-            shown.tell(&tick, (&coached, &faulty));
+            shown.tell(&tick, &coached, &faulty);
             shown.refused = run.refused().map(ToString::to_string);
         }
         last = Some(tick);
@@ -214,7 +216,7 @@ impl Unsaved {
         let _ = fs::remove_file(unfinished(path));
         let again = begin(&self.trial, path).map_err(|failure| failure.to_string()).and_then(|draft| {
             let mut records = self.records.iter().copied();
-            write(&self.trial, draft, (&mut || records.next(), None), &mut || self.epilogue.clone())
+            write(&self.trial, draft, &mut || records.next(), None, &mut || self.epilogue.clone())
         });
         match again.and_then(|simulated| name(path, simulated)) {
             Ok(kept) => {
@@ -242,9 +244,9 @@ impl Unsaved {
 }
 
 /// What the law was fed, to the bit.
-fn input(record: &Record) -> Input {
+fn input(record: &Record) -> TickInput {
     let Record { t_s, position_m, orientation, confirm, .. } = *record;
-    Input { t_s, position_m, orientation, confirm }
+    TickInput { t_s, position_m, orientation, confirm }
 }
 
 fn sent(record: &Record) -> Sent {

@@ -6,7 +6,7 @@ use attempt::tick::Tick;
 use law::axial::Contactor;
 use recording::{Event, EventKind, Sample};
 
-use super::Trial;
+use super::LiveTrial;
 use crate::picture::Moment;
 
 /// The force plot goes back so far, in s, with so many points a second.
@@ -44,7 +44,7 @@ pub struct TracePoint {
 
 /// Something that was said or has happened, with its time in s.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Said {
+pub struct SpokenEvent {
     /// When.
     pub t_s: f64,
     /// What it is.
@@ -55,7 +55,7 @@ pub struct Said {
 
 /// What the window shows. Written by the recorder, one whole tick at a time.
 #[derive(Clone, Debug)]
-pub struct Shown {
+pub struct AttemptView {
     /// What the picture shows.
     pub moment: Moment,
     /// Where the attempt stands.
@@ -63,7 +63,7 @@ pub struct Shown {
     /// The last seconds of force.
     pub trace: VecDeque<TracePoint>,
     /// Everything that was said, in order.
-    pub said: Vec<Said>,
+    pub said: Vec<SpokenEvent>,
     /// Boundaries that gave way so far: it rises by one at each pop.
     pub pops: u64,
     /// Why nothing is written any more, if the disk has refused.
@@ -73,9 +73,9 @@ pub struct Shown {
     time_limit_s: f64,
 }
 
-impl Shown {
+impl AttemptView {
     /// Nothing has happened yet.
-    pub fn new(trial: &Trial) -> Self {
+    pub fn new(trial: &LiveTrial) -> Self {
         let (bundle, thickness_mm) = (&trial.bundle, &trial.session.patient_thickness_mm);
         Self {
             moment: Moment::before(bundle, thickness_mm),
@@ -90,18 +90,18 @@ impl Shown {
     }
 
     /// Tells of a tick, and of what coach and safety chain said of it.
-    pub fn tell(&mut self, tick: &Tick, (coached, faulty): (&[&str], &[&str])) {
+    pub fn tell(&mut self, tick: &Tick, coached: &[&str], faulty: &[&str]) {
         let Sample { t_s, x_m, .. } = tick.sample;
         self.moment.sample(&tick.sample);
         for event in &tick.events {
             self.moment.event(event);
             self.pops += u64::from(event.kind.contactor().is_some());
             if let Some(text) = in_words(event, self.phase) {
-                self.said.push(Said { t_s, kind: event.kind, text });
+                self.said.push(SpokenEvent { t_s, kind: event.kind, text });
             }
         }
         for (kind, texts) in [(EventKind::Coaching, coached), (EventKind::Fault, faulty)] {
-            self.said.extend(texts.iter().map(|&text| Said { t_s, kind, text: text.to_owned() }));
+            self.said.extend(texts.iter().map(|&text| SpokenEvent { t_s, kind, text: text.to_owned() }));
         }
         if let Some(tent) = &tick.tent {
             self.moment.tent(tent);
@@ -170,15 +170,15 @@ mod tests {
     use super::*;
     use recording::sample::flags;
 
-    fn shown(time_limit_s: f64) -> Shown {
+    fn shown(time_limit_s: f64) -> AttemptView {
         let layers = vec!["skin".to_owned(), "fat".to_owned()];
         let (trace, said) = (VecDeque::new(), Vec::new());
         let (moment, phase) = (Moment::default(), Phase::Approach);
-        Shown { moment, phase, trace, said, pops: 0, refused: None, layers, time_limit_s }
+        AttemptView { moment, phase, trace, said, pops: 0, refused: None, layers, time_limit_s }
     }
 
     /// Tells of a tick at a time in s with the tip at a depth in mm, and of what happens in it.
-    fn tell(shown: &mut Shown, (t_s, depth_mm): (f64, f64), kinds: &[EventKind]) -> Phase {
+    fn tell(shown: &mut AttemptView, t_s: f64, depth_mm: f64, kinds: &[EventKind]) -> Phase {
         let flags = if depth_mm > 0.0 { flags::INSIDE } else { 0 };
         let (x_m, position_m) = (depth_mm * 1e-3, [0.0, 0.0, -depth_mm * 1e-3]);
         let sample = Sample { t_s, x_m, position_m, orientation: [1.0, 0.0, 0.0, 0.0], flags, ..Sample::default() };
@@ -195,38 +195,38 @@ mod tests {
             text: "skin".to_owned(),
         };
         let events = kinds.iter().map(event).collect();
-        shown.tell(&Tick { sample, events, tent: None, force_n: Default::default() }, (&[], &[]));
+        shown.tell(&Tick { sample, events, tent: None, force_n: Default::default() }, &[], &[]);
         shown.phase
     }
 
     #[test]
     fn it_is_over_when_the_needle_is_out_after_the_confirmation() {
         let mut shown = shown(60.0);
-        assert_eq!(tell(&mut shown, (0.0, -5.0), &[]), Phase::Approach);
-        assert_eq!(tell(&mut shown, (1.0, 0.1), &[EventKind::Contact]), Phase::Inside);
-        assert_eq!(tell(&mut shown, (2.0, -1.0), &[EventKind::SkinExit]), Phase::Approach, "not confirmed: go on");
-        assert_eq!(tell(&mut shown, (3.0, 4.0), &[EventKind::Contact, EventKind::TipRupture]), Phase::Inside);
-        assert_eq!(tell(&mut shown, (4.0, 4.0), &[EventKind::Confirm]), Phase::Confirmed);
-        assert_eq!(tell(&mut shown, (5.0, -1.0), &[EventKind::SkinExit]), Phase::Confirmed, "still at the skin");
-        assert_eq!(tell(&mut shown, (6.0, -3.1), &[]), Phase::Withdrawn);
+        assert_eq!(tell(&mut shown, 0.0, -5.0, &[]), Phase::Approach);
+        assert_eq!(tell(&mut shown, 1.0, 0.1, &[EventKind::Contact]), Phase::Inside);
+        assert_eq!(tell(&mut shown, 2.0, -1.0, &[EventKind::SkinExit]), Phase::Approach, "not confirmed: go on");
+        assert_eq!(tell(&mut shown, 3.0, 4.0, &[EventKind::Contact, EventKind::TipRupture]), Phase::Inside);
+        assert_eq!(tell(&mut shown, 4.0, 4.0, &[EventKind::Confirm]), Phase::Confirmed);
+        assert_eq!(tell(&mut shown, 5.0, -1.0, &[EventKind::SkinExit]), Phase::Confirmed, "still at the skin");
+        assert_eq!(tell(&mut shown, 6.0, -3.1, &[]), Phase::Withdrawn);
         assert_eq!(shown.pops, 1);
     }
 
     #[test]
     fn a_confirmation_in_the_air_neither_confirms_nor_ends_anything() {
         let mut shown = shown(60.0);
-        assert_eq!(tell(&mut shown, (0.5, -10.0), &[EventKind::Confirm]), Phase::Approach);
-        assert_eq!(tell(&mut shown, (0.6, -10.0), &[]), Phase::Approach);
+        assert_eq!(tell(&mut shown, 0.5, -10.0, &[EventKind::Confirm]), Phase::Approach);
+        assert_eq!(tell(&mut shown, 0.6, -10.0, &[]), Phase::Approach);
         assert!(shown.said[0].text.contains("in the air"), "{:?}", shown.said);
-        tell(&mut shown, (1.0, 0.1), &[EventKind::Contact]);
-        assert_eq!(tell(&mut shown, (2.0, 4.0), &[EventKind::Confirm]), Phase::Confirmed);
+        tell(&mut shown, 1.0, 0.1, &[EventKind::Contact]);
+        assert_eq!(tell(&mut shown, 2.0, 4.0, &[EventKind::Confirm]), Phase::Confirmed);
     }
 
     #[test]
     fn it_is_over_when_the_time_is_up() {
         let mut shown = shown(60.0);
-        assert_eq!(tell(&mut shown, (60.0, 1.0), &[EventKind::Contact]), Phase::Inside);
-        assert_eq!(tell(&mut shown, (60.1, 1.0), &[]), Phase::TimeUp);
+        assert_eq!(tell(&mut shown, 60.0, 1.0, &[EventKind::Contact]), Phase::Inside);
+        assert_eq!(tell(&mut shown, 60.1, 1.0, &[]), Phase::TimeUp);
         assert!(shown.left_s() <= 0.0);
     }
 
@@ -234,10 +234,10 @@ mod tests {
     fn tissue_that_only_gives_way_is_not_entered() {
         let mut shown = shown(60.0);
         assert_eq!(shown.place(), "outside");
-        tell(&mut shown, (1.0, 0.1), &[EventKind::Contact]);
-        tell(&mut shown, (1.5, 3.0), &[]);
+        tell(&mut shown, 1.0, 0.1, &[EventKind::Contact]);
+        tell(&mut shown, 1.5, 3.0, &[]);
         assert_eq!(shown.place(), "on the skin");
-        tell(&mut shown, (2.0, 3.1), &[EventKind::TipRupture]);
+        tell(&mut shown, 2.0, 3.1, &[EventKind::TipRupture]);
         assert_eq!(shown.place(), "skin");
     }
 
@@ -245,7 +245,7 @@ mod tests {
     fn the_plot_keeps_the_last_seconds_only() {
         let mut shown = shown(600.0);
         for tick in 0..20_000 {
-            tell(&mut shown, (f64::from(tick) * 1e-3, 1.0), &[]);
+            tell(&mut shown, f64::from(tick) * 1e-3, 1.0, &[]);
         }
         let span_s =
             shown.trace.back().map_or(0.0, |last| last.t_s) - shown.trace.front().map_or(0.0, |first| first.t_s);

@@ -4,7 +4,7 @@
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
-use super::tus::{self, Standing};
+use super::tus::{self, UploadStanding};
 use super::{Entry, sheet};
 use crate::progress::Progress;
 use crate::service::{Outlook, Service, Trouble};
@@ -34,36 +34,36 @@ impl<'a> Try<'a> {
         let mut file = File::open(&self.entry.file).map_err(unreadable)?;
         let mut standing = match self.entry.note.upload.clone() {
             Some(id) => tus::ask(self.service, &id)?,
-            None => Standing::Gone,
+            None => UploadStanding::Gone,
         };
         let mut begun = false;
         loop {
             standing = match standing {
-                Standing::Session(session) => return Ok(session),
-                Standing::At(offset) => {
+                UploadStanding::Session(session) => return Ok(session),
+                UploadStanding::At(offset) => {
                     self.reached = self.reached.max(offset);
                     progress.set(offset);
                     self.piece(&mut file, offset)?
                 }
-                Standing::Gone if begun => {
+                UploadStanding::Gone if begun => {
                     return Err(Trouble::new(Outlook::Soon, "the service forgot the upload while it arrived"));
                 }
-                Standing::Gone => {
+                UploadStanding::Gone => {
                     begun = true;
                     let id = tus::begin(self.service, &self.entry.note.name, self.entry.bytes)?;
                     self.entry.began(id).map_err(unreadable)?;
-                    Standing::At(0)
+                    UploadStanding::At(0)
                 }
             };
         }
     }
 
-    fn piece(&mut self, file: &mut File, offset: u64) -> Result<Standing, Trouble> {
+    fn piece(&mut self, file: &mut File, offset: u64) -> Result<UploadStanding, Trouble> {
         let id = self.entry.note.upload.clone().unwrap_or_default();
         let piece = read_piece(file, offset).map_err(unreadable)?;
-        let standing = tus::send(self.service, &id, (offset, &piece))?;
+        let standing = tus::send(self.service, &id, offset, &piece)?;
         match standing {
-            Standing::At(now) if now >= self.entry.bytes && piece.is_empty() => {
+            UploadStanding::At(now) if now >= self.entry.bytes && piece.is_empty() => {
                 Err(Trouble::new(Outlook::Soon, "the service has every byte and has made no attempt of them yet"))
             }
             standing => Ok(standing),

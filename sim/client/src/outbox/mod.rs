@@ -19,7 +19,7 @@ use crate::exit::Failure;
 use crate::folders;
 pub use entry::Entry;
 pub use send::{Access, Delivery, Patience, Post};
-pub use sheet::Sheet;
+pub use sheet::AnswerSheet;
 
 /// What recordings in the outbox end in.
 const EXTENSION: &str = "mcap";

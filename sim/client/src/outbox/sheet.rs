@@ -27,7 +27,7 @@ const DRAFT: &str = "draft";
 
 /// Answers of one person to one survey.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Sheet {
+pub struct AnswerSheet {
     /// The attempt after which they were given.
     pub session: Uuid,
     /// The survey.
@@ -42,7 +42,7 @@ pub struct Sheet {
     pub sent: bool,
 }
 
-impl Sheet {
+impl AnswerSheet {
     /// An empty one, with a secret of its own.
     pub fn new(session: Uuid, survey: Uuid, language: &str) -> Self {
         let secret = format!("{}{}", Uuid::new_v4().simple(), Uuid::new_v4().simple());
@@ -62,7 +62,7 @@ impl Outbox {
     ///
     /// # Errors
     /// When the disk refuses: what was saved before is still there.
-    pub fn save_draft(&self, sheet: &Sheet) -> Result<(), Failure> {
+    pub fn save_draft(&self, sheet: &AnswerSheet) -> Result<(), Failure> {
         let write = || -> io::Result<()> {
             let mut new = Builder::new().prefix(".answers-").tempfile_in(&self.folder)?;
             new.write_all(serde_json::to_string(sheet)?.as_bytes())?;
@@ -77,7 +77,7 @@ impl Outbox {
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn forget_draft(&self, sheet: &Sheet) -> Result<(), Failure> {
+    pub fn forget_draft(&self, sheet: &AnswerSheet) -> Result<(), Failure> {
         match fs::remove_file(sheet.place(&self.folder, DRAFT)) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => Err(self.refuses(&error)),
             _ => Ok(()),
@@ -88,7 +88,7 @@ impl Outbox {
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn keep_answers(&self, sheet: &Sheet, server: &str) -> Result<Entry, Failure> {
+    pub fn keep_answers(&self, sheet: &AnswerSheet, server: &str) -> Result<Entry, Failure> {
         self.save_draft(sheet)?;
         let place = sheet.place(&self.folder, ANSWERS);
         let keep = || -> io::Result<Entry> {
@@ -125,7 +125,7 @@ impl Outbox {
 pub(super) fn deliver(service: &Service, file: &Path) -> Result<String, Trouble> {
     let sheet = fs::read(file).map_err(|error| Trouble::new(Outlook::Later, format_args!("the outbox: {error}")))?;
     let spoilt = |error| Trouble::new(Outlook::Never, format_args!("the answers are spoilt: {error}"));
-    let sheet: Sheet = serde_json::from_slice(&sheet).map_err(spoilt)?;
+    let sheet: AnswerSheet = serde_json::from_slice(&sheet).map_err(spoilt)?;
     let address = format!("{}/api/v1/sessions/{}/survey/{}", service.address, sheet.session, sheet.survey);
     // Nobody reaches the first question without consent.
     let given = json!({

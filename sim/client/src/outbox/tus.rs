@@ -14,7 +14,7 @@ const PIECE_TYPE: &str = "application/offset+octet-stream";
 
 /// How an upload stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum UploadStanding {
     /// The service does not know it, or no longer.
     Gone,
     /// So many bytes are on the service's disk.
@@ -45,19 +45,19 @@ fn is_plain(id: &str) -> bool {
 }
 
 /// Asks how an upload stands.
-pub fn ask(service: &Service, id: &str) -> Result<Standing, Trouble> {
+pub fn ask(service: &Service, id: &str) -> Result<UploadStanding, Trouble> {
     let address = address(service, id);
     let asked = signed(service.agent.head(&address), service).call();
     let reply = answer(&address, asked)?;
     match reply.status {
-        404 | 410 => Ok(Standing::Gone),
+        404 | 410 => Ok(UploadStanding::Gone),
         200 | 204 => standing(&reply).ok_or_else(|| strange(&reply, reply.status, "without an offset")),
         _ => Err(reply.trouble()),
     }
 }
 
 /// Sends a piece that begins at `offset`. An empty one asks the service to make an attempt of what it has.
-pub fn send(service: &Service, id: &str, (offset, piece): (u64, &[u8])) -> Result<Standing, Trouble> {
+pub fn send(service: &Service, id: &str, offset: u64, piece: &[u8]) -> Result<UploadStanding, Trouble> {
     let address = address(service, id);
     let asked = signed(service.agent.patch(&address), service)
         .header("Upload-Offset", offset)
@@ -67,14 +67,16 @@ pub fn send(service: &Service, id: &str, (offset, piece): (u64, &[u8])) -> Resul
     let reply = answer(&address, asked)?;
     match reply.status {
         204 => match standing(&reply) {
-            Some(Standing::At(now)) if now != offset + piece.len() as u64 => Err(strange(&reply, 204, "elsewhere")),
+            Some(UploadStanding::At(now)) if now != offset + piece.len() as u64 => {
+                Err(strange(&reply, 204, "elsewhere"))
+            }
             Some(standing) => Ok(standing),
             None => Err(strange(&reply, 204, "without an offset")),
         },
-        404 | 410 => Ok(Standing::Gone),
+        404 | 410 => Ok(UploadStanding::Gone),
         // Another offset, which asking again settles; or another recording of this session, and then it is gone.
         409 => match ask(service, id)? {
-            Standing::Gone => Err(reply.trouble()),
+            UploadStanding::Gone => Err(reply.trouble()),
             _ => Err(Trouble { outlook: Outlook::Soon, ..reply.trouble() }),
         },
         _ => Err(reply.trouble()),
@@ -90,11 +92,11 @@ fn address(service: &Service, id: &str) -> String {
     format!("{}/api/v1/uploads/{id}", service.address)
 }
 
-fn standing(reply: &Reply) -> Option<Standing> {
+fn standing(reply: &Reply) -> Option<UploadStanding> {
     if let Some(session) = reply.header("stylet-session") {
-        return Some(Standing::Session(session.to_owned()));
+        return Some(UploadStanding::Session(session.to_owned()));
     }
-    reply.header("upload-offset")?.parse().ok().map(Standing::At)
+    reply.header("upload-offset")?.parse().ok().map(UploadStanding::At)
 }
 
 /// A right status with a wrong answer: a portal, a proxy, another program.

@@ -15,7 +15,9 @@ impl Alignment {
     pub fn new(one: &[Event], other: &[Event]) -> Self {
         let mut knots = vec![[0.0, 0.0]];
         for event in one {
-            let Some(point) = Point::of(event).filter(|point| first(one, point) == Some(event.t_s)) else { continue };
+            let Some(point) = WayPoint::at_event(event).filter(|point| first(one, point) == Some(event.t_s)) else {
+                continue;
+            };
             let last = knots.last().copied().unwrap_or_default();
             if let Some(there_s) = first(other, &point).filter(|there_s| *there_s > last[1] && event.t_s > last[0]) {
                 knots.push([event.t_s, there_s]);
@@ -39,13 +41,13 @@ impl Alignment {
 
 /// A point of the way that every attempt may pass.
 #[derive(PartialEq)]
-struct Point {
+struct WayPoint {
     kind: EventKind,
     boundary: Option<u32>,
 }
 
-impl Point {
-    fn of(event: &Event) -> Option<Self> {
+impl WayPoint {
+    fn at_event(event: &Event) -> Option<Self> {
         use EventKind::{Confirm, Contact, RimRupture, SkinExit, TipRupture};
         let tells = matches!(event.kind, Contact | TipRupture | RimRupture | Confirm | SkinExit);
         tells.then_some(Self { kind: event.kind, boundary: event.boundary })
@@ -53,8 +55,8 @@ impl Point {
 }
 
 /// When an attempt first passed a point, in s.
-fn first(events: &[Event], point: &Point) -> Option<f64> {
-    events.iter().find(|event| Point::of(event).as_ref() == Some(point)).map(|event| event.t_s)
+fn first(events: &[Event], point: &WayPoint) -> Option<f64> {
+    events.iter().find(|event| WayPoint::at_event(event).as_ref() == Some(point)).map(|event| event.t_s)
 }
 
 #[cfg(test)]

@@ -6,4 +6,4 @@ mod stage;
 
 pub use align::Alignment;
 pub use moment::{Look, Moment, Telling};
-pub use stage::{given, stage, stage_of_recording};
+pub use stage::{build_stage, hide_what_is_withheld, stage_of_recording};

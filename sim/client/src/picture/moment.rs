@@ -10,7 +10,7 @@ use recording::Recording;
 use recording::event::{Event, EventKind};
 use recording::sample::{Sample, flags};
 use recording::tent::Tent;
-use render::frame::{Frame, Ghost, Orbit, Puncture, View};
+use render::frame::{DrawnPuncture, Frame, Ghost, Orbit, View};
 
 /// A structure that was hit is lit for so long, in s.
 const LIT_S: f64 = 1.5;
@@ -30,7 +30,7 @@ pub struct Moment {
     /// Loads that the field carries, in N: contactors, then drags.
     pub loads_n: Vec<f32>,
     dents: Dents,
-    tracks: Vec<Track>,
+    tracks: Vec<PunctureTrack>,
     /// The track that the needle is in.
     open: Option<usize>,
     hit: Option<Hit>,
@@ -38,7 +38,7 @@ pub struct Moment {
 
 /// A puncture, as far as it has gone.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Track {
+struct PunctureTrack {
     entry_m: [f64; 3],
     axis: [f32; 3],
     depth_m: f64,
@@ -136,7 +136,7 @@ impl Moment {
     fn contact(&mut self, event: &Event) {
         let at = event.track.map_or(self.tracks.len(), |track| track as usize);
         if at >= self.tracks.len() {
-            self.tracks.resize(at + 1, Track::default());
+            self.tracks.resize(at + 1, PunctureTrack::default());
         }
         if let Some(track) = self.tracks.get_mut(at) {
             track.entry_m = event.position_m;
@@ -193,10 +193,10 @@ impl Moment {
     }
 }
 
-impl Track {
-    fn puncture(&self, t_s: f64) -> Puncture {
+impl PunctureTrack {
+    fn puncture(&self, t_s: f64) -> DrawnPuncture {
         let Self { entry_m, axis, depth_m, opened, .. } = *self;
-        Puncture {
+        DrawnPuncture {
             entry_m: entry_m.map(|c| c as f32),
             axis,
             depth_m: depth_m as f32,
@@ -367,7 +367,7 @@ mod tests {
 
     /// The same attempt as a simulator of before recorded it.
     fn as_before(recording: &Recording, specimen: &Specimen) -> Recording {
-        let mut tissue = attempt::tick::Attempt::following(specimen, Follows::Forces);
+        let mut tissue = attempt::tick::TickedAttempt::following(specimen, Follows::Forces);
         let tents = recording.samples.iter().filter_map(|sample| tissue.step(&sample.into()).tent).collect();
         Recording { tents, ..recording.clone() }
     }

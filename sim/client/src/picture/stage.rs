@@ -1,5 +1,6 @@
 //! What is constant in the pictures of an attempt.
 
+use crate::sources;
 use std::path::Path;
 
 use documents::{Channel, Exercise, ExerciseBundle, Feedback, Patient, Scene};
@@ -7,18 +8,17 @@ use law::puncture::PunctureSpec;
 use law::structures::{StructureKind, StructureSpec};
 use nalgebra::{Point3, Vector3};
 use recording::Recording;
-use render::frame::{self, FieldTable, Layer, Material, Mesh, Needle, Stage, Structure, Tip};
+use render::frame::{self, DrawnLayer, DrawnMaterial, DrawnNeedle, DrawnStructure, FieldTable, Mesh, Stage, Tip};
 use tissue::Specimen;
 use tissue::follow::Profiles;
 
-use crate::commands;
 use crate::exit::Failure;
 
 /// The stage of an exercise on a patient. The file is named where its tissue is refused.
 ///
 /// # Errors
 /// When no model of the tissue can be had.
-pub fn stage(file: &Path, bundle: &ExerciseBundle, specimen: &Specimen) -> Result<Stage, Failure> {
+pub fn build_stage(file: &Path, bundle: &ExerciseBundle, specimen: &Specimen) -> Result<Stage, Failure> {
     let ExerciseBundle { exercise, scene, .. } = bundle;
     let spec = specimen.spec();
     let profiles = specimen.profiles().map_err(|error| Failure::refused(file, error))?;
@@ -38,11 +38,11 @@ pub fn stage(file: &Path, bundle: &ExerciseBundle, specimen: &Specimen) -> Resul
 /// When the law or the tissue refuse the scene.
 pub fn stage_of_recording(path: &Path, bundle: &ExerciseBundle, recording: &Recording) -> Result<Stage, Failure> {
     let patient = Patient { thickness_mm: recording.session.patient_thickness_mm.clone() };
-    stage(path, bundle, &commands::prepare_specimen(path, bundle, &patient)?)
+    build_stage(path, bundle, &sources::prepare_specimen(path, bundle, &patient)?)
 }
 
 /// What a trainee is to see of a stage during an attempt.
-pub fn given(stage: &Stage, feedback: Feedback) -> Stage {
+pub fn hide_what_is_withheld(stage: &Stage, feedback: Feedback) -> Stage {
     Stage { target_m: stage.target_m.filter(|_| feedback.gives(Channel::Target)), ..stage.clone() }
 }
 
@@ -56,12 +56,12 @@ fn planned(exercise: &Exercise) -> Stage {
     }
 }
 
-fn layers(scene: &Scene, spec: &PunctureSpec) -> Vec<Layer> {
+fn layers(scene: &Scene, spec: &PunctureSpec) -> Vec<DrawnLayer> {
     let mut top_m = 0.0;
     let both = scene.layers.iter().zip(&spec.axial.layers);
     both.map(|(document, layer)| {
         let thickness_m = layer.thickness_m as f32;
-        let drawn = Layer { name: layer.name.clone(), material: material(&document.texture), top_m, thickness_m };
+        let drawn = DrawnLayer { name: layer.name.clone(), material: material(&document.texture), top_m, thickness_m };
         top_m += thickness_m;
         drawn
     })
@@ -69,25 +69,25 @@ fn layers(scene: &Scene, spec: &PunctureSpec) -> Vec<Layer> {
 }
 
 /// A scene may name a texture that is not known here: it is drawn as muscle, which most of a body is.
-fn material(texture: &str) -> Material {
+fn material(texture: &str) -> DrawnMaterial {
     match texture {
-        "skin" => Material::Skin,
-        "fat" => Material::Fat,
-        "fascia" | "ligament" | "tendon" => Material::Fascia,
-        "bone" => Material::Bone,
-        "fluid" | "blood" => Material::Fluid,
-        _ => Material::Muscle,
+        "skin" => DrawnMaterial::Skin,
+        "fat" => DrawnMaterial::Fat,
+        "fascia" | "ligament" | "tendon" => DrawnMaterial::Fascia,
+        "bone" => DrawnMaterial::Bone,
+        "fluid" | "blood" => DrawnMaterial::Fluid,
+        _ => DrawnMaterial::Muscle,
     }
 }
 
-fn needle(scene: &Scene, spec: &PunctureSpec) -> Needle {
+fn needle(scene: &Scene, spec: &PunctureSpec) -> DrawnNeedle {
     let tip = match scene.needle.tip.as_str() {
         "bevel" => Tip::Bevel,
         "conical" => Tip::Conical,
         "blunt" => Tip::Blunt,
         _ => Tip::Diamond,
     };
-    Needle {
+    DrawnNeedle {
         length_m: spec.needle_length_m as f32,
         diameter_m: (scene.needle.diameter_mm * 1e-3) as f32,
         tip_to_rim_m: spec.axial.tip_to_rim_m as f32,
@@ -95,16 +95,16 @@ fn needle(scene: &Scene, spec: &PunctureSpec) -> Needle {
     }
 }
 
-fn structure(spec: &StructureSpec) -> Structure {
+fn structure(spec: &StructureSpec) -> DrawnStructure {
     let (corners, triangles) = spec.surface();
     let kind = match spec.kind {
-        StructureKind::Target => frame::StructureKind::Target,
-        StructureKind::Vessel => frame::StructureKind::Vessel,
-        StructureKind::Nerve => frame::StructureKind::Nerve,
-        StructureKind::Bone => frame::StructureKind::Bone,
-        StructureKind::Organ => frame::StructureKind::Organ,
+        StructureKind::Target => frame::DrawnStructureKind::Target,
+        StructureKind::Vessel => frame::DrawnStructureKind::Vessel,
+        StructureKind::Nerve => frame::DrawnStructureKind::Nerve,
+        StructureKind::Bone => frame::DrawnStructureKind::Bone,
+        StructureKind::Organ => frame::DrawnStructureKind::Organ,
     };
-    Structure { name: spec.name.clone(), kind, mesh: mesh(&corners, &triangles) }
+    DrawnStructure { name: spec.name.clone(), kind, mesh: mesh(&corners, &triangles) }
 }
 
 fn mesh(corners: &[Point3<f64>], triangles: &[[u32; 3]]) -> Mesh {

@@ -28,7 +28,7 @@ fn page(ui: &Ui) -> egui::Frame {
 }
 
 /// What the list is made of.
-pub struct Choice<'a> {
+pub struct ExerciseChoice<'a> {
     /// What there is to practise.
     pub shelf: &'a Shelf,
     /// What was practised here before.
@@ -37,7 +37,7 @@ pub struct Choice<'a> {
     pub school: Option<&'a [Listed]>,
 }
 
-impl Choice<'_> {
+impl ExerciseChoice<'_> {
     /// What the school lists of an exercise.
     fn listed(&self, exercise: &Exercise) -> Option<&Listed> {
         self.school?.iter().find(|listed| listed.exercise_id == exercise.id)
@@ -112,7 +112,7 @@ fn how_far(mastery: &Mastery, passed: &[bool]) -> String {
 }
 
 /// The list of exercises. Answers the one that is chosen.
-pub fn choose(ui: &mut Ui, choice: &Choice<'_>) -> Option<usize> {
+pub fn choose(ui: &mut Ui, choice: &ExerciseChoice<'_>) -> Option<usize> {
     let chosen = egui::CentralPanel::default().frame(page(ui)).show(ui, |ui| {
         ui.heading("Exercises");
         ui.add_space(8.0);
@@ -136,7 +136,7 @@ pub fn choose(ui: &mut Ui, choice: &Choice<'_>) -> Option<usize> {
     chosen.inner
 }
 
-fn row(ui: &mut Ui, choice: &Choice<'_>, offer: &Offer) -> bool {
+fn row(ui: &mut Ui, choice: &ExerciseChoice<'_>, offer: &Offer) -> bool {
     let exercise = &offer.bundle.exercise;
     let clicked = ui.horizontal(|ui| {
         let clicked =
@@ -299,7 +299,7 @@ mod tests {
         let (shelf, second) = offer(1);
         let (history, offers) = (History::default(), &shelf.exercises);
         let first = &offers[0].bundle.exercise;
-        let here = Choice { shelf: &shelf, history: &history, school: None };
+        let here = ExerciseChoice { shelf: &shelf, history: &history, school: None };
         let told = here.facts(&offers[second]);
         let parts = [", 2 of 7 · not tried here yet · first: ", first.title.as_str()];
         assert!(parts.iter().all(|part| told.contains(part)), "{told}");
@@ -308,7 +308,7 @@ mod tests {
             { "exercise_id": offers[second].bundle.exercise.id, "due": true },
         ]))
         .unwrap();
-        let school = Choice { shelf: &shelf, history: &history, school: Some(&listed) };
+        let school = ExerciseChoice { shelf: &shelf, history: &history, school: Some(&listed) };
         assert!(school.facts(&offers[0]).ends_with("mastered"), "{}", school.facts(&offers[0]));
         assert!(school.facts(&offers[second]).ends_with("not mastered yet"), "{}", school.facts(&offers[second]));
     }
@@ -320,7 +320,7 @@ mod tests {
         for case in cases {
             let (rule, number) = (&case["rule"], |key: &str| case["rule"][key].as_f64());
             let count = |key: &str| rule[key].as_u64().and_then(|count| u32::try_from(count).ok());
-            let mastery = Mastery::of(&match (count("passes"), count("of")) {
+            let mastery = Mastery::from_rule(&match (count("passes"), count("of")) {
                 (Some(passes), Some(of)) => documents::MasteryRule::Passes { passes, of },
                 _ => {
                     let [p0, p1, alpha, beta] = ["p0", "p1", "alpha", "beta"].map(|key| number(key).unwrap());
@@ -331,7 +331,7 @@ mod tests {
             shelf.exercises.iter_mut().for_each(|offer| offer.course.as_mut().unwrap().mastery = mastery.unwrap());
             let first = shelf.exercises[0].bundle.exercise.id.clone();
             let history = history::tests::of(&first, case["attempts"].as_str().unwrap());
-            let here = Choice { shelf: &shelf, history: &history, school: None };
+            let here = ExerciseChoice { shelf: &shelf, history: &history, school: None };
             let [told, next] = [0, 1].map(|at| here.facts(&shelf.exercises[at]));
             assert_eq!(told.contains(" · mastered"), case["mastered"] == true, "{case}: {told}");
             assert_eq!(!next.contains(" · first: "), case["opens"] == true, "{case}: {next}");

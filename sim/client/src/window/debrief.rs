@@ -9,11 +9,11 @@ use recording::Recording;
 
 use super::colours;
 use super::plots::{self, Curves};
-use super::rescue::{Rescue, Wish};
+use super::rescue::{Rescue, RescueWish};
 use super::survey::Survey;
 use crate::exit::Failure;
-use crate::live::desk::{self, Answer, Asked, Call};
-use crate::live::{Finished, Kept, Trial};
+use crate::live::desk::{self, AskedSurvey, Call, DeskAnswer};
+use crate::live::{Finished, Kept, LiveTrial};
 use crate::outbox::Outbox;
 use crate::station::Pairing;
 
@@ -23,19 +23,19 @@ const COSTLIEST: usize = 3;
 /// What a debrief knows.
 pub struct Debrief {
     /// Judged, or still in memory.
-    kept: Result<Judged, Rescue>,
+    kept: Result<JudgedAttempt, Rescue>,
     servo: Option<String>,
     pairing: Option<Pairing>,
     delivery: Option<Call<String>>,
     /// Why the outbox did not take it.
     refused: Option<String>,
     /// What the school asks after this attempt.
-    asked: Option<Arc<Asked>>,
+    asked: Option<Arc<AskedSurvey>>,
     survey: Option<Survey>,
 }
 
 /// An attempt that is on disk and judged.
-struct Judged {
+struct JudgedAttempt {
     kept: Kept,
     recording: Arc<Recording>,
     judged: Result<Assessment, AssessError>,
@@ -45,7 +45,7 @@ struct Judged {
 }
 
 /// What is to happen next.
-pub enum Next {
+pub enum AfterDebrief {
     /// Go on.
     Stay,
     /// Watch the attempt.
@@ -62,13 +62,14 @@ impl Debrief {
     /// # Errors
     /// When the recording cannot be read back.
     pub fn new(
-        trial: &Trial,
+        trial: &LiveTrial,
         finished: Finished,
-        (pairing, asked): (Option<Pairing>, Option<Arc<Asked>>),
+        pairing: Option<Pairing>,
+        asked: Option<Arc<AskedSurvey>>,
     ) -> Result<Self, Failure> {
         let servo = finished.report.map(|report| report.to_string());
         let kept = match finished.kept {
-            Ok(kept) => Ok(Judged::new(trial, kept)?),
+            Ok(kept) => Ok(JudgedAttempt::new(trial, kept)?),
             Err(unsaved) => Err(Rescue::new(unsaved)),
         };
         let mut debrief = Self { kept, servo, pairing, delivery: None, refused: None, asked, survey: None };
@@ -90,7 +91,7 @@ impl Debrief {
             Ok((call, outbox)) => {
                 self.delivery = Some(call);
                 let session = judged.recording.session.session_id;
-                self.survey = self.asked.take().map(|asked| Survey::new(asked, session, (pairing.clone(), outbox)));
+                self.survey = self.asked.take().map(|asked| Survey::new(asked, session, pairing.clone(), outbox));
             }
             Err(failure) => self.refused = Some(failure.to_string()),
         }
@@ -102,12 +103,12 @@ impl Debrief {
             ui.colored_label(colours::BAD, format!("× {why}"));
         }
         match self.delivery.as_ref().map(desk::read) {
-            Some(Answer::Waiting) => {
+            Some(DeskAnswer::Waiting) => {
                 ui.label("on its way to the school …");
                 ui.ctx().request_repaint_after_secs(0.2);
             }
-            Some(Answer::Came(words)) => drop(ui.colored_label(colours::GOOD, format!("● {words}"))),
-            Some(Answer::Refused(why)) => drop(ui.colored_label(colours::WARN, format!("▲ {why}"))),
+            Some(DeskAnswer::Came(words)) => drop(ui.colored_label(colours::GOOD, format!("● {words}"))),
+            Some(DeskAnswer::Refused(why)) => drop(ui.colored_label(colours::WARN, format!("▲ {why}"))),
             None => {}
         }
     }
@@ -126,7 +127,7 @@ impl Debrief {
     }
 
     /// One frame.
-    pub fn ui(&mut self, ui: &mut Ui, trial: &Trial) -> Result<Next, Failure> {
+    pub fn ui(&mut self, ui: &mut Ui, trial: &LiveTrial) -> Result<AfterDebrief, Failure> {
         if let Err(rescue) = &mut self.kept {
             let wish = page(ui, |ui| rescue.ui(ui));
             return self.rescue(wish, trial);
@@ -134,8 +135,8 @@ impl Debrief {
         Ok(self.judged_ui(ui))
     }
 
-    fn judged_ui(&mut self, ui: &mut Ui) -> Next {
-        let Ok(judged) = &self.kept else { return Next::Stay };
+    fn judged_ui(&mut self, ui: &mut Ui) -> AfterDebrief {
+        let Ok(judged) = &self.kept else { return AfterDebrief::Stay };
         let next = egui::Panel::bottom("next").show(ui, |ui| buttons(ui, judged)).inner;
         if self.survey.as_mut().is_some_and(|survey| survey.ui(ui)) {
             self.survey = None;
@@ -149,22 +150,22 @@ impl Debrief {
     }
 
     /// Does what the person wants of an attempt that is not on disk.
-    fn rescue(&mut self, wish: Wish, trial: &Trial) -> Result<Next, Failure> {
-        let Err(rescue) = &mut self.kept else { return Ok(Next::Stay) };
+    fn rescue(&mut self, wish: RescueWish, trial: &LiveTrial) -> Result<AfterDebrief, Failure> {
+        let Err(rescue) = &mut self.kept else { return Ok(AfterDebrief::Stay) };
         match wish {
-            Wish::Wait => {}
-            Wish::ThrowAway => {
+            RescueWish::Wait => {}
+            RescueWish::ThrowAway => {
                 rescue.unsaved.discard();
-                return Ok(Next::Choose);
+                return Ok(AfterDebrief::Choose);
             }
-            Wish::Save(path) => {
+            RescueWish::Save(path) => {
                 if let Some(kept) = rescue.unsaved.save(&path) {
-                    self.kept = Ok(Judged::new(trial, kept)?);
+                    self.kept = Ok(JudgedAttempt::new(trial, kept)?);
                     self.deliver();
                 }
             }
         }
-        Ok(Next::Stay)
+        Ok(AfterDebrief::Stay)
     }
 }
 
@@ -175,7 +176,7 @@ fn page<T>(ui: &mut Ui, show: impl FnOnce(&mut Ui) -> T) -> T {
     shown.inner.inner
 }
 
-fn buttons(ui: &mut Ui, judged: &Judged) -> Next {
+fn buttons(ui: &mut Ui, judged: &JudgedAttempt) -> AfterDebrief {
     ui.add_space(6.0);
     // Whoever types an answer does not ask for another attempt.
     let typing = ui.ctx().text_edit_focused();
@@ -184,23 +185,23 @@ fn buttons(ui: &mut Ui, judged: &Judged) -> Next {
     };
     let next = ui.horizontal(|ui| {
         if wanted(ui, "Try again (R)", egui::Key::R) {
-            return Next::Retry;
+            return AfterDebrief::Retry;
         }
         if wanted(ui, "Watch it (W)", egui::Key::W) {
-            return Next::Replay(Arc::clone(&judged.recording));
+            return AfterDebrief::Replay(Arc::clone(&judged.recording));
         }
         if wanted(ui, "Another exercise (Esc)", egui::Key::Escape) {
-            return Next::Choose;
+            return AfterDebrief::Choose;
         }
-        Next::Stay
+        AfterDebrief::Stay
     });
     ui.add_space(6.0);
     next.inner
 }
 
-impl Judged {
-    fn new(trial: &Trial, kept: Kept) -> Result<Self, Failure> {
-        let recording = crate::commands::read_recording(&kept.path)?;
+impl JudgedAttempt {
+    fn new(trial: &LiveTrial, kept: Kept) -> Result<Self, Failure> {
+        let recording = crate::sources::read_recording(&kept.path)?;
         let judged = assessment::assess(&recording, &trial.bundle);
         let exercise = &trial.bundle.exercise;
         Ok(Self {
@@ -215,7 +216,7 @@ impl Judged {
 
     fn ui(&self, ui: &mut Ui) {
         match &self.judged {
-            Ok(assessment) => verdict(ui, (assessment, self.pass_mark), self.curves.entered()),
+            Ok(assessment) => verdict(ui, assessment, self.pass_mark, self.curves.entered()),
             Err(why @ AssessError::Void(_)) => {
                 ui.label(RichText::new(format!("▲ {why}")).size(20.0).color(colours::WARN));
                 ui.label("This says nothing of you: the recording is kept, and counts nowhere.");
@@ -234,7 +235,7 @@ impl Judged {
     }
 }
 
-fn verdict(ui: &mut Ui, (assessment, pass_mark): (&Assessment, f64), entered: bool) {
+fn verdict(ui: &mut Ui, assessment: &Assessment, pass_mark: f64, entered: bool) {
     let (sign, word, colour) =
         if assessment.passed { ("●", "passed", colours::GOOD) } else { ("×", "not passed", colours::BAD) };
     ui.horizontal(|ui| {

@@ -3,7 +3,7 @@
 use eframe::egui::{self, Align, Key, Layout, Modifiers, TextEdit, Ui};
 
 use super::colours;
-use crate::live::desk::{Answer, Call, SignedIn, read, sign_in};
+use crate::live::desk::{Call, DeskAnswer, SignedIn, read, sign_in};
 use crate::station::Pairing;
 
 /// Who sits here.
@@ -17,14 +17,14 @@ impl Desk {
     /// Who has signed in.
     pub fn signed_in(&self) -> Option<SignedIn> {
         match self.call.as_ref().map(read)? {
-            Answer::Came(who) => Some(who),
-            Answer::Waiting | Answer::Refused(_) => None,
+            DeskAnswer::Came(who) => Some(who),
+            DeskAnswer::Waiting | DeskAnswer::Refused(_) => None,
         }
     }
 
     /// The school is being asked who this is.
     pub fn is_asking(&self) -> bool {
-        matches!(self.call.as_ref().map(read), Some(Answer::Waiting))
+        matches!(self.call.as_ref().map(read), Some(DeskAnswer::Waiting))
     }
 
     /// The line at the top of the choice and the briefing.
@@ -37,20 +37,20 @@ impl Desk {
                 ui.label(format!("{} at {}", pairing.name, pairing.school));
                 ui.separator();
                 match self.call.as_ref().map(read) {
-                    Some(Answer::Came(who)) => {
+                    Some(DeskAnswer::Came(who)) => {
                         ui.colored_label(colours::GOOD, format!("● {}", who.display_name));
                         if ui.button("Sign out").clicked() {
                             *self = Self::default();
                         }
                     }
-                    Some(Answer::Waiting) => {
+                    Some(DeskAnswer::Waiting) => {
                         ui.label("asking the school …");
                         ui.ctx().request_repaint_after_secs(0.1);
                     }
-                    Some(Answer::Refused(_)) | None => self.ask(ui, pairing),
+                    Some(DeskAnswer::Refused(_)) | None => self.ask(ui, pairing),
                 }
             });
-            if let Some(Answer::Refused(why)) = self.call.as_ref().map(read) {
+            if let Some(DeskAnswer::Refused(why)) = self.call.as_ref().map(read) {
                 ui.colored_label(colours::BAD, format!("× not signed in: {why}"));
             }
             ui.add_space(6.0);

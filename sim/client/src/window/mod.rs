@@ -15,6 +15,7 @@ mod steer;
 mod survey;
 mod trial;
 
+use crate::sources;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -29,17 +30,17 @@ use self::choose::{Briefing, Decision};
 use self::debrief::Debrief;
 use self::desk::Desk;
 use self::replay::Replay;
-use self::steer::{Steering, Wish};
-use self::trial::Trial;
+use self::steer::{Steering, SteeringWish};
+use self::trial::TrialScreen;
 use crate::devices::DeviceArgs;
 use crate::exit::{Failure, Outcome};
 use crate::live::history::History;
 use crate::live::open::{self, Steered};
 use crate::live::{self, Live};
 use crate::maker::Maker;
+use crate::picture;
 use crate::shelf::{Offer, Shelf};
 use crate::station::{Pairing, StationKey};
-use crate::{commands, picture};
 
 /// Servo rate, in Hz.
 const TICK_HZ: f64 = 1000.0;
@@ -55,7 +56,7 @@ pub struct Station {
     /// By what it signs what a person does at it.
     pub key: Option<Arc<StationKey>>,
     /// Which device.
-    pub device: open::Choice,
+    pub device: open::DeviceChoice,
     /// Where haptic devices are.
     pub devices: DeviceArgs,
     /// Where recordings are kept.
@@ -82,12 +83,12 @@ enum Screen {
     },
     Trial {
         at: usize,
-        trial: Box<Trial>,
+        trial: Box<TrialScreen>,
     },
     Debrief {
         at: usize,
         debrief: Box<Debrief>,
-        trial: Arc<live::Trial>,
+        trial: Arc<live::LiveTrial>,
     },
     /// A replay, and the debrief it goes back to.
     Replay {
@@ -134,7 +135,7 @@ pub fn play(station: Station) -> Outcome {
 /// # Errors
 /// When a recording is refused, or there is no display or no graphics adapter.
 pub fn watch(path: &Path, recording: Recording, other: Option<Recording>) -> Outcome {
-    let bundle = commands::own_exercise(path, &recording)?;
+    let bundle = sources::own_exercise(path, &recording)?;
     let stage = picture::stage_of_recording(path, &bundle, &recording)?;
     let (recording, other) = (Arc::new(recording), other.map(Arc::new));
     open_window("Stylet: replay", move |mut canvas| {
@@ -216,10 +217,10 @@ impl Window {
             Screen::Briefing { at, error } => self.brief(ui, at, error),
             Screen::Preparing { at, told } => self.prepare(ui, at, told),
             Screen::Trial { at, mut trial } => match trial.ui(ui, &mut self.canvas) {
-                trial::Next::Stay => Screen::Trial { at, trial },
-                trial::Next::Over => self.debrief(at, *trial),
+                trial::AfterTrial::Stay => Screen::Trial { at, trial },
+                trial::AfterTrial::Over => self.debrief(at, *trial),
             },
-            Screen::Debrief { at, debrief, trial } => self.after(ui, at, (debrief, trial)),
+            Screen::Debrief { at, debrief, trial } => self.after(ui, at, debrief, trial),
             Screen::Replay { mut replay, back } => match (replay.ui(ui, &mut self.canvas), back) {
                 (false, back) => Screen::Replay { replay, back },
                 (true, Some(back)) => *back,
@@ -237,7 +238,8 @@ impl Window {
             self.desk.ui(ui, pairing);
         }
         let listed = self.desk.signed_in().map(|who| who.exercises);
-        let choice = choose::Choice { shelf: &station.shelf, history: &station.history, school: listed.as_deref() };
+        let choice =
+            choose::ExerciseChoice { shelf: &station.shelf, history: &station.history, school: listed.as_deref() };
         match choose::choose(ui, &choice) {
             Some(at) => Screen::Briefing { at, error: None },
             None => Screen::Choose,
@@ -251,13 +253,13 @@ impl Window {
             self.desk.ui(ui, pairing);
         }
         let mut device = station.device.to_string();
-        if matches!(station.device, open::Choice::Mouse | open::Choice::Gamepad) {
+        if matches!(station.device, open::DeviceChoice::Mouse | open::DeviceChoice::Gamepad) {
             device += ", which give your hand no force";
         }
         let briefing = Briefing {
             exercise: &bundle.exercise,
             device: &device,
-            by_hand: matches!(station.device, open::Choice::Auto | open::Choice::Mouse),
+            by_hand: matches!(station.device, open::DeviceChoice::Auto | open::DeviceChoice::Mouse),
             guided: &mut station.guided,
             ready: !self.desk.is_asking(),
             error: error.as_deref(),
@@ -282,7 +284,7 @@ impl Window {
     }
 
     /// Begins an attempt at an exercise: patient, force law, picture, device, servo and recorder.
-    fn begin(&mut self, at: usize) -> Result<Box<Trial>, Failure> {
+    fn begin(&mut self, at: usize) -> Result<Box<TrialScreen>, Failure> {
         let chosen =
             self.station.as_mut().and_then(|station| Some((station.shelf.exercises.get(at)?.bundle.clone(), station)));
         let (bundle, station) = chosen.ok_or_else(|| Failure::input("no exercise is chosen"))?;
@@ -290,17 +292,17 @@ impl Window {
         let seed = station.seed;
         station.seed = seed.wrapping_add(1);
         let patient = Patient::draw(&bundle.scene, seed);
-        let specimen = Arc::new(commands::prepare_specimen(file, &bundle, &patient)?);
-        let stage = picture::stage(file, &bundle, &specimen)?;
-        let given = picture::given(&stage, bundle.exercise.feedback);
+        let specimen = Arc::new(sources::prepare_specimen(file, &bundle, &patient)?);
+        let stage = picture::build_stage(file, &bundle, &specimen)?;
+        let given = picture::hide_what_is_withheld(&stage, bundle.exercise.feedback);
         self.canvas.set_stage(&given).map_err(|error| Failure::refused(file, error))?;
         self.stage = stage;
-        let mut opened = open::open(&station.device, &station.devices, &bundle, (seed, TICK_HZ))?;
+        let mut opened = open::open(&station.device, &station.devices, &bundle, seed, TICK_HZ)?;
         if let Steered::Window(aim) = &mut opened.steered {
-            aim.write(Steering::new(&bundle.exercise).follow(&Wish::default()));
+            aim.write(Steering::new(&bundle.exercise).follow(&SteeringWish::default()));
         }
         // An arm that was there is asked for again, and not replaced by the mouse because a cable came loose.
-        if let Some(again) = opened.again().filter(|_| station.device == open::Choice::Auto) {
+        if let Some(again) = opened.again().filter(|_| station.device == open::DeviceChoice::Auto) {
             station.device = again;
         }
         let info = opened.driven.info();
@@ -313,16 +315,17 @@ impl Window {
         let session = Session { trainee, ..maker.session(&bundle) };
         let path = station.folder.join(format!("{}.mcap", session.session_id));
         // A program's hand is nobody's.
-        let key = station.key.clone().filter(|_| !matches!(station.device, open::Choice::Operator(_)));
-        let live = Live::start(live::Trial { bundle, specimen, session, path, key }, opened.mapping, opened.driven)?;
-        Ok(Box::new(Trial::new(live, (opened.steered, opened.passed_over), station.guided)))
+        let key = station.key.clone().filter(|_| !matches!(station.device, open::DeviceChoice::Operator(_)));
+        let live =
+            Live::start(live::LiveTrial { bundle, specimen, session, path, key }, opened.mapping, opened.driven)?;
+        Ok(Box::new(TrialScreen::new(live, opened.steered, opened.passed_over, station.guided)))
     }
 
-    fn debrief(&mut self, at: usize, trial: Trial) -> Screen {
+    fn debrief(&mut self, at: usize, trial: TrialScreen) -> Screen {
         let (trial, finished) = trial.stop();
         let pairing = self.station.as_ref().and_then(|station| station.pairing.clone());
         let asked = self.desk.signed_in().and_then(|who| who.asked_after(&trial.bundle.exercise.id));
-        match Debrief::new(&trial, finished, (pairing, asked)) {
+        match Debrief::new(&trial, finished, pairing, asked) {
             Ok(debrief) => {
                 if let (Some(station), Some(assessment)) = (&self.station, debrief.assessment()) {
                     station.history.add(&trial.session, assessment);
@@ -333,12 +336,12 @@ impl Window {
         }
     }
 
-    fn after(&mut self, ui: &mut Ui, at: usize, (mut debrief, trial): (Box<Debrief>, Arc<live::Trial>)) -> Screen {
+    fn after(&mut self, ui: &mut Ui, at: usize, mut debrief: Box<Debrief>, trial: Arc<live::LiveTrial>) -> Screen {
         match debrief.ui(ui, &trial) {
-            Ok(debrief::Next::Stay) => Screen::Debrief { at, debrief, trial },
-            Ok(debrief::Next::Retry) => Screen::Briefing { at, error: None },
-            Ok(debrief::Next::Choose) => Screen::Choose,
-            Ok(debrief::Next::Replay(recording)) => {
+            Ok(debrief::AfterDebrief::Stay) => Screen::Debrief { at, debrief, trial },
+            Ok(debrief::AfterDebrief::Retry) => Screen::Briefing { at, error: None },
+            Ok(debrief::AfterDebrief::Choose) => Screen::Choose,
+            Ok(debrief::AfterDebrief::Replay(recording)) => {
                 let replay = replay(&trial.bundle, &recording, None);
                 // What was withheld during the attempt is what one watches it again for.
                 if let Err(error) = self.canvas.set_stage(&self.stage) {

@@ -13,7 +13,7 @@ use render::camera::Camera;
 
 use super::sound::Sound;
 use super::{colours, help};
-use crate::live::{Live, Phase, Said, Shown, Trial, given};
+use crate::live::{AttemptView, Live, LiveTrial, Phase, SpokenEvent, given};
 
 /// Width of the instruments, in points.
 const SIDE: f32 = 300.0;
@@ -25,7 +25,7 @@ const MOST_SAID: usize = 4;
 /// What the instruments read.
 pub struct Instruments<'a> {
     /// The attempt so far.
-    pub shown: &'a Shown,
+    pub shown: &'a AttemptView,
     /// The servo's latest tick.
     pub latest: Option<&'a Snapshot>,
     /// The attempt.
@@ -79,7 +79,7 @@ fn instruments_ui(ui: &mut Ui, instruments: &Instruments<'_>, sound: &mut Sound)
     end || ui.input(|input| input.key_pressed(egui::Key::Escape))
 }
 
-fn time(ui: &mut Ui, shown: &Shown) {
+fn time(ui: &mut Ui, shown: &AttemptView) {
     let left_s = shown.left_s();
     let colour = if left_s < 15.0 { colours::WARN } else { ui.visuals().strong_text_color() };
     let hurry = if left_s < 15.0 { " — hurry" } else { "" };
@@ -144,7 +144,7 @@ fn angle_deg(orientation: [f64; 4]) -> f64 {
     libm::acos((2.0 * (x * x + y * y) - 1.0).clamp(-1.0, 1.0)).to_degrees()
 }
 
-fn trace(ui: &mut Ui, shown: &Shown) {
+fn trace(ui: &mut Ui, shown: &AttemptView) {
     let now_s = shown.moment.sample.t_s;
     let points: PlotPoints<'_> = shown.trace.iter().map(|point| [point.t_s - now_s, point.force_n]).collect();
     let pops = shown.said.iter().filter(|said| is_pop(said) && now_s - said.t_s < 10.0);
@@ -158,7 +158,7 @@ fn trace(ui: &mut Ui, shown: &Shown) {
     });
 }
 
-fn is_pop(said: &Said) -> bool {
+fn is_pop(said: &SpokenEvent) -> bool {
     said.kind.contactor().is_some()
 }
 
@@ -223,7 +223,7 @@ fn is_told(kind: EventKind, feedback: Feedback) -> bool {
 }
 
 /// What was said lately, at the bottom.
-pub fn messages(ui: &mut Ui, shown: &Shown, feedback: Feedback) {
+pub fn messages(ui: &mut Ui, shown: &AttemptView, feedback: Feedback) {
     let now_s = shown.moment.sample.t_s;
     let panel = egui::Panel::bottom("messages").exact_size(92.0).resizable(false);
     panel.show(ui, |ui| {
@@ -259,25 +259,25 @@ pub fn heading(ui: &Ui, rect: Rect, Instruments { live, latest, by_hand, .. }: &
     const GAP: egui::Vec2 = egui::vec2(0.0, 10.0);
     let exercise = &live.trial.bundle.exercise;
     let painter = ui.painter_at(rect);
-    let title = plate(&painter, rect.left_top() + egui::vec2(14.0, 10.0), Align2::LEFT_TOP, (&exercise.title, 18.0));
+    let title = plate(&painter, rect.left_top() + egui::vec2(14.0, 10.0), Align2::LEFT_TOP, &exercise.title, 18.0);
     let views = if exercise.feedback.gives(Channel::Inside) {
         "view: 1 whole, 2 tip, 3 section"
     } else {
         exercise.feedback.in_words()
     };
-    let views = plate(&painter, title.left_bottom() + GAP, Align2::LEFT_TOP, (views, 12.5));
+    let views = plate(&painter, title.left_bottom() + GAP, Align2::LEFT_TOP, views, 12.5);
     if *by_hand {
-        plate(&painter, views.left_bottom() + GAP, Align2::LEFT_TOP, (help::IN_A_LINE, 12.5));
+        plate(&painter, views.left_bottom() + GAP, Align2::LEFT_TOP, help::IN_A_LINE, 12.5);
     }
     let felt = exercise.feedback.gives(Channel::Force) && !live.info.is_virtual;
     if let Some(why) = latest.filter(|_| felt).and_then(|latest| given::withheld(&latest.record, latest.let_through)) {
         let place = rect.center_top() + egui::vec2(0.0, 64.0);
-        plate(&painter, place, Align2::CENTER_TOP, (&format!("▲ {why}"), 30.0));
+        plate(&painter, place, Align2::CENTER_TOP, &format!("▲ {why}"), 30.0);
     }
 }
 
 /// Names of the layers in their bands in the section, beside the needle.
-pub fn bands(ui: &Ui, rect: Rect, camera: &Camera, trial: &Trial) {
+pub fn bands(ui: &Ui, rect: Rect, camera: &Camera, trial: &LiveTrial) {
     /// So far beside the planned entry, in points; a needle leans to the right in its section.
     const BESIDE: f32 = 150.0;
     let painter = ui.painter_at(rect);
@@ -289,12 +289,12 @@ pub fn bands(ui: &Ui, rect: Rect, camera: &Camera, trial: &Trial) {
         top_m += layer.thickness_m;
         let place_m = [entry_m.x, entry_m.y, -middle_m].map(|c| c as f32);
         let [x, y] = camera.pixel(place_m.into(), size);
-        plate(&painter, rect.left_top() + egui::vec2(x - BESIDE, y), Align2::LEFT_CENTER, (&layer.name, 13.0));
+        plate(&painter, rect.left_top() + egui::vec2(x - BESIDE, y), Align2::LEFT_CENTER, &layer.name, 13.0);
     }
 }
 
 /// Text of a size on a dark plate, so that it is readable on any picture.
-fn plate(painter: &Painter, at: Pos2, align: Align2, (text, size): (&str, f32)) -> Rect {
+fn plate(painter: &Painter, at: Pos2, align: Align2, text: &str, size: f32) -> Rect {
     let text = painter.layout_no_wrap(text.to_owned(), FontId::proportional(size), Color32::WHITE);
     let rect = align.anchor_size(at, text.size());
     painter.rect_filled(rect.expand2([6.0, 3.0].into()), 4.0, Color32::from_black_alpha(150));
@@ -316,7 +316,7 @@ mod tests {
     fn what_is_withheld_is_neither_said_nor_ringed() {
         let stage = Stage { target_m: Some([0.0; 3]), ..Stage::default() };
         for feedback in Feedback::ALL {
-            let ringed = picture::given(&stage, feedback).target_m.is_some();
+            let ringed = picture::hide_what_is_withheld(&stage, feedback).target_m.is_some();
             assert_eq!(ringed, feedback.gives(Channel::Target), "{feedback:?}");
             for kind in [TipRupture, RimRupture, StructureHit] {
                 assert_eq!(is_told(kind, feedback), feedback.gives(Channel::Captions), "{kind:?} by {feedback:?}");
@@ -324,6 +324,9 @@ mod tests {
             assert_eq!(is_told(Coaching, feedback), feedback.gives(Channel::Coaching), "{feedback:?}");
             assert!([Contact, SkinExit, Confirm, Fault].iter().all(|kind| is_told(*kind, feedback)));
         }
-        assert!(!is_told(TipRupture, Feedback::Force) && picture::given(&stage, Feedback::Force).target_m.is_none());
+        assert!(
+            !is_told(TipRupture, Feedback::Force)
+                && picture::hide_what_is_withheld(&stage, Feedback::Force).target_m.is_none()
+        );
     }
 }

@@ -17,13 +17,13 @@ const SPEEDS: [f64; 6] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0];
 const STEP_S: f64 = 0.5;
 
 /// A recording, and all that is made of it once.
-pub struct Shown {
+pub struct ReplayView {
     telling: Telling,
     curves: Curves,
     moments: Vec<(f64, String)>,
 }
 
-impl Shown {
+impl ReplayView {
     /// A recording under a name.
     #[must_use]
     pub fn new(name: &str, recording: Arc<Recording>, bundle: &ExerciseBundle) -> Self {
@@ -37,8 +37,8 @@ impl Shown {
 
 /// A replay on the screen.
 pub struct Replay {
-    shown: Shown,
-    ghost: Option<(Shown, Alignment)>,
+    shown: ReplayView,
+    ghost: Option<(ReplayView, Alignment)>,
     layers: Vec<attempt::LayerSpan>,
     target_depth_m: f64,
     look: Look,
@@ -54,7 +54,7 @@ impl Replay {
         let ExerciseBundle { exercise, scene, .. } = bundle;
         Self {
             layers: attempt::span_layers(recording, bundle),
-            shown: Shown::new("this attempt", Arc::clone(recording), bundle),
+            shown: ReplayView::new("this attempt", Arc::clone(recording), bundle),
             ghost: None,
             target_depth_m: exercise.target_depth_mm * 1e-3,
             look: Look::at(scene, true),
@@ -68,7 +68,7 @@ impl Replay {
     #[must_use]
     pub fn beside(mut self, bundle: &ExerciseBundle, other: &Arc<Recording>) -> Self {
         let alignment = Alignment::new(&self.shown.telling.recording().events, &other.events);
-        self.ghost = Some((Shown::new("the other", Arc::clone(other), bundle), alignment));
+        self.ghost = Some((ReplayView::new("the other", Arc::clone(other), bundle), alignment));
         self
     }
 

@@ -8,7 +8,7 @@ use super::colours;
 use crate::live::Unsaved;
 
 /// What the person does about it.
-pub enum Wish {
+pub enum RescueWish {
     /// Nothing yet.
     Wait,
     /// Save it there.
@@ -39,7 +39,7 @@ impl Rescue {
     }
 
     /// One frame.
-    pub fn ui(&mut self, ui: &mut Ui) -> Wish {
+    pub fn ui(&mut self, ui: &mut Ui) -> RescueWish {
         ui.heading("The attempt is not on disk yet");
         ui.colored_label(colours::BAD, format!("× {}: {}", self.unsaved.path().display(), self.unsaved.why));
         ui.label("All of it is in memory. Make room on the disk and save it again, or save it on another disk.");
@@ -53,8 +53,8 @@ impl Rescue {
         });
         ui.add_space(16.0);
         match (again, elsewhere.inner) {
-            (true, _) => Wish::Save(self.unsaved.path().to_owned()),
-            (false, true) => Wish::Save(self.elsewhere()),
+            (true, _) => RescueWish::Save(self.unsaved.path().to_owned()),
+            (false, true) => RescueWish::Save(self.elsewhere()),
             (false, false) => self.farewell(ui),
         }
     }
@@ -64,10 +64,10 @@ impl Rescue {
     }
 
     /// Throwing away takes two presses.
-    fn farewell(&mut self, ui: &mut Ui) -> Wish {
+    fn farewell(&mut self, ui: &mut Ui) -> RescueWish {
         if !self.leaving {
             self.leaving = ui.button("Throw the attempt away …").clicked();
-            return Wish::Wait;
+            return RescueWish::Wait;
         }
         ui.colored_label(colours::WARN, "▲ Without being saved the attempt is lost for good.");
         let answer = ui.horizontal(|ui| {
@@ -76,6 +76,6 @@ impl Rescue {
             }
             ui.button("Throw it away").clicked()
         });
-        if answer.inner { Wish::ThrowAway } else { Wish::Wait }
+        if answer.inner { RescueWish::ThrowAway } else { RescueWish::Wait }
     }
 }

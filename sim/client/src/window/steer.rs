@@ -7,7 +7,7 @@ use nalgebra::{Point3, Rotation3, Unit, UnitQuaternion, Vector3};
 
 /// What the person asks for in a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Wish {
+pub struct SteeringWish {
     /// Further in (positive) or out, in m.
     pub advance_m: f64,
     /// To the right and away from the person, in m.
@@ -39,7 +39,7 @@ impl Steering {
     }
 
     /// Follows what the person asks for, and says where the hand is to be. Advancing goes along the needle.
-    pub fn follow(&mut self, wish: &Wish) -> Aim {
+    pub fn follow(&mut self, wish: &SteeringWish) -> Aim {
         self.lean(wish.lean_rad);
         self.confirmed += wish.confirmed;
         let step_m = self.axis.into_inner() * wish.advance_m + Vector3::new(wish.aside_m[0], wish.aside_m[1], 0.0);
@@ -80,35 +80,36 @@ mod tests {
     #[test]
     fn confirmations_are_counted() {
         let mut steering = steering();
-        let told = [0, 2, 0, 1].map(|confirmed| steering.follow(&Wish { confirmed, ..Wish::default() }).confirmed);
+        let told = [0, 2, 0, 1]
+            .map(|confirmed| steering.follow(&SteeringWish { confirmed, ..SteeringWish::default() }).confirmed);
         assert_eq!(told, [0, 2, 2, 3]);
     }
 
     #[test]
     fn in_is_down_and_aside_is_level() {
         let mut steering = steering();
-        let aim = steering.follow(&Wish { advance_m: 0.01, ..Wish::default() });
+        let aim = steering.follow(&SteeringWish { advance_m: 0.01, ..SteeringWish::default() });
         assert!((aim.position_m - Vector3::new(0.0, -0.01, 0.0)).norm() < 1e-15, "{}", aim.position_m);
-        let aim = steering.follow(&Wish { aside_m: [0.002, 0.003], ..Wish::default() });
+        let aim = steering.follow(&SteeringWish { aside_m: [0.002, 0.003], ..SteeringWish::default() });
         assert!((aim.position_m - Vector3::new(0.002, -0.01, -0.003)).norm() < 1e-15, "{}", aim.position_m);
     }
 
     #[test]
     fn a_leaning_needle_goes_in_along_itself_and_leans_as_asked() {
         let mut steering = steering();
-        steering.follow(&Wish { lean_rad: [0.3, 0.0], ..Wish::default() });
+        steering.follow(&SteeringWish { lean_rad: [0.3, 0.0], ..SteeringWish::default() });
         assert!(steering.axis.x > 0.29 && steering.axis.y.abs() < 1e-15, "the tip goes right: {}", steering.axis.x);
-        steering.follow(&Wish { lean_rad: [0.0, 0.2], ..Wish::default() });
+        steering.follow(&SteeringWish { lean_rad: [0.0, 0.2], ..SteeringWish::default() });
         assert!(steering.axis.y > 0.18, "the tip goes away from the person: {}", steering.axis.y);
         let before_m = steering.away_m;
-        steering.follow(&Wish { advance_m: 0.01, ..Wish::default() });
+        steering.follow(&SteeringWish { advance_m: 0.01, ..SteeringWish::default() });
         assert!((steering.away_m - before_m - steering.axis.into_inner() * 0.01).norm() < 1e-15);
     }
 
     #[test]
     fn the_handle_points_where_the_needle_does() {
         let mut steering = steering();
-        let aim = steering.follow(&Wish { lean_rad: [0.3, -0.1], ..Wish::default() });
+        let aim = steering.follow(&SteeringWish { lean_rad: [0.3, -0.1], ..SteeringWish::default() });
         let patient_from_device = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
         let needle = patient_from_device * aim.orientation * Vector3::z();
         assert!((needle - steering.axis.into_inner()).norm() < 1e-12);
@@ -118,11 +119,11 @@ mod tests {
     fn whatever_is_asked_it_stays_near_and_can_come_back() {
         let mut steering = steering();
         for _ in 0..1000 {
-            steering.follow(&Wish { advance_m: 0.01, lean_rad: [0.1, 0.1], ..Wish::default() });
+            steering.follow(&SteeringWish { advance_m: 0.01, lean_rad: [0.1, 0.1], ..SteeringWish::default() });
         }
         assert!(steering.away_m.norm() <= MOST_AWAY_M && -steering.axis.z >= libm::cos(MOST_LEAN_RAD));
         let before_m = steering.away_m.norm();
-        steering.follow(&Wish { advance_m: -0.01, ..Wish::default() });
+        steering.follow(&SteeringWish { advance_m: -0.01, ..SteeringWish::default() });
         assert!(steering.away_m.norm() < before_m);
     }
 }

@@ -12,8 +12,8 @@ use uuid::Uuid;
 use self::question::{Question, Typed};
 use super::colours;
 use crate::exit::Failure;
-use crate::live::desk::{self, Answer, Asked, Call};
-use crate::outbox::{Outbox, Sheet};
+use crate::live::desk::{self, AskedSurvey, Call, DeskAnswer};
+use crate::outbox::{AnswerSheet, Outbox};
 use crate::station::Pairing;
 
 /// Width of the panel, in points.
@@ -21,28 +21,28 @@ const WIDTH: f32 = 420.0;
 
 /// A survey that is offered, answered or sent.
 pub struct Survey {
-    asked: Arc<Asked>,
+    asked: Arc<AskedSurvey>,
     session: Uuid,
     pairing: Pairing,
     outbox: Outbox,
     language: String,
-    stage: Stage,
+    stage: SurveyStage,
     /// What the disk has refused.
     error: Option<String>,
 }
 
-enum Stage {
+enum SurveyStage {
     /// Nobody has agreed to anything.
     Offered,
     /// Somebody answers.
-    Open(Box<Open>),
+    Open(Box<OpenAnswers>),
     /// Sent; the way back to the answers is their secret.
     Sent { call: Call<String>, secret: String },
 }
 
 /// Answers that are given.
-struct Open {
-    sheet: Sheet,
+struct OpenAnswers {
+    sheet: AnswerSheet,
     /// In the order of the items.
     answers: Vec<Option<Said>>,
     /// What was typed, in the order of the items.
@@ -63,9 +63,9 @@ enum Wish {
 
 impl Survey {
     /// Offers a survey after an attempt.
-    pub fn new(asked: Arc<Asked>, session: Uuid, (pairing, outbox): (Pairing, Outbox)) -> Self {
+    pub fn new(asked: Arc<AskedSurvey>, session: Uuid, pairing: Pairing, outbox: Outbox) -> Self {
         let language = asked.instrument.language_for("en").to_owned();
-        Self { asked, session, pairing, outbox, language, stage: Stage::Offered, error: None }
+        Self { asked, session, pairing, outbox, language, stage: SurveyStage::Offered, error: None }
     }
 
     /// Both languages of the page's own words: the English, the German. Other languages of an instrument get the English.
@@ -82,9 +82,9 @@ impl Survey {
                 ui.add_space(12.0);
                 ui.heading(RichText::new(&self.asked.title).size(19.0));
                 let wish = match &mut self.stage {
-                    Stage::Offered => self.offer(ui),
-                    Stage::Open(_) => self.questions(ui),
-                    Stage::Sent { .. } => self.thanks(ui),
+                    SurveyStage::Offered => self.offer(ui),
+                    SurveyStage::Open(_) => self.questions(ui),
+                    SurveyStage::Sent { .. } => self.thanks(ui),
                 };
                 if let Some(error) = &self.error {
                     ui.colored_label(colours::BAD, format!("× {error}"));
@@ -130,7 +130,7 @@ impl Survey {
             self.t("Send my answers", "Antworten absenden"),
             self.t("Delete and stop", "Löschen und aufhören"),
         ];
-        let Stage::Open(open) = &mut self.stage else { return Wish::Nothing };
+        let SurveyStage::Open(open) = &mut self.stage else { return Wish::Nothing };
         let instrument = &asked.instrument;
         let pages = asked_pages(instrument, &open.answers);
         let Some((page, items)) = pages.get(open.step.min(pages.len().saturating_sub(1))) else { return Wish::Nothing };
@@ -140,7 +140,7 @@ impl Survey {
         let mut changed = false;
         for &at in items {
             let question = Question { instrument, item: &instrument.items[at], language: &language };
-            changed |= question.ui(ui, (&mut open.answers[at], &mut open.typed[at]));
+            changed |= question.ui(ui, &mut open.answers[at], &mut open.typed[at]);
         }
         ui.add_space(8.0);
         let last = open.step + 1 >= pages.len();
@@ -165,15 +165,15 @@ impl Survey {
     }
 
     fn thanks(&self, ui: &mut Ui) -> Wish {
-        let Stage::Sent { call, secret } = &self.stage else { return Wish::Nothing };
+        let SurveyStage::Sent { call, secret } = &self.stage else { return Wish::Nothing };
         ui.label(RichText::new(self.t("Thank you.", "Danke.")).strong());
         match desk::read(call) {
-            Answer::Waiting => {
+            DeskAnswer::Waiting => {
                 ui.label(self.t("on their way to the school …", "unterwegs zur Schule …"));
                 ui.ctx().request_repaint_after_secs(0.2);
             }
-            Answer::Came(words) => drop(ui.colored_label(colours::GOOD, format!("● {words}"))),
-            Answer::Refused(why) => drop(ui.colored_label(colours::WARN, format!("▲ {why}"))),
+            DeskAnswer::Came(words) => drop(ui.colored_label(colours::GOOD, format!("● {words}"))),
+            DeskAnswer::Refused(why) => drop(ui.colored_label(colours::WARN, format!("▲ {why}"))),
         }
         if self.asked.anonymous {
             ui.add_space(8.0);
@@ -204,8 +204,8 @@ impl Survey {
 
     fn begin(&mut self) {
         let items = self.asked.instrument.items.len();
-        self.stage = Stage::Open(Box::new(Open {
-            sheet: Sheet::new(self.session, self.asked.id, &self.language),
+        self.stage = SurveyStage::Open(Box::new(OpenAnswers {
+            sheet: AnswerSheet::new(self.session, self.asked.id, &self.language),
             answers: vec![None; items],
             typed: vec![Typed::default(); items],
             step: 0,
@@ -213,27 +213,27 @@ impl Survey {
     }
 
     fn save(&mut self) -> Result<(), Failure> {
-        let Stage::Open(open) = &mut self.stage else { return Ok(()) };
+        let SurveyStage::Open(open) = &mut self.stage else { return Ok(()) };
         open.write_down(&self.asked);
         self.outbox.save_draft(&open.sheet)
     }
 
     fn send(&mut self) -> Result<(), Failure> {
-        let Stage::Open(open) = &mut self.stage else { return Ok(()) };
+        let SurveyStage::Open(open) = &mut self.stage else { return Ok(()) };
         open.write_down(&self.asked);
         open.sheet.sent = true;
         let handed_in = desk::hand_in(&self.outbox, &open.sheet, self.pairing.clone());
         open.sheet.sent = handed_in.is_ok();
-        self.stage = Stage::Sent { secret: open.sheet.secret.clone(), call: handed_in? };
+        self.stage = SurveyStage::Sent { secret: open.sheet.secret.clone(), call: handed_in? };
         Ok(())
     }
 
     /// Leaves no trace of what was not sent. False where the disk refuses to forget.
     fn forget(&mut self) -> bool {
-        let Stage::Open(open) = &self.stage else { return true };
+        let SurveyStage::Open(open) = &self.stage else { return true };
         match self.outbox.forget_draft(&open.sheet) {
             Ok(()) => {
-                self.stage = Stage::Offered;
+                self.stage = SurveyStage::Offered;
                 true
             }
             Err(failure) => {
@@ -244,9 +244,9 @@ impl Survey {
     }
 }
 
-impl Open {
+impl OpenAnswers {
     /// Writes the answers to what is asked on the sheet.
-    fn write_down(&mut self, asked: &Asked) {
+    fn write_down(&mut self, asked: &AskedSurvey) {
         let asked_items = asked_pages(&asked.instrument, &self.answers).into_iter().flat_map(|(_, items)| items);
         let given =
             asked_items.filter_map(|at| Some((asked.instrument.items[at].id.clone(), self.answers[at].clone()?)));
@@ -257,7 +257,7 @@ impl Open {
 impl Drop for Survey {
     /// Whoever goes away in the middle has not sent anything: it waits for them on their own page.
     fn drop(&mut self) {
-        let Stage::Open(open) = &self.stage else { return };
+        let SurveyStage::Open(open) = &self.stage else { return };
         if !open.sheet.answers.is_empty() {
             // The draft is on the disk: what fails here is taken up at the next start.
             let _ = desk::hand_in(&self.outbox, &open.sheet, self.pairing.clone());

@@ -9,7 +9,7 @@ use render::frame::View;
 use super::canvas::Canvas;
 use super::overlay::{self, Instruments};
 use super::sound::Sound;
-use super::steer::{Steering, Wish};
+use super::steer::{Steering, SteeringWish};
 use crate::live::open::Steered;
 use crate::live::{self, Finished, Live, Phase};
 use crate::picture::Look;
@@ -33,7 +33,7 @@ const LONGEST_S: f32 = 0.25;
 const ORBIT_RAD: f32 = 0.006;
 
 /// An attempt on the screen.
-pub struct Trial {
+pub struct TrialScreen {
     live: Live,
     steering: Steering,
     wheel: Wheel,
@@ -46,16 +46,16 @@ pub struct Trial {
 }
 
 /// What is to happen next.
-pub enum Next {
+pub enum AfterTrial {
     /// Go on.
     Stay,
     /// The attempt is over.
     Over,
 }
 
-impl Trial {
+impl TrialScreen {
     /// Shows an attempt, and what moves its device.
-    pub fn new(live: Live, (steered, passed_over): (Steered, Vec<String>), guided: bool) -> Self {
+    pub fn new(live: Live, steered: Steered, passed_over: Vec<String>, guided: bool) -> Self {
         let steering = Steering::new(&live.trial.bundle.exercise);
         let bundle = &live.trial.bundle;
         let look = Look { closed: !bundle.exercise.feedback.gives(Channel::Inside), ..Look::at(&bundle.scene, guided) };
@@ -72,7 +72,7 @@ impl Trial {
     }
 
     /// One frame.
-    pub fn ui(&mut self, ui: &mut Ui, canvas: &mut Canvas) -> Next {
+    pub fn ui(&mut self, ui: &mut Ui, canvas: &mut Canvas) -> AfterTrial {
         ui.ctx().request_repaint();
         let latest = self.live.latest().cloned();
         let shown = self.live.shown().clone();
@@ -105,11 +105,11 @@ impl Trial {
         });
         self.control(ui, &picture.inner);
         let ended = self.live.servo().ended().is_some() || matches!(shown.phase, Phase::Withdrawn | Phase::TimeUp);
-        if over || ended { Next::Over } else { Next::Stay }
+        if over || ended { AfterTrial::Over } else { AfterTrial::Stay }
     }
 
     /// Ends the attempt with zero force on the device.
-    pub fn stop(self) -> (Arc<live::Trial>, Finished) {
+    pub fn stop(self) -> (Arc<live::LiveTrial>, Finished) {
         self.live.stop()
     }
 
@@ -184,13 +184,13 @@ pub fn look(ui: &Ui, picture: &Response, look: &mut Look) {
 }
 
 /// What the person asks of a virtual hand in this frame.
-fn wish(ui: &Ui, picture: &Response, wheel: &mut Wheel) -> Wish {
+fn wish(ui: &Ui, picture: &Response, wheel: &mut Wheel) -> SteeringWish {
     let drag = if picture.dragged_by(PointerButton::Primary) { picture.drag_delta() } else { Default::default() };
     ui.input(|input| wished(input, drag, picture.hovered().then_some(wheel)))
 }
 
 /// What the input of a frame asks for, with the drag in points and the wheel over the picture. Taps come as events: one that is over before the frame is drawn counts too.
-fn wished(input: &InputState, drag: egui::Vec2, wheel: Option<&mut Wheel>) -> Wish {
+fn wished(input: &InputState, drag: egui::Vec2, wheel: Option<&mut Wheel>) -> SteeringWish {
     let dt_s = f64::from(input.stable_dt.min(LONGEST_S));
     let held_s = |key| match (input.key_down(key), input.key_pressed(key)) {
         (true, _) => dt_s,
@@ -203,7 +203,7 @@ fn wished(input: &InputState, drag: egui::Vec2, wheel: Option<&mut Wheel>) -> Wi
     let aside = input.modifiers.shift && drag != egui::Vec2::ZERO;
     let along = if aside { 0.0 } else { f64::from(drag.y) * DRAG_M };
     let across = if aside { [f64::from(drag.x) * DRAG_M, -f64::from(drag.y) * DRAG_M] } else { [0.0; 2] };
-    Wish {
+    SteeringWish {
         advance_m: along + wheel_m + (held_s(Key::ArrowDown) - held_s(Key::ArrowUp)) * keys_m,
         aside_m: [
             across[0] + (held_s(Key::D) - held_s(Key::A)) * keys_m,
@@ -230,13 +230,13 @@ mod tests {
     use super::*;
 
     /// What these events ask for in a frame of 0.2 s, the first.
-    fn asked(events: Vec<Event>) -> Wish {
+    fn asked(events: Vec<Event>) -> SteeringWish {
         asked_of(&mut Wheel::default(), 0.2, events)
     }
 
-    fn asked_of(wheel: &mut Wheel, dt_s: f32, events: Vec<Event>) -> Wish {
+    fn asked_of(wheel: &mut Wheel, dt_s: f32, events: Vec<Event>) -> SteeringWish {
         let context = egui::Context::default();
-        let mut wish = Wish::default();
+        let mut wish = SteeringWish::default();
         let input = RawInput { time: Some(10.0), predicted_dt: dt_s, events, ..RawInput::default() };
         let mut output =
             context.run_ui(input, |ui| wish = ui.input(|input| wished(input, egui::Vec2::ZERO, Some(wheel))));

@@ -1,118 +1,144 @@
 //! The fields of an exercise.
 
-use super::{Field, Kind, Presence, Table, Text};
+use super::{DescribedField, DescribedTable, FieldKind, Presence, Text};
 
 /// An exercise.
-pub(crate) static EXERCISE: Table = Table {
+pub(crate) static EXERCISE: DescribedTable = DescribedTable {
     doc: "An exercise: what to do in a scene and how it is judged. Thresholds are for the school to set",
     fields: &[
-        Field::text("id", &Text::ID, "Identifier; with the SHA-256 of the bytes it names a revision").required(),
-        Field::text("title", &Text::LINE, "Title shown to people").required(),
-        Field::text("briefing", &Text::PROSE, "Shown before the attempt").or_text(""),
-        Field::text("scene", &Text::LINE, "Scene document, relative to this one").required(),
-        Field::new("difficulty", Kind::Integer { min: 1, max: 5 }, "Difficulty").or(1.0),
-        Field::number("pass_mark", "", (0.0, 100.0), "Score needed to pass").or(70.0),
-        Field::number("time_limit_s", "s", (1.0, 3600.0), "Time limit").or(300.0),
-        Field::new(
+        DescribedField::text("id", &Text::ID, "Identifier; with the SHA-256 of the bytes it names a revision")
+            .required(),
+        DescribedField::text("title", &Text::LINE, "Title shown to people").required(),
+        DescribedField::text("briefing", &Text::PROSE, "Shown before the attempt").or_text(""),
+        DescribedField::text("scene", &Text::LINE, "Scene document, relative to this one").required(),
+        DescribedField::new("difficulty", FieldKind::Integer { min: 1, max: 5 }, "Difficulty").or(1.0),
+        DescribedField::number("pass_mark", "", 0.0..=100.0, "Score needed to pass").or(70.0),
+        DescribedField::number("time_limit_s", "s", 1.0..=3600.0, "Time limit").or(300.0),
+        DescribedField::new(
             "feedback",
-            Kind::Choice(&["force", "picture", "overlay", "both"]),
+            FieldKind::Choice(&["force", "picture", "overlay", "both"]),
             "What the trainee is given: force in the hand, the inside of the body in the picture, depth and force as \
              numbers and plots, or all of it",
         )
         .or_text("both"),
-        Field::new("entry", Kind::Table(&ENTRY), "Planned entry").with(Presence::Empty),
-        Field::new("target", Kind::Table(&TARGET), "Where to stop").required(),
-        Field::new(
+        DescribedField::new("entry", FieldKind::Table(&ENTRY), "Planned entry").with(Presence::Empty),
+        DescribedField::new("target", FieldKind::Table(&TARGET), "Where to stop").required(),
+        DescribedField::new(
             "required",
-            Kind::Table(&REQUIRED),
+            FieldKind::Table(&REQUIRED),
             "What must have happened before anything is earned. With this table a line about a layer that was not \
              reached, or a boundary that was not opened, earns nothing; without it, everything",
         ),
-        Field::new("rubric", Kind::Tables { table: &RUBRIC, min: 1, max: 40 }, "How the score is made").required(),
-        Field::new("hard_fail", Kind::Tables { table: &HARD_FAIL, min: 0, max: 40 }, "What fails whatever the score")
-            .with(Presence::Empty),
-        Field::new("coaching", Kind::Tables { table: &COACHING, min: 0, max: 40 }, "What is said during the attempt")
-            .with(Presence::Empty),
+        DescribedField::new("rubric", FieldKind::Tables { table: &RUBRIC, min: 1, max: 40 }, "How the score is made")
+            .required(),
+        DescribedField::new(
+            "hard_fail",
+            FieldKind::Tables { table: &HARD_FAIL, min: 0, max: 40 },
+            "What fails whatever the score",
+        )
+        .with(Presence::Empty),
+        DescribedField::new(
+            "coaching",
+            FieldKind::Tables { table: &COACHING, min: 0, max: 40 },
+            "What is said during the attempt",
+        )
+        .with(Presence::Empty),
     ],
 };
 
-static ENTRY: Table = Table {
+static ENTRY: DescribedTable = DescribedTable {
     doc: "Planned entry and direction",
     fields: &[
-        Field::new(
+        DescribedField::new(
             "point_mm",
-            Kind::Vector { unit: "mm", len: 2, min: -200.0, max: 200.0 },
+            FieldKind::Vector { unit: "mm", len: 2, min: -200.0, max: 200.0 },
             "Entry on the skin, x and y; the origin if left out",
         ),
-        Field::number("angle_deg", "°", (0.0, 60.0), "Angle between the needle and the surface normal").or(0.0),
-        Field::number("azimuth_deg", "°", (-360.0, 360.0), "Heading of the tip seen from outside, from +x to +y")
-            .or(0.0),
+        DescribedField::number("angle_deg", "°", 0.0..=60.0, "Angle between the needle and the surface normal").or(0.0),
+        DescribedField::number(
+            "azimuth_deg",
+            "°",
+            -360.0..=360.0,
+            "Heading of the tip seen from outside, from +x to +y",
+        )
+        .or(0.0),
     ],
 };
 
-static TARGET: Table = Table {
+static TARGET: DescribedTable = DescribedTable {
     doc: "Where to stop",
-    fields: &[Field::number("depth_mm", "mm", (0.1, 500.0), "Depth along the needle's axis from the skin").required()],
+    fields: &[
+        DescribedField::number("depth_mm", "mm", 0.1..=500.0, "Depth along the needle's axis from the skin").required()
+    ],
 };
 
-static REQUIRED: Table = Table {
+static REQUIRED: DescribedTable = DescribedTable {
     doc: "Until all of this has happened an attempt earns nothing, and fails",
     fields: &[
-        Field::text("reached", &Text::NAME, "Layer whose upper boundary the tip must have opened"),
-        Field::number(
+        DescribedField::text("reached", &Text::NAME, "Layer whose upper boundary the tip must have opened"),
+        DescribedField::number(
             "within_mm",
             "mm",
-            (0.1, 500.0),
+            0.1..=500.0,
             "Largest distance of the depth at confirm from the target depth",
         ),
-        Field::new("confirmed", Kind::Flag, "The position must have been confirmed with the tip in the body")
-            .with(Presence::Flag(false)),
-        Field::new("withdrawn", Kind::Flag, "The needle must have left the body by the end")
+        DescribedField::new(
+            "confirmed",
+            FieldKind::Flag,
+            "The position must have been confirmed with the tip in the body",
+        )
+        .with(Presence::Flag(false)),
+        DescribedField::new("withdrawn", FieldKind::Flag, "The needle must have left the body by the end")
             .with(Presence::Flag(false)),
     ],
 };
 
 /// The version of a metric that a line means. Documents of before there were others name none.
-const VERSION: Field = Field::new(
+const VERSION: DescribedField = DescribedField::new(
     "version",
-    Kind::Integer { min: 1, max: 9 },
+    FieldKind::Integer { min: 1, max: 9 },
     "Version of the metric's definition; a metric that has a second one keeps the first for documents that name none",
 )
 .or(1.0);
 
-static RUBRIC: Table = Table {
+static RUBRIC: DescribedTable = DescribedTable {
     doc: "100 % at full, 0 % at zero, linear between, clamped; the score is the weighted mean",
     fields: &[
-        Field::text("metric", &Text::LINE, "Metric id; its unit is that of full and zero").required(),
+        DescribedField::text("metric", &Text::LINE, "Metric id; its unit is that of full and zero").required(),
         VERSION,
-        Field::number("full", "", (-1e9, 1e9), "Value that earns everything; for a range metric, the distance from 0")
-            .required(),
-        Field::number("zero", "", (-1e9, 1e9), "Value that earns nothing; another than full").required(),
-        Field::number("weight", "", (1e-3, 1e3), "Relative weight").or(1.0),
+        DescribedField::number(
+            "full",
+            "",
+            -1e9..=1e9,
+            "Value that earns everything; for a range metric, the distance from 0",
+        )
+        .required(),
+        DescribedField::number("zero", "", -1e9..=1e9, "Value that earns nothing; another than full").required(),
+        DescribedField::number("weight", "", 1e-3..=1e3, "Relative weight").or(1.0),
     ],
 };
 
-static HARD_FAIL: Table = Table {
+static HARD_FAIL: DescribedTable = DescribedTable {
     doc: "A limit that fails the attempt whatever the score",
     fields: &[
-        Field::text("metric", &Text::LINE, "Metric id; its unit is that of above").required(),
+        DescribedField::text("metric", &Text::LINE, "Metric id; its unit is that of above").required(),
         VERSION,
-        Field::number("above", "", (-1e9, 1e9), "The attempt fails when the value is above this").required(),
-        Field::text("why", &Text::LINE, "Said to the trainee").required(),
+        DescribedField::number("above", "", -1e9..=1e9, "The attempt fails when the value is above this").required(),
+        DescribedField::text("why", &Text::LINE, "Said to the trainee").required(),
     ],
 };
 
-static COACHING: Table = Table {
+static COACHING: DescribedTable = DescribedTable {
     doc: "Said when a live quantity rises above a limit; armed again when it falls",
     fields: &[
-        Field::new(
+        DescribedField::new(
             "quantity",
-            Kind::Choice(&["depth_mm", "force_n", "speed_mm_per_s", "angle_error_deg"]),
+            FieldKind::Choice(&["depth_mm", "force_n", "speed_mm_per_s", "angle_error_deg"]),
             "Live quantity; its unit is that of above and rearm_below",
         )
         .required(),
-        Field::number("above", "", (0.0, 1e6), "Said when the quantity rises above this").required(),
-        Field::number("rearm_below", "", (0.0, 1e6), "Armed again below this; `above` if left out"),
-        Field::text("message", &Text::LINE, "The message").required(),
+        DescribedField::number("above", "", 0.0..=1e6, "Said when the quantity rises above this").required(),
+        DescribedField::number("rearm_below", "", 0.0..=1e6, "Armed again below this; `above` if left out"),
+        DescribedField::text("message", &Text::LINE, "The message").required(),
     ],
 };

@@ -6,6 +6,8 @@
 use std::borrow::Borrow;
 use std::fmt::Display;
 
+use std::ops::RangeInclusive;
+
 use phrase::{Phrase, phrase};
 
 mod curriculum;
@@ -22,20 +24,20 @@ pub(crate) use text::Text;
 
 /// A TOML table: the fields it may hold, in the order people write them.
 #[derive(Debug)]
-pub(crate) struct Table {
+pub(crate) struct DescribedTable {
     /// What the table is, for the schema.
     pub doc: &'static str,
     /// Its fields.
-    pub fields: &'static [Field],
+    pub fields: &'static [DescribedField],
 }
 
 /// One field of a table.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Field {
+pub(crate) struct DescribedField {
     /// The key, with the unit in it.
     pub key: &'static str,
     /// What its value may be.
-    pub kind: Kind,
+    pub kind: FieldKind,
     /// Whether it may be left out, and what then holds.
     pub presence: Presence,
     /// What it means.
@@ -44,7 +46,7 @@ pub(crate) struct Field {
 
 /// What a value may be.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Kind {
+pub(crate) enum FieldKind {
     /// A finite number, ends included.
     Number { unit: &'static str, min: f64, max: f64 },
     /// A whole number, ends included.
@@ -60,9 +62,9 @@ pub(crate) enum Kind {
     /// A list of texts.
     Texts(&'static Text),
     /// A table.
-    Table(&'static Table),
+    Table(&'static DescribedTable),
     /// An array of tables of a bounded length.
-    Tables { table: &'static Table, min: usize, max: usize },
+    Tables { table: &'static DescribedTable, min: usize, max: usize },
 }
 
 /// Whether a field may be left out.
@@ -82,25 +84,25 @@ pub(crate) enum Presence {
     Empty,
 }
 
-impl Field {
+impl DescribedField {
     /// A field that may be left out.
-    const fn new(key: &'static str, kind: Kind, doc: &'static str) -> Self {
+    const fn new(key: &'static str, kind: FieldKind, doc: &'static str) -> Self {
         Self { key, kind, presence: Presence::Optional, doc }
     }
 
     /// A number in `unit` within `range`.
-    const fn number(key: &'static str, unit: &'static str, range: (f64, f64), doc: &'static str) -> Self {
-        Self::new(key, Kind::Number { unit, min: range.0, max: range.1 }, doc)
+    const fn number(key: &'static str, unit: &'static str, range: RangeInclusive<f64>, doc: &'static str) -> Self {
+        Self::new(key, FieldKind::Number { unit, min: *range.start(), max: *range.end() }, doc)
     }
 
     /// Three numbers in mm, each within ±`limit`.
     const fn place(key: &'static str, limit: f64, doc: &'static str) -> Self {
-        Self::new(key, Kind::Vector { unit: "mm", len: 3, min: -limit, max: limit }, doc)
+        Self::new(key, FieldKind::Vector { unit: "mm", len: 3, min: -limit, max: limit }, doc)
     }
 
     /// Text of a form.
     const fn text(key: &'static str, text: &'static Text, doc: &'static str) -> Self {
-        Self::new(key, Kind::Text(text), doc)
+        Self::new(key, FieldKind::Text(text), doc)
     }
 
     /// The same field with another presence.
@@ -126,13 +128,13 @@ impl Field {
     /// The unit that the key carries, or nothing.
     pub(crate) fn unit(&self) -> &'static str {
         match self.kind {
-            Kind::Number { unit, .. } | Kind::Vector { unit, .. } => unit,
+            FieldKind::Number { unit, .. } | FieldKind::Vector { unit, .. } => unit,
             _ => "",
         }
     }
 }
 
-impl Kind {
+impl FieldKind {
     /// What is allowed, in words.
     pub(crate) fn allowed(&self) -> Phrase {
         match self {

@@ -1,131 +1,185 @@
 //! The fields of a scene.
 
-use super::{Field, Kind, Presence, Table, Text};
+use super::{DescribedField, DescribedTable, FieldKind, Presence, Text};
 use crate::mesh::Axes;
 
 /// A scene.
-pub(crate) static SCENE: Table = Table {
+pub(crate) static SCENE: DescribedTable = DescribedTable {
     doc: "A scene: layered tissue, a needle and structures to reach or avoid",
     fields: &[
-        Field::text("id", &Text::ID, "Identifier; with the SHA-256 of the bytes it names a revision").required(),
-        Field::text("title", &Text::LINE, "Title shown to people").required(),
-        Field::text("description", &Text::PROSE, "What it is and where it comes from").or_text(""),
-        Field::new(
+        DescribedField::text("id", &Text::ID, "Identifier; with the SHA-256 of the bytes it names a revision")
+            .required(),
+        DescribedField::text("title", &Text::LINE, "Title shown to people").required(),
+        DescribedField::text("description", &Text::PROSE, "What it is and where it comes from").or_text(""),
+        DescribedField::new(
             "law",
-            Kind::Integer { min: 1, max: 2 },
+            FieldKind::Integer { min: 1, max: 2 },
             "Version of the force law; 1 if left out, as scenes were before there was another",
         )
         .or(1.0),
-        Field::new("layer", Kind::Tables { table: &LAYER, min: 1, max: 32 }, "Layers from the surface down").required(),
-        Field::new("needle", Kind::Table(&NEEDLE), "The needle").with(Presence::Empty),
-        Field::new("rate", Kind::Table(&RATE), "Rate dependence of the thresholds: P(v) = P∞ + (P0 − P∞)/(1 + v/v0)"),
-        Field::new("skin", Kind::Table(&SKIN), "The skin's own shape, for the picture; a made-up back if left out"),
-        Field::new("structure", Kind::Tables { table: &STRUCTURE, min: 0, max: 64 }, "Structures inside the body")
-            .with(Presence::Empty),
-        Field::new("tissue", Kind::Table(&TISSUE), "How the tissue deforms").with(Presence::Empty),
+        DescribedField::new(
+            "layer",
+            FieldKind::Tables { table: &LAYER, min: 1, max: 32 },
+            "Layers from the surface down",
+        )
+        .required(),
+        DescribedField::new("needle", FieldKind::Table(&NEEDLE), "The needle").with(Presence::Empty),
+        DescribedField::new(
+            "rate",
+            FieldKind::Table(&RATE),
+            "Rate dependence of the thresholds: P(v) = P∞ + (P0 − P∞)/(1 + v/v0)",
+        ),
+        DescribedField::new(
+            "skin",
+            FieldKind::Table(&SKIN),
+            "The skin's own shape, for the picture; a made-up back if left out",
+        ),
+        DescribedField::new(
+            "structure",
+            FieldKind::Tables { table: &STRUCTURE, min: 0, max: 64 },
+            "Structures inside the body",
+        )
+        .with(Presence::Empty),
+        DescribedField::new("tissue", FieldKind::Table(&TISSUE), "How the tissue deforms").with(Presence::Empty),
     ],
 };
 
-static LAYER: Table = Table {
+static LAYER: DescribedTable = DescribedTable {
     doc: "A layer, its numbers at 2.0 mm diameter, diamond tip, lubrication 1, toughness 1",
     fields: &[
-        Field::text("name", &Text::NAME, "Name, unique in the scene; metric ids end with it").required(),
-        Field::number("thickness_mm", "mm", (0.0, 500.0), "Thickness along the surface normal; 0 for a fascia")
+        DescribedField::text("name", &Text::NAME, "Name, unique in the scene; metric ids end with it").required(),
+        DescribedField::number("thickness_mm", "mm", 0.0..=500.0, "Thickness along the surface normal; 0 for a fascia")
             .required(),
-        Field::number("thickness_spread_mm", "mm", (0.0, 100.0), "Spread between patients: uniform, ±").or(0.0),
-        Field::number("stiffness_n_per_m", "N/m", (0.1, 1e7), "Stiffness k of the layer's upper boundary").required(),
-        Field::number("damping_n_s_per_m2", "N·s/m²", (0.0, 1e5), "Damping b per inserted length").or(0.0),
-        Field::number("tip_rupture_n", "N", (0.0, 100.0), "Force at which the tip opens the boundary").required(),
-        Field::number(
+        DescribedField::number("thickness_spread_mm", "mm", 0.0..=100.0, "Spread between patients: uniform, ±").or(0.0),
+        DescribedField::number("stiffness_n_per_m", "N/m", 0.1..=1e7, "Stiffness k of the layer's upper boundary")
+            .required(),
+        DescribedField::number("damping_n_s_per_m2", "N·s/m²", 0.0..=1e5, "Damping b per inserted length").or(0.0),
+        DescribedField::number("tip_rupture_n", "N", 0.0..=100.0, "Force at which the tip opens the boundary")
+            .required(),
+        DescribedField::number(
             "rim_rupture_n",
             "N",
-            (0.0, 100.0),
+            0.0..=100.0,
             "Force at which the cannula's rim opens it; a trocar needs it",
         ),
-        Field::number("friction_n_per_m", "N/m", (0.0, 1e5), "Coulomb friction cap c per inserted length").or(0.0),
-        Field::number("cutting_n", "N", (0.0, 100.0), "Force f of cutting new material").or(0.0),
-        Field::number("density_kg_per_m3", "kg/m³", (100.0, 5000.0), "Density").or(1050.0),
-        Field::number("poisson_ratio", "", (0.0, 0.499), "Poisson ratio").or(0.45),
-        Field::number("youngs_modulus_pa", "Pa", (10.0, 1e10), "Young's modulus; from the stiffness if left out"),
-        Field::number("toughness_factor", "", (0.01, 100.0), "Factor on the thresholds, friction and cutting").or(1.0),
-        Field::number("recoil_time_s", "s", (1e-4, 10.0), "Recoil time after a rupture"),
-        Field::text("texture", &Text::NAME, "Texture of the picture: skin, fat, muscle, fascia, …").or_text("tissue"),
-        Field::text("source", &Text::PROSE, "Where the numbers come from").or_text(""),
+        DescribedField::number("friction_n_per_m", "N/m", 0.0..=1e5, "Coulomb friction cap c per inserted length")
+            .or(0.0),
+        DescribedField::number("cutting_n", "N", 0.0..=100.0, "Force f of cutting new material").or(0.0),
+        DescribedField::number("density_kg_per_m3", "kg/m³", 100.0..=5000.0, "Density").or(1050.0),
+        DescribedField::number("poisson_ratio", "", 0.0..=0.499, "Poisson ratio").or(0.45),
+        DescribedField::number(
+            "youngs_modulus_pa",
+            "Pa",
+            10.0..=1e10,
+            "Young's modulus; from the stiffness if left out",
+        ),
+        DescribedField::number("toughness_factor", "", 0.01..=100.0, "Factor on the thresholds, friction and cutting")
+            .or(1.0),
+        DescribedField::number("recoil_time_s", "s", 1e-4..=10.0, "Recoil time after a rupture"),
+        DescribedField::text("texture", &Text::NAME, "Texture of the picture: skin, fat, muscle, fascia, …")
+            .or_text("tissue"),
+        DescribedField::text("source", &Text::PROSE, "Where the numbers come from").or_text(""),
     ],
 };
 
-static NEEDLE: Table = Table {
+static NEEDLE: DescribedTable = DescribedTable {
     doc: "The needle",
     fields: &[
-        Field::new("kind", Kind::Choice(&["trocar", "needle"]), "A trocar has a rim behind its tip, a needle has none")
-            .or_text("trocar"),
-        Field::number("diameter_mm", "mm", (0.1, 10.0), "Diameter D").or(2.0),
-        Field::number("diameter_exponent", "", (0.8, 2.0), "Exponent p: thresholds and cutting go with D^p").or(1.0),
-        Field::new("tip", Kind::Choice(&["diamond", "bevel", "conical", "blunt"]), "Tip, a factor on the thresholds")
-            .or_text("diamond"),
-        Field::number("tip_to_rim_mm", "mm", (0.0, 50.0), "Tip to rim: 2 for a trocar, 0 for a needle, if left out"),
-        Field::number("length_mm", "mm", (10.0, 500.0), "Length from tip to hub").or(150.0),
-        Field::number("lubrication", "", (0.1, 3.0), "Factor on friction: 0.5 lubricated, 1, 1.5 dry").or(1.0),
-        Field::new("flexible", Kind::Flag, "A bending shaft; a trocar is rigid").with(Presence::Flag(false)),
-        Field::number(
+        DescribedField::new(
+            "kind",
+            FieldKind::Choice(&["trocar", "needle"]),
+            "A trocar has a rim behind its tip, a needle has none",
+        )
+        .or_text("trocar"),
+        DescribedField::number("diameter_mm", "mm", 0.1..=10.0, "Diameter D").or(2.0),
+        DescribedField::number("diameter_exponent", "", 0.8..=2.0, "Exponent p: thresholds and cutting go with D^p")
+            .or(1.0),
+        DescribedField::new(
+            "tip",
+            FieldKind::Choice(&["diamond", "bevel", "conical", "blunt"]),
+            "Tip, a factor on the thresholds",
+        )
+        .or_text("diamond"),
+        DescribedField::number(
+            "tip_to_rim_mm",
+            "mm",
+            0.0..=50.0,
+            "Tip to rim: 2 for a trocar, 0 for a needle, if left out",
+        ),
+        DescribedField::number("length_mm", "mm", 10.0..=500.0, "Length from tip to hub").or(150.0),
+        DescribedField::number("lubrication", "", 0.1..=3.0, "Factor on friction: 0.5 lubricated, 1, 1.5 dry").or(1.0),
+        DescribedField::new("flexible", FieldKind::Flag, "A bending shaft; a trocar is rigid")
+            .with(Presence::Flag(false)),
+        DescribedField::number(
             "youngs_modulus_pa",
             "Pa",
-            (1e9, 1e12),
+            1e9..=1e12,
             "Young's modulus of a shaft that bends; steel if left out",
         )
         .or(193e9),
-        Field::number(
+        DescribedField::number(
             "inner_diameter_mm",
             "mm",
-            (0.0, 9.9),
+            0.0..=9.9,
             "Bore of a shaft that bends; 0.66 D if left out, 0 is solid",
         ),
-        Field::number(
+        DescribedField::number(
             "presliding_stiffness_n_per_m",
             "N/m",
-            (1.0, 1e7),
+            1.0..=1e7,
             "Stiffness of friction and cutting before they slide",
         )
         .or(2000.0),
-        Field::number(
+        DescribedField::number(
             "speed_window_ms",
             "ms",
-            (0.0, 50.0),
+            0.0..=50.0,
             "How far back speed is measured; 0: over the last two samples",
         )
         .or(0.0),
-        Field::number("lateral_stiffness_n_per_m2", "N/m²", (0.0, 1e7), "Sideways foundation per inserted length")
-            .or(10_000.0),
+        DescribedField::number(
+            "lateral_stiffness_n_per_m2",
+            "N/m²",
+            0.0..=1e7,
+            "Sideways foundation per inserted length",
+        )
+        .or(10_000.0),
     ],
 };
 
-static RATE: Table = Table {
+static RATE: DescribedTable = DescribedTable {
     doc: "Rate dependence of the rupture thresholds, at 2.0 mm diameter and a diamond tip",
     fields: &[
-        Field::number("p_infinity_n", "N", (0.0, 100.0), "P∞, the threshold at high speed").required(),
-        Field::number("v0_mm_per_s", "mm/s", (1e-3, 1e6), "Speed at which half of the change has happened").required(),
+        DescribedField::number("p_infinity_n", "N", 0.0..=100.0, "P∞, the threshold at high speed").required(),
+        DescribedField::number("v0_mm_per_s", "mm/s", 1e-3..=1e6, "Speed at which half of the change has happened")
+            .required(),
     ],
 };
 
-static STRUCTURE: Table = Table {
+static STRUCTURE: DescribedTable = DescribedTable {
     doc: "A structure in the patient frame: origin on the planned skin, +z out of the body, so z is negative inside",
     fields: &[
-        Field::text("name", &Text::NAME, "Name, unique in the scene; metric ids end with it").required(),
-        Field::new("kind", Kind::Choice(&["target", "vessel", "nerve", "bone", "organ"]), "What it is to the exercise")
+        DescribedField::text("name", &Text::NAME, "Name, unique in the scene; metric ids end with it").required(),
+        DescribedField::new(
+            "kind",
+            FieldKind::Choice(&["target", "vessel", "nerve", "bone", "organ"]),
+            "What it is to the exercise",
+        )
+        .required(),
+        DescribedField::new("shape", FieldKind::Choice(&["sphere", "capsule", "box", "mesh"]), "Its shape").required(),
+        DescribedField::place("position_mm", FARTHEST_MM, "Its centre; for a mesh, where the mesh's origin goes")
             .required(),
-        Field::new("shape", Kind::Choice(&["sphere", "capsule", "box", "mesh"]), "Its shape").required(),
-        Field::place("position_mm", FARTHEST_MM, "Its centre; for a mesh, where the mesh's origin goes").required(),
-        Field::number("radius_mm", "mm", (0.05, 500.0), "Radius of a sphere or capsule"),
-        Field::place("half_axis_mm", 500.0, "Half of a capsule's axis, from its centre to one end"),
-        Field::place("half_extents_mm", 500.0, "Half of each edge of a box, each above 0"),
-        Field::number(
+        DescribedField::number("radius_mm", "mm", 0.05..=500.0, "Radius of a sphere or capsule"),
+        DescribedField::place("half_axis_mm", 500.0, "Half of a capsule's axis, from its centre to one end"),
+        DescribedField::place("half_extents_mm", 500.0, "Half of each edge of a box, each above 0"),
+        DescribedField::number(
             "wall_stiffness_n_per_m",
             "N/m",
-            (1.0, 1e5),
+            1.0..=1e5,
             "Stiffness of its wall against the tip; none is felt if left out",
         ),
-        Field::number("wall_rupture_n", "N", (0.01, 100.0), "Force at which its wall gives way"),
-        Field::text("file", &Text::LINE, "STL or OBJ file of a mesh, relative to the scene"),
+        DescribedField::number("wall_rupture_n", "N", 0.01..=100.0, "Force at which its wall gives way"),
+        DescribedField::text("file", &Text::LINE, "STL or OBJ file of a mesh, relative to the scene"),
         UNIT,
         AXES,
     ],
@@ -134,37 +188,48 @@ static STRUCTURE: Table = Table {
 /// Coordinates of a scanner may begin so far from the body, in mm.
 const FARTHEST_MM: f64 = 1500.0;
 
-const UNIT: Field =
-    Field::new("unit", Kind::Choice(&["mm", "m"]), "Unit of the mesh's coordinates: its file does not say");
+const UNIT: DescribedField = DescribedField::new(
+    "unit",
+    FieldKind::Choice(&["mm", "m"]),
+    "Unit of the mesh's coordinates: its file does not say",
+);
 
-const AXES: Field = Field::new(
+const AXES: DescribedField = DescribedField::new(
     "axes",
-    Kind::Choice(Axes::WORDS),
+    FieldKind::Choice(Axes::WORDS),
     "Where the mesh's coordinates point: patient (x right, y superior, z posterior; if left out), RAS (right, anterior, \
      superior) or LPS (left, posterior, superior)",
 );
 
-static SKIN: Table = Table {
+static SKIN: DescribedTable = DescribedTable {
     doc: "The skin's own shape, for the picture: forces keep to the plane z = 0. Over the origin it is within 5 mm of it",
     fields: &[
-        Field::text("file", &Text::LINE, "STL or OBJ file, relative to the scene; it may be open").required(),
+        DescribedField::text("file", &Text::LINE, "STL or OBJ file, relative to the scene; it may be open").required(),
         UNIT.required(),
         AXES,
-        Field::place("position_mm", FARTHEST_MM, "Where the mesh's origin goes in the patient frame; 0 if left out"),
+        DescribedField::place(
+            "position_mm",
+            FARTHEST_MM,
+            "Where the mesh's origin goes in the patient frame; 0 if left out",
+        ),
     ],
 };
 
-static TISSUE: Table = Table {
+static TISSUE: DescribedTable = DescribedTable {
     doc: "How the tissue deforms",
     fields: &[
-        Field::new(
+        DescribedField::new(
             "model",
-            Kind::Choice(&["auto", "axisymmetric", "mass-spring", "volumetric", "none"]),
+            FieldKind::Choice(&["auto", "axisymmetric", "mass-spring", "volumetric", "none"]),
             "Model of the deformation; auto lets the planner choose",
         )
         .or_text("auto"),
-        Field::number("tolerance", "", (1e-6, 1.0), "Tolerated relative error of the displacement").or(0.05),
-        Field::new("coupling", Kind::Choice(&["none", "field"]), "Whether the field sets the boundaries' stiffness")
-            .or_text("none"),
+        DescribedField::number("tolerance", "", 1e-6..=1.0, "Tolerated relative error of the displacement").or(0.05),
+        DescribedField::new(
+            "coupling",
+            FieldKind::Choice(&["none", "field"]),
+            "Whether the field sets the boundaries' stiffness",
+        )
+        .or_text("none"),
     ],
 };

@@ -21,7 +21,7 @@ impl Axes {
     pub(crate) const WORDS: &[&str] = &["patient", "RAS", "LPS"];
 
     /// The axes of a word; those of the patient frame for a word that is none of them.
-    pub(crate) fn of(word: &str) -> Self {
+    pub(crate) fn named(word: &str) -> Self {
         match word {
             "RAS" => Self::Ras,
             "LPS" => Self::Lps,

@@ -43,6 +43,15 @@ pub(crate) struct Coordinates {
     pub axes: Axes,
 }
 
+/// A file of a mesh.
+#[derive(Clone, Copy)]
+pub(crate) struct MeshFile<'a> {
+    /// Its name, whose extension tells the format.
+    pub name: &'a str,
+    /// What is in it.
+    pub bytes: &'a [u8],
+}
+
 /// Corners and triangles as a file has them.
 struct Raw {
     corners: Vec<[f32; 3]>,
@@ -53,7 +62,7 @@ struct Raw {
 ///
 /// # Errors
 /// What is wrong with it, in words.
-pub(crate) fn solid(file: (&str, &[u8]), coordinates: Coordinates) -> Result<Shape, Phrase> {
+pub(crate) fn read_solid(file: MeshFile<'_>, coordinates: Coordinates) -> Result<Shape, Phrase> {
     let (vertices_m, triangles) = surface(file, coordinates, &SOLID_SIZE_M)?;
     let open = topology::check_manifold(&triangles)?;
     if open > 0 {
@@ -69,8 +78,8 @@ pub(crate) fn solid(file: (&str, &[u8]), coordinates: Coordinates) -> Result<Sha
 ///
 /// # Errors
 /// What is wrong with it, in words.
-pub(crate) fn skin(
-    file: (&str, &[u8]),
+pub(crate) fn read_skin_mesh(
+    file: MeshFile<'_>,
     coordinates: Coordinates,
     position_m: &Vector3<f64>,
 ) -> Result<Surface, Phrase> {
@@ -84,12 +93,8 @@ pub(crate) fn skin(
 }
 
 /// Vertices in m along the patient's axes, each once, and triangles.
-fn surface(
-    (name, bytes): (&str, &[u8]),
-    coordinates: Coordinates,
-    allowed_m: &RangeInclusive<f64>,
-) -> Result<Surface, Phrase> {
-    let raw = file::parse(name, bytes)?;
+fn surface(file: MeshFile<'_>, coordinates: Coordinates, allowed_m: &RangeInclusive<f64>) -> Result<Surface, Phrase> {
+    let raw = file::parse(file.name, file.bytes)?;
     if raw.triangles.is_empty() {
         return Err(phrase!("a mesh without triangles"));
     }

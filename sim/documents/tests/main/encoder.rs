@@ -3,7 +3,7 @@
 //! It would fail on a law that asks whether a tick moved (cutting then was on in 7 % of the ticks of a Phantom Omni, and jumped 400
 //! times a second), and on a speed taken between two samples.
 
-use bench::scenes::Run;
+use bench::scenes::AxialRun;
 use documents::load::read;
 use documents::{Document, Patient};
 use law::axial::AxialSpec;
@@ -61,7 +61,7 @@ struct Felt {
 
 /// An insertion at a constant speed, in m/s, to a depth in m.
 fn insert(spec: &AxialSpec, speed_m_per_s: f64, to_m: f64, encoder: Encoder) -> Felt {
-    let mut run = Run::new(spec.clone()).unwrap();
+    let mut run = AxialRun::new(spec.clone()).unwrap();
     let ticks = ((to_m - START_M) / (speed_m_per_s * TICK_S)) as u32;
     let mut felt = Felt { x_m: Vec::new(), total_n: Vec::new(), cutting_n: Vec::new(), ruptured: Vec::new() };
     for tick in 0..ticks {

@@ -2,7 +2,7 @@
 //!
 //! Would fail if an edit of the scene, or of what a needle makes of its numbers, moved a peak by 1 mm or 10 %.
 
-use bench::scenes::Run;
+use bench::scenes::AxialRun;
 use documents::load::read;
 use documents::{Document, Patient, Scene};
 use law::soundness;
@@ -25,7 +25,7 @@ fn epidural() -> Scene {
 
 /// Depth of the tip in mm, force before and after in N, wherever a boundary gives way on the way to a depth, at 1 mm/s and 1 kHz.
 fn drops(scene: &Scene, to_mm: f64) -> Vec<(f64, f64, f64)> {
-    let mut run = Run::new(scene.axial_spec(&Patient::nominal(scene))).unwrap();
+    let mut run = AxialRun::new(scene.axial_spec(&Patient::nominal(scene))).unwrap();
     let (mut drops, mut before_n) = (Vec::new(), 0.0);
     for tick in 0..=(to_mm * 1e3) as u32 {
         let force_n = run.step(f64::from(tick) * 1e-3, f64::from(tick) * 1e-6).total_n();
@@ -52,7 +52,7 @@ fn every_peak_is_within_a_millimetre_and_a_tenth_of_its_force() {
 fn the_space_is_without_resistance_and_ends_at_the_dura() {
     let scene = epidural();
     let (last_mm, _, _) = drops(&scene, DURA_MM)[4];
-    let mut run = Run::new(scene.axial_spec(&Patient::nominal(&scene))).unwrap();
+    let mut run = AxialRun::new(scene.axial_spec(&Patient::nominal(&scene))).unwrap();
     let mut force_n = |mm: f64| run.step(mm, mm * 1e-3).total_n();
     let walk: Vec<f64> = (0..580).map(|at| force_n(f64::from(at) * 0.1)).collect();
     let in_space = (last_mm * 10.0).ceil() as usize..=569;
@@ -72,7 +72,7 @@ fn it_is_sound_with_a_single_contactor() {
 #[test]
 fn the_shaft_is_felt_all_the_way_out() {
     let scene = epidural();
-    let mut run = Run::new(scene.axial_spec(&Patient::nominal(&scene))).unwrap();
+    let mut run = AxialRun::new(scene.axial_spec(&Patient::nominal(&scene))).unwrap();
     let mut force_n = |tick: u32, mm: f64| run.step(f64::from(tick) * 1e-2, mm * 1e-3).total_n();
     (0..=500).for_each(|tick| {
         force_n(tick, f64::from(tick) * 0.1);

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use documents::{Document, Patient, Scene, check};
 use tissue::follow::Field;
-use tissue::planner::patch;
+use tissue::planner::cut_patch;
 use tissue::volumetric::{self, Problem3, VolumetricError};
 use tissue::{Model, Problem};
 
@@ -107,12 +107,12 @@ fn the_volumetric_model_takes_every_load_of_every_shipped_scene() {
         for (angle_deg, footprints) in [(0.0, 10.0), (0.0, 20.0), (0.0, 80.0), (25.0, 40.0)] {
             let tissue = scene.tissue_spec(&Patient::nominal(&scene), angle_deg).unwrap();
             let deepest_m = tissue.boundaries_m[tissue.layers() - 1];
-            let slab = patch(&tissue.slab.layers, deepest_m, footprints * tissue.load_radius_m);
+            let slab = cut_patch(&tissue.slab.layers, deepest_m, footprints * tissue.load_radius_m);
             for load in tissue.loads().into_iter().flatten().filter(|load| load.ends_m()[1] <= deepest_m) {
                 let depth_m = load.ends_m()[1];
                 let flat = Problem { slab: slab.clone(), load, sample_r_m: vec![0.0], sample_depth_m: vec![depth_m] };
                 let problem = Problem3 { tilt_rad: tissue.tilt_rad, ..Problem3::flat(&flat) };
-                match volumetric::rung(&problem, 0).unwrap() {
+                match volumetric::fit_rung(&problem, 0).unwrap() {
                     Ok(mut model) => {
                         tissue::FieldModel::solve(&mut model, 1.0);
                         let give_m = problem.along_needle_m(&model, 0.0, depth_m);

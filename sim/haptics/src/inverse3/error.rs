@@ -2,7 +2,7 @@
 
 /// Why an Inverse3 could not be opened.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum OpenError {
+pub enum Inverse3Error {
     /// Nobody listens there, or the address is none.
     #[error("service not reached: {url}: {why}")]
     Unreachable {
@@ -59,7 +59,7 @@ pub enum OpenError {
     },
 }
 
-impl OpenError {
+impl Inverse3Error {
     /// What to do about it.
     #[must_use]
     pub fn advice(&self) -> &'static str {

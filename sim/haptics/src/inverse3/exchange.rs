@@ -15,8 +15,8 @@ use tungstenite::{Error, Utf8Bytes};
 use super::agreement::Agreement;
 use super::code;
 use super::command::{KEEP_ALIVE, SetForce};
-use super::session::Session;
-use super::state::Frame;
+use super::session::Inverse3Session;
+use super::state::StateFrame;
 use crate::clock;
 use crate::device::{DeviceFault, Reading};
 use crate::servo::priority;
@@ -85,7 +85,7 @@ impl Drop for EndOfThread {
 
 /// The device as the thread sees it.
 pub struct Exchange {
-    pub session: Session,
+    pub session: Inverse3Session,
     pub device_id: String,
     pub command: SetForce,
     pub readings: Input<Reading>,
@@ -96,7 +96,7 @@ pub struct Exchange {
 }
 
 /// What happened last, and when.
-struct Times {
+struct LastTimes {
     written: Option<Instant>,
     sent: Option<Instant>,
     heard: Instant,
@@ -112,7 +112,7 @@ impl Exchange {
         // Refused, forces come later when the processor is busy; the servo's own priority says so, and what to do.
         let _refused = priority::raise(priority::DRIVER);
         let now = clock::instant();
-        let mut times = Times {
+        let mut times = LastTimes {
             written: None,
             sent: None,
             heard: now,
@@ -133,7 +133,7 @@ impl Exchange {
     }
 
     /// Sends what is due and hears what has come.
-    fn round(&mut self, times: &mut Times) -> Result<(), Error> {
+    fn round(&mut self, times: &mut LastTimes) -> Result<(), Error> {
         let wanted_n = self.wanted_n(times);
         let lets_go = wanted_n == Vector3::zeros() && times.shown_n != wanted_n;
         let overdue = times.sent.is_none_or(|sent| sent.elapsed() > UNANSWERED);
@@ -142,7 +142,7 @@ impl Exchange {
             let says_nothing = !times.answered && wanted_n == times.shown_n;
             self.session.send(if says_nothing { KEEP_ALIVE } else { self.command.text(&wanted_n) })?;
             self.agreement.told(wanted_n);
-            *times = Times { sent: Some(clock::instant()), answered: false, shown_n: wanted_n, ..*times };
+            *times = LastTimes { sent: Some(clock::instant()), answered: false, shown_n: wanted_n, ..*times };
         }
         self.listen(times)?;
         match times.heard.elapsed() > LOST {
@@ -152,7 +152,7 @@ impl Exchange {
     }
 
     /// Hears what the service says. One that says more than it is asked is heard further: only the latest state counts.
-    fn listen(&mut self, times: &mut Times) -> Result<(), Error> {
+    fn listen(&mut self, times: &mut LastTimes) -> Result<(), Error> {
         let mut text = self.session.receive()?;
         for _ in 0..BACKLOG {
             let Some(heard) = text else { break };
@@ -164,7 +164,7 @@ impl Exchange {
     }
 
     /// The force to show, in N: the servo's latest, unless one of the watchdogs bites.
-    fn wanted_n(&mut self, times: &mut Times) -> Vector3<f64> {
+    fn wanted_n(&mut self, times: &mut LastTimes) -> Vector3<f64> {
         if self.forces_n.update() {
             times.written = Some(clock::instant());
         }
@@ -173,8 +173,8 @@ impl Exchange {
         if servo_writes && sees { *self.forces_n.output_buffer() } else { Vector3::zeros() }
     }
 
-    fn hear(&mut self, text: &Utf8Bytes, times: &mut Times) {
-        let Some(frame) = Frame::read(text) else {
+    fn hear(&mut self, text: &Utf8Bytes, times: &mut LastTimes) {
+        let Some(frame) = StateFrame::read(text) else {
             times.understood = false;
             self.shared.garbage.fetch_add(1, Ordering::Relaxed);
             return;
@@ -196,7 +196,7 @@ impl Exchange {
     }
 
     /// Why nothing sensible came for so long.
-    fn lost(&self, times: &Times) -> Error {
+    fn lost(&self, times: &LastTimes) -> Error {
         if !times.understood {
             self.shared.fail(code::NOT_UNDERSTOOD);
         }

@@ -25,10 +25,10 @@ use triple_buffer::{Input, Output, triple_buffer};
 use self::agreement::Agreement;
 pub use self::command::Dialect;
 use self::command::SetForce;
-pub use self::error::OpenError;
+pub use self::error::Inverse3Error;
 use self::exchange::{Exchange, Shared};
-use self::session::Session;
-use self::state::Frame;
+use self::session::Inverse3Session;
+use self::state::StateFrame;
 use self::version::Version;
 use crate::clock;
 use crate::device::{Device, DeviceFault, DeviceInfo, Reading};
@@ -50,7 +50,7 @@ const GREATEST_FORCE_N: f64 = 10.0;
 
 /// Which device to open, and how.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Options {
+pub struct Inverse3Options {
     /// Address of the service.
     pub url: String,
     /// Identifier of the device, for example `04C3`; the first one if absent.
@@ -63,7 +63,7 @@ pub struct Options {
     pub max_force_n: f64,
 }
 
-impl Default for Options {
+impl Default for Inverse3Options {
     fn default() -> Self {
         let url = "ws://localhost:10001".to_owned();
         Self { url, device_id: None, version_port: 10000, dialect: None, max_force_n: GREATEST_FORCE_N }
@@ -95,20 +95,20 @@ impl Inverse3 {
     /// Connects to the service, finds the device, and starts to exchange states with it, at zero force.
     ///
     /// # Errors
-    /// Which of the things that can be missing is missing; see [`OpenError::advice`].
-    pub fn open(options: &Options) -> Result<Self, OpenError> {
-        let mut session = Session::connect(&options.url)?;
+    /// Which of the things that can be missing is missing; see [`Inverse3Error::advice`].
+    pub fn open(options: &Inverse3Options) -> Result<Self, Inverse3Error> {
+        let mut session = Inverse3Session::connect(&options.url)?;
         let first = session.inventory(&options.url)?;
         let version = Version::ask(session.address, options.version_port);
         let dialect = match (options.dialect, &version) {
             (Some(dialect), _) => dialect,
             (None, None) => Dialect::Both,
             (None, Some(version)) => {
-                version.dialect().ok_or_else(|| OpenError::WrongVersion { found: version.text.clone() })?
+                version.dialect().ok_or_else(|| Inverse3Error::WrongVersion { found: version.text.clone() })?
             }
         };
         let (device_id, reading) = find(&first, options.device_id.as_deref())?;
-        let has_grip = Frame::read(&first).is_some_and(|frame| frame.has_grip());
+        let has_grip = StateFrame::read(&first).is_some_and(|frame| frame.has_grip());
         let info = describe(&device_id, options.max_force_n, has_grip);
         let (readings_in, readings) = triple_buffer(&reading);
         let (forces_n, forces_out) = triple_buffer(&Vector3::zeros());
@@ -124,7 +124,7 @@ impl Inverse3 {
             shared: Arc::clone(&shared),
         };
         let thread = thread::Builder::new().name("inverse3".to_owned()).spawn(|| exchange.run());
-        let thread = Some(thread.map_err(|error| OpenError::Unreachable {
+        let thread = Some(thread.map_err(|error| Inverse3Error::Unreachable {
             url: options.url.clone(),
             why: format!("no thread to speak with it: {error}"),
         })?);
@@ -189,23 +189,23 @@ impl Drop for Inverse3 {
 }
 
 /// The device that is wanted, and where its handle is.
-fn find(first: &str, wanted: Option<&str>) -> Result<(String, Reading), OpenError> {
+fn find(first: &str, wanted: Option<&str>) -> Result<(String, Reading), Inverse3Error> {
     let at_rest = Reading {
         t_s: clock::now_s(),
         position_m: Vector3::zeros(),
         orientation: UnitQuaternion::identity(),
         buttons: 0,
     };
-    let frame = Frame::read(first);
-    let arms = || frame.iter().flat_map(Frame::arms);
+    let frame = StateFrame::read(first);
+    let arms = || frame.iter().flat_map(StateFrame::arms);
     let arm = arms().find(|arm| wanted.is_none_or(|wanted| arm.device_id == wanted)).ok_or_else(|| {
         let found: Vec<&str> = arms().map(|arm| &*arm.device_id).collect();
         let found = if found.is_empty() { "no Inverse3".to_owned() } else { found.join(", ") };
-        OpenError::NoDevice { wanted: wanted.unwrap_or("an Inverse3").to_owned(), found }
+        Inverse3Error::NoDevice { wanted: wanted.unwrap_or("an Inverse3").to_owned(), found }
     })?;
     let device_id = arm.device_id.clone().into_owned();
     if let Some(why) = words(arm.refusal().unwrap_or(0)) {
-        return Err(OpenError::NotReady { device_id, why });
+        return Err(Inverse3Error::NotReady { device_id, why });
     }
     let reading = frame.as_ref().and_then(|frame| frame.reading(&device_id, at_rest.t_s, &at_rest));
     Ok((device_id, reading.unwrap_or(at_rest)))

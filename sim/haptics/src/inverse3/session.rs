@@ -9,9 +9,9 @@ use tungstenite::http::Uri;
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error, HandshakeError, Message, Utf8Bytes, WebSocket};
 
-use super::OpenError;
+use super::Inverse3Error;
 use super::command::FULL_STATE;
-use super::state::Frame;
+use super::state::StateFrame;
 use crate::clock;
 
 /// How long the service may take to accept a connection.
@@ -26,16 +26,16 @@ const WRITE: Duration = Duration::from_millis(100);
 const LARGEST_FRAME: usize = 1 << 20;
 
 /// A connection.
-pub struct Session {
+pub struct Inverse3Session {
     socket: WebSocket<TcpStream>,
     /// Where it goes.
     pub address: SocketAddr,
 }
 
-impl Session {
+impl Inverse3Session {
     /// Connects, without delay of small packets.
-    pub fn connect(url: &str) -> Result<Self, OpenError> {
-        let unreachable = |why: String| OpenError::Unreachable { url: url.to_owned(), why };
+    pub fn connect(url: &str) -> Result<Self, Inverse3Error> {
+        let unreachable = |why: String| Inverse3Error::Unreachable { url: url.to_owned(), why };
         let (stream, address) = reach(url).map_err(unreachable)?;
         let prepare = || {
             stream.set_nodelay(true)?;
@@ -52,7 +52,7 @@ impl Session {
                 HandshakeError::Failure(error) => error.to_string(),
                 HandshakeError::Interrupted(_) => "it does not answer the handshake".to_owned(),
             };
-            OpenError::NotTheService { url: url.to_owned(), why }
+            Inverse3Error::NotTheService { url: url.to_owned(), why }
         })?;
         let this = Self { socket, address };
         this.socket.get_ref().set_read_timeout(Some(READ)).map_err(|error| unreachable(error.to_string()))?;
@@ -60,12 +60,12 @@ impl Session {
     }
 
     /// The first frame that lists devices with their configuration; asked for if it does not come by itself.
-    pub fn inventory(&mut self, url: &str) -> Result<Utf8Bytes, OpenError> {
+    pub fn inventory(&mut self, url: &str) -> Result<Utf8Bytes, Inverse3Error> {
         let deadline = clock::instant() + Duration::from_secs(FIRST_FRAME_S);
-        let silent = || OpenError::Silent { url: url.to_owned(), seconds: FIRST_FRAME_S };
+        let silent = || Inverse3Error::Silent { url: url.to_owned(), seconds: FIRST_FRAME_S };
         let first = self.text_before(deadline).ok_or_else(silent)?;
-        match Frame::read(&first) {
-            None => Err(OpenError::NotUnderstood { url: url.to_owned(), start: first.chars().take(60).collect() }),
+        match StateFrame::read(&first) {
+            None => Err(Inverse3Error::NotUnderstood { url: url.to_owned(), start: first.chars().take(60).collect() }),
             Some(frame) if frame.is_full() => Ok(first),
             Some(_) => {
                 self.send(FULL_STATE).ok().ok_or_else(silent)?;
@@ -78,7 +78,7 @@ impl Session {
     fn full_text_before(&mut self, deadline: Instant) -> Option<Utf8Bytes> {
         loop {
             let text = self.text_before(deadline)?;
-            if Frame::read(&text).is_some_and(|frame| frame.is_full()) {
+            if StateFrame::read(&text).is_some_and(|frame| frame.is_full()) {
                 return Some(text);
             }
         }

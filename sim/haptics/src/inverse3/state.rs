@@ -16,16 +16,16 @@ const FEW: usize = 4;
 
 /// A frame of the service. The first one has `config`; later ones only what changes.
 #[derive(Deserialize)]
-pub struct Frame<'a> {
+pub struct StateFrame<'a> {
     #[serde(borrow, default)]
     inverse3: Few<Arm<'a>>,
     #[serde(default)]
-    verse_grip: Few<Grip>,
+    verse_grip: Few<VerseGrip>,
     #[serde(default)]
-    wireless_verse_grip: Few<Grip>,
+    wireless_verse_grip: Few<VerseGrip>,
     /// Grips with buttons of their own, which the service lists apart from 3.5 on.
     #[serde(default)]
-    custom_verse_grip: Few<Grip>,
+    custom_verse_grip: Few<VerseGrip>,
 }
 
 /// An Inverse3.
@@ -56,7 +56,7 @@ pub struct Status {
 
 /// A VerseGrip, with a cable or without.
 #[derive(Deserialize)]
-struct Grip {
+struct VerseGrip {
     state: Option<GripState>,
 }
 
@@ -89,7 +89,7 @@ struct Abc {
     b: bool,
 }
 
-impl<'a> Frame<'a> {
+impl<'a> StateFrame<'a> {
     /// Reads a text of the service; none if it is not one.
     pub fn read(text: &'a str) -> Option<Self> {
         serde_json::from_str(text).ok()

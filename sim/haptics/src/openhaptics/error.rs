@@ -5,7 +5,7 @@ use crate::device::DeviceFault;
 
 /// Why an OpenHaptics device could not be opened.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum OpenError {
+pub enum OpenHapticsError {
     /// The system does not find the library, or cannot load it.
     #[error("library not found: {library} cannot be loaded: {why}")]
     LibraryNotFound {
@@ -56,7 +56,7 @@ pub enum OpenError {
     },
 }
 
-impl OpenError {
+impl OpenHapticsError {
     /// The error of opening `device`.
     pub(super) fn of_device(device: &str, info: ErrorInfo, words: String) -> Self {
         match info.code {

@@ -22,7 +22,7 @@ pub struct Watch {
 }
 
 /// What a frame needs, put together before the first.
-pub struct Frame<'a, 'tick> {
+pub struct DeviceFrame<'a, 'tick> {
     pub hd: &'a Hd,
     pub device: Handle,
     pub info: &'a DeviceInfo,
@@ -39,7 +39,7 @@ pub struct Frame<'a, 'tick> {
     pub panic: Option<Box<dyn Any + Send>>,
 }
 
-impl Frame<'_, '_> {
+impl DeviceFrame<'_, '_> {
     /// Makes a frame; false when it was the last.
     pub fn make(&mut self) -> bool {
         self.hd.begin_frame(self.device);

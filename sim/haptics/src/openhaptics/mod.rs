@@ -16,9 +16,9 @@ use std::time::Duration;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-pub use self::error::OpenError;
+pub use self::error::OpenHapticsError;
 use self::ffi::{ErrorInfo, Handle, Hd, LoadError, calibration, name};
-use self::frame::{Frame, Watch};
+use self::frame::{DeviceFrame, Watch};
 use crate::clock;
 use crate::device::{Clocked, DeviceFault, DeviceInfo, Reading, Tick};
 
@@ -34,14 +34,14 @@ const LAST_FRAME_LOOKS: u32 = 20;
 
 /// Which device to open.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Options {
+pub struct OpenHapticsOptions {
     /// File name or path of the library.
     pub library: OsString,
     /// Name of the device in the vendor's set-up; the default device if absent.
     pub device: Option<String>,
 }
 
-impl Default for Options {
+impl Default for OpenHapticsOptions {
     fn default() -> Self {
         Self { library: libloading::library_filename("HD"), device: None }
     }
@@ -60,11 +60,11 @@ impl OpenHaptics {
     /// Opens a device, calibrates it if that needs no hand, and switches its motors on, at zero force.
     ///
     /// # Errors
-    /// Which of the things that can be missing is missing; see [`OpenError::advice`].
-    pub fn open(options: &Options) -> Result<Self, OpenError> {
+    /// Which of the things that can be missing is missing; see [`OpenHapticsError::advice`].
+    pub fn open(options: &OpenHapticsOptions) -> Result<Self, OpenHapticsError> {
         let hd = load(options)?;
         let wanted = options.device.as_deref().unwrap_or("the default device");
-        let not_found = |info: ErrorInfo| OpenError::of_device(wanted, info, hd.error_in_words(info.code));
+        let not_found = |info: ErrorInfo| OpenHapticsError::of_device(wanted, info, hd.error_in_words(info.code));
         // A name with a zero inside is no device's.
         let name = options.device.as_deref().map(CString::new).transpose().map_err(|_| not_found(NO_DEVICE))?;
         let device = hd.init_device(name.as_deref());
@@ -83,7 +83,7 @@ impl OpenHaptics {
         Ok(this)
     }
 
-    fn calibrate(&self) -> Result<(), OpenError> {
+    fn calibrate(&self) -> Result<(), OpenHapticsError> {
         let mut status = self.hd.check_calibration();
         if status == calibration::NEEDS_UPDATE {
             let offered = self.hd.integer(name::CALIBRATION_STYLE);
@@ -93,7 +93,7 @@ impl OpenHaptics {
         }
         match (status, self.hd.error()) {
             (calibration::OK, None) => Ok(()),
-            (status, _) => Err(OpenError::NotCalibrated { status }),
+            (status, _) => Err(OpenHapticsError::NotCalibrated { status }),
         }
     }
 
@@ -116,13 +116,13 @@ impl OpenHaptics {
         let _unscheduled = scheduled;
     }
 
-    fn switch_on(&self) -> Result<(), OpenError> {
+    fn switch_on(&self) -> Result<(), OpenHapticsError> {
         let on = self.hd.enable(name::FORCE_OUTPUT);
         match self.hd.error() {
             None if on => Ok(()),
             error => {
                 let words = error.map(|info| self.hd.error_in_words(info.code)).unwrap_or_default();
-                Err(OpenError::ForceRefused { model: self.info.name.clone(), words })
+                Err(OpenHapticsError::ForceRefused { model: self.info.name.clone(), words })
             }
         }
     }
@@ -159,7 +159,7 @@ impl Clocked for OpenHaptics {
         };
         let (hd, info, watched) = (&self.hd, &self.info, &watch);
         let (device, middle_m) = (self.device, self.middle_m);
-        let mut frame = Frame {
+        let mut frame = DeviceFrame {
             hd,
             device,
             info,
@@ -191,11 +191,11 @@ impl Drop for OpenHaptics {
     }
 }
 
-fn load(options: &Options) -> Result<Hd, OpenError> {
+fn load(options: &OpenHapticsOptions) -> Result<Hd, OpenHapticsError> {
     let library = options.library.to_string_lossy().into_owned();
     Hd::load(&options.library).map_err(|error| match error {
-        LoadError::NotFound(why) => OpenError::LibraryNotFound { library, why },
-        LoadError::Lacks(symbol) => OpenError::WrongVersion { library, symbol },
+        LoadError::NotFound(why) => OpenHapticsError::LibraryNotFound { library, why },
+        LoadError::Lacks(symbol) => OpenHapticsError::WrongVersion { library, symbol },
     })
 }
 
@@ -204,7 +204,7 @@ const NO_DEVICE: ErrorInfo = ErrorInfo { code: 0, internal_code: 0, device: ffi:
 
 /// What the device says of itself, where that is believable; else what the cautious know of its kind.
 fn describe(hd: &Hd) -> DeviceInfo {
-    let known = Known::of(&hd.string(name::MODEL_TYPE));
+    let known = DataSheet::for_model(&hd.string(name::MODEL_TYPE));
     let serial = Some(hd.string(name::SERIAL_NUMBER)).filter(|serial| !serial.is_empty());
     let number = |name| Some(hd.doubles::<1>(name)[0]).filter(|value| value.is_finite() && *value > 0.0);
     // The driver counts in N/mm. Where it and the table differ, the softer wall is the safe one.
@@ -226,15 +226,15 @@ fn describe(hd: &Hd) -> DeviceInfo {
 }
 
 /// What is known of a model from its data sheet.
-struct Known {
+struct DataSheet {
     name: String,
     max_force_n: f64,
     continuous_force_n: f64,
     max_stiffness_n_per_m: f64,
 }
 
-impl Known {
-    fn of(model: &str) -> Self {
+impl DataSheet {
+    fn for_model(model: &str) -> Self {
         let (max_force_n, continuous_force_n, max_stiffness_n_per_m) = match model {
             model if model.contains("Omni") => (3.3, 0.88, 700.0),
             model if model.contains("Desktop") => (7.9, 1.75, 1000.0),

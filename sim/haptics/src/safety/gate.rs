@@ -2,7 +2,7 @@
 //!
 //! A trainee who takes the handle up with the needle in the tissue must not be kicked, and one whose device was silent for a
 //! moment must not go on in silence. So the gate closes at the start, after the watchdog and after a device came back, and begins to
-//! open at once: over [`Params::ramp_s`], anchored at the needle, which the mapping has kept where it was.
+//! open at once: over [`GateParams::ramp_s`], anchored at the needle, which the mapping has kept where it was.
 //!
 //! A gain that rises while the handle moves could give more than was taken: pushed in at a tenth of the force and let out at the
 //! whole of it, a spring would drive the hand. The observer of [`super::passivity`] keeps the account through the ramp, and after it
@@ -10,12 +10,12 @@
 
 /// How the gate opens.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Params {
+pub struct GateParams {
     /// How long it takes to open, in s.
     pub ramp_s: f64,
 }
 
-impl Default for Params {
+impl Default for GateParams {
     /// Our choice: the largest force of a Touch comes at 2 N/s, which a hand follows.
     fn default() -> Self {
         Self { ramp_s: 1.5 }
@@ -27,7 +27,7 @@ const LONGEST_STEP_S: f64 = 0.01;
 
 /// Closed by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct State {
+pub struct GateState {
     /// How far it is open: from 0 to 1.
     open: f64,
     /// When it was looked at last, in s; `None` before that.
@@ -48,7 +48,7 @@ pub enum Account {
 }
 
 /// How far the gate is open at a time in s: from 0 to 1.
-pub fn step(params: &Params, state: &mut State, now_s: f64, account: Account) -> f64 {
+pub fn step(params: &GateParams, state: &mut GateState, now_s: f64, account: Account) -> f64 {
     let passed_s = state.last_s.map_or(0.0, |last_s| (now_s - last_s).clamp(0.0, LONGEST_STEP_S));
     state.last_s = Some(now_s);
     if !state.trusted {
@@ -70,7 +70,7 @@ mod tests {
 
     /// How far it is open after each of some ticks with an account that stands as told.
     fn opened(ticks: u32, account: impl Fn(u32) -> Account) -> Vec<f64> {
-        let (params, mut state) = (Params::default(), State::default());
+        let (params, mut state) = (GateParams::default(), GateState::default());
         (0..ticks).map(|tick| step(&params, &mut state, f64::from(tick) * PERIOD_S, account(tick))).collect()
     }
 
@@ -96,7 +96,7 @@ mod tests {
 
     #[test]
     fn a_stall_is_no_leap() {
-        let (params, mut state) = (Params::default(), State::default());
+        let (params, mut state) = (GateParams::default(), GateState::default());
         step(&params, &mut state, 0.0, Account::Settled);
         assert!(step(&params, &mut state, 5.0, Account::Settled) < 0.01);
     }

@@ -1,15 +1,15 @@
 //! First link: a reading that is not to be believed is replaced by the last good one, and then the force goes.
 //!
 //! Not believed: no reading, a number that is not finite, an orientation that is no rotation, a time that goes back, a jump.
-//! The last good reading is held for [`Params::hold_s`]; then the force ramps to zero in [`Params::ramp_s`]. The same happens
+//! The last good reading is held for [`HoldParams::hold_s`]; then the force ramps to zero in [`HoldParams::ramp_s`]. The same happens
 //! to a device that repeats one reading: that is what a frozen one looks like. Once the force is gone, readings must agree
-//! with each other for [`Params::rejoin_readings`] before they are believed again, from wherever the device then is.
+//! with each other for [`HoldParams::rejoin_readings`] before they are believed again, from wherever the device then is.
 
 use crate::device::Reading;
 
 /// What is believed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Params {
+pub struct HoldParams {
     /// For how long the last good reading is held with its whole force, in s.
     pub hold_s: f64,
     /// For how long the force then ramps to zero, in s.
@@ -27,7 +27,7 @@ pub struct Params {
 /// However long a tick took, motion is judged over no more than this, in s, so that 50 mm are a jump at any time.
 const LONGEST_MOTION_S: f64 = 0.008;
 
-impl Params {
+impl HoldParams {
     /// Our choice, at a tick period in s: 50 mm are a jump, a stab of 1 m/s is not.
     #[must_use]
     pub fn new(period_s: f64) -> Self {
@@ -43,7 +43,7 @@ impl Params {
 
 /// What the link remembers.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct State {
+pub struct HoldState {
     /// The last good reading, and when it came, in s of the servo's clock.
     good: Option<(Reading, f64)>,
     /// The force is gone: readings are watched, not believed.
@@ -74,7 +74,7 @@ enum Verdict {
 }
 
 /// Judges a reading at a time of the servo's clock, in s. `None` until the first good one.
-pub fn step(params: &Params, state: &mut State, now_s: f64, reading: Option<Reading>) -> Option<Believed> {
+pub fn step(params: &HoldParams, state: &mut HoldState, now_s: f64, reading: Option<Reading>) -> Option<Believed> {
     let reading = reading.filter(is_sane);
     let Some((good, since_s)) = state.good else {
         let first = reading?;
@@ -104,7 +104,7 @@ pub fn step(params: &Params, state: &mut State, now_s: f64, reading: Option<Read
 }
 
 /// Watches a lost device; the reading from which it is believed again, if this is it.
-fn rejoin(params: &Params, state: &mut State, now_s: f64, reading: Option<Reading>) -> Option<Believed> {
+fn rejoin(params: &HoldParams, state: &mut HoldState, now_s: f64, reading: Option<Reading>) -> Option<Believed> {
     let Some(reading) = reading else {
         state.candidate = None;
         return None;
@@ -121,7 +121,7 @@ fn rejoin(params: &Params, state: &mut State, now_s: f64, reading: Option<Readin
     if agreed < params.rejoin_readings {
         return None;
     }
-    *state = State { good: Some((reading, now_s)), lost: false, candidate: None };
+    *state = HoldState { good: Some((reading, now_s)), lost: false, candidate: None };
     Some(Believed { reading, gain: 1.0, held: false, rejoined: true })
 }
 
@@ -136,7 +136,7 @@ fn is_sane(reading: &Reading) -> bool {
         && (reading.orientation.norm_squared() - 1.0).abs() <= UNIT_TOLERANCE
 }
 
-fn judge(params: &Params, before: &Reading, reading: Option<&Reading>) -> Verdict {
+fn judge(params: &HoldParams, before: &Reading, reading: Option<&Reading>) -> Verdict {
     let Some(reading) = reading else { return Verdict::Bad };
     let passed_s = reading.t_s - before.t_s;
     if passed_s < 0.0 {
@@ -171,8 +171,8 @@ mod tests {
 
     /// Feeds 100 good readings at 1 kHz, then `bad` made from the tick's time, for `ticks`; what is believed of those.
     fn after_good(ticks: u32, bad: impl Fn(f64) -> Option<Reading>) -> Vec<Believed> {
-        let params = Params::new(PERIOD_S);
-        let mut state = State::default();
+        let params = HoldParams::new(PERIOD_S);
+        let mut state = HoldState::default();
         let mut at =
             |tick: u32, reading| step(&params, &mut state, f64::from(tick) * PERIOD_S, reading).expect("begun");
         (0..100).for_each(|tick| assert!(!at(tick, Some(reading(f64::from(tick) * PERIOD_S, 0.0))).held));

@@ -4,10 +4,9 @@
 //! this order: start gate, passivity, clamp, limit of the rise, thermal budget, watchdog. Each link is a file with its own tests and
 //! knows nothing of the others. Everything here is in the device's frame and in the newtons of its motors.
 //!
-//! Whatever comes in, what goes out is finite and within the device's force, and zero within [`hold::Params::gone_after_s`] of
+//! Whatever comes in, what goes out is finite and within the device's force, and zero within [`hold::SafetyParams::gone_after_s`] of
 //! the last good reading.
 
-pub mod clamp;
 pub mod follower;
 pub mod gate;
 pub mod hold;
@@ -17,6 +16,7 @@ pub mod thermal;
 pub mod wall;
 pub mod watchdog;
 
+use crate::clamp;
 use nalgebra::Vector3;
 
 use crate::device::{DeviceFault, DeviceInfo, Reading};
@@ -49,24 +49,24 @@ pub mod flags {
 
 /// Limits of every link, constant for an attempt.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Params {
+pub struct SafetyParams {
     /// What readings are believed, and for how long the last one is.
-    pub hold: hold::Params,
+    pub hold: hold::HoldParams,
     /// How force is let in; at once where it can hurt nobody.
-    pub gate: Option<gate::Params>,
+    pub gate: Option<gate::GateParams>,
     /// Energy observer and damping.
-    pub passivity: passivity::Params,
+    pub passivity: passivity::PassivityParams,
     /// Largest force, in N.
     pub max_force_n: f64,
     /// Largest rise of the force in a tick, in N.
     pub max_rise_n: f64,
     /// Budget of heat.
-    pub thermal: thermal::Params,
+    pub thermal: thermal::ThermalParams,
     /// Deadlines; none where a late force can hurt nobody.
-    pub watchdog: Option<watchdog::Params>,
+    pub watchdog: Option<watchdog::WatchdogParams>,
 }
 
-impl Params {
+impl SafetyParams {
     /// The limits for a device at a tick rate in Hz. `softest_n_per_m` is the least stiffness that the scene shows on this device.
     #[must_use]
     pub fn new(info: &DeviceInfo, rate_hz: f64, softest_n_per_m: f64) -> Self {
@@ -75,32 +75,32 @@ impl Params {
         let period_s = 1.0 / rate_hz;
         let max_force_n = info.max_force_n.max(0.0);
         Self {
-            hold: hold::Params::new(period_s),
-            gate: (!info.is_virtual).then(gate::Params::default),
-            passivity: passivity::Params::new(period_s, softest_n_per_m, max_force_n),
+            hold: hold::HoldParams::new(period_s),
+            gate: (!info.is_virtual).then(gate::GateParams::default),
+            passivity: passivity::PassivityParams::new(period_s, softest_n_per_m, max_force_n),
             max_force_n,
             max_rise_n: max_force_n * period_s / FULL_RISE_S,
-            thermal: thermal::Params { period_s, max_force_n, continuous_force_n: info.continuous_force_n },
-            watchdog: (!info.is_virtual).then(watchdog::Params::default),
+            thermal: thermal::ThermalParams { period_s, max_force_n, continuous_force_n: info.continuous_force_n },
+            watchdog: (!info.is_virtual).then(watchdog::WatchdogParams::default),
         }
     }
 }
 
 /// What the links remember.
 #[derive(Clone, Debug, Default)]
-pub struct State {
-    hold: hold::State,
-    gate: gate::State,
-    passivity: passivity::State,
-    thermal: thermal::State,
-    watchdog: watchdog::State,
+pub struct SafetyState {
+    hold: hold::HoldState,
+    gate: gate::GateState,
+    passivity: passivity::PassivityState,
+    thermal: thermal::ThermalState,
+    watchdog: watchdog::WatchdogState,
     /// The force sent last, in N.
     sent_n: Vector3<f64>,
 }
 
 /// What goes into the chain after the law.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Input {
+pub struct SafetyInput {
     /// Time of the servo's clock, in s.
     pub now_s: f64,
     /// How many periods the tick is late.
@@ -126,22 +126,22 @@ pub struct Output {
 
 /// The first link: what to believe of a reading. `None` until the first good one.
 pub fn believe(
-    params: &Params,
-    state: &mut State,
+    params: &SafetyParams,
+    state: &mut SafetyState,
     now_s: f64,
     reading: Result<Reading, DeviceFault>,
 ) -> Option<Believed> {
     let believed = hold::step(&params.hold, &mut state.hold, now_s, reading.ok())?;
     if believed.rejoined {
-        state.gate = gate::State::default();
+        state.gate = gate::GateState::default();
         state.passivity.forget_position();
     }
     Some(believed)
 }
 
 /// The links behind the law. Never fails.
-pub fn step(params: &Params, state: &mut State, input: &Input) -> Output {
-    let Input { now_s, believed, .. } = *input;
+pub fn step(params: &SafetyParams, state: &mut SafetyState, input: &SafetyInput) -> Output {
+    let SafetyInput { now_s, believed, .. } = *input;
     let mut changed = if believed.held { flags::HELD } else { 0 };
     let mut mark = |on: bool, flag: u32| changed |= if on { flag } else { 0 };
 
@@ -158,7 +158,7 @@ pub fn step(params: &Params, state: &mut State, input: &Input) -> Output {
     }
     let wanted_n = law_n * (gate * believed.gain);
 
-    let motion = passivity::Motion { position_m: believed.reading.position_m, wanted_n, owed_n };
+    let motion = passivity::DeviceMotion { position_m: believed.reading.position_m, wanted_n, owed_n };
     let (passive_n, damped) = passivity::step(&params.passivity, &mut state.passivity, &motion);
     mark(damped, flags::DAMPED);
     let (clamped_n, clamped) = clamp::norm(&passive_n, params.max_force_n);
@@ -173,7 +173,7 @@ pub fn step(params: &Params, state: &mut State, input: &Input) -> Output {
         .is_some_and(|watchdog| watchdog::step(&watchdog, &mut state.watchdog, input.late_periods, input.connected));
     mark(barks, flags::WATCHDOG);
     if barks {
-        state.gate = gate::State::default();
+        state.gate = gate::GateState::default();
     }
     let force_n = if barks { Vector3::zeros() } else { cool_n };
     mark(params.gate.is_some() && is_unfelt(&owed_n, &force_n), flags::UNFELT);

@@ -11,7 +11,7 @@
 //! *Port.* What was given in all must not exceed what was taken. It holds for any law, but what the tissue dissipated would count
 //! as credit; so the credit is capped by what a body that pushes with F can have stored, F²/2k, k the softest stiffness. F is what
 //! the law wants, not what is let through: what the hand has paid before its force was cut it may have back when the force comes
-//! back, and no more ([`State::account`]).
+//! back, and no more ([`PassivityState::account`]).
 
 use nalgebra::Vector3;
 
@@ -27,7 +27,7 @@ const MAX_DELAY: usize = 7;
 
 /// What is known of device and scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Params {
+pub struct PassivityParams {
     /// Tick period, in s.
     pub period_s: f64,
     /// Ticks that pass between sending a force and its acting; at most 7.
@@ -40,7 +40,7 @@ pub struct Params {
     pub max_force_n: f64,
 }
 
-impl Params {
+impl PassivityParams {
     /// Our choice: one tick of delay is taken for granted, since drivers have it and it costs 5 mN at 10 mm/s in muscle; the
     /// damping stays far below the m/T = 45 N·s/m at which a handle of 45 g would oscillate.
     #[must_use]
@@ -57,7 +57,7 @@ impl Params {
 
 /// What the observer remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct State {
+pub struct PassivityState {
     follower: Follower,
     /// Forces sent, the latest first, in N.
     sent_n: [Vector3<f64>; MAX_DELAY + 1],
@@ -70,7 +70,7 @@ pub struct State {
     port_j: f64,
 }
 
-impl State {
+impl PassivityState {
     /// Notes the force that was sent in the end, in N.
     pub fn sent(&mut self, force_n: Vector3<f64>) {
         self.sent_n.rotate_right(1);
@@ -79,7 +79,7 @@ impl State {
 
     /// How the account at the port stands, with a force in N owed to the hand.
     #[must_use]
-    pub fn account(&self, params: &Params, owed_n: &Vector3<f64>) -> Account {
+    pub fn account(&self, params: &PassivityParams, owed_n: &Vector3<f64>) -> Account {
         let credit_j = params.stored_j(owed_n.norm());
         match self.port_j {
             port_j if port_j < -OVERDRAFT_J => Account::Overdrawn,
@@ -101,7 +101,13 @@ impl State {
     }
 
     /// Books a tick's motion, with the law's force at its end.
-    fn observe(&mut self, params: &Params, way_m: &Vector3<f64>, wanted_n: &Vector3<f64>, owed_n: &Vector3<f64>) {
+    fn observe(
+        &mut self,
+        params: &PassivityParams,
+        way_m: &Vector3<f64>,
+        wanted_n: &Vector3<f64>,
+        owed_n: &Vector3<f64>,
+    ) {
         let acted_n = self.sent_n[params.delay_ticks.min(MAX_DELAY)];
         let taken_j = -acted_n.dot(way_m);
         let due_j = -0.5 * (self.last_wanted_n + wanted_n).dot(way_m);
@@ -114,7 +120,7 @@ impl State {
     /// Asked for again, it would be paid twice, and the damping would swing. Δx² is a mean over some ticks, so that damping follows the
     /// motion and not the unevenness that steps leave in it; for the same reason a debt that is seen once in so many ticks is paid
     /// over as many, and as many again.
-    fn damping_n_s_per_m(&self, params: &Params, Followed { square_m2, ticks, .. }: Followed) -> f64 {
+    fn damping_n_s_per_m(&self, params: &PassivityParams, Followed { square_m2, ticks, .. }: Followed) -> f64 {
         let deficit_j = -self.sampling_j.min(self.port_j).min(0.0);
         let asked = deficit_j * params.period_s / square_m2;
         let on_its_way: f64 = self.damping_n_s_per_m.iter().take(params.delay_ticks.min(MAX_DELAY)).sum();
@@ -126,7 +132,7 @@ impl State {
 
 /// A tick, as the observer sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
+pub struct DeviceMotion {
     /// Where the handle is, in m.
     pub position_m: Vector3<f64>,
     /// The force that is to be given, in N.
@@ -136,8 +142,8 @@ pub struct Motion {
 }
 
 /// The force with the damping that the observer asks for, in N, and whether that can be felt.
-pub fn step(params: &Params, state: &mut State, motion: &Motion) -> (Vector3<f64>, bool) {
-    let Motion { position_m, wanted_n, owed_n } = motion;
+pub fn step(params: &PassivityParams, state: &mut PassivityState, motion: &DeviceMotion) -> (Vector3<f64>, bool) {
+    let DeviceMotion { position_m, wanted_n, owed_n } = motion;
     // The clamp behind this link is as conservative as the law: it belongs to what is due.
     let due_n = super::clamp::norm(wanted_n, params.max_force_n).0;
     let followed = state.follower.follow(*position_m);
@@ -163,13 +169,13 @@ mod tests {
 
     /// Moves along x at a speed in m/s for some ticks against a law of the position in m; wanted and sent forces, in N.
     fn moved(speed_m_per_s: f64, ticks: u32, law_n: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
-        let params = Params::new(PERIOD_S, WALL_N_PER_M, 3.3);
-        let mut state = State::default();
+        let params = PassivityParams::new(PERIOD_S, WALL_N_PER_M, 3.3);
+        let mut state = PassivityState::default();
         let forces = |tick| {
             let x_m = speed_m_per_s * f64::from(tick) * PERIOD_S;
             let wanted_n = law_n(x_m);
             let along = |x: f64| Vector3::new(x, 0.0, 0.0);
-            let motion = Motion { position_m: along(x_m), wanted_n: along(wanted_n), owed_n: along(wanted_n) };
+            let motion = DeviceMotion { position_m: along(x_m), wanted_n: along(wanted_n), owed_n: along(wanted_n) };
             let (force_n, _) = step(&params, &mut state, &motion);
             state.sent(force_n);
             (wanted_n, force_n.x)

@@ -12,7 +12,7 @@ const WARM: f64 = 0.8;
 
 /// What the motors bear.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Params {
+pub struct ThermalParams {
     /// Tick period, in s.
     pub period_s: f64,
     /// Largest force, in N.
@@ -23,7 +23,7 @@ pub struct Params {
 
 /// The last minute.
 #[derive(Clone, Debug)]
-pub struct State {
+pub struct ThermalState {
     /// Integral of the squared force over each finished second, in N²·s; the oldest is overwritten.
     buckets: [f64; WINDOW],
     oldest: usize,
@@ -33,13 +33,13 @@ pub struct State {
     current_s: f64,
 }
 
-impl Default for State {
+impl Default for ThermalState {
     fn default() -> Self {
         Self { buckets: [0.0; WINDOW], oldest: 0, current: 0.0, current_s: 0.0 }
     }
 }
 
-impl State {
+impl ThermalState {
     /// The integral over the window, in N²·s. Summed afresh: a running sum would drift.
     fn sum(&self) -> f64 {
         self.buckets.iter().sum::<f64>() + self.current
@@ -60,8 +60,8 @@ impl State {
 }
 
 /// The force that the budget allows, in N, and whether it is less than the one wanted.
-pub fn step(params: &Params, state: &mut State, wanted_n: &Vector3<f64>) -> (Vector3<f64>, bool) {
-    let Params { period_s, max_force_n, continuous_force_n } = *params;
+pub fn step(params: &ThermalParams, state: &mut ThermalState, wanted_n: &Vector3<f64>) -> (Vector3<f64>, bool) {
+    let ThermalParams { period_s, max_force_n, continuous_force_n } = *params;
     if continuous_force_n >= max_force_n {
         return (*wanted_n, false);
     }
@@ -81,11 +81,11 @@ mod tests {
 
     use super::*;
 
-    const TOUCH: Params = Params { period_s: 1e-3, max_force_n: 3.3, continuous_force_n: 0.88 };
+    const TOUCH: ThermalParams = ThermalParams { period_s: 1e-3, max_force_n: 3.3, continuous_force_n: 0.88 };
 
     /// Forces sent over `seconds` for a wanted force as a function of time, in N.
     fn sent(seconds: u32, wanted_n: impl Fn(f64) -> f64) -> Vec<f64> {
-        let mut state = State::default();
+        let mut state = ThermalState::default();
         let ticks = 0..seconds * 1000;
         ticks
             .map(|tick| step(&TOUCH, &mut state, &Vector3::new(0.0, wanted_n(f64::from(tick) * 1e-3), 0.0)).0.y)
@@ -120,8 +120,8 @@ mod tests {
 
     #[test]
     fn without_a_rating_there_is_no_force() {
-        let params = Params { continuous_force_n: 0.0, ..TOUCH };
-        let mut state = State::default();
+        let params = ThermalParams { continuous_force_n: 0.0, ..TOUCH };
+        let mut state = ThermalState::default();
         assert_eq!(step(&params, &mut state, &Vector3::x()).0, Vector3::zeros());
     }
 }

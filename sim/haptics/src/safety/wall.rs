@@ -5,7 +5,7 @@
 
 /// A wall as the servo shows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wall {
+pub struct WorkspaceWall {
     /// Stiffness, in N/m.
     pub stiffness_n_per_m: f64,
     /// Virtual damping, in N·s/m.
@@ -16,7 +16,7 @@ pub struct Wall {
     pub delay_s: f64,
 }
 
-impl Wall {
+impl WorkspaceWall {
     /// The damping that the handle must have of its own, in N·s/m.
     #[must_use]
     pub fn needs_n_s_per_m(&self) -> f64 {
@@ -32,11 +32,11 @@ mod tests {
 
     #[test]
     fn muscle_at_1_khz_and_a_millisecond_of_delay() {
-        let wall = Wall { stiffness_n_per_m: 497.0, damping_n_s_per_m: 0.0, period_s: 1e-3, delay_s: 0.0 };
+        let wall = WorkspaceWall { stiffness_n_per_m: 497.0, damping_n_s_per_m: 0.0, period_s: 1e-3, delay_s: 0.0 };
         assert!((wall.needs_n_s_per_m() - 0.2485).abs() < 1e-12);
-        let delayed = Wall { delay_s: 1e-3, ..wall };
+        let delayed = WorkspaceWall { delay_s: 1e-3, ..wall };
         assert!((delayed.needs_n_s_per_m() / wall.needs_n_s_per_m() - 3.0).abs() < 1e-12);
-        let damped = Wall { damping_n_s_per_m: -0.1, ..wall };
+        let damped = WorkspaceWall { damping_n_s_per_m: -0.1, ..wall };
         assert!((damped.needs_n_s_per_m() - 0.3485).abs() < 1e-12);
     }
 }

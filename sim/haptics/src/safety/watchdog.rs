@@ -1,11 +1,11 @@
 //! The watchdog: missed deadlines and a device that takes no force cut the force.
 //!
-//! A stall as long as [`Params::longest_late_periods`] cuts at once; so do late ticks that come too often, counted by a bucket
+//! A stall as long as [`WatchdogParams::longest_late_periods`] cuts at once; so do late ticks that come too often, counted by a bucket
 //! that leaks one for every tick in time. It lets go again when the bucket has run dry.
 
 /// When to bark.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Params {
+pub struct WatchdogParams {
     /// A tick this many periods late cuts the force at once.
     pub longest_late_periods: f64,
     /// What a late tick adds to the bucket.
@@ -14,7 +14,7 @@ pub struct Params {
     pub bucket: u32,
 }
 
-impl Default for Params {
+impl Default for WatchdogParams {
     /// Our choice: 20 periods, or one tick in ten late over some time.
     fn default() -> Self {
         Self { longest_late_periods: 20.0, late_weight: 10, bucket: 200 }
@@ -23,13 +23,13 @@ impl Default for Params {
 
 /// What it remembers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct State {
+pub struct WatchdogState {
     level: u32,
     barking: bool,
 }
 
 /// Whether the force is cut in this tick, which comes some periods late, from a device that took the last force or not.
-pub fn step(params: &Params, state: &mut State, late_periods: f64, connected: bool) -> bool {
+pub fn step(params: &WatchdogParams, state: &mut WatchdogState, late_periods: f64, connected: bool) -> bool {
     let late = late_periods > 1.0 || late_periods.is_nan();
     state.level =
         if late { (state.level + params.late_weight).min(params.bucket) } else { state.level.saturating_sub(1) };
@@ -50,7 +50,7 @@ mod tests {
     #[test]
     fn a_long_stall_or_a_lost_device_cuts_at_once_and_until_things_are_well_for_long_enough() {
         for (late_periods, connected) in [(21.0, true), (0.0, false), (f64::NAN, true)] {
-            let (params, mut state) = (Params::default(), State::default());
+            let (params, mut state) = (WatchdogParams::default(), WatchdogState::default());
             assert!(step(&params, &mut state, late_periods, connected));
             let quiet = (1..1000).find(|_| !step(&params, &mut state, 0.0, true));
             assert_eq!(quiet, Some(200));
@@ -60,7 +60,7 @@ mod tests {
     #[test]
     fn single_stalls_are_not_cut_and_frequent_ones_are() {
         let bark = |every: u32| {
-            let (params, mut state) = (Params::default(), State::default());
+            let (params, mut state) = (WatchdogParams::default(), WatchdogState::default());
             let late = |tick: u32| if tick.is_multiple_of(every) { 8.0 } else { 0.0 };
             (0..10_000).any(|tick| step(&params, &mut state, late(tick), true))
         };

@@ -2,7 +2,7 @@
 
 use std::{io, thread};
 
-use super::grid::Grid;
+use super::grid::TickGrid;
 use super::{StartError, Times, priority, run};
 
 /// How late `ticks` ticks begin in a thread that has the servo's priority, waits as it does, and does nothing. What is
@@ -11,7 +11,7 @@ use super::{StartError, Times, priority, run};
 /// # Errors
 /// When the rate is none or the system gives no thread.
 pub fn bare(rate_hz: f64, ticks: u32) -> Result<Times, StartError> {
-    let (mut grid, mut lateness) = (Grid::new(rate_hz)?, Times::new()?);
+    let (mut grid, mut lateness) = (TickGrid::new(rate_hz)?, Times::new()?);
     let count = move || {
         priority::raise(priority::SERVO);
         let sleeper = run::sleeper();

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use law::puncture::{PunctureEvent, PunctureInput, PunctureOutput, PunctureParams, PunctureScratch, PunctureState};
-use law::puncture::{loads, step};
+use law::puncture::{step, write_loads};
 use nalgebra::Vector3;
 
-use super::grid::Grid;
+use super::grid::TickGrid;
 use super::latest::{self, LatestReader, Publisher, Snapshot};
 use super::record::{self, Record, Records, Sender};
 use super::timing::{Quantiles, Times};
@@ -23,7 +23,7 @@ const QUANTILES_EVERY: u64 = 50;
 
 /// When a tick is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moment {
+pub struct TickMoment {
     /// Time of the servo's clock, in s.
     pub now_s: f64,
     /// How late that is, in s.
@@ -34,12 +34,12 @@ pub struct Moment {
 pub struct Engine {
     params: Arc<PunctureParams>,
     scaling: Scaling,
-    safety: safety::Params,
+    safety: safety::SafetyParams,
     mapping: Mapping,
     state: PunctureState,
     scratch: PunctureScratch,
-    chain: safety::State,
-    grid: Grid,
+    chain: safety::SafetyState,
+    grid: TickGrid,
     /// The tip was in the body at the last tick.
     inside: bool,
     /// What became of the last force.
@@ -84,8 +84,8 @@ impl Engine {
         let engine = Self {
             state: PunctureState::new(&params),
             scratch: PunctureScratch::new(&params),
-            chain: safety::State::default(),
-            grid: Grid::new(rate_hz)?,
+            chain: safety::SafetyState::default(),
+            grid: TickGrid::new(rate_hz)?,
             inside: false,
             wrote: Ok(()),
             disagrees: false,
@@ -106,7 +106,7 @@ impl Engine {
     }
 
     /// When ticks are due.
-    pub(super) fn grid(&self) -> &Grid {
+    pub(super) fn grid(&self) -> &TickGrid {
         &self.grid
     }
 
@@ -115,7 +115,7 @@ impl Engine {
     pub fn tick(
         &mut self,
         reading: Result<Reading, DeviceFault>,
-        moment: &Moment,
+        moment: &TickMoment,
         clock: &dyn Fn() -> f64,
     ) -> Option<Vector3<f64>> {
         self.watch(&reading, moment.now_s);
@@ -133,7 +133,7 @@ impl Engine {
         let output = self.advance(t_s, &needle);
         let sent = self.protect(moment, believed, &output);
         self.count(moment);
-        self.tell(&Told { t_s, needle, believed, output, sent, moment: *moment }, clock);
+        self.tell(&TickReceivers { t_s, needle, believed, output, sent, moment: *moment }, clock);
         Some(sent.force_n)
     }
 
@@ -204,8 +204,8 @@ impl Engine {
     }
 
     /// The law's force, scaled and made safe.
-    fn protect(&mut self, moment: &Moment, believed: Believed, output: &PunctureOutput) -> safety::Output {
-        let input = safety::Input {
+    fn protect(&mut self, moment: &TickMoment, believed: Believed, output: &PunctureOutput) -> safety::Output {
+        let input = safety::SafetyInput {
             now_s: moment.now_s,
             late_periods: moment.late_s / self.grid.period_s(),
             connected: self.wrote.is_ok(),
@@ -215,14 +215,14 @@ impl Engine {
         safety::step(&self.safety, &mut self.chain, &input)
     }
 
-    fn count(&mut self, moment: &Moment) {
+    fn count(&mut self, moment: &TickMoment) {
         self.lateness.add(moment.late_s);
         self.counts.ticks += 1;
         self.counts.stalls += u64::from(moment.late_s > self.grid.period_s());
     }
 
     /// Tells recorder and picture.
-    fn tell(&mut self, told: &Told, clock: &dyn Fn() -> f64) {
+    fn tell(&mut self, told: &TickReceivers, clock: &dyn Fn() -> f64) {
         let device_n = self.mapping.patient_from_device(&told.sent.force_n);
         let record = Record {
             t_s: told.t_s,
@@ -253,11 +253,11 @@ impl Engine {
             compute: self.shown.1,
         };
         let (params, state, scratch) = (&self.params, &self.state, &self.scratch);
-        self.latest.publish(snapshot, |loads_n| loads(params, state, scratch, loads_n));
+        self.latest.publish(snapshot, |loads_n| write_loads(params, state, scratch, loads_n));
     }
 
     /// What happened to this tick besides the safety chain.
-    fn flags(&self, moment: &Moment) -> u32 {
+    fn flags(&self, moment: &TickMoment) -> u32 {
         let flag = |on: bool, flag: u32| if on { flag } else { 0 };
         flag(moment.late_s > self.grid.period_s(), flags::STALLED)
             | flag(self.mapping.clutched(), flags::CLUTCHED)
@@ -268,13 +268,13 @@ impl Engine {
 }
 
 /// A tick, for those who want to know.
-struct Told {
+struct TickReceivers {
     t_s: f64,
     needle: NeedlePose,
     believed: Believed,
     output: PunctureOutput,
     sent: safety::Output,
-    moment: Moment,
+    moment: TickMoment,
 }
 
 fn single(v: &Vector3<f64>) -> [f32; 3] {

@@ -4,7 +4,7 @@ use super::StartError;
 
 /// Stamps ticks with whole numbers of periods that only rise.
 #[derive(Clone, Debug)]
-pub(super) struct Grid {
+pub(super) struct TickGrid {
     rate_hz: f64,
     /// When the first tick was, in s.
     origin_s: Option<f64>,
@@ -12,7 +12,7 @@ pub(super) struct Grid {
     next: u64,
 }
 
-impl Grid {
+impl TickGrid {
     /// A grid whose first tick is still to come.
     ///
     /// # Errors
@@ -56,7 +56,7 @@ mod tests {
 
     /// Stamps of ticks made at times in ms, as numbers of periods of 1 ms.
     fn stamps(made_ms: impl IntoIterator<Item = f64>) -> Vec<u64> {
-        let mut grid = Grid::new(1000.0).expect("a rate");
+        let mut grid = TickGrid::new(1000.0).expect("a rate");
         made_ms.into_iter().map(|ms| (grid.stamp(5.0 + ms * 1e-3) * 1000.0).round() as u64).collect()
     }
 
@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn the_next_tick_is_due_a_period_after_the_last() {
-        let mut grid = Grid::new(1000.0).expect("a rate");
+        let mut grid = TickGrid::new(1000.0).expect("a rate");
         assert_eq!(grid.due_s(), None);
         grid.stamp(5.0);
         assert!((grid.due_s().expect("begun") - 5.001).abs() < 1e-12);

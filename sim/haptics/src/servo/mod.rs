@@ -26,7 +26,7 @@ use crate::safety;
 use crate::scaling::Scaling;
 
 pub use bare::bare;
-pub use engine::{Counts, Engine, Moment};
+pub use engine::{Counts, Engine, TickMoment};
 pub use latest::{LatestReader, Snapshot};
 pub use priority::Priority;
 pub use record::{CAPACITY, Record, Records};
@@ -56,7 +56,7 @@ pub struct Setup {
     /// The scene's forces on this device.
     pub scaling: Scaling,
     /// Limits of the safety chain.
-    pub safety: safety::Params,
+    pub safety: safety::SafetyParams,
     /// Tick rate, in Hz.
     pub rate_hz: f64,
 }
@@ -68,10 +68,11 @@ impl Setup {
         params: Arc<PunctureParams>,
         mapping: Mapping,
         info: &DeviceInfo,
-        (target_x_m, rate_hz): (f64, f64),
+        target_x_m: f64,
+        rate_hz: f64,
     ) -> Self {
         let scaling = Scaling::new(&params.spec().axial, target_x_m, info);
-        let safety = safety::Params::new(info, rate_hz, scaling.scaled_softest_n_per_m());
+        let safety = safety::SafetyParams::new(info, rate_hz, scaling.scaled_softest_n_per_m());
         Self { params, mapping, scaling, safety, rate_hz }
     }
 }
@@ -170,7 +171,7 @@ pub struct Started {
 
 /// What both sides of the thread see.
 #[derive(Debug, Default)]
-struct Shared {
+struct ServoShared {
     stop: AtomicBool,
     priority: OnceLock<Priority>,
     ended: OnceLock<Ended>,
@@ -179,7 +180,7 @@ struct Shared {
 /// A servo at work. Dropped, it stops, with zero force on the device.
 #[derive(Debug)]
 pub struct Running {
-    shared: Arc<Shared>,
+    shared: Arc<ServoShared>,
     thread: Option<JoinHandle<Report>>,
 }
 
@@ -189,14 +190,14 @@ pub struct Running {
 /// When the rate is none or the system gives no thread. The device is closed then.
 pub fn start(setup: Setup, driven: Driven) -> Result<Started, StartError> {
     let (mut engine, records, latest) = Engine::new(setup)?;
-    let shared = Arc::new(Shared::default());
+    let shared = Arc::new(ServoShared::default());
     let theirs = Arc::clone(&shared);
     let thread = thread::Builder::new().name("servo".to_owned()).spawn(move || serve(&mut engine, driven, &theirs))?;
     Ok(Started { running: Running { shared, thread: Some(thread) }, records, latest })
 }
 
 /// The thread.
-fn serve(engine: &mut Engine, driven: Driven, shared: &Shared) -> Report {
+fn serve(engine: &mut Engine, driven: Driven, shared: &ServoShared) -> Report {
     let priority = match driven {
         Driven::ByTimer(_) => priority::raise(priority::SERVO),
         Driven::ByDevice(_) => Priority::Device,

@@ -7,8 +7,8 @@ use std::time::Duration;
 use nalgebra::Vector3;
 use spin_sleep::{SpinSleeper, SpinStrategy};
 
-use super::engine::{Engine, Moment};
-use super::grid::Grid;
+use super::engine::{Engine, TickMoment};
+use super::grid::TickGrid;
 use super::{Driven, Ended};
 use crate::clock;
 use crate::device::{Clocked, Device, DeviceFault, Reading};
@@ -64,15 +64,15 @@ pub(super) fn sleeper() -> SpinSleeper {
 }
 
 /// Waits for the next tick.
-pub(super) fn wait(grid: &Grid, sleeper: SpinSleeper) -> Moment {
+pub(super) fn wait(grid: &TickGrid, sleeper: SpinSleeper) -> TickMoment {
     let Some(due_s) = grid.due_s() else {
         // Before the first tick: a device that has nothing to say yet is asked once a period.
         sleeper.sleep(Duration::from_secs_f64(grid.period_s()));
-        return Moment { now_s: clock::now_s(), late_s: 0.0 };
+        return TickMoment { now_s: clock::now_s(), late_s: 0.0 };
     };
     sleeper.sleep(Duration::from_secs_f64((due_s - clock::now_s()).max(0.0)));
     let now_s = clock::now_s();
-    Moment { now_s, late_s: now_s - due_s }
+    TickMoment { now_s, late_s: now_s - due_s }
 }
 
 /// The device paces: the tick runs inside its callback. Its driver sends zero force when that ends or panics.
@@ -89,7 +89,7 @@ fn by_device(engine: &mut Engine, device: &mut dyn Clocked, stop: &AtomicBool) -
             Some(fault) => (Err(fault), Ok(())),
         };
         engine.wrote(wrote);
-        let force_n = engine.tick(reading, &Moment { now_s, late_s }, &clock::now_s);
+        let force_n = engine.tick(reading, &TickMoment { now_s, late_s }, &clock::now_s);
         engine.took(clock::now_s() - now_s);
         force_n
     };

@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 
 use haptics::device::{Clocked, Device, DeviceFault, DeviceInfo, Reading};
 use haptics::mapping::{Home, Mapping, Pointing};
-use haptics::openhaptics::{OpenHaptics, Options};
+use haptics::openhaptics::{OpenHaptics, OpenHapticsOptions};
 use haptics::servo::Setup;
 use inverse_service::State;
 use law::puncture::PunctureParams;
@@ -79,7 +79,7 @@ impl Trial {
         let params = Arc::new(PunctureParams::new(shipped(scene)).expect("a valid scene"));
         let home = Home::above(Point3::origin(), -Vector3::z_axis(), APPROACH_M);
         let mapping = Mapping::at_home(home, Pointing::Planned);
-        Self { rig: Rig::of(Setup::new(params, mapping, info, (0.03, RATE_HZ))), felt: Vec::new() }
+        Self { rig: Rig::of(Setup::new(params, mapping, info, 0.03, RATE_HZ)), felt: Vec::new() }
     }
 
     fn tick(&mut self, reading: &Reading) -> Vector3<f64> {
@@ -114,7 +114,8 @@ fn touch(push: &Push) -> (DeviceInfo, Vec<Felt>) {
         ..libhd::Script::default()
     };
     let stand_in = StandIn::new(script);
-    let mut device = OpenHaptics::open(&Options { library: stand_in.path().into(), device: None }).expect("it opens");
+    let mut device =
+        OpenHaptics::open(&OpenHapticsOptions { library: stand_in.path().into(), device: None }).expect("it opens");
     let info = Clocked::info(&device).clone();
     let mut trial = Trial::new(push.scene, &info);
     let mut tick = |reading: &Reading, fault: Option<DeviceFault>| {

@@ -20,7 +20,7 @@ use crate::support::{RATE_HZ, Rig, reading, shipped};
 fn setup(info: &DeviceInfo, approach_m: f64) -> Setup {
     let params = Arc::new(PunctureParams::new(shipped("lower-back-training")).expect("a valid scene"));
     let home = Home::above(Point3::origin(), -Vector3::z_axis(), approach_m);
-    Setup::new(params, Mapping::at_home(home, Pointing::Handle), info, (0.03, RATE_HZ))
+    Setup::new(params, Mapping::at_home(home, Pointing::Handle), info, 0.03, RATE_HZ)
 }
 
 /// An engine for a handle that starts above the skin by a distance in m.

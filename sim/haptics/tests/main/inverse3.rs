@@ -9,13 +9,13 @@ use std::time::Duration;
 
 use allocation_counter::measure;
 use haptics::device::{Device, Reading, buttons};
-use haptics::inverse3::{Dialect, Inverse3, OpenError, Options};
+use haptics::inverse3::{Dialect, Inverse3, Inverse3Error, Inverse3Options};
 use inverse_service::{CLOSED, Grip, Script, Service, State, first};
 use nalgebra::Vector3;
 
 /// Options for a stand-in.
-pub fn options(service: &Service) -> Options {
-    Options { url: service.url.clone(), ..Options::default() }
+pub fn options(service: &Service) -> Inverse3Options {
+    Inverse3Options { url: service.url.clone(), ..Inverse3Options::default() }
 }
 
 /// A service that behaves as scripted, and the device that it has.
@@ -91,7 +91,7 @@ fn the_services_version_decides_how_a_force_is_spelled() {
 fn a_version_on_the_other_documented_port_is_found() {
     let script = Script { version: None, version_elsewhere: Some("3.1.0"), ..Script::default() };
     let service = Service::start(script);
-    let asked = Options { version_port: service.version_port, ..options(&service) };
+    let asked = Inverse3Options { version_port: service.version_port, ..options(&service) };
     let mut device = Inverse3::open(&asked).expect("it opens");
     assert_eq!(device.service_version(), Some("3.1.0"));
     assert_eq!(told(&service, &mut device, Vector3::x()).0, "values");
@@ -108,7 +108,7 @@ fn a_service_of_unknown_version_understands_what_it_is_told_and_one_that_does_no
     // Told to speak as to a newer service, it finds an older one.
     let service = Service::start(Script { understands: &["values"], ..Script::default() });
     let mut device =
-        Inverse3::open(&Options { dialect: Some(Dialect::Vector), ..options(&service) }).expect("it opens");
+        Inverse3::open(&Inverse3Options { dialect: Some(Dialect::Vector), ..options(&service) }).expect("it opens");
     assert!(holds_until_it_disagrees(&mut device, push_n, 5000));
 }
 
@@ -134,12 +134,12 @@ fn without_a_grip_it_measures_no_orientation() {
 #[test]
 fn the_dialect_may_be_told_and_a_version_that_speaks_neither_is_refused() {
     let service = Service::start(Script::default());
-    let told_so = Options { dialect: Some(Dialect::Values), ..options(&service) };
+    let told_so = Inverse3Options { dialect: Some(Dialect::Values), ..options(&service) };
     let mut device = Inverse3::open(&told_so).expect("it opens");
     assert_eq!(told(&service, &mut device, Vector3::zeros()).0, "values");
     let old = Service::start(Script { version: Some("2.9.1"), ..Script::default() });
     let error = Inverse3::open(&options(&old)).err().expect("it does not open");
-    assert_eq!(error, OpenError::WrongVersion { found: "2.9.1".to_owned() });
+    assert_eq!(error, Inverse3Error::WrongVersion { found: "2.9.1".to_owned() });
     assert!(error.advice().contains("update"));
 }
 
@@ -178,7 +178,7 @@ fn either_grip_gives_orientation_and_buttons() {
 #[test]
 fn a_force_above_the_limit_is_told_at_the_limit_in_its_own_direction() {
     let service = Service::start(Script::default());
-    let limited = Options { max_force_n: 4.0, ..options(&service) };
+    let limited = Inverse3Options { max_force_n: 4.0, ..options(&service) };
     let mut device = Inverse3::open(&limited).expect("it opens");
     for force_n in [Vector3::new(30.0, -40.0, 0.0), Vector3::new(0.0, -4.1, 0.0), Vector3::new(1e300, 0.0, -1e300)] {
         let (_, told_n) = told(&service, &mut device, force_n);
@@ -193,7 +193,7 @@ fn a_force_above_the_limit_is_told_at_the_limit_in_its_own_direction() {
 fn no_limit_is_above_the_devices_own() {
     for (asked_n, limit_n) in [(50.0, 10.0), (-1.0, 0.0), (f64::NAN, 0.0), (6.5, 6.5)] {
         let service = Service::start(Script::default());
-        let device = Inverse3::open(&Options { max_force_n: asked_n, ..options(&service) }).expect("it opens");
+        let device = Inverse3::open(&Inverse3Options { max_force_n: asked_n, ..options(&service) }).expect("it opens");
         assert!((device.info().max_force_n - limit_n).abs() < 1e-12, "{asked_n}");
     }
 }

@@ -9,7 +9,7 @@ use std::net::TcpListener;
 use std::time::Duration;
 
 use haptics::device::{Device, DeviceFault};
-use haptics::inverse3::{Inverse3, OpenError, Options, code};
+use haptics::inverse3::{Inverse3, Inverse3Error, Inverse3Options, code};
 use inverse_service::{Script, Service, State, Then, first, state};
 use nalgebra::Vector3;
 
@@ -133,7 +133,7 @@ fn an_arm_that_loses_power_refuses_force_and_is_still_read() {
 
 /// Why a device does not open.
 #[track_caller]
-fn refused(script: Script, change: impl FnOnce(&mut Options)) -> OpenError {
+fn refused(script: Script, change: impl FnOnce(&mut Inverse3Options)) -> Inverse3Error {
     let service = Service::start(script);
     let mut options = options(&service);
     change(&mut options);
@@ -145,19 +145,19 @@ fn refused(script: Script, change: impl FnOnce(&mut Options)) -> OpenError {
 #[test]
 fn what_is_missing_is_named() {
     let nobody = refused(Script::default(), |options| "ws://127.0.0.1:9".clone_into(&mut options.url));
-    assert!(matches!(nobody, OpenError::Unreachable { .. }), "{nobody}");
+    assert!(matches!(nobody, Inverse3Error::Unreachable { .. }), "{nobody}");
     let address = refused(Script::default(), |options| "http://localhost".clone_into(&mut options.url));
-    assert!(matches!(address, OpenError::Unreachable { .. }), "{address}");
+    assert!(matches!(address, Inverse3Error::Unreachable { .. }), "{address}");
     let silent = refused(Script { first: None, ..Script::default() }, |_| ());
-    assert!(matches!(silent, OpenError::Silent { seconds: 2, .. }), "{silent}");
+    assert!(matches!(silent, Inverse3Error::Silent { seconds: 2, .. }), "{silent}");
     let nonsense = refused(Script { first: Some("<html>".to_owned()), ..Script::default() }, |_| ());
-    assert!(matches!(nonsense, OpenError::NotUnderstood { .. }), "{nonsense}");
+    assert!(matches!(nonsense, Inverse3Error::NotUnderstood { .. }), "{nonsense}");
     let other = refused(Script::default(), |options| options.device_id = Some("FFFF".to_owned()));
-    assert_eq!(other, OpenError::NoDevice { wanted: "FFFF".to_owned(), found: "04C3".to_owned() });
+    assert_eq!(other, Inverse3Error::NoDevice { wanted: "FFFF".to_owned(), found: "04C3".to_owned() });
     let nothing = r#"{"session_id":7,"inverse3":[]}"#.to_owned();
     let script = Script { first: Some(nothing.clone()), at_message: 0, then: Then::Say(nothing), ..Script::default() };
     let none = refused(script, |_| ());
-    assert!(matches!(none, OpenError::NoDevice { .. }), "{none}");
+    assert!(matches!(none, Inverse3Error::NoDevice { .. }), "{none}");
 }
 
 #[test]
@@ -167,7 +167,7 @@ fn an_arm_that_is_not_ready_is_not_opened() {
         (State { power_supply: false, ..State::default() }, "without power supply"),
     ] {
         let error = refused(Script { first: Some(first(&state)), ..Script::default() }, |_| ());
-        assert_eq!(error, OpenError::NotReady { device_id: "04C3".to_owned(), why: expected });
+        assert_eq!(error, Inverse3Error::NotReady { device_id: "04C3".to_owned(), why: expected });
     }
 }
 
@@ -179,7 +179,7 @@ fn another_program_on_the_port_is_not_the_service() {
         let (mut stream, _) = listener.accept().expect("a client");
         stream.write_all(b"SSH-2.0-OpenSSH_9.2\r\n").expect("it is told");
     });
-    let error = Inverse3::open(&Options { url, ..Options::default() }).err().expect("it does not open");
-    assert!(matches!(error, OpenError::NotTheService { .. }), "{error}");
+    let error = Inverse3::open(&Inverse3Options { url, ..Inverse3Options::default() }).err().expect("it does not open");
+    assert!(matches!(error, Inverse3Error::NotTheService { .. }), "{error}");
     other.join().expect("it ends");
 }

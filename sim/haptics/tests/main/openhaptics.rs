@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use allocation_counter::measure;
 use haptics::device::{Clocked, DeviceFault, Reading};
-use haptics::openhaptics::{OpenError, OpenHaptics, Options};
+use haptics::openhaptics::{OpenHaptics, OpenHapticsError, OpenHapticsOptions};
 use libhd::{Call, Script, StandIn, Then, lacking};
 use nalgebra::Vector3;
 
@@ -29,8 +29,8 @@ const FAST: Script = Script {
     then: Then::Nothing,
 };
 
-fn open(library: impl Into<OsString>) -> Result<OpenHaptics, OpenError> {
-    OpenHaptics::open(&Options { library: library.into(), device: None })
+fn open(library: impl Into<OsString>) -> Result<OpenHaptics, OpenHapticsError> {
+    OpenHaptics::open(&OpenHapticsOptions { library: library.into(), device: None })
 }
 
 /// Runs a scripted device with a tick that knows the number of the frame; what came of it, and what the library heard.
@@ -295,16 +295,16 @@ fn a_calibration_that_is_due_is_made_and_one_by_hand_is_asked_for() {
     assert_eq!(due.heard().calls()[1..10], expected, "in the inkwell a device is calibrated while frames are made");
     for script in [Script { calibration: 0x5002, ..FAST }, Script { calibration: 0x5001, ..FAST }] {
         let error = refused(&StandIn::new(script));
-        assert_eq!(error, OpenError::NotCalibrated { status: script.calibration });
+        assert_eq!(error, OpenHapticsError::NotCalibrated { status: script.calibration });
         assert!(error.advice().contains("inkwell"));
     }
 }
 
 /// Why a device does not open; it must have been let go.
-fn refused(stand_in: &StandIn) -> OpenError {
+fn refused(stand_in: &StandIn) -> OpenHapticsError {
     let error = open(stand_in.path()).err().expect("it does not open");
     let calls = stand_in.heard().calls();
-    let opened = !matches!(error, OpenError::DeviceNotFound { .. } | OpenError::Licence { .. });
+    let opened = !matches!(error, OpenHapticsError::DeviceNotFound { .. } | OpenHapticsError::Licence { .. });
     assert_eq!(calls.contains(&Call::DisableDevice), opened, "what was opened is let go: {calls:?}");
     error
 }
@@ -312,17 +312,17 @@ fn refused(stand_in: &StandIn) -> OpenError {
 #[test]
 fn what_is_missing_is_named_with_what_to_do() {
     let not_found = refused(&StandIn::new(Script { init_error: 0x0301, ..FAST }));
-    assert!(matches!(not_found, OpenError::DeviceNotFound { code: 0x0301, .. }), "{not_found}");
+    assert!(matches!(not_found, OpenHapticsError::DeviceNotFound { code: 0x0301, .. }), "{not_found}");
     let licence = refused(&StandIn::new(Script { init_error: 0x0600, ..FAST }));
-    assert!(matches!(licence, OpenError::Licence { code: 0x0600, .. }), "{licence}");
+    assert!(matches!(licence, OpenHapticsError::Licence { code: 0x0600, .. }), "{licence}");
     let force = refused(&StandIn::new(Script { takes_force: false, ..FAST }));
-    assert!(matches!(force, OpenError::ForceRefused { .. }), "{force}");
+    assert!(matches!(force, OpenHapticsError::ForceRefused { .. }), "{force}");
     let no_library = open("/nowhere/libHD.so").err().expect("it does not open");
-    assert!(matches!(no_library, OpenError::LibraryNotFound { .. }), "{no_library}");
+    assert!(matches!(no_library, OpenHapticsError::LibraryNotFound { .. }), "{no_library}");
     assert!(no_library.to_string().contains("No such file"), "in the system's words: {no_library}");
     let (_folder, old) = lacking("hdUpdateCalibration");
     let old = open(old).err().expect("it does not open");
-    assert!(matches!(old, OpenError::WrongVersion { symbol: "hdUpdateCalibration", .. }), "{old}");
+    assert!(matches!(old, OpenHapticsError::WrongVersion { symbol: "hdUpdateCalibration", .. }), "{old}");
     for (error, word) in
         [(not_found, "connect"), (licence, "licence manager"), (force, "power"), (no_library, "install"), (old, "3.4")]
     {

@@ -65,7 +65,7 @@ struct Bench {
 impl Bench {
     fn new(scene: &str, info: &DeviceInfo, target_x_m: f64, damped: bool) -> Self {
         let params = Arc::new(PunctureParams::new(shipped(scene)).expect("a valid scene"));
-        let mut setup = Setup::new(Arc::clone(&params), Mapping::in_patient_frame(), info, (target_x_m, RATE_HZ));
+        let mut setup = Setup::new(Arc::clone(&params), Mapping::in_patient_frame(), info, target_x_m, RATE_HZ);
         if !damped {
             setup.safety.passivity.max_damping_n_s_per_m = 0.0;
         }

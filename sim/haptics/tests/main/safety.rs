@@ -5,7 +5,7 @@
 
 use haptics::device::{Device, DeviceFault, Reading};
 use haptics::devices::scripted::{Fault, Scripted};
-use haptics::safety::{self, Input, Params, State, flags};
+use haptics::safety::{self, SafetyInput, SafetyParams, SafetyState, flags};
 use haptics::servo::Ended;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -54,12 +54,12 @@ fn tick() -> impl Strategy<Value = Tick> {
 }
 
 /// The force sent in a tick, in N; none before the first good reading.
-fn step(params: &Params, state: &mut State, number: usize, tick: &Tick) -> Option<Vector3<f64>> {
+fn step(params: &SafetyParams, state: &mut SafetyState, number: usize, tick: &Tick) -> Option<Vector3<f64>> {
     let now_s = number as f64 * PERIOD_S;
     let reading = tick.reading.unwrap_or_else(|| Ok(reading(now_s, Vector3::new(0.0, 0.0, 0.01))));
     let believed = safety::believe(params, state, now_s, reading)?;
     let Tick { wanted_n, late_periods, connected, .. } = *tick;
-    Some(safety::step(params, state, &Input { now_s, late_periods, connected, believed, wanted_n }).force_n)
+    Some(safety::step(params, state, &SafetyInput { now_s, late_periods, connected, believed, wanted_n }).force_n)
 }
 
 proptest! {
@@ -69,11 +69,11 @@ proptest! {
         ticks in prop::collection::vec(tick(), 1..1500),
         open in any::<bool>(),
     ) {
-        let mut params = Params::new(&touch(), RATE_HZ, 83.0);
+        let mut params = SafetyParams::new(&touch(), RATE_HZ, 83.0);
         if open {
             params.gate = None;
         }
-        let mut state = State::default();
+        let mut state = SafetyState::default();
         for (number, tick) in ticks.iter().enumerate() {
             if let Some(force_n) = step(&params, &mut state, number, tick) {
                 prop_assert!(force_n.iter().all(|part| part.is_finite()), "{force_n}");
@@ -92,8 +92,8 @@ proptest! {
 #[test]
 fn a_force_reaches_the_motors_at_all() {
     // Guards the property above: a chain that never sends anything would pass it.
-    let params = Params::new(&touch(), RATE_HZ, 83.0);
-    let mut state = State::default();
+    let params = SafetyParams::new(&touch(), RATE_HZ, 83.0);
+    let mut state = SafetyState::default();
     let wanted = |number: usize| Tick {
         reading: None,
         wanted_n: Vector3::new(0.0, if number < 1600 { 0.0 } else { 5.0 }, 0.0),

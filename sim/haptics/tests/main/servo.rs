@@ -89,7 +89,7 @@ fn records_step_the_same_law_to_the_bit_through_faults_and_stalls() {
         let mut device = Scripted::new(0.01, RATE_HZ).with(fault, 2500, 300);
         let home = Home::above(Point3::origin(), -Vector3::z_axis(), 0.015);
         let mapping = Mapping::at_home(home, Pointing::Handle);
-        let mut rig = Rig::of(Setup::new(Arc::clone(&params), mapping, device.info(), (0.03, RATE_HZ)));
+        let mut rig = Rig::of(Setup::new(Arc::clone(&params), mapping, device.info(), 0.03, RATE_HZ));
         drive(&mut rig, &mut device, 2000);
         rig.late_tick(device.read(), 0.006);
         drive(&mut rig, &mut device, 2000);
@@ -183,7 +183,7 @@ fn a_virtual_hand_is_stopped_by_skin_and_thrown_forward_by_its_pop() {
     let (mut hand, mut aim) = VirtualHand::new("mouse", &VirtualHand::braced(), RATE_HZ);
     let home = Home::above(Point3::origin(), -Vector3::z_axis(), 0.002);
     let mapping = Mapping::at_home(home, Pointing::Planned);
-    let mut rig = Rig::of(Setup::new(params, mapping, hand.info(), (0.03, RATE_HZ)));
+    let mut rig = Rig::of(Setup::new(params, mapping, hand.info(), 0.03, RATE_HZ));
     drive(&mut rig, &mut hand, 1100);
     let mut x_m = |rig: &mut Rig, push_m: f64| {
         aim.write(Aim { position_m: Vector3::new(0.0, -push_m, 0.0), ..Aim::default() });
@@ -203,7 +203,7 @@ fn an_operator_does_through_the_servo_what_it_does_without_one() {
     let params = Arc::new(PunctureParams::new(shipped("lower-back-training")).expect("a valid scene"));
     let mut device = OperatorDevice::new("operator:expert", Operator::skilled(&Skill::expert(), &plan(), 3), RATE_HZ);
     let done = device.done();
-    let setup = Setup::new(Arc::clone(&params), Mapping::in_patient_frame(), device.info(), (0.03, RATE_HZ));
+    let setup = Setup::new(Arc::clone(&params), Mapping::in_patient_frame(), device.info(), 0.03, RATE_HZ);
     let mut rig = Rig::of(setup);
     let mut confirms = 0;
     let mut deepest_m = 0.0_f64;

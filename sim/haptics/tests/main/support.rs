@@ -6,7 +6,7 @@ use std::sync::Arc;
 use documents::{Document, Patient};
 use haptics::device::{DeviceFault, DeviceInfo, Reading};
 use haptics::mapping::Mapping;
-use haptics::servo::{Engine, LatestReader, Moment, Record, Records, Setup};
+use haptics::servo::{Engine, LatestReader, Record, Records, Setup, TickMoment};
 use law::puncture::{PunctureParams, PunctureSpec};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -59,7 +59,7 @@ impl Rig {
     /// With the device's frame the patient's. `target_x_m` is what the exercise asks for, in m.
     pub fn new(spec: PunctureSpec, info: &DeviceInfo, target_x_m: f64) -> Self {
         let params = Arc::new(PunctureParams::new(spec).expect("a valid scene"));
-        Self::of(Setup::new(params, Mapping::in_patient_frame(), info, (target_x_m, RATE_HZ)))
+        Self::of(Setup::new(params, Mapping::in_patient_frame(), info, target_x_m, RATE_HZ))
     }
 
     pub fn of(setup: Setup) -> Self {
@@ -75,7 +75,7 @@ impl Rig {
     /// A tick that comes late, in s.
     pub fn late_tick(&mut self, reading: Result<Reading, DeviceFault>, late_s: f64) -> Option<Vector3<f64>> {
         self.now_s += late_s;
-        let moment = Moment { now_s: self.now_s, late_s };
+        let moment = TickMoment { now_s: self.now_s, late_s };
         let force_n = self.engine.tick(reading, &moment, &|| moment.now_s);
         self.engine.took(1e-6);
         self.now_s += PERIOD_S;

@@ -9,7 +9,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use haptics::mapping::{Home, Mapping, Pointing};
-use haptics::openhaptics::{OpenHaptics, Options};
+use haptics::openhaptics::{OpenHaptics, OpenHapticsOptions};
 use haptics::safety::flags::GATED;
 use haptics::servo::{self, Driven, Ended, Record, Report, Setup};
 use inverse_service::State;
@@ -34,7 +34,7 @@ fn mapping() -> Mapping {
 /// Runs a servo until the needle is down, and stops it.
 fn punctured(driven: Driven) -> (Vec<Record>, Report) {
     let params = Arc::new(PunctureParams::new(shipped("lower-back-training")).expect("a valid scene"));
-    let setup = Setup::new(params, mapping(), driven.info(), (DEPTH_M, RATE_HZ));
+    let setup = Setup::new(params, mapping(), driven.info(), DEPTH_M, RATE_HZ);
     let mut started = servo::start(setup, driven).expect("it starts");
     let mut records: Vec<Record> = Vec::new();
     while records.last().is_none_or(|last| last.position_m[2] > -DEPTH_M) && records.len() < MOST_TICKS {
@@ -70,7 +70,8 @@ fn is_a_puncture(records: &[Record], report: &Report) {
 fn a_touch_feels_each_tick_in_its_own_frame() {
     let run = |_| {
         let stand_in = StandIn::new(libhd::Script { step_mm: [0.0, -0.01, 0.0], ..libhd::Script::default() });
-        let device = OpenHaptics::open(&Options { library: stand_in.path().into(), device: None }).expect("it opens");
+        let device =
+            OpenHaptics::open(&OpenHapticsOptions { library: stand_in.path().into(), device: None }).expect("it opens");
         let (records, report) = punctured(Driven::ByDevice(Box::new(device)));
         (stand_in, records, report)
     };

@@ -17,7 +17,7 @@ use super::state::{AxialOutput, AxialScratch, AxialState, Rupture};
 use crate::ledger::{LayerEnergy, Ledger};
 
 /// What a tick did.
-pub(super) struct Tick {
+pub(super) struct BookedTick {
     pub open: Open,
     pub x_m: f64,
     pub dx_m: f64,
@@ -32,7 +32,7 @@ pub(super) struct Tick {
     pub presliding_j: f64,
 }
 
-pub(super) fn book(ledger: &mut Ledger, path: &Path<'_>, tick: &Tick, ruptures: &[Rupture]) {
+pub(super) fn book(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick, ruptures: &[Rupture]) {
     let viscous_j = tick.after.viscous_n * tick.dx_m;
     book_work(ledger, tick.elastic_work_j + viscous_j + tick.friction.work_j + tick.cutting.work_j);
     book_ruptures(ledger, ruptures);
@@ -76,7 +76,7 @@ fn book_ruptures(ledger: &mut Ledger, ruptures: &[Rupture]) {
     ledger.input_j += (rises_j - falls_j).max(0.0);
 }
 
-fn book_elastic(ledger: &mut Ledger, path: &Path<'_>, tick: &Tick) {
+fn book_elastic(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick) {
     for entry in &mut ledger.layers {
         entry.elastic_j = 0.0;
     }
@@ -89,14 +89,14 @@ fn book_elastic(ledger: &mut Ledger, path: &Path<'_>, tick: &Tick) {
 }
 
 /// When the last of the needle leaves, nothing is inserted any more and the loss is shared as the tick before.
-fn book_friction(ledger: &mut Ledger, path: &Path<'_>, tick: &Tick) {
+fn book_friction(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick) {
     let here = Share { depth_m: tick.after.depth_m, total_j: tick.friction.lost_j, part: FRICTION };
     if !share(ledger, path, &here) {
         share(ledger, path, &Share { depth_m: tick.before.depth_m, ..here });
     }
 }
 
-fn book_cutting(ledger: &mut Ledger, path: &Path<'_>, tick: &Tick) {
+fn book_cutting(ledger: &mut Ledger, path: &Path<'_>, tick: &BookedTick) {
     let layer = path.layer_at(tick.after.depth_m).or_else(|| path.layer_at(tick.before.depth_m));
     if let Some(entry) = layer.and_then(|layer| ledger.layers.get_mut(layer)) {
         entry.cutting_j += tick.cutting.lost_j;

@@ -2,17 +2,17 @@
 
 use super::params::{AxialParams, Layer};
 use super::path::Path;
-use super::state::{AxialScratch, Standing};
+use super::state::{AxialScratch, AxialStanding};
 
 /// Writes the loads of a needle that stands so into `loads_n`, in N, positive into the body: for n layers first the contactor at
 /// each of the n boundaries, then the drag along each of the n layers. Their sum is the axial force. Never allocates.
 ///
 /// Viscosity is shared by b_j l_j and friction by c_j l_j, as in the ledger; cutting drags the layer that the tip is in.
 /// `scratch` is that of the last step. Entries that `loads_n` lacks are left out.
-pub fn loads(params: &AxialParams, standing: &Standing, scratch: &AxialScratch, loads_n: &mut [f64]) {
+pub fn write_loads(params: &AxialParams, standing: &AxialStanding, scratch: &AxialScratch, loads_n: &mut [f64]) {
     loads_n.fill(0.0);
     let layers = params.spec().layers.len();
-    let Standing { tip_open, rim_open, output } = standing;
+    let AxialStanding { tip_open, rim_open, output } = standing;
     let mut add = |at: usize, force_n: f64| {
         if let Some(load_n) = loads_n.get_mut(at) {
             *load_n += force_n;

@@ -56,12 +56,12 @@ mod springs;
 mod state;
 mod step;
 
-pub use loads::loads;
+pub use loads::write_loads;
 pub use params::{
     AxialParams, AxialSpec, Domain, ForceLaw, Layer, MAX_LAYERS, ParamError, RateDependence, UnknownForceLaw,
 };
-pub use state::{AxialInput, AxialOutput, AxialScratch, AxialState, Contactor, Rupture, Stage, Standing};
-pub use step::{ahead, step};
+pub use state::{AxialInput, AxialOutput, AxialScratch, AxialStanding, AxialState, Contactor, PiercingStage, Rupture};
+pub use step::{forecast_standing, step};
 
 pub(crate) use book::book_lateral;
 pub(crate) use path::{Open, Path, lay_boundaries};

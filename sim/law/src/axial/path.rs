@@ -11,7 +11,7 @@ pub(crate) struct Open {
 
 /// Force and energy of one tented boundary.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Tent {
+pub(crate) struct TentedBoundary {
     pub deflection_m: f64,
     pub force_n: f64,
     pub energy_j: f64,
@@ -42,26 +42,26 @@ impl<'a> Path<'a> {
         Self { layers: &spec.layers, boundaries_m, tip_to_rim_m: spec.tip_to_rim_m, factor }
     }
 
-    fn tent(&self, boundary: usize, reach_m: f64) -> Tent {
+    fn tent(&self, boundary: usize, reach_m: f64) -> TentedBoundary {
         let (Some(layer), Some(depth)) = (self.layers.get(boundary), self.boundaries_m.get(boundary)) else {
-            return Tent::default();
+            return TentedBoundary::default();
         };
         let w = (reach_m - depth).max(0.0);
         let k = layer.stiffness_n_per_m;
-        Tent { deflection_m: w, force_n: k * w, energy_j: 0.5 * k * w * w }
+        TentedBoundary { deflection_m: w, force_n: k * w, energy_j: 0.5 * k * w * w }
     }
 
     /// The boundary that the tip tents: the first it has not opened.
-    pub fn tip(&self, open: Open, x_m: f64) -> Tent {
+    pub fn tip(&self, open: Open, x_m: f64) -> TentedBoundary {
         self.tent(open.tip, x_m)
     }
 
     /// The boundary that the rim tents: the first it has not opened, if the tip has. A single contactor has no rim.
-    pub fn rim(&self, open: Open, x_m: f64) -> Tent {
+    pub fn rim(&self, open: Open, x_m: f64) -> TentedBoundary {
         if self.tip_to_rim_m > 0.0 && open.rim < open.tip {
             self.tent(open.rim, x_m - self.tip_to_rim_m)
         } else {
-            Tent::default()
+            TentedBoundary::default()
         }
     }
 

@@ -44,7 +44,7 @@ impl Contactor {
 
 /// Where a boundary stands, as in the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Stage {
+pub enum PiercingStage {
     /// The tip has not reached the boundary.
     Untouched,
     /// I: the tip tents it.
@@ -136,7 +136,7 @@ pub struct AxialState {
 
 /// Where the law stands: what is open, and the forces.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Standing {
+pub struct AxialStanding {
     /// How many boundaries the tip has opened.
     pub tip_open: usize,
     /// How many boundaries the rim has opened.
@@ -180,8 +180,8 @@ impl AxialState {
 
     /// Where the law stands at the last good sample.
     #[must_use]
-    pub fn standing(&self) -> Standing {
-        Standing { tip_open: self.tip_open, rim_open: self.rim_open, output: self.last_output() }
+    pub fn standing(&self) -> AxialStanding {
+        AxialStanding { tip_open: self.tip_open, rim_open: self.rim_open, output: self.last_output() }
     }
 
     /// Whether a sample at this time would be a new one.

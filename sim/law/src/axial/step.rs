@@ -1,11 +1,11 @@
 //! One step of the law.
 
-use super::book::{Tick, book};
+use super::book::{BookedTick, book};
 use super::params::{AxialParams, AxialSpec, ForceLaw, RateDependence};
 use super::path::{Open, Path, lay_boundaries};
 use super::speed_window::TimedDisplacement;
 use super::springs::{Cut, SpringTick, SpringWork, cut};
-use super::state::{AxialInput, AxialOutput, AxialScratch, AxialState, Contactor, LastSample, Rupture, Standing};
+use super::state::{AxialInput, AxialOutput, AxialScratch, AxialStanding, AxialState, Contactor, LastSample, Rupture};
 
 /// A displacement beyond this, in m, is a broken device, not a needle.
 const MAX_DISPLACEMENT_M: f64 = 1e3;
@@ -13,16 +13,16 @@ const MAX_DISPLACEMENT_M: f64 = 1e3;
 const MAX_PATH_FACTOR: f64 = 1e3;
 
 /// How an accepted sample moved: since the last one, and over the scene's window of speed.
-struct Motion {
+struct AxialMotion {
     dx_m: f64,
     v_m_per_s: f64,
 }
 
 /// Where a tick stands once its ruptures are resolved.
-struct Moment {
+struct ResolvedTick {
     open: Open,
     x_m: f64,
-    motion: Motion,
+    motion: AxialMotion,
 }
 
 /// One step of the axial law. A bad input changes nothing: the last output comes back, marked as held.
@@ -50,10 +50,10 @@ pub fn step(
     if motion.dx_m >= 0.0 {
         open = resolve(&path, open, &thresholds, x_m, ruptures);
     }
-    let at = Moment { open, x_m, motion };
+    let at = ResolvedTick { open, x_m, motion };
     let Forces { output, front_m, friction, cutting } = forces(params, &path, state, &at);
 
-    let tick = Tick {
+    let tick = BookedTick {
         open,
         x_m,
         dx_m: at.motion.dx_m,
@@ -88,35 +88,40 @@ fn stored_j(spec: &AxialSpec, output: &AxialOutput) -> f64 {
 /// For whoever sees the law's samples at a lower rate: boundaries that would give way in between do so in the answer.
 /// `scratch` is that of the last step. The ruptures foreseen are left in it.
 #[must_use]
-pub fn ahead(params: &AxialParams, state: &AxialState, scratch: &mut AxialScratch, dt_s: f64) -> Standing {
+pub fn forecast_standing(
+    params: &AxialParams,
+    state: &AxialState,
+    scratch: &mut AxialScratch,
+    dt_s: f64,
+) -> AxialStanding {
     let now = state.standing();
     scratch.ruptures.clear();
     let v_m_per_s = now.output.v_m_per_s;
     let (Some(last), true) = (&state.last, dt_s > 0.0 && dt_s.is_finite()) else { return now };
     let AxialScratch { ruptures, boundaries_m, path_factor } = scratch;
     let path = Path::new(params.spec(), boundaries_m, *path_factor);
-    let motion = Motion { dx_m: v_m_per_s * dt_s, v_m_per_s };
+    let motion = AxialMotion { dx_m: v_m_per_s * dt_s, v_m_per_s };
     let x_m = last.x_m + motion.dx_m;
     let thresholds = Thresholds { rate: params.spec().rate, speed_m_per_s: v_m_per_s.abs() };
     let mut open = state.open();
     if motion.dx_m >= 0.0 {
         open = resolve(&path, open, &thresholds, x_m, ruptures);
     }
-    let output = forces(params, &path, state, &Moment { open, x_m, motion }).output;
-    Standing { tip_open: open.tip, rim_open: open.rim, output }
+    let output = forces(params, &path, state, &ResolvedTick { open, x_m, motion }).output;
+    AxialStanding { tip_open: open.tip, rim_open: open.rim, output }
 }
 
 /// The motion since the last good sample, or none when this one is not to be believed. Both differences are 0 on the first.
-fn accept(params: &AxialParams, state: &AxialState, input: &AxialInput) -> Option<Motion> {
+fn accept(params: &AxialParams, state: &AxialState, input: &AxialInput) -> Option<AxialMotion> {
     let believable = state.is_later(input.t_s)
         && input.x_m.abs() <= MAX_DISPLACEMENT_M
         && input.path_factor > 0.0
         && input.path_factor <= MAX_PATH_FACTOR;
     believable.then(|| {
-        state.last.as_ref().map_or(Motion { dx_m: 0.0, v_m_per_s: 0.0 }, |last| {
+        state.last.as_ref().map_or(AxialMotion { dx_m: 0.0, v_m_per_s: 0.0 }, |last| {
             let latest = TimedDisplacement { t_s: last.t_s, x_m: last.x_m };
             let from = state.window.reference(input.t_s, params.spec().speed_window_s).unwrap_or(latest);
-            Motion { dx_m: input.x_m - last.x_m, v_m_per_s: (input.x_m - from.x_m) / (input.t_s - from.t_s) }
+            AxialMotion { dx_m: input.x_m - last.x_m, v_m_per_s: (input.x_m - from.x_m) / (input.t_s - from.t_s) }
         })
     })
 }
@@ -140,7 +145,7 @@ impl Thresholds {
 /// opens one boundary, so it is bounded by the number of layers.
 fn resolve(path: &Path<'_>, mut open: Open, at: &Thresholds, x_m: f64, ruptures: &mut Vec<Rupture>) -> Open {
     for contactor in [Contactor::Tip, Contactor::Rim] {
-        while let Some((rupture, next)) = next_rupture(path, open, at, (contactor, x_m)) {
+        while let Some((rupture, next)) = next_rupture(path, open, at, contactor, x_m) {
             ruptures.push(rupture);
             open = next;
         }
@@ -153,7 +158,8 @@ fn next_rupture(
     path: &Path<'_>,
     open: Open,
     at: &Thresholds,
-    (contactor, x_m): (Contactor, f64),
+    contactor: Contactor,
+    x_m: f64,
 ) -> Option<(Rupture, Open)> {
     let (boundary, tent) = match contactor {
         Contactor::Tip => (open.tip, path.tip(open, x_m)),
@@ -180,7 +186,7 @@ struct Forces {
 }
 
 /// The forces with the state after the ruptures.
-fn forces(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &Moment) -> Forces {
+fn forces(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &ResolvedTick) -> Forces {
     let depth_m = path.depth_m(at.open, at.x_m);
     let (mut damping, mut cap_n) = (0.0, 0.0);
     for (layer, inserted_m) in path.inserted(depth_m) {
@@ -203,7 +209,7 @@ fn forces(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &Moment
 }
 
 /// Friction: F ← clip(F + k Δx, ± cap).
-fn rub(params: &AxialParams, state: &AxialState, at: &Moment, cap_n: f64) -> (f64, SpringWork) {
+fn rub(params: &AxialParams, state: &AxialState, at: &ResolvedTick, cap_n: f64) -> (f64, SpringWork) {
     let stiffness_n_per_m = params.spec().presliding_stiffness_n_per_m;
     let (before_n, dx_m) = (state.last_output().friction_n, at.motion.dx_m);
     let trial_n = before_n + stiffness_n_per_m * dx_m;
@@ -220,7 +226,7 @@ fn rub(params: &AxialParams, state: &AxialState, at: &Moment, cap_n: f64) -> (f6
 }
 
 /// Cutting, by the law of the scene.
-fn cut_tissue(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &Moment) -> (Cut, SpringWork) {
+fn cut_tissue(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &ResolvedTick) -> (Cut, SpringWork) {
     let depth_m = path.depth_m(at.open, at.x_m);
     let cap_n = path.layer_at(depth_m).and_then(|layer| path.layers.get(layer)).map_or(0.0, |layer| layer.cutting_n);
     match params.spec().law {
@@ -236,7 +242,7 @@ fn cut_tissue(params: &AxialParams, path: &Path<'_>, state: &AxialState, at: &Mo
 }
 
 /// The cutting spring of version 2. Its front begins where the needle is in the tick that opens the skin.
-fn drag_front(params: &AxialParams, state: &AxialState, at: &Moment, cap_n: f64) -> (Cut, SpringWork) {
+fn drag_front(params: &AxialParams, state: &AxialState, at: &ResolvedTick, cap_n: f64) -> (Cut, SpringWork) {
     let stiffness_n_per_m = params.spec().presliding_stiffness_n_per_m;
     let before_m = if state.tip_open == 0 && at.open.tip > 0 { Some(at.x_m) } else { state.front_m };
     let now = cut(before_m, at.x_m, stiffness_n_per_m, cap_n);

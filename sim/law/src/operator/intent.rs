@@ -28,7 +28,7 @@ const STUCK_S: f64 = 3.0;
 
 /// The operator's aims, drawn once for an attempt.
 #[derive(Clone, Debug)]
-pub(super) struct Aim {
+pub(super) struct IntentAim {
     /// Where the operator believes the target to be, in m along the axis.
     pub goal_m: f64,
     pub approach_m: f64,
@@ -45,7 +45,7 @@ pub(super) struct Aim {
     pub pause_s: f64,
 }
 
-impl Aim {
+impl IntentAim {
     /// Speed of the set-point, in m/s, at a time in s and a displacement in m, both as the operator knows them.
     fn pace_m_per_s(&self, t_s: f64, x_m: f64) -> f64 {
         let near = 1.0 - ((self.goal_m - x_m) / NEAR_M).clamp(0.0, 1.0);
@@ -54,7 +54,7 @@ impl Aim {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Phase {
+enum IntentPhase {
     Insert,
     Settle,
     Hold,
@@ -87,8 +87,8 @@ pub(super) struct Act {
 /// The operator's mind.
 #[derive(Clone, Debug)]
 pub(super) struct Intent {
-    aim: Aim,
-    phase: Phase,
+    aim: IntentAim,
+    phase: IntentPhase,
     t_s: f64,
     /// When the phase began, in s.
     since_s: f64,
@@ -101,11 +101,11 @@ pub(super) struct Intent {
 }
 
 impl Intent {
-    pub fn new(aim: Aim) -> Self {
+    pub fn new(aim: IntentAim) -> Self {
         Self {
             set_point_m: -aim.approach_m,
             aim,
-            phase: Phase::Insert,
+            phase: IntentPhase::Insert,
             t_s: 0.0,
             since_s: 0.0,
             pops: PopSense::new(),
@@ -119,18 +119,18 @@ impl Intent {
         self.t_s += sensed.dt_s;
         let phase = self.phase;
         let speed_m_per_s = match phase {
-            Phase::Insert => self.insert(sensed),
-            Phase::Settle => self.settle(sensed),
-            Phase::Hold => self.hold(sensed),
-            Phase::Withdraw => self.withdraw(sensed),
-            Phase::Done => 0.0,
+            IntentPhase::Insert => self.insert(sensed),
+            IntentPhase::Settle => self.settle(sensed),
+            IntentPhase::Hold => self.hold(sensed),
+            IntentPhase::Withdraw => self.withdraw(sensed),
+            IntentPhase::Done => 0.0,
         };
         self.set_point_m += speed_m_per_s * sensed.dt_s;
         Act {
             set_point_m: self.set_point_m,
             speed_m_per_s,
-            confirm: phase == Phase::Hold && self.phase == Phase::Withdraw,
-            done: self.phase == Phase::Done,
+            confirm: phase == IntentPhase::Hold && self.phase == IntentPhase::Withdraw,
+            done: self.phase == IntentPhase::Done,
         }
     }
 
@@ -140,7 +140,7 @@ impl Intent {
         self.set_point_m = x_m + (self.set_point_m - x_m) * slackening;
     }
 
-    fn turn_to(&mut self, phase: Phase) {
+    fn turn_to(&mut self, phase: IntentPhase) {
         self.phase = phase;
         self.since_s = self.t_s;
     }
@@ -157,7 +157,7 @@ impl Intent {
             self.stop_at_s = self.t_s + self.aim.reaction_s;
         }
         if self.t_s >= self.stop_at_s {
-            self.turn_to(Phase::Settle);
+            self.turn_to(IntentPhase::Settle);
             return 0.0;
         }
         if self.halted() {
@@ -166,7 +166,7 @@ impl Intent {
         if self.set_point_m - sensed.x_m > MAX_PUSH_N / sensed.stiffness_n_per_m {
             self.stalled_s += sensed.dt_s;
             if self.stalled_s > GIVE_UP_S {
-                self.turn_to(Phase::Hold);
+                self.turn_to(IntentPhase::Hold);
             }
             return 0.0;
         }
@@ -196,7 +196,7 @@ impl Intent {
     fn settle(&mut self, sensed: &Sensed) -> f64 {
         let error_m = self.aim.goal_m - sensed.x_m;
         if error_m.abs() < GOOD_ENOUGH_M || self.t_s - self.since_s > SETTLE_S {
-            self.turn_to(Phase::Hold);
+            self.turn_to(IntentPhase::Hold);
             return 0.0;
         }
         self.correct(error_m)
@@ -211,7 +211,7 @@ impl Intent {
     /// Stays at the goal: a hand that still pushed when it arrived would creep on. One that gave up on the way stays where it is.
     fn hold(&mut self, sensed: &Sensed) -> f64 {
         if self.t_s - self.since_s >= self.aim.hold_s {
-            self.turn_to(Phase::Withdraw);
+            self.turn_to(IntentPhase::Withdraw);
         }
         if self.stop_at_s.is_finite() { self.correct(self.aim.goal_m - sensed.x_m) } else { 0.0 }
     }
@@ -223,7 +223,7 @@ impl Intent {
         }
         let back = sensed.x_m <= -self.aim.approach_m + 2.0 * GOOD_ENOUGH_M;
         if back || self.t_s - self.since_s > STUCK_S {
-            self.turn_to(Phase::Done);
+            self.turn_to(IntentPhase::Done);
         }
         0.0
     }

@@ -92,12 +92,12 @@ pub struct Motion {
 /// A hand at work. Bit-reproducible for a seed.
 #[derive(Clone, Debug)]
 pub struct Operator {
-    hand: Kind,
+    hand: HandKind,
     last: Option<Motion>,
 }
 
 #[derive(Clone, Debug)]
-enum Kind {
+enum HandKind {
     Skilled(Box<Skilled>),
     Constant(Constant),
 }
@@ -112,14 +112,14 @@ impl Operator {
     /// A hand of a skill, of a person on a day.
     #[must_use]
     pub fn on(skill: &Skill, plan: &Plan, occasion: &Occasion) -> Self {
-        Self { hand: Kind::Skilled(Box::new(Skilled::new(skill, plan, occasion))), last: None }
+        Self { hand: HandKind::Skilled(Box::new(Skilled::new(skill, plan, occasion))), last: None }
     }
 
     /// A perfectly stiff hand at constant speed, in m/s: the test machine of the paper's plots. A speed that is not
     /// above 0 is done at once.
     #[must_use]
     pub fn constant(speed_m_per_s: f64, plan: &Plan) -> Self {
-        Self { hand: Kind::Constant(Constant::new(speed_m_per_s, plan)), last: None }
+        Self { hand: HandKind::Constant(Constant::new(speed_m_per_s, plan)), last: None }
     }
 
     /// Advances by `dt_s` under the force that the needle puts on the hand, in N, in the patient frame.
@@ -128,11 +128,11 @@ impl Operator {
     pub fn step(&mut self, dt_s: f64, force_n: &Vector3<f64>) -> Motion {
         let force_n = if force_n.iter().all(|part| part.is_finite()) { *force_n } else { Vector3::zeros() };
         let motion = match (&mut self.hand, self.last) {
-            (Kind::Skilled(hand), None) => hand.start(),
-            (Kind::Constant(hand), None) => hand.advance(0.0),
+            (HandKind::Skilled(hand), None) => hand.start(),
+            (HandKind::Constant(hand), None) => hand.advance(0.0),
             (_, Some(last)) if !(dt_s > 0.0 && dt_s.is_finite()) => Motion { confirm: false, ..last },
-            (Kind::Skilled(hand), Some(_)) => hand.advance(dt_s, &force_n),
-            (Kind::Constant(hand), Some(_)) => hand.advance(dt_s),
+            (HandKind::Skilled(hand), Some(_)) => hand.advance(dt_s, &force_n),
+            (HandKind::Constant(hand), Some(_)) => hand.advance(dt_s),
         };
         self.last = Some(motion);
         motion

@@ -6,7 +6,7 @@ use super::wave::Wave;
 /// Sinusoids of the wave.
 const WAVES: usize = 5;
 /// Their band, in Hz: the sub-movements of a voluntary motion lie below 2 Hz.
-const BAND_HZ: (f64, f64) = (0.3, 1.5);
+const BAND_HZ: [f64; 2] = [0.3, 1.5];
 
 /// The factor on the speed.
 #[derive(Clone, Debug)]

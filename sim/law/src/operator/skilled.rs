@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::grip::Grip;
 use super::hand::{Hand, SetPoint};
-use super::intent::{Act, Aim, Intent, Sensed};
+use super::intent::{Act, Intent, IntentAim, Sensed};
 use super::occasion::{Occasion, Traits};
 use super::pace::Pace;
 use super::tremor::Tremor;
@@ -47,7 +47,7 @@ impl Skilled {
         let entry_m = plan.entry_m + Vector3::new(traits.z(), traits.z(), 0.0) * entry_sd_m;
         let goal_m = plan.target_x_m + skill.depth_sd_m * traits.z();
         let mut chance = traits.into_chance();
-        let aim = Aim {
+        let aim = IntentAim {
             goal_m,
             approach_m: plan.approach_m,
             hold_s: plan.hold_s,

@@ -8,7 +8,7 @@ use super::wave::Wave;
 /// Sinusoids per axis: enough not to repeat within an attempt.
 const WAVES: usize = 6;
 /// Band of physiological tremor, in Hz.
-const BAND_HZ: (f64, f64) = (8.0, 12.0);
+const BAND_HZ: [f64; 2] = [8.0, 12.0];
 
 /// Displacement of the tip that the hand does not intend.
 #[derive(Clone, Debug)]

@@ -13,8 +13,8 @@ pub(super) struct Wave {
 
 impl Wave {
     /// A frequency within a band, in Hz, and a phase.
-    pub fn draw(band_hz: (f64, f64), draw: &mut Draw) -> Self {
-        let angular_rad_per_s = TAU * (band_hz.0 + (band_hz.1 - band_hz.0) * draw.uniform());
+    pub fn draw([low_hz, high_hz]: [f64; 2], draw: &mut Draw) -> Self {
+        let angular_rad_per_s = TAU * (low_hz + (high_hz - low_hz) * draw.uniform());
         Self { angular_rad_per_s, phase_rad: TAU * draw.uniform() }
     }
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::contact::{Latch, MAX_TRACKS, Track};
 use super::params::PunctureParams;
-use crate::axial::{AxialOutput, AxialScratch, AxialState, Rupture, Stage};
+use crate::axial::{AxialOutput, AxialScratch, AxialState, PiercingStage, Rupture};
 use crate::ledger::Ledger;
 use crate::structures::Meeting;
 
@@ -94,7 +94,7 @@ pub struct PunctureOutput {
     /// Whole force on the hand, in the patient frame, in N.
     pub force_n: Vector3<f64>,
     /// Where the current boundary stands.
-    pub stage: Stage,
+    pub stage: PiercingStage,
     /// The boundary that `stage` speaks of: the first that is not fully open, or the last when all are.
     pub boundary: usize,
     /// The axis is latched: the tip is in the body.

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::contact::{Latch, believe, enter, free_displacement_m, leave};
 use super::params::PunctureParams;
 use super::state::{LastPose, PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, PunctureState};
-use crate::axial::{self, AxialInput, AxialOutput, Stage};
+use crate::axial::{self, AxialInput, AxialOutput, PiercingStage};
 use crate::beam::Bend;
 use crate::stance::Intrusion;
 use crate::structures::{Shaft, StructureKind};
@@ -21,34 +21,34 @@ pub fn step(
     let Some(pose) = believe(state, input) else {
         scratch.events.push(PunctureEvent::Fault);
         let axial = AxialOutput { held: true, ..state.axial.last_output() };
-        let side = Side::new(state, params.bend(axial.depth_m));
+        let side = SidewaysNeedle::new(state, params.bend(axial.depth_m));
         survey(params, state, scratch, &side);
-        return assemble(params, state, scratch, (axial, &side));
+        return assemble(params, state, scratch, axial, &side);
     };
     let left = cross_skin(state, scratch, &pose);
     state.last = Some(pose);
-    let axial = advance(params, state, scratch, (input.t_s, left.as_ref()));
+    let axial = advance(params, state, scratch, input.t_s, left.as_ref());
     let bend = params.bend(axial.depth_m);
     press(params, state, scratch, &bend);
     if let Some(latch) = left {
         leave(state, &latch);
         scratch.events.push(PunctureEvent::SkinExit);
     }
-    let side = Side::new(state, bend);
+    let side = SidewaysNeedle::new(state, bend);
     survey(params, state, scratch, &side);
     report_hits(state, scratch);
     open_walls(params, state, &side);
-    assemble(params, state, scratch, (axial, &side))
+    assemble(params, state, scratch, axial, &side)
 }
 
 /// Writes what the needle does to the tissue after the last step into `loads_n`, in N, as [`axial::loads`] does. Never allocates.
-pub fn loads(params: &PunctureParams, state: &PunctureState, scratch: &PunctureScratch, loads_n: &mut [f64]) {
-    axial::loads(&params.axial, &state.axial.standing(), &scratch.axial, loads_n);
+pub fn write_loads(params: &PunctureParams, state: &PunctureState, scratch: &PunctureScratch, loads_n: &mut [f64]) {
+    axial::write_loads(&params.axial, &state.axial.standing(), &scratch.axial, loads_n);
 }
 
 /// How far the needle has come into the track that it is in; none in the air.
 #[must_use]
-pub fn intrusion(params: &PunctureParams, state: &PunctureState) -> Option<Intrusion> {
+pub fn measure_intrusion(params: &PunctureParams, state: &PunctureState) -> Option<Intrusion> {
     state.latch.as_ref().map(|_| Intrusion {
         tip_m: displacement_m(state),
         tip_to_rim_m: params.axial.spec().tip_to_rim_m,
@@ -58,14 +58,14 @@ pub fn intrusion(params: &PunctureParams, state: &PunctureState) -> Option<Intru
 }
 
 /// The needle sideways: a function of the state after the step, which is why a held sample repeats it.
-struct Side {
+struct SidewaysNeedle {
     /// Lateral force on the hand, in N.
     force_n: Vector3<f64>,
     /// What the tip is off the place where the hand would have it, in m.
     bend_m: Vector3<f64>,
 }
 
-impl Side {
+impl SidewaysNeedle {
     fn new(state: &PunctureState, bend: Bend) -> Self {
         let Some(Latch { offset_m, .. }) = state.latch else {
             return Self { force_n: Vector3::zeros(), bend_m: Vector3::zeros() };
@@ -93,7 +93,8 @@ fn advance(
     params: &PunctureParams,
     state: &mut PunctureState,
     scratch: &mut PunctureScratch,
-    (t_s, left): (f64, Option<&Latch>),
+    t_s: f64,
+    left: Option<&Latch>,
 ) -> AxialOutput {
     let path_factor = state.latch.as_ref().or(left).map_or(1.0, |latch| latch.path_factor);
     let input = AxialInput { t_s, x_m: displacement_m(state), path_factor };
@@ -122,7 +123,7 @@ fn displacement_m(state: &PunctureState) -> f64 {
 }
 
 /// Finds how the needle of the last good sample stands to every structure.
-fn survey(params: &PunctureParams, state: &PunctureState, scratch: &mut PunctureScratch, side: &Side) {
+fn survey(params: &PunctureParams, state: &PunctureState, scratch: &mut PunctureScratch, side: &SidewaysNeedle) {
     scratch.meetings.clear();
     if let Some(pose) = &state.last {
         let tip_m = pose.tip_m + side.bend_m;
@@ -143,7 +144,7 @@ fn report_hits(state: &mut PunctureState, scratch: &mut PunctureScratch) {
 }
 
 /// Opens the walls that the tip presses on with what they hold.
-fn open_walls(params: &PunctureParams, state: &mut PunctureState, side: &Side) {
+fn open_walls(params: &PunctureParams, state: &mut PunctureState, side: &SidewaysNeedle) {
     if let Some(pose) = &state.last {
         let tip_m = pose.tip_m + side.bend_m;
         for (structure, open) in params.structures.iter().zip(&mut state.open_walls) {
@@ -157,7 +158,8 @@ fn assemble(
     params: &PunctureParams,
     state: &PunctureState,
     scratch: &PunctureScratch,
-    (axial, side): (AxialOutput, &Side),
+    axial: AxialOutput,
+    side: &SidewaysNeedle,
 ) -> PunctureOutput {
     let (stage, boundary) = stage(params, state);
     let structures_n = state.last.as_ref().map_or_else(Vector3::zeros, |pose| {
@@ -189,22 +191,22 @@ fn clearance_m(params: &PunctureParams, scratch: &PunctureScratch) -> f64 {
 }
 
 /// Where the first boundary that is not fully open stands; the last one, when all are. In the air nothing is touched.
-fn stage(params: &PunctureParams, state: &PunctureState) -> (Stage, usize) {
+fn stage(params: &PunctureParams, state: &PunctureState) -> (PiercingStage, usize) {
     let spec = params.axial.spec();
     let (tip_open, rim_open) = (state.axial.tip_open, state.axial.rim_open);
     let forces = state.axial.last_output();
     if state.latch.is_none() {
-        return (Stage::Untouched, 0);
+        return (PiercingStage::Untouched, 0);
     }
     let boundary = if spec.tip_to_rim_m > 0.0 { rim_open } else { tip_open };
     if boundary >= spec.layers.len() {
-        return (Stage::RimThrough, spec.layers.len() - 1);
+        return (PiercingStage::RimThrough, spec.layers.len() - 1);
     }
     let stage = match (tip_open > boundary, forces.tip_n > 0.0, forces.rim_n > 0.0) {
-        (false, false, _) => Stage::Untouched,
-        (false, true, _) => Stage::TipTents,
-        (true, _, false) => Stage::TipThrough,
-        (true, _, true) => Stage::RimTents,
+        (false, false, _) => PiercingStage::Untouched,
+        (false, true, _) => PiercingStage::TipTents,
+        (true, _, false) => PiercingStage::TipThrough,
+        (true, _, true) => PiercingStage::RimTents,
     };
     (stage, boundary)
 }

@@ -8,12 +8,12 @@ use law::puncture::{PunctureInput, step};
 use nalgebra::{Point3, Vector3};
 
 use crate::structures::one_of_each;
-use bench::needle::Needle;
-use bench::scenes::{Run, in_hold_out_in, training};
+use bench::needle::DrivenNeedle;
+use bench::scenes::{AxialRun, in_hold_out_in, training_axial_spec};
 
 #[test]
 fn the_axial_law_never_allocates() {
-    let mut run = Run::new(training()).expect("a valid scene");
+    let mut run = AxialRun::new(training_axial_spec()).expect("a valid scene");
     let counted = measure(|| {
         for leg in in_hold_out_in() {
             run.travel(&leg, |_, _, _| ());
@@ -27,7 +27,7 @@ fn the_axial_law_never_allocates() {
 
 #[test]
 fn the_puncture_never_allocates_with_events_tracks_and_every_kind_of_shape() {
-    let mut needle = Needle::new(training(), one_of_each()).expect("a valid scene");
+    let mut needle = DrivenNeedle::new(training_axial_spec(), one_of_each()).expect("a valid scene");
     let axis = Vector3::new(0.1, 0.0, -1.0).normalize();
     let mut events = 0;
     let counted = measure(|| {

@@ -9,8 +9,8 @@ use law::puncture::{PunctureEvent, PunctureParams, PunctureState};
 use law::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{DMatrix, DVector, Point3, SMatrix, Vector3};
 
-use bench::needle::Needle;
-use bench::scenes::training;
+use bench::needle::DrivenNeedle;
+use bench::scenes::training_axial_spec;
 
 /// Foundation, in N/m².
 const K: f64 = 10_000.0;
@@ -204,7 +204,7 @@ fn hostile_lengths_give_numbers() {
 }
 
 /// A needle 30 mm in, then moved sideways by each of the offsets, in m; the work of the hand, in J, and the last force, in N.
-fn sideways(needle: &mut Needle, offsets_m: impl Iterator<Item = f64>) -> (f64, Vector3<f64>) {
+fn sideways(needle: &mut DrivenNeedle, offsets_m: impl Iterator<Item = f64>) -> (f64, Vector3<f64>) {
     needle.travel(-Vector3::z(), Point3::new(0.0, 0.0, 0.001), Point3::new(0.0, 0.0, -0.03));
     let (mut work_j, mut last) = (0.0, (0.0, Vector3::zeros()));
     for offset_m in offsets_m {
@@ -219,7 +219,7 @@ fn sideways(needle: &mut Needle, offsets_m: impl Iterator<Item = f64>) -> (f64, 
 fn the_hands_work_is_stored_in_needle_and_tissue_and_comes_back() {
     let there = (1..=500_u32).map(|n| f64::from(n) * 1e-5);
     let back = (0..500_u32).rev().map(|n| f64::from(n) * 1e-5);
-    let mut needle = Needle::bending(training(), vec![], Some(thin())).unwrap();
+    let mut needle = DrivenNeedle::bending(training_axial_spec(), vec![], Some(thin())).unwrap();
     let (work_j, force_n) = sideways(&mut needle, there.clone());
     // Energy of the bent elements and of the foundation under them, ½ uᵀ K u, at 5 mm; force and energy are one quadratic form.
     let inserted_m = needle.state.axial.last_output().depth_m;
@@ -228,7 +228,8 @@ fn the_hands_work_is_stored_in_needle_and_tissue_and_comes_back() {
     close(work_j, stored_j, 1e-6);
     close(-force_n.x, 2.0 * stored_j / 0.005, 1e-6);
     // Round a loop the hand gets everything back: at one depth the beam dissipates nothing and creates nothing.
-    let (loop_j, _) = sideways(&mut Needle::bending(training(), vec![], Some(thin())).unwrap(), there.chain(back));
+    let (loop_j, _) =
+        sideways(&mut DrivenNeedle::bending(training_axial_spec(), vec![], Some(thin())).unwrap(), there.chain(back));
     assert!(loop_j.abs() < 1e-12 * work_j, "{loop_j} J of {work_j} J");
 }
 
@@ -242,7 +243,7 @@ fn the_bent_tip_is_what_meets_structures() {
         wall: None,
     };
     let hits = |bending| {
-        let mut needle = Needle::bending(training(), vec![ball.clone()], bending).unwrap();
+        let mut needle = DrivenNeedle::bending(training_axial_spec(), vec![ball.clone()], bending).unwrap();
         sideways(&mut needle, (1..=60_u32).map(|n| f64::from(n) * 1e-4));
         let output = needle.down(0.006, 0.0, -0.03);
         (output.clearance_m <= 0.0, output.bend_m.x, needle.scratch.events.contains(&PunctureEvent::Fault))
@@ -257,11 +258,11 @@ fn the_bent_tip_is_what_meets_structures() {
 #[test]
 fn a_rigid_needle_pays_nothing() {
     let path = || (1..=300_u32).map(|n| f64::from(n) * 1e-5);
-    let mut rigid = Needle::new(training(), vec![]).unwrap();
+    let mut rigid = DrivenNeedle::new(training_axial_spec(), vec![]).unwrap();
     let (_, force_n) = sideways(&mut rigid, path());
     assert_eq!(force_n.x.to_bits(), (0.003 * -(K * 0.03)).to_bits());
     // No byte of state is there for a beam; the parameters hold it once an attempt.
-    let bent = Needle::bending(training(), vec![], Some(thin())).unwrap();
+    let bent = DrivenNeedle::bending(training_axial_spec(), vec![], Some(thin())).unwrap();
     let saved = |state: &PunctureState| serde_json::to_string(state).expect("plain data").len();
     assert_eq!(saved(&PunctureState::new(&rigid.params)), saved(&PunctureState::new(&bent.params)));
     assert!(size_of::<Option<Beam>>() <= 32 && size_of::<PunctureParams>() < 576);

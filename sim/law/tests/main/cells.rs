@@ -3,7 +3,7 @@
 //!
 //! It would fail if damping used a wrong layer's coefficient or length, which are the paper's own misprints.
 
-use bench::scenes::{Run, layer, needle_through};
+use bench::scenes::{AxialRun, make_layer, needle_through};
 use law::axial::{AxialSpec, Layer};
 
 const SPEED: f64 = 0.002;
@@ -12,9 +12,9 @@ const DT: f64 = 0.001;
 /// Table I, with thresholds low enough that every cell is visited alone.
 fn table_i() -> AxialSpec {
     needle_through(vec![
-        layer("skin", [0.8, 331.0, 3.0, 0.1, 0.0, 0.0, 0.0]),
-        layer("fat", [8.4, 83.0, 1.0, 0.3, 0.0, 0.0, 0.0]),
-        layer("muscle", [39.0, 497.0, 3.0, 1.5, 0.0, 0.0, 0.0]),
+        make_layer("skin", [0.8, 331.0, 3.0, 0.1, 0.0, 0.0, 0.0]),
+        make_layer("fat", [8.4, 83.0, 1.0, 0.3, 0.0, 0.0, 0.0]),
+        make_layer("muscle", [39.0, 497.0, 3.0, 1.5, 0.0, 0.0, 0.0]),
     ])
 }
 
@@ -37,7 +37,7 @@ fn cell(layers: &[Layer], i: usize, ruptured: bool, (x, v): (f64, f64)) -> f64 {
 #[test]
 fn a_single_contactor_is_the_closed_form_in_all_six_cells() {
     let spec = table_i();
-    let mut run = Run::new(spec.clone()).expect("a valid scene");
+    let mut run = AxialRun::new(spec.clone()).expect("a valid scene");
     let mut visited = [[0_u32; 2]; 3];
     let mut x_before = 0.0;
     for tick in 0..24_000 {

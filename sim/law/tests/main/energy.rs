@@ -7,27 +7,27 @@
 use law::axial::{AxialOutput, AxialSpec};
 use law::ledger::{LayerEnergy, Ledger};
 
-use bench::scenes::{Leg, Run, in_hold_out_in, layer, paper, training, trocar_through};
+use bench::scenes::{AxialRun, Leg, in_hold_out_in, make_layer, paper_axial_spec, training_axial_spec, trocar_through};
 
 /// Training layers with a fascia of no thickness between fat and muscle.
 fn with_fascia() -> AxialSpec {
-    let mut layers = training().layers;
-    layers.insert(2, layer("fascia", [0.0, 600.0, 0.0, 2.0, 2.6, 0.0, 0.0]));
+    let mut layers = training_axial_spec().layers;
+    layers.insert(2, make_layer("fascia", [0.0, 600.0, 0.0, 2.0, 2.6, 0.0, 0.0]));
     trocar_through(layers)
 }
 
 fn scenes() -> [(&'static str, AxialSpec, f64); 4] {
     [
-        ("paper", paper(), 1.0),
-        ("training", training(), 1.0),
+        ("paper", paper_axial_spec(), 1.0),
+        ("training", training_axial_spec(), 1.0),
         ("fascia", with_fascia(), 1.0),
-        ("oblique", training(), 1.3),
+        ("oblique", training_axial_spec(), 1.3),
     ]
 }
 
 /// In, hold, out, in, handing every tick to `see`.
-fn perform(spec: AxialSpec, path_factor: f64, mut see: impl FnMut(&Run, f64, &AxialOutput)) -> Run {
-    let mut run = Run::new(spec).expect("a valid scene");
+fn perform(spec: AxialSpec, path_factor: f64, mut see: impl FnMut(&AxialRun, f64, &AxialOutput)) -> AxialRun {
+    let mut run = AxialRun::new(spec).expect("a valid scene");
     run.path_factor = path_factor;
     for leg in in_hold_out_in() {
         run.travel(&leg, &mut see);
@@ -66,7 +66,7 @@ fn no_part_of_any_layers_dissipation_ever_decreases() {
 
 /// In to 45 mm and out again at 5 mm/s, at a tick rate in Hz.
 fn in_and_out(tick_hz: f64) -> Ledger {
-    let mut run = Run::new(training()).expect("a valid scene");
+    let mut run = AxialRun::new(training_axial_spec()).expect("a valid scene");
     for (start_s, from_m, to_m) in [(0.0, -0.001, 0.045), (9.2, 0.045, -0.001)] {
         run.travel(&Leg { start_s, duration_s: 9.2, dt_s: 1.0 / tick_hz, from_m, to_m }, |_, _, _| ());
     }
@@ -88,10 +88,10 @@ fn friction_cutting_and_their_layers_do_not_depend_on_the_tick() {
 
 #[test]
 fn a_window_of_speed_may_give_back_and_the_ledger_says_how_much() {
-    let spec = AxialSpec { speed_window_s: 0.0075, ..training() };
+    let spec = AxialSpec { speed_window_s: 0.0075, ..training_axial_spec() };
     let (mut viscous_j, mut lagged_j) = (0.0, 0.0);
-    let mut run = Run::new(spec).expect("a valid scene");
-    let mut see = |run: &Run, x_m: f64, _: &AxialOutput| {
+    let mut run = AxialRun::new(spec).expect("a valid scene");
+    let mut see = |run: &AxialRun, x_m: f64, _: &AxialOutput| {
         let ledger = &run.state.ledger;
         let now_j: f64 = ledger.layers.iter().map(|layer| layer.viscous_j).sum();
         let back_j: f64 = viscous_j - now_j;
@@ -127,10 +127,10 @@ fn input_less_returned_is_the_integral_of_the_force_the_hand_felt() {
 
 #[test]
 fn a_slow_insertion_dissipates_at_each_rupture_what_the_closed_form_says() {
-    let predicted = law::closed_form::ruptures(&paper());
+    let predicted = law::closed_form::ruptures(&paper_axial_spec());
     let mut found = Vec::new();
     let leg = Leg { start_s: 0.0, duration_s: 20.0, dt_s: 1e-3, from_m: 0.0, to_m: 0.02 };
-    let mut run = Run::new(paper()).expect("a valid scene");
+    let mut run = AxialRun::new(paper_axial_spec()).expect("a valid scene");
     run.travel(&leg, |run, _, _| found.extend_from_slice(run.ruptures()));
     assert_eq!(found.len(), predicted.len());
     for (found, wanted) in found.iter().zip(&predicted) {
@@ -143,7 +143,7 @@ fn a_slow_insertion_dissipates_at_each_rupture_what_the_closed_form_says() {
 
 #[test]
 fn tenting_without_rupture_gives_all_its_work_back() {
-    let mut run = Run::new(paper()).expect("a valid scene");
+    let mut run = AxialRun::new(paper_axial_spec()).expect("a valid scene");
     for (start_s, from_m, to_m) in [(0.0, -0.001, 0.003), (1.0, 0.003, -0.001)] {
         run.travel(&Leg { start_s, duration_s: 0.999, dt_s: 1e-3, from_m, to_m }, |_, _, _| ());
     }
@@ -156,7 +156,7 @@ fn tenting_without_rupture_gives_all_its_work_back() {
 
 #[test]
 fn a_withdrawn_needle_has_dissipated_in_every_layer_it_passed() {
-    let mut run = Run::new(training()).expect("a valid scene");
+    let mut run = AxialRun::new(training_axial_spec()).expect("a valid scene");
     for leg in &in_hold_out_in()[..3] {
         run.travel(leg, |_, _, _| ());
     }

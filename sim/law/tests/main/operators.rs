@@ -10,8 +10,8 @@ use law::puncture::{PunctureEvent, PunctureOutput};
 use law::structures::{Shape, StructureKind, StructureSpec};
 use nalgebra::{Point3, Vector3};
 
-use bench::needle::Needle;
-use bench::scenes::{paper, training};
+use bench::needle::DrivenNeedle;
+use bench::scenes::{paper_axial_spec, training_axial_spec};
 
 const DT: f64 = 1e-3;
 const TARGET_M: f64 = 0.025;
@@ -35,7 +35,7 @@ struct Tick {
 }
 
 /// Runs an operator until it is done, or for two minutes.
-fn perform(operator: &mut Operator, mut needle: Needle) -> Vec<Tick> {
+fn perform(operator: &mut Operator, mut needle: DrivenNeedle) -> Vec<Tick> {
     let mut ticks: Vec<Tick> = Vec::new();
     let mut force_n = Vector3::zeros();
     for _ in 0..120_000 {
@@ -51,7 +51,7 @@ fn perform(operator: &mut Operator, mut needle: Needle) -> Vec<Tick> {
 }
 
 fn attempt(skill: &Skill, seed: u64, scene: AxialSpec) -> Vec<Tick> {
-    perform(&mut Operator::skilled(skill, &plan(), seed), Needle::new(scene, vec![]).expect("a valid scene"))
+    perform(&mut Operator::skilled(skill, &plan(), seed), DrivenNeedle::new(scene, vec![]).expect("a valid scene"))
 }
 
 fn confirmed_x_m(ticks: &[Tick]) -> f64 {
@@ -78,7 +78,7 @@ fn hands_overshoot_the_skin_as_their_stiffness_says() {
     // Physics section 6: relaxed 5–14 mm, normal 2–5 mm, braced 0.8–1.5 mm, of the hand alone: a scene without friction.
     let cases = [(Skill::novice(), 5.0..=14.0), (Skill::intermediate(), 2.0..=5.0), (Skill::expert(), 0.8..=1.5)];
     for (skill, range_mm) in cases {
-        let overshoots = (0..SEEDS).map(|seed| overshoot_m(&attempt(&skill, seed, paper())) * 1e3).collect();
+        let overshoots = (0..SEEDS).map(|seed| overshoot_m(&attempt(&skill, seed, paper_axial_spec())) * 1e3).collect();
         let typical = median(overshoots);
         assert!(range_mm.contains(&typical), "{typical} mm is outside {range_mm:?}");
     }
@@ -89,7 +89,7 @@ fn experts_find_their_depth_better_than_novices_and_everybody_comes_back() {
     let errors_mm = |skill: &Skill| -> Vec<f64> {
         (0..SEEDS)
             .map(|seed| {
-                let ticks = attempt(skill, seed, training());
+                let ticks = attempt(skill, seed, training_axial_spec());
                 let last = ticks.last().expect("ticks");
                 assert!(last.motion.done && !last.output.inside, "seed {seed} did not come back");
                 assert!(last.output.x_m < -0.008, "withdrawn to about where it began");
@@ -106,7 +106,10 @@ fn experts_find_their_depth_better_than_novices_and_everybody_comes_back() {
 #[test]
 fn a_seed_fixes_every_bit_and_another_seed_is_another_attempt() {
     let poses = |seed| -> Vec<_> {
-        attempt(&Skill::novice(), seed, training()).iter().map(|tick| tick.motion.patient_from_needle).collect()
+        attempt(&Skill::novice(), seed, training_axial_spec())
+            .iter()
+            .map(|tick| tick.motion.patient_from_needle)
+            .collect()
     };
     let (first, again, other) = (poses(5), poses(5), poses(6));
     assert_eq!(first, again);
@@ -123,7 +126,7 @@ fn an_operator_that_meets_bone_pushes_gives_up_and_comes_back() {
         wall: None,
     };
     for skill in [Skill::novice(), Skill::expert()] {
-        let needle = Needle::new(training(), vec![bone.clone()]).expect("a valid scene");
+        let needle = DrivenNeedle::new(training_axial_spec(), vec![bone.clone()]).expect("a valid scene");
         let ticks = perform(&mut Operator::skilled(&skill, &plan(), 1), needle);
         assert!(ticks.last().expect("ticks").motion.done, "it must not push for ever");
         let hardest_n = ticks.iter().map(|tick| tick.output.structures_n.norm()).fold(0.0, f64::max);
@@ -134,7 +137,7 @@ fn an_operator_that_meets_bone_pushes_gives_up_and_comes_back() {
 #[test]
 fn a_constant_speed_is_exactly_constant_from_the_start_position_at_time_zero() {
     let mut operator = Operator::constant(0.002, &plan());
-    let ticks = perform(&mut operator, Needle::new(paper(), vec![]).expect("a valid scene"));
+    let ticks = perform(&mut operator, DrivenNeedle::new(paper_axial_spec(), vec![]).expect("a valid scene"));
     for (n, tick) in ticks.iter().take(17_000).enumerate() {
         let wanted = -0.01 + 0.002 * (n as f64 * DT);
         assert!((tick.output.x_m - wanted).abs() < 1e-12, "tick {n}: {}", tick.output.x_m);

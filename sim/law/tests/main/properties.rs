@@ -8,13 +8,13 @@ use law::axial::{AxialParams, AxialSpec, Contactor, ForceLaw, Layer, ParamError,
 use law::soundness::Unsound;
 use proptest::prelude::*;
 
-use bench::scenes::{Run, layer, paper};
+use bench::scenes::{AxialRun, make_layer, paper_axial_spec};
 
 fn any_layer() -> impl Strategy<Value = Layer> {
     let thickness = prop_oneof![Just(0.0), 0.01..40.0_f64];
     let stiffness = (0.0..5.0_f64).prop_map(|exponent| libm::pow(10.0, exponent));
     (thickness, stiffness, 0.0..300.0_f64, 0.0..5.0_f64, 0.0..5.0_f64, 0.0..100.0_f64, 0.0..1.0_f64)
-        .prop_map(|(d, k, b, tip, rim, c, f)| layer("any", [d, k, b, tip, rim, c, f]))
+        .prop_map(|(d, k, b, tip, rim, c, f)| make_layer("any", [d, k, b, tip, rim, c, f]))
 }
 
 fn any_scene() -> impl Strategy<Value = AxialSpec> {
@@ -48,7 +48,7 @@ fn any_walk() -> impl Strategy<Value = Vec<(f64, f64)>> {
 /// Walks a scene, checking each tick.
 fn walk(spec: AxialSpec, steps: &[(f64, f64)]) -> Result<(), TestCaseError> {
     let (layers, windowed) = (spec.layers.clone(), spec.speed_window_s > 0.0);
-    let mut run = Run::new(spec).expect("a valid scene");
+    let mut run = AxialRun::new(spec).expect("a valid scene");
     let (mut t_s, mut x_m) = (0.0, -0.001);
     run.step(t_s, x_m);
     for &(dt, dx) in steps {
@@ -141,7 +141,7 @@ fn every_number_of_a_scene_is_checked_and_named() {
     ];
     for (field, set) in fields {
         for value in [f64::NAN, f64::INFINITY, -1.0] {
-            let mut spec = paper();
+            let mut spec = paper_axial_spec();
             set(&mut spec, value);
             let Err(ParamError { field: named, .. }) = AxialParams::new(spec) else {
                 panic!("{field} = {value} was taken")
@@ -149,5 +149,5 @@ fn every_number_of_a_scene_is_checked_and_named() {
             assert_eq!(named, field);
         }
     }
-    assert!(AxialParams::new(paper()).is_ok());
+    assert!(AxialParams::new(paper_axial_spec()).is_ok());
 }

@@ -3,13 +3,13 @@
 //! It would fail if the axial law were fed anything but the latched displacement, if a track's boundaries healed or leaked into
 //! another's, or if any part of the state were left out of a save.
 
-use law::axial::{AxialInput, AxialParams, AxialScratch, AxialState, Stage};
+use law::axial::{AxialInput, AxialParams, AxialScratch, AxialState, PiercingStage};
 use law::operator::needle_pose;
 use law::puncture::{PunctureEvent, PunctureInput, PunctureOutput, PunctureScratch, step};
 use nalgebra::{Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use bench::needle::{DT, Needle};
-use bench::scenes::{paper, training};
+use bench::needle::{DT, DrivenNeedle};
+use bench::scenes::{paper_axial_spec, training_axial_spec};
 
 fn above(x_mm: f64) -> Point3<f64> {
     Point3::new(x_mm * 1e-3, 0.0, 0.003)
@@ -21,10 +21,10 @@ fn below(x_mm: f64) -> Point3<f64> {
 
 #[test]
 fn a_perpendicular_path_gives_the_bits_of_the_axial_law() {
-    let axial_params = AxialParams::new(training()).expect("a valid scene");
+    let axial_params = AxialParams::new(training_axial_spec()).expect("a valid scene");
     let mut axial_state = AxialState::new(&axial_params);
     let mut axial_scratch = AxialScratch::new(&axial_params);
-    let mut needle = Needle::new(training(), vec![]).expect("a valid scene");
+    let mut needle = DrivenNeedle::new(training_axial_spec(), vec![]).expect("a valid scene");
     for tick in 0..8000_u32 {
         let x_m = 0.035 * libm::sin(f64::from(tick) * 1e-3) - 0.004 + 3e-4 * libm::sin(f64::from(tick) * 0.06);
         let input = AxialInput { t_s: f64::from(tick) * DT, x_m, path_factor: 1.0 };
@@ -44,7 +44,7 @@ fn a_perpendicular_path_gives_the_bits_of_the_axial_law() {
 fn an_old_track_does_not_cut_twice_but_cuts_beyond_its_front() {
     // The front lies behind the deepest point by what the presliding spring was stretched: f/k.
     let front_m = 0.03 - 0.3 / 2000.0;
-    let mut needle = Needle::new(training(), vec![]).expect("a valid scene");
+    let mut needle = DrivenNeedle::new(training_axial_spec(), vec![]).expect("a valid scene");
     needle.travel(-Vector3::z(), above(0.0), below(0.0));
     needle.travel(-Vector3::z(), below(0.0), above(0.0));
     let again = needle.travel(-Vector3::z(), above(0.0), Point3::new(0.0, 0.0, -0.035));
@@ -56,7 +56,7 @@ fn an_old_track_does_not_cut_twice_but_cuts_beyond_its_front() {
 
 #[test]
 fn a_full_list_of_tracks_takes_up_the_nearest_instead_of_growing() {
-    let mut needle = Needle::new(paper(), vec![]).expect("a valid scene");
+    let mut needle = DrivenNeedle::new(paper_axial_spec(), vec![]).expect("a valid scene");
     for hole in 0..70 {
         let x_mm = f64::from(hole) * 3.0;
         needle.down(x_mm * 1e-3, 0.0, 0.001);
@@ -76,7 +76,7 @@ fn a_full_list_of_tracks_takes_up_the_nearest_instead_of_growing() {
 fn an_oblique_needle_on_its_own_line_is_pushed_back_along_it() {
     let axis = Vector3::new(0.6, 0.0, -0.8);
     let entry = Point3::new(0.01, 0.02, 0.0);
-    let mut oblique = Needle::new(paper(), vec![]).expect("a valid scene");
+    let mut oblique = DrivenNeedle::new(paper_axial_spec(), vec![]).expect("a valid scene");
     let ticks = oblique.travel(axis, entry - axis * 0.002, entry + axis * 0.05);
     let last = ticks.last().expect("ticks");
     assert!(last.output.lateral_n.norm() < 1e-12, "on its own line nothing pushes sideways");
@@ -85,7 +85,7 @@ fn an_oblique_needle_on_its_own_line_is_pushed_back_along_it() {
 
 #[test]
 fn sideways_the_foundation_pulls_back_with_stiffness_times_depth_and_books_the_work() {
-    let mut needle = Needle::new(paper(), vec![]).expect("a valid scene");
+    let mut needle = DrivenNeedle::new(paper_axial_spec(), vec![]).expect("a valid scene");
     needle.travel(-Vector3::z(), above(0.0), below(0.0));
     let before = needle.state.ledger().lateral_j();
     let ticks = needle.travel(-Vector3::z(), below(0.0), below(2.0));
@@ -99,8 +99,8 @@ fn sideways_the_foundation_pulls_back_with_stiffness_times_depth_and_books_the_w
 
 #[test]
 fn turning_the_needle_inside_changes_nothing_because_its_axis_is_latched() {
-    let mut straight = Needle::new(training(), vec![]).expect("a valid scene");
-    let mut turned = Needle::new(training(), vec![]).expect("a valid scene");
+    let mut straight = DrivenNeedle::new(training_axial_spec(), vec![]).expect("a valid scene");
+    let mut turned = DrivenNeedle::new(training_axial_spec(), vec![]).expect("a valid scene");
     straight.travel(-Vector3::z(), above(0.0), below(0.0));
     turned.travel(-Vector3::z(), above(0.0), below(0.0));
     let axis = Vector3::new(0.6, 0.0, -0.8);
@@ -111,19 +111,19 @@ fn turning_the_needle_inside_changes_nothing_because_its_axis_is_latched() {
 #[test]
 fn a_first_sample_inside_opens_at_once_and_enters_along_its_axis() {
     let axis = Vector3::new(0.6, 0.0, -0.8);
-    let mut needle = Needle::new(paper(), vec![]).expect("a valid scene");
+    let mut needle = DrivenNeedle::new(paper_axial_spec(), vec![]).expect("a valid scene");
     let output = needle.pose(needle_pose(&Point3::new(0.03, 0.0, -0.04), &axis));
     let PunctureEvent::Contact { entry_m, .. } = needle.scratch.events[0] else { panic!("no contact") };
     assert!((entry_m - Point3::origin()).norm() < 1e-15);
     assert!((output.x_m - 0.05).abs() < 1e-15);
     assert_eq!(needle.scratch.events.len(), 7, "contact and six ruptures");
-    assert_eq!((output.axial.v_m_per_s, output.stage, output.boundary), (0.0, Stage::RimThrough, 2));
+    assert_eq!((output.axial.v_m_per_s, output.stage, output.boundary), (0.0, PiercingStage::RimThrough, 2));
 }
 
 #[test]
 fn a_needle_flat_on_the_skin_or_pointing_out_is_bounded() {
     for axis in [Vector3::x(), Vector3::z(), Vector3::new(0.0, 1.0, -1e-9)] {
-        let mut needle = Needle::new(training(), vec![]).expect("a valid scene");
+        let mut needle = DrivenNeedle::new(training_axial_spec(), vec![]).expect("a valid scene");
         for z_m in [0.01, -1e-6, -0.01, -0.03, 0.001] {
             let output = needle.pose(needle_pose(&Point3::new(0.0, 0.0, z_m), &axis));
             assert!(output.force_n.iter().all(|force| force.is_finite() && force.abs() < 100.0), "{output:?}");
@@ -134,9 +134,9 @@ fn a_needle_flat_on_the_skin_or_pointing_out_is_bounded() {
 #[test]
 fn the_stages_come_in_the_papers_order() {
     // A skin that gives way before the rim arrives: stage II is skipped wherever the tip tents deeper than the rim's 2 mm.
-    let mut scene = paper();
+    let mut scene = paper_axial_spec();
     scene.layers[0].tip_rupture_n = 0.1;
-    let mut needle = Needle::new(scene, vec![]).expect("a valid scene");
+    let mut needle = DrivenNeedle::new(scene, vec![]).expect("a valid scene");
     let mut seen = Vec::new();
     for tick in needle.travel(-Vector3::z(), above(0.0), Point3::new(0.0, 0.0, -0.02)) {
         let now = (tick.output.boundary, tick.output.stage);
@@ -145,22 +145,22 @@ fn the_stages_come_in_the_papers_order() {
         }
     }
     let wanted = [
-        (0, Stage::Untouched),
-        (0, Stage::TipTents),
-        (0, Stage::TipThrough),
-        (0, Stage::RimTents),
-        (1, Stage::TipTents),
-        (1, Stage::RimTents),
-        (2, Stage::TipTents),
-        (2, Stage::RimTents),
-        (2, Stage::RimThrough),
+        (0, PiercingStage::Untouched),
+        (0, PiercingStage::TipTents),
+        (0, PiercingStage::TipThrough),
+        (0, PiercingStage::RimTents),
+        (1, PiercingStage::TipTents),
+        (1, PiercingStage::RimTents),
+        (2, PiercingStage::TipTents),
+        (2, PiercingStage::RimTents),
+        (2, PiercingStage::RimThrough),
     ];
     assert_eq!(seen, wanted);
 }
 
 #[test]
 fn bad_samples_are_held_and_reported_and_the_next_good_one_goes_on() {
-    let mut needle = Needle::new(training(), vec![]).expect("a valid scene");
+    let mut needle = DrivenNeedle::new(training_axial_spec(), vec![]).expect("a valid scene");
     needle.travel(-Vector3::z(), above(0.0), below(0.0));
     let (good, saved) = (needle.down(0.0, 0.001, -0.031), needle.state.clone());
     let at = needle_pose(&Point3::new(0.0, 0.001, -0.031), &-Vector3::z());
@@ -193,8 +193,8 @@ fn saved_loaded_and_continued_gives_the_same_bits() {
         needle_pose(&tip, &axis)
     };
     for cut in [1, 700, 1501, 4000] {
-        let mut whole = Needle::new(training(), vec![]).expect("a valid scene");
-        let mut parted = Needle::new(training(), vec![]).expect("a valid scene");
+        let mut whole = DrivenNeedle::new(training_axial_spec(), vec![]).expect("a valid scene");
+        let mut parted = DrivenNeedle::new(training_axial_spec(), vec![]).expect("a valid scene");
         for tick in 0..6000 {
             if tick == cut {
                 let saved = serde_json::to_string(&parted.state).expect("a state is JSON");

@@ -6,7 +6,7 @@
 
 use law::axial::{AxialOutput, AxialSpec};
 
-use bench::scenes::Run;
+use bench::scenes::AxialRun;
 
 fn close(found: f64, wanted: f64) -> bool {
     (found - wanted).abs() <= 1e-12_f64.max(1e-9 * wanted.abs())
@@ -28,7 +28,7 @@ fn columns(output: &AxialOutput) -> [f64; 8] {
 /// Replays a reference file and returns how many samples were compared and how many carried events.
 fn replay(scene_json: &str, csv: &str) -> (usize, usize) {
     let spec: AxialSpec = serde_json::from_str(scene_json).expect("a scene");
-    let mut run = Run::new(spec).expect("a valid scene");
+    let mut run = AxialRun::new(spec).expect("a valid scene");
     let (mut samples, mut with_events) = (0, 0);
     for (line, row) in csv.lines().enumerate().skip(1) {
         let fields: Vec<&str> = row.split(',').collect();

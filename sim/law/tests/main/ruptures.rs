@@ -6,11 +6,11 @@ use law::closed_form::ruptures;
 use law::soundness::check;
 
 use bench::lateness_m;
-use bench::scenes::{Leg, Run, paper, training};
+use bench::scenes::{AxialRun, Leg, paper_axial_spec, training_axial_spec};
 
 #[test]
 fn the_trocars_closed_form_is_the_published_one() {
-    let predicted = ruptures(&paper());
+    let predicted = ruptures(&paper_axial_spec());
     let wanted = [
         (Contactor::Tip, 0, 3.021, 1.000),
         (Contactor::Rim, 0, 5.927, 1.726),
@@ -30,7 +30,7 @@ fn the_trocars_closed_form_is_the_published_one() {
 #[test]
 fn the_law_ruptures_where_the_closed_form_says_within_a_tick() {
     let leg = Leg { start_s: 0.0, duration_s: 30.5, dt_s: 1e-3, from_m: -0.001, to_m: 0.06 };
-    for spec in [paper(), training()] {
+    for spec in [paper_axial_spec(), training_axial_spec()] {
         let late_m = lateness_m(spec, &leg).expect("a valid scene");
         assert!(late_m <= 2.01e-6, "{late_m} m, a tick is 2 µm");
     }
@@ -38,13 +38,13 @@ fn the_law_ruptures_where_the_closed_form_says_within_a_tick() {
 
 #[test]
 fn the_scenes_of_section_two_are_sound() {
-    assert_eq!(check(&paper()), []);
-    assert_eq!(check(&training()), []);
+    assert_eq!(check(&paper_axial_spec()), []);
+    assert_eq!(check(&training_axial_spec()), []);
 }
 
 #[test]
 fn a_threshold_too_high_for_its_stiffness_is_named_with_the_largest_sound_one() {
-    let mut spec = paper();
+    let mut spec = paper_axial_spec();
     spec.tip_to_rim_m = 0.0;
     spec.layers[1].tip_rupture_n = 1.0;
     spec.layers[2].tip_rupture_n = 3.0;
@@ -65,7 +65,7 @@ fn a_threshold_too_high_for_its_stiffness_is_named_with_the_largest_sound_one() 
 #[test]
 fn rate_dependence_is_half_way_at_v0_and_absent_by_default() {
     let rupture_force = |rate, speed: f64| -> f64 {
-        let mut run = Run::new(AxialSpec { rate, ..paper() }).expect("a valid scene");
+        let mut run = AxialRun::new(AxialSpec { rate, ..paper_axial_spec() }).expect("a valid scene");
         let mut force = 0.0;
         let leg = Leg { start_s: 0.0, duration_s: 0.006 / speed, dt_s: 1e-5 / speed, from_m: -0.001, to_m: 0.005 };
         run.travel(&leg, |run, _, _| {
@@ -84,7 +84,7 @@ fn rate_dependence_is_half_way_at_v0_and_absent_by_default() {
 #[test]
 fn drawing_back_ruptures_nothing_even_where_speed_weakens_the_tissue() {
     let rate = Some(RateDependence { p_infinity_n: 0.0, v0_m_per_s: 0.001 });
-    let mut run = Run::new(AxialSpec { rate, ..paper() }).expect("a valid scene");
+    let mut run = AxialRun::new(AxialSpec { rate, ..paper_axial_spec() }).expect("a valid scene");
     run.step(0.0, 0.0);
     // 0.9 N of 1.0 N, reached slowly; at 0.5 m/s the threshold is 2 mN, whichever way the needle goes.
     run.step(1000.0, 0.9 / 331.0);

@@ -2,8 +2,8 @@
 //!
 //! It would fail if any sequence of motions made a force without end, lost or made energy, or if the motion met nothing.
 
-use bench::needle::Needle;
-use bench::scenes::training;
+use bench::needle::DrivenNeedle;
+use bench::scenes::training_axial_spec;
 use bench::soak;
 use law::puncture::PunctureParams;
 
@@ -12,7 +12,7 @@ use crate::structures::one_of_each;
 const TICKS: u32 = 120_000;
 
 fn scene() -> PunctureParams {
-    Needle::new(training(), one_of_each()).expect("a valid scene").params
+    DrivenNeedle::new(training_axial_spec(), one_of_each()).expect("a valid scene").params
 }
 
 #[test]

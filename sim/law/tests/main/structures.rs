@@ -7,8 +7,8 @@ use law::puncture::{PunctureEvent, PunctureParams, PunctureSpec};
 use law::structures::{Shape, StructureKind, StructureSpec, Wall};
 use nalgebra::{Point3, Vector3};
 
-use bench::needle::Needle;
-use bench::scenes::paper;
+use bench::needle::DrivenNeedle;
+use bench::scenes::paper_axial_spec;
 
 const MM: f64 = 1e-3;
 
@@ -52,7 +52,7 @@ pub fn one_of_each() -> Vec<StructureSpec> {
     ]
 }
 
-fn hits(needle: &Needle) -> Vec<(usize, bool)> {
+fn hits(needle: &DrivenNeedle) -> Vec<(usize, bool)> {
     let hit = |event: &PunctureEvent| match event {
         PunctureEvent::StructureHit { structure, by_tip } => Some((*structure, *by_tip)),
         _ => None,
@@ -62,7 +62,7 @@ fn hits(needle: &Needle) -> Vec<(usize, bool)> {
 
 /// Clearance of a needle straight down at (x, y) mm with its tip at a depth in mm, in mm.
 fn clearance_mm(spec: StructureSpec, (x, y): (f64, f64), depth: f64) -> f64 {
-    let mut needle = Needle::new(paper(), vec![spec]).expect("a valid scene");
+    let mut needle = DrivenNeedle::new(paper_axial_spec(), vec![spec]).expect("a valid scene");
     needle.down(x * MM, y * MM, MM);
     needle.down(x * MM, y * MM, -depth * MM).clearance_m / MM
 }
@@ -100,8 +100,9 @@ fn clearance_is_the_geometric_distance_for_every_shape() {
 #[test]
 fn a_structure_is_hit_once_per_entry_and_again_after_leaving() {
     for shape in [ball(5.0), cube(5.0)] {
-        let mut needle = Needle::new(paper(), vec![structure(StructureKind::Vessel, shape, (0.0, 0.0, -20.0))])
-            .expect("a valid scene");
+        let mut needle =
+            DrivenNeedle::new(paper_axial_spec(), vec![structure(StructureKind::Vessel, shape, (0.0, 0.0, -20.0))])
+                .expect("a valid scene");
         let mut seen = Vec::new();
         for depth_mm in [-1.0, 10.0, 14.9, 15.1, 20.0, 24.0, 30.0, 20.0, 10.0, 20.0] {
             needle.down(0.0, 0.0, -depth_mm * MM);
@@ -113,8 +114,9 @@ fn a_structure_is_hit_once_per_entry_and_again_after_leaving() {
 
 #[test]
 fn the_shaft_hits_what_it_is_swept_into() {
-    let mut needle = Needle::new(paper(), vec![structure(StructureKind::Nerve, ball(2.0), (5.0, 0.0, -10.0))])
-        .expect("a valid scene");
+    let mut needle =
+        DrivenNeedle::new(paper_axial_spec(), vec![structure(StructureKind::Nerve, ball(2.0), (5.0, 0.0, -10.0))])
+            .expect("a valid scene");
     needle.down(0.0, 0.0, MM);
     needle.down(0.0, 0.0, -30.0 * MM);
     assert_eq!(hits(&needle), []);
@@ -129,8 +131,9 @@ fn the_shaft_hits_what_it_is_swept_into() {
 
 #[test]
 fn targets_are_hit_but_do_not_count_for_clearance() {
-    let mut needle = Needle::new(paper(), vec![structure(StructureKind::Target, ball(5.0), (0.0, 0.0, -20.0))])
-        .expect("a valid scene");
+    let mut needle =
+        DrivenNeedle::new(paper_axial_spec(), vec![structure(StructureKind::Target, ball(5.0), (0.0, 0.0, -20.0))])
+            .expect("a valid scene");
     needle.down(0.0, 0.0, MM);
     let output = needle.down(0.0, 0.0, -20.0 * MM);
     assert_eq!(hits(&needle), [(0, true)]);
@@ -141,8 +144,9 @@ fn targets_are_hit_but_do_not_count_for_clearance() {
 fn bone_pushes_the_tip_out_along_its_normal_with_2500_newtons_per_metre() {
     let cuboid = Shape::Box { half_extents_m: Vector3::new(10.0 * MM, 10.0 * MM, 10.0 * MM) };
     for shape in [ball(10.0), cuboid, cube(10.0)] {
-        let mut needle = Needle::new(paper(), vec![structure(StructureKind::Bone, shape, (0.0, 0.0, -20.0))])
-            .expect("a valid scene");
+        let mut needle =
+            DrivenNeedle::new(paper_axial_spec(), vec![structure(StructureKind::Bone, shape, (0.0, 0.0, -20.0))])
+                .expect("a valid scene");
         let outside = needle.down(0.0, 0.0, -9.0 * MM);
         let inside = needle.down(0.0, 0.0, -12.0 * MM);
         assert!(outside.structures_n.norm() <= 0.0);
@@ -152,7 +156,11 @@ fn bone_pushes_the_tip_out_along_its_normal_with_2500_newtons_per_metre() {
     }
     let vessel = structure(StructureKind::Vessel, ball(10.0), (0.0, 0.0, -20.0));
     assert!(
-        Needle::new(paper(), vec![vessel]).expect("a valid scene").down(0.0, 0.0, -12.0 * MM).structures_n.norm()
+        DrivenNeedle::new(paper_axial_spec(), vec![vessel])
+            .expect("a valid scene")
+            .down(0.0, 0.0, -12.0 * MM)
+            .structures_n
+            .norm()
             <= 0.0,
         "only bone is stiff"
     );
@@ -160,8 +168,9 @@ fn bone_pushes_the_tip_out_along_its_normal_with_2500_newtons_per_metre() {
 
 #[test]
 fn the_centre_of_a_bone_has_no_outward_direction_and_no_force_that_is_not_a_number() {
-    let mut needle = Needle::new(paper(), vec![structure(StructureKind::Bone, ball(10.0), (0.0, 0.0, -20.0))])
-        .expect("a valid scene");
+    let mut needle =
+        DrivenNeedle::new(paper_axial_spec(), vec![structure(StructureKind::Bone, ball(10.0), (0.0, 0.0, -20.0))])
+            .expect("a valid scene");
     let output = needle.down(0.0, 0.0, -20.0 * MM);
     assert!(output.force_n.iter().all(|force| force.is_finite()));
 }
@@ -186,7 +195,7 @@ fn broken_shapes_are_refused_with_their_place_and_what_is_allowed() {
     ];
     for (shape, wanted) in cases {
         let spec = PunctureSpec {
-            axial: paper(),
+            axial: paper_axial_spec(),
             lateral_stiffness_n_per_m2: 10_000.0,
             needle_length_m: 0.15,
             needle_bending_n_m2: None,
@@ -206,7 +215,7 @@ fn walled() -> StructureSpec {
 
 #[test]
 fn the_wall_of_a_vessel_is_felt_until_it_gives_way_and_then_stays_open() {
-    let mut needle = Needle::new(paper(), vec![walled()]).expect("a valid scene");
+    let mut needle = DrivenNeedle::new(paper_axial_spec(), vec![walled()]).expect("a valid scene");
     let mut wall_n = |depth_mm: f64| needle.down(0.0, 0.0, -depth_mm * MM).structures_n.z;
     assert!(wall_n(-1.0).abs() <= 0.0);
     assert!(wall_n(9.9).abs() <= 0.0, "nothing outside");
@@ -218,7 +227,7 @@ fn the_wall_of_a_vessel_is_felt_until_it_gives_way_and_then_stays_open() {
 
 #[test]
 fn a_new_track_meets_the_wall_again_and_an_old_one_does_not() {
-    let mut needle = Needle::new(paper(), vec![walled()]).expect("a valid scene");
+    let mut needle = DrivenNeedle::new(paper_axial_spec(), vec![walled()]).expect("a valid scene");
     let mut wall_n = |y_mm: f64, depth_mm: f64| needle.down(0.0, y_mm * MM, -depth_mm * MM).structures_n.norm();
     let mut puncture = |y_mm: f64| {
         let path = [-1.0, 9.0, 10.5, 11.5, -1.0];

@@ -3,8 +3,9 @@
 
 use std::io;
 
+use recording::Tent;
+use recording::error::ReadError;
 use recording::tables::{Cell, Column, ColumnKind, Table, TableSink, UNITS, read_tables};
-use recording::{Tent, read::ReadError};
 
 use crate::support::{file, rupture, sample, writer};
 

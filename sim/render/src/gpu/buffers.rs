@@ -5,7 +5,7 @@ use std::ops::Range;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{Buffer, BufferUsages, Device, IndexFormat, RenderPass};
 
-use crate::meshes::Shape;
+use crate::meshes::MeshShape;
 
 /// A shape on the graphics card.
 pub struct Loaded {
@@ -17,7 +17,7 @@ pub struct Loaded {
 impl Loaded {
     /// Takes a shape there.
     #[must_use]
-    pub fn new(device: &Device, shape: &Shape) -> Self {
+    pub fn new(device: &Device, shape: &MeshShape) -> Self {
         let buffer = |contents: &[u8], usage| {
             // An empty buffer cannot be bound.
             let contents = if contents.is_empty() { &[0; 32] } else { contents };

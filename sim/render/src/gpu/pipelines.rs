@@ -210,7 +210,8 @@ pub fn covering(
     device: &Device,
     module: &ShaderModule,
     entries: [&str; 2],
-    (groups, formats): (&[&BindGroupLayout], &[TextureFormat]),
+    groups: &[&BindGroupLayout],
+    formats: &[TextureFormat],
 ) -> RenderPipeline {
     Recipe { formats, ..Recipe::new(module, entries, groups) }.make(device, 1)
 }

@@ -4,7 +4,7 @@ use wgpu::{Device, TextureUsages, TextureView};
 
 use super::FORMAT;
 use super::pipelines::{DEPTH, SHADOW};
-use super::textures::{Plan, view};
+use super::textures::{TexturePlan, view};
 use crate::quality::Quality;
 
 /// Targets of one size and quality.
@@ -24,15 +24,15 @@ impl Targets {
     #[must_use]
     pub fn new(device: &Device, picture: [u32; 2], quality: Quality) -> Self {
         let size = picture.map(|side| ((side as f32 * quality.resolution()).round() as u32).max(1));
-        let colour = Plan::flat(size, FORMAT);
-        let sampled = Plan { samples: quality.samples(), ..colour };
+        let colour = TexturePlan::flat(size, FORMAT);
+        let sampled = TexturePlan { samples: quality.samples(), ..colour };
         let attachment = TextureUsages::RENDER_ATTACHMENT;
         let readable = attachment | TextureUsages::TEXTURE_BINDING;
-        let shadow = Plan::flat([quality.shadow_texels().max(1); 2], SHADOW);
+        let shadow = TexturePlan::flat([quality.shadow_texels().max(1); 2], SHADOW);
         Self {
             samples: (quality.samples() > 1).then(|| view(&sampled.empty(device, attachment))),
             small: (size != picture).then(|| view(&colour.empty(device, readable))),
-            depth: view(&Plan { format: DEPTH, ..sampled }.empty(device, attachment)),
+            depth: view(&TexturePlan { format: DEPTH, ..sampled }.empty(device, attachment)),
             shadow: view(&shadow.empty(device, readable)),
         }
     }

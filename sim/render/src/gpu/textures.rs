@@ -8,7 +8,7 @@ use wgpu::{
 
 /// What a texture is, but for what it is used for.
 #[derive(Clone, Copy)]
-pub struct Plan {
+pub struct TexturePlan {
     /// Width and height, in texels.
     pub size: [u32; 2],
     /// Levels of detail.
@@ -21,7 +21,7 @@ pub struct Plan {
     pub format: TextureFormat,
 }
 
-impl Plan {
+impl TexturePlan {
     /// One picture of one level.
     #[must_use]
     pub fn flat(size: [u32; 2], format: TextureFormat) -> Self {
@@ -53,7 +53,7 @@ impl Plan {
 #[must_use]
 pub fn numbers<T: bytemuck::Pod>(device: &Device, queue: &Queue, size: [u32; 2], values: &[T]) -> TextureView {
     let four = size_of::<T>() > size_of::<f32>();
-    let plan = Plan::flat(size, if four { TextureFormat::Rgba32Float } else { TextureFormat::R32Float });
+    let plan = TexturePlan::flat(size, if four { TextureFormat::Rgba32Float } else { TextureFormat::R32Float });
     let descriptor = plan.descriptor(TextureUsages::TEXTURE_BINDING);
     let bytes = bytemuck::cast_slice(values);
     let texture = device.create_texture_with_data(queue, &descriptor, TextureDataOrder::LayerMajor, bytes);

@@ -7,9 +7,9 @@ use wgpu::{
 
 use super::layouts::{Layouts, group};
 use super::pipelines::{Shaders, covering};
-use super::textures::{Plan, view};
+use super::textures::{TexturePlan, view};
 
-/// The shaders of the pictures: the six materials in the order of [`crate::frame::Material`], and skin cut through.
+/// The shaders of the pictures: the six materials in the order of [`crate::frame::DrawnMaterial`], and skin cut through.
 const MATERIALS: [&str; 7] =
     ["paint_skin", "paint_fat", "paint_muscle", "paint_fascia", "paint_bone", "paint_fluid", "paint_dermis"];
 /// Width of a tile, in texels.
@@ -31,15 +31,15 @@ impl Tiles {
     #[must_use]
     pub fn new(device: &Device, queue: &Queue, layouts: &Layouts, shaders: &Shaders) -> Self {
         let layers = MATERIALS.len() as u32;
-        let plan = Plan { size: [TEXELS; 2], levels: LEVELS, layers, samples: 1, format: super::FORMAT };
+        let plan = TexturePlan { size: [TEXELS; 2], levels: LEVELS, layers, samples: 1, format: super::FORMAT };
         let textures = [(); 2].map(|()| plan.empty(device, TextureUsages::COPY_DST | TextureUsages::TEXTURE_BINDING));
-        let easel = Easel::new(device, (layouts, shaders));
+        let easel = Easel::new(device, layouts, shaders);
         let mut encoder = device.create_command_encoder(&Default::default());
         for (material, painting) in (0..).zip(&easel.painting) {
             easel.paint(&mut encoder, painting);
             for (sheet, texture) in easel.sheets.iter().zip(&textures) {
                 sheet.halve(&mut encoder, &easel.halving);
-                sheet.copy(&mut encoder, (texture, material));
+                sheet.copy(&mut encoder, texture, material);
             }
         }
         queue.submit([encoder.finish()]);
@@ -72,16 +72,16 @@ struct Sheet {
 }
 
 impl Easel {
-    fn new(device: &Device, (layouts, shaders): (&Layouts, &Shaders)) -> Self {
+    fn new(device: &Device, layouts: &Layouts, shaders: &Shaders) -> Self {
         let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
-        let heights = view(&Plan::flat([TEXELS; 2], HEIGHTS).empty(device, usage));
-        let paint = |entry| covering(device, &shaders.tiles, ["tile_vertex", entry], (&[], &[super::FORMAT, HEIGHTS]));
+        let heights = view(&TexturePlan::flat([TEXELS; 2], HEIGHTS).empty(device, usage));
+        let paint = |entry| covering(device, &shaders.tiles, ["tile_vertex", entry], &[], &[super::FORMAT, HEIGHTS]);
         let relief = ["tile_vertex", "relief_fragment"];
         let halve = ["enlarge_vertex", "enlarge_fragment"];
         Self {
             painting: MATERIALS.map(paint),
-            relieving: covering(device, &shaders.tiles, relief, (&[&layouts.responses], &[super::FORMAT])),
-            halving: covering(device, &shaders.enlarge, halve, (&[&layouts.copy], &[super::FORMAT])),
+            relieving: covering(device, &shaders.tiles, relief, &[&layouts.responses], &[super::FORMAT]),
+            halving: covering(device, &shaders.enlarge, halve, &[&layouts.copy], &[super::FORMAT]),
             bind: group(device, &layouts.responses, &[BindingResource::TextureView(&heights)]),
             heights,
             sheets: [(); 2].map(|()| Sheet::new(device, layouts)),
@@ -106,7 +106,7 @@ impl Sheet {
     fn new(device: &Device, layouts: &Layouts) -> Self {
         let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC;
         let level = |level: u32| {
-            let texture = Plan::flat([TEXELS >> level; 2], super::FORMAT).empty(device, usage);
+            let texture = TexturePlan::flat([TEXELS >> level; 2], super::FORMAT).empty(device, usage);
             let view = view(&texture);
             (texture, view)
         };
@@ -130,7 +130,7 @@ impl Sheet {
     }
 
     /// Into one picture of many.
-    fn copy(&self, encoder: &mut CommandEncoder, (texture, picture): (&Texture, u32)) {
+    fn copy(&self, encoder: &mut CommandEncoder, texture: &Texture, picture: u32) {
         for (mip_level, (source, _)) in (0..).zip(&self.levels) {
             let origin = Origin3d { z: picture, ..Origin3d::ZERO };
             let onto = TexelCopyTextureInfo { mip_level, origin, ..texture.as_image_copy() };

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::{Corner, Shape};
+use super::{Corner, MeshShape};
 use crate::placement::{BEHIND_M, HALF_WIDTH_M};
 
 /// Corners along a ray, from the middle of the cut to the rim. A processor that stands in for a graphics card draws blocks of 16 pixels
@@ -17,9 +17,9 @@ const SIDE: u32 = 11;
 const FAR: u32 = 22;
 
 /// The block, and which of its indices are what.
-pub struct Body {
+pub struct BodyMesh {
     /// All corners and triangles.
-    pub shape: Shape,
+    pub shape: MeshShape,
     /// The grid of a boundary.
     pub grid: Range<u32>,
     /// The outer walls of a layer.
@@ -28,7 +28,7 @@ pub struct Body {
     pub cut: Range<u32>,
 }
 
-impl Body {
+impl BodyMesh {
     /// The grid within a distance from the middle of the cut (m), and the rest of it.
     #[must_use]
     pub fn grid_within(&self, reach_m: f32) -> [Range<u32>; 2] {
@@ -59,8 +59,8 @@ fn rings_within(reach_m: f32) -> u32 {
 
 /// Makes the block.
 #[must_use]
-pub fn body() -> Body {
-    let mut shape = Shape::default();
+pub fn build_body() -> BodyMesh {
+    let mut shape = MeshShape::default();
     let rim = rim();
     grid(&mut shape, &rim);
     let grid_end = shape.indices.len() as u32;
@@ -68,7 +68,7 @@ pub fn body() -> Body {
     let outer_end = shape.indices.len() as u32;
     cut(&mut shape);
     let end = shape.indices.len() as u32;
-    Body { shape, grid: 0..grid_end, outer: grid_end..outer_end, cut: outer_end..end }
+    BodyMesh { shape, grid: 0..grid_end, outer: grid_end..outer_end, cut: outer_end..end }
 }
 
 fn line(from: [f32; 2], to: [f32; 2], steps: u32) -> impl Iterator<Item = [f32; 2]> {
@@ -87,7 +87,7 @@ fn rim() -> Vec<[f32; 2]> {
     line(a, b, SIDE).chain(line(b, c, FAR).skip(1)).chain(line(c, d, SIDE).skip(1)).collect()
 }
 
-fn grid(shape: &mut Shape, rim: &[[f32; 2]]) {
+fn grid(shape: &mut MeshShape, rim: &[[f32; 2]]) {
     for ring in 0..=RINGS {
         let along = ring as f32 / RINGS as f32;
         for [x, y] in rim {
@@ -98,7 +98,7 @@ fn grid(shape: &mut Shape, rim: &[[f32; 2]]) {
 }
 
 /// A wall: two rows of corners, the layer's top and its bottom.
-fn wall(shape: &mut Shape, plan: &[[f32; 3]], normal: [f32; 2]) {
+fn wall(shape: &mut MeshShape, plan: &[[f32; 3]], normal: [f32; 2]) {
     let first = shape.corners.len() as u32;
     for bottom in [0.0, 1.0] {
         for [x, y, along] in plan {
@@ -108,7 +108,7 @@ fn wall(shape: &mut Shape, plan: &[[f32; 3]], normal: [f32; 2]) {
     shape.join(first, plan.len() as u32, 2);
 }
 
-fn outer(shape: &mut Shape) {
+fn outer(shape: &mut MeshShape) {
     let [a, b, c, d] = CORNERS;
     for (from, to, steps, normal) in [(a, b, SIDE, [1.0, 0.0]), (b, c, FAR, [0.0, 1.0]), (c, d, SIDE, [-1.0, 0.0])] {
         let plan: Vec<_> = line(from, to, steps).map(|[x, y]| [x, y, 1.0]).collect();
@@ -116,7 +116,7 @@ fn outer(shape: &mut Shape) {
     }
 }
 
-fn cut(shape: &mut Shape) {
+fn cut(shape: &mut MeshShape) {
     let ray = |x: f32| (0..=RINGS).map(move |ring| [x, 0.0, ring as f32 / RINGS as f32]);
     let mut left: Vec<_> = ray(-HALF_WIDTH_M).collect();
     left.reverse();

@@ -5,7 +5,7 @@ use std::f32::consts::TAU;
 use glam::{Quat, Vec3};
 
 use super::lathe::turn;
-use super::{Corner, Shape};
+use super::{Corner, MeshShape};
 use crate::frame::Stage;
 
 const LINE: f32 = 0.0;
@@ -22,10 +22,10 @@ const RING_TUBE_M: f32 = 2.0e-4;
 
 /// Makes the guide of a stage.
 #[must_use]
-pub fn guide(stage: &Stage) -> Shape {
+pub fn build_guide(stage: &Stage) -> MeshShape {
     let (entry, target) = (Vec3::from(stage.entry_m), stage.target_m.map(Vec3::from));
     let axis = Vec3::from(stage.axis).normalize_or(Vec3::NEG_Z);
-    let mut shape = Shape::default();
+    let mut shape = MeshShape::default();
     let inside_m = target.map_or(0.0, |target| (target - entry).dot(axis).clamp(0.0, 0.5) - RING_RADIUS_M);
     let length_m = ABOVE_M + inside_m;
     let dashes = (length_m / (DASH_M[0] + DASH_M[1])) as u32;
@@ -43,24 +43,24 @@ pub fn guide(stage: &Stage) -> Shape {
 }
 
 /// Two bars on the skin, open in the middle so that the puncture stays to be seen.
-fn cross(shape: &mut Shape, entry: Vec3) {
+fn cross(shape: &mut MeshShape, entry: Vec3) {
     for direction in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y] {
         let from = entry + direction * (0.3 * CROSS_M) + Vec3::Z * 3e-4;
         shape.add(&rod(from, direction * (0.7 * CROSS_M), 1.6 * LINE_RADIUS_M, ENTRY));
     }
 }
 
-fn rod(from: Vec3, along: Vec3, radius_m: f32, part: f32) -> Shape {
-    let mut shape = Shape::default();
+fn rod(from: Vec3, along: Vec3, radius_m: f32, part: f32) -> MeshShape {
+    let mut shape = MeshShape::default();
     let length = along.length();
     turn(&mut shape, &[[0.0, 0.0], [radius_m, 0.0], [radius_m, length], [0.0, length]], part, 8);
     shape.placed(from, Quat::from_rotation_arc(Vec3::Z, along / length.max(f32::MIN_POSITIVE)))
 }
 
-fn ring(middle: Vec3, normal: Vec3, radius_m: f32, part: f32) -> Shape {
+fn ring(middle: Vec3, normal: Vec3, radius_m: f32, part: f32) -> MeshShape {
     const AROUND: u32 = 48;
     const TUBE: u32 = 6;
-    let mut shape = Shape::default();
+    let mut shape = MeshShape::default();
     for i in 0..=AROUND {
         let (sin, cos) = (TAU * i as f32 / AROUND as f32).sin_cos();
         let out = Vec3::new(cos, sin, 0.0);

@@ -4,14 +4,14 @@ use std::f32::consts::TAU;
 
 use glam::Vec3;
 
-use super::{Corner, Shape};
+use super::{Corner, MeshShape};
 
 /// A point of a profile: distance from the axis and place along it, in m.
 pub type Point = [f32; 2];
 
 /// Turns a profile around +z, in `sides` sides. Each stretch of it has its own edges, so that rims stay sharp; the profile goes
 /// from the hub's side to the tip's with the body on its inner side.
-pub fn turn(shape: &mut Shape, profile: &[Point], part: f32, sides: u32) {
+pub fn turn(shape: &mut MeshShape, profile: &[Point], part: f32, sides: u32) {
     for stretch in profile.windows(2) {
         let [[r0, z0], [r1, z1]] = [stretch[0], stretch[1]];
         let slope = Vec3::new(z1 - z0, 0.0, r0 - r1).normalize_or_zero();
@@ -28,7 +28,7 @@ pub fn turn(shape: &mut Shape, profile: &[Point], part: f32, sides: u32) {
 }
 
 /// A profile with a smooth curve: the normals of a stretch run into each other.
-pub fn turn_smooth(shape: &mut Shape, profile: &[Point], part: f32, sides: u32) {
+pub fn turn_smooth(shape: &mut MeshShape, profile: &[Point], part: f32, sides: u32) {
     let first = shape.corners.len() as u32;
     for (at, [r, z]) in profile.iter().enumerate() {
         let before = profile[at.saturating_sub(1)];

@@ -31,14 +31,14 @@ impl Corner {
 
 /// Corners and triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Shape {
+pub struct MeshShape {
     /// Corners.
     pub corners: Vec<Corner>,
     /// Three corners a triangle.
     pub indices: Vec<u32>,
 }
 
-impl Shape {
+impl MeshShape {
     /// Adds a corner and returns its number.
     pub fn corner(&mut self, corner: Corner) -> u32 {
         self.corners.push(corner);

@@ -5,8 +5,8 @@ use std::f32::consts::{PI, TAU};
 use glam::Vec3;
 
 use super::lathe::{Point, turn, turn_smooth};
-use super::{Corner, Shape};
-use crate::frame::{Needle, Tip};
+use super::{Corner, MeshShape};
+use crate::frame::{DrawnNeedle, Tip};
 
 const STEEL: f32 = 0.0;
 const CANNULA: f32 = 1.0;
@@ -22,8 +22,8 @@ const STYLET: f32 = 0.80;
 
 /// Makes the needle.
 #[must_use]
-pub fn needle(needle: &Needle) -> Shape {
-    let mut shape = Shape::default();
+pub fn build_needle(needle: &DrawnNeedle) -> MeshShape {
+    let mut shape = MeshShape::default();
     let outer_m = 0.5 * needle.diameter_m;
     let length_m = needle.length_m.max(20.0 * outer_m);
     let hub_m = -length_m + 0.030_f32.min(0.3 * length_m);
@@ -40,7 +40,7 @@ pub fn needle(needle: &Needle) -> Shape {
 }
 
 /// The cannula: a shaft that narrows towards its rim, the rim, and the gap between rim and stylet.
-fn cannula(shape: &mut Shape, outer_m: f32, inner_m: f32, rim_m: f32, hub_m: f32) {
+fn cannula(shape: &mut MeshShape, outer_m: f32, inner_m: f32, rim_m: f32, hub_m: f32) {
     let bevel_m = 0.9 * outer_m;
     let bore_m = inner_m + 0.35 * (outer_m - inner_m);
     let rim_radius_m = inner_m + 0.62 * (outer_m - inner_m);
@@ -50,14 +50,14 @@ fn cannula(shape: &mut Shape, outer_m: f32, inner_m: f32, rim_m: f32, hub_m: f32
     turn(shape, &[[bore_m, rim_m - outer_m], [inner_m, rim_m - outer_m]], BORE, SIDES);
 }
 
-fn shaft(shape: &mut Shape, radius_m: f32, part: f32, [from_m, to_m]: [f32; 2]) {
+fn shaft(shape: &mut MeshShape, radius_m: f32, part: f32, [from_m, to_m]: [f32; 2]) {
     let profile: Vec<Point> =
         (0..=STRETCHES).map(|i| [radius_m, from_m + (to_m - from_m) * i as f32 / STRETCHES as f32]).collect();
     turn_smooth(shape, &profile, part, SIDES);
 }
 
 /// A shaft's end: where its surface ends, and how far the end is from the tip, at an angle around the axis.
-fn tip(shape: &mut Shape, tip: Tip, radius_m: f32, room_m: f32, from_m: f32) {
+fn tip(shape: &mut MeshShape, tip: Tip, radius_m: f32, room_m: f32, from_m: f32) {
     match tip {
         Tip::Diamond => diamond(shape, radius_m, (2.1 * radius_m).min(room_m), from_m),
         Tip::Bevel => bevel(shape, radius_m, (4.2 * radius_m).min(room_m), from_m),
@@ -78,7 +78,7 @@ fn tip(shape: &mut Shape, tip: Tip, radius_m: f32, room_m: f32, from_m: f32) {
 }
 
 /// Three flat facets that meet in the tip.
-fn diamond(shape: &mut Shape, radius_m: f32, long_m: f32, from_m: f32) {
+fn diamond(shape: &mut MeshShape, radius_m: f32, long_m: f32, from_m: f32) {
     let per_facet = SIDES / 3;
     let depth = |angle: f32| -long_m * (angle - facet(angle)).cos();
     for face in 0..3 {
@@ -106,7 +106,7 @@ fn facet(angle: f32) -> f32 {
 }
 
 /// A slanted cut. Its point is bent onto the axis, as a Tuohy needle's is, so that the point is where the force law's tip is.
-fn bevel(shape: &mut Shape, radius_m: f32, long_m: f32, from_m: f32) {
+fn bevel(shape: &mut MeshShape, radius_m: f32, long_m: f32, from_m: f32) {
     let depth = |angle: f32| -0.5 * long_m * (1.0 - angle.cos());
     let first = shape.corners.len() as u32;
     shaft_to(shape, radius_m, from_m, depth);
@@ -129,7 +129,7 @@ fn bevel(shape: &mut Shape, radius_m: f32, long_m: f32, from_m: f32) {
 }
 
 /// A shaft whose end follows a curve: `end` is the place along the axis at an angle.
-fn shaft_to(shape: &mut Shape, radius_m: f32, from_m: f32, end: impl Fn(f32) -> f32) {
+fn shaft_to(shape: &mut MeshShape, radius_m: f32, from_m: f32, end: impl Fn(f32) -> f32) {
     let first = shape.corners.len() as u32;
     let rows = STRETCHES;
     for row in 0..=rows {
@@ -144,7 +144,7 @@ fn shaft_to(shape: &mut Shape, radius_m: f32, from_m: f32, end: impl Fn(f32) -> 
 }
 
 /// Hub of the cannula with its flange, and the knob of the stylet.
-fn handle(shape: &mut Shape, outer_m: f32, hub_m: f32, end_m: f32) {
+fn handle(shape: &mut MeshShape, outer_m: f32, hub_m: f32, end_m: f32) {
     let wide_m = 0.0046_f32.max(2.2 * outer_m);
     let long_m = hub_m - end_m;
     let z = |share: f32| hub_m - share * long_m;

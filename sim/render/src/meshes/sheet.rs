@@ -2,12 +2,12 @@
 
 use glam::Vec3;
 
-use super::{Corner, Shape};
+use super::{Corner, MeshShape};
 
 /// Makes a grid of so many columns and rows, from -1 to 1 in x and y.
 #[must_use]
-pub fn sheet([columns, rows]: [u32; 2]) -> Shape {
-    let mut shape = Shape::default();
+pub fn build_sheet([columns, rows]: [u32; 2]) -> MeshShape {
+    let mut shape = MeshShape::default();
     let place = |i: u32, count: u32| 2.0 * i as f32 / count as f32 - 1.0;
     for row in 0..=rows {
         for column in 0..=columns {

@@ -2,16 +2,16 @@
 
 use glam::Vec3;
 
-use super::{Corner, Shape};
-use crate::frame::{Mesh, Structure, StructureKind};
+use super::{Corner, MeshShape};
+use crate::frame::{DrawnStructure, DrawnStructureKind, Mesh};
 
 /// Cosine of the angle between faces that still make one smooth surface.
 const CREASE: f32 = 0.7;
 
 /// All structures in one shape: the part is the kind, the other number which structure it is.
 #[must_use]
-pub fn solids(structures: &[Structure]) -> Shape {
-    let mut shape = Shape::default();
+pub fn build_solids(structures: &[DrawnStructure]) -> MeshShape {
+    let mut shape = MeshShape::default();
     for (which, structure) in structures.iter().enumerate() {
         let mut solid = smoothed(&structure.mesh, part(structure.kind));
         solid.corners.iter_mut().for_each(|corner| corner.normal[3] = which as f32);
@@ -20,17 +20,17 @@ pub fn solids(structures: &[Structure]) -> Shape {
     shape
 }
 
-fn part(kind: StructureKind) -> f32 {
+fn part(kind: DrawnStructureKind) -> f32 {
     match kind {
-        StructureKind::Target => 0.0,
-        StructureKind::Vessel => 1.0,
-        StructureKind::Nerve => 2.0,
-        StructureKind::Bone => 3.0,
-        StructureKind::Organ => 4.0,
+        DrawnStructureKind::Target => 0.0,
+        DrawnStructureKind::Vessel => 1.0,
+        DrawnStructureKind::Nerve => 2.0,
+        DrawnStructureKind::Bone => 3.0,
+        DrawnStructureKind::Organ => 4.0,
     }
 }
 
-fn smoothed(mesh: &Mesh, part: f32) -> Shape {
+fn smoothed(mesh: &Mesh, part: f32) -> MeshShape {
     let place = |index: u32| mesh.positions_m.get(index as usize).map(|at| Vec3::from(*at));
     let faces: Vec<([u32; 3], [Vec3; 3], Vec3)> = mesh
         .triangles
@@ -45,7 +45,7 @@ fn smoothed(mesh: &Mesh, part: f32) -> Shape {
     for (indices, _, area) in &faces {
         indices.iter().for_each(|&index| around[index as usize].push(*area));
     }
-    let mut shape = Shape::default();
+    let mut shape = MeshShape::default();
     for (indices, corners, area) in &faces {
         let flat = area.normalize_or_zero();
         let placed = [0, 1, 2].map(|k| {

@@ -6,7 +6,7 @@ use std::f32::consts::FRAC_PI_2;
 use glam::{Quat, Vec3};
 
 use super::lathe::{Point, turn, turn_smooth};
-use super::{Corner, Shape};
+use super::{Corner, MeshShape};
 use crate::placement::{BEHIND_M, HALF_WIDTH_M};
 
 const STEEL: f32 = 5.0;
@@ -23,7 +23,7 @@ pub const MIDDLE_M: [f32; 2] = [HALF_WIDTH_M + 0.042, BEHIND_M + 0.02];
 
 /// Makes the tray and what is on it.
 #[must_use]
-pub fn tray() -> Shape {
+pub fn build_tray() -> MeshShape {
     let mut shape = dish();
     let lying = Quat::from_rotation_y(FRAC_PI_2);
     shape.add(&syringe().placed(Vec3::new(-0.045, -0.024, 0.0085), Quat::from_rotation_z(0.12) * lying));
@@ -38,7 +38,7 @@ fn turned(angle_rad: f32) -> Quat {
 }
 
 /// A sheet of steel with a rim.
-fn dish() -> Shape {
+fn dish() -> MeshShape {
     const THIN_M: f32 = 0.0006;
     let [wide, long] = HALF_M;
     let mut shape = slab(Vec3::new(wide, long, THIN_M), STEEL).placed(Vec3::Z * THIN_M, Quat::IDENTITY);
@@ -53,8 +53,8 @@ fn dish() -> Shape {
 }
 
 /// A box around the origin.
-fn slab(half: Vec3, part: f32) -> Shape {
-    let mut shape = Shape::default();
+fn slab(half: Vec3, part: f32) -> MeshShape {
+    let mut shape = MeshShape::default();
     for axis in 0..3 {
         for side in [-1.0, 1.0] {
             let pick = |k: usize| Vec3::AXES[(axis + k) % 3];
@@ -69,8 +69,8 @@ fn slab(half: Vec3, part: f32) -> Shape {
 }
 
 /// Along +z: plunger, barrel, nozzle.
-fn syringe() -> Shape {
-    let mut shape = Shape::default();
+fn syringe() -> MeshShape {
+    let mut shape = MeshShape::default();
     let plunger: [Point; 6] =
         [[0.0, 0.0], [0.0068, 0.0], [0.0068, 0.0016], [0.0035, 0.0016], [0.0035, 0.024], [0.0, 0.024]];
     turn(&mut shape, &plunger, PLASTIC, SIDES);
@@ -90,9 +90,9 @@ fn syringe() -> Shape {
 }
 
 /// Steel, filled: outside, lip and inside in one profile, and the level of what is in it.
-fn bowl() -> Shape {
+fn bowl() -> MeshShape {
     const DEEP_M: f32 = 0.018;
-    let mut shape = Shape::default();
+    let mut shape = MeshShape::default();
     let wall = |radius_m: f32, i: u32| {
         let (sin, cos) = (FRAC_PI_2 * i as f32 / 8.0).sin_cos();
         [radius_m * (0.55 + 0.45 * sin), DEEP_M * (1.0 - cos)]

@@ -2,7 +2,7 @@
 //!
 //! It would fail on a panic of the graphics library, and on a picture of something else.
 
-use render::frame::{Layer, Stage};
+use render::frame::{DrawnLayer, Stage};
 
 use crate::painter::{painter, picture};
 use crate::specimen::{at_depth, stage};
@@ -13,7 +13,7 @@ fn refused(stage: &Stage) -> String {
 
 #[test]
 fn a_stage_that_is_too_large_or_does_not_fit_its_field() {
-    let many = Stage { layers: vec![Layer::default(); 17], ..Stage::default() };
+    let many = Stage { layers: vec![DrawnLayer::default(); 17], ..Stage::default() };
     assert_eq!(refused(&many), "17 layers: a picture takes at most 16");
     let mut loads = stage();
     loads.field.loads = 49;

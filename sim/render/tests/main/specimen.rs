@@ -1,14 +1,17 @@
 //! The body that the pictures of the tests are of: the training scene's layers with a vessel, a bone and a target, and a field
 //! like that of an elastic half-space.
 
-use render::frame::{FieldTable, Frame, Layer, Material, Mesh, Needle, Puncture, Stage, Structure, StructureKind, Tip};
+use render::frame::{
+    DrawnLayer, DrawnMaterial, DrawnNeedle, DrawnPuncture, DrawnStructure, DrawnStructureKind, FieldTable, Frame, Mesh,
+    Stage, Tip,
+};
 
 /// Skin, fat, fascia, muscle: name, material, thickness in m, stiffness in N/m.
-const LAYERS: [(&str, Material, f32, f32); 4] = [
-    ("skin", Material::Skin, 0.0008, 331.0),
-    ("fat", Material::Fat, 0.0084, 83.0),
-    ("fascia", Material::Fascia, 0.0006, 800.0),
-    ("muscle", Material::Muscle, 0.039, 497.0),
+const LAYERS: [(&str, DrawnMaterial, f32, f32); 4] = [
+    ("skin", DrawnMaterial::Skin, 0.0008, 331.0),
+    ("fat", DrawnMaterial::Fat, 0.0084, 83.0),
+    ("fascia", DrawnMaterial::Fascia, 0.0006, 800.0),
+    ("muscle", DrawnMaterial::Muscle, 0.039, 497.0),
 ];
 const LOADS: usize = 2 * LAYERS.len();
 
@@ -16,22 +19,22 @@ const LOADS: usize = 2 * LAYERS.len();
 pub fn stage() -> Stage {
     let mut top_m = 0.0;
     let layers = LAYERS.map(|(name, material, thickness_m, _)| {
-        let layer = Layer { name: name.to_owned(), material, top_m, thickness_m };
+        let layer = DrawnLayer { name: name.to_owned(), material, top_m, thickness_m };
         top_m += thickness_m;
         layer
     });
     Stage {
         field: field(&layers),
         layers: layers.to_vec(),
-        needle: Needle { length_m: 0.15, diameter_m: 0.002, tip_to_rim_m: 0.002, tip: Tip::Diamond },
+        needle: DrawnNeedle { length_m: 0.15, diameter_m: 0.002, tip_to_rim_m: 0.002, tip: Tip::Diamond },
         structures: vec![
-            structure("lumbar vessel", StructureKind::Vessel, tube([0.011, 0.0, -0.018], 0.002, 0.03)),
+            structure("lumbar vessel", DrawnStructureKind::Vessel, tube([0.011, 0.0, -0.018], 0.002, 0.03)),
             structure(
                 "transverse process",
-                StructureKind::Bone,
+                DrawnStructureKind::Bone,
                 cuboid([-0.026, 0.004, -0.030], [0.013, 0.006, 0.004]),
             ),
-            structure("target", StructureKind::Target, ball([0.0, 0.0, -0.028], 0.0025)),
+            structure("target", DrawnStructureKind::Target, ball([0.0, 0.0, -0.028], 0.0025)),
         ],
         entry_m: [0.0; 3],
         axis: [0.0, 0.0, -1.0],
@@ -40,12 +43,12 @@ pub fn stage() -> Stage {
     }
 }
 
-fn structure(name: &str, kind: StructureKind, mesh: Mesh) -> Structure {
-    Structure { name: name.to_owned(), kind, mesh }
+fn structure(name: &str, kind: DrawnStructureKind, mesh: Mesh) -> DrawnStructure {
+    DrawnStructure { name: name.to_owned(), kind, mesh }
 }
 
 /// A dent that is deep at the load and wide, and weaker away from its boundary.
-fn field(layers: &[Layer; 4]) -> FieldTable {
+fn field(layers: &[DrawnLayer; 4]) -> FieldTable {
     let radii_m: Vec<f32> = (0..48).map(|i| 0.06 * (i as f32 / 47.0) * (i as f32 / 47.0)).collect();
     let mut axial_m_per_n = Vec::new();
     for boundary in layers {
@@ -86,7 +89,7 @@ pub fn tenting(boundary: usize, depth_m: f32, blood: f32) -> Frame {
 /// The needle is in the tissue and has opened so many boundaries.
 pub fn inside(frame: Frame, opened: u32, blood: f32) -> Frame {
     let depth_m = -frame.tip_m[2];
-    let puncture = Puncture { entry_m: [0.0; 3], axis: [0.0, 0.0, -1.0], depth_m, opened, blood };
+    let puncture = DrawnPuncture { entry_m: [0.0; 3], axis: [0.0, 0.0, -1.0], depth_m, opened, blood };
     Frame { entry_m: Some([0.0; 3]), punctures: vec![puncture], ..frame }
 }
 

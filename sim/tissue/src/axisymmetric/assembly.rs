@@ -9,7 +9,7 @@ use crate::{ElasticLayer, Slab};
 
 /// The nodes of a mesh: a column of them at each radius, column after column from the axis.
 #[derive(Clone, Debug)]
-pub(super) struct Grid<const N: usize> {
+pub(super) struct ElementGrid<const N: usize> {
     pub radial: Spans,
     pub axial: Spans,
     /// The unknowns of each node.
@@ -28,7 +28,7 @@ struct Edges {
 /// Fills the stiffness of an element, as `element::stiffness` does.
 pub(super) type Stiffness = fn(&ElasticLayer, &RadialIntegrals, &AxialIntegrals, &mut [f64]);
 
-impl Grid<2> {
+impl ElementGrid<2> {
     /// The nodes of what has the axis for its own: (u_r, u_z) at each, u_z along the depth.
     pub fn straight(radial: Spans, axial: Spans, side: Side) -> Self {
         Self::new(radial, axial, |at| {
@@ -38,7 +38,7 @@ impl Grid<2> {
     }
 }
 
-impl Grid<3> {
+impl ElementGrid<3> {
     /// The nodes of the first harmonic: (s, t, q) at each, as [`super::sideways`] has them.
     pub fn sideways(radial: Spans, axial: Spans) -> Self {
         Self::new(radial, axial, |at| {
@@ -48,7 +48,7 @@ impl Grid<3> {
     }
 }
 
-impl<const N: usize> Grid<N> {
+impl<const N: usize> ElementGrid<N> {
     fn new(radial: Spans, axial: Spans, free: impl Fn(&Edges) -> [bool; N]) -> Self {
         let (columns, rows) = (radial.nodes(), axial.nodes());
         let mut next = 0;

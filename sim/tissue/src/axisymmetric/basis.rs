@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use crate::quadrature::{gauss, lobatto};
+use crate::quadrature::{gauss_rule, lobatto_rule};
 
 /// Highest order of an element.
 pub const MAX_ORDER: usize = 10;
@@ -19,7 +19,7 @@ pub(super) type Point = (f64, f64);
 /// What every mesh needs of each order. It never changes, so it is made once.
 static TABLES: LazyLock<Tables> = LazyLock::new(|| Tables {
     bases: (0..=MAX_ORDER).map(|order| Basis::new(order.max(1))).collect(),
-    fine: gauss(FINE),
+    fine: gauss_rule(FINE),
 });
 
 struct Tables {
@@ -51,7 +51,7 @@ pub(super) struct Basis {
 impl Basis {
     pub fn new(order: usize) -> Self {
         let mut nodes = [0.0; MAX_ORDER + 1];
-        for (node, (x, _)) in nodes.iter_mut().zip(lobatto(order)) {
+        for (node, (x, _)) in nodes.iter_mut().zip(lobatto_rule(order)) {
             *node = x;
         }
         let mut weights = [0.0; MAX_ORDER + 1];
@@ -59,7 +59,7 @@ impl Basis {
             weights[i] = 1.0 / (0..=order).filter(|&k| k != i).map(|k| nodes[i] - nodes[k]).product::<f64>();
         }
         let mut basis = Self { order, nodes, weights, rule: Vec::new() };
-        let points = gauss(order + 2).into_iter();
+        let points = gauss_rule(order + 2).into_iter();
         basis.rule = points.map(|point| (point, basis.values(point.0), basis.slopes(point.0))).collect();
         basis
     }

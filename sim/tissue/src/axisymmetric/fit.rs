@@ -11,7 +11,7 @@
 use super::basis::MAX_ORDER;
 use super::grading::{LEAST_ORDER, LEVELS};
 use super::judge::Judge;
-use super::trim::{Rung, Trimming, View};
+use super::trim::{AnswerView, Rung, Trimming};
 use super::{Axisymmetric, AxisymmetricError, MeshSpec, fit_first};
 use crate::{Judging, Problem, Sampled};
 use law::axial::Domain;
@@ -19,7 +19,7 @@ use phrase::Phrase;
 
 /// A model with what is known of its error.
 #[derive(Clone, Debug)]
-pub struct Fitted {
+pub struct FittedAxisymmetric {
     /// The model, solved for 1 N.
     pub model: Axisymmetric,
     /// Its mesh.
@@ -30,7 +30,7 @@ pub struct Fitted {
     pub met: bool,
 }
 
-impl Fitted {
+impl FittedAxisymmetric {
     /// The mesh, for people.
     #[must_use]
     pub fn mesh_in_words(&self) -> Phrase {
@@ -42,7 +42,7 @@ impl Fitted {
 ///
 /// # Errors
 /// The first number of the problem that is out of range, or contrasts beyond double precision.
-pub fn rung(problem: &Problem, at: usize) -> Option<Result<Axisymmetric, AxisymmetricError>> {
+pub fn fit_rung(problem: &Problem, at: usize) -> Option<Result<Axisymmetric, AxisymmetricError>> {
     let level = LEVELS.clone().nth(at)?;
     // What does not make sense must be refused before a mesh is made of it.
     let checked = problem.check().map_err(AxisymmetricError::from);
@@ -66,7 +66,7 @@ const LEVELS_PER_DECADE: f64 = 2.0;
 /// # Errors
 /// The first number of the problem that is out of range, or a tolerance that is not a positive number, or contrasts
 /// beyond double precision.
-pub fn fit(problem: &Problem, tolerance: f64) -> Result<Fitted, AxisymmetricError> {
+pub fn fit(problem: &Problem, tolerance: f64) -> Result<FittedAxisymmetric, AxisymmetricError> {
     fit_by(Judging::Second, problem, tolerance)
 }
 
@@ -74,7 +74,7 @@ pub fn fit(problem: &Problem, tolerance: f64) -> Result<Fitted, AxisymmetricErro
 ///
 /// # Errors
 /// As for [`fit`].
-pub fn fit_by(judging: Judging, problem: &Problem, tolerance: f64) -> Result<Fitted, AxisymmetricError> {
+pub fn fit_by(judging: Judging, problem: &Problem, tolerance: f64) -> Result<FittedAxisymmetric, AxisymmetricError> {
     problem.check()?;
     Domain::Positive.check("tolerance", tolerance, "")?;
     match judging {
@@ -90,15 +90,15 @@ pub(super) fn first_level(tolerance: f64) -> usize {
     (level as usize).clamp(LEAST_ORDER, MAX_ORDER - BETTER)
 }
 
-fn judged(problem: &Problem, tolerance: f64) -> Result<Fitted, AxisymmetricError> {
+fn judged(problem: &Problem, tolerance: f64) -> Result<FittedAxisymmetric, AxisymmetricError> {
     let solved = |mesh: &MeshSpec| Ok(problem.sampled(&Axisymmetric::new(problem, mesh)?));
     let judge = Judge::new(problem, tolerance, solved, Sampled::distance)?;
     let fitted = |model: Axisymmetric, mesh: MeshSpec| {
         let estimated_relative_error = problem.sampled(&model).distance(&judge.answer) + judge.doubt;
-        Fitted { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance }
+        FittedAxisymmetric { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance }
     };
-    let view = View::both(&judge.answer);
-    let truth = view.of(&judge.answer);
+    let view = AnswerView::both(&judge.answer);
+    let truth = view.counted(&judge.answer);
     // Both components count as shares of themselves: what both are off by is more than what either is.
     let size = truth.iter().map(|value| value * value).sum::<f64>().sqrt();
     let trimming = Trimming { problem, view, truth: &truth, aim: AIM * tolerance / size };

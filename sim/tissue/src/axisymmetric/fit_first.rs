@@ -5,8 +5,8 @@
 //! same judge.
 
 use super::basis::MAX_ORDER;
-use super::fit::{AIM, BETTER, Fitted, first_level};
-use super::trim::{Rung, Trimming, View};
+use super::fit::{AIM, BETTER, FittedAxisymmetric, first_level};
+use super::trim::{AnswerView, Rung, Trimming};
 use super::{AxisymmetricError, MeshSpec};
 use crate::{Problem, relative_distance};
 
@@ -18,19 +18,19 @@ const DOUBT: f64 = 1.5;
 const SIDE: f64 = 0.5;
 
 /// Finds a mesh whose distance from its judge meets a tolerance, for a checked problem.
-pub(super) fn fit(problem: &Problem, tolerance: f64) -> Result<Fitted, AxisymmetricError> {
+pub(super) fn fit(problem: &Problem, tolerance: f64) -> Result<FittedAxisymmetric, AxisymmetricError> {
     let level = first_level(tolerance);
     let mesh = MeshSpec::graded(problem, level as f64);
     let mut climb = Climb { problem, tolerance, mesh, to_side: false, error: f64::INFINITY };
     for orders in 0..=MAX_ORDER - BETTER - level {
         if let Some((enough, judge)) = climb.judged(orders)? {
-            let trimming = Trimming { problem, view: View::Axial, truth: &judge.answer, aim: AIM * tolerance };
+            let trimming = Trimming { problem, view: AnswerView::Axial, truth: &judge.answer, aim: AIM * tolerance };
             return Ok(fitted(trimming.trim(enough)?, &judge, tolerance));
         }
     }
     let finest = if climb.to_side { climb.mesh } else { climb.mesh.graded_to_side() }.raised(MAX_ORDER);
-    let judge = Rung::new(problem, finest.clone().halved(), View::Axial)?;
-    Ok(fitted(Rung::new(problem, finest, View::Axial)?, &judge, tolerance))
+    let judge = Rung::new(problem, finest.clone().halved(), AnswerView::Axial)?;
+    Ok(fitted(Rung::new(problem, finest, AnswerView::Axial)?, &judge, tolerance))
 }
 
 /// Relative distance of a rung from a better one.
@@ -38,10 +38,10 @@ fn error(rung: &Rung, better: &Rung) -> f64 {
     relative_distance(&rung.answer, &better.answer)
 }
 
-fn fitted(rung: Rung, better: &Rung, tolerance: f64) -> Fitted {
+fn fitted(rung: Rung, better: &Rung, tolerance: f64) -> FittedAxisymmetric {
     let estimated_relative_error = error(&rung, better);
     let met = estimated_relative_error <= tolerance;
-    Fitted { model: rung.model, mesh: rung.mesh, estimated_relative_error, met }
+    FittedAxisymmetric { model: rung.model, mesh: rung.mesh, estimated_relative_error, met }
 }
 
 /// The search for a mesh that is good enough, and for its judge.
@@ -59,7 +59,7 @@ struct Climb<'a> {
 impl Climb<'_> {
     /// The mesh with so many orders more.
     fn rung(&self, orders: usize) -> Result<Rung, AxisymmetricError> {
-        Rung::new(self.problem, self.mesh.clone().raised(orders), View::Axial)
+        Rung::new(self.problem, self.mesh.clone().raised(orders), AnswerView::Axial)
     }
 
     /// A rung and its judge, if that can be trusted. The side is looked at when it can, and when an order more has not
@@ -70,7 +70,7 @@ impl Climb<'_> {
         let trusted = wrong <= DOUBT * self.tolerance;
         let stalled = wrong > 0.5 * std::mem::replace(&mut self.error, wrong);
         if !self.to_side && (trusted || stalled) {
-            let sided = Rung::new(self.problem, low.mesh.clone().graded_to_side(), View::Axial)?;
+            let sided = Rung::new(self.problem, low.mesh.clone().graded_to_side(), AnswerView::Axial)?;
             if error(&low, &sided) > if trusted { SIDE * self.tolerance } else { wrong } {
                 self.to_side = true;
                 self.mesh = self.mesh.clone().graded_to_side();

@@ -34,7 +34,7 @@ impl MeshSpec {
     #[must_use]
     pub fn graded(problem: &Problem, level: f64) -> Self {
         Self::by(
-            &Grading { radius_m: problem.load.radius_m, level, size: SIZE, decay: DECAY, thinness: THINNESS },
+            &LevelGrading { radius_m: problem.load.radius_m, level, size: SIZE, decay: DECAY, thinness: THINNESS },
             problem,
         )
     }
@@ -45,11 +45,11 @@ impl MeshSpec {
     #[must_use]
     pub fn even(problem: &Problem, order: usize, size: f64) -> Self {
         let level = order as f64;
-        let grading = Grading { radius_m: problem.load.radius_m, level, size, decay: 0.0, thinness: 0.0 };
+        let grading = LevelGrading { radius_m: problem.load.radius_m, level, size, decay: 0.0, thinness: 0.0 };
         Self::by(&grading, problem).graded_to_side()
     }
 
-    fn by(grading: &Grading, problem: &Problem) -> Self {
+    fn by(grading: &LevelGrading, problem: &Problem) -> Self {
         let mut mesh = Self { radial: Vec::new(), axial: Vec::new() };
         grading.fill([0.0, problem.slab.radius_m], [0.0, problem.slab.radius_m], &mut mesh.radial);
         let (lines, [from_m, to_m]) = (lines_m(problem), problem.load.ends_m());
@@ -101,7 +101,7 @@ impl MeshSpec {
 /// Levels of the ladder.
 pub(super) const LEVELS: std::ops::RangeInclusive<usize> = LEAST_ORDER..=MAX_ORDER;
 
-struct Grading {
+struct LevelGrading {
     /// Radius of the load, in m.
     radius_m: f64,
     /// Order of an element at the load.
@@ -114,7 +114,7 @@ struct Grading {
     thinness: f64,
 }
 
-impl Grading {
+impl LevelGrading {
     /// Elements between the load and a distance from it in m.
     fn count(&self, distance_m: f64) -> f64 {
         libm::log1p(distance_m / self.radius_m) / self.size

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::basis::{basis, fine_rule};
 use super::mesh::{Span, Spans, same_depth};
 use crate::Load;
-use crate::quadrature::gauss;
+use crate::quadrature::gauss_rule;
 
 /// Load radii beyond which the traction is nothing: exp(−7²) = 5e-22.
 const REACH: f64 = 7.0;
@@ -47,7 +47,7 @@ pub(super) fn along(load: &Load, spans: &Spans) -> Vec<f64> {
 }
 
 /// A part of a load that leans, on a vertical of its own.
-pub(super) struct Station {
+pub(super) struct AxisStation {
     /// Where the vertical is, in m.
     pub x_m: f64,
     /// Its share of the load on every node down the depth.
@@ -56,12 +56,12 @@ pub(super) struct Station {
 
 /// The load of a needle that goes `tangent` along the skin for each metre down: where it meets a contactor; for a drag so many
 /// stations in each strip, at Gauss's points, each with the density that interpolation gives it.
-pub(super) fn stations(load: &Load, spans: &Spans, tangent: f64, each_strip: usize) -> Vec<Station> {
+pub(super) fn stations(load: &Load, spans: &Spans, tangent: f64, each_strip: usize) -> Vec<AxisStation> {
     let [from_m, to_m] = load.ends_m();
     if same_depth(from_m, to_m) {
-        return vec![Station { x_m: from_m * tangent, along: along(load, spans) }];
+        return vec![AxisStation { x_m: from_m * tangent, along: along(load, spans) }];
     }
-    let points: Vec<f64> = gauss(each_strip).into_iter().map(|(point, _)| point).collect();
+    let points: Vec<f64> = gauss_rule(each_strip).into_iter().map(|(point, _)| point).collect();
     let dragged = spans.all().iter().filter(|span| (from_m..=to_m).contains(&span.middle_m()));
     let station = |span: &Span, own: usize| {
         let others = || points.iter().enumerate().filter(move |&(at, _)| at != own);
@@ -71,7 +71,7 @@ pub(super) fn stations(load: &Load, spans: &Spans, tangent: f64, each_strip: usi
         };
         let depth_m = span.middle_m() + span.half_m() * points[own];
         let along = weigh(spans, [span.from_m, span.to_m], |depth_m| share(depth_m) / (to_m - from_m));
-        Station { x_m: depth_m * tangent, along }
+        AxisStation { x_m: depth_m * tangent, along }
     };
     dragged.flat_map(|span| (0..each_strip).map(move |own| (span, own))).map(|(span, own)| station(span, own)).collect()
 }

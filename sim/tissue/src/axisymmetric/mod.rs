@@ -24,7 +24,7 @@ mod superposed;
 mod trim;
 
 pub use basis::MAX_ORDER;
-pub use fit::{Fitted, fit, fit_by, rung};
+pub use fit::{FittedAxisymmetric, fit, fit_by, fit_rung};
 pub use mesh::{MeshSpec, Strip};
 pub use model::Axisymmetric;
 pub use oblique::Oblique;

@@ -1,6 +1,6 @@
 //! The model of one load: a mesh, its factor and its last answer.
 
-use super::assembly::Grid;
+use super::assembly::ElementGrid;
 use super::element::stiffness;
 use super::load::{across, along};
 use super::mesh::Spans;
@@ -11,7 +11,7 @@ use crate::{FieldModel, Load, Model, Problem};
 /// A load on layers, meshed and factorised; solved for 1 N to begin with.
 #[derive(Clone, Debug)]
 pub struct Axisymmetric {
-    grid: Grid<2>,
+    grid: ElementGrid<2>,
     factor: Cholesky,
     /// Forces of 1 N on the unknowns, in N per radian.
     load: Vec<f64>,
@@ -38,7 +38,7 @@ impl Axisymmetric {
     pub fn with_side(problem: &Problem, mesh: &MeshSpec, side: Side) -> Result<Self, AxisymmetricError> {
         problem.check()?;
         mesh.check(problem)?;
-        let grid = Grid::straight(Spans::new(&mesh.radial), Spans::new(&mesh.axial), side);
+        let grid = ElementGrid::straight(Spans::new(&mesh.radial), Spans::new(&mesh.axial), side);
         let factor = grid.factorise(&problem.slab.solid(), stiffness)?;
         let scratch = vec![0.0; factor.scratch_len()];
         let solution = vec![0.0; grid.unknowns];

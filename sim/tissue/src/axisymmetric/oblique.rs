@@ -5,8 +5,8 @@
 //! carried by several stations, each on its own vertical with its share of the strip, as Lagrange's polynomials interpolate
 //! between them.
 
-use super::assembly::Grid;
-use super::load::{Station, across, stations};
+use super::assembly::ElementGrid;
+use super::load::{AxisStation, across, stations};
 use super::mesh::Spans;
 use super::{AxisymmetricError, MeshSpec, Side, element, sideways};
 use crate::multifrontal::Cholesky;
@@ -29,15 +29,21 @@ pub struct Oblique {
 /// One harmonic's answer to 1 N at each station, in m.
 #[derive(Clone, Debug)]
 struct Harmonic<const N: usize> {
-    grid: Grid<N>,
+    grid: ElementGrid<N>,
     solutions: Vec<Vec<f64>>,
 }
 
 impl<const N: usize> Harmonic<N> {
     /// Solves a load of `newtons` on a component at each station.
-    fn new(grid: Grid<N>, factor: &Cholesky, (component, across): (usize, &[f64]), stations: &[Station]) -> Self {
+    fn new(
+        grid: ElementGrid<N>,
+        factor: &Cholesky,
+        component: usize,
+        across: &[f64],
+        stations: &[AxisStation],
+    ) -> Self {
         let mut scratch = vec![0.0; factor.scratch_len()];
-        let mut solve = |station: &Station| {
+        let mut solve = |station: &AxisStation| {
             let mut solution = grid.load(component, across, &station.along);
             factor.solve(&mut solution, &mut scratch);
             solution
@@ -57,24 +63,24 @@ impl Oblique {
     /// # Errors
     /// The first number out of range, a mesh that does not fit the layers, or contrasts beyond double precision.
     pub fn new(question: &Problem3, mesh: &MeshSpec, each_strip: usize) -> Result<Self, AxisymmetricError> {
-        Ok(Shared::new(question, (mesh, each_strip))?.under(&question.flat.load))
+        Ok(SharedMesh::new(question, mesh, each_strip)?.under(&question.flat.load))
     }
 }
 
 /// A mesh for several loads of one needle, factorised once.
-pub(super) struct Shared {
+pub(super) struct SharedMesh {
     tilt_rad: f64,
     each_strip: usize,
-    into: Grid<2>,
-    along: Grid<3>,
+    into: ElementGrid<2>,
+    along: ElementGrid<3>,
     factors: [Cholesky; 2],
     /// Forces of 1 N across the radius, for either harmonic.
     across: [Vec<f64>; 2],
 }
 
-impl Shared {
+impl SharedMesh {
     /// Meshes and factorises a question of flat layers, whose own load only tells the radius.
-    pub fn new(question: &Problem3, (mesh, each_strip): (&MeshSpec, usize)) -> Result<Self, AxisymmetricError> {
+    pub fn new(question: &Problem3, mesh: &MeshSpec, each_strip: usize) -> Result<Self, AxisymmetricError> {
         question.check()?;
         mesh.check(&question.flat)?;
         let slab = question.flat.slab.solid();
@@ -82,8 +88,8 @@ impl Shared {
         let once = across(question.flat.load.radius_m, &radial);
         // The stiffness is one per π, the load one per radian: a push on s is twice as much of the former.
         let twice = once.iter().map(|force| 2.0 * force).collect();
-        let into = Grid::straight(radial.clone(), axial.clone(), Side::Clamped);
-        let along = Grid::sideways(radial, axial);
+        let into = ElementGrid::straight(radial.clone(), axial.clone(), Side::Clamped);
+        let along = ElementGrid::sideways(radial, axial);
         let factors = [into.factorise(&slab, element::stiffness)?, along.factorise(&slab, sideways::stiffness)?];
         Ok(Self { tilt_rad: question.tilt_rad, each_strip, into, along, factors, across: [once, twice] })
     }
@@ -95,8 +101,8 @@ impl Shared {
         Oblique {
             lean: [libm::sin(self.tilt_rad), libm::cos(self.tilt_rad)],
             stations_m: stations.iter().map(|station| station.x_m).collect(),
-            into: Harmonic::new(self.into.clone(), into, (1, once), &stations),
-            along: Harmonic::new(self.along.clone(), along, (0, twice), &stations),
+            into: Harmonic::new(self.into.clone(), into, 1, once, &stations),
+            along: Harmonic::new(self.along.clone(), along, 0, twice, &stations),
             force_n: 1.0,
         }
     }

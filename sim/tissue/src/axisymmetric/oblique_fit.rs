@@ -6,7 +6,7 @@
 use super::basis::MAX_ORDER;
 use super::fit::{BETTER, first_level};
 use super::judge::Judge;
-use super::oblique::Shared;
+use super::oblique::SharedMesh;
 use super::{Axisymmetric, AxisymmetricError, MeshSpec, Oblique};
 use crate::volumetric::Problem3;
 use crate::{FieldModel, Judging, Load, Problem, Sampled, relative_distance};
@@ -81,7 +81,7 @@ pub fn along_needle(question: &Problem3, loads: &[Load], tolerance: f64) -> Resu
     question.check()?;
     Domain::Positive.check("tolerance", tolerance, "")?;
     let [_, more] = STATIONS;
-    let answer = |mesh: &MeshSpec| each_along_needle_m(question, loads, (mesh, more));
+    let answer = |mesh: &MeshSpec| each_along_needle_m(question, loads, mesh, more);
     let worst = |a: &Vec<Vec<f64>>, b: &Vec<Vec<f64>>| {
         a.iter().zip(b).map(|(a, b)| relative_distance(a, b)).fold(0.0, f64::max)
     };
@@ -94,7 +94,8 @@ pub fn along_needle(question: &Problem3, loads: &[Load], tolerance: f64) -> Resu
 pub(crate) fn each_along_needle_m(
     question: &Problem3,
     loads: &[Load],
-    (mesh, each_strip): (&MeshSpec, usize),
+    mesh: &MeshSpec,
+    each_strip: usize,
 ) -> Result<Vec<Vec<f64>>, AxisymmetricError> {
     let mut asked_nowhere = question.clone();
     asked_nowhere.flat.sample_r_m.clear();
@@ -110,7 +111,7 @@ pub(crate) fn each_along_needle_m(
         };
         return Ok(loads.iter().map(answer).collect());
     }
-    let shared = Shared::new(&asked_nowhere, (mesh, each_strip))?;
+    let shared = SharedMesh::new(&asked_nowhere, mesh, each_strip)?;
     Ok(loads.iter().map(|load| question.all_along_needle_m(&shared.under(load))).collect())
 }
 

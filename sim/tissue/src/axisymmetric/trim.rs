@@ -5,7 +5,7 @@ use crate::{Problem, Sampled, relative_distance};
 
 /// What of an answer counts, and how much.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum View {
+pub(super) enum AnswerView {
     /// The axial displacement, as it is.
     Axial,
     /// Axial and radial displacement, each as a share of its own size, in m.
@@ -17,7 +17,7 @@ pub(super) enum View {
     },
 }
 
-impl View {
+impl AnswerView {
     /// Both components, as shares of what they are in an answer.
     pub fn both(answer: &Sampled) -> Self {
         let size = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>().sqrt();
@@ -25,7 +25,7 @@ impl View {
     }
 
     /// What counts of an answer.
-    pub fn of(self, answer: &Sampled) -> Vec<f64> {
+    pub fn counted(self, answer: &Sampled) -> Vec<f64> {
         let share = |values: &[f64], size: f64| -> Vec<f64> {
             values.iter().filter(|_| size > 0.0).map(|value| value / size).collect()
         };
@@ -46,9 +46,9 @@ pub(super) struct Rung {
 }
 
 impl Rung {
-    pub fn new(problem: &Problem, mesh: MeshSpec, view: View) -> Result<Self, AxisymmetricError> {
+    pub fn new(problem: &Problem, mesh: MeshSpec, view: AnswerView) -> Result<Self, AxisymmetricError> {
         let model = Axisymmetric::new(problem, &mesh)?;
-        Ok(Self { answer: view.of(&problem.sampled(&model)), mesh, model })
+        Ok(Self { answer: view.counted(&problem.sampled(&model)), mesh, model })
     }
 }
 
@@ -58,7 +58,7 @@ const TRIES: usize = 3;
 /// The search for orders that a tolerance does not need.
 pub(super) struct Trimming<'a> {
     pub problem: &'a Problem,
-    pub view: View,
+    pub view: AnswerView,
     /// What counts of a better answer.
     pub truth: &'a [f64],
     /// The relative distance from it to end below.

@@ -15,7 +15,7 @@ const FIRST_LAMBDA: f64 = 1e-7;
 const LEAST_GAIN: f64 = 1e-7;
 
 /// A sum of squares to be made small.
-pub(super) struct Problem<'p> {
+pub(super) struct LeastSquares<'p> {
     /// Residuals at a point, always as many.
     pub residuals: &'p dyn Fn(&[f64]) -> Vec<f64>,
     pub lower: &'p [f64],
@@ -37,7 +37,7 @@ pub(super) struct Lowest {
     pub converged: bool,
 }
 
-impl Problem<'_> {
+impl LeastSquares<'_> {
     /// Goes down from a point for at most so many iterations.
     pub fn descend(&self, start: &[f64], most: u32) -> Lowest {
         let mut lambda = FIRST_LAMBDA;

@@ -3,13 +3,15 @@
 use super::CalibrateError;
 use super::curve::Curve;
 use super::descent::Lowest;
-use super::guess::{Fresh, fresh, laid_over};
-use super::model::{Guess, Model, OWN, Places, QUANTITIES, Quantity, residual_rms_n};
+use super::guess::{Fresh, guess_afresh, laid_over};
+use super::model::{CurveModel, Guess, OWN, Places, QUANTITIES, Quantity, residual_rms_n};
 use super::orders::in_every_order;
-use super::peaks::{Peak, is_another_reading, lone, peaks, unexplained, unseen};
-use super::starts::others;
-use super::uncertainty::{Estimate, FINEST_PART, Profile, Rival, Standing, estimate, standings};
-use super::verdict::{Misfit, misfit};
+use super::peaks::{Peak, find_lone_drops, find_peaks, find_unexplained, find_unseen, is_another_reading};
+use super::starts::other_starts;
+use super::uncertainty::{
+    FINEST_PART, ParameterEstimate, ParameterStanding, Profile, Rival, estimate_parameters, find_standings,
+};
+use super::verdict::{Misfit, find_misfit};
 use super::words::in_words;
 use law::axial::{AxialParams, AxialSpec, Contactor, ForceLaw};
 use law::operator::Draw;
@@ -59,7 +61,7 @@ pub enum Start<'s> {
 
 /// A scene that the data alone would ask for.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Asked {
+pub struct AskedFit {
     /// Its root mean square residual, in N.
     pub rms_n: f64,
     /// Its ruptures that would create force or energy.
@@ -94,11 +96,11 @@ pub struct Fit {
     /// Drops of the curve that no rupture explains: depth in m, fall in N.
     pub unexplained: Vec<(f64, f64)>,
     /// Every fitted parameter.
-    pub estimates: Vec<Estimate>,
+    pub estimates: Vec<ParameterEstimate>,
     /// What the curve cannot determine, in words.
     pub undetermined: Vec<String>,
     /// What the data alone would ask for, where that is unsound.
-    pub asked: Option<Asked>,
+    pub asked: Option<AskedFit>,
 }
 
 /// A guess that was descended from.
@@ -110,7 +112,7 @@ struct Candidate {
 
 /// The search, with what it has done so far.
 struct Search<'m, 'w> {
-    model: &'m Model<'m>,
+    model: &'m CurveModel<'m>,
     iterations: u32,
     /// Where other descents ended.
     rivals: Vec<Candidate>,
@@ -122,7 +124,7 @@ struct Search<'m, 'w> {
 /// # Errors
 /// A curve without enough drops, or a start that does not fit the curve or the law.
 pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Result<Fit, CalibrateError> {
-    let model = Model::new(curve);
+    let model = CurveModel::new(curve);
     let mut search = Search { model: &model, iterations: 0, rivals: Vec::new(), watch };
     let mut best = match start {
         Start::Fresh(asked) => search.by_drops(&asked)?,
@@ -136,14 +138,14 @@ pub fn fit(curve: &Curve, start: Start<'_>, watch: &mut dyn FnMut(u32)) -> Resul
     };
     let is_fresh = matches!(start, Start::Fresh(_));
     // With a layer that may be a lone sample the fit is refused, however low it gets.
-    if !is_fresh || lone(&model, &best.guess).is_empty() {
+    if !is_fresh || find_lone_drops(&model, &best.guess).is_empty() {
         best = search.scatter(best);
         best = search.draw(best);
         best = search.settle(best);
     }
     let unsound = soundness::check(&best.guess.spec);
     let rms_n = residual_rms_n(&best.guess.spec, curve);
-    let asked = (!unsound.is_empty()).then_some(Asked { rms_n, unsound });
+    let asked = (!unsound.is_empty()).then_some(AskedFit { rms_n, unsound });
     best = search.descend(&best.guess, true, DESCENT);
     if asked.is_some() {
         best = search.refine(best, true);
@@ -164,15 +166,15 @@ impl Search<'_, '_> {
     /// Fits as many layers as asked for. Not asked, a drop that may be noise, or that the law makes without a rupture, where a
     /// cut ends, is a layer only if the curve is worth one.
     fn by_drops(&mut self, asked: &Fresh) -> Result<Candidate, CalibrateError> {
-        let mut best = self.best_of(fresh(&self.model.front, self.model.curve, asked)?);
+        let mut best = self.best_of(guess_afresh(&self.model.front, self.model.curve, asked)?);
         for _ in 0..DOUBTFUL {
             let fewer = best.guess.spec.layers.len() - 1;
             if asked.layers.is_some() || fewer == 0 {
                 break;
             }
             let asked = Fresh { layers: Some(fewer), ..*asked };
-            let simpler = self.best_of(fresh(&self.model.front, self.model.curve, &asked)?);
-            if self.worth(&simpler) > self.worth(&best) || !unexplained(self.model, &simpler.guess).is_empty() {
+            let simpler = self.best_of(guess_afresh(&self.model.front, self.model.curve, &asked)?);
+            if self.worth(&simpler) > self.worth(&best) || !find_unexplained(self.model, &simpler.guess).is_empty() {
                 break;
             }
             best = simpler;
@@ -273,7 +275,7 @@ impl Search<'_, '_> {
     fn scatter(&mut self, mut best: Candidate) -> Candidate {
         for _ in 0..SCATTERINGS {
             let before = best.lowest.cost;
-            for guess in others(self.model, &best.guess) {
+            for guess in other_starts(self.model, &best.guess) {
                 let mut tried = self.descend(&guess, false, GLANCE);
                 if tried.lowest.cost <= PROMISING * best.lowest.cost {
                     tried = self.descend(&tried.guess, false, SCATTER);
@@ -315,7 +317,7 @@ impl Search<'_, '_> {
             let before = best.lowest.cost;
             for which in 0..2 * best.guess.spec.layers.len() {
                 for stride in STRIDES {
-                    best = self.try_place(best, (which, stride), sound);
+                    best = self.try_place(best, which, stride, sound);
                 }
             }
             if before - best.lowest.cost <= WORTH * before {
@@ -326,7 +328,7 @@ impl Search<'_, '_> {
         if last.lowest.cost <= best.lowest.cost { last } else { best }
     }
 
-    fn try_place(&mut self, best: Candidate, (which, stride): (usize, isize), sound: bool) -> Candidate {
+    fn try_place(&mut self, best: Candidate, which: usize, stride: isize, sound: bool) -> Candidate {
         let gaps = self.model.front.gaps();
         let Some(places) = moved(&best.guess.places, which, stride, gaps) else { return best };
         let guess = Guess { spec: best.guess.spec.clone(), places };
@@ -341,12 +343,12 @@ impl Search<'_, '_> {
     }
 
     /// What is said of the fit. A better minimum that an interval comes upon is gone down to first.
-    fn report(mut self, mut best: Candidate, asked: Option<Asked>, is_fresh: bool) -> Fit {
+    fn report(mut self, mut best: Candidate, asked: Option<AskedFit>, is_fresh: bool) -> Fit {
         let mut settlings = SETTLINGS;
         loop {
-            let lone_m = if is_fresh { lone(self.model, &best.guess) } else { Vec::new() };
-            let misfit = misfit(self.model, &best.guess, lone_m);
-            let is_told = misfit.is_none() && unseen(self.model, &best.guess).is_empty();
+            let lone_m = if is_fresh { find_lone_drops(self.model, &best.guess) } else { Vec::new() };
+            let misfit = find_misfit(self.model, &best.guess, lone_m);
+            let is_told = misfit.is_none() && find_unseen(self.model, &best.guess).is_empty();
             match self.estimates(&best, is_told) {
                 Err(variables) if settlings > 0 => {
                     settlings -= 1;
@@ -354,18 +356,18 @@ impl Search<'_, '_> {
                     best = self.descend(&Guess { spec, ..best.guess }, true, DESCENT);
                     best.guess.spec = sound(best.guess.spec);
                 }
-                estimates => return self.summary(best, (estimates.unwrap_or_default(), misfit), asked),
+                estimates => return self.summary(best, estimates.unwrap_or_default(), misfit, asked),
             }
         }
     }
 
     /// Every parameter, with intervals if asked for.
-    fn estimates(&self, best: &Candidate, with_intervals: bool) -> Result<Vec<Estimate>, Vec<f64>> {
+    fn estimates(&self, best: &Candidate, with_intervals: bool) -> Result<Vec<ParameterEstimate>, Vec<f64>> {
         let profile = Profile::new(self.model, &best.guess);
         let like = |rival: &&Candidate| rival.guess.spec.layers.len() == best.guess.spec.layers.len();
         let of = |rival: &Candidate| profile.rival(rival.guess.clone(), rival.lowest.cost);
         let rivals: Vec<Rival> = self.rivals.iter().filter(like).filter_map(of).collect();
-        estimate(self.model, &best.guess, &mut |which| {
+        estimate_parameters(self.model, &best.guess, &mut |which| {
             let interval = if with_intervals { profile.interval(which)? } else { None };
             Ok(interval.and_then(|interval| profile.widen(which, interval, &rivals)))
         })
@@ -386,12 +388,13 @@ impl Search<'_, '_> {
     fn summary(
         &self,
         best: Candidate,
-        (estimates, misfit): (Vec<Estimate>, Option<Misfit>),
-        asked: Option<Asked>,
+        estimates: Vec<ParameterEstimate>,
+        misfit: Option<Misfit>,
+        asked: Option<AskedFit>,
     ) -> Fit {
         let readings = self.readings(&best);
         let (model, Candidate { guess, lowest }) = (self.model, best);
-        let (peaks, unseen) = (peaks(model, &guess), unseen(model, &guess));
+        let (peaks, unseen) = (find_peaks(model, &guess), find_unseen(model, &guess));
         Fit {
             rms_n: residual_rms_n(&guess.spec, model.curve),
             peak_n: model.curve.peak_n(),
@@ -399,8 +402,8 @@ impl Search<'_, '_> {
             iterations: self.iterations,
             converged: lowest.converged && misfit.is_none(),
             misfit,
-            unexplained: unexplained(model, &guess),
-            undetermined: in_words(model, &guess, (&estimates, readings), &unseen),
+            unexplained: find_unexplained(model, &guess),
+            undetermined: in_words(model, &guess, &estimates, readings, &unseen),
             unseen,
             readings,
             estimates,
@@ -423,9 +426,9 @@ fn moved(places: &Places, which: usize, stride: isize, gaps: usize) -> Option<Pl
 
 /// Puts on its bound what ended next to it, and gives back its starting value to every variable that the curve does not depend
 /// on: the way down may have moved it. The far side of a layer keeps its depth, not its distance to the near side.
-fn tidy(model: &Model<'_>, fitted: Candidate, start: Option<&AxialSpec>) -> Candidate {
+fn tidy(model: &CurveModel<'_>, fitted: Candidate, start: Option<&AxialSpec>) -> Candidate {
     let mut variables = model.variables(&fitted.guess);
-    let standings = standings(model, &fitted.guess);
+    let standings = find_standings(model, &fitted.guess);
     let first = start.map_or_else(
         || without_cutting(&variables),
         |spec| model.variables(&Guess { spec: spec.clone(), places: fitted.guess.places.clone() }),
@@ -438,7 +441,7 @@ fn tidy(model: &Model<'_>, fitted: Candidate, start: Option<&AxialSpec>) -> Cand
         start_m += if is_thickness { began } else { 0.0 };
         if at % QUANTITIES.len() >= OWN {
             continue;
-        } else if standings[at] == Standing::Kept {
+        } else if standings[at] == ParameterStanding::Kept {
             let keeps_depth = is_thickness && at < last_thickness;
             variables[at] = if keeps_depth { (start_m - depth_m).max(0.0) } else { began };
         } else {
@@ -478,7 +481,7 @@ fn sound(mut spec: AxialSpec) -> AxialSpec {
 }
 
 /// The start itself, where it is sound and the fit found nothing better.
-fn keep_if_better(model: &Model<'_>, fitted: Candidate, start: &AxialSpec) -> Candidate {
+fn keep_if_better(model: &CurveModel<'_>, fitted: Candidate, start: &AxialSpec) -> Candidate {
     let is_sound = soundness::check(start).is_empty();
     if is_sound && residual_rms_n(start, model.curve) <= residual_rms_n(&fitted.guess.spec, model.curve) {
         return Candidate { guess: Guess { spec: start.clone(), ..fitted.guess }, ..fitted };

@@ -22,7 +22,7 @@ const BELOW_M: f64 = 0.02;
 
 /// Guesses from the drops alone. Each drop is a rupture; a trocar's alternate between tip and rim. The force left after a
 /// drop may be the next boundary's or the cut of new tissue: the law alone tells, so both are tried.
-pub(super) fn fresh(front: &Front, curve: &Curve, asked: &Fresh) -> Result<[Guess; 3], CalibrateError> {
+pub(super) fn guess_afresh(front: &Front, curve: &Curve, asked: &Fresh) -> Result<[Guess; 3], CalibrateError> {
     let per_layer = if asked.tip_to_rim_m > 0.0 { 2 } else { 1 };
     let drops = front.drops();
     let most = drops.len() / per_layer;
@@ -36,14 +36,14 @@ pub(super) fn fresh(front: &Front, curve: &Curve, asked: &Fresh) -> Result<[Gues
             least_n: front.least_fall_n(),
         });
     }
-    let drops = largest(drops, layers * per_layer);
+    let drops = largest_drops(drops, layers * per_layer);
     let tips: Vec<usize> = drops.iter().step_by(per_layer).map(|drop| drop.gap).collect();
     let rims = drops.iter().skip(1).step_by(2).map(|drop| Some(drop.gap));
     let rim = if per_layer == 2 { rims.collect() } else { vec![None; layers] };
     let places = Places { tip: tips.iter().map(|&gap| Some(gap)).collect(), rim };
     let spec = |cut_part: f64| AxialSpec {
         law: ForceLaw::Version2,
-        layers: stack(front, curve, (&tips, cut_part)),
+        layers: stack(front, curve, &tips, cut_part),
         tip_to_rim_m: asked.tip_to_rim_m,
         presliding_stiffness_n_per_m: 2000.0,
         speed_window_s: 0.0,
@@ -53,7 +53,7 @@ pub(super) fn fresh(front: &Front, curve: &Curve, asked: &Fresh) -> Result<[Gues
 }
 
 /// Layers whose boundaries give way in these gaps; `cut_part` of what is left after a drop is cutting, not a tent.
-fn stack(front: &Front, curve: &Curve, (tips, cut_part): (&[usize], f64)) -> Vec<Layer> {
+fn stack(front: &Front, curve: &Curve, tips: &[usize], cut_part: f64) -> Vec<Layer> {
     let mut depth_m = 0.0;
     let mut layers: Vec<Layer> = Vec::new();
     for (at, &gap) in tips.iter().enumerate() {
@@ -87,7 +87,7 @@ fn stack(front: &Front, curve: &Curve, (tips, cut_part): (&[usize], f64)) -> Vec
 }
 
 /// The drops that fall farthest, so many, in order of depth.
-pub(super) fn largest(mut drops: Vec<Drop>, count: usize) -> Vec<Drop> {
+pub(super) fn largest_drops(mut drops: Vec<Drop>, count: usize) -> Vec<Drop> {
     drops.sort_by(|a, b| b.fall_n.total_cmp(&a.fall_n));
     drops.truncate(count);
     drops.sort_by_key(|drop| drop.gap);
@@ -104,18 +104,18 @@ pub(super) struct Leader {
 
 /// A guess from a scene: its ruptures are moved to the drops they are nearest to, in order, and the others between along.
 pub(super) fn laid_over(front: &Front, start: &AxialSpec) -> Result<Guess, CalibrateError> {
-    let leaders = leaders(front, start);
+    let leaders = find_leaders(front, start);
     if leaders.is_empty() {
         let deepest_mm = front.depth_m.last().map_or(0.0, |x| x * 1e3);
         return Err(CalibrateError::StartBeyondCurve { deepest_mm });
     }
-    let drops = largest(front.drops(), leaders.len());
+    let drops = largest_drops(front.drops(), leaders.len());
     let pairs = pair(front, &leaders, &drops);
-    Ok(moved(front, start, leaders.iter().map(|leader| (*leader, moved_m(front, leader.x_m, &pairs)))))
+    Ok(move_place(front, start, leaders.iter().map(|leader| (*leader, moved_m(front, leader.x_m, &pairs)))))
 }
 
 /// A scene with its ruptures moved to these depths in m, in order.
-pub(super) fn moved(front: &Front, start: &AxialSpec, ruptures: impl Iterator<Item = (Leader, f64)>) -> Guess {
+pub(super) fn move_place(front: &Front, start: &AxialSpec, ruptures: impl Iterator<Item = (Leader, f64)>) -> Guess {
     let mut spec = start.clone();
     let count = spec.layers.len();
     let mut places = Places { tip: vec![None; count], rim: vec![None; count] };
@@ -132,7 +132,7 @@ pub(super) fn moved(front: &Front, start: &AxialSpec, ruptures: impl Iterator<It
     Guess { spec, places }
 }
 
-pub(super) fn leaders(front: &Front, start: &AxialSpec) -> Vec<Leader> {
+pub(super) fn find_leaders(front: &Front, start: &AxialSpec) -> Vec<Leader> {
     let (first_m, last_m) = match (front.depth_m.first(), front.depth_m.last()) {
         (Some(first), Some(last)) => (*first, *last),
         _ => return Vec::new(),

@@ -23,11 +23,11 @@ mod verdict;
 mod words;
 
 pub use curve::{Curve, MIN_SAMPLES};
-pub use fit::{Asked, Fit, Start, fit};
+pub use fit::{AskedFit, Fit, Start, fit};
 pub use guess::Fresh;
 pub use model::{QUANTITIES, Quantity, residual_rms_n};
 pub use peaks::Peak;
-pub use uncertainty::{Estimate, Interval, Standing};
+pub use uncertainty::{Interval, ParameterEstimate, ParameterStanding};
 pub use verdict::Misfit;
 
 /// Why a curve cannot be fitted.

@@ -8,7 +8,7 @@
 use nalgebra::DMatrix;
 
 use super::curve::Curve;
-use super::descent::{Lowest, Problem, square};
+use super::descent::{LeastSquares, Lowest, square};
 use super::drops::Front;
 use law::axial::{AxialSpec, Layer};
 use law::closed_form::{self, PredictedRupture};
@@ -122,7 +122,7 @@ pub(super) struct Places {
 
 impl Places {
     /// The place that a threshold follows from.
-    pub fn of(&self, layer: usize, quantity: Quantity) -> Option<usize> {
+    pub fn place_of(&self, layer: usize, quantity: Quantity) -> Option<usize> {
         match quantity {
             Quantity::TipThreshold => self.tip.get(layer).copied().flatten(),
             Quantity::RimThreshold => self.rim.get(layer).copied().flatten(),
@@ -139,7 +139,7 @@ pub(super) struct Guess {
 }
 
 /// A curve with what never changes during its fit.
-pub(super) struct Model<'c> {
+pub(super) struct CurveModel<'c> {
     pub curve: &'c Curve,
     pub front: Front,
 }
@@ -149,7 +149,7 @@ const UNSOUND_WEIGHT: f64 = 10.0;
 /// A rupture must leave this part of force and energy less than it found, so that rounding the result leaves it sound.
 const SOUND_MARGIN: f64 = 2e-3;
 
-impl<'c> Model<'c> {
+impl<'c> CurveModel<'c> {
     pub fn new(curve: &'c Curve) -> Self {
         Self { curve, front: Front::new(curve) }
     }
@@ -161,7 +161,7 @@ impl<'c> Model<'c> {
         for (at, layer) in guess.spec.layers.iter().enumerate() {
             for quantity in QUANTITIES {
                 let value = quantity.get(layer);
-                variables.push(match (quantity.lag_m(&guess.spec), guess.places.of(at, quantity)) {
+                variables.push(match (quantity.lag_m(&guess.spec), guess.places.place_of(at, quantity)) {
                     (None, _) => value,
                     (Some(_), None) => 0.0,
                     (Some(lag_m), Some(gap)) => {
@@ -182,7 +182,7 @@ impl<'c> Model<'c> {
         for (at, values) in variables.chunks(QUANTITIES.len()).enumerate() {
             for (quantity, &value) in QUANTITIES.iter().zip(values) {
                 let threshold_n = quantity.lag_m(&spec).map(|lag_m| values[1] * (value - lag_m - depth_m).max(0.0));
-                let number = threshold_n.map_or(Some(value), |n| guess.places.of(at, *quantity).map(|_| n));
+                let number = threshold_n.map_or(Some(value), |n| guess.places.place_of(at, *quantity).map(|_| n));
                 if let (Some(layer), Some(number)) = (spec.layers.get_mut(at), number) {
                     quantity.set(layer, number);
                 }
@@ -197,7 +197,7 @@ impl<'c> Model<'c> {
         let (at, quantity) = (which / QUANTITIES.len(), QUANTITIES[which % QUANTITIES.len()]);
         let values = &variables[at * QUANTITIES.len()..];
         let depth_m = || variables[..at * QUANTITIES.len()].iter().step_by(QUANTITIES.len()).sum::<f64>();
-        match (quantity.lag_m(&guess.spec), guess.places.of(at, quantity)) {
+        match (quantity.lag_m(&guess.spec), guess.places.place_of(at, quantity)) {
             (None, _) => variables[which],
             (Some(_), None) => quantity.get(&guess.spec.layers[at]),
             (Some(lag_m), Some(_)) => values[1] * (variables[which] - lag_m - depth_m()).max(0.0),
@@ -219,9 +219,9 @@ impl<'c> Model<'c> {
     pub fn descend(&self, guess: &Guess, sound: bool, most: u32) -> Lowest {
         let residuals = |variables: &[f64]| self.residuals(guess, variables, sound);
         let (lower, upper) = self.bounds(guess);
-        let step = steps(guess);
+        let step = step_sizes(guess);
         let enough = self.as_good_as_none();
-        let problem = Problem { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough };
+        let problem = LeastSquares { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough };
         problem.descend(&self.variables(guess), most)
     }
 
@@ -255,8 +255,8 @@ impl<'c> Model<'c> {
     /// ∂(law)/∂(variables) at a specification, in N per unit of each.
     pub fn sensitivity(&self, guess: &Guess) -> DMatrix<f64> {
         let residuals = |variables: &[f64]| self.misfit(guess, variables);
-        let ((lower, upper), step) = (self.bounds(guess), steps(guess));
-        let problem = Problem { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
+        let ((lower, upper), step) = (self.bounds(guess), step_sizes(guess));
+        let problem = LeastSquares { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
         let at = self.variables(guess);
         problem.jacobian(&at, &residuals(&at))
     }
@@ -265,7 +265,7 @@ impl<'c> Model<'c> {
     pub fn bounds(&self, guess: &Guess) -> (Vec<f64>, Vec<f64>) {
         let range = |which: usize| {
             let quantity = QUANTITIES[which % QUANTITIES.len()];
-            match (quantity.lag_m(&guess.spec), guess.places.of(which / QUANTITIES.len(), quantity)) {
+            match (quantity.lag_m(&guess.spec), guess.places.place_of(which / QUANTITIES.len(), quantity)) {
                 (None, _) => quantity.bounds(),
                 (Some(_), None) => (0.0, 0.0),
                 (Some(_), Some(gap)) => self.within(gap),
@@ -282,7 +282,7 @@ impl<'c> Model<'c> {
 }
 
 /// Steps of the finite differences.
-pub(super) fn steps(guess: &Guess) -> Vec<f64> {
+pub(super) fn step_sizes(guess: &Guess) -> Vec<f64> {
     guess.spec.layers.iter().flat_map(|_| QUANTITIES.map(|quantity| quantity.range().2)).collect()
 }
 

@@ -5,7 +5,7 @@
 //! may open at one drop, and one that new friction and cutting make up for shows none.
 
 use super::drops::{Drop, Front};
-use super::guess::{Leader, largest, leaders, moved};
+use super::guess::{Leader, find_leaders, largest_drops, move_place};
 use super::model::Guess;
 use law::axial::{AxialSpec, Contactor};
 
@@ -18,7 +18,7 @@ const SHARED_M: f64 = 1e-3;
 
 /// A way to tell the beginning of a curve by the first ruptures of either row.
 #[derive(Clone)]
-struct Telling {
+struct Beginning {
     /// How many of the tips and of the rims are told.
     told: [usize; 2],
     /// How many drops are.
@@ -31,11 +31,11 @@ struct Telling {
 
 /// Guesses from a scene, those first that move its ruptures least.
 pub(super) fn in_every_order(front: &Front, start: &AxialSpec) -> Vec<Guess> {
-    let ruptures = leaders(front, start);
+    let ruptures = find_leaders(front, start);
     let rows = [Contactor::Tip, Contactor::Rim]
         .map(|contactor| ruptures.iter().filter(|leader| leader.contactor == contactor).copied().collect::<Vec<_>>());
-    let drops = largest(front.drops(), ruptures.len());
-    let none = Telling { told: [0; 2], drops: 0, ruptures: Vec::new(), moved_m: 0.0 };
+    let drops = largest_drops(front.drops(), ruptures.len());
+    let none = Beginning { told: [0; 2], drops: 0, ruptures: Vec::new(), moved_m: 0.0 };
     let mut tellings = vec![none];
     for _ in 0..ruptures.len() {
         tellings = tellings.iter().flat_map(|telling| telling.longer(front, &rows, &drops)).collect();
@@ -46,7 +46,7 @@ pub(super) fn in_every_order(front: &Front, start: &AxialSpec) -> Vec<Guess> {
     whole.take(TRIED).map(|telling| telling.guess(front, start, &drops)).collect()
 }
 
-impl Telling {
+impl Beginning {
     /// Every way to go on by one rupture.
     fn longer(&self, front: &Front, rows: &[Vec<Leader>; 2], drops: &[Drop]) -> Vec<Self> {
         let mut longer = Vec::new();
@@ -88,6 +88,6 @@ impl Telling {
             let part = (at + 1 - before.0) as f64 / (behind.0 - before.0).max(1) as f64;
             before.1 + part * (behind.1 - before.1)
         };
-        moved(front, start, self.ruptures.iter().enumerate().map(|(at, (leader, _))| (*leader, to_m(at))))
+        move_place(front, start, self.ruptures.iter().enumerate().map(|(at, (leader, _))| (*leader, to_m(at))))
     }
 }

@@ -1,6 +1,6 @@
 //! The ruptures of a fitted law beside the drops of the curve.
 
-use super::model::{Guess, Model};
+use super::model::{CurveModel, Guess};
 use law::axial::{AxialSpec, Contactor};
 use law::closed_form;
 
@@ -28,7 +28,7 @@ pub struct Peak {
 }
 
 /// Every placed rupture, in the order in which the law opens them.
-pub(super) fn peaks(model: &Model<'_>, guess: &Guess) -> Vec<Peak> {
+pub(super) fn find_peaks(model: &CurveModel<'_>, guess: &Guess) -> Vec<Peak> {
     let front = &model.front;
     let drops = front.drops();
     let along = along_front(model, &guess.spec);
@@ -51,7 +51,7 @@ pub(super) fn peaks(model: &Model<'_>, guess: &Guess) -> Vec<Peak> {
 }
 
 /// The boundaries that the law opens within the curve and none of whose ruptures is a drop of it.
-pub(super) fn unseen(model: &Model<'_>, guess: &Guess) -> Vec<usize> {
+pub(super) fn find_unseen(model: &CurveModel<'_>, guess: &Guess) -> Vec<usize> {
     let (drops, last_m) = (model.front.drops(), model.front.depth_m.last().copied().unwrap_or(0.0));
     let is_seen = |boundary: usize| {
         let places = [guess.places.tip[boundary], guess.places.rim[boundary]];
@@ -67,7 +67,7 @@ pub(super) fn unseen(model: &Model<'_>, guess: &Guess) -> Vec<usize> {
 
 /// The drops of the curve beyond doubt that the law does not make: no rupture is near, nor does it fall there by itself,
 /// where a cut ends. Depth in m, fall in N.
-pub(super) fn unexplained(model: &Model<'_>, guess: &Guess) -> Vec<(f64, f64)> {
+pub(super) fn find_unexplained(model: &CurveModel<'_>, guess: &Guess) -> Vec<(f64, f64)> {
     let Guess { spec, places } = guess;
     let (front, along) = (&model.front, along_front(model, spec));
     let is_placed = |gap: usize| places.tip.iter().chain(&places.rim).flatten().any(|&place| is_near(gap, place));
@@ -83,7 +83,7 @@ pub(super) fn unexplained(model: &Model<'_>, guess: &Guess) -> Vec<(f64, f64)> {
 }
 
 /// Whether a guess reads the curve's drops otherwise than another: ruptures in another order, elsewhere, or not within the curve.
-pub(super) fn is_another_reading(model: &Model<'_>, guess: &Guess, other: &Guess) -> bool {
+pub(super) fn is_another_reading(model: &CurveModel<'_>, guess: &Guess, other: &Guess) -> bool {
     let last_m = model.front.depth_m.last().copied().unwrap_or(0.0);
     let within = |guess: &Guess| {
         let ruptures = closed_form::ruptures(&guess.spec).into_iter().filter(|rupture| rupture.x_m <= last_m);
@@ -98,7 +98,7 @@ pub(super) fn is_another_reading(model: &Model<'_>, guess: &Guess, other: &Guess
 }
 
 /// The drops taken for ruptures that may be lone samples that are off, in m.
-pub(super) fn lone(model: &Model<'_>, guess: &Guess) -> Vec<f64> {
+pub(super) fn find_lone_drops(model: &CurveModel<'_>, guess: &Guess) -> Vec<f64> {
     let (front, places) = (&model.front, &guess.places);
     let is_placed = |gap: usize| places.tip.iter().chain(&places.rim).flatten().any(|&place| is_near(gap, place));
     let lone = front.drops().into_iter().filter(|drop| front.is_lone(drop) && is_placed(drop.gap));
@@ -106,7 +106,7 @@ pub(super) fn lone(model: &Model<'_>, guess: &Guess) -> Vec<f64> {
 }
 
 /// The law's force at every sample of the front, in N.
-fn along_front(model: &Model<'_>, spec: &AxialSpec) -> Vec<f64> {
+fn along_front(model: &CurveModel<'_>, spec: &AxialSpec) -> Vec<f64> {
     let forces = model.forces(spec);
     model.curve.front().into_iter().map(|at| forces[at]).collect()
 }

@@ -1,7 +1,7 @@
 //! Other starts: the same curve told with a boundary, or a rupture within its gap, elsewhere.
 
 use super::drops::Front;
-use super::model::{Guess, Model, Places, QUANTITIES};
+use super::model::{CurveModel, Guess, Places, QUANTITIES};
 use super::peaks::is_near;
 
 /// Where a boundary is tried: these parts of the way from the boundary above to the rupture before, where the bend is hidden, and
@@ -23,7 +23,7 @@ const LESS: f64 = 0.3;
 const MORE: f64 = 2.5;
 
 /// Every other start.
-pub(super) fn others(model: &Model<'_>, guess: &Guess) -> Vec<Guess> {
+pub(super) fn other_starts(model: &CurveModel<'_>, guess: &Guess) -> Vec<Guess> {
     let layers = guess.spec.layers.len();
     let boundaries = (1..layers).flat_map(|boundary| elsewhere(model, guess, boundary));
     let resistances = (0..layers).flat_map(|layer| shared_otherwise(model, guess, layer));
@@ -32,7 +32,7 @@ pub(super) fn others(model: &Model<'_>, guess: &Guess) -> Vec<Guess> {
 }
 
 /// Guesses with one rupture that shows no drop elsewhere between its neighbours.
-fn hidden_elsewhere(model: &Model<'_>, guess: &Guess) -> Vec<Guess> {
+fn hidden_elsewhere(model: &CurveModel<'_>, guess: &Guess) -> Vec<Guess> {
     let (drops, last) = (model.front.drops(), model.front.gaps().saturating_sub(1));
     let Places { tip, rim } = &guess.places;
     let mut guesses = Vec::new();
@@ -58,7 +58,7 @@ fn hidden_elsewhere(model: &Model<'_>, guess: &Guess) -> Vec<Guess> {
 
 /// Guesses with one boundary elsewhere: what lies below stays, ruptures keep their places. Its stiffness is that by which the force
 /// rises from there, or that by which it carries the same force.
-fn elsewhere(model: &Model<'_>, guess: &Guess, boundary: usize) -> Vec<Guess> {
+fn elsewhere(model: &CurveModel<'_>, guess: &Guess, boundary: usize) -> Vec<Guess> {
     let columns = QUANTITIES.len();
     let (above, own) = ((boundary - 1) * columns, boundary * columns);
     let (Some(gap), Some(before)) = (guess.places.tip[boundary], guess.places.tip[boundary - 1]) else {
@@ -87,7 +87,7 @@ fn elsewhere(model: &Model<'_>, guess: &Guess, boundary: usize) -> Vec<Guess> {
 }
 
 /// Guesses with one rupture elsewhere in its gap.
-fn moved_in_gap(model: &Model<'_>, guess: &Guess) -> Vec<Guess> {
+fn moved_in_gap(model: &CurveModel<'_>, guess: &Guess) -> Vec<Guess> {
     let (variables, (lower, upper)) = (model.variables(guess), model.bounds(guess));
     let mut guesses = Vec::new();
     for which in (0..variables.len()).filter(|which| which % QUANTITIES.len() >= TIP && lower[*which] < upper[*which]) {
@@ -102,7 +102,7 @@ fn moved_in_gap(model: &Model<'_>, guess: &Guess) -> Vec<Guess> {
 
 /// Guesses with what resists in a layer shared otherwise between friction and cutting. Behind its rupture both springs stretch, and which
 /// of the two reaches its cap first the curve may not tell; what both come to there, and below the layer, stays.
-fn shared_otherwise(model: &Model<'_>, guess: &Guess, layer: usize) -> Vec<Guess> {
+fn shared_otherwise(model: &CurveModel<'_>, guess: &Guess, layer: usize) -> Vec<Guess> {
     let (columns, variables) = (QUANTITIES.len(), model.variables(guess));
     let own = layer * columns;
     let depth_m: f64 = variables[..own].iter().step_by(columns).sum();
@@ -125,7 +125,7 @@ fn shared_otherwise(model: &Model<'_>, guess: &Guess, layer: usize) -> Vec<Guess
 }
 
 /// Guesses with a rim's rupture and the next boundary's by the tip exchanged: which of the two comes first, no drop tells.
-fn exchanged(model: &Model<'_>, guess: &Guess) -> Vec<Guess> {
+fn exchanged(model: &CurveModel<'_>, guess: &Guess) -> Vec<Guess> {
     let mut guesses = Vec::new();
     let pairs =
         (0..guess.spec.layers.len()).flat_map(|rim| (rim + 1..guess.spec.layers.len()).map(move |tip| (tip, rim)));

@@ -8,8 +8,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::descent::{Lowest, Problem, square};
-use super::model::{Guess, Model, OWN, QUANTITIES, Quantity, steps};
+use super::descent::{LeastSquares, Lowest, square};
+use super::model::{CurveModel, Guess, OWN, QUANTITIES, Quantity, step_sizes};
 use super::peaks::is_another_reading;
 use law::operator::Draw;
 
@@ -43,7 +43,7 @@ const DRAWN_DEVIATIONS: f64 = 2.5;
 
 /// How a fitted parameter stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum ParameterStanding {
     /// Inside its bounds.
     Free,
     /// At its lower bound.
@@ -65,7 +65,7 @@ pub struct Interval {
 
 /// A fitted parameter.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Estimate {
+pub struct ParameterEstimate {
     /// Of which layer, from 0.
     pub layer: usize,
     /// Which of its parameters.
@@ -75,7 +75,7 @@ pub struct Estimate {
     /// Where it lies with 95 % confidence, where the curve determines it and the law describes the curve.
     pub interval: Option<Interval>,
     /// Whether it is free or held.
-    pub standing: Standing,
+    pub standing: ParameterStanding,
 }
 
 impl Interval {
@@ -88,7 +88,7 @@ impl Interval {
 
 /// A fit around which numbers are held.
 pub(super) struct Profile<'m> {
-    model: &'m Model<'m>,
+    model: &'m CurveModel<'m>,
     guess: &'m Guess,
     at: Vec<f64>,
     cost: f64,
@@ -105,6 +105,13 @@ pub(super) struct Rival {
     part: f64,
 }
 
+/// A distance that was tried, and how far the cost has risen there, as a deviation.
+#[derive(Clone, Copy)]
+struct Tried {
+    way: f64,
+    risen: f64,
+}
+
 /// What holding a number elsewhere led to.
 enum Held {
     /// By how many deviations the sum of squares rose.
@@ -114,7 +121,7 @@ enum Held {
 }
 
 impl<'m> Profile<'m> {
-    pub fn new(model: &'m Model<'m>, guess: &'m Guess) -> Self {
+    pub fn new(model: &'m CurveModel<'m>, guess: &'m Guess) -> Self {
         let at = model.variables(guess);
         let cost = square(&model.residuals(guess, &at, true));
         let jacobian = model.sensitivity(guess);
@@ -122,7 +129,7 @@ impl<'m> Profile<'m> {
         let freedom = model.curve.len().saturating_sub(seen).max(1) as f64;
         let finest_n = FINEST_PART * model.curve.peak_n();
         let variance = (cost / freedom).max(finest_n * finest_n);
-        let covariance = spread(model, guess, (&jacobian, variance));
+        let covariance = spread(model, guess, &jacobian, variance);
         Self { model, guess, at, cost, variance, covariance, quantile: NORMAL_95 + STUDENT / freedom }
     }
 
@@ -222,13 +229,13 @@ impl<'m> Profile<'m> {
         let room = if sign > 0.0 { upper - here } else { here - lower };
         let reach = room.min(size(which, here));
         let slope = self.slope(which);
-        let deviation = (&self.covariance * &slope).dot(&slope).max(0.0).sqrt();
-        let (mut near, mut far) = ((0.0, 0.0), None);
+        let deviation = self.deviation(&slope);
+        let (mut near, mut far) = (Tried { way: 0.0, risen: 0.0 }, None);
         let mut way = (self.quantile * deviation).max(1e-9 * size(which, here));
         let mut from = self.at.clone();
         for _ in 0..EDGE_TRIES {
             way = way.min(reach);
-            let risen = match self.hold((which, here + sign * way), (&slope, deviation), &from) {
+            let risen = match self.hold(which, here + sign * way, &slope, &from) {
                 Held::Risen(risen, point) => {
                     from = point;
                     risen
@@ -239,9 +246,9 @@ impl<'m> Profile<'m> {
                 if way >= reach {
                     return Ok((reach >= room).then_some(here + sign * room));
                 }
-                near = (way, risen);
+                near = Tried { way, risen };
             } else {
-                far = Some((way, risen));
+                far = Some(Tried { way, risen });
             }
             if (risen - self.quantile).abs() <= EDGE_PART * self.quantile {
                 break;
@@ -249,25 +256,31 @@ impl<'m> Profile<'m> {
             way = self.next_way(near, far);
         }
         // Not found in so many tries: the farther side counts.
-        let settled = far.map_or(near.0, |far| {
-            if far.1 <= self.quantile * (1.0 + EDGE_PART) { self.next_way(near, Some(far)) } else { far.0 }
+        let settled = far.map_or(near.way, |far| {
+            if far.risen <= self.quantile * (1.0 + EDGE_PART) { self.next_way(near, Some(far)) } else { far.way }
         });
         Ok(Some(here + sign * settled))
     }
 
+    /// Standard deviation of a number with this slope.
+    fn deviation(&self, slope: &DVector<f64>) -> f64 {
+        (&self.covariance * slope).dot(slope).max(0.0).sqrt()
+    }
+
     /// Between a point that is not refused and one that is; farther out while there is none.
-    fn next_way(&self, near: (f64, f64), far: Option<(f64, f64)>) -> f64 {
+    fn next_way(&self, near: Tried, far: Option<Tried>) -> f64 {
         match far {
-            None => near.0 * (1.05 * self.quantile / near.1.max(1e-9)).clamp(1.3, 4.0),
+            None => near.way * (1.05 * self.quantile / near.risen.max(1e-9)).clamp(1.3, 4.0),
             Some(far) => {
-                let part = (self.quantile - near.1) / (far.1 - near.1).max(1e-9);
-                near.0 + (far.0 - near.0) * part.clamp(0.1, 0.9)
+                let part = (self.quantile - near.risen) / (far.risen - near.risen).max(1e-9);
+                near.way + (far.way - near.way) * part.clamp(0.1, 0.9)
             }
         }
     }
 
     /// Fits everything again with a number held at a target, starting where the covariance says from a point of before.
-    fn hold(&self, (which, target): (usize, f64), (slope, deviation): (&DVector<f64>, f64), from: &[f64]) -> Held {
+    fn hold(&self, which: usize, target: f64, slope: &DVector<f64>, from: &[f64]) -> Held {
+        let deviation = self.deviation(slope);
         let along = &self.covariance * slope / deviation.powi(2).max(f64::MIN_POSITIVE);
         let by = target - self.number(from, which);
         let start: Vec<f64> = from.iter().zip(along.iter()).map(|(value, along)| value + by * along).collect();
@@ -277,8 +290,8 @@ impl<'m> Profile<'m> {
             residuals.push(weight * (self.number(variables, which) - target));
             residuals
         };
-        let ((lower, upper), step) = (self.model.bounds(self.guess), steps(self.guess));
-        let problem = Problem { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
+        let ((lower, upper), step) = (self.model.bounds(self.guess), step_sizes(self.guess));
+        let problem = LeastSquares { residuals: &residuals, lower: &lower, upper: &upper, step: &step, enough: 0.0 };
         let held = |start: &[f64]| {
             // With what holds the number: where the rest cannot follow it is not held, and that must cost.
             let Lowest { at, cost, .. } = problem.descend(start, HELD_DESCENT);
@@ -315,12 +328,12 @@ impl<'m> Profile<'m> {
             point[variable] += step;
             (self.number(&point, which) - here) / (point[variable] - self.at[variable])
         };
-        DVector::from_iterator(self.at.len(), steps(self.guess).iter().enumerate().map(of))
+        DVector::from_iterator(self.at.len(), step_sizes(self.guess).iter().enumerate().map(of))
     }
 }
 
 /// s² (JᵀJ)⁻¹ of the variables with an effect; each is also known to within some of its sizes, a place to within its gap.
-fn spread(model: &Model<'_>, guess: &Guess, (jacobian, variance): (&DMatrix<f64>, f64)) -> DMatrix<f64> {
+fn spread(model: &CurveModel<'_>, guess: &Guess, jacobian: &DMatrix<f64>, variance: f64) -> DMatrix<f64> {
     let (lower, upper) = model.bounds(guess);
     let at = model.variables(guess);
     let known = |which: usize| match which % QUANTITIES.len() < OWN {
@@ -344,7 +357,7 @@ fn size(which: usize, value: f64) -> f64 {
 }
 
 /// A number of a guess.
-fn number(model: &Model<'_>, guess: &Guess, which: usize) -> f64 {
+fn number(model: &CurveModel<'_>, guess: &Guess, which: usize) -> f64 {
     model.number(guess, &model.variables(guess), which)
 }
 
@@ -352,40 +365,40 @@ fn number(model: &Model<'_>, guess: &Guess, which: usize) -> f64 {
 ///
 /// # Errors
 /// What `interval` fails with.
-pub(super) fn estimate<E>(
-    model: &Model<'_>,
+pub(super) fn estimate_parameters<E>(
+    model: &CurveModel<'_>,
     guess: &Guess,
     interval: &mut dyn FnMut(usize) -> Result<Option<Interval>, E>,
-) -> Result<Vec<Estimate>, E> {
-    let standings = standings(model, guess);
+) -> Result<Vec<ParameterEstimate>, E> {
+    let standings = find_standings(model, guess);
     let mut estimates = Vec::with_capacity(standings.len());
     for (which, &standing) in standings.iter().enumerate() {
         let (layer, quantity) = (which / QUANTITIES.len(), QUANTITIES[which % QUANTITIES.len()]);
         if quantity == Quantity::RimThreshold && guess.spec.tip_to_rim_m <= 0.0 {
             continue;
         }
-        let interval = if standing == Standing::Kept { None } else { interval(which)? };
-        estimates.push(Estimate { layer, quantity, value: number(model, guess, which), interval, standing });
+        let interval = if standing == ParameterStanding::Kept { None } else { interval(which)? };
+        estimates.push(ParameterEstimate { layer, quantity, value: number(model, guess, which), interval, standing });
     }
     Ok(estimates)
 }
 
 /// How each number stands.
-pub(super) fn standings(model: &Model<'_>, guess: &Guess) -> Vec<Standing> {
+pub(super) fn find_standings(model: &CurveModel<'_>, guess: &Guess) -> Vec<ParameterStanding> {
     let jacobian = model.sensitivity(guess);
     let variables = model.variables(guess);
     let standing = |(which, &value): (usize, &f64)| {
         let quantity = QUANTITIES[which % QUANTITIES.len()];
         let (lower, upper) = quantity.bounds();
         if which % QUANTITIES.len() >= OWN {
-            let placed = guess.places.of(which / QUANTITIES.len(), quantity);
-            return placed.map_or(Standing::Kept, |_| Standing::Free);
+            let placed = guess.places.place_of(which / QUANTITIES.len(), quantity);
+            return placed.map_or(ParameterStanding::Kept, |_| ParameterStanding::Free);
         }
         match jacobian.column(which).amax() {
-            0.0 => Standing::Kept,
-            _ if value <= lower => Standing::AtLower,
-            _ if value >= upper => Standing::AtUpper,
-            _ => Standing::Free,
+            0.0 => ParameterStanding::Kept,
+            _ if value <= lower => ParameterStanding::AtLower,
+            _ if value >= upper => ParameterStanding::AtUpper,
+            _ => ParameterStanding::Free,
         }
     };
     variables.iter().enumerate().map(standing).collect()

@@ -3,7 +3,7 @@
 //! The curve tells its noise without a fit, by its second differences. A right fit leaves a residual of that deviation and without memory;
 //! what it leaves besides is found by its size, by its neighbours' likeness, and by its sums over stretches of every length.
 
-use super::model::{Guess, Model};
+use super::model::{CurveModel, Guess};
 
 /// A residual below this part of the peak is seen by no force sensor, and is no misfit (choice).
 const SEEN_PART: f64 = 5e-4;
@@ -34,7 +34,7 @@ pub struct Misfit {
 }
 
 /// What a residual has besides noise; none where it is noise. A drop that may be a lone sample is as bad: its layer leaves nothing.
-pub(super) fn misfit(model: &Model<'_>, guess: &Guess, lone_m: Vec<f64>) -> Option<Misfit> {
+pub(super) fn find_misfit(model: &CurveModel<'_>, guess: &Guess, lone_m: Vec<f64>) -> Option<Misfit> {
     let residuals = model.misfit(guess, &model.variables(guess));
     let samples = residuals.len() as f64;
     let finest_n = SEEN_PART * model.curve.peak_n();

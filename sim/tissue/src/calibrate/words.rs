@@ -1,20 +1,21 @@
 //! What a curve cannot determine, in words.
 
-use super::model::{Guess, Model, QUANTITIES, Quantity};
-use super::uncertainty::{Estimate, Standing};
+use super::model::{CurveModel, Guess, QUANTITIES, Quantity};
+use super::uncertainty::{ParameterEstimate, ParameterStanding};
 use law::axial::AxialSpec;
 
 /// A line for each reason, naming the parameters that it holds for.
 pub(super) fn in_words(
-    model: &Model<'_>,
+    model: &CurveModel<'_>,
     guess: &Guess,
-    (estimates, readings): (&[Estimate], usize),
+    estimates: &[ParameterEstimate],
+    readings: usize,
     unseen: &[usize],
 ) -> Vec<String> {
     let mut words: Vec<String> =
         QUANTITIES.into_iter().filter_map(|quantity| kept(&guess.spec, estimates, quantity)).collect();
-    let is_open = |e: &&Estimate| e.interval.is_none() && e.standing != Standing::Kept;
-    let open: Vec<&Estimate> = estimates.iter().filter(is_open).collect();
+    let is_open = |e: &&ParameterEstimate| e.interval.is_none() && e.standing != ParameterStanding::Kept;
+    let open: Vec<&ParameterEstimate> = estimates.iter().filter(is_open).collect();
     if !unseen.is_empty() {
         let names: Vec<&str> = unseen.iter().map(|&boundary| layer(&guess.spec, boundary)).collect();
         words.push(format!(
@@ -37,8 +38,8 @@ pub(super) fn in_words(
 }
 
 /// The layers of which a quantity has no effect on the curve, and why.
-fn kept(spec: &AxialSpec, estimates: &[Estimate], quantity: Quantity) -> Option<String> {
-    let kept = estimates.iter().filter(|e| e.quantity == quantity && e.standing == Standing::Kept);
+fn kept(spec: &AxialSpec, estimates: &[ParameterEstimate], quantity: Quantity) -> Option<String> {
+    let kept = estimates.iter().filter(|e| e.quantity == quantity && e.standing == ParameterStanding::Kept);
     let layers: Vec<&str> = kept.map(|estimate| layer(spec, estimate.layer)).collect();
     (!layers.is_empty()).then(|| format!("{} of {}: {}", quantity.words(), layers.join(", "), unseen(quantity)))
 }
@@ -48,7 +49,7 @@ fn layer(spec: &AxialSpec, layer: usize) -> &str {
 }
 
 /// Friction and cutting both resist on the way in: said where friction is among what is open.
-fn no_withdrawal(model: &Model<'_>, open: &[&Estimate]) -> &'static str {
+fn no_withdrawal(model: &CurveModel<'_>, open: &[&ParameterEstimate]) -> &'static str {
     match open.iter().any(|e| e.quantity == Quantity::Friction) && !model.curve.withdraws() {
         true => "; the curve has no withdrawal, which would show friction alone",
         false => "",

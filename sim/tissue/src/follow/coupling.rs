@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use law::axial::{AxialInput, AxialParams, AxialScratch, AxialState, ahead, step};
+use law::axial::{AxialInput, AxialParams, AxialScratch, AxialState, forecast_standing, step};
 
 /// A straight insertion, from the skin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Insertion {
+pub struct StraightInsertion {
     /// Mean speed, in m/s.
     pub speed_m_per_s: f64,
     /// Largest displacement, in m.
@@ -22,7 +22,7 @@ pub struct HandOver {
     pub held: f64,
     /// The field goes on with the last rate of change of the force that it took, which foresees no pop either.
     pub extrapolated: f64,
-    /// The field goes on with the last velocity of the needle and asks the law's closed form, [`ahead`], which knows when the
+    /// The field goes on with the last velocity of the needle and asks the law's closed form, [`forecast_standing`], which knows when the
     /// next boundary gives way.
     pub forecast: f64,
 }
@@ -38,7 +38,7 @@ pub struct RateError {
 
 /// Measures an insertion at each of these field rates, in Hz: the force error against the field's rate.
 #[must_use]
-pub fn rate_errors(params: &AxialParams, insertion: &Insertion, rates_hz: &[f64]) -> Vec<RateError> {
+pub fn rate_errors(params: &AxialParams, insertion: &StraightInsertion, rates_hz: &[f64]) -> Vec<RateError> {
     rates_hz.iter().map(|&field_hz| RateError { field_hz, error: hand_over(params, insertion, field_hz) }).collect()
 }
 
@@ -49,8 +49,8 @@ const TREMOR_HZ: f64 = 10.0;
 
 /// Measures one field rate, in Hz, on one insertion.
 #[must_use]
-pub fn hand_over(params: &AxialParams, insertion: &Insertion, field_hz: f64) -> HandOver {
-    let Insertion { speed_m_per_s, depth_m, tremor_m } = *insertion;
+pub fn hand_over(params: &AxialParams, insertion: &StraightInsertion, field_hz: f64) -> HandOver {
+    let StraightInsertion { speed_m_per_s, depth_m, tremor_m } = *insertion;
     let (mut state, mut scratch) = (AxialState::new(params), AxialScratch::new(params));
     let ticks = (depth_m / speed_m_per_s * f64::from(LAW_HZ)) as u32;
     let mut taken = Taken { state: state.clone(), scratch: scratch.clone(), t_s: 0.0, rate_n_per_s: 0.0 };
@@ -91,7 +91,7 @@ impl Taken {
     fn carried_n(&mut self, params: &AxialParams, t_s: f64) -> [f64; 3] {
         let since_s = t_s - self.t_s;
         let held_n = self.state.last_output().total_n();
-        let forecast_n = ahead(params, &self.state, &mut self.scratch, since_s).output.total_n();
+        let forecast_n = forecast_standing(params, &self.state, &mut self.scratch, since_s).output.total_n();
         [held_n, held_n + self.rate_n_per_s * since_s, forecast_n]
     }
 }

@@ -1,10 +1,10 @@
 //! The field of an attempt: unit responses by the planner's choice of model, and the follower.
 
-use super::responses::{Responses, question};
+use super::responses::{Responses, pose_question};
 use super::spec::TissueSpec;
 use super::state::FollowParams;
 use crate::axisymmetric::{Along, along_needle};
-use crate::planner::{self, PlanError, Planned, Reach, Wish, patch, reach, reach_of_all};
+use crate::planner::{self, PlanError, PlanRequest, Planned, Reach, cut_patch, find_reach, reach_of_all};
 use crate::volumetric::Problem3;
 use crate::{Judging, Load, LoadKind, Model, Problem, relative_distance};
 use law::axial::{AxialSpec, ParamError};
@@ -90,7 +90,7 @@ impl Field {
     /// field names no way of judging.
     fn by_the_skin(tissue: &TissueSpec) -> Result<Self, FollowError> {
         let share = 0.5 * tissue.tolerance;
-        let Reach { radius_m, relative_change } = reach(&tissue.at_the_skin(), share).map_err(PlanError::from)?;
+        let Reach { radius_m, relative_change } = find_reach(&tissue.at_the_skin(), share).map_err(PlanError::from)?;
         let mut field = Self::within(tissue, radius_m.min(tissue.slab.radius_m), share)?;
         field.plan.expected_relative_error += relative_change;
         Ok(field)
@@ -99,7 +99,7 @@ impl Field {
     /// Every load of an attempt is asked on the whole body first. A patch is taken that is good enough for all of them, and what
     /// its responses are off by is measured. Where that is too much, meshes are made finer, if finer ones are what it takes.
     fn by_the_attempt(tissue: &TissueSpec) -> Result<Self, FollowError> {
-        let known = Known::of(tissue)?;
+        let known = KnownAnswers::for_tissue(tissue)?;
         let mut share = 0.5 * tissue.tolerance;
         let on_body_m: Vec<_> = known.loads.iter().copied().zip(&known.along.answers_m).collect();
         let radius_m = reach_of_all(&known.question, &on_body_m, tissue.deepest_m(), share).map_err(PlanError::from)?;
@@ -118,8 +118,9 @@ impl Field {
 
     /// The responses on a patch of a radius, in m, by models that meet a tolerance on it.
     fn within(tissue: &TissueSpec, radius_m: f64, tolerance: f64) -> Result<Self, FollowError> {
-        let patched = TissueSpec { slab: patch(&tissue.slab.layers, tissue.deepest_m(), radius_m), ..tissue.clone() };
-        let wish = Wish { model: tissue.model, tolerance, judging: Judging::First };
+        let patched =
+            TissueSpec { slab: cut_patch(&tissue.slab.layers, tissue.deepest_m(), radius_m), ..tissue.clone() };
+        let wish = PlanRequest { model: tissue.model, tolerance, judging: Judging::First };
         let mut plan = FieldPlan {
             model: Model::None,
             reason: Phrase::Data(String::new()),
@@ -181,7 +182,7 @@ impl FieldPlan {
 const FINER: usize = 3;
 
 /// What an attempt's loads do to the whole body.
-struct Known {
+struct KnownAnswers {
     /// What is asked of all of them; its own load is a drag through the whole tissue.
     question: Problem3,
     loads: Vec<Load>,
@@ -193,13 +194,13 @@ struct Known {
     layers: usize,
 }
 
-impl Known {
-    fn of(tissue: &TissueSpec) -> Result<Self, FollowError> {
+impl KnownAnswers {
+    fn for_tissue(tissue: &TissueSpec) -> Result<Self, FollowError> {
         let every = tissue.loads().into_iter().enumerate();
         let (places, loads): (Vec<usize>, Vec<Load>) = every.filter_map(|(at, load)| Some((at, load?))).unzip();
         let through = LoadKind::Drag { from_m: 0.0, to_m: tissue.deepest_m() };
         let whole = Load { kind: through, radius_m: tissue.load_radius_m };
-        let question = question(tissue, whole, &tissue.points_m());
+        let question = pose_question(tissue, whole, &tissue.points_m());
         let along = along_needle(&question, &loads, tissue.tolerance).map_err(PlanError::from)?;
         Ok(Self { question, loads, places, along, layers: tissue.layers() })
     }

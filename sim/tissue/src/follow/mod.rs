@@ -9,7 +9,7 @@
 //! tissue comes back: after a rupture it decays with the time constant of the boundary's layer. Drag sticks to the shaft and
 //! is followed both ways, so that a withdrawal pulls the tissue out.
 //!
-//! A boundary that tip or rim presses on stands where they are: the load on it is the one that brings the field there ([`press`]),
+//! A boundary that tip or rim presses on stands where they are: the load on it is the one that brings the field there ([`press_loads`]),
 //! and what the needle has passed, or has not met yet, is kept on its side of it ([`law::stance::settle`]).
 //!
 //! # An oblique needle
@@ -26,9 +26,9 @@ mod responses;
 mod spec;
 mod state;
 
-pub use coupling::{HandOver, Insertion, RateError, hand_over, rate_errors};
+pub use coupling::{HandOver, RateError, StraightInsertion, hand_over, rate_errors};
 pub use field::{AttemptLoad, FIELD_HZ, Field, FieldPlan, FollowError};
-pub use press::press;
+pub use press::press_loads;
 pub use profile::Profiles;
 pub use responses::{Fit, Responses};
 pub use spec::{TissueSpec, recoil_time_s};

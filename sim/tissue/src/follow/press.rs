@@ -9,7 +9,7 @@ const SWEEPS: usize = 16;
 
 /// Changes the loads of pressed boundaries, in N, to what dents the field as far as the needle has pressed them. A needle pulls at none.
 /// Never allocates.
-pub fn press(on_axis: &Responses, pressed: &[Option<Pressed>; 2], loads_n: &mut [f64]) {
+pub fn press_loads(on_axis: &Responses, pressed: &[Option<Pressed>; 2], loads_n: &mut [f64]) {
     for _ in 0..SWEEPS {
         for &Pressed { boundary, dent_m } in pressed.iter().flatten() {
             let per_n = on_axis.of_m_per_n(boundary, boundary);

@@ -3,7 +3,7 @@
 use super::field::{Field, FollowError};
 use super::responses::Responses;
 use super::spec::TissueSpec;
-use crate::planner::{self, Wish, patch};
+use crate::planner::{self, PlanRequest, cut_patch};
 
 /// Axial displacement of every boundary at some distances from the needle under 1 N of each load of [`TissueSpec::loads`], for
 /// a picture: as of a perpendicular needle.
@@ -27,11 +27,11 @@ impl Field {
         let radii_m = radii_m(tissue.load_radius_m, radius_m);
         let deepest_m = tissue.boundaries_m.iter().copied().fold(0.0, f64::max);
         let patched =
-            TissueSpec { slab: patch(&tissue.slab.layers, deepest_m, radius_m), tilt_rad: 0.0, ..tissue.clone() };
+            TissueSpec { slab: cut_patch(&tissue.slab.layers, deepest_m, radius_m), tilt_rad: 0.0, ..tissue.clone() };
         let boundaries_m = || patched.boundaries_m.iter().take(patched.layers());
         let points_m: Vec<_> =
             boundaries_m().flat_map(|&depth_m| radii_m.iter().map(move |&r_m| [r_m, depth_m])).collect();
-        let wish = Wish { model: tissue.model, tolerance: tissue.tolerance, judging: tissue.judging };
+        let wish = PlanRequest { model: tissue.model, tolerance: tissue.tolerance, judging: tissue.judging };
         let responses = Responses::new(&patched, &points_m, &mut |question| Ok(planner::plan(question, &wish)?.field))?;
         Ok(table(&responses, radii_m, patched.layers()))
     }

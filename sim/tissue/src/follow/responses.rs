@@ -28,7 +28,7 @@ impl Responses {
         let mut axial_m_per_n = vec![0.0; points_m.len() * loads.len()];
         for (at, load) in loads.iter().enumerate() {
             let Some(load) = load else { continue };
-            let question = question(tissue, *load, points_m);
+            let question = pose_question(tissue, *load, points_m);
             let mut model = fit(&question)?;
             model.solve(1.0);
             for (response, &[r_m, depth_m]) in axial_m_per_n.iter_mut().skip(at).step_by(loads.len()).zip(points_m) {
@@ -88,7 +88,7 @@ impl TissueSpec {
 }
 
 /// What is asked of a load: its answer at every distance and every depth that a point has.
-pub(super) fn question(tissue: &TissueSpec, load: Load, points_m: &[[f64; 2]]) -> Problem3 {
+pub(super) fn pose_question(tissue: &TissueSpec, load: Load, points_m: &[[f64; 2]]) -> Problem3 {
     let sorted = |part: usize| {
         let mut values: Vec<f64> = points_m.iter().map(|point| point[part]).collect();
         values.sort_by(f64::total_cmp);

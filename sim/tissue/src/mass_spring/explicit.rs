@@ -9,10 +9,10 @@
 use wide::f32x4;
 
 use super::LatticeError;
-use super::kernel::{Field, pull_plane};
+use super::kernel::{NodalField, pull_plane};
 use super::lattice::Lattice;
 use super::laws::{Damped, Elastic};
-use super::motion::Motion;
+use super::motion::LatticeMotion;
 
 /// Most sub-steps of one [`advance`]: some seconds of computing, not an endless loop.
 pub const MAX_SUBSTEPS: u32 = 100_000;
@@ -21,25 +21,25 @@ pub const MAX_SUBSTEPS: u32 = 100_000;
 #[derive(Clone, Debug)]
 pub struct ExplicitScratch {
     /// Displacement rounded for the springs, in m.
-    displacement_m: Field<f32>,
+    displacement_m: NodalField<f32>,
     /// Velocity rounded for the dashpots, in m/s.
-    velocity_m_per_s: Field<f32>,
+    velocity_m_per_s: NodalField<f32>,
     /// Nodal forces, in N; zero between steps.
-    forces_n: Field<f32>,
+    forces_n: NodalField<f32>,
 }
 
 impl ExplicitScratch {
     /// Memory for this lattice.
     #[must_use]
     pub fn new(lattice: &Lattice) -> Self {
-        let zeros = || Field::zeros(lattice.grid.places());
+        let zeros = || NodalField::zeros(lattice.grid.places());
         Self { displacement_m: zeros(), velocity_m_per_s: zeros(), forces_n: zeros() }
     }
 
     /// Rounds a plane of a motion.
-    fn round(&mut self, lattice: &Lattice, motion: &Motion, k: usize) {
+    fn round(&mut self, lattice: &Lattice, motion: &LatticeMotion, k: usize) {
         let plane = lattice.grid.place([0, 0, k])..lattice.grid.place([0, 0, k + 1]);
-        let round = |rounded: &mut Field<f32>, exact: &Field| {
+        let round = |rounded: &mut NodalField<f32>, exact: &NodalField| {
             for (rounded, exact) in rounded.axes.iter_mut().zip(&exact.axes) {
                 let pairs = rounded[plane.clone()].iter_mut().zip(&exact[plane.clone()]);
                 pairs.for_each(|(rounded, exact)| *rounded = *exact as f32);
@@ -58,7 +58,7 @@ impl ExplicitScratch {
 /// A step that is not a number, negative, or longer than the stable one; nothing has moved then.
 pub fn step(
     lattice: &Lattice,
-    motion: &mut Motion,
+    motion: &mut LatticeMotion,
     scratch: &mut ExplicitScratch,
     step_s: f64,
 ) -> Result<(), LatticeError> {
@@ -76,7 +76,7 @@ pub fn step(
 /// A time that is not a number, negative, or longer than [`MAX_SUBSTEPS`] stable steps; nothing has moved then.
 pub fn advance(
     lattice: &Lattice,
-    motion: &mut Motion,
+    motion: &mut LatticeMotion,
     scratch: &mut ExplicitScratch,
     time_s: f64,
 ) -> Result<u32, LatticeError> {
@@ -92,7 +92,7 @@ pub fn advance(
     Ok(substeps)
 }
 
-fn sub_step(lattice: &Lattice, motion: &mut Motion, scratch: &mut ExplicitScratch, step_s: f64) {
+fn sub_step(lattice: &Lattice, motion: &mut LatticeMotion, scratch: &mut ExplicitScratch, step_s: f64) {
     motion.load.add_single(motion.force_n, &mut scratch.forces_n);
     let stiffness_damping_s = lattice.damping.stiffness_s;
     scratch.round(lattice, motion, 0);
@@ -103,16 +103,16 @@ fn sub_step(lattice: &Lattice, motion: &mut Motion, scratch: &mut ExplicitScratc
         let ExplicitScratch { displacement_m, velocity_m_per_s, forces_n } = &mut *scratch;
         if stiffness_damping_s > 0.0 {
             let law = Damped { stiffness_damping_s };
-            pull_plane::<f32x4, 2>(lattice, &law, [displacement_m, velocity_m_per_s], (k, forces_n));
+            pull_plane::<f32x4, 2>(lattice, &law, [displacement_m, velocity_m_per_s], k, forces_n);
         } else {
-            pull_plane::<f32x4, 1>(lattice, &Elastic, [displacement_m], (k, forces_n));
+            pull_plane::<f32x4, 1>(lattice, &Elastic, [displacement_m], k, forces_n);
         }
-        move_plane(lattice, motion, (k, forces_n), step_s);
+        move_plane(lattice, motion, k, forces_n, step_s);
     }
 }
 
 /// Moves the nodes of a plane by their forces, and clears these.
-fn move_plane(lattice: &Lattice, motion: &mut Motion, (k, forces_n): (usize, &mut Field<f32>), step_s: f64) {
+fn move_plane(lattice: &Lattice, motion: &mut LatticeMotion, k: usize, forces_n: &mut NodalField<f32>, step_s: f64) {
     let plane = lattice.grid.place([0, 0, k])..lattice.grid.place([0, 0, k + 1]);
     let kept = 1.0 - step_s * lattice.damping.mass_per_s;
     for axis in 0..3 {

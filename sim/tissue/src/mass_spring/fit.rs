@@ -10,18 +10,18 @@
 use std::iter;
 
 use super::grid::{nearest_spacing_m, thinnest_m};
-use super::{LatticeError, MassSpring, Patch, Symmetry};
+use super::{LatticeError, LatticePatch, LatticeSymmetry, MassSpring};
 use crate::{Judging, LoadKind, Problem, Sampled, axisymmetric};
 use law::axial::Domain;
 use phrase::{Phrase, phrase};
 
 /// A model with what is known of its error.
 #[derive(Clone, Debug)]
-pub struct Fitted {
+pub struct FittedLattice {
     /// The model, solved for 1 N.
     pub model: MassSpring,
     /// What of the tissue it covers, and how finely.
-    pub patch: Patch,
+    pub patch: LatticePatch,
     /// The part of the error that comes of the Poisson ratio of 1/4: no lattice has less.
     pub floor: f64,
     /// Bound of the relative L2 error over the problem's sample points, the larger of that of the axial and of the radial
@@ -31,7 +31,7 @@ pub struct Fitted {
     pub met: bool,
 }
 
-impl Fitted {
+impl FittedLattice {
     /// The lattice, for people: "a lattice of 0.56 mm cells within 16 mm; central forces have ν = 1/4 built in, 11.3 %
     /// on this problem".
     #[must_use]
@@ -65,8 +65,8 @@ const SHARE_OF_FLOOR: f64 = 0.6;
 
 /// The model on one lattice of the ladder, from coarse to fine, for a speed–error sweep. Nothing past the last.
 #[must_use]
-pub fn rung(problem: &Problem, at: usize) -> Option<Result<MassSpring, LatticeError>> {
-    match Judge::new(problem, Judging::Second).and_then(|judge| judge.ladder()) {
+pub fn fit_rung(problem: &Problem, at: usize) -> Option<Result<MassSpring, LatticeError>> {
+    match LatticeJudge::new(problem, Judging::Second).and_then(|judge| judge.ladder()) {
         Ok((coarsest, finer)) => {
             iter::once(coarsest).chain(finer).nth(at).map(|patch| MassSpring::new(problem, &patch))
         }
@@ -80,7 +80,7 @@ pub fn rung(problem: &Problem, at: usize) -> Option<Result<MassSpring, LatticeEr
 /// # Errors
 /// The first number of the problem that is out of range, a tolerance that is not a positive number, or a layer so thin
 /// that even the coarsest lattice cannot be computed.
-pub fn fit(problem: &Problem, tolerance: f64) -> Result<Fitted, LatticeError> {
+pub fn fit(problem: &Problem, tolerance: f64) -> Result<FittedLattice, LatticeError> {
     fit_by(Judging::Second, problem, tolerance)
 }
 
@@ -88,9 +88,9 @@ pub fn fit(problem: &Problem, tolerance: f64) -> Result<Fitted, LatticeError> {
 ///
 /// # Errors
 /// As for [`fit`].
-pub fn fit_by(judging: Judging, problem: &Problem, tolerance: f64) -> Result<Fitted, LatticeError> {
+pub fn fit_by(judging: Judging, problem: &Problem, tolerance: f64) -> Result<FittedLattice, LatticeError> {
     Domain::Positive.check("tolerance", tolerance, "")?;
-    let judge = Judge::new(problem, judging)?;
+    let judge = LatticeJudge::new(problem, judging)?;
     let enough = if judge.floor < tolerance { tolerance } else { (1.0 + SHARE_OF_FLOOR) * judge.floor };
     let (coarsest, finer) = judge.ladder()?;
     let mut fitted = judge.fitted(coarsest, tolerance)?;
@@ -104,7 +104,7 @@ pub fn fit_by(judging: Judging, problem: &Problem, tolerance: f64) -> Result<Fit
 }
 
 /// What lattices are judged by.
-struct Judge<'a> {
+struct LatticeJudge<'a> {
     problem: &'a Problem,
     judging: Judging,
     /// The problem with Poisson ratios of 1/4.
@@ -116,7 +116,7 @@ struct Judge<'a> {
     floor: f64,
 }
 
-impl<'a> Judge<'a> {
+impl<'a> LatticeJudge<'a> {
     fn new(problem: &'a Problem, judging: Judging) -> Result<Self, LatticeError> {
         problem.check()?;
         let solid = Problem { slab: problem.slab.solid(), ..problem.clone() };
@@ -138,7 +138,7 @@ impl<'a> Judge<'a> {
     }
 
     /// The coarsest patch, and finer ones that come to rest within seconds.
-    fn ladder(&self) -> Result<(Patch, Vec<Patch>), LatticeError> {
+    fn ladder(&self) -> Result<(LatticePatch, Vec<LatticePatch>), LatticeError> {
         let mut reaches = REACHES.iter().map(|reach| self.patch(reach * self.problem.load.radius_m));
         let mut patch = self.patch(REACHES[0] * self.problem.load.radius_m);
         let mut rungs = Vec::with_capacity(RUNGS.len());
@@ -156,23 +156,23 @@ impl<'a> Judge<'a> {
     }
 
     /// The patch with cells of about this size, over the least of the load's radius and the layers' thicknesses.
-    fn spaced(&self, patch: Patch, cells: f64) -> Patch {
+    fn spaced(&self, patch: LatticePatch, cells: f64) -> LatticePatch {
         let (slab, load) = (&self.problem.slab, &self.problem.load);
         let spacing_m = cells * thinnest_m(slab, patch.depth_m).min(load.radius_m);
-        Patch { spacing_m: nearest_spacing_m(slab, &Patch { spacing_m, ..patch }), ..patch }
+        LatticePatch { spacing_m: nearest_spacing_m(slab, &LatticePatch { spacing_m, ..patch }), ..patch }
     }
 
     /// The patch that ends so far from the load, in m, with no spacing yet.
-    fn patch(&self, reach_m: f64) -> Patch {
+    fn patch(&self, reach_m: f64) -> LatticePatch {
         let (slab, load) = (&self.problem.slab, &self.problem.load);
         let (LoadKind::Contactor { depth_m } | LoadKind::Drag { to_m: depth_m, .. }) = load.kind;
         let whole_m = slab.boundaries_m()[slab.layers.len()];
         let [radius_m, depth_m] = [reach_m.min(slab.radius_m), (depth_m + reach_m).min(whole_m)];
-        Patch { spacing_m: 0.0, radius_m, depth_m, symmetry: Symmetry::Quarter }
+        LatticePatch { spacing_m: 0.0, radius_m, depth_m, symmetry: LatticeSymmetry::Quarter }
     }
 
     /// What it does to the answer that the rim and the base of a patch are held.
-    fn truncation(&self, patch: &Patch) -> Result<f64, LatticeError> {
+    fn truncation(&self, patch: &LatticePatch) -> Result<f64, LatticeError> {
         let mut cut = self.quarter.clone();
         cut.slab.radius_m = patch.radius_m;
         let mut left_m = patch.depth_m;
@@ -186,11 +186,11 @@ impl<'a> Judge<'a> {
         Ok(self.distance(&self.problem.sampled(&axisymmetric::fit_by(self.judging, &cut, JUDGED_TO)?.model)))
     }
 
-    fn fitted(&self, patch: Patch, tolerance: f64) -> Result<Fitted, LatticeError> {
+    fn fitted(&self, patch: LatticePatch, tolerance: f64) -> Result<FittedLattice, LatticeError> {
         let model = MassSpring::new(self.problem, &patch)?;
         let floor = self.floor;
         let estimated_relative_error = floor + self.distance(&self.problem.sampled(&model));
-        Ok(Fitted { model, patch, floor, estimated_relative_error, met: estimated_relative_error <= tolerance })
+        Ok(FittedLattice { model, patch, floor, estimated_relative_error, met: estimated_relative_error <= tolerance })
     }
 }
 

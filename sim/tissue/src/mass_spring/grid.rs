@@ -11,7 +11,7 @@ pub const MAX_UNKNOWNS: usize = 6_000_000;
 
 /// Which part of the tissue is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Symmetry {
+pub enum LatticeSymmetry {
     /// A quarter, between the planes x = 0 and y = 0: for loads that are symmetric about both.
     Quarter,
     /// All of it.
@@ -20,7 +20,7 @@ pub enum Symmetry {
 
 /// The part of the tissue that a lattice covers: a disc around the axis, held at its rim and at its base.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Patch {
+pub struct LatticePatch {
     /// Distance of neighbouring nodes in the horizontal, in m.
     pub spacing_m: f64,
     /// Radius of the held rim, in m. It is rounded to a multiple of the spacing.
@@ -28,7 +28,7 @@ pub struct Patch {
     /// Depth of the held base, in m. It is rounded up to a plane of nodes and ends with the tissue.
     pub depth_m: f64,
     /// Which part is computed.
-    pub symmetry: Symmetry,
+    pub symmetry: LatticeSymmetry,
 }
 
 /// A slice of cells between two planes of nodes.
@@ -44,7 +44,7 @@ pub(super) struct Storey {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Grid {
     pub(super) spacing_m: f64,
-    pub(super) symmetry: Symmetry,
+    pub(super) symmetry: LatticeSymmetry,
     /// Nodes from the axis to the rim.
     pub(super) reach: usize,
     /// Nodes along x, and along y.
@@ -55,7 +55,7 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    pub(super) fn new(slab: &Slab, patch: &Patch) -> Result<Self, LatticeError> {
+    pub(super) fn new(slab: &Slab, patch: &LatticePatch) -> Result<Self, LatticeError> {
         slab.check()?;
         Domain::Positive.check("spacing_m", patch.spacing_m, "m")?;
         Domain::Positive.check("patch.radius_m", patch.radius_m, "m")?;
@@ -68,7 +68,7 @@ impl Grid {
         }
         affordable(slab, patch)?;
         let reach = reach as usize;
-        let side = if patch.symmetry == Symmetry::Full { 2 * reach + 1 } else { reach + 1 };
+        let side = if patch.symmetry == LatticeSymmetry::Full { 2 * reach + 1 } else { reach + 1 };
         let storeys = storeys(slab, patch)?;
         let mut depths_m = vec![0.0];
         // A layer's planes are counted from its top, so that sums of heights do not drift off its interfaces.
@@ -88,7 +88,7 @@ impl Grid {
 
     /// Column or row of the axis.
     pub(super) fn centre(&self) -> usize {
-        if self.symmetry == Symmetry::Full { self.reach } else { 0 }
+        if self.symmetry == LatticeSymmetry::Full { self.reach } else { 0 }
     }
 
     /// Places of a plane: whole lanes.
@@ -125,7 +125,7 @@ impl Grid {
 
     /// Whether a node can move along an axis: on a plane of symmetry it stays in it.
     pub(super) fn is_free(&self, node: [usize; 3], axis: usize) -> bool {
-        let on_plane = self.symmetry == Symmetry::Quarter && axis < 2 && node[axis] == 0;
+        let on_plane = self.symmetry == LatticeSymmetry::Quarter && axis < 2 && node[axis] == 0;
         self.moves(node) && !on_plane
     }
 
@@ -142,10 +142,10 @@ impl Grid {
     }
 }
 
-impl Patch {
+impl LatticePatch {
     /// Degrees of freedom of a lattice on this patch of a slab, to a few percent.
     pub(super) fn unknowns(&self, slab: &Slab) -> f64 {
-        let part = if self.symmetry == Symmetry::Full { 4.0 } else { 1.0 };
+        let part = if self.symmetry == LatticeSymmetry::Full { 4.0 } else { 1.0 };
         let reach = self.radius_m.min(slab.radius_m) / self.spacing_m;
         let whole_m: f64 = slab.layers.iter().map(|layer| layer.thickness_m).sum();
         3.0 * part * std::f64::consts::FRAC_PI_4 * reach * reach * (self.depth_m.min(whole_m) / self.spacing_m)
@@ -153,7 +153,7 @@ impl Patch {
 }
 
 /// Refuses a lattice that is too large, naming what makes it so and the nearest that can be done.
-fn affordable(slab: &Slab, patch: &Patch) -> Result<(), LatticeError> {
+fn affordable(slab: &Slab, patch: &LatticePatch) -> Result<(), LatticeError> {
     let (unknowns, limit) = (patch.unknowns(slab), MAX_UNKNOWNS as f64);
     if unknowns <= limit {
         return Ok(());
@@ -171,7 +171,7 @@ fn reached(slab: &Slab, depth_m: f64) -> impl Iterator<Item = (usize, f64, &Elas
 }
 
 /// Splits the layers down to the patch's depth into storeys whose height suits the spacing.
-fn storeys(slab: &Slab, patch: &Patch) -> Result<Vec<Storey>, LatticeError> {
+fn storeys(slab: &Slab, patch: &LatticePatch) -> Result<Vec<Storey>, LatticeError> {
     let mut storeys = Vec::new();
     for (layer, top_m, part) in reached(slab, patch.depth_m) {
         let thickness_m = part.thickness_m;
@@ -202,7 +202,7 @@ pub(super) fn thinnest_m(slab: &Slab, depth_m: f64) -> f64 {
 }
 
 /// The widest spacing up to the patch's at which every layer that the patch reaches can be split, in m.
-pub(super) fn nearest_spacing_m(slab: &Slab, patch: &Patch) -> f64 {
+pub(super) fn nearest_spacing_m(slab: &Slab, patch: &LatticePatch) -> f64 {
     let thinnest_m = thinnest_m(slab, patch.depth_m);
     // From two storeys on there is a count for every spacing, so the last of these always fits.
     let always_m = thinnest_m * std::f64::consts::FRAC_1_SQRT_2;

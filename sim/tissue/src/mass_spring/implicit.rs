@@ -12,11 +12,11 @@
 //! so the velocity can always be scaled to the energy that is left: **energy never grows**, however few steps were made.
 
 use super::LatticeError;
-use super::kernel::{Field, pull_all};
+use super::kernel::{NodalField, pull_all};
 use super::lattice::Lattice;
 use super::laws::{Elastic, Stiffness};
-use super::motion::Motion;
-use super::relax::{Limit, Relaxation, norm_squared};
+use super::motion::LatticeMotion;
+use super::relax::{Relaxation, RelaxationLimit, norm_squared};
 
 /// Newton steps of one step in time, at most.
 pub const NEWTON_STEPS: usize = 6;
@@ -35,22 +35,22 @@ const TIGHT: f64 = 1e-9;
 pub struct ImplicitScratch {
     relaxation: Relaxation,
     /// Displacement at the start, in m.
-    start_m: Field,
+    start_m: NodalField,
     /// Step of displacement being found, in m.
-    step_m: Field,
+    step_m: NodalField,
     /// A step that is tried, in m.
-    tried_m: Field,
-    correction_m: Field,
-    inverse_diagonal: Field,
+    tried_m: NodalField,
+    correction_m: NodalField,
+    inverse_diagonal: NodalField,
     /// Whatever springs pull, in N.
-    work: Field,
+    work: NodalField,
 }
 
 impl ImplicitScratch {
     /// Memory for this lattice.
     #[must_use]
     pub fn new(lattice: &Lattice) -> Self {
-        let zeros = || Field::zeros(lattice.grid.places());
+        let zeros = || NodalField::zeros(lattice.grid.places());
         Self {
             relaxation: Relaxation::new(lattice),
             start_m: zeros(),
@@ -69,7 +69,7 @@ impl ImplicitScratch {
 /// A step that is not a number, or negative; nothing has moved then.
 pub fn step(
     lattice: &Lattice,
-    motion: &mut Motion,
+    motion: &mut LatticeMotion,
     scratch: &mut ImplicitScratch,
     step_s: f64,
 ) -> Result<(), LatticeError> {
@@ -85,7 +85,7 @@ pub fn step(
 /// A step being made. In terms of 1/h an infinite step is nothing special.
 struct Step<'a> {
     lattice: &'a Lattice,
-    motion: &'a mut Motion,
+    motion: &'a mut LatticeMotion,
     scratch: &'a mut ImplicitScratch,
     /// 1/h, in 1/s.
     per_s: f64,
@@ -237,14 +237,14 @@ impl Step<'_> {
         let (lattice, displacement_m) = (self.lattice, &self.motion.displacement_m);
         let scratch = &mut *self.scratch;
         scratch.correction_m.clear();
-        let apply = |p: &Field, product: &mut Field| {
+        let apply = |p: &NodalField, product: &mut NodalField| {
             pull_all(lattice, &law, [displacement_m, p], product);
             for axis in 0..3 {
                 let known = lattice.masses.axes[axis].iter().zip(&p.axes[axis]);
                 product.axes[axis].iter_mut().zip(known).for_each(|(sum, (mass, p))| *sum += inertia * mass * p);
             }
         };
-        let limit = (Limit { iterations: ITERATIONS, relative: ROUGH }, scale);
+        let limit = RelaxationLimit { iterations: ITERATIONS, relative: ROUGH, scale };
         scratch.relaxation.solve(apply, &scratch.inverse_diagonal, &mut scratch.correction_m, limit) > 0
     }
 

@@ -12,11 +12,11 @@ use super::links::{CLASSES, CORNERS, Link};
 
 /// A vector at every node.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Field<T = f64> {
+pub(super) struct NodalField<T = f64> {
     pub(super) axes: [Vec<T>; 3],
 }
 
-impl<T: Copy + Default> Field<T> {
+impl<T: Copy + Default> NodalField<T> {
     pub(super) fn zeros(places: usize) -> Self {
         Self { axes: [(); 3].map(|()| vec![T::default(); places]) }
     }
@@ -30,7 +30,7 @@ impl<T: Copy + Default> Field<T> {
     }
 }
 
-impl Field {
+impl NodalField {
     pub(super) fn copy_from(&mut self, other: &Self) {
         for (mine, theirs) in self.axes.iter_mut().zip(&other.axes) {
             mine.copy_from_slice(theirs);
@@ -103,7 +103,7 @@ impl<T: Lanes, const N: usize> Corners<T, N> {
     #[inline(always)]
     fn pull<const CLASS: usize>(&mut self, law: &impl Law<T, N>, springs: &Springs<'_, T>, at: usize) {
         let [a, b] = const { CLASSES[CLASS].ends };
-        let mut differences = [[T::of(0.0); 3]; N];
+        let mut differences = [[T::splat(0.0); 3]; N];
         for (difference, corners) in differences.iter_mut().zip(&self.fields) {
             *difference = with(corners[b], corners[a], |b, a| b - a);
         }
@@ -124,14 +124,15 @@ struct Springs<'a, T> {
 pub(super) fn pull_plane<T: Lanes, const N: usize>(
     lattice: &Lattice,
     law: &impl Law<T, N>,
-    fields: [&Field<T::Number>; N],
-    (k, forces): (usize, &mut Field<T::Number>),
+    fields: [&NodalField<T::Number>; N],
+    k: usize,
+    forces: &mut NodalField<T::Number>,
 ) {
     let springs = Springs { links: lattice.links[k].map(|link| link.in_lanes()), constants: &lattice.constants };
     let (first, steps) = (lattice.grid.place([0, 0, k]), CORNERS.map(|corner| lattice.grid.place(corner)));
     for &[begin, end] in &lattice.runs {
         for at in (first + begin..first + end).step_by(LANES) {
-            let zero = [[T::of(0.0); 3]; CORNERS.len()];
+            let zero = [[T::splat(0.0); 3]; CORNERS.len()];
             let mut corners = Corners { fields: [zero; N], pulls: zero };
             for (corners, field) in corners.fields.iter_mut().zip(fields) {
                 for (corner, step) in corners.iter_mut().zip(steps) {
@@ -161,11 +162,11 @@ pub(super) fn pull_plane<T: Lanes, const N: usize>(
 pub(super) fn pull_all<const N: usize>(
     lattice: &Lattice,
     law: &impl Law<f64x4, N>,
-    fields: [&Field; N],
-    forces: &mut Field,
+    fields: [&NodalField; N],
+    forces: &mut NodalField,
 ) {
     for k in 0..lattice.links.len() {
-        pull_plane(lattice, law, fields, (k, forces));
+        pull_plane(lattice, law, fields, k, forces);
     }
 }
 

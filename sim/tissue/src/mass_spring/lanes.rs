@@ -14,7 +14,7 @@ pub(super) trait Lanes:
     /// One of them.
     type Number: Copy + Default;
     /// The same number in all.
-    fn of(value: f64) -> Self;
+    fn splat(value: f64) -> Self;
     /// Those that begin at a place; 0 where there are none.
     fn load(values: &[Self::Number], place: usize) -> Self;
     /// The same of single numbers.
@@ -37,7 +37,7 @@ macro_rules! lanes {
             type Number = $number;
 
             #[inline(always)]
-            fn of(value: f64) -> Self {
+            fn splat(value: f64) -> Self {
                 Self::splat(value as $number)
             }
 

@@ -2,11 +2,11 @@
 
 use super::LatticeError;
 use super::calibration::spring_constants;
-use super::grid::{Grid, Patch, Symmetry};
-use super::kernel::{self, Field};
+use super::grid::{Grid, LatticePatch, LatticeSymmetry};
+use super::kernel::{self, NodalField};
 use super::laws;
 use super::links::{CLASSES, CORNERS, Link};
-use super::motion::Motion;
+use super::motion::LatticeMotion;
 use crate::Slab;
 use law::axial::Domain;
 
@@ -33,11 +33,11 @@ pub struct Lattice {
     /// Spring constants, in N/m, for each direction and place; rounding one changes an answer by less.
     pub(super) constants: [Vec<f32>; CLASSES.len()],
     /// Masses, in kg; 0 along an axis on which the node is held.
-    pub(super) masses: Field,
+    pub(super) masses: NodalField,
     /// 1/mass, in 1/kg; 0 along an axis on which the node is held.
-    pub(super) inverse_masses: Field,
+    pub(super) inverse_masses: NodalField,
     /// Stiffness of each node on its own at rest, in N/m; 0 where it is held.
-    pub(super) diagonal: Field,
+    pub(super) diagonal: NodalField,
     /// Bound of the highest angular frequency, in rad/s.
     highest_rad_per_s: f64,
 }
@@ -50,7 +50,7 @@ impl Lattice {
     ///
     /// # Errors
     /// A number out of range, a spacing at which a layer cannot be split, or more nodes than can be held.
-    pub fn new(slab: &Slab, patch: &Patch, damping: Damping) -> Result<Self, LatticeError> {
+    pub fn new(slab: &Slab, patch: &LatticePatch, damping: Damping) -> Result<Self, LatticeError> {
         let grid = Grid::new(slab, patch)?;
         Domain::NotNegative.check("damping.mass_per_s", damping.mass_per_s, "1/s")?;
         Domain::NotNegative.check("damping.stiffness_s", damping.stiffness_s, "s")?;
@@ -60,9 +60,9 @@ impl Lattice {
         let mut lattice = Self {
             runs: Vec::new(),
             constants: CLASSES.map(|_| vec![0.0; places]),
-            masses: Field::zeros(places),
-            inverse_masses: Field::zeros(places),
-            diagonal: Field::zeros(places),
+            masses: NodalField::zeros(places),
+            inverse_masses: NodalField::zeros(places),
+            diagonal: NodalField::zeros(places),
             highest_rad_per_s: 0.0,
             grid,
             damping,
@@ -112,33 +112,33 @@ impl Lattice {
 
     /// Energy stored in the springs of the whole tissue, in J.
     #[must_use]
-    pub fn elastic_energy_j(&self, motion: &Motion) -> f64 {
+    pub fn elastic_energy_j(&self, motion: &LatticeMotion) -> f64 {
         self.symmetric_parts() * self.spring_energy_j(&motion.displacement_m)
     }
 
     /// Energy of the motion of the whole tissue, in J.
     #[must_use]
-    pub fn kinetic_energy_j(&self, motion: &Motion) -> f64 {
+    pub fn kinetic_energy_j(&self, motion: &LatticeMotion) -> f64 {
         self.symmetric_parts() * self.motion_energy_j(&motion.velocity_m_per_s)
     }
 
     /// Work that the held force has done on the way to here, in J.
     #[must_use]
-    pub fn load_work_j(&self, motion: &Motion) -> f64 {
+    pub fn load_work_j(&self, motion: &LatticeMotion) -> f64 {
         self.symmetric_parts() * motion.force_n * motion.load.work_m(&motion.displacement_m)
     }
 
     /// How many times the whole tissue is what is computed.
     pub(super) fn symmetric_parts(&self) -> f64 {
-        if self.grid.symmetry == Symmetry::Quarter { 4.0 } else { 1.0 }
+        if self.grid.symmetry == LatticeSymmetry::Quarter { 4.0 } else { 1.0 }
     }
 
-    pub(super) fn motion_energy_j(&self, velocity_m_per_s: &Field) -> f64 {
+    pub(super) fn motion_energy_j(&self, velocity_m_per_s: &NodalField) -> f64 {
         let axes = self.masses.axes.iter().zip(&velocity_m_per_s.axes);
         axes.map(|(masses, v)| v.iter().zip(masses).map(|(v, m)| 0.5 * m * v * v).sum::<f64>()).sum()
     }
 
-    pub(super) fn spring_energy_j(&self, displacement_m: &Field) -> f64 {
+    pub(super) fn spring_energy_j(&self, displacement_m: &NodalField) -> f64 {
         let mut sum_j = 0.0;
         self.for_each_spring(|link, constant, [a, b]| {
             let change_m = [0, 1, 2].map(|axis| displacement_m.axes[axis][b] - displacement_m.axes[axis][a]);
@@ -190,7 +190,7 @@ impl Lattice {
 
     /// Computes what follows from the masses and the spring constants.
     pub(super) fn refresh(&mut self) {
-        let mut diagonal = Field::zeros(self.grid.places());
+        let mut diagonal = NodalField::zeros(self.grid.places());
         self.for_each_spring(|link, constant, ends| {
             for (axis, sums) in diagonal.axes.iter_mut().enumerate() {
                 let share = link.rest_m[axis] / link.length_m;

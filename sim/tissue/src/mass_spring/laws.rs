@@ -38,7 +38,7 @@ fn stretched<T: Lanes>(link: &Link<T>, change_m: [T; 3]) -> Stretched<T> {
     let along_m = [ex + ux, ey + uy, ez + uz];
     let rest_m2 = link.length_m * link.length_m;
     let grown_m2 = dot(change_m, [ex + along_m[0], ey + along_m[1], ez + along_m[2]]);
-    let grown_m2 = grown_m2.at_least(T::of(MOST_SHORTENED) * rest_m2);
+    let grown_m2 = grown_m2.at_least(T::splat(MOST_SHORTENED) * rest_m2);
     let length_m = (rest_m2 + grown_m2).sqrt();
     Stretched { along_m, length_m, strain: grown_m2 / (length_m * (length_m + link.length_m)) }
 }
@@ -75,7 +75,7 @@ impl<T: Lanes> Law<T, 2> for Damped {
     fn pull(&self, link: &Link<T>, constant: T, [change_m, rate_m_per_s]: [[T; 3]; 2]) -> [T; 3] {
         let spring = stretched(link, change_m);
         let rate = dot(spring.along_m, rate_m_per_s) / (spring.length_m * spring.length_m);
-        times(constant * (spring.strain + T::of(self.stiffness_damping_s) * rate), spring.along_m)
+        times(constant * (spring.strain + T::splat(self.stiffness_damping_s) * rate), spring.along_m)
     }
 }
 
@@ -92,9 +92,9 @@ impl<T: Lanes> Law<T, 2> for Stiffness {
     #[inline(always)]
     fn pull(&self, link: &Link<T>, constant: T, [change_m, delta]: [[T; 3]; 2]) -> [T; 3] {
         let spring = stretched(link, change_m);
-        let across = T::of(-self.across) * constant * spring.strain.at_least(T::of(0.0));
+        let across = T::splat(-self.across) * constant * spring.strain.at_least(T::splat(0.0));
         let part = dot(spring.along_m, delta) / (spring.length_m * spring.length_m);
-        let [x, y, z] = times((T::of(-self.along) * constant - across) * part, spring.along_m);
+        let [x, y, z] = times((T::splat(-self.along) * constant - across) * part, spring.along_m);
         [x + across * delta[0], y + across * delta[1], z + across * delta[2]]
     }
 }
@@ -105,7 +105,7 @@ pub(super) struct Linear;
 impl<T: Lanes> Law<T, 1> for Linear {
     #[inline(always)]
     fn pull(&self, link: &Link<T>, constant: T, [delta]: [[T; 3]; 1]) -> [T; 3] {
-        let per_m2 = T::of(-1.0) / (link.length_m * link.length_m);
+        let per_m2 = T::splat(-1.0) / (link.length_m * link.length_m);
         times(per_m2 * (constant * dot(link.rest_m, delta)), link.rest_m)
     }
 }

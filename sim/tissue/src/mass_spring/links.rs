@@ -60,6 +60,6 @@ impl Link<f64> {
     /// The same spring in every lane.
     #[inline(always)]
     pub(super) fn in_lanes<T: Lanes>(&self) -> Link<T> {
-        Link { rest_m: self.rest_m.map(T::of), length_m: T::of(self.length_m) }
+        Link { rest_m: self.rest_m.map(T::splat), length_m: T::splat(self.length_m) }
     }
 }

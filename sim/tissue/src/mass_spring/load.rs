@@ -3,7 +3,7 @@
 use libm::{erf, exp};
 
 use super::grid::Grid;
-use super::kernel::Field;
+use super::kernel::NodalField;
 use super::lattice::Lattice;
 use crate::{Load, LoadKind};
 use law::axial::{Domain, ParamError};
@@ -39,21 +39,21 @@ impl NodalLoad {
     }
 
     /// Adds a force of this size, into the body, to nodal forces.
-    pub(super) fn add(&self, force_n: f64, forces: &mut Field) {
+    pub(super) fn add(&self, force_n: f64, forces: &mut NodalField) {
         for (place, share) in &self.shares {
             forces.axes[2][*place] -= force_n * share;
         }
     }
 
     /// The same in single precision.
-    pub(super) fn add_single(&self, force_n: f64, forces: &mut Field<f32>) {
+    pub(super) fn add_single(&self, force_n: f64, forces: &mut NodalField<f32>) {
         for (place, share) in &self.shares {
             forces.axes[2][*place] -= (force_n * share) as f32;
         }
     }
 
     /// How far the load has moved into the body, in m: its work per force, in the computed part.
-    pub(super) fn work_m(&self, displacement_m: &Field) -> f64 {
+    pub(super) fn work_m(&self, displacement_m: &NodalField) -> f64 {
         -self.shares.iter().map(|(place, share)| share * displacement_m.axes[2][*place]).sum::<f64>()
     }
 }

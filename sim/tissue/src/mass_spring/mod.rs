@@ -24,13 +24,13 @@ mod puncture;
 mod relax;
 mod response;
 
-pub use fit::{Fitted, fit, fit_by, rung};
-pub use grid::{MAX_UNKNOWNS, Patch, Symmetry};
+pub use fit::{FittedLattice, fit, fit_by, fit_rung};
+pub use grid::{LatticePatch, LatticeSymmetry, MAX_UNKNOWNS};
 pub use lattice::{Damping, Lattice};
 pub use load::NodalLoad;
 pub use model::MassSpring;
-pub use motion::{MAX_FORCE_N, Motion};
-pub use puncture::{Opened, Puncture};
+pub use motion::{LatticeMotion, MAX_FORCE_N};
+pub use puncture::{LatticePuncture, OpenedSprings};
 pub use response::{NodeForce, Response};
 
 use super::axisymmetric::AxisymmetricError;

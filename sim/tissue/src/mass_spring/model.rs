@@ -1,25 +1,25 @@
 //! The lattice as a model of the tissue: the answer of small strains to one load.
 
 use super::LatticeError;
-use super::grid::Patch;
-use super::kernel::{Field, pull_all};
+use super::grid::LatticePatch;
+use super::kernel::{NodalField, pull_all};
 use super::lattice::{Damping, Lattice};
 use super::laws::Linear;
 use super::load::NodalLoad;
-use super::relax::{Limit, Relaxation, norm_squared};
+use super::relax::{Relaxation, RelaxationLimit, norm_squared};
 use crate::{FieldModel, Model, Problem};
 
 /// When an answer is at rest: two digits below what any lattice is worth.
-const AT_REST: Limit = Limit { iterations: 5000, relative: 1e-7 };
+const AT_REST: RelaxationLimit = RelaxationLimit { iterations: 5000, relative: 1e-7, scale: 1.0 };
 
 /// A lattice at rest under one load, solved for 1 N to begin with. A solve lets it come to rest again, from where nothing has moved.
 #[derive(Clone, Debug)]
 pub struct MassSpring {
     lattice: Lattice,
     load: NodalLoad,
-    inverse_diagonal: Field,
+    inverse_diagonal: NodalField,
     relaxation: Relaxation,
-    displacement_m: Field,
+    displacement_m: NodalField,
 }
 
 impl MassSpring {
@@ -27,7 +27,7 @@ impl MassSpring {
     ///
     /// # Errors
     /// As [`Lattice::new`] and [`NodalLoad::new`].
-    pub fn new(problem: &Problem, patch: &Patch) -> Result<Self, LatticeError> {
+    pub fn new(problem: &Problem, patch: &LatticePatch) -> Result<Self, LatticeError> {
         problem.check()?;
         let lattice = Lattice::new(&problem.slab, patch, Damping::default())?;
         let load = NodalLoad::new(&lattice, &problem.load)?;
@@ -35,7 +35,7 @@ impl MassSpring {
         for sum in inverse_diagonal.axes.iter_mut().flatten().filter(|sum| **sum > 0.0) {
             *sum = 1.0 / *sum;
         }
-        let (relaxation, displacement_m) = (Relaxation::new(&lattice), Field::zeros(lattice.grid.places()));
+        let (relaxation, displacement_m) = (Relaxation::new(&lattice), NodalField::zeros(lattice.grid.places()));
         let mut model = Self { lattice, load, inverse_diagonal, relaxation, displacement_m };
         model.solve(1.0);
         Ok(model)
@@ -65,8 +65,13 @@ impl FieldModel for MassSpring {
         self.load.add(force_n, &mut self.relaxation.residual);
         let whole = norm_squared(&self.relaxation.residual, &self.inverse_diagonal).sqrt();
         let lattice = &self.lattice;
-        let apply = |p: &Field, product: &mut Field| pull_all(lattice, &Linear, [p], product);
-        self.relaxation.solve(apply, &self.inverse_diagonal, &mut self.displacement_m, (AT_REST, whole));
+        let apply = |p: &NodalField, product: &mut NodalField| pull_all(lattice, &Linear, [p], product);
+        self.relaxation.solve(
+            apply,
+            &self.inverse_diagonal,
+            &mut self.displacement_m,
+            RelaxationLimit { scale: whole, ..AT_REST },
+        );
     }
 
     fn displacement_m(&self, r_m: f64, depth_m: f64) -> [f64; 2] {

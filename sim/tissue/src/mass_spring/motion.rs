@@ -1,6 +1,6 @@
 //! What a lattice does in time: displacements, velocities and the force that is held.
 
-use super::kernel::Field;
+use super::kernel::NodalField;
 use super::lattice::Lattice;
 use super::load::NodalLoad;
 
@@ -9,18 +9,18 @@ pub const MAX_FORCE_N: f64 = 1e4;
 
 /// The state of a lattice.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Motion {
-    pub(super) displacement_m: Field,
-    pub(super) velocity_m_per_s: Field,
+pub struct LatticeMotion {
+    pub(super) displacement_m: NodalField,
+    pub(super) velocity_m_per_s: NodalField,
     pub(super) load: NodalLoad,
     pub(super) force_n: f64,
 }
 
-impl Motion {
+impl LatticeMotion {
     /// A lattice at rest under no force.
     #[must_use]
     pub fn new(lattice: &Lattice, load: NodalLoad) -> Self {
-        let zeros = Field::zeros(lattice.grid.places());
+        let zeros = NodalField::zeros(lattice.grid.places());
         Self { displacement_m: zeros.clone(), velocity_m_per_s: zeros, load, force_n: 0.0 }
     }
 

@@ -3,11 +3,11 @@
 use super::lattice::Lattice;
 use super::laws;
 use super::links::{CLASSES, CORNERS};
-use super::motion::Motion;
+use super::motion::LatticeMotion;
 
 /// A cylinder through which a needle went.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Puncture {
+pub struct LatticePuncture {
     /// Where it went, in the patient's x and y, in m.
     pub at_m: [f64; 2],
     /// Depth of the boundary it went through, in m.
@@ -18,7 +18,7 @@ pub struct Puncture {
 
 /// What a puncture did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Opened {
+pub struct OpenedSprings {
     /// Springs that no longer pull.
     pub springs: usize,
     /// Energy they had stored in the whole tissue, in J.
@@ -28,10 +28,10 @@ pub struct Opened {
 impl Lattice {
     /// Takes away every spring that ends at a node of the boundary's plane within the needle: the node is cut out and
     /// no longer moves. The rest of the tissue is free to recoil.
-    pub fn open(&mut self, motion: &Motion, puncture: &Puncture) -> Opened {
+    pub fn open(&mut self, motion: &LatticeMotion, puncture: &LatticePuncture) -> OpenedSprings {
         let (upper, part) = self.grid.storey_at(puncture.depth_m);
         let k = if part > 0.5 { upper + 1 } else { upper };
-        let mut opened = Opened::default();
+        let mut opened = OpenedSprings::default();
         for [i, j, k] in self.grid.nodes().filter(|node| node[2] == k) {
             let [x_m, y_m, _] = self.grid.position_m([i, j, k]);
             let [dx_m, dy_m] = [x_m - puncture.at_m[0], y_m - puncture.at_m[1]];
@@ -44,7 +44,7 @@ impl Lattice {
         opened
     }
 
-    fn cut_out(&mut self, [i, j, k]: [usize; 3], motion: &Motion, opened: &mut Opened) {
+    fn cut_out(&mut self, [i, j, k]: [usize; 3], motion: &LatticeMotion, opened: &mut OpenedSprings) {
         let node = self.grid.place([i, j, k]);
         for (at, class) in CLASSES.iter().enumerate() {
             for end in class.ends.map(|end| CORNERS[end]) {

@@ -1,28 +1,30 @@
 //! Conjugate gradients without a matrix, preconditioned by the diagonal (Hestenes and Stiefel 1952).
 
-use super::kernel::{Field, dot};
+use super::kernel::{NodalField, dot};
 use super::lattice::Lattice;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Limit {
+pub(super) struct RelaxationLimit {
     pub(super) iterations: usize,
     /// Residual over right-hand side, both in the norm of the preconditioner.
     pub(super) relative: f64,
+    /// That norm of the right-hand side.
+    pub(super) scale: f64,
 }
 
 /// Memory of the iteration.
 #[derive(Clone, Debug)]
 pub(super) struct Relaxation {
     /// Right-hand side less A x. Set before [`Relaxation::solve`].
-    pub(super) residual: Field,
-    direction: Field,
-    product: Field,
+    pub(super) residual: NodalField,
+    direction: NodalField,
+    product: NodalField,
 }
 
 impl Relaxation {
     pub(super) fn new(lattice: &Lattice) -> Self {
-        let zeros = || Field::zeros(lattice.grid.places());
+        let zeros = || NodalField::zeros(lattice.grid.places());
         Self { residual: zeros(), direction: zeros(), product: zeros() }
     }
 
@@ -31,21 +33,21 @@ impl Relaxation {
         self.residual.bytes() + self.direction.bytes() + self.product.bytes()
     }
 
-    /// Improves `x` until the residual is below `limit` of `scale`, the norm of a right-hand side. `apply` adds A p to
+    /// Improves `x` until the residual is below its limit. `apply` adds A p to
     /// its second argument. Where `inverse_diagonal` is 0 nothing moves, whatever the residual. Returns how many
     /// iterations it took.
     pub(super) fn solve(
         &mut self,
-        mut apply: impl FnMut(&Field, &mut Field),
-        inverse_diagonal: &Field,
-        x: &mut Field,
-        (limit, scale): (Limit, f64),
+        mut apply: impl FnMut(&NodalField, &mut NodalField),
+        inverse_diagonal: &NodalField,
+        x: &mut NodalField,
+        limit: RelaxationLimit,
     ) -> usize {
         self.direction.clear();
         let mut before = 1.0;
         for iteration in 0..limit.iterations {
             let now = norm_squared(&self.residual, inverse_diagonal);
-            if now.is_nan() || now <= limit.relative * limit.relative * scale * scale {
+            if now.is_nan() || now <= limit.relative * limit.relative * limit.scale * limit.scale {
                 return iteration;
             }
             self.turn(inverse_diagonal, now / before);
@@ -63,7 +65,7 @@ impl Relaxation {
     }
 
     /// direction ← D⁻¹ residual + factor · direction
-    fn turn(&mut self, inverse_diagonal: &Field, factor: f64) {
+    fn turn(&mut self, inverse_diagonal: &NodalField, factor: f64) {
         for axis in 0..3 {
             let known = self.residual.axes[axis].iter().zip(&inverse_diagonal.axes[axis]);
             for (direction, (residual, inverse)) in self.direction.axes[axis].iter_mut().zip(known) {
@@ -74,7 +76,7 @@ impl Relaxation {
 }
 
 /// rᵀ D⁻¹ r.
-pub(super) fn norm_squared(residual: &Field, inverse_diagonal: &Field) -> f64 {
+pub(super) fn norm_squared(residual: &NodalField, inverse_diagonal: &NodalField) -> f64 {
     let axes = residual.axes.iter().zip(&inverse_diagonal.axes);
     axes.map(|(residual, inverse)| dot_thrice(residual, inverse)).sum()
 }

@@ -1,7 +1,7 @@
 //! Reading a lattice: displacement between nodes, and what the springs do under a displacement that is given.
 
 use super::grid::Grid;
-use super::kernel::{Field, pull_all};
+use super::kernel::{NodalField, pull_all};
 use super::lattice::Lattice;
 use super::laws::{Elastic, Linear};
 
@@ -33,7 +33,7 @@ impl Lattice {
     /// What the springs do under a displacement in m, given at every position in the patient's frame in m.
     #[must_use]
     pub fn respond(&self, displacement_m: impl Fn([f64; 3]) -> [f64; 3]) -> Response {
-        let zeros = || Field::zeros(self.grid.places());
+        let zeros = || NodalField::zeros(self.grid.places());
         let (mut u, mut forces, mut resistance) = (zeros(), zeros(), zeros());
         for node in self.grid.nodes() {
             let wanted = displacement_m(self.grid.position_m(node));
@@ -41,7 +41,7 @@ impl Lattice {
         }
         pull_all(self, &Elastic, [&u], &mut forces);
         pull_all(self, &Linear, [&u], &mut resistance);
-        let at = |field: &Field, place: usize| [0, 1, 2].map(|axis| field.axes[axis][place]);
+        let at = |field: &NodalField, place: usize| [0, 1, 2].map(|axis| field.axes[axis][place]);
         let node_force = |node: [usize; 3]| NodeForce {
             position_m: self.grid.position_m(node),
             moves: self.grid.moves(node),
@@ -58,7 +58,7 @@ impl Lattice {
 
 impl Grid {
     /// Trilinear between the nodes, zero outside the lattice. A quarter mirrors what it does not hold.
-    pub(super) fn interpolate(&self, field: &Field, [x_m, y_m, z_m]: [f64; 3]) -> [f64; 3] {
+    pub(super) fn interpolate(&self, field: &NodalField, [x_m, y_m, z_m]: [f64; 3]) -> [f64; 3] {
         let mirrored = self.centre() == 0;
         let across = |at_m: f64| if mirrored { at_m.abs() } else { at_m } / self.spacing_m + self.centre() as f64;
         let [x, y] = [across(x_m), across(y_m)];

@@ -7,7 +7,7 @@ const LEAF: usize = 32;
 
 /// A dense part of the factor.
 #[derive(Clone, Debug)]
-pub(super) struct Front {
+pub(super) struct DenseFront {
     /// Place of its first own unknown in the order of elimination.
     pub start: usize,
     /// How many unknowns are eliminated here.
@@ -16,7 +16,7 @@ pub(super) struct Front {
     pub rows: Vec<u32>,
 }
 
-impl Front {
+impl DenseFront {
     /// Rows of its dense matrix.
     pub fn size(&self) -> usize {
         self.own + self.rows.len()
@@ -30,7 +30,7 @@ impl Front {
 
 /// Fronts in the order of elimination, and what goes into each.
 pub(super) struct Dissection {
-    pub fronts: Vec<Front>,
+    pub fronts: Vec<DenseFront>,
     /// Elements assembled in each front.
     pub leaves: Vec<Vec<usize>>,
     /// Fronts whose rest is assembled in each front.
@@ -76,7 +76,7 @@ impl Dissection {
     }
 
     pub fn nonzeros(&self) -> usize {
-        self.fronts.iter().map(Front::nonzeros).sum()
+        self.fronts.iter().map(DenseFront::nonzeros).sum()
     }
 }
 
@@ -125,7 +125,7 @@ impl Builder<'_> {
             self.next += 1;
         }
         let rows = outside.iter().map(|&(unknown, _)| unknown).collect();
-        self.done.fronts.push(Front { start, own: own.len(), rows });
+        self.done.fronts.push(DenseFront { start, own: own.len(), rows });
         self.done.leaves.push(leaf);
         self.done.children.push(children);
         (self.done.fronts.len() - 1, outside)

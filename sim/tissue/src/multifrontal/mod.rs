@@ -9,7 +9,7 @@
 mod dense;
 mod dissection;
 
-use dissection::{Dissection, Front};
+use dissection::{DenseFront, Dissection};
 
 /// The elements of a matrix: which unknowns each has, and where it is.
 pub struct Connectivity<'a> {
@@ -42,7 +42,7 @@ pub struct NotPositiveDefinite {
 #[derive(Clone, Debug)]
 pub struct Cholesky {
     /// Fronts in the order of elimination.
-    fronts: Vec<Front>,
+    fronts: Vec<DenseFront>,
     /// Place in the order of elimination of each unknown.
     place: Vec<u32>,
     /// Columns of all fronts: of each the reciprocal of its diagonal, then what is below.
@@ -67,7 +67,7 @@ impl Cholesky {
         }
         let mut factor = Self {
             values: Vec::with_capacity(dissection.nonzeros()),
-            largest: dissection.fronts.iter().map(Front::size).max().unwrap_or(0),
+            largest: dissection.fronts.iter().map(DenseFront::size).max().unwrap_or(0),
             place: dissection.place,
             fronts: dissection.fronts,
         };
@@ -179,7 +179,7 @@ impl Assembly {
         }
     }
 
-    fn begin(&mut self, front: &Front) {
+    fn begin(&mut self, front: &DenseFront) {
         self.size = front.size();
         self.matrix.clear();
         self.matrix.resize(self.size * self.size, 0.0);
@@ -206,7 +206,7 @@ impl Assembly {
         }
     }
 
-    fn add_child(&mut self, child: usize, front: &Front) {
+    fn add_child(&mut self, child: usize, front: &DenseFront) {
         let left = std::mem::take(&mut self.left[child]);
         let mut left = &left[..];
         self.rows.clear();
@@ -224,7 +224,7 @@ impl Assembly {
 
     /// Eliminates the front's own unknowns, appends its columns to `values` and keeps the rest for the parent.
     /// Returns the first column whose pivot was lost, with the pivot.
-    fn finish(&mut self, at: usize, front: &Front, values: &mut Vec<f64>) -> Option<(usize, f64)> {
+    fn finish(&mut self, at: usize, front: &DenseFront, values: &mut Vec<f64>) -> Option<(usize, f64)> {
         let size = self.size;
         let lost = dense::eliminate(&mut self.matrix, size, front.own, LOST_PIVOT);
         for column in 0..front.own {

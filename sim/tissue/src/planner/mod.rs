@@ -10,7 +10,7 @@
 
 mod patch;
 
-pub use patch::{Reach, patch, reach, reach_of_all};
+pub use patch::{Reach, cut_patch, find_reach, reach_of_all};
 
 use super::axisymmetric::{self, AxisymmetricError};
 use super::mass_spring::{self, LatticeError};
@@ -20,7 +20,7 @@ use phrase::{Phrase, phrase};
 
 /// What is asked of the planner.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wish {
+pub struct PlanRequest {
     /// The model that is asked for by name; the planner chooses without one.
     pub model: Option<Model>,
     /// Tolerated relative L2 error over the samples, of the axial and of the radial displacement.
@@ -130,7 +130,7 @@ fn what_breaks_the_axis(question: &Problem3) -> Option<Phrase> {
 ///
 /// # Errors
 /// The first number of the question or the wish that is out of range, or a model that cannot answer the question.
-pub fn plan(question: &Problem3, wish: &Wish) -> Result<Planned, PlanError> {
+pub fn plan(question: &Problem3, wish: &PlanRequest) -> Result<Planned, PlanError> {
     let (model, why) = choose(question, wish.model)?;
     let flat = &question.flat;
     let (judging, tolerance) = (wish.judging, wish.tolerance);
@@ -171,12 +171,12 @@ pub fn plan(question: &Problem3, wish: &Wish) -> Result<Planned, PlanError> {
 
 /// A mesh of a model's ladder, from coarse to fine; none past the last, or where the model cannot be chosen.
 #[must_use]
-pub fn rung(problem: &Problem, model: Model, at: usize) -> Option<Result<Box<dyn FieldModel>, PlanError>> {
+pub fn plan_rung(problem: &Problem, model: Model, at: usize) -> Option<Result<Box<dyn FieldModel>, PlanError>> {
     match model {
         Model::None => None,
-        Model::Axisymmetric => boxed(axisymmetric::rung(problem, at)),
-        Model::MassSpring => boxed(mass_spring::rung(problem, at)),
-        Model::Volumetric => boxed(volumetric::rung(&Problem3::flat(problem), at)),
+        Model::Axisymmetric => boxed(axisymmetric::fit_rung(problem, at)),
+        Model::MassSpring => boxed(mass_spring::fit_rung(problem, at)),
+        Model::Volumetric => boxed(volumetric::fit_rung(&Problem3::flat(problem), at)),
     }
 }
 
@@ -206,4 +206,4 @@ macro_rules! made_from {
     };
 }
 
-made_from!(axisymmetric::Fitted axisymmetric::FittedOblique mass_spring::Fitted volumetric::Fitted);
+made_from!(axisymmetric::FittedAxisymmetric axisymmetric::FittedOblique mass_spring::FittedLattice volumetric::FittedVolumetric);

@@ -34,7 +34,7 @@ pub struct Reach {
 ///
 /// # Errors
 /// When the layers or the load are out of range.
-pub fn reach(question: &Problem3, tolerance: f64) -> Result<Reach, AxisymmetricError> {
+pub fn find_reach(question: &Problem3, tolerance: f64) -> Result<Reach, AxisymmetricError> {
     let answer = |radius_m: f64| answer_m(question, radius_m);
     let mut radius_m = NARROWEST * question.flat.load.radius_m;
     let (mut narrow, mut relative_change) = (answer(radius_m)?, f64::INFINITY);
@@ -64,7 +64,7 @@ pub fn reach_of_all(
     let (body_m, mut radius_m) = (question.flat.slab.radius_m, NARROWEST * question.flat.load.radius_m);
     let loads: Vec<Load> = on_body_m.iter().map(|(load, _)| *load).collect();
     while radius_m < body_m {
-        let slab = patch(&question.flat.slab.layers, deepest_m, radius_m);
+        let slab = cut_patch(&question.flat.slab.layers, deepest_m, radius_m);
         let on_patch_m = on_patch_m(question, &loads, slab, &question.flat.sample_depth_m)?;
         let mut pairs = on_patch_m.iter().zip(on_body_m);
         if pairs.all(|(on_patch_m, (_, on_body_m))| relative_distance(on_patch_m, on_body_m) <= tolerance) {
@@ -78,7 +78,7 @@ pub fn reach_of_all(
 /// Displacement along the needle at the load's depth, at the question's radii, in m, of tissue that is clamped at a radius in m.
 fn answer_m(question: &Problem3, radius_m: f64) -> Result<Vec<f64>, AxisymmetricError> {
     let [from_m, to_m] = question.flat.load.ends_m();
-    let slab = patch(&question.flat.slab.layers, to_m, radius_m);
+    let slab = cut_patch(&question.flat.slab.layers, to_m, radius_m);
     let answers_m = on_patch_m(question, &[question.flat.load], slab, &[0.5 * (from_m + to_m)])?;
     Ok(answers_m.concat())
 }
@@ -94,12 +94,12 @@ fn on_patch_m(
     near.flat.slab = slab;
     near.flat.sample_depth_m = depths_m.to_vec();
     let mesh = MeshSpec::graded(&near.flat, LEVEL);
-    each_along_needle_m(&near, loads, (&mesh, STATIONS))
+    each_along_needle_m(&near, loads, &mesh, STATIONS)
 }
 
 /// The tissue within a radius of loads that go down to a depth, both in m: no layer below that, the last one cut there.
 #[must_use]
-pub fn patch(layers: &[ElasticLayer], deepest_m: f64, radius_m: f64) -> Slab {
+pub fn cut_patch(layers: &[ElasticLayer], deepest_m: f64, radius_m: f64) -> Slab {
     let mut left_m = deepest_m + radius_m;
     let mut kept = Vec::new();
     for layer in layers.iter().filter(|layer| layer.thickness_m > 0.0) {

@@ -1,6 +1,6 @@
 //! One-dimensional polynomials: where a hexahedron has its nodes, and where it is integrated.
 
-pub(super) use crate::quadrature::{gauss, lobatto};
+pub(super) use crate::quadrature::{gauss_rule, lobatto_rule};
 
 /// Value and slope at x of the polynomial that is 1 at node `at` and 0 at the others.
 pub(super) fn lagrange(nodes: &[f64], at: usize, x: f64) -> (f64, f64) {
@@ -25,8 +25,8 @@ pub(super) struct Table<const N: usize> {
 
 impl<const N: usize> Table<N> {
     pub fn new() -> Self {
-        let nodes: Vec<f64> = lobatto(N - 1).into_iter().map(|(x, _)| x).collect();
-        let points = gauss(N);
+        let nodes: Vec<f64> = lobatto_rule(N - 1).into_iter().map(|(x, _)| x).collect();
+        let points = gauss_rule(N);
         let both = |point: usize, node: usize| lagrange(&nodes, node, points[point].0);
         let table = |f: &dyn Fn(usize, usize) -> f64| std::array::from_fn(|i| std::array::from_fn(|j| f(i, j)));
         Self {

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use super::basis::Table;
-use super::element::{Shape, stiffness};
+use super::element::{BasisShape, stiffness};
 use super::kernel::{self, zeros};
 use super::locate::Locator;
 use super::mesh::{HexMesh, ORDERS};
@@ -24,7 +24,7 @@ pub(super) struct MaterialPoint {
 
 /// One-dimensional polynomials of the body's order.
 #[derive(Clone, Debug)]
-enum Tables {
+enum OrderTables {
     Two(Box<Table<3>>),
     Three(Box<Table<4>>),
     Four(Box<Table<5>>),
@@ -35,7 +35,7 @@ enum Tables {
 pub struct Body {
     mesh: HexMesh,
     locator: Locator,
-    tables: Tables,
+    tables: OrderTables,
     /// Of every element, (order + 1)³ points, the first direction fastest.
     points: Vec<MaterialPoint>,
     /// Of every element, three unknowns of each node; [`FIXED`] is held.
@@ -56,9 +56,9 @@ impl Body {
         held: impl Fn(usize) -> [bool; 3],
     ) -> Result<Self, VolumetricError> {
         let tables = match mesh.order {
-            2 => Tables::Two(Box::new(Table::new())),
-            3 => Tables::Three(Box::new(Table::new())),
-            4 => Tables::Four(Box::new(Table::new())),
+            2 => OrderTables::Two(Box::new(Table::new())),
+            3 => OrderTables::Three(Box::new(Table::new())),
+            4 => OrderTables::Four(Box::new(Table::new())),
             order => return Err(VolumetricError::Order(order, *ORDERS.start(), *ORDERS.end())),
         };
         let (unknowns, count) = number(&mesh, held);
@@ -70,7 +70,7 @@ impl Body {
             unknowns,
             mass_kg: vec![0.0; count],
         };
-        let shape = Shape::new(body.mesh.order);
+        let shape = BasisShape::new(body.mesh.order);
         for element in 0..body.elements() {
             body.add_points(&shape, element, &material)?;
         }
@@ -80,7 +80,7 @@ impl Body {
     /// Computes the quadrature points of an element and adds its mass to its nodes.
     fn add_points(
         &mut self,
-        shape: &Shape,
+        shape: &BasisShape,
         element: usize,
         material: &impl Fn(usize, &Point3<f64>) -> Material,
     ) -> Result<(), VolumetricError> {
@@ -192,7 +192,7 @@ impl Body {
         let elements: Vec<Vec<u32>> = self.unknowns.chunks_exact(3 * each).map(<[u32]>::to_vec).collect();
         let centroids_m: Vec<[f64; 3]> = self.mesh.iter().map(|nodes| self.centroid_m(nodes)).collect();
         let connectivity = Connectivity { unknowns: self.unknowns(), elements: &elements, centroids_m: &centroids_m };
-        let shape = Shape::new(self.mesh.order);
+        let shape = BasisShape::new(self.mesh.order);
         // The lumped mass of a node is added once, with the first element that has it.
         let mut left: Vec<f64> = self.mass_kg.iter().map(|mass| mass * mass_per_s2).collect();
         let factor = Cholesky::factorise(&connectivity, |element, matrix| {
@@ -217,18 +217,18 @@ impl Body {
     /// anything, and a step could not be told from a step uphill.
     pub fn energy_j(&self, u_m: &[f64], force_n: &mut [f64]) -> f64 {
         match &self.tables {
-            Tables::Two(table) => self.sum(table, u_m, force_n, corotated),
-            Tables::Three(table) => self.sum(table, u_m, force_n, corotated),
-            Tables::Four(table) => self.sum(table, u_m, force_n, corotated),
+            OrderTables::Two(table) => self.sum(table, u_m, force_n, corotated),
+            OrderTables::Three(table) => self.sum(table, u_m, force_n, corotated),
+            OrderTables::Four(table) => self.sum(table, u_m, force_n, corotated),
         }
     }
 
     /// The same for small strains, ½ uᵀ K u: Ψ = μ ‖ε‖² + λ/2 tr² ε.
     pub fn linear_energy_j(&self, u_m: &[f64], force_n: &mut [f64]) -> f64 {
         match &self.tables {
-            Tables::Two(table) => self.sum(table, u_m, force_n, linear),
-            Tables::Three(table) => self.sum(table, u_m, force_n, linear),
-            Tables::Four(table) => self.sum(table, u_m, force_n, linear),
+            OrderTables::Two(table) => self.sum(table, u_m, force_n, linear),
+            OrderTables::Three(table) => self.sum(table, u_m, force_n, linear),
+            OrderTables::Four(table) => self.sum(table, u_m, force_n, linear),
         }
     }
 

@@ -1,12 +1,12 @@
 //! Large rotations, in equilibrium or in time.
 
-use super::minimiser::{Effort, Energy, Minimiser, Outcome};
+use super::minimiser::{DifferentiableEnergy, Effort, Minimiser, Outcome};
 use super::{Body, Patch, VolumetricError, answerable, dot};
 use crate::{FieldModel, Model};
 
 /// A body that turns and moves under forces on its unknowns.
 #[derive(Clone, Debug)]
-pub struct Motion {
+pub struct TissueMotion {
     minimiser: Minimiser,
     /// Length of a step, in s. Nothing: every step is an equilibrium.
     step_s: Option<f64>,
@@ -35,7 +35,7 @@ struct Incremental<'a> {
     per_s2: f64,
 }
 
-impl Energy for Incremental<'_> {
+impl DifferentiableEnergy for Incremental<'_> {
     fn at(&mut self, u_m: &[f64], gradient_n: &mut [f64]) -> (f64, f64) {
         gradient_n.fill(0.0);
         let elastic_j = self.body.energy_j(u_m, gradient_n);
@@ -51,7 +51,7 @@ impl Energy for Incremental<'_> {
     }
 }
 
-impl Motion {
+impl TissueMotion {
     /// A body at rest. A step is an equilibrium, or backward Euler's for a length in s.
     ///
     /// # Errors
@@ -148,7 +148,7 @@ const ATTEMPTS: usize = 10;
 /// A load under which no equilibrium was found, and the one that is held instead.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("force_n = {wanted_n} N: no equilibrium was found; the nearest load that was is {held_n} N")]
-pub struct Refused {
+pub struct RefusedLoad {
     /// The load that was asked for, in N.
     pub wanted_n: f64,
     /// The load that the answer is for, in N.
@@ -159,14 +159,14 @@ pub struct Refused {
 #[derive(Clone, Debug)]
 pub struct Corotational {
     patch: Patch,
-    motion: Motion,
+    motion: TissueMotion,
     load_n: Vec<f64>,
     last: Outcome,
     /// The load that acts, in N.
     held_n: f64,
     /// The load nearest to it under which no equilibrium was found, in N.
     lost_n: Option<f64>,
-    refused: Option<Refused>,
+    refused: Option<RefusedLoad>,
 }
 
 impl Corotational {
@@ -175,7 +175,7 @@ impl Corotational {
     /// # Errors
     /// When the length is no positive number.
     pub fn new(patch: Patch, step_s: Option<f64>, effort: Effort) -> Result<Self, VolumetricError> {
-        let motion = Motion::new(patch.body(), step_s, effort)?;
+        let motion = TissueMotion::new(patch.body(), step_s, effort)?;
         let load_n = vec![0.0; patch.body().unknowns()];
         Ok(Self { patch, motion, load_n, last: Outcome::default(), held_n: 0.0, lost_n: None, refused: None })
     }
@@ -188,12 +188,12 @@ impl Corotational {
 
     /// Where it is and how it moves.
     #[must_use]
-    pub fn motion(&self) -> &Motion {
+    pub fn motion(&self) -> &TissueMotion {
         &self.motion
     }
 
     /// The same, to be put somewhere.
-    pub fn motion_mut(&mut self) -> &mut Motion {
+    pub fn motion_mut(&mut self) -> &mut TissueMotion {
         &mut self.motion
     }
 
@@ -208,7 +208,7 @@ impl Corotational {
     ///
     /// # Errors
     /// The load that was refused, with the one that is held.
-    pub fn check(&self) -> Result<(), Refused> {
+    pub fn check(&self) -> Result<(), RefusedLoad> {
         self.refused.map_or(Ok(()), Err)
     }
 
@@ -249,7 +249,7 @@ impl Corotational {
                 part *= 0.5;
             }
         }
-        self.refused = Some(Refused { wanted_n, held_n: self.held_n });
+        self.refused = Some(RefusedLoad { wanted_n, held_n: self.held_n });
     }
 }
 

@@ -6,7 +6,7 @@ use super::basis;
 use super::body::MaterialPoint;
 
 /// Values and slopes of an element's polynomials at its quadrature points.
-pub(super) struct Shape {
+pub(super) struct BasisShape {
     /// How many nodes, and points.
     pub nodes: usize,
     /// Weight of each point.
@@ -15,11 +15,11 @@ pub(super) struct Shape {
     table: Vec<(f64, Vector3<f64>)>,
 }
 
-impl Shape {
+impl BasisShape {
     pub fn new(order: usize) -> Self {
         let n = order + 1;
-        let ends: Vec<f64> = basis::lobatto(order).into_iter().map(|(x, _)| x).collect();
-        let gauss = basis::gauss(n);
+        let ends: Vec<f64> = basis::lobatto_rule(order).into_iter().map(|(x, _)| x).collect();
+        let gauss = basis::gauss_rule(n);
         let line: Vec<(f64, f64)> = gauss
             .iter()
             .flat_map(|&(x, _)| (0..n).map(|node| basis::lagrange(&ends, node, x)).collect::<Vec<_>>())
@@ -48,7 +48,7 @@ impl Shape {
 const TOGETHER: usize = 4;
 
 /// Fills an element's stiffness for small strains: Σ λ ∇a ∇bᵀ + μ ∇b ∇aᵀ + μ (∇a·∇b) I at the points, for nodes a and b.
-pub(super) fn stiffness(shape: &Shape, points: &[MaterialPoint], matrix: &mut [f64]) {
+pub(super) fn stiffness(shape: &BasisShape, points: &[MaterialPoint], matrix: &mut [f64]) {
     let size = 3 * shape.nodes;
     // Within one material the products weighted by λ are those weighted by μ times a number.
     let ratio = points[0].lambda_j / points[0].mu_j;

@@ -14,7 +14,7 @@ use phrase::{Phrase, phrase};
 
 /// A model with what is known of its error.
 #[derive(Clone, Debug)]
-pub struct Fitted {
+pub struct FittedVolumetric {
     /// The model, solved for 1 N.
     pub model: Volumetric,
     /// Its mesh.
@@ -26,7 +26,7 @@ pub struct Fitted {
     pub met: bool,
 }
 
-impl Fitted {
+impl FittedVolumetric {
     /// The mesh, for people: "42 hexahedra of order 3 in a quarter of the tissue".
     #[must_use]
     pub fn mesh_in_words(&self) -> Phrase {
@@ -102,7 +102,7 @@ impl MeshSpec3 {
 ///
 /// # Errors
 /// The first number of the problem that is out of range.
-pub fn rung(problem: &Problem3, at: usize) -> Option<Result<Volumetric, VolumetricError>> {
+pub fn fit_rung(problem: &Problem3, at: usize) -> Option<Result<Volumetric, VolumetricError>> {
     MeshSpec3::ladder(problem).get(at).map(|mesh| Volumetric::new(problem, mesh))
 }
 
@@ -110,7 +110,7 @@ pub fn rung(problem: &Problem3, at: usize) -> Option<Result<Volumetric, Volumetr
 ///
 /// # Errors
 /// The first number of the problem that is out of range, or a tolerance that is not a positive number.
-pub fn fit(problem: &Problem3, tolerance: f64) -> Result<Fitted, VolumetricError> {
+pub fn fit(problem: &Problem3, tolerance: f64) -> Result<FittedVolumetric, VolumetricError> {
     fit_by(Judging::Second, problem, tolerance)
 }
 
@@ -118,23 +118,24 @@ pub fn fit(problem: &Problem3, tolerance: f64) -> Result<Fitted, VolumetricError
 ///
 /// # Errors
 /// As for [`fit`].
-pub fn fit_by(judging: Judging, problem: &Problem3, tolerance: f64) -> Result<Fitted, VolumetricError> {
+pub fn fit_by(judging: Judging, problem: &Problem3, tolerance: f64) -> Result<FittedVolumetric, VolumetricError> {
     problem.check()?;
     Domain::Positive.check("tolerance", tolerance, "")?;
     if problem.symmetry() == Symmetry::Quarter {
-        return Ok(climb(problem, (judging, tolerance), 0)?.1);
+        return Ok(climb(problem, judging, tolerance, 0)?.1);
     }
     // A tilt or an inclusion hardly changes how fine a mesh must be, and a quarter of flat layers is tried in no time.
-    let (start, _) = climb(&Problem3::flat(&problem.flat), (judging, tolerance), 0)?;
-    Ok(climb(problem, (judging, tolerance), start)?.1)
+    let (start, _) = climb(&Problem3::flat(&problem.flat), judging, tolerance, 0)?;
+    Ok(climb(problem, judging, tolerance, start)?.1)
 }
 
 /// Climbs the ladder from a rung to the first that is good enough, or to the last whose judge can be afforded.
 fn climb(
     problem: &Problem3,
-    (judging, tolerance): (Judging, f64),
+    judging: Judging,
+    tolerance: f64,
     start: usize,
-) -> Result<(usize, Fitted), VolumetricError> {
+) -> Result<(usize, FittedVolumetric), VolumetricError> {
     let ladder = MeshSpec3::ladder(problem);
     let mut last = 0;
     while last + 1 < ladder.len() && judge(ladder[last + 1]).unknowns(problem)? <= MOST_UNKNOWNS {
@@ -142,7 +143,7 @@ fn climb(
     }
     let mut at = start.min(last);
     loop {
-        let fitted = judged(problem, ladder[at], (judging, tolerance))?;
+        let fitted = judged(problem, ladder[at], judging, tolerance)?;
         let excess = fitted.estimated_relative_error / (AIM * tolerance);
         if excess <= 1.0 || at == last {
             return Ok((at, fitted));
@@ -161,8 +162,9 @@ fn judge(mesh: MeshSpec3) -> MeshSpec3 {
 fn judged(
     problem: &Problem3,
     mesh: MeshSpec3,
-    (judging, tolerance): (Judging, f64),
-) -> Result<Fitted, VolumetricError> {
+    judging: Judging,
+    tolerance: f64,
+) -> Result<FittedVolumetric, VolumetricError> {
     let solved = |mesh: &MeshSpec3| {
         let mut model = Volumetric::new(problem, mesh)?;
         model.solve(1.0);
@@ -171,7 +173,7 @@ fn judged(
     let better = answer(problem, &solved(&judge(mesh))?);
     let model = solved(&mesh)?;
     let estimated_relative_error = answer(problem, &model).distance_by(judging, &better) / seen(problem);
-    Ok(Fitted { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance })
+    Ok(FittedVolumetric { model, mesh, estimated_relative_error, met: estimated_relative_error <= tolerance })
 }
 
 /// Share of a mesh's error that its judge sees.

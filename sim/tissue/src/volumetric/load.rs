@@ -34,7 +34,7 @@ pub(super) fn unit_load(problem: &Problem3, patch: &PatchMesh, body: &Body, shar
         let (interval, zeta) = if plane < intervals { (plane, 1.0) } else { (intervals - 1, -1.0) };
         add(interval, &[(zeta, 1.0)]);
     } else {
-        let height = basis::gauss(ALONG);
+        let height = basis::gauss_rule(ALONG);
         for (interval, planes) in patch.planes_m.windows(2).enumerate() {
             let middle = 0.5 * (planes[0] + planes[1]);
             let scale = planes[1] - planes[0];
@@ -60,19 +60,19 @@ struct Element<'a> {
 impl Element<'_> {
     /// Adds the Gaussian traction at these heights ζ with these weights. Returns its sum over the element.
     fn add(&self, height: &[(f64, f64)], direction: &Vector3<f64>, load: &mut [f64]) -> f64 {
-        let across = basis::gauss(ACROSS);
+        let across = basis::gauss_rule(ACROSS);
         let mut sum = 0.0;
         for &(zeta, height) in height {
             for (eta, along) in &across {
                 for (xi, weight) in &across {
-                    sum += self.add_point([*xi, *eta, zeta], height * along * weight, (direction, load));
+                    sum += self.add_point([*xi, *eta, zeta], height * along * weight, direction, load);
                 }
             }
         }
         sum
     }
 
-    fn add_point(&self, at: [f64; 3], weight: f64, (direction, load): (&Vector3<f64>, &mut [f64])) -> f64 {
+    fn add_point(&self, at: [f64; 3], weight: f64, direction: &Vector3<f64>, load: &mut [f64]) -> f64 {
         let locator = self.body.locator();
         let each = self.body.mesh().nodes_each();
         let nodes = &self.body.mesh().elements[self.element * each..][..each];

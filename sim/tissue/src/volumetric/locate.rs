@@ -43,7 +43,7 @@ impl Locator {
             (low - margin, high + margin)
         });
         let boxes_m = boxes_m.collect();
-        Self { line: basis::lobatto(mesh.order).into_iter().map(|(x, _)| x).collect(), boxes_m }
+        Self { line: basis::lobatto_rule(mesh.order).into_iter().map(|(x, _)| x).collect(), boxes_m }
     }
 
     pub fn bytes(&self) -> usize {

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
 use super::basis;
-use super::plan::{Outline, Plan};
+use super::plan::{DiscPlan, Outline};
 use super::{Problem3, Symmetry};
 use law::axial::{Domain, ParamError};
 
@@ -156,8 +156,8 @@ impl MeshSpec3 {
             return Err(ParamError { field: "tilt_rad".into(), value: problem.tilt_rad, unit: "rad", allowed });
         }
         let outline = Outline { radii_m: &radii_m, symmetry: self.symmetry, around: self.around };
-        let parameters: Vec<f64> = basis::lobatto(self.order).iter().map(|(x, _)| 0.5 * (1.0 + x)).collect();
-        let plan = Plan::new(&outline, &parameters);
+        let parameters: Vec<f64> = basis::lobatto_rule(self.order).iter().map(|(x, _)| 0.5 * (1.0 + x)).collect();
+        let plan = DiscPlan::new(&outline, &parameters);
         let planes_m = self.planes_m(problem);
         // The rings follow the needle as it leans, each less than the one inside it, and the side stays where it is, though
         // rounding puts some of its nodes beyond the radius.
@@ -174,7 +174,7 @@ impl MeshSpec3 {
 
 /// Stacks a plan. Elements of the first interval of planes come first; their third direction points upwards.
 fn extrude(
-    plan: &Plan,
+    plan: &DiscPlan,
     planes_m: &[f64],
     parameters: &[f64],
     place: impl Fn([f64; 2], f64) -> Point3<f64>,
@@ -202,7 +202,7 @@ impl HexMesh {
     /// A box from the origin with so many elements along each side.
     #[must_use]
     pub fn cuboid(order: usize, size_m: [f64; 3], counts: [usize; 3]) -> Self {
-        let parameters: Vec<f64> = basis::lobatto(order).iter().map(|(x, _)| 0.5 * (1.0 + x)).collect();
+        let parameters: Vec<f64> = basis::lobatto_rule(order).iter().map(|(x, _)| 0.5 * (1.0 + x)).collect();
         let along = |axis: usize, at: usize| {
             let (element, node) =
                 if at == counts[axis] * order { (at / order - 1, order) } else { (at / order, at % order) };

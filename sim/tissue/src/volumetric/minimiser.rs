@@ -39,7 +39,7 @@ pub struct Outcome {
 }
 
 /// An energy, in J, at unknowns in m, with its gradient in N; and the size of its largest part, which it is rounded to.
-pub(super) trait Energy {
+pub(super) trait DifferentiableEnergy {
     /// Fills the gradient. Returns the energy and the size of its parts.
     fn at(&mut self, u_m: &[f64], gradient_n: &mut [f64]) -> (f64, f64);
 }
@@ -91,7 +91,7 @@ impl Minimiser {
     }
 
     /// Goes downhill from `u_m`. Never allocates.
-    pub fn minimise(&mut self, u_m: &mut [f64], energy: &mut impl Energy, effort: &Effort) -> Outcome {
+    pub fn minimise(&mut self, u_m: &mut [f64], energy: &mut impl DifferentiableEnergy, effort: &Effort) -> Outcome {
         let mut outcome = Outcome { iterations: 0, remaining: f64::INFINITY, converged: false };
         let (mut value, mut size) = energy.at(u_m, &mut self.gradient);
         let mut scale = 0.0_f64;
@@ -105,7 +105,7 @@ impl Minimiser {
                 break;
             }
             outcome.iterations += 1;
-            match self.go(u_m, energy, (value, slope)) {
+            match self.go(u_m, energy, value, slope) {
                 Some(found) => (value, size) = found,
                 // What was learnt elsewhere may mislead: forget it before giving up.
                 None if self.known > 0 => self.known = 0,
@@ -132,7 +132,13 @@ impl Minimiser {
     }
 
     /// One step along the direction, halved until the energy falls. Nothing when it does not.
-    fn go(&mut self, u_m: &mut [f64], energy: &mut impl Energy, (value, slope): (f64, f64)) -> Option<(f64, f64)> {
+    fn go(
+        &mut self,
+        u_m: &mut [f64],
+        energy: &mut impl DifferentiableEnergy,
+        value: f64,
+        slope: f64,
+    ) -> Option<(f64, f64)> {
         let mut length = 1.0;
         for _ in 0..=HALVINGS {
             for ((trial, u), d) in self.trial.iter_mut().zip(&*u_m).zip(&self.direction) {

@@ -26,11 +26,11 @@ mod rotation;
 use nalgebra::{Point3, Vector3};
 
 pub use body::Body;
-pub use corotational::{Corotational, Energies, Motion, Refused};
-pub use fit::{Fitted, fit, fit_by, rung};
+pub use corotational::{Corotational, Energies, RefusedLoad, TissueMotion};
+pub use fit::{FittedVolumetric, fit, fit_by, fit_rung};
 pub use mesh::{Grading, HexMesh, MeshSpec3, ORDERS};
 pub use minimiser::{Effort, Outcome};
-pub use problem::{Inclusion, Material, Problem3, Shape, Skin, Symmetry};
+pub use problem::{Inclusion, InclusionShape, Material, Problem3, Skin, Symmetry};
 
 use super::multifrontal::{Cholesky, NotPositiveDefinite};
 use super::{FieldModel, Model};

@@ -9,7 +9,7 @@ use super::Symmetry;
 const CORNER: f64 = 0.8;
 
 /// Quadrilaterals of some order in a disc around the origin.
-pub(super) struct Plan {
+pub(super) struct DiscPlan {
     /// Nodes x, y, in m.
     pub nodes_m: Vec<[f64; 2]>,
     /// Nodes of each cell, (order + 1)², outwards (along x in the block) fastest.
@@ -17,7 +17,7 @@ pub(super) struct Plan {
 }
 
 /// One quadrilateral, by the intervals of its parameters.
-enum Cell {
+enum DiscCell {
     /// Of the block −1 ≤ s, t ≤ 1.
     Block { s: [f64; 2], t: [f64; 2] },
     /// Between one radius and the next, between two multiples of 45°.
@@ -34,7 +34,7 @@ pub(super) struct Outline<'a> {
     pub around: usize,
 }
 
-impl Plan {
+impl DiscPlan {
     /// Lays cells with nodes at these parameters, 0 to 1, ends included.
     pub fn new(outline: &Outline<'_>, parameters: &[f64]) -> Self {
         let mut plan = Self { nodes_m: Vec::new(), cells: Vec::new() };
@@ -59,7 +59,7 @@ impl Plan {
 }
 
 impl Outline<'_> {
-    fn cells(&self) -> Vec<Cell> {
+    fn cells(&self) -> Vec<DiscCell> {
         let around = self.around as i32;
         let (left, below, eighths) = match self.symmetry {
             Symmetry::Quarter => (0, 0, 2),
@@ -69,20 +69,20 @@ impl Outline<'_> {
         let interval = |at: i32| [f64::from(at) / f64::from(around), f64::from(at + 1) / f64::from(around)];
         let mut cells = Vec::new();
         for t in below..around {
-            cells.extend((left..around).map(|s| Cell::Block { s: interval(s), t: interval(t) }));
+            cells.extend((left..around).map(|s| DiscCell::Block { s: interval(s), t: interval(t) }));
         }
         for ring in 0..self.radii_m.len() - 1 {
-            cells.extend((0..eighths * around).map(|at| Cell::Ring { ring, eighths: interval(at) }));
+            cells.extend((0..eighths * around).map(|at| DiscCell::Ring { ring, eighths: interval(at) }));
         }
         cells
     }
 
     /// Where a point of a cell lies, in m; `xi` and `eta` are from 0 to 1.
-    fn place(&self, cell: &Cell, xi: f64, eta: f64) -> [f64; 2] {
+    fn place(&self, cell: &DiscCell, xi: f64, eta: f64) -> [f64; 2] {
         let between = |[a, b]: [f64; 2], u: f64| a + (b - a) * u;
         match *cell {
-            Cell::Block { s, t } => block(self.radii_m[0], between(s, xi), between(t, eta)),
-            Cell::Ring { ring, eighths } => {
+            DiscCell::Block { s, t } => block(self.radii_m[0], between(s, xi), between(t, eta)),
+            DiscCell::Ring { ring, eighths } => {
                 let eighth = between(eighths, eta);
                 let outer = circle(self.radii_m[ring + 1], eighth);
                 let inner = if ring == 0 { rim(self.radii_m[0], eighth) } else { circle(self.radii_m[ring], eighth) };

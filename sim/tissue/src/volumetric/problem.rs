@@ -43,7 +43,7 @@ pub enum Skin {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Inclusion {
     /// Where it is.
-    pub shape: Shape,
+    pub shape: InclusionShape,
     /// Its material.
     pub material: Material,
 }
@@ -61,7 +61,7 @@ pub struct Material {
 
 /// Where an inclusion is, in the patient frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Shape {
+pub enum InclusionShape {
     /// A ball.
     Sphere {
         /// Centre, in m.
@@ -128,7 +128,7 @@ impl Material {
     }
 }
 
-impl Shape {
+impl InclusionShape {
     /// Whether a point is inside or on it.
     #[must_use]
     pub fn contains(&self, point: &Point3<f64>) -> bool {

@@ -3,14 +3,14 @@
 //! It would fail on a vector that grows with the answers, and on a solver that makes its scratch anew.
 
 use allocation_counter::measure;
-use bench::slabs::{contactor, layer};
+use bench::slabs::{ask_contactor, make_elastic_layer};
 use tissue::FieldModel;
 use tissue::axisymmetric::{Superposed, fit};
 use tissue::volumetric::{Corotational, Effort, MeshSpec3, Patch, Problem3, Volumetric};
 
 #[test]
 fn the_axisymmetric_model_never_allocates_once_it_is_made() {
-    let problem = contactor(vec![layer(0.002, 1e5, 0.45), layer(0.04, 2e4, 0.45)], 0.0);
+    let problem = ask_contactor(vec![make_elastic_layer(0.002, 1e5, 0.45), make_elastic_layer(0.04, 2e4, 0.45)], 0.0);
     let mut model = fit(&problem, 1e-2).expect("a model").model;
     let points: Vec<[f64; 2]> = (0..100).map(|at| [2e-4 * f64::from(at), 3e-4 * f64::from(at)]).collect();
     let responses = Superposed::new(&mut [&mut model], &points);
@@ -28,7 +28,10 @@ fn the_axisymmetric_model_never_allocates_once_it_is_made() {
 
 #[test]
 fn the_volumetric_models_never_allocate_once_they_are_made() {
-    let problem = Problem3::flat(&contactor(vec![layer(0.002, 1e5, 0.45), layer(0.04, 2e4, 0.45)], 0.0));
+    let problem = Problem3::flat(&ask_contactor(
+        vec![make_elastic_layer(0.002, 1e5, 0.45), make_elastic_layer(0.04, 2e4, 0.45)],
+        0.0,
+    ));
     let mesh = MeshSpec3::ladder(&problem)[0];
     let patch = Patch::new(&problem, &mesh).expect("a patch");
     let effort = Effort { iterations: 10, tolerance: 1e-3 };

@@ -3,10 +3,10 @@
 //! It would fail on a wrong stiffness or load, on a mesh that misses an interface, and on an estimate that flatters.
 
 use bench::estimates::truth;
-use bench::slabs::{contactor, layer};
+use bench::slabs::{ask_contactor, make_elastic_layer};
 use proptest::prelude::*;
 use serde::Deserialize;
-use tissue::axisymmetric::{Axisymmetric, Fitted, MeshSpec, Superposed, fit, rung};
+use tissue::axisymmetric::{Axisymmetric, FittedAxisymmetric, MeshSpec, Superposed, fit, fit_rung};
 use tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
 
 #[derive(Deserialize)]
@@ -40,7 +40,7 @@ impl Case {
     }
 
     fn problem(&self, depth_m: f64) -> Problem {
-        let layer = |l: &CaseLayer| layer(l.thickness_m, l.youngs_modulus_pa, l.poisson_ratio);
+        let layer = |l: &CaseLayer| make_elastic_layer(l.thickness_m, l.youngs_modulus_pa, l.poisson_ratio);
         Problem {
             slab: Slab { layers: self.layers.iter().map(layer).collect(), radius_m: self.radius_m },
             load: Load { kind: LoadKind::Contactor { depth_m }, radius_m: self.load_radius_m },
@@ -71,7 +71,7 @@ fn cases() -> [Case; 3] {
 }
 
 /// Fits every load of every case and hands over the solved model with its true error: the larger of both components'.
-fn each_fit(tolerance: f64, mut check: impl FnMut(&Fitted, f64)) {
+fn each_fit(tolerance: f64, mut check: impl FnMut(&FittedAxisymmetric, f64)) {
     for case in cases() {
         for solution in &case.solutions {
             let mut fitted = fit(&case.problem(solution.depth_m), tolerance).expect("a model");
@@ -124,7 +124,7 @@ fn the_ladder_ends_and_every_rung_is_better_than_the_one_before() {
     let case = &cases()[1];
     let problem = case.problem(0.0);
     let rungs: Vec<Axisymmetric> =
-        (0..).map_while(|at| rung(&problem, at)).map(|rung| rung.expect("a model")).collect();
+        (0..).map_while(|at| fit_rung(&problem, at)).map(|rung| rung.expect("a model")).collect();
     let errors = rungs.into_iter().map(|mut model| {
         model.solve(case.force_n);
         case.error(&model, &case.solutions[0].u_axial_m, 0)
@@ -133,7 +133,9 @@ fn the_ladder_ends_and_every_rung_is_better_than_the_one_before() {
     assert!(errors.len() > 5 && errors.windows(2).all(|pair| pair[1] < pair[0]), "{errors:?}");
     let mut wrong = problem;
     wrong.load.radius_m = f64::NAN;
-    assert!(rung(&wrong, 0).is_some_and(|refused| refused.is_err_and(|why| why.to_string().contains("load_radius_m"))));
+    assert!(
+        fit_rung(&wrong, 0).is_some_and(|refused| refused.is_err_and(|why| why.to_string().contains("load_radius_m")))
+    );
 }
 
 #[test]
@@ -164,9 +166,13 @@ fn superposed_responses_are_the_sum_of_the_loads() {
 /// A drag over a short stretch is a load on its middle, and many short ones add up to a long one.
 #[test]
 fn a_drag_is_the_sum_of_its_parts() {
-    let layers = vec![layer(0.002, 1e5, 0.45), layer(0.01, 2e4, 0.45), layer(0.03, 1e5, 0.45)];
+    let layers = vec![
+        make_elastic_layer(0.002, 1e5, 0.45),
+        make_elastic_layer(0.01, 2e4, 0.45),
+        make_elastic_layer(0.03, 1e5, 0.45),
+    ];
     let at = |from_m: f64, to_m: f64| {
-        let mut problem = contactor(layers.clone(), 0.0);
+        let mut problem = ask_contactor(layers.clone(), 0.0);
         problem.load.kind = LoadKind::Drag { from_m, to_m };
         Axisymmetric::new(&problem, &MeshSpec::graded(&problem, 8.0)).expect("a model")
     };
@@ -177,7 +183,7 @@ fn a_drag_is_the_sum_of_its_parts() {
         let is = whole.displacement_m(r_m, depth_m)[0];
         assert!((is / sum - 1.0).abs() < 5e-3, "{is} for {sum} at {r_m}, {depth_m}");
     }
-    let (point, short) = (contactor(layers.clone(), 0.001), at(0.0009, 0.0011));
+    let (point, short) = (ask_contactor(layers.clone(), 0.001), at(0.0009, 0.0011));
     let point = Axisymmetric::new(&point, &MeshSpec::graded(&point, 8.0)).expect("a model");
     let [is, should] = [&short, &point].map(|model| model.displacement_m(0.005, 0.0)[0]);
     assert!((is / should - 1.0).abs() < 5e-3, "{is} for {should}");
@@ -190,7 +196,7 @@ fn still(model: &Axisymmetric, [r_m, depth_m]: [f64; 2]) -> bool {
 
 #[test]
 fn a_load_on_the_clamped_base_moves_nothing() {
-    let fitted = fit(&contactor(vec![layer(0.03, 2e4, 0.45)], 0.03), 1e-2).expect("a model");
+    let fitted = fit(&ask_contactor(vec![make_elastic_layer(0.03, 2e4, 0.45)], 0.03), 1e-2).expect("a model");
     assert!(fitted.met && fitted.estimated_relative_error.abs() < f64::EPSILON);
     assert!(still(&fitted.model, [0.0, 0.01]));
     assert!(fitted.model.stiffness_n_per_m().is_infinite());
@@ -198,7 +204,7 @@ fn a_load_on_the_clamped_base_moves_nothing() {
 
 #[test]
 fn outside_the_tissue_nothing_moves() {
-    let model = fit(&contactor(vec![layer(0.03, 2e4, 0.45)], 0.0), 1e-2).expect("a model").model;
+    let model = fit(&ask_contactor(vec![make_elastic_layer(0.03, 2e4, 0.45)], 0.0), 1e-2).expect("a model").model;
     for place in [[-1.0, 0.0], [0.0, -0.001], [0.06, 0.0], [0.0, 0.04], [f64::NAN, 0.0], [0.0, f64::INFINITY]] {
         assert!(still(&model, place), "{place:?}");
     }
@@ -207,7 +213,7 @@ fn outside_the_tissue_nothing_moves() {
 
 #[test]
 fn a_mesh_that_does_not_fit_is_refused_with_the_place() {
-    let problem = contactor(vec![layer(0.002, 1e5, 0.45), layer(0.03, 2e4, 0.45)], 0.0);
+    let problem = ask_contactor(vec![make_elastic_layer(0.002, 1e5, 0.45), make_elastic_layer(0.03, 2e4, 0.45)], 0.0);
     let good = MeshSpec::graded(&problem, 4.0);
     let refused = |change: &dyn Fn(&mut MeshSpec)| {
         let mut mesh = good.clone();
@@ -225,7 +231,8 @@ fn a_mesh_that_does_not_fit_is_refused_with_the_place() {
 /// highest order are wrong by 2 % there; the judge, whose elements do not lose their orders with the distance, is not.
 #[test]
 fn a_drag_deep_in_a_narrow_column_is_felt_above_as_the_estimate_says() {
-    let mut problem = contactor(vec![layer(160e-6, 3.7e6, 0.0), layer(44.6e-3, 5.4e3, 0.46)], 0.0);
+    let mut problem =
+        ask_contactor(vec![make_elastic_layer(160e-6, 3.7e6, 0.0), make_elastic_layer(44.6e-3, 5.4e3, 0.46)], 0.0);
     problem.slab.radius_m = 0.739e-3;
     problem.load = Load { kind: LoadKind::Drag { from_m: 2.64e-3, to_m: 42.8e-3 }, radius_m: 79e-6 };
     problem.sample_r_m = (0..=18).map(|at| 0.5 * f64::from(at) * 79e-6).collect();
@@ -245,7 +252,7 @@ fn a_drag_deep_in_a_narrow_column_is_felt_above_as_the_estimate_says() {
 /// A layer of any thickness, contrast and compressibility that a scene may have.
 fn any_layer() -> impl Strategy<Value = ElasticLayer> {
     let log = |low: f64, high: f64| (libm::log(low)..libm::log(high)).prop_map(libm::exp);
-    (log(1e-5, 0.1), log(1e3, 1e8), 0.0..=0.499).prop_map(|(thickness_m, e, nu)| layer(thickness_m, e, nu))
+    (log(1e-5, 0.1), log(1e3, 1e8), 0.0..=0.499).prop_map(|(thickness_m, e, nu)| make_elastic_layer(thickness_m, e, nu))
 }
 
 fn any_problem() -> impl Strategy<Value = Problem> {
@@ -253,7 +260,7 @@ fn any_problem() -> impl Strategy<Value = Problem> {
     let log = |low: f64, high: f64| (libm::log(low)..libm::log(high)).prop_map(libm::exp);
     let place = (0.0..=1.0, 0.0..=1.0, any::<bool>());
     (layers, log(5e-5, 5e-3), log(5.0, 500.0), place).prop_map(|(layers, radius_m, wide, (one, other, drag))| {
-        let mut problem = contactor(layers, 0.0);
+        let mut problem = ask_contactor(layers, 0.0);
         problem.slab.radius_m = wide * radius_m;
         problem.load.radius_m = radius_m;
         problem.sample_r_m = (0..=20).map(|at| (0.5 * f64::from(at) * radius_m).min(problem.slab.radius_m)).collect();

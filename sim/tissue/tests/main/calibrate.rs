@@ -5,20 +5,22 @@
 //! of its own beside the force law, an interval that does not hold the truth, or a wrong minimum that is passed over.
 
 use bench::calibration::{Disturbance, Measurement, Origin, Trialled, sample, try_fit};
-use bench::scenes::{Run, layer, needle_through, training};
+use bench::scenes::{AxialRun, make_layer, needle_through, training_axial_spec};
 use law::axial::{AxialSpec, ForceLaw};
 use law::soundness;
 use proptest::prelude::*;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
-use tissue::calibrate::{CalibrateError, Curve, Fit, Fresh, Interval, Quantity, Standing, Start, fit, residual_rms_n};
+use tissue::calibrate::{
+    CalibrateError, Curve, Fit, Fresh, Interval, ParameterStanding, Quantity, Start, fit, residual_rms_n,
+};
 
 /// A needle without a rim through skin, fat and muscle whose boundaries all give way within 30 mm.
 fn needle() -> AxialSpec {
     needle_through(vec![
-        layer("skin", [3.0, 400.0, 0.0, 2.0, 0.0, 60.0, 0.3]),
-        layer("fat", [12.0, 300.0, 0.0, 1.2, 0.0, 15.0, 0.1]),
-        layer("muscle", [30.0, 600.0, 0.0, 3.0, 0.0, 40.0, 0.3]),
+        make_layer("skin", [3.0, 400.0, 0.0, 2.0, 0.0, 60.0, 0.3]),
+        make_layer("fat", [12.0, 300.0, 0.0, 1.2, 0.0, 15.0, 0.1]),
+        make_layer("muscle", [30.0, 600.0, 0.0, 3.0, 0.0, 40.0, 0.3]),
     ])
 }
 
@@ -34,7 +36,7 @@ fn track(deepest_mm: f64, back_mm: f64) -> Vec<f64> {
 fn measured(spec: &AxialSpec, track: &[f64], noise_n: f64) -> Vec<(f64, f64)> {
     let mut slow = spec.clone();
     slow.layers.iter_mut().for_each(|layer| layer.damping_n_s_per_m2 = 0.0);
-    let mut run = Run::new(slow).expect("a law");
+    let mut run = AxialRun::new(slow).expect("a law");
     let mut random = Pcg64Mcg::seed_from_u64(7);
     let mut noise = || {
         let uniform: f64 = (0..12).map(|_| f64::from(random.next_u32()) / f64::from(u32::MAX)).sum();
@@ -133,7 +135,7 @@ fn only_a_withdrawal_tells_friction_from_cutting() {
 
 #[test]
 fn a_trocars_two_drops_a_layer_are_told_apart() {
-    let truth = training();
+    let truth = training_axial_spec();
     let trocar = Start::Fresh(Fresh { layers: None, tip_to_rim_m: truth.tip_to_rim_m });
     let fit = quietly(&curve(&measured(&truth, &track(25.0, 2.0), 0.0)), trocar);
     assert_eq!(fit.spec.layers.len(), 3);
@@ -149,14 +151,14 @@ fn a_trocars_two_drops_a_layer_are_told_apart() {
 fn a_start_keeps_what_the_curve_does_not_reach() {
     let truth = needle();
     let mut start = truth.clone();
-    start.layers.push(layer("bone", [5.0, 5000.0, 7.0, 9.0, 0.0, 3.0, 0.2]));
+    start.layers.push(make_layer("bone", [5.0, 5000.0, 7.0, 9.0, 0.0, 3.0, 0.2]));
     start.layers[1].thickness_m *= 1.2;
     start.layers[1].stiffness_n_per_m *= 0.8;
     start.layers[2].tip_rupture_n *= 1.1;
     let fit = quietly(&curve(&measured(&truth, &track(32.0, 32.0), 0.0)), Start::Scene(&start));
     assert_eq!(fit.spec.layers[3], start.layers[3]);
     let bone = fit.estimates.iter().filter(|e| e.layer == 3);
-    assert!(bone.clone().count() == 5 && bone.clone().all(|e| e.standing == Standing::Kept));
+    assert!(bone.clone().count() == 5 && bone.clone().all(|e| e.standing == ParameterStanding::Kept));
     assert!(near(fit.spec.layers[1].stiffness_n_per_m, 300.0, 0.01), "{:?}", fit.spec.layers[1]);
     assert!(fit.rms_n < 2e-3, "{} N", fit.rms_n);
 }
@@ -211,9 +213,9 @@ fn a_gap_in_the_data_widens_the_interval_of_the_threshold_in_it() {
 /// Calibration has no law of its own: its walk from event to event is what the force law tends to.
 #[test]
 fn the_fitted_law_is_the_force_law() {
-    let mut crossed = training();
+    let mut crossed = training_axial_spec();
     crossed.layers[0].rim_rupture_n = 2.4;
-    for spec in [needle(), training(), crossed] {
+    for spec in [needle(), training_axial_spec(), crossed] {
         let in_out_in: Vec<f64> = [track(30.0, 12.0), track(34.0, 0.0).split_off(240)].concat();
         let samples: Vec<(f64, f64)> = measured(&spec, &in_out_in, 0.0);
         let slow = curve(&samples);
@@ -243,7 +245,8 @@ fn intervals_hold_the_truth_and_no_wrong_minimum_says_that_it_has_converged() {
     assert!(settled.len() * 10 >= fits.len() * 8, "{} of {}", settled.len(), fits.len());
     let parameters: Vec<_> = settled.iter().flat_map(|trialled| &trialled.parameters).collect();
     let count = |is: Option<bool>| parameters.iter().filter(|p| p.is_held() == is).count();
-    let open = parameters.iter().filter(|p| p.is_held().is_none() && p.estimate.standing != Standing::Kept).count();
+    let open =
+        parameters.iter().filter(|p| p.is_held().is_none() && p.estimate.standing != ParameterStanding::Kept).count();
     let (held, missed) = (count(Some(true)), count(Some(false)));
     assert!(held * 10 >= (held + missed) * 9, "{held} held, {missed} missed");
     assert!(open * 4 <= held, "{open} not determined, {held} held: that is an excuse");

@@ -3,7 +3,7 @@
 //! It would fail on a judge that misses what the mesh misses: the way of judging that recordings of before were made by does. The
 //! thousand scenes of the report (`stylet bench estimates`) begin with those that are tried here.
 
-use bench::estimates::{Drawn, draw, measure, truth};
+use bench::estimates::{DrawnTissue, draw, measure, truth};
 use tissue::axisymmetric::fit_by;
 use tissue::{Judging, relative_distance};
 
@@ -21,7 +21,7 @@ fn no_estimate_is_a_third_of_the_error_and_no_tolerance_is_met_by_word_alone() {
 
 #[test]
 fn a_drawn_scene_is_the_same_every_time_and_no_two_are() {
-    let alike = |a: &Drawn, b: &Drawn| a.problem == b.problem;
+    let alike = |a: &DrawnTissue, b: &DrawnTissue| a.problem == b.problem;
     assert!(alike(&draw(7), &draw(7)) && !alike(&draw(7), &draw(8)));
 }
 

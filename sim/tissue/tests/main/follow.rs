@@ -4,15 +4,15 @@
 //! or not on the layer, a drag that pushes on withdrawal, and a follower that drifts or is thrown by a bad clock.
 
 use allocation_counter::measure;
-use law::axial::{AxialParams, AxialSpec, ahead, loads};
+use law::axial::{AxialParams, AxialSpec, forecast_standing, write_loads};
 use tissue::follow::{
-    FollowError, FollowParams, FollowState, HandOver, Insertion, Responses, TissueSpec, hand_over, rate_errors,
+    FollowError, FollowParams, FollowState, HandOver, Responses, StraightInsertion, TissueSpec, hand_over, rate_errors,
     recoil_time_s, step,
 };
 use tissue::volumetric::Problem3;
 use tissue::{ElasticLayer, FieldModel, Judging, LoadKind, Model, Slab};
 
-use bench::scenes::{Leg, Run, in_hold_out_in, paper, training};
+use bench::scenes::{AxialRun, Leg, in_hold_out_in, paper_axial_spec, training_axial_spec};
 
 /// The lower back of physics section 4 under a needle of 1 mm radius.
 pub fn lower_back() -> TissueSpec {
@@ -41,7 +41,7 @@ pub fn lower_back() -> TissueSpec {
 
 /// The force law with its loads and a field behind it.
 struct Field {
-    run: Run,
+    run: AxialRun,
     params: FollowParams,
     state: FollowState,
     latest_n: Vec<f64>,
@@ -54,14 +54,21 @@ impl Field {
     fn new(axial: AxialSpec, every: u32) -> Self {
         let params = FollowParams::new(&lower_back()).expect("a valid tissue");
         let state = FollowState::new(&params);
-        Self { run: Run::new(axial).unwrap(), params, latest_n: vec![0.0; state.loads_n.len()], state, every, tick: 0 }
+        Self {
+            run: AxialRun::new(axial).unwrap(),
+            params,
+            latest_n: vec![0.0; state.loads_n.len()],
+            state,
+            every,
+            tick: 0,
+        }
     }
 
     /// Moves the needle to x; the field takes what is latest when it is due. Returns the law's force.
     fn put(&mut self, x_m: f64) -> f64 {
         let output = self.run.step(f64::from(self.tick) * 1e-3, x_m);
         if self.tick.is_multiple_of(self.every) {
-            loads(&self.run.params, &self.run.state.standing(), &self.run.scratch, &mut self.latest_n);
+            write_loads(&self.run.params, &self.run.state.standing(), &self.run.scratch, &mut self.latest_n);
             step(&self.params, &mut self.state, f64::from(self.every) * 1e-3, &self.latest_n);
         }
         self.tick += 1;
@@ -71,12 +78,12 @@ impl Field {
 
 #[test]
 fn the_loads_are_the_force_of_the_law_to_round_off() {
-    let mut run = Run::new(training()).unwrap();
+    let mut run = AxialRun::new(training_axial_spec()).unwrap();
     let mut found_n = vec![0.0; 6];
     let (mut drags, mut pulls) = (0, 0);
     for leg in in_hold_out_in() {
         run.travel(&leg, |run, x_m, output| {
-            loads(&run.params, &run.state.standing(), &run.scratch, &mut found_n);
+            write_loads(&run.params, &run.state.standing(), &run.scratch, &mut found_n);
             let total_n: f64 = found_n.iter().sum();
             assert!((total_n - output.total_n()).abs() < 1e-12, "{total_n} N of {} N at {x_m} m", output.total_n());
             assert!(found_n[..3].iter().all(|&load_n| load_n >= 0.0), "a contactor only pushes: {found_n:?}");
@@ -89,7 +96,7 @@ fn the_loads_are_the_force_of_the_law_to_round_off() {
 
 #[test]
 fn each_boundary_tents_twice_and_comes_back_within_three_time_constants() {
-    let mut field = Field::new(paper(), 1);
+    let mut field = Field::new(paper_axial_spec(), 1);
     let mut tents = [0; 3];
     let mut left: Option<(usize, f64, u32)> = None;
     for micron in 0..17_000_u32 {
@@ -140,7 +147,7 @@ fn recoil_takes_as_long_as_the_root_of_the_density_at_any_rate() {
 #[test]
 fn a_field_at_15_hz_carries_what_the_law_last_said_and_never_more_than_it_ever_did() {
     for every in [1, 8, 67] {
-        let mut field = Field::new(training(), every);
+        let mut field = Field::new(training_axial_spec(), every);
         let mut most_n = [0.0_f64; 6];
         for tick in 0..9000_u32 {
             let t_s = f64::from(tick) * 1e-3;
@@ -191,12 +198,12 @@ fn ten_minutes_hold_and_eight_hours_of_strokes_leave_the_field_where_the_law_is(
 #[test]
 fn a_law_at_4_khz_gives_the_field_the_same_loads() {
     let at = |dt_s: f64| {
-        let (mut run, mut found) = (Run::new(paper()).unwrap(), Vec::new());
+        let (mut run, mut found) = (AxialRun::new(paper_axial_spec()).unwrap(), Vec::new());
         let leg = Leg { start_s: 0.0, duration_s: 2.0, dt_s, from_m: 0.0, to_m: 0.02 };
         let mut tick = 0;
         run.travel(&leg, |run, _, _| {
             let mut loads_n = vec![0.0; 6];
-            loads(&run.params, &run.state.standing(), &run.scratch, &mut loads_n);
+            write_loads(&run.params, &run.state.standing(), &run.scratch, &mut loads_n);
             if tick % ((0.05 / dt_s).round() as u32) == 0 {
                 found.push(loads_n);
             }
@@ -211,19 +218,20 @@ fn a_law_at_4_khz_gives_the_field_the_same_loads() {
 
 #[test]
 fn what_is_ahead_is_what_the_law_says_when_it_gets_there() {
-    let mut run = Run::new(training()).unwrap();
+    let mut run = AxialRun::new(training_axial_spec()).unwrap();
     for tick in 0..3000_u32 {
         run.step(f64::from(tick) * 1e-3, f64::from(tick) * 1e-5);
         let (state, mut scratch) = (run.state.clone(), run.scratch.clone());
-        let foreseen = ahead(&run.params, &state, &mut scratch, 1e-3);
+        let foreseen = forecast_standing(&run.params, &state, &mut scratch, 1e-3);
         assert_eq!(state, run.state, "looking ahead changes nothing");
-        let mut next = Run { params: AxialParams::new(training()).unwrap(), state, scratch, path_factor: 1.0 };
+        let mut next =
+            AxialRun { params: AxialParams::new(training_axial_spec()).unwrap(), state, scratch, path_factor: 1.0 };
         let output = next.step(f64::from(tick + 1) * 1e-3, f64::from(tick + 1) * 1e-5);
         let off_n = (foreseen.output.total_n() - output.total_n()).abs();
         // Without a velocity yet nothing lies ahead; a rupture may fall on either side of a rounding.
         assert!(off_n < 1e-6 || tick == 0, "tick {tick}: {off_n} N");
         for dt_s in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            let held = ahead(&run.params, &run.state, &mut run.scratch, dt_s);
+            let held = forecast_standing(&run.params, &run.state, &mut run.scratch, dt_s);
             assert_eq!(held, run.state.standing());
         }
     }
@@ -231,9 +239,9 @@ fn what_is_ahead_is_what_the_law_says_when_it_gets_there() {
 
 #[test]
 fn the_force_handed_over_at_120_hz_is_within_a_hundredth() {
-    let params = AxialParams::new(training()).expect("a valid scene");
-    let steady = Insertion { speed_m_per_s: 0.01, depth_m: 0.03, tremor_m: 0.0 };
-    for insertion in [steady, Insertion { tremor_m: 60e-6, ..steady }] {
+    let params = AxialParams::new(training_axial_spec()).expect("a valid scene");
+    let steady = StraightInsertion { speed_m_per_s: 0.01, depth_m: 0.03, tremor_m: 0.0 };
+    for insertion in [steady, StraightInsertion { tremor_m: 60e-6, ..steady }] {
         let rows = rate_errors(&params, &insertion, &[15.0, 30.0, 60.0, 120.0, 1000.0]);
         assert_eq!(rows[3].error, hand_over(&params, &insertion, rows[3].field_hz));
         let errors: Vec<HandOver> = rows.iter().map(|row| row.error).collect();
@@ -325,12 +333,12 @@ fn a_tissue_that_makes_no_sense_is_refused() {
 
 #[test]
 fn the_field_never_allocates() {
-    let mut field = Field::new(training(), 8);
+    let mut field = Field::new(training_axial_spec(), 8);
     let responses = Responses::at_boundaries(&lower_back(), &mut springs).expect("a valid tissue");
     let counted = measure(|| {
         for tick in 0..4000_u32 {
             field.put(f64::from(tick) * 1e-5);
-            let look = ahead(&field.run.params, &field.run.state, &mut field.run.scratch, 4e-3);
+            let look = forecast_standing(&field.run.params, &field.run.state, &mut field.run.scratch, 4e-3);
             assert!(look.output.total_n().is_finite());
             assert!(responses.axial_m(1, &field.state.loads_n).is_finite());
         }

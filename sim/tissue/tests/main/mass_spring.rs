@@ -5,7 +5,7 @@
 
 use tissue::mass_spring::explicit::{self, ExplicitScratch};
 use tissue::mass_spring::implicit::{self, ImplicitScratch};
-use tissue::mass_spring::{Damping, Lattice, MassSpring, Motion, NodalLoad, Patch, Symmetry};
+use tissue::mass_spring::{Damping, Lattice, LatticeMotion, LatticePatch, LatticeSymmetry, MassSpring, NodalLoad};
 use tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab};
 
 pub(crate) fn layer(thickness_m: f64, youngs_modulus_pa: f64) -> ElasticLayer {
@@ -16,8 +16,8 @@ pub(crate) fn slab(layers: &[ElasticLayer]) -> Slab {
     Slab { layers: layers.to_vec(), radius_m: 0.05 }
 }
 
-pub(crate) fn patch(spacing_m: f64, radius_m: f64, depth_m: f64, symmetry: Symmetry) -> Patch {
-    Patch { spacing_m, radius_m, depth_m, symmetry }
+pub(crate) fn patch(spacing_m: f64, radius_m: f64, depth_m: f64, symmetry: LatticeSymmetry) -> LatticePatch {
+    LatticePatch { spacing_m, radius_m, depth_m, symmetry }
 }
 
 pub(crate) fn contactor(depth_m: f64) -> Load {
@@ -32,7 +32,7 @@ fn uneven() -> Slab {
 /// One node that moves, in the middle of the skin.
 pub(crate) struct Oscillator {
     pub(crate) lattice: Lattice,
-    pub(crate) motion: Motion,
+    pub(crate) motion: LatticeMotion,
 }
 
 impl Oscillator {
@@ -47,8 +47,8 @@ impl Oscillator {
             density_kg_per_m3: 2.0 * 0.01 / (h * h * h),
         };
         let lattice =
-            Lattice::new(&slab(&[part]), &patch(h, h, h, Symmetry::Full), Damping::default()).expect("a cube");
-        let mut motion = Motion::new(&lattice, NodalLoad::default());
+            Lattice::new(&slab(&[part]), &patch(h, h, h, LatticeSymmetry::Full), Damping::default()).expect("a cube");
+        let mut motion = LatticeMotion::new(&lattice, NodalLoad::default());
         motion.displace(&lattice, |_| [0.0, 0.0, amplitude_m]);
         Self { lattice, motion }
     }
@@ -64,7 +64,7 @@ const OSCILLATOR_HZ: f64 = 15.915_494_309_189_533;
 fn a_uniform_strain_costs_what_an_isotropic_solid_of_poisson_ratio_a_quarter_costs() {
     for (height_m, mu) in [(0.8e-3, 0.4e5), (1e-3, 0.4e5), (1.2e-3, 0.4e5)] {
         let slab = slab(&[layer(5.0 * height_m, 1e5)]);
-        let patch = patch(1e-3, 4e-3, 5.0 * height_m, Symmetry::Full);
+        let patch = patch(1e-3, 4e-3, 5.0 * height_m, LatticeSymmetry::Full);
         let lattice = Lattice::new(&slab, &patch, Damping::default()).expect("near cubes");
         for strain in strains() {
             let trace: f64 = (0..3).map(|i| strain[i][i]).sum();
@@ -100,7 +100,7 @@ fn times(matrix: &[[f64; 3]; 3], x: [f64; 3]) -> [f64; 3] {
 fn a_confined_column_gives_by_the_sum_of_its_layers() {
     let slab = uneven();
     let lattice =
-        Lattice::new(&slab, &patch(1e-3, 4e-3, 0.01, Symmetry::Full), Damping::default()).expect("near cubes");
+        Lattice::new(&slab, &patch(1e-3, 4e-3, 0.01, LatticeSymmetry::Full), Damping::default()).expect("near cubes");
     // Under the pressure p every layer is strained by −p/M with M = λ + 2μ = 1.2 E; from the base up they add up.
     let (pressure_pa, boundaries_m) = (1.0, slab.boundaries_m());
     let sinking_m = |z_m: f64| -> f64 {
@@ -121,7 +121,7 @@ fn a_confined_column_gives_by_the_sum_of_its_layers() {
 
 #[test]
 fn a_rotation_by_a_right_angle_costs_nothing() {
-    let patch = patch(1e-3, 4e-3, 0.01, Symmetry::Full);
+    let patch = patch(1e-3, 4e-3, 0.01, LatticeSymmetry::Full);
     let lattice = Lattice::new(&uneven(), &patch, Damping::default()).expect("near cubes");
     let response = lattice.respond(|[x, y, z]| [z - x, 0.0 * y, -x - z]);
     let worst_n = response.nodes.iter().flat_map(|node| node.force_n).fold(0.0_f64, |worst, f| worst.max(f.abs()));
@@ -133,7 +133,7 @@ fn a_rotation_by_a_right_angle_costs_nothing() {
 #[test]
 fn a_quarter_moves_as_the_whole() {
     let problem = Problem { slab: uneven(), load: contactor(0.0024), sample_r_m: vec![], sample_depth_m: vec![] };
-    let answers = [Symmetry::Quarter, Symmetry::Full].map(|symmetry| {
+    let answers = [LatticeSymmetry::Quarter, LatticeSymmetry::Full].map(|symmetry| {
         let mut model = MassSpring::new(&problem, &patch(1e-3, 6e-3, 0.01, symmetry)).expect("near cubes");
         model.solve(0.01);
         [0.0, 0.0013, 0.003].map(|r_m| model.displacement_m(r_m, 0.003))
@@ -188,11 +188,12 @@ fn backward_euler_decays_by_its_own_law() {
 #[test]
 fn the_energy_of_explicit_steps_stays_bounded_for_a_hundred_thousand() {
     let slab = slab(&[layer(0.004, 1e5)]);
-    let lattice = Lattice::new(&slab, &patch(1e-3, 3e-3, 0.004, Symmetry::Quarter), Damping::default()).expect("cubes");
-    let mut motion = Motion::new(&lattice, NodalLoad::default());
+    let lattice =
+        Lattice::new(&slab, &patch(1e-3, 3e-3, 0.004, LatticeSymmetry::Quarter), Damping::default()).expect("cubes");
+    let mut motion = LatticeMotion::new(&lattice, NodalLoad::default());
     motion.displace(&lattice, |[x, y, z]| [0.02 * x * z / 0.004, 0.01 * y, 1e-4 * (z + 0.004) / 0.004]);
     let mut scratch = ExplicitScratch::new(&lattice);
-    let energy_j = |motion: &Motion| lattice.elastic_energy_j(motion) + lattice.kinetic_energy_j(motion);
+    let energy_j = |motion: &LatticeMotion| lattice.elastic_energy_j(motion) + lattice.kinetic_energy_j(motion);
     let first_j = energy_j(&motion);
     let step_s = 0.2 * lattice.stable_step_s();
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
@@ -208,10 +209,10 @@ fn the_energy_of_explicit_steps_stays_bounded_for_a_hundred_thousand() {
 fn explicit_and_implicit_rest_at_the_same_place() {
     let slab = slab(&[layer(0.003, 1e5), layer(0.006, 5e4)]);
     let damping = Damping { mass_per_s: 3000.0, stiffness_s: 0.0 };
-    let lattice = Lattice::new(&slab, &patch(1.5e-3, 9e-3, 9e-3, Symmetry::Quarter), damping).expect("cubes");
+    let lattice = Lattice::new(&slab, &patch(1.5e-3, 9e-3, 9e-3, LatticeSymmetry::Quarter), damping).expect("cubes");
     let load = NodalLoad::new(&lattice, &contactor(0.0)).expect("in the lattice");
-    let rest_m = |step: &dyn Fn(&mut Motion)| {
-        let mut motion = Motion::new(&lattice, load.clone());
+    let rest_m = |step: &dyn Fn(&mut LatticeMotion)| {
+        let mut motion = LatticeMotion::new(&lattice, load.clone());
         motion.push(0.05);
         step(&mut motion);
         motion.displacement_m(&lattice, [0.0; 3])[2]

@@ -8,7 +8,7 @@
 //! be, and on an estimate that flatters.
 
 use serde_json::Value;
-use tissue::mass_spring::{Fitted, MassSpring, Patch, Symmetry, fit, fit_by, rung};
+use tissue::mass_spring::{FittedLattice, LatticePatch, LatticeSymmetry, MassSpring, fit, fit_by, fit_rung};
 use tissue::{ElasticLayer, FieldModel, Judging, Problem, Slab, axisymmetric};
 
 use crate::mass_spring::contactor;
@@ -48,8 +48,8 @@ fn with_ratio(problem: &Problem, poisson_ratio: f64) -> Problem {
     problem
 }
 
-fn quarter_of(spacing_m: f64, radius_m: f64, depth_m: f64) -> Patch {
-    Patch { spacing_m, radius_m, depth_m, symmetry: Symmetry::Quarter }
+fn quarter_of(spacing_m: f64, radius_m: f64, depth_m: f64) -> LatticePatch {
+    LatticePatch { spacing_m, radius_m, depth_m, symmetry: LatticeSymmetry::Quarter }
 }
 
 fn answer_m(problem: &Problem, model: &impl FieldModel) -> Vec<f64> {
@@ -57,7 +57,7 @@ fn answer_m(problem: &Problem, model: &impl FieldModel) -> Vec<f64> {
     problem.sample_depth_m.iter().flat_map(row).collect()
 }
 
-fn lattice_m(problem: &Problem, patch: &Patch) -> Vec<f64> {
+fn lattice_m(problem: &Problem, patch: &LatticePatch) -> Vec<f64> {
     answer_m(problem, &MassSpring::new(problem, patch).expect("a lattice"))
 }
 
@@ -135,7 +135,7 @@ fn refined_on_the_lower_back_it_tends_to_its_floor_of_11_3_percent() {
 }
 
 /// As the axial displacement alone judges it.
-fn fitted(problem: &Problem, tolerance: f64) -> Fitted {
+fn fitted(problem: &Problem, tolerance: f64) -> FittedLattice {
     fit_by(Judging::First, problem, tolerance).expect("a lattice")
 }
 
@@ -171,8 +171,8 @@ fn a_fit_takes_the_coarsest_lattice_that_meets_the_tolerance() {
         assert!(fitted.met && error <= tolerance, "{error} for {tolerance}");
     }
     assert!(loose.model.unknowns() < tight.model.unknowns());
-    let sizes = (0..2).map(|at| rung(&problem, at).expect("a rung").expect("a lattice").unknowns());
-    assert!(sizes.is_sorted() && rung(&problem, 100).is_none());
+    let sizes = (0..2).map(|at| fit_rung(&problem, at).expect("a rung").expect("a lattice").unknowns());
+    assert!(sizes.is_sorted() && fit_rung(&problem, 100).is_none());
 }
 
 #[test]

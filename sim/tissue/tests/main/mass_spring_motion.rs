@@ -7,15 +7,17 @@
 use allocation_counter::measure;
 use tissue::mass_spring::explicit::{self, ExplicitScratch};
 use tissue::mass_spring::implicit::{self, ImplicitScratch};
-use tissue::mass_spring::{Damping, Lattice, LatticeError, MassSpring, Motion, NodalLoad, Puncture, Symmetry};
+use tissue::mass_spring::{
+    Damping, Lattice, LatticeError, LatticeMotion, LatticePuncture, LatticeSymmetry, MassSpring, NodalLoad,
+};
 use tissue::{FieldModel, Problem, Slab};
 
 use crate::mass_spring::{contactor, layer, patch, slab};
 
 /// Skin on fat, as a lattice of 1 mm cells that is pushed by 0.05 N and rests.
-fn pushed(slab: &Slab, symmetry: Symmetry) -> (Lattice, Motion) {
+fn pushed(slab: &Slab, symmetry: LatticeSymmetry) -> (Lattice, LatticeMotion) {
     let lattice = Lattice::new(slab, &patch(1e-3, 6e-3, 6e-3, symmetry), Damping::default()).expect("near cubes");
-    let mut motion = Motion::new(&lattice, NodalLoad::new(&lattice, &contactor(0.0)).expect("a load"));
+    let mut motion = LatticeMotion::new(&lattice, NodalLoad::new(&lattice, &contactor(0.0)).expect("a load"));
     motion.push(0.05);
     let mut scratch = ImplicitScratch::new(&lattice);
     (0..3).for_each(|_| implicit::step(&lattice, &mut motion, &mut scratch, f64::INFINITY).expect("a number"));
@@ -30,7 +32,7 @@ fn skin_on_fat(density_kg_per_m3: f64) -> Slab {
 
 /// How long after it is let go the skin is first where it is without a force, in s.
 fn recoil_s(density_kg_per_m3: f64) -> f64 {
-    let (lattice, mut motion) = pushed(&skin_on_fat(density_kg_per_m3), Symmetry::Quarter);
+    let (lattice, mut motion) = pushed(&skin_on_fat(density_kg_per_m3), LatticeSymmetry::Quarter);
     motion.push(0.0);
     let mut scratch = ExplicitScratch::new(&lattice);
     let (tick_s, mut before_m) = (2e-6, f64::NEG_INFINITY);
@@ -56,10 +58,10 @@ fn recoil_takes_a_time_that_goes_with_the_square_root_of_density() {
 
 #[test]
 fn punctured_springs_open_and_the_skin_around_them_recoils() {
-    let (mut lattice, mut motion) = pushed(&skin_on_fat(1000.0), Symmetry::Full);
-    let beside_m = |motion: &Motion, lattice: &Lattice| motion.displacement_m(lattice, [1e-3, 0.0, 0.0])[2];
+    let (mut lattice, mut motion) = pushed(&skin_on_fat(1000.0), LatticeSymmetry::Full);
+    let beside_m = |motion: &LatticeMotion, lattice: &Lattice| motion.displacement_m(lattice, [1e-3, 0.0, 0.0])[2];
     let (held_j, held_m) = (lattice.elastic_energy_j(&motion), beside_m(&motion, &lattice));
-    let hole = Puncture { at_m: [0.0; 2], depth_m: 0.0, radius_m: 0.4e-3 };
+    let hole = LatticePuncture { at_m: [0.0; 2], depth_m: 0.0, radius_m: 0.4e-3 };
     let opened = lattice.open(&motion, &hole);
     // Four edges and four diagonals in the skin, one edge and four diagonals below it.
     assert_eq!(opened.springs, 13);
@@ -75,7 +77,7 @@ fn punctured_springs_open_and_the_skin_around_them_recoils() {
 
 #[test]
 fn a_step_too_long_is_refused_with_the_stable_one_named() {
-    let (lattice, mut motion) = pushed(&skin_on_fat(1000.0), Symmetry::Quarter);
+    let (lattice, mut motion) = pushed(&skin_on_fat(1000.0), LatticeSymmetry::Quarter);
     let (before, mut scratch) = (motion.clone(), ExplicitScratch::new(&lattice));
     let stable_s = lattice.stable_step_s();
     for step_s in [4.0 * stable_s, stable_s.next_up(), -stable_s, f64::NAN, f64::INFINITY] {
@@ -91,11 +93,11 @@ fn a_step_too_long_is_refused_with_the_stable_one_named() {
 
 #[test]
 fn no_step_and_no_answer_allocates() {
-    let (lattice, mut motion) = pushed(&skin_on_fat(1000.0), Symmetry::Quarter);
+    let (lattice, mut motion) = pushed(&skin_on_fat(1000.0), LatticeSymmetry::Quarter);
     let (mut explicit, mut implicit) = (ExplicitScratch::new(&lattice), ImplicitScratch::new(&lattice));
     let problem =
         Problem { slab: skin_on_fat(1000.0), load: contactor(0.0), sample_r_m: vec![0.0], sample_depth_m: vec![0.0] };
-    let mut model = MassSpring::new(&problem, &patch(1e-3, 6e-3, 6e-3, Symmetry::Quarter)).expect("a lattice");
+    let mut model = MassSpring::new(&problem, &patch(1e-3, 6e-3, 6e-3, LatticeSymmetry::Quarter)).expect("a lattice");
     let counted = measure(|| {
         for tick in 0..20 {
             motion.push(0.01 * f64::from(tick));

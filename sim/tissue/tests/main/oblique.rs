@@ -46,7 +46,7 @@ fn fine(question: &Problem3) -> Oblique {
 fn two_harmonics_are_what_three_dimensions_say_and_the_estimate_is_their_error() {
     for (kind, tilt_deg) in [(SKIN, 25.0), (MUSCLE, 15.0), (THROUGH_FAT, 25.0)] {
         let question = lower_back(kind, tilt_deg);
-        let mut volumetric = volumetric::rung(&question, 3).expect("a rung").expect("a model");
+        let mut volumetric = volumetric::fit_rung(&question, 3).expect("a rung").expect("a model");
         volumetric.solve(1.0);
         let solid = answer_m(&question, &volumetric);
         let truth = answer_m(&question, &fine(&question));

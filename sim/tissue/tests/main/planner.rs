@@ -5,8 +5,8 @@
 
 use nalgebra::Point3;
 use tissue::axisymmetric::{Axisymmetric, MeshSpec};
-use tissue::planner::{PlanError, Reach, Wish, choose, patch, plan, reach};
-use tissue::volumetric::{Inclusion, Material, Problem3, Shape, Skin};
+use tissue::planner::{PlanError, PlanRequest, Reach, choose, cut_patch, find_reach, plan};
+use tissue::volumetric::{Inclusion, InclusionShape, Material, Problem3, Skin};
 use tissue::{ElasticLayer, FieldModel, Judging, Load, LoadKind, Model, Problem, Slab};
 
 fn layer(thickness_m: f64, youngs_modulus_pa: f64) -> ElasticLayer {
@@ -30,7 +30,7 @@ fn flat() -> Problem {
 
 fn with_inclusion() -> Problem3 {
     let material = Material { youngs_modulus_pa: 1e6, poisson_ratio: 0.3, density_kg_per_m3: 1000.0 };
-    let shape = Shape::Sphere { centre_m: Point3::new(0.0, 0.0, -0.02), radius_m: 0.005 };
+    let shape = InclusionShape::Sphere { centre_m: Point3::new(0.0, 0.0, -0.02), radius_m: 0.005 };
     Problem3 { inclusions: vec![Inclusion { shape, material }], ..Problem3::flat(&flat()) }
 }
 
@@ -61,7 +61,7 @@ fn a_question_goes_to_the_cheapest_model_that_can_answer_it() {
 
 #[test]
 fn a_named_model_is_used_and_its_error_is_told() {
-    let wish = Wish { model: Some(Model::MassSpring), tolerance: 0.01, judging: Judging::Second };
+    let wish = PlanRequest { model: Some(Model::MassSpring), tolerance: 0.01, judging: Judging::Second };
     let planned = plan(&Problem3::flat(&flat()), &wish).expect("a plan");
     assert_eq!(planned.field.model(), Model::MassSpring);
     assert!(!planned.met && planned.estimated_relative_error > 0.05, "{}", planned.estimated_relative_error);
@@ -73,8 +73,8 @@ fn a_named_model_is_used_and_its_error_is_told() {
 #[test]
 fn what_meets_the_tolerance_says_so() {
     for tolerance in [0.05, 0.01] {
-        let planned =
-            plan(&Problem3::flat(&flat()), &Wish { model: None, tolerance, judging: Judging::Second }).expect("a plan");
+        let planned = plan(&Problem3::flat(&flat()), &PlanRequest { model: None, tolerance, judging: Judging::Second })
+            .expect("a plan");
         assert!(planned.met && planned.estimated_relative_error <= tolerance, "{}", planned.reason);
         assert!(planned.reason.to_string().contains("cheapest"), "{}", planned.reason);
     }
@@ -101,11 +101,11 @@ fn answer_m(slab: &Slab) -> Vec<f64> {
 #[test]
 fn a_patch_is_as_wide_as_its_tolerance_asks_and_no_wider() {
     let deep = vec![layer(0.0008, 132e3), layer(0.0084, 33e3), layer(2.0, 198e3)];
-    let [coarse, fine] = [0.1, 0.01].map(|tolerance| reach(&question(&deep), tolerance).expect("a reach"));
+    let [coarse, fine] = [0.1, 0.01].map(|tolerance| find_reach(&question(&deep), tolerance).expect("a reach"));
     assert!(fine.radius_m > coarse.radius_m, "{coarse:?} {fine:?}");
     for (Reach { radius_m, relative_change }, tolerance) in [(coarse, 0.1), (fine, 0.01)] {
         assert!(relative_change <= tolerance, "{relative_change}");
-        let [narrow, wide] = [1.0, 16.0].map(|times| answer_m(&patch(&deep, 0.0, times * radius_m)));
+        let [narrow, wide] = [1.0, 16.0].map(|times| answer_m(&cut_patch(&deep, 0.0, times * radius_m)));
         let wrong: f64 = narrow.iter().zip(&wide).map(|(a, b)| (a - b) * (a - b)).sum();
         let whole: f64 = wide.iter().map(|b| b * b).sum();
         let off = (wrong / whole).sqrt();
@@ -118,7 +118,7 @@ fn a_patch_is_as_wide_as_its_tolerance_asks_and_no_wider() {
 fn layers_below_the_reach_of_the_needle_are_left_out() {
     let mut layers = lower_back();
     layers.extend([layer(0.0, 1e3), layer(1.0, 198e3), layer(1.0, 50e3)]);
-    let slab = patch(&layers, 0.0092, 0.06);
+    let slab = cut_patch(&layers, 0.0092, 0.06);
     assert_eq!(slab.layers.len(), 4, "neither the sheet without thickness nor what is too deep: {slab:?}");
     assert!((slab.boundaries_m()[4] - 0.0692).abs() < 1e-12 && (slab.radius_m - 0.06).abs() < 1e-12, "{slab:?}");
 }

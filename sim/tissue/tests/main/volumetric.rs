@@ -3,7 +3,7 @@
 //! rotation that is not the nearest.
 
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
-use tissue::volumetric::{Body, Effort, HexMesh, Material, Motion};
+use tissue::volumetric::{Body, Effort, HexMesh, Material, TissueMotion};
 
 pub const SOFT: Material = Material { youngs_modulus_pa: 1e6, poisson_ratio: 0.3, density_kg_per_m3: 1000.0 };
 
@@ -106,7 +106,7 @@ pub fn cantilever(order: usize) -> f64 {
     let mut load: Vec<f64> = body.mass_kg().iter().zip(&end).map(|(mass, end)| mass * end).collect();
     let sum: f64 = load.iter().sum();
     load.iter_mut().for_each(|load| *load *= -0.01 / sum);
-    let mut motion = Motion::new(&body, None, Effort { iterations: 40, tolerance: 1e-8 }).expect("held");
+    let mut motion = TissueMotion::new(&body, None, Effort { iterations: 40, tolerance: 1e-8 }).expect("held");
     assert!(motion.step(&body, &load).converged);
     -body.displacement_m(motion.u_m(), &Point3::new(0.1, 0.005, 0.005)).z
 }

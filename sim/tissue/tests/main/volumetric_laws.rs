@@ -4,7 +4,7 @@
 
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use tissue::volumetric::{
-    Body, Inclusion, Material, MeshSpec3, Patch, Problem3, Shape, Skin, Symmetry, Volumetric, fit,
+    Body, Inclusion, InclusionShape, Material, MeshSpec3, Patch, Problem3, Skin, Symmetry, Volumetric, fit,
 };
 use tissue::{FieldModel, LoadKind};
 
@@ -124,7 +124,7 @@ fn bent_elements_feel_no_turn_and_store_what_a_uniform_strain_stores() {
 }
 
 fn ball(material: Material) -> Inclusion {
-    let shape = Shape::Sphere { centre_m: Point3::new(0.001, 0.0, -0.006), radius_m: 0.003 };
+    let shape = InclusionShape::Sphere { centre_m: Point3::new(0.001, 0.0, -0.006), radius_m: 0.003 };
     Inclusion { shape, material }
 }
 

@@ -2,7 +2,7 @@
 //! within the patch, makes numbers. It would fail where a node that rounds past the radius, or a disc of a block and one ring,
 //! makes a NaN of the mesh.
 
-use bench::slabs::{contactor, layer};
+use bench::slabs::{ask_contactor, make_elastic_layer};
 use proptest::prelude::*;
 use tissue::volumetric::{Grading, MeshSpec3, Problem3, Volumetric, VolumetricError};
 use tissue::{ElasticLayer, FieldModel, LoadKind};
@@ -12,7 +12,7 @@ fn log(low: f64, high: f64) -> impl Strategy<Value = f64> {
 }
 
 fn any_layers() -> impl Strategy<Value = Vec<ElasticLayer>> {
-    let any_layer = (log(3e-4, 0.03), log(3e3, 3e6), 0.0..=0.49).prop_map(|(d, e, nu)| layer(d, e, nu));
+    let any_layer = (log(3e-4, 0.03), log(3e3, 3e6), 0.0..=0.49).prop_map(|(d, e, nu)| make_elastic_layer(d, e, nu));
     prop::collection::vec(any_layer, 1..=4)
 }
 
@@ -33,9 +33,12 @@ fn give_m(problem: &Problem3, spec: &MeshSpec3) -> Result<f64, VolumetricError> 
 
 #[test]
 fn every_plain_grid_of_few_rings_makes_numbers() {
-    for layers in [vec![layer(0.03, 2e4, 0.45)], vec![layer(0.002, 1e5, 0.45), layer(0.03, 2e4, 0.45)]] {
+    for layers in [
+        vec![make_elastic_layer(0.03, 2e4, 0.45)],
+        vec![make_elastic_layer(0.002, 1e5, 0.45), make_elastic_layer(0.03, 2e4, 0.45)],
+    ] {
         for radius_m in [0.005, 0.01, 0.02, 0.0333, 0.05, 0.07] {
-            let mut problem = Problem3::flat(&contactor(layers.clone(), 0.0));
+            let mut problem = Problem3::flat(&ask_contactor(layers.clone(), 0.0));
             problem.flat.slab.radius_m = radius_m;
             problem.flat.sample_r_m.retain(|&r_m| r_m < radius_m);
             for (near, growth) in [(3.0, 1.0), (1.5, 1.5), (2.0, 3.0), (radius_m * 600.0, 0.1)] {
@@ -59,7 +62,7 @@ proptest! {
         shape in (2_usize..=3, 1_usize..=2),
         sizes in [log(0.8, 20.0), log(0.5, 3.0), log(0.8, 20.0), log(0.8, 3.0)],
     ) {
-        let mut problem = Problem3 { tilt_rad: f64::to_radians(tilt_deg), ..Problem3::flat(&contactor(layers, 0.0)) };
+        let mut problem = Problem3 { tilt_rad: f64::to_radians(tilt_deg), ..Problem3::flat(&ask_contactor(layers, 0.0)) };
         problem.flat.slab.radius_m = 1e-3 * wide;
         let boundaries_m = problem.flat.slab.boundaries_m();
         let depth_m = boundaries_m[(at * (boundaries_m.len() - 1) as f64) as usize];

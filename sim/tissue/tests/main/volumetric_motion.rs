@@ -4,7 +4,7 @@
 
 use nalgebra::Vector3;
 use tissue::FieldModel;
-use tissue::volumetric::{Body, Corotational, Effort, HexMesh, Material, Motion, Patch, Problem3, Symmetry};
+use tissue::volumetric::{Body, Corotational, Effort, HexMesh, Material, Patch, Problem3, Symmetry, TissueMotion};
 
 use crate::volumetric_reference::{Reference, graded};
 
@@ -26,7 +26,7 @@ fn oscillator() -> Body {
 fn swing(step_s: f64, steps: usize) -> Vec<f64> {
     let body = oscillator();
     assert_eq!(body.unknowns(), 1);
-    let mut motion = Motion::new(&body, Some(step_s), Effort { iterations: 50, tolerance: 1e-12 }).expect("held");
+    let mut motion = TissueMotion::new(&body, Some(step_s), Effort { iterations: 50, tolerance: 1e-12 }).expect("held");
     motion.displace(&[1e-6]);
     let swing = (0..steps).map(|_| {
         motion.step(&body, &[0.0]);

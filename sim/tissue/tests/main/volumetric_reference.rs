@@ -4,7 +4,9 @@
 
 use nalgebra::Point3;
 use serde_json::Value;
-use tissue::volumetric::{Corotational, Effort, Grading, MeshSpec3, Patch, Problem3, Symmetry, Volumetric, fit, rung};
+use tissue::volumetric::{
+    Corotational, Effort, Grading, MeshSpec3, Patch, Problem3, Symmetry, Volumetric, fit, fit_rung,
+};
 use tissue::{ElasticLayer, FieldModel, Load, LoadKind, Problem, Slab, axisymmetric, relative_distance};
 
 /// A reference case under its surface load: what is asked, and the axial displacement per newton, in m/N.
@@ -154,7 +156,7 @@ fn a_fit_keeps_its_tolerance_and_knows_its_error() {
 fn the_ladder_goes_down_in_error_and_ends() {
     let reference = Reference::lower_back();
     let problem = Problem3::flat(&reference.problem);
-    let models = (0..5).map(|at| rung(&problem, at).expect("a rung").expect("a model"));
+    let models = (0..5).map(|at| fit_rung(&problem, at).expect("a rung").expect("a model"));
     let errors: Vec<f64> = models
         .map(|mut model| {
             model.solve(1.0);
@@ -162,5 +164,5 @@ fn the_ladder_goes_down_in_error_and_ends() {
         })
         .collect();
     assert!(errors.is_sorted_by(|coarse, fine| fine < coarse), "{errors:?}");
-    assert!(rung(&problem, MeshSpec3::ladder(&problem).len()).is_none());
+    assert!(fit_rung(&problem, MeshSpec3::ladder(&problem).len()).is_none());
 }

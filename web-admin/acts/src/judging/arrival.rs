@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::Context;
-use recording::{Motion, Recording, Session, Signature};
+use recording::{MotionDigest, Recording, Session, Signature};
 use serde::{Deserialize, Serialize};
 
 /// What a recording says of itself.
@@ -27,7 +27,7 @@ impl From<Recording> for Told {
         Self {
             duration_s: last.map_or(0.0, |sample| sample.t_s),
             complete: recording.complete,
-            motion: last.map(|_| Motion::of(&recording.samples).sha256()),
+            motion: last.map(|_| MotionDigest::from_samples(&recording.samples).sha256()),
             signature: recording.signature,
             session: recording.session,
         }

@@ -9,8 +9,8 @@ mod tests;
 
 use std::sync::Arc;
 
-use assessment::learning::{Curve, Reached};
 pub use assessment::learning::{CurveRule, Mastery};
+use assessment::learning::{LearningCurve, Reached};
 use time::OffsetDateTime;
 use uuid::Uuid;
 
@@ -89,7 +89,7 @@ pub struct StepProgress {
     /// Scored attempts in order of time.
     pub attempts: Vec<Attempt>,
     /// The learning curve over them, where the rule is one.
-    pub curve: Option<Curve>,
+    pub curve: Option<LearningCurve>,
 }
 
 impl StepProgress {

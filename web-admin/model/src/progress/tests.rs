@@ -107,7 +107,7 @@ fn a_fall_within_one_exercise_is_a_decline_and_a_harder_exercise_is_not() {
 /// Fails at 10 % are borne, at 40 % not: five successes in a row are not enough, eleven are.
 fn by_curve(within: Option<u32>) -> Course {
     let rule = MasteryRule::Cusum { within, p0: 0.1, p1: 0.4, alpha: 0.1, beta: 0.1 };
-    Course { rule: Mastery::of(&rule).expect("the rule has lines"), ..course() }
+    Course { rule: Mastery::from_rule(&rule).expect("the rule has lines"), ..course() }
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn mastery_is_what_the_simulator_calls_mastered_without_a_school() {
                 MasteryRule::Cusum { within: count("within"), p0, p1, alpha, beta }
             }
         };
-        let course = Course { rule: Mastery::of(&rule).unwrap(), ..course() };
+        let course = Course { rule: Mastery::from_rule(&rule).unwrap(), ..course() };
         let tried: Vec<_> =
             case["attempts"].as_str().unwrap().chars().map(|c| ("a", if c == 'P' { 90.0 } else { 10.0 })).collect();
         let [first, next, _] = &Progress::of(&course, &attempts(&tried), NOW).steps[..] else { panic!("three steps") };

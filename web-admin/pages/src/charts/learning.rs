@@ -1,6 +1,6 @@
 //! A learning curve: LC-CUSUM and CUSUM over attempts, with the lines that decide.
 
-use assessment::learning::{Crossing, CurvePoint, Rule};
+use assessment::learning::{Crossing, LearningPoint, Rule};
 
 use super::plot::Plot;
 use super::svg::{Area, Caption, Svg};
@@ -10,7 +10,7 @@ const HEIGHT: f64 = 200.0;
 
 /// The curve with its lines. `key` makes the ids unique on the page.
 #[must_use]
-pub fn learning_curve(points: &[CurvePoint], rule: &Rule, (key, title): (&str, &str)) -> String {
+pub fn learning_curve(points: &[LearningPoint], rule: &Rule, (key, title): (&str, &str)) -> String {
     let id = format!("curve-{key}");
     let caption = Caption { id: &id, class: "scores", title, description: &describe(points) };
     let area = Area { x: 40.0, y: 10.0, width: WIDTH - 112.0, height: HEIGHT - 48.0 };
@@ -31,7 +31,7 @@ pub fn learning_curve(points: &[CurvePoint], rule: &Rule, (key, title): (&str, &
 }
 
 /// The lines that decide somewhere on this curve.
-fn lines(points: &[CurvePoint], rule: &Rule) -> Vec<(f64, &'static str)> {
+fn lines(points: &[LearningPoint], rule: &Rule) -> Vec<(f64, &'static str)> {
     let mut lines = Vec::new();
     if let Some(learning) = rule.learning {
         lines.push((learning.h, tr!("competent")));
@@ -44,7 +44,7 @@ fn lines(points: &[CurvePoint], rule: &Rule) -> Vec<(f64, &'static str)> {
 }
 
 /// One line from restart to restart: a crossing ends it, and the next attempt counts from 0.
-fn draw(svg: &mut Svg, plot: &Plot, points: &[CurvePoint]) {
+fn draw(svg: &mut Svg, plot: &Plot, points: &[LearningPoint]) {
     let mut run = vec![plot.at(0.0, 0.0)];
     for (i, point) in points.iter().enumerate() {
         let place = plot.at((i + 1) as f64, point.value);
@@ -72,7 +72,7 @@ fn mark(svg: &mut Svg, (x, y): (f64, f64), crossed: Crossing) {
     }
 }
 
-fn describe(points: &[CurvePoint]) -> String {
+fn describe(points: &[LearningPoint]) -> String {
     let crossed = |wanted| points.iter().filter(|p| p.crossed == Some(wanted)).count();
     tr!(
         "Attempts: {all}. The curve reached a line of competence {acceptable} times and one of too many failures \

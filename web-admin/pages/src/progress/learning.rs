@@ -2,7 +2,7 @@
 
 use askama::Template;
 use askama_web::WebTemplate;
-use assessment::learning::{Crossing, CurvePoint, Standing};
+use assessment::learning::{Crossing, LearningPoint, Standing};
 use assessment::statistics::{Estimate, Summary};
 use time::OffsetDateTime;
 
@@ -199,7 +199,7 @@ impl CurveRow {
     }
 }
 
-fn said(points: &[CurvePoint], at: usize) -> Said {
+fn said(points: &[LearningPoint], at: usize) -> Said {
     let before = at.checked_sub(1).and_then(|i| points.get(i)).map_or(Standing::NotYet, |p| p.standing);
     match (points.get(at).and_then(|p| p.crossed), before) {
         (None, _) => Said::Nothing,

@@ -17,7 +17,8 @@ use model::progress::{Attempt, Concern, Course, Habits, Mastery, Progress};
 
 fn by_curve() -> (Course, Mastery) {
     let CusumParams { p0, p1, alpha, beta } = CusumParams { p0: 0.2, p1: 0.4, alpha: 0.05, beta: 0.1 };
-    let rule = Mastery::of(&MasteryRule::Cusum { within: Some(50), p0, p1, alpha, beta }).expect("a rule with lines");
+    let rule =
+        Mastery::from_rule(&MasteryRule::Cusum { within: Some(50), p0, p1, alpha, beta }).expect("a rule with lines");
     (Course { rule, ..samples::course() }, rule)
 }
 

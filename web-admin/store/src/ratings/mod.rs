@@ -132,9 +132,8 @@ async fn mark_knowledge(writer: &mut SqliteConnection, school: Uuid, id: Uuid) -
            EXISTS (SELECT 1 FROM people p WHERE p.id = ratings.rater_id AND p.role = 'administrator')
            OR EXISTS (SELECT 1 FROM rating_rounds o WHERE o.id = ratings.round_id AND o.made_by = ratings.rater_id)
            OR EXISTS (SELECT 1 FROM sessions s
-             JOIN cohort_members learner ON learner.person_id = s.trainee_id AND learner.role = 'trainee'
-             JOIN cohort_members teacher ON teacher.cohort_id = learner.cohort_id AND teacher.role = 'instructor'
-             WHERE s.school_id = $1 AND s.id = ratings.session_id AND teacher.person_id = ratings.rater_id))",
+             JOIN taught_trainees taught ON taught.trainee_id = s.trainee_id
+             WHERE s.school_id = $1 AND s.id = ratings.session_id AND taught.teacher_id = ratings.rater_id))",
     )
     .bind(school)
     .bind(id)

@@ -50,9 +50,7 @@ pub async fn cells(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, ro
          CROSS JOIN ratings r ON r.round_id = o.id
          JOIN sessions s ON s.school_id = o.school_id AND s.id = r.session_id
          LEFT JOIN people t ON t.school_id = s.school_id AND t.id = s.trainee_id AND ($3 OR EXISTS (
-           SELECT 1 FROM cohort_members teacher
-           JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
-           WHERE teacher.person_id = $4 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id))
+           SELECT 1 FROM taught_trainees taught WHERE taught.teacher_id = $4 AND taught.trainee_id = s.trainee_id))
          JOIN people p ON p.school_id = o.school_id AND p.id = r.rater_id
          LEFT JOIN exercise_revisions x ON x.id = s.revision_id
          WHERE o.school_id = $1 AND o.id = $2

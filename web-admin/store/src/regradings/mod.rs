@@ -67,9 +67,7 @@ macro_rules! attempts {
              JOIN scores c ON c.id = g.score_id
              WHERE s.school_id = $1 AND s.exercise_id = $2 AND s.state = 'scored' AND s.uncounted IS NULL
                AND ($4 OR s.trainee_id = $3 OR EXISTS (
-               SELECT 1 FROM cohort_members teacher
-               JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
-               WHERE teacher.person_id = $3 AND teacher.role = 'instructor' AND learner.person_id = s.trainee_id))"
+               SELECT 1 FROM taught_trainees taught WHERE taught.teacher_id = $3 AND taught.trainee_id = s.trainee_id))"
         )
     };
 }

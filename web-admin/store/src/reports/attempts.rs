@@ -161,18 +161,14 @@ pub async fn latest_taught(executor: impl SqliteExecutor<'_>, viewer: &CurrentPe
     // earlier one is among the latest ten.
     sqlx::query_as(listed!(
         "",
-        "(SELECT n.id FROM (SELECT DISTINCT learner.person_id FROM cohort_members teacher
-             JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
-             WHERE teacher.person_id = $2 AND teacher.role = 'instructor') taught
+        "(SELECT n.id FROM (SELECT DISTINCT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2) taught
            CROSS JOIN sessions n ON n.school_id = $1 AND n.id IN (
              SELECT l.id FROM sessions l WHERE l.school_id = $1 AND l.trainee_id = taught.person_id
                AND l.started_at >= coalesce((
                  SELECT (SELECT max(o.started_at) FROM sessions o
-                   WHERE o.school_id = $1 AND o.trainee_id = learner.person_id) AS last
-                 FROM cohort_members teacher
-                 JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
-                 WHERE teacher.person_id = $2 AND teacher.role = 'instructor'
-                 GROUP BY learner.person_id ORDER BY last DESC LIMIT 1 OFFSET $3 - 1), -9000000000000000000)
+                   WHERE o.school_id = $1 AND o.trainee_id = taught.trainee_id) AS last
+                 FROM taught_trainees taught WHERE taught.teacher_id = $2
+                 GROUP BY taught.trainee_id ORDER BY last DESC LIMIT 1 OFFSET $3 - 1), -9000000000000000000)
              ORDER BY l.started_at DESC, l.id DESC LIMIT $3)
            ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
          CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id",
@@ -198,7 +194,7 @@ pub async fn latest_at(
     let statement = match viewer.role {
         Role::Administrator => listed!(
             "",
-            "(SELECT n.id FROM sessions n WHERE n.school_id = $1 AND n.exercise_id = $5 AND $2 = $2
+            "(SELECT n.id FROM sessions n WHERE n.school_id = $1 AND n.exercise_id = $5
                ORDER BY n.started_at DESC, n.id DESC LIMIT $3) chosen
              CROSS JOIN sessions s ON s.school_id = $1 AND s.id = chosen.id",
             "WHERE s.school_id = $1"
@@ -206,9 +202,7 @@ pub async fn latest_at(
         // As in [`latest_taught`], with their own.
         Role::Instructor | Role::Trainee => listed!(
             "",
-            "(SELECT n.id FROM (SELECT learner.person_id FROM cohort_members teacher
-                 JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
-                 WHERE teacher.person_id = $2 AND teacher.role = 'instructor' UNION SELECT $2) seen
+            "(SELECT n.id FROM (SELECT trainee_id AS person_id FROM taught_trainees WHERE teacher_id = $2 UNION SELECT $2) seen
                CROSS JOIN sessions n ON n.school_id = $1 AND n.id IN (
                  SELECT l.id FROM sessions l
                  WHERE l.school_id = $1 AND l.trainee_id = seen.person_id AND l.exercise_id = $5

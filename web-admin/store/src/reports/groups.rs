@@ -131,9 +131,7 @@ pub async fn trainee(executor: impl SqliteExecutor<'_>, viewer: &CurrentPerson, 
     sqlx::query_as(
         "SELECT p.id, p.display_name AS name FROM people p
          WHERE p.school_id = $1 AND p.id = $3 AND p.role = 'trainee' AND ($4 OR p.id = $2 OR EXISTS (
-           SELECT 1 FROM cohort_members teacher
-           JOIN cohort_members learner ON learner.cohort_id = teacher.cohort_id AND learner.role = 'trainee'
-           WHERE teacher.person_id = $2 AND teacher.role = 'instructor' AND learner.person_id = p.id))",
+           SELECT 1 FROM taught_trainees taught WHERE taught.teacher_id = $2 AND taught.trainee_id = p.id))",
     )
     .bind(viewer.school_id)
     .bind(viewer.id)

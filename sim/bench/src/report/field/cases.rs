@@ -16,7 +16,7 @@ const JSON: [&str; 3] = [
 ];
 
 /// One load of a reference case, with what it should come to.
-pub struct Load {
+pub struct ReferenceLoad {
     /// Name of its case.
     pub case: &'static str,
     /// Depth of the load, in m.
@@ -31,11 +31,11 @@ pub struct Load {
 
 #[derive(Deserialize)]
 struct Reference {
-    solutions: Vec<Solution>,
+    solutions: Vec<ReferenceSolution>,
 }
 
 #[derive(Deserialize)]
-struct Solution {
+struct ReferenceSolution {
     u_axial_m: Vec<Vec<f64>>,
 }
 
@@ -43,13 +43,13 @@ struct Solution {
 ///
 /// # Errors
 /// When a case built in is refused, which a test would have shown.
-pub fn all() -> Result<Vec<Load>, BenchError> {
+pub fn all() -> Result<Vec<ReferenceLoad>, BenchError> {
     let mut loads = Vec::new();
     for (case, json) in NAMES.into_iter().zip(JSON) {
         let parsed = field_case::parse(case, json)?;
         let reference: Reference = serde_json::from_str(json).map_err(BenchError::work)?;
         let asked = parsed.problems.into_iter().zip(parsed.load_depths_m).zip(reference.solutions);
-        loads.extend(asked.map(|((problem, depth_m), solution)| Load {
+        loads.extend(asked.map(|((problem, depth_m), solution)| ReferenceLoad {
             case,
             depth_m,
             force_n: parsed.force_n,
@@ -60,7 +60,7 @@ pub fn all() -> Result<Vec<Load>, BenchError> {
     Ok(loads)
 }
 
-impl Load {
+impl ReferenceLoad {
     /// The relative L2 error of the axial displacement over all samples, for the field's last answer.
     pub fn error(&self, field: &dyn FieldModel) -> f64 {
         relative_distance(&self.problem.axial_m(field), &self.reference_m)

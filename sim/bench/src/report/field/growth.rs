@@ -1,11 +1,11 @@
 //! How set-up and solve grow with the unknowns: exponents fitted on lower_back, load at the surface.
 
-use super::{MODELS, Row};
-use crate::report::chart::{Chart, Curve};
-use crate::report::sheet::Sheet;
+use super::{FieldRow, MODELS};
+use crate::report::chart::{Chart, ChartCurve};
+use crate::report::sheet::ReportSheet;
 
 /// Unknowns and time, in s, of a model's meshes on lower_back.
-fn points(rows: &[Row], model: &str, time_s: impl Fn(&Row) -> f64) -> Vec<(f64, f64)> {
+fn points(rows: &[FieldRow], model: &str, time_s: impl Fn(&FieldRow) -> f64) -> Vec<(f64, f64)> {
     let meshes = rows.iter().filter(|row| row.is_surface_load_on("lower_back") && row.tolerance.is_none());
     meshes.filter(|row| row.model == model).map(|row| (row.unknowns as f64, time_s(row))).collect()
 }
@@ -21,8 +21,8 @@ fn exponent(points: &[(f64, f64)]) -> Option<f64> {
 }
 
 /// The exponents.
-pub fn markdown(rows: &[Row]) -> String {
-    let mut sheet = Sheet::new(["model", "sizes", "set-up ∝ unknowns^p, p", "re-solve or step ∝ unknowns^p, p"]);
+pub fn markdown(rows: &[FieldRow]) -> String {
+    let mut sheet = ReportSheet::new(["model", "sizes", "set-up ∝ unknowns^p, p", "re-solve or step ∝ unknowns^p, p"]);
     let shown = |p: Option<f64>| p.map_or_else(|| "–".to_owned(), |p| format!("{p:.2}"));
     for model in MODELS.map(|model| model.name()) {
         let (setup, solve) = (points(rows, model, |row| row.setup_s), points(rows, model, |row| row.solve_s));
@@ -32,8 +32,8 @@ pub fn markdown(rows: &[Row]) -> String {
 }
 
 /// Set-up and solve against unknowns.
-pub fn chart(rows: &[Row]) -> Chart {
-    let curve = |name: &str, what: &str, points: Vec<(f64, f64)>| Curve {
+pub fn chart(rows: &[FieldRow]) -> Chart {
+    let curve = |name: &str, what: &str, points: Vec<(f64, f64)>| ChartCurve {
         name: format!("{name}, {what}"),
         points: points.into_iter().map(|(n, t)| (n, t * 1e3)).collect(),
     };

@@ -7,17 +7,17 @@ pub mod peers;
 
 use std::path::{Path, PathBuf};
 
-use tissue::planner::{self, Wish};
+use tissue::planner::{self, PlanRequest};
 use tissue::volumetric::Problem3;
 use tissue::{FieldModel, Judging, Model};
 
-use super::chart::{Chart, Curve};
-use super::sheet::{self, Sheet};
+use super::chart::{Chart, ChartCurve};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, head};
 use crate::error::BenchError;
 use crate::progress::MeasurementProgress;
-use crate::timing::{self, Effort, answer_s};
-use cases::Load;
+use crate::timing::{self, TimingEffort, answer_s};
+use cases::ReferenceLoad;
 use peers::Peer;
 
 /// Tolerances at which the planner is asked.
@@ -26,7 +26,7 @@ const TOLERANCES: [f64; 4] = [0.05, 0.02, 0.01, 0.001];
 const MODELS: [Model; 3] = [Model::Axisymmetric, Model::MassSpring, Model::Volumetric];
 
 /// One mesh of one model on one load, or what the planner chose for it.
-pub struct Row {
+pub struct FieldRow {
     case: &'static str,
     depth_m: f64,
     model: &'static str,
@@ -41,7 +41,7 @@ pub struct Row {
     answer_s: f64,
 }
 
-impl Row {
+impl FieldRow {
     fn is_surface_load_on(&self, case: &str) -> bool {
         self.case == case && self.depth_m <= 0.0
     }
@@ -72,12 +72,12 @@ pub fn measure(out: &Path, quick: bool, peers: &[Peer]) -> Result<Vec<PathBuf>, 
     growth::chart(&rows).draw(&plot)?;
     written.push(plot);
     let head = head::measured_by(Subject::Field, if peers.is_empty() { "" } else { BESIDE }, quick);
-    written.push(sheet::write_text(out.join("field.md"), &markdown(&head, &rows, (&oblique, peers)))?);
+    written.push(sheet::write_text(out.join("field.md"), &markdown(&head, &rows, &oblique, peers))?);
     Ok(written)
 }
 
 /// What the planner chooses for every load, and every mesh of every model.
-fn sweep(loads: &[Load], quick: bool) -> Result<Vec<Row>, BenchError> {
+fn sweep(loads: &[ReferenceLoad], quick: bool) -> Result<Vec<FieldRow>, BenchError> {
     let progress = MeasurementProgress::new(loads.len() as u64, "tissue");
     let mut rows = Vec::new();
     for load in loads.iter().filter(|load| !quick || load.depth_m <= 0.0) {
@@ -94,31 +94,31 @@ fn sweep(loads: &[Load], quick: bool) -> Result<Vec<Row>, BenchError> {
     Ok(rows)
 }
 
-fn chosen(load: &Load, tolerance: f64) -> Result<Row, BenchError> {
-    let wish = Wish { model: None, tolerance, judging: Judging::default() };
+fn chosen(load: &ReferenceLoad, tolerance: f64) -> Result<FieldRow, BenchError> {
+    let wish = PlanRequest { model: None, tolerance, judging: Judging::default() };
     let question = Problem3::flat(&load.problem);
     let (planned, setup_s) = timing::once(|| planner::plan(&question, &wish));
     let planned = planned.map_err(BenchError::work)?;
     let estimate = Some(planned.estimated_relative_error);
-    Ok(Row { tolerance: Some(tolerance), estimate, ..row(load, planned.field, setup_s) })
+    Ok(FieldRow { tolerance: Some(tolerance), estimate, ..row(load, planned.field, setup_s) })
 }
 
 /// Every mesh of a model's ladder; the coarsest two of a shortened report.
-fn ladder(load: &Load, model: Model, quick: bool) -> Result<Vec<Row>, BenchError> {
+fn ladder(load: &ReferenceLoad, model: Model, quick: bool) -> Result<Vec<FieldRow>, BenchError> {
     let mut rows = Vec::new();
     for at in 0..if quick { 2 } else { usize::MAX } {
-        let (made, setup_s) = timing::once(|| planner::rung(&load.problem, model, at));
+        let (made, setup_s) = timing::once(|| planner::plan_rung(&load.problem, model, at));
         let Some(field) = made else { break };
         rows.push(row(load, field.map_err(BenchError::work)?, setup_s));
     }
     Ok(rows)
 }
 
-fn row(load: &Load, mut field: Box<dyn FieldModel>, setup_s: f64) -> Row {
-    let solve_s = timing::median_s(Effort::SLOW, || field.solve(load.force_n));
+fn row(load: &ReferenceLoad, mut field: Box<dyn FieldModel>, setup_s: f64) -> FieldRow {
+    let solve_s = timing::median_s(TimingEffort::SLOW, || field.solve(load.force_n));
     let error = load.error(field.as_ref());
     let answer_s = answer_s(field.as_mut(), &load.problem, load.force_n);
-    Row {
+    FieldRow {
         case: load.case,
         depth_m: load.depth_m,
         model: field.model().name(),
@@ -133,8 +133,8 @@ fn row(load: &Load, mut field: Box<dyn FieldModel>, setup_s: f64) -> Row {
     }
 }
 
-fn sheet(rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new([
+fn sheet(rows: &[FieldRow]) -> ReportSheet {
+    let mut sheet = ReportSheet::new([
         "case",
         "load_depth_mm",
         "model",
@@ -193,12 +193,12 @@ impl Axis {
 }
 
 /// Error of every model, the load at the surface.
-fn chart(rows: &[Row], case: &str, axis: Axis) -> Chart {
-    let of = |wanted: &dyn Fn(&&Row) -> bool| {
+fn chart(rows: &[FieldRow], case: &str, axis: Axis) -> Chart {
+    let of = |wanted: &dyn Fn(&&FieldRow) -> bool| {
         let shown = rows.iter().filter(|row| row.is_surface_load_on(case)).filter(wanted);
         shown.map(|row| (axis.place(row.unknowns, row.solve_s), row.error * 1e2)).collect()
     };
-    let curves = MODELS.iter().map(|model| Curve {
+    let curves = MODELS.iter().map(|model| ChartCurve {
         name: model.name().to_owned(),
         points: of(&|row| row.tolerance.is_none() && row.model == model.name()),
     });
@@ -211,14 +211,14 @@ fn chart(rows: &[Row], case: &str, axis: Axis) -> Chart {
         x: x.to_owned(),
         y: "relative error of the axial displacement, %".to_owned(),
         curves: curves.collect(),
-        rings: vec![Curve { name: "the planner's choice".to_owned(), points: of(&|row| row.tolerance.is_some()) }],
+        rings: vec![ChartCurve { name: "the planner's choice".to_owned(), points: of(&|row| row.tolerance.is_some()) }],
         ..Chart::default()
     }
 }
 
 /// What the planner chooses.
-fn chosen_sheet(rows: &[Row]) -> Sheet {
-    let mut sheet = Sheet::new([
+fn chosen_sheet(rows: &[FieldRow]) -> ReportSheet {
+    let mut sheet = ReportSheet::new([
         "case",
         "load at",
         "tolerance",
@@ -252,8 +252,8 @@ fn chosen_sheet(rows: &[Row]) -> Sheet {
 }
 
 /// Every mesh, the load at the surface, and what others reach beside it.
-fn swept_sheet(rows: &[Row], peers: &[Peer]) -> Sheet {
-    let mut sheet = Sheet::new(["case", "model", "unknowns", "error", "set-up", "re-solve", "superposed"]);
+fn swept_sheet(rows: &[FieldRow], peers: &[Peer]) -> ReportSheet {
+    let mut sheet = ReportSheet::new(["case", "model", "unknowns", "error", "set-up", "re-solve", "superposed"]);
     for case in cases::NAMES {
         for row in rows.iter().filter(|row| row.tolerance.is_none() && row.is_surface_load_on(case)) {
             let [setup, solve, answer] = [row.setup_s, row.solve_s, row.answer_s].map(human_time);
@@ -269,7 +269,7 @@ fn percent(share: f64) -> String {
     format!("{:.3} %", share * 1e2)
 }
 
-fn markdown(head: &str, rows: &[Row], (oblique, peers): (&Sheet, &[Peer])) -> String {
+fn markdown(head: &str, rows: &[FieldRow], oblique: &ReportSheet, peers: &[Peer]) -> String {
     let pictures = cases::NAMES.map(|case| {
         format!(
             "![{case}, error against time](field-time-{case}.svg)\n![{case}, convergence](field-convergence-{case}.svg)"

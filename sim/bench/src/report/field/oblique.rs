@@ -3,16 +3,16 @@
 use tissue::volumetric::{self, Problem3, Volumetric};
 use tissue::{FieldModel, relative_distance};
 
-use super::cases::Load;
+use super::cases::ReferenceLoad;
 use super::{human_time, percent};
 use crate::error::BenchError;
-use crate::report::sheet::Sheet;
-use crate::timing::{self, Effort};
+use crate::report::sheet::ReportSheet;
+use crate::timing::{self, TimingEffort};
 
 const TILT_DEG: f64 = 30.0;
 
 /// A mesh, its answer to the load and its times.
-struct Rung {
+struct ObliqueRung {
     unknowns: usize,
     bytes: usize,
     axial_m: Vec<f64>,
@@ -24,17 +24,17 @@ struct Rung {
 ///
 /// # Errors
 /// When the model refuses a mesh.
-pub fn measure(loads: &[Load], quick: bool) -> Result<Sheet, BenchError> {
-    let mut sheet = Sheet::new(["unknowns", "difference to the finest", "set-up", "re-solve", "memory"]);
+pub fn measure(loads: &[ReferenceLoad], quick: bool) -> Result<ReportSheet, BenchError> {
+    let mut sheet = ReportSheet::new(["unknowns", "difference to the finest", "set-up", "re-solve", "memory"]);
     let Some(load) = loads.iter().find(|load| load.case == "lower_back" && load.depth_m <= 0.0) else {
         return Ok(sheet);
     };
     let question = Problem3 { tilt_rad: TILT_DEG.to_radians(), ..Problem3::flat(&load.problem) };
     let mut rungs = Vec::new();
     for at in 0..if quick { 2 } else { usize::MAX } {
-        let (made, setup_s) = timing::once(|| volumetric::rung(&question, at));
+        let (made, setup_s) = timing::once(|| volumetric::fit_rung(&question, at));
         let Some(model) = made else { break };
-        rungs.push(Rung::new(load, model.map_err(BenchError::work)?, setup_s));
+        rungs.push(ObliqueRung::new(load, model.map_err(BenchError::work)?, setup_s));
     }
     let Some((finest, coarser)) = rungs.split_last() else { return Ok(sheet) };
     for rung in coarser {
@@ -51,9 +51,9 @@ pub fn measure(loads: &[Load], quick: bool) -> Result<Sheet, BenchError> {
     Ok(sheet)
 }
 
-impl Rung {
-    fn new(load: &Load, mut model: Volumetric, setup_s: f64) -> Self {
-        let solve_s = timing::median_s(Effort::SHORT, || model.solve(load.force_n));
+impl ObliqueRung {
+    fn new(load: &ReferenceLoad, mut model: Volumetric, setup_s: f64) -> Self {
+        let solve_s = timing::median_s(TimingEffort::SHORT, || model.solve(load.force_n));
         let axial_m = load.problem.axial_m(&model);
         Self { unknowns: model.unknowns(), bytes: model.bytes(), axial_m, setup_s, solve_s }
     }

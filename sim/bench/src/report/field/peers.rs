@@ -10,11 +10,11 @@ use std::path::Path;
 use csv::{DeserializeErrorKind, ErrorKind, StringRecord};
 use serde::Deserialize;
 
-use super::{Axis, Row, cases, human_time, percent};
+use super::{Axis, FieldRow, cases, human_time, percent};
 use crate::error::BenchError;
 use crate::machine::Machine;
-use crate::report::chart::Curve;
-use crate::report::sheet::Sheet;
+use crate::report::chart::ChartCurve;
+use crate::report::sheet::ReportSheet;
 
 /// One figure of another solver: a line of the file, by whose columns its fields are named. The load is at the surface.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
@@ -30,7 +30,7 @@ pub struct Peer {
     /// A reference case.
     pub case: String,
     unknowns: usize,
-    /// As in [`Row`].
+    /// As in [`FieldRow`].
     relative_error: f64,
     /// Mesh, matrix and factors, in s.
     setup_s: f64,
@@ -129,13 +129,13 @@ impl Peer {
 }
 
 /// A curve for each model of each solver on a case, error in % against an axis.
-pub fn curves(peers: &[Peer], case: &str, axis: Axis) -> Vec<Curve> {
-    let mut curves: Vec<Curve> = Vec::new();
+pub fn curves(peers: &[Peer], case: &str, axis: Axis) -> Vec<ChartCurve> {
+    let mut curves: Vec<ChartCurve> = Vec::new();
     for peer in peers.iter().filter(|peer| peer.case == case) {
         let point = (axis.place(peer.unknowns, peer.solve_s), peer.relative_error * 1e2);
         match curves.iter_mut().find(|curve| curve.name == peer.title()) {
             Some(curve) => curve.points.push(point),
-            None => curves.push(Curve { name: peer.title(), points: vec![point] }),
+            None => curves.push(ChartCurve { name: peer.title(), points: vec![point] }),
         }
     }
     curves
@@ -174,12 +174,12 @@ fn published() -> Vec<Peer> {
 }
 
 /// For each figure our cheapest answer that is no less accurate, of any model and of the 3-D one.
-fn compared(rows: &[Row], peers: &[Peer]) -> Sheet {
+fn compared(rows: &[FieldRow], peers: &[Peer]) -> ReportSheet {
     let ours = ["our best model: re-solve", "superposed", "our volumetric: re-solve"];
-    let mut sheet = Sheet::new(["case", "solver", "unknowns", "error", "its time"].into_iter().chain(ours));
+    let mut sheet = ReportSheet::new(["case", "solver", "unknowns", "error", "its time"].into_iter().chain(ours));
     for peer in peers {
         let good = |volumetric: bool| {
-            let no_worse = |row: &&Row| row.is_surface_load_on(&peer.case) && row.error <= peer.relative_error;
+            let no_worse = |row: &&FieldRow| row.is_surface_load_on(&peer.case) && row.error <= peer.relative_error;
             let fits = rows.iter().filter(no_worse).filter(|row| !volumetric || row.model == "volumetric");
             fits.min_by(|a, b| a.solve_s.total_cmp(&b.solve_s))
         };
@@ -195,7 +195,7 @@ fn compared(rows: &[Row], peers: &[Peer]) -> Sheet {
 }
 
 /// The section of the report.
-pub fn markdown(rows: &[Row], peers: &[Peer]) -> String {
+pub fn markdown(rows: &[FieldRow], peers: &[Peer]) -> String {
     let bracket = "In brackets: their time over ours, our cheapest answer that is no less accurate.";
     let quoted = format!(
         "As published with the cases, on another machine, of solvers that are not measured here. {bracket}\n\n{}",

@@ -70,7 +70,10 @@ pub struct Crowd {
 /// When a document built in is refused, or an attempt cannot be judged.
 pub fn crowds(size: Size) -> Result<Vec<Crowd>, BenchError> {
     let progress = MeasurementProgress::new(size.all() as u64, "metrics");
-    EXERCISES[..size.exercises].iter().map(|documents| Lesson::new(*documents, &progress)?.crowd(size)).collect()
+    EXERCISES[..size.exercises]
+        .iter()
+        .map(|(exercise, scene)| Lesson::new(exercise, scene, &progress)?.crowd(size))
+        .collect()
 }
 
 /// An exercise that is tried.
@@ -80,7 +83,7 @@ struct Lesson<'a> {
 }
 
 impl<'a> Lesson<'a> {
-    fn new((exercise, scene): (&str, &str), progress: &'a MeasurementProgress) -> Result<Self, BenchError> {
+    fn new(exercise: &str, scene: &str, progress: &'a MeasurementProgress) -> Result<Self, BenchError> {
         Ok(Self { bundle: ExerciseBundle::from_parts(exercise.as_bytes(), scene.as_bytes(), &[])?, progress })
     }
 

@@ -30,16 +30,16 @@ pub struct Figures {
 }
 
 /// A column of the table: how to read one number from an attempt, the larger the better.
-pub struct Reading<'a> {
+pub struct MetricReading<'a> {
     id: String,
     version: u32,
     direction: Direction,
     crowd: &'a Crowd,
 }
 
-impl<'a> Reading<'a> {
+impl<'a> MetricReading<'a> {
     /// Every column of a definition: its plain form in each exercise, or its parts where it has none.
-    pub fn of(definition: &Definition, crowds: &'a [Crowd]) -> Vec<Self> {
+    pub fn of_metric(definition: &Definition, crowds: &'a [Crowd]) -> Vec<Self> {
         let of_crowd = |crowd: &'a Crowd| {
             let metrics = crowd.novices.first().map_or(&[][..], |attempt| &attempt.metrics);
             let is_part = |id: &str| id.strip_prefix(definition.id).is_some_and(|rest| rest.starts_with('.'));
@@ -47,7 +47,7 @@ impl<'a> Reading<'a> {
                 let named = if definition.plain { metric.id == definition.id } else { is_part(&metric.id) };
                 named && metric.version == definition.version
             });
-            let column = |metric: &assessment::Metric| Reading {
+            let column = |metric: &assessment::Metric| MetricReading {
                 id: metric.id.clone(),
                 version: metric.version,
                 direction: metric.direction,
@@ -114,9 +114,9 @@ pub const SCORE: &str = "score";
 
 impl Figures {
     /// Pools what the columns of a metric tell.
-    pub fn of(columns: &[Reading]) -> Self {
-        let areas: Vec<Pooled> = columns.iter().filter_map(Reading::separation).map(pooled).collect();
-        let agreements: Vec<Pooled> = columns.iter().filter_map(Reading::agreement).collect();
+    pub fn from_readings(columns: &[MetricReading]) -> Self {
+        let areas: Vec<Pooled> = columns.iter().filter_map(MetricReading::separation).map(pooled).collect();
+        let agreements: Vec<Pooled> = columns.iter().filter_map(MetricReading::agreement).collect();
         let tremor: Vec<f64> = columns.iter().flat_map(|c| c.differences(&c.crowd.steady)).collect();
         let rate: Vec<f64> = columns.iter().flat_map(|c| c.differences(&c.crowd.slow)).collect();
         Self {

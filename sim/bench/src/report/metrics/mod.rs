@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 
 use assessment::catalogue::{DEFINITIONS, Definition};
 
-use super::sheet::{self, Sheet};
+use super::sheet::{self, ReportSheet};
 use super::{Subject, measured_on};
 use crate::error::BenchError;
 use crowd::{Crowd, Size, crowds};
-use figures::{BY_CONTENT, FAIR, Figures, JUDGED_BY, Pooled, Reading, SCORE, least_agreement};
+use figures::{BY_CONTENT, FAIR, Figures, JUDGED_BY, MetricReading, Pooled, SCORE, least_agreement};
 
 /// Measures, and writes `metrics.{csv,md}`; returns the files written.
 ///
@@ -47,8 +47,8 @@ pub fn measure(out: &Path, quick: bool) -> Result<Vec<PathBuf>, BenchError> {
     Ok(vec![path, sheet::write_text(out.join("metrics.md"), &text)?])
 }
 
-fn table(crowds: &[Crowd]) -> Sheet {
-    let mut sheet = Sheet::new([
+fn table(crowds: &[Crowd]) -> ReportSheet {
+    let mut sheet = ReportSheet::new([
         "metric",
         "version",
         "separation",
@@ -62,16 +62,16 @@ fn table(crowds: &[Crowd]) -> Sheet {
         "found",
         "offered",
     ]);
-    let scores = Figures::of(&Reading::of_scores(crowds));
-    row(&mut sheet, (SCORE, 1), &scores, None);
+    let scores = Figures::from_readings(&MetricReading::of_scores(crowds));
+    row(&mut sheet, SCORE, 1, &scores, None);
     for definition in DEFINITIONS {
-        let figures = Figures::of(&Reading::of(definition, crowds));
-        row(&mut sheet, (definition.id, definition.version), &figures, Some(definition));
+        let figures = Figures::from_readings(&MetricReading::of_metric(definition, crowds));
+        row(&mut sheet, definition.id, definition.version, &figures, Some(definition));
     }
     sheet
 }
 
-fn row(sheet: &mut Sheet, (id, version): (&str, u32), figures: &Figures, definition: Option<&Definition>) {
+fn row(sheet: &mut ReportSheet, id: &str, version: u32, figures: &Figures, definition: Option<&Definition>) {
     let interval = |of: Option<Pooled>| {
         of.map_or_else(Default::default, |p| [p.value, p.low, p.high].map(|value| format!("{value:.2}")))
     };

@@ -5,7 +5,7 @@ use std::path::Path;
 use tissue::calibrate::Curve;
 
 use crate::exit::Failure;
-use crate::trajectory::Table;
+use crate::trajectory::TrajectoryTable;
 
 /// No needle goes deeper than this, in m.
 const DEEPEST_M: f64 = 0.5;
@@ -18,7 +18,7 @@ const FAINTEST_N: f64 = 0.02;
 
 /// Reads the columns `depth_m` and `force_n`.
 pub fn read(path: &Path) -> Result<Curve, Failure> {
-    let table = Table::read(path)?;
+    let table = TrajectoryTable::read(path)?;
     let columns = table.columns(["depth_m", "force_n"])?;
     let rows = table.rows(columns)?;
     for (row, [depth_m, force_n]) in rows.iter().enumerate() {

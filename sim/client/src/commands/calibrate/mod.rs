@@ -4,6 +4,7 @@ mod data;
 mod report;
 mod sheet;
 
+use crate::sources;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -14,9 +15,9 @@ use tissue::calibrate::{self, CalibrateError, Curve, Fit, Fresh, Start};
 
 use crate::exit::{Failure, Outcome};
 use crate::new_file::NewFile;
+use crate::output;
 use crate::progress::Progress;
-use crate::{commands, output};
-use report::Report;
+use report::CalibrationReport;
 
 /// Weight of the patient that a curve is taken to be of, in kg (Stylet's physics, section 2; literature).
 const REFERENCE_KG: f64 = 71.1;
@@ -34,7 +35,7 @@ const WEIGHT_EXPONENT: f64 = 1.5;
 #[command(after_help = "Examples:\n  \
     stylet calibrate specimen.csv --out specimen.toml\n  \
     stylet calibrate epidural.csv --start curricula/scenes/epidural-71kg.toml --weight-kg 90 --out epidural-90kg.toml")]
-pub struct Args {
+pub struct CalibrateArgs {
     /// The measured curve: a header with depth_m (m) and force_n (N); other columns are ignored
     #[arg(value_name = "DATA.csv")]
     data: PathBuf,
@@ -62,7 +63,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &CalibrateArgs) -> Outcome {
     let mut file = NewFile::create(&args.out, args.force)?;
     let curve = data::read(&args.data)?;
     let start = args.start.as_deref().map(|path| read_start(path, args.weight_kg.is_some())).transpose()?;
@@ -70,12 +71,12 @@ pub fn run(args: &Args) -> Outcome {
     let scale = args.weight_kg.map_or(1.0, |kg| libm::pow(kg / REFERENCE_KG, WEIGHT_EXPONENT));
     let target = stretched(&fitted.spec, scale);
     let base = start.unwrap_or_else(|| Base::fresh(&args.out, &args.data, &target));
-    let written = write(args, (&base, &target), &curve.stretched(scale))?;
+    let written = write(args, &base, &target, &curve.stretched(scale))?;
     file.file()
         .write_all(written.text.as_bytes())
         .map_err(|error| Failure::work(format_args!("{}: {error}", args.out.display())))?;
     file.keep()?;
-    let report = Report::new((args, scale), &curve, &fitted, &written);
+    let report = CalibrationReport::new(args, scale, &curve, &fitted, &written);
     report.warn();
     if args.json { output::json(&report) } else { output::with(|out| report.write(out)) }
 }
@@ -87,7 +88,7 @@ struct Base {
 }
 
 /// A scene as it was written.
-struct Written {
+struct WrittenScene {
     text: String,
     scene: Scene,
     /// Of the written scene on the curve, in N.
@@ -105,7 +106,7 @@ impl Base {
 }
 
 fn read_start(path: &Path, is_scaled: bool) -> Result<Base, Failure> {
-    let base = Base { path: path.to_owned(), text: commands::read_text(path)? };
+    let base = Base { path: path.to_owned(), text: sources::read_text(path)? };
     let scene = base.scene()?;
     if is_scaled && !scene.structures.is_empty() {
         let why =
@@ -115,7 +116,7 @@ fn read_start(path: &Path, is_scaled: bool) -> Result<Base, Failure> {
     Ok(base)
 }
 
-fn fit(args: &Args, curve: &Curve, start: Option<&Base>) -> Result<Fit, Failure> {
+fn fit(args: &CalibrateArgs, curve: &Curve, start: Option<&Base>) -> Result<Fit, Failure> {
     let progress = Progress::busy("fitting");
     let mut watch = |done: u32| progress.set(u64::from(done));
     let fitted = match start {
@@ -148,11 +149,11 @@ fn stretched(spec: &AxialSpec, factor: f64) -> AxialSpec {
 }
 
 /// Puts the numbers into the text and reads it back: what is stated is what the file says, rounding included.
-fn write(args: &Args, (base, target): (&Base, &AxialSpec), curve: &Curve) -> Result<Written, Failure> {
+fn write(args: &CalibrateArgs, base: &Base, target: &AxialSpec, curve: &Curve) -> Result<WrittenScene, Failure> {
     let id = sheet::id_of(&args.out);
     let old = base.scene()?;
     let put = |source: &str| -> Result<(String, Scene, f64), Failure> {
-        let text = documents::rewrite::rewrite(&base.text, (&old, target), &id, source)?;
+        let text = documents::rewrite::rewrite(&base.text, &old, target, &id, source)?;
         let scene = documents::load::read_scene_text(&args.out, &text)?;
         let spec = scene.axial_spec(&Patient::nominal(&scene));
         let rms_n = calibrate::residual_rms_n(&spec, curve);
@@ -162,7 +163,7 @@ fn write(args: &Args, (base, target): (&Base, &AxialSpec), curve: &Curve) -> Res
     let (text, scene, rms_n) = put(&sheet::source(args, rms_n, curve.peak_n()))?;
     let findings = scene.soundness(0.0).map_err(|why| Failure::refused(&args.out, why))?;
     match findings.first() {
-        None => Ok(Written { text, scene, rms_n }),
+        None => Ok(WrittenScene { text, scene, rms_n }),
         Some(finding) => {
             let patient = &finding.patient;
             Err(Failure::work(format_args!(
@@ -175,14 +176,14 @@ fn write(args: &Args, (base, target): (&Base, &AxialSpec), curve: &Curve) -> Res
 }
 
 fn tip_to_rim(text: &str) -> Result<f64, String> {
-    within(text, (0.0, 50.0), "mm")
+    within(text, 0.0, 50.0, "mm")
 }
 
 fn weight(text: &str) -> Result<f64, String> {
-    within(text, (30.0, 200.0), "kg")
+    within(text, 30.0, 200.0, "kg")
 }
 
-fn within(text: &str, (least, most): (f64, f64), unit: &str) -> Result<f64, String> {
+fn within(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if (least..=most).contains(&value) => Ok(value),
         _ => Err(format!("{text} {unit}; a number from {least} {unit} to {most} {unit} is allowed")),

@@ -6,14 +6,14 @@ use documents::Scene;
 use law::axial::Contactor;
 use law::soundness::Unsound;
 use serde::Serialize;
-use tissue::calibrate::{Curve, Estimate, Fit, Misfit, Quantity, Standing};
+use tissue::calibrate::{Curve, Fit, Misfit, ParameterEstimate, ParameterStanding, Quantity};
 
-use super::{Args, Written};
+use super::{CalibrateArgs, WrittenScene};
 use crate::output;
 
 /// The result of a fit.
 #[derive(Serialize)]
-pub struct Report {
+pub struct CalibrationReport {
     data: String,
     scene: String,
     samples: usize,
@@ -96,9 +96,9 @@ struct RiseRow {
     energy_rise_mj: f64,
 }
 
-impl Report {
+impl CalibrationReport {
     /// Gathers what is said.
-    pub fn new((args, depth_scale): (&Args, f64), curve: &Curve, fit: &Fit, written: &Written) -> Self {
+    pub fn new(args: &CalibrateArgs, depth_scale: f64, curve: &Curve, fit: &Fit, written: &WrittenScene) -> Self {
         let name = |layer: usize| written.scene.layers.get(layer).map_or_else(String::new, |l| l.name.clone());
         Self {
             data: args.data.display().to_string(),
@@ -263,17 +263,17 @@ fn peaks(fit: &Fit, scene: &Scene) -> Vec<PeakRow> {
     fit.peaks.iter().map(row).collect()
 }
 
-fn parameter(estimate: &Estimate, layer: String) -> ParameterRow {
+fn parameter(estimate: &ParameterEstimate, layer: String) -> ParameterRow {
     let (unit, scale) = match estimate.quantity {
         Quantity::Thickness => ("mm", 1e3),
         Quantity::Stiffness | Quantity::Friction => ("N/m", 1.0),
         Quantity::Cutting | Quantity::TipThreshold | Quantity::RimThreshold => ("N", 1.0),
     };
     let state = match estimate.standing {
-        Standing::Free => "free",
-        Standing::AtLower => "lower bound",
-        Standing::AtUpper => "upper bound",
-        Standing::Kept => "kept",
+        ParameterStanding::Free => "free",
+        ParameterStanding::AtLower => "lower bound",
+        ParameterStanding::AtUpper => "upper bound",
+        ParameterStanding::Kept => "kept",
     };
     ParameterRow {
         layer,

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use law::axial::AxialSpec;
 
-use super::Args;
+use super::CalibrateArgs;
 use crate::output;
 
 /// A scene's id from its file's name; what an id may not hold becomes a dash.
@@ -17,7 +17,7 @@ pub fn id_of(out: &Path) -> String {
 }
 
 /// Where a fitted layer's numbers come from.
-pub fn source(args: &Args, rms_n: f64, peak_n: f64) -> String {
+pub fn source(args: &CalibrateArgs, rms_n: f64, peak_n: f64) -> String {
     let percent = 100.0 * rms_n / peak_n;
     let mut source = format!(
         "Thickness, stiffness, thresholds, friction and cutting: fitted by stylet calibrate to {}, rms residual \

@@ -11,7 +11,7 @@ use documents::{Document, ExerciseBundle, Issue};
 
 use crate::exit::{Failure, Outcome};
 use crate::output;
-use plan::Plan;
+use plan::ScenePlan;
 use report::FileReport;
 
 /// Validate scenes, exercises, curricula and instruments, and print what simulating them comes to
@@ -24,7 +24,7 @@ use report::FileReport;
 /// anything was found.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet check curricula/scenes/*.toml curricula/lower-back-basics/course.toml")]
-pub struct Args {
+pub struct CheckArgs {
     /// The documents
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
@@ -34,7 +34,7 @@ pub struct Args {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &CheckArgs) -> Outcome {
     if let Some(missing) = args.files.iter().find(|file| !file.is_file()) {
         return Err(Failure::refused(missing, "cannot be read: no such file; a document is needed"));
     }
@@ -61,17 +61,17 @@ fn check(file: &Path) -> FileReport {
         Ok(document) => document,
     };
     let (kind, id, plans) = match &document {
-        Document::Scene(scene) => ("scene", &scene.id, Plan::of_scene(scene).map(|plan| vec![plan])),
+        Document::Scene(scene) => ("scene", &scene.id, ScenePlan::of_scene(scene).map(|plan| vec![plan])),
         Document::Exercise(bundle) => {
-            ("exercise", &bundle.exercise.id, Plan::of_exercise(bundle).map(|plan| vec![plan]))
+            ("exercise", &bundle.exercise.id, ScenePlan::of_exercise(bundle).map(|plan| vec![plan]))
         }
         Document::Curriculum(curriculum, bundles) => {
-            ("curriculum", &curriculum.id, bundles.iter().map(Plan::of_exercise).collect())
+            ("curriculum", &curriculum.id, bundles.iter().map(ScenePlan::of_exercise).collect())
         }
         Document::Instrument(instrument) => ("instrument", &instrument.id, Ok(Vec::new())),
     };
     match plans {
-        Ok(plans) => FileReport::read(name, (kind, id), plans, rubrics(file, &document)),
+        Ok(plans) => FileReport::read(name, kind, id, plans, rubrics(file, &document)),
         Err(why) => FileReport::refused(name, vec![format!("{}: {why}", file.display())]),
     }
 }

@@ -10,7 +10,7 @@ use super::tissue::TissuePlan;
 
 /// The plan of one scene, or of one exercise in its scene.
 #[derive(Serialize)]
-pub struct Plan {
+pub struct ScenePlan {
     /// The exercise, for an exercise.
     pub exercise: Option<String>,
     /// The scene.
@@ -60,7 +60,7 @@ pub struct RupturePlan {
     pub force_after_n: f64,
 }
 
-impl Plan {
+impl ScenePlan {
     /// The plan of a scene met perpendicularly.
     ///
     /// # Errors
@@ -72,7 +72,7 @@ impl Plan {
     /// The plan of an exercise at its angle.
     ///
     /// # Errors
-    /// As [`Plan::of_scene`].
+    /// As [`ScenePlan::of_scene`].
     pub fn of_exercise(bundle: &ExerciseBundle) -> Result<Self, FollowError> {
         Self::new(Some(bundle.exercise.id.clone()), &bundle.scene, bundle.exercise.angle_deg)
     }
@@ -83,7 +83,12 @@ impl Plan {
             exercise,
             scene: scene.id.clone(),
             angle_deg,
-            layers: scene.layers.iter().zip(&nominal.layers).map(LayerPlan::new).collect(),
+            layers: scene
+                .layers
+                .iter()
+                .zip(&nominal.layers)
+                .map(|(written, met)| LayerPlan::new(written, met))
+                .collect(),
             ruptures: ruptures(&nominal),
             tissue: TissuePlan::new(scene, angle_deg)?,
         })
@@ -91,7 +96,7 @@ impl Plan {
 }
 
 impl LayerPlan {
-    fn new((written, met): (&SceneLayer, &law::axial::Layer)) -> Self {
+    fn new(written: &SceneLayer, met: &law::axial::Layer) -> Self {
         Self {
             name: written.name.clone(),
             thickness_mm: written.thickness_mm,

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-use super::plan::Plan;
+use super::plan::ScenePlan;
 
 /// What was found in one file.
 #[derive(Serialize)]
@@ -20,7 +20,7 @@ pub struct FileReport {
     /// Everything wrong with the document, with line and column: why it is refused, or what an author should change.
     pub issues: Vec<String>,
     /// What simulating it comes to: one plan per exercise, or one for a scene.
-    pub plans: Vec<Plan>,
+    pub plans: Vec<ScenePlan>,
 }
 
 impl FileReport {
@@ -30,7 +30,7 @@ impl FileReport {
     }
 
     /// A document of a kind and an id that can be read, with what its author should change.
-    pub fn read(file: String, (kind, id): (&'static str, &str), plans: Vec<Plan>, issues: Vec<String>) -> Self {
+    pub fn read(file: String, kind: &'static str, id: &str, plans: Vec<ScenePlan>, issues: Vec<String>) -> Self {
         Self { file, ok: issues.is_empty(), kind: Some(kind), id: Some(id.to_owned()), issues, plans }
     }
 
@@ -47,7 +47,7 @@ impl FileReport {
     }
 }
 
-fn write_plan(plan: &Plan, out: &mut dyn Write) -> io::Result<()> {
+fn write_plan(plan: &ScenePlan, out: &mut dyn Write) -> io::Result<()> {
     match &plan.exercise {
         Some(exercise) => writeln!(out, "\n  exercise {exercise} in scene {}, at {}°", plan.scene, plan.angle_deg)?,
         None => writeln!(out, "\n  scene {}, at {}°", plan.scene, plan.angle_deg)?,

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use bench::timing::{self, Effort};
+use bench::timing::{self, TimingEffort};
 use documents::{Patient, Scene};
 use serde::Serialize;
 use tissue::Model;
@@ -121,7 +121,7 @@ fn name(scene: &Scene, load: AttemptLoad) -> String {
 fn step_s(field: &Field) -> f64 {
     let boundaries = field.on_axis().stiffnesses_n_per_m().len();
     let loads_n = vec![1.0; 2 * boundaries];
-    timing::median_s(Effort::SHORT, || {
+    timing::median_s(TimingEffort::SHORT, || {
         for boundary in 0..boundaries {
             std::hint::black_box(field.on_axis().axial_m(boundary, std::hint::black_box(&loads_n)));
         }

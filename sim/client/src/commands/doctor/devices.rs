@@ -10,7 +10,7 @@ use haptics::inverse3::{self, Inverse3};
 use haptics::openhaptics::{self, OpenHaptics};
 use nalgebra::Vector3;
 
-use super::{Finding, Level};
+use super::{DoctorFinding, Level};
 use crate::clock;
 
 /// How long a device is held.
@@ -21,11 +21,11 @@ const FRAMES: u32 = 250;
 const FEW_PER_S: f64 = 900.0;
 
 /// An OpenHaptics device: library, licence, device, calibration, force, rate.
-pub fn openhaptics(options: &openhaptics::Options) -> Finding {
+pub fn openhaptics(options: &openhaptics::OpenHapticsOptions) -> DoctorFinding {
     let subject = "OpenHaptics";
     let mut device = match OpenHaptics::open(options) {
         Ok(device) => device,
-        Err(error) => return Finding::warning(subject, error.to_string(), error.advice()),
+        Err(error) => return DoctorFinding::warning(subject, error.to_string(), error.advice()),
     };
     let start = clock::instant();
     let mut frames = 0;
@@ -41,11 +41,11 @@ pub fn openhaptics(options: &openhaptics::Options) -> Finding {
 }
 
 /// An Inverse3: service, its version, device, calibration and power, rate.
-pub fn inverse3(options: &inverse3::Options) -> Finding {
+pub fn inverse3(options: &inverse3::Inverse3Options) -> DoctorFinding {
     let subject = "Inverse3";
     let mut device = match Inverse3::open(options) {
         Ok(device) => device,
-        Err(error) => return Finding::warning(subject, error.to_string(), error.advice()),
+        Err(error) => return DoctorFinding::warning(subject, error.to_string(), error.advice()),
     };
     let start = clock::instant();
     let mut complaint = None;
@@ -67,27 +67,31 @@ pub fn inverse3(options: &inverse3::Options) -> Finding {
 }
 
 /// Gamepads.
-pub fn gamepads() -> Finding {
+pub fn gamepads() -> DoctorFinding {
     let subject = "gamepads";
     match gamepad::connected() {
-        Ok(names) if names.is_empty() => Finding::ok(subject, "none connected; the mouse does as well"),
-        Ok(names) => Finding::ok(subject, names.join(", ")),
-        Err(error) => Finding::warning(subject, error.to_string(), "connect one, or use the mouse"),
+        Ok(names) if names.is_empty() => DoctorFinding::ok(subject, "none connected; the mouse does as well"),
+        Ok(names) => DoctorFinding::ok(subject, names.join(", ")),
+        Err(error) => DoctorFinding::warning(subject, error.to_string(), "connect one, or use the mouse"),
     }
 }
 
 /// A device that could be held, and how that went.
-fn held(subject: &'static str, info: &DeviceInfo, per_s: f64, complaint: Option<DeviceFault>) -> Finding {
+fn held(subject: &'static str, info: &DeviceInfo, per_s: f64, complaint: Option<DeviceFault>) -> DoctorFinding {
     let serial = info.serial.as_ref().map(|serial| format!(" {serial}")).unwrap_or_default();
     let found = format!(
         "{}{serial}: {:.1} N ({:.2} N for ever), {:.0} N/m, {per_s:.0} states a second",
         info.name, info.max_force_n, info.continuous_force_n, info.max_stiffness_n_per_m
     );
     match complaint {
-        Some(fault) => Finding::warning(subject, format!("{found}, but {fault}"), "try it in the vendor's own program"),
-        None if per_s < FEW_PER_S => {
-            Finding::warning(subject, found, "close what else uses the device or the processor; a servo wants 1000")
+        Some(fault) => {
+            DoctorFinding::warning(subject, format!("{found}, but {fault}"), "try it in the vendor's own program")
         }
-        None => Finding::ok(subject, found),
+        None if per_s < FEW_PER_S => DoctorFinding::warning(
+            subject,
+            found,
+            "close what else uses the device or the processor; a servo wants 1000",
+        ),
+        None => DoctorFinding::ok(subject, found),
     }
 }

@@ -20,7 +20,7 @@ use bench::machine::{self, Machine};
 /// makes it worse is a warning, with exit 0.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet doctor --recordings ~/recordings --server https://training.example.org")]
-pub struct Args {
+pub struct DoctorArgs {
     /// Folder that recordings will be written to
     #[arg(long, value_name = "DIR", default_value = ".")]
     recordings: PathBuf,
@@ -48,7 +48,7 @@ pub enum Level {
 
 /// One thing looked at.
 #[derive(Debug, Serialize)]
-pub struct Finding {
+pub struct DoctorFinding {
     /// What was looked at.
     pub subject: &'static str,
     /// How serious it is.
@@ -59,7 +59,7 @@ pub struct Finding {
     pub advice: String,
 }
 
-impl Finding {
+impl DoctorFinding {
     fn ok(subject: &'static str, found: impl Into<String>) -> Self {
         Self { subject, level: Level::Ok, found: found.into(), advice: String::new() }
     }
@@ -78,11 +78,11 @@ impl Finding {
 struct Examination {
     program: String,
     machine: Machine,
-    findings: Vec<Finding>,
+    findings: Vec<DoctorFinding>,
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &DoctorArgs) -> Outcome {
     let machine = Machine::this();
     let mut findings = vec![
         probes::processor(&machine),
@@ -107,7 +107,7 @@ pub fn run(args: &Args) -> Outcome {
 
 fn report(examination: &Examination, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "{}", examination.program)?;
-    for Finding { subject, level, found, advice } in &examination.findings {
+    for DoctorFinding { subject, level, found, advice } in &examination.findings {
         let level = match level {
             Level::Ok => "ok",
             Level::Warning => "warning",

@@ -8,7 +8,7 @@ use haptics::servo;
 use ureq::Agent;
 use ureq::http::Uri;
 
-use super::Finding;
+use super::DoctorFinding;
 use crate::clock;
 use crate::machine;
 use bench::machine::{Machine, proc_field};
@@ -27,58 +27,60 @@ const LITTLE_SPACE_BYTES: u64 = 1 << 30;
 const SLOW_DISK_BYTES_PER_S: f64 = 1e6;
 
 /// The processor.
-pub fn processor(machine: &Machine) -> Finding {
+pub fn processor(machine: &Machine) -> DoctorFinding {
     let found = format!("{}, {} threads, {}", machine.cpu, machine.threads, machine.system);
     match machine.threads {
-        1 => Finding::warning("processor", found, "a servo at 1 kHz wants a core for itself: use two or more"),
-        _ => Finding::ok("processor", found),
+        1 => DoctorFinding::warning("processor", found, "a servo at 1 kHz wants a core for itself: use two or more"),
+        _ => DoctorFinding::ok("processor", found),
     }
 }
 
 /// How late the servo's thread would wake up.
-pub fn timer() -> Finding {
+pub fn timer() -> DoctorFinding {
     let late = match servo::bare(TICK_HZ, TICKS) {
         Ok(times) => times.quantiles(),
-        Err(error) => return Finding::problem("timer", error.to_string(), "close what else is running"),
+        Err(error) => return DoctorFinding::problem("timer", error.to_string(), "close what else is running"),
     };
     let found = format!("1 kHz wake-up late by {late}");
     match late.p99_us > LATE_US {
-        true => Finding::warning("timer", found, "allow real-time priority, and close what else is running"),
-        false => Finding::ok("timer", found),
+        true => DoctorFinding::warning("timer", found, "allow real-time priority, and close what else is running"),
+        false => DoctorFinding::ok("timer", found),
     }
 }
 
 /// What would draw the picture: the best adapter, and how many others there are.
-pub fn graphics() -> Finding {
+pub fn graphics() -> DoctorFinding {
     let adapters = render::adapters();
     let Some(best) = adapters.first() else {
-        return Finding::problem("graphics", "no adapter", render::PictureError::NoAdapter.to_string());
+        return DoctorFinding::problem("graphics", "no adapter", render::PictureError::NoAdapter.to_string());
     };
     let found = match adapters.len() - 1 {
         0 => best.to_string(),
         others => format!("{best}, {others} more"),
     };
     match best.software {
-        true => Finding::warning(
+        true => DoctorFinding::warning(
             "graphics",
             found,
             "the processor draws: install the graphics card's driver, if there is one",
         ),
-        false => Finding::ok("graphics", found),
+        false => DoctorFinding::ok("graphics", found),
     }
 }
 
 /// Whether the servo may have real-time priority.
-pub fn priority() -> Finding {
+pub fn priority() -> DoctorFinding {
     let subject = "real-time priority";
     match real_time_limit() {
-        None => Finding::warning(subject, "unknown on this system", "see the system's manual on thread priorities"),
-        Some(0) => Finding::warning(
+        None => {
+            DoctorFinding::warning(subject, "unknown on this system", "see the system's manual on thread priorities")
+        }
+        Some(0) => DoctorFinding::warning(
             subject,
             "refused: the limit rtprio is 0",
             "as root: echo '@users - rtprio 80' > /etc/security/limits.d/stylet.conf, then sign in again",
         ),
-        Some(limit) => Finding::ok(subject, format!("allowed, up to {limit}")),
+        Some(limit) => DoctorFinding::ok(subject, format!("allowed, up to {limit}")),
     }
 }
 
@@ -95,25 +97,25 @@ fn real_time_limit() -> Option<u32> {
 }
 
 /// Room for recordings.
-pub fn disk_space(folder: &Path) -> Finding {
+pub fn disk_space(folder: &Path) -> DoctorFinding {
     let subject = "disk space";
     match machine::free_bytes(folder) {
-        None => Finding::warning(subject, format!("unknown in {}", folder.display()), "look at it yourself"),
+        None => DoctorFinding::warning(subject, format!("unknown in {}", folder.display()), "look at it yourself"),
         Some(bytes) => {
             let found = format!("{:.1} GB free in {}", bytes as f64 * 1e-9, folder.display());
             match bytes < LITTLE_SPACE_BYTES {
-                true => Finding::warning(subject, found, "a minute's attempt takes up to 12 MB: make room"),
-                false => Finding::ok(subject, found),
+                true => DoctorFinding::warning(subject, found, "a minute's attempt takes up to 12 MB: make room"),
+                false => DoctorFinding::ok(subject, found),
             }
         }
     }
 }
 
 /// How fast recordings reach the disk.
-pub fn disk_speed(folder: &Path) -> Finding {
+pub fn disk_speed(folder: &Path) -> DoctorFinding {
     let subject = "disk speed";
     match write_speed(folder) {
-        Err(error) => Finding::problem(
+        Err(error) => DoctorFinding::problem(
             subject,
             format!("{} cannot be written to: {error}", folder.display()),
             "choose another folder with --recordings, or change its permissions",
@@ -121,8 +123,8 @@ pub fn disk_speed(folder: &Path) -> Finding {
         Ok(bytes_per_s) => {
             let found = format!("{:.0} MB/s written and synced in {}", bytes_per_s * 1e-6, folder.display());
             match bytes_per_s < SLOW_DISK_BYTES_PER_S {
-                true => Finding::warning(subject, found, "a recording needs 0.2 MB/s: use a local disk"),
-                false => Finding::ok(subject, found),
+                true => DoctorFinding::warning(subject, found, "a recording needs 0.2 MB/s: use a local disk"),
+                false => DoctorFinding::ok(subject, found),
             }
         }
     }
@@ -146,7 +148,7 @@ fn write_speed(folder: &Path) -> std::io::Result<f64> {
 }
 
 /// Whether the service answers that it is alive.
-pub fn server(server: &Uri) -> Finding {
+pub fn server(server: &Uri) -> DoctorFinding {
     let address = format!("{}/healthz", server.to_string().trim_end_matches('/'));
     let config = Agent::config_builder()
         .http_status_as_error(false)
@@ -158,15 +160,15 @@ pub fn server(server: &Uri) -> Finding {
     match Agent::from(config).get(&address).call() {
         Ok(response) if response.status() == 200 => {
             let ms = start.elapsed().as_secs_f64() * 1e3;
-            Finding::ok("server", format!("{address} answers in {ms:.0} ms"))
+            DoctorFinding::ok("server", format!("{address} answers in {ms:.0} ms"))
         }
         Ok(response) => {
             let found = format!("{address} answers HTTP {}", response.status().as_u16());
-            Finding::problem("server", found, "check that this is the address of web-admin, and that it is ready")
+            DoctorFinding::problem("server", found, "check that this is the address of web-admin, and that it is ready")
         }
         Err(error) => {
             let advice = "check the address, the network, and that web-admin serve is running";
-            Finding::problem("server", format!("{address}: {error}"), advice)
+            DoctorFinding::problem("server", format!("{address}: {error}"), advice)
         }
     }
 }

@@ -3,11 +3,12 @@
 mod csv;
 mod parquet;
 
+use crate::sources;
 use std::fs;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
-use recording::read::ReadError;
+use recording::error::ReadError;
 use recording::tables::{self, Cell, Column, Table, TableSink};
 use serde::Serialize;
 
@@ -15,8 +16,8 @@ use self::csv::CsvTable;
 use self::parquet::ParquetTable;
 use crate::exit::{Failure, Outcome};
 use crate::new_file::{NewFile, create_folder};
+use crate::output;
 use crate::progress::Progress;
-use crate::{commands, output};
 
 /// Write the numbers of a recording as tables, for a spreadsheet, R or Python
 ///
@@ -27,7 +28,7 @@ use crate::{commands, output};
 #[command(after_help = "Examples:\n  \
     stylet export attempt.mcap --to csv\n  \
     stylet export attempt.mcap --to parquet --out tables")]
-pub struct Args {
+pub struct ExportArgs {
     /// The recording
     #[arg(value_name = "REC.mcap")]
     recording: PathBuf,
@@ -66,16 +67,16 @@ impl Format {
 
 /// A table that was written.
 #[derive(Serialize)]
-struct Written {
+struct WrittenTable {
     file: String,
     rows: u64,
     columns: usize,
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &ExportArgs) -> Outcome {
     let folder = args.out.clone().unwrap_or_else(|| args.recording.with_extension(""));
-    let file = commands::open(&args.recording)?;
+    let file = sources::open(&args.recording)?;
     let progress = Progress::new(file.metadata().map_or(0, |metadata| metadata.len()), "exporting");
     let source = BufReader::new(progress.watch(file));
     let mut export = Export::new(&folder, args)?;
@@ -86,7 +87,7 @@ pub fn run(args: &Args) -> Outcome {
     drop(progress);
     let written = export.keep()?;
     if !complete {
-        commands::warn_of_cut(&args.recording);
+        sources::warn_of_cut(&args.recording);
     }
     if args.json {
         return output::json(&written);
@@ -109,7 +110,7 @@ struct OpenTable {
     table: Table,
     content: Box<dyn TableFile>,
     file: NewFile,
-    written: Written,
+    written: WrittenTable,
 }
 
 /// The tables of a recording on their way into files.
@@ -123,7 +124,7 @@ struct Export<'a> {
 }
 
 impl<'a> Export<'a> {
-    fn new(folder: &'a Path, args: &Args) -> Result<Self, Failure> {
+    fn new(folder: &'a Path, args: &ExportArgs) -> Result<Self, Failure> {
         if folder.exists() && !folder.is_dir() {
             return Err(Failure::refused(folder, "is a file; a folder is needed (--out)"));
         }
@@ -137,7 +138,7 @@ impl<'a> Export<'a> {
     }
 
     /// Ends every table and gives the files their names.
-    fn keep(mut self) -> Result<Vec<Written>, Failure> {
+    fn keep(mut self) -> Result<Vec<WrittenTable>, Failure> {
         let mut written = Vec::new();
         for open in std::mem::take(&mut self.open) {
             let failed = |error| Failure::work(format_args!("{}: {error}", open.written.file));
@@ -169,7 +170,7 @@ impl TableSink for Export<'_> {
             Format::Csv => Box::new(CsvTable::new(handle, columns)?),
             Format::Parquet => Box::new(ParquetTable::new(handle, columns)?),
         };
-        let written = Written { file: path.display().to_string(), rows: 0, columns: columns.len() };
+        let written = WrittenTable { file: path.display().to_string(), rows: 0, columns: columns.len() };
         self.open.push(OpenTable { table, content, file, written });
         Ok(())
     }

@@ -2,10 +2,10 @@
 
 use std::io::{self, Write};
 
-use bench::timing::{self, Effort, answer_s};
+use bench::timing::{self, TimingEffort, answer_s};
 use documents::field_case::FieldCase;
 use serde::Serialize;
-use tissue::planner::{self, PlanError, Wish};
+use tissue::planner::{self, PlanError, PlanRequest};
 use tissue::volumetric::Problem3;
 use tissue::{FieldModel, Problem};
 
@@ -13,7 +13,7 @@ use crate::progress::Progress;
 
 /// What `stylet field` prints.
 #[derive(Serialize)]
-pub struct Answer {
+pub struct FieldAnswer {
     /// The model that was used.
     model: &'static str,
     /// Why.
@@ -51,12 +51,12 @@ struct Solution {
     u_radial_m: Vec<Vec<f64>>,
 }
 
-impl Answer {
+impl FieldAnswer {
     /// Answers a case.
     ///
     /// # Errors
     /// When no model can be made of it.
-    pub fn new(case: &FieldCase, wish: &Wish) -> Result<Self, PlanError> {
+    pub fn new(case: &FieldCase, wish: &PlanRequest) -> Result<Self, PlanError> {
         let progress = Progress::new(case.problems.len() as u64, "solving");
         let mut answer: Option<Self> = None;
         for (at, (problem, &depth_m)) in case.problems.iter().zip(&case.load_depths_m).enumerate() {
@@ -70,7 +70,7 @@ impl Answer {
             let (planned, setup_s) = timing::once(|| planner::plan(&Problem3::flat(problem), wish));
             let planned = planned?;
             let mut field = planned.field;
-            let solve_s = timing::median_s(Effort::SLOW, || field.solve(case.force_n));
+            let solve_s = timing::median_s(TimingEffort::SLOW, || field.solve(case.force_n));
             let solution = Solution::new(field.as_ref(), problem, depth_m);
             let one = Self {
                 model: field.model().name(),

@@ -2,16 +2,17 @@
 
 mod answer;
 
+use crate::sources;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
 use documents::field_case::FieldCase;
-use tissue::planner::Wish;
+use tissue::planner::PlanRequest;
 use tissue::{Judging, Model};
 
 use crate::exit::{Failure, Outcome};
-use crate::{commands, output};
-use answer::Answer;
+use crate::output;
+use answer::FieldAnswer;
 
 /// Compute how layered tissue deforms under a needle
 ///
@@ -21,7 +22,7 @@ use answer::Answer;
 /// there is does not meet the tolerance.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  stylet field lower_back.json --tolerance 0.001 --json")]
-pub struct Args {
+pub struct FieldArgs {
     /// The case, in SI
     #[arg(value_name = "CASE.json")]
     case: PathBuf,
@@ -57,14 +58,14 @@ impl ModelChoice {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &FieldArgs) -> Outcome {
     if !(1e-6..=1.0).contains(&args.tolerance) {
         return Err(Failure::input(format_args!("--tolerance: {}; allowed: 1e-6 to 1", args.tolerance)));
     }
-    let json = commands::read_text(&args.case)?;
+    let json = sources::read_text(&args.case)?;
     let case: FieldCase = documents::field_case::parse(&args.case.display().to_string(), &json)?;
-    let wish = Wish { model: args.model.model(), tolerance: args.tolerance, judging: Judging::default() };
-    let answer = Answer::new(&case, &wish).map_err(|error| Failure::refused(&args.case, error))?;
+    let wish = PlanRequest { model: args.model.model(), tolerance: args.tolerance, judging: Judging::default() };
+    let answer = FieldAnswer::new(&case, &wish).map_err(|error| Failure::refused(&args.case, error))?;
     match args.json {
         true => output::json(&answer)?,
         false => output::with(|out| answer.write(&case, out))?,

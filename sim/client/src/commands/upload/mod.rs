@@ -1,5 +1,6 @@
 //! `stylet upload`: recordings to the service, by way of the outbox.
 
+use crate::sources;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -8,9 +9,9 @@ use ureq::http::Uri;
 
 use crate::exit::{Failure, Outcome};
 use crate::outbox::{Access, Delivery, Outbox, Patience, Post};
+use crate::output;
 use crate::service::{self, Service};
 use crate::station::Pairing;
-use crate::{commands, output};
 
 /// Send recordings to a service
 ///
@@ -23,7 +24,7 @@ use crate::{commands, output};
 #[command(
     after_help = "Example:\n  stylet upload *.mcap --server https://training.example.org --token-file ~/.stylet-token"
 )]
-pub struct Args {
+pub struct UploadArgs {
     /// The recordings
     #[arg(value_name = "REC.mcap", required = true)]
     recordings: Vec<PathBuf>,
@@ -61,9 +62,9 @@ impl From<&PatienceArgs> for Patience {
 }
 
 /// Runs the command.
-pub fn run(args: &Args) -> Outcome {
+pub fn run(args: &UploadArgs) -> Outcome {
     for recording in &args.recordings {
-        commands::open(recording)?;
+        sources::open(recording)?;
     }
     let service = named_service(&args.server, args.token_file.as_deref())?;
     let outbox = Outbox::open(args.outbox.as_deref())?;
@@ -111,7 +112,7 @@ pub fn named_service(server: &Uri, token_file: Option<&Path>) -> Result<Service,
 /// The token for a service, and where it comes from.
 fn token(address: &str, file: Option<&Path>) -> Result<(String, String), Failure> {
     if let Some(path) = file {
-        return Ok((path.display().to_string(), commands::read_text(path)?));
+        return Ok((path.display().to_string(), sources::read_text(path)?));
     }
     if let Ok(token) = std::env::var("STYLET_TOKEN") {
         return Ok(("STYLET_TOKEN".to_owned(), token));

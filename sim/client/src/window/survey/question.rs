@@ -35,14 +35,14 @@ impl Question<'_> {
     }
 
     /// One frame. True when the answer has changed.
-    pub fn ui(&self, ui: &mut Ui, (answer, typed): (&mut Option<Answer>, &mut Typed)) -> bool {
+    pub fn ui(&self, ui: &mut Ui, answer: &mut Option<Answer>, typed: &mut Typed) -> bool {
         let Some(scale) = self.instrument.scale(self.item) else { return false };
         ui.add_space(10.0);
         if let Some(name) = &self.item.name {
             ui.label(RichText::new(self.read(name)).strong());
         }
         ui.label(self.read(&self.item.text));
-        let said = ui.push_id(&self.item.id, |ui| self.field(ui, scale, (answer.as_ref(), typed))).inner;
+        let said = ui.push_id(&self.item.id, |ui| self.field(ui, scale, answer.as_ref(), typed)).inner;
         let Some(said) = said else { return false };
         let said: Vec<&str> = said.iter().map(String::as_str).collect();
         match read_answer(self.item, scale, &said) {
@@ -59,16 +59,11 @@ impl Question<'_> {
     }
 
     /// The field of a question; what was said, where something was.
-    fn field(
-        &self,
-        ui: &mut Ui,
-        scale: &ScaleKind,
-        (answer, typed): (Option<&Answer>, &mut Typed),
-    ) -> Option<Vec<String>> {
+    fn field(&self, ui: &mut Ui, scale: &ScaleKind, answer: Option<&Answer>, typed: &mut Typed) -> Option<Vec<String>> {
         match scale {
             ScaleKind::Likert { points, labels, first, last, .. } if labels.is_empty() => {
                 let marks: Vec<f64> = (1..=*points).map(f64::from).collect();
-                self.line(ui, &marks, (answer, [first.as_ref(), last.as_ref()]))
+                self.line(ui, &marks, answer, [first.as_ref(), last.as_ref()])
             }
             ScaleKind::Likert { labels, .. } => {
                 let options = (1..).zip(labels).map(|(point, label)| (point.to_string(), self.read(label)));
@@ -82,7 +77,7 @@ impl Question<'_> {
                 if marks.len() > MOST_MARKS {
                     return number(ui, typed, &format!("{min} – {max}"));
                 }
-                self.line(ui, &marks, (answer, [first.as_ref(), last.as_ref()]))
+                self.line(ui, &marks, answer, [first.as_ref(), last.as_ref()])
             }
             ScaleKind::Number { min, max, unit } => number(ui, typed, &format!("{min} – {max} {unit}")),
             ScaleKind::Pair => {
@@ -109,14 +104,15 @@ impl Question<'_> {
         &self,
         ui: &mut Ui,
         marks: &[f64],
-        (answer, ends): (Option<&Answer>, [Option<&Words>; 2]),
+        answer: Option<&Answer>,
+        ends: [Option<&Words>; 2],
     ) -> Option<Vec<String>> {
         let chosen = answer.and_then(Answer::number);
         let at = chosen.and_then(|chosen| marks.iter().position(|mark| (mark - chosen).abs() < 1e-9));
         let mut set = at;
         let [first, last] = ends.map(|end| end.map_or_else(String::new, |words| self.read(words)));
         ui.horizontal(|ui| {
-            set = draw_line(ui, marks, (at, self.item.text.in_language(self.language)));
+            set = draw_line(ui, marks, at, self.item.text.in_language(self.language));
             if let Some(chosen) = chosen {
                 ui.label(RichText::new(format!("{chosen}")).strong());
                 if ui.small_button("×").clicked() {
@@ -137,7 +133,7 @@ impl Question<'_> {
 }
 
 /// Draws a line of marks, with the one that is set, and reads pointer and arrow keys; the mark that is set then.
-fn draw_line(ui: &mut Ui, marks: &[f64], (at, name): (Option<usize>, &str)) -> Option<usize> {
+fn draw_line(ui: &mut Ui, marks: &[f64], at: Option<usize>, name: &str) -> Option<usize> {
     let (area, response) = ui.allocate_exact_size(vec2(LINE, 26.0), Sense::click_and_drag());
     let last = marks.len().saturating_sub(1);
     let line = area.shrink2(vec2(9.0, 0.0));

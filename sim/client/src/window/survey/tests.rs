@@ -38,26 +38,26 @@ scale = "words"
 "#;
 
 /// A station whose school cannot be reached.
-struct Station {
+struct SurveyStation {
     folder: TempDir,
     context: Context,
     survey: Option<Survey>,
 }
 
-impl Station {
+impl SurveyStation {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let told = json!({
             "survey_id": Uuid::nil(), "title": "Short", "identity": "anonymous", "exercises": [],
             "terms": { "en": ["You may."], "de": ["Sie dürfen."] }, "instrument_toml": INSTRUMENT,
         });
-        let asked: Asked = serde_json::from_value(told).unwrap();
+        let asked: AskedSurvey = serde_json::from_value(told).unwrap();
         let pairing: Pairing = serde_json::from_value(
             json!({ "server": "http://127.0.0.1:9", "school": "North", "name": "lab", "token": "t" }),
         )
         .unwrap();
         let outbox = Outbox::open(Some(folder.path())).unwrap();
-        let survey = Survey::new(Arc::new(asked), Uuid::nil(), (pairing, outbox));
+        let survey = Survey::new(Arc::new(asked), Uuid::nil(), pairing, outbox);
         let mut station = Self { folder, context: Context::default(), survey: Some(survey) };
         station.frame(Vec::new());
         station
@@ -113,11 +113,11 @@ impl Station {
 
 #[test]
 fn what_is_declined_leaves_no_trace() {
-    let mut station = Station::new();
+    let mut station = SurveyStation::new();
     station.press_all(&[Key::Tab, Key::Tab, Key::Tab, Key::Tab, Key::Enter]);
     assert!(station.survey.is_none(), "the panel is gone");
     assert_eq!(station.waits(), 0);
-    let mut station = Station::new();
+    let mut station = SurveyStation::new();
     station.begin();
     assert_eq!(station.waits(), 0, "agreeing alone writes nothing");
     station.survey = None;
@@ -126,7 +126,7 @@ fn what_is_declined_leaves_no_trace() {
 
 #[test]
 fn each_answer_is_on_the_disk_at_once_and_can_be_deleted() {
-    let mut station = Station::new();
+    let mut station = SurveyStation::new();
     station.answer();
     let drafts = station.files("draft");
     assert_eq!(
@@ -141,7 +141,7 @@ fn each_answer_is_on_the_disk_at_once_and_can_be_deleted() {
 
 #[test]
 fn whoever_goes_away_finds_their_answers_and_has_not_sent_them() {
-    let mut station = Station::new();
+    let mut station = SurveyStation::new();
     station.answer();
     station.survey = None;
     let kept = station.files("answers");
@@ -151,7 +151,7 @@ fn whoever_goes_away_finds_their_answers_and_has_not_sent_them() {
 
 #[test]
 fn what_is_sent_waits_in_the_outbox_until_the_school_has_it() {
-    let mut station = Station::new();
+    let mut station = SurveyStation::new();
     station.answer();
     station.press_all(&[Key::Tab, Key::Tab]);
     station.frame(vec![Event::Text("fine".to_owned())]);
@@ -166,7 +166,7 @@ fn what_is_sent_waits_in_the_outbox_until_the_school_has_it() {
 
 #[test]
 fn what_a_killed_program_was_asking_is_taken_up() {
-    let mut station = Station::new();
+    let mut station = SurveyStation::new();
     station.answer();
     std::mem::forget(station.survey.take());
     Outbox::open(Some(station.folder.path())).unwrap().take_up_drafts().unwrap();

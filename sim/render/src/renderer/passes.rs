@@ -7,10 +7,10 @@ use wgpu::{
     RenderPassDepthStencilAttachment, RenderPassDescriptor, RenderPipeline, StoreOp, TextureView,
 };
 
+use super::Renderer;
 use crate::frame::{Frame, View};
 use crate::gpu::buffers::Loaded;
 use crate::gpu::pipelines::Faces;
-use crate::renderer::Renderer;
 use crate::scene_block::casts;
 
 /// Below this fade the body is drawn opaque.
@@ -28,7 +28,7 @@ fn colour<'a>(view: &'a TextureView, resolve_target: Option<&'a TextureView>) ->
 }
 
 /// The displacements of every boundary under the frame's loads.
-pub fn superpose(renderer: &Renderer, encoder: &mut CommandEncoder) {
+pub fn draw_field(renderer: &Renderer, encoder: &mut CommandEncoder) {
     let attachments = [Some(colour(&renderer.set.field, None))];
     let mut pass =
         encoder.begin_render_pass(&RenderPassDescriptor { color_attachments: &attachments, ..Default::default() });
@@ -39,7 +39,7 @@ pub fn superpose(renderer: &Renderer, encoder: &mut CommandEncoder) {
 }
 
 /// What the lamp sees: the skin, the cut and the needle.
-pub fn shadows(renderer: &Renderer, frame: &Frame, encoder: &mut CommandEncoder) {
+pub fn draw_shadows(renderer: &Renderer, frame: &Frame, encoder: &mut CommandEncoder) {
     let mut pass = encoder.begin_render_pass(&RenderPassDescriptor {
         depth_stencil_attachment: Some(RenderPassDepthStencilAttachment {
             view: &renderer.targets.shadow,
@@ -63,7 +63,7 @@ pub fn shadows(renderer: &Renderer, frame: &Frame, encoder: &mut CommandEncoder)
 }
 
 /// The picture itself.
-pub fn picture(renderer: &Renderer, frame: &Frame, onto: &TextureView, encoder: &mut CommandEncoder) {
+pub fn draw_picture(renderer: &Renderer, frame: &Frame, onto: &TextureView, encoder: &mut CommandEncoder) {
     let targets = &renderer.targets;
     let attachment = match &targets.samples {
         Some(samples) => colour(samples, Some(onto)),

@@ -1,5 +1,7 @@
 //! Draws frames of a stage.
 
+mod passes;
+
 use std::ops::Range;
 
 use wgpu::{
@@ -7,20 +9,20 @@ use wgpu::{
 };
 
 use crate::camera::Camera;
-use crate::field::{self, Responses};
+use crate::field::{self, DrawnResponses};
+use crate::frame::MOST_LAYERS;
 use crate::frame::{Frame, Stage, View};
 use crate::gpu::buffers::Loaded;
 use crate::gpu::layouts::{Layouts, group};
 use crate::gpu::pipelines::{Drawn, FIELD, Fixed, Shaders};
 use crate::gpu::targets::Targets;
-use crate::gpu::textures::{Plan, numbers, view};
+use crate::gpu::textures::{TexturePlan, numbers, view};
 use crate::gpu::tiles::{Tiles, smooth};
-use crate::meshes::body::Body;
-use crate::meshes::{self, Shape};
-use crate::passes;
+use crate::meshes::body::BodyMesh;
+use crate::meshes::{self, MeshShape};
 use crate::placement::Placement;
 use crate::quality::Quality;
-use crate::scene_block::{MOST_LAYERS, Moment, SceneBlock, latest};
+use crate::scene_block::{SceneBlock, ShaderMoment, latest};
 use crate::{drape, skin, wounds};
 
 /// Columns and rows of the grid over the picture that the drape and the room are drawn by.
@@ -58,7 +60,7 @@ pub struct Renderer {
     pub(crate) fixed: Fixed,
     pub(crate) drawn: Drawn,
     pub(crate) targets: Targets,
-    pub(crate) body: (Loaded, Body),
+    pub(crate) body: (Loaded, BodyMesh),
     pub(crate) tray: Loaded,
     /// Over all of the picture, and under the body.
     pub(crate) behind: [Loaded; 2],
@@ -70,7 +72,7 @@ pub struct Renderer {
 /// What belongs to a stage.
 pub(crate) struct Set {
     stage: Stage,
-    responses: Responses,
+    responses: DrawnResponses,
     skin: TextureView,
     pub(crate) field: TextureView,
     /// In the field's place while the field is written.
@@ -103,7 +105,7 @@ impl Renderer {
         let drawn = Drawn::new(device, &layouts, &shaders, quality.samples());
         let size = size.map(|side| side.max(1));
         let targets = Targets::new(device, size, quality);
-        let body = meshes::body::body();
+        let body = meshes::body::build_body();
         let block = device.create_buffer(&BufferDescriptor {
             label: Some("scene"),
             size: size_of::<SceneBlock>() as u64,
@@ -116,8 +118,8 @@ impl Renderer {
             Bound { device, layouts: &layouts, tiles: &tiles, samplers: &samplers, targets: &targets, block: &block };
         let groups = bound.groups(&set);
         let body = (Loaded::new(device, &body.shape), body);
-        let tray = Loaded::new(device, &meshes::tray::tray());
-        let behind = [BACKDROP, [16, 12]].map(|cells| Loaded::new(device, &meshes::sheet::sheet(cells)));
+        let tray = Loaded::new(device, &meshes::tray::build_tray());
+        let behind = [BACKDROP, [16, 12]].map(|cells| Loaded::new(device, &meshes::sheet::build_sheet(cells)));
         let (device, queue) = (device.clone(), queue.clone());
         Self {
             device,
@@ -193,8 +195,8 @@ impl Renderer {
     /// The camera of a frame, to put names and marks where they belong.
     #[must_use]
     pub fn camera(&self, frame: &Frame) -> Camera {
-        let place = Placement::of(&self.set.stage, frame);
-        Camera::of(&self.set.stage, frame, &place, self.aspect())
+        let place = Placement::for_frame(&self.set.stage, frame);
+        Camera::for_frame(&self.set.stage, frame, &place, self.aspect())
     }
 
     /// Draws a frame onto a view of [`crate::FORMAT`] and the renderer's size.
@@ -206,11 +208,11 @@ impl Renderer {
     }
 
     fn encode(&self, frame: &Frame, onto: &TextureView, encoder: &mut CommandEncoder) {
-        passes::superpose(self, encoder);
+        passes::draw_field(self, encoder);
         if self.quality.shadow_texels() > 0 && frame.view != View::Section {
-            passes::shadows(self, frame, encoder);
+            passes::draw_shadows(self, frame, encoder);
         }
-        passes::picture(self, frame, self.targets.small.as_ref().unwrap_or(onto), encoder);
+        passes::draw_picture(self, frame, self.targets.small.as_ref().unwrap_or(onto), encoder);
         if let Some(small) = &self.groups.enlarge {
             passes::enlarge(self, small, onto, encoder);
         }
@@ -219,10 +221,10 @@ impl Renderer {
     /// The frame's numbers.
     fn write(&self, frame: &Frame) {
         let Set { stage, responses, .. } = &self.set;
-        let place = Placement::of(stage, frame);
-        let camera = Camera::of(stage, frame, &place, self.aspect());
-        let moment = Moment { stage, frame, place: &place, camera: &camera, responses, quality: self.quality };
-        self.queue.write_buffer(&self.block, 0, bytemuck::bytes_of(&SceneBlock::of(&moment)));
+        let place = Placement::for_frame(stage, frame);
+        let camera = Camera::for_frame(stage, frame, &place, self.aspect());
+        let moment = ShaderMoment { stage, frame, place: &place, camera: &camera, responses, quality: self.quality };
+        self.queue.write_buffer(&self.block, 0, bytemuck::bytes_of(&SceneBlock::at_moment(&moment)));
     }
 
     fn aspect(&self) -> f32 {
@@ -232,7 +234,7 @@ impl Renderer {
     /// How far from the middle of the cut punctures are seen, in m: on the skin, and in the cut.
     pub(crate) fn wounds(&self, frame: &Frame) -> [f32; 2] {
         let stage = &self.set.stage;
-        let (place, punctures) = (Placement::of(stage, frame), latest(&frame.punctures));
+        let (place, punctures) = (Placement::for_frame(stage, frame), latest(&frame.punctures));
         [wounds::on_skin(stage, &place, punctures), wounds::on_cut(stage, &place, punctures)]
     }
 
@@ -241,10 +243,10 @@ impl Renderer {
         if self.quality.shadow_texels() == 0 {
             return 0..0;
         }
-        let place = Placement::of(&self.set.stage, frame);
-        let camera = Camera::of(&self.set.stage, frame, &place, self.aspect());
+        let place = Placement::for_frame(&self.set.stage, frame);
+        let camera = Camera::for_frame(&self.set.stage, frame, &place, self.aspect());
         let [columns, rows] = BACKDROP;
-        let shaded = drape::shaded_rows(&self.set.stage, frame, (&place, &camera), rows);
+        let shaded = drape::shaded_rows(&self.set.stage, frame, &place, &camera, rows);
         6 * columns * shaded.start..6 * columns * shaded.end
     }
 
@@ -253,8 +255,8 @@ impl Renderer {
     }
 
     pub(crate) fn sees_the_cut(&self, frame: &Frame) -> bool {
-        let place = Placement::of(&self.set.stage, frame);
-        let camera = Camera::of(&self.set.stage, frame, &place, self.aspect());
+        let place = Placement::for_frame(&self.set.stage, frame);
+        let camera = Camera::for_frame(&self.set.stage, frame, &place, self.aspect());
         !camera.perspective || (camera.eye - place.focus).dot(place.cut) > 0.0
     }
 
@@ -295,21 +297,21 @@ impl Bound<'_> {
 impl Set {
     fn new(device: &Device, queue: &Queue, stage: &Stage) -> Self {
         let boundaries = stage.layers.len();
-        let responses = Responses::of(&stage.field, boundaries);
+        let responses = DrawnResponses::resampled(&stage.field, boundaries);
         let rows = (boundaries * responses.loads).max(1);
         let mut samples = responses.samples.clone();
         samples.resize(rows * field::SAMPLES, 0.0);
         let (columns, skin) = (field::SAMPLES as u32, skin::SAMPLES as u32);
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
-        let load = |shape: &Shape| Loaded::new(device, shape);
+        let load = |shape: &MeshShape| Loaded::new(device, shape);
         Self {
             skin: numbers(device, queue, [skin; 2], &skin::shape(stage)),
-            field: view(&Plan::flat([columns, boundaries.max(1) as u32], FIELD).empty(device, usage)),
-            no_field: view(&Plan::flat([1, 1], FIELD).empty(device, wgpu::TextureUsages::TEXTURE_BINDING)),
+            field: view(&TexturePlan::flat([columns, boundaries.max(1) as u32], FIELD).empty(device, usage)),
+            no_field: view(&TexturePlan::flat([1, 1], FIELD).empty(device, wgpu::TextureUsages::TEXTURE_BINDING)),
             table: numbers(device, queue, [columns, rows as u32], &samples),
-            needle: load(&meshes::needle::needle(&stage.needle)),
-            solids: load(&meshes::solids::solids(&stage.structures)),
-            guide: load(&meshes::guide::guide(stage)),
+            needle: load(&meshes::needle::build_needle(&stage.needle)),
+            solids: load(&meshes::solids::build_solids(&stage.structures)),
+            guide: load(&meshes::guide::build_guide(stage)),
             stage: stage.clone(),
             responses,
         }

@@ -1,11 +1,12 @@
 //! Why points were lost, and why an attempt failed whatever its points: data, which [`crate::words`] says.
 
+pub mod words;
+
 use serde::{Deserialize, Serialize};
 
 use crate::absent::Absent;
 use crate::catalogue::first;
 use crate::required::UnmetRequirement;
-use crate::words;
 
 /// Why a line of a rubric cost what it cost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

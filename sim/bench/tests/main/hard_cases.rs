@@ -5,14 +5,16 @@
 
 use std::collections::BTreeSet;
 
-use bench::{Trial, all};
+use bench::{HardCaseTrial, all_trials};
 
 /// What a trial measures keeps its bound.
 #[track_caller]
 fn holds(model: &str, name: &str) {
-    let trial =
-        all().into_iter().find(|trial| (trial.model, trial.name) == (model, name)).expect("a trial of this name");
-    let Trial { case, measures, bound, unit, .. } = trial;
+    let trial = all_trials()
+        .into_iter()
+        .find(|trial| (trial.model, trial.name) == (model, name))
+        .expect("a trial of this name");
+    let HardCaseTrial { case, measures, bound, unit, .. } = trial;
     let measured = (trial.measure)().unwrap_or_else(|why| panic!("{case}: cannot be set up: {why}"));
     assert!(trial.passes(measured), "{case}: {measures}: {measured} {unit}, the bound is {bound} {unit}");
 }
@@ -80,7 +82,7 @@ hard_cases! {
 
 #[test]
 fn every_trial_has_a_test_of_its_own() {
-    let trials: Vec<_> = all().iter().map(|trial| (trial.model, trial.name)).collect();
+    let trials: Vec<_> = all_trials().iter().map(|trial| (trial.model, trial.name)).collect();
     let (named, tested) = (BTreeSet::from_iter(trials.iter()), BTreeSet::from_iter(TESTED));
     assert_eq!(named.len(), trials.len(), "two trials have the same name");
     assert_eq!(named, tested);
@@ -122,14 +124,14 @@ const CASES: [(&str, &[&str]); 27] = [
 
 #[test]
 fn every_hard_case_is_tried_on_every_model_it_concerns() {
-    let found: BTreeSet<_> = all().iter().map(|trial| (trial.case, trial.model)).collect();
+    let found: BTreeSet<_> = all_trials().iter().map(|trial| (trial.case, trial.model)).collect();
     let wanted = CASES.iter().flat_map(|(case, models)| models.iter().map(|model| (*case, *model))).collect();
     assert_eq!(found, wanted);
 }
 
 #[test]
 fn what_is_not_a_number_and_what_is_above_the_bound_fails() {
-    let trial = all()[0];
+    let trial = all_trials()[0];
     assert!(trial.passes(trial.bound) && trial.passes(f64::NEG_INFINITY));
     assert!(![f64::NAN, f64::INFINITY, trial.bound.next_up()].iter().any(|&measured| trial.passes(measured)));
 }

@@ -1,0 +1,4 @@
+//! What the bench measures keeps its bounds.
+
+#[cfg(test)]
+mod hard_cases;

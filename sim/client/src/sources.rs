@@ -1,0 +1,67 @@
+//! Files that a call names: read, or refused with their name.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+use documents::{ExerciseBundle, Patient};
+use recording::Recording;
+use tissue::Specimen;
+
+use crate::exit::Failure;
+use crate::output;
+use crate::progress::Progress;
+
+/// Most bytes read of a scene or a token: whatever is larger is neither, or has no end.
+const LARGEST_TEXT_BYTES: u64 = 16 << 20;
+
+/// Reads a text file that the call names.
+pub fn read_text(path: &Path) -> Result<String, Failure> {
+    let mut text = String::new();
+    let read = open(path)?.take(LARGEST_TEXT_BYTES + 1).read_to_string(&mut text);
+    match read {
+        Ok(length) if length as u64 <= LARGEST_TEXT_BYTES => Ok(text),
+        Ok(_) => Err(Failure::refused(path, "larger than 16 MiB; a document is far smaller")),
+        Err(error) => Err(Failure::refused(path, format_args!("cannot be read: {error}"))),
+    }
+}
+
+/// Opens a file that the call names.
+pub fn open(path: &Path) -> Result<File, Failure> {
+    let file = File::open(path).map_err(|error| Failure::refused(path, format_args!("cannot be read: {error}")))?;
+    match file.metadata() {
+        Ok(metadata) if metadata.is_dir() => Err(Failure::refused(path, "is a folder; a file is needed")),
+        _ => Ok(file),
+    }
+}
+
+/// Reads a recording; a cut one is warned of and used as far as it goes.
+pub fn read_recording(path: &Path) -> Result<Recording, Failure> {
+    let file = open(path)?;
+    let progress = Progress::new(file.metadata().map_or(0, |metadata| metadata.len()), "reading");
+    let source = BufReader::new(progress.watch(file));
+    let recording = Recording::read(source).map_err(|error| Failure::refused(path, error))?;
+    drop(progress);
+    if !recording.complete {
+        warn_of_cut(path);
+    }
+    Ok(recording)
+}
+
+/// Warns that a recording ends too soon.
+pub fn warn_of_cut(path: &Path) {
+    let name = path.display();
+    output::warning(format_args!(
+        "{name}: the recording is cut; what it holds is used (stylet recover makes it whole)"
+    ));
+}
+
+/// The exercise that a recording carries.
+pub fn own_exercise(path: &Path, recording: &Recording) -> Result<ExerciseBundle, Failure> {
+    assessment::own_exercise(recording).map_err(|error| Failure::refused(path, error))
+}
+
+/// What an exercise has punctured: a patient of its scene.
+pub fn prepare_specimen(file: &Path, bundle: &ExerciseBundle, patient: &Patient) -> Result<Specimen, Failure> {
+    Specimen::new(bundle.specimen_spec(patient)).map_err(|error| Failure::refused(file, error))
+}
