@@ -5,14 +5,14 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use crate::describe::{CURRICULUM, EXERCISE, Field, INSTRUMENT, Kind, Presence, SCENE, Table};
+use crate::describe::{CURRICULUM, DescribedField, DescribedTable, EXERCISE, FieldKind, INSTRUMENT, Presence, SCENE};
 
 /// What stands before and behind the tables that are made.
 const BEGIN: &str = "<!-- made from what the reader of documents knows -->\n";
 const END: &str = "<!-- until here -->\n";
 
 /// Every kind of document: its name for `stylet schema`, and its top table.
-const KINDS: [(&str, &Table); 4] =
+const KINDS: [(&str, &DescribedTable); 4] =
     [("scene", &SCENE), ("exercise", &EXERCISE), ("curriculum", &CURRICULUM), ("instrument", &INSTRUMENT)];
 
 /// The headings and tables of all documents.
@@ -29,7 +29,7 @@ fn handbook_tables() -> String {
 }
 
 /// Writes a table, then the tables within it, each once: the many fields that are a text in several languages share one.
-fn write_table(text: &mut String, table: &'static Table, place: &str, told: &mut Vec<*const Table>) {
+fn write_table(text: &mut String, table: &'static DescribedTable, place: &str, told: &mut Vec<*const DescribedTable>) {
     write!(text, "\n{}.\n\n| key | value | left out | meaning |\n|---|---|---|---|\n", table.doc).unwrap();
     for field in table.fields {
         let (value, left_out) = (allowed_value(field), left_out(field));
@@ -46,37 +46,37 @@ fn write_table(text: &mut String, table: &'static Table, place: &str, told: &mut
     }
 }
 
-fn inner_place(field: &Field, place: &str) -> String {
+fn inner_place(field: &DescribedField, place: &str) -> String {
     if place.is_empty() { field.key.to_owned() } else { format!("{place}.{}", field.key) }
 }
 
 /// The table that a field holds, and how its head is written.
-fn inner_table(field: &Field, place: &str) -> Option<(&'static Table, String)> {
+fn inner_table(field: &DescribedField, place: &str) -> Option<(&'static DescribedTable, String)> {
     let path = inner_place(field, place);
     match field.kind {
-        Kind::Table(inner) => Some((inner, format!("[{path}]"))),
-        Kind::Tables { table, .. } => Some((table, format!("[[{path}]]"))),
+        FieldKind::Table(inner) => Some((inner, format!("[{path}]"))),
+        FieldKind::Tables { table, .. } => Some((table, format!("[[{path}]]"))),
         _ => None,
     }
 }
 
-fn allowed_value(field: &Field) -> String {
+fn allowed_value(field: &DescribedField) -> String {
     match field.kind {
-        Kind::Choice(words) => words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", "),
-        Kind::Table(_) => "a table".to_owned(),
-        Kind::Tables { min, max, .. } => format!("{min} to {max} tables"),
+        FieldKind::Choice(words) => words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", "),
+        FieldKind::Table(_) => "a table".to_owned(),
+        FieldKind::Tables { min, max, .. } => format!("{min} to {max} tables"),
         _ => field.kind.allowed().to_string().trim_start_matches("allowed: ").to_owned(),
     }
 }
 
-fn left_out(field: &Field) -> String {
+fn left_out(field: &DescribedField) -> String {
     match (field.presence, field.kind) {
         (Presence::Required, _) => "**required**".to_owned(),
         (Presence::Number(number), _) => format!("{number}"),
         (Presence::Text(""), _) => "empty".to_owned(),
         (Presence::Text(text), _) => format!("`{text}`"),
         (Presence::Flag(flag), _) => format!("`{flag}`"),
-        (Presence::Empty, Kind::Table(_)) => "its defaults".to_owned(),
+        (Presence::Empty, FieldKind::Table(_)) => "its defaults".to_owned(),
         (Presence::Empty, _) => "none".to_owned(),
         (Presence::Optional, _) => "–".to_owned(),
     }
