@@ -65,7 +65,8 @@ const NEVER: &[(&str, &[&str])] = &[
     ("words", &["axum", "sqlx", "askama"]),
     ("store", &["axum", "askama", "tower-sessions"]),
     ("acts", &["axum", "askama", "wgpu"]),
-    ("pages", &["sqlx", "store"]),
+    // Cargo joins features: where the store is built, too, the model has its columns, and so has whoever uses it.
+    ("pages", &["store", "acts"]),
     ("web-admin", &["wgpu", "winit", "egui"]),
     ("stylet", &["axum", "sqlx"]),
 ];
@@ -235,7 +236,7 @@ fn no_code_reads_a_sentence_to_find_out_what_it_means() {
         for (path, text) in shipped(folder) {
             let shown = path.to_string_lossy();
             // A scanner of somebody else's speaks in words.
-            if ["tests.rs", "samples.rs", "src/cli/", "src/scanning.rs"].iter().any(|of_tests| shown.contains(of_tests))
+            if ["/tests/", "tests.rs", "samples.rs", "src/cli/", "src/scanning.rs"].iter().any(|of_tests| shown.contains(of_tests))
             {
                 continue;
             }
