@@ -98,7 +98,7 @@ fn notices_hold_a_text_of_everything_that_is_linked() {
 /// The notices say that browsers get no code but our own. A library would be fetched from elsewhere, or bring its notice.
 #[test]
 fn browsers_get_our_own_code_alone() {
-    let assets = root().join("web-admin/assets");
+    let assets = root().join("web-admin/pages/assets");
     let scripts: Vec<_> = std::fs::read_dir(assets).expect("assets").flatten().map(|entry| entry.path()).collect();
     let is_script = |path: &&Path| path.extension().is_some_and(|ending| ending == "js" || ending == "css");
     let mut seen = 0;
