@@ -112,7 +112,7 @@ pub struct AssignmentPage {
 impl Row {
     /// A row under a title of its own.
     #[must_use]
-    pub fn new(standing: Standing, (title, href): (String, String), person: String) -> Self {
+    pub fn new(standing: Standing, title: String, href: String, person: String) -> Self {
         let Standing { assigned, stage, overdue, unconfirmed } = standing;
         Self {
             title,
@@ -136,7 +136,7 @@ impl Row {
             Task::Course(_) => "/curricula".to_owned(),
         };
         let title = standing.assigned.title.clone();
-        Self::new(standing, (title, href), String::new())
+        Self::new(standing, title, href, String::new())
     }
 
     /// How it stands, as a badge.

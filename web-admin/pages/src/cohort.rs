@@ -172,7 +172,7 @@ impl CohortPage {
 impl TraineeRow {
     /// A trainee's standing in the course they are on.
     #[must_use]
-    pub fn new((href, name): (String, String), facts: &CourseFacts<'_>, progress: &Progress) -> Self {
+    pub fn new(href: String, name: String, facts: &CourseFacts<'_>, progress: &Progress) -> Self {
         let doing = progress.next.map(|i| &facts.course.steps[i]);
         let current = progress.next.map(|i| &progress.steps[i]);
         let strip =
@@ -233,7 +233,7 @@ fn exercise_share(facts: &CourseFacts<'_>, trainees: &[(&str, &Progress)], index
 impl CohortCard {
     /// A cohort in short, from the standing of its trainees.
     #[must_use]
-    pub fn new<'a>((href, name): (String, String), trainees: impl Iterator<Item = &'a Progress>) -> Self {
+    pub fn new<'a>(href: String, name: String, trainees: impl Iterator<Item = &'a Progress>) -> Self {
         let mut card = Self { href, name, trainees: 0, complete: 0, help: 0, mastered: 0.0 };
         let (mut mastered, mut all) = (0, 0);
         for progress in trainees {

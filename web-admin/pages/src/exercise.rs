@@ -5,7 +5,7 @@ use askama_web::WebTemplate;
 use documents::{Exercise, ExerciseBundle, SceneStructure};
 use law::structures::{Shape, StructureKind};
 
-use super::charts::{self, Outline, Section, Structure};
+use super::charts::{self, Outline, Section, SectionPoint, Structure};
 use super::trainee::AttemptRow;
 use super::{Shell, Status, anatomy, format, metric};
 
@@ -204,17 +204,19 @@ fn outline(shape: &Shape, at: [f64; 3], exercise: &Exercise) -> Outline {
     }
 }
 
-/// A point in m of the patient frame, as (across, depth) in mm: across along the needle's lean, from the entry.
-fn in_plane([x, y, z]: [f64; 3], exercise: &Exercise) -> (f64, f64) {
+/// A point in m of the patient frame, in the plane.
+fn in_plane([x, y, z]: [f64; 3], exercise: &Exercise) -> SectionPoint {
     let azimuth = exercise.azimuth_deg.to_radians();
     let (dx, dy) = (x * 1e3 - exercise.entry_mm[0], y * 1e3 - exercise.entry_mm[1]);
-    (dx * libm::cos(azimuth) + dy * libm::sin(azimuth), -z * 1e3)
+    SectionPoint::new(dx * libm::cos(azimuth) + dy * libm::sin(azimuth), -z * 1e3)
 }
 
-fn bounds(points: impl Iterator<Item = (f64, f64)>) -> Outline {
-    let (mut from, mut to) = ((f64::INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::NEG_INFINITY));
-    for (u, z) in points {
-        (from, to) = ((from.0.min(u), from.1.min(z)), (to.0.max(u), to.1.max(z)));
+fn bounds(points: impl Iterator<Item = SectionPoint>) -> Outline {
+    let mut from = SectionPoint::new(f64::INFINITY, f64::INFINITY);
+    let mut to = SectionPoint::new(f64::NEG_INFINITY, f64::NEG_INFINITY);
+    for SectionPoint { across_mm, depth_mm } in points {
+        from = SectionPoint::new(from.across_mm.min(across_mm), from.depth_mm.min(depth_mm));
+        to = SectionPoint::new(to.across_mm.max(across_mm), to.depth_mm.max(depth_mm));
     }
     Outline::Rect { from, to }
 }
@@ -257,8 +259,8 @@ mod tests {
         let mut exercise = samples::bundle().exercise;
         exercise.entry_mm = [10.0, 0.0];
         exercise.azimuth_deg = 90.0;
-        let (across, depth) = in_plane([0.010, 0.007, -0.018], &exercise);
-        assert!((across - 7.0).abs() < 1e-9 && (depth - 18.0).abs() < 1e-9, "{across}, {depth}");
+        let SectionPoint { across_mm, depth_mm } = in_plane([0.010, 0.007, -0.018], &exercise);
+        assert!((across_mm - 7.0).abs() < 1e-9 && (depth_mm - 18.0).abs() < 1e-9, "{across_mm}, {depth_mm}");
     }
 
     #[test]
@@ -266,7 +268,8 @@ mod tests {
         let exercise = samples::bundle().exercise;
         let shape = Shape::Box { half_extents_m: nalgebra::Vector3::new(0.002, 0.003, 0.004) };
         let Outline::Rect { from, to } = outline(&shape, [0.0, 0.0, -0.010], &exercise) else { panic!("a box") };
-        for (value, wanted) in [(from.0, -2.0), (to.0, 2.0), (from.1, 6.0), (to.1, 14.0)] {
+        let corners = [(from.across_mm, -2.0), (to.across_mm, 2.0), (from.depth_mm, 6.0), (to.depth_mm, 14.0)];
+        for (value, wanted) in corners {
             assert!((value - wanted).abs() < 1e-9, "{value} is not {wanted}");
         }
     }

@@ -35,7 +35,7 @@ mod tests {
         let cohort = samples::cohort_page();
         let help = cohort.help().into_iter().map(|row| ("Spring 2026".to_owned(), row.clone())).collect();
         let progress = samples::progress();
-        let card = CohortCard::new(("/cohorts/1".to_owned(), "Spring 2026".to_owned()), [&progress].into_iter());
+        let card = CohortCard::new("/cohorts/1".to_owned(), "Spring 2026".to_owned(), [&progress].into_iter());
         let shell = samples::shell(Role::Instructor);
         let recent = samples::attempts();
         let page = InstructorPage { shell: shell.clone(), cohorts: vec![card], help, recent, now: samples::NOW };

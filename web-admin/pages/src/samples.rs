@@ -417,7 +417,7 @@ pub(super) fn cohort_page() -> CohortPage {
     ];
     let standing = people.map(|(name, attempts)| (name.to_owned(), Progress::of(&course, &attempts, NOW)));
     let row = |(name, progress): &(String, Progress)| {
-        TraineeRow::new(("/trainees/1".to_owned(), name.clone()), &facts(&course), progress)
+        TraineeRow::new("/trainees/1".to_owned(), name.clone(), &facts(&course), progress)
     };
     CohortPage {
         shell: shell(Role::Instructor),

@@ -185,7 +185,7 @@ impl CourseView {
     pub fn new(facts: &CourseFacts<'_>, progress: &Progress, key: usize) -> Self {
         let steps = (0..progress.steps.len()).map(|i| step_row(facts, progress, i)).collect();
         let tried = |i: &usize| !progress.steps[*i].attempts.is_empty();
-        let charts = (0..progress.steps.len()).filter(tried).map(|i| chart(facts, progress, (key, i))).collect();
+        let charts = (0..progress.steps.len()).filter(tried).map(|i| chart(facts, progress, key, i)).collect();
         Self {
             title: facts.title.to_owned(),
             certificate: facts
@@ -311,10 +311,10 @@ fn pass_mark(facts: &CourseFacts<'_>, index: usize) -> f64 {
     facts.pass_marks.get(index).copied().unwrap_or(0.0)
 }
 
-fn chart(facts: &CourseFacts<'_>, progress: &Progress, (key, index): (usize, usize)) -> (String, String) {
+fn chart(facts: &CourseFacts<'_>, progress: &Progress, key: usize, index: usize) -> (String, String) {
     let points = score_points(&progress.steps[index].attempts);
     let title = facts.course.steps[index].title.clone();
-    let drawing = charts::scores(&points, pass_mark(facts, index), (&format!("{key}-{index}"), &title));
+    let drawing = charts::scores(&points, pass_mark(facts, index), &format!("{key}-{index}"), &title);
     (title, drawing)
 }
 

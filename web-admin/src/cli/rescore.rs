@@ -47,7 +47,7 @@ pub(super) async fn run(args: &RescoreArgs) -> Result<(), Failure> {
     let bar = bar(attempts.len());
     let mut changed = 0;
     for attempt in &attempts {
-        changed += usize::from(regrade(&state, (attempt, &rubric), reason.as_deref(), &bar).await?);
+        changed += usize::from(regrade(&state, attempt, &rubric, reason.as_deref(), &bar).await?);
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -65,7 +65,8 @@ fn bar(attempts: usize) -> ProgressBar {
 /// Judges one attempt, tells what changes and, with a reason, grades it again. True where the rubric is another than the last one.
 async fn regrade(
     state: &AppState,
-    (attempt, rubric): (&Session, &Rubric),
+    attempt: &Session,
+    rubric: &Rubric,
     reason: Option<&str>,
     bar: &ProgressBar,
 ) -> Result<bool, Failure> {

@@ -45,7 +45,7 @@ pub(super) async fn run(args: &VerifyArgs) -> Result<(), Failure> {
         report.findings.extend(verification::cut_tail(&db, head).await?);
     }
     for file in &args.statement {
-        report.findings.extend(against(&db, &config, (file, args.statement_key.as_deref())).await?);
+        report.findings.extend(against(&db, &config, file, args.statement_key.as_deref()).await?);
     }
     report.findings.extend(verification::unerased(&db, &ErasureList::of(&config)).await?);
     db.close().await;
@@ -57,11 +57,7 @@ pub(super) async fn run(args: &VerifyArgs) -> Result<(), Failure> {
 }
 
 /// What is wrong with the log by a statement, or with the statement.
-async fn against(
-    db: &Database,
-    config: &Config,
-    (file, key): (&Path, Option<&str>),
-) -> Result<Option<String>, Failure> {
+async fn against(db: &Database, config: &Config, file: &Path, key: Option<&str>) -> Result<Option<String>, Failure> {
     let named = |why: &dyn std::fmt::Display| format!("--statement: {}: {why}", file.display());
     let bytes = std::fs::read(file).map_err(|error| Failure::Usage(named(&error)))?;
     let key = match key {

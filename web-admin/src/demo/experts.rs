@@ -52,7 +52,7 @@ pub(super) async fn demonstrate(state: &AppState, school: Uuid, seed: u64) -> an
     for again in 0..TRIES {
         let open = open(state, &course, &experts).await?;
         let at = Moment::max(begun, state.clock.now());
-        for made in show(state, &course, &open, (at, seed ^ (again << 48))).await? {
+        for made in show(state, &course, &open, at, seed ^ (again << 48)).await? {
             take_in(state, school, made).await?;
         }
     }
@@ -81,12 +81,7 @@ async fn open(state: &AppState, course: &Course, experts: &[Person]) -> anyhow::
 }
 
 /// All of it at once, in order of time.
-async fn show(
-    state: &AppState,
-    course: &Course,
-    open: &[Open],
-    (from, seed): (Moment, u64),
-) -> anyhow::Result<Vec<Made>> {
+async fn show(state: &AppState, course: &Course, open: &[Open], from: Moment, seed: u64) -> anyhow::Result<Vec<Made>> {
     let mut stations = JoinSet::new();
     for (n, Open { expert, person, step }) in open.iter().enumerate() {
         let task = Task {

@@ -95,7 +95,7 @@ pub async fn make(state: &AppState, wanted: &Demonstration) -> anyhow::Result<Ve
     let mut tried = vec![0; trainees.len()];
     let progress = bar(slots.len());
     for day in slots.chunk_by(|a, b| day_of(a.at) == day_of(b.at)) {
-        let made = practise(&past, (wanted.seed, &trainees), day, &mut tried).await?;
+        let made = practise(&past, wanted.seed, &trainees, day, &mut tried).await?;
         for attempt in made {
             take_in(&past, school, attempt).await?;
             progress.inc(1);
@@ -149,7 +149,8 @@ fn schedule(monday: Moment, weeks: u32) -> Vec<Slot> {
 /// Lets everybody who comes on a day make an attempt, all at once, and returns them in order of time.
 async fn practise(
     state: &AppState,
-    (seed, trainees): (u64, &[Trainee]),
+    seed: u64,
+    trainees: &[Trainee],
     day: &[Slot],
     tried: &mut [u32],
 ) -> anyhow::Result<Vec<Made>> {

@@ -68,6 +68,24 @@ struct Participant {
     basis: Basis,
 }
 
+/// A survey of the study before it is made.
+struct PlannedSurvey {
+    /// What it asks.
+    instrument: &'static str,
+    title: &'static str,
+    /// It is asked after attempts, not once.
+    after_attempts: bool,
+}
+
+const SURVEYS: [PlannedSurvey; 2] = [
+    PlannedSurvey { instrument: "nasa-tlx", title: "Study: workload of an attempt", after_attempts: true },
+    PlannedSurvey {
+        instrument: "simulator-validity",
+        title: "Study: is the simulator like a patient?",
+        after_attempts: false,
+    },
+];
+
 /// Holds both surveys of the study and closes them.
 ///
 /// # Errors
@@ -86,12 +104,9 @@ pub(super) async fn hold(state: &AppState, school: Uuid, trainees: &[Trainee]) -
     if best.is_empty() {
         return Ok(());
     }
-    for (instrument, title, after_attempts) in [
-        ("nasa-tlx", "Study: workload of an attempt", true),
-        ("simulator-validity", "Study: is the simulator like a patient?", false),
-    ] {
+    for plan in &SURVEYS {
         let owner = owner(state).await?;
-        let survey = make(state, &owner, (school, instrument), (title, after_attempts)).await?;
+        let survey = make(state, &owner, school, plan).await?;
         let asked = surveys::instrument_of(state, &survey).await?;
         let study = Study { state, survey: &survey, instrument: &asked };
         for (place, (trainee, basis)) in bases.iter().enumerate() {
@@ -121,23 +136,18 @@ async fn latest(state: &AppState, trainee: &Trainee) -> anyhow::Result<Option<Ba
     Ok(Some(Basis { session, score: attempt.score / 100.0, force }))
 }
 
-async fn make(
-    state: &AppState,
-    owner: &CurrentPerson,
-    (school, instrument): (Uuid, &str),
-    (title, after_attempts): (&str, bool),
-) -> anyhow::Result<Survey> {
+async fn make(state: &AppState, owner: &CurrentPerson, school: Uuid, plan: &PlannedSurvey) -> anyhow::Result<Survey> {
     let reader = state.db.reader();
-    let current = instruments::current(reader, school, instrument).await?.context("the instrument is shipped")?;
+    let current = instruments::current(reader, school, plan.instrument).await?.context("the instrument is shipped")?;
     let administrator = people::by_email(reader, &school::email(school::ADMINISTRATOR)).await?;
     let administrator =
         administrator.and_then(Person::into_current).context("the demonstration has an administrator")?;
     let cohorts = reports::cohorts(reader, &administrator).await?;
     let wanted = Wanted {
         revision_id: current.id,
-        title: title.to_owned(),
+        title: plan.title.to_owned(),
         identity: Identity::Pseudonymous,
-        after_attempts,
+        after_attempts: plan.after_attempts,
         generated: true,
         opens_at: state.clock.now().plus_s(-28 * 24 * 3600),
         closes_at: None,

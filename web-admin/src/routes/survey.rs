@@ -144,7 +144,7 @@ async fn act(
     let mut answering = answering::open(&state, &token).await?;
     let field = |name: &str| fields.iter().find(|(key, _)| key == name).map_or("", |(_, value)| value.as_str());
     match field("do") {
-        "begin" => begin(&state, answering, &token, (field("consent") == "yes", field("lang"))).await,
+        "begin" => begin(&state, answering, &token, field("consent") == "yes", field("lang")).await,
         "discard" => {
             answering.discard(&state).await?;
             Ok(end(&answering, &token, End::Discarded))
@@ -167,7 +167,7 @@ async fn act(
                 let page = form(&answering, &token, Some(page), &refusals);
                 return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
             }
-            go(&state, answering, &token, (step, page)).await
+            go(&state, answering, &token, step, page).await
         }
         other => Err(Error::BadRequest(format!(
             "do: \"{other}\"; allowed: begin, save, next, back, send, discard, withdraw"
@@ -180,7 +180,8 @@ async fn begin(
     state: &AppState,
     mut answering: Answering,
     token: &str,
-    (agreed, language): (bool, &str),
+    agreed: bool,
+    language: &str,
 ) -> Result<Response, PageError> {
     if !agreed {
         let page = consent(&answering, token, language, true);
@@ -196,7 +197,8 @@ async fn go(
     state: &AppState,
     mut answering: Answering,
     token: &str,
-    (step, page): (&str, usize),
+    step: &str,
+    page: usize,
 ) -> Result<Response, PageError> {
     if step == "send" {
         answering.send(state).await?;

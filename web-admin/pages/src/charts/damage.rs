@@ -1,7 +1,7 @@
 //! Tissue damage by layer and part, as stacked bars.
 
-use super::scale::Scale;
-use super::svg::{Area, Caption, Svg};
+use super::scale::{Extent, Scale};
+use super::svg::{Area, Caption, PaperPoint, Svg};
 use super::{Size, scale};
 
 /// The energy that a layer took, by part, in mJ.
@@ -56,15 +56,15 @@ pub fn damage(layers: &[LayerDamage], size: Size) -> String {
     let layers: Vec<&LayerDamage> = layers.iter().filter(|l| l.total_mj() > 0.0).collect();
     let rows = f64::from(u32::try_from(layers.len()).unwrap_or(0));
     let most = layers.iter().map(|l| l.total_mj()).fold(0.0, f64::max);
-    let x = Scale::new((0.0, most * 1.02), (4.0, size.width() - 60.0));
+    let x = Scale::new(Extent::new(0.0, most * 1.02), Extent::new(4.0, size.width() - 60.0));
     let bottom = rows * ROW + 6.0;
     let mut svg = Svg::new(size.width(), bottom + 40.0, &caption);
     let ticks = x.ticks(size.ticks());
     for tick in &ticks {
-        svg.line("grid", (x.at(*tick), 4.0), (x.at(*tick), bottom));
-        svg.text("tick middle", (x.at(*tick), bottom + 15.0), &scale::tick_label(*tick, &ticks));
+        svg.line("grid", PaperPoint::new(x.at(*tick), 4.0), PaperPoint::new(x.at(*tick), bottom));
+        svg.text("tick middle", PaperPoint::new(x.at(*tick), bottom + 15.0), &scale::tick_label(*tick, &ticks));
     }
-    svg.text("axis-title end", (size.width() - 60.0, bottom + 31.0), tr!("energy (mJ)"));
+    svg.text("axis-title end", PaperPoint::new(size.width() - 60.0, bottom + 31.0), tr!("energy (mJ)"));
     for (row, layer) in (0_u32..).zip(layers) {
         draw_bar(&mut svg, &x, layer, f64::from(row) * ROW);
     }
@@ -72,7 +72,7 @@ pub fn damage(layers: &[LayerDamage], size: Size) -> String {
 }
 
 fn draw_bar(svg: &mut Svg, x: &Scale, layer: &LayerDamage, top: f64) {
-    svg.text("layer-name", (4.0, top + 14.0), &layer.name);
+    svg.text("layer-name", PaperPoint::new(4.0, top + 14.0), &layer.name);
     let mut from = 0.0;
     for (class, value) in layer.parts() {
         let to = from + value.max(0.0);
@@ -80,11 +80,11 @@ fn draw_bar(svg: &mut Svg, x: &Scale, layer: &LayerDamage, top: f64) {
         svg.rect(&format!("part {class}"), area);
         if area.width > 14.0 {
             let initial = class.get(..1).unwrap_or_default().to_uppercase();
-            svg.text("part-name middle", (area.x + area.width / 2.0, top + 32.0), &initial);
+            svg.text("part-name middle", PaperPoint::new(area.x + area.width / 2.0, top + 32.0), &initial);
         }
         from = to;
     }
-    svg.text("value", (x.at(from) + 6.0, top + 33.0), &format!("{from:.1}"));
+    svg.text("value", PaperPoint::new(x.at(from) + 6.0, top + 33.0), &format!("{from:.1}"));
 }
 
 #[cfg(test)]

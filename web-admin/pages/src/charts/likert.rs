@@ -1,6 +1,6 @@
 //! Answers on a row of points as diverging bars: what leans low goes left of the middle, what leans high right.
 
-use super::svg::{Area, Caption, Svg};
+use super::svg::{Area, Caption, PaperPoint, Svg};
 use super::{Size, labels};
 
 /// A bar: how often each point was chosen.
@@ -18,7 +18,7 @@ const TOP: f64 = 8.0;
 
 /// Diverging bars, a row each. `key` makes the ids unique on the page.
 #[must_use]
-pub fn diverging(bars: &[Bar], (key, title): (&str, &str), size: Size) -> String {
+pub fn diverging(bars: &[Bar], key: &str, title: &str, size: Size) -> String {
     let id = format!("{key}-{}", size.name());
     let description = bars.iter().map(describe).collect::<Vec<_>>().join(" ");
     let caption = Caption { id: &id, class: size.name(), title, description: &description };
@@ -28,9 +28,9 @@ pub fn diverging(bars: &[Bar], (key, title): (&str, &str), size: Size) -> String
     let reach = bars.iter().map(|bar| sides(bar).0.max(sides(bar).1)).fold(0.25, f64::max);
     let scale = (middle - 6.0) / reach;
     for (bar, top) in bars.iter().zip((0..).map(|row| TOP + ROW * f64::from(row))) {
-        draw(&mut svg, bar, (middle, top), scale);
+        draw(&mut svg, bar, middle, top, scale);
     }
-    svg.line("axis", (middle, 0.0), (middle, height));
+    svg.line("axis", PaperPoint::new(middle, 0.0), PaperPoint::new(middle, height));
     svg.finish()
 }
 
@@ -44,9 +44,9 @@ fn sides(bar: &Bar) -> (f64, f64) {
     ((low as f64 + centre) / total, (high as f64 + centre) / total)
 }
 
-fn draw(svg: &mut Svg, bar: &Bar, (middle, top): (f64, f64), scale: f64) {
+fn draw(svg: &mut Svg, bar: &Bar, middle: f64, top: f64, scale: f64) {
     let total = bar.counts.iter().sum::<usize>();
-    svg.text("bar-name", (4.0, top + 13.0), &labels::shorten(&bar.label, middle * 2.0 - 8.0));
+    svg.text("bar-name", PaperPoint::new(4.0, top + 13.0), &labels::shorten(&bar.label, middle * 2.0 - 8.0));
     let mut left = middle - sides(bar).0 * scale;
     for (point, count) in bar.counts.iter().enumerate().filter(|(_, count)| **count > 0) {
         let width = *count as f64 / total as f64 * scale;
@@ -54,7 +54,11 @@ fn draw(svg: &mut Svg, bar: &Bar, (middle, top): (f64, f64), scale: f64) {
         svg.rect(&format!("level {}", level(point, bar.counts.len())), area);
         // The number is the second cue: which point it is tells the order, how many the figure.
         if width > 16.0 {
-            svg.text("level-count middle", (left + width / 2.0, top + 19.0 + BAR - 5.0), &count.to_string());
+            svg.text(
+                "level-count middle",
+                PaperPoint::new(left + width / 2.0, top + 19.0 + BAR - 5.0),
+                &count.to_string(),
+            );
         }
         left += width;
     }
@@ -94,7 +98,7 @@ mod tests {
     #[test]
     fn a_bar_without_answers_draws_nothing_and_no_nonsense() {
         let bars = [Bar { label: "<b>".to_owned(), counts: vec![0; 5] }];
-        let drawn = diverging(&bars, ("x", "t"), Size::Wide);
+        let drawn = diverging(&bars, "x", "t", Size::Wide);
         assert!(!drawn.contains("<rect") && !drawn.contains("NaN") && !drawn.contains("<b>"), "{drawn}");
     }
 }

@@ -24,13 +24,14 @@ mod trace;
 pub use bars::{among, by_day, spread};
 pub use boxes::{BoxRow, boxes};
 pub use corridor::corridor;
-pub use cross_section::{Outline, Section, Structure, cross_section};
+pub use cross_section::{Outline, Section, SectionPoint, Structure, cross_section};
 pub use damage::{LayerDamage, damage};
 pub use force_depth::force_depth;
 pub use learning::learning_curve;
 pub use likert::{Bar, diverging};
 pub use marks::numbered;
 pub use progress::{ScorePoint, mastery_strip, score_bar, scores, share_bar, sparkline};
+pub use scale::Extent;
 pub use scatter::scatter;
 pub use time::force_and_depth;
 pub use trace::{LEFT as TRACE_LEFT, RIGHT as TRACE_RIGHT, Strip, trace};
@@ -104,9 +105,9 @@ mod tests {
     fn drawings_of_progress_speak_the_readers_language() {
         let rule = Rule::new(&CusumParams { p0: 0.1, p1: 0.4, alpha: 0.1, beta: 0.1 }, Some(30)).expect("a rule");
         let points = learning(&rule, &[false; 40]).points;
-        check_drawing("learning curve", &"CUSUM", || learning_curve(&points, &rule, ("x", "CUSUM")));
+        check_drawing("learning curve", &"CUSUM", || learning_curve(&points, &rule, "x", "CUSUM"));
         for points in [vec![], vec![ScorePoint { at: samples::NOW, score: 70.0, passed: true }]] {
-            check_drawing("scores", &"CUSUM", || scores(&points, 60.0, ("x", "CUSUM")));
+            check_drawing("scores", &"CUSUM", || scores(&points, 60.0, "x", "CUSUM"));
         }
     }
 }

@@ -4,7 +4,8 @@ use attempt::AttemptCurve;
 
 use super::force_depth::texture_class;
 use super::plot::{Plot, extent};
-use super::svg::{Area, Caption, Svg};
+use super::scale::Extent;
+use super::svg::{Area, Caption, PaperPoint, Svg};
 use super::{Size, marks};
 use crate::format;
 
@@ -41,14 +42,14 @@ fn plots(curve: &AttemptCurve, size: Size) -> (Plot, Plot) {
     let (upper, lower) = if size == Size::Wide { (150.0, 170.0) } else { (120.0, 150.0) };
     let force_area = Area { x: LEFT, y: TOP, width, height: upper };
     let depth_area = Area { x: LEFT, y: TOP + upper + GAP, width, height: lower };
-    let time = (0.0, curve.duration_s);
-    let (low, high) = extent(curve.points.iter().map(|p| p.force_n)).unwrap_or((0.0, 1.0));
+    let time = Extent::new(0.0, curve.duration_s);
+    let force = extent(curve.points.iter().map(|p| p.force_n)).unwrap_or(Extent::new(0.0, 1.0));
     // Ten millimetres above the skin are enough to see the approach.
     let above = curve.points.iter().map(|p| p.advance_mm).fold(0.0, f64::min).max(-10.0);
     let below = curve.points.iter().map(|p| p.advance_mm).fold(curve.target_depth_mm, f64::max).max(1.0);
     (
-        Plot::rising(force_area, time, (low * 1.05, (high * 1.05).max(0.1))),
-        Plot::falling(depth_area, time, (above, below * 1.05)),
+        Plot::rising(force_area, time, Extent::new(force.from * 1.05, (force.to * 1.05).max(0.1))),
+        Plot::falling(depth_area, time, Extent::new(above, below * 1.05)),
     )
 }
 
@@ -64,8 +65,8 @@ fn describe(curve: &AttemptCurve) -> String {
 
 fn draw_target(svg: &mut Svg, plot: &Plot, target_mm: f64) {
     let y = plot.y.at(target_mm);
-    svg.line("target", (plot.area.x, y), (plot.area.right(), y));
-    svg.text("target-name", (plot.area.x + 5.0, y - 5.0), tr!("target"));
+    svg.line("target", PaperPoint::new(plot.area.x, y), PaperPoint::new(plot.area.right(), y));
+    svg.text("target-name", PaperPoint::new(plot.area.x + 5.0, y - 5.0), tr!("target"));
 }
 
 /// A thin line through both plots for each event, its number on top.
@@ -73,11 +74,11 @@ fn draw_marks(svg: &mut Svg, force: &Plot, depth: &Plot, curve: &AttemptCurve) {
     let mut free_from = 0.0;
     for (number, mark) in marks::numbered(curve) {
         let x = force.x.at(mark.t_s);
-        svg.line("moment", (x, force.area.y), (x, depth.area.bottom()));
-        marks::draw(svg, mark.kind, (x, depth.y.at(mark.advance_mm)));
+        svg.line("moment", PaperPoint::new(x, force.area.y), PaperPoint::new(x, depth.area.bottom()));
+        marks::draw(svg, mark.kind, PaperPoint::new(x, depth.y.at(mark.advance_mm)));
         // Events of one moment share a place: only the first number is printed, the table has the others.
         if x >= free_from {
-            svg.text("mark-number middle", (x, force.area.y - 6.0), &number.to_string());
+            svg.text("mark-number middle", PaperPoint::new(x, force.area.y - 6.0), &number.to_string());
             free_from = x + 11.0;
         }
     }

@@ -61,10 +61,10 @@ pub struct CurveFacts {
 impl CurveFacts {
     /// A curve as it stands, by a rule that decides or does not. `title` is what the drawing is called.
     #[must_use]
-    pub fn new(step: &StepProgress, (rule, decides): (CurveRule, bool), title: &str) -> Option<Self> {
+    pub fn new(step: &StepProgress, rule: CurveRule, decides: bool, title: &str) -> Option<Self> {
         let curve = step.curve.as_ref()?;
         Some(Self {
-            drawing: charts::learning_curve(&curve.points, &rule.rule, ("own", title)),
+            drawing: charts::learning_curve(&curve.points, &rule.rule, "own", title),
             rule,
             decides,
             standing: curve.standing,

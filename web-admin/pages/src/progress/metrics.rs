@@ -40,7 +40,7 @@ impl MetricRow {
     /// The box, on the metric's own scale.
     #[must_use]
     pub fn drawing(&self) -> String {
-        charts::spread(&self.five, (self.five.min, self.five.max))
+        charts::spread(&self.five, charts::Extent::new(self.five.min, self.five.max))
     }
 }
 

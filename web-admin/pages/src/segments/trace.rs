@@ -4,7 +4,7 @@ use askama::Template;
 use askama_web::WebTemplate;
 use uuid::Uuid;
 
-use crate::charts::{self, Strip, TRACE_LEFT, TRACE_RIGHT};
+use crate::charts::{self, Extent, Strip, TRACE_LEFT, TRACE_RIGHT};
 use crate::segments::{TaskRow, ms};
 use crate::{Shell, assets, format};
 use model::segments::{MOST_MARKS, TOLERANCE_S, Verdict};
@@ -82,15 +82,15 @@ impl Line {
 impl StripView {
     /// The strips of a trace, with marks and, once they may be shown, pops.
     #[must_use]
-    pub fn all(spans: &[Vec<Span>], strips: &[(f64, f64)], (marks, pops): (&[f64], &[f64])) -> Vec<Self> {
+    pub fn all(spans: &[Vec<Span>], strips: &[(f64, f64)], marks: &[f64], pops: &[f64]) -> Vec<Self> {
         let ends = |pick: fn(&Span) -> f64| spans.iter().flatten().map(pick);
         let low = ends(|span| span.force_min_n).fold(0.0, f64::min);
         let high = ends(|span| span.force_max_n).fold(0.0, f64::max);
         let view = |(at, (from_s, to_s)): (usize, &(f64, f64))| {
             let strip = Strip {
                 number: at + 1,
-                from_to_s: (*from_s, *to_s),
-                force_n: (low, high),
+                stretch_s: Extent::new(*from_s, *to_s),
+                force_n: Extent::new(low, high),
                 spans: spans.get(at).map_or(&[], Vec::as_slice),
                 marks,
                 pops,
@@ -170,7 +170,7 @@ mod tests {
             trace: Uuid::nil(),
             place: (2, 3),
             duration_s: 8.0,
-            strips: StripView::all(&spans, &[(0.0, 5.0), (5.0, 10.0)], (&[2.0, 6.1], pops)),
+            strips: StripView::all(&spans, &[(0.0, 5.0), (5.0, 10.0)], &[2.0, 6.1], pops),
             typed: vec!["2".to_owned(), "6.1".to_owned()],
             refused: None,
             found: found.clone(),

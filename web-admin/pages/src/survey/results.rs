@@ -6,7 +6,7 @@ use askama::Template;
 use askama_web::WebTemplate;
 
 use super::figures;
-use crate::charts::{self, Bar, BoxRow};
+use crate::charts::{self, Bar, BoxRow, Extent};
 use crate::{Shell, format};
 use model::survey::Identity;
 use model::survey::results::{Figure, Interval, ItemGroup, ItemResult, Results, ScoreGroup, ScoreResult};
@@ -68,14 +68,33 @@ impl AskedLine {
 pub struct Split {
     /// Word and title of what can be split by, and whether it is.
     pub ways: Vec<(&'static str, &'static str, bool)>,
-    /// Title and groups of each score.
-    pub scores: Vec<(String, (f64, f64), Vec<ScoreGroup>)>,
+    /// The scores.
+    pub scores: Vec<SplitScore>,
     /// Answers in groups that are hidden.
     pub hidden: usize,
 }
 
-/// Title of a score, its points against another figure, and Spearman's ρ of them.
-pub type Scatter = (String, Vec<(f64, f64)>, Figure<Interval>);
+/// A score by groups.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SplitScore {
+    /// Title.
+    pub title: String,
+    /// Least and greatest that it can be.
+    pub range: Extent,
+    /// The groups.
+    pub groups: Vec<ScoreGroup>,
+}
+
+/// A score against another figure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ScatteredScore {
+    /// Title of the score.
+    pub title: String,
+    /// The figure and the score of each response; none where too few are to be shown.
+    pub points: Vec<(f64, f64)>,
+    /// Spearman's ρ.
+    pub rho: Figure<Interval>,
+}
 
 /// Scores against a figure of the attempts.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,7 +102,7 @@ pub struct Against {
     /// Word and title of each figure, and whether it is chosen.
     pub metrics: Vec<(&'static str, &'static str, bool)>,
     /// Each score; points only where there are enough to show.
-    pub scores: Vec<Scatter>,
+    pub scores: Vec<ScatteredScore>,
 }
 
 /// The comments to an item.
@@ -135,29 +154,22 @@ impl ResultsPage {
     #[must_use]
     pub fn score_boxes(&self, score: &ScoreResult) -> String {
         let key = format!("score-{}", score.id);
-        score_boxes(&score.groups, score.range, (&key, &score.title))
+        let (least, greatest) = score.range;
+        score_boxes(&score.groups, Extent::new(least, greatest), &key, &score.title)
     }
 
     /// The scores of another split as boxes.
     #[must_use]
-    pub fn split_boxes(
-        &self,
-        (title, range, groups): &(String, (f64, f64), Vec<ScoreGroup>),
-        at: impl Borrow<usize>,
-    ) -> String {
-        score_boxes(groups, *range, (&format!("split-{}", at.borrow()), title))
+    pub fn split_boxes(&self, score: &SplitScore, at: impl Borrow<usize>) -> String {
+        score_boxes(&score.groups, score.range, &format!("split-{}", at.borrow()), &score.title)
     }
 
     /// Scores against the chosen figure as points.
     #[must_use]
-    pub fn points(
-        &self,
-        (title, points, _): &(String, Vec<(f64, f64)>, Figure<Interval>),
-        at: impl Borrow<usize>,
-    ) -> String {
+    pub fn points(&self, score: &ScatteredScore, at: impl Borrow<usize>) -> String {
         let metric = self.against.metrics.iter().find(|(.., chosen)| *chosen).map_or("", |(_, title, _)| title);
         let key = format!("against-{}", at.borrow());
-        charts::both(|size| charts::scatter(points, (metric, title), &key, size))
+        charts::both(|size| charts::scatter(&score.points, metric, &score.title, &key, size))
     }
 }
 
@@ -165,14 +177,14 @@ fn block(at: usize, items: &[ItemResult]) -> Block<'_> {
     let key = format!("items-{at}");
     let heading = items.first().map_or("", |item| item.section.as_str());
     let drawing = match items.first().map(|item| item.kind) {
-        Some("likert") => likert(items, (&key, heading)),
-        Some("slider") => profile(items, (&key, heading)),
+        Some("likert") => likert(items, &key, heading),
+        Some("slider") => profile(items, &key, heading),
         _ => String::new(),
     };
     Block { heading, drawing, items: items.iter().collect() }
 }
 
-fn likert(items: &[ItemResult], caption: (&str, &str)) -> String {
+fn likert(items: &[ItemResult], key: &str, title: &str) -> String {
     let bar = |item: &ItemResult| {
         let name = item.name.clone();
         let of = move |group: &ItemGroup| Bar {
@@ -182,17 +194,17 @@ fn likert(items: &[ItemResult], caption: (&str, &str)) -> String {
         item.groups.iter().map(of).collect::<Vec<_>>()
     };
     let bars: Vec<Bar> = items.iter().flat_map(bar).collect();
-    if bars.is_empty() { String::new() } else { charts::both(|size| charts::diverging(&bars, caption, size)) }
+    if bars.is_empty() { String::new() } else { charts::both(|size| charts::diverging(&bars, key, title, size)) }
 }
 
 /// Sliders side by side: the profile of a workload.
-fn profile(items: &[ItemResult], caption: (&str, &str)) -> String {
+fn profile(items: &[ItemResult], key: &str, title: &str) -> String {
     let mut rows = Vec::new();
-    let (mut low, mut high) = (0.0_f64, 100.0_f64);
+    let mut range = Extent::new(0.0, 100.0);
     for (item, group) in items.iter().flat_map(|item| item.groups.iter().map(move |group| (item, group))) {
         let quartiles = group.quartiles.value().map(|q| (q.lower, q.median, q.upper));
         if let Some((lower, _, upper)) = quartiles {
-            (low, high) = (low.min(lower), high.max(upper));
+            range = Extent::new(range.from.min(lower), range.to.max(upper));
         }
         rows.push(BoxRow {
             label: format!("{} · {} ({})", item.name, words::known(&group.group), group.n),
@@ -203,15 +215,15 @@ fn profile(items: &[ItemResult], caption: (&str, &str)) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    charts::both(|size| charts::boxes(&rows, (low, high), caption, size))
+    charts::both(|size| charts::boxes(&rows, range, key, title, size))
 }
 
-fn score_boxes(groups: &[ScoreGroup], range: (f64, f64), caption: (&str, &str)) -> String {
+fn score_boxes(groups: &[ScoreGroup], range: Extent, key: &str, title: &str) -> String {
     let row = |group: &ScoreGroup| BoxRow {
         label: format!("{} ({})", words::known(&group.group), group.n),
         quartiles: group.quartiles.value().map(|q| (q.lower, q.median, q.upper)),
         mean: group.mean.value().map(|m| (m.value, m.low, m.high)),
     };
     let rows: Vec<BoxRow> = groups.iter().map(row).collect();
-    if rows.is_empty() { String::new() } else { charts::both(|size| charts::boxes(&rows, range, caption, size)) }
+    if rows.is_empty() { String::new() } else { charts::both(|size| charts::boxes(&rows, range, key, title, size)) }
 }

@@ -8,7 +8,8 @@ use uuid::Uuid;
 use super::form::{ConsentPage, End, EndPage, FormPage, Given, Question, Terms};
 use super::instrument::{EditPage, InstrumentPage, InstrumentsPage, Preview};
 use super::manage::{AskedRow, LinksPage, ListPage, ManagePage, NewPage, SurveyRow, Typed};
-use super::results::{Against, AskedLine, Comment, CommentBlock, ResultsPage, Split};
+use super::results::{Against, AskedLine, Comment, CommentBlock, ResultsPage, ScatteredScore, Split, SplitScore};
+use crate::charts::Extent;
 use crate::samples::{NOW, keep, shell};
 use model::mail::LetterDelivery;
 use model::survey::Identity;
@@ -251,12 +252,20 @@ fn results_page(instrument: &Instrument, owner: bool) -> ResultsPage {
         results: Results::new(instrument, &rows, owner),
         split: Split {
             ways: vec![("month", "month", true), ("device", "device", false)],
-            scores: vec![("Realism".to_owned(), (1.0, 5.0), vec![score_group("2026-05 · trainee", &rows, 0)])],
+            scores: vec![SplitScore {
+                title: "Realism".to_owned(),
+                range: Extent::new(1.0, 5.0),
+                groups: vec![score_group("2026-05 · trainee", &rows, 0)],
+            }],
             hidden: 3,
         },
         against: Against {
             metrics: vec![("peak_force_n", "peak force (N)", true)],
-            scores: vec![("Realism".to_owned(), points.clone(), correlation(&points))],
+            scores: vec![ScatteredScore {
+                title: "Realism".to_owned(),
+                points: points.clone(),
+                rho: correlation(&points),
+            }],
         },
         comments: vec![
             CommentBlock {

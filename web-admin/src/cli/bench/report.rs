@@ -55,8 +55,8 @@ impl Measured {
         Times::of(self.timings.iter().copied())
     }
 
-    fn page(&self, page: &(&'static str, String)) -> Option<Times> {
-        let place = self.pages.iter().position(|own| own == page)?;
+    fn page(&self, role: &str, route: &str) -> Option<Times> {
+        let place = self.pages.iter().position(|page| page.0 == role && page.1 == route)?;
         Times::of(self.timings.iter().filter(|timing| timing.page == place).copied())
     }
 }
@@ -126,16 +126,16 @@ fn pages(text: &mut String, measured: &[Measured]) -> std::fmt::Result {
     };
     let lines: String = measured.iter().map(|_| "---|---|").collect();
     write!(text, "\n| page | seen by | kB |{}{}\n|---|---|---|{lines}\n", titles("p50, ms"), titles("p99, ms"))?;
-    let mut rows: Vec<_> = largest.pages.iter().filter_map(|page| Some((page, largest.page(page)?))).collect();
+    let mut rows: Vec<_> =
+        largest.pages.iter().filter_map(|page| Some((page, largest.page(page.0, &page.1)?))).collect();
     rows.sort_by(|(_, a), (_, b)| b.p50.total_cmp(&a.p50));
-    for (page, times) in rows {
+    for ((role, route), times) in rows {
         let figures = |figure: fn(Times) -> f64| -> String {
             measured
                 .iter()
-                .map(|school| school.page(page).map_or(" |".to_owned(), |t| format!(" {:.1} |", figure(t))))
+                .map(|school| school.page(role, route).map_or(" |".to_owned(), |t| format!(" {:.1} |", figure(t))))
                 .collect()
         };
-        let (role, route) = page;
         let kilobytes = times.bytes as f64 / 1e3;
         writeln!(text, "| `{route}` | {role} | {kilobytes:.1} |{}{}", figures(|t| t.p50), figures(|t| t.p99))?;
     }

@@ -109,6 +109,6 @@ pub(super) async fn sign_in(
 ) -> Result<Json<SignedInView>, ApiError> {
     let person = stations::sign_in(&state, caller.station()?, &asked.code).await?;
     let exercises = documents::listed(&state, person.school_id, Some(person.id)).await?;
-    let surveys = surveys::at_a_station(&state, (person.school_id, person.id)).await?;
+    let surveys = surveys::at_a_station(&state, person.school_id, person.id).await?;
     Ok(Json(SignedInView { trainee: person.pseudonym, display_name: person.display_name, exercises, surveys }))
 }

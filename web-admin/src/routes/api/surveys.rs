@@ -84,10 +84,7 @@ async fn questions(state: &AppState, survey: Survey) -> Result<Questions, Error>
 }
 
 /// What a trainee may be asked at a station after whatever they practise there, though the station lose the service.
-pub(super) async fn at_a_station(
-    state: &AppState,
-    (school, trainee): (Uuid, Uuid),
-) -> Result<Vec<StationSurvey>, Error> {
+pub(super) async fn at_a_station(state: &AppState, school: Uuid, trainee: Uuid) -> Result<Vec<StationSurvey>, Error> {
     let reader = state.db.reader();
     let practised = Practised { school, trainee, exercise: None };
     let open = surveys::after_attempt(reader, practised, state.clock.now()).await?;

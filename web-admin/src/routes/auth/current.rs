@@ -25,7 +25,8 @@ const SIGNED_IN_S: i64 = 12 * 3600;
 /// Makes a session a signed-in one, under a new id: whoever planted the old one gains nothing.
 pub(crate) async fn start_session(
     session: &Session,
-    (person_id, credential_version): (Uuid, i64),
+    person_id: Uuid,
+    credential_version: i64,
     now: Moment,
 ) -> Result<(), Error> {
     session.clear().await;

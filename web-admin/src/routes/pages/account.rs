@@ -68,7 +68,7 @@ pub(super) async fn set_password(
         Err(refused) => refused,
         Ok(()) if accounts::change_own_password(&state, &person, typed).await? => {
             let known = people::by_id(state.db.reader(), person.id).await?.ok_or(Error::NotFound)?;
-            start_session(&session, (known.id, known.credential_version), state.clock.now()).await?;
+            start_session(&session, known.id, known.credential_version, state.clock.now()).await?;
             return Ok(Redirect::to("/account").into_response());
         }
         Ok(()) => PasswordRefused::WrongOld,

@@ -26,7 +26,7 @@ const WEEK_S: i64 = 7 * 24 * 3600;
 /// The administrator's home.
 pub(super) async fn home(state: &AppState, shell: Shell, person: &CurrentPerson) -> Result<AdminHomePage, Error> {
     let counts = counts(state, person.school_id).await?;
-    let (cohorts, more) = cohorts::in_short(state, person, ("", FEW)).await?;
+    let (cohorts, more) = cohorts::in_short(state, person, "", FEW).await?;
     Ok(AdminHomePage {
         shell,
         queue: queue(state, person.school_id, &counts).await?,

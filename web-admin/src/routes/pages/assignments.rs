@@ -211,8 +211,8 @@ pub(super) async fn show(
     let ids: Vec<Uuid> = trainees.iter().map(|trainee| trainee.id).collect();
     let standings = teaching::standings_at(&state, person.school_id, id, &ids).await?;
     let row_of = |(trainee, standing): (Named, _)| {
-        let link = (trainee.name, format!("/trainees/{}", trainee.id));
-        Row::new(standing, link, trainee.id.to_string())
+        let href = format!("/trainees/{}", trainee.id);
+        Row::new(standing, trainee.name, href, trainee.id.to_string())
     };
     let rows = trainees.into_iter().zip(standings).map(row_of).collect();
     let shell = Shell::new(&person, csrf.token(), Place::Assignments);

@@ -26,7 +26,8 @@ pub(super) fn href(cohort: &Named) -> String {
 pub(super) async fn in_short(
     state: &AppState,
     person: &CurrentPerson,
-    (after, most): (&str, usize),
+    after: &str,
+    most: usize,
 ) -> Result<(Vec<CohortLine>, Option<String>), Error> {
     let limit = u32::try_from(most + 1).unwrap_or(u32::MAX);
     let mut found = reports::cohorts_in_short(state.db.reader(), person, (after, limit)).await?;
@@ -48,7 +49,7 @@ pub(super) async fn list(
     csrf: Csrf,
     Query(After { after }): Query<After>,
 ) -> Result<CohortsPage, PageError> {
-    let (cohorts, next) = in_short(&state, &person, (&after, PER_PAGE)).await?;
+    let (cohorts, next) = in_short(&state, &person, &after, PER_PAGE).await?;
     Ok(CohortsPage {
         shell: Shell::new(&person, csrf.token(), Place::Cohorts),
         cohorts,

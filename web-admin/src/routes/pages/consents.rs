@@ -15,7 +15,7 @@ use super::Id;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
 use acts::error::Error;
 use model::directory::DirectoryEntry;
 use model::{CurrentPerson, Moment, Role, corridor};
@@ -64,14 +64,15 @@ pub(super) async fn show(
     let person = find(&state, &visitor, id).await?;
     let today = format::machine_time(state.clock.now().to_utc()).chars().take(10).collect();
     let typed = Typed { wording: corridor::WORDING.to_owned(), how: String::new(), given: today };
-    Ok(page(&state, (&visitor, &csrf), person, (typed, None)).await?)
+    Ok(page(&state, Visit::new(&visitor, &csrf), person, typed, None).await?)
 }
 
 async fn page(
     state: &AppState,
-    (visitor, csrf): (&CurrentPerson, &Csrf),
+    Visit { person: visitor, csrf }: Visit<'_>,
     person: DirectoryEntry,
-    (typed, refused): (Typed, Option<String>),
+    typed: Typed,
+    refused: Option<String>,
 ) -> Result<ConsentOfExpertPage, Error> {
     let recorded = experts::declarations(state.db.reader(), visitor.school_id, person.id).await?;
     let row = |known: experts::Declaration| Recorded {
@@ -104,7 +105,7 @@ pub(super) async fn record(
     let new = match read(&typed, visitor.id, state.clock.now()) {
         Ok(new) => new,
         Err(why) => {
-            let page = page(&state, (&visitor, &csrf), person, (typed, Some(why))).await?;
+            let page = page(&state, Visit::new(&visitor, &csrf), person, typed, Some(why)).await?;
             return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
         }
     };

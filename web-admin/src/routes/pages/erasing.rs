@@ -9,7 +9,7 @@ use super::Id;
 use super::people::{find, nobody_themselves};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, Visit};
 use acts::erasing;
 use acts::erasing::Eraser;
 use acts::error::Error;
@@ -27,7 +27,7 @@ pub(super) async fn show(
     csrf: Csrf,
 ) -> Result<ErasePage, PageError> {
     let person = erasable(&state, &visitor, id).await?;
-    Ok(page(&state, (&visitor, &csrf), person).await?)
+    Ok(page(&state, Visit::new(&visitor, &csrf), person).await?)
 }
 
 /// Somebody of the administrator's school who is not anonymous yet, nor the administrator.
@@ -42,7 +42,7 @@ async fn erasable(state: &AppState, visitor: &CurrentPerson, id: uuid::Uuid) -> 
 
 async fn page(
     state: &AppState,
-    (visitor, csrf): (&CurrentPerson, &Csrf),
+    Visit { person: visitor, csrf }: Visit<'_>,
     person: DirectoryEntry,
 ) -> Result<ErasePage, Error> {
     let (reader, school_id) = (state.db.reader(), visitor.school_id);
@@ -78,7 +78,7 @@ pub(super) async fn erase(
 ) -> Result<Response, PageError> {
     let person = erasable(&state, &visitor, id).await?;
     if form.confirm.trim().to_lowercase() != person.email {
-        let page = page(&state, (&visitor, &csrf), person).await?;
+        let page = page(&state, Visit::new(&visitor, &csrf), person).await?;
         let page = ErasePage { unconfirmed: true, ..page };
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }

@@ -120,6 +120,6 @@ fn chart(courses: &[Visited], bundle: &ExerciseBundle) -> Option<String> {
         let index = taught.course.steps.iter().position(|step| step.exercise == exercise.id)?;
         progress.as_ref().map(|p| &p.steps[index].attempts)
     })?;
-    let drawn = || charts::scores(&score_points(attempts), exercise.pass_mark, ("own", tr!("Score over time")));
+    let drawn = || charts::scores(&score_points(attempts), exercise.pass_mark, "own", tr!("Score over time"));
     (!attempts.is_empty()).then(drawn)
 }

@@ -10,7 +10,7 @@ use tower_http::services::ServeFile;
 use super::{Id, in_query};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use crate::routes::auth::{CsrfForm, NoFields, PageHead, Visitor};
 use acts::error::Error;
 use acts::recordings;
 use acts::secret;
@@ -34,16 +34,16 @@ const VIEWERS: [(&str, &str, &str); 3] = [
 pub(super) async fn make(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    (Id(id), headers): (Id, HeaderMap),
-    csrf: Csrf,
+    Id(id): Id,
+    head: PageHead,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<LinksPage, PageError> {
     let session = sessions::visible(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
     let token = recording_links::make_recording_link(&state, &person, &session).await?;
-    let recording = format!("{}/recordings/{token}/{id}.mcap", own_address(&state, &headers));
+    let recording = format!("{}/recordings/{token}/{id}.mcap", own_address(&state, &head.headers));
     let opened = |(name, _, address): (&'static str, _, &str)| (name, format!("{address}{}", in_query(&recording)));
     Ok(LinksPage {
-        shell: Shell::new(&person, csrf.token(), Place::Elsewhere),
+        shell: Shell::new(&person, head.csrf.token(), Place::Elsewhere),
         session: id,
         viewers: VIEWERS.map(opened).to_vec(),
         recording,

@@ -9,7 +9,7 @@ use uuid::Uuid;
 use super::{Id, in_query};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
 use acts::accounts;
 use acts::accounts::NewAccount;
 use acts::error::Error;
@@ -80,17 +80,17 @@ pub(super) async fn list(
     csrf: Csrf,
     Query(query): Query<PeopleQuery>,
 ) -> Result<PeoplePage, PageError> {
-    let shell = Shell::new(&person, csrf.token(), Place::People);
-    Ok(page(&state, shell, person.school_id, (query, NewPersonForm::default(), None)).await?)
+    Ok(page(&state, Visit::new(&person, &csrf), query, NewPersonForm::default(), None).await?)
 }
 
 async fn page(
     state: &AppState,
-    shell: Shell,
-    school: Uuid,
-    (query, typed, refused): (PeopleQuery, NewPersonForm, Option<PersonRefused>),
+    Visit { person, csrf }: Visit<'_>,
+    query: PeopleQuery,
+    typed: NewPersonForm,
+    refused: Option<PersonRefused>,
 ) -> Result<PeoplePage, Error> {
-    let filter = query.filter();
+    let (school, filter) = (person.school_id, query.filter());
     let mut rows = directory::list(state.db.reader(), school, &filter, PER_PAGE + 1).await?;
     let more = rows.len() > PER_PAGE as usize;
     rows.truncate(PER_PAGE as usize);
@@ -104,7 +104,7 @@ async fn page(
         cohorts.iter().map(choice).collect()
     };
     Ok(PeoplePage {
-        shell,
+        shell: Shell::new(person, csrf.token(), Place::People),
         roles: Choice::roles(filter.role),
         states: Choice::states(filter.state),
         cohorts: choices(filter.cohort),
@@ -169,8 +169,7 @@ pub(super) async fn add(
             None => refused = Some(PersonRefused::Taken),
         }
     }
-    let shell = Shell::new(&person, csrf.token(), Place::People);
-    let page = page(&state, shell, person.school_id, (PeopleQuery::default(), form, refused)).await?;
+    let page = page(&state, Visit::new(&person, &csrf), PeopleQuery::default(), form, refused).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }
 
@@ -189,7 +188,7 @@ pub(super) async fn show(
 ) -> Result<PersonPage, PageError> {
     let person = find(&state, &visitor, id).await?;
     let form = PersonForm { name: person.name.clone(), email: person.email.clone(), ..PersonForm::default() };
-    Ok(PersonPage { done, ..person_page(&state, (&visitor, &csrf), person, form).await? })
+    Ok(PersonPage { done, ..person_page(&state, Visit::new(&visitor, &csrf), person, form).await? })
 }
 
 /// Somebody of the administrator's school.
@@ -199,7 +198,7 @@ pub(super) async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) ->
 
 async fn person_page(
     state: &AppState,
-    (visitor, csrf): (&CurrentPerson, &Csrf),
+    Visit { person: visitor, csrf }: Visit<'_>,
     person: DirectoryEntry,
     form: PersonForm,
 ) -> Result<PersonPage, Error> {
@@ -253,7 +252,7 @@ pub(super) async fn change(
         refused,
         ..PersonForm::default()
     };
-    let page = person_page(&state, (&visitor, &csrf), person, typed).await?;
+    let page = person_page(&state, Visit::new(&visitor, &csrf), person, typed).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }
 

@@ -11,7 +11,7 @@ use super::Id;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Teacher, Visit};
 use acts::error::Error;
 use acts::regrading::exercise as regrading;
 use model::regrading::RegradingState as Standing;
@@ -110,12 +110,12 @@ async fn show(
     csrf: Csrf,
     Query(query): Query<LinesQuery>,
 ) -> Result<RegradingPage, PageError> {
-    Ok(page(&state, (&person, &csrf), id, query).await?)
+    Ok(page(&state, Visit::new(&person, &csrf), id, query).await?)
 }
 
 async fn page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
+    Visit { person, csrf }: Visit<'_>,
     id: Uuid,
     query: LinesQuery,
 ) -> Result<RegradingPage, Error> {
@@ -179,7 +179,7 @@ async fn confirm(
     csrf: Csrf,
     CsrfForm(form): CsrfForm<ConfirmForm>,
 ) -> Result<Response, PageError> {
-    let again = async || page(&state, (&person, &csrf), id, LinesQuery::default()).await;
+    let again = async || page(&state, Visit::new(&person, &csrf), id, LinesQuery::default()).await;
     match regrading::confirm(&state, &person, id, (&form.digest, &form.reason)).await {
         Ok(true) => Ok(Redirect::to(&href(id)).into_response()),
         Ok(false) => Ok((StatusCode::CONFLICT, RegradingPage { stale: true, ..again().await? }).into_response()),

@@ -11,7 +11,7 @@ use uuid::Uuid;
 use super::{Id, sessions as attempts};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, NoFields, Visit, Visitor};
 use acts::error::Error;
 use attempt::AttemptCurve;
 use model::comment::{self, Comment, Typed};
@@ -41,7 +41,7 @@ pub(super) async fn show(
     Query(query): Query<ReplayQuery>,
 ) -> Result<ReplayPage, PageError> {
     let session = find(&state, &person, id).await?;
-    Ok(page(&state, (&person, &csrf), &session, (CommentForm::default(), query)).await?)
+    Ok(page(&state, Visit::new(&person, &csrf), &session, CommentForm::default(), query).await?)
 }
 
 /// An attempt that a person may see.
@@ -51,9 +51,10 @@ async fn find(state: &AppState, person: &CurrentPerson, id: Uuid) -> Result<Sess
 
 async fn page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
+    Visit { person, csrf }: Visit<'_>,
     session: &Session,
-    (form, query): (CommentForm, ReplayQuery),
+    form: CommentForm,
+    query: ReplayQuery,
 ) -> Result<ReplayPage, Error> {
     let reader = state.db.reader();
     let key = session.key();
@@ -162,7 +163,7 @@ pub(super) async fn comment(
         }
         Err(refused) => {
             let form = CommentForm { typed, error: Some(refused.to_string()), answers: None };
-            again(&state, (&person, &csrf), &session, form).await
+            again(&state, Visit::new(&person, &csrf), &session, form).await
         }
     }
 }
@@ -188,7 +189,7 @@ pub(super) async fn answer(
         Err(refused) => {
             let typed = Typed { body: typed.body, ..Typed::default() };
             let form = CommentForm { typed, error: Some(refused.to_string()), answers: Some(comment) };
-            return again(&state, (&person, &csrf), &session, form).await;
+            return again(&state, Visit::new(&person, &csrf), &session, form).await;
         }
     };
     let made = said::answer_comment(&state, &person, &session, comment, &body).await?;
@@ -214,10 +215,10 @@ fn back(session: Uuid, comment: Uuid) -> Response {
 
 async fn again(
     state: &AppState,
-    visitor: (&CurrentPerson, &Csrf),
+    visit: Visit<'_>,
     session: &Session,
     form: CommentForm,
 ) -> Result<Response, PageError> {
-    let page = page(state, visitor, session, (form, ReplayQuery::default())).await?;
+    let page = page(state, visit, session, form, ReplayQuery::default()).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use super::Id;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, Visit};
 use acts::error::Error;
 use acts::retention as retaining;
 use acts::retention::Planned;
@@ -38,13 +38,13 @@ pub(super) async fn show(
     csrf: Csrf,
     Query(SavedQuery { saved }): Query<SavedQuery>,
 ) -> Result<RetentionPage, PageError> {
-    let page = page(&state, (&person, &csrf), None).await?;
+    let page = page(&state, Visit::new(&person, &csrf), None).await?;
     Ok(RetentionPage { saved, ..page })
 }
 
 async fn page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
+    Visit { person, csrf }: Visit<'_>,
     typed: Option<RetentionForm>,
 ) -> Result<RetentionPage, Error> {
     let (settings, planned) = retaining::plan(state, person.school_id).await?;
@@ -128,7 +128,7 @@ pub(super) async fn set(
                 recordings,
                 refused: Some(refused),
             };
-            let page = page(&state, (&person, &csrf), Some(typed)).await?;
+            let page = page(&state, Visit::new(&person, &csrf), Some(typed)).await?;
             return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
         }
     };

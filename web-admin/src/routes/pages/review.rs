@@ -11,14 +11,14 @@ use uuid::Uuid;
 use super::{Id, sessions as attempts};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit, Visitor};
 use acts::error::Error;
 use acts::regrading;
 use acts::regrading::{By, Rubric};
 use acts::surveys;
+use model::CurrentPerson;
 use model::judgement::{self, Override, TypedOverride};
 use model::rating::mean;
-use model::CurrentPerson;
 use pages::review::{self as views, Act, GradePage, Judged, RatedMean, RegradePage, ReviewPage, WaitingRow};
 use pages::{Place, Shell, Status, format};
 use store::audit::Actor;
@@ -77,14 +77,15 @@ pub(super) async fn grade(
     csrf: Csrf,
 ) -> Result<GradePage, PageError> {
     let session = find(&state, &person, id).await?;
-    Ok(grade_page(&state, (&person, &csrf), &session, (TypedOverride::default(), None)).await?)
+    Ok(grade_page(&state, Visit::new(&person, &csrf), &session, TypedOverride::default(), None).await?)
 }
 
 async fn grade_page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
+    Visit { person, csrf }: Visit<'_>,
     session: &Session,
-    form: (TypedOverride, Option<String>),
+    typed: TypedOverride,
+    refused: Option<String>,
 ) -> Result<GradePage, Error> {
     let (reader, key) = (state.db.reader(), session.key());
     let computed = scores::all(reader, key).await?;
@@ -103,7 +104,7 @@ async fn grade_page(
         supervised: supervised.map(|known| (known.by, known.confirmed_at.to_utc())),
         ratings: rated(state, person, session).await?,
         judge: person.role.teaches(),
-        form,
+        form: (typed, refused),
     })
 }
 
@@ -174,7 +175,7 @@ pub(super) async fn put_override(
             reviewing::override_grade(&state, &person, &session, &new).await?;
             Ok(to_grade(id))
         }
-        Err(refused) => again(&state, (&person, &csrf), &session, (typed, refused.to_string())).await,
+        Err(refused) => again(&state, Visit::new(&person, &csrf), &session, typed, refused.to_string()).await,
     }
 }
 
@@ -200,7 +201,7 @@ pub(super) async fn withdraw_override(
             Ok(to_grade(id))
         }
         Err(refused) => {
-            again(&state, (&person, &csrf), &session, (TypedOverride::default(), refused.to_string())).await
+            again(&state, Visit::new(&person, &csrf), &session, TypedOverride::default(), refused.to_string()).await
         }
     }
 }
@@ -240,12 +241,12 @@ pub(super) async fn preview(
 ) -> Result<RegradePage, PageError> {
     let session = find_scored(&state, &person, id).await?;
     let after = by_today(&state, &session).await?;
-    Ok(regrade_page(&state, (&person, &csrf), &session, after).await?)
+    Ok(regrade_page(&state, Visit::new(&person, &csrf), &session, after).await?)
 }
 
 async fn regrade_page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
+    Visit { person, csrf }: Visit<'_>,
     session: &Session,
     after: Assessment,
 ) -> Result<RegradePage, Error> {
@@ -286,7 +287,7 @@ pub(super) async fn regrade(
             Ok(to_grade(id))
         }
         Err(refused) => {
-            let page = regrade_page(&state, (&person, &csrf), &session, after).await?;
+            let page = regrade_page(&state, Visit::new(&person, &csrf), &session, after).await?;
             let page = RegradePage { typed: (typed.reason, Some(refused.to_string())), ..page };
             Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
         }
@@ -299,10 +300,11 @@ fn to_grade(session: Uuid) -> Response {
 
 async fn again(
     state: &AppState,
-    visitor: (&CurrentPerson, &Csrf),
+    visit: Visit<'_>,
     session: &Session,
-    (typed, why): (TypedOverride, String),
+    typed: TypedOverride,
+    why: String,
 ) -> Result<Response, PageError> {
-    let page = grade_page(state, visitor, session, (typed, Some(why))).await?;
+    let page = grade_page(state, visit, session, typed, Some(why)).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }

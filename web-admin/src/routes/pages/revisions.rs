@@ -36,7 +36,8 @@ impl Compared {
 pub(super) async fn of_exercise(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    (Path(id), Query(compared)): (Path<String>, Query<Compared>),
+    Path(id): Path<String>,
+    Query(compared): Query<Compared>,
     csrf: Csrf,
 ) -> Result<RevisionsPage, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);
@@ -63,7 +64,8 @@ pub(super) async fn of_exercise(
 pub(super) async fn of_course(
     State(state): State<AppState>,
     Teacher(person): Teacher,
-    (Path(id), Query(compared)): (Path<String>, Query<Compared>),
+    Path(id): Path<String>,
+    Query(compared): Query<Compared>,
     csrf: Csrf,
 ) -> Result<RevisionsPage, PageError> {
     let (reader, school) = (state.db.reader(), person.school_id);

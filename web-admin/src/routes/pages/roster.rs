@@ -9,7 +9,7 @@ use uuid::Uuid;
 use super::Id;
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Administrator, Csrf, CsrfForm, CsrfUpload};
+use crate::routes::auth::{Administrator, Csrf, CsrfForm, CsrfUpload, Visit};
 use acts::error::Error;
 use acts::roster_import;
 use acts::roster_import::Preview;
@@ -27,10 +27,10 @@ pub(super) async fn new(
     Administrator(person): Administrator,
     csrf: Csrf,
 ) -> Result<RosterPage, PageError> {
-    Ok(form(&state, (&person, &csrf), &Wanted::default()).await?)
+    Ok(form(&state, Visit::new(&person, &csrf), &Wanted::default()).await?)
 }
 
-async fn form(state: &AppState, (person, csrf): (&CurrentPerson, &Csrf), wanted: &Wanted) -> Result<RosterPage, Error> {
+async fn form(state: &AppState, Visit { person, csrf }: Visit<'_>, wanted: &Wanted) -> Result<RosterPage, Error> {
     let cohorts = cohorts::all(state.db.reader(), person.school_id).await?;
     Ok(RosterPage {
         shell: Shell::new(person, csrf.token(), Place::People),
@@ -58,7 +58,7 @@ pub(super) async fn send(
             Err(other) => return Err(other.into()),
         },
     };
-    let page = form(&state, (&person, &csrf), &wanted).await?;
+    let page = form(&state, Visit::new(&person, &csrf), &wanted).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, RosterPage { refused: Some(refused), ..page }).into_response())
 }
 
@@ -84,13 +84,14 @@ pub(super) async fn show(
     Query(query): Query<LinesQuery>,
 ) -> Result<RosterPreviewPage, PageError> {
     let shell = Shell::new(&person, csrf.token(), Place::People);
-    Ok(preview(&state, shell, (person.school_id, id), query).await?)
+    Ok(preview(&state, shell, person.school_id, id, query).await?)
 }
 
 async fn preview(
     state: &AppState,
     shell: Shell,
-    (school, id): (Uuid, Uuid),
+    school: Uuid,
+    id: Uuid,
     query: LinesQuery,
 ) -> Result<RosterPreviewPage, Error> {
     let Preview { file_name, ignored, difference, digest } = roster_import::preview(state, school, id).await?;
@@ -133,7 +134,7 @@ pub(super) async fn confirm(
         }
         None => {
             let shell = Shell::new(&person, csrf.token(), Place::People);
-            let page = preview(&state, shell, (person.school_id, id), LinesQuery::default()).await?;
+            let page = preview(&state, shell, person.school_id, id, LinesQuery::default()).await?;
             Ok((StatusCode::CONFLICT, RosterPreviewPage { stale: true, ..page }).into_response())
         }
     }

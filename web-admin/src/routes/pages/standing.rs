@@ -69,7 +69,8 @@ pub(super) fn progress(courses: &[Taught], attempts: &[Attempt], state: &AppStat
 pub(super) async fn proved(
     state: &AppState,
     school: Uuid,
-    (trainee, attempts): (Uuid, &[Attempt]),
+    trainee: Uuid,
+    attempts: &[Attempt],
 ) -> Result<(Needed, Vec<Attempt>), Error> {
     let needed = schools::certificate_needs(state.db.reader(), school).await?;
     let enough = proofs::enough(state.db.reader(), school, (trainee, needed)).await?;
@@ -95,8 +96,8 @@ impl CohortStanding {
     pub fn rows(&self, courses: &[Taught], wanted: impl Fn(&Progress) -> bool) -> Vec<TraineeRow> {
         let row = |(trainee, progress): &(Named, Vec<(usize, Progress)>)| {
             let (course, main) = progress.first().filter(|(_, main)| wanted(main))?;
-            let link = (format!("/trainees/{}", trainee.id), trainee.name.clone());
-            Some(TraineeRow::new(link, &courses[*course].facts(None), main))
+            let href = format!("/trainees/{}", trainee.id);
+            Some(TraineeRow::new(href, trainee.name.clone(), &courses[*course].facts(None), main))
         };
         self.0.iter().filter_map(row).collect()
     }

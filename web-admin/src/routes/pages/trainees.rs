@@ -45,7 +45,7 @@ pub(super) async fn show(
 ) -> Result<TraineePage, PageError> {
     let trainee = reports::trainee(state.db.reader(), &person, id).await?.ok_or(Error::NotFound)?;
     let shell = Shell::new(&person, csrf.token(), Place::Elsewhere);
-    Ok(page(&state, shell, &person, (trainee, query)).await?)
+    Ok(page(&state, shell, &person, trainee, query).await?)
 }
 
 /// The page of a trainee whom the visitor may see.
@@ -53,14 +53,15 @@ pub(super) async fn page(
     state: &AppState,
     shell: Shell,
     visitor: &CurrentPerson,
-    (trainee, query): (Named, PageQuery),
+    trainee: Named,
+    query: PageQuery,
 ) -> Result<TraineePage, Error> {
     let (reader, school) = (state.db.reader(), visitor.school_id);
     let courses = standing::courses(state, school).await?;
     let attempts = practice::of_trainee(reader, school, trainee.id).await?;
     let progress = standing::progress(&courses, &attempts, state);
     let href = format!("/trainees/{}", trainee.id);
-    let (needed, proved) = standing::proved(state, school, (trainee.id, &attempts)).await?;
+    let (needed, proved) = standing::proved(state, school, trainee.id, &attempts).await?;
     let now = state.clock.now().to_utc();
     let view = |(i, progress)| {
         let taught: &Taught = &courses[i];

@@ -189,7 +189,7 @@ pub(super) async fn export(
         for (trainee, progress) in &judged {
             let identity = trainee_cells(trainee.id, &pseudonyms);
             let steps = 0..progress.steps.len();
-            rows.extend(steps.map(|index| [cells(taught, (trainee, progress), index), identity.clone()].concat()));
+            rows.extend(steps.map(|index| [cells(taught, trainee, progress, index), identity.clone()].concat()));
         }
     }
     let names = [
@@ -208,7 +208,7 @@ pub(super) async fn export(
     Ok(export::download(&format!("progress-{}", found.cohort.name), &names, &rows)?)
 }
 
-fn cells(taught: &Taught, (trainee, progress): (&Named, &Progress), index: usize) -> Vec<Cell> {
+fn cells(taught: &Taught, trainee: &Named, progress: &Progress, index: usize) -> Vec<Cell> {
     let (of, step) = (&taught.course.steps[index], &progress.steps[index]);
     let cell = heat_cell(String::new(), step, taught.pass_marks.get(index).copied().unwrap_or(0.0));
     let last_at = step.attempts.last().map(|a| pages::format::machine_time(a.at));

@@ -32,7 +32,7 @@ struct Found {
     metrics: Vec<MetricOfMany>,
 }
 
-async fn find(state: &AppState, person: &CurrentPerson, (id, exercise): (&str, &str)) -> Result<Found, Error> {
+async fn find(state: &AppState, person: &CurrentPerson, id: &str, exercise: &str) -> Result<Found, Error> {
     let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let cohort = reports::cohort(reader, person, id).await?.ok_or(Error::NotFound)?;
@@ -54,7 +54,7 @@ pub(super) async fn show(
     Path((id, exercise)): Path<(String, String)>,
     csrf: Csrf,
 ) -> Result<MetricsPage, PageError> {
-    let Found { cohort, title, latest, metrics } = find(&state, &person, (&id, &exercise)).await?;
+    let Found { cohort, title, latest, metrics } = find(&state, &person, &id, &exercise).await?;
     let scores: Vec<f64> = latest.iter().map(|(_, attempt)| attempt.score).collect();
     Ok(MetricsPage {
         shell: Shell::new(&person, csrf.token(), Place::Cohorts),
@@ -110,19 +110,19 @@ pub(super) async fn export(
     Visitor(person): Visitor,
     Path((id, exercise)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
-    let Found { cohort, latest, metrics, .. } = find(&state, &person, (&id, &exercise)).await?;
+    let Found { cohort, latest, metrics, .. } = find(&state, &person, &id, &exercise).await?;
     let pseudonyms = reports::pseudonyms(state.db.reader(), person.school_id, cohort.id).await?;
-    let rows = latest.into_iter().enumerate().map(move |(place, of)| {
+    let rows = latest.into_iter().enumerate().map(move |(place, (trainee, attempt))| {
         let own = |metric: &MetricOfMany| {
             let found = metric.found.iter().find(|found| found.0 == place)?;
-            Some([cells(&of, metric, found), trainee_cells(of.0.id, &pseudonyms)].concat())
+            Some([cells(&trainee, &attempt, metric, found), trainee_cells(trainee.id, &pseudonyms)].concat())
         };
         Ok(metrics.iter().filter_map(own).collect())
     });
     Ok(export::stream(&format!("metrics-{exercise}"), &NAMES, stream::iter(rows))?)
 }
 
-fn cells((trainee, attempt): &(Named, Attempt), metric: &MetricOfMany, found: &FoundMetric) -> Vec<Cell> {
+fn cells(trainee: &Named, attempt: &Attempt, metric: &MetricOfMany, found: &FoundMetric) -> Vec<Cell> {
     vec![
         Cell::from(trainee.name.clone()),
         Cell::from(attempt.session.to_string()),

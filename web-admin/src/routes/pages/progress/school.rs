@@ -69,7 +69,7 @@ pub(super) async fn show(
         later: !query.after.is_empty(),
         next: next.map(|last| format!("/progress?year={year}&after={}", in_query(&last.cohort))),
         cohorts: cohorts.into_iter().map(year_row).collect(),
-        months: months.into_iter().rev().map(month_row).collect(),
+        months: months.into_iter().rev().map(|(month, sums)| month_row(month, sums)).collect(),
     })
 }
 
@@ -83,7 +83,7 @@ fn year_row(year: YearOfCohort) -> YearRow {
     }
 }
 
-fn month_row((month, sums): (i64, Sums)) -> MonthRow {
+fn month_row(month: i64, sums: Sums) -> MonthRow {
     let passed = passed(&sums);
     MonthRow {
         month: format!("{:04}-{:02}", month.div_euclid(12), month.rem_euclid(12) + 1),

@@ -35,7 +35,7 @@ struct Found {
     step: StepProgress,
 }
 
-async fn find(state: &AppState, person: &CurrentPerson, (id, exercise): (&str, &str)) -> Result<Found, Error> {
+async fn find(state: &AppState, person: &CurrentPerson, id: &str, exercise: &str) -> Result<Found, Error> {
     let id: Uuid = id.parse().map_err(|_| Error::NotFound)?;
     let (reader, school) = (state.db.reader(), person.school_id);
     let trainee = reports::trainee(reader, person, id).await?.ok_or(Error::NotFound)?;
@@ -64,7 +64,7 @@ pub(super) async fn show(
     Path((id, exercise)): Path<(String, String)>,
     csrf: Csrf,
 ) -> Result<LearningPage, PageError> {
-    let found = find(&state, &person, (&id, &exercise)).await?;
+    let found = find(&state, &person, &id, &exercise).await?;
     let (school, trainee) = (person.school_id, found.trainee.id);
     let latest = reports::attempts_at(state.db.reader(), school, (trainee, &exercise), RECENT).await?;
     let comparison = comparison(&state, school, &found).await?;
@@ -80,9 +80,10 @@ pub(super) async fn show(
         scores: charts::scores(
             &score_points(&step.attempts),
             taught.pass_marks.get(index).copied().unwrap_or(0.0),
-            ("own", &step_of.title),
+            "own",
+            &step_of.title,
         ),
-        curve: curve_rule(&taught).and_then(|rule| CurveFacts::new(&step, rule, &step_of.title)),
+        curve: curve_rule(&taught).and_then(|(rule, decides)| CurveFacts::new(&step, rule, decides, &step_of.title)),
         mixed: step.mixes_revisions(),
         passed: wilson(step.passes(), step.attempts.len()).ok(),
         habits: trainees::habits(&latest),
@@ -122,7 +123,7 @@ pub(super) async fn export(
     Visitor(person): Visitor,
     Path((id, exercise)): Path<(String, String)>,
 ) -> Result<Response, PageError> {
-    let found = find(&state, &person, (&id, &exercise)).await?;
+    let found = find(&state, &person, &id, &exercise).await?;
     let rows: Vec<Vec<Cell>> = CurveRow::all(&found.step).into_iter().rev().map(|row| cells(&found, &row)).collect();
     let names = ["number", "session", "started_at", "exercise", "score", "passed", "curve", "curve_sum", "standing"];
     Ok(export::download(&format!("attempts-{exercise}"), &names, &rows)?)

@@ -8,7 +8,7 @@ use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Teacher};
+use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
 use acts::error::Error;
 use acts::ratings;
 use acts::surveys;
@@ -37,7 +37,7 @@ pub(super) async fn show(
     Query(from): Query<NewQuery>,
 ) -> Result<NewRoundPage, PageError> {
     let form = NewForm(vec![("assignment".to_owned(), from.assignment)]);
-    let mut page = page(&state, (&person, &csrf), (&form, None)).await?;
+    let mut page = page(&state, Visit::new(&person, &csrf), &form, None).await?;
     // What was assigned is rated whole, unless somebody takes an attempt away.
     for attempt in &mut page.attempts {
         attempt.chosen = !page.assignment.is_empty();
@@ -87,8 +87,9 @@ async fn offered(state: &AppState, person: &CurrentPerson, form: &NewForm) -> Re
 
 async fn page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
-    (form, refused): (&NewForm, Option<String>),
+    Visit { person, csrf }: Visit<'_>,
+    form: &NewForm,
+    refused: Option<String>,
 ) -> Result<NewRoundPage, Error> {
     let reader = state.db.reader();
     let is = |name: &str, value: &str| form.chosen(name).contains(&value);
@@ -144,7 +145,7 @@ pub(super) async fn make(
             Ok(Redirect::to(&super::href(id)).into_response())
         }
         Err(Error::Unprocessable(why)) => {
-            let page = page(&state, (&person, &csrf), (&form, Some(why))).await?;
+            let page = page(&state, Visit::new(&person, &csrf), &form, Some(why)).await?;
             Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
         }
         Err(other) => Err(other.into()),

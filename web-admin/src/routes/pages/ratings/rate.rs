@@ -10,7 +10,7 @@ use serde::Deserialize;
 use super::{href, own_ratings};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Teacher};
+use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
 use crate::routes::pages::{Id, sessions as attempts};
 use acts::error::Error;
 use acts::ratings;
@@ -29,12 +29,12 @@ pub(super) async fn show(
     csrf: Csrf,
 ) -> Result<RatePage, PageError> {
     let rated = ratings::open(&state, &person, id).await?;
-    Ok(page(&state, (&person, &csrf), &rated, &Refusals::default()).await?)
+    Ok(page(&state, Visit::new(&person, &csrf), &rated, &Refusals::default()).await?)
 }
 
 async fn page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
+    Visit { person, csrf }: Visit<'_>,
     rated: &Rated,
     refusals: &Refusals,
 ) -> Result<RatePage, Error> {
@@ -84,7 +84,7 @@ pub(super) async fn act(
     let refused = rated.read(&form.0);
     if !refused.is_empty() {
         let refusals = Refusals::new(&rated.instrument, &form.0, &refused);
-        let page = page(&state, (&person, &csrf), &rated, &refusals).await?;
+        let page = page(&state, Visit::new(&person, &csrf), &rated, &refusals).await?;
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }
     match form.field("do") {

@@ -8,7 +8,7 @@ use uuid::Uuid;
 
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Teacher};
+use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visit};
 use acts::error::Error;
 use acts::segments;
 use model::{CurrentPerson, Moment, due, line};
@@ -35,7 +35,7 @@ pub(super) async fn show(
     Query(from): Query<NewQuery>,
 ) -> Result<NewTaskPage, PageError> {
     let form = NewForm(from.session.map(|id| ("attempt".to_owned(), id)).into_iter().collect());
-    Ok(page(&state, (&person, &csrf), (&form, None)).await?)
+    Ok(page(&state, Visit::new(&person, &csrf), &form, None).await?)
 }
 
 /// The form as it was sent; attempts come several times.
@@ -61,8 +61,9 @@ impl NewForm {
 
 async fn page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
-    (form, refused): (&NewForm, Option<String>),
+    Visit { person, csrf }: Visit<'_>,
+    form: &NewForm,
+    refused: Option<String>,
 ) -> Result<NewTaskPage, Error> {
     let reader = state.db.reader();
     let cohorts = reports::cohorts(reader, person).await?;
@@ -117,7 +118,7 @@ pub(super) async fn make(
             Ok(Redirect::to(&format!("/segments/{id}")).into_response())
         }
         Err(Error::Unprocessable(why)) => {
-            let page = page(&state, (&person, &csrf), (&form, Some(why))).await?;
+            let page = page(&state, Visit::new(&person, &csrf), &form, Some(why)).await?;
             Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
         }
         Err(other) => Err(other.into()),

@@ -9,7 +9,7 @@ use uuid::Uuid;
 use super::{own_traces, row, trace_href};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, Visit, Visitor};
 use crate::routes::pages::Id;
 use acts::error::Error;
 use acts::replays;
@@ -48,9 +48,9 @@ pub(super) async fn show(
     let marks = stored::marks_of(state.db.reader(), id, person.id).await?;
     let sent = marks.as_ref().is_some_and(|marks| marks.sent_at.is_some());
     let marks = marks.map(|marks| marks.marks.0).unwrap_or_default();
-    let found = found(&state, &person, &open, (&marks, sent)).await?;
+    let found = found(&state, &person, &open, &marks, sent).await?;
     let typed = marks.iter().map(f64::to_string).collect();
-    Ok(page(&state, (&person, &csrf), &open, Shown { marks, typed, refused: None, found }).await?)
+    Ok(page(&state, Visit::new(&person, &csrf), &open, Shown { marks, typed, refused: None, found }).await?)
 }
 
 /// The truth: for a trainee once they have sent their marks, for whoever teaches always.
@@ -58,7 +58,8 @@ async fn found(
     state: &AppState,
     person: &CurrentPerson,
     open: &Open,
-    (marks, sent): (&[f64], bool),
+    marks: &[f64],
+    sent: bool,
 ) -> Result<Option<Found>, Error> {
     let teaches = person.role != Role::Trainee;
     if !sent && !teaches {
@@ -79,7 +80,7 @@ struct Shown {
 
 async fn page(
     state: &AppState,
-    (person, csrf): (&CurrentPerson, &Csrf),
+    Visit { person, csrf }: Visit<'_>,
     open: &Open,
     shown: Shown,
 ) -> Result<TracePage, Error> {
@@ -94,7 +95,7 @@ async fn page(
         trace: open.trace.id,
         place: (place, own.len()),
         duration_s: open.session.duration_s,
-        strips: StripView::all(&spans, &strips, (&shown.marks, pops)),
+        strips: StripView::all(&spans, &strips, &shown.marks, pops),
         next: own.iter().find(|(_, sent)| !sent).map(|(trace, _)| trace_href(trace)),
         typed: shown.typed,
         refused: shown.refused,
@@ -152,7 +153,7 @@ pub(super) async fn mark(
                 refused: Some(refused.to_string()),
                 found: None,
             };
-            let page = page(&state, (&person, &csrf), &open, shown).await?;
+            let page = page(&state, Visit::new(&person, &csrf), &open, shown).await?;
             Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
         }
     }

@@ -103,7 +103,7 @@ pub(super) async fn document(
 }
 
 pub(super) async fn new(Teacher(person): Teacher, csrf: Csrf) -> Result<EditPage, PageError> {
-    Ok(editor(&person, &csrf, (None, BLANK.to_owned())))
+    Ok(editor(&person, &csrf, None, BLANK.to_owned()))
 }
 
 pub(super) async fn edit(
@@ -114,10 +114,10 @@ pub(super) async fn edit(
 ) -> Result<EditPage, PageError> {
     let found = current(&state, &person, &id).await?;
     let text = String::from_utf8_lossy(&found.bytes).into_owned();
-    Ok(editor(&person, &csrf, (Some(&id), text)))
+    Ok(editor(&person, &csrf, Some(&id), text))
 }
 
-fn editor(person: &CurrentPerson, csrf: &Csrf, (id, text): (Option<&str>, String)) -> EditPage {
+fn editor(person: &CurrentPerson, csrf: &Csrf, id: Option<&str>, text: String) -> EditPage {
     EditPage {
         shell: Shell::new(person, csrf.token(), Place::Surveys),
         heading: if id.is_some() { tr!("Edit an instrument") } else { tr!("New instrument") },
@@ -141,7 +141,7 @@ pub(super) async fn add(
     csrf: Csrf,
     CsrfForm(form): CsrfForm<DocumentForm>,
 ) -> Result<Response, PageError> {
-    store(&state, &person, &csrf, (None, form)).await
+    store(&state, &person, &csrf, None, form).await
 }
 
 pub(super) async fn change(
@@ -152,7 +152,7 @@ pub(super) async fn change(
     CsrfForm(form): CsrfForm<DocumentForm>,
 ) -> Result<Response, PageError> {
     current(&state, &person, &id).await?;
-    store(&state, &person, &csrf, (Some(&id), form)).await
+    store(&state, &person, &csrf, Some(&id), form).await
 }
 
 /// Reads the text, and publishes it where that is wanted and nothing is wrong.
@@ -160,10 +160,11 @@ async fn store(
     state: &AppState,
     person: &CurrentPerson,
     csrf: &Csrf,
-    (id, form): (Option<&str>, DocumentForm),
+    id: Option<&str>,
+    form: DocumentForm,
 ) -> Result<Response, PageError> {
     let text = unix_lines(&form.text);
-    let page = editor(person, csrf, (id, text.clone()));
+    let page = editor(person, csrf, id, text.clone());
     let (instrument, bytes) = match read(&text, id) {
         Ok(read) => read,
         Err(issues) => {

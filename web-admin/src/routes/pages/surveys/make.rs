@@ -1,8 +1,8 @@
 //! Making a survey, its links, and closing it.
 
 use axum::extract::State;
+use axum::http::StatusCode;
 use axum::http::header::HOST;
-use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use time::format_description::well_known::Iso8601;
@@ -12,7 +12,7 @@ use uuid::Uuid;
 use super::{of_school, owns};
 use crate::AppState;
 use crate::error::PageError;
-use crate::routes::auth::{Csrf, CsrfForm, Teacher, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, PageHead, Teacher, Visitor};
 use crate::routes::pages::Id;
 use acts::error::Error;
 use acts::surveys;
@@ -37,7 +37,8 @@ pub(super) async fn manage(
     state: &AppState,
     person: &CurrentPerson,
     csrf: &Csrf,
-    (survey, refusal): (Survey, Option<(String, String)>),
+    survey: Survey,
+    refusal: Option<(String, String)>,
 ) -> Result<ManagePage, Error> {
     let instrument = surveys::instrument_of(state, &survey).await?;
     Ok(ManagePage {
@@ -123,7 +124,8 @@ async fn page(
     state: &AppState,
     person: &CurrentPerson,
     csrf: &Csrf,
-    (form, refusal): (&NewForm, Option<String>),
+    form: &NewForm,
+    refusal: Option<String>,
 ) -> Result<NewPage, Error> {
     let reader = state.db.reader();
     let known = instruments::all_current(reader, person.school_id).await?;
@@ -147,7 +149,7 @@ pub(super) async fn show(
     csrf: Csrf,
 ) -> Result<NewPage, PageError> {
     let blank = NewForm(vec![("identity".to_owned(), "pseudonymous".to_owned())]);
-    Ok(page(&state, &person, &csrf, (&blank, None)).await?)
+    Ok(page(&state, &person, &csrf, &blank, None).await?)
 }
 
 pub(super) async fn make(
@@ -162,7 +164,7 @@ pub(super) async fn make(
             Ok(Redirect::to(&format!("/surveys/{id}")).into_response())
         }
         Err(why) => {
-            let page = page(&state, &person, &csrf, (&form, Some(why))).await?;
+            let page = page(&state, &person, &csrf, &form, Some(why)).await?;
             Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
         }
     }
@@ -232,7 +234,7 @@ pub(super) async fn links(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     Id(id): Id,
-    (csrf, headers): (Csrf, HeaderMap),
+    head: PageHead,
     CsrfForm(form): CsrfForm<LinksForm>,
 ) -> Result<Response, PageError> {
     let survey = of_school(&state, &person, id).await?;
@@ -255,11 +257,11 @@ pub(super) async fn links(
             Err(why) => why,
         },
         (None, false) => {
-            return Ok(shown(&state, &person, (survey, &labels), (&csrf, &headers)).await?.into_response());
+            return Ok(shown(&state, &person, survey, &labels, &head).await?.into_response());
         }
         (Some(why), _) => why,
     };
-    let page = manage(&state, &person, &csrf, (survey, Some((why, form.labels)))).await?;
+    let page = manage(&state, &person, &head.csrf, survey, Some((why, form.labels))).await?;
     Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response())
 }
 
@@ -267,14 +269,15 @@ pub(super) async fn links(
 async fn shown(
     state: &AppState,
     person: &CurrentPerson,
-    (survey, labels): (Survey, &[String]),
-    (csrf, headers): (&Csrf, &HeaderMap),
+    survey: Survey,
+    labels: &[String],
+    head: &PageHead,
 ) -> Result<LinksPage, Error> {
     let links = surveys::make_links(state, person, &survey, labels).await?;
-    let host = headers.get(HOST).and_then(|host| host.to_str().ok()).unwrap_or("localhost");
+    let host = head.headers.get(HOST).and_then(|host| host.to_str().ok()).unwrap_or("localhost");
     let scheme = if state.config.behind_tls { "https" } else { "http" };
     Ok(LinksPage {
-        shell: Shell::new(person, csrf.token(), Place::Surveys),
+        shell: Shell::new(person, head.csrf.token(), Place::Surveys),
         href: format!("/surveys/{}", survey.id),
         title: survey.title,
         links: links.into_iter().map(|l| (l.label, format!("{scheme}://{host}/survey/{}", l.token))).collect(),

@@ -6,7 +6,7 @@ mod make;
 mod results;
 
 use axum::extract::{Query, State};
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use serde::Deserialize;
@@ -16,7 +16,7 @@ use super::Id;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Csrf, CsrfForm, Visitor};
+use crate::routes::auth::{Csrf, CsrfForm, PageHead, Visitor};
 use crate::routes::survey::{TermsOf, preferred, terms};
 use acts::error::Error;
 use acts::surveys::answering;
@@ -109,12 +109,12 @@ async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     Id(id): Id,
-    (csrf, headers): (Csrf, HeaderMap),
+    head: PageHead,
     Query(query): Query<Wanted>,
 ) -> Result<Response, PageError> {
     if person.role != Role::Trainee {
         let survey = of_school(&state, &person, id).await?;
-        let page = make::manage(&state, &person, &csrf, (survey, None)).await?;
+        let page = make::manage(&state, &person, &head.csrf, survey, None).await?;
         return Ok(ManagePage { mailed: query.mailed.zip(query.before), ..page }.into_response());
     }
     let survey = asked_of(&state, &person, id, query.session).await?;
@@ -125,8 +125,8 @@ async fn show(
         ))
         .into());
     }
-    let wanted = query.lang.unwrap_or_else(|| preferred(&headers));
-    let page = consent(&state, (&survey, &query.session), &csrf, (&wanted, false)).await?;
+    let wanted = query.lang.unwrap_or_else(|| preferred(&head.headers));
+    let page = consent(&state, &survey, query.session, &head.csrf, &wanted).await?;
     let page = ConsentPage { begun: begun.is_some(), ..page };
     Ok(shown(&page.terms.language.clone(), page))
 }
@@ -134,9 +134,10 @@ async fn show(
 /// What somebody is told before they begin.
 async fn consent(
     state: &AppState,
-    (survey, session): (&Survey, &Option<Uuid>),
+    survey: &Survey,
+    session: Option<Uuid>,
     csrf: &Csrf,
-    (wanted, refused): (&str, bool),
+    wanted: &str,
 ) -> Result<ConsentPage, Error> {
     let instrument = instrument_of(state, survey).await?;
     let of = TermsOf { survey, instrument: &instrument, after_attempt: session.is_some() };
@@ -150,7 +151,7 @@ async fn consent(
         action: format!("/surveys/{}/answer", survey.id),
         hidden,
         languages: instrument.languages.iter().map(href).collect(),
-        refused,
+        refused: false,
         begun: false,
     })
 }
@@ -190,7 +191,8 @@ async fn answer(
     }
     let survey = asked_of(&state, &person, id, form.session).await?;
     if form.consent != "yes" {
-        let page = consent(&state, (&survey, &form.session), &csrf, (&form.lang, true)).await?;
+        let page = consent(&state, &survey, form.session, &csrf, &form.lang).await?;
+        let page = ConsentPage { refused: true, ..page };
         let page = shown(&page.terms.language.clone(), page);
         return Ok((StatusCode::UNPROCESSABLE_ENTITY, page).into_response());
     }

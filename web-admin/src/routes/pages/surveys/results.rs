@@ -25,7 +25,10 @@ use model::line;
 use model::survey::Survey;
 use model::survey::groups::{Groups, LEAST};
 use model::survey::results::{Results, Row, correlation, score_group};
-use pages::survey::results::{Against, AskedLine, Comment, CommentBlock, ResultsPage, Split};
+use pages::charts::Extent;
+use pages::survey::results::{
+    Against, AskedLine, Comment, CommentBlock, ResultsPage, ScatteredScore, Split, SplitScore,
+};
 use pages::{Place, Shell};
 use store::surveys as stored;
 use store::surveys::{Submitted, Tag};
@@ -100,7 +103,7 @@ pub(super) async fn show(
         results: Results::new(&instrument, &all, owner),
         split: split(&instrument, &visible, &choice.by, owner),
         against: against(&instrument, &visible, metric, &figures),
-        comments: comments(&instrument, (&submitted, &visible), &tags, owner),
+        comments: comments(&instrument, &submitted, &visible, &tags, owner),
         tags: if owner { themes(&tags) } else { Vec::new() },
         survey: (survey.title.clone(), format!("/surveys/{id}")),
         instrument: survey.instrument.clone(),
@@ -147,12 +150,12 @@ fn split(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> S
     // Roles are never pooled, so each group is one of a role.
     let groups = Groups::new(rows, |row| name(row).map(|name| format!("{name} · {}", words::known(row.role))), owner);
     let score = |(at, key): (usize, &documents::instrument::ScoreKey)| {
-        let found = groups.shown.iter().map(|(name, rows)| score_group(name, rows, at)).collect();
-        (
-            key.title.in_language(words::current().code()).to_owned(),
-            assessment::questionnaire::range(instrument, key),
-            found,
-        )
+        let (least, greatest) = assessment::questionnaire::range(instrument, key);
+        SplitScore {
+            title: key.title.in_language(words::current().code()).to_owned(),
+            range: Extent::new(least, greatest),
+            groups: groups.shown.iter().map(|(name, rows)| score_group(name, rows, at)).collect(),
+        }
     };
     Split {
         ways: WAYS.iter().map(|(word, title)| (*word, words::say(title), *word == chosen)).collect(),
@@ -166,9 +169,11 @@ fn against(instrument: &Instrument, rows: &[&Row<'_>], metric: &str, figures: &[
     let score = |(at, key): (usize, &documents::instrument::ScoreKey)| {
         let pair = |row: &&Row<'_>| Some((*by_response.get(&row.id)?, row.scores[at]?));
         let points: Vec<(f64, f64)> = rows.iter().filter_map(pair).collect();
-        let found = correlation(&points);
-        let shown = if points.len() >= LEAST { points } else { Vec::new() };
-        (key.title.in_language(words::current().code()).to_owned(), shown, found)
+        ScatteredScore {
+            title: key.title.in_language(words::current().code()).to_owned(),
+            rho: correlation(&points),
+            points: if points.len() >= LEAST { points } else { Vec::new() },
+        }
     };
     let scores =
         if figures.is_empty() { Vec::new() } else { instrument.scores.iter().enumerate().map(score).collect() };
@@ -177,7 +182,8 @@ fn against(instrument: &Instrument, rows: &[&Row<'_>], metric: &str, figures: &[
 
 fn comments(
     instrument: &Instrument,
-    (submitted, visible): (&[Submitted], &[&Row<'_>]),
+    submitted: &[Submitted],
+    visible: &[&Row<'_>],
     tags: &[Tag],
     owner: bool,
 ) -> Vec<CommentBlock> {
@@ -187,7 +193,7 @@ fn comments(
     let block = |(at, item): (usize, &documents::instrument::Item)| {
         let given = submitted.iter().filter(|given| seen.contains_key(&given.id));
         let comment = |given: &Submitted| match given.answers.0.get(at) {
-            Some(Some(Answer::Text(text))) => Some(said(given, &item.id, (text, tags), owner)),
+            Some(Some(Answer::Text(text))) => Some(said(given, &item.id, text, tags, owner)),
             _ => None,
         };
         let found: Vec<Comment> = given.filter_map(comment).take(MOST_COMMENTS).collect();
@@ -200,7 +206,7 @@ fn comments(
     texts.map(block).collect()
 }
 
-fn said(given: &Submitted, item: &str, (text, tags): (&str, &[Tag]), owner: bool) -> Comment {
+fn said(given: &Submitted, item: &str, text: &str, tags: &[Tag], owner: bool) -> Comment {
     let own = tags.iter().filter(|tag| tag.response_id == given.id && tag.item_id == item);
     let who = given.who.as_ref().filter(|_| owner).map_or_else(String::new, |who| format!(" · {who}"));
     Comment {
