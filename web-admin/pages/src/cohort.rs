@@ -6,7 +6,7 @@ use time::OffsetDateTime;
 
 use super::concern::concern;
 use super::trainee::{CourseFacts, score_points};
-use super::{Shell, Status, charts, format};
+use super::{Shell, StatusWord, charts, format};
 use crate::addresses::exercise_href;
 use model::Role;
 use model::cohort::CohortSummary;
@@ -114,7 +114,7 @@ pub struct TraineeRow {
     /// Scores on what they are working on, where there are any.
     pub spark: Option<String>,
     /// How they stand.
-    pub status: Status,
+    pub status: StatusWord,
     /// Why they may need help: kind and reason.
     pub concerns: Vec<(&'static str, String)>,
 }
@@ -165,7 +165,7 @@ impl CohortPage {
     /// Trainees who have mastered their course.
     #[must_use]
     pub fn complete(&self) -> usize {
-        self.trainees.iter().filter(|t| t.status == Status::Complete).count()
+        self.trainees.iter().filter(|t| t.status == StatusWord::Complete).count()
     }
 }
 
@@ -195,13 +195,13 @@ impl TraineeRow {
     }
 }
 
-fn standing(progress: &Progress) -> Status {
+fn standing(progress: &Progress) -> StatusWord {
     if !progress.concerns.is_empty() {
-        Status::Help
+        StatusWord::Help
     } else if progress.complete() {
-        Status::Complete
+        StatusWord::Complete
     } else {
-        Status::OnTrack
+        StatusWord::OnTrack
     }
 }
 
@@ -239,7 +239,7 @@ impl CohortCard {
         for progress in trainees {
             (mastered, all) = (mastered + progress.mastered(), all + progress.steps.len());
             card.trainees += 1;
-            card.complete += usize::from(standing(progress) == Status::Complete);
+            card.complete += usize::from(standing(progress) == StatusWord::Complete);
             card.help += usize::from(!progress.concerns.is_empty());
         }
         card.mastered = mastered as f64 / all.max(1) as f64;

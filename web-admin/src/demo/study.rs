@@ -48,7 +48,7 @@ const COMMENTS: [&str; 12] = [
 
 /// What answers are made from: an attempt.
 #[derive(Clone, Copy, Debug)]
-struct Basis {
+struct AnswerBasis {
     /// The attempt.
     session: Uuid,
     /// Its score, as a share.
@@ -65,7 +65,7 @@ struct Participant {
     /// Not a trainee.
     professional: bool,
     /// Their attempt; for a professional, one of the school's best.
-    basis: Basis,
+    basis: AnswerBasis,
 }
 
 /// A survey of the study before it is made.
@@ -97,7 +97,7 @@ pub(super) async fn hold(state: &AppState, school: Uuid, trainees: &[Trainee]) -
             bases.push((trainee, basis));
         }
     }
-    let mut best: Vec<Basis> = bases.iter().map(|(_, basis)| *basis).collect();
+    let mut best: Vec<AnswerBasis> = bases.iter().map(|(_, basis)| *basis).collect();
     best.sort_by(|a, b| b.score.total_cmp(&a.score));
     best.truncate(PEOPLE.div_ceil(2));
     bases.truncate(PEOPLE);
@@ -108,7 +108,7 @@ pub(super) async fn hold(state: &AppState, school: Uuid, trainees: &[Trainee]) -
         let owner = owner(state).await?;
         let survey = make(state, &owner, school, plan).await?;
         let asked = surveys::instrument_of(state, &survey).await?;
-        let study = Study { state, survey: &survey, instrument: &asked };
+        let study = SurveyStudy { state, survey: &survey, instrument: &asked };
         for (place, (trainee, basis)) in bases.iter().enumerate() {
             study.trainee(trainee, Participant { place, professional: false, basis: *basis }).await?;
         }
@@ -125,7 +125,7 @@ async fn owner(state: &AppState) -> anyhow::Result<CurrentPerson> {
 }
 
 /// A trainee's latest scored attempt.
-async fn latest(state: &AppState, trainee: &Trainee) -> anyhow::Result<Option<Basis>> {
+async fn latest(state: &AppState, trainee: &Trainee) -> anyhow::Result<Option<AnswerBasis>> {
     let reader = state.db.reader();
     let attempts = practice::of_trainee(reader, trainee.school_id, trainee.id).await?;
     let Some(attempt) = attempts.iter().max_by_key(|attempt| attempt.at) else { return Ok(None) };
@@ -133,7 +133,7 @@ async fn latest(state: &AppState, trainee: &Trainee) -> anyhow::Result<Option<Ba
     let metrics = scores::metrics(reader, SessionKey { school_id: trainee.school_id, id: session }).await?;
     let force_n = metrics.iter().find(|metric| metric.id == "peak_force_n").and_then(|metric| metric.value);
     let force = (force_n.unwrap_or(3.0) / 10.0).clamp(0.0, 1.0);
-    Ok(Some(Basis { session, score: attempt.score / 100.0, force }))
+    Ok(Some(AnswerBasis { session, score: attempt.score / 100.0, force }))
 }
 
 async fn make(state: &AppState, owner: &CurrentPerson, school: Uuid, plan: &PlannedSurvey) -> anyhow::Result<Survey> {
@@ -157,13 +157,13 @@ async fn make(state: &AppState, owner: &CurrentPerson, school: Uuid, plan: &Plan
     stored::find(reader, school, id).await?.context("the survey that was made")
 }
 
-struct Study<'a> {
+struct SurveyStudy<'a> {
     state: &'a AppState,
     survey: &'a Survey,
     instrument: &'a Instrument,
 }
 
-impl Study<'_> {
+impl SurveyStudy<'_> {
     async fn trainee(&self, trainee: &Trainee, participant: Participant) -> anyhow::Result<()> {
         let person = people::by_id(self.state.db.reader(), trainee.id).await?;
         let person = person.and_then(Person::into_current).context("a trainee of the demonstration")?;
@@ -173,7 +173,7 @@ impl Study<'_> {
         self.answer(&token, participant).await
     }
 
-    async fn professionals(&self, owner: &CurrentPerson, best: &[Basis]) -> anyhow::Result<()> {
+    async fn professionals(&self, owner: &CurrentPerson, best: &[AnswerBasis]) -> anyhow::Result<()> {
         let labels: Vec<String> = (1..=PEOPLE).map(|n| format!("Professional {n} (generated)")).collect();
         let links = surveys::make_links(self.state, owner, self.survey, &labels).await?;
         for (place, link) in links.iter().enumerate() {

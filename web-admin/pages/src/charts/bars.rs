@@ -2,9 +2,9 @@
 
 use time::Date;
 
-use super::scale::{Extent, Scale};
+use super::scale::{AxisScale, Extent};
 use super::svg::{Area, Caption, PaperPoint, Svg};
-use super::{Size, both};
+use super::{DrawingSize, both};
 use crate::format;
 
 const HEIGHT: f64 = 150.0;
@@ -15,7 +15,7 @@ pub fn by_day(days: &[(Date, usize, usize)]) -> String {
     both(|size| draw_days(days, size))
 }
 
-fn draw_days(days: &[(Date, usize, usize)], size: Size) -> String {
+fn draw_days(days: &[(Date, usize, usize)], size: DrawingSize) -> String {
     let id = format!("days-{}", size.name());
     let total: usize = days.iter().map(|(_, passed, failed)| passed + failed).sum();
     let most = days.iter().map(|(_, passed, failed)| passed + failed).max().unwrap_or(0);
@@ -29,8 +29,8 @@ fn draw_days(days: &[(Date, usize, usize)], size: Size) -> String {
     let caption = Caption { id: &id, class: size.name(), title: tr!("Attempts by day"), description: &description };
     let mut svg = Svg::new(size.width(), HEIGHT, &caption);
     let area = Area { x: 34.0, y: 8.0, width: size.width() - 44.0, height: HEIGHT - 36.0 };
-    let y = Scale::new(Extent::new(0.0, most.max(1) as f64), Extent::new(area.bottom(), area.y));
-    let x = Scale::new(Extent::new(0.0, days.len().max(1) as f64), Extent::new(area.x, area.right()));
+    let y = AxisScale::new(Extent::new(0.0, most.max(1) as f64), Extent::new(area.bottom(), area.y));
+    let x = AxisScale::new(Extent::new(0.0, days.len().max(1) as f64), Extent::new(area.x, area.right()));
     for (count, label) in [(0, "0".to_owned()), (most, most.to_string())] {
         svg.line(
             "grid",
@@ -62,7 +62,7 @@ fn draw_days(days: &[(Date, usize, usize)], size: Size) -> String {
 #[must_use]
 pub fn spread(five: &assessment::statistics::Summary, domain: Extent) -> String {
     let mut svg = Svg::ornament(150.0, 16.0, "spread");
-    let x = Scale::new(domain, Extent::new(3.0, 147.0));
+    let x = AxisScale::new(domain, Extent::new(3.0, 147.0));
     svg.line("axis", PaperPoint::new(x.at(five.min), 8.0), PaperPoint::new(x.at(five.max), 8.0));
     let (left, right) = (x.at(five.lower_quartile), x.at(five.upper_quartile));
     svg.rect("filled", Area { x: left, y: 3.0, width: (right - left).max(1.0), height: 10.0 });
@@ -76,7 +76,7 @@ pub fn spread(five: &assessment::statistics::Summary, domain: Extent) -> String 
 pub fn among(own: f64, others: &assessment::statistics::Summary) -> String {
     const MIDDLE: f64 = 16.0;
     let mut svg = Svg::ornament(260.0, 54.0, "chart");
-    let x = Scale::new(Extent::new(0.0, 100.0), Extent::new(12.0, 248.0));
+    let x = AxisScale::new(Extent::new(0.0, 100.0), Extent::new(12.0, 248.0));
     for tick in [0.0, 50.0, 100.0] {
         svg.line("grid", PaperPoint::new(x.at(tick), 2.0), PaperPoint::new(x.at(tick), 34.0));
         svg.text("tick middle", PaperPoint::new(x.at(tick), 50.0), &format::points(tick));

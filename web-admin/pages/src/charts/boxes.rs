@@ -3,7 +3,7 @@
 use super::plot::Plot;
 use super::scale::Extent;
 use super::svg::{Area, Caption, PaperPoint, Svg};
-use super::{Size, labels};
+use super::{DrawingSize, labels};
 use crate::format;
 
 /// A row of the chart.
@@ -22,7 +22,7 @@ const FOOT: f64 = 38.0;
 
 /// Boxes on an axis over `range`. `key` makes the ids unique on the page.
 #[must_use]
-pub fn boxes(rows: &[BoxRow], range: Extent, key: &str, title: &str, size: Size) -> String {
+pub fn boxes(rows: &[BoxRow], range: Extent, key: &str, title: &str, size: DrawingSize) -> String {
     let id = format!("{key}-{}", size.name());
     let description = rows.iter().map(describe).collect::<Vec<_>>().join(" ");
     let caption = Caption { id: &id, class: size.name(), title, description: &description };

@@ -3,14 +3,14 @@
 use attempt::AttemptCurve;
 use model::corridor::Corridor;
 
-use super::Size;
+use super::DrawingSize;
 use super::plot::{Plot, extent};
 use super::scale::Extent;
 use super::svg::{Area, Caption, Svg};
 
 /// Draws an attempt's way in over the corridor.
 #[must_use]
-pub fn corridor(curve: &AttemptCurve, corridor: &Corridor, size: Size) -> String {
+pub fn corridor(curve: &AttemptCurve, corridor: &Corridor, size: DrawingSize) -> String {
     let id = format!("corridor-{}", size.name());
     let title = tr!("Force against depth on the way in, and the experts' corridor");
     let caption = Caption { id: &id, class: size.name(), title, description: &describe(corridor) };
@@ -53,7 +53,7 @@ mod tests {
     fn draws_band_median_and_attempt() {
         let curve = samples::curve();
         let made = of(&curve, &vec![curve.clone(); 5]).expect("five are enough");
-        let markup = corridor(&curve, &made, Size::Wide);
+        let markup = corridor(&curve, &made, DrawingSize::Wide);
         assert!(markup.contains("class=\"corridor\"") && markup.matches("<polyline").count() == 2, "{markup}");
     }
 }

@@ -1,6 +1,6 @@
 //! The exercise as a cross-section in the plane of the needle: layers, structures, planned path and target.
 
-use super::Size;
+use super::DrawingSize;
 use super::force_depth::texture_class;
 use super::labels::Labels;
 use super::plot::Plot;
@@ -10,7 +10,7 @@ use crate::format;
 
 /// What is drawn, in mm: across is along the needle's lean, from the entry; depth is below the skin.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Section {
+pub struct CrossSection {
     /// Name, texture and thickness in mm of each layer, from the surface down.
     pub layers: Vec<(String, String, f64)>,
     /// Angle of the needle to the surface normal, in degrees.
@@ -18,18 +18,18 @@ pub struct Section {
     /// Target depth along the needle, in mm.
     pub target_depth_mm: f64,
     /// Structures, projected onto the plane.
-    pub structures: Vec<Structure>,
+    pub structures: Vec<SectionStructure>,
 }
 
 /// A structure in the plane.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Structure {
+pub struct SectionStructure {
     /// Name.
     pub name: String,
     /// target, vessel, nerve, bone or organ: its class.
     pub kind: &'static str,
     /// Its shape.
-    pub outline: Outline,
+    pub outline: StructureOutline,
 }
 
 /// A point in the plane, in mm.
@@ -51,7 +51,7 @@ impl SectionPoint {
 
 /// A shape in the plane, in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Outline {
+pub enum StructureOutline {
     /// A ball.
     Circle {
         /// Centre.
@@ -77,7 +77,7 @@ pub enum Outline {
     },
 }
 
-impl Outline {
+impl StructureOutline {
     /// The greatest depth, in mm.
     fn bottom(&self) -> f64 {
         match *self {
@@ -120,11 +120,11 @@ const LEFT: f64 = 46.0;
 
 /// Draws the section at one scale in both directions.
 #[must_use]
-pub fn cross_section(section: &Section, size: Size) -> String {
+pub fn cross_section(section: &CrossSection, size: DrawingSize) -> String {
     let id = format!("section-{}", size.name());
     let title = tr!("Cross-section along the needle");
     let caption = Caption { id: &id, class: size.name(), title, description: &describe(section) };
-    let height = if size == Size::Wide { 360.0 } else { 320.0 };
+    let height = if size == DrawingSize::Wide { 360.0 } else { 320.0 };
     let area = Area { x: LEFT, y: 8.0, width: size.width() - LEFT - 8.0, height };
     let plot = plot(section, area);
     let mut svg = Svg::new(size.width(), area.bottom() + 14.0, &caption);
@@ -136,7 +136,7 @@ pub fn cross_section(section: &Section, size: Size) -> String {
     svg.finish()
 }
 
-fn describe(section: &Section) -> String {
+fn describe(section: &CrossSection) -> String {
     let layers: Vec<String> =
         section.layers.iter().map(|(name, _, mm)| format!("{name} {} mm", format::fixed(*mm, 1))).collect();
     let structures: Vec<&str> = section.structures.iter().map(|s| s.name.as_str()).collect();
@@ -152,12 +152,12 @@ fn describe(section: &Section) -> String {
 }
 
 /// A point on the needle's line.
-fn on_needle(section: &Section, along_mm: f64) -> SectionPoint {
+fn on_needle(section: &CrossSection, along_mm: f64) -> SectionPoint {
     let angle = section.angle_deg.to_radians();
     SectionPoint::new(along_mm * libm::sin(angle), along_mm * libm::cos(angle))
 }
 
-fn plot(section: &Section, area: Area) -> Plot {
+fn plot(section: &CrossSection, area: Area) -> Plot {
     let target = on_needle(section, section.target_depth_mm);
     let lowest = section.structures.iter().map(|s| s.outline.bottom()).fold(target.depth_mm, f64::max);
     let depth = Extent::new(-ABOVE, lowest.max(10.0) * 1.12 + 4.0);
@@ -167,7 +167,7 @@ fn plot(section: &Section, area: Area) -> Plot {
     Plot::falling(area, Extent::new(middle - half_width, middle + half_width), depth)
 }
 
-fn draw_layers(svg: &mut Svg, plot: &Plot, section: &Section) {
+fn draw_layers(svg: &mut Svg, plot: &Plot, section: &CrossSection) {
     let mut top_mm = 0.0;
     let mut names = Vec::new();
     for (name, texture, thickness_mm) in &section.layers {
@@ -203,7 +203,7 @@ fn draw_depths(svg: &mut Svg, plot: &Plot) {
 }
 
 /// Draws a structure, and says what room it takes.
-fn draw_structure(svg: &mut Svg, plot: &Plot, structure: &Structure) -> Area {
+fn draw_structure(svg: &mut Svg, plot: &Plot, structure: &SectionStructure) -> Area {
     let points: Vec<_> =
         structure.outline.points().iter().map(|point| plot.at(point.across_mm, point.depth_mm)).collect();
     svg.polygon(&format!("structure {}", structure.kind), &points);
@@ -212,7 +212,7 @@ fn draw_structure(svg: &mut Svg, plot: &Plot, structure: &Structure) -> Area {
     Area { x: across.from, y: down.from, width: across.length(), height: down.length() }
 }
 
-fn draw_needle(svg: &mut Svg, plot: &Plot, section: &Section) {
+fn draw_needle(svg: &mut Svg, plot: &Plot, section: &CrossSection) {
     let place = |along_mm: f64| {
         let point = on_needle(section, along_mm);
         plot.at(point.across_mm, point.depth_mm)
@@ -233,7 +233,7 @@ fn draw_needle(svg: &mut Svg, plot: &Plot, section: &Section) {
 }
 
 /// Names of the target and the structures, clear of the shapes, of each other and of the planned path.
-fn draw_names(svg: &mut Svg, plot: &Plot, section: &Section, shapes: &[Area]) {
+fn draw_names(svg: &mut Svg, plot: &Plot, section: &CrossSection, shapes: &[Area]) {
     let around = |centre: PaperPoint, reach: f64| {
         let (x, y) = (centre.x - reach, centre.y - reach);
         Area { x, y, width: 2.0 * reach, height: 2.0 * reach }
@@ -260,20 +260,20 @@ mod tests {
 
     use super::*;
 
-    fn section(angle_deg: f64) -> Section {
+    fn section(angle_deg: f64) -> CrossSection {
         let layer = |name: &str, mm| (name.to_owned(), name.to_owned(), mm);
-        let outline = Outline::Circle { centre: SectionPoint::new(12.0, 18.0), radius_mm: 4.0 };
-        Section {
+        let outline = StructureOutline::Circle { centre: SectionPoint::new(12.0, 18.0), radius_mm: 4.0 };
+        CrossSection {
             layers: vec![layer("skin", 0.8), layer("fat", 8.4), layer("muscle", 39.0)],
             angle_deg,
             target_depth_mm: 20.0,
-            structures: vec![Structure { name: "artery <1>".to_owned(), kind: "vessel", outline }],
+            structures: vec![SectionStructure { name: "artery <1>".to_owned(), kind: "vessel", outline }],
         }
     }
 
     #[test]
     fn shows_every_layer_structure_and_the_target() {
-        let markup = cross_section(&section(30.0), Size::Wide);
+        let markup = cross_section(&section(30.0), DrawingSize::Wide);
         for wanted in [
             "band skin",
             "band fat",

@@ -3,7 +3,7 @@
 use crate::format;
 use attempt::{AttemptCurve, CurvePoint, LayerSpan};
 
-use super::Size;
+use super::DrawingSize;
 use super::marks;
 use super::plot::{Plot, extent};
 use super::scale::Extent;
@@ -16,7 +16,7 @@ const LANE: f64 = 32.0;
 
 /// Draws force against depth.
 #[must_use]
-pub fn force_depth(curve: &AttemptCurve, size: Size) -> String {
+pub fn force_depth(curve: &AttemptCurve, size: DrawingSize) -> String {
     let id = format!("force-depth-{}", size.name());
     let caption =
         Caption { id: &id, class: size.name(), title: tr!("Force against depth"), description: &describe(curve) };
@@ -40,10 +40,10 @@ pub fn force_depth(curve: &AttemptCurve, size: Size) -> String {
     svg.finish()
 }
 
-fn plot(curve: &AttemptCurve, size: Size) -> Plot {
+fn plot(curve: &AttemptCurve, size: DrawingSize) -> Plot {
     let deepest = curve.points.iter().map(|p| p.advance_mm).fold(curve.target_depth_mm, f64::max);
     let force = extent(curve.points.iter().map(|p| p.force_n)).unwrap_or(Extent::new(0.0, 1.0));
-    let height = if size == Size::Wide { 300.0 } else { 240.0 };
+    let height = if size == DrawingSize::Wide { 300.0 } else { 240.0 };
     let area = Area { x: LEFT, y: 3.0 * LABEL_ROW, width: size.width() - LEFT - RIGHT, height };
     // A tenth above the highest peak leaves room for its number.
     Plot::rising(
@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn shows_layers_ruptures_and_stages() {
-        let markup = force_depth(&samples::curve(), Size::Wide);
+        let markup = force_depth(&samples::curve(), DrawingSize::Wide);
         for wanted in
             ["band skin", "band fat", "band muscle", "mark tip", "mark rim", "mark confirm", ">III<", "target"]
         {
@@ -166,7 +166,7 @@ mod tests {
         let empty = AttemptCurve { points: vec![], marks: vec![], stages: vec![], ..samples::curve() };
         let single = AttemptCurve { points: samples::curve().points[..1].to_vec(), ..empty.clone() };
         for curve in [empty, single] {
-            for size in [Size::Wide, Size::Narrow] {
+            for size in [DrawingSize::Wide, DrawingSize::Narrow] {
                 let markup = force_depth(&curve, size);
                 assert!(!markup.contains("NaN") && !markup.contains("inf"), "{markup}");
                 assert!(!markup.contains("polyline"));
@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn every_place_lies_on_the_paper() {
-        let markup = force_depth(&samples::curve(), Size::Narrow);
+        let markup = force_depth(&samples::curve(), DrawingSize::Narrow);
         let points = markup.split("points=\"").skip(1).filter_map(|rest| rest.split('"').next());
         for pair in points.flat_map(str::split_whitespace) {
             let (x, y) = pair.split_once(',').expect("a pair");

@@ -1,15 +1,15 @@
 //! A plot: two scales over an area, their grid, ticks and titles.
 
-use super::scale::{Extent, Scale, tick_label};
+use super::scale::{AxisScale, Extent, tick_label};
 use super::svg::{Area, PaperPoint, Svg};
 
 /// Two scales over an area of the paper.
 #[derive(Clone, Copy, Debug)]
 pub struct Plot {
     /// Across.
-    pub x: Scale,
+    pub x: AxisScale,
     /// Up, or down where larger values lie lower.
-    pub y: Scale,
+    pub y: AxisScale,
     /// The area between the axes.
     pub area: Area,
 }
@@ -19,8 +19,8 @@ impl Plot {
     #[must_use]
     pub fn rising(area: Area, x: Extent, y: Extent) -> Self {
         Self {
-            x: Scale::new(x, Extent::new(area.x, area.right())),
-            y: Scale::new(y, Extent::new(area.bottom(), area.y)),
+            x: AxisScale::new(x, Extent::new(area.x, area.right())),
+            y: AxisScale::new(y, Extent::new(area.bottom(), area.y)),
             area,
         }
     }
@@ -29,8 +29,8 @@ impl Plot {
     #[must_use]
     pub fn falling(area: Area, x: Extent, y: Extent) -> Self {
         Self {
-            x: Scale::new(x, Extent::new(area.x, area.right())),
-            y: Scale::new(y, Extent::new(area.y, area.bottom())),
+            x: AxisScale::new(x, Extent::new(area.x, area.right())),
+            y: AxisScale::new(y, Extent::new(area.y, area.bottom())),
             area,
         }
     }

@@ -3,7 +3,7 @@
 use time::OffsetDateTime;
 
 use super::plot::Plot;
-use super::scale::{Extent, Scale};
+use super::scale::{AxisScale, Extent};
 use super::svg::{Area, Caption, PaperPoint, Svg};
 use crate::format;
 
@@ -117,8 +117,8 @@ fn draw_dates(svg: &mut Svg, plot: &Plot, points: &[ScorePoint]) {
 pub fn sparkline(points: &[ScorePoint], pass_mark: f64) -> String {
     let mut svg = Svg::ornament(120.0, 28.0, "spark");
     let last = points.len().saturating_sub(1);
-    let x = Scale::new(Extent::new(0.0, last.max(1) as f64), Extent::new(4.0, 116.0));
-    let y = Scale::new(Extent::new(0.0, 100.0), Extent::new(25.0, 3.0));
+    let x = AxisScale::new(Extent::new(0.0, last.max(1) as f64), Extent::new(4.0, 116.0));
+    let y = AxisScale::new(Extent::new(0.0, 100.0), Extent::new(25.0, 3.0));
     svg.line("pass-mark", PaperPoint::new(0.0, y.at(pass_mark)), PaperPoint::new(120.0, y.at(pass_mark)));
     let line: Vec<_> = points.iter().enumerate().map(|(i, p)| PaperPoint::new(x.at(i as f64), y.at(p.score))).collect();
     svg.polyline("score-line", &line);
@@ -155,7 +155,7 @@ pub fn mastery_strip(mastered_begun: &[(bool, bool)]) -> String {
 #[must_use]
 pub fn share_bar(share: f64) -> String {
     let mut svg = Svg::ornament(96.0, 8.0, "share");
-    let width = Scale::new(Extent::new(0.0, 1.0), Extent::new(0.0, 96.0)).at(share);
+    let width = AxisScale::new(Extent::new(0.0, 1.0), Extent::new(0.0, 96.0)).at(share);
     svg.rect("whole", Area { x: 0.0, y: 0.0, width: 96.0, height: 8.0 });
     svg.rect("filled", Area { x: 0.0, y: 0.0, width, height: 8.0 });
     svg.finish()
@@ -164,7 +164,7 @@ pub fn share_bar(share: f64) -> String {
 /// A score as a bar with the pass mark on it. The numbers stand beside it.
 #[must_use]
 pub fn score_bar(score: f64, pass_mark: Option<f64>) -> String {
-    let scale = Scale::new(Extent::new(0.0, 100.0), Extent::new(0.0, 240.0));
+    let scale = AxisScale::new(Extent::new(0.0, 100.0), Extent::new(0.0, 240.0));
     let mut svg = Svg::ornament(240.0, 18.0, "score-bar");
     svg.rect("whole", Area { x: 0.0, y: 4.0, width: 240.0, height: 10.0 });
     svg.rect("filled", Area { x: 0.0, y: 4.0, width: scale.at(score), height: 10.0 });

@@ -32,12 +32,12 @@ impl Extent {
 
 /// A linear map from a domain of values to a range of places. Never divides by nothing: an empty domain is widened.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scale {
+pub struct AxisScale {
     domain: Extent,
     range: Extent,
 }
 
-impl Scale {
+impl AxisScale {
     /// Maps `domain` onto `range`.
     #[must_use]
     pub fn new(domain: Extent, range: Extent) -> Self {
@@ -115,17 +115,20 @@ mod tests {
     fn ticks_are_round_rise_and_stay_inside() {
         for (from, to, most) in [(0.0, 31.7, 8), (-0.3, 2.2, 6), (0.0, 0.013, 5), (0.0, 1e6, 10), (7.0, 7.5, 4)] {
             let domain = Extent::new(from, to);
-            let ticks = Scale::new(domain, Extent::new(0.0, 100.0)).ticks(most);
+            let ticks = AxisScale::new(domain, Extent::new(0.0, 100.0)).ticks(most);
             assert!((2..=most).contains(&ticks.len()), "{domain:?} gives {ticks:?}");
             assert!(ticks.windows(2).all(|w| w[0] < w[1]));
             assert!(ticks.iter().all(|t| *t >= from - 1e-9 && *t <= to + 1e-9), "{domain:?} gives {ticks:?}");
         }
-        assert_eq!(Scale::new(Extent::new(0.0, 10.0), Extent::new(0.0, 1.0)).ticks(6), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
+        assert_eq!(
+            AxisScale::new(Extent::new(0.0, 10.0), Extent::new(0.0, 1.0)).ticks(6),
+            [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]
+        );
     }
 
     #[test]
     fn places_rise_with_values_and_stay_on_the_paper() {
-        let scale = Scale::new(Extent::new(2.0, 4.0), Extent::new(300.0, 20.0));
+        let scale = AxisScale::new(Extent::new(2.0, 4.0), Extent::new(300.0, 20.0));
         assert_eq!([scale.at(2.0), scale.at(3.0), scale.at(4.0)], [300.0, 160.0, 20.0]);
         assert_eq!([scale.at(-9.0), scale.at(9.0)], [300.0, 20.0]);
     }
@@ -133,7 +136,7 @@ mod tests {
     #[test]
     fn nonsense_gives_numbers() {
         for (from, to) in [(1.0, 1.0), (f64::NAN, 1.0), (0.0, f64::INFINITY), (5.0, -5.0)] {
-            let scale = Scale::new(Extent::new(from, to), Extent::new(0.0, 100.0));
+            let scale = AxisScale::new(Extent::new(from, to), Extent::new(0.0, 100.0));
             assert!(scale.at(f64::NAN).is_finite() && scale.at(3.0).is_finite());
             assert!(!scale.ticks(5).is_empty() && scale.ticks(5).len() <= 5);
         }

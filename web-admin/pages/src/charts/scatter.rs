@@ -1,13 +1,13 @@
 //! Two figures of each response against each other.
 
-use super::Size;
+use super::DrawingSize;
 use super::plot::Plot;
 use super::scale::Extent;
 use super::svg::{Area, Caption, Svg};
 
 /// Points with the titles of both axes. `key` makes the ids unique on the page.
 #[must_use]
-pub fn scatter(points: &[(f64, f64)], x_title: &str, y_title: &str, key: &str, size: Size) -> String {
+pub fn scatter(points: &[(f64, f64)], x_title: &str, y_title: &str, key: &str, size: DrawingSize) -> String {
     let id = format!("{key}-{}", size.name());
     let title = tr!("{score} against {figure}", score = y_title, figure = x_title);
     let description = trn!("{n} point.", "{n} points.", points.len());

@@ -6,7 +6,7 @@ use super::force_depth::texture_class;
 use super::plot::{Plot, extent};
 use super::scale::Extent;
 use super::svg::{Area, Caption, PaperPoint, Svg};
-use super::{Size, marks};
+use super::{DrawingSize, marks};
 use crate::format;
 
 const LEFT: f64 = 46.0;
@@ -16,7 +16,7 @@ const GAP: f64 = 16.0;
 
 /// Draws force above, depth below.
 #[must_use]
-pub fn force_and_depth(curve: &AttemptCurve, size: Size) -> String {
+pub fn force_and_depth(curve: &AttemptCurve, size: DrawingSize) -> String {
     let id = format!("force-time-{}", size.name());
     let title = tr!("Force and depth against time");
     let caption = Caption { id: &id, class: size.name(), title, description: &describe(curve) };
@@ -37,9 +37,9 @@ pub fn force_and_depth(curve: &AttemptCurve, size: Size) -> String {
     svg.finish()
 }
 
-fn plots(curve: &AttemptCurve, size: Size) -> (Plot, Plot) {
+fn plots(curve: &AttemptCurve, size: DrawingSize) -> (Plot, Plot) {
     let width = size.width() - LEFT - RIGHT;
-    let (upper, lower) = if size == Size::Wide { (150.0, 170.0) } else { (120.0, 150.0) };
+    let (upper, lower) = if size == DrawingSize::Wide { (150.0, 170.0) } else { (120.0, 150.0) };
     let force_area = Area { x: LEFT, y: TOP, width, height: upper };
     let depth_area = Area { x: LEFT, y: TOP + upper + GAP, width, height: lower };
     let time = Extent::new(0.0, curve.duration_s);
@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn draws_both_curves_with_the_layers_behind_the_depth() {
-        let markup = force_and_depth(&samples::curve(), Size::Wide);
+        let markup = force_and_depth(&samples::curve(), DrawingSize::Wide);
         assert_eq!(markup.matches("<polyline").count(), 2);
         assert!(markup.contains("band muscle") && markup.contains("class=\"moment\""));
     }
@@ -101,7 +101,7 @@ mod tests {
     #[test]
     fn an_attempt_of_no_length_is_drawn_without_nonsense() {
         let curve = AttemptCurve { points: vec![], marks: vec![], duration_s: 0.0, ..samples::curve() };
-        let markup = force_and_depth(&curve, Size::Narrow);
+        let markup = force_and_depth(&curve, DrawingSize::Narrow);
         assert!(!markup.contains("NaN") && !markup.contains("polyline"));
     }
 }

@@ -2,7 +2,7 @@
 
 use model::series::Span;
 
-use super::Size;
+use super::DrawingSize;
 use super::plot::Plot;
 use super::scale::Extent;
 use super::svg::{Area, Caption, PaperPoint, Svg};
@@ -15,7 +15,7 @@ const TOP: f64 = 24.0;
 
 /// What a strip shows.
 #[derive(Clone, Copy, Debug)]
-pub struct Strip<'a> {
+pub struct TraceStrip<'a> {
     /// Number of the strip, from 1.
     pub number: usize,
     /// Beginning and end, in s.
@@ -32,7 +32,7 @@ pub struct Strip<'a> {
 
 /// Draws a strip: marks are numbered lines from the bottom, pops dashed ones from the top.
 #[must_use]
-pub fn trace(strip: &Strip<'_>, size: Size) -> String {
+pub fn trace(strip: &TraceStrip<'_>, size: DrawingSize) -> String {
     let Extent { from: from_s, to: to_s } = strip.stretch_s;
     let id = format!("strip-{}-{}", strip.number, size.name());
     let title = tr!("Force from {from} to {to} s", from = format!("{from_s:.0}"), to = format!("{to_s:.0}"));
@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn marks_and_pops_are_drawn_where_they_lie() {
         let spans = [span(5.0), span(6.0), span(7.0)];
-        let strip = Strip {
+        let strip = TraceStrip {
             number: 2,
             stretch_s: Extent::new(5.0, 10.0),
             force_n: Extent::new(0.0, 3.0),
@@ -95,10 +95,10 @@ mod tests {
             marks: &[1.0, 6.0, 10.0],
             pops: &[6.1],
         };
-        let markup = trace(&strip, Size::Wide);
+        let markup = trace(&strip, DrawingSize::Wide);
         assert_eq!(markup.matches("class=\"own-mark\"").count(), 1);
         assert!(markup.contains(">2</text>") && markup.matches("class=\"pop\"").count() == 1, "{markup}");
-        let blinded = trace(&Strip { pops: &[], ..strip }, Size::Narrow);
+        let blinded = trace(&TraceStrip { pops: &[], ..strip }, DrawingSize::Narrow);
         assert!(!blinded.contains("class=\"pop"), "{blinded}");
     }
 }

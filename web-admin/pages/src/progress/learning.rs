@@ -6,7 +6,7 @@ use assessment::learning::{Crossing, CurvePoint, Standing};
 use assessment::statistics::{Estimate, Summary};
 use time::OffsetDateTime;
 
-use crate::{Shell, Status, charts, format, metric};
+use crate::{Shell, StatusWord, charts, format, metric};
 use model::progress::{Attempt, CurveRule, Habits, Line, StepProgress};
 
 /// The page.
@@ -24,7 +24,7 @@ pub struct LearningPage {
     /// The course's title, and its mastery rule in words.
     pub course: (String, String),
     /// How it stands.
-    pub status: Status,
+    pub status: StatusWord,
     /// Scores over time.
     pub scores: String,
     /// The learning curve: the course's rule, or an example beside it.
@@ -146,7 +146,7 @@ impl Comparison {
 
 /// What a curve said after an attempt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Said {
+pub enum CurveFinding {
     /// Nothing new.
     Nothing,
     /// Competent.
@@ -177,7 +177,7 @@ pub struct CurveRow {
     /// The LC-CUSUM was in charge, else the CUSUM.
     pub learning: bool,
     /// What the curve said.
-    pub said: Said,
+    pub said: CurveFinding,
 }
 
 impl CurveRow {
@@ -199,14 +199,14 @@ impl CurveRow {
     }
 }
 
-fn said(points: &[CurvePoint], at: usize) -> Said {
+fn said(points: &[CurvePoint], at: usize) -> CurveFinding {
     let before = at.checked_sub(1).and_then(|i| points.get(i)).map_or(Standing::NotYet, |p| p.standing);
     match (points.get(at).and_then(|p| p.crossed), before) {
-        (None, _) => Said::Nothing,
-        (Some(Crossing::Acceptable), Standing::Competent) => Said::StillCompetent,
-        (Some(Crossing::Acceptable), _) => Said::Competent,
-        (Some(Crossing::Unacceptable), Standing::Competent) => Said::Lost,
-        (Some(Crossing::Unacceptable), _) => Said::TooMany,
+        (None, _) => CurveFinding::Nothing,
+        (Some(Crossing::Acceptable), Standing::Competent) => CurveFinding::StillCompetent,
+        (Some(Crossing::Acceptable), _) => CurveFinding::Competent,
+        (Some(Crossing::Unacceptable), Standing::Competent) => CurveFinding::Lost,
+        (Some(Crossing::Unacceptable), _) => CurveFinding::TooMany,
     }
 }
 

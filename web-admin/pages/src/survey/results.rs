@@ -6,7 +6,8 @@ use askama::Template;
 use askama_web::WebTemplate;
 
 use super::figures;
-use crate::charts::{self, Bar, BoxRow, Extent};
+use crate::charts;
+use crate::charts::{BoxRow, Extent, LikertBar};
 use crate::{Shell, format};
 use model::survey::Identity;
 use model::survey::results::{Figure, Interval, ItemGroup, ItemResult, Results, ScoreGroup, ScoreResult};
@@ -32,9 +33,9 @@ pub struct ResultsPage {
     /// What was found.
     pub results: Results,
     /// Scores split by something else than the role.
-    pub split: Split,
+    pub split: SplitScores,
     /// Scores against a figure of the attempts.
-    pub against: Against,
+    pub against: ScatteredScores,
     /// Comments.
     pub comments: Vec<CommentBlock>,
     /// Every theme, and how often.
@@ -65,7 +66,7 @@ impl AskedLine {
 
 /// Scores split by something else than the role.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Split {
+pub struct SplitScores {
     /// Word and title of what can be split by, and whether it is.
     pub ways: Vec<(&'static str, &'static str, bool)>,
     /// The scores.
@@ -98,7 +99,7 @@ pub struct ScatteredScore {
 
 /// Scores against a figure of the attempts.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Against {
+pub struct ScatteredScores {
     /// Word and title of each figure, and whether it is chosen.
     pub metrics: Vec<(&'static str, &'static str, bool)>,
     /// Each score; points only where there are enough to show.
@@ -113,12 +114,12 @@ pub struct CommentBlock {
     /// The question.
     pub text: String,
     /// The comments; none where they are hidden.
-    pub comments: Option<Vec<Comment>>,
+    pub comments: Option<Vec<SurveyComment>>,
 }
 
 /// A comment.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Comment {
+pub struct SurveyComment {
     /// The response.
     pub response: String,
     /// Who, as the survey allows.
@@ -131,7 +132,7 @@ pub struct Comment {
 
 /// Items of a section that share their points, drawn together.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Block<'a> {
+pub struct ItemBlock<'a> {
     /// The section's heading.
     pub heading: &'a str,
     /// The picture, where there is one.
@@ -143,7 +144,7 @@ pub struct Block<'a> {
 impl ResultsPage {
     /// Items by section and by points.
     #[must_use]
-    pub fn blocks(&self) -> Vec<Block<'_>> {
+    pub fn blocks(&self) -> Vec<ItemBlock<'_>> {
         let alike = |a: &ItemResult, b: &ItemResult| {
             (&a.section, a.kind, a.labels.len()) == (&b.section, b.kind, b.labels.len())
         };
@@ -173,7 +174,7 @@ impl ResultsPage {
     }
 }
 
-fn block(at: usize, items: &[ItemResult]) -> Block<'_> {
+fn block(at: usize, items: &[ItemResult]) -> ItemBlock<'_> {
     let key = format!("items-{at}");
     let heading = items.first().map_or("", |item| item.section.as_str());
     let drawing = match items.first().map(|item| item.kind) {
@@ -181,19 +182,19 @@ fn block(at: usize, items: &[ItemResult]) -> Block<'_> {
         Some("slider") => profile(items, &key, heading),
         _ => String::new(),
     };
-    Block { heading, drawing, items: items.iter().collect() }
+    ItemBlock { heading, drawing, items: items.iter().collect() }
 }
 
 fn likert(items: &[ItemResult], key: &str, title: &str) -> String {
     let bar = |item: &ItemResult| {
         let name = item.name.clone();
-        let of = move |group: &ItemGroup| Bar {
+        let of = move |group: &ItemGroup| LikertBar {
             label: format!("{name} · {} ({})", words::known(&group.group), group.n),
             counts: group.counts.clone(),
         };
         item.groups.iter().map(of).collect::<Vec<_>>()
     };
-    let bars: Vec<Bar> = items.iter().flat_map(bar).collect();
+    let bars: Vec<LikertBar> = items.iter().flat_map(bar).collect();
     if bars.is_empty() { String::new() } else { charts::both(|size| charts::diverging(&bars, key, title, size)) }
 }
 

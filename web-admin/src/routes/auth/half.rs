@@ -12,7 +12,7 @@ use super::browser::Browser;
 use super::csrf::{self, CsrfForm};
 use super::current::start_session;
 use super::login::own_path;
-use super::proving::{Asked, Shown};
+use super::proving::{FactorQuestion, ShownFactor};
 use crate::AppState;
 use crate::error::{PageError, dress, status_of};
 use crate::routes::Routes;
@@ -87,7 +87,7 @@ async fn show(State(state): State<AppState>, browser: Browser) -> Result<Respons
 async fn page(state: &AppState, browser: &Browser, person: &Person, error: Option<String>) -> Result<CodePage, Error> {
     let key = key_of(person);
     let app = second_factors::find(state.db.reader(), key).await?.is_some_and(|factor| factor.confirmed_at.is_some());
-    let question = Asked { state, session: &browser.session, key }.question().await?;
+    let question = FactorQuestion { state, session: &browser.session, key }.question().await?;
     Ok(CodePage { csrf: browser.csrf.token().to_owned(), app, question, error })
 }
 
@@ -99,28 +99,29 @@ const fn key_of(person: &Person) -> PersonKey {
 async fn check(
     State(state): State<AppState>,
     browser: Browser,
-    CsrfForm(shown): CsrfForm<Shown>,
+    CsrfForm(shown): CsrfForm<ShownFactor>,
 ) -> Result<Response, PageError> {
     let Some((half, person)) = waiting(&state, &browser.session).await? else {
         return Ok(Redirect::to("/login").into_response());
     };
     let key = key_of(&person);
-    let proof = match (Asked { state: &state, session: &browser.session, key }).prove(&shown, browser.from).await {
-        Ok(Ok(proof)) => proof,
-        Ok(Err(refused)) => {
-            let words = match refused {
-                FactorRefused::Code => tr!("This code is wrong, was used before, or is too old.").to_owned(),
-                other => other.said(),
-            };
-            let page = page(&state, &browser, &person, Some(words)).await?;
-            return Ok((StatusCode::UNAUTHORIZED, page).into_response());
-        }
-        Err(why) => {
-            let words = tr!("Not signed in: {why}.", why = why.said());
-            let page = page(&state, &browser, &person, Some(words)).await?;
-            return Ok(dress(&why, (status_of(&why), page).into_response()));
-        }
-    };
+    let proof =
+        match (FactorQuestion { state: &state, session: &browser.session, key }).prove(&shown, browser.from).await {
+            Ok(Ok(proof)) => proof,
+            Ok(Err(refused)) => {
+                let words = match refused {
+                    FactorRefused::Code => tr!("This code is wrong, was used before, or is too old.").to_owned(),
+                    other => other.said(),
+                };
+                let page = page(&state, &browser, &person, Some(words)).await?;
+                return Ok((StatusCode::UNAUTHORIZED, page).into_response());
+            }
+            Err(why) => {
+                let words = tr!("Not signed in: {why}.", why = why.said());
+                let page = page(&state, &browser, &person, Some(words)).await?;
+                return Ok(dress(&why, (status_of(&why), page).into_response()));
+            }
+        };
     start_session(&browser.session, person.id, person.credential_version, state.clock.now()).await?;
     second_factor::note_sign_in(&state, key, Some(proof)).await?;
     Ok(Redirect::to(own_path(&half.next)).into_response())

@@ -51,7 +51,7 @@ fn dead_link() -> Response {
 }
 
 #[derive(Deserialize)]
-struct PasswordForm {
+struct FirstPasswordForm {
     password: String,
     again: String,
 }
@@ -62,7 +62,7 @@ async fn set(
     Path(token): Path<String>,
     session: Session,
     csrf: Csrf,
-    CsrfForm(form): CsrfForm<PasswordForm>,
+    CsrfForm(form): CsrfForm<FirstPasswordForm>,
 ) -> Result<Response, PageError> {
     let Some(link) = accounts::link(&state, &token).await? else { return Ok(dead_link()) };
     let person = link.person_id;

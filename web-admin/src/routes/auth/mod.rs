@@ -18,6 +18,6 @@ pub use current::{Administrator, Teacher, Visitor, require_person};
 pub(crate) use current::{person_of, start_session};
 pub(crate) use login::own_path;
 pub use login::{router, signed_in};
-pub(crate) use proving::{Asked, Shown, held, hold};
+pub(crate) use proving::{FactorQuestion, ShownFactor, held, hold};
 pub use stranger::{StrangerToken, settle_stranger};
 pub use upload::CsrfUpload;

@@ -11,7 +11,7 @@ use time::format_description::well_known::Iso8601;
 use time::{Date, Time};
 use uuid::Uuid;
 
-use super::Id;
+use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
@@ -20,7 +20,7 @@ use acts::error::Error;
 use model::directory::DirectoryEntry;
 use model::{CurrentPerson, Moment, Role, corridor};
 use pages::consent::{ConsentOfExpertPage, Recorded};
-use pages::{Place, Shell, format};
+use pages::{NavPlace, Shell, format};
 use store::directory;
 use store::experts::{self, NewDeclaration};
 
@@ -37,7 +37,7 @@ pub(super) fn router() -> Routes {
 /// A consent as it was typed.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
-pub(super) struct Typed {
+pub(super) struct DeclarationForm {
     wording: String,
     how: String,
     given: String,
@@ -58,12 +58,12 @@ async fn find(state: &AppState, visitor: &CurrentPerson, id: Uuid) -> Result<Dir
 pub(super) async fn show(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<ConsentOfExpertPage, PageError> {
     let person = find(&state, &visitor, id).await?;
     let today = format::machine_time(state.clock.now().to_utc()).chars().take(10).collect();
-    let typed = Typed { wording: corridor::WORDING.to_owned(), how: String::new(), given: today };
+    let typed = DeclarationForm { wording: corridor::WORDING.to_owned(), how: String::new(), given: today };
     Ok(page(&state, Visit::new(&visitor, &csrf), person, typed, None).await?)
 }
 
@@ -71,7 +71,7 @@ async fn page(
     state: &AppState,
     Visit { person: visitor, csrf }: Visit<'_>,
     person: DirectoryEntry,
-    typed: Typed,
+    typed: DeclarationForm,
     refused: Option<String>,
 ) -> Result<ConsentOfExpertPage, Error> {
     let recorded = experts::declarations(state.db.reader(), visitor.school_id, person.id).await?;
@@ -83,7 +83,7 @@ async fn page(
         withdrawn: known.withdrawn_at.map(Moment::to_utc).zip(known.withdrawn_by),
     };
     Ok(ConsentOfExpertPage {
-        shell: Shell::new(visitor, csrf.token(), Place::People),
+        shell: Shell::new(visitor, csrf.token(), NavPlace::People),
         person: person.id,
         name: person.name,
         recorded: recorded.into_iter().map(row).collect(),
@@ -97,9 +97,9 @@ async fn page(
 pub(super) async fn record(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
-    CsrfForm(typed): CsrfForm<Typed>,
+    CsrfForm(typed): CsrfForm<DeclarationForm>,
 ) -> Result<Response, PageError> {
     let person = find(&state, &visitor, id).await?;
     let new = match read(&typed, visitor.id, state.clock.now()) {
@@ -114,7 +114,7 @@ pub(super) async fn record(
 }
 
 /// What was typed, as a consent; or what is wrong with it.
-fn read(typed: &Typed, recorded_by: Uuid, now: Moment) -> Result<NewDeclaration<'_>, String> {
+fn read(typed: &DeclarationForm, recorded_by: Uuid, now: Moment) -> Result<NewDeclaration<'_>, String> {
     let wording = words(tr!("wording"), &typed.wording, MOST_WORDING)?;
     let how = words(tr!("how it was given"), &typed.how, MOST_HOW)?;
     let given_at = Date::parse(typed.given.trim(), &Iso8601::DATE)
@@ -138,7 +138,7 @@ fn words<'a>(field: &str, typed: &'a str, most: usize) -> Result<&'a str, String
 pub(super) async fn withdraw(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     find(&state, &visitor, id).await?;

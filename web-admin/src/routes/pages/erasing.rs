@@ -5,7 +5,7 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 
-use super::Id;
+use super::PathId;
 use super::people::{find, nobody_themselves};
 use crate::AppState;
 use crate::error::PageError;
@@ -16,14 +16,14 @@ use acts::error::Error;
 use model::CurrentPerson;
 use model::directory::{AccountState, DirectoryEntry};
 use pages::erasing::ErasePage;
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::texts::{self, Whose};
 use store::{retention, schools};
 
 pub(super) async fn show(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
 ) -> Result<ErasePage, PageError> {
     let person = erasable(&state, &visitor, id).await?;
@@ -49,7 +49,7 @@ async fn page(
     let whose = Whose { school_id, person_id: person.id, until: state.clock.now() };
     let mentions = texts::mentions(reader, whose, &texts::words_of(&person.name)).await?;
     Ok(ErasePage {
-        shell: Shell::new(visitor, csrf.token(), Place::People),
+        shell: Shell::new(visitor, csrf.token(), NavPlace::People),
         texts: texts::count(reader, whose).await?,
         recordings: schools::erases_recordings(reader, school_id).await?,
         mentions: mentions.into_iter().map(|found| (format!("/sessions/{}", found.session_id), found.text)).collect(),
@@ -72,7 +72,7 @@ pub(super) struct EraseForm {
 pub(super) async fn erase(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(form): CsrfForm<EraseForm>,
 ) -> Result<Response, PageError> {

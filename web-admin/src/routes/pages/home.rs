@@ -3,7 +3,7 @@
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Response};
 
-use super::trainees::PageQuery;
+use super::trainees::TraineePageQuery;
 use super::{admin, cohorts, rows, standing, trainees};
 use crate::AppState;
 use crate::error::PageError;
@@ -12,16 +12,16 @@ use acts::error::Error;
 use model::{CurrentPerson, Role};
 use pages::cohort::CohortCard;
 use pages::instructor::InstructorPage;
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::reports::{self, Named};
 
 pub(super) async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     csrf: Csrf,
-    Query(query): Query<PageQuery>,
+    Query(query): Query<TraineePageQuery>,
 ) -> Result<Response, PageError> {
-    let shell = Shell::new(&person, csrf.token(), Place::Home);
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Home);
     Ok(match person.role {
         Role::Trainee => {
             let own = Named { id: person.id, name: person.display_name.clone() };

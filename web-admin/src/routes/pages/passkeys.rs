@@ -7,12 +7,12 @@ use axum::routing::{get, post};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::Id;
+use super::PathId;
 use super::second_factor::{FactorCredentials, PAGE, again, allow, enrolled, is_asked, page, proof_asked};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Browser, CsrfForm, Shown, Visitor, held, hold};
+use crate::routes::auth::{Browser, CsrfForm, ShownFactor, Visitor, held, hold};
 use acts::error::Error;
 use acts::passkeys;
 use acts::passkeys::Answer;
@@ -20,7 +20,7 @@ use model::CurrentPerson;
 use pages::passkeys::{MakePasskeyPage, PasskeyPage, PasskeyRow};
 use pages::proving::FactorRefused;
 use pages::second_factor::SecondFactorPage;
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::passkeys::{self as stored, KeptPasskey};
 use store::second_factors;
 
@@ -45,11 +45,11 @@ pub(super) fn row(kept: KeptPasskey) -> PasskeyRow {
 }
 
 #[derive(Deserialize)]
-struct NewForm {
+struct NewPasskeyForm {
     name: String,
     password: String,
     #[serde(flatten)]
-    shown: Shown,
+    shown: ShownFactor,
 }
 
 /// Asks for a new passkey. Not by a redirect: what is asked would have to be kept to be shown.
@@ -57,7 +57,7 @@ async fn begin(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
-    CsrfForm(form): CsrfForm<NewForm>,
+    CsrfForm(form): CsrfForm<NewPasskeyForm>,
 ) -> Result<Response, PageError> {
     let asked =
         match allow(&state, &person, &browser, FactorCredentials { password: &form.password, shown: &form.shown })
@@ -80,9 +80,9 @@ async fn begin(
 }
 
 /// Whoever owes a second factor sees nothing else meanwhile.
-async fn place(state: &AppState, person: &CurrentPerson) -> Result<Place, Error> {
+async fn place(state: &AppState, person: &CurrentPerson) -> Result<NavPlace, Error> {
     let owed = second_factors::is_owed(state.db.reader(), person.into()).await?;
-    Ok(if owed { Place::Enrolment } else { Place::Account })
+    Ok(if owed { NavPlace::Enrolment } else { NavPlace::Account })
 }
 
 /// The page once more with the name that was typed, saying why no passkey is asked for.
@@ -98,7 +98,7 @@ async fn refuse_new(
 }
 
 #[derive(Deserialize)]
-struct AnswerForm {
+struct PasskeyAnswerForm {
     #[serde(default)]
     answer: String,
 }
@@ -108,7 +108,7 @@ async fn confirm(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
-    CsrfForm(form): CsrfForm<AnswerForm>,
+    CsrfForm(form): CsrfForm<PasskeyAnswerForm>,
 ) -> Result<Response, PageError> {
     let answer = Answer { question: held(&browser.session).await?, json: &form.answer, from: browser.from };
     match passkeys::make(&state, &person, answer).await? {
@@ -121,7 +121,7 @@ async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
-    Id(id): Id,
+    PathId(id): PathId,
 ) -> Result<PasskeyPage, PageError> {
     Ok(one(&state, &person, &browser, id).await?)
 }
@@ -132,7 +132,7 @@ async fn one(state: &AppState, person: &CurrentPerson, browser: &Browser, id: Uu
     let proof = proof_asked(state, person, &browser.session).await?;
     let last = !proof.app && stored::of_person(reader, person.into()).await?.len() == 1;
     Ok(PasskeyPage {
-        shell: Shell::new(person, browser.csrf.token(), Place::Account),
+        shell: Shell::new(person, browser.csrf.token(), NavPlace::Account),
         row: row(kept),
         last,
         asked: is_asked(state, person).await?,
@@ -161,7 +161,7 @@ async fn rename(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(form): CsrfForm<NameForm>,
 ) -> Result<Response, PageError> {
     match passkeys::rename(&state, &person, id, &form.name).await {
@@ -175,14 +175,14 @@ async fn rename(
 struct RemoveForm {
     password: String,
     #[serde(flatten)]
-    shown: Shown,
+    shown: ShownFactor,
 }
 
 async fn remove(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(form): CsrfForm<RemoveForm>,
 ) -> Result<Response, PageError> {
     passkeys::find(&state, &person, id).await?;

@@ -6,7 +6,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::{Id, in_query};
+use super::{PathId, in_query};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Administrator, Csrf, CsrfForm, NoFields, Visit};
@@ -16,8 +16,8 @@ use acts::error::Error;
 use model::directory::{AccountState, DirectoryEntry};
 use model::roster::{is_email, is_name};
 use model::{CurrentPerson, Role};
-use pages::people::{Choice, Done, LinkPage, PeoplePage, PersonForm, PersonPage, PersonRefused};
-use pages::{Place, Shell};
+use pages::people::{LinkPage, PeoplePage, PersonChangeDone, PersonForm, PersonPage, PersonRefused, SelectOption};
+use pages::{NavPlace, Shell};
 use store::directory;
 use store::directory::{Details, Filter};
 use store::second_factors::{self, PersonKey};
@@ -95,8 +95,8 @@ async fn page(
     let more = rows.len() > PER_PAGE as usize;
     rows.truncate(PER_PAGE as usize);
     let cohorts = cohorts::all(state.db.reader(), school).await?;
-    let choices = |chosen: Option<Uuid>| -> Vec<Choice> {
-        let choice = |c: &cohorts::Cohort| Choice {
+    let choices = |chosen: Option<Uuid>| -> Vec<SelectOption> {
+        let choice = |c: &cohorts::Cohort| SelectOption {
             value: c.id.to_string(),
             label: c.name.clone(),
             chosen: chosen == Some(c.id),
@@ -104,9 +104,9 @@ async fn page(
         cohorts.iter().map(choice).collect()
     };
     Ok(PeoplePage {
-        shell: Shell::new(person, csrf.token(), Place::People),
-        roles: Choice::roles(filter.role),
-        states: Choice::states(filter.state),
+        shell: Shell::new(person, csrf.token(), NavPlace::People),
+        roles: SelectOption::roles(filter.role),
+        states: SelectOption::states(filter.state),
         cohorts: choices(filter.cohort),
         next: rows.last().filter(|_| more).map(|last| query.after(last)),
         later: filter.after.is_some(),
@@ -117,7 +117,7 @@ async fn page(
             || filter.after.is_some(),
         imported: query.added.zip(query.changed),
         form: PersonForm {
-            roles: Choice::roles(Some(typed.role().unwrap_or(Role::Trainee))),
+            roles: SelectOption::roles(Some(typed.role().unwrap_or(Role::Trainee))),
             cohorts: choices(typed.cohort.parse().ok()),
             name: typed.name,
             email: typed.email,
@@ -176,13 +176,13 @@ pub(super) async fn add(
 /// What was just done.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub(super) struct DoneQuery {
-    done: Option<Done>,
+    done: Option<PersonChangeDone>,
 }
 
 pub(super) async fn show(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
     Query(DoneQuery { done }): Query<DoneQuery>,
 ) -> Result<PersonPage, PageError> {
@@ -205,20 +205,23 @@ async fn person_page(
     let delivery = mails::latest(state.db.reader(), visitor.school_id, person.id).await?;
     let (role, key) = (person.role, PersonKey { school_id: visitor.school_id, person_id: person.id });
     Ok(PersonPage {
-        shell: Shell::new(visitor, csrf.token(), Place::People),
+        shell: Shell::new(visitor, csrf.token(), NavPlace::People),
         own: visitor.id == person.id,
         done: None,
         second_factor: second_factors::is_on(state.db.reader(), key).await?,
         held: retention::held_at(state.db.reader(), visitor.school_id, person.id).await?.is_some(),
         delivery: delivery.and_then(|delivery| delivery.error),
-        form: PersonForm { roles: if form.roles.is_empty() { Choice::roles(Some(role)) } else { form.roles }, ..form },
+        form: PersonForm {
+            roles: if form.roles.is_empty() { SelectOption::roles(Some(role)) } else { form.roles },
+            ..form
+        },
         person,
     })
 }
 
 /// Who somebody is to be.
 #[derive(Clone, Debug, Deserialize)]
-pub(super) struct ChangeForm {
+pub(super) struct PersonChangeForm {
     name: String,
     email: String,
     role: Role,
@@ -227,9 +230,9 @@ pub(super) struct ChangeForm {
 pub(super) async fn change(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
-    CsrfForm(form): CsrfForm<ChangeForm>,
+    CsrfForm(form): CsrfForm<PersonChangeForm>,
 ) -> Result<Response, PageError> {
     let person = find(&state, &visitor, id).await?;
     if person.state == AccountState::Erased {
@@ -246,7 +249,7 @@ pub(super) async fn change(
         refused = Some(PersonRefused::Taken);
     }
     let typed = PersonForm {
-        roles: Choice::roles(Some(form.role)),
+        roles: SelectOption::roles(Some(form.role)),
         name: form.name,
         email: form.email,
         refused,
@@ -263,7 +266,7 @@ fn done(id: Uuid, what: &str) -> Response {
 pub(super) async fn mail_link(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     let person = find(&state, &visitor, id).await?;
@@ -275,20 +278,20 @@ pub(super) async fn mail_link(
 pub(super) async fn link(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<LinkPage, PageError> {
     let person = find(&state, &visitor, id).await?;
     let (link, lifetime_s) = accounts::hand_over_link(&state, &visitor, &person).await?;
-    let shell = Shell::new(&visitor, csrf.token(), Place::People);
+    let shell = Shell::new(&visitor, csrf.token(), NavPlace::People);
     Ok(LinkPage { shell, person, link, days: lifetime_s / DAY_S })
 }
 
 pub(super) async fn disable(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     find(&state, &visitor, id).await?;
@@ -307,7 +310,7 @@ pub(super) fn nobody_themselves(visitor: &CurrentPerson, id: Uuid) -> Result<(),
 pub(super) async fn enable(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Response, PageError> {
     find(&state, &visitor, id).await?;

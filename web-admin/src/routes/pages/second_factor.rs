@@ -8,11 +8,13 @@ use axum::routing::{get, post};
 use serde::Deserialize;
 use tower_sessions::Session;
 
-use super::{Id, passkeys};
+use super::{PathId, passkeys};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
-use crate::routes::auth::{Administrator, Asked, Browser, Csrf, CsrfForm, NoFields, Shown, Visitor, start_session};
+use crate::routes::auth::{
+    Administrator, Browser, Csrf, CsrfForm, FactorQuestion, NoFields, ShownFactor, Visitor, start_session,
+};
 use acts::accounts;
 use acts::error::Error;
 use acts::second_factor;
@@ -22,7 +24,7 @@ use pages::proving::FactorRefused;
 use pages::proving::ProofAsked;
 use pages::qr;
 use pages::second_factor::{FactorState, RecoveryCodesPage, SecondFactorPage};
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::audit::Actor;
 use store::passkeys as stored;
 use store::second_factors::{self, PersonKey};
@@ -69,7 +71,7 @@ pub(super) async fn page(
     let codes_left = if proof.on { Some(second_factors::recovery_codes_left(reader, key).await?) } else { None };
     let asked = is_asked(state, person).await?;
     let owed = asked && !proof.on;
-    let place = if owed { Place::Enrolment } else { Place::Account };
+    let place = if owed { NavPlace::Enrolment } else { NavPlace::Account };
     Ok(SecondFactorPage {
         shell: Shell::new(person, browser.csrf.token(), place),
         factor,
@@ -98,7 +100,7 @@ pub(super) async fn proof_asked(
 ) -> Result<ProofAsked, Error> {
     let (reader, key) = (state.db.reader(), PersonKey::from(person));
     let app = second_factors::find(reader, key).await?.is_some_and(|factor| factor.confirmed_at.is_some());
-    let question = Asked { state, session, key }.question().await?;
+    let question = FactorQuestion { state, session, key }.question().await?;
     Ok(ProofAsked { on: second_factors::is_on(reader, key).await?, app, question })
 }
 
@@ -108,7 +110,7 @@ pub(super) struct FactorCredentials<'a> {
     /// The password that was typed.
     pub password: &'a str,
     /// The second factor that was shown.
-    pub shown: &'a Shown,
+    pub shown: &'a ShownFactor,
 }
 
 /// Whether somebody may change a second factor: who knows the password, and has one of those that are on. Not whoever finds an
@@ -127,7 +129,7 @@ pub(super) async fn allow(
     if !second_factors::is_on(state.db.reader(), key).await? {
         return Ok(Ok(()));
     }
-    let asked = Asked { state, session: &browser.session, key };
+    let asked = FactorQuestion { state, session: &browser.session, key };
     Ok(asked.prove(credentials.shown, browser.from).await?.map(drop))
 }
 
@@ -159,13 +161,13 @@ pub(super) async fn again(
 }
 
 #[derive(Deserialize)]
-struct ChangeForm {
+struct FactorChangeForm {
     password: String,
     #[serde(flatten)]
-    shown: Shown,
+    shown: ShownFactor,
 }
 
-impl ChangeForm {
+impl FactorChangeForm {
     fn credentials(&self) -> FactorCredentials<'_> {
         FactorCredentials { password: &self.password, shown: &self.shown }
     }
@@ -176,7 +178,7 @@ async fn begin(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
-    CsrfForm(form): CsrfForm<ChangeForm>,
+    CsrfForm(form): CsrfForm<FactorChangeForm>,
 ) -> Result<Response, PageError> {
     if let Err(refused) = allow(&state, &person, &browser, form.credentials()).await? {
         return again(&state, &person, &browser, refused).await;
@@ -222,7 +224,7 @@ pub(super) async fn enrolled(
     start_session(session, known.id, known.credential_version, state.clock.now()).await?;
     let Enrolled::First(codes) = made else { return Ok(Redirect::to(PAGE).into_response()) };
     let csrf = Csrf::of_session(session).await?;
-    let shell = Shell::new(person, csrf.token(), Place::Account);
+    let shell = Shell::new(person, csrf.token(), NavPlace::Account);
     Ok(RecoveryCodesPage { shell, codes, first: true }.into_response())
 }
 
@@ -237,15 +239,15 @@ async fn remake_codes(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
-    CsrfForm(shown): CsrfForm<Shown>,
+    CsrfForm(shown): CsrfForm<ShownFactor>,
 ) -> Result<Response, PageError> {
     let key = with_factor(&state, &person).await?;
-    let proved = Asked { state: &state, session: &browser.session, key }.prove(&shown, browser.from).await?;
+    let proved = FactorQuestion { state: &state, session: &browser.session, key }.prove(&shown, browser.from).await?;
     if let Err(refused) = proved {
         return again(&state, &person, &browser, refused).await;
     }
     let codes = second_factor::remake_codes(&state, &person).await?;
-    let shell = Shell::new(&person, browser.csrf.token(), Place::Account);
+    let shell = Shell::new(&person, browser.csrf.token(), NavPlace::Account);
     Ok(RecoveryCodesPage { shell, codes, first: false }.into_response())
 }
 
@@ -254,7 +256,7 @@ async fn turn_off(
     State(state): State<AppState>,
     Visitor(person): Visitor,
     browser: Browser,
-    CsrfForm(form): CsrfForm<ChangeForm>,
+    CsrfForm(form): CsrfForm<FactorChangeForm>,
 ) -> Result<Response, PageError> {
     with_factor(&state, &person).await?;
     if let Err(refused) = allow(&state, &person, &browser, form.credentials()).await? {
@@ -270,7 +272,7 @@ async fn turn_off(
 async fn reset(
     State(state): State<AppState>,
     Administrator(visitor): Administrator,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(NoFields {}): CsrfForm<NoFields>,
 ) -> Result<Redirect, PageError> {
     let person = directory::find(state.db.reader(), visitor.school_id, id).await?.ok_or(Error::NotFound)?;
@@ -286,7 +288,7 @@ async fn reset(
 }
 
 #[derive(Deserialize)]
-struct RuleForm {
+struct FactorRuleForm {
     rule: String,
 }
 
@@ -294,7 +296,7 @@ struct RuleForm {
 async fn set_rule(
     State(state): State<AppState>,
     Administrator(person): Administrator,
-    CsrfForm(form): CsrfForm<RuleForm>,
+    CsrfForm(form): CsrfForm<FactorRuleForm>,
 ) -> Result<Redirect, PageError> {
     let rule = FactorRule::of_word(&form.rule).ok_or_else(|| {
         let allowed = FactorRule::ALL.map(FactorRule::word).join(", ");

@@ -15,8 +15,8 @@ use acts::error::Error;
 use acts::surveys;
 use model::CurrentPerson;
 use pages::draft::problem;
-use pages::survey::instrument::{EditPage, InstrumentPage, InstrumentsPage, Preview};
-use pages::{Place, Shell};
+use pages::survey::instrument::{EditPage, InstrumentPage, InstrumentPreview, InstrumentsPage};
+use pages::{NavPlace, Shell};
 use store::instruments::{self, InstrumentRevision};
 
 /// Where somebody who writes a new one may begin.
@@ -58,7 +58,7 @@ pub(super) async fn list(
     let all = instruments::all_current(state.db.reader(), person.school_id).await?;
     let row = |i: InstrumentRevision| (i.title, href(&i.instrument_id), i.instrument_id, i.published_at.to_utc());
     Ok(InstrumentsPage {
-        shell: Shell::new(&person, csrf.token(), Place::Surveys),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Surveys),
         instruments: all.into_iter().map(row).collect(),
     })
 }
@@ -76,9 +76,9 @@ pub(super) async fn show(
     let found = current(&state, &person, &id).await?;
     let parsed = surveys::revision(&state, person.school_id, found.id).await?.ok_or(Error::NotFound)?;
     Ok(InstrumentPage {
-        shell: Shell::new(&person, csrf.token(), Place::Surveys),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Surveys),
         href: href(&id),
-        preview: Preview::new(&parsed),
+        preview: InstrumentPreview::new(&parsed),
         editable: true,
     })
 }
@@ -119,7 +119,7 @@ pub(super) async fn edit(
 
 fn editor(person: &CurrentPerson, csrf: &Csrf, id: Option<&str>, text: String) -> EditPage {
     EditPage {
-        shell: Shell::new(person, csrf.token(), Place::Surveys),
+        shell: Shell::new(person, csrf.token(), NavPlace::Surveys),
         heading: if id.is_some() { tr!("Edit an instrument") } else { tr!("New instrument") },
         action: id.map_or_else(|| "/surveys/instruments/new".to_owned(), |id| format!("{}/edit", href(id))),
         text,
@@ -172,7 +172,7 @@ async fn store(
         }
     };
     if form.step != "publish" {
-        return Ok(EditPage { preview: Some(Preview::new(&instrument)), ..page }.into_response());
+        return Ok(EditPage { preview: Some(InstrumentPreview::new(&instrument)), ..page }.into_response());
     }
     if !surveys::publish_written(state, person, (&instrument, &bytes), id.is_none()).await? {
         let issues = vec![tr!("id: “{id}”; there is an instrument of that id: edit it", id = instrument.id)];

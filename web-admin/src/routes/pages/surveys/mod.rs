@@ -12,7 +12,7 @@ use axum::routing::{get, post};
 use serde::Deserialize;
 use uuid::Uuid;
 
-use super::Id;
+use super::PathId;
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::Routes;
@@ -25,8 +25,8 @@ use acts::surveys::instrument_of;
 use model::survey::Survey;
 use model::{CurrentPerson, Moment, Role};
 use pages::survey::form::{ConsentPage, shown};
-use pages::survey::manage::{AskedRow, ListPage, ManagePage, SurveyRow};
-use pages::{Place, Shell};
+use pages::survey::manage::{ManagePage, OwnSurveyRow, SurveyRow, SurveysPage};
+use pages::{NavPlace, Shell};
 use store::sessions;
 use store::surveys;
 use store::surveys::Practised;
@@ -64,10 +64,10 @@ fn owns(person: &CurrentPerson, survey: &Survey) -> bool {
     survey.owner_id.map_or(person.role == Role::Administrator, |owner| owner == person.id)
 }
 
-async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csrf) -> Result<ListPage, PageError> {
-    let shell = Shell::new(&person, csrf.token(), Place::Surveys);
+async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csrf) -> Result<SurveysPage, PageError> {
+    let shell = Shell::new(&person, csrf.token(), NavPlace::Surveys);
     if person.role == Role::Trainee {
-        return Ok(ListPage { shell, asked: asked(&state, &person).await?, surveys: None });
+        return Ok(SurveysPage { shell, asked: asked(&state, &person).await?, surveys: None });
     }
     let now = state.clock.now();
     let row = |survey: Survey| SurveyRow {
@@ -79,14 +79,14 @@ async fn list(State(state): State<AppState>, Visitor(person): Visitor, csrf: Csr
         created_at: survey.created_at.to_utc(),
     };
     let all = surveys::all(state.db.reader(), person.school_id).await?;
-    Ok(ListPage { shell, asked: Vec::new(), surveys: Some(all.into_iter().map(row).collect()) })
+    Ok(SurveysPage { shell, asked: Vec::new(), surveys: Some(all.into_iter().map(row).collect()) })
 }
 
-async fn asked(state: &AppState, person: &CurrentPerson) -> Result<Vec<AskedRow>, Error> {
+async fn asked(state: &AppState, person: &CurrentPerson) -> Result<Vec<OwnSurveyRow>, Error> {
     let reader = state.db.reader();
     let mut rows = Vec::new();
     for survey in surveys::of_person(reader, person.school_id, person.id, state.clock.now()).await? {
-        rows.push(AskedRow {
+        rows.push(OwnSurveyRow {
             href: format!("/surveys/{}", survey.id),
             duration_min: instrument_of(state, &survey).await?.duration_min,
             answered: surveys::answered(reader, &survey, person.id, None).await?,
@@ -98,7 +98,7 @@ async fn asked(state: &AppState, person: &CurrentPerson) -> Result<Vec<AskedRow>
 }
 
 #[derive(Deserialize)]
-struct Wanted {
+struct SurveyQuery {
     session: Option<Uuid>,
     lang: Option<String>,
     mailed: Option<usize>,
@@ -108,9 +108,9 @@ struct Wanted {
 async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     head: PageHead,
-    Query(query): Query<Wanted>,
+    Query(query): Query<SurveyQuery>,
 ) -> Result<Response, PageError> {
     if person.role != Role::Trainee {
         let survey = of_school(&state, &person, id).await?;
@@ -171,7 +171,7 @@ async fn asked_of(state: &AppState, person: &CurrentPerson, id: Uuid, session: O
 }
 
 #[derive(Deserialize)]
-struct AnswerForm {
+struct ConsentAnswerForm {
     session: Option<Uuid>,
     #[serde(default)]
     lang: String,
@@ -182,9 +182,9 @@ struct AnswerForm {
 async fn answer(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
-    CsrfForm(form): CsrfForm<AnswerForm>,
+    CsrfForm(form): CsrfForm<ConsentAnswerForm>,
 ) -> Result<Response, PageError> {
     if person.role != Role::Trainee {
         return Err(Error::NotFound.into());

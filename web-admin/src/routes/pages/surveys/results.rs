@@ -18,7 +18,7 @@ use super::{of_school, owns};
 use crate::AppState;
 use crate::error::PageError;
 use crate::routes::auth::{Csrf, CsrfForm, Visitor};
-use crate::routes::pages::Id;
+use crate::routes::pages::PathId;
 use acts::error::Error;
 use acts::surveys::instrument_of;
 use model::line;
@@ -27,9 +27,9 @@ use model::survey::groups::{Groups, LEAST};
 use model::survey::results::{Results, Row, correlation, score_group};
 use pages::charts::Extent;
 use pages::survey::results::{
-    Against, AskedLine, Comment, CommentBlock, ResultsPage, ScatteredScore, Split, SplitScore,
+    AskedLine, CommentBlock, ResultsPage, ScatteredScore, ScatteredScores, SplitScore, SplitScores, SurveyComment,
 };
-use pages::{Place, Shell};
+use pages::{NavPlace, Shell};
 use store::surveys as stored;
 use store::surveys::{Submitted, Tag};
 
@@ -54,7 +54,7 @@ const WAYS: [(&str, &str); 4] = [
 const MOST_COMMENTS: usize = 500;
 
 #[derive(Deserialize)]
-pub(super) struct Choice {
+pub(super) struct ResultsQuery {
     #[serde(default)]
     by: String,
     #[serde(default)]
@@ -82,9 +82,9 @@ fn month(at: OffsetDateTime) -> String {
 pub(super) async fn show(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     csrf: Csrf,
-    Query(choice): Query<Choice>,
+    Query(choice): Query<ResultsQuery>,
 ) -> Result<ResultsPage, PageError> {
     let survey = of_school(&state, &person, id).await?;
     let reader = state.db.reader();
@@ -98,7 +98,7 @@ pub(super) async fn show(
     let metric = METRICS.iter().find(|(word, _)| *word == choice.metric).unwrap_or(&METRICS[0]).0;
     let figures = stored::attempts(reader, &survey, metric).await?;
     Ok(ResultsPage {
-        shell: Shell::new(&person, csrf.token(), Place::Surveys),
+        shell: Shell::new(&person, csrf.token(), NavPlace::Surveys),
         asked: asked(&state, &survey).await?,
         results: Results::new(&instrument, &all, owner),
         split: split(&instrument, &visible, &choice.by, owner),
@@ -139,7 +139,7 @@ async fn asked(state: &AppState, survey: &Survey) -> Result<Vec<AskedLine>, Erro
     Ok(lines)
 }
 
-fn split(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> Split {
+fn split(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> SplitScores {
     let chosen = WAYS.iter().find(|(word, _)| *word == by).unwrap_or(&WAYS[0]).0;
     let name = |row: &Row<'_>| match chosen {
         "exercise" => row.attempt[0].map(str::to_owned),
@@ -157,14 +157,14 @@ fn split(instrument: &Instrument, rows: &[&Row<'_>], by: &str, owner: bool) -> S
             groups: groups.shown.iter().map(|(name, rows)| score_group(name, rows, at)).collect(),
         }
     };
-    Split {
+    SplitScores {
         ways: WAYS.iter().map(|(word, title)| (*word, words::say(title), *word == chosen)).collect(),
         scores: instrument.scores.iter().enumerate().map(score).collect(),
         hidden: groups.hidden,
     }
 }
 
-fn against(instrument: &Instrument, rows: &[&Row<'_>], metric: &str, figures: &[stored::Attempt]) -> Against {
+fn against(instrument: &Instrument, rows: &[&Row<'_>], metric: &str, figures: &[stored::Attempt]) -> ScatteredScores {
     let by_response: BTreeMap<Uuid, f64> = figures.iter().map(|figure| (figure.response_id, figure.value)).collect();
     let score = |(at, key): (usize, &documents::instrument::ScoreKey)| {
         let pair = |row: &&Row<'_>| Some((*by_response.get(&row.id)?, row.scores[at]?));
@@ -177,7 +177,7 @@ fn against(instrument: &Instrument, rows: &[&Row<'_>], metric: &str, figures: &[
     };
     let scores =
         if figures.is_empty() { Vec::new() } else { instrument.scores.iter().enumerate().map(score).collect() };
-    Against { metrics: METRICS.iter().map(|(word, title)| (*word, *title, *word == metric)).collect(), scores }
+    ScatteredScores { metrics: METRICS.iter().map(|(word, title)| (*word, *title, *word == metric)).collect(), scores }
 }
 
 fn comments(
@@ -196,7 +196,7 @@ fn comments(
             Some(Some(Answer::Text(text))) => Some(said(given, &item.id, text, tags, owner)),
             _ => None,
         };
-        let found: Vec<Comment> = given.filter_map(comment).take(MOST_COMMENTS).collect();
+        let found: Vec<SurveyComment> = given.filter_map(comment).take(MOST_COMMENTS).collect();
         CommentBlock {
             item: item.id.clone(),
             text: item.text.in_language(words::current().code()).to_owned(),
@@ -206,10 +206,10 @@ fn comments(
     texts.map(block).collect()
 }
 
-fn said(given: &Submitted, item: &str, text: &str, tags: &[Tag], owner: bool) -> Comment {
+fn said(given: &Submitted, item: &str, text: &str, tags: &[Tag], owner: bool) -> SurveyComment {
     let own = tags.iter().filter(|tag| tag.response_id == given.id && tag.item_id == item);
     let who = given.who.as_ref().filter(|_| owner).map_or_else(String::new, |who| format!(" · {who}"));
-    Comment {
+    SurveyComment {
         response: given.id.to_string(),
         who: format!("{}{who}", given.role),
         text: text.to_owned(),
@@ -238,7 +238,7 @@ pub(super) struct TagForm {
 pub(super) async fn tag(
     State(state): State<AppState>,
     Visitor(person): Visitor,
-    Id(id): Id,
+    PathId(id): PathId,
     CsrfForm(form): CsrfForm<TagForm>,
 ) -> Result<Response, PageError> {
     let survey = of_school(&state, &person, id).await?;
